@@ -1,0 +1,187 @@
+"""Load of the buckled strip as a cheap function of its end shortening: the published fit and a better one.
+
+u is end shortening over length and the load is p = P L^2/(E I), as in `elastica.pinned`. Both laws hold on
+0 <= u <= 1. `quartic` is kept to reproduce published results; `fast` is for force sweeps and contact
+callbacks. It is the rational function
+
+    p(u) = N(x)/D(x),   x = u - 1/2,   N and D of degree 5,
+
+within 2e-13 of the elliptic integrals. The quotient is worth its division: the law has branch points near
+the interval in the complex plane, and a polynomial of the same accuracy needs degree 17. The coefficients
+are a relative least-squares fit at 60 Chebyshev nodes in 40-digit arithmetic; tests/test_elastica_law.py
+holds the fit and compares.
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from elastica import pinned
+
+Array = NDArray[np.float64]
+
+_QUARTIC = (7.1908239, -6.201618, 6.2531, 4.3898032, 9.8879488)
+_NUMERATOR = (
+    0.15013423069067938,
+    -27.60080759714413,
+    289.6250650782586,
+    -950.0604314336772,
+    1234.6147830879613,
+    -567.9790868353698,
+)
+_DENOMINATOR = (
+    1.0,
+    -14.876272602260727,
+    68.47748340115675,
+    -135.96996059703338,
+    123.68873420614567,
+    -42.645784915464915,
+)
+_BLOCK = 24576
+"""Values evaluated together: three work arrays, 576 KiB, stay in a second-level cache of 1 MiB."""
+
+
+def quartic(shortening: ArrayLike) -> Any:
+    """Load by the published quartic fit.
+
+    Within 0.19 % of the elastica, worst at u = 0, where it gives 9.888 instead of pi^2.
+
+    Parameters
+    ----------
+    shortening : float or array, end shortening over length, 0 to 1
+
+    Returns
+    -------
+    float or array of the same shape, P L^2/(E I)
+
+    Raises
+    ------
+    ValueError
+        If a shortening lies outside the range or is not a number.
+
+    References
+    ----------
+    B. Demirel et al., Compliant Impact Generator for Required Impact and Contact Force, equation (11),
+    doi 10.1115/IMECE2008-68796.
+    """
+    return _polynomial(_QUARTIC, _checked(shortening))
+
+
+def quartic_error(shortening: ArrayLike) -> Any:
+    """Relative error of `quartic` against the elliptic integrals, positive where the fit is too stiff.
+
+    Parameters
+    ----------
+    shortening : float or array, end shortening over length, 0 to 1
+
+    Returns
+    -------
+    float or array of the same shape, dimensionless, -0.0006 to 0.0019
+
+    Raises
+    ------
+    ValueError
+        If a shortening lies outside the range or is not a number.
+    """
+    return quartic(shortening) / pinned.load(shortening) - 1.0
+
+
+def fast(shortening: ArrayLike) -> Any:
+    """Load to a relative error of 1e-12 (2e-13 measured) at the cost of two to three plain quartics.
+
+    A float takes about a microsecond. Arrays are evaluated in blocks that stay in cache and in place.
+
+    Parameters
+    ----------
+    shortening : float or array, end shortening over length, 0 to 1
+
+    Returns
+    -------
+    float or array of the same shape, P L^2/(E I)
+
+    Raises
+    ------
+    ValueError
+        If a shortening lies outside the range or is not a number.
+    """
+    if isinstance(shortening, (float, int)):
+        x = _checked(shortening) - 0.5
+        return _polynomial(_NUMERATOR, x) / _polynomial(_DENOMINATOR, x)
+    u = np.asarray(shortening, dtype=float)
+    flat, load = u.reshape(-1), np.empty(u.size)
+    work = np.empty((3, min(u.size, _BLOCK)))
+    for start in range(0, u.size, _BLOCK):
+        block = slice(start, start + _BLOCK)
+        _fast_block(flat[block], load[block], work)
+    return load.reshape(u.shape) if u.ndim else float(load[0])
+
+
+def fast_stiffness(shortening: ArrayLike) -> Any:
+    """Tangent stiffness dp/du of `fast`, by the quotient rule: (N' - p D')/D.
+
+    Parameters
+    ----------
+    shortening : float or array, end shortening over length, 0 to 1
+
+    Returns
+    -------
+    float or array of the same shape, dP/dU times L^3/(E I), relative error below 1e-10
+
+    Raises
+    ------
+    ValueError
+        If a shortening lies outside the range or is not a number.
+    """
+    x = _checked(shortening) - 0.5
+    denominator = _polynomial(_DENOMINATOR, x)
+    load = _polynomial(_NUMERATOR, x) / denominator
+    return (_polynomial(_NUMERATOR_SLOPE, x) - load * _polynomial(_DENOMINATOR_SLOPE, x)) / denominator
+
+
+def _derivative(coefficients: Sequence[float]) -> tuple[float, ...]:
+    degree = len(coefficients) - 1
+    return tuple((degree - i) * c for i, c in enumerate(coefficients[:-1]))
+
+
+_NUMERATOR_SLOPE = _derivative(_NUMERATOR)
+_DENOMINATOR_SLOPE = _derivative(_DENOMINATOR)
+
+
+def _polynomial(coefficients: Sequence[float], x: Any) -> Any:
+    """Horner's rule, highest power first; for floats and arrays alike."""
+    value = coefficients[0] * x + coefficients[1]
+    for c in coefficients[2:]:
+        value = value * x + c
+    return value
+
+
+def _fast_block(u: Array, load: Array, work: Array) -> None:
+    """Write the law at u, shape (k,), into load, shape (k,), with work of shape (3, >= k)."""
+    x, numerator, denominator = work[:, : u.size]
+    np.subtract(_checked(u), 0.5, out=x)
+    _horner(_NUMERATOR, x, numerator)
+    _horner(_DENOMINATOR, x, denominator)
+    np.divide(numerator, denominator, out=load)
+
+
+def _horner(coefficients: Sequence[float], x: Array, value: Array) -> None:
+    """Horner's rule without temporaries; x and value of shape (k,)."""
+    np.multiply(x, coefficients[0], out=value)
+    np.add(value, coefficients[1], out=value)
+    for c in coefficients[2:]:
+        np.multiply(value, x, out=value)
+        np.add(value, c, out=value)
+
+
+def _checked(shortening: ArrayLike) -> Any:
+    """The shortening itself, float for a scalar and array otherwise, if it lies within 0 to 1."""
+    if isinstance(shortening, (float, int)):
+        if 0.0 <= shortening <= 1.0:
+            return float(shortening)
+        raise ValueError(f"shortening = {shortening} is outside 0 to 1 (end shortening/L)")
+    u = np.asarray(shortening, dtype=float)
+    if u.size and not (u.min() >= 0.0 and u.max() <= 1.0):  # the comparisons fail for NaN as well
+        _checked(float(u[~((u >= 0.0) & (u <= 1.0))].flat[0]))
+    return u if u.ndim else float(u)

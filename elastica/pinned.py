@@ -1,0 +1,334 @@
+"""The inextensible pinned-pinned strip on its first buckling branch, in closed form.
+
+A straight, inextensible, unshearable strip of length L and bending stiffness E I is pressed between two
+pins. Everything here is normalised by L and E I:
+
+    u = end shortening / L,    p = P L^2 / (E I),    s = arc length / L.
+
+With the end angle alpha and the elliptic parameter m = sin^2(alpha/2), m1 = 1 - m,
+
+    p = 4 K(m)^2                                                               (1)
+    u = 2 - 2 E(m)/K(m) = 2 m D(m)/K(m)                                        (2)
+    y_mid / L = sqrt(m)/K(m)                                                   (3)
+
+where B and D are the associate complete integrals, the quarter-period integrals of cos^2 and sin^2 over
+sqrt(1 - m sin^2), so that K = B + D. Written with B and D no formula below subtracts nearly equal numbers.
+The unknown of both inversions is w = -ln(m1): it is u to leading order for a nearly straight strip, keeps
+m1 to full relative precision for a nearly closed loop, and makes K and K/E almost linear.
+
+Scalars in give a float, arrays give arrays of the broadcast shape. A shortening above 1 is a strip whose
+ends have crossed.
+
+References
+----------
+A. E. H. Love, A Treatise on the Mathematical Theory of Elasticity, 4th ed., arts. 262-263.
+B. C. Carlson, Numerical computation of real or complex elliptic integrals, doi 10.1007/BF02198293.
+NIST Digital Library of Mathematical Functions, 19.2, 19.25 (integrals) and 22.2, 22.16 (functions).
+"""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import special
+
+Array = NDArray[np.float64]
+
+LOAD_CRITICAL = float(np.pi**2)
+"""Euler load, P L^2/(E I): the buckled branch starts here."""
+LOAD_MAX = 180.0
+SHORTENING_MAX = 1.7
+END_ANGLE_MAX = float(np.radians(179.5))
+_TINY, _HUGE = float(np.finfo(float).tiny), float(np.finfo(float).max)
+
+
+class _Integrals(NamedTuple):
+    """Complete elliptic integrals at the complementary parameter m1 = exp(-w)."""
+
+    m: Array
+    m1: Array
+    K: Array
+    B: Array
+
+    @property
+    def D(self) -> Array:
+        return self.K - self.B
+
+    @property
+    def shortening(self) -> Array:
+        return 2.0 * self.m * self.D / self.K
+
+
+def load(shortening: ArrayLike) -> Any:
+    """Axial load that holds the buckled strip at a given end shortening, equation (1).
+
+    Parameters
+    ----------
+    shortening : float or array, end shortening over length, 0 to 1.7
+
+    Returns
+    -------
+    float or array of the same shape, P L^2/(E I), from pi^2 upwards
+
+    Raises
+    ------
+    ValueError
+        If a shortening lies outside the range or is not a number.
+    """
+    return _plain(4.0 * _at_shortening(shortening).K ** 2)
+
+
+def shortening(load: ArrayLike) -> Any:
+    """End shortening of the buckled strip under a given axial load, the inverse of `load`.
+
+    Below the Euler load the strip is straight and has no buckled branch, hence the lower limit. Just above
+    it du/dp = 2/pi^2, so one rounding of the load moves the shortening by 4e-16, however small that is.
+
+    Parameters
+    ----------
+    load : float or array, P L^2/(E I), pi^2 (as `LOAD_CRITICAL`) to 180
+
+    Returns
+    -------
+    float or array of the same shape, end shortening over length
+
+    Raises
+    ------
+    ValueError
+        If a load lies outside the range or is not a number.
+    """
+    p = _checked("load", load, LOAD_CRITICAL, LOAD_MAX, "P L^2/(E I)")
+    target = np.sqrt(p) / 2.0  # K(m), by equation (1)
+
+    def step(w: Array) -> Array:
+        """Newton on K(w), convex with dK/dw = B/2."""
+        at = _integrals(w)
+        return 2.0 * (at.K - target) / at.B
+
+    start = (target - np.pi / 2.0) * 8.0 / np.pi  # tangent at w = 0, above the root
+    return _plain(_integrals(_newton(step, start)).shortening)
+
+
+def stiffness(shortening: ArrayLike) -> Any:
+    """Tangent stiffness dp/du of the buckled strip; pi^2/2 at the onset of buckling.
+
+    dp/dm = 4 K B/m1 over du/dm = 1 + (m/m1) (B/K)^2.
+
+    Parameters
+    ----------
+    shortening : float or array, end shortening over length, 0 to 1.7
+
+    Returns
+    -------
+    float or array of the same shape, dP/dU times L^3/(E I)
+
+    Raises
+    ------
+    ValueError
+        If a shortening lies outside the range or is not a number.
+    """
+    at = _at_shortening(shortening)
+    return _plain(4.0 * at.K**3 * at.B / (at.m1 * at.K**2 + at.m * at.B**2))
+
+
+def energy(shortening: ArrayLike) -> Any:
+    """Bending energy W = 8 m K B; the load is its derivative, dW/du = p.
+
+    Parameters
+    ----------
+    shortening : float or array, end shortening over length, 0 to 1.7
+
+    Returns
+    -------
+    float or array of the same shape, energy times L/(E I)
+
+    Raises
+    ------
+    ValueError
+        If a shortening lies outside the range or is not a number.
+    """
+    at = _at_shortening(shortening)
+    return _plain(8.0 * at.m * at.K * at.B)
+
+
+def end_angle(shortening: ArrayLike) -> Any:
+    """Angle between the strip's end tangent and its chord, alpha with tan^2(alpha/2) = m/m1.
+
+    Parameters
+    ----------
+    shortening : float or array, end shortening over length, 0 to 1.7
+
+    Returns
+    -------
+    float or array of the same shape, rad, 0 to pi
+
+    Raises
+    ------
+    ValueError
+        If a shortening lies outside the range or is not a number.
+    """
+    at = _at_shortening(shortening)
+    return _plain(2.0 * np.arctan2(np.sqrt(at.m), np.sqrt(at.m1)))
+
+
+def shortening_at_angle(angle: ArrayLike) -> Any:
+    """End shortening at a given end angle, the inverse of `end_angle`, equation (2).
+
+    Parameters
+    ----------
+    angle : float or array, rad, 0 to 3.1329 (179.5 degrees)
+
+    Returns
+    -------
+    float or array of the same shape, end shortening over length
+
+    Raises
+    ------
+    ValueError
+        If an angle lies outside the range or is not a number.
+    """
+    alpha = _checked("angle", angle, 0.0, END_ANGLE_MAX, "rad")
+    return _plain(_integrals(np.log1p(np.tan(alpha / 2.0) ** 2)).shortening)
+
+
+def mid_deflection(shortening: ArrayLike) -> Any:
+    """Deflection of mid-span from the chord over length, equation (3).
+
+    Parameters
+    ----------
+    shortening : float or array, end shortening over length, 0 to 1.7
+
+    Returns
+    -------
+    float or array of the same shape, deflection over length; at most 0.40314, at u = 0.8053
+
+    Raises
+    ------
+    ValueError
+        If a shortening lies outside the range or is not a number.
+    """
+    at = _at_shortening(shortening)
+    return _plain(np.sqrt(at.m) / at.K)
+
+
+def curvature_max(shortening: ArrayLike) -> Any:
+    """Curvature at mid-span times length, 4 sqrt(m) K: the moment p y_mid, largest along the strip.
+
+    Parameters
+    ----------
+    shortening : float or array, end shortening over length, 0 to 1.7
+
+    Returns
+    -------
+    float or array of the same shape, dimensionless
+
+    Raises
+    ------
+    ValueError
+        If a shortening lies outside the range or is not a number.
+    """
+    at = _at_shortening(shortening)
+    return _plain(4.0 * np.sqrt(at.m) * at.K)
+
+
+def surface_stress(shortening: ArrayLike, thickness: ArrayLike, length: ArrayLike, modulus: ArrayLike) -> Any:
+    """Largest bending stress, E h kappa/2, at the surface of mid-span.
+
+    The direct stress P/A is left out with the extensibility that would go with it; it is smaller by the
+    order of h/L.
+
+    Parameters
+    ----------
+    shortening : float or array, end shortening over length, 0 to 1.7
+    thickness, length : float or array, m, positive
+    modulus : float or array, Young's modulus, Pa, positive
+
+    Returns
+    -------
+    float or array of the broadcast shape, Pa
+
+    Raises
+    ------
+    ValueError
+        If an argument lies outside its range or is not a number.
+    """
+    h = _checked("thickness", thickness, _TINY, _HUGE, "m")
+    L = _checked("length", length, _TINY, _HUGE, "m")
+    E = _checked("modulus", modulus, _TINY, _HUGE, "Pa")
+    return _plain(E * h / (2.0 * L) * curvature_max(shortening))
+
+
+def shape(shortening: ArrayLike, s: ArrayLike) -> tuple[Any, Any, Any]:
+    """Centreline of the buckled strip, bowed towards positive y over its chord from (0, 0) to (1 - u, 0).
+
+    With v = 2 K s and Jacobi's functions of parameter m,
+
+        x = (2 E(am v) - 2 m sn cd - v)/(2 K),   y = sqrt(m m1) sd/K,   sin(theta/2) = sqrt(m) cd,
+
+    evaluated from the nearer end, so that both ends are exact: the far half is the mirror image.
+
+    Parameters
+    ----------
+    shortening : float or array, end shortening over length, 0 to 1.7
+    s : float or array, arc length over length, 0 to 1; broadcast against `shortening`
+
+    Returns
+    -------
+    x, y : float or array of the broadcast shape, position over length
+    theta : float or array of the broadcast shape, tangent angle to the chord, rad, +alpha at s = 0, -alpha at s = 1
+
+    Raises
+    ------
+    ValueError
+        If a shortening or arc length lies outside its range or is not a number.
+    """
+    arc = _checked("s", s, 0.0, 1.0, "arc length/L")
+    m, m1, K, _ = at = _at_shortening(shortening)
+    v = 2.0 * K * np.minimum(arc, 1.0 - arc)
+    sn, cn, dn, am = special.ellipj(v, m)
+    near = (2.0 * special.ellipeinc(am, m) - 2.0 * m * sn * cn / dn - v) / (2.0 * K)
+    x = np.where(arc <= 0.5, near, 1.0 - at.shortening - near)
+    y = np.sqrt(m * m1) * sn / (dn * K)
+    theta = np.sign(0.5 - arc) * 2.0 * np.arcsin(np.sqrt(m) * cn / dn)
+    return _plain(x), _plain(y), _plain(theta)
+
+
+def _integrals(w: Array) -> _Integrals:
+    m1 = np.exp(-w)
+    return _Integrals(-np.expm1(-w), m1, special.ellipkm1(m1), m1 / 3.0 * special.elliprd(0.0, 1.0, m1))
+
+
+def _at_shortening(shortening: ArrayLike) -> _Integrals:
+    """Invert equation (2) for w by Newton on K/(2 E) = 1/(2 - u), whose slope is about 1/4 throughout."""
+    target = _checked("shortening", shortening, 0.0, SHORTENING_MAX, "end shortening/L")
+
+    def step(w: Array) -> Array:
+        at = _integrals(w)
+        slope = at.m1 + at.m * (at.B / at.K) ** 2  # du/dw
+        return (at.shortening - target) * (2.0 - at.shortening) / ((2.0 - target) * slope)
+
+    return _integrals(_newton(step, 2.0 * target / (2.0 - target)))
+
+
+def _newton(step: Callable[[Array], Array], w: Array) -> Array:
+    """Subtract steps until the next one would be below rounding: they shrink quadratically."""
+    for _ in range(10):
+        change = step(w)
+        w = np.maximum(w - change, 0.0)
+        if np.all(np.abs(change) <= 1e-8 * w + 4e-15):
+            return w
+    raise ArithmeticError(f"Newton iteration for the elliptic parameter left a step of {np.max(np.abs(change)):.1e}")
+
+
+def _checked(name: str, value: ArrayLike, low: float, high: float, unit: str) -> Array:
+    array = np.asarray(value, dtype=float)
+    wrong = ~((array >= low) & (array <= high))  # true for NaN as well
+    if np.any(wrong):
+        raise ValueError(f"{name} = {array[wrong].flat[0]} is outside {low:.17g} to {high:.17g} ({unit})")
+    return array
+
+
+def _plain(value: Any) -> Any:
+    """A float for a scalar, the array itself otherwise."""
+    return float(value) if np.ndim(value) == 0 else value

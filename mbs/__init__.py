@@ -1,0 +1,42 @@
+"""Planar mechanisms that buckle, rattle and strike. Importing it does not load the engine; `simulate` does."""
+
+from typing import TYPE_CHECKING, Any
+
+from mbs.mechanism import (
+    Beam,
+    Cable,
+    Drive,
+    Guide,
+    GuideFriction,
+    Link,
+    Mechanism,
+    Motion,
+    Ramp,
+    Revolute,
+    Rigid,
+    Stop,
+    Strut,
+)
+from mbs.result import Result, Status
+from mbs.sections import STEEL, Material, Section
+
+if TYPE_CHECKING:
+    from mbs.scene import build
+    from mbs.solve import simulate
+    from mbs.stepping import Solver
+
+__all__ = [
+    "STEEL", "Beam", "Cable", "Drive", "Guide", "GuideFriction", "Link", "Material", "Mechanism", "Motion", "Ramp", "Result",
+    "Revolute", "Rigid", "Section", "Solver", "Status", "Stop", "Strut", "build", "simulate",
+]  # fmt: skip
+
+_ENGINE = {"simulate": "mbs.solve", "build": "mbs.scene", "Solver": "mbs.stepping"}
+
+
+def __getattr__(name: str) -> Any:
+    """Load what needs the engine only when it is asked for."""
+    if name in _ENGINE:
+        from importlib import import_module
+
+        return getattr(import_module(_ENGINE[name]), name)
+    raise AttributeError(f"module 'mbs' has no attribute '{name}'")

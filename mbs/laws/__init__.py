@@ -1,0 +1,68 @@
+"""Contact and friction laws: small, frozen, pure objects, one concept each, equation and source in the docstring."""
+
+from mbs.laws.friction import AdamsFriction, Ambrosio, Coulomb, FrictionLaw, LuGre, NoFriction, Stribeck, Threlfall
+from mbs.laws.hertz import effective_modulus, hertz_external, hertz_internal
+from mbs.laws.hysteresis import (
+    CarvalhoMartins,
+    ExactRestitution,
+    Flores,
+    Gonthier,
+    HerbertMcWhannell,
+    HuGuo,
+    HuntCrossley,
+    HysteresisLaw,
+    LankaraniNikravesh,
+    LeeWang,
+    ZhiyingQishao,
+)
+from mbs.laws.normal import Hertz, Impact, KelvinVoigt, NormalLaw, PowerLaw
+from mbs.laws.pieces import step
+from mbs.laws.rebound import (
+    chi_exact,
+    contact_time,
+    damping_ratio,
+    delivered,
+    elastic_depth,
+    restitution,
+    restitution_integrated,
+    restitution_linear,
+)
+
+__all__ = [
+    "AdamsFriction",
+    "Ambrosio",
+    "CarvalhoMartins",
+    "Coulomb",
+    "ExactRestitution",
+    "Flores",
+    "FrictionLaw",
+    "Gonthier",
+    "HerbertMcWhannell",
+    "Hertz",
+    "HuGuo",
+    "HuntCrossley",
+    "HysteresisLaw",
+    "Impact",
+    "KelvinVoigt",
+    "LankaraniNikravesh",
+    "LeeWang",
+    "LuGre",
+    "NoFriction",
+    "NormalLaw",
+    "PowerLaw",
+    "Stribeck",
+    "Threlfall",
+    "ZhiyingQishao",
+    "chi_exact",
+    "contact_time",
+    "damping_ratio",
+    "delivered",
+    "effective_modulus",
+    "elastic_depth",
+    "hertz_external",
+    "hertz_internal",
+    "restitution",
+    "restitution_integrated",
+    "restitution_linear",
+    "step",
+]

@@ -1,0 +1,216 @@
+"""Contact laws F = K d^n (1 + chi d'/v0): one force, ten opinions on chi(e).
+
+Here d is the penetration depth, d' its rate, v0 the approach speed at contact onset and e the restitution asked for.
+What each law then delivers is another number: ``mbs.laws.delivered`` says which, docs/theory-contact.md tabulates it.
+"""
+
+# ruff: noqa: D102 - hysteresis(e) is explained once, in the base class; each law's docstring is its equation.
+
+import math
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from functools import cached_property
+from typing import ClassVar
+
+from mbs.laws.normal import PowerLaw
+from mbs.laws.pieces import keep, ramp, Reals
+from mbs.laws.rebound import chi_exact, restitution
+from mbs.validate import non_negative
+
+
+def hysteresis_force(depth: Reals, rate: Reals, onset: Reals, stiffness: float, exponent: float, chi: float) -> Reals:
+    """max(0, K d^n (1 + chi d'/v0)) [N], 0 where d <= 0."""
+    return stiffness * ramp(depth) ** exponent * ramp(1.0 + chi * rate / onset)
+
+
+@dataclass(frozen=True)
+class HysteresisLaw(PowerLaw, ABC):
+    """F = K d^n (1 + chi(e) d'/v0), never below zero. A concrete law states chi(e) and nothing else.
+
+    Parameters
+    ----------
+    stiffness : float > 0, N/m^n, K
+    restitution : float, 1, e asked for: 0 <= e <= 1, and e > 0 where chi(e) has a pole at 0
+    exponent : float, 1, n in [1, 3]; 1.5 for a Hertzian contact, 1 for a linear stop
+
+    Raises
+    ------
+    ValueError
+        Naming parameter, value, range and unit.
+    """
+
+    stiffness: float
+    restitution: float
+    exponent: float = 1.5
+
+    pole_at_zero: ClassVar[bool] = False
+
+    def __post_init__(self) -> None:
+        keep(self, "N/m^n", "stiffness", open_low=True)
+        keep(self, "1", "restitution", high=1.0, open_low=self.pole_at_zero)
+        keep(self, "1", "exponent", low=1.0, high=3.0)
+        non_negative("chi", self.chi, "1")  # a negative chi would make energy
+
+    @staticmethod
+    @abstractmethod
+    def hysteresis(e: float) -> float:
+        """Hysteresis factor chi [1] for the restitution e asked for."""
+
+    @cached_property
+    def chi(self) -> float:
+        """Hysteresis factor of this law [1]."""
+        return self.hysteresis(self.restitution)
+
+    def force(self, depth: Reals, rate: Reals, onset: Reals) -> Reals:
+        """Contact force [N] at depth [m], rate [m/s, positive when penetrating] and onset speed [m/s, > 0]."""
+        return hysteresis_force(depth, rate, onset, self.stiffness, self.exponent, self.chi)
+
+    def delivered(self, mass: float | None = None, speed: float | None = None) -> float:
+        """Restitution delivered [1], the same for every mass and speed."""
+        return restitution(self.chi)
+
+
+class HuntCrossley(HysteresisLaw):
+    """chi = 3 (1 - e) / 2. First order in 1 - e, for light damping.
+
+    References
+    ----------
+    K. H. Hunt, F. R. E. Crossley, J. Applied Mechanics 42 (1975) 440-445, doi 10.1115/1.3423596.
+    """
+
+    @staticmethod
+    def hysteresis(e: float) -> float:
+        return 1.5 * (1.0 - e)
+
+
+class LankaraniNikravesh(HysteresisLaw):
+    """chi = 3 (1 - e^2) / 4. From the energy lost in a nearly elastic impact.
+
+    References
+    ----------
+    H. M. Lankarani, P. E. Nikravesh, J. Mechanical Design 112 (1990) 369-376, doi 10.1115/1.2912617.
+    """
+
+    @staticmethod
+    def hysteresis(e: float) -> float:
+        return 0.75 * (1.0 - e**2)
+
+
+class HerbertMcWhannell(HysteresisLaw):
+    """chi = 6 (1 - e) / [(2 e - 1)^2 + 3].
+
+    References
+    ----------
+    R. G. Herbert, D. C. McWhannell, J. Engineering for Industry 99 (1977) 513-518, doi 10.1115/1.3439270.
+    """
+
+    @staticmethod
+    def hysteresis(e: float) -> float:
+        return 6.0 * (1.0 - e) / ((2.0 * e - 1.0) ** 2 + 3.0)
+
+
+class LeeWang(HysteresisLaw):
+    """chi = 3 (1 - e) / 4. Half the damping of Hunt and Crossley: it always rebounds too fast.
+
+    References
+    ----------
+    T. W. Lee, A. C. Wang, J. Mechanisms, Transmissions and Automation in Design 105 (1983) 534-540,
+    doi 10.1115/1.3267392.
+    """
+
+    @staticmethod
+    def hysteresis(e: float) -> float:
+        return 0.75 * (1.0 - e)
+
+
+class Gonthier(HysteresisLaw):
+    """chi = (1 - e^2) / e. The right pole at e = 0, a third too much damping as e -> 1.
+
+    References
+    ----------
+    Y. Gonthier, J. McPhee, C. Lange, J.-C. Piedboeuf, Multibody System Dynamics 11 (2004) 209-233,
+    doi 10.1023/B:MUBO.0000029392.21648.bc.
+    """
+
+    pole_at_zero = True
+
+    @staticmethod
+    def hysteresis(e: float) -> float:
+        return (1.0 - e**2) / e
+
+
+class ZhiyingQishao(HysteresisLaw):
+    """chi = 3 (1 - e^2) exp[2 (1 - e)] / 4. Lankarani and Nikravesh, corrected for heavier damping.
+
+    References
+    ----------
+    Qin Zhiying, Lu Qishao, "Analysis of impact process model based on restitution coefficient", J. Dynamics and Control
+    4 (2006) 294-298 (in Chinese, no DOI); quoted by Hu and Guo, doi 10.1007/s11044-015-9453-z.
+    """
+
+    @staticmethod
+    def hysteresis(e: float) -> float:
+        return 0.75 * (1.0 - e**2) * math.exp(2.0 * (1.0 - e))
+
+
+class Flores(HysteresisLaw):
+    """chi = 8 (1 - e) / (5 e). For soft as well as hard contacts.
+
+    References
+    ----------
+    P. Flores, M. Machado, M. T. Silva, J. M. Martins, Multibody System Dynamics 25 (2011) 357-375,
+    doi 10.1007/s11044-010-9237-4.
+    """
+
+    pole_at_zero = True
+
+    @staticmethod
+    def hysteresis(e: float) -> float:
+        return 8.0 * (1.0 - e) / (5.0 * e)
+
+
+class HuGuo(HysteresisLaw):
+    """chi = 3 (1 - e) / (2 e).
+
+    References
+    ----------
+    S. Hu, X. Guo, Multibody System Dynamics 35 (2015) 131-151, doi 10.1007/s11044-015-9453-z.
+    """
+
+    pole_at_zero = True
+
+    @staticmethod
+    def hysteresis(e: float) -> float:
+        return 3.0 * (1.0 - e) / (2.0 * e)
+
+
+class CarvalhoMartins(HysteresisLaw):
+    """chi = 1.5 (1 - e) (11 - e) / (1 + 9 e). Explicit, and within 2e-4 of what is asked for from e = 0.5 up.
+
+    References
+    ----------
+    A. S. Carvalho, J. M. Martins, Mechanism and Machine Theory 139 (2019) 174-194,
+    doi 10.1016/j.mechmachtheory.2019.03.028.
+    """
+
+    @staticmethod
+    def hysteresis(e: float) -> float:
+        return 1.5 * (1.0 - e) * (11.0 - e) / (1.0 + 9.0 * e)
+
+
+class ExactRestitution(HysteresisLaw):
+    """chi from chi (1 + e) = ln[(1 + chi) / (1 - chi e)]: delivers e itself, 0 < e <= 1.
+
+    Solved once, when the law is made; see ``mbs.laws.chi_exact``.
+
+    References
+    ----------
+    A. S. Carvalho, J. M. Martins, Mechanism and Machine Theory 139 (2019) 174-194,
+    doi 10.1016/j.mechmachtheory.2019.03.028.
+    """
+
+    pole_at_zero = True
+
+    @staticmethod
+    def hysteresis(e: float) -> float:
+        return chi_exact(e)

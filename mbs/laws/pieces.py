@@ -1,0 +1,44 @@
+"""Small functions the laws are made of, and the check their parameters pass.
+
+``ramp``, ``saturate`` and ``step`` use nothing but arithmetic and ``abs``. So one line of a law serves a Python float
+(without the overhead of a NumPy call), an array of any shape, and a compiler.
+"""
+
+from math import inf
+from typing import Any, TypeAlias
+
+from mbs.validate import number
+
+Reals: TypeAlias = Any
+"""What a law takes and returns: a float or an array (arrays broadcast). Any, because abs(float | array) has no type."""
+
+
+def ramp(x: Reals) -> Reals:
+    """max(0, x): x where x > 0, otherwise 0."""
+    return 0.5 * (x + abs(x))
+
+
+def saturate(x: Reals) -> Reals:
+    """Hold x between -1 and 1, to one rounding error: x / max(1, |x|); odd, and x itself for |x| <= 1."""
+    return x / (1.0 + ramp(abs(x) - 1.0))
+
+
+def step(x: Reals, x0: float, h0: float, x1: float, h1: float) -> Reals:
+    """ADAMS STEP: a cubic from h0 at x0 to h1 at x1, constant outside, with a continuous first derivative.
+
+    h0 + (h1 - h0) D^2 (3 - 2 D),  D = (x - x0) / (x1 - x0) held between 0 and 1.
+
+    Parameters
+    ----------
+    x : float or array, in the unit of x0 and x1
+    x0, x1 : float, where the step begins and ends; they must differ
+    h0, h1 : float, value before and after
+    """
+    fraction = saturate(ramp((x - x0) / (x1 - x0)))
+    return h0 + (h1 - h0) * fraction * fraction * (3.0 - 2.0 * fraction)
+
+
+def keep(law: object, unit: str, *names: str, low: float = 0.0, high: float = inf, open_low: bool = False) -> None:
+    """Check parameters of a frozen law against [low, high], or (low, high], and keep them as floats; else ValueError."""
+    for name in names:
+        object.__setattr__(law, name, number(name, getattr(law, name), low, high, unit, open_low=open_low))

@@ -1,0 +1,209 @@
+"""Restitution: what a contact law delivers, and the damping that delivers what was asked for.
+
+A body of mass m meets a contact at speed v0 and leaves at e v0. With F = K d^n (1 + chi d'/v0) the depth drops out of
+m d'' = -F, and for every K, n, m and v0 alike
+
+    chi (1 + e) = ln[(1 + chi) / (1 - chi e)],     0 < chi e < 1.
+
+The law stays in pressure up to the very end (1 - chi e > 0), so clamping it at zero changes nothing in a free impact.
+
+References
+----------
+A. S. Carvalho, J. M. Martins, "Exact restitution and generalizations for the Hunt-Crossley contact model", Mechanism
+and Machine Theory 139 (2019) 174-194, doi 10.1016/j.mechmachtheory.2019.03.028.
+T. Schwager, T. Poeschel, "Coefficient of restitution and linear-dashpot model revisited", Granular Matter 9 (2007)
+465-469, doi 10.1007/s10035-007-0065-z.
+"""
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+from mbs.validate import non_negative, number, positive
+
+if TYPE_CHECKING:
+    from mbs.laws.normal import NormalLaw
+
+_LONGEST = 1e6  # times elastic_depth / speed; a body still inside by then is called stuck
+_ROUNDING = 4.0 * float(np.finfo(float).eps)
+
+
+def restitution(chi: float) -> float:
+    """Restitution delivered by F = K d^n (1 + chi d'/v0), any n.
+
+    Solves the exact relation for y = chi e, written without cancellation as g(y) = -ln(1 - y) - y = chi - ln(1 + chi).
+    g is convex and rising, and the start lies above the root: Newton comes down to it without overshooting.
+
+    Parameters
+    ----------
+    chi : float >= 0, hysteresis factor [1]
+
+    Returns
+    -------
+    float, restitution e in (0, 1]
+    """
+    chi = non_negative("chi", chi, "1")
+    if chi < 1e-6:
+        return 1.0 - 2.0 / 3.0 * chi * (1.0 - 2.0 / 3.0 * chi)
+    target = -_log1p_minus(chi)
+    y = min(-math.expm1(-1.0 - target), math.sqrt(2.0 * target))  # g(y) > y^2/2 and g(y) > -ln(1 - y) - 1
+    while 1.0 - y > 0.0:
+        change = (-_log1p_minus(-y) - target) * (1.0 - y) / y
+        y -= change
+        if change <= _ROUNDING * y:
+            break
+    return min(1.0, y / chi)
+
+
+def chi_exact(e: float) -> float:
+    """Hysteresis factor that delivers restitution e exactly: the inverse of ``restitution``.
+
+    Parameters
+    ----------
+    e : float, 0 < e <= 1, restitution [1]
+
+    Returns
+    -------
+    float, chi >= 0 [1]; 1.5 (1 - e) as e -> 1, 1/e as e -> 0
+    """
+    e = number("restitution", e, 0.0, 1.0, "1", open_low=True)
+    highest = 1.001 / e  # chi e < 1
+    return float(brentq(lambda chi: restitution(chi) - e, 0.0, highest, xtol=1e-300, rtol=_ROUNDING))
+
+
+def restitution_linear(damping_ratio: float) -> float:
+    """Restitution of a spring and dashpot that may push but not pull.
+
+    With zeta = c / (2 sqrt(k m)) and contact ending when the force, not the depth, comes back to zero:
+    e = exp(-2 zeta a / sin a), cos a = zeta (zeta < 1); e = exp(-2 zeta a / sinh a), cosh a = zeta (zeta > 1).
+    It differs from exp(-pi zeta / sqrt(1 - zeta^2)), which lets the dashpot pull until the depth is zero.
+
+    Parameters
+    ----------
+    damping_ratio : float >= 0, zeta [1]
+    """
+    zeta = non_negative("damping_ratio", damping_ratio, "1")
+    if zeta == 1.0:
+        return math.exp(-2.0)
+    if zeta < 1.0:
+        angle = math.acos(zeta)
+        return math.exp(-2.0 * zeta * angle / math.sin(angle))
+    angle = math.acosh(zeta)
+    return math.exp(-2.0 * angle / math.tanh(angle))
+
+
+def damping_ratio(e: float) -> float:
+    """Damping ratio zeta at which ``restitution_linear`` delivers e.
+
+    Parameters
+    ----------
+    e : float, 0 < e <= 1, restitution [1]
+    """
+    e = number("restitution", e, 0.0, 1.0, "1", open_low=True)
+    highest = 1.0 + 0.5 / math.sqrt(e)  # beyond zeta = 1, e < 1 / (4 (zeta - 1)^2)
+    return float(brentq(lambda zeta: restitution_linear(zeta) - e, 0.0, highest, xtol=1e-300, rtol=_ROUNDING))
+
+
+def delivered(law: "NormalLaw", mass: float | None = None, speed: float | None = None) -> float:
+    """Restitution a law delivers in a free impact.
+
+    A law that knows the answer says so by a method ``delivered(mass, speed)``; for any other the impact is integrated.
+
+    Parameters
+    ----------
+    law : NormalLaw
+    mass : float > 0, kg, effective mass m1 m2 / (m1 + m2); needed where the answer depends on it
+    speed : float > 0, m/s, approach speed; likewise
+
+    Raises
+    ------
+    ValueError
+        If a mass or speed is needed and missing.
+    """
+    closed_form = getattr(law, "delivered", None)
+    if closed_form is not None:
+        return float(closed_form(mass, speed))
+    return restitution_integrated(law, needed("mass", mass, "kg", law), needed("speed", speed, "m/s", law))
+
+
+def needed(name: str, value: float | None, unit: str, law: object) -> float:
+    """``value``, checked to be positive; ValueError if it was not given though the answer depends on it."""
+    if value is None:
+        kind = type(law).__name__
+        raise ValueError(f"{name} = None: the restitution of {kind} depends on it; give 0 < {name}, unit {unit}")
+    return positive(name, value, unit)
+
+
+def elastic_depth(law: "NormalLaw", mass: float, speed: float) -> float:
+    """Depth [m] at which the elastic part K d^n has stopped an effective mass [kg] that came at a speed [m/s]."""
+    n = law.exponent
+    return float((0.5 * (n + 1.0) * mass * speed**2 / law.stiffness) ** (1.0 / (n + 1.0)))
+
+
+def contact_time(law: "NormalLaw", mass: float, speed: float) -> float:
+    """How long an impact lasts [s] on the elastic part alone: pi sqrt(m/K) for n = 1, 2.943 d/v0 for n = 1.5.
+
+    2 (d/v0) sqrt(pi) Gamma(1 + q) / Gamma(1/2 + q) with q = 1/(n + 1) and d the ``elastic_depth``. A step size that resolves
+    an impact is a fraction of this; for n > 1 it shrinks with the speed, as v0^-((n - 1)/(n + 1)).
+
+    Parameters
+    ----------
+    law : NormalLaw
+    mass : float > 0, kg, effective mass m1 m2 / (m1 + m2)
+    speed : float > 0, m/s, approach speed
+    """
+    mass, speed = positive("mass", mass, "kg"), positive("speed", speed, "m/s")
+    q = 1.0 / (law.exponent + 1.0)
+    return (
+        2.0 * elastic_depth(law, mass, speed) / speed * math.sqrt(math.pi) * math.gamma(1.0 + q) / math.gamma(0.5 + q)
+    )
+
+
+def restitution_integrated(law: "NormalLaw", mass: float, speed: float) -> float:
+    """Restitution found by integrating m d'' = -F from d = 0, d' = speed until the body is out again.
+
+    Scaled by ``elastic_depth`` and the speed; accurate to about 1e-8.
+
+    Parameters
+    ----------
+    law : NormalLaw
+    mass : float > 0, kg
+    speed : float > 0, m/s
+
+    Returns
+    -------
+    float, speed out over speed in [1]
+
+    Raises
+    ------
+    RuntimeError
+        If the body is still inside after a million times depth over speed.
+    """
+    mass, speed = positive("mass", mass, "kg"), positive("speed", speed, "m/s")
+    depth = elastic_depth(law, mass, speed)
+    scale = depth / (mass * speed**2)
+
+    def motion(_: float, state: np.ndarray) -> tuple[float, float]:
+        x, v = state.tolist()
+        return v, -scale * float(law.force(depth * x, speed * v, speed))
+
+    def out(_: float, state: np.ndarray) -> float:
+        return float(state[0])
+
+    out.terminal, out.direction = True, -1.0  # type: ignore[attr-defined]
+    run = solve_ivp(motion, (0.0, _LONGEST), (1e-13, 1.0), method="LSODA", events=out, rtol=1e-10, atol=1e-13)
+    if run.status != 1:
+        raise RuntimeError(f"{law} at mass = {mass} kg, speed = {speed} m/s: no rebound found; {run.message}")
+    return float(-run.y_events[0][0, 1])
+
+
+def _log1p_minus(x: float) -> float:
+    """ln(1 + x) - x without cancellation: ln(1 + x) = 2 artanh(r), r = x / (2 + x), and 2 r - x = -r x."""
+    if abs(x) > 0.5:
+        return math.log1p(x) - x
+    r = x / (2.0 + x)
+    series = sum(r ** (2 * k) / (2 * k + 1) for k in range(1, 18))
+    return r * (2.0 * series - x)

@@ -1,0 +1,193 @@
+"""What a run gives back: plain arrays with names and units, a status, the work it took, where it came from."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+Array = np.ndarray[Any, Any]
+
+
+class Status(StrEnum):
+    """How a run ended. Anything but OK comes with a sentence a person can act on."""
+
+    OK = "OK"
+    SUSPECT = "SUSPECT"
+    NEWTON_DIVERGED = "NEWTON_DIVERGED"
+    NOT_FINITE = "NOT_FINITE"
+    TIMED_OUT = "TIMED_OUT"
+    TOO_MANY_STEPS = "TOO_MANY_STEPS"
+    STRUT_OUT_OF_RANGE = "STRUT_OUT_OF_RANGE"
+    ENGINE_ERROR = "ENGINE_ERROR"
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A flexible link at chosen times.
+
+    Attributes
+    ----------
+    times : array, shape (times,)
+        s.
+    points : array, shape (times, stations, 2)
+        Positions along the link, m.
+    thickness : float
+        In the plane, m.
+    """
+
+    times: Array
+    points: Array
+    thickness: float
+
+
+@dataclass(frozen=True)
+class Result:
+    """Outcome of `simulate`; no engine handles, so it pickles.
+
+    Attributes
+    ----------
+    status : Status
+    message : str
+        Why, where the status is not OK.
+    time : array, shape (samples,)
+        The accepted steps, s. They are not equidistant: weight by time, or use `at`.
+    signals : dict of str to array, shape (samples,)
+        By name, e.g. `B.x`, `B.contact_force`, `drive.torque`.
+    units : dict of str to str
+        Of each signal.
+    work : dict
+        wall_s, steps, newton_iterations, jacobians, rejected.
+    energy : dict of str to array, shape (samples,)
+        The ledger, J, where it was asked for.
+    shapes : dict of str to Shape
+        Flexible links at the times asked for.
+    provenance : dict
+        Versions and what was built.
+    """
+
+    status: Status
+    message: str
+    time: Array
+    signals: dict[str, Array]
+    units: dict[str, str]
+    work: dict[str, float]
+    energy: dict[str, Array] = field(default_factory=dict)
+    shapes: dict[str, Shape] = field(default_factory=dict)
+    provenance: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def ok(self) -> bool:
+        """True if the run finished and passed its checks."""
+        return self.status is Status.OK
+
+    def at(self, name: str, times: Any) -> Array:
+        """Signal `name` at other times, linear between steps."""
+        return np.interp(times, self.time, self.signals[name])
+
+    def mean(self, name: str) -> float:
+        """Time-weighted mean of a signal."""
+        return float(np.trapezoid(self.signals[name], self.time) / (self.time[-1] - self.time[0]))
+
+    @property
+    def energy_balance(self) -> float:
+        """Largest ledger error over the run, relative to the energy put through it; nan without a ledger."""
+        if not self.energy:
+            return float("nan")
+        return float(np.abs(self.energy["error"]).max() / max(self.energy["throughput"][-1], np.finfo(float).tiny))
+
+    def suspect(self, reason: str) -> Result:
+        """Return the result marked as suspect; a failure stays what it is."""
+        if self.status not in (Status.OK, Status.SUSPECT):
+            return self
+        return replace(self, status=Status.SUSPECT, message="; ".join(filter(None, (self.message, reason))))
+
+    def save(self, path: str | Path) -> Path:
+        """Write everything to one .npz file, readable without this package."""
+        path = Path(path).with_suffix(".npz")
+        head = {"status": self.status, "message": self.message, "units": self.units, "work": self.work}
+        head["provenance"] = self.provenance
+        head["thickness"] = {name: shape.thickness for name, shape in self.shapes.items()}
+        arrays: dict[str, Array] = {"time": self.time, "head": np.array(json.dumps(head, default=str))}
+        arrays |= {f"signal/{k}": v for k, v in self.signals.items()} | {f"energy/{k}": v for k, v in self.energy.items()}
+        for name, shape in self.shapes.items():
+            arrays |= {f"shape/{name}/times": shape.times, f"shape/{name}/points": shape.points}
+        path.parent.mkdir(parents=True, exist_ok=True)
+        np.savez_compressed(path, **arrays)  # type: ignore[arg-type]
+        return path
+
+    @classmethod
+    def load(cls, path: str | Path) -> Result:
+        """Read a file that `save` wrote.
+
+        Raises
+        ------
+        ValueError
+            If the file is none.
+        """
+        with np.load(Path(path), allow_pickle=False) as data:
+            if "head" not in data.files:
+                raise ValueError(f"{path}: not a saved result (it has no 'head')")
+            head = json.loads(str(data["head"]))
+            arrays = {name: data[name] for name in data.files if name != "head"}
+        shapes = {
+            name: Shape(arrays[f"shape/{name}/times"], arrays[f"shape/{name}/points"], thickness)
+            for name, thickness in head["thickness"].items()
+        }
+        return cls(
+            Status(head["status"]), head["message"], arrays["time"], _group(arrays, "signal/"), head["units"], head["work"],
+            _group(arrays, "energy/"), shapes, head["provenance"],
+        )  # fmt: skip
+
+    def write_paraview(self, folder: str | Path) -> Path:
+        """Write the shapes of all flexible links as one .vtu a time and a .pvd collection for ParaView.
+
+        Returns
+        -------
+        path : Path
+            The .pvd file to open.
+
+        Raises
+        ------
+        ValueError
+            If the run stored no shapes.
+        """
+        import meshio
+
+        if not self.shapes:
+            raise ValueError("no shapes stored: call simulate(..., shapes=times)")
+        folder = Path(folder)
+        folder.mkdir(parents=True, exist_ok=True)
+        times = next(iter(self.shapes.values())).times
+        entries = []
+        for k, t in enumerate(times):
+            meshio.write(folder / f"strip_{k:04d}.vtu", _strip_mesh(self.shapes, k), binary=False)
+            entries.append(f'<DataSet timestep="{float(t)!r}" file="strip_{k:04d}.vtu"/>')
+        collection = folder / "strip.pvd"
+        collection.write_text(
+            '<?xml version="1.0"?>\n<VTKFile type="Collection"><Collection>\n' + "\n".join(entries) + "\n</Collection></VTKFile>\n"
+        )
+        return collection
+
+
+def _group(arrays: Mapping[str, Array], prefix: str) -> dict[str, Array]:
+    return {name.removeprefix(prefix): value for name, value in arrays.items() if name.startswith(prefix)}
+
+
+def _strip_mesh(shapes: Mapping[str, Shape], k: int) -> Any:
+    """All links at time number k as one mesh of line cells."""
+    import meshio
+
+    points, cells, thickness, first = [], [], [], 0
+    for shape in shapes.values():
+        line = shape.points[k]
+        points.append(np.column_stack([line, np.zeros(len(line))]))
+        cells.append(np.column_stack([np.arange(len(line) - 1), np.arange(1, len(line))]) + first)
+        thickness.append(np.full(len(line), shape.thickness))
+        first += len(line)
+    return meshio.Mesh(np.concatenate(points), [("line", np.concatenate(cells))], {"thickness": np.concatenate(thickness)})

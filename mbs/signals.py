@@ -1,0 +1,177 @@
+"""Named signals with units from what a run recorded."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mbs.fields import Strip
+from mbs.joints import strut_force
+from mbs.mechanism import Beam, Cable, Guide, Rigid, Strut
+from mbs.result import Shape
+from mbs.scene import Scene
+from mbs.stepping import Record
+
+Array = np.ndarray[Any, Any]
+
+
+@dataclass(frozen=True)
+class History:
+    """The recorded coordinates of a scene as arrays.
+
+    Attributes
+    ----------
+    time : array, shape (times,)
+    q, q_t : array, shape (times, coordinates)
+        Displacements from the reference, as the engine keeps them, and their rates.
+    multipliers : array, shape (times, constraints)
+    contact : array, shape (times, stops)
+        Contact forces, N.
+    """
+
+    scene: Scene
+    time: Array
+    q: Array
+    q_t: Array
+    multipliers: Array
+    contact: Array
+
+    @classmethod
+    def of(cls, scene: Scene, record: Record) -> History:
+        """Stack a record."""
+        rows = len(record.time)
+        contact = np.array(record.contact).reshape(rows, len(scene.stops))
+        stacked = (np.array(getattr(record, name)).reshape(rows, -1) for name in ("q", "q_t", "multipliers"))
+        return cls(scene, np.array(record.time), *stacked, contact)
+
+    def strip(self, name: str) -> Strip:
+        """A flexible link's history."""
+        placed = self.scene.placed[name]
+        columns = placed.columns(self.scene.system)
+        length = self.scene.arc_length(name)
+        return Strip(placed, length, self.q[:, columns] + placed.reference, self.q_t[:, columns])
+
+    def point(self, body: str, point: str) -> tuple[Array, Array]:
+        """Position and velocity of a body's point, each of shape (times, 2)."""
+        placed = self.scene.placed[body]
+        columns = placed.columns(self.scene.system)
+        if isinstance(placed.body, Guide):
+            s, v = self.q[:, columns[0, 0]], self.q_t[:, columns[0, 0]]
+            return placed.origin + np.outer(s, placed.along), np.outer(v, placed.along)
+        if isinstance(placed.body, Rigid):
+            return self._rigid_point(placed, columns[0], point)
+        node = 0 if point == self.scene.mechanism.link(body).start else -1
+        cols = columns[node, :2]
+        return self.q[:, cols] + placed.reference[node, :2], self.q_t[:, cols]
+
+    def _rigid_point(self, placed: Any, columns: Array, point: str) -> tuple[Array, Array]:
+        arm = np.subtract(self.scene.mechanism.points[point], placed.reference[0, :2])
+        turn, spin = self.q[:, columns[2]], self.q_t[:, columns[2]]
+        c, s = np.cos(turn), np.sin(turn)
+        offset = np.column_stack([c * arm[0] - s * arm[1], s * arm[0] + c * arm[1]])
+        place = self.q[:, columns[:2]] + placed.reference[0, :2] + offset
+        return place, self.q_t[:, columns[:2]] + spin[:, None] * np.column_stack([-offset[:, 1], offset[:, 0]])
+
+    def where(self, point: str) -> tuple[Array, Array]:
+        """Position and velocity of a point, from whatever body carries it; fixed if none does."""
+        mechanism = self.scene.mechanism
+        carriers = [point] if point in self.scene.placed else []
+        carriers += [link.name for link in mechanism.links if point in link.points and link.name in self.scene.placed]
+        if carriers:
+            return self.point(carriers[0], point)
+        fixed = np.tile(mechanism.points[point], (len(self.time), 1))
+        return fixed, np.zeros_like(fixed)
+
+    def force(self, constraint: str) -> Array:
+        """What a constraint exerts on its second body, shape (times, rows): minus its Lagrange multipliers."""
+        return -self.multipliers[:, self.scene.multipliers(constraint)]
+
+
+def collect(history: History) -> tuple[dict[str, Array], dict[str, str]]:
+    """All signals and their units."""
+    signals: dict[str, Array] = {}
+    units: dict[str, str] = {}
+
+    def add(name: str, values: Array, unit: str) -> None:
+        signals[name], units[name] = values, unit
+
+    mechanism = history.scene.mechanism
+    for point in mechanism.points:
+        place, speed = history.where(point)
+        for axis, letter in enumerate("xy"):
+            add(f"{point}.{letter}", place[:, axis], "m")
+            add(f"{point}.v{letter}", speed[:, axis], "m/s")
+    for k, (point, contact) in enumerate(history.scene.stops.items()):
+        travel = history.q[:, history.scene.placed[point].columns(history.scene.system)[0, 0]]
+        add(f"{point}.contact_force", history.contact[:, k], "N")
+        add(f"{point}.penetration", np.maximum(contact.depth(travel), 0.0), "m")
+    for name in history.scene.constraints:
+        if name.startswith("joint "):
+            _, point, first, second = name.split(" ")
+            force = history.force(name)
+            add(f"{point}.{first}-{second}.fx", force[:, 0], "N")
+            add(f"{point}.{first}-{second}.fy", force[:, 1], "N")
+    if mechanism.drive is not None:
+        rotary = mechanism.drive.target not in mechanism.points
+        add("drive.torque" if rotary else "drive.force", history.force("drive")[:, 0], "N m" if rotary else "N")
+        add("drive.position", _drive_coordinate(history)[0], "rad" if rotary else "m")
+    for link in mechanism.links:
+        if isinstance(link.body, Beam | Cable):
+            _add_strip(history, link.name, add)
+        elif isinstance(link.body, Strut):
+            _add_strut(history, link, add)
+    return signals, units
+
+
+def _drive_coordinate(history: History) -> tuple[Array, Array]:
+    """The driven coordinate and its rate."""
+    drive = history.scene.mechanism.drive
+    assert drive is not None
+    columns = history.scene.placed[drive.target].columns(history.scene.system)[0]
+    column = columns[2 if drive.target not in history.scene.mechanism.points else 0]
+    return history.q[:, column], history.q_t[:, column]
+
+
+def drive_power(history: History) -> Array:
+    """Power the drive gives, W."""
+    return history.force("drive")[:, 0] * _drive_coordinate(history)[1]
+
+
+def _add_strip(history: History, name: str, add: Any) -> None:
+    strip = history.strip(name)
+    line = strip.points(2)
+    chord = line[:, -1] - line[:, 0]
+    span = np.hypot(*chord.T)
+    middle = line[:, line.shape[1] // 2] - line[:, 0]
+    add(f"{name}.end_shortening", history.scene.arc_length(name) - span, "m")
+    add(f"{name}.deflection", (chord[:, 0] * middle[:, 1] - chord[:, 1] * middle[:, 0]) / span, "m")
+
+
+def _add_strut(history: History, link: Any, add: Any) -> None:
+    chord = history.where(link.end)[0] - history.where(link.start)[0]
+    elongation = np.hypot(*chord.T) - history.scene.mechanism.length(link.name)
+    force = strut_force(link.body, history.scene.mechanism.length(link.name))
+    add(f"{link.name}.end_shortening", -elongation, "m")
+    add(f"{link.name}.compression", -np.array([force(float(e)) for e in elongation]), "N")
+
+
+def shapes_at(history: History, times: Array) -> dict[str, Shape]:
+    """Flexible links at chosen times: cubic Hermite interpolation of recorded coordinates and rates."""
+    from scipy.interpolate import CubicHermiteSpline
+
+    times = np.atleast_1d(np.asarray(times, dtype=float))
+    if times.size and not history.time[0] <= times.min() <= times.max() <= history.time[-1]:
+        raise ValueError(f"shapes: times must lie in [{history.time[0]:g}, {history.time[-1]:g}] s")
+    found = {}
+    for link in history.scene.mechanism.links:
+        if isinstance(link.body, Beam | Cable):
+            placed = history.scene.placed[link.name]
+            columns = placed.columns(history.scene.system)
+            q = CubicHermiteSpline(history.time, history.q[:, columns], history.q_t[:, columns])(times) + placed.reference
+            strip = Strip(placed, history.scene.arc_length(link.name), q, np.zeros_like(q))
+            found[link.name] = Shape(times, strip.points(), link.body.section.thickness)
+    return found
+
+

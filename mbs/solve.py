@@ -1,0 +1,140 @@
+"""One run: solver settings chosen from the scene, the engine's work, the checks, the `Result`."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Callable, Sequence
+from time import perf_counter
+from typing import Any
+
+import exudyn as exu
+import numpy as np
+
+from mbs.checks import suspicions
+from mbs.energy import ledger as energy_ledger
+from mbs.mechanism import Mechanism
+from mbs.result import Result, Status
+from mbs.scene import Scene, build
+from mbs.signals import History, collect, shapes_at
+from mbs.stepping import Solver, StepControl
+from mbs.validate import positive
+
+SPARSE_FROM = 40
+"""Coordinates from which the sparse solver is the faster one."""
+
+
+def simulate(
+    mechanism: Mechanism,
+    duration: float,
+    *,
+    solver: Solver | None = None,
+    ledger: bool = False,
+    shapes: Sequence[float] = (),
+    timeout: float | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Result:
+    """Simulate a mechanism from t = 0, its velocities given by the drive through the constraints.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    duration : float
+        s, positive.
+    solver : Solver, optional
+        Settings of the integration; the defaults suit any scene.
+    ledger : bool
+        Also keep the energy ledger, and mark a run whose balance fails as SUSPECT.
+    shapes : sequence of float
+        Times, s, at which to keep the shapes of flexible links.
+    timeout : float, optional
+        Wall-clock limit, s; beyond it the run ends as TIMED_OUT with what it has.
+    progress : callable, optional
+        Called with the fraction done after each step.
+
+    Returns
+    -------
+    Result
+        Failures come as a status with a message, not as exceptions.
+
+    Raises
+    ------
+    ValueError
+        On wrong input, before any engine call.
+    """
+    positive("duration", duration, "s")
+    if timeout is not None:
+        positive("timeout", timeout, "s")
+    solver = solver or Solver()
+    scene = build(mechanism)
+    engine = exu.MainSolverImplicitSecondOrder()
+    control = StepControl(scene, solver, duration, engine, timeout, progress)
+    start = perf_counter()
+    failure = _run(scene, solver, duration, engine, control)
+    wall = perf_counter() - start
+    history = History.of(scene, control.record)
+    signals, units = collect(history)
+    work = {
+        "wall_s": wall,
+        "steps": float(len(history.time) - 1),
+        "newton_iterations": float(engine.it.newtonStepsCount),
+        "jacobians": float(engine.it.newtonJacobiCount),
+        "rejected": float(control.rejected),
+    }
+    result = Result(
+        *(failure or (Status.OK, "")),
+        history.time,
+        signals,
+        units,
+        work,
+        energy_ledger(history) if ledger else {},
+        shapes_at(history, np.asarray(shapes)) if len(shapes) else {},
+        {"exudyn": exu.__version__, "python": platform.python_version(), "scene": scene.summary()},
+    )
+    for reason in suspicions(scene, result):
+        result = result.suspect(reason)
+    return result
+
+
+def _run(scene: Scene, solver: Solver, duration: float, engine: Any, control: StepControl) -> tuple[Status, str] | None:
+    """Let the engine run under step control; what went wrong, if anything."""
+    system = scene.system
+    if solver.uniform_steps is None:
+        system.SetPostNewtonUserFunction(control.after_newton)
+    system.SetPostStepUserFunction(control.after_step)
+    try:
+        finished = engine.SolveSystem(system, _settings(scene, solver, duration))
+    except exu.ExudynError as error:
+        return control.failure or _engine_failure(control, str(error))
+    except ValueError as error:  # from a law or a strut called outside its range
+        return Status.STRUT_OUT_OF_RANGE, f"at t = {control.record.time[-1]:.6g} s: {error}"
+    if control.failure is not None:
+        return control.failure
+    return None if finished else _engine_failure(control, "")
+
+
+def _engine_failure(control: StepControl, text: str) -> tuple[Status, str]:
+    t = control.record.time[-1] if control.record.time else 0.0
+    if "out of range" in text or "must lie in" in text:
+        return Status.STRUT_OUT_OF_RANGE, f"at t = {t:.6g} s: {text.strip().splitlines()[-1]}"
+    last = text.strip().splitlines()[-1] if text.strip() else "the smallest step did not help"
+    return Status.NEWTON_DIVERGED, f"no convergence at t = {t:.6g} s: {last}"
+
+
+def _settings(scene: Scene, solver: Solver, duration: float) -> Any:
+    settings = exu.SimulationSettings()
+    settings.solution.file.write = False
+    integration = settings.timeIntegration
+    integration.endTime = duration
+    integration.verboseMode = 0
+    integration.numberOfSteps = solver.uniform_steps or max(1, int(np.ceil(duration / (solver.max_step or duration / 200))))
+    integration.minimumStepSize = solver.min_step
+    integration.adaptiveStepRecoverySteps = 2**31 - 1  # growing the step again is StepControl's business
+    integration.generalizedAlpha.spectralRadius = solver.spectral_radius
+    integration.newton.useModifiedNewton = False  # a new step size needs a new Jacobian anyway
+    integration.newton.relativeTolerance = solver.newton_relative
+    integration.newton.absoluteTolerance = solver.newton_absolute
+    # the only connectors with a say in it are StepControl's callback; no native contact element is built
+    integration.discontinuous.useRecommendedStepSize = True
+    if scene.system.systemData.ODE2Size() >= SPARSE_FROM:
+        settings.linearSolver.solverType = exu.LinearSolverType.EigenSparse
+    return settings

@@ -1,0 +1,41 @@
+"""Input checks with one voice: parameter, value, allowed range, unit."""
+
+from __future__ import annotations
+
+import math
+
+
+def number(name: str, value: float, low: float, high: float, unit: str, *, open_low: bool = False) -> float:
+    """Return `value` as a float if it is finite and in [low, high] (or (low, high]).
+
+    Raises
+    ------
+    ValueError
+        Names the parameter, its value, the allowed range and the unit.
+    """
+    try:
+        checked = float(value)
+    except (TypeError, ValueError):
+        checked = math.nan
+    inside = low <= checked <= high and not (open_low and checked == low)
+    if not (inside and math.isfinite(checked)):
+        bracket = "(" if open_low else "["
+        raise ValueError(f"{name} = {value!r} {unit}: must lie in {bracket}{low:g}, {high:g}] {unit}")
+    return checked
+
+
+def positive(name: str, value: float, unit: str) -> float:
+    """Return `value` if it is finite and above zero; ValueError otherwise."""
+    return number(name, value, 0.0, math.inf, unit, open_low=True)
+
+
+def non_negative(name: str, value: float, unit: str) -> float:
+    """Return `value` if it is finite and not below zero; ValueError otherwise."""
+    return number(name, value, 0.0, math.inf, unit)
+
+
+def whole(name: str, value: int, low: int, high: int) -> int:
+    """Return `value` if it is an integer in [low, high]; ValueError otherwise."""
+    if isinstance(value, bool) or int(value) != value or not low <= value <= high:
+        raise ValueError(f"{name} = {value!r}: must be a whole number in [{low}, {high}]")
+    return int(value)

@@ -1,0 +1,61 @@
+"""Which studies there are. A static table, so that listing them imports none of them."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Iterable
+from types import ModuleType
+from typing import NamedTuple
+
+
+class Entry(NamedTuple):
+    """Where a study lives and what it is about."""
+
+    module: str
+    summary: str
+
+
+STUDIES: dict[str, Entry] = {
+    "elastica-law": Entry(
+        "studies.elastica_law", "load of the pinned strip against shortening: exact, quartic, fast law"
+    ),
+    "contact-force-table": Entry("studies.contact_force_table", "largest contact force for three strip thicknesses"),
+    "slider-crank": Entry("studies.slider_crank", "flexible slider-crank striking its stop at constant speed"),
+    "slider-crank-ramp": Entry("studies.slider_crank_ramp", "the same, the crank speed rising over the run"),
+    "slider-crank-voltage": Entry(
+        "studies.slider_crank_voltage", "the same, its crank turned by a motor at given voltage"
+    ),
+    "static-precision": Entry(
+        "studies.static_precision", "load of a buckled strip: error against run time of each model"
+    ),
+}
+
+
+class UnknownStudyError(ValueError):
+    """A study was asked for that the table does not hold."""
+
+
+def entry(name: str) -> Entry:
+    """Look a study up.
+
+    Raises
+    ------
+    UnknownStudyError
+        With the closest name, if there is one.
+    """
+    if name not in STUDIES:
+        raise UnknownStudyError(f"unknown study '{name}'; {hint(name, STUDIES) or 'see `python -m studies list`'}")
+    return STUDIES[name]
+
+
+def load(name: str) -> ModuleType:
+    """Import a study by its name, always under its true module name, so that what it defines can be pickled."""
+    return importlib.import_module(entry(name).module)
+
+
+def hint(word: str, known: Iterable[str]) -> str:
+    """'did you mean ...?' with the closest of the known words, or nothing."""
+    import difflib  # rarely needed, and listing studies is quick without it
+
+    close = difflib.get_close_matches(word, list(known), n=1)
+    return f"did you mean {close[0]}?" if close else ""
