@@ -137,7 +137,7 @@ class Rod:
         ValueError
             If the load lies outside the range or is not a number.
         NewtonDiverged, WrongBranch
-            If no buckled equilibrium was found.
+            If no buckled equilibrium was found, as may happen to perfect rods of axial below 100.
         """
         lowest = 0.0 if self.imperfection else self.critical_load
         _require("load", load, lowest < load <= LOAD_MAX, f"above {lowest:.12g}, to {LOAD_MAX:g} (P L^2/(E I))")
@@ -156,7 +156,7 @@ class Rod:
         ValueError
             If the shortening lies outside the range or is not a number.
         NewtonDiverged, WrongBranch
-            If no buckled equilibrium was found.
+            If no buckled equilibrium was found, as may happen to perfect rods of axial below 100.
         """
         grid = _grid(self.nodes)
         lowest = _shortening(self, grid, _stress_free(self, grid), 0.0) if self.imperfection else self.critical_load / self.axial
@@ -223,7 +223,7 @@ def _jacobian(rod: Rod, grid: _Grid, end: _Prescribed, z: Array) -> Array:
     y_by_load = J @ (c * sin * cos)
     shortening_by_theta = J[-1] * sin * (1.0 + 2.0 * c * load * cos)
     shortening_by_load = J[-1] @ (cos**2 / rod.axial + sin**2 / rod.shear)
-    y = J @ (sin * (1.0 + c * load * cos))
+    y = J @ _slopes(rod, theta, load)[1]
 
     n = theta.size
     jacobian = np.zeros((n + 2, n + 2))
@@ -251,7 +251,8 @@ def _guess(rod: Rod, grid: _Grid, end: _Prescribed) -> Array:
         rows.append((alpha, load, end.defect(load, _shortening(rod, grid, alpha * mode, load))))
     angles, loads, defects = np.array(rows).T
     alpha, load = np.interp(0.0, defects, angles), np.interp(0.0, defects, loads)
-    return np.concatenate((np.copysign(alpha, rod.imperfection) * mode, (0.0, load)))
+    sense = -1.0 if rod.imperfection < 0.0 else 1.0
+    return np.concatenate((sense * alpha * mode, (0.0, load)))
 
 
 def _solve(rod: Rod, end: _Prescribed) -> RodSolution:

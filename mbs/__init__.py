@@ -2,6 +2,7 @@
 
 from typing import TYPE_CHECKING, Any
 
+from mbs.library import slider_crank
 from mbs.mechanism import (
     Beam,
     Cable,
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "STEEL", "Beam", "Cable", "Drive", "Guide", "GuideFriction", "Link", "Material", "Mechanism", "Motion", "Ramp", "Result",
-    "Revolute", "Rigid", "Section", "Solver", "Status", "Stop", "Strut", "build", "simulate",
+    "Revolute", "Rigid", "Section", "Solver", "Status", "Stop", "Strut", "build", "simulate", "slider_crank",
 ]  # fmt: skip
 
 _ENGINE = {"simulate": "mbs.solve", "build": "mbs.scene", "Solver": "mbs.stepping"}

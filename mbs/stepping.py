@@ -45,7 +45,7 @@ class Solver:
         Take this many equal steps instead of controlled ones.
     """
 
-    tolerance: float = 3e-5
+    tolerance: float = 1e-5
     max_step: float | None = None
     min_step: float = 1e-9
     contact_resolution: int = 20

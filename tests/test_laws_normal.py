@@ -3,6 +3,8 @@
 import dataclasses
 import math
 import pickle
+import re
+from pathlib import Path
 
 import mpmath
 import numpy as np
@@ -26,14 +28,17 @@ from mbs.laws import (
     NormalLaw,
     ZhiyingQishao,
     chi_exact,
+    contact_time,
     damping_ratio,
     delivered,
+    elastic_depth,
     restitution,
     restitution_integrated,
     restitution_linear,
     step,
 )
 
+DOCS = Path(__file__).parents[1] / "docs"
 ASKED = (0.1, 0.3, 0.5, 0.7, 0.9)
 TABLE = {  # restitution delivered, as printed in docs/theory-contact.md
     HuntCrossley: (0.5158, 0.5813, 0.6630, 0.7680, 0.9090),
@@ -219,6 +224,24 @@ def test_integrated_restitution_is_the_closed_form():
         assert restitution_integrated(law, 0.2, 0.4) == pytest.approx(delivered(law, 0.2, 0.4), abs=2e-8)
 
 
+@pytest.mark.parametrize("exponent", [1.0, 1.5, 2.2])
+def test_elastic_depth_and_contact_time(exponent):
+    law, mass, speed = ExactRestitution(3e8, 1.0, exponent), 0.2, 0.4
+    deepest = elastic_depth(law, mass, speed)
+    assert law.potential(deepest) == pytest.approx(0.5 * mass * speed**2, rel=1e-13)
+
+    def slowness(
+        angle,
+    ):  # dt = dd/v with v from the energy; d = deepest sin^2 leaves no singularity at the turning point
+        return deepest * math.sin(2 * angle) / math.sqrt(1.0 - math.sin(angle) ** (2 * exponent + 2))
+
+    time = contact_time(law, mass, speed)
+    assert time == pytest.approx(2.0 / speed * quad(slowness, 0.0, math.pi / 2)[0], rel=1e-7)
+    slope = math.log(contact_time(law, mass, 32 * speed) / time) / math.log(32)
+    assert slope == pytest.approx(-(exponent - 1) / (exponent + 1), abs=1e-12)
+    assert contact_time(KelvinVoigt(2e5, 0.0), 0.3, 9.0) == pytest.approx(math.pi * math.sqrt(0.3 / 2e5), rel=1e-14)
+
+
 # --- the force -----------------------------------------------------------------------------------------------------
 
 
@@ -300,33 +323,33 @@ def test_step():
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (
-            lambda: HuntCrossley(-1.0, 0.5),
-            r"stiffness = -1\.0: must be a finite number with 0 < stiffness, unit N/m\^n",
-        ),
-        (lambda: HuntCrossley(0.0, 0.5), r"stiffness = 0\.0: .*0 < stiffness"),
+        (lambda: HuntCrossley(-1.0, 0.5), r"stiffness = -1\.0 N/m\^n: must lie in \(0, inf\] N/m\^n"),
+        (lambda: HuntCrossley(0.0, 0.5), r"stiffness = 0\.0 N/m\^n"),
         (lambda: HuntCrossley(math.inf, 0.5), r"stiffness = inf"),
-        (lambda: HuntCrossley("1e9", 0.5), r"stiffness = '1e9'"),
-        (lambda: LeeWang(1e9, 1.2), r"restitution = 1\.2: .*0 <= restitution <= 1, unit 1"),
-        (lambda: LeeWang(1e9, np.float64(1.2)), r"restitution = 1\.2: "),
+        (lambda: HuntCrossley("stiff", 0.5), r"stiffness = 'stiff'"),
+        (lambda: LeeWang(1e9, 1.2), r"restitution = 1\.2.*\[0, 1\]"),
         (lambda: LeeWang(1e9, math.nan), r"restitution = nan"),
-        (lambda: LeeWang(1e9, True), r"restitution = True"),
-        (lambda: HuGuo(1e9, 0.0), r"restitution = 0\.0: .*0 < restitution <= 1, unit 1"),
-        (lambda: Gonthier(1e9, 0.0), r"0 < restitution <= 1"),
-        (lambda: Flores(1e9, 0.0), r"0 < restitution <= 1"),
-        (lambda: ExactRestitution(1e9, 0.0), r"0 < restitution <= 1"),
-        (lambda: HuGuo(1e9, 0.5, 0.5), r"exponent = 0\.5: .*1 <= exponent <= 3, unit 1"),
-        (lambda: KelvinVoigt(1e5, -1.0), r"damping = -1\.0: .*0 <= damping, unit N s/m"),
-        (lambda: KelvinVoigt.from_restitution(1e5, 0.0, 1.0), r"restitution = 0\.0: .*0 < restitution <= 1"),
-        (lambda: KelvinVoigt.from_restitution(1e5, 0.5, 0.0), r"mass = 0\.0: .*0 < mass, unit kg"),
-        (lambda: Impact(1e9, 1.0, 0.0), r"damping_depth = 0\.0: .*0 < damping_depth, unit m"),
-        (lambda: Impact(1e9, -1.0, 1e-5), r"damping = -1\.0"),
-        (lambda: Hertz(-2.0), r"stiffness = -2\.0: .*unit N/m\^1\.5"),
-        (lambda: restitution(-0.1), r"chi = -0\.1: .*0 <= chi, unit 1"),
+        (lambda: HuGuo(1e9, 0.0), r"restitution = 0\.0.*\(0, 1\]"),
+        (lambda: Gonthier(1e9, 0.0), r"restitution = 0\.0.*\(0, 1\]"),
+        (lambda: Flores(1e9, 0.0), r"restitution = 0\.0.*\(0, 1\]"),
+        (lambda: ExactRestitution(1e9, 0.0), r"restitution = 0\.0.*\(0, 1\]"),
+        (lambda: HuGuo(1e9, 0.5, 0.5), r"exponent = 0\.5.*\[1, 3\]"),
+        (lambda: KelvinVoigt(0.0, 1.0), r"stiffness = 0\.0 N/m:"),
+        (lambda: KelvinVoigt(1e5, -1.0), r"damping = -1\.0 N s/m: must lie in \[0, inf\]"),
+        (lambda: KelvinVoigt.from_restitution(1e5, 0.0, 1.0), r"restitution = 0\.0.*\(0, 1\]"),
+        (lambda: KelvinVoigt.from_restitution(1e5, 0.5, 0.0), r"mass = 0\.0 kg: must lie in \(0, inf\]"),
+        (lambda: KelvinVoigt.from_restitution(-1e5, 0.5, 1.0), r"stiffness = -100000\.0 N/m"),
+        (lambda: Impact(0.0, 1.0, 1e-5), r"stiffness = 0\.0 N/m\^n"),
+        (lambda: Impact(1e9, 1.0, 0.0), r"damping_depth = 0\.0 m: must lie in \(0, inf\]"),
+        (lambda: Impact(1e9, -1.0, 1e-5), r"damping = -1\.0 N s/m"),
+        (lambda: Impact(1e9, 1.0, 1e-5, 0.9), r"exponent = 0\.9.*\[1, 3\]"),
+        (lambda: Hertz(-2.0), r"stiffness = -2\.0 N/m\^1\.5"),
+        (lambda: restitution(-0.1), r"chi = -0\.1.*\[0, inf\]"),
         (lambda: chi_exact(1.5), r"restitution = 1\.5"),
+        (lambda: contact_time(Hertz(1e9), 0.0, 1.0), r"mass = 0\.0 kg"),
         (lambda: delivered(KelvinVoigt(1e5, 1.0)), r"mass = None: the restitution of KelvinVoigt depends on it"),
-        (lambda: delivered(Impact(1e9, 1.0, 1e-5), 1.0), r"speed = None: .*0 < speed, unit m/s"),
-        (lambda: delivered(Impact(1e9, 1.0, 1e-5), 1.0, -1.0), r"speed = -1\.0"),
+        (lambda: delivered(Impact(1e9, 1.0, 1e-5), 1.0), r"speed = None: .* in \(0, inf\] m/s"),
+        (lambda: delivered(Impact(1e9, 1.0, 1e-5), 1.0, -1.0), r"speed = -1\.0 m/s"),
     ],
 )
 def test_bad_input_is_named(make, message):
@@ -361,21 +384,26 @@ def test_laws_are_values():
         law.stiffness = 2.0
 
 
-def test_a_law_of_ones_own_needs_only_the_protocol():
-    """Exactly the members docs/how-to-add-a-law.md lists: a quadratic spring that pushes back at half strength."""
+# --- the documentation ---------------------------------------------------------------------------------------------
 
-    class Crushing:
-        stiffness, exponent = 1e6, 2.0
 
-        def force(self, depth, rate, onset):
-            return (0.75 - 0.25 * np.sign(-rate)) * self.elastic(depth)
+def test_the_theory_page_prints_the_table():
+    page = (DOCS / "theory-contact.md").read_text(encoding="utf-8")
+    for law, row in TABLE.items():
+        line = next(line for line in page.splitlines() if line.startswith(f"| `{law.__name__}` |"))
+        assert " | ".join(f"{e:.4f}" for e in row) in line
+    for damping in (253.0, 253e3):
+        law = Impact(2.53e5 * 1e3**1.5, damping, 1e-5)
+        row = " | ".join(f"{delivered(law, 0.1, speed):.4f}" for speed in (0.005, 0.02, 0.1, 0.5))
+        assert row in page
 
-        def elastic(self, depth):
-            return self.stiffness * np.maximum(depth, 0.0) ** 2
 
-        def potential(self, depth):
-            return self.stiffness * np.maximum(depth, 0.0) ** 3 / 3.0
-
-    law = Crushing()
-    assert isinstance(law, NormalLaw)
-    assert delivered(law, mass=0.1, speed=0.3) == pytest.approx(math.sqrt(0.5), abs=1e-6)
+def test_the_law_in_the_how_to_works():
+    page = (DOCS / "how-to-add-a-law.md").read_text(encoding="utf-8")
+    example, use, _ = re.findall(r"```python\n(.*?)```", page, flags=re.DOTALL)
+    names = {}
+    exec(example + use, names)  # its own assertions: it is a NormalLaw and delivers what was asked for
+    law = names["law"]
+    assert law.potential(3e-4) == pytest.approx(quad(law.elastic, 0.0, 3e-4)[0], rel=1e-12)
+    assert free_impact(law, 0.3, 0.2)[0] == pytest.approx(0.6, abs=1e-6)
+    assert np.all(law.force(np.array([-1e-4, 1e-4, 1e-4]), np.array([1.0, -9.0, 1.0]), 0.5)[:2] == 0.0)

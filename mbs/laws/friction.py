@@ -16,7 +16,7 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from mbs.laws.pieces import keep, ramp, Reals, saturate, step
+from mbs.laws.pieces import Reals, keep, ramp, saturate, step
 
 
 @runtime_checkable
@@ -193,9 +193,8 @@ class Stribeck:
     def __post_init__(self) -> None:
         keep(self, "1", "dynamic")
         keep(self, "1", "static", low=self.dynamic)
-        keep(self, "m/s", "v_stribeck", open_low=True)
+        keep(self, "m/s", "v_stribeck", "v_reg", open_low=True)
         keep(self, "1", "exponent", open_low=True)
-        keep(self, "m/s", "v_reg", open_low=True)
         keep(self, "s/m", "viscous")
 
     def coefficient(self, speed: Reals) -> Reals:
@@ -238,8 +237,7 @@ class LuGre:
         keep(self, "1", "static", low=self.dynamic)
         keep(self, "m/s", "v_stribeck", open_low=True)
         keep(self, "1/m", "bristle_stiffness", open_low=True)
-        keep(self, "s/m", "bristle_damping")
-        keep(self, "s/m", "viscous")
+        keep(self, "s/m", "bristle_damping", "viscous")
 
     def rate(self, bristle: Reals, speed: Reals) -> Reals:
         """dz/dt [m/s] at bristle deflection z [m] and speed [m/s]."""

@@ -13,7 +13,7 @@ from functools import cached_property
 from typing import ClassVar
 
 from mbs.laws.normal import PowerLaw
-from mbs.laws.pieces import keep, ramp, Reals
+from mbs.laws.pieces import Reals, keep, ramp
 from mbs.laws.rebound import chi_exact, restitution
 from mbs.validate import non_negative
 

@@ -8,7 +8,7 @@ import math
 from dataclasses import dataclass, field
 from typing import Protocol, runtime_checkable
 
-from mbs.laws.pieces import keep, ramp, Reals, step
+from mbs.laws.pieces import Reals, keep, ramp, step
 from mbs.laws.rebound import damping_ratio, needed, restitution_linear
 from mbs.validate import positive
 

@@ -39,6 +39,6 @@ def step(x: Reals, x0: float, h0: float, x1: float, h1: float) -> Reals:
 
 
 def keep(law: object, unit: str, *names: str, low: float = 0.0, high: float = inf, open_low: bool = False) -> None:
-    """Check parameters of a frozen law against [low, high], or (low, high], and keep them as floats; else ValueError."""
+    """Check parameters of a frozen law against [low, high] or (low, high], and keep them as floats."""
     for name in names:
         object.__setattr__(law, name, number(name, getattr(law, name), low, high, unit, open_low=open_low))

@@ -130,10 +130,10 @@ def delivered(law: "NormalLaw", mass: float | None = None, speed: float | None =
 
 
 def needed(name: str, value: float | None, unit: str, law: object) -> float:
-    """``value``, checked to be positive; ValueError if it was not given though the answer depends on it."""
+    """The positive ``value``; ValueError if it was not given though the answer depends on it."""
     if value is None:
         kind = type(law).__name__
-        raise ValueError(f"{name} = None: the restitution of {kind} depends on it; give 0 < {name}, unit {unit}")
+        raise ValueError(f"{name} = None: the restitution of {kind} depends on it; it must lie in (0, inf] {unit}")
     return positive(name, value, unit)
 
 
@@ -146,8 +146,8 @@ def elastic_depth(law: "NormalLaw", mass: float, speed: float) -> float:
 def contact_time(law: "NormalLaw", mass: float, speed: float) -> float:
     """How long an impact lasts [s] on the elastic part alone: pi sqrt(m/K) for n = 1, 2.943 d/v0 for n = 1.5.
 
-    2 (d/v0) sqrt(pi) Gamma(1 + q) / Gamma(1/2 + q) with q = 1/(n + 1) and d the ``elastic_depth``. A step size that resolves
-    an impact is a fraction of this; for n > 1 it shrinks with the speed, as v0^-((n - 1)/(n + 1)).
+    2 (d/v0) sqrt(pi) Gamma(1 + q) / Gamma(1/2 + q) with q = 1/(n + 1) and d the ``elastic_depth``. A step that
+    resolves an impact is a fraction of this; for n > 1 it shrinks with the speed, as v0^-((n - 1)/(n + 1)).
 
     Parameters
     ----------
