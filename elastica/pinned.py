@@ -262,9 +262,9 @@ def surface_stress(shortening: ArrayLike, thickness: ArrayLike, length: ArrayLik
 def shape(shortening: ArrayLike, s: ArrayLike) -> tuple[Any, Any, Any]:
     """Centreline of the buckled strip, bowed towards positive y over its chord from (0, 0) to (1 - u, 0).
 
-    With v = 2 K s and Jacobi's functions of parameter m,
+    With v = 2 K s, Jacobi's functions of parameter m and Carlson's R_D,
 
-        x = (2 E(am v) - 2 m sn cd - v)/(2 K),   y = sqrt(m m1) sd/K,   sin(theta/2) = sqrt(m) cd,
+        x = s - (m/K) (sn cd + sn^3 R_D(cn^2, dn^2, 1)/3),   y = sqrt(m m1) sd/K,   sin(theta/2) = sqrt(m) cd,
 
     evaluated from the nearer end, so that both ends are exact: the far half is the mirror image.
 
@@ -285,9 +285,10 @@ def shape(shortening: ArrayLike, s: ArrayLike) -> tuple[Any, Any, Any]:
     """
     arc = _checked("s", s, 0.0, 1.0, "arc length/L")
     m, m1, K, _ = at = _at_shortening(shortening)
-    v = 2.0 * K * np.minimum(arc, 1.0 - arc)
-    sn, cn, dn, am = special.ellipj(v, m)
-    near = (2.0 * special.ellipeinc(am, m) - 2.0 * m * sn * cn / dn - v) / (2.0 * K)
+    nearer = np.minimum(arc, 1.0 - arc)
+    sn, cn, dn, _ = special.ellipj(2.0 * K * nearer, m)
+    # R_D and not scipy's ellipeinc, which jumps by up to pi/4 at isolated amplitudes
+    near = nearer - m / K * (sn * cn / dn + sn**3 * special.elliprd(cn**2, dn**2, 1.0) / 3.0)
     x = np.where(arc <= 0.5, near, 1.0 - at.shortening - near)
     y = np.sqrt(m * m1) * sn / (dn * K)
     theta = np.sign(0.5 - arc) * 2.0 * np.arcsin(np.sqrt(m) * cn / dn)

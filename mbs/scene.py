@@ -21,6 +21,8 @@ from mbs.mechanism import GROUND, Link, Mechanism, Strut
 exu.config.printToConsole = False
 
 Array = np.ndarray[Any, Any]
+SPARSE_FROM = 40
+"""Coordinates from which the engine's sparse solver is the faster one."""
 
 
 @dataclass

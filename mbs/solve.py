@@ -14,13 +14,10 @@ from mbs.checks import suspicions
 from mbs.energy import ledger as energy_ledger
 from mbs.mechanism import Mechanism
 from mbs.result import Result, Status
-from mbs.scene import Scene, build
+from mbs.scene import SPARSE_FROM, Scene, build
 from mbs.signals import History, collect, shapes_at
 from mbs.stepping import Solver, StepControl
 from mbs.validate import positive
-
-SPARSE_FROM = 40
-"""Coordinates from which the sparse solver is the faster one."""
 
 
 def simulate(
