@@ -128,6 +128,8 @@ class Rod:
     def at_load(self, load: float) -> RodSolution:
         """Buckled equilibrium under a prescribed end load.
 
+        A stocky rod (unshearable, axial below 53) sheds load once it buckles: prescribe its shortening instead.
+
         Parameters
         ----------
         load : float, P L^2/(E I), up to 80; above `critical_load` if the rod is perfect, above 0 if not
@@ -137,7 +139,7 @@ class Rod:
         ValueError
             If the load lies outside the range or is not a number.
         NewtonDiverged, WrongBranch
-            If no buckled equilibrium was found, as may happen to perfect rods of axial below 100.
+            If no buckled equilibrium was found.
         """
         lowest = 0.0 if self.imperfection else self.critical_load
         _require("load", load, lowest < load <= LOAD_MAX, f"above {lowest:.12g}, to {LOAD_MAX:g} (P L^2/(E I))")
@@ -156,7 +158,7 @@ class Rod:
         ValueError
             If the shortening lies outside the range or is not a number.
         NewtonDiverged, WrongBranch
-            If no buckled equilibrium was found, as may happen to perfect rods of axial below 100.
+            If no buckled equilibrium was found.
         """
         grid = _grid(self.nodes)
         lowest = _shortening(self, grid, _stress_free(self, grid), 0.0) if self.imperfection else self.critical_load / self.axial
@@ -243,11 +245,13 @@ def _guess(rod: Rod, grid: _Grid, end: _Prescribed) -> Array:
     start = abs(np.arcsin(pi * rod.imperfection))
     rows = []
     for alpha in start + np.geomspace(1e-6, 3.0 - start, 200):
-        bending = (alpha - start) * pi**2 / (2.0 * grid.J[-1] @ (np.sin(alpha * mode) * mode))
-        discriminant = 1.0 + 4.0 * rod.softness * bending
+        bending = (alpha - start) * pi**2  # = linear * p + quadratic * p^2
+        sin, cos = np.sin(alpha * mode), np.cos(alpha * mode)
+        linear, quadratic = 2.0 * grid.J[-1] @ (sin * mode), 2.0 * rod.softness * grid.J[-1] @ (sin * cos * mode)
+        discriminant = linear**2 + 4.0 * quadratic * bending
         if discriminant < 0.0:  # compressed past the point where bending can balance a load
             break
-        load = 2.0 * bending / (1.0 + sqrt(discriminant))
+        load = 2.0 * bending / (linear + sqrt(discriminant))
         rows.append((alpha, load, end.defect(load, _shortening(rod, grid, alpha * mode, load))))
     angles, loads, defects = np.array(rows).T
     alpha, load = np.interp(0.0, defects, angles), np.interp(0.0, defects, loads)

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
-from mbs.joints import strut_force
-from mbs.mechanism import Beam, Cable, Guide, GuideFriction, Rigid, Strut
-from mbs.signals import History, drive_power
+from mbs.joints import StrutSpring
+from mbs.mechanism import Beam, Cable, Guide, GuideFriction, Rigid
+from mbs.signals import History, drive_power, strut_state
 
 Array = np.ndarray[Any, Any]
 STRUT_POINTS = 400
@@ -82,28 +82,22 @@ def _strain(history: History) -> Array:
     total = np.zeros_like(history.time)
     for strip in _strips(history):
         total = total + sum(strain.energy for strain in strip.strains())
-    for link in history.scene.mechanism.links:
-        if isinstance(link.body, Strut):
-            chord = history.where(link.end)[0] - history.where(link.start)[0]
-            length = history.scene.mechanism.length(link.name)
-            total = total + _strut_energy(link.body, length, np.hypot(*chord.T) - length)
+    for name, spring in history.scene.struts.items():
+        total = total + _strut_energy(spring, strut_state(history, name)[0])
     return total
 
 
-def _strut_energy(strut: Strut, length: float, elongation: Array) -> Array:
+def _strut_energy(spring: StrutSpring, elongation: Array) -> Array:
     """Work of a strut's force: exact on the straight branch, Gauss quadrature of its force law beyond it."""
-    force = strut_force(strut, length)
-    rigidity = strut.section.axial_stiffness / length
-    kink = -float(strut.load(0.0)) * strut.section.bending_stiffness / length**2 / rigidity
-    straight = 0.5 * rigidity * np.maximum(elongation, kink) ** 2
+    straight = 0.5 * spring.rigidity * np.maximum(elongation, spring.kink) ** 2
     deepest = float(elongation.min())
-    if deepest >= kink:
+    if deepest >= spring.kink:
         return straight
-    grid = kink + (deepest - kink) * np.linspace(0, 1, STRUT_POINTS)
+    grid = spring.kink + (deepest - spring.kink) * np.linspace(0, 1, STRUT_POINTS)
     nodes, weights = np.polynomial.legendre.leggauss(4)
     half = np.diff(grid)[:, None] / 2
-    force_at = np.array([[force(float(e)) for e in row] for row in grid[:-1, None] + half + half * nodes])
-    work = np.concatenate([[0.0], np.cumsum((force_at * weights * half).sum(axis=1))])
+    force = np.array([[spring.elastic(float(e)) for e in row] for row in grid[:-1, None] + half + half * nodes])
+    work = np.concatenate([[0.0], np.cumsum((force * weights * half).sum(axis=1))])
     return straight + np.interp(-elongation, -grid, work, left=0.0)
 
 
@@ -111,6 +105,8 @@ def _damping_power(history: History) -> Array:
     total = np.zeros_like(history.time)
     for strip in _strips(history):
         total = total + sum(strain.power for strain in strip.strains())
+    for name, spring in history.scene.struts.items():
+        total = total + spring.damping_power(*strut_state(history, name))
     return total
 
 

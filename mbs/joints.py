@@ -5,14 +5,13 @@ User functions are plain Python on floats: the engine calls them a few times a s
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import exudyn.itemInterface as eii
 import numpy as np
 
-from mbs.mechanism import Drive, Guide, Link, Mechanism, Stop, Strut
+from mbs.mechanism import Drive, Guide, Mechanism, Stop, Strut
 
 SLOWEST_ONSET = 1e-4
 """Approach speed, m/s, below which dissipative laws no longer scale with it: a contact at rest has no impact speed."""
@@ -117,41 +116,61 @@ def add_drive(system: Any, drive: Drive, coordinate: int, ground: int) -> int:
     return int(system.AddObject(item))
 
 
-def strut_force(strut: Strut, length: float) -> Callable[[float], float]:
-    """Tension of a strut as a function of its elongation, m -> N.
+class StrutSpring:
+    """Force law of one strut, and the last state the engine asked it for.
 
     Straight: E A/L times the elongation, down to the Euler load. Beyond it the end shortening U is shared between bending,
-    u L, and compression, P L/(E A), with P = p(u) E I/L^2; the compression is 1e-7 of U, so one correction suffices.
+    u L, and compression, P L/(E A), with P = p(u) E I/L^2; the compression is 1e-7 of U, so one correction suffices. A taut
+    strut also resists with the material's axial damping.
+
+    Attributes
+    ----------
+    kink : float
+        Elongation at the Euler load, m, negative.
+    rigidity : float
+        E A/L, N/m.
+    elongation, rate : float
+        The engine's last call, m and m/s.
     """
-    section = strut.section
-    rigidity, unit = section.axial_stiffness / length, section.bending_stiffness / length**2
-    compliance = unit / section.axial_stiffness  # of u per p
-    critical = float(strut.load(0.0))
-    straight_to = -critical * compliance * length
-    load = strut.load
 
-    def force(elongation: float) -> float:
-        if elongation >= straight_to:
-            return rigidity * elongation
-        total = -elongation / length
-        u = max(0.0, total - compliance * float(load(max(0.0, total - compliance * critical))))
-        return -unit * float(load(u))
+    def __init__(self, strut: Strut, length: float) -> None:
+        section = strut.section
+        self.load, self.length = strut.load, length
+        self.rigidity, self.unit = section.axial_stiffness / length, section.bending_stiffness / length**2
+        self.damping = self.rigidity * section.material.axial_damping
+        self._compliance = self.unit / section.axial_stiffness  # of u per p
+        self._critical = float(self.load(0.0))
+        self.kink = -self._critical * self._compliance * length
+        self.elongation = self.rate = 0.0
 
-    return force
+    def elastic(self, elongation: float) -> float:
+        """Tension without damping, N."""
+        if elongation >= self.kink:
+            return self.rigidity * elongation
+        total = -elongation / self.length
+        bending = max(0.0, total - self._compliance * self._critical)
+        u = max(0.0, total - self._compliance * float(self.load(bending)))
+        return -self.unit * float(self.load(u))
+
+    def damping_power(self, elongation: Any, rate: Any) -> Any:
+        """Power taken by the axial damping of the taut strut, W."""
+        force = np.where(elongation > 0, self.damping * rate, 0.0)
+        return np.maximum(force, -self.rigidity * np.maximum(elongation, 0.0)) * rate
+
+    def __call__(self, _system: Any, _t: float, _item: int, elongation: float, rate: float, *_: float) -> float:
+        """Engine callback: tension, N; a taut strut never pushes."""
+        self.elongation, self.rate = elongation, rate
+        if elongation > 0:
+            return max(0.0, self.rigidity * elongation + self.damping * rate)
+        return self.elastic(elongation)
 
 
-def add_strut(system: Any, mechanism: Mechanism, link: Link, hosts: tuple[int, int]) -> int:
+def add_strut(system: Any, spring: StrutSpring, hosts: tuple[int, int]) -> int:
     """Add a massless strut between position markers of its neighbours."""
-    length = mechanism.length(link.name)
-    force = strut_force(link.body, length)
-
-    def spring_force(_system: Any, _t: float, _item: int, elongation: float, *_: float) -> float:
-        return force(elongation)
-
     return int(
         system.AddObject(
             eii.ObjectConnectorSpringDamper(
-                markerNumbers=list(hosts), referenceLength=length, stiffness=1.0, springForceUserFunction=spring_force
+                markerNumbers=list(hosts), referenceLength=spring.length, stiffness=1.0, springForceUserFunction=spring
             )
         )
     )

@@ -12,6 +12,7 @@ from math import hypot
 from typing import Any
 
 from elastica import law
+from mbs.laws import NormalLaw
 from mbs.sections import Section
 from mbs.validate import non_negative, number, positive, whole
 
@@ -227,12 +228,12 @@ class Stop:
 
     point: str
     at: float
-    law: Any
+    law: NormalLaw
 
     def __post_init__(self) -> None:
         number("at", self.at, -1e6, 1e6, "m")
-        if not callable(getattr(self.law, "force", None)):
-            raise ValueError(f"stop at '{self.point}': law must have force(depth, rate, onset), as those of mbs.laws")
+        if not isinstance(self.law, NormalLaw):
+            raise ValueError(f"stop at '{self.point}': law = {self.law!r} is not a NormalLaw, as those of mbs.laws are")
 
 
 @dataclass(frozen=True)

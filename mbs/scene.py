@@ -14,7 +14,7 @@ import exudyn as exu
 import exudyn.itemInterface as eii
 
 from mbs.bodies import Placed, add_link, add_slider, arc
-from mbs.joints import StopContact, add_drive, add_friction, add_stop, add_strut, contact_of
+from mbs.joints import StopContact, StrutSpring, add_drive, add_friction, add_stop, add_strut, contact_of
 from mbs.kinematics import Closure
 from mbs.mechanism import GROUND, Link, Mechanism, Strut
 
@@ -36,6 +36,8 @@ class Scene:
         Links (not struts) by name and slider blocks by point.
     stops : dict of str to StopContact
         By guided point.
+    struts : dict of str to StrutSpring
+        By link.
     constraints : dict of str to int
         Engine object numbers: `joint <point> <first> <second>`, `guide <point>`, `drive`.
     """
@@ -45,6 +47,7 @@ class Scene:
     container: Any
     placed: dict[str, Placed] = field(default_factory=dict)
     stops: dict[str, StopContact] = field(default_factory=dict)
+    struts: dict[str, StrutSpring] = field(default_factory=dict)
     constraints: dict[str, int] = field(default_factory=dict)
     parts: Counter[str] = field(default_factory=Counter)
 
@@ -116,7 +119,9 @@ class _Connector:
         for link in self.mechanism.links:
             if link.name in self.struts:
                 hosts = (self._host(link, link.start), self._host(link, link.end))
-                self.scene.constraints[f"strut {link.name}"] = add_strut(self.system, self.mechanism, link, hosts)
+                spring = StrutSpring(link.body, self.mechanism.length(link.name))
+                self.scene.struts[link.name] = spring
+                add_strut(self.system, spring, hosts)
         self._stops()
         self._drive()
 

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from mbs.fields import Strip
-from mbs.joints import strut_force
 from mbs.mechanism import Beam, Cable, Guide, Rigid, Strut
 from mbs.result import Shape
 from mbs.scene import Scene
@@ -121,7 +120,7 @@ def collect(history: History) -> tuple[dict[str, Array], dict[str, str]]:
         if isinstance(link.body, Beam | Cable):
             _add_strip(history, link.name, add)
         elif isinstance(link.body, Strut):
-            _add_strut(history, link, add)
+            _add_strut(history, link.name, add)
     return signals, units
 
 
@@ -149,12 +148,20 @@ def _add_strip(history: History, name: str, add: Any) -> None:
     add(f"{name}.deflection", (chord[:, 0] * middle[:, 1] - chord[:, 1] * middle[:, 0]) / span, "m")
 
 
-def _add_strut(history: History, link: Any, add: Any) -> None:
-    chord = history.where(link.end)[0] - history.where(link.start)[0]
-    elongation = np.hypot(*chord.T) - history.scene.mechanism.length(link.name)
-    force = strut_force(link.body, history.scene.mechanism.length(link.name))
-    add(f"{link.name}.end_shortening", -elongation, "m")
-    add(f"{link.name}.compression", -np.array([force(float(e)) for e in elongation]), "N")
+def strut_state(history: History, name: str) -> tuple[Array, Array]:
+    """Elongation of a strut, m, and its rate, m/s."""
+    link = history.scene.mechanism.link(name)
+    (start, start_t), (end, end_t) = history.where(link.start), history.where(link.end)
+    chord = end - start
+    span = np.hypot(*chord.T)
+    return span - history.scene.mechanism.length(name), (chord * (end_t - start_t)).sum(axis=1) / span
+
+
+def _add_strut(history: History, name: str, add: Any) -> None:
+    elongation, _ = strut_state(history, name)
+    elastic = history.scene.struts[name].elastic
+    add(f"{name}.end_shortening", -elongation, "m")
+    add(f"{name}.compression", -np.array([elastic(float(e)) for e in elongation]), "N")
 
 
 def shapes_at(history: History, times: Array) -> dict[str, Shape]:

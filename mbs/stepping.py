@@ -13,12 +13,18 @@ from typing import Any
 
 import numpy as np
 
-from mbs.joints import StopContact
+from mbs.joints import StopContact, StrutSpring
+from mbs.laws import contact_time
+from mbs.mechanism import Guide, Rigid
 from mbs.result import Status
 from mbs.scene import Scene
 from mbs.validate import number, positive, whole
 
 Array = np.ndarray[Any, Any]
+LIGHTEST = 1e-6
+"""Mass, kg, that stands in for none where a contact's duration is estimated."""
+STRIKING = 0.2
+"""A contact moves fast if, at its speed, it would cross this share of its depth in the time an impact lasts."""
 
 
 @dataclass(frozen=True)
@@ -89,7 +95,9 @@ class StepControl:
         self.weights = _position_weights(scene)
         self.limit = solver.tolerance * max(scene.mechanism.length(link.name) for link in scene.mechanism.links)
         self.max_step = solver.max_step or duration / 200
-        self.contacts = [_Watched(scene, point, contact, solver) for point, contact in scene.stops.items()]
+        self.contacts = [_WatchedStop(scene, point, contact, solver) for point, contact in scene.stops.items()]
+        struts = [_WatchedStrut(scene, name, spring, solver, self.limit) for name, spring in scene.struts.items()]
+        self.watched: list[_WatchedStop | _WatchedStrut] = [*self.contacts, *struts]
         self.record = Record([], [], [], [], [])
         self.rejected = 0
         self.accelerations: Array | None = None
@@ -119,7 +127,7 @@ class StepControl:
         record.q.append(q)
         record.q_t.append(q_t)
         record.multipliers.append(self.data.GetAECoordinates())
-        record.contact.append([watched.accept(q, q_t) for watched in self.contacts])
+        record.contact.append([stop.accept(q, q_t) for stop in self.contacts])
         if self.progress is not None:
             self.progress(t / self.duration)
         if self.solver.uniform_steps is None:
@@ -134,7 +142,7 @@ class StepControl:
             return
         self.accelerations = self.candidate
         wanted = min(self.max_step, h * _factor(self.limit, self.error))
-        for watched in self.contacts:
+        for watched in self.watched:
             wanted = min(wanted, watched.step_limit(q, q_t, wanted))
         if not 0.8 * h < wanted < 1.25 * h or wanted > self.max_step:
             self.engine.it.currentStepSize = max(self.solver.min_step, wanted)
@@ -150,16 +158,13 @@ class StepControl:
         return self.failure is None
 
 
-class _Watched:
+class _WatchedStop:
     """One stop under watch: its force and how large the next step may be."""
 
     def __init__(self, scene: Scene, point: str, contact: StopContact, solver: Solver) -> None:
-        self.contact = contact
+        self.contact, self.resolution = contact, solver.contact_resolution
         self.column = int(scene.placed[point].columns(scene.system)[0, 0])
-        mass = scene.mechanism.guide(point).mass
-        stiffness = getattr(contact.stop.law, "stiffness", 0.0)
-        half_period = np.pi * np.sqrt(max(mass, 1e-6) / stiffness) if stiffness > 0 else np.inf
-        self.resolved = half_period / solver.contact_resolution
+        self.mass = max(scene.mechanism.guide(point).mass, LIGHTEST)
         self.touching = False
 
     def accept(self, q: Array, q_t: Array) -> float:
@@ -172,12 +177,37 @@ class _Watched:
         """Land just inside on onset; resolve the impact; leave a resting contact alone."""
         speed = self.contact.side * float(q_t[self.column])
         gap = -float(self.contact.depth(q[self.column]))
-        if self.touching:
-            crossing = abs(speed) * self.resolved > 1e-2 * abs(gap)
-            return self.resolved if crossing else wanted
-        if speed > 0 and gap < speed * wanted:
-            return gap / speed + 0.1 * self.resolved
-        return wanted
+        if not self.touching and not 0 < gap < speed * wanted:
+            return wanted
+        lasts = contact_time(self.contact.stop.law, self.mass, self.contact.onset)
+        if not self.touching:
+            return _landing(gap, speed, 0.1 * lasts / self.resolution, wanted)
+        striking = abs(speed) * lasts > STRIKING * abs(gap)
+        return min(wanted, lasts / self.resolution) if striking else wanted
+
+
+class _WatchedStrut:
+    """One strut under watch: where it snaps taut, the force law has a kink and a stiff side."""
+
+    def __init__(self, scene: Scene, name: str, spring: StrutSpring, solver: Solver, limit: float) -> None:
+        self.spring, self.limit, self.resolution = spring, limit, solver.contact_resolution
+        link = scene.mechanism.link(name)
+        masses = [guide.mass for guide in scene.mechanism.guides if guide.point in link.points]
+        self.half_period = np.pi * np.sqrt(max(min(masses, default=0.1), LIGHTEST) / spring.rigidity)
+
+    def step_limit(self, _q: Array, _q_t: Array, wanted: float) -> float:
+        """Land at the kink when straightening; resolve the ringing of a strut that snapped taut."""
+        gap, speed = self.spring.kink - self.spring.elongation, self.spring.rate
+        resolved = self.half_period / self.resolution
+        if gap > 0:
+            return _landing(gap, speed, 0.1 * resolved, wanted)
+        ringing = abs(speed) * self.half_period > self.limit
+        return min(wanted, resolved) if ringing else wanted
+
+
+def _landing(gap: float, speed: float, past: float, wanted: float) -> float:
+    """Step that ends just past a gap closing at this speed."""
+    return gap / speed + past if speed > 0 and gap < speed * wanted else wanted
 
 
 def _factor(limit: float, error: float) -> float:
@@ -187,8 +217,6 @@ def _factor(limit: float, error: float) -> float:
 
 def _position_weights(scene: Scene) -> Array:
     """Weight of each coordinate in the error norm, m: positions 1, rigid rotations half the link, beam rotations 0."""
-    from mbs.mechanism import Guide, Rigid
-
     weights = np.zeros(scene.system.systemData.ODE2Size())
     for placed in scene.placed.values():
         columns = placed.columns(scene.system)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from numbers import Real
 
 
 def number(name: str, value: float, low: float, high: float, unit: str, *, open_low: bool = False) -> float:
@@ -13,14 +14,11 @@ def number(name: str, value: float, low: float, high: float, unit: str, *, open_
     ValueError
         Names the parameter, its value, the allowed range and the unit.
     """
-    try:
-        checked = float(value)
-    except (TypeError, ValueError):
-        checked = math.nan
-    inside = low <= checked <= high and not (open_low and checked == low)
-    if not (inside and math.isfinite(checked)):
+    checked = float(value) if isinstance(value, Real) and not isinstance(value, bool) else math.nan
+    if not (low <= checked <= high and math.isfinite(checked)) or (open_low and checked == low):
+        suffix = "" if unit == "1" else f" {unit}"
         bracket = "(" if open_low else "["
-        raise ValueError(f"{name} = {value!r} {unit}: must lie in {bracket}{low:g}, {high:g}] {unit}")
+        raise ValueError(f"{name} = {value!r}{suffix}: must lie in {bracket}{low:g}, {high:g}]{suffix}")
     return checked
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.special import ellipk
 
-from elastica import pinned
+from elastica import pinned, rod
 from elastica.rod import NewtonDiverged, Rod, WrongBranch
 
 SHORTENINGS = (1e-6, 1e-3, 0.01, 0.1, 0.3454, 0.6, 0.95, 1.2, 1.5)
@@ -99,7 +99,7 @@ def test_imperfection_chooses_the_side():
 def test_small_imperfection_is_amplified_as_young_found(fraction):
     """y_mid = a/(1 - p/pi^2), to relative order a^2."""
     for a in (1e-4, -1e-4):
-        solution = Rod(imperfection=a, nodes=41 - 1).at_load(fraction * np.pi**2)
+        solution = Rod(imperfection=a, nodes=40).at_load(fraction * np.pi**2)
         deflection = solution.y[np.argmax(np.abs(solution.y))]
         mid = np.interp(0.5, solution.s, solution.y)
         assert deflection == pytest.approx(a / (1.0 - fraction), rel=5e-3)
@@ -143,7 +143,7 @@ def test_prescribing_load_or_shortening_is_the_same(rod):
         (lambda: Rod().at_load(np.nan), "load = nan"),
         (lambda: Rod().at_shortening(0.0), r"shortening = 0\.0 must be above 0, to 1\.5 \(end shortening/L\)"),
         (lambda: Rod(axial=100.0).at_shortening(0.11), r"shortening = 0\.11 must be above 0\.111"),
-        (lambda: Rod(imperfection=0.1).at_shortening(0.02), r"shortening = 0\.02 must be above 0\.0250"),
+        (lambda: Rod(imperfection=0.1).at_shortening(0.02), r"shortening = 0\.02 must be above 0\.0251"),
     ],
 )
 def test_wrong_input_is_named(call, message):
@@ -151,8 +151,27 @@ def test_wrong_input_is_named(call, message):
         call()
 
 
-def test_a_rod_that_finds_no_buckled_branch_says_so():
-    with pytest.raises(WrongBranch, match="end angle .* where about .* was expected"):
-        Rod(axial=45.0).at_shortening(0.5)
+@pytest.mark.parametrize(("mode", "angle", "load", "shortening"), [(1, 1e-3, 80.0, 0.08), (3, 1.0, 100.0, 0.3)])
+def test_straight_and_higher_branches_are_refused(monkeypatch, mode, angle, load, shortening):
+    """Newton started at the straight, compressed rod or at its third mode stays there."""
+
+    def guess(_, grid, __):
+        return np.concatenate((angle * np.cos(mode * np.pi * grid.s), (0.0, load)))
+
+    monkeypatch.setattr(rod, "_guess", guess)
+    with pytest.raises(WrongBranch, match=r"end angle .* where about .* was expected"):
+        Rod(axial=1e3).at_shortening(shortening)
+
+
+def test_newton_that_does_not_settle_says_so(monkeypatch):
+    monkeypatch.setattr(rod, "_jacobian", lambda *_: 1e3 * np.eye(98))
     with pytest.raises(NewtonDiverged, match="last of 30 Newton steps"):
-        Rod(axial=45.0).at_shortening(0.8)
+        Rod().at_shortening(0.3)
+
+
+@pytest.mark.parametrize("stocky", [Rod(axial=40.0), Rod(axial=50.0, shear=200.0), Rod(shear=2.0)])
+def test_even_stocky_rods_find_their_buckled_branch(stocky):
+    onset = stocky.critical_load / stocky.axial
+    for u in np.linspace(onset + 0.01, 1.5, 12):
+        solution = stocky.at_shortening(u)
+        assert solution.residual < 1e-10 and solution.shortening == pytest.approx(u, rel=1e-12)
