@@ -35,7 +35,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 
 SHORTENING_MAX = 1.5
 LOAD_MAX = 80.0
@@ -45,11 +45,11 @@ class RodError(RuntimeError):
     """No buckled equilibrium was found."""
 
 
-class NewtonDiverged(RodError):
+class NewtonDivergedError(RodError):
     """Newton's iteration did not settle."""
 
 
-class WrongBranch(RodError):
+class WrongBranchError(RodError):
     """Newton's iteration settled on the straight rod or on a higher buckling mode."""
 
 
@@ -107,7 +107,7 @@ class Rod:
 
     @property
     def softness(self) -> float:
-        """c = 1/shear - 1/axial, E I/L^2 times the compliance that matters to buckling."""
+        """The compliance that matters to buckling, c = 1/shear - 1/axial."""
         return 1.0 / self.shear - 1.0 / self.axial
 
     @property
@@ -138,7 +138,7 @@ class Rod:
         ------
         ValueError
             If the load lies outside the range or is not a number.
-        NewtonDiverged, WrongBranch
+        NewtonDivergedError, WrongBranchError
             If no buckled equilibrium was found.
         """
         lowest = 0.0 if self.imperfection else self.critical_load
@@ -157,11 +157,10 @@ class Rod:
         ------
         ValueError
             If the shortening lies outside the range or is not a number.
-        NewtonDiverged, WrongBranch
+        NewtonDivergedError, WrongBranchError
             If no buckled equilibrium was found.
         """
-        grid = _grid(self.nodes)
-        lowest = _shortening(self, grid, _stress_free(self, grid), 0.0) if self.imperfection else self.critical_load / self.axial
+        lowest = _stress_free_shortening(self) if self.imperfection else self.critical_load / self.axial
         valid = lowest < shortening <= SHORTENING_MAX
         _require("shortening", shortening, valid, f"above {lowest:.12g}, to {SHORTENING_MAX:g} (end shortening/L)")
         return _solve(self, _Prescribed(0.0, 1.0, shortening))
@@ -199,8 +198,13 @@ def _stress_free(rod: Rod, grid: _Grid) -> Array:
     return np.arcsin(rod.imperfection * pi * np.cos(pi * grid.s))
 
 
+def _stress_free_shortening(rod: Rod) -> float:
+    grid = _grid(rod.nodes)
+    return _shortening(rod, grid, _stress_free(rod, grid), 0.0)
+
+
 def _slopes(rod: Rod, theta: Array, load: float) -> tuple[Array, Array]:
-    """x' and y', equations (1) and (2)."""
+    """Equations (1) and (2): x' and y', each of shape (nodes,)."""
     sin, cos = np.sin(theta), np.cos(theta)
     return cos - load * (cos**2 / rod.axial + sin**2 / rod.shear), sin * (1.0 + rod.softness * load * cos)
 
@@ -265,7 +269,9 @@ def _solve(rod: Rod, end: _Prescribed) -> RodSolution:
     z = _newton(lambda z: np.linalg.solve(_jacobian(rod, grid, end, z), _defect(rod, grid, end, z)), guess)
     theta, load = z[:-2], float(z[-1])
     if np.count_nonzero(np.diff(np.sign(theta))) != 1 or theta[0] / guess[0] < 0.5:
-        raise WrongBranch(f"end angle {theta[0]:.3g} rad where about {guess[0]:.3g} was expected; the rod is {rod}")
+        raise WrongBranchError(
+            f"end angle {theta[0]:.3g} rad where about {guess[0]:.3g} was expected; the rod is {rod}"
+        )
     dx, dy = _slopes(rod, theta, load)
     shortening = _shortening(rod, grid, theta, load)
     return RodSolution(load, shortening, grid.s, grid.J @ dx, grid.J @ dy, theta, _residual(rod, end, z))
@@ -278,7 +284,7 @@ def _newton(step: Callable[[Array], Array], z: Array) -> Array:
         z = z - change
         if np.max(np.abs(change)) <= 1e-8:
             return z
-    raise NewtonDiverged(f"the last of 30 Newton steps was still {np.max(np.abs(change)):.1e}")
+    raise NewtonDivergedError(f"the last of 30 Newton steps was still {np.max(np.abs(change)):.1e}")
 
 
 def _residual(rod: Rod, end: _Prescribed, z: Array) -> float:

@@ -140,6 +140,11 @@ class Strip:
             ),
         ]  # fmt: skip
 
+    def axial_force(self) -> Array:
+        """Mean elastic normal force along the strip, N, tension positive, shape (times,)."""
+        axial = self.strains()[0]
+        return axial.stiffness * np.einsum("teg,g->t", axial.value, axial.weights) / (self.element * self.body.elements)
+
     def kinetic(self) -> Array:
         """Kinetic energy, J, shape (times,)."""
         section, points = self.section, GAUSS[4]

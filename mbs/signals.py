@@ -145,6 +145,7 @@ def _add_strip(history: History, name: str, add: Any) -> None:
     span = np.hypot(*chord.T)
     middle = line[:, line.shape[1] // 2] - line[:, 0]
     add(f"{name}.end_shortening", history.scene.arc_length(name) - span, "m")
+    add(f"{name}.axial_force", strip.axial_force(), "N")
     add(f"{name}.deflection", (chord[:, 0] * middle[:, 1] - chord[:, 1] * middle[:, 0]) / span, "m")
 
 

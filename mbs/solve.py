@@ -12,7 +12,7 @@ import numpy as np
 
 from mbs.checks import suspicions
 from mbs.energy import ledger as energy_ledger
-from mbs.mechanism import Mechanism
+from mbs.mechanism import Beam, Cable, Mechanism, Strut
 from mbs.result import Result, Status
 from mbs.scene import SPARSE_FROM, Scene, build
 from mbs.signals import History, collect, shapes_at
@@ -127,11 +127,19 @@ def _settings(scene: Scene, solver: Solver, duration: float) -> Any:
     integration.minimumStepSize = solver.min_step
     integration.adaptiveStepRecoverySteps = 2**31 - 1  # growing the step again is StepControl's business
     integration.generalizedAlpha.spectralRadius = solver.spectral_radius
-    integration.newton.useModifiedNewton = False  # a new step size needs a new Jacobian anyway
+    integration.newton.useModifiedNewton = True
+    integration.newton.modifiedNewtonJacUpdatePerStep = True  # a new step size needs a new Jacobian
     integration.newton.relativeTolerance = solver.newton_relative
-    integration.newton.absoluteTolerance = solver.newton_absolute
+    integration.newton.absoluteTolerance = solver.newton_absolute or _reachable_residual(scene)
     # the only connectors with a say in it are StepControl's callback; no native contact element is built
     integration.discontinuous.useRecommendedStepSize = True
     if scene.system.systemData.ODE2Size() >= SPARSE_FROM:
         settings.linearSolver.solverType = exu.LinearSolverType.EigenSparse
     return settings
+
+
+def _reachable_residual(scene: Scene) -> float:
+    """Residual, N, ten times above what round-off leaves of the stiffest link's axial force."""
+    stiff = [link.body.section.axial_stiffness for link in scene.mechanism.links if isinstance(link.body, Beam | Cable)]
+    soft = [link.body.section.axial_stiffness for link in scene.mechanism.links if isinstance(link.body, Strut)]
+    return max(1e-8, 5e-12 * max(stiff, default=0.0), 5e-15 * max(soft, default=0.0))

@@ -23,6 +23,8 @@ from mbs.validate import number, positive, whole
 Array = np.ndarray[Any, Any]
 LIGHTEST = 1e-6
 """Mass, kg, that stands in for none where a contact's duration is estimated."""
+FORCE_ERROR = 1e-3
+"""Local error allowed a step of the force of a lasting contact, relative to it."""
 STRIKING = 0.2
 """A contact moves fast if, at its speed, it would cross this share of its depth in the time an impact lasts."""
 
@@ -43,8 +45,10 @@ class Solver:
         Steps at least taken for half an oscillation of the guided mass on its stop.
     spectral_radius : float
         Of generalized-alpha at infinite frequency, in [0, 1]: smaller damps unresolved axial waves faster.
-    newton_relative, newton_absolute : float
-        Newton's tolerances on the residual.
+    newton_relative, newton_absolute : float, optional
+        Newton's tolerances on the residual, against its first value and in N; either suffices. By default the absolute one
+        decides and is chosen from the scene, 5e-12 of the largest axial stiffness: ten times what round-off leaves. A relative
+        one stops too early, as a large step's first residual is large.
     max_steps : int
         A run that takes more ends as TOO_MANY_STEPS.
     uniform_steps : int, optional
@@ -54,10 +58,10 @@ class Solver:
     tolerance: float = 1e-5
     max_step: float | None = None
     min_step: float = 1e-9
-    contact_resolution: int = 20
+    contact_resolution: int = 40
     spectral_radius: float = 0.7
-    newton_relative: float = 1e-5
-    newton_absolute: float = 1e-6
+    newton_relative: float = 1e-10
+    newton_absolute: float | None = None
     max_steps: int = 1_000_000
     uniform_steps: int | None = None
 
@@ -69,7 +73,8 @@ class Solver:
         whole("contact_resolution", self.contact_resolution, 1, 10_000)
         number("spectral_radius", self.spectral_radius, 0.0, 1.0, "1")
         positive("newton_relative", self.newton_relative, "1")
-        positive("newton_absolute", self.newton_absolute, "N")
+        if self.newton_absolute is not None:
+            positive("newton_absolute", self.newton_absolute, "N")
         whole("max_steps", self.max_steps, 1, 10**9)
         if self.uniform_steps is not None:
             whole("uniform_steps", self.uniform_steps, 1, 10**9)
@@ -113,11 +118,12 @@ class StepControl:
         h = self.engine.it.currentStepSize
         if self.accelerations is None:
             return [0.0, -1.0]
-        self.error = h * h / 12 * float(np.abs(self.candidate - self.accelerations).max(initial=0.0))
-        if self.error <= 2 * self.limit or h <= self.solver.min_step:
+        errors = h * h / 12 * np.abs(self.candidate - self.accelerations)
+        self.error = max([float(errors.max(initial=0.0)) / self.limit, *(w.excess(h, errors) for w in self.watched)])
+        if self.error <= 2 or h <= self.solver.min_step:
             return [0.0, -1.0]
         self.rejected += 1
-        return [1e300, max(self.solver.min_step, h * _factor(self.limit, self.error))]
+        return [1e300, max(self.solver.min_step, h * _factor(self.error))]
 
     def after_step(self, _system: Any, t: float) -> bool:
         """Engine callback: record the step and set the next size; False ends the run."""
@@ -141,7 +147,7 @@ class StepControl:
             self.engine.it.currentStepSize = max(self.solver.min_step, 1e-3 * self.max_step)
             return
         self.accelerations = self.candidate
-        wanted = min(self.max_step, h * _factor(self.limit, self.error))
+        wanted = min(self.max_step, h * _factor(self.error))
         for watched in self.watched:
             wanted = min(wanted, watched.step_limit(q, q_t, wanted))
         if not 0.8 * h < wanted < 1.25 * h or wanted > self.max_step:
@@ -166,12 +172,14 @@ class _WatchedStop:
         self.column = int(scene.placed[point].columns(scene.system)[0, 0])
         self.mass = max(scene.mechanism.guide(point).mass, LIGHTEST)
         self.touching = False
+        self.force = self.shortest = 0.0
 
     def accept(self, q: Array, q_t: Array) -> float:
         """Take over an accepted step; the contact force, N."""
         travel, speed = float(q[self.column]), float(q_t[self.column])
         self.touching = self.contact.accept(travel, speed)
-        return self.contact.force(travel, speed) if self.touching else 0.0
+        self.force = self.contact.force(travel, speed) if self.touching else 0.0
+        return self.force
 
     def step_limit(self, q: Array, q_t: Array, wanted: float) -> float:
         """Land just inside on onset; resolve the impact; leave a resting contact alone."""
@@ -182,8 +190,17 @@ class _WatchedStop:
         lasts = contact_time(self.contact.stop.law, self.mass, self.contact.onset)
         if not self.touching:
             return _landing(gap, speed, 0.1 * lasts / self.resolution, wanted)
-        striking = abs(speed) * lasts > STRIKING * abs(gap)
-        return min(wanted, lasts / self.resolution) if striking else wanted
+        self.shortest = lasts / self.resolution
+        if abs(speed) * lasts > STRIKING * abs(gap):
+            return min(wanted, self.shortest)
+        return min(wanted, max(self.shortest, _landing(-gap, -speed, 0.0, wanted)))  # a slow release, too, ends on a step
+
+    def excess(self, h: float, errors: Array) -> float:
+        """Error of the force of a contact that lasts, in units of its limit: a small position error on a stiff stop."""
+        if self.force == 0 or h <= self.shortest:
+            return 0.0
+        stiffness = self.contact.stop.law.stiffness  # order of magnitude only, for exponents beyond 1
+        return stiffness * errors[self.column] / (FORCE_ERROR * self.force)
 
 
 class _WatchedStrut:
@@ -193,10 +210,12 @@ class _WatchedStrut:
         self.spring, self.limit, self.resolution = spring, limit, solver.contact_resolution
         link = scene.mechanism.link(name)
         masses = [guide.mass for guide in scene.mechanism.guides if guide.point in link.points]
+        self.accepted = 0.0
         self.half_period = np.pi * np.sqrt(max(min(masses, default=0.1), LIGHTEST) / spring.rigidity)
 
     def step_limit(self, _q: Array, _q_t: Array, wanted: float) -> float:
         """Land at the kink when straightening; resolve the ringing of a strut that snapped taut."""
+        self.accepted = self.spring.elongation
         gap, speed = self.spring.kink - self.spring.elongation, self.spring.rate
         resolved = self.half_period / self.resolution
         if gap > 0:
@@ -204,15 +223,22 @@ class _WatchedStrut:
         ringing = abs(speed) * self.half_period > self.limit
         return min(wanted, resolved) if ringing else wanted
 
+    def excess(self, h: float, _errors: Array) -> float:
+        """Jump of a straight strut's force over the step, in Euler loads: a position error no one sees is a force here."""
+        before, now = self.accepted, self.spring.elongation
+        if h <= self.half_period / self.resolution or min(before, now) < self.spring.kink:
+            return 0.0
+        return abs(now - before) / -self.spring.kink
+
 
 def _landing(gap: float, speed: float, past: float, wanted: float) -> float:
     """Step that ends just past a gap closing at this speed."""
     return gap / speed + past if speed > 0 and gap < speed * wanted else wanted
 
 
-def _factor(limit: float, error: float) -> float:
-    """Change of the step that brings a third-order local error to its limit, with a margin, between 0.2 and 2."""
-    return min(2.0, max(0.2, 0.8 * (limit / max(error, 1e-300)) ** (1 / 3)))
+def _factor(error: float) -> float:
+    """Change of the step that brings a third-order local error, in units of its limit, to 1 with a margin: 0.2 to 2."""
+    return min(2.0, max(0.2, 0.8 * max(error, 1e-300) ** (-1 / 3)))
 
 
 def _position_weights(scene: Scene) -> Array:

@@ -29,7 +29,8 @@ def fitted_coefficients(degree=5, count=60, sweeps=4):
     weights = [mpf(1)] * count
     for _ in range(sweeps):
         rows = [
-            [xi ** (degree - k) / p / w for k in range(degree + 1)] + [-(xi ** (degree - 1 - k)) / w for k in range(degree)]
+            [xi ** (degree - k) / p / w for k in range(degree + 1)]
+            + [-(xi ** (degree - 1 - k)) / w for k in range(degree)]
             for xi, p, w in zip(x, loads, weights, strict=True)
         ]
         right = [xi**degree / w for xi, w in zip(x, weights, strict=True)]
@@ -99,22 +100,22 @@ def plain_quartic(u):
 
 
 def median_cost_ratio(first, second, argument, runs=15):
-    """Ratio of the median run times, the two runs taken in turn so that a busy machine slows both."""
+    """Ratio of the median processor times, the two runs taken in turn so that a busy machine slows both."""
     seconds = np.empty((runs, 2))
     for run in seconds:
         for i, function in enumerate((first, second)):
-            start = time.perf_counter()
+            start = time.thread_time()
             function(argument)
-            run[i] = time.perf_counter() - start
-    return np.divide(*np.median(seconds, axis=0))
+            run[i] = time.thread_time() - start
+    return float(np.divide(*np.median(seconds, axis=0)))
 
 
 def test_fast_law_costs_at_most_three_quartics():
     u = np.random.default_rng(3).random(1_000_000)
     ratios = []
-    while len(ratios) < 6 and not (ratios and min(ratios) <= 3.0):
+    while not ratios or (ratios[-1] > 3.0 and len(ratios) < 8):  # a neighbour may hold the cache for a while
         ratios.append(median_cost_ratio(law.fast, plain_quartic, u))
-    assert min(ratios) <= 3.0, ratios
+    assert ratios[-1] <= 3.0, ratios
 
 
 def test_fast_law_of_a_float_takes_microseconds():

@@ -5,7 +5,7 @@ import pytest
 from scipy.special import ellipk
 
 from elastica import pinned, rod
-from elastica.rod import NewtonDiverged, Rod, WrongBranch
+from elastica.rod import NewtonDivergedError, Rod, WrongBranchError
 
 SHORTENINGS = (1e-6, 1e-3, 0.01, 0.1, 0.3454, 0.6, 0.95, 1.2, 1.5)
 
@@ -141,6 +141,8 @@ def test_prescribing_load_or_shortening_is_the_same(rod):
         (lambda: Rod(axial=30.0).critical_load, r"axial = 30\.0 must be large enough to buckle"),
         (lambda: Rod().at_load(9.8), r"load = 9\.8 must be above 9\.8696.*, to 80 \(P L\^2/\(E I\)\)"),
         (lambda: Rod().at_load(np.nan), "load = nan"),
+        (lambda: Rod().at_load(80.1), r"load = 80\.1 must be above 9\.8696.*, to 80"),
+        (lambda: Rod().at_shortening(1.6), r"shortening = 1\.6 must be above 0, to 1\.5"),
         (lambda: Rod().at_shortening(0.0), r"shortening = 0\.0 must be above 0, to 1\.5 \(end shortening/L\)"),
         (lambda: Rod(axial=100.0).at_shortening(0.11), r"shortening = 0\.11 must be above 0\.111"),
         (lambda: Rod(imperfection=0.1).at_shortening(0.02), r"shortening = 0\.02 must be above 0\.0251"),
@@ -159,13 +161,20 @@ def test_straight_and_higher_branches_are_refused(monkeypatch, mode, angle, load
         return np.concatenate((angle * np.cos(mode * np.pi * grid.s), (0.0, load)))
 
     monkeypatch.setattr(rod, "_guess", guess)
-    with pytest.raises(WrongBranch, match=r"end angle .* where about .* was expected"):
+    with pytest.raises(WrongBranchError, match=r"end angle .* where about .* was expected"):
         Rod(axial=1e3).at_shortening(shortening)
+
+
+@pytest.mark.parametrize("factor", [1e-9, -1.0])
+def test_vanishing_and_mirrored_bows_are_refused(monkeypatch, factor):
+    monkeypatch.setattr(rod, "_newton", lambda _, z: factor * z)
+    with pytest.raises(WrongBranchError):
+        Rod(imperfection=1e-3).at_shortening(0.3)
 
 
 def test_newton_that_does_not_settle_says_so(monkeypatch):
     monkeypatch.setattr(rod, "_jacobian", lambda *_: 1e3 * np.eye(98))
-    with pytest.raises(NewtonDiverged, match="last of 30 Newton steps"):
+    with pytest.raises(NewtonDivergedError, match="last of 30 Newton steps"):
         Rod().at_shortening(0.3)
 
 

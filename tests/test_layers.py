@@ -1,0 +1,121 @@
+"""The one-way street: which package may import which, and where the engine may be named."""
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import elastica
+
+ROOT = Path(__file__).parents[1]
+ENGINE_ROOMS = {"bodies", "joints", "scene", "solve", "statics"}
+"""Files of `mbs` in which the engine may be imported."""
+WITHOUT_ENGINE = [
+    "mbs",
+    "mbs.mechanism",
+    "mbs.laws",
+    "mbs.kinematics",
+    "mbs.result",
+    "mbs.library",
+    "elastica",
+    "elastica.law",
+    "elastica.pinned",
+    "elastica.rod",
+    "studies.registry",
+]
+
+
+def sources(package):
+    return sorted((ROOT / package).rglob("*.py"))
+
+
+def imported(path):
+    """Top-level names of everything a file imports, wherever in the file."""
+    found = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            found |= {alias.name.split(".")[0] for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{path}: relative import"
+            found.add(node.module.split(".")[0])
+        elif isinstance(node, ast.Call) and getattr(node.func, "id", getattr(node.func, "attr", "")) == "import_module":
+            found |= {arg.value.split(".")[0] for arg in node.args if isinstance(arg, ast.Constant)}
+    return found
+
+
+def loaded_after(statement):
+    """Names of all modules in a fresh interpreter after a statement."""
+    code = f"{statement}\nimport sys\nprint(*sys.modules)"
+    run = subprocess.run(
+        [sys.executable, "-W", "error::DeprecationWarning", "-c", code],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=120,
+    )
+    return set(run.stdout.split())
+
+
+def test_description_of_machine_and_results_load_no_engine():
+    loaded = loaded_after("import " + ", ".join(WITHOUT_ENGINE))
+    assert set(WITHOUT_ENGINE) <= loaded
+    assert not {name for name in loaded if name.split(".")[0] == "exudyn"}
+
+
+@pytest.mark.parametrize("module", ["mbs", "elastica", "studies.registry"])
+def test_each_door_opens_alone(module):
+    loaded = loaded_after(f"import {module}")
+    assert module in loaded and "exudyn" not in loaded
+
+
+def test_elastica_loads_neither_mbs_nor_matplotlib():
+    loaded = loaded_after("import elastica, elastica.law, elastica.pinned, elastica.rod")
+    assert not {name.split(".")[0] for name in loaded} & {"mbs", "studies", "matplotlib", "meshio", "exudyn"}
+
+
+def test_what_needs_the_engine_loads_it_on_demand():
+    assert "exudyn" in loaded_after("from mbs import simulate")
+
+
+def test_every_name_on_the_door_is_behind_it():
+    import mbs
+
+    for name in mbs.__all__:
+        assert getattr(mbs, name).__module__.startswith("mbs.") or name == "STEEL"
+    with pytest.raises(AttributeError, match="nonsense"):
+        mbs.nonsense  # noqa: B018
+
+
+@pytest.mark.parametrize(
+    ("package", "banned"), [("elastica", {"mbs", "studies", "exudyn"}), ("mbs", {"studies"})], ids=["elastica", "mbs"]
+)
+def test_no_step_back_up_the_street(package, banned):
+    files = sources(package)
+    assert files
+    offenders = {str(path.relative_to(ROOT)): imported(path) & banned for path in files}
+    assert not {path: names for path, names in offenders.items() if names}
+
+
+def test_the_engine_is_named_only_in_its_rooms():
+    users = {path.stem for path in sources("mbs") if "exudyn" in imported(path)}
+    assert users <= ENGINE_ROOMS
+    assert {"bodies", "joints", "scene", "solve"} <= users  # or the check above checks nothing
+    assert not [path for path in sources("studies") if "exudyn" in imported(path)]
+
+
+def test_elastica_is_ours():
+    """PyElastica installs a package of the same name."""
+    assert Path(elastica.__file__).resolve().is_relative_to(ROOT.resolve())
+
+
+def test_deprecation_is_fatal(pytestconfig):
+    filters = pytestconfig.getini("filterwarnings")
+    assert "error::DeprecationWarning" in filters
+
+    import exudyn
+
+    with pytest.raises(DeprecationWarning):
+        exudyn.SimulationSettings().linearSolverType  # noqa: B018 - the old name of linearSolver.solverType
