@@ -316,7 +316,7 @@ def _newton(step: Callable[[Array], Array], w: Array) -> Array:
     """Subtract steps until the next one would be below rounding: they shrink quadratically."""
     for _ in range(10):
         change = step(w)
-        w = np.maximum(w - change, 0.0)
+        w = w - change
         if np.all(np.abs(change) <= 1e-8 * w + 4e-15):
             return w
     raise ArithmeticError(f"Newton iteration for the elliptic parameter left a step of {np.max(np.abs(change)):.1e}")

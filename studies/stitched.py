@@ -64,9 +64,11 @@ class Rebound:
         return self.push > self.friction
 
     @property
-    def return_time(self) -> float:
-        """Time from standstill back to the stop, s; infinite if friction holds it."""
-        return sqrt(2 * self.height * self.mass / (self.push - self.friction)) if self.returns else np.inf
+    def duration(self) -> float:
+        """Time until the slider is back at the stop, or stands still off it, s."""
+        if not self.returns:
+            return self.outward_time
+        return self.outward_time + sqrt(2 * self.height * self.mass / (self.push - self.friction))
 
     @property
     def return_speed(self) -> float:
@@ -166,11 +168,11 @@ class Trace(NamedTuple):
     ----------
     time, angle, position, speed, force, shortening : array
         s; crank angle, rad; slider position, m, and velocity, m/s; force on the stop, N; the strip's relative shortening.
+    load : array
+        Compression the rigid mode asks of the coupler, over the Euler load; 0 in the other modes. Above 1 the strip
+        buckles, and the model does not hold.
     energy : dict of str to array
         J: held `kinetic`, `strain`; `taken_impact`, `taken_friction`, `given_drive` since t = 0; `error`.
-    euler_ratio : float
-        Largest compression the rigid mode asks of the coupler, over the Euler load. Above 1 the strip buckles before it
-        meets the stop, and the model does not hold.
     held : bool
         Whether friction held the slider off the stop.
     """
@@ -181,8 +183,8 @@ class Trace(NamedTuple):
     speed: Array
     force: Array
     shortening: Array
+    load: Array
     energy: dict[str, Array]
-    euler_ratio: float
     held: bool
 
     @property
@@ -267,9 +269,7 @@ def _strike(model: Stitched, crank: _Crank, start: float, end: float) -> Iterato
         time = float(pulse[-1])
         push = float(model.contact_force(crank.motion.position(time)))
         rebound = Rebound(away, push, model.friction, model.mass)
-        flight = _times("rebound", time, min(time + rebound.outward_time + rebound.return_time, end))
-        if not rebound.returns:
-            flight = _times("rebound", time, min(time + rebound.outward_time, end))
+        flight = _times("rebound", time, min(time + rebound.duration, end))
         travel, rate = rebound.motion(flight - time)
         yield _Piece("rebound", flight, model.stop + travel, rate, np.zeros_like(flight))
         time, speed = float(flight[-1]), rebound.return_speed
@@ -314,6 +314,5 @@ def _trace(model: Stitched, crank: _Crank, pieces: list[_Piece]) -> Trace:
     }
     held, taken = energy["kinetic"] + energy["strain"], energy["taken_impact"] + energy["taken_friction"]
     energy["error"] = held - held[0] + taken - energy["given_drive"]
-    asked = model.compression(angle[rigid], turning[rigid], crank.acceleration(time[rigid]))
-    ratio = float(asked.max() / model.strip_force(0.0))
-    return Trace(time, angle, position, speed, force, shortening, energy, ratio, bool((modes == "held").any()))
+    load = rigid * model.compression(angle, turning, crank.acceleration(time)) / model.strip_force(0.0)
+    return Trace(time, angle, position, speed, force, shortening, load, energy, bool((modes == "held").any()))

@@ -216,7 +216,7 @@ def test_strain_rates_are_derivatives_of_strains(body):
 
 @pytest.mark.parametrize("body", STRAIGHT.values(), ids=STRAIGHT)
 def test_kinetic_energy_of_a_spinning_strip(body):
-    """m v^2/2 + (m L^2/12 + rho I L) omega^2/2; a cable has no rotary inertia."""
+    """Energy m v^2/2 + (m L^2/12 + rho I L) omega^2/2; a cable has no rotary inertia."""
     lone = Lone(body)
     mass = STRIP.mass_per_length * LENGTH
     inertia = mass * LENGTH**2 / 12 + (0.0 if isinstance(body, Cable) else STRIP.inertia_per_length * LENGTH)
@@ -317,11 +317,10 @@ def test_bow_has_the_given_chord_and_unit_slope(bow, count):
     assert length * quad(lambda s: np.cos(amplitude * np.cos(np.pi * s)), 0, 1, epsabs=1e-14)[0] == pytest.approx(
         LENGTH
     )
-    for k in (count // 3, count - 1):
-        place = [
-            quad(lambda s: f(amplitude * np.cos(np.pi * s)), 0, stations[k], epsabs=1e-14)[0] for f in (np.cos, np.sin)
-        ]  # noqa: B023
-        assert [x[k], y[k]] == pytest.approx(length * np.array(place), abs=1e-12)
+    for part, at in ((np.cos, x), (np.sin, y)):
+        for k in (count // 3, count - 1):
+            integral = quad(lambda s, part=part: part(amplitude * np.cos(np.pi * s)), 0, stations[k], epsabs=1e-14)[0]
+            assert at[k] == pytest.approx(length * integral, abs=1e-12)
 
 
 def test_slope_of_the_bow_is_a_unit_vector():
