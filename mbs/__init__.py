@@ -6,6 +6,7 @@ from mbs.library import slider_crank
 from mbs.mechanism import (
     Beam,
     Cable,
+    Clearance,
     Drive,
     Guide,
     GuideFriction,
@@ -20,18 +21,18 @@ from mbs.mechanism import (
 )
 from mbs.result import Result, Status
 from mbs.sections import STEEL, Material, Section
+from mbs.settings import Solver
 
 if TYPE_CHECKING:
     from mbs.scene import build
     from mbs.solve import simulate
-    from mbs.stepping import Solver
 
 __all__ = [
-    "STEEL", "Beam", "Cable", "Drive", "Guide", "GuideFriction", "Link", "Material", "Mechanism", "Motion", "Ramp", "Result",
+    "STEEL", "Beam", "Cable", "Clearance", "Drive", "Guide", "GuideFriction", "Link", "Material", "Mechanism", "Motion", "Ramp", "Result",
     "Revolute", "Rigid", "Section", "Solver", "Status", "Stop", "Strut", "build", "simulate", "slider_crank",
 ]  # fmt: skip
 
-_ENGINE = {"simulate": "mbs.solve", "build": "mbs.scene", "Solver": "mbs.stepping"}
+_ENGINE = {"simulate": "mbs.solve", "build": "mbs.scene"}
 
 
 def __getattr__(name: str) -> Any:

@@ -11,7 +11,8 @@ from typing import Any
 import exudyn.itemInterface as eii
 import numpy as np
 
-from mbs.mechanism import Drive, Guide, Mechanism, Stop, Strut
+from mbs.clearance import COLUMNS, End, Kernel, kernel, tables
+from mbs.mechanism import Clearance, Drive, Guide, Mechanism, Stop, Strut
 
 SLOWEST_ONSET = 1e-4
 """Approach speed, m/s, below which dissipative laws no longer scale with it: a contact at rest has no impact speed."""
@@ -172,5 +173,82 @@ def add_strut(system: Any, spring: StrutSpring, hosts: tuple[int, int]) -> int:
             eii.ObjectConnectorSpringDamper(
                 markerNumbers=list(hosts), referenceLength=spring.length, stiffness=1.0, springForceUserFunction=spring
             )
+        )
+    )
+
+
+class ClearanceGroup:
+    """Joints with play that share their laws: one user element of the engine, moment-exact and without mass.
+
+    Attributes
+    ----------
+    joints : list of Clearance
+    columns : array, shape (nodes, 3)
+        Places of the element's coordinates in the engine's vector, once assembled.
+    onset : array, shape (joints,)
+        Approach speed when each joint's present contact began, m/s.
+    """
+
+    def __init__(self, joints: list[Clearance], ends: list[tuple[End, End]], nodes: list[int]) -> None:
+        self.joints, self.nodes = joints, nodes
+        self.kernel: Kernel = kernel(joints[0].law, joints[0].friction)
+        self.places, self.numbers = tables(joints, ends)
+        self.onset = np.full(len(joints), SLOWEST_ONSET)
+        self.columns = np.empty((0, 3), dtype=int)
+        law = joints[0].law
+        self.needs_onset = law.force(1e-6, 0.1, 1.0) != law.force(1e-6, 0.1, 2.0)
+        self._forces = np.zeros(3 * len(nodes))
+        self._report = np.zeros((len(joints), len(COLUMNS)))
+        self._before: tuple[float, np.ndarray[Any, Any]] | None = None
+
+    def __call__(self, _system: Any, _t: float, _item: int, q: Any, q_t: Any) -> Any:
+        """Engine callback: generalised forces on the element's coordinates."""
+        self.kernel.forces(np.asarray(q), np.asarray(q_t), self.onset, self.places, self.numbers, self._forces)
+        return self._forces
+
+    def locate(self, system: Any) -> None:
+        """Take down where the element's coordinates lie, once the system is assembled."""
+        self.columns = np.add.outer([system.GetNodeODE2Index(node) for node in self.nodes], np.arange(3))
+
+    def accept(self, q: Any, q_t: Any, t: float) -> Any:
+        """Take over an accepted step: the onset speed of contacts that have just begun; returns all of them."""
+        if not self.needs_onset:
+            return self.onset
+        flat = self.columns.ravel()
+        self.kernel.report(q[flat], q_t[flat], self.onset, self.places, self.numbers, self._report)
+        depth, rate = self._report[:, 2], self._report[:, 3]
+        free = depth <= 0
+        if free.any():
+            self.onset[free] = np.maximum(rate[free], SLOWEST_ONSET)
+        if self._before is not None:
+            t0, before = self._before
+            for j in np.flatnonzero(~free & (before[:, 2] <= 0)):
+                speed = _crossing_speed(t - t0, before[j, 2], before[j, 3], depth[j], rate[j])
+                self.onset[j] = max(speed, SLOWEST_ONSET)
+        self._before = (t, self._report.copy())
+        return self.onset.copy()
+
+
+def _crossing_speed(h: float, d0: float, v0: float, d1: float, v1: float) -> float:
+    """Speed at which a cubic Hermite depth with these ends crosses zero: bisection, the crossing is bracketed."""
+    def depth(s: float) -> float:
+        return (
+            (1 + 2 * s) * (1 - s) ** 2 * d0 + s * (1 - s) ** 2 * h * v0 + s * s * (3 - 2 * s) * d1 + s * s * (s - 1) * h * v1
+        )
+
+    low, high = 0.0, 1.0
+    for _ in range(40):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if depth(middle) <= 0 else (low, middle)
+    s = 0.5 * (low + high)
+    return 6 * s * (1 - s) * (d1 - d0) / h + (1 - s) * (1 - 3 * s) * v0 + s * (3 * s - 2) * v1
+
+
+def add_clearances(system: Any, group: ClearanceGroup) -> int:
+    """Add joints with play as one user element over their bodies' nodes."""
+    size = 3 * len(group.nodes)
+    return int(
+        system.AddObject(
+            eii.ObjectGenericODE2(nodeNumbers=group.nodes, massMatrix=np.zeros((size, size)), forceUserFunction=group)
         )
     )

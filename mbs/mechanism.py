@@ -1,7 +1,7 @@
 """A planar mechanism in one glance: points, links, joints, guides, stops and a drive.
 
 Everything here is frozen, in SI, validated when made, and free of the engine. Fidelity is the type of a link or joint, never
-a flag: `Rigid`, `Strut`, `Beam`, `Cable`; `Revolute`.
+a flag: `Rigid`, `Strut`, `Beam`, `Cable`; `Revolute`, `Clearance`.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from math import hypot
 from typing import Any
 
 from elastica import law
-from mbs.laws import NormalLaw
+from mbs.laws import FrictionLaw, LuGre, NoFriction, NormalLaw
 from mbs.sections import Section
 from mbs.validate import non_negative, number, positive, whole
 
@@ -138,6 +138,43 @@ class Revolute:
     point: str
     first: str
     second: str
+
+
+@dataclass(frozen=True)
+class Clearance:
+    """A pin of the first body in a bush of the second, with play between them, contact and friction.
+
+    Parameters
+    ----------
+    point, first, second : str
+        The point and the two bodies, links or 'ground'; the pin is the first's, the bush the second's.
+    pin : float
+        Radius of the pin, m.
+    gap : float
+        Radial clearance, m: bush radius minus pin radius. A joint without play is a `Revolute`.
+    law : NormalLaw
+        Of `mbs.laws`, with depth in m.
+    friction : FrictionLaw
+        Of `mbs.laws`; none by default.
+    """
+
+    point: str
+    first: str
+    second: str
+    pin: float
+    gap: float
+    law: NormalLaw
+    friction: FrictionLaw = field(default_factory=NoFriction)
+
+    def __post_init__(self) -> None:
+        positive("pin", self.pin, "m")
+        if self.gap == 0:
+            raise ValueError(f"gap = 0 m at '{self.point}': must be positive; a joint without play is a Revolute")
+        positive("gap", self.gap, "m")
+        if not isinstance(self.law, NormalLaw):
+            raise ValueError(f"clearance at '{self.point}': law = {self.law!r} is not a NormalLaw, as those of mbs.laws are")
+        if not isinstance(self.friction, FrictionLaw) or isinstance(self.friction, LuGre):
+            raise ValueError(f"clearance at '{self.point}': friction = {self.friction!r} has no coefficient(speed) of its own")
 
 
 @dataclass(frozen=True)
@@ -316,7 +353,7 @@ class Mechanism:
     points : mapping of str to (float, float)
         Named points at t = 0, m.
     links : sequence of Link
-    joints : sequence of Revolute
+    joints : sequence of Revolute or Clearance
     guides : sequence of Guide
     stops : sequence of Stop
     drive : Drive, optional
@@ -331,7 +368,7 @@ class Mechanism:
 
     points: Mapping[str, Pair]
     links: Sequence[Link]
-    joints: Sequence[Revolute] = ()
+    joints: Sequence[Revolute | Clearance] = ()
     guides: Sequence[Guide] = ()
     stops: Sequence[Stop] = ()
     drive: Drive | None = None

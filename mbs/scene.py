@@ -14,13 +14,26 @@ import exudyn as exu
 import exudyn.itemInterface as eii
 
 from mbs.bodies import Placed, add_link, add_slider, arc
-from mbs.joints import StopContact, StrutSpring, add_drive, add_friction, add_stop, add_strut, contact_of
+from mbs.clearance import End
+from mbs.joints import (
+    ClearanceGroup,
+    StopContact,
+    StrutSpring,
+    add_clearances,
+    add_drive,
+    add_friction,
+    add_stop,
+    add_strut,
+    contact_of,
+)
 from mbs.kinematics import Closure
-from mbs.mechanism import GROUND, Link, Mechanism, Strut
+from mbs.mechanism import GROUND, Beam, Clearance, Link, Mechanism, Rigid, Strut
 
 exu.config.printToConsole = False
 
 Array = np.ndarray[Any, Any]
+FLYWHEEL = 1e12
+"""Moment of inertia, kg m^2, of a link turned at constant speed in a scene without constraints."""
 SPARSE_FROM = 40
 """Coordinates from which the engine's sparse solver is the faster one."""
 
@@ -38,6 +51,8 @@ class Scene:
         By guided point.
     struts : dict of str to StrutSpring
         By link.
+    clearances : list of ClearanceGroup
+        Joints with play, grouped by their laws.
     constraints : dict of str to int
         Engine object numbers: `joint <point> <first> <second>`, `guide <point>`, `drive`.
     """
@@ -48,6 +63,7 @@ class Scene:
     placed: dict[str, Placed] = field(default_factory=dict)
     stops: dict[str, StopContact] = field(default_factory=dict)
     struts: dict[str, StrutSpring] = field(default_factory=dict)
+    clearances: list[ClearanceGroup] = field(default_factory=list)
     constraints: dict[str, int] = field(default_factory=dict)
     parts: Counter[str] = field(default_factory=Counter)
 
@@ -63,6 +79,11 @@ class Scene:
             "loads": data.NumberOfLoads(),
             "sensors": data.NumberOfSensors(),
         }
+
+    @property
+    def loose(self) -> bool:
+        """True if rigid links hang together by joints with play only: no constraints, so an explicit integrator can run it."""
+        return is_loose(self.mechanism)
 
     def arc_length(self, link: str) -> float:
         """Stress-free length of a link along its arc, m: its chord, or a little more where it is bowed."""
@@ -101,7 +122,21 @@ def build(mechanism: Mechanism) -> Scene:
     _Connector(scene).connect()
     _add_gravity(scene)
     scene.system.Assemble()
+    for group in scene.clearances:
+        group.locate(scene.system)
     return scene
+
+
+def is_loose(mechanism: Mechanism) -> bool:
+    """True if all links are rigid, all joints have play, and a drive turns a link at constant speed."""
+    drive = mechanism.drive
+    return (
+        bool(mechanism.joints)
+        and all(isinstance(joint, Clearance) for joint in mechanism.joints)
+        and all(isinstance(link.body, Rigid) for link in mechanism.links)
+        and not mechanism.guides
+        and (drive is None or isinstance(drive.speed, int | float))
+    )
 
 
 class _Connector:
@@ -115,6 +150,7 @@ class _Connector:
 
     def connect(self) -> None:
         self._joints()
+        self._clearances()
         self._guides()
         for link in self.mechanism.links:
             if link.name in self.struts:
@@ -143,11 +179,40 @@ class _Connector:
 
     def _joints(self) -> None:
         for joint in self.mechanism.joints:
-            if {joint.first, joint.second} & self.struts:
-                continue  # a strut acts on its neighbour directly
+            if isinstance(joint, Clearance) or {joint.first, joint.second} & self.struts:
+                continue  # those come as groups; a strut acts on its neighbour directly
             name = f"joint {joint.point} {joint.first} {joint.second}"
             self._revolute(name, self._marker(joint.first, joint.point), self._marker(joint.second, joint.point))
             self.scene.parts[type(joint).__name__] += 1
+
+    def _clearances(self) -> None:
+        groups: dict[tuple[Any, Any], list[Clearance]] = {}
+        for joint in self.mechanism.joints:
+            if isinstance(joint, Clearance):
+                groups.setdefault((joint.law, joint.friction), []).append(joint)
+                self.scene.parts["Clearance"] += 1
+        for joints in groups.values():
+            nodes: list[int] = []
+            ends = [(self._end(j.first, j.point, nodes), self._end(j.second, j.point, nodes)) for j in joints]
+            group = ClearanceGroup(joints, ends, nodes)
+            self.scene.clearances.append(group)
+            add_clearances(self.system, group)
+
+    def _end(self, body: str, point: str, nodes: list[int]) -> End:
+        """One side of a joint with play; its node joins `nodes`."""
+        x, y = self.mechanism.points[point]
+        if body == GROUND:
+            return End(-1, (x, y), (0.0, 0.0))
+        placed = self.scene.placed.get(body)
+        if placed is None or not isinstance(placed.body, Rigid | Beam):
+            raise ValueError(f"clearance at '{point}': link '{body}' must be Rigid or Beam there, as the contact exerts moments")
+        at_end = isinstance(placed.body, Beam) and point == self.mechanism.link(body).end
+        k = -1 if at_end else 0
+        node = placed.nodes[k]
+        if node not in nodes:
+            nodes.append(node)
+        px, py = (float(c) for c in placed.reference[k, :2])
+        return End(3 * nodes.index(node), (px, py), (x - px, y - py))
 
     def _guides(self) -> None:
         for guide in self.mechanism.guides:
@@ -181,10 +246,15 @@ class _Connector:
 
     def _drive(self) -> None:
         drive = self.mechanism.drive
-        if drive is not None:
+        if drive is None:
+            return
+        if self.scene.loose:  # an explicit integrator takes no constraint: constant speed is a flywheel no contact can brake
+            body = self.scene.placed[drive.target].objects[0]
+            self.system.SetObjectParameter(body, "inertia", FLYWHEEL)
+        else:
             coordinate = self._coordinate(drive.target, 2 if drive.target not in self.mechanism.points else 0)
             self.scene.constraints["drive"] = add_drive(self.system, drive, coordinate, self.ground)
-            self.scene.parts["Drive"] += 1
+        self.scene.parts["Drive"] += 1
 
 
 def _add_gravity(scene: Scene) -> None:

@@ -11,7 +11,7 @@ from mbs.fields import Strip
 from mbs.mechanism import Beam, Cable, Guide, Rigid, Strut
 from mbs.result import Shape
 from mbs.scene import Scene
-from mbs.stepping import Record
+from mbs.recording import Record
 
 Array = np.ndarray[Any, Any]
 

@@ -16,8 +16,13 @@ from mbs.mechanism import Beam, Cable, Mechanism, Strut
 from mbs.result import Result, Status
 from mbs.scene import SPARSE_FROM, Scene, build
 from mbs.signals import History, collect, shapes_at
-from mbs.stepping import Solver, StepControl
+from mbs.recording import Recorder
+from mbs.settings import Solver
+from mbs.stepping import StepControl
 from mbs.validate import positive
+
+EXPLICIT_SHARE = 1.0
+"""Absolute tolerance of the explicit integrator, in units of the solver's tolerance times the smallest play."""
 
 
 def simulate(
@@ -63,10 +68,8 @@ def simulate(
         positive("timeout", timeout, "s")
     solver = solver or Solver()
     scene = build(mechanism)
-    engine = exu.MainSolverImplicitSecondOrder()
-    control = StepControl(scene, solver, duration, engine, timeout, progress)
     start = perf_counter()
-    failure = _run(scene, solver, duration, engine, control)
+    control, engine, failure = (_run_explicit if scene.loose else _run_implicit)(scene, solver, duration, timeout, progress)
     wall = perf_counter() - start
     history = History.of(scene, control.record)
     signals, units = collect(history)
@@ -92,14 +95,27 @@ def simulate(
     return result
 
 
-def _run(scene: Scene, solver: Solver, duration: float, engine: Any, control: StepControl) -> tuple[Status, str] | None:
-    """Let the engine run under step control; what went wrong, if anything."""
-    system = scene.system
+def _run_implicit(scene: Scene, solver: Solver, duration: float, timeout: float | None, progress: Any) -> Any:
+    """Generalized-alpha under step control."""
+    engine = exu.MainSolverImplicitSecondOrder()
+    control = StepControl(scene, solver, duration, engine, timeout, progress)
     if solver.uniform_steps is None:
-        system.SetPostNewtonUserFunction(control.after_newton)
-    system.SetPostStepUserFunction(control.after_step)
+        scene.system.SetPostNewtonUserFunction(control.after_newton)
+    return control, engine, _run(scene, control, engine, _implicit(scene, solver, duration))
+
+
+def _run_explicit(scene: Scene, solver: Solver, duration: float, timeout: float | None, progress: Any) -> Any:
+    """Dormand-Prince 5(4) with the engine's own error control: rigid links in free flight and short contacts."""
+    engine = exu.MainSolverExplicit()
+    control = Recorder(scene, solver, duration, timeout, progress)
+    return control, engine, _run(scene, control, engine, _explicit(scene, solver, duration))
+
+
+def _run(scene: Scene, control: Recorder, engine: Any, settings: Any) -> tuple[Status, str] | None:
+    """Let the engine run; what went wrong, if anything."""
+    scene.system.SetPostStepUserFunction(control.after_step)
     try:
-        finished = engine.SolveSystem(system, _settings(scene, solver, duration))
+        finished = engine.SolveSystem(scene.system, settings)
     except exu.ExudynError as error:
         return control.failure or _engine_failure(control, str(error))
     except ValueError as error:  # from a law or a strut called outside its range
@@ -109,7 +125,7 @@ def _run(scene: Scene, solver: Solver, duration: float, engine: Any, control: St
     return None if finished else _engine_failure(control, "")
 
 
-def _engine_failure(control: StepControl, text: str) -> tuple[Status, str]:
+def _engine_failure(control: Recorder, text: str) -> tuple[Status, str]:
     t = control.record.time[-1] if control.record.time else 0.0
     if "out of range" in text or "must lie in" in text:
         return Status.STRUT_OUT_OF_RANGE, f"at t = {t:.6g} s: {text.strip().splitlines()[-1]}"
@@ -117,13 +133,32 @@ def _engine_failure(control: StepControl, text: str) -> tuple[Status, str]:
     return Status.NEWTON_DIVERGED, f"no convergence at t = {t:.6g} s: {last}"
 
 
-def _settings(scene: Scene, solver: Solver, duration: float) -> Any:
+def _common(duration: float, solver: Solver) -> Any:
     settings = exu.SimulationSettings()
     settings.solution.file.write = False
+    settings.timeIntegration.endTime = duration
+    settings.timeIntegration.verboseMode = 0
+    longest = solver.max_step or duration / 200
+    settings.timeIntegration.numberOfSteps = solver.uniform_steps or max(1, int(np.ceil(duration / longest)))
+    return settings
+
+
+def _explicit(scene: Scene, solver: Solver, duration: float) -> Any:
+    settings = _common(duration, solver)
     integration = settings.timeIntegration
-    integration.endTime = duration
-    integration.verboseMode = 0
-    integration.numberOfSteps = solver.uniform_steps or max(1, int(np.ceil(duration / (solver.max_step or duration / 200))))
+    integration.explicitIntegration.dynamicSolverType = exu.DynamicSolverType.DOPRI5
+    integration.automaticStepSize = solver.uniform_steps is None
+    integration.initialStepSize = 1e-6
+    smallest = min(joint.gap for group in scene.clearances for joint in group.joints)
+    integration.absoluteTolerance = solver.tolerance * EXPLICIT_SHARE * smallest
+    integration.relativeTolerance = 0.0
+    integration.minimumStepSize = solver.min_step
+    return settings
+
+
+def _implicit(scene: Scene, solver: Solver, duration: float) -> Any:
+    settings = _common(duration, solver)
+    integration = settings.timeIntegration
     integration.minimumStepSize = solver.min_step
     integration.adaptiveStepRecoverySteps = 2**31 - 1  # growing the step again is StepControl's business
     integration.generalizedAlpha.spectralRadius = solver.spectral_radius

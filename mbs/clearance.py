@@ -1,0 +1,150 @@
+"""A pin in a bush with play: where they touch and what they exert, moment-exact, as plain functions of floats and arrays.
+
+Pin on the first body, bush on the second; centres r_p, r_b; e = r_p - r_b, n = e/|e|, penetration depth d = |e| - c. Both
+bodies feel the force at the one point P = r_p + R_p n, so force and moment balance hold to the last digit:
+F = -(F_N n + mu(v_t) F_N t) on the pin, t = (-n_y, n_x), v_t the sliding speed of the pin's surface at P over the bush's.
+
+`kernel` writes the functions for given laws, compiled by Numba where it is installed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mbs.mechanism import Clearance
+
+Array = np.ndarray[Any, Any]
+COLUMNS = ("normal", "tangential", "depth", "rate", "sliding", "fx", "fy", "nx", "ny")
+"""What the kernel reports of each joint: N, N, m, m/s, m/s, force on the pin, direction from bush to pin."""
+
+
+@dataclass(frozen=True)
+class End:
+    """One side of a joint: which coordinates move it.
+
+    Attributes
+    ----------
+    offset : int
+        First of its coordinates (x, y, theta), or -1 for ground.
+    place : (float, float)
+        Reference position of the body's node, or of the point for ground, m.
+    arm : (float, float)
+        From the node to the joint's centre in the reference configuration, m.
+    """
+
+    offset: int
+    place: tuple[float, float]
+    arm: tuple[float, float]
+
+
+def tables(joints: list[Clearance], ends: list[tuple[End, End]]) -> tuple[Array, Array]:
+    """Pack ends and radii for the kernel: int table (joints, 2), float table (joints, 10)."""
+    places = np.array([[pin.offset, bush.offset] for pin, bush in ends], dtype=np.int64).reshape(-1, 2)
+    numbers = [
+        [*pin.place, *pin.arm, *bush.place, *bush.arm, joint.pin, joint.gap]
+        for joint, (pin, bush) in zip(joints, ends, strict=True)
+    ]
+    return places, np.array(numbers, dtype=float).reshape(-1, 10)
+
+
+def _state(offset: int, x: float, y: float, ax: float, ay: float, q: Array, v: Array) -> tuple[float, ...]:
+    """Centre (x, y), its velocity, arm in the current configuration and angular velocity of one end."""
+    if offset < 0:
+        return x + ax, y + ay, 0.0, 0.0, ax, ay, 0.0
+    c, s = np.cos(q[offset + 2]), np.sin(q[offset + 2])
+    bx, by, w = c * ax - s * ay, s * ax + c * ay, v[offset + 2]
+    return x + q[offset] + bx, y + q[offset + 1] + by, v[offset] - w * by, v[offset + 1] + w * bx, bx, by, w
+
+
+def _contact(
+    pin: tuple[float, ...], bush: tuple[float, ...], radius: float, gap: float, onset: float, normal: Any, friction: Any
+) -> tuple[float, ...]:
+    """What `COLUMNS` names, for one joint whose ends have these states."""
+    ex, ey = pin[0] - bush[0], pin[1] - bush[1]
+    e = np.sqrt(ex * ex + ey * ey)
+    if e < 1e-300:
+        return 0.0, 0.0, -gap, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0
+    nx, ny = ex / e, ey / e
+    ux, uy = pin[2] - bush[2], pin[3] - bush[3]
+    depth, rate = e - gap, nx * ux + ny * uy
+    # surface speeds at P: the pin's arm is R_p n, the bush's e + R_p along n
+    sliding = nx * uy - ny * ux + pin[6] * radius - bush[6] * (e + radius)
+    if depth <= 0.0:
+        return 0.0, 0.0, depth, rate, sliding, 0.0, 0.0, nx, ny
+    force = normal(depth, rate, onset)
+    drag = friction(sliding) * force
+    return force, drag, depth, rate, sliding, -force * nx + drag * ny, -force * ny - drag * nx, nx, ny
+
+
+def _report(q: Array, v: Array, onset: Array, places: Array, numbers: Array, normal: Any, friction: Any, out: Array) -> None:
+    """Fill out[joint] with what `COLUMNS` names."""
+    for j in range(places.shape[0]):
+        n = numbers[j]
+        pin = _state(places[j, 0], n[0], n[1], n[2], n[3], q, v)
+        bush = _state(places[j, 1], n[4], n[5], n[6], n[7], q, v)
+        out[j] = _contact(pin, bush, n[8], n[9], onset[j], normal, friction)
+
+
+def _forces(q: Array, v: Array, onset: Array, places: Array, numbers: Array, normal: Any, friction: Any, out: Array) -> None:
+    """Fill out with generalised forces on the coordinates (x, y, theta of each node)."""
+    out[:] = 0.0
+    for j in range(places.shape[0]):
+        n = numbers[j]
+        pin = _state(places[j, 0], n[0], n[1], n[2], n[3], q, v)
+        bush = _state(places[j, 1], n[4], n[5], n[6], n[7], q, v)
+        c = _contact(pin, bush, n[8], n[9], onset[j], normal, friction)
+        if c[0] == 0.0:
+            continue
+        fx, fy = c[5], c[6]
+        px, py = pin[0] + n[8] * c[7], pin[1] + n[8] * c[8]  # the common point P
+        for side in range(2):
+            k = places[j, side]
+            if k < 0:
+                continue
+            sign = 1.0 if side == 0 else -1.0
+            end = pin if side == 0 else bush
+            lx, ly = px - (end[0] - end[4]), py - (end[1] - end[5])  # from the body's node to P
+            out[k] += sign * fx
+            out[k + 1] += sign * fy
+            out[k + 2] += sign * (lx * fy - ly * fx)
+
+
+def _along(
+    q: Array, v: Array, onset: Array, places: Array, numbers: Array, normal: Any, friction: Any, out: Array
+) -> None:
+    """`_report` for many times: q, v, onset of shape (times, ...), out (times, joints, columns)."""
+    for i in range(q.shape[0]):
+        _report(q[i], v[i], onset[i], places, numbers, normal, friction, out[i])
+
+
+@dataclass(frozen=True)
+class Kernel:
+    """The three functions for one pair of laws: `forces`, `report`, `along`; `compiled` tells whether Numba made them."""
+
+    forces: Callable[..., None]
+    report: Callable[..., None]
+    along: Callable[..., None]
+    compiled: bool
+
+
+def kernel(law: Any, friction: Any) -> Kernel:
+    """Build the functions for a normal and a friction law: compiled if Numba is installed and can, else plain Python.
+
+    Plain Python is some twenty times slower and gives the same result.
+    """
+    try:
+        from mbs.compiled import compile_kernel
+    except ImportError:
+        return _plain(law, friction)
+    return compile_kernel(law, friction) or _plain(law, friction)
+
+
+def _plain(law: Any, friction: Any) -> Kernel:
+    def bound(function: Callable[..., None]) -> Callable[..., None]:
+        return lambda *arguments: function(*arguments[:-1], law.force, friction.coefficient, arguments[-1])
+
+    return Kernel(bound(_forces), bound(_report), bound(_along), compiled=False)
