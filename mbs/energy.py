@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
+from mbs.contacts import energies
 from mbs.joints import StrutSpring
 from mbs.mechanism import Beam, Cable, Guide, GuideFriction, Rigid
 from mbs.signals import History, drive_power, strut_state
@@ -31,8 +32,13 @@ def ledger(history: History) -> dict[str, Array]:
         potential, power = _contact(history)
         held["contact"] = potential
         taken["taken_contact"] = _since_start(history, power) - (potential - potential[0])
+    for group in range(len(history.scene.clearances)):
+        potential, lost, rubbed = energies(history, group)
+        held["contact"] = held.get("contact", 0.0) + potential
+        taken["taken_contact"] = taken.get("taken_contact", 0.0) + lost
+        taken["taken_friction"] = taken.get("taken_friction", 0.0) + rubbed
     if any(guide.friction for guide in history.scene.mechanism.guides):
-        taken["taken_friction"] = _since_start(history, _friction_power(history))
+        taken["taken_friction"] = taken.get("taken_friction", 0.0) + _since_start(history, _friction_power(history))
     if any(history.scene.mechanism.gravity):
         held["weight"] = _weight(history)
     given = np.zeros_like(history.time)

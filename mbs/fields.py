@@ -178,3 +178,15 @@ class Strip:
 
 def _cross(a: Array, b: Array) -> Array:
     return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+
+
+def centre_weights(body: Any, length: float) -> Array:
+    """Weights of nodal positions (and, for a cable, slopes) in the centre of mass, shape (nodes, 1 or 2)."""
+    if not isinstance(body, Beam | Cable):
+        return np.ones((1, 1))
+    element, step = length / body.elements, body.nodes - 1 if isinstance(body, Beam) else 1
+    local = {1: [[0.5, element / 12], [0.5, -element / 12]], 2: [[1 / 6, 0.0], [2 / 3, 0.0], [1 / 6, 0.0]]}[step]
+    weights = np.zeros((body.elements * step + 1, 2))
+    for e in range(body.elements):
+        weights[e * step : e * step + step + 1] += np.array(local) / body.elements
+    return weights if isinstance(body, Cable) else weights[:, :1]

@@ -26,6 +26,7 @@ class Record:
     time: list[float] = field(default_factory=list)
     q: list[Array] = field(default_factory=list)
     q_t: list[Array] = field(default_factory=list)
+    q_tt: list[Array] = field(default_factory=list)
     multipliers: list[Array] = field(default_factory=list)
     contact: list[list[float]] = field(default_factory=list)
     onset: list[list[Array]] = field(default_factory=list)
@@ -67,6 +68,7 @@ class Recorder:
         record.time.append(t)
         record.q.append(q)
         record.q_t.append(q_t)
+        record.q_tt.append(self.data.GetODE2Coordinates_tt())
         record.multipliers.append(self.data.GetAECoordinates())
         record.contact.append([stop.accept(q, q_t) for stop in self.stops])
         if self.groups:

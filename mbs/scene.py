@@ -34,6 +34,8 @@ exu.config.printToConsole = False
 Array = np.ndarray[Any, Any]
 FLYWHEEL = 1e12
 """Moment of inertia, kg m^2, of a link turned at constant speed in a scene without constraints."""
+STIFF = 1e5
+"""Decay rate of contact damping, 1/s, from which the implicit integrator is the faster one."""
 SPARSE_FROM = 40
 """Coordinates from which the engine's sparse solver is the faster one."""
 
@@ -128,7 +130,7 @@ def build(mechanism: Mechanism) -> Scene:
 
 
 def is_loose(mechanism: Mechanism) -> bool:
-    """True if all links are rigid, all joints have play, and a drive turns a link at constant speed."""
+    """True if an explicit integrator suits: rigid links, play in all joints, no stiff damper, constant drive speed."""
     drive = mechanism.drive
     return (
         bool(mechanism.joints)
@@ -136,7 +138,16 @@ def is_loose(mechanism: Mechanism) -> bool:
         and all(isinstance(link.body, Rigid) for link in mechanism.links)
         and not mechanism.guides
         and (drive is None or isinstance(drive.speed, int | float))
+        and _damping_rate(mechanism) < STIFF
     )
+
+
+def _damping_rate(mechanism: Mechanism) -> float:
+    """Fastest decay, 1/s, that a contact's damping can give the lightest link."""
+    lightest = min(link.body.section.mass_per_length * mechanism.length(link.name) for link in mechanism.links)
+    depth, speed = 1e-5, 1e-3
+    jumps = [j.law.force(depth, speed, 0.1) - j.law.force(depth, 0.0, 0.1) for j in mechanism.joints]
+    return max(jumps) / speed / lightest
 
 
 class _Connector:

@@ -13,8 +13,9 @@ class Solver:
 
     Parameters
     ----------
-    tolerance : float
-        Local position error allowed a step, relative to the mechanism's size (its longest link).
+    tolerance : float, optional
+        Local position error allowed a step, relative to the mechanism's size: its longest link, or a tenth of the smallest
+        play. By default 1e-5, with play 1e-3.
     max_step : float, optional
         Largest step, s; a 200th of the duration by default.
     min_step : float
@@ -33,7 +34,7 @@ class Solver:
         Take this many equal steps instead of controlled ones.
     """
 
-    tolerance: float = 1e-5
+    tolerance: float | None = None
     max_step: float | None = None
     min_step: float = 1e-9
     contact_resolution: int = 40
@@ -44,7 +45,8 @@ class Solver:
     uniform_steps: int | None = None
 
     def __post_init__(self) -> None:
-        positive("tolerance", self.tolerance, "1")
+        if self.tolerance is not None:
+            positive("tolerance", self.tolerance, "1")
         positive("min_step", self.min_step, "s")
         if self.max_step is not None:
             positive("max_step", self.max_step, "s")

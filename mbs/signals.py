@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from mbs.fields import Strip
+from mbs.contacts import add_joints, moment_of_contacts
+from mbs.fields import Strip, centre_weights
 from mbs.mechanism import Beam, Cable, Guide, Rigid, Strut
 from mbs.result import Shape
 from mbs.scene import Scene
@@ -23,27 +24,32 @@ class History:
     Attributes
     ----------
     time : array, shape (times,)
-    q, q_t : array, shape (times, coordinates)
+    q, q_t, q_tt : array, shape (times, coordinates)
         Displacements from the reference, as the engine keeps them, and their rates.
     multipliers : array, shape (times, constraints)
     contact : array, shape (times, stops)
         Contact forces, N.
+    onset : list of array, shape (times, joints)
+        Approach speeds at contact onset of each group of joints with play, m/s.
     """
 
     scene: Scene
     time: Array
     q: Array
     q_t: Array
+    q_tt: Array
     multipliers: Array
     contact: Array
+    onset: list[Array]
 
     @classmethod
     def of(cls, scene: Scene, record: Record) -> History:
         """Stack a record."""
         rows = len(record.time)
         contact = np.array(record.contact).reshape(rows, len(scene.stops))
-        stacked = (np.array(getattr(record, name)).reshape(rows, -1) for name in ("q", "q_t", "multipliers"))
-        return cls(scene, np.array(record.time), *stacked, contact)
+        stacked = (np.array(getattr(record, name)).reshape(rows, -1) for name in ("q", "q_t", "q_tt", "multipliers"))
+        onset = [np.array([row[g] for row in record.onset]).reshape(rows, -1) for g in range(len(scene.clearances))]
+        return cls(scene, np.array(record.time), *stacked, contact, onset)
 
     def strip(self, name: str) -> Strip:
         """A flexible link's history."""
@@ -112,10 +118,12 @@ def collect(history: History) -> tuple[dict[str, Array], dict[str, str]]:
             force = history.force(name)
             add(f"{point}.{first}-{second}.fx", force[:, 0], "N")
             add(f"{point}.{first}-{second}.fy", force[:, 1], "N")
+    for group in range(len(history.scene.clearances)):
+        add_joints(history, group, add)
     if mechanism.drive is not None:
-        rotary = mechanism.drive.target not in mechanism.points
-        add("drive.torque" if rotary else "drive.force", history.force("drive")[:, 0], "N m" if rotary else "N")
-        add("drive.position", _drive_coordinate(history)[0], "rad" if rotary else "m")
+        _add_drive(history, add)
+    for name in [link.name for link in mechanism.links if link.name in history.scene.placed]:
+        _add_centre(history, name, add)
     for link in mechanism.links:
         if isinstance(link.body, Beam | Cable):
             _add_strip(history, link.name, add)
@@ -124,7 +132,7 @@ def collect(history: History) -> tuple[dict[str, Array], dict[str, str]]:
     return signals, units
 
 
-def _drive_coordinate(history: History) -> tuple[Array, Array]:
+def drive_coordinate(history: History) -> tuple[Array, Array]:
     """The driven coordinate and its rate."""
     drive = history.scene.mechanism.drive
     assert drive is not None
@@ -133,9 +141,35 @@ def _drive_coordinate(history: History) -> tuple[Array, Array]:
     return history.q[:, column], history.q_t[:, column]
 
 
+def drive_effort(history: History) -> Array:
+    """Torque, N m, or force, N, of the drive."""
+    if "drive" in history.scene.constraints:
+        return history.force("drive")[:, 0]
+    return -moment_of_contacts(history, history.scene.mechanism.drive.target)  # a flywheel: the drive cancels the contacts
+
+
 def drive_power(history: History) -> Array:
     """Power the drive gives, W."""
-    return history.force("drive")[:, 0] * _drive_coordinate(history)[1]
+    return drive_effort(history) * drive_coordinate(history)[1]
+
+
+def _add_drive(history: History, add: Any) -> None:
+    rotary = history.scene.mechanism.drive.target not in history.scene.mechanism.points
+    add("drive.torque" if rotary else "drive.force", drive_effort(history), "N m" if rotary else "N")
+    add("drive.position", drive_coordinate(history)[0], "rad" if rotary else "m")
+
+
+def _add_centre(history: History, name: str, add: Any) -> None:
+    """Centre of mass of a link with its velocity and acceleration, by the mass-weighted mean of its coordinates."""
+    placed = history.scene.placed[name]
+    columns = placed.columns(history.scene.system)
+    weights = centre_weights(placed.body, history.scene.arc_length(name))
+    for axis, letter in enumerate("xy"):
+        rows = columns[:, axis::2][:, : weights.shape[1]]
+        base = float((placed.reference[:, axis::2][:, : weights.shape[1]] * weights).sum())
+        add(f"{name}.{letter}", base + (history.q[:, rows] * weights).sum(axis=(1, 2)), "m")
+        add(f"{name}.v{letter}", (history.q_t[:, rows] * weights).sum(axis=(1, 2)), "m/s")
+        add(f"{name}.a{letter}", (history.q_tt[:, rows] * weights).sum(axis=(1, 2)), "m/s^2")
 
 
 def _add_strip(history: History, name: str, add: Any) -> None:

@@ -18,11 +18,11 @@ from mbs.scene import SPARSE_FROM, Scene, build
 from mbs.signals import History, collect, shapes_at
 from mbs.recording import Recorder
 from mbs.settings import Solver
-from mbs.stepping import StepControl
+from mbs.stepping import StepControl, position_error
 from mbs.validate import positive
 
-EXPLICIT_SHARE = 1.0
-"""Absolute tolerance of the explicit integrator, in units of the solver's tolerance times the smallest play."""
+EXPLICIT_SHARE = 10.0
+"""Absolute tolerance of the explicit integrator, fifth order, in units of the position error allowed the implicit one."""
 
 
 def simulate(
@@ -149,8 +149,7 @@ def _explicit(scene: Scene, solver: Solver, duration: float) -> Any:
     integration.explicitIntegration.dynamicSolverType = exu.DynamicSolverType.DOPRI5
     integration.automaticStepSize = solver.uniform_steps is None
     integration.initialStepSize = 1e-6
-    smallest = min(joint.gap for group in scene.clearances for joint in group.joints)
-    integration.absoluteTolerance = solver.tolerance * EXPLICIT_SHARE * smallest
+    integration.absoluteTolerance = EXPLICIT_SHARE * position_error(scene, solver)
     integration.relativeTolerance = 0.0
     integration.minimumStepSize = solver.min_step
     return settings

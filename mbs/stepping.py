@@ -19,6 +19,8 @@ from mbs.scene import Scene
 from mbs.settings import Solver
 
 Array = np.ndarray[Any, Any]
+WITHOUT_PLAY, WITH_PLAY = 1e-5, 1e-3
+"""Default tolerances of scenes without and with play in joints."""
 LIGHTEST = 1e-6
 """Mass, kg, that stands in for none where a contact's duration is estimated."""
 FORCE_ERROR = 1e-3
@@ -34,7 +36,7 @@ class StepControl(Recorder):
         super().__init__(scene, solver, duration, timeout, progress)
         self.engine = engine
         self.weights = _position_weights(scene)
-        self.limit = solver.tolerance * _size(scene)
+        self.limit = position_error(scene, solver)
         self.max_step = solver.max_step or duration / 200
         stops = [_StopWatch(state, scene.mechanism.guide(state.contact.stop.point).mass, solver) for state in self.stops]
         struts = [_StrutWatch(scene, name, spring, solver, self.limit) for name, spring in scene.struts.items()]
@@ -140,10 +142,12 @@ def _factor(error: float) -> float:
     return min(2.0, max(0.2, 0.8 * max(error, 1e-300) ** (-1 / 3)))
 
 
-def _size(scene: Scene) -> float:
-    """Length, m, that the local error is measured by: the longest link, or a tenth of the smallest play."""
+def position_error(scene: Scene, solver: Solver) -> float:
+    """Local position error allowed a step, m."""
     size = max(scene.mechanism.length(link.name) for link in scene.mechanism.links)
-    return min([size, *(0.1 * joint.gap for group in scene.clearances for joint in group.joints)])
+    plays = [0.1 * joint.gap for group in scene.clearances for joint in group.joints]
+    tolerance = solver.tolerance or (WITH_PLAY if plays else WITHOUT_PLAY)
+    return tolerance * min([size, *plays])
 
 
 def _position_weights(scene: Scene) -> Array:

@@ -1,0 +1,81 @@
+"""What Numba needs: types of what the compiled parts hand to each other, and contact laws as compiled functions."""
+
+from __future__ import annotations
+
+import inspect
+import types
+from collections import namedtuple
+from collections.abc import Callable
+from functools import partial
+from typing import Any, NamedTuple
+
+import numba
+from numba import float64, int64, void
+from numba.core.errors import NumbaError
+
+V, T, COUNTS = float64[::1], float64[:, ::1], int64[::1]
+SCALAR = numba.types.FunctionType(float64(float64))
+NORMAL = numba.types.FunctionType(float64(float64, float64, float64))
+MOTION = numba.types.FunctionType(void(float64, V, V, V, T, V, T, V, NORMAL, SCALAR, SCALAR))
+"""Of `equations.motion`. Functions handed over as pointers are compiled, and cached, each for itself."""
+
+jit = partial(numba.njit, error_model="numpy")
+
+
+def entry(signature: Any) -> Callable[[Callable[..., None]], Any]:
+    """Compile for one signature, without the interpreter's lock; kept on disk where there is a place to write."""
+
+    def compile_it(function: Callable[..., None]) -> Any:
+        try:
+            return jit(signature, nogil=True, cache=True)(function)
+        except RuntimeError:  # nowhere to keep it
+            return jit(signature, nogil=True)(function)
+
+    return compile_it
+
+
+class Laws(NamedTuple):
+    """A normal and a friction law as pointers to machine code."""
+
+    normal: Any
+    elastic: Any
+    friction: Any
+
+
+def compile_laws(law: Any, friction: Any) -> Laws:
+    """Compile what the equations of motion need of the two laws.
+
+    Raises
+    ------
+    ValueError
+        If a law is not plain arithmetic on its arguments and its own numbers.
+    """
+    normal = _pointer(law, "force", float64(float64, float64, float64))
+    return Laws(normal, _pointer(law, "elastic", float64(float64)), _pointer(friction, "coefficient", float64(float64)))
+
+
+def _pointer(law: Any, name: str, signature: Any) -> Any:
+    try:
+        method = _bound(law, name)
+        if len(signature.args) == 3:
+            return jit(signature)(lambda depth, rate, onset: method(depth, rate, onset))
+        return jit(signature)(lambda x: method(x))
+    except (NumbaError, AttributeError, TypeError) as error:
+        raise ValueError(f"{law!r}: its method '{name}' does not compile: {str(error).splitlines()[0]}") from error
+
+
+def _bound(law: Any, name: str) -> Any:
+    """Compile a method; its `self` becomes a tuple of the numbers and methods it uses, which the compiler takes as constants."""
+    function = inspect.unwrap(getattr(type(law), name))
+    used = [attribute for attribute in function.__code__.co_names if hasattr(law, attribute)]
+    values = [_bound(law, a) if callable(getattr(law, a)) else float(getattr(law, a)) for a in used]
+    me = namedtuple("me", used)(*values)  # type: ignore[misc]
+    inner = _plain(function)
+    return jit(lambda *arguments: inner(me, *arguments))
+
+
+def _plain(function: Any) -> Any:
+    """Compile a plain function, after the plain functions it calls."""
+    names = function.__code__.co_names
+    calls = {k: _plain(v) if inspect.isfunction(v) else v for k, v in function.__globals__.items() if k in names}
+    return jit(types.FunctionType(function.__code__, calls, function.__name__, function.__defaults__))
