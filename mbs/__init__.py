@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, Any
 
-from mbs.library import slider_crank
+from mbs.library import crank_rocker, slider_crank
 from mbs.mechanism import (
     Beam,
     Cable,
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "STEEL", "Beam", "Cable", "Clearance", "Drive", "Guide", "GuideFriction", "Link", "Material", "Mechanism", "Motion", "Ramp", "Result",
-    "Revolute", "Rigid", "Section", "Solver", "Status", "Stop", "Strut", "build", "simulate", "slider_crank",
+    "Revolute", "Rigid", "Section", "Solver", "Status", "Stop", "Strut", "build", "crank_rocker", "simulate", "slider_crank",
 ]  # fmt: skip
 
 _ENGINE = {"simulate": "mbs.solve", "build": "mbs.scene"}

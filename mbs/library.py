@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import NamedTuple
+
 import numpy as np
 
-from mbs.kinematics import SliderCrank
+from mbs.kinematics import KinematicsError, SliderCrank
 from mbs.laws import NormalLaw
 from mbs.mechanism import (
     Body,
+    Clearance,
     Drive,
     Guide,
     GuideFriction,
@@ -19,7 +23,7 @@ from mbs.mechanism import (
     Rigid,
     Stop,
 )
-from mbs.sections import Section
+from mbs.sections import Material, Section
 
 PAPER = SliderCrank(crank=0.140, coupler=0.310)
 """Lengths of the compliant slider-crank, m (Demirel et al. 2008, Table 1, doi 10.1115/IMECE2008-68796)."""
@@ -63,5 +67,87 @@ def slider_crank(
         joints=[Revolute("O", "ground", "crank"), Revolute("A", "crank", "coupler")],
         guides=[Guide("B", "coupler", mass=mass, friction=friction)],
         stops=[] if law is None else [Stop("B", at=stop, law=law)],
+        drive=Drive("crank", speed),
+    )
+
+
+class CrankRocker(NamedTuple):
+    """Lengths of a crank-rocker, m: crank O-A, coupler A-B, rocker C-B, frame O-C."""
+
+    crank: float = 0.105
+    coupler: float = 0.272
+    rocker: float = 0.175
+    frame: float = 0.225
+
+    def places(self, angle: float) -> dict[str, tuple[float, float]]:
+        """Points O, A, B, C at a crank angle, B on the left of A-C: the open branch.
+
+        Raises
+        ------
+        KinematicsError
+            If coupler and rocker do not reach each other, or only just: a dead centre.
+        """
+        a, c = self.crank * np.array([np.cos(angle), np.sin(angle)]), np.array([self.frame, 0.0])
+        diagonal = float(np.hypot(*(c - a)))
+        along = (self.coupler**2 - self.rocker**2 + diagonal**2) / (2 * diagonal)
+        square = self.coupler**2 - along**2
+        if square <= 0:
+            raise KinematicsError(f"crank angle {angle:g} rad: coupler and rocker do not close, or are in line (dead centre)")
+        u = (c - a) / diagonal
+        b = a + along * u + np.sqrt(square) * np.array([-u[1], u[0]])
+        return {"O": (0.0, 0.0), "A": (float(a[0]), float(a[1])), "B": (float(b[0]), float(b[1])), "C": (self.frame, 0.0)}
+
+    @property
+    def grashof(self) -> bool:
+        """True if the crank can turn fully (shortest + longest < the other two, the crank the shortest)."""
+        links = sorted(self)
+        return links[0] + links[3] < links[1] + links[2] and self.crank == links[0]
+
+
+BAR = Section(width=0.020, thickness=0.005, material=Material(modulus=207e9, density=7850.0, poisson=0.29))
+"""The crank-rocker's links, 20 x 5 mm of steel, bending over their 5 mm."""
+STEEL_CRANK_ROCKER = CrankRocker()
+Play = Callable[[str, str, str], Clearance]
+"""Makes the joint of a point, its pin's body and its bush's body."""
+
+
+def crank_rocker(
+    rocker: Body,
+    *,
+    speed: float | Ramp | Motion,
+    play: Play | None = None,
+    with_play: str = "OABC",
+    section: Section = BAR,
+    lengths: CrankRocker = STEEL_CRANK_ROCKER,
+    angle: float = 0.5,
+) -> Mechanism:
+    """Return the crank-rocker with play in any of its joints, its journals centred at the start.
+
+    Parameters
+    ----------
+    rocker : Rigid or Beam
+        Body of the rocker, from the frame C to the coupler's end B.
+    speed : float, Ramp or Motion
+        Of the crank, rad/s.
+    play : callable, optional
+        `play(point, first, second)` returns the Clearance of a joint; None leaves all joints ideal.
+    with_play : str
+        Which of the joints O (frame-crank), A (crank-coupler), B (coupler-rocker) and C (frame-rocker) have it.
+    section : Section
+        Of crank and coupler.
+    lengths : CrankRocker
+        m.
+    angle : float
+        Crank angle at the start, rad.
+    """
+    joints = [("O", "ground", "crank"), ("A", "crank", "coupler"), ("B", "coupler", "rocker"), ("C", "ground", "rocker")]
+    return Mechanism(
+        points=lengths.places(angle),
+        links=[
+            Link("crank", "O", "A", Rigid(section)),
+            Link("coupler", "A", "B", Rigid(section)),
+            Link("rocker", "C", "B", rocker),
+        ],
+        joints=[play(*joint) if play and joint[0] in with_play else Revolute(*joint) for joint in joints],
         drive=Drive("crank", speed),
     )
