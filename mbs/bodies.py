@@ -86,8 +86,8 @@ def add_link(system: Any, mechanism: Mechanism, link: Link, rates: Array) -> Pla
             return None
         case Rigid():
             return _add_rigid(system, mechanism, link, rates)
-        case Beam() | Cable():
-            return _add_flexible(system, mechanism, link, rates)
+        case Beam() | Cable() as body:
+            return _add_flexible(system, mechanism, link, body, rates)
 
 
 def _add_rigid(system: Any, mechanism: Mechanism, link: Link, rates: Array) -> Placed:
@@ -110,10 +110,9 @@ def _add_rigid(system: Any, mechanism: Mechanism, link: Link, rates: Array) -> P
     return Placed(link.name, link.body, (node,), (body,), reference, ends)
 
 
-def _add_flexible(system: Any, mechanism: Mechanism, link: Link, rates: Array) -> Placed:
+def _add_flexible(system: Any, mechanism: Mechanism, link: Link, body: Beam | Cable, rates: Array) -> Placed:
     start, end = (np.array(mechanism.points[p]) for p in (link.start, link.end))
     along = (end - start) / mechanism.length(link.name)
-    body = link.body
     count = body.elements * (body.nodes - 1 if isinstance(body, Beam) else 1) + 1
     x, y, theta, arc_length = arc(mechanism.length(link.name), body.imperfection, np.linspace(0.0, 1.0, count))
     across = np.array([-along[1], along[0]])
@@ -121,8 +120,11 @@ def _add_flexible(system: Any, mechanism: Mechanism, link: Link, rates: Array) -
     directions = theta + np.arctan2(along[1], along[0])
     arms = places - start
     speeds = rates[:2] + rates[2] * np.column_stack([-arms[:, 1], arms[:, 0]])
-    add = _add_beam if isinstance(body, Beam) else _add_cable
-    nodes, objects, reference = add(system, body, places, directions, speeds, rates[2], arc_length / body.elements)
+    layout = (places, directions, speeds, float(rates[2]), arc_length / body.elements)
+    if isinstance(body, Beam):
+        nodes, objects, reference = _add_beam(system, body, *layout)
+    else:
+        nodes, objects, reference = _add_cable(system, body, *layout)
     ends = {
         point: system.AddMarker(eii.MarkerNodePosition(nodeNumber=node))
         for point, node in ((link.start, nodes[0]), (link.end, nodes[-1]))

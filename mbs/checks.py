@@ -15,6 +15,9 @@ BALANCE = 1e-2
 BUCKLED_FROM = 1e-3
 """Relative end shortening beyond which a strip must be seen to be buckled."""
 
+ENDS_MET = 0.02
+"""Distance of a strut's ends, relative to its length, at which they have met."""
+
 
 def suspicions(scene: Any, result: Result) -> Iterator[str]:
     """Yield the checks that failed, in words."""
@@ -26,6 +29,8 @@ def suspicions(scene: Any, result: Result) -> Iterator[str]:
         yield f"ENERGY: balance {result.energy_balance:.2e} of the energy put through, allowed {BALANCE:g}"
     yield from _straight_strips(scene, result)
     yield from _pierced_stops(scene, result)
+    yield from _crossed_struts(scene, result)
+    yield from _pierced_bushes(scene, result)
 
 
 def _straight_strips(scene: Any, result: Result) -> Iterator[str]:
@@ -47,3 +52,20 @@ def _pierced_stops(scene: Any, result: Result) -> Iterator[str]:
         deepest = float(result.signals[f"{point}.penetration"].max(initial=0.0))
         if deepest > 0.05 * size:
             yield f"PENETRATION: '{point}' is {deepest:.3g} m inside its stop; the stop is too soft for this motion"
+
+
+def _crossed_struts(scene: Any, result: Result) -> Iterator[str]:
+    """A strut knows its ends' distance only: once they have met, it pushes the wrong way."""
+    for name in scene.struts:
+        length = scene.mechanism.length(name)
+        if (result.signals[f"{name}.end_shortening"] > (1 - ENDS_MET) * length).any():
+            yield f"CROSSED: the ends of strut '{name}' met; its force law ends there"
+
+
+def _pierced_bushes(scene: Any, result: Result) -> Iterator[str]:
+    """A contact law of pin and bush means nothing once the pin is deeper in the bush than it has play."""
+    for group in scene.clearances:
+        for joint in group.joints:
+            deepest = float(result.signals[f"{joint.point}.penetration"].max(initial=0.0))
+            if deepest > joint.gap:
+                yield f"PENETRATION: pin '{joint.point}' is {deepest:.3g} m in its bush, more than its play {joint.gap:.3g} m"

@@ -24,11 +24,11 @@ def compile_method(law: Any, name: str) -> Callable[..., float]:
     """
     function = getattr(type(law), name)
     names = [n for n in function.__code__.co_names if isinstance(getattr(law, n, None), int | float)]
-    numbers = namedtuple("numbers", names)(*(float(getattr(law, n)) for n in names))  # type: ignore[misc]
+    numbers = namedtuple("numbers", names)(*(float(getattr(law, n)) for n in names))  # type: ignore[arg-type]
     inner = _compiled(function)
     if len(inspect.signature(function).parameters) == 2:  # self and the sliding speed
-        return numba.njit(lambda speed: inner(numbers, speed))  # type: ignore[no-any-return]
-    return numba.njit(lambda depth, rate, onset: inner(numbers, depth, rate, onset))  # type: ignore[no-any-return]
+        return numba.njit(lambda speed: inner(numbers, speed))
+    return numba.njit(lambda depth, rate, onset: inner(numbers, depth, rate, onset))
 
 
 def _compiled(function: Callable[..., Any]) -> Any:

@@ -44,7 +44,8 @@ def ledger(history: History) -> dict[str, Array]:
     given = np.zeros_like(history.time)
     if history.scene.mechanism.drive is not None:
         given = _since_start(history, drive_power(history))
-    total, lost = sum(held.values()), sum(taken.values())
+    zero = np.zeros_like(history.time)
+    total, lost = sum(held.values(), zero), sum(taken.values(), zero)
     error = total - total[0] + lost - given
     active = sum((value - value.min() if name == "weight" else value) for name, value in held.items())
     throughput = np.maximum.accumulate(active + lost)

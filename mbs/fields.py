@@ -85,7 +85,7 @@ class Strip:
         e = nodal[:, self.gather]  # times, elements, 2 nodes, 4
         values = e.reshape(*e.shape[:2], 4, 2)  # r0, r0', r1, r1'
         n, d, dd = _hermite(self.element, xi)
-        return tuple(np.einsum("gk,tekc->tegc", f, values) for f in (n, d, dd))  # type: ignore[return-value]
+        return tuple(np.einsum("gk,tekc->tegc", f, values) for f in (n, d, dd))
 
     def _lagrange_fields(self, nodal: Array, xi: Array) -> tuple[Array, Array]:
         """(x, y, theta) and their derivatives in s at xi, shape (times, elements, points, 3)."""

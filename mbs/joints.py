@@ -249,6 +249,10 @@ def add_clearances(system: Any, group: ClearanceGroup) -> int:
     size = 3 * len(group.nodes)
     return int(
         system.AddObject(
-            eii.ObjectGenericODE2(nodeNumbers=group.nodes, massMatrix=np.zeros((size, size)), forceUserFunction=group)
+            eii.ObjectGenericODE2(
+                nodeNumbers=group.nodes,
+                massMatrix=np.zeros((size, size)),
+                forceUserFunction=group,
+            )
         )
     )

@@ -94,7 +94,7 @@ class Closure:
         n = len(self.index)
         residual, jacobian, gamma = [], [], []
         for ends, direction, kind in self._rows():
-            row, value, convective = np.zeros((n, 3)), -travel if kind else 0.0, 0.0
+            row, value, convective = np.zeros((n, 3)), np.array(-travel if kind else 0.0), 0.0
             for link, point, sign in ends:
                 value += sign * direction @ (self.position(link, point, q) - self.mechanism.points[point])
                 if link == GROUND:

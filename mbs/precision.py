@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 from mbs.validate import whole
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Point:
     """One variant: how wrong, how long.
 

@@ -146,7 +146,8 @@ def _damping_rate(mechanism: Mechanism) -> float:
     """Fastest decay, 1/s, that a contact's damping can give the lightest link."""
     lightest = min(link.body.section.mass_per_length * mechanism.length(link.name) for link in mechanism.links)
     depth, speed = 1e-5, 1e-3
-    jumps = [j.law.force(depth, speed, 0.1) - j.law.force(depth, 0.0, 0.1) for j in mechanism.joints]
+    laws = [joint.law for joint in mechanism.joints if isinstance(joint, Clearance)]
+    jumps = [law.force(depth, speed, 0.1) - law.force(depth, 0.0, 0.1) for law in laws]
     return max(jumps) / speed / lightest
 
 
@@ -164,7 +165,7 @@ class _Connector:
         self._clearances()
         self._guides()
         for link in self.mechanism.links:
-            if link.name in self.struts:
+            if isinstance(link.body, Strut):
                 hosts = (self._host(link, link.start), self._host(link, link.end))
                 spring = StrutSpring(link.body, self.mechanism.length(link.name))
                 self.scene.struts[link.name] = spring

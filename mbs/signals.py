@@ -47,9 +47,11 @@ class History:
         """Stack a record."""
         rows = len(record.time)
         contact = np.array(record.contact).reshape(rows, len(scene.stops))
-        stacked = (np.array(getattr(record, name)).reshape(rows, -1) for name in ("q", "q_t", "q_tt", "multipliers"))
+        q, q_t, q_tt, forces = (
+            np.array(getattr(record, name)).reshape(rows, -1) for name in ("q", "q_t", "q_tt", "multipliers")
+        )
         onset = [np.array([row[g] for row in record.onset]).reshape(rows, -1) for g in range(len(scene.clearances))]
-        return cls(scene, np.array(record.time), *stacked, contact, onset)
+        return cls(scene, np.array(record.time), q, q_t, q_tt, forces, contact, onset)
 
     def strip(self, name: str) -> Strip:
         """A flexible link's history."""
@@ -145,7 +147,9 @@ def drive_effort(history: History) -> Array:
     """Torque, N m, or force, N, of the drive."""
     if "drive" in history.scene.constraints:
         return history.force("drive")[:, 0]
-    return -moment_of_contacts(history, history.scene.mechanism.drive.target)  # a flywheel: the drive cancels the contacts
+    drive = history.scene.mechanism.drive
+    assert drive is not None
+    return -moment_of_contacts(history, drive.target)  # a flywheel: the drive cancels the contacts
 
 
 def drive_power(history: History) -> Array:
@@ -154,7 +158,8 @@ def drive_power(history: History) -> Array:
 
 
 def _add_drive(history: History, add: Any) -> None:
-    rotary = history.scene.mechanism.drive.target not in history.scene.mechanism.points
+    drive = history.scene.mechanism.drive
+    rotary = drive is not None and drive.target not in history.scene.mechanism.points
     add("drive.torque" if rotary else "drive.force", drive_effort(history), "N m" if rotary else "N")
     add("drive.position", drive_coordinate(history)[0], "rad" if rotary else "m")
 

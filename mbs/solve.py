@@ -80,8 +80,10 @@ def simulate(
         "jacobians": float(engine.it.newtonJacobiCount),
         "rejected": float(control.rejected),
     }
+    status, message = failure or (Status.OK, "")
     result = Result(
-        *(failure or (Status.OK, "")),
+        status,
+        message,
         history.time,
         signals,
         units,
@@ -117,20 +119,29 @@ def _run(scene: Scene, control: Recorder, engine: Any, settings: Any) -> tuple[S
     try:
         finished = engine.SolveSystem(scene.system, settings)
     except exu.ExudynError as error:
-        return control.failure or _engine_failure(control, str(error))
-    except ValueError as error:  # from a law or a strut called outside its range
-        return Status.STRUT_OUT_OF_RANGE, f"at t = {control.record.time[-1]:.6g} s: {error}"
+        return control.failure or _named(control, error)
     if control.failure is not None:
         return control.failure
-    return None if finished else _engine_failure(control, "")
+    return None if finished else _diverged(control, "the smallest step did not help")
 
 
-def _engine_failure(control: Recorder, text: str) -> tuple[Status, str]:
-    t = control.record.time[-1] if control.record.time else 0.0
-    if "out of range" in text or "must lie in" in text:
-        return Status.STRUT_OUT_OF_RANGE, f"at t = {t:.6g} s: {text.strip().splitlines()[-1]}"
-    last = text.strip().splitlines()[-1] if text.strip() else "the smallest step did not help"
-    return Status.NEWTON_DIVERGED, f"no convergence at t = {t:.6g} s: {last}"
+def _named(control: Recorder, error: Exception) -> tuple[Status, str]:
+    """Name the engine's exception: a law out of its range, no convergence, or something else."""
+    text = " ".join(str(error).split())
+    if "outside the range" in text or "must lie in" in text:
+        reason = next((line.strip() for line in str(error).splitlines() if "must lie in" in line or "range" in line), text)
+        return Status.STRUT_OUT_OF_RANGE, f"after t = {_reached(control):.6g} s: {reason}"
+    if isinstance(error, exu.SolverError):
+        return _diverged(control, text[-200:])
+    return Status.ENGINE_ERROR, f"after t = {_reached(control):.6g} s: {text[-200:]}"
+
+
+def _diverged(control: Recorder, reason: str) -> tuple[Status, str]:
+    return Status.NEWTON_DIVERGED, f"no convergence after t = {_reached(control):.6g} s: {reason}"
+
+
+def _reached(control: Recorder) -> float:
+    return control.record.time[-1] if control.record.time else 0.0
 
 
 def _common(duration: float, solver: Solver) -> Any:

@@ -165,7 +165,7 @@ def figure(result: StudyResult) -> Figure:
     for name, (colour, line, label) in STYLES.items():
         if name in s:
             below.semilogy(u, np.maximum(np.abs(s[f"{name}.error"]), 1e-16), line, color=colour, label=label)
-    below.set(xlabel="end shortening $u = U/L$", ylabel="relative error of the load", ylim=(1e-16, 2), xlim=(0, 1))
+    below.set(xlabel="end shortening $u = U/L$", ylabel="relative difference from exact", ylim=(1e-16, 2), xlim=(0, 1))
     below.legend(loc="center", bbox_to_anchor=(0.5, 0.45), ncols=2)
     return fig
 

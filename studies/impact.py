@@ -1,39 +1,31 @@
-"""What the slider-crank studies share: their parameters, the three models on one footing, and what is read off a run.
+"""What the slider-crank studies share: their parameters, a model's run, and what is read off it.
 
-The models differ in the coupler only. `stitched` is the published one (studies/stitched.py). `strut` and `beam` simulate
-slider, guide friction, stop and drive together; their coupler is a massless exact elastica, or a geometrically exact beam
-with its own inertia.
+The models themselves are in studies/impact_models.py.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import isnan, nan, pi
-from time import perf_counter
 from typing import Any
 
 import numpy as np
 
-import mbs
 from elastica import pinned
-from mbs import Beam, GuideFriction, Mechanism, Ramp, Section, Strut, slider_crank
-from mbs.laws import CarvalhoMartins
+from mbs import Section
 from mbs.library import PAPER, PAPER_STOP
 from studies.parameters import StudyParameters, choices, integer, quantity
-from studies.stitched import Stitched, follow
 
 Array = np.ndarray[Any, Any]
 MODELS = ("stitched", "strut", "beam")
 COLOURS = {"stitched": "#E69F00", "strut": "#0072B2", "beam": "#D55E00", "exact": "#000000", "published": "#009E73"}
 WIDTH = 0.030
 """Of the strip, m (Table 1)."""
-AXIAL_DAMPING = 9e-5
-"""Retardation time of a strut's axial force, s: a fifth of critical for 0.3 kg on the straight strip."""
-BUCKLED_BEFORE = 1e-3
-"""Relative end shortening before first contact from which the strip counts as buckled on its way to the stop."""
 PLATEAU = np.radians((150.0, 210.0))
 """Crank angles between which the contact force is held against the elastica."""
+DEAD_CENTRE = np.radians((165.0, 195.0))
+"""Crank angles between which the largest contact force is looked for."""
 IMPACT_SPEED, IMPACT_FORCE = 1.25, 27.0
 """Crank speed, rad/s, and published impact force, N (Fig. 5)."""
 CONTACT_FORCES = {1e-4: 0.0655, 3e-4: 1.7684, 5e-4: 8.1871}
@@ -47,12 +39,10 @@ class ImpactParameters(StudyParameters):
     models: tuple[str, ...] = choices(MODELS, MODELS, "models to run side by side", "models")
     thickness: float = quantity(3e-4, "m", 5e-5, 1e-3, "thickness of the strip", "strip")
     damping: float = quantity(0.05, "1", 0, 1, "damping ratio of the strip's first bending mode (beam)", "strip")
-    imperfection: float = quantity(1e-4, "1", -0.05, 0.05, "bow of the stress-free strip over its length (beam)", "strip")
+    imperfection: float = quantity(1e-4, "1", -0.05, 0.05, "bow of the unloaded strip over its length (beam)", "strip")
     mass: float = quantity(0.3, "kg", 0.01, 10, "mass of the slider", "slider and stop")
-    friction: float = quantity(0.1, "1", 0, 0.9, "Coulomb coefficient of the slider under its weight", "slider and stop")
+    friction: float = quantity(0.1, "1", 0, 0.9, "Coulomb coefficient of the slider by its weight", "slider and stop")
     restitution: float = quantity(0.8, "1", 0.1, 1, "restitution of the stop", "slider and stop")
-    stop_stiffness: float = quantity(7.2e4, "N/m", 1e3, 1e8, "stiffness of the stop (strut, beam)", "slider and stop")
-    impact_duration: float = quantity(3.775e-3, "s", 1e-5, 1, "duration of an impact (stitched)", "slider and stop")
     elements: int = integer(8, 2, 64, "elements of the beam", "numerics")
     tolerance: float = quantity(1e-5, "1", 1e-9, 1e-3, "position error allowed a step, over the length", "numerics")
     timeout: float = quantity(120, "s", 0.01, 86400, "longest time a model may take", "numerics")
@@ -67,19 +57,8 @@ class ImpactParameters(StudyParameters):
         """Coulomb friction of the slider, N; gravity is normal to the plane of motion."""
         return self.friction * self.mass * 9.81
 
-    @property
-    def stitched(self) -> Stitched:
-        """The published model of this case."""
-        return Stitched(
-            mass=self.mass,
-            restitution=self.restitution,
-            friction=self.friction_force,
-            impact_duration=self.impact_duration,
-            stiffness=self.section.bending_stiffness,
-        )
 
-
-# --- the models -------------------------------------------------------------------------------------------------------
+# --- a run -------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -89,12 +68,12 @@ class ModelRun:
     Attributes
     ----------
     status, message : str
-        As of `mbs.Result`; `notes` are findings about the mechanism, not about the run.
+        As of `mbs.Result`; an OK run may carry a message about the mechanism.
     time, angle, force, speed, shortening : array, shape (samples,)
-        s; crank angle, rad; force on the stop, N; slider's speed towards the stop, m/s; the strip's relative shortening.
+        s; crank angle, rad; force on the stop, N; slider speed towards the stop, m/s; relative shortening of the strip.
     overload : array, shape (samples,)
-        Above 1 before the slider has met the stop, the strip has buckled on the way: `stitched` compares the compression
-        its rigid mode asks for with the Euler load, the others their shortening with `BUCKLED_BEFORE`.
+        Above 1 before the slider has met the stop, the strip has buckled on its way: `stitched` compares the
+        compression its rigid mode asks for with the Euler load, the others their shortening with 1e-3.
     energy_balance : float
         Largest ledger error over the energy put through.
     work : dict
@@ -120,66 +99,14 @@ class ModelRun:
         return {f"{self.model}.{name}": getattr(self, name) for name in names}
 
 
-def run_model(model: str, parameters: ImpactParameters, speed: float | Ramp, duration: float) -> ModelRun:
-    """Run one model from crank angle 0; `speed` in rad/s."""
-    if model == "stitched":
-        return _run_stitched(parameters, speed, duration)
-    fastest = max(speed.start, speed.end) if isinstance(speed, Ramp) else speed
-    result = mbs.simulate(
-        mechanism(model, parameters, speed),
-        duration,
-        solver=mbs.Solver(tolerance=parameters.tolerance, max_step=pi / 180 / fastest),
-        ledger=True,
-        timeout=parameters.timeout,
-    )
-    signals = result.signals
-    shortening = signals["coupler.end_shortening"] / PAPER.coupler
-    return ModelRun(
-        model, str(result.status), result.message,
-        result.time, signals["drive.position"], signals["B.contact_force"], -signals["B.vx"],
-        shortening, shortening / BUCKLED_BEFORE,
-        result.energy_balance, {name: result.work[name] for name in ("wall_s", "steps")},
-    )  # fmt: skip
-
-
-def _run_stitched(parameters: ImpactParameters, speed: float | Ramp, duration: float) -> ModelRun:
-    begin = perf_counter()
-    motion = speed if isinstance(speed, Ramp) else Ramp(speed, speed, duration)
-    trace = follow(parameters.stitched, motion, duration)
-    held = f"HELD_OFF: friction, {parameters.friction_force:.3g} N, holds the slider off the stop" if trace.held else ""
-    return ModelRun(
-        "stitched", "OK", held,
-        trace.time, trace.angle, trace.force, -trace.speed, trace.shortening, trace.load,
-        trace.energy_balance, {"wall_s": perf_counter() - begin, "steps": float(len(trace.time))},
-    )  # fmt: skip
-
-
-def mechanism(model: str, parameters: ImpactParameters, speed: float | Ramp) -> Mechanism:
-    """The slider-crank with a `strut` or `beam` as its coupler."""
-    section, length = parameters.section, PAPER.coupler
-    if model == "strut":
-        material = replace(section.material, axial_damping=AXIAL_DAMPING)
-        coupler: Beam | Strut = Strut(replace(section, material=material))
-    else:
-        damped = section.damped(parameters.damping, length)
-        coupler = Beam(damped, elements=parameters.elements, imperfection=parameters.imperfection * length)
-    return slider_crank(
-        coupler,
-        law=CarvalhoMartins(parameters.stop_stiffness, parameters.restitution, exponent=1.0),
-        mass=parameters.mass,
-        speed=speed,
-        friction=GuideFriction(parameters.friction_force) if parameters.friction else None,
-    )
-
-
 # --- what is read off a run -------------------------------------------------------------------------------------------
 
 
 def exact_force(parameters: ImpactParameters, angle: Any) -> Any:
     """Force on the stop of the exact elastica in equilibrium, N; angles in contact, rad."""
-    unit = parameters.section.bending_stiffness / PAPER.coupler**2
     u = np.maximum(PAPER.shortening(angle, PAPER_STOP), 0.0)
-    return unit * pinned.load(u) * PAPER.lean_cosine(angle, PAPER_STOP)
+    force = pinned.load(u) * parameters.section.bending_stiffness / PAPER.coupler**2
+    return force * PAPER.lean_cosine(angle, PAPER_STOP)
 
 
 @dataclass(frozen=True)
@@ -191,7 +118,7 @@ class Reading:
     contact_angle, release_angle : float
         Crank angles of first and last contact, rad.
     contact_time, settling_time : float
-        From first contact until the last, and until the slider rests against the stop, s; nan if it still rebounds at the
+        From first contact until the last, and until the slider rests against the stop, s; nan if it is off it at the
         dead centre.
     impact_speed, rebound_ratio : float
         Of the slider at first contact, m/s, and the share of it with which it leaves.
@@ -200,9 +127,9 @@ class Reading:
     rebounds : int
         How often the slider comes back to the stop on the way in.
     force_180, contact_max : float
-        Force at the dead centre, and its largest on the `PLATEAU` once the slider rests, N.
+        Force at the dead centre, and the largest around it if the slider rests, N.
     force_error : float
-        Largest relative deviation from the exact elastica there.
+        Largest relative deviation from the exact elastica on that part of the `PLATEAU` where the slider rests.
     shortening : float
         Largest end shortening over the length.
     buckles_before_stop : bool
@@ -228,55 +155,81 @@ class Reading:
 
 def read(run: ModelRun, parameters: ImpactParameters, turn: int = 0) -> Reading:
     """Read one turn of the crank; the first is number 0."""
-    turned = 2 * pi * turn
-    part = slice(*np.searchsorted(run.angle, (turned, turned + 2 * pi)))
-    time, angle, force, speed = run.time[part], run.angle[part] - turned, run.force[part], run.speed[part]
-    touching = force > 0
-    touching[[0, -1]] = False  # what begins before or ends after the turn belongs to another
-    changes = np.flatnonzero(touching[1:] != touching[:-1])
-    before, last = changes[::2], changes[1::2]  # of each contact, the sample before it and the last one in it
-    approach = slice(0, before[0] + 2 if before.size else None)
-    reading = Reading(
-        force_180=float(np.interp(pi, angle, force, right=nan)),
-        shortening=float(run.shortening[part].max()),
-        buckles_before_stop=bool((run.overload[part][approach] > 1).any()),
-    )
-    if not before.size:
-        return reading
-    impact = slice(before[0], last[0] + 2)  # with the unloaded samples on both sides
-    reading = replace(
-        reading,
-        contact_angle=float(angle[before[0] + 1]),
-        release_angle=float(angle[last[-1]]),
-        contact_time=float(time[last[-1]] - time[before[0] + 1]),
-        impact_speed=float(speed[impact][0]),
-        rebound_ratio=-float(speed[impact][-1] / speed[impact][0]),
-        impact_peak=float(force[impact].max()),
-        impact_impulse=float(np.trapezoid(force[impact], time[impact])),
-        impact_time=float(time[last[0]] - time[before[0] + 1]),
-    )
-    inwards = before[angle[before] < PLATEAU[1]]  # what comes later is the way out
-    if not inwards.size or angle[inwards[-1]] >= pi or angle[-1] < PLATEAU[1]:
-        return replace(reading, rebounds=max(0, len(inwards) - 1))
-    rest = inwards[-1] + 1
-    resting = (angle >= max(angle[rest], PLATEAU[0])) & (angle <= PLATEAU[1])
-    return replace(
-        reading,
-        rebounds=len(inwards) - 1,
-        settling_time=float(time[rest] - time[before[0] + 1]),
-        contact_max=float(force[resting].max()),
-        force_error=float(np.abs(force[resting] / exact_force(parameters, angle[resting]) - 1).max()),
-    )
+    seen = _Turn(run, turn)
+    return Reading(**seen.approach(), **seen.impact(), **seen.rest(parameters))
+
+
+class _Turn:
+    """Samples of one turn, and its contacts: of each the sample before it and the last one in it."""
+
+    def __init__(self, run: ModelRun, turn: int) -> None:
+        self.run, turned = run, 2 * pi * turn
+        self.part = slice(*np.searchsorted(run.angle, (turned, turned + 2 * pi)))
+        self.time, self.angle = run.time[self.part], run.angle[self.part] - turned
+        self.force, self.speed = run.force[self.part], run.speed[self.part]
+        touching = self.force > 0
+        touching[[0, -1]] = False  # what begins before or ends after the turn belongs to another
+        changes = np.flatnonzero(touching[1:] != touching[:-1])
+        self.before, self.last = changes[::2], changes[1::2]
+
+    def approach(self) -> dict[str, Any]:
+        until = self.before[0] + 2 if self.before.size else None
+        return {
+            "force_180": float(np.interp(pi, self.angle, self.force, right=nan)),
+            "shortening": float(self.run.shortening[self.part].max()),
+            "buckles_before_stop": bool((self.run.overload[self.part][:until] > 1).any()),
+        }
+
+    def impact(self) -> dict[str, Any]:
+        if not self.before.size:
+            return {}
+        time, angle, force, speed, last = self.time, self.angle, self.force, self.speed, self.last
+        start = self.before[0] + 1
+        pulse = slice(start - 1, last[0] + 2)  # with the unloaded samples on both sides
+        return {
+            "contact_angle": float(angle[start]),
+            "release_angle": float(angle[last[-1]]),
+            "contact_time": float(time[last[-1]] - time[start]),
+            "impact_speed": float(speed[start - 1]),
+            "rebound_ratio": -float(speed[last[0] + 1] / speed[start - 1]) if angle[last[0]] < pi else nan,
+            "impact_peak": float(force[pulse].max()),
+            "impact_impulse": float(np.trapezoid(force[pulse], time[pulse])),
+            "impact_time": float(time[last[0]] - time[start]),
+        }
+
+    def rest(self, parameters: ImpactParameters) -> dict[str, Any]:
+        inwards = np.flatnonzero(self.angle[self.before] < PLATEAU[1])  # contacts that begin later are the way out
+        if not inwards.size:
+            return {}
+        rebounds, angle, force = len(inwards) - 1, self.angle, self.force
+        start, end = self.before[rebounds] + 1, self.last[rebounds]
+        if not angle[start] < pi <= angle[end]:
+            return {"rebounds": rebounds}
+        resting = (angle >= max(angle[start], PLATEAU[0])) & (angle <= PLATEAU[1])
+        top = (angle >= max(angle[start], DEAD_CENTRE[0])) & (angle <= DEAD_CENTRE[1])
+        return {
+            "rebounds": rebounds,
+            "settling_time": float(self.time[start] - self.time[self.before[0] + 1]),
+            "contact_max": float(force[top].max()),
+            "force_error": float(np.abs(force[resting] / exact_force(parameters, angle[resting]) - 1).max()),
+        }
 
 
 def findings(run: ModelRun, readings: Iterable[Reading]) -> list[str]:
-    """What a run says about the mechanism rather than about itself, in words that begin with a name."""
+    """What a finished run says about the mechanism rather than about itself, in words that begin with a name."""
+    if run.status not in ("OK", "SUSPECT"):
+        return []
     readings = list(readings)
     states = {
-        "BUCKLES_BEFORE_STOP: inertia and friction buckle the strip on its way": [r.buckles_before_stop for r in readings],
+        "BUCKLES_BEFORE_STOP: the strip is buckled, or swings far, before the slider meets the stop": [
+            r.buckles_before_stop for r in readings
+        ],
         "NO_CONTACT: the slider does not meet the stop": [r.contact_time == 0 for r in readings],
-        "NOT_SETTLED: the slider still rebounds at the dead centre": [
+        "NOT_SETTLED: the slider is not at rest against the stop at the dead centre": [
             r.contact_time > 0 and isnan(r.settling_time) for r in readings
+        ],
+        "NO_REBOUND: the force does not return to zero, so that impact and contact are one": [
+            r.settling_time == 0 for r in readings
         ],
     }
     found = [run.message] if run.status == "OK" and run.message else []

@@ -28,6 +28,9 @@ STUDIES: dict[str, Entry] = {
     "static-precision": Entry(
         "studies.static_precision", "load of a buckled strip: error against run time of each model"
     ),
+    "slider-crank-precision": Entry(
+        "studies.slider_crank_precision", "flexible slider-crank: error against run time of each model and tolerance"
+    ),
 }
 
 

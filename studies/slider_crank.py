@@ -19,7 +19,7 @@ import numpy as np
 
 from elastica import pinned
 from mbs.library import PAPER, PAPER_STOP
-from studies import impact
+from studies import impact, impact_models
 from studies.cli import main
 from studies.impact import ImpactParameters, ModelRun, Reading
 from studies.parameters import quantity
@@ -42,13 +42,19 @@ class Parameters(ImpactParameters):
     """Parameters of the study."""
 
     speed: float = quantity(impact.IMPACT_SPEED, "rad/s", 0.1, 60, "speed of the crank", "drive")
+    stop_stiffness: float = quantity(7.2e4, "N/m", 1e3, 1e8, "stiffness of the stop (strut, beam)", "slider and stop")
+    impact_duration: float = quantity(3.775e-3, "s", 1e-5, 1, "duration of an impact (stitched)", "slider and stop")
+
+    def stop(self, model: str) -> float:
+        """What a model takes the stop for: the duration of an impact, s, or its stiffness, N/m."""
+        return self.impact_duration if model == "stitched" else self.stop_stiffness
 
 
 def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Run each model for one turn and read it."""
     duration = 2 * pi / parameters.speed
     runs = [
-        impact.run_model(model, parameters, parameters.speed, duration)
+        impact_models.run_model(model, parameters, parameters.stop(model), parameters.speed, duration)
         for model in progress(parameters.models, label="models")
     ]
     readings = [impact.read(run, parameters) for run in runs]
@@ -104,7 +110,8 @@ def _table(metrics: Mapping[str, Metric], runs: Sequence[ModelRun], notes: Seque
     rows: list[list[Any]] = []
     for name in names:
         found = [metrics[f"{model}.{name}"] for model in models]
-        rows.append([name, found[0].unit, found[0].published, found[0].exact, *(x for m in found for x in (m.value, _error(m)))])
+        known = [found[0].unit, found[0].published, found[0].exact]
+        rows.append([name, *known, *(x for metric in found for x in (metric.value, _error(metric)))])
     for name, unit in (("wall_s", "s"), ("steps", "1")):
         rows.append([name, unit, None, None, *(x for run in runs for x in (run.work[name], None))])
     headers = ["", "unit", "published", "exact", *(x for model in models for x in (model, "error"))]
@@ -119,7 +126,71 @@ def _error(metric: Metric) -> str | None:
 
 
 def figure(result: StudyResult) -> Figure:
-    return subplots()[0]
+    """Draw the whole turn on a log scale, and enlarged the impact and the contact."""
+    fig, axes = subplots(2, 2, height=140, height_ratios=(1.15, 1))
+    grid = axes[0, 0].get_gridspec()
+    for ax in axes[0]:
+        ax.remove()
+    turn = fig.add_subplot(grid[0, :])
+    _draw_turn(turn, result)
+    _draw_impact(axes[1, 0], result)
+    _draw_contact(axes[1, 1], result)
+    return fig
+
+
+def _curves(result: StudyResult) -> list[tuple[str, Any, Any, Any]]:
+    """Model, time, angle in degrees, force."""
+    s = result.signals
+    models = [model for model in impact.MODELS if f"{model}.time" in s]
+    return [(m, s[f"{m}.time"], np.degrees(s[f"{m}.angle"]), s[f"{m}.force"]) for m in models]
+
+
+def _draw_turn(ax: Any, result: StudyResult) -> None:
+    speed, exact = float(result.parameters.speed), result.signals["exact.force"]
+    floor = exact.min() / 4
+    for model, _, angle, force in _curves(result):
+        ax.semilogy(angle, np.maximum(force, floor / 2), color=impact.COLOURS[model], label=model)
+    ax.semilogy(np.degrees(result.signals["exact.angle"]), exact, "--", color=impact.COLOURS["exact"], label="elastica")
+    if speed == impact.IMPACT_SPEED:
+        _published(ax, impact.IMPACT_FORCE, "Fig. 5: 27 N", at=190)
+    ax.set(xlim=(110, 250), ylim=(floor, None), xlabel="crank angle [deg]", ylabel="force on the stop [N]")
+    top = ax.secondary_xaxis("top", functions=(lambda a: np.radians(a) / speed, lambda t: np.degrees(t * speed)))
+    top.set_xlabel("time [s]")
+    ax.spines["top"].set_visible(True)
+    ax.set_ylim(top=4 * ax.get_ylim()[1])
+    ax.legend(loc="upper right", ncols=4)
+
+
+def _draw_impact(ax: Any, result: StudyResult) -> None:
+    times = [metric.value for name, metric in result.metrics.items() if name.endswith("impact_time")]
+    longest = 1e3 * max((t for t in times if t < 0.1), default=0.01)  # not of contacts that never break
+    for model, time, _, force in _curves(result):
+        touching = np.flatnonzero(force > 0)
+        if touching.size:
+            ax.plot(1e3 * (time - time[touching[0]]), force, color=impact.COLOURS[model])
+    if result.parameters.speed == impact.IMPACT_SPEED:
+        _published(ax, impact.IMPACT_FORCE)
+    ax.set(xlim=(-0.05 * longest, 1.3 * longest), ylim=(0, None), title="impact")
+    ax.set(xlabel="time since first contact [ms]", ylabel="force on the stop [N]")
+
+
+def _draw_contact(ax: Any, result: StudyResult) -> None:
+    for model, _, angle, force in _curves(result):
+        ax.plot(angle, force, color=impact.COLOURS[model])
+    exact = result.signals["exact.force"]
+    ax.plot(np.degrees(result.signals["exact.angle"]), exact, "--", color=impact.COLOURS["exact"])
+    published = impact.CONTACT_FORCES.get(result.parameters.thickness)
+    if published:
+        _published(ax, published, f"Table 2: {published} N", at=195)
+    low, high = exact.min(), exact.max()
+    ax.set(xlim=(115, 245), ylim=(low - 0.3 * (high - low), high + 0.4 * (high - low)), title="contact")
+    ax.set(xlabel="crank angle [deg]", ylabel="force on the stop [N]")
+
+
+def _published(ax: Any, force: float, label: str = "", at: float = 0) -> None:
+    colour = impact.COLOURS["published"]
+    ax.axhline(force, color=colour, linestyle=":")
+    ax.annotate(label, (at, force), xytext=(0, 3), textcoords="offset points", color=colour, fontsize=8)
 
 
 if __name__ == "__main__":

@@ -32,7 +32,7 @@ from mbs.mechanism import Motion, Ramp
 from mbs.validate import non_negative, number, positive
 
 Array = np.ndarray[Any, Any]
-NEGLIGIBLE = 1e-3
+NEGLIGIBLE = 1e-2
 """Rebounds are over when they come back at less than this part of the first impact's speed."""
 SAMPLES = {"rigid": 240, "impact": 5, "rebound": 41, "held": 240, "contact": 480}
 """Samples of a piece of each mode of motion."""
@@ -41,7 +41,7 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 
 @dataclass(frozen=True)
 class Rebound:
-    """The slider leaves the stop at `speed`, m/s, against a constant `push`, N, and `friction`, N, opposing its motion."""
+    """The slider leaves the stop at `speed`, m/s, against a constant `push`, N, with `friction`, N, against its motion."""
 
     speed: float
     push: float
@@ -72,7 +72,7 @@ class Rebound:
 
     @property
     def return_speed(self) -> float:
-        """v sqrt((F - f)/(F + f)), m/s; 0 if friction holds it."""
+        """Speed back at the stop, v sqrt((F - f)/(F + f)), m/s; 0 if friction holds it."""
         return self.speed * sqrt(max(0.0, self.push - self.friction) / (self.push + self.friction))
 
     def motion(self, t: Array) -> tuple[Array, Array]:
@@ -144,7 +144,7 @@ class Stitched:
         return self.strip_force(u) * self.lengths.lean_cosine(angle, self.stop)
 
     def impact_force(self, speed: float) -> float:
-        """m (1 + e) v/dt, N."""
+        """Force of a pulse, m (1 + e) v/dt, N."""
         return self.mass * (1 + self.restitution) * speed / self.impact_duration
 
     def compression(self, angle: Any, speed: Any, acceleration: Any = 0.0) -> Any:
@@ -167,7 +167,7 @@ class Trace(NamedTuple):
     Attributes
     ----------
     time, angle, position, speed, force, shortening : array
-        s; crank angle, rad; slider position, m, and velocity, m/s; force on the stop, N; the strip's relative shortening.
+        s; crank angle, rad; slider position, m, and velocity, m/s; force on the stop, N; relative end shortening.
     load : array
         Compression the rigid mode asks of the coupler, over the Euler load; 0 in the other modes. Above 1 the strip
         buckles, and the model does not hold.
