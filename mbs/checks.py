@@ -12,7 +12,7 @@ from mbs.result import Result
 
 BALANCE = 1e-2
 """Energy balance, relative to the energy put through, beyond which a run is suspect."""
-BUCKLED_FROM = 1e-3
+BUCKLED_FROM = 5e-3
 """Relative end shortening beyond which a strip must be seen to be buckled."""
 
 ENDS_MET = 0.02
