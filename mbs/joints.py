@@ -5,6 +5,7 @@ User functions are plain Python on floats: the engine calls them a few times a s
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -197,14 +198,20 @@ class ClearanceGroup:
         self.columns = np.empty((0, 3), dtype=int)
         law = joints[0].law
         self.needs_onset = law.force(1e-6, 0.1, 1.0) != law.force(1e-6, 0.1, 2.0)
-        self._forces = np.zeros(3 * len(nodes))
         self._report = np.zeros((len(joints), len(COLUMNS)))
         self._before: tuple[float, np.ndarray[Any, Any]] | None = None
 
-    def __call__(self, _system: Any, _t: float, _item: int, q: Any, q_t: Any) -> Any:
-        """Engine callback: generalised forces on the element's coordinates."""
-        self.kernel.forces(np.asarray(q), np.asarray(q_t), self.onset, self.places, self.numbers, self._forces)
-        return self._forces
+    def callback(self) -> Callable[..., Any]:
+        """Engine callback: generalised forces on the element's coordinates; a closure, as it is called ten times a step."""
+        forces, onset, places, numbers, out, array = (
+            self.kernel.forces, self.onset, self.places, self.numbers, np.zeros(3 * len(self.nodes)), np.array
+        )  # fmt: skip
+
+        def generalised(_system: Any, _t: float, _item: int, q: Any, q_t: Any) -> Any:
+            forces(array(q), array(q_t), onset, places, numbers, out)
+            return out
+
+        return generalised
 
     def locate(self, system: Any) -> None:
         """Take down where the element's coordinates lie, once the system is assembled."""
@@ -252,7 +259,7 @@ def add_clearances(system: Any, group: ClearanceGroup) -> int:
             eii.ObjectGenericODE2(
                 nodeNumbers=group.nodes,
                 massMatrix=np.zeros((size, size)),
-                forceUserFunction=group,
+                forceUserFunction=group.callback(),
             )
         )
     )
