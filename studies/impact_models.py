@@ -1,7 +1,7 @@
 """The three models of the slider-crank on one footing, and the stop that makes each strike as published.
 
-`stitched` is the published model (studies/stitched.py). `strut` and `beam` simulate slider, guide friction, stop and drive
-together and differ in the coupler: a massless exact elastica, or a geometrically exact beam with its own inertia.
+`stitched` is the published model (studies/stitched.py). `strut` and `beam` simulate slider, guide friction, stop and
+drive together and differ in the coupler: a massless exact elastica, or a geometrically exact beam with its own inertia.
 """
 
 from __future__ import annotations
@@ -24,8 +24,10 @@ AXIAL_DAMPING = 9e-5
 """Retardation time of a strut's axial force, s: a fifth of critical for 0.3 kg on the straight strip."""
 BUCKLED_FROM = 1e-3
 """Relative end shortening from which a strip on its way to the stop counts as buckled."""
-CALIBRATION_ANGLE, CALIBRATED_TO, TRIALS = np.radians(150.0), 1e-3, 12
-"""How far a calibrating run goes, rad; how close it must come to the published force; how many there may be."""
+IMPACT_UNTIL = np.radians(150.0)
+"""Crank angle, rad, at which a run ends that is about the first impact only."""
+CALIBRATED_TO, TRIALS = 1e-3, 12
+"""How close a calibration must come to the published force, and how many runs it may take."""
 
 
 def run_model(model: str, parameters: ImpactParameters, stop: float, speed: float | Ramp, duration: float) -> ModelRun:
@@ -103,6 +105,11 @@ def mechanism(model: str, parameters: ImpactParameters, stiffness: float, speed:
     )
 
 
+def strike(model: str, parameters: ImpactParameters, stop: float, speed: float) -> ModelRun:
+    """Run one model past its first impact."""
+    return run_model(model, parameters, stop, speed, IMPACT_UNTIL / speed)
+
+
 # --- calibration ------------------------------------------------------------------------------------------------------
 
 
@@ -132,7 +139,7 @@ def calibrate(model: str, parameters: ImpactParameters) -> Fit:
         return Fit(model, duration, [(duration, IMPACT_FORCE)])
     log_stop, slope, trials = 2 * log(IMPACT_FORCE / speed) - log(parameters.mass), 0.5, []  # elastic: F = v sqrt(k m)
     for _ in range(TRIALS):
-        run = run_model(model, parameters, exp(log_stop), IMPACT_SPEED, CALIBRATION_ANGLE / IMPACT_SPEED)
+        run = strike(model, parameters, exp(log_stop), IMPACT_SPEED)
         force = read(run, parameters).impact_peak
         if run.status not in ("OK", "SUSPECT") or not force:
             reason = run.message or "the slider does not meet the stop"

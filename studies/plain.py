@@ -1,14 +1,16 @@
 """The same two jobs written straight on the engine, as its users write them: what Buckler's run times are held against.
 
-Not a part of Buckler: no study computes a result with it. The settings are the best found for these jobs: reduced
-integration 2 (the others lock), the sparse solver, for the static run the default tolerances (looser ones cost accuracy and
-save 10 %, modified Newton costs time), for the dynamic run modified Newton and a tolerance as loose as stays stable.
+Not a part of Buckler: no study takes its results from here. The settings are the best found for these jobs: reduced
+integration 2 (the others lock), the sparse solver; for the static run the default tolerances (looser ones cost accuracy
+and save 10 %, modified Newton costs time); for the dynamic run modified Newton and a tolerance as loose as stays
+stable.
 """
 
 from __future__ import annotations
 
 import os
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -63,7 +65,7 @@ class _System:
         return self.system.AddObject(eii.CoordinateConstraint(markerNumbers=markers, **motion))
 
     def cable(self, section: Section, length: float, nodes: list[int], **more: Any) -> None:
-        for pair in zip(nodes[:-1], nodes[1:], strict=True):
+        for pair in pairwise(nodes):
             self.system.AddObject(
                 eii.ObjectANCFCable2D(
                     nodeNumbers=list(pair),
@@ -118,7 +120,7 @@ def buckled_strip(section: Section, length: float, shortenings: Array, elements:
         except exu.ExudynError as error:
             return Plain(shortenings, np.full(len(shortenings), np.nan), str(error).strip())
         iterations += job.system.sys["staticSolver"].it.newtonStepsCount
-        forces.append(abs(float(job.system.GetSensorValues(force))))
+        forces.append(float(np.abs(job.system.GetSensorValues(force))))
     return Plain(shortenings, np.array(forces), work={"newton_iterations": float(iterations)})
 
 
@@ -173,7 +175,7 @@ def slider_crank(mechanism: Mechanism, duration: float, steps: int, newton: floa
         job.system.SolveDynamic(settings)
     except exu.ExudynError as error:
         return Plain(np.empty(0), np.empty(0), str(error).strip())
-    time, forces = job.system.GetSensorStoredData(force).T
+    time, forces = np.asarray(job.system.GetSensorStoredData(force)).T
     count = job.system.sys["dynamicSolver"].it
     work = {"steps": float(len(time) - 1), "newton_iterations": float(count.newtonStepsCount)}
     return Plain(time, np.abs(forces), work=work | {"jacobians": float(count.newtonJacobiCount)})
@@ -192,9 +194,7 @@ def _moving_strip(job: _System, mechanism: Mechanism, speed: float) -> list[int]
         along = np.array([-np.cos(slope), -np.sin(slope)])
         velocity = [-turning * place[1], speed * radius - turning * s, -turning * along[1], turning * along[0]]
         nodes.append(
-            job.system.AddNode(
-                eii.NodePoint2DSlope1(referenceCoordinates=[*place, *along], initialVelocities=velocity)
-            )
+            job.system.AddNode(eii.NodePoint2DSlope1(referenceCoordinates=[*place, *along], initialVelocities=velocity))
         )
     damping = body.section.bending_stiffness * body.section.material.bending_damping
     job.cable(body.section, length, nodes, bendingDamping=damping, strainIsRelativeToReference=1.0)
@@ -208,9 +208,7 @@ def _add_crank(job: _System, mechanism: Mechanism, speed: float, pin: int) -> No
     for coordinate in (0, 1):
         job.fix(node, coordinate)
     job.fix(node, 2, offset=speed, velocityLevel=True)
-    end = job.system.AddMarker(
-        eii.MarkerBodyPosition(bodyNumber=body, localPosition=[mechanism.length("crank"), 0, 0])
-    )
+    end = job.system.AddMarker(eii.MarkerBodyPosition(bodyNumber=body, localPosition=[mechanism.length("crank"), 0, 0]))
     start = job.system.AddMarker(eii.MarkerNodePosition(nodeNumber=pin))
     job.system.AddObject(eii.ObjectJointRevolute2D(markerNumbers=[end, start]))
 
@@ -235,7 +233,9 @@ def _add_slider(job: _System, mechanism: Mechanism, end: int) -> int:
         )
     return job.system.AddObject(
         eii.ObjectConnectorCoordinateSpringDamper(
-            markerNumbers=[job.ground, along], stiffness=1.0, springForceUserFunction=_stop_force(stop.law, stop.at - start)
+            markerNumbers=[job.ground, along],
+            stiffness=1.0,
+            springForceUserFunction=_stop_force(stop.law, stop.at - start),
         )
     )
 

@@ -146,7 +146,8 @@ def _curves(result: StudyResult) -> list[tuple[str, Any, Any, Any]]:
 
 
 def _draw_turn(ax: Any, result: StudyResult) -> None:
-    speed, exact = float(result.parameters.speed), result.signals["exact.force"]
+    p: Any = result.parameters
+    speed, exact = p.speed, result.signals["exact.force"]
     floor = exact.min() / 4
     for model, _, angle, force in _curves(result):
         ax.semilogy(angle, np.maximum(force, floor / 2), color=impact.COLOURS[model], label=model)
@@ -168,7 +169,8 @@ def _draw_impact(ax: Any, result: StudyResult) -> None:
         touching = np.flatnonzero(force > 0)
         if touching.size:
             ax.plot(1e3 * (time - time[touching[0]]), force, color=impact.COLOURS[model])
-    if result.parameters.speed == impact.IMPACT_SPEED:
+    p: Any = result.parameters
+    if p.speed == impact.IMPACT_SPEED:
         _published(ax, impact.IMPACT_FORCE)
     ax.set(xlim=(-0.05 * longest, 1.3 * longest), ylim=(0, None), title="impact")
     ax.set(xlabel="time since first contact [ms]", ylabel="force on the stop [N]")
@@ -179,7 +181,8 @@ def _draw_contact(ax: Any, result: StudyResult) -> None:
         ax.plot(angle, force, color=impact.COLOURS[model])
     exact = result.signals["exact.force"]
     ax.plot(np.degrees(result.signals["exact.angle"]), exact, "--", color=impact.COLOURS["exact"])
-    published = impact.CONTACT_FORCES.get(result.parameters.thickness)
+    p: Any = result.parameters
+    published = impact.CONTACT_FORCES.get(p.thickness)
     if published:
         _published(ax, published, f"Table 2: {published} N", at=195)
     low, high = exact.min(), exact.max()

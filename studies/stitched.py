@@ -41,7 +41,7 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 
 @dataclass(frozen=True)
 class Rebound:
-    """The slider leaves the stop at `speed`, m/s, against a constant `push`, N, with `friction`, N, against its motion."""
+    """The slider leaves the stop at `speed`, m/s, against a constant `push`, N; `friction`, N, opposes its motion."""
 
     speed: float
     push: float
@@ -292,8 +292,9 @@ def _trace(model: Stitched, crank: _Crank, pieces: list[_Piece]) -> Trace:
     number_of = np.repeat(np.arange(len(pieces)), [len(piece.time) for piece in pieces])
     modes = np.array([piece.mode for piece in pieces])[number_of]
     angle, turning = crank.angle(time), crank.speed(time)
+    chord = np.hypot(model.lengths.crank * np.cos(angle) - position, model.lengths.crank * np.sin(angle))
     rigid = modes == "rigid"
-    shortening = np.where(rigid, 0.0, np.maximum(model.lengths.shortening(angle, position), 0.0))
+    shortening = np.where(rigid, 0.0, np.maximum(1 - chord / model.lengths.coupler, 0.0))
     within = np.diff(number_of, prepend=-1) == 0
 
     def since_start(increments: Array, where: Any = True) -> Array:
@@ -302,7 +303,6 @@ def _trace(model: Stitched, crank: _Crank, pieces: list[_Piece]) -> Trace:
     kinetic = model.mass * speed**2 / 2
     rise = np.diff(kinetic, prepend=0.0)
     rubbing = model.friction * np.abs(np.diff(position, prepend=position[0]))
-    chord = model.lengths.chord(angle, position)
     power = -model.strip_force(shortening) * model.lengths.crank * np.sin(angle) * position / chord * turning
     work = np.diff(time, prepend=0.0) * (power + np.roll(power, 1)) / 2
     energy = {

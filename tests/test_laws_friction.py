@@ -155,7 +155,7 @@ def test_lugre_bristles_stay_bounded_and_odd():
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: Coulomb(-0.1), r"dynamic = -0\.1 1: must lie in \[0, inf\]"),
+        (lambda: Coulomb(-0.1), r"dynamic = -0\.1: must lie in \[0, inf\]"),
         (lambda: Coulomb(0.1, v_reg=0.0), r"v_reg = 0\.0 m/s: must lie in \(0, inf\] m/s"),
         (lambda: Coulomb(0.1, viscous=-1.0), r"viscous = -1\.0 s/m: must lie in \[0, inf\]"),
         (lambda: AdamsFriction(0.1, 0.3), r"static = 0\.1.*\[0\.3, inf\]"),

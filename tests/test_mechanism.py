@@ -13,6 +13,7 @@ from mbs import (
     STEEL,
     Beam,
     Cable,
+    Clearance,
     Drive,
     Guide,
     GuideFriction,
@@ -28,7 +29,7 @@ from mbs import (
     slider_crank,
 )
 from mbs.kinematics import SliderCrank
-from mbs.laws import ExactRestitution
+from mbs.laws import ExactRestitution, LuGre, NoFriction
 from mbs.validate import non_negative, number, positive, whole
 
 INF, NAN = math.inf, math.nan
@@ -40,6 +41,12 @@ LAW = ExactRestitution(1e5, 0.8)
 
 def steel(**changed):
     return replace(STEEL, **changed)
+
+
+def play(**changed):
+    return Clearance(
+        **{"point": "A", "first": "crank", "second": "rod", "pin": 5e-3, "gap": 1e-4, "law": LAW, **changed}
+    )
 
 
 # --- validate: one voice ----------------------------------------------------------------------------------------------
@@ -126,6 +133,8 @@ WRONG = {  # what is made -> what the message must say: parameter = value, range
     "along": (lambda: Guide("B", "bar", along=(0.0, 0.0)), "along (length) = 0.0", "(0, inf]"),
     "mass": (lambda: Guide("B", "bar", mass=-0.3), "mass = -0.3 kg", "[0, inf] kg"),
     "at": (lambda: Stop("B", at=INF, law=LAW), "at = inf m", "[-1e+06, 1e+06] m"),
+    "pin": (lambda: play(pin=0.0), "pin = 0.0 m", "(0, inf] m"),
+    "gap": (lambda: play(gap=-1e-5), "gap = -1e-05 m", "(0, inf] m"),
     "duration": (lambda: Ramp(0.0, 1.0, 0.0), "duration = 0.0 s", "(0, inf] s"),
     "position(0)": (lambda: Motion(math.cos, lambda t: -math.sin(t)), "position(0) = 1.0 rad or m", "[-1e-12, 1e-12]"),
 }
@@ -224,6 +233,17 @@ def test_a_stop_needs_a_law():
     for nonsense in (None, 1e5, lambda depth: depth):
         with pytest.raises(ValueError, match=r"stop at 'B'.*law"):
             Stop("B", at=0.0, law=nonsense)
+
+
+def test_a_joint_with_play_needs_play_a_law_and_friction_without_memory():
+    assert isinstance(play().friction, NoFriction)
+    with pytest.raises(ValueError, match=r"gap = 0 m at 'A': .* Revolute"):
+        play(gap=0.0)
+    with pytest.raises(ValueError, match=r"clearance at 'A': law = 3"):
+        play(law=3)
+    for friction in (0.1, LuGre(0.3, 0.1, 0.05)):
+        with pytest.raises(ValueError, match=r"clearance at 'A': friction = "):
+            play(friction=friction)
 
 
 def test_law_parameters_are_checked_where_the_law_is_made():
