@@ -33,6 +33,10 @@ class Placed:
         Coordinates of the undeformed link.
     ends : dict of str to int
         Position marker of each point.
+    origin, along : (float, float)
+        Of a slider's line.
+    lengths : array, shape (elements,)
+        Stress-free lengths of a flexible link's elements, m.
     """
 
     name: str
@@ -43,6 +47,7 @@ class Placed:
     ends: dict[str, int]
     origin: tuple[float, float] = (0.0, 0.0)
     along: tuple[float, float] = (1.0, 0.0)
+    lengths: Array | None = None
 
     def columns(self, system: Any) -> Array:
         """Places of the coordinates in the engine's vector, shape as `reference`."""
@@ -120,22 +125,36 @@ def _add_flexible(system: Any, mechanism: Mechanism, link: Link, body: Beam | Ca
     directions = theta + np.arctan2(along[1], along[0])
     arms = places - start
     speeds = rates[:2] + rates[2] * np.column_stack([-arms[:, 1], arms[:, 0]])
-    layout = (places, directions, speeds, float(rates[2]), arc_length / body.elements)
     if isinstance(body, Beam):
-        nodes, objects, reference = _add_beam(system, body, *layout)
+        lengths = _lengths(places, body.nodes)
+        nodes, objects, reference = _add_beam(system, body, places, directions, speeds, float(rates[2]), lengths)
     else:
-        nodes, objects, reference = _add_cable(system, body, *layout)
+        lengths = np.full(body.elements, arc_length / body.elements)
+        nodes, objects, reference = _add_cable(system, body, places, directions, speeds, float(rates[2]), lengths[0])
     ends = {
         point: system.AddMarker(eii.MarkerNodePosition(nodeNumber=node))
         for point, node in ((link.start, nodes[0]), (link.end, nodes[-1]))
     }
-    return Placed(link.name, body, tuple(nodes), tuple(objects), reference, ends)
+    return Placed(link.name, body, tuple(nodes), tuple(objects), reference, ends, lengths=lengths)
+
+
+def _lengths(places: Array, nodes: int) -> Array:
+    """Lengths of beam elements as their own shape functions see the reference line: so a bow strains nothing."""
+    first = places[: 1 - nodes : nodes - 1] if nodes > 2 else places[:-1]
+    if nodes == 2:
+        return np.hypot(*(places[1:] - first).T)
+    middle, last = places[1::2], places[2::2]
+    xi = 1 / np.sqrt(3)
+    slopes = [(z - 0.5) * first - 2 * z * middle + (z + 0.5) * last for z in (-xi, xi)]
+    return sum(np.hypot(*slope.T) for slope in slopes)
 
 
 def _add_beam(
-    system: Any, body: Beam, places: Array, directions: Array, speeds: Array, turning: float, length: float
+    system: Any, body: Beam, places: Array, directions: Array, speeds: Array, turning: float, lengths: Array
 ) -> tuple[list[int], list[int], Array]:
     section = body.section
+    if body.nodes == 3:  # a straight line of rotations in each element: its one reference curvature then fits exactly
+        directions[1::2] = (directions[:-1:2] + directions[2::2]) / 2
     reference = np.column_stack([places, directions])
     nodes = [
         system.AddNode(eii.NodeRigidBody2D(referenceCoordinates=[*row], initialVelocities=[*v, turning]))
@@ -145,12 +164,12 @@ def _add_beam(
     objects = []
     for e in range(body.elements):
         ends = slice(e * step, e * step + body.nodes)
-        curvature = (directions[ends][-1] - directions[ends][0]) / length
+        curvature = (directions[ends][-1] - directions[ends][0]) / lengths[e]
         objects.append(
             system.AddObject(
                 eii.ObjectBeamGeometricallyExact2D(
                     nodeNumbers=nodes[ends],
-                    length=length,
+                    length=lengths[e],
                     massPerLength=section.mass_per_length,
                     crossSectionInertia=section.inertia_per_length,
                     shearStiffness=section.shear_stiffness,

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from math import isfinite
+from math import isfinite, nan
 from statistics import median
 from time import perf_counter
 from typing import Any
@@ -70,8 +70,8 @@ def work_precision(
     Parameters
     ----------
     variants : mapping of str to callable
-        Each takes nothing, does the whole job from its input to its answer, and returns an outcome. A failure is an outcome
-        too: a variant that raises ends the measurement.
+        Each takes nothing, does the whole job from its input to its answer, and returns an outcome. A failure is an
+        outcome too: a variant that raises ends the measurement.
     error : callable
         Error of an outcome, not negative; nan if it failed. Not timed.
     repeats : int
@@ -116,6 +116,16 @@ def fastest(points: Iterable[Point], error: float) -> Point | None:
     return min((p for p in points if p.error <= error), key=lambda p: p.wall_s, default=None)
 
 
+def time_for(points: Iterable[Point], error: float) -> float:
+    """Time, s, in which points reach an error: along their front, linear in logarithms; nan outside its errors."""
+    points = [p for p in points if isfinite(p.error)]
+    front = sorted((p.error, p.wall_s) for p in points if not any(q.beats(p) for q in points))
+    if not front or not front[0][0] <= error <= front[-1][0]:
+        return nan
+    errors, walls = np.log(front).T
+    return float(np.exp(np.interp(np.log(error), errors, walls)))
+
+
 def verdict(point: Point, baseline: Point) -> str:
     """Compare two points of one run in a sentence."""
     ratio, share = point.speedup(baseline), point.error / baseline.error
@@ -133,8 +143,8 @@ def rate(sizes: ArrayLike, errors: ArrayLike) -> float:
     Parameters
     ----------
     sizes, errors : array_like, shape (n,), n >= 2
-        Mesh or step sizes, not all equal, and their errors; positive. Leave out what has not begun to converge, and what
-        round-off or the solver's tolerance holds up.
+        Mesh or step sizes, not all equal, and their errors; positive. Leave out what has not begun to converge, and
+        what round-off or the solver's tolerance holds up.
 
     Raises
     ------

@@ -13,7 +13,7 @@ os.environ.setdefault("EXUDYN_NO_USER_SETTINGS", "1")
 import exudyn as exu
 import exudyn.itemInterface as eii
 
-from mbs.bodies import Placed, add_link, add_slider, arc
+from mbs.bodies import Placed, add_link, add_slider
 from mbs.clearance import End
 from mbs.joints import (
     ClearanceGroup,
@@ -89,9 +89,8 @@ class Scene:
 
     def arc_length(self, link: str) -> float:
         """Stress-free length of a link along its arc, m: its chord, or a little more where it is bowed."""
-        chord = self.mechanism.length(link)
-        bow = getattr(self.mechanism.link(link).body, "imperfection", 0.0)
-        return arc(chord, bow, np.array([0.0, 0.5, 1.0]))[3]
+        lengths = self.placed[link].lengths
+        return self.mechanism.length(link) if lengths is None else float(lengths.sum())
 
     def multipliers(self, name: str) -> Array:
         """Places of a constraint's Lagrange multipliers in the engine's vector."""

@@ -57,8 +57,7 @@ class History:
         """A flexible link's history."""
         placed = self.scene.placed[name]
         columns = placed.columns(self.scene.system)
-        length = self.scene.arc_length(name)
-        return Strip(placed, length, self.q[:, columns] + placed.reference, self.q_t[:, columns])
+        return Strip(placed, self.q[:, columns] + placed.reference, self.q_t[:, columns])
 
     def point(self, body: str, point: str) -> tuple[Array, Array]:
         """Position and velocity of a body's point, each of shape (times, 2)."""
@@ -168,7 +167,7 @@ def _add_centre(history: History, name: str, add: Any) -> None:
     """Centre of mass of a link with its velocity and acceleration, by the mass-weighted mean of its coordinates."""
     placed = history.scene.placed[name]
     columns = placed.columns(history.scene.system)
-    weights = centre_weights(placed.body, history.scene.arc_length(name))
+    weights = centre_weights(placed)
     for axis, letter in enumerate("xy"):
         rows = columns[:, axis::2][:, : weights.shape[1]]
         base = float((placed.reference[:, axis::2][:, : weights.shape[1]] * weights).sum())
@@ -217,7 +216,7 @@ def shapes_at(history: History, times: Array) -> dict[str, Shape]:
             placed = history.scene.placed[link.name]
             columns = placed.columns(history.scene.system)
             q = CubicHermiteSpline(history.time, history.q[:, columns], history.q_t[:, columns])(times) + placed.reference
-            strip = Strip(placed, history.scene.arc_length(link.name), q, np.zeros_like(q))
+            strip = Strip(placed, q, np.zeros_like(q))
             found[link.name] = Shape(times, strip.points(), link.body.section.thickness)
     return found
 

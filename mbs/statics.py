@@ -164,7 +164,7 @@ def _shapes(scene: Any, states: list[Array]) -> Array:
     if not states:
         return np.empty((0, 0, 2))
     q = np.array(states)[:, placed.columns(scene.system)] + placed.reference
-    return Strip(placed, scene.arc_length("strip"), q, np.zeros_like(q)).points()
+    return Strip(placed, q, np.zeros_like(q)).points()
 
 
 def _branch(u: Array, load: Array, shapes: Array) -> tuple[Status, str]:

@@ -76,7 +76,7 @@ class CrankRockerParameters(StudyParameters):
     speed: float = quantity(10 * pi, "rad/s", 0.1, 500, "speed of the crank", "drive")
     start_angle: float = quantity(0.5, "rad", -7, 7, "crank angle at the start", "drive")
     duration: float = quantity(0.2, "s", 1e-4, 1e3, "length of a run", "numerics")
-    settle: float = quantity(0.01, "s", 0, 1e3, "time left out of the metrics: journals start centred", "numerics")
+    settle: float = quantity(0.02, "s", 0, 1e3, "time left out of the metrics: journals start centred", "numerics")
     seed: int = integer(0, 0, 2**31 - 1, "draws the start's offset, 1e-9 rad N(0, 1)", "numerics")
     elements: int = integer(4, 1, 64, "elements of the beam", "numerics")
     tolerance: float = quantity(2e-4, "1", 1e-9, 1e-1, "position error allowed a step, over clearance/10", "numerics")

@@ -96,9 +96,9 @@ def _histories(result: StudyResult, rows: Mapping[str, str]) -> Figure:
     fig, axes = subplots(len(rows), len(variants), height=105, sharex=True, sharey="row", squeeze=False)
     for line, (signal, name) in zip(axes, rows.items(), strict=True):
         for ax, variant in zip(line, variants, strict=True):
-            for case, width in ((variant, 0.6), ("ideal", 1.0)):
+            for case, style in ((variant, "-"), ("ideal", "--")):
                 time, values = 1e3 * s[f"{case}.time"], s[f"{case}.{signal}"]
-                ax.plot(time, values, color=COLOURS[case], linewidth=width, label=_name(result, case), rasterized=True)
+                ax.plot(time, values, style, color=COLOURS[case], linewidth=0.7, label=_name(case), rasterized=True)
             ax.label_outer()
         line[0].set_ylabel(name)
     for ax in axes[0]:
@@ -108,7 +108,7 @@ def _histories(result: StudyResult, rows: Mapping[str, str]) -> Figure:
     return fig
 
 
-def _name(result: StudyResult, case: str) -> str:
+def _name(case: str) -> str:
     """What a curve is called."""
     return "ideal joints" if case == "ideal" else f"{case} rocker"
 
@@ -117,7 +117,7 @@ def _orbits(result: StudyResult) -> Figure:
     """Paths of the pins' centres in their bushes, in clearances; inside the circle they are free."""
     s, variants = result.signals, _variants(result)
     joints = [joint for joint in JOINTS if joint in result.parameters.with_play]
-    fig, axes = subplots(len(variants), len(joints), height=15 + 45 * len(variants), squeeze=False, sharex=True, sharey=True)
+    fig, axes = subplots(len(variants), len(joints), height=18 + 38 * len(variants), squeeze=False, sharex=True, sharey=True)
     turn = np.linspace(0, 2 * np.pi, 181)
     for line, variant in zip(axes, variants, strict=True):
         for ax, joint in zip(line, joints, strict=True):
@@ -126,7 +126,7 @@ def _orbits(result: StudyResult) -> Figure:
             ax.plot(np.cos(turn), np.sin(turn), color="#000000", linewidth=0.8)
             ax.set_aspect("equal")
             ax.label_outer()
-        line[0].set_ylabel(f"{_name(result, variant)}\n$y/c$")
+        line[0].set_ylabel(f"{_name(variant)}\n$y/c$")
     for ax, joint in zip(axes[0], joints, strict=True):
         ax.set_title(f"{joint}: {JOINTS[joint]}")
     for ax in axes[-1]:

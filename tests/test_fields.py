@@ -56,7 +56,7 @@ class Lone:
         q = np.atleast_2d(q)
         q_t = np.zeros_like(q) if q_t is None else np.atleast_2d(q_t)
         total = q[:, self.columns] + self.placed.reference
-        return Strip(self.placed, self.scene.arc_length("strip"), total, q_t[:, self.columns])
+        return Strip(self.placed, total, q_t[:, self.columns])
 
     def engine(self, q, q_t):
         """Generalised forces and mass matrix from the engine."""
