@@ -31,12 +31,10 @@ class Placed:
         Engine object numbers.
     reference : array, shape (nodes, coordinates a node)
         Coordinates of the undeformed link.
+    length : float
+        Stress-free length of a flexible link, m: all its elements are equally long.
     ends : dict of str to int
         Position marker of each point.
-    origin, along : (float, float)
-        Of a slider's line.
-    lengths : array, shape (elements,)
-        Stress-free lengths of a flexible link's elements, m.
     """
 
     name: str
@@ -47,7 +45,7 @@ class Placed:
     ends: dict[str, int]
     origin: tuple[float, float] = (0.0, 0.0)
     along: tuple[float, float] = (1.0, 0.0)
-    lengths: Array | None = None
+    length: float = 0.0
 
     def columns(self, system: Any) -> Array:
         """Places of the coordinates in the engine's vector, shape as `reference`."""
@@ -76,6 +74,29 @@ def arc(length: float, bow: float, stations: Array) -> tuple[Array, Array, Array
     y = np.concatenate([[0.0], np.cumsum((np.sin(theta) * weights * half).sum(axis=1))])
     arc_length = length / x[-1]
     return x * arc_length, y * arc_length, amplitude * np.cos(np.pi * stations), float(arc_length)
+
+
+def _stress_free(beam: Beam, chord: float, x: Array, y: Array, theta: Array) -> tuple[Array, Array, Array, float]:
+    """Move a beam's nodes so that no element, all equally long, has a strain at its integration points.
+
+    The interpolated slope has length 1 there if the element is as long as its chord c (2 nodes), or sqrt(c^2 + 16/3 d^2)
+    with its middle node d above mid-chord (3 nodes); the curvature is constant if the middle direction is the mean one.
+    """
+    place, step = x + 1j * y, beam.nodes - 1
+    ends = place[::step]
+    sag = np.zeros(beam.elements)
+    if step == 2:
+        theta = theta.copy()
+        theta[1::2] = (theta[:-2:2] + theta[2::2]) / 2
+        sag = ((place[1::2] - (ends[:-1] + ends[1:]) / 2) / np.diff(ends)).imag  # d/c
+    chords = np.diff(ends) / np.abs(np.diff(ends)) / np.sqrt(1 + 16 / 3 * sag**2)
+    ends = np.concatenate([[0.0], np.cumsum(chords)])
+    place = np.zeros(len(x), dtype=complex)
+    place[::step] = ends
+    if step == 2:
+        place[1::2] = (ends[:-1] + ends[1:]) / 2 + 1j * sag * chords
+    scale = chord / float(ends[-1].real)
+    return place.real * scale, place.imag * scale, theta, beam.elements * scale
 
 
 def add_link(system: Any, mechanism: Mechanism, link: Link, rates: Array) -> Placed | None:
@@ -120,41 +141,29 @@ def _add_flexible(system: Any, mechanism: Mechanism, link: Link, body: Beam | Ca
     along = (end - start) / mechanism.length(link.name)
     count = body.elements * (body.nodes - 1 if isinstance(body, Beam) else 1) + 1
     x, y, theta, arc_length = arc(mechanism.length(link.name), body.imperfection, np.linspace(0.0, 1.0, count))
+    if isinstance(body, Beam):
+        x, y, theta, arc_length = _stress_free(body, mechanism.length(link.name), x, y, theta)
     across = np.array([-along[1], along[0]])
     places = start + np.outer(x, along) + np.outer(y, across)
     directions = theta + np.arctan2(along[1], along[0])
     arms = places - start
     speeds = rates[:2] + rates[2] * np.column_stack([-arms[:, 1], arms[:, 0]])
+    layout = (places, directions, speeds, float(rates[2]), arc_length / body.elements)
     if isinstance(body, Beam):
-        lengths = _lengths(places, body.nodes)
-        nodes, objects, reference = _add_beam(system, body, places, directions, speeds, float(rates[2]), lengths)
+        nodes, objects, reference = _add_beam(system, body, *layout)
     else:
-        lengths = np.full(body.elements, arc_length / body.elements)
-        nodes, objects, reference = _add_cable(system, body, places, directions, speeds, float(rates[2]), lengths[0])
+        nodes, objects, reference = _add_cable(system, body, *layout)
     ends = {
         point: system.AddMarker(eii.MarkerNodePosition(nodeNumber=node))
         for point, node in ((link.start, nodes[0]), (link.end, nodes[-1]))
     }
-    return Placed(link.name, body, tuple(nodes), tuple(objects), reference, ends, lengths=lengths)
-
-
-def _lengths(places: Array, nodes: int) -> Array:
-    """Lengths of beam elements as their own shape functions see the reference line: so a bow strains nothing."""
-    first = places[: 1 - nodes : nodes - 1] if nodes > 2 else places[:-1]
-    if nodes == 2:
-        return np.hypot(*(places[1:] - first).T)
-    middle, last = places[1::2], places[2::2]
-    xi = 1 / np.sqrt(3)
-    slopes = [(z - 0.5) * first - 2 * z * middle + (z + 0.5) * last for z in (-xi, xi)]
-    return sum(np.hypot(*slope.T) for slope in slopes)
+    return Placed(link.name, body, tuple(nodes), tuple(objects), reference, ends, length=arc_length)
 
 
 def _add_beam(
-    system: Any, body: Beam, places: Array, directions: Array, speeds: Array, turning: float, lengths: Array
+    system: Any, body: Beam, places: Array, directions: Array, speeds: Array, turning: float, length: float
 ) -> tuple[list[int], list[int], Array]:
     section = body.section
-    if body.nodes == 3:  # a straight line of rotations in each element: its one reference curvature then fits exactly
-        directions[1::2] = (directions[:-1:2] + directions[2::2]) / 2
     reference = np.column_stack([places, directions])
     nodes = [
         system.AddNode(eii.NodeRigidBody2D(referenceCoordinates=[*row], initialVelocities=[*v, turning]))
@@ -164,12 +173,12 @@ def _add_beam(
     objects = []
     for e in range(body.elements):
         ends = slice(e * step, e * step + body.nodes)
-        curvature = (directions[ends][-1] - directions[ends][0]) / lengths[e]
+        curvature = (directions[ends][-1] - directions[ends][0]) / length
         objects.append(
             system.AddObject(
                 eii.ObjectBeamGeometricallyExact2D(
                     nodeNumbers=nodes[ends],
-                    length=lengths[e],
+                    length=length,
                     massPerLength=section.mass_per_length,
                     crossSectionInertia=section.inertia_per_length,
                     shearStiffness=section.shear_stiffness,

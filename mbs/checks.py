@@ -27,6 +27,11 @@ def suspicions(scene: Any, result: Result) -> Iterator[str]:
         yield "TIME: time does not increase"
     if result.energy and not result.energy_balance <= BALANCE:
         yield f"ENERGY: balance {result.energy_balance:.2e} of the energy put through, allowed {BALANCE:g}"
+    for name, taken in result.energy.items():
+        if name.startswith("taken_"):
+            given = float((np.maximum.accumulate(taken) - taken).max() / max(result.energy["throughput"][-1], 1e-300))
+            if given > BALANCE:
+                yield f"ENERGY: '{name}' gives back {given:.2e} of the energy put through: a law makes energy"
     yield from _straight_strips(scene, result)
     yield from _pierced_stops(scene, result)
     yield from _crossed_struts(scene, result)

@@ -120,8 +120,8 @@ def _damping_power(history: History) -> Array:
 def _contact(history: History) -> tuple[Array, Array]:
     """Elastic potential of all stops, and the power into them."""
     potential, power = np.zeros_like(history.time), np.zeros_like(history.time)
-    for k, (point, contact) in enumerate(history.scene.stops.items()):
-        column = history.scene.placed[point].columns(history.scene.system)[0, 0]
+    for k, contact in enumerate(history.scene.stops.values()):
+        column = history.scene.placed[contact.stop.point].columns(history.scene.system)[0, 0]
         potential = potential + contact.stop.law.potential(contact.depth(history.q[:, column]))
         power = power + history.contact[:, k] * contact.side * history.q_t[:, column]
     return potential, power

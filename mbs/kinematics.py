@@ -150,10 +150,28 @@ class Closure:
             raise KinematicsError(
                 f"loops do not close at t = {t:g} s (gap {np.abs(residual).max():.3g} m): out of reach, or at a dead centre"
             )
-        driven = np.array([kind == "drive" for *_, kind in self._rows()] + [True] * (len(residual) - len(self._rows())))
+        driven = self._driven(len(residual))
         q_t = self._rates(jacobian, driven * speed, "velocities", t)
         gamma = self.system(q, q_t, travel)[2]
         return State(q, q_t, self._rates(jacobian, gamma + driven * change, "accelerations", t))
+
+    def start(self) -> Array:
+        """Velocities at t = 0, shape (links, 3); unlike `solve` it needs no accelerations.
+
+        Raises
+        ------
+        KinematicsError
+            If the drive's velocity is impossible there: a dead centre.
+        """
+        drive = self.mechanism.drive
+        residual, jacobian, _ = self.system(self.reference, np.zeros_like(self.reference), 0.0)
+        speed = drive.motion.speed(0.0) if drive is not None else 0.0
+        return self._rates(jacobian, self._driven(len(residual)) * speed, "velocities", 0.0)
+
+    def _driven(self, rows: int) -> Array:
+        """True for the drive's row."""
+        kinds = [kind == "drive" for *_, kind in self._rows()]
+        return np.array(kinds + [True] * (rows - len(kinds)))
 
     def _rates(self, jacobian: Array, right: Array, what: str, t: float) -> Array:
         """Least-norm solution of J rate = right; free degrees of freedom stay at rest."""
@@ -205,8 +223,8 @@ class SliderCrank(NamedTuple):
         ValueError
             If the slider never gets there.
         """
-        cosine = (stop**2 + self.crank**2 - self.coupler**2) / (2 * stop * self.crank)
-        if not -1 <= cosine <= 1:
-            inner, outer = self.slider(0.0), self.slider(np.pi)
+        inner, outer = self.slider(0.0), self.slider(np.pi)
+        if not outer <= stop <= inner:
             raise ValueError(f"stop = {stop:g} m: the slider moves only in [{outer:g}, {inner:g}] m")
-        return float(np.arccos(cosine))
+        cosine = (stop**2 + self.crank**2 - self.coupler**2) / (2 * stop * self.crank)
+        return float(np.arccos(np.clip(cosine, -1.0, 1.0)))

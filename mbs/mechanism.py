@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from math import hypot
+from math import hypot, inf
 from typing import Any
 
 from elastica import law
@@ -282,6 +282,8 @@ class Ramp:
     duration: float
 
     def __post_init__(self) -> None:
+        number("start", self.start, -inf, inf, "rad/s or m/s")
+        number("end", self.end, -inf, inf, "rad/s or m/s")
         positive("duration", self.duration, "s")
 
     def speed(self, t: float) -> float:
@@ -314,8 +316,11 @@ class Motion:
                 raise ValueError(f"speed({t:g}) = {self.speed(t):g} is not the derivative of position: {slope:g}")
 
     def acceleration(self, t: float) -> float:
-        """Central difference of the speed over 2e-4 s."""
-        return (self.speed(t + 1e-4) - self.speed(t - 1e-4)) / 2e-4
+        """Central difference of the speed over 2e-4 s; at the start to second order from times after it."""
+        h = 1e-4
+        if t < h:
+            return (4 * self.speed(t + h) - 3 * self.speed(t) - self.speed(t + 2 * h)) / (2 * h)
+        return (self.speed(t + h) - self.speed(t - h)) / (2 * h)
 
 
 @dataclass(frozen=True)
@@ -331,6 +336,10 @@ class Drive:
 
     target: str
     speed: float | Ramp | Motion
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.speed, Ramp | Motion):
+            number("speed", self.speed, -inf, inf, "rad/s or m/s")
 
     @property
     def motion(self) -> Motion | Ramp:
@@ -378,6 +387,7 @@ class Mechanism:
         object.__setattr__(self, "points", {k: (float(x), float(y)) for k, (x, y) in dict(self.points).items()})
         for name in ("links", "joints", "guides", "stops"):
             object.__setattr__(self, name, tuple(getattr(self, name)))
+        _check_numbers(self)
         _check_names(self)
         _check_links(self)
         _check_attachments(self)
@@ -396,6 +406,14 @@ class Mechanism:
         link = self.link(name)
         (x0, y0), (x1, y1) = self.points[link.start], self.points[link.end]
         return hypot(x1 - x0, y1 - y0)
+
+
+def _check_numbers(mechanism: Mechanism) -> None:
+    for name, place in mechanism.points.items():
+        for axis, value in zip("xy", place, strict=True):
+            number(f"points['{name}'].{axis}", value, -inf, inf, "m")
+    for axis, value in zip("xy", mechanism.gravity, strict=True):
+        number(f"gravity.{axis}", value, -inf, inf, "m/s^2")
 
 
 def _check_names(mechanism: Mechanism) -> None:
@@ -427,6 +445,10 @@ def _check_attachments(mechanism: Mechanism) -> None:
         for name in (joint.first, joint.second):
             if name != GROUND:
                 _reaches(links, name, joint.point, where)
+    joined = [(joint.point, frozenset((joint.first, joint.second))) for joint in mechanism.joints]
+    for point, pair in set(joined):
+        if joined.count((point, pair)) > 1:
+            raise ValueError(f"joint at '{point}': joins {' and '.join(sorted(pair))} twice")
     for guide in mechanism.guides:
         where = f"guide of '{guide.point}'"
         _known("point", guide.point, mechanism.points, where)

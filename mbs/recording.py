@@ -35,9 +35,9 @@ class Record:
 class StopState:
     """One stop as the run sees it: place in the coordinates, touching or not, force."""
 
-    def __init__(self, scene: Scene, point: str, contact: StopContact) -> None:
+    def __init__(self, scene: Scene, contact: StopContact) -> None:
         self.contact = contact
-        self.column = int(scene.placed[point].columns(scene.system)[0, 0])
+        self.column = int(scene.placed[contact.stop.point].columns(scene.system)[0, 0])
         self.touching, self.force = False, 0.0
 
     def accept(self, q: Array, q_t: Array) -> float:
@@ -53,7 +53,7 @@ class Recorder:
 
     def __init__(self, scene: Scene, solver: Solver, duration: float, timeout: float | None, progress: Any) -> None:
         self.solver, self.duration, self.data = solver, duration, scene.system.systemData
-        self.stops = [StopState(scene, point, contact) for point, contact in scene.stops.items()]
+        self.stops = [StopState(scene, contact) for contact in scene.stops.values()]
         self.groups: list[ClearanceGroup] = scene.clearances
         self.record = Record()
         self.deadline = perf_counter() + timeout if timeout else None

@@ -109,7 +109,8 @@ class Result:
 
     def save(self, path: str | Path) -> Path:
         """Write everything to one .npz file, readable without this package."""
-        path = Path(path).with_suffix(".npz")
+        path = Path(path)
+        path = path if path.suffix == ".npz" else path.with_name(path.name + ".npz")
         head = {"status": self.status, "message": self.message, "units": self.units, "work": self.work}
         head["provenance"] = self.provenance
         head["thickness"] = {name: shape.thickness for name, shape in self.shapes.items()}
@@ -130,10 +131,13 @@ class Result:
         ValueError
             If the file is none.
         """
-        with np.load(Path(path), allow_pickle=False) as data:
-            if "head" not in data.files:
-                raise ValueError(f"{path}: not a saved result (it has no 'head')")
-            head = json.loads(str(data["head"]))
+        data = np.load(Path(path), allow_pickle=False)
+        if not isinstance(data, np.lib.npyio.NpzFile):
+            raise ValueError(f"{path}: not a saved result (a single array)")
+        with data:
+            head = json.loads(str(data["head"])) if "head" in data.files else {}
+            if not {"status", "message", "units", "work", "thickness", "provenance"} <= set(head):
+                raise ValueError(f"{path}: not a saved result (no 'head' of one)")
             arrays = {name: data[name] for name in data.files if name != "head"}
         shapes = {
             name: Shape(arrays[f"shape/{name}/times"], arrays[f"shape/{name}/points"], thickness)

@@ -50,13 +50,13 @@ class Scene:
     placed : dict of str to Placed
         Links (not struts) by name and slider blocks by point.
     stops : dict of str to StopContact
-        By guided point.
+        By guided point; a second stop of a point is `<point>.2`.
     struts : dict of str to StrutSpring
         By link.
     clearances : list of ClearanceGroup
         Joints with play, grouped by their laws.
     constraints : dict of str to int
-        Engine object numbers: `joint <point> <first> <second>`, `guide <point>`, `drive`.
+        Engine object numbers: `joint <point>.<first>-<second>`, `guide <point>`, `drive`.
     """
 
     mechanism: Mechanism
@@ -89,8 +89,7 @@ class Scene:
 
     def arc_length(self, link: str) -> float:
         """Stress-free length of a link along its arc, m: its chord, or a little more where it is bowed."""
-        lengths = self.placed[link].lengths
-        return self.mechanism.length(link) if lengths is None else float(lengths.sum())
+        return self.placed[link].length or self.mechanism.length(link)
 
     def multipliers(self, name: str) -> Array:
         """Places of a constraint's Lagrange multipliers in the engine's vector."""
@@ -110,7 +109,7 @@ def build(mechanism: Mechanism) -> Scene:
     container = exu.SystemContainer()
     scene = Scene(mechanism, container.AddSystem(), container)
     closure = Closure(mechanism)
-    rates = closure.solve().q_t
+    rates = closure.start()
     for link in mechanism.links:
         placed = add_link(scene.system, mechanism, link, rates[closure.index[link.name]])
         if placed is not None:
@@ -192,7 +191,7 @@ class _Connector:
         for joint in self.mechanism.joints:
             if isinstance(joint, Clearance) or {joint.first, joint.second} & self.struts:
                 continue  # those come as groups; a strut acts on its neighbour directly
-            name = f"joint {joint.point} {joint.first} {joint.second}"
+            name = f"joint {joint.point}.{joint.first}-{joint.second}"
             self._revolute(name, self._marker(joint.first, joint.point), self._marker(joint.second, joint.point))
             self.scene.parts[type(joint).__name__] += 1
 
@@ -251,7 +250,8 @@ class _Connector:
     def _stops(self) -> None:
         for stop in self.mechanism.stops:
             contact = contact_of(self.mechanism, stop)
-            self.scene.stops[stop.point] = contact
+            number = 1 + sum(other.stop.point == stop.point for other in self.scene.stops.values())
+            self.scene.stops[stop.point if number == 1 else f"{stop.point}.{number}"] = contact
             add_stop(self.system, contact, self._coordinate(stop.point, 0), self.ground)
             self.scene.parts["Stop"] += 1
 

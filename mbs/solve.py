@@ -19,7 +19,7 @@ from mbs.signals import History, collect, shapes_at
 from mbs.recording import Recorder
 from mbs.settings import Solver
 from mbs.stepping import StepControl, position_error
-from mbs.validate import positive
+from mbs.validate import number, positive
 
 EXPLICIT_SHARE = 10.0
 """Absolute tolerance of the explicit integrator, fifth order, in units of the position error allowed the implicit one."""
@@ -66,6 +66,9 @@ def simulate(
     positive("duration", duration, "s")
     if timeout is not None:
         positive("timeout", timeout, "s")
+    times = np.atleast_1d(np.asarray(shapes, dtype=float))
+    for t in times:
+        number("shapes", float(t), 0.0, duration, "s")
     solver = solver or Solver()
     scene = build(mechanism)
     start = perf_counter()
@@ -89,7 +92,7 @@ def simulate(
         units,
         work,
         energy_ledger(history) if ledger else {},
-        shapes_at(history, np.asarray(shapes)) if len(shapes) else {},
+        shapes_at(history, times) if len(times) else {},
         {"exudyn": exu.__version__, "python": platform.python_version(), "scene": scene.summary()},
     )
     for reason in suspicions(scene, result):
@@ -170,6 +173,7 @@ def _implicit(scene: Scene, solver: Solver, duration: float) -> Any:
     settings = _common(duration, solver)
     integration = settings.timeIntegration
     integration.minimumStepSize = solver.min_step
+    integration.adaptiveStep = solver.uniform_steps is None
     integration.adaptiveStepRecoverySteps = 2**31 - 1  # growing the step again is StepControl's business
     integration.generalizedAlpha.spectralRadius = solver.spectral_radius
     integration.newton.useModifiedNewton = True

@@ -18,6 +18,7 @@ from mbs.fields import Strip
 from mbs.mechanism import Beam, Cable, Drive, Guide, Link, Mechanism, Motion, Revolute
 from mbs.result import Status
 from mbs.scene import SPARSE_FROM, build
+from mbs.validate import positive
 
 Array = np.ndarray[Any, Any]
 OFF_BRANCH = 0.5
@@ -86,6 +87,10 @@ def pinned_strip(body: Beam | Cable, length: float, shortenings: Any, *, toleran
     ValueError
         If a shortening is out of range.
     """
+    if not isinstance(body, Beam | Cable):
+        raise ValueError(f"body: must be a Beam or a Cable, not a {type(body).__name__}")
+    positive("length", length, "m")
+    positive("tolerance", tolerance, "1")
     u = np.atleast_1d(np.asarray(shortenings, dtype=float))
     if not ((u >= 1e-6) & (u <= 1.5)).all():
         raise ValueError(f"shortenings = {u[~((u >= 1e-6) & (u <= 1.5))][0]!r}: must lie in [1e-06, 1.5]")
@@ -164,7 +169,7 @@ def _shapes(scene: Any, states: list[Array]) -> Array:
     if not states:
         return np.empty((0, 0, 2))
     q = np.array(states)[:, placed.columns(scene.system)] + placed.reference
-    return Strip(placed, q, np.zeros_like(q)).points()
+    return Strip(placed, scene.arc_length("strip"), q, np.zeros_like(q)).points()
 
 
 def _branch(u: Array, load: Array, shapes: Array) -> tuple[Status, str]:

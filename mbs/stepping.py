@@ -83,18 +83,18 @@ class _StopWatch:
         self.mass, self.shortest = max(mass, LIGHTEST), 0.0
 
     def step_limit(self, q: Array, q_t: Array, wanted: float) -> float:
-        """Land just inside on onset; resolve the impact; leave a resting contact alone."""
+        """Come up to the onset in short steps; resolve the impact; leave a resting contact alone."""
         speed = self.contact.side * float(q_t[self.state.column])
         gap = -float(self.contact.depth(q[self.state.column]))
         if not self.state.touching and not 0 < gap < speed * wanted:
             return wanted
         lasts = contact_time(self.contact.stop.law, self.mass, self.contact.onset)
         if not self.state.touching:
-            return _landing(gap, speed, 0.1 * lasts / self.resolution, wanted)
+            return _landing(gap, speed, lasts / self.resolution, wanted)
         self.shortest = lasts / self.resolution
         if abs(speed) * lasts > STRIKING * abs(gap):
             return min(wanted, self.shortest)
-        return min(wanted, max(self.shortest, _landing(-gap, -speed, 0.0, wanted)))  # a slow release, too, ends on a step
+        return min(wanted, max(self.shortest, _landing(-gap, -speed, self.shortest, wanted)))  # a slow release ends on a step too
 
     def excess(self, h: float, errors: Array) -> float:
         """Error of the force of a contact that lasts, in units of its limit: a small position error on a stiff stop."""
@@ -115,12 +115,12 @@ class _StrutWatch:
         self.half_period = np.pi * np.sqrt(max(min(masses, default=0.1), LIGHTEST) / spring.rigidity)
 
     def step_limit(self, _q: Array, _q_t: Array, wanted: float) -> float:
-        """Land at the kink when straightening; resolve the ringing of a strut that snapped taut."""
+        """Come up to the kink in short steps when straightening; resolve the ringing of a strut that snapped taut."""
         self.accepted = self.spring.elongation
         gap, speed = self.spring.kink - self.spring.elongation, self.spring.rate
         resolved = self.half_period / self.resolution
         if gap > 0:
-            return _landing(gap, speed, 0.1 * resolved, wanted)
+            return _landing(gap, speed, resolved, wanted)
         ringing = abs(speed) * self.half_period > self.limit
         return min(wanted, resolved) if ringing else wanted
 
@@ -132,9 +132,15 @@ class _StrutWatch:
         return abs(now - before) / -self.spring.kink
 
 
-def _landing(gap: float, speed: float, past: float, wanted: float) -> float:
-    """Step that ends just past a gap closing at this speed."""
-    return gap / speed + past if speed > 0 and gap < speed * wanted else wanted
+def _landing(gap: float, speed: float, shortest: float, wanted: float) -> float:
+    """Step towards a gap closing at this speed: short of it, until one of the shortest steps ends just past it.
+
+    A long step that ends inside would count the first contact force over its whole length.
+    """
+    if speed <= 0:
+        return wanted
+    left = gap / speed
+    return min(wanted, 0.9 * left if left > shortest else left + 0.1 * shortest)
 
 
 def _factor(error: float) -> float:

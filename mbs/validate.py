@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from numbers import Real
+from numbers import Integral, Real
 
 
 def number(name: str, value: float, low: float, high: float, unit: str, *, open_low: bool = False) -> float:
@@ -34,6 +34,6 @@ def non_negative(name: str, value: float, unit: str) -> float:
 
 def whole(name: str, value: int, low: int, high: int) -> int:
     """Return `value` if it is an integer in [low, high]; ValueError otherwise."""
-    if isinstance(value, bool) or int(value) != value or not low <= value <= high:
+    if isinstance(value, bool) or not isinstance(value, Integral) or not low <= value <= high:
         raise ValueError(f"{name} = {value!r}: must be a whole number in [{low}, {high}]")
     return int(value)

@@ -21,23 +21,12 @@ STRAIGHT = {
 }
 BOWED = {name: replace(body, imperfection=5e-3) for name, body in STRAIGHT.items()}
 LENGTH = 0.31
-MISMATCH = pytest.mark.xfail(
-    strict=True,
-    reason="BUG: the engine measures a beam's rotation from the slope of its reference, Strip from its nodes",
-)
-STRESSED = pytest.mark.xfail(
-    strict=True, reason="BUG: a bowed beam element is longer than its reference line and so pressed at the start"
-)
 
 
-def each(mark):
-    """All six links, the bowed beams marked."""
-    straight = [pytest.param(body, id=f"straight {name}") for name, body in STRAIGHT.items()]
-    bowed = [
-        pytest.param(body, id=f"bowed {name}", marks=mark if isinstance(body, Beam) and mark else ())
-        for name, body in BOWED.items()
-    ]
-    return straight + bowed
+EACH = [
+    *(pytest.param(body, id=f"straight {name}") for name, body in STRAIGHT.items()),
+    *(pytest.param(body, id=f"bowed {name}") for name, body in BOWED.items()),
+]
 
 
 class Lone:
@@ -56,7 +45,7 @@ class Lone:
         q = np.atleast_2d(q)
         q_t = np.zeros_like(q) if q_t is None else np.atleast_2d(q_t)
         total = q[:, self.columns] + self.placed.reference
-        return Strip(self.placed, total, q_t[:, self.columns])
+        return Strip(self.placed, self.scene.arc_length("strip"), total, q_t[:, self.columns])
 
     def engine(self, q, q_t):
         """Generalised forces and mass matrix from the engine."""
@@ -114,7 +103,7 @@ def somewhere(lone, seed=1):
 # --- against the engine -----------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("body", each(MISMATCH))
+@pytest.mark.parametrize("body", EACH)
 def test_gradient_of_the_strain_energy_is_the_engines_force(body):
     lone, h = Lone(body), 1e-7
     q, v = somewhere(lone)
@@ -124,7 +113,7 @@ def test_gradient_of_the_strain_energy_is_the_engines_force(body):
     assert np.abs(gradient + force).max() < 1e-8 * np.abs(force).max()
 
 
-@pytest.mark.parametrize("body", each(MISMATCH))
+@pytest.mark.parametrize("body", EACH)
 def test_damping_power_is_that_of_the_engines_damping_force(body):
     lone = Lone(body)
     q, v = somewhere(lone)
@@ -133,14 +122,14 @@ def test_damping_power_is_that_of_the_engines_damping_force(body):
     assert power(lone.strip(q, v))[0] > 0
 
 
-@pytest.mark.parametrize("body", each(None))
+@pytest.mark.parametrize("body", EACH)
 def test_kinetic_energy_is_that_of_the_engines_mass_matrix(body):
     lone = Lone(body)
     q, v = somewhere(lone)
     assert lone.strip(q, v).kinetic()[0] == pytest.approx(0.5 * v @ lone.engine(q, v)[1] @ v, rel=1e-13)
 
 
-@pytest.mark.parametrize("body", each(None))
+@pytest.mark.parametrize("body", EACH)
 def test_centre_of_mass_by_the_engines_mass_matrix(body):
     """The pull of a unit field on the displaced link, e^T M q with e the unit translation."""
     lone = Lone(body)
@@ -153,7 +142,7 @@ def test_centre_of_mass_by_the_engines_mass_matrix(body):
         assert lone.strip(q).centre_integral()[0, axis] == pytest.approx(lone.flat(unit) @ mass @ total, rel=1e-13)
 
 
-@pytest.mark.parametrize("body", each(STRESSED))
+@pytest.mark.parametrize("body", EACH)
 def test_the_reference_is_free_of_stress(body):
     lone = Lone(body)
     at_rest = np.zeros(lone.size)
@@ -173,7 +162,7 @@ def test_rigid_motion_strains_nothing(body, angle):
         assert np.abs(strain.value).max() < 1e-13
 
 
-@pytest.mark.parametrize("body", each(None))
+@pytest.mark.parametrize("body", EACH)
 def test_strains_do_not_see_a_rigid_motion(body):
     lone = Lone(body)
     bent, _ = somewhere(lone)
@@ -191,7 +180,7 @@ def test_strains_do_not_see_a_rigid_motion(body):
         assert two.value == pytest.approx(one.value, abs=1e-11)
 
 
-@pytest.mark.parametrize("body", each(None))
+@pytest.mark.parametrize("body", EACH)
 def test_rigid_motion_of_a_bent_link_has_no_strain_rate(body):
     lone = Lone(body)
     q, _ = somewhere(lone)
@@ -201,7 +190,7 @@ def test_rigid_motion_of_a_bent_link_has_no_strain_rate(body):
     assert power(lone.strip(q, rate))[0] < 1e-15
 
 
-@pytest.mark.parametrize("body", each(None))
+@pytest.mark.parametrize("body", EACH)
 def test_strain_rates_are_derivatives_of_strains(body):
     lone, h = Lone(body), 1e-6
     q, v = somewhere(lone)
@@ -284,7 +273,7 @@ def test_each_strain_is_of_its_own_kind():
 # --- the line and its bow ---------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("body", each(None))
+@pytest.mark.parametrize("body", EACH)
 def test_points_pass_through_the_nodes(body):
     lone = Lone(body)
     q, _ = somewhere(lone)

@@ -95,14 +95,12 @@ def test_unreachable_stop_is_named_with_the_travel(stop):
     assert f"{stop:g} m" in str(caught.value)
 
 
-@pytest.mark.xfail(strict=True, reason="BUG: a stop beyond the pivot gets an angle that does not exist")
 @pytest.mark.parametrize("stop", [0.17, 0.3, 0.45])
 def test_stop_on_the_other_side_of_the_pivot_is_unreachable(stop):
     with pytest.raises(ValueError, match="moves only in"):
         PAPER.contact_angle(stop)
 
 
-@pytest.mark.xfail(strict=True, reason="BUG: a stop at the pivot ends in a ZeroDivisionError")
 def test_stop_at_the_pivot_is_unreachable():
     with pytest.raises(ValueError, match="moves only in"):
         PAPER.contact_angle(0.0)

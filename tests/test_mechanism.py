@@ -88,7 +88,6 @@ def test_whole_takes_whole_numbers_only():
         assert str(caught.value) == f"n = {value!r}: must be a whole number in [1, 3]"
 
 
-@pytest.mark.xfail(strict=True, reason="BUG: whole() lets int() complain without naming the parameter")
 @pytest.mark.parametrize("value", [NAN, INF, None, "two", 1j])
 def test_whole_names_what_is_no_number(value):
     with pytest.raises(ValueError) as caught:
@@ -96,7 +95,6 @@ def test_whole_names_what_is_no_number(value):
     assert str(caught.value) == f"n = {value!r}: must be a whole number in [1, 3]"
 
 
-@pytest.mark.xfail(strict=True, reason="BUG: whole() accepts 8.0, which is kept and later fails in range()")
 def test_a_whole_float_is_refused_or_becomes_an_integer():
     try:
         body = Beam(STRIP, elements=8.0)
@@ -209,14 +207,12 @@ UNSEEN = {
 }
 
 
-@pytest.mark.xfail(strict=True, reason="BUG: not checked when made")
 @pytest.mark.parametrize("case", UNSEEN)
 def test_this_too_is_checked_when_made(case):
     with pytest.raises(ValueError, match=case.split()[0]):
         UNSEEN[case]()
 
 
-@pytest.mark.xfail(strict=True, reason="BUG: the acceleration asks for the speed before t = 0")
 def test_a_motion_is_never_asked_for_times_before_the_start():
     motion = Motion(lambda t: math.sqrt(t) ** 5, lambda t: 2.5 * math.sqrt(t) ** 3)
     assert motion.acceleration(0.0) == pytest.approx(0.0, abs=0.1)

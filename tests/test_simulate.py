@@ -40,9 +40,6 @@ BAR = Rigid(Section(width=0.020, thickness=0.010))
 STRIP = Section(width=0.030, thickness=0.0003)  # of the compliant slider-crank, doi 10.1115/IMECE2008-68796
 LENGTH = 0.310
 UNIT = STRIP.bending_stiffness / LENGTH**2
-LANDING = pytest.mark.xfail(
-    strict=True, reason="BUG: the step that lands in a contact is long and counts the first contact force all along it"
-)
 
 
 def fine(result):
@@ -327,7 +324,6 @@ def test_stop_gives_back_about_what_its_law_delivers(e):
     assert result.energy_balance < 5e-3
 
 
-@LANDING
 @pytest.mark.parametrize(("law", "tolerance"), [
     (CarvalhoMartins(1e8, 0.8), 1e-3), (CarvalhoMartins(1e6, 0.8, 1.0), 1e-3), (ExactRestitution(1e8, 0.9), 1e-3),
     (Hertz(1e8), 1e-3), (KelvinVoigt.from_restitution(1e6, 0.8, MASS), 6e-3),  # its force begins with a jump
@@ -337,7 +333,6 @@ def test_stop_gives_back_what_its_law_delivers(law, tolerance):
     assert ratio == pytest.approx(impact(law, math.sqrt(0.1), 0.1)[0], abs=tolerance)
 
 
-@LANDING
 def test_finer_contact_steps_find_the_restitution():
     law = CarvalhoMartins(1e6, 0.8, 1.0)
     expected = impact(law, math.sqrt(0.1), 0.1)[0]
@@ -386,7 +381,6 @@ def test_dry_friction_slows_a_fall():
     assert result.energy["taken_friction"][-1] == pytest.approx(force * result.signals["A.x"][-1], rel=1e-3)
 
 
-@LANDING
 def test_stopping_distance_under_dry_friction():
     """Thrown back by an elastic stop, a block comes to rest after v^2/2 over its deceleration."""
     pull, way = 2.0, 0.2
@@ -596,7 +590,6 @@ def test_static_shortening_out_of_range_is_named(u):
         pinned_strip(Beam(STRIP), LENGTH, [0.1, u])
 
 
-@pytest.mark.xfail(strict=True, reason="BUG: neither the length nor the kind of body is checked")
 @pytest.mark.parametrize(("body", "length", "word"), [(Beam(STRIP), -0.3, "length"), (Rigid(STRIP), 0.3, "Rigid")])
 def test_static_strip_is_checked_before_the_engine(body, length, word):
     with pytest.raises(ValueError, match=word):
@@ -622,7 +615,6 @@ class Broken(Hertz):
         return math.nan
 
 
-@pytest.mark.xfail(strict=True, reason="BUG: energy made by a contact law is booked as negative loss, and balances")
 def test_a_stop_that_makes_energy_is_suspect():
     result = simulate(block(G, Kicker(1e8)), 0.3, ledger=True)
     assert result.energy["taken_contact"][-1] < -0.1  # joules, of 0.5 put in
@@ -660,7 +652,6 @@ def test_too_large_uniform_steps_are_suspect(mechanism, steps):
     assert result.energy_balance > 1e-2
 
 
-@pytest.mark.xfail(strict=True, reason="BUG: the engine halves uniform steps where Newton fails")
 def test_uniform_steps_stay_uniform_or_fail():
     result = simulate(pendulum(1.5), 10.0, solver=Solver(uniform_steps=10))
     assert result.status is not Status.OK or len(result.time) == 11
@@ -736,16 +727,12 @@ def test_what_a_law_complained_of_reaches_the_reader():
     assert "must lie in [0, 0.2]" in result.message
 
 
-@pytest.mark.xfail(strict=True, reason="BUG: shapes beyond the end of a run that failed raise a ValueError")
 def test_failed_run_keeps_the_shapes_it_reached():
     mechanism = slider_crank(Beam(STRIP), law=None, mass=0.3, speed=1.25)
     result = simulate(mechanism, 5.0, solver=Solver(max_steps=20), shapes=[0.0, 4.0])
     assert result.status is Status.TOO_MANY_STEPS and result.shapes["coupler"].times.tolist() == [0.0]
 
 
-@pytest.mark.xfail(
-    strict=True, reason="BUG: scene.stops is keyed by point, so the ledger forgets the first of two stops"
-)
 def test_block_between_two_stops():
     between = block(1.0, Hertz(1e8), 0.1)
     both = replace(between, stops=[*between.stops, Stop("A", at=-0.05, law=Hertz(1e8))])
@@ -753,7 +740,6 @@ def test_block_between_two_stops():
     assert result.status is Status.OK, result.message
 
 
-@pytest.mark.xfail(strict=True, reason="BUG: names with a blank break the names of forces, after the whole run")
 def test_names_may_have_blanks_or_are_refused_when_made():
     try:
         mechanism = Mechanism(
@@ -766,7 +752,6 @@ def test_names_may_have_blanks_or_are_refused_when_made():
     assert simulate(mechanism, 0.01).ok
 
 
-@pytest.mark.xfail(strict=True, reason="BUG: the start asks for accelerations it does not need; rest is no dead centre")
 def test_strip_may_be_pressed_by_a_ramp_from_rest():
     ramped = replace(pressed(Strut(STRIP), 1.0, 1.0), drive=Drive("A", Ramp(0.0, 0.05, 0.1)))
     assert simulate(ramped, 0.1).ok
@@ -792,7 +777,6 @@ def test_wrong_input_is_refused_before_the_engine(monkeypatch):
             simulate(pendulum(1.0), 1.0, timeout=value)
 
 
-@pytest.mark.xfail(strict=True, reason="BUG: times of shapes are looked at after the run only")
 @pytest.mark.parametrize("times", [[2.0], [-0.1], [math.nan]])
 def test_wrong_times_of_shapes_are_refused_before_the_run(times, monkeypatch):
     import mbs.solve
