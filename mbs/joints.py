@@ -17,6 +17,9 @@ from mbs.mechanism import Clearance, Drive, Guide, Mechanism, Stop, Strut
 
 SLOWEST_ONSET = 1e-4
 """Approach speed, m/s, below which dissipative laws no longer scale with it: a contact at rest has no impact speed."""
+GRAZE = 0.05
+"""Share of the fastest approach so far that a stop's slower ones are taken for: after the last tiny rebound of a slider
+coming to rest, a law that divides by the approach speed would else let a slow release pull."""
 
 
 @dataclass
@@ -30,13 +33,16 @@ class StopContact:
     side : float
         +1 if the face lies ahead of the start in the guide's direction, -1 if behind.
     onset : float
-        Approach speed when the present contact began, m/s.
+        Approach speed when the present contact began, m/s, or a share of the fastest one so far.
+    fastest : float
+        Fastest approach so far that ended in contact, m/s.
     """
 
     stop: Stop
     face: float
     side: float
     onset: float = SLOWEST_ONSET
+    fastest: float = SLOWEST_ONSET
 
     def depth(self, travel: Any) -> Any:
         """Penetration depth, m, positive in contact."""
@@ -50,8 +56,10 @@ class StopContact:
     def accept(self, travel: float, speed: float) -> bool:
         """Take over the state at the end of a step; true in contact."""
         touching = self.side * (travel - self.face) > 0
-        if not touching:
-            self.onset = max(self.side * speed, SLOWEST_ONSET)
+        if touching:
+            self.fastest = max(self.fastest, self.onset)
+        else:
+            self.onset = max(self.side * speed, SLOWEST_ONSET, GRAZE * self.fastest)
         return touching
 
 

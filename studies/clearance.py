@@ -1,8 +1,8 @@
 """What the studies of joints with play share: the crank-rocker's parameters, its variants, and what is read off a run.
 
-The mechanism is that of a paper that leaves much unsaid: clearance, pins, friction speeds, the plane in which the bars bend.
-Each of these is a parameter here. The unit of its largest contact damping, 253 "N×S/m", decides the physics (`damping_unit`):
-in N.s/m the joints rattle, in N.s/mm, the paper's own 0.1 % of the stiffness, they stay closed.
+The mechanism is that of a paper that leaves much unsaid: clearance, pins, friction speeds, the plane in which the bars
+bend. Each of these is a parameter here. The unit of its largest contact damping, 253 "N×S/m", decides the physics
+(`damping_unit`): in N.s/m the joints rattle; in N.s/mm, the paper's own 0.1 % of the stiffness, they stay closed.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ STIFFNESS = 2.53e5 * 1e3**1.5
 DAMPING_UNITS = {"N.s/m": 1.0, "N.s/mm": 1e3}
 """Readings of c_max, each in N s/m."""
 WITH_PLAY = ("", "B", "BC", "ABC", "OABC")
-"""Joints that get play as their number grows; B, coupler and rocker, and C, rocker and frame, are the ones looked at."""
+"""Joints that get play as their number grows: first those that are looked at, coupler–rocker and rocker–frame."""
 START_OFFSET = 1e-9
 """Scale, rad, of the chance offset of the start: far below all errors, yet rattling joints soon move otherwise."""
 STEPS_A_TURN = 720
@@ -116,7 +116,7 @@ class CrankRockerParameters(StudyParameters):
         return Clearance(point, first, second, self.pin, self.clearance, self.law, self.friction)
 
     def mechanism(self, rocker: str, with_play: str | None = None) -> Mechanism:
-        """Crank-rocker with this rocker; play in the joints asked for, or else in as many as `clearance_joints` says."""
+        """Crank-rocker with this rocker and play in these joints; by default in as many as `clearance_joints` says."""
         offset = START_OFFSET * float(np.random.default_rng(self.seed).standard_normal())
         return crank_rocker(
             ROCKERS[rocker](self),
@@ -164,7 +164,7 @@ def simulate(parameters: CrankRockerParameters, rocker: str, with_play: str) -> 
 
 
 def rms(time: Array, values: Array) -> float:
-    """Root mean square weighted by time: steps crowd where contacts are, and a mean over samples would count those most."""
+    """Root mean square weighted by time: steps crowd where contacts are, and would count most in a mean of samples."""
     return float(np.sqrt(np.trapezoid(values**2, time) / (time[-1] - time[0])))
 
 
@@ -196,7 +196,7 @@ def read(variant: Variant, ideal: Variant, settle: float) -> dict[str, tuple[flo
         found[f"rms_ax_{link}"] = (mean_square(signals[f"{link}.ax"]), "m/s^2")
         found[f"rms_vx_error_{link}"] = (mean_square(off), "m/s")
     deepest = max((largest(result.signals[f"{p}.penetration"]) for p in variant.with_play), default=0.0)
-    contacts = sum(float(result.signals[f"{p}.contacts"][-1]) for p in variant.with_play)
+    contacts = sum(float(result.signals[f"{p}.contacts"].max(initial=0.0)) for p in variant.with_play)
     return found | {
         "penetration": (deepest, "m"),
         "contacts": (contacts, "1"),
@@ -213,7 +213,7 @@ def samples(variant: Variant) -> dict[str, Array]:
 
 
 def verdict(variants: Iterable[Variant]) -> dict[str, str]:
-    """Status and message of a study: those of its worst run; a pin deeper in its bush than it has play makes it SUSPECT."""
+    """Status and message of a study, those of its worst run: SUSPECT also where a pin is deeper in than it has play."""
     wrong = [variant for variant in variants if not variant.result.ok]
     status = min((v.result.status for v in wrong), key=lambda status: status == "SUSPECT", default="OK")
     return {"status": str(status), "message": "; ".join(f"{v.name}: {v.result.message}" for v in wrong)}

@@ -1,8 +1,8 @@
-"""Crank-rocker with play in up to four joints, its rocker rigid or flexible: the quantities of the paper's Figs 5 to 10.
+"""Crank-rocker with play in up to four joints, its rocker rigid or flexible: what Figs 5 to 10 of the paper show.
 
-One turn of the crank, journals centred at the start. Both rockers are held against the rigid mechanism with ideal joints.
-With `damping_unit` N.s/m the joints rattle and the motion is chaotic: a run is one draw of many, `seed` gives others, and
-only their mean and scatter can say whether the flexible rocker buffers. With N.s/mm the motion is nearly repeatable.
+One turn of the crank, journals centred at the start. Both rockers are held against the rigid mechanism with ideal
+joints. With `damping_unit` N.s/m the joints rattle and the motion is chaotic: a run is one draw of many, `seed` gives
+others, and only their mean and scatter can say whether the flexible rocker buffers. N.s/mm is nearly repeatable.
 """
 
 from __future__ import annotations
@@ -74,6 +74,7 @@ def _table(metrics: Mapping[str, Metric], variants: list[str], p: Parameters) ->
 
 def figure(result: StudyResult) -> dict[str, Figure]:
     """Draw velocities (Figs 5, 6), accelerations (Figs 7, 8), contact forces (Figs 9, 10) and the journals' paths."""
+    p: Any = result.parameters
     figures = {
         "velocity": _histories(result, {f"{link}.vx": f"{link}, $v_x$ [m/s]" for link in ("coupler", "rocker")}),
         "acceleration": _histories(result, {f"{link}.ax": f"{link}, $a_x$ [m/s²]" for link in ("coupler", "rocker")}),
@@ -82,7 +83,7 @@ def figure(result: StudyResult) -> dict[str, Figure]:
             {f"{start}.fx": f"{name.replace('_', '–')}, $F_x$ [N]" for name, start in FORCES.items()},
         ),
     }
-    return figures | ({"orbits": _orbits(result)} if result.parameters.with_play else {})
+    return figures | ({"orbits": _orbits(result)} if p.with_play else {})
 
 
 def _variants(result: StudyResult) -> list[str]:
@@ -116,12 +117,14 @@ def _name(case: str) -> str:
 def _orbits(result: StudyResult) -> Figure:
     """Paths of the pins' centres in their bushes, in clearances; inside the circle they are free."""
     s, variants = result.signals, _variants(result)
-    joints = [joint for joint in JOINTS if joint in result.parameters.with_play]
-    fig, axes = subplots(len(variants), len(joints), height=18 + 38 * len(variants), squeeze=False, sharex=True, sharey=True)
+    p: Any = result.parameters
+    joints = [joint for joint in JOINTS if joint in p.with_play]
+    shared = {"squeeze": False, "sharex": True, "sharey": True}
+    fig, axes = subplots(len(variants), len(joints), height=18 + 38 * len(variants), **shared)
     turn = np.linspace(0, 2 * np.pi, 181)
     for line, variant in zip(axes, variants, strict=True):
         for ax, joint in zip(line, joints, strict=True):
-            x, y = (s[f"{variant}.{joint}.journal_{axis}"] / result.parameters.clearance for axis in "xy")
+            x, y = (s[f"{variant}.{joint}.journal_{axis}"] / p.clearance for axis in "xy")
             ax.plot(x, y, color=COLOURS[variant], linewidth=0.3, rasterized=True)
             ax.plot(np.cos(turn), np.sin(turn), color="#000000", linewidth=0.8)
             ax.set_aspect("equal")

@@ -39,7 +39,9 @@ class ImpactParameters(StudyParameters):
     models: tuple[str, ...] = choices(MODELS, MODELS, "models to run side by side", "models")
     thickness: float = quantity(3e-4, "m", 5e-5, 1e-3, "thickness of the strip", "strip")
     damping: float = quantity(0.05, "1", 0, 1, "damping ratio of the strip's first bending mode (beam)", "strip")
-    imperfection: float = quantity(1e-4, "1", -0.05, 0.05, "bow of the unloaded strip over its length (beam)", "strip")
+    imperfection: float = quantity(
+        1e-4, "1", -0.05, 0.05, "bow of the unloaded strip over its length, to the side its inertia bends it (beam)", "strip"
+    )
     mass: float = quantity(0.3, "kg", 0.01, 10, "mass of the slider", "slider and stop")
     friction: float = quantity(0.1, "1", 0, 0.9, "Coulomb coefficient of the slider by its weight", "slider and stop")
     restitution: float = quantity(0.8, "1", 0.1, 1, "restitution of the stop", "slider and stop")

@@ -95,7 +95,7 @@ def mechanism(model: str, parameters: ImpactParameters, stiffness: float, speed:
         coupler: Beam | Strut = Strut(replace(section, material=material))
     else:
         damped = section.damped(parameters.damping, length)
-        coupler = Beam(damped, elements=parameters.elements, imperfection=parameters.imperfection * length)
+        coupler = Beam(damped, elements=parameters.elements, imperfection=-parameters.imperfection * length)
     return slider_crank(
         coupler,
         law=CarvalhoMartins(stiffness, parameters.restitution, exponent=1.0),

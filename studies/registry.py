@@ -31,7 +31,7 @@ STUDIES: dict[str, Entry] = {
     "slider-crank-precision": Entry(
         "studies.slider_crank_precision", "flexible slider-crank: error against run time of each model and tolerance"
     ),
-    "restitution": Entry("studies.restitution", "restitution asked for against delivered: every contact law, drop tests"),
+    "restitution": Entry("studies.restitution", "restitution asked for and delivered: every contact law in drop tests"),
     "crank-rocker": Entry("studies.crank_rocker", "crank-rocker with play in its joints, rocker rigid or flexible"),
 }
 

@@ -1,8 +1,8 @@
-"""Restitution asked for against restitution delivered: every contact law in drop tests on the engine and in closed form.
+"""Restitution asked for against restitution delivered: every contact law in drop tests on the engine, and exact.
 
-A bush, driven at constant speed, strikes the pin of a bar at rest along the bar, which leaves (1 + e) times as fast. The
-same e follows from the exact relation chi (1 + e) = ln[(1 + chi)/(1 - chi e)], or from the law's own closed form, or, where
-there is none, from the equation of motion of one mass. docs/theory-contact.md has the laws and their sources.
+A bush, driven at constant speed, strikes the pin of a bar at rest along the bar, which leaves (1 + e) times as fast.
+The same e follows from the exact relation chi (1 + e) = ln[(1 + chi)/(1 - chi e)], or from the law's own closed form;
+where there is none, from the equation of motion of one mass. docs/theory-contact.md has the laws and their sources.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 HYSTERESIS = (
-    "HuntCrossley", "LankaraniNikravesh", "HerbertMcWhannell", "LeeWang", "Gonthier", "ZhiyingQishao", "Flores", "HuGuo",
-    "CarvalhoMartins", "ExactRestitution",
+    "HuntCrossley", "LankaraniNikravesh", "HerbertMcWhannell", "LeeWang", "Gonthier",
+    "ZhiyingQishao", "Flores", "HuGuo", "CarvalhoMartins", "ExactRestitution",
 )  # fmt: skip
 """Laws F = K d^n (1 + chi(e) d'/v0), by their names in `mbs.laws`."""
 LAWS = (*HYSTERESIS, "KelvinVoigt")
@@ -46,7 +46,7 @@ class Parameters(StudyParameters):
     """Parameters of the study."""
 
     laws: tuple[str, ...] = choices(LAWS, LAWS, "laws that are asked for a restitution", "contact")
-    restitution: tuple[float, ...] = quantities((0.1, 0.3, 0.5, 0.7, 0.9), "1", 0.05, 1, "restitution asked for", "contact")
+    restitution: tuple[float, ...] = quantities((0.1, 0.3, 0.5, 0.7, 0.9), "1", 0.05, 1, "what is asked for", "contact")
     stiffness: float = quantity(8e9, "N/m^1.5", 1e6, 1e13, "contact stiffness K", "contact")
     linear_stiffness: float = quantity(1e7, "N/m", 1e4, 1e10, "stiffness of KelvinVoigt", "contact")
     damping_depth: float = quantity(1e-5, "m", 1e-8, 1e-3, "depth d_max of Impact, c_max = 253", "contact")
@@ -86,7 +86,7 @@ class Drop(NamedTuple):
 
 
 class Tally:
-    """A law that counts how often it is evaluated. So it runs in plain Python: to compile 50 laws takes longer than to use them."""
+    """A law that counts its evaluations, and so runs in plain Python: 50 laws take longer to compile than to use."""
 
     def __init__(self, law: NormalLaw) -> None:
         self.law, self.calls = law, 0
@@ -125,7 +125,7 @@ def striker(law: NormalLaw, speed: float, clearance: float, section: Section) ->
 
 
 def drop(name: str, law: NormalLaw, asked: float, speed: float, p: Parameters) -> Drop:
-    """Let a law be struck once; the run ends when the pin has moved off by a tenth of the play, at the speed expected."""
+    """Let a law be struck once; the run ends when the pin should have moved off by a tenth of the play."""
     tally, exact = Tally(law), delivered(law, p.mass, speed)
     unit = p.clearance / speed
     result = mbs.simulate(
@@ -161,7 +161,9 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     metrics = {f"{d.name}.delivered": Metric(d.found, "1", exact=d.exact) for d in drops}
     metrics["largest_difference"] = Metric(float(np.nanmax(off)), "1")
     metrics["energy_balance"] = Metric(max(d.energy_balance for d in drops), "1")
-    wrong = [f"{d.name}: {d.message or f'off by {o:.1e}'}" for d, o in zip(drops, off, strict=True) if not o <= AGREES_TO]
+    wrong = [
+        f"{d.name}: {d.message or f'off by {o:.1e}'}" for d, o in zip(drops, off, strict=True) if not o <= AGREES_TO
+    ]
     return StudyResult(
         parameters=parameters,
         **({"status": "SUSPECT", "message": "; ".join(wrong)} if wrong else {}),
@@ -185,12 +187,12 @@ def _asked_table(metrics: Mapping[str, Metric], p: Parameters) -> Table:
 def _impact_table(metrics: Mapping[str, Metric], p: Parameters, off: float) -> Table:
     """The laws that cannot be asked: one row each, one column a speed."""
     rows = [
-        [f"Impact, c_max = {PUBLISHED_DAMPING:g} {unit}", *(metrics[f"Impact[{unit}].{v:g}.delivered"].value for v in p.speeds)]
+        [f"c_max = {PUBLISHED_DAMPING:g} {unit}", *(metrics[f"Impact[{unit}].{v:g}.delivered"].value for v in p.speeds)]
         for unit in DAMPING_UNITS
     ]
-    title = f"Laws that ask for a damper, on {p.mass:.4g} kg, at a speed of"
+    title = f"Restitution Impact delivers to {p.mass:.4g} kg"
     notes = f"Drop tests and the exact relation agree within {off:.1e}."
-    return Table(["law", *(f"{v:g} m/s" for v in p.speeds)], _rounded(rows), title, notes)
+    return Table(["Impact, at a speed of:", *(f"{v:g} m/s" for v in p.speeds)], _rounded(rows), title, notes)
 
 
 def _rounded(rows: Sequence[Sequence[Any]]) -> list[list[Any]]:
@@ -208,7 +210,8 @@ def figure(result: StudyResult) -> Figure:
         mark, colour = MARKS[i % len(MARKS)], COLOURS[i % len(COLOURS)]
         ax.plot(e, exact, color=colour, linewidth=0.7)
         ax.plot(p.restitution, [d.value for d in drops], mark, color=colour, label=name, markersize=3.5)
-        off.semilogy(p.restitution, [abs(d.value - d.exact) for d in drops], mark, color=colour, markersize=3.5)
+        apart = [abs(d.value - (d.exact or 0.0)) for d in drops]
+        off.semilogy(p.restitution, apart, mark, color=colour, markersize=3.5)
     ax.plot([0, 1], [0, 1], "--", color="#999999", linewidth=0.8, zorder=0)
     ax.set(xlim=(0, 1), ylim=(0, 1), xlabel="restitution asked for", ylabel="restitution delivered")
     off.set(xlim=(0, 1), xlabel="restitution asked for", ylabel="drop test against exact")

@@ -155,7 +155,7 @@ def with_coupler(kind: type[Beam] | type[Cable], elements: int) -> Mechanism:
     """The mechanism of the main job, its coupler of that kind."""
     section = JOB.section.damped(JOB.damping, PAPER.coupler)
     return slider_crank(
-        kind(section, elements=elements, imperfection=JOB.imperfection * PAPER.coupler),
+        kind(section, elements=elements, imperfection=-JOB.imperfection * PAPER.coupler),
         law=CarvalhoMartins(JOB.stop_stiffness, JOB.restitution, exponent=1.0),
         mass=JOB.mass,
         speed=JOB.speed,
