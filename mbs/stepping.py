@@ -25,6 +25,8 @@ LIGHTEST = 1e-6
 """Mass, kg, that stands in for none where a contact's duration is estimated."""
 FORCE_ERROR = 1e-3
 """Local error allowed a step of the force of a lasting contact, relative to it."""
+OVERSHOT = 1e3
+"""Error of a long step that ends inside a stop, in units of the limit: large enough to shrink it fivefold."""
 STRIKING = 0.2
 """A contact moves fast if, at its speed, it would cross this share of its depth in the time an impact lasts."""
 
@@ -52,7 +54,8 @@ class StepControl(Recorder):
         if self.accelerations is None:
             return [0.0, -1.0]
         errors = h * h / 12 * np.abs(self.candidate - self.accelerations)
-        self.error = max([float(errors.max(initial=0.0)) / self.limit, *(w.excess(h, errors) for w in self.watched)])
+        q = self.data.GetODE2Coordinates()
+        self.error = max([float(errors.max(initial=0.0)) / self.limit, *(w.excess(h, errors, q) for w in self.watched)])
         if self.error <= 2 or h <= self.solver.min_step:
             return [0.0, -1.0]
         self.rejected += 1
@@ -96,8 +99,11 @@ class _StopWatch:
             return min(wanted, self.shortest)
         return min(wanted, max(self.shortest, _landing(-gap, -speed, self.shortest, wanted)))  # a slow release ends on a step too
 
-    def excess(self, h: float, errors: Array) -> float:
-        """Error of the force of a contact that lasts, in units of its limit: a small position error on a stiff stop."""
+    def excess(self, h: float, errors: Array, q: Array) -> float:
+        """Error of the force of a contact that lasts, in units of its limit; or a long step that ended inside."""
+        if not self.state.touching and self.contact.depth(q[self.state.column]) > 0:
+            lasts = contact_time(self.contact.stop.law, self.mass, self.contact.onset)
+            return OVERSHOT if h > 2 * lasts / self.resolution else 0.0
         if self.state.force == 0 or h <= self.shortest:
             return 0.0
         stiffness = self.contact.stop.law.stiffness  # order of magnitude only, for exponents beyond 1
@@ -124,7 +130,7 @@ class _StrutWatch:
         ringing = abs(speed) * self.half_period > self.limit
         return min(wanted, resolved) if ringing else wanted
 
-    def excess(self, h: float, _errors: Array) -> float:
+    def excess(self, h: float, _errors: Array, _q: Array) -> float:
         """Jump of a straight strut's force over the step, in Euler loads: a position error no one sees is a force here."""
         before, now = self.accepted, self.spring.elongation
         if h <= self.half_period / self.resolution or min(before, now) < self.spring.kink:
