@@ -28,8 +28,9 @@ if TYPE_CHECKING:
     from mbs.solve import simulate
 
 __all__ = [
-    "STEEL", "Beam", "Cable", "Clearance", "Drive", "Guide", "GuideFriction", "Link", "Material", "Mechanism", "Motion", "Ramp", "Result",
-    "Revolute", "Rigid", "Section", "Solver", "Status", "Stop", "Strut", "build", "crank_rocker", "simulate", "slider_crank",
+    "STEEL", "Beam", "Cable", "Clearance", "Drive", "Guide", "GuideFriction", "Link", "Material", "Mechanism", "Motion",
+    "Ramp", "Result", "Revolute", "Rigid", "Section", "Solver", "Status", "Stop", "Strut", "build", "crank_rocker", "simulate",
+    "slider_crank",
 ]  # fmt: skip
 
 _ENGINE = {"simulate": "mbs.solve", "build": "mbs.scene"}

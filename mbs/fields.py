@@ -119,7 +119,7 @@ class Strip:
         ]
 
     def _cable_strains(self) -> list[Strain]:
-        """eps = |r'| - 1 and kappa = r' x r''/|r'|^2 relative to the reference (Gerstmayr 2008, doi 10.1016/j.jsv.2008.01.051)."""
+        """Stretch |r'| - 1 and kappa = r' x r''/|r'|^2, both less their reference values (as in the engine's ANCF cable)."""
         section, damping = self.section, self.section.material
         half = self.element / 2
         _, d, _ = self._hermite_fields(self.q, LOBATTO[0])

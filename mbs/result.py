@@ -173,9 +173,8 @@ class Result:
             meshio.write(folder / f"strip_{k:04d}.vtu", _strip_mesh(self.shapes, k), binary=False)
             entries.append(f'<DataSet timestep="{float(t)!r}" file="strip_{k:04d}.vtu"/>')
         collection = folder / "strip.pvd"
-        collection.write_text(
-            '<?xml version="1.0"?>\n<VTKFile type="Collection"><Collection>\n' + "\n".join(entries) + "\n</Collection></VTKFile>\n"
-        )
+        body = "\n".join(entries)
+        collection.write_text(f'<?xml version="1.0"?>\n<VTKFile type="Collection"><Collection>\n{body}\n</Collection></VTKFile>\n')
         return collection
 
 

@@ -245,7 +245,8 @@ class _Connector:
                 other = joint.second if joint.first == link.name else joint.first
                 if other not in self.struts:
                     return self._marker(other, point)
-        raise ValueError(f"link '{link.name}': a Strut is massless, so '{point}' must be pinned to a link with mass, a guide or ground")
+        needed = "a link with mass, a guide or ground"
+        raise ValueError(f"link '{link.name}': a Strut is massless, so '{point}' must be pinned to {needed}")
 
     def _stops(self) -> None:
         for stop in self.mechanism.stops:

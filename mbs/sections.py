@@ -95,19 +95,19 @@ class Section:
 
     @property
     def shear_stiffness(self) -> float:
-        """k G A, N, with Cowper's k = 10 (1 + nu) / (12 + 11 nu) of a rectangle (doi 10.1115/1.3625046)."""
+        """K G A, N, with Cowper's k = 10 (1 + nu) / (12 + 11 nu) of a rectangle (doi 10.1115/1.3625046)."""
         nu = self.material.poisson
         shear_modulus = self.material.modulus / (2 * (1 + nu))
         return 10 * (1 + nu) / (12 + 11 * nu) * shear_modulus * self.area
 
     @property
     def mass_per_length(self) -> float:
-        """rho A, kg/m."""
+        """Rho A, kg/m."""
         return self.material.density * self.area
 
     @property
     def inertia_per_length(self) -> float:
-        """rho I, kg m."""
+        """Rho I, kg m."""
         return self.material.density * self.second_moment
 
     def euler_load(self, length: float) -> float:

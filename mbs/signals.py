@@ -10,9 +10,9 @@ import numpy as np
 from mbs.contacts import add_joints, moment_of_contacts
 from mbs.fields import Strip, centre_weights
 from mbs.mechanism import Beam, Cable, Guide, Rigid, Strut
+from mbs.recording import Record
 from mbs.result import Shape
 from mbs.scene import Scene
-from mbs.recording import Record
 
 Array = np.ndarray[Any, Any]
 

@@ -13,11 +13,11 @@ import numpy as np
 from mbs.checks import suspicions
 from mbs.energy import ledger as energy_ledger
 from mbs.mechanism import Beam, Cable, Mechanism, Strut
+from mbs.recording import Recorder
 from mbs.result import Result, Status
 from mbs.scene import SPARSE_FROM, Scene, build
-from mbs.signals import History, collect, shapes_at
-from mbs.recording import Recorder
 from mbs.settings import Solver
+from mbs.signals import History, collect, shapes_at
 from mbs.stepping import StepControl, position_error
 from mbs.validate import number, positive
 
