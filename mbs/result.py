@@ -174,7 +174,7 @@ class Result:
             entries.append(f'<DataSet timestep="{float(t)!r}" file="strip_{k:04d}.vtu"/>')
         collection = folder / "strip.pvd"
         body = "\n".join(entries)
-        collection.write_text(f'<?xml version="1.0"?>\n<VTKFile type="Collection"><Collection>\n{body}\n</Collection></VTKFile>\n')
+        collection.write_text(f'<VTKFile type="Collection">\n<Collection>\n{body}\n</Collection>\n</VTKFile>\n')
         return collection
 
 
