@@ -1,8 +1,6 @@
-"""The study command line, on a study that exists only here and on the one the how-to shows."""
+"""The study command line, on a study that exists only for tests and on the one the how-to shows."""
 
 import importlib
-import io
-import json
 import math
 import os
 import re
@@ -10,73 +8,22 @@ import runpy
 import subprocess
 import sys
 import tomllib
-from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
 
 import numpy as np
 import pytest
+from made_up_study import Parameters, figure, metrics_of, run
 
 from studies import registry
 from studies.cli import main
-from studies.parameters import StudyParameters, choice, choices, integer, parse_quantity, quantities, quantity
-from studies.report import QUIET, Metric, Progress, StudyResult, Table, atomic, to_json, write
-from studies.style import STYLE, subplots
 
 ROOT = Path(__file__).resolve().parent.parent
 
 
-@dataclass(frozen=True)
-class Parameters(StudyParameters):
-    thickness: float = quantity(3e-4, "m", 1e-5, 1e-2, "thickness of the strip", "strip")
-    speed: float = quantity(1.25, "rad/s", -100, 100, "speed of the crank", "drive")
-    restitution: float = quantity(0.8, "1", 0, 1, "restitution, 80 % by default")
-    widths: tuple[float, ...] = quantities((0.03,), "m", 1e-3, 1, "widths to run", "strip")
-    elements: int = integer(8, 1, 64, "beam elements")
-    ending: str = choice("fine", ("fine", "suspect", "raises", "interrupts", "undrawable", "prints"), "how it ends")
-    models: tuple[str, ...] = choices(("strut",), ("stitched", "strut", "beam"), "models to run")
-
-    def check(self):
-        if self.elements == 13 and self.thickness > 1e-3:
-            raise ValueError("elements = 13: not with a thickness above 0.001 m")
-
-
-def run(parameters, progress=QUIET):
-    for _ in progress(range(3), label="cases"):
-        pass
-    if parameters.ending == "raises":
-        raise ZeroDivisionError("no stiffness left")
-    if parameters.ending == "interrupts":
-        raise KeyboardInterrupt
-    if parameters.ending == "prints":
-        print("engine chatter")
-    suspect = {"status": "SUSPECT", "message": "energy grew by 3 %"} if parameters.ending == "suspect" else {}
-    metrics = {
-        "force": Metric(np.float64(1.7), "N", published=1.7684, exact=1.72465),
-        "lost": Metric(math.nan, "J"),
-    }
-    signals = {"time": np.linspace(0, 1, 5), "force": np.arange(5.0)}
-    return StudyResult(
-        parameters=parameters,
-        metrics=metrics,
-        signals=signals,
-        work={"steps": np.int64(5), "peak": math.inf},
-        **suspect,
-    )
-
-
-def figure(result):
-    if result.parameters.ending == "undrawable":
-        raise RuntimeError("no ink")
-    fig, ax = subplots(height=60)
-    ax.plot(result.signals["time"], result.signals["force"], label="force")
-    ax.set(xlabel="time [s]", ylabel="force [N]")
-    return {"history": fig}
-
-
 @pytest.fixture
 def dummy(monkeypatch, tmp_path):
-    """Run the study of this file: `dummy("--thickness", "1mm")` returns the exit status, files go to dummy.folder."""
+    """Run the made-up study: `dummy("--thickness", "1mm")` returns the exit status, files go to dummy.folder."""
     module = ModuleType("dummy_study", "A study for tests.\n\nNot shown in the help.")
     module.Parameters, module.run, module.figure = Parameters, run, figure
     monkeypatch.setitem(sys.modules, "dummy_study", module)
@@ -87,129 +34,6 @@ def dummy(monkeypatch, tmp_path):
 
     call.folder = tmp_path / "dummy"
     return call
-
-
-def metrics_of(folder):
-    """Content of metrics.json, refusing the NaN and Infinity that only Python's reader takes."""
-
-    def refuse(word):
-        raise AssertionError(f"{word} is no JSON")
-
-    return json.loads((folder / "metrics.json").read_text(), parse_constant=refuse)
-
-
-# --- units and parameters ---------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("text", "unit", "value"),
-    [
-        ("0.3mm", "m", 3e-4),
-        ("3e-4", "m", 3e-4),
-        ("0.3e-3m", "m", 3e-4),
-        ("300um", "m", 3e-4),
-        ("300 µm", "m", 3e-4),
-        ("-2.5cm", "m", -0.025),
-        (".5e1 mm", "m", 5e-3),
-        ("12rpm", "rad/s", 12 * math.pi / 30),
-        ("300r/min", "rad/s", 10 * math.pi),
-        ("1.25rad/s", "rad/s", 1.25),
-        ("180deg", "rad", math.pi),
-        ("180°", "rad", math.pi),
-        ("300g", "kg", 0.3),
-        ("68kN/m", "N/m", 68e3),
-        ("68N/mm", "N/m", 68e3),
-        ("5ms", "s", 5e-3),
-        ("2min", "s", 120),
-        ("210GPa", "Pa", 210e9),
-        ("253 N.s/m", "N.s/m", 253),
-        ("253N·s/mm", "N.s/m", 253e3),
-        ("253 N s/mm", "N.s/m", 253e3),
-        ("2.53e5 N/mm^1.5", "N/m^1.5", 2.53e5 * 1e3**1.5),
-        ("14.175 N.mm²", "N.m^2", 14.175e-6),
-        ("7.85 g/cm^3", "kg/m^3", 7850),
-        ("2500mV", "V", 2.5),
-        ("80%", "1", 0.8),
-        ("7Hz", "1/s", 7),
-        ("3", "mm", 3),
-        ("3cm", "mm", 30),
-    ],
-)
-def test_quantities_with_units(text, unit, value):
-    assert parse_quantity(text, unit) == pytest.approx(value, rel=4e-16, abs=0)
-
-
-@pytest.mark.parametrize("text", ["300um", "0.3mm", "0.03cm", "3e2um", "0.3e-3m"])
-def test_decimal_prefixes_are_exact(text):
-    assert parse_quantity(text, "m") == 3e-4
-
-
-@pytest.mark.parametrize(
-    ("text", "unit", "reason"),
-    [
-        ("5kg", "m", "'kg' is no unit for a quantity in m"),
-        ("20Hz", "rad/s", "'Hz' is no unit"),
-        ("5N/m", "N.s/m", "'N/m' is no unit"),
-        ("1m", "1", "no unit for a quantity in plain numbers"),
-        ("5furlong", "m", "unknown unit 'furlong'"),
-        ("5mdeg", "rad", "unknown unit 'mdeg'"),
-        ("5m/", "m", "unknown unit 'm/'"),
-        ("5m)", "m", "unknown unit"),
-        ("thin", "m", "not a number"),
-        ("", "m", "not a number"),
-        ("nan", "m", "not a number"),
-        ("1,5mm", "m", "unknown unit"),
-    ],
-)
-def test_wrong_quantities_say_why(text, unit, reason):
-    with pytest.raises(ValueError, match=re.escape(reason)):
-        parse_quantity(text, unit)
-
-
-@pytest.mark.parametrize(
-    ("given", "message"),
-    [
-        ({"thickness": -1}, "thickness = -1 m: out of range; allowed: 1e-05 to 0.01 m"),
-        ({"thickness": "2cm"}, "thickness = 2cm: out of range; allowed: 1e-05 to 0.01 m"),
-        ({"thickness": "3kg"}, "thickness = 3kg: 'kg' is no unit for a quantity in m; allowed: 1e-05 to 0.01 m"),
-        ({"thickness": math.nan}, "thickness = nan m: out of range; allowed: 1e-05 to 0.01 m"),
-        ({"thickness": True}, "thickness = True m: not a number; allowed: 1e-05 to 0.01 m"),
-        ({"thickness": None}, "thickness = None m: not a number; allowed: 1e-05 to 0.01 m"),
-        ({"restitution": 1.1}, "restitution = 1.1: out of range; allowed: 0 to 1"),
-        ({"speed": "1e999"}, "speed = 1e999: out of range; allowed: -100 to 100 rad/s"),
-        ({"elements": 8.5}, "elements = 8.5: not a whole number; allowed: 1 to 64"),
-        ({"elements": "8.0"}, "elements = 8.0: not a whole number; allowed: 1 to 64"),
-        ({"elements": 65}, "elements = 65: out of range; allowed: 1 to 64"),
-        ({"models": "strut,shell"}, "models = strut,shell: not one of the options; allowed: one or more of stitched, "),
-        ({"models": ()}, "models = : none given; allowed: one or more of stitched, strut, beam"),
-        ({"models": "beam,beam"}, "models = beam,beam: one of them given twice"),
-        ({"ending": "sad"}, "ending = sad: not one of the options; allowed: fine, suspect, raises"),
-        ({"widths": (0.03, 5)}, "widths = 0.03 m,5 m: out of range; allowed: one or more of 0.001 to 1 m"),
-        ({"elements": 13, "thickness": "2mm"}, "elements = 13: not with a thickness above 0.001 m"),
-    ],
-)
-def test_wrong_parameters_name_value_range_and_unit(given, message):
-    with pytest.raises(ValueError, match=f"^{re.escape(message)}"):
-        Parameters(**given)
-
-
-def test_parameters_read_numbers_strings_and_arrays():
-    made = Parameters(thickness="0.3mm", widths=np.array([0.01, 0.02]), elements=np.int64(4), models="beam, strut")
-    assert (made.thickness, made.widths, made.elements) == (3e-4, (0.01, 0.02), 4)
-    assert made.models == ("beam", "strut")
-    assert made == Parameters(thickness=3e-4, widths="1cm,20mm", elements="4", models=["beam", "strut"])
-
-
-def test_ranges_are_closed_and_what_is_not_finite_is_out():
-    assert [Parameters(restitution=end).restitution for end in (0, 1)] == [0, 1]
-    assert [Parameters(elements=end).elements for end in (1, 64)] == [1, 64]
-
-    @dataclass(frozen=True)
-    class Unbounded(StudyParameters):
-        load: float = quantity(1, "N", 0, math.inf, "load")
-
-    with pytest.raises(ValueError, match="load = inf N: out of range; allowed: 0 to inf N"):
-        Unbounded(load=math.inf)
 
 
 # --- list, help, wrong input ------------------------------------------------------------------------------------------
@@ -415,100 +239,6 @@ def test_wrong_config_is_one_line_and_exit_2(dummy, tmp_path, capsys, content, m
     err = capsys.readouterr().err
     assert message in err
     assert err.count("\n") == 1
-
-
-# --- pieces -----------------------------------------------------------------------------------------------------------
-
-
-def test_error_is_relative_to_the_exact_value_or_the_studys_own():
-    assert Metric(0.99, "N", exact=-1.1).error == pytest.approx(1.9)
-    assert Metric(1.01, "N", exact=1.0).error == pytest.approx(0.01)
-    assert Metric(1.0, "N", error=0.02).error == 0.02
-    assert Metric(1.0, "N", published=2.0).error is None
-    assert Metric(1.0, "N", exact=0.0).error is None
-
-
-def test_result_that_is_not_ok_must_say_why():
-    with pytest.raises(ValueError, match="SUSPECT"):
-        StudyResult(parameters=Parameters(), status="SUSPECT")
-
-
-def test_own_tables_replace_the_table_of_metrics():
-    tables = [Table(["h [mm]", "F [N]"], [[0.1, 0.0655]], title="Table 2", notes="measured")]
-    text = str(StudyResult(parameters=Parameters(), metrics={"m": Metric(1, "N")}, tables=tables))
-    assert re.fullmatch(r"Table 2\n +h \[mm\] +F \[N\]\n[- ]+\n +0\.1 +0\.0655\nmeasured", text)
-
-
-def test_json_of_numpy_and_unfinite_values():
-    content = {"a": np.array([1.0, np.nan]), "b": (np.float32(0.5), np.inf), "c": Path("x"), "d": np.bool_(True)}
-    assert json.loads(to_json(content)) == {"a": [1.0, None], "b": [0.5, None], "c": "x", "d": True}
-
-
-def test_file_is_written_whole_or_not_at_all(tmp_path):
-    (tmp_path / "data").write_bytes(b"old")
-    with pytest.raises(RuntimeError), atomic(tmp_path / "data") as file:
-        file.write(b"half")
-        raise RuntimeError
-    assert [path.name for path in tmp_path.iterdir()] == ["data"]
-    assert (tmp_path / "data").read_bytes() == b"old"
-    with (tmp_path / "data").open("rb") as reader:
-        with atomic(tmp_path / "data") as file:
-            file.write(b"new")
-            assert (tmp_path / "data").read_bytes() == b"old"
-        assert reader.read() == b"old"  # a reader keeps the file that was opened
-    assert (tmp_path / "data").read_bytes() == b"new"
-
-
-def test_metrics_json_comes_last_so_that_it_vouches_for_the_rest(tmp_path):
-    class Unsavable:
-        def savefig(self, *_, **__):
-            raise OSError("disk full")
-
-    result = run(Parameters())
-    write(result, tmp_path, {})
-    with pytest.raises(OSError, match="disk full"):
-        write(result, tmp_path, {"history": Unsavable()})
-    assert not (tmp_path / "metrics.json").exists()
-
-
-def test_earlier_metrics_cannot_name_files_elsewhere(tmp_path):
-    (tmp_path / "precious").write_text("")
-    (tmp_path / "here").mkdir()
-    (tmp_path / "here" / "metrics.json").write_text('{"files": ["../precious"]}')
-    write(run(Parameters()), tmp_path / "here", {})
-    assert (tmp_path / "precious").exists()
-
-
-def test_progress_stays_silent_on_short_work_and_shows_on_a_terminal(capsys, monkeypatch):
-    assert list(Progress()(range(3))) == [0, 1, 2]
-    assert list(QUIET(iter("ab"), total=2)) == ["a", "b"]
-    assert capsys.readouterr() == ("", "")
-
-    class Terminal(io.StringIO):
-        def isatty(self):
-            return True
-
-    times = iter(range(10**6))
-    monkeypatch.setattr("tqdm.std.time", lambda: float(next(times)))  # each look at the clock is a second later
-    monkeypatch.setattr(sys, "stderr", terminal := Terminal())
-    assert list(Progress()(range(30), label="cases")) == list(range(30))
-    assert "cases" in terminal.getvalue()
-
-
-def test_figures_are_a_column_wide_and_legible():
-    fig, axes = subplots(1, 2, height=60, sharex=True)
-    assert fig.get_size_inches() * 25.4 == pytest.approx([160, 60])
-    assert axes.shape == (2,)
-    assert axes[0].xaxis.label.get_size() == STYLE["axes.labelsize"] == 9
-
-
-def test_same_figure_is_the_same_file(tmp_path):
-    for name in ("one", "two"):
-        (tmp_path / name).mkdir()
-        write(run(Parameters()), tmp_path / name, figure(run(Parameters())))
-    for name in ("history.pdf", "history.png"):
-        assert (tmp_path / "one" / name).read_bytes() == (tmp_path / "two" / name).read_bytes()
-    assert b"CreationDate" not in (tmp_path / "one" / "history.pdf").read_bytes()
 
 
 # --- the how-to, and what the project says of itself ------------------------------------------------------------------

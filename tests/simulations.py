@@ -1,0 +1,75 @@
+"""Mechanisms run by several files of tests, and how their runs are judged."""
+
+import math
+
+import numpy as np
+
+from mbs import Drive, Guide, Link, Mechanism, Motion, Revolute, Rigid, Section, Status, Stop
+
+G = 9.81
+BAR = Rigid(Section(width=0.020, thickness=0.010))
+STRIP = Section(width=0.030, thickness=0.0003)  # of the compliant slider-crank, doi 10.1115/IMECE2008-68796
+LENGTH = 0.310
+UNIT = STRIP.bending_stiffness / LENGTH**2
+SPAN = 0.5  # of the pendulum
+SIMPLE = 0.5  # length of the simply supported strip
+
+
+def fine(result):
+    """The result, if it is trustworthy."""
+    assert result.status is Status.OK, result.message
+    return result
+
+
+def rates(errors, factor=2.0):
+    """Observed orders of convergence, steps shrinking by a factor each time."""
+    return np.log(np.divide(errors[:-1], errors[1:])) / np.log(factor)
+
+
+def pendulum(angle, swapped=False):
+    names = ("bar", "ground") if swapped else ("ground", "bar")
+    return Mechanism(
+        points={"O": (0, 0), "A": (SPAN * math.sin(angle), -SPAN * math.cos(angle))},
+        links=[Link("bar", "O", "A", BAR)],
+        joints=[Revolute("O", *names)],
+        gravity=(0.0, -G),
+    )
+
+
+FEATHER = Rigid(Section(1e-3, 1e-3))
+BLOCK = 0.5
+MASS = BLOCK + FEATHER.section.mass_per_length * 0.1
+
+
+def block(pull=0.0, law=None, stop=0.1, friction=None, speed=None, along=(1.0, 0.0)):
+    """A block on a guide, pulled along it; a light bar carries it, both its ends on the line."""
+    unit = np.array(along) / np.hypot(*along)
+    return Mechanism(
+        points={"A": (0, 0), "B": tuple(0.1 * unit)},
+        links=[Link("bar", "A", "B", FEATHER)],
+        guides=[Guide("A", "bar", along, BLOCK, friction), Guide("B", "bar", along)],
+        stops=[] if law is None else [Stop("A", at=stop, law=law)],
+        drive=None if speed is None else Drive("A", speed),
+        gravity=tuple(pull * unit),
+    )
+
+
+def simply_supported(body, pull):
+    return Mechanism(
+        points={"A": (0, 0), "B": (SIMPLE, 0)},
+        links=[Link("strip", "A", "B", body)],
+        joints=[Revolute("A", "ground", "strip")],
+        guides=[Guide("B", "strip")],
+        gravity=(0.0, -pull),
+    )
+
+
+def pressed(body, travel, duration, mass=0.1):
+    """A strip in line with its guide, its far end on a pin; the near end travels as t^3."""
+    return Mechanism(
+        points={"A": (0, 0), "B": (LENGTH, 0)},
+        links=[Link("strip", "A", "B", body)],
+        joints=[Revolute("B", "ground", "strip")],
+        guides=[Guide("A", "strip", mass=mass)],
+        drive=Drive("A", Motion(lambda t: travel * (t / duration) ** 3, lambda t: 3 * travel * t**2 / duration**3)),
+    )
