@@ -160,7 +160,7 @@ def _common(duration: float, solver: Solver) -> Any:
 def _explicit(scene: Scene, solver: Solver, duration: float) -> Any:
     settings = _common(duration, solver)
     integration = settings.timeIntegration
-    integration.explicitIntegration.dynamicSolverType = exu.DynamicSolverType.DOPRI5
+    integration.solverType = exu.DynamicSolverType.DOPRI5
     integration.automaticStepSize = solver.uniform_steps is None
     integration.initialStepSize = 1e-6
     integration.absoluteTolerance = EXPLICIT_SHARE * position_error(scene, solver)

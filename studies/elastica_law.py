@@ -147,7 +147,7 @@ def _table(p: Parameters, metrics: dict[str, Metric]) -> Table:
 STYLES = {
     "quartic": ("C1", "-", "published quartic"),
     "strip": ("C2", "-", "rod: extension and shear"),
-    "bowed": ("C3", "--", "rod: also bowed"),
+    "bowed": ("C3", "--", "rod: also with the bow"),
     "rod": ("C5", "-", "rod: inextensible"),
     "fast": ("C4", "-", "fast law"),
 }
@@ -161,7 +161,7 @@ def figure(result: StudyResult) -> Figure:
     above.plot(u, s["exact"], color="C0", label="exact")
     above.plot(u, s["quartic"], ":", color="C1", linewidth=2, label="published quartic")
     if "bowed" in s:
-        above.plot(u, s["bowed"], "--", color="C3", label=f"bow {parameters.imperfection:g} L")
+        above.plot(u, s["bowed"], "--", color="C3", label=f"rod: bow {parameters.imperfection:g} L")
     above.set(ylabel="load $P L^2/(E I)$", ylim=(0, None))
     above.legend(loc="lower right")
     for name, (colour, line, label) in STYLES.items():
@@ -169,6 +169,7 @@ def figure(result: StudyResult) -> Figure:
             below.semilogy(u, np.maximum(np.abs(s[f"{name}.error"]), 1e-16), line, color=colour, label=label)
     below.set(xlabel="end shortening $u = U/L$", ylabel="relative difference from exact", ylim=(1e-16, 2), xlim=(0, 1))
     below.legend(loc="center", bbox_to_anchor=(0.5, 0.45), ncols=2)
+    fig.align_ylabels()
     return fig
 
 

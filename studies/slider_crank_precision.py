@@ -14,21 +14,19 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from math import isfinite, nan, pi
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from elastica import pinned
 from mbs import Beam, Cable, GuideFriction, Mechanism, Solver, simulate, slider_crank
 from mbs.laws import CarvalhoMartins
-from mbs.library import PAPER, PAPER_STOP
+from mbs.library import PAPER
 from mbs.precision import Point, fastest, time_for, verdict, work_precision
 from mbs.result import Status
 from studies import plain
-from studies import slider_crank as main_study
 from studies.cli import main
-from studies.contact_force_table import Press
 from studies.parameters import StudyParameters, integer, quantities, quantity
+from studies.precision_reading import EXACT, JOB, PLATEAU, TURN, Outcome, Reading, read
 from studies.report import QUIET, Metric, Progress, StudyResult, Table
 from studies.static_precision import as_signals, draw, footnote
 from studies.style import subplots
@@ -36,15 +34,6 @@ from studies.style import subplots
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-Array = np.ndarray[Any, Any]
-JOB = main_study.Parameters()
-"""The main job."""
-TURN = 2 * pi / JOB.speed
-"""One turn of the crank, s."""
-PLATEAU = np.radians(np.linspace(150, 210, 601))
-"""Crank angles at which the pressed slider's force is held against the exact elastica, rad."""
-EXACT = Press(JOB.thickness, PAPER_STOP).force(pinned.load, PLATEAU)
-"""Force of the exact elastica there, in equilibrium and without friction, N."""
 UNTUNED = 1e-6
 """Newton tolerance of the plain run before it is tuned."""
 FINER = 1e-3
@@ -90,62 +79,6 @@ class Parameters(StudyParameters):
         for name, counts in (("steps", self.steps), ("resolutions", self.resolutions)):
             if any(x != int(x) for x in counts):
                 raise ValueError(f"{name} = {','.join(f'{x:g}' for x in counts)}: must be whole numbers")
-
-
-class Reading(NamedTuple):
-    """What is read off a contact force; nan where the run failed or there was no contact.
-
-    Attributes
-    ----------
-    peak, impulse : float
-        Largest force, N, and impulse, N s, from first contact until the force first returns to zero.
-    settled, mean : float
-        Force at a crank angle of 180 degrees and its mean over 150 to 210 degrees, N.
-    plateau_error : float
-        Largest relative deviation from the exact elastica over 150 to 210 degrees.
-    release : float
-        Crank angle at the last sample in contact, deg.
-    """
-
-    peak: float = nan
-    impulse: float = nan
-    settled: float = nan
-    mean: float = nan
-    plateau_error: float = nan
-    release: float = nan
-
-    def off(self, other: Reading) -> dict[str, float]:
-        """Relative differences of the four numbers that make the error of a run."""
-        return {name: abs(getattr(self, name) / getattr(other, name) - 1) for name in self._fields[:4]}
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """Reading of a run, with its status and work."""
-
-    reading: Reading
-    status: str
-    work: Mapping[str, float]
-    energy_balance: float = nan
-
-
-def read(time: Array, force: Array) -> Reading:
-    """Read a contact force, N, sampled at times, s, over one turn."""
-    touching = np.flatnonzero(force > 0)
-    if not touching.size:
-        return Reading()
-    first = touching[0]
-    free = np.flatnonzero(force[first:] <= 0)
-    strike = slice(max(first - 1, 0), first + free[0] + 1 if free.size else None)
-    plateau = np.interp(PLATEAU, JOB.speed * time, force)
-    return Reading(
-        peak=float(force[strike].max()),
-        impulse=float(np.trapezoid(force[strike], time[strike])),
-        settled=float(np.interp(pi, PLATEAU, plateau)),
-        mean=float(np.trapezoid(plateau, PLATEAU) / np.ptp(PLATEAU)),
-        plateau_error=float(np.abs(plateau / EXACT - 1).max()),
-        release=float(np.degrees(JOB.speed * time[touching[-1]])),
-    )
 
 
 # --- the runs ---------------------------------------------------------------------------------------------------------
@@ -342,7 +275,8 @@ def figure(result: StudyResult) -> Figure:
     names = [name.removesuffix(".setting") for name in result.signals if name.endswith(".setting")]
     fig, ax = subplots(height=110)
     marks = {name: result.signals[f"{name}.setting"] for name in names}
-    draw(ax, result.signals, {name: name for name in names}, marks, "tolerance, or steps")
+    below = [name for name in names if name.endswith("steps an impact")]
+    draw(ax, result.signals, {name: name for name in names}, marks, "tolerance, or steps", below)
     ax.set(ylabel="largest relative error of peak, impulse,\nforce at 180° and mean force")
     return fig
 

@@ -206,6 +206,7 @@ def _draw_run(ax: Any, result: StudyResult) -> None:
     ax.axhline(float(impact.exact_force(p, pi)), color="black", linestyle="--", label="elastica, 180 deg")
     ax.set(xlim=(0, p.duration), xlabel="time [s]", ylabel="force on the stop [N]")
     ax.set_ylim(floor, 6 * ax.get_ylim()[1])
+    ax.yaxis.set_major_formatter("{x:g}")
     ax.legend(loc="upper left", ncols=4)
 
 
@@ -224,7 +225,7 @@ def _draw_turns(axes: Any, result: StudyResult) -> None:
         }
         axes[0].plot(s[f"{model}.turn.impact_speed"], s[f"{model}.turn.impact_peak"], **look)
         axes[1].plot(crank, s[f"{model}.turn.contact_max"], **look)
-        axes[2].plot(crank, s[f"{model}.turn.contact_time"], **look)
+        axes[2].plot(crank, s[f"{model}.turn.contact_time"], **look, label=model)
     slider = abs(float(PAPER.slider_rate(CONTACT)))
     speeds = np.array([0, slider * p.end])
     green = {"color": impact.COLOURS["published"], "linestyle": ":"}
@@ -234,8 +235,9 @@ def _draw_turns(axes: Any, result: StudyResult) -> None:
     )
     axes[1].axhline(float(impact.exact_force(p, pi)), color="black", linestyle="--")
     axes[0].set(xlabel="slider speed [m/s]", ylabel="impact force [N]", ylim=(0, None), xlim=(0, None))
-    axes[1].set(xlabel="crank speed [rad/s]", ylabel="contact maximum [N]", ylim=(0, None))
-    axes[2].set(xlabel="crank speed [rad/s]", ylabel="contact time [s]", ylim=(0, None))
+    axes[1].set(xlabel="crank speed [rad/s]", ylabel="contact maximum [N]", ylim=(0, None), xlim=(0, None))
+    axes[2].set(xlabel="crank speed [rad/s]", ylabel="contact time [s]", ylim=(0, None), xlim=(0, None))
+    axes[2].legend(loc="upper right")
 
 
 if __name__ == "__main__":

@@ -213,11 +213,18 @@ def _draw_forces(ax: Any, result: StudyResult) -> None:
             if name in impact.COLOURS
             else {"color": "#777777", "linestyle": next(strokes)}
         )
-        ax.plot(voltages[order], forces[order], marker=".", label=name.replace("_", " "), **look)
+        ax.plot(voltages[order], forces[order], marker=".", label=_label(name), **look)
     ax.plot(list(PUBLISHED), list(PUBLISHED.values()), "k*", markersize=8, label="published")
     ax.plot(p.reference_voltage, IMPACT_FORCE, "ko", markerfacecolor="white", markersize=6, label="calibrated on")
     ax.set(xlabel="voltage [V]", ylabel="impact force [N]")
+    ax.yaxis.get_major_locator().set_params(integer=True)
     ax.legend()
+
+
+def _label(name: str) -> str:
+    """Name of a case in words: beam_bow_0.01 is a beam with a bow of 0.01 L."""
+    model, _, bow = name.partition("_bow_")
+    return f"{model}, bow {bow} L" if bow else model
 
 
 def _draw_sensitivity(ax: Any, result: StudyResult) -> None:
@@ -229,6 +236,8 @@ def _draw_sensitivity(ax: Any, result: StudyResult) -> None:
         ax.barh(np.arange(len(VARIED)) - i * height, slopes, height, color=impact.COLOURS[model], label=model)
     ax.axvline(0, color="black", linewidth=0.6)
     ax.set_yticks(np.arange(len(VARIED)) - 0.4 + height / 2, VARIED)
+    ax.tick_params(axis="y", length=0)
+    ax.grid(visible=False, axis="y")
     ax.set(xlabel="d ln force / d ln parameter")
 
 

@@ -184,11 +184,20 @@ def figure(result: StudyResult) -> Figure:
     p: Any = result.parameters
     s = result.signals
     fig, ax = subplots(height=95)
-    draw(ax, s, SERIES, {name: s[f"{name}.elements"] for name in SERIES}, "elements")
+    draw(ax, s, SERIES, {name: s[f"{name}.elements"] for name in SERIES}, "elements", below=("beam3", "plain"))
     time = 1e3 * TIME_BAR * s["plain.wall_s"][list(s["plain.elements"]).index(p.plain_elements)]
     ax.axhline(ERROR_BAR, xmax=1, color="0.5", linestyle=":", linewidth=0.8)
     ax.axvline(time, color="0.5", linestyle=":", linewidth=0.8)
     ax.text(time, ax.get_ylim()[1], f" {TIME_BAR:g} of plain x {p.plain_elements}", color="0.4", va="top", fontsize=8)
+    ax.text(
+        ax.get_xlim()[1],
+        ERROR_BAR,
+        f"{ERROR_BAR:.0e}".replace("e-0", "e-"),
+        color="0.4",
+        ha="right",
+        va="bottom",
+        fontsize=8,
+    )
     ax.set(ylabel="largest relative error of the load")
     return fig
 
@@ -206,18 +215,29 @@ def as_signals(series: Mapping[str, Sequence[Point]]) -> dict[str, Array]:
 
 
 def draw(
-    ax: Any, signals: Mapping[str, Array], labels: Mapping[str, str], marks: Mapping[str, Array], what: str
+    ax: Any,
+    signals: Mapping[str, Array],
+    labels: Mapping[str, str],
+    marks: Mapping[str, Array],
+    what: str,
+    below: Sequence[str] = (),
 ) -> None:
-    """Draw error over run time on log-log axes, each point with its mark (`what`), the Pareto front behind them."""
+    """Draw error over run time on log-log axes, each point with its mark (`what`), the Pareto front behind them.
+
+    Marks stand at the upper right of their points; those of the series named in `below` at the lower left.
+    """
+    from matplotlib.patheffects import withStroke
     from matplotlib.ticker import LogLocator, NullFormatter
 
     front: list[tuple[float, float]] = []
     for k, (name, label) in enumerate(labels.items()):
         time, error = 1e3 * signals[f"{name}.wall_s"], signals[f"{name}.error"]
         ax.loglog(time, error, "so^Dv<>"[k] + "-", color=f"C{k}", label=label)
-        for i, (x, y, mark) in enumerate(zip(time, error, marks[name], strict=True)):
-            beside = (3, 3 if (i + k) % 2 == 0 else -9)  # by turns above and below: neighbours may be close
-            ax.annotate(str(mark), (x, y), xytext=beside, textcoords="offset points", fontsize=7, color=f"C{k}")
+        under = name in below
+        beside, align = ((-4, -4), ("right", "top")) if under else ((3, 2), ("left", "bottom"))
+        for x, y, mark in zip(time, error, marks[name], strict=True):
+            text = ax.annotate(str(mark), (x, y), xytext=beside, textcoords="offset points", fontsize=7, color=f"C{k}")
+            text.set(ha=align[0], va=align[1], path_effects=[withStroke(linewidth=2, foreground="white")])
         on = signals[f"{name}.front"]
         front += [*zip(time[on], error[on], strict=True)]
     x, y = np.array(sorted(front)).T
