@@ -1,0 +1,238 @@
+"""From a `Modal` link's specification to its reduced model: inertia, chosen modes, what they do at the joints."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from math import isclose
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mbs.modal.modes import MOTIONS, craig_bampton, free_modes, participation, rigid_fit, slices
+from mbs.modal.planar import PlanarModel
+from mbs.modal.solid import Solid, SolidMesh, assemble, box_mesh, read_mesh, rigid_motions
+from mbs.modal.spec import CraigBampton, FreeModes, Interface, MeshFile, Modal
+from mbs.validate import positive
+
+Array = np.ndarray[Any, Any]
+RIGID = 6
+"""Modes of a free body that carry no flexibility."""
+
+
+@dataclass(frozen=True, eq=False)
+class ReducedModel:
+    """A solid link by its inertia and some of its modes, mass-normalised (modal masses 1).
+
+    Attributes
+    ----------
+    nodes : array, shape (n, 3)
+        Of the solid, in link axes, m.
+    numbers : array of int, shape (m,)
+        Of the modes among all flexible ones.
+    omega, damping : arrays, shape (m,)
+        rad/s and 1. The modal stiffness is omega^2.
+    modes : array, shape (m, n, 3)
+        Displacements of the nodes, 1/sqrt(kg).
+    participation : array, shape (m, 4)
+        Shares of kinetic energy by `mbs.modal.MOTIONS`.
+    length, mass, centre
+        Distance of the joints, m; kg; centre of mass in link axes, m, shape (3,).
+    second, first, mixed, coupled : arrays, shape (3, 3), (m, 3), (m, 3, 3), (m, m, 3, 3)
+        Integrals of X_a X_b, phi_ka, X_a phi_kb, phi_ka phi_lb over the mass, X from the centre of mass.
+    at_stations : array, shape (3 stations, m, 6)
+        Translation and rotation at start, end and centre, which lie at x = 0, length and length/2 on the link's axis.
+    line, line_modes : arrays, shape (p,) and (m, p, 2)
+        Stations along x, m, and in-plane displacement of the axis there, to draw the link.
+    """
+
+    nodes: Array
+    numbers: Array
+    omega: Array
+    damping: Array
+    modes: Array
+    participation: Array
+    length: float
+    mass: float
+    centre: Array
+    second: Array
+    first: Array
+    mixed: Array
+    coupled: Array
+    at_stations: Array
+    line: Array
+    line_modes: Array
+
+    @property
+    def frequencies(self) -> Array:
+        """Hz, shape (m,)."""
+        return self.omega / (2 * np.pi)
+
+    @property
+    def kinds(self) -> list[str]:
+        """What each mode does most."""
+        return [MOTIONS[k] for k in np.argmax(self.participation, axis=1)]
+
+    @property
+    def moves_in_plane(self) -> Array:
+        """Which modes the plane of motion sees, shape (m,); the others a planar mechanism cannot excite."""
+        return plane_part(self.participation)
+
+    def table(self) -> list[tuple[int, float, str, float, bool]]:
+        """For each mode: number, Hz, kind, share of that kind, whether the plane of motion sees it."""
+        shares = self.participation.max(axis=1, initial=0.0)
+        rows = zip(self.numbers, self.frequencies, self.kinds, shares, self.moves_in_plane, strict=True)
+        return [(int(n), float(f), kind, float(share), bool(seen)) for n, f, kind, share, seen in rows]
+
+    def planar(self) -> PlanarModel:
+        """What the plane of motion sees: in-plane modes and inertia."""
+        k = self.moves_in_plane
+        mixed, coupled = self.mixed[k], self.coupled[k][:, k]
+        return PlanarModel(
+            length=self.length,
+            mass=self.mass,
+            inertia=float(self.second[0, 0] + self.second[1, 1]),
+            centre=self.centre[:2],
+            numbers=self.numbers[k],
+            frequency=self.omega[k],
+            damping=self.damping[k],
+            shapes=self.at_stations[:, k][:, :, [0, 1, 5]].transpose(0, 2, 1),
+            translation=self.first[k, :2].T,
+            turning=mixed[:, 0, 1] - mixed[:, 1, 0],
+            radial=mixed[:, 0, 0] + mixed[:, 1, 1],
+            gram=coupled[:, :, 0, 0] + coupled[:, :, 1, 1],
+            gyration=coupled[:, :, 0, 1] - coupled[:, :, 1, 0],
+            line=np.column_stack([self.line, np.zeros_like(self.line)]) - self.centre[:2],
+            line_shapes=self.line_modes[k].transpose(1, 2, 0),
+        )
+
+
+def plane_part(shares: Array) -> Array:
+    """Which modes move in the plane: with half of their sections' kinetic energy at least, shape (modes,)."""
+    return shares[:, :2].sum(axis=1) >= 0.5 * shares.sum(axis=1)
+
+
+def reduced(modal: Modal, length: float) -> ReducedModel:
+    """Mesh, assemble and reduce a link of this length, m; kept for the next call while the mesh's file is the same.
+
+    Raises
+    ------
+    ValueError
+        If the mesh's joints are not `length` apart, an interface has too few nodes, or a mode number is too high.
+    """
+    file = Path(modal.mesh.path) if isinstance(modal.mesh, MeshFile) else None
+    return _reduced(modal, positive("length", length, "m"), file.stat().st_mtime_ns if file and file.is_file() else 0)
+
+
+@lru_cache(maxsize=32)
+def _reduced(modal: Modal, length: float, _stamp: int) -> ReducedModel:
+    mesh = solid_mesh(modal, length)
+    if not isclose(mesh.length, length, rel_tol=1e-6):
+        wanted = f"must be the link's length, {length:.9g} m, to 1e-6 of it"
+        raise ValueError(f"mesh: distance of its joints = {mesh.length:.9g} m: {wanted}")
+    return reduce_solid(assemble(mesh, modal.section.material, modal.order), modal)
+
+
+def solid_mesh(modal: Modal, length: float) -> SolidMesh:
+    """The link's mesh: read, or made of boxes."""
+    mesh, section = modal.mesh, modal.section
+    if isinstance(mesh, MeshFile):
+        return read_mesh(mesh.path, mesh.start, mesh.end, mesh.normal, mesh.scale)
+    return box_mesh(length, section.thickness, section.width, mesh.elements)
+
+
+def reduce_solid(solid: Solid, modal: Modal) -> ReducedModel:
+    """Reduce an assembled link."""
+    joints = (np.zeros(3), np.array([solid.length, 0.0, 0.0]))
+    interfaces = _interfaces(solid, joints, modal.interface)
+    omega, modes = _all_modes(solid, modal.modes, interfaces)
+    shares = participation(solid, modes)
+    chosen, damping = _choose(modal, plane_part(shares))
+    omega, modes, shares = omega[chosen], modes[chosen], shares[chosen]
+    middle = (joints[0] + joints[1]) / 2
+    places = [*zip(interfaces, joints, strict=True), (_section_at(solid, middle), middle)]
+    at_stations = np.stack([np.hstack(rigid_fit(solid, nodes, about, modes)) for nodes, about in places])
+    line, line_modes = _line(solid, modes, at_stations)
+    arms = solid.nodes - solid.centre
+    heavy = np.array([solid.mass @ mode for mode in modes]).reshape(-1, *arms.shape)
+    return ReducedModel(
+        solid.nodes, chosen + 1, omega, damping, modes, shares, solid.length, float(solid.mass.sum()), solid.centre,
+        second=arms.T @ (solid.mass @ arms),
+        first=heavy.sum(axis=1),
+        mixed=np.einsum("na,knb->kab", arms, heavy),
+        coupled=np.einsum("kna,lnb->klab", modes, heavy),
+        at_stations=at_stations,
+        line=line,
+        line_modes=line_modes,
+    )  # fmt: skip
+
+
+def _all_modes(solid: Solid, wanted: FreeModes | CraigBampton, interfaces: tuple[Array, Array]) -> tuple[Array, Array]:
+    """All modes the numbers may choose from; of free ones no more than needed."""
+    if isinstance(wanted, CraigBampton):
+        most = 3 * (len(solid.nodes) - sum(map(len, interfaces))) - 2
+        if wanted.fixed > most:
+            raise ValueError(f"fixed = {wanted.fixed}: must lie in [0, {most}], as many as the mesh has")
+        return craig_bampton(solid, interfaces, wanted.fixed)
+    most, highest = 3 * len(solid.nodes) - RIGID - 2, max(wanted.numbers)
+    count = (3 if wanted.counting == "in-plane" else 1) * highest + 2  # of two modes of one frequency, both are needed
+    while True:
+        omega, modes = free_modes(solid, min(count, most))
+        found = plane_part(participation(solid, modes)).sum() if wanted.counting == "in-plane" else count
+        if found >= highest or count >= most:
+            return omega, modes
+        count *= 2
+
+
+def _choose(modal: Modal, seen: Array) -> tuple[Array, Array]:
+    """Indices of the chosen modes among the flexible ones, and their damping ratios; rigid modes drop out."""
+    wanted = modal.modes
+    if wanted.numbers is None:
+        chosen = np.flatnonzero(seen)
+        return chosen, np.full(len(chosen), modal.damping)
+    have = np.flatnonzero(seen) if wanted.counting == "in-plane" else np.arange(len(seen))
+    numbers = np.array(wanted.numbers) - (RIGID if wanted.counting == "free" else 0)
+    most = len(have) + (RIGID if wanted.counting == "free" else 0)
+    if numbers.max() > len(have):
+        where = f"with counting = {wanted.counting!r} on this mesh"
+        raise ValueError(f"numbers = {wanted.numbers!r}: must lie in [1, {most}] {where}")
+    damping = np.broadcast_to(modal.damping, numbers.shape)
+    return have[numbers[numbers > 0] - 1], damping[numbers > 0].astype(float)
+
+
+def _interfaces(solid: Solid, joints: tuple[Array, Array], interface: Interface) -> tuple[Array, Array]:
+    """Nodes of the two interfaces, enough of them to carry a rigid motion."""
+    found = []
+    for name, joint in zip(("start", "end"), joints, strict=True):
+        nodes = np.flatnonzero(interface(solid.nodes, joint))
+        motion = rigid_motions((solid.nodes[nodes] - joint) / solid.length)
+        if np.linalg.matrix_rank(motion, tol=1e-6) < 6:
+            have = f"{len(nodes)} nodes at the {name} joint"
+            raise ValueError(f"interface = {interface!r}: {have}: must be 3 at least, not in one line")
+        found.append(nodes)
+    if set(found[0]) & set(found[1]):
+        raise ValueError(f"interface = {interface!r}: the two joints share nodes: must be apart; make it smaller")
+    return found[0], found[1]
+
+
+def _section_at(solid: Solid, place: Array) -> Array:
+    """Nodes of the cross-section nearest to a place on the axis, enough of them to carry a rigid motion."""
+    away = np.abs(solid.nodes[:, 0] - place[0])
+    for nearest in np.unique(away.round(12)):
+        nodes = np.flatnonzero(away <= nearest + 1e-9 * solid.length)
+        if np.linalg.matrix_rank(rigid_motions((solid.nodes[nodes] - place) / solid.length), tol=1e-6) == RIGID:
+            return nodes
+    raise ValueError("mesh: all nodes lie on one line: must be a solid")
+
+
+def _line(solid: Solid, modes: Array, ends: Array) -> tuple[Array, Array]:
+    """In-plane motion of the link's axis, slice by slice between the joints: stations (p,) and (modes, p, 2)."""
+    stations, moves = [0.0], [ends[0, :, :2]]
+    for nodes in slices(solid):
+        weights = solid.weights[nodes]
+        x = float(weights @ solid.nodes[nodes, 0] / weights.sum())
+        if 0 < x < solid.length:
+            stations.append(x)
+            moves.append(rigid_fit(solid, nodes, np.array([x, 0.0, 0.0]), modes)[0][:, :2])
+    return np.array([*stations, solid.length]), np.stack([*moves, ends[1, :, :2]], axis=1)

@@ -1,0 +1,207 @@
+"""What a modal link is made of: material and size, a solid mesh, two interfaces, chosen modes, damping."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from mbs.sections import Section
+from mbs.validate import number, positive, whole
+
+Array = np.ndarray[Any, Any]
+COUNTINGS = ("flexible", "free", "in-plane")
+Point3 = tuple[float, float, float]
+
+
+# --- interfaces: which nodes a joint holds ----------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class EndFace:
+    """All nodes in the cross-section through the joint's centre, within `tolerance`, m."""
+
+    tolerance: float = 1e-7
+
+    def __call__(self, nodes: Array, joint: Array) -> Array:
+        """Mask of the nodes."""
+        return np.abs(nodes[:, 0] - joint[0]) <= self.tolerance
+
+
+@dataclass(frozen=True)
+class PinHole:
+    """All nodes on the wall of a hole of this radius, m, about the joint's axis (1 % more: walls are faceted)."""
+
+    radius: float
+
+    def __post_init__(self) -> None:
+        positive("radius", self.radius, "m")
+
+    def __call__(self, nodes: Array, joint: Array) -> Array:
+        """Mask of the nodes."""
+        return np.hypot(*(nodes - joint)[:, :2].T) <= 1.01 * self.radius
+
+
+@dataclass(frozen=True)
+class Nearest:
+    """The `count` nodes nearest to the joint's centre."""
+
+    count: int = 12
+
+    def __post_init__(self) -> None:
+        whole("count", self.count, 3, 100_000)
+
+    def __call__(self, nodes: Array, joint: Array) -> Array:
+        """Mask of the nodes."""
+        distance = np.linalg.norm(nodes - joint, axis=1)
+        return distance <= np.sort(distance)[min(self.count, len(distance)) - 1] * (1 + 1e-9)
+
+
+Interface = Callable[[Array, Array], Array]
+"""(nodes (n, 3) in link axes, joint's centre (3,)) -> mask (n,)."""
+
+
+# --- meshes and modes by name -----------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Box:
+    """The bar itself: length between the joints' centres, thickness in the plane, width normal to it.
+
+    `elements` along these three, second order.
+    """
+
+    elements: tuple[int, int, int] = (16, 2, 1)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "elements", tuple(self.elements))
+        if len(self.elements) != 3:
+            raise ValueError(f"elements = {self.elements!r}: must be three numbers: along length, depth, width")
+        for k, count in enumerate(self.elements):
+            whole(f"elements[{k}]", count, 1, 1000)
+
+
+@dataclass(frozen=True)
+class MeshFile:
+    """A mesh from a file; the section then gives the material only.
+
+    Parameters
+    ----------
+    path : str
+        Any format meshio reads, with one kind of solid cells.
+    start, end : three floats
+        The joints' centres in the file's axes and unit.
+    normal : three floats
+        Normal of the plane of motion in the file's axes.
+    scale : float
+        Metres in the file's unit of length.
+    """
+
+    path: str
+    start: Point3
+    end: Point3
+    normal: Point3 = (0.0, 0.0, 1.0)
+    scale: float = 1.0
+
+    def __post_init__(self) -> None:
+        for name in ("start", "end", "normal"):
+            object.__setattr__(self, name, tuple(float(c) for c in getattr(self, name)))
+            if len(getattr(self, name)) != 3:
+                raise ValueError(f"{name} = {getattr(self, name)!r}: must be three numbers")
+        positive("scale", self.scale, "m")
+
+
+@dataclass(frozen=True)
+class FreeModes:
+    """Chosen modes of the unsupported link.
+
+    Parameters
+    ----------
+    numbers : sequence of int
+        Any, from 1.
+    counting : str
+        What is counted, by frequency: 'flexible', all flexible modes, out-of-plane ones too; 'free', all modes of the
+        free body, so that 1 to 6 are rigid and carry no flexibility; 'in-plane', flexible ones that move in the plane.
+    """
+
+    numbers: tuple[int, ...]
+    counting: str = "flexible"
+
+    def __post_init__(self) -> None:
+        _check_numbers(self)
+
+
+@dataclass(frozen=True)
+class CraigBampton:
+    """Craig-Bampton modes, each interface moving as a rigid body: 6 static and `fixed` vibrating ones, made orthogonal.
+
+    Parameters
+    ----------
+    numbers : sequence of int, optional
+        As in `FreeModes`; by default all that move in the plane. Leaving one out gives up the exact static response.
+    fixed : int
+        Number of fixed-interface modes, out-of-plane ones included.
+    counting : str
+        As in `FreeModes`.
+    """
+
+    numbers: tuple[int, ...] | None = None
+    fixed: int = 12
+    counting: str = "flexible"
+
+    def __post_init__(self) -> None:
+        whole("fixed", self.fixed, 0, 1000)
+        if self.numbers is not None:
+            _check_numbers(self)
+
+
+def _check_numbers(modes: Any) -> None:
+    object.__setattr__(modes, "numbers", tuple(modes.numbers))
+    if not modes.numbers or len(set(modes.numbers)) < len(modes.numbers):
+        raise ValueError(f"numbers = {modes.numbers!r}: must be one mode at least, none of them twice")
+    for n in modes.numbers:
+        whole("numbers", n, 1, 1000)
+    if modes.counting not in COUNTINGS:
+        raise ValueError(f"counting = {modes.counting!r}: must be one of {', '.join(map(repr, COUNTINGS))}")
+
+
+@dataclass(frozen=True)
+class Modal:
+    """A link of chosen modes of a solid.
+
+    Parameters
+    ----------
+    section : Section
+        Thickness in the plane, width normal to it, material.
+    modes : FreeModes or CraigBampton
+        By default the three lowest free modes in the plane.
+    damping : float or sequence of float
+        Damping ratio of all modes, or one for each number in `modes`.
+    mesh : Box or MeshFile
+    interface : callable
+        Which nodes the joints hold: `EndFace`, `PinHole`, `Nearest`, or any (nodes, joint) -> mask in link axes.
+    order : int
+        Of the finite-element displacement, 1 or 2.
+    """
+
+    section: Section
+    modes: FreeModes | CraigBampton = field(default_factory=lambda: FreeModes((1, 2, 3), counting="in-plane"))
+    damping: float | tuple[float, ...] = 0.01
+    mesh: Box | MeshFile = field(default_factory=Box)
+    interface: Interface = field(default_factory=EndFace)
+    order: int = 2
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.modes, FreeModes | CraigBampton):
+            raise ValueError(f"modes = {self.modes!r}: must be FreeModes(numbers) or CraigBampton(numbers)")
+        if not isinstance(self.damping, int | float):
+            object.__setattr__(self, "damping", tuple(self.damping))
+            if self.modes.numbers is None or len(self.damping) != len(self.modes.numbers):
+                each = f"one for each of modes.numbers = {self.modes.numbers}"
+                raise ValueError(f"damping = {self.damping!r}: must be one ratio, or {each}")
+        for ratio in self.damping if isinstance(self.damping, tuple) else (self.damping,):
+            number("damping", ratio, 0.0, 10.0, "1")
+        number("poisson", self.section.material.poisson, -0.999, 0.499, "1")
+        whole("order", self.order, 1, 2)
