@@ -170,9 +170,7 @@ def _add_flexible(system: Any, model: PlanarModel, place: Array, velocity: Array
             referenceCoordinates=none, initialCoordinates=none, initialCoordinates_t=none, numberOfODE2Coordinates=m
         )
     )
-    body = system.AddObject(
-        eii.ObjectFFRFreducedOrder(nodeNumbers=[frame, modal], **_integrals(model), **_virtual_points(model))
-    )
+    body = system.AddObject(eii.ObjectFFRFreducedOrder(nodeNumbers=[frame, modal], **_integrals(model), **_virtual_points(model)))
     ground = system.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=system.AddNode(eii.NodePointGround()), coordinate=0))
     for coordinate in OUT_OF_PLANE:
         marker = system.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=frame, coordinate=coordinate))

@@ -83,9 +83,7 @@ def timoshenko(section, length, count):
     degree = 20
     x, w = np.polynomial.legendre.leggauss(degree + 2)
     basis = np.polynomial.legendre.legvander(x, degree)
-    slope = (
-        np.stack([np.polynomial.legendre.Legendre.basis(k).deriv()(x) for k in range(degree + 1)], axis=1) * 2 / length
-    )
+    slope = np.stack([np.polynomial.legendre.Legendre.basis(k).deriv()(x) for k in range(degree + 1)], axis=1) * 2 / length
     w = w * length / 2
     none = np.zeros_like(basis)
     shear, bend = np.hstack([slope, -basis]), np.hstack([none, slope])
@@ -126,9 +124,7 @@ def test_torsion_frequency_is_saint_venants():
     polar = WIDE * THIN * (WIDE**2 + THIN**2) / 12
     shear_modulus = 207e9 / 2.58
     assert model.kinds == ["torsion"] and model.participation[0, 3] > 0.99
-    assert model.omega[0] == pytest.approx(
-        pi / LENGTH * sqrt(shear_modulus * torsion_constant / (7850 * polar)), rel=1e-2
-    )
+    assert model.omega[0] == pytest.approx(pi / LENGTH * sqrt(shear_modulus * torsion_constant / (7850 * polar)), rel=1e-2)
     assert not model.moves_in_plane.any()
 
 
@@ -193,9 +189,7 @@ def test_same_numbers_in_three_countings():
     assert planar.kinds == ["in-plane bending", "in-plane bending", "axial"]
     third = reduced(Modal(TALL, FreeModes((3,), "in-plane")), LENGTH)
     assert third.kinds == ["axial"]
-    assert third.omega[0] == pytest.approx(
-        pi / LENGTH * sqrt(207e9 / 7850), rel=2e-3
-    )  # contraction's inertia lowers it
+    assert third.omega[0] == pytest.approx(pi / LENGTH * sqrt(207e9 / 7850), rel=2e-3)  # contraction's inertia lowers it
 
 
 def test_order_of_numbers_and_their_damping_are_kept():

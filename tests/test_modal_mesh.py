@@ -52,9 +52,7 @@ def test_every_kind_of_cell_gives_the_same_bar(kind):
     assert solid.mass.sum() == pytest.approx(7850 * LENGTH * WIDE * THIN, rel=1e-12)
     assert abs(solid.stiffness @ rigid_motions(solid.nodes)).max() < 1e-12 * abs(solid.stiffness).max()
     omega, _ = free_modes(solid, 3)
-    np.testing.assert_allclose(
-        omega[:3] / (2 * pi), [859.8, 2360.6, 3299.1], rtol=0.04 if kind.startswith("tet") else 0.03
-    )
+    np.testing.assert_allclose(omega[:3] / (2 * pi), [859.8, 2360.6, 3299.1], rtol=0.04 if kind.startswith("tet") else 0.03)
 
 
 @pytest.mark.parametrize("kind", ["tetra10", "hexahedron20", "hexahedron27"])
@@ -84,9 +82,7 @@ def test_a_file_in_other_axes_and_millimetres_gives_the_same_link(tmp_path, suff
     extra = [] if suffix in (".inp", ".msh") else [("triangle", np.array([[0, 1, 2]]))]
     path = tmp_path / f"bar{suffix}"
     meshio.Mesh(placed, [*extra, (kind, cells)]).write(path, **({"file_format": "gmsh22"} if suffix == ".msh" else {}))
-    mesh = MeshFile(
-        str(path), tuple(shift), tuple(shift + turn @ [1e3 * LENGTH, 0, 0]), tuple(turn @ [0, 0, 2.0]), 1e-3
-    )
+    mesh = MeshFile(str(path), tuple(shift), tuple(shift + turn @ [1e3 * LENGTH, 0, 0]), tuple(turn @ [0, 0, 2.0]), 1e-3)
     read = read_mesh(path, mesh.start, mesh.end, mesh.normal, mesh.scale)
     assert len(read.points) == len(points) and read.length == pytest.approx(LENGTH, rel=1e-12)
     box, other = np.sort(points, axis=0), np.sort(read.points, axis=0)
@@ -108,17 +104,13 @@ def eyed_bar(path, pitch=0.1, side=0.02, hole=0.004, ring=16):
     for centre in (0.0, pitch):
         for t0, t1 in ((0.0, 0.5), (0.5, 1.0)):
             for k in range(ring):
-                corners = [
-                    ((1 - t) * wall + t * square)[j % ring] for t, j in ((t0, k), (t1, k), (t1, k + 1), (t0, k + 1))
-                ]
+                corners = [((1 - t) * wall + t * square)[j % ring] for t, j in ((t0, k), (t1, k), (t1, k + 1), (t0, k + 1))]
                 quads.append(np.add(corners, [centre, 0]))
     x = np.linspace(side / 2, pitch - side / 2, 9)
     y = side * (np.arange(ring // 4 + 1) / (ring // 4) - 0.5)
     quads += [[(a, c), (b, c), (b, d), (a, d)] for a, b in itertools.pairwise(x) for c, d in itertools.pairwise(y)]
     sheet = np.array(quads)
-    solid = np.concatenate(
-        [np.pad(sheet, ((0, 0), (0, 0), (0, 1)), constant_values=z) for z in (-THIN / 2, THIN / 2)], axis=1
-    )
+    solid = np.concatenate([np.pad(sheet, ((0, 0), (0, 0), (0, 1)), constant_values=z) for z in (-THIN / 2, THIN / 2)], axis=1)
     points, cells = np.unique(solid.reshape(-1, 3).round(9), axis=0, return_inverse=True)
     meshio.Mesh(1e3 * points, [("hexahedron", cells.reshape(-1, 8))]).write(path)
     return THIN * (2 * (side**2 - ring / 2 * hole**2 * np.sin(2 * pi / ring)) + side * (pitch - side))

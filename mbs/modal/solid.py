@@ -156,9 +156,7 @@ def _solid_cells(mesh: Any, path: str) -> tuple[str, Array]:
     return kind, np.concatenate([block.data for block in mesh.cells if block.type == kind])
 
 
-def _link_axes(
-    start: Sequence[float], end: Sequence[float], normal: Sequence[float], scale: float
-) -> tuple[Array, float]:
+def _link_axes(start: Sequence[float], end: Sequence[float], normal: Sequence[float], scale: float) -> tuple[Array, float]:
     """Rotation from the file's axes into the link's, and the link's length, m."""
     vectors = {}
     for name, value in (("start", start), ("end", end), ("normal", normal)):
