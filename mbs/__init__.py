@@ -12,6 +12,7 @@ from mbs.mechanism import (
     GuideFriction,
     Link,
     Mechanism,
+    Modal,
     Motion,
     Ramp,
     Revolute,
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
     from mbs.solve import simulate
 
 __all__ = [
-    "STEEL", "Beam", "Cable", "Clearance", "Drive", "Guide", "GuideFriction", "Link", "Material", "Mechanism", "Motion",
+    "STEEL", "Beam", "Cable", "Clearance", "Drive", "Guide", "GuideFriction", "Link", "Material", "Mechanism", "Modal", "Motion",
     "Ramp", "Result", "Revolute", "Rigid", "Section", "Solver", "Status", "Stop", "Strut", "build", "crank_rocker", "simulate",
     "slider_crank",
 ]  # fmt: skip

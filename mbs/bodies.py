@@ -14,6 +14,7 @@ import exudyn.itemInterface as eii
 import numpy as np
 
 from mbs.mechanism import Beam, Cable, Guide, Link, Mechanism, Rigid, Strut
+from mbs.modal.spec import Modal
 from mbs.sections import Section
 
 Array = np.ndarray[Any, Any]
@@ -114,6 +115,10 @@ def add_link(system: Any, mechanism: Mechanism, link: Link, rates: Array) -> Pla
             return _add_rigid(system, mechanism, link, rates)
         case Beam() | Cable() as body:
             return _add_flexible(system, mechanism, link, body, rates)
+        case Modal():
+            from mbs.modal_body import add_modal  # it is built on this module, and brings the sparse solvers
+
+            return add_modal(system, mechanism, link, rates)
 
 
 def _add_rigid(system: Any, mechanism: Mechanism, link: Link, rates: Array) -> Placed:

@@ -10,6 +10,7 @@ from scipy.integrate import cumulative_trapezoid
 from mbs.contacts import energies
 from mbs.joints import StrutSpring
 from mbs.mechanism import Beam, Cable, Guide, GuideFriction, Rigid
+from mbs.modal.spec import Modal
 from mbs.signals import History, drive_power, strut_state
 
 Array = np.ndarray[Any, Any]
@@ -57,7 +58,7 @@ def _since_start(history: History, power: Array) -> Array:
 
 
 def _strips(history: History) -> list[Any]:
-    names = [link.name for link in history.scene.mechanism.links if isinstance(link.body, Beam | Cable)]
+    names = [link.name for link in history.scene.mechanism.links if isinstance(link.body, Beam | Cable | Modal)]
     return [history.strip(name) for name in names]
 
 

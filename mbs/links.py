@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from elastica import law
+from mbs.modal.spec import Modal
 from mbs.sections import Section
 from mbs.validate import number, whole
 
@@ -82,7 +83,7 @@ class Cable:
         number("imperfection", self.imperfection, -1.0, 1.0, "m")
 
 
-Body = Rigid | Strut | Beam | Cable
+Body = Rigid | Strut | Beam | Cable | Modal
 
 
 @dataclass(frozen=True)

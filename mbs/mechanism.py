@@ -12,13 +12,13 @@ from math import hypot, inf
 from typing import Any
 
 from mbs.connections import Clearance, Guide, GuideFriction, Pair, Revolute, Stop
-from mbs.links import Beam, Body, Cable, Link, Rigid, Strut
+from mbs.links import Beam, Body, Cable, Link, Modal, Rigid, Strut
 from mbs.motions import Drive, Motion, Ramp
 from mbs.validate import number, positive
 
 __all__ = [
-    "GROUND", "Beam", "Body", "Cable", "Clearance", "Drive", "Guide", "GuideFriction", "Link", "Mechanism", "Motion", "Ramp",
-    "Revolute", "Rigid", "Stop", "Strut",
+    "GROUND", "Beam", "Body", "Cable", "Clearance", "Drive", "Guide", "GuideFriction", "Link", "Mechanism", "Modal", "Motion",
+    "Ramp", "Revolute", "Rigid", "Stop", "Strut",
 ]  # fmt: skip
 
 GROUND = "ground"

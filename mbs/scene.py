@@ -28,6 +28,7 @@ from mbs.joints import (
 )
 from mbs.kinematics import Closure
 from mbs.mechanism import GROUND, Beam, Clearance, Link, Mechanism, Rigid, Strut
+from mbs.modal_body import PlacedModal, add_anchor
 
 exu.config.printToConsole = False
 
@@ -214,8 +215,13 @@ class _Connector:
         if body == GROUND:
             return End(-1, (x, y), (0.0, 0.0))
         placed = self.scene.placed.get(body)
+        if isinstance(placed, PlacedModal):
+            node = add_anchor(self.system, placed, point)
+            if node not in nodes:
+                nodes.append(node)
+            return End(3 * nodes.index(node), (x, y), (0.0, 0.0))
         if placed is None or not isinstance(placed.body, Rigid | Beam):
-            raise ValueError(f"clearance at '{point}': link '{body}' must be Rigid or Beam there, as the contact exerts moments")
+            raise ValueError(f"clearance at '{point}': link '{body}' must be Rigid, Beam or Modal, as the contact exerts moments")
         at_end = isinstance(placed.body, Beam) and point == self.mechanism.link(body).end
         k = -1 if at_end else 0
         node = placed.nodes[k]

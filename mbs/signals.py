@@ -10,6 +10,8 @@ import numpy as np
 from mbs.contacts import add_joints, moment_of_contacts
 from mbs.fields import Strip, centre_weights
 from mbs.mechanism import Beam, Cable, Guide, Rigid, Strut
+from mbs.modal.spec import Modal
+from mbs.modal_body import PlacedModal
 from mbs.recording import Record
 from mbs.result import Shape
 from mbs.scene import Scene
@@ -53,15 +55,19 @@ class History:
         onset = [np.array([row[g] for row in record.onset]).reshape(rows, -1) for g in range(len(scene.clearances))]
         return cls(scene, np.array(record.time), q, q_t, q_tt, forces, contact, onset)
 
-    def strip(self, name: str) -> Strip:
+    def strip(self, name: str) -> Any:
         """A flexible link's history."""
         placed = self.scene.placed[name]
+        if isinstance(placed, PlacedModal):
+            return placed.history(self.scene.system, self.q, self.q_t, self.q_tt)
         columns = placed.columns(self.scene.system)
         return Strip(placed, self.scene.arc_length(name), self.q[:, columns] + placed.reference, self.q_t[:, columns])
 
     def point(self, body: str, point: str) -> tuple[Array, Array]:
         """Position and velocity of a body's point, each of shape (times, 2)."""
         placed = self.scene.placed[body]
+        if isinstance(placed, PlacedModal):
+            return self.strip(body).motion(point)[:2]
         columns = placed.columns(self.scene.system)
         if isinstance(placed.body, Guide):
             s, v = self.q[:, columns[0, 0]], self.q_t[:, columns[0, 0]]
@@ -127,6 +133,8 @@ def collect(history: History) -> tuple[dict[str, Array], dict[str, str]]:
     for link in mechanism.links:
         if isinstance(link.body, Beam | Cable):
             _add_strip(history, link.name, add)
+        elif isinstance(link.body, Modal):
+            _add_modal(history, link.name, add)
         elif isinstance(link.body, Strut):
             _add_strut(history, link.name, add)
     return signals, units
@@ -186,6 +194,12 @@ def _add_strip(history: History, name: str, add: Any) -> None:
     add(f"{name}.deflection", (chord[:, 0] * middle[:, 1] - chord[:, 1] * middle[:, 0]) / span, "m")
 
 
+def _add_modal(history: History, name: str, add: Any) -> None:
+    modal = history.strip(name)
+    add(f"{name}.end_shortening", modal.end_shortening(), "m")
+    add(f"{name}.deflection", modal.deflection(), "m")
+
+
 def strut_state(history: History, name: str) -> tuple[Array, Array]:
     """Elongation of a strut, m, and its rate, m/s."""
     link = history.scene.mechanism.link(name)
@@ -212,7 +226,12 @@ def shapes_at(history: History, times: Array) -> dict[str, Shape]:
         return {}
     found = {}
     for link in history.scene.mechanism.links:
-        if isinstance(link.body, Beam | Cable):
+        placed = history.scene.placed.get(link.name)
+        if isinstance(placed, PlacedModal):
+            q = CubicHermiteSpline(history.time, history.q, history.q_t)(times)
+            line = placed.history(history.scene.system, q, np.zeros_like(q)).points()
+            found[link.name] = Shape(times, line, link.body.section.thickness)
+        elif isinstance(link.body, Beam | Cable):
             placed = history.scene.placed[link.name]
             columns = placed.columns(history.scene.system)
             q = CubicHermiteSpline(history.time, history.q[:, columns], history.q_t[:, columns])(times) + placed.reference

@@ -14,6 +14,7 @@ import numpy as np
 from mbs.joints import StrutSpring
 from mbs.laws import contact_time
 from mbs.mechanism import Guide, Rigid
+from mbs.modal_body import PlacedModal
 from mbs.recording import Recorder, StopState
 from mbs.scene import Scene
 from mbs.settings import Solver
@@ -169,6 +170,9 @@ def _position_weights(scene: Scene) -> Array:
         columns = placed.columns(scene.system)
         if isinstance(placed.body, Guide):
             weights[columns] = 1.0
+            continue
+        if isinstance(placed, PlacedModal):
+            weights[columns] = placed.weights()
             continue
         weights[columns[:, :2]] = 1.0
         if isinstance(placed.body, Rigid):

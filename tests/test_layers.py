@@ -20,6 +20,7 @@ WITHOUT_ENGINE = [
     "mbs.result",
     "mbs.library",
     "mbs.precision",
+    "mbs.modal",
     "elastica",
     "elastica.law",
     "elastica.pinned",

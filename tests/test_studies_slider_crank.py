@@ -348,7 +348,8 @@ def test_late_buckling_makes_the_impact_a_square_root_of_speed_and_stiffness():
     speeds, stops = np.array([0.4, 0.8, 1.6, 3.2]), np.array([1e4, 1e5, 1e6])
     assert slider_crank_ramp.exponent(speeds, [peak(speed=v) for v in speeds]) == pytest.approx(0.5, abs=0.03)
     assert slider_crank_ramp.exponent(stops, [peak(stop=k) for k in stops]) == pytest.approx(0.5, abs=0.05)
-    assert peak(mass=0.05) == pytest.approx(peak(mass=1.0), rel=0.02)
+    # not to 1 kg: there friction alone presses the strip with two thirds of its Euler load and so adds to its bow
+    assert peak(mass=0.05) == pytest.approx(peak(mass=0.5), rel=0.02)
 
 
 @pytest.mark.slow
