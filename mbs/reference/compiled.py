@@ -11,15 +11,45 @@ from typing import Any, NamedTuple
 
 import numba
 from numba import float64, int64, void
+from numba.core import cgutils
 from numba.core.errors import NumbaError
+from numba.extending import intrinsic
 
 V, T, COUNTS = float64[::1], float64[:, ::1], int64[::1]
-SCALAR = numba.types.FunctionType(float64(float64))
+FRICTION = numba.types.FunctionType(float64(float64))
 NORMAL = numba.types.FunctionType(float64(float64, float64, float64))
-MOTION = numba.types.FunctionType(void(float64, V, V, V, T, V, T, V, NORMAL, SCALAR, SCALAR))
+MOTION = numba.types.FunctionType(void(float64, V, V, V, T, V, T, V, NORMAL, FRICTION))
 """Of `equations.motion`. Functions handed over as pointers are compiled, and cached, each for itself."""
 
-jit = partial(numba.njit, error_model="numpy")
+jit = partial(numba.njit, error_model="numpy", forceinline=True)
+law_jit = partial(numba.njit, error_model="numpy", fastmath={"afn"})
+"""Allows x**1.5 to become x sqrt(x)."""
+
+
+@intrinsic
+def borrowed(_: Any, array: Any) -> Any:
+    """The same array without its share in the memory's reference count; its owner must outlive it.
+
+    Numba counts references at each call that it does not see through, by locked instructions: as long as the rest together.
+    """
+
+    def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        view = context.make_array(array)(context, builder, arguments[0])
+        view.meminfo = cgutils.get_null_value(view.meminfo.type)
+        view.parent = cgutils.get_null_value(view.parent.type)
+        return view._getvalue()
+
+    return array(array), codegen
+
+
+@intrinsic
+def pointer(_: Any, array: Any) -> Any:
+    """Pointer to an array's first number."""
+
+    def codegen(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return context.make_array(array)(context, builder, arguments[0]).data
+
+    return numba.types.CPointer(array.dtype)(array), codegen
 
 
 def entry(signature: Any) -> Callable[[Callable[..., None]], Any]:
@@ -38,7 +68,6 @@ class Laws(NamedTuple):
     """A normal and a friction law as pointers to machine code."""
 
     normal: Any
-    elastic: Any
     friction: Any
 
 
@@ -51,15 +80,15 @@ def compile_laws(law: Any, friction: Any) -> Laws:
         If a law is not plain arithmetic on its arguments and its own numbers.
     """
     normal = _pointer(law, "force", float64(float64, float64, float64))
-    return Laws(normal, _pointer(law, "elastic", float64(float64)), _pointer(friction, "coefficient", float64(float64)))
+    return Laws(normal, _pointer(friction, "coefficient", float64(float64)))
 
 
 def _pointer(law: Any, name: str, signature: Any) -> Any:
     try:
         method = _bound(law, name)
         if len(signature.args) == 3:
-            return jit(signature)(lambda depth, rate, onset: method(depth, rate, onset))
-        return jit(signature)(lambda x: method(x))
+            return law_jit(signature)(lambda depth, rate, onset: method(depth, rate, onset))
+        return law_jit(signature)(lambda x: method(x))
     except (NumbaError, AttributeError, TypeError) as error:
         raise ValueError(f"{law!r}: its method '{name}' does not compile: {str(error).splitlines()[0]}") from error
 
@@ -69,13 +98,14 @@ def _bound(law: Any, name: str) -> Any:
     function = inspect.unwrap(getattr(type(law), name))
     used = [attribute for attribute in function.__code__.co_names if hasattr(law, attribute)]
     values = [_bound(law, a) if callable(getattr(law, a)) else float(getattr(law, a)) for a in used]
-    me = namedtuple("me", used)(*values)  # type: ignore[misc]
+    me: Any = namedtuple("me", used)  # type: ignore[misc]
+    bound = me(*values)
     inner = _plain(function)
-    return jit(lambda *arguments: inner(me, *arguments))
+    return law_jit(lambda *arguments: inner(bound, *arguments))
 
 
 def _plain(function: Any) -> Any:
     """Compile a plain function, after the plain functions it calls."""
     names = function.__code__.co_names
     calls = {k: _plain(v) if inspect.isfunction(v) else v for k, v in function.__globals__.items() if k in names}
-    return jit(types.FunctionType(function.__code__, calls, function.__name__, function.__defaults__))
+    return law_jit(types.FunctionType(function.__code__, calls, function.__name__, function.__defaults__))

@@ -17,47 +17,53 @@ import math
 import numpy as np
 from numba import float64, void
 
-from mbs.reference.compiled import COUNTS, MOTION, NORMAL, SCALAR, T, V, entry, jit
+from mbs.reference.compiled import COUNTS, FRICTION, MOTION, NORMAL, T, V, borrowed, entry, jit
 
 OK, UNDERFLOW, NOT_FINITE, TOO_MANY = 0, 1, 2, 3
 STATUS, STEPS, REJECTED, EVALUATIONS, SAMPLES, IMPACTS, COUNTERS = 0, 1, 2, 3, 4, 5, 6
 """Places in the counts."""
 RTOL, LONGEST, FLOOR, LANDING, BUDGET, CONTROLS = 0, 1, 2, 3, 4, 5
 """Places in the controls: tolerance, longest step, slowest onset speed, how near zero an onset must land, most steps."""
+SPARE = 7
+"""Further rows of the outputs, to work in."""
+TINY = 1e-15
+"""Shortest step, as a part of the run's end."""
+FIRST_STEP = 1e-7
+"""s; grows fivefold a step where it may."""
 IMPACT = ("joint", "start", "speed", "end", "rebound", "force")
 """Columns of the table of impacts: joint, onset time and speed, end time and speed, peak force; nan while it lasts."""
 
 
 @jit
-def _stages(rhs, t, h, y, k, new, trial, bar, modes, onset, report, watch, normal, elastic, friction):
+def _stages(rhs, t, h, y, k, new, trial, bar, modes, onset, report, watch, normal, friction):
     """The seven stages k; new becomes the fifth-order solution, report and watch are those of its end."""
     n = y.size
     for i in range(n):
         trial[i] = y[i] + h * (k[0, i] / 5.0)
-    rhs(t + h / 5.0, trial, k[1], bar, modes, onset, report, watch, normal, elastic, friction)
+    rhs(t + h / 5.0, trial, k[1], bar, modes, onset, report, watch, normal, friction)
     for i in range(n):
         trial[i] = y[i] + h * (3.0 / 40.0 * k[0, i] + 9.0 / 40.0 * k[1, i])
-    rhs(t + 0.3 * h, trial, k[2], bar, modes, onset, report, watch, normal, elastic, friction)
+    rhs(t + 0.3 * h, trial, k[2], bar, modes, onset, report, watch, normal, friction)
     for i in range(n):
         trial[i] = y[i] + h * (44.0 / 45.0 * k[0, i] - 56.0 / 15.0 * k[1, i] + 32.0 / 9.0 * k[2, i])
-    rhs(t + 0.8 * h, trial, k[3], bar, modes, onset, report, watch, normal, elastic, friction)
+    rhs(t + 0.8 * h, trial, k[3], bar, modes, onset, report, watch, normal, friction)
     for i in range(n):
         trial[i] = y[i] + h * (
             19372.0 / 6561.0 * k[0, i] - 25360.0 / 2187.0 * k[1, i] + 64448.0 / 6561.0 * k[2, i] - 212.0 / 729.0 * k[3, i]
         )
-    rhs(t + h / 1.125, trial, k[4], bar, modes, onset, report, watch, normal, elastic, friction)
+    rhs(t + h / 1.125, trial, k[4], bar, modes, onset, report, watch, normal, friction)
     for i in range(n):
         trial[i] = y[i] + h * (
             9017.0 / 3168.0 * k[0, i] - 355.0 / 33.0 * k[1, i] + 46732.0 / 5247.0 * k[2, i]
             + 49.0 / 176.0 * k[3, i] - 5103.0 / 18656.0 * k[4, i]
         )  # fmt: skip
-    rhs(t + h, trial, k[5], bar, modes, onset, report, watch, normal, elastic, friction)
+    rhs(t + h, trial, k[5], bar, modes, onset, report, watch, normal, friction)
     for i in range(n):
         new[i] = y[i] + h * (
             35.0 / 384.0 * k[0, i] + 500.0 / 1113.0 * k[2, i] + 125.0 / 192.0 * k[3, i]
             - 2187.0 / 6784.0 * k[4, i] + 11.0 / 84.0 * k[5, i]
         )  # fmt: skip
-    rhs(t + h, new, k[6], bar, modes, onset, report, watch, normal, elastic, friction)
+    rhs(t + h, new, k[6], bar, modes, onset, report, watch, normal, friction)
 
 
 @jit
@@ -127,7 +133,7 @@ def _contacts(t, report, watch, inside, onset, impacts, counts, floor, landing):
     for j in range(inside.size):
         depth, rate = report[j, 0], report[j, 1]
         row = inside[j]
-        if row < 0 and rate > 0.0 and depth >= -landing:
+        if row < 0 and (depth > landing or (depth >= -landing and rate > 0.0)):
             onset[j], changed = max(rate, floor), True
             inside[j] = row = min(counts[IMPACTS], impacts.shape[0] - 1)
             counts[IMPACTS] += 1
@@ -141,78 +147,82 @@ def _contacts(t, report, watch, inside, onset, impacts, counts, floor, landing):
     return changed
 
 
-@entry(void(MOTION, V, V, V, V, T, V, V, T, T, float64[:, :, ::1], T, T, COUNTS, NORMAL, SCALAR, SCALAR))
-def integrate(
-    rhs, y, times, atol, bar, modes, onset, controls, states, rates, reports, peaks, impacts, counts, normal, elastic, friction
-):
+@jit
+def _raise(peaks, s, values):
+    """Keep the larger of what row s holds and values."""
+    for i in range(values.size):
+        peaks[s, i] = max(peaks[s, i], values[i])
+
+
+@jit
+def _shorter(h, error, part, shortest, counts):
+    """Length of the next attempt after one whose error is too large, or one to be cut at an onset."""
+    counts[REJECTED] += 1
+    if error <= 1.0:
+        return max(h * part, shortest)
+    if h < shortest:
+        counts[STATUS] = UNDERFLOW if math.isfinite(error) else NOT_FINITE
+    return h * (max(0.2, 0.9 * error**-0.2) if math.isfinite(error) else 0.2)
+
+
+@entry(void(MOTION, V, V, V, V, T, V, V, T, T, float64[:, :, ::1], T, T, COUNTS, NORMAL, FRICTION))
+def integrate(rhs, y, times, atol, bar, modes, onset, controls, states, rates, reports, peaks, impacts, counts, normal, friction):
     """Integrate from times[0] to times[-1], leaving the final state in y.
 
     Parameters
     ----------
-    rhs, bar, modes, onset, normal, elastic, friction : see `equations.motion`; onset.size is the number of contacts
+    rhs, bar, modes, onset, normal, friction : see `equations.motion`; onset.size is the number of contacts
     y : array, shape (n,), changed
     times : array, shape (samples,), ascending
     atol : array, shape (n,), infinite where the error does not count
     controls : array, shape (CONTROLS,)
-    states, rates : array, shape (samples, n), filled
-    reports : array, shape (samples, rows, columns), filled
-    peaks : array, shape (samples, watched), filled: the largest since the sample before
+    states, rates : array, shape (samples + SPARE, n), filled
+    reports : array, shape (samples + SPARE, rows, columns), filled
+    peaks : array, shape (samples + SPARE, watched), filled: the largest since the sample before; the spare rows are for work
     impacts : array, shape (capacity, 6), filled
     counts : array of int, shape (COUNTERS,), filled
     """
-    n, t, stop = y.size, times[0], times[-1]
-    k, new, trial = np.zeros((7, n)), np.empty(n), np.empty(n)
-    report, watch, spare = np.zeros(reports.shape[1:]), np.zeros(peaks.shape[1]), np.zeros(peaks.shape[1])
+    y, bar, modes, onset, states = borrowed(y), borrowed(bar), borrowed(modes), borrowed(onset), borrowed(states)
+    rates, reports, peaks, impacts, counts = (
+        borrowed(rates), borrowed(reports), borrowed(peaks), borrowed(impacts), borrowed(counts)
+    )  # fmt: skip
+    last, t, stop, shortest = times.size, times[0], times[-1], TINY * times[-1]
+    k, new, trial = rates[last:], states[last], states[last + 1]
+    report, before, watch, spare = reports[last], reports[last + 1], peaks[last], peaks[last + 1]
     inside = np.full(onset.size, -1)
     rtol, landing, floor = controls[RTOL], controls[LANDING], controls[FLOOR]
-    counts[:] = 0
-    peaks[:] = 0.0
-    rhs(t, y, k[0], bar, modes, onset, report, watch, normal, elastic, friction)
+    rhs(t, y, k[0], bar, modes, onset, report, watch, normal, friction)
     states[0], rates[0], reports[0], peaks[0] = y, k[0], report, watch
     counts[SAMPLES] = counts[EVALUATIONS] = 1
-    before = report.copy()
-    h, previous, cut = min(controls[LONGEST], 1e-3 * (stop - t)), 1e-4, False
-    h = min(h, 1e-7)
-    while t < stop:
-        if counts[STEPS] + counts[REJECTED] >= controls[BUDGET]:
-            counts[STATUS] = TOO_MANY
-            return
+    _contacts(t, report, watch, inside, onset, impacts, counts, floor, landing)
+    h, previous, kept = FIRST_STEP, 1e-4, 0.0
+    while t < stop and counts[STATUS] == OK:
+        before[:] = report
         h = min(h, controls[LONGEST], stop - t)
-        _stages(rhs, t, h, y, k, new, trial, bar, modes, onset, report, watch, normal, elastic, friction)
+        _stages(rhs, t, h, y, k, new, trial, bar, modes, onset, report, watch, normal, friction)
         counts[EVALUATIONS] += 6
         error = _error(h, y, new, k, rtol, atol)
-        if not error <= 1.0:
-            counts[REJECTED] += 1
-            h *= max(0.2, 0.9 * error**-0.2) if math.isfinite(error) else 0.2
-            cut = True
-            if h < 1e-15 * max(stop, 1e-3):
-                counts[STATUS] = UNDERFLOW if math.isfinite(error) else NOT_FINITE
-                return
-            continue
-        part = _first_crossing(h, before, report, inside, landing)
-        if part < 1.0 and h * part > 1e-15 * stop:
-            counts[REJECTED] += 1
-            h *= part
+        part = _first_crossing(h, before, report, inside, landing) if error <= 1.0 else 1.0
+        if not error <= 1.0 or h * part < h - shortest:
+            kept = max(kept, h) if error <= 1.0 else kept
+            h = _shorter(h, error, part, shortest, counts)
+            report[:] = before
             continue
         end = stop if h >= stop - t else t + h
-        while counts[SAMPLES] < times.size and times[counts[SAMPLES]] <= end:
+        while counts[SAMPLES] < last and times[counts[SAMPLES]] <= end:
             s = counts[SAMPLES]
             _dense((times[s] - t) / h, h, y, new, k, states[s])
-            rhs(times[s], states[s], rates[s], bar, modes, onset, reports[s], spare, normal, elastic, friction)
+            rhs(times[s], states[s], rates[s], bar, modes, onset, reports[s], spare, normal, friction)
+            _raise(peaks, s, spare)
             counts[SAMPLES] += 1
-            counts[EVALUATIONS] += 1
-            peaks[s] = np.maximum(peaks[s], spare)
-        s = min(counts[SAMPLES], times.size - 1)
-        for i in range(watch.size):
-            peaks[s, i] = max(peaks[s, i], watch[i])
+        _raise(peaks, min(counts[SAMPLES], last - 1), watch)
         t = end
-        counts[STEPS] += 1
-        y[:] = new
-        k[0] = k[6]
-        before[:] = report
+        for i in range(y.size):
+            y[i], k[0, i] = new[i], k[6, i]
         if _contacts(t, report, watch, inside, onset, impacts, counts, floor, landing):
-            rhs(t, y, k[0], bar, modes, onset, report, watch, normal, elastic, friction)
-            counts[EVALUATIONS] += 1
-        grow = 0.9 * max(error, 1e-10) ** -0.14 * previous**0.08
-        h *= min(1.0 if cut else 5.0, max(0.2, grow))
-        previous, cut = max(error, 1e-4), False
+            rhs(t, y, k[0], bar, modes, onset, report, watch, normal, friction)
+        h *= min(5.0, max(0.2, 0.9 * max(error, 1e-10) ** -0.14 * previous**0.08))
+        h, kept, previous = max(h, kept), 0.0, max(error, 1e-4)
+        counts[STEPS] += 1
+        if t < stop and counts[STEPS] + counts[REJECTED] >= controls[BUDGET]:
+            counts[STATUS] = TOO_MANY

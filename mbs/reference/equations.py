@@ -3,10 +3,12 @@
 Coordinates q = (crank x, y | coupler x, y, theta | rocker x, y, theta | modal coordinates of the rocker): centres in the
 plane, m and rad. The state is (q, q_t, ledger). A joint with a gap is a contact: pin on the first body, bush on the second,
 both pushed at the one point P = r_pin + R_p n. A joint without a gap is ideal, by multipliers and stabilised (Baumgarte).
-The flexible rocker is a floating frame of reference (docs/theory-clearance.md has the equations).
+The flexible rocker is a floating frame of reference. The equations are in docs/theory-clearance.md.
 
 What is compiled here calls nothing compiled elsewhere: laws come in as pointers. So laws can change without a new
-compilation, and the cached machine code is out of date only if this file is.
+compilation, and the cached machine code is out of date only if this file is. Within, arrays are bare pointers: y, dy of the
+state, bar of the numbers, modes of the modal table (m columns), report of five rows of eight. Loads are gathered where the
+accelerations will stand, from dy[n] on; those on the rocker in its own frame. Gravity, alike for all, is added last.
 """
 
 from __future__ import annotations
@@ -15,42 +17,56 @@ import math
 
 import numpy as np
 
-from mbs.reference.compiled import MOTION, entry, jit
+from mbs.reference.compiled import MOTION, entry, jit, pointer
 
-FIRST = (0, 1, 2, 0)
-"""Whose pin it is, joints O, A, B, C; bodies: 0 ground, 1 crank, 2 coupler, 3 rocker."""
-SECOND = (1, 2, 3, 3)
-"""Whose bush."""
 # Places in the table of numbers. Masses are those of crank, coupler, rocker, inertias those of coupler and rocker.
 ANGLE, SPEED, GRAVITY, CRANK, COUPLER, ROCKER, FRAME, MASS, INERTIA, PIN, GAP, BAUMGARTE, NUMBERS = (
     0, 1, 2, 4, 5, 6, 7, 8, 11, 13, 17, 21, 22,
 )  # fmt: skip
-LEDGER = 13
-"""Integrals: work of the drive | lost in contact, each joint | in friction, each joint | in the modes | three of a_x^2."""
-WATCHED = 11
-"""|force| of each joint | depth of each joint | |a_x| of coupler centre, rocker centre, rocker mid-point."""
 SHAPES, TRANSLATION, TURNING, RADIAL, STIFFNESS, DAMPING, GYRATION = 0, 9, 11, 12, 13, 14, 15
 """Rows of the modal table: shapes (x, y, turn) at start, end and centre, then the integrals; see `ModalData.table`."""
+REPORT = (5, 8)
+"""For each joint depth, rate, sliding speed, normal force, force x, y on the pin, contact point x, y; then accelerations
+x, y of coupler centre, rocker centre, rocker mid-point."""
+LEDGER = 13
+"""Integrals: work of the drive | work on the contact, each joint | in friction, each joint | in the modes | three of a_x^2."""
+WATCHED = 11
+"""|force| of each joint | depth of each joint | |a_x| of coupler centre, rocker centre, rocker mid-point."""
+
+
+# --- where things are -------------------------------------------------------------------------------------------------
 
 
 @jit
-def _station(modes, station, y):
-    """Modal displacement (x, y), its rate and the rate of turn at the rocker's start (0), end (1) or centre (2); body frame."""
-    m, row = modes.shape[1], SHAPES + 3 * station
-    n = 8 + m
+def _poses(t, y, n, bar):
+    """(x, y, cos, sin, x_t, y_t, theta_t) of ground, crank, coupler, rocker."""
+    a, b, c = bar[ANGLE] + bar[SPEED] * t, y[4], y[7]
+    return (
+        (0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0),
+        (y[0], y[1], math.cos(a), math.sin(a), y[n], y[n + 1], bar[SPEED]),
+        (y[2], y[3], math.cos(b), math.sin(b), y[n + 2], y[n + 3], y[n + 4]),
+        (y[5], y[6], math.cos(c), math.sin(c), y[n + 5], y[n + 6], y[n + 7]),
+    )
+
+
+@jit
+def _flex(station, y, n, modes, m):
+    """Modal displacement (x, y), its rate and the rate of turn at the rocker's start (0), end (1) or centre (2); its frame."""
+    row = m * (SHAPES + 3 * station)
     ux, uy, vx, vy, turn = 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(m):
-        ux += modes[row, i] * y[8 + i]
-        uy += modes[row + 1, i] * y[8 + i]
-        vx += modes[row, i] * y[n + 8 + i]
-        vy += modes[row + 1, i] * y[n + 8 + i]
-        turn += modes[row + 2, i] * y[n + 8 + i]
+        q, v = y[8 + i], y[n + 8 + i]
+        ux += modes[row + i] * q
+        uy += modes[row + m + i] * q
+        vx += modes[row + i] * v
+        vy += modes[row + m + i] * v
+        turn += modes[row + 2 * m + i] * v
     return ux, uy, vx, vy, turn
 
 
 @jit
 def _end(pose, along, flex):
-    """Place, velocity, spin and velocity-dependent acceleration of a point on a body's axis; flex as from `_station`."""
+    """Place, velocity, spin and velocity-dependent acceleration of a point on a body's axis; flex as from `_flex`."""
     x, y, c, s, vx, vy, w = pose
     px, py = along + flex[0], flex[1]
     ax, ay = c * px - s * py, s * px + c * py
@@ -62,271 +78,262 @@ def _end(pose, along, flex):
 
 
 @jit
-def _poses(t, y, n, bar):
-    """(x, y, cos, sin, x_t, y_t, theta_t) of ground, crank, coupler, rocker."""
-    a, b, d = bar[ANGLE] + bar[SPEED] * t, y[4], y[7]
-    v = y[n : 2 * n]
-    return (
-        (0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0),
-        (y[0], y[1], math.cos(a), math.sin(a), v[0], v[1], bar[SPEED]),
-        (y[2], y[3], math.cos(b), math.sin(b), v[2], v[3], v[4]),
-        (y[5], y[6], math.cos(d), math.sin(d), v[5], v[6], v[7]),
-    )
-
-
-@jit
-def _ends(poses, y, bar, modes):
+def _ends(poses, y, n, bar, modes, m):
     """The pins' and the bushes' centres of O, A, B, C, as from `_end`."""
     ground, crank, coupler, rocker = poses
     stiff = (0.0, 0.0, 0.0, 0.0, 0.0)
-    half = (0.5 * bar[CRANK], 0.5 * bar[COUPLER], 0.5 * bar[ROCKER])
-    pins = (
-        _end(ground, 0.0, stiff), _end(crank, half[0], stiff), _end(coupler, half[1], stiff), _end(ground, bar[FRAME], stiff)
-    )  # fmt: skip
-    bushes = (
-        _end(crank, -half[0], stiff), _end(coupler, -half[1], stiff),
-        _end(rocker, -half[2], _station(modes, 0, y)), _end(rocker, half[2], _station(modes, 1, y)),
-    )  # fmt: skip
+    a, b, c = 0.5 * bar[CRANK], 0.5 * bar[COUPLER], 0.5 * bar[ROCKER]
+    pins = (_end(ground, 0.0, stiff), _end(crank, a, stiff), _end(coupler, b, stiff), _end(ground, bar[FRAME], stiff))
+    rocker_ends = _end(rocker, -c, _flex(0, y, n, modes, m)), _end(rocker, c, _flex(1, y, n, modes, m))
+    bushes = (_end(crank, -a, stiff), _end(coupler, -b, stiff), rocker_ends[0], rocker_ends[1])
     return pins, bushes
 
 
+# --- what acts on them ------------------------------------------------------------------------------------------------
+
+
 @jit
-def _touch(pin, bush, radius, gap, onset, report, normal, elastic, friction):
-    """Fill report with depth, rate, sliding speed, normal force, force on the pin; return P, and the two powers lost."""
+def _touch(j, pin, bush, bar, onset, report, dy, ledger, normal, friction):
+    """Fill joint j's row of the report, and the powers that go into contact and friction."""
+    row, gap, radius = REPORT[1] * j, bar[GAP + j], bar[PIN + j]
     ex, ey = pin[0] - bush[0], pin[1] - bush[1]
     e = math.sqrt(ex * ex + ey * ey)
     nx, ny = (ex / e, ey / e) if e > 0.0 else (1.0, 0.0)
     ux, uy = pin[2] - bush[2], pin[3] - bush[3]
     depth, rate = e - gap, nx * ux + ny * uy
     slide = nx * uy - ny * ux + radius * pin[4] - (e + radius) * bush[4]
-    force, drag, lost = 0.0, 0.0, 0.0
+    force, drag = 0.0, 0.0
     if depth > 0.0:
-        force = normal(depth, rate, onset)
+        force = normal(depth, rate, onset[j])
         drag = friction(slide) * force
-        lost = (force - elastic(depth)) * rate
-    report[0], report[1], report[2], report[3] = depth, rate, slide, force
-    report[4], report[5] = -force * nx + drag * ny, -force * ny - drag * nx
-    return pin[0] + radius * nx, pin[1] + radius * ny, lost, drag * slide
+        dy[ledger + 1 + j], dy[ledger + 5 + j] = force * rate, drag * slide
+    report[row], report[row + 1], report[row + 2], report[row + 3] = depth, rate, slide, force
+    report[row + 4], report[row + 5] = -force * nx + drag * ny, -force * ny - drag * nx
+    report[row + 6], report[row + 7] = pin[0] + radius * nx, pin[1] + radius * ny
 
 
 @jit
-def _push(load, body, station, pose, end, fx, fy, px, py, modes):
-    """Add force (fx, fy) at (px, py) to the load on a body, the rocker's in its own frame; return the moment on the crank."""
-    moment = (px - pose[0]) * fy - (py - pose[1]) * fx
-    if body == 1:
-        load[0] += fx
-        load[1] += fy
-        return moment
-    if body == 2:
-        load[2] += fx
-        load[3] += fy
-        load[4] += moment
-    elif body == 3:
-        gx, gy = pose[2] * fx + pose[3] * fy, -pose[3] * fx + pose[2] * fy
-        load[5] += gx
-        load[6] += gy
-        load[7] += moment
-        twist = (px - end[0]) * fy - (py - end[1]) * fx
-        for i in range(modes.shape[1]):
-            row = SHAPES + 3 * station
-            load[8 + i] += modes[row, i] * gx + modes[row + 1, i] * gy + modes[row + 2, i] * twist
+def _push(load, at, pose, fx, fy, px, py):
+    """Add a force at (px, py) to the load on a body, whose x, y begin at load[at]; return its moment about the centre."""
+    load[at] += fx
+    load[at + 1] += fy
+    return (px - pose[0]) * fy - (py - pose[1]) * fx
+
+
+@jit
+def _push_rocker(load, at, pose, fx, fy, px, py, end, station, modes, m):
+    """Add a force on the rocker that acts on the section at its start (0) or end (1)."""
+    gx, gy = pose[2] * fx + pose[3] * fy, -pose[3] * fx + pose[2] * fy
+    load[at] += gx
+    load[at + 1] += gy
+    load[at + 2] += (px - pose[0]) * fy - (py - pose[1]) * fx
+    twist, row = (px - end[0]) * fy - (py - end[1]) * fx, m * (SHAPES + 3 * station)
+    for i in range(m):
+        load[at + 3 + i] += modes[row + i] * gx + modes[row + m + i] * gy + modes[row + 2 * m + i] * twist
+
+
+@jit
+def _push_joint(j, load, at, poses, bush, fx, fy, px, py, modes, m):
+    """Add a force on the pin of joint j, and its opposite on the bush, to the loads; return the moment on the crank."""
+    if j == 0:
+        return _push(load, at, poses[1], -fx, -fy, px, py)
+    if j == 1:
+        load[at + 4] += _push(load, at + 2, poses[2], -fx, -fy, px, py)
+        return _push(load, at, poses[1], fx, fy, px, py)
+    if j == 2:
+        load[at + 4] += _push(load, at + 2, poses[2], fx, fy, px, py)
+    _push_rocker(load, at + 5, poses[3], -fx, -fy, px, py, bush, j - 2, modes, m)
     return 0.0
 
 
+# --- what they do about it --------------------------------------------------------------------------------------------
+
+
 @jit
-def _rocker_matrix(y, w, load, bar, modes):
-    """Mass matrix of the flexible rocker in its own frame; its velocity and elastic terms go to load."""
-    m = modes.shape[1]
-    n, size = 8 + m, 3 + m
-    q, v = y[8:n], y[n + 8 : 2 * n]
-    matrix = np.zeros((size, size))
+def _rocker_matrix(y, dy, n, bar, modes, m):
+    """Mass matrix of the rocker in its own frame; its velocity and elastic terms go to the loads."""
+    w, table = y[n + 7], 3 + m
+    matrix = np.zeros((table, table))
     matrix[0, 0] = matrix[1, 1] = bar[MASS + 2]
     matrix[2, 2] = bar[INERTIA + 1]
     for i in range(m):
-        sx, sy, turning, stretch = modes[TRANSLATION, i], modes[TRANSLATION + 1, i], modes[TURNING, i], modes[RADIAL, i]
-        gyro = 0.0
+        q, v = y[8 + i], y[n + 8 + i]
+        sx, sy = modes[m * TRANSLATION + i], modes[m * (TRANSLATION + 1) + i]
+        turning, radial, gyro = modes[m * TURNING + i], modes[m * RADIAL + i], 0.0
+        stretch = radial
         for j in range(m):
-            matrix[3 + i, 3 + j] = modes[GYRATION + m + j, i]
-            turning += q[j] * modes[GYRATION + j, i]
-            gyro += v[j] * modes[GYRATION + j, i]
-            stretch += modes[GYRATION + m + j, i] * q[j]
-        matrix[0, 2] -= sy * q[i]
-        matrix[1, 2] += sx * q[i]
-        matrix[2, 2] += (stretch + modes[RADIAL, i]) * q[i]
-        matrix[0, 3 + i], matrix[1, 3 + i], matrix[2, 3 + i] = sx, sy, turning
-        load[5] += w * (w * sx * q[i] + 2.0 * sy * v[i])
-        load[6] += w * (w * sy * q[i] - 2.0 * sx * v[i])
-        load[7] -= 2.0 * w * stretch * v[i]
-        load[8 + i] += w * (w * stretch - 2.0 * gyro) - modes[STIFFNESS, i] * q[i] - modes[DAMPING, i] * v[i]
-    for i in range(size):
-        for j in range(i):
-            matrix[i, j] = matrix[j, i]
+            across, mass = modes[m * (GYRATION + j) + i], modes[m * (GYRATION + m + j) + i]
+            matrix[3 + i, 3 + j] = mass
+            turning += across * y[8 + j]
+            gyro += across * y[n + 8 + j]
+            stretch += mass * y[8 + j]
+        matrix[2, 0] -= sy * q
+        matrix[2, 1] += sx * q
+        matrix[2, 2] += (stretch + radial) * q
+        matrix[3 + i, 0], matrix[3 + i, 1], matrix[3 + i, 2] = sx, sy, turning
+        dy[n + 5] += w * (w * sx * q + 2.0 * sy * v)
+        dy[n + 6] += w * (w * sy * q - 2.0 * sx * v)
+        dy[n + 7] -= 2.0 * w * stretch * v
+        dy[n + 8 + i] += w * (w * stretch - 2.0 * gyro) - modes[m * STIFFNESS + i] * q - modes[m * DAMPING + i] * v
     return matrix
 
 
 @jit
-def _weigh(load, rocker, y, bar, modes):
-    """Add gravity."""
-    gx, gy = bar[GRAVITY], bar[GRAVITY + 1]
-    hx, hy = rocker[2] * gx + rocker[3] * gy, -rocker[3] * gx + rocker[2] * gy
-    for i in range(modes.shape[1]):
-        sx, sy = modes[TRANSLATION, i], modes[TRANSLATION + 1, i]
-        load[8 + i] += sx * hx + sy * hy
-        load[7] += y[8 + i] * (sx * hy - sy * hx)
-    load[0] += bar[MASS] * gx
-    load[1] += bar[MASS] * gy
-    load[2] += bar[MASS + 1] * gx
-    load[3] += bar[MASS + 1] * gy
-    load[5] += bar[MASS + 2] * hx
-    load[6] += bar[MASS + 2] * hy
-
-
-@jit
-def _solve(matrix, right):
-    """Cholesky, in place: right becomes the solution."""
-    n = right.size
+def _solve(matrix, right, at):
+    """Cholesky, in place, from the lower triangle: the numbers from right[at] on become the solution."""
+    n = matrix.shape[0]
     for j in range(n):
         for k in range(j):
             matrix[j, j] -= matrix[j, k] * matrix[j, k]
-        matrix[j, j] = math.sqrt(matrix[j, j])
+        matrix[j, j] = 1.0 / math.sqrt(matrix[j, j])
         for i in range(j + 1, n):
             for k in range(j):
                 matrix[i, j] -= matrix[i, k] * matrix[j, k]
-            matrix[i, j] /= matrix[j, j]
+            matrix[i, j] *= matrix[j, j]
     for i in range(n):
         for k in range(i):
-            right[i] -= matrix[i, k] * right[k]
-        right[i] /= matrix[i, i]
+            right[at + i] -= matrix[i, k] * right[at + k]
+        right[at + i] *= matrix[i, i]
     for i in range(n - 1, -1, -1):
         for k in range(i + 1, n):
-            right[i] -= matrix[k, i] * right[k]
-        right[i] /= matrix[i, i]
+            right[at + i] -= matrix[k, i] * right[at + k]
+        right[at + i] *= matrix[i, i]
 
 
 @jit
-def _constrain(load, poses, pins, bushes, block, bar, modes, contact):
-    """Accelerations with some joints ideal: multipliers; load becomes the accelerations. Return the moment on the crank."""
-    n, rows = load.size, 0
-    jacobian = np.zeros((8, n))
-    right = np.zeros(n + 8)
-    for j in range(4):
-        if bar[GAP + j] > 0.0:
-            continue
-        pin, bush, a = pins[j], bushes[j], bar[BAUMGARTE]
-        for k in range(2):
-            fx, fy = 1.0 - k, float(k)
-            _push(jacobian[rows], FIRST[j], 0, poses[FIRST[j]], pin, fx, fy, pin[0], pin[1], modes)
-            _push(jacobian[rows], SECOND[j], j - 2, poses[SECOND[j]], bush, -fx, -fy, bush[0], bush[1], modes)
-            right[n + rows] = -(pin[5 + k] - bush[5 + k]) - 2.0 * a * (pin[2 + k] - bush[2 + k]) - a * a * (pin[k] - bush[k])
-            rows += 1
-    system = np.zeros((n + rows, n + rows))
+def _constrain(y, dy, n, poses, pins, bushes, bar, modes, m, report):
+    """Loads to accelerations where some joints are ideal: M a - J' f = load, J a = what stabilisation asks for."""
+    pull, rows = bar[BAUMGARTE], 0
+    system, right, spare = np.zeros((n + 8, n + 8)), np.zeros(n + 8), np.zeros(n)
+    block = _rocker_matrix(y, dy, n, bar, modes, m)
     system[0, 0] = system[1, 1] = bar[MASS]
     system[2, 2] = system[3, 3] = bar[MASS + 1]
     system[4, 4] = bar[INERTIA]
-    system[5:n, 5:n] = block
-    for i in range(rows):
-        for k in range(n):
-            system[n + i, k] = jacobian[i, k]
-            system[k, n + i] = -jacobian[i, k]
-    right[:n] = load
-    found = np.linalg.solve(system, right[: n + rows])
-    load[:] = found[:n]
-    moment, row = 0.0, n
+    for i in range(3 + m):
+        for k in range(i + 1):
+            system[5 + i, 5 + k] = system[5 + k, 5 + i] = block[i, k]
+    for i in range(n):
+        right[i] = dy[n + i]
     for j in range(4):
-        if bar[GAP + j] > 0.0:
-            continue
-        fx, fy = found[row], found[row + 1]
-        contact[j, 4], contact[j, 5] = fx, fy
-        if j < 2:
-            end, sign = (bushes[0], -1.0) if j == 0 else (pins[1], 1.0)
-            moment += sign * ((end[0] - poses[1][0]) * fy - (end[1] - poses[1][1]) * fx)
-        row += 2
+        for k in range(2):
+            if bar[GAP + j] > 0.0:
+                continue
+            pin, bush = pins[j], bushes[j]
+            spare[:] = 0.0
+            _push_joint(j, spare, 0, poses, bush, 1.0 - k, float(k), bush[0], bush[1], modes, m)
+            system[n + rows, :n], system[:n, n + rows] = spare, -spare
+            right[n + rows] = bush[5 + k] - pin[5 + k] - pull * (2.0 * (pin[2 + k] - bush[2 + k]) + pull * (pin[k] - bush[k]))
+            if j == 0 or j == 3:  # among bodies that fall freely the ground rises
+                right[n + rows] += bar[GRAVITY + k]
+            rows += 1
+    found = np.linalg.solve(system[: n + rows, : n + rows].copy(), right[: n + rows])
+    moment, rows = 0.0, n
+    for j in range(4):
+        if bar[GAP + j] <= 0.0:
+            fx, fy = found[rows], found[rows + 1]
+            report[REPORT[1] * j + 4], report[REPORT[1] * j + 5] = fx, fy
+            moment += _push_joint(j, spare, 0, poses, bushes[j], fx, fy, bushes[j][0], bushes[j][1], modes, m)
+            rows += 2
+    for i in range(n):
+        dy[n + i] = found[i]
     return moment
 
 
 @jit
-def _accelerate(y, dy, poses, pins, bushes, bar, modes, contact):
-    """Turn the loads in dy into accelerations; return the moment that ideal joints exert on the crank."""
-    n, rocker, moment = 8 + modes.shape[1], poses[3], 0.0
-    load = dy[n : 2 * n]
-    _weigh(load, rocker, y, bar, modes)
-    ideal = bar[GAP : GAP + 4].min() <= 0.0
-    if ideal or n > 8:
-        block = _rocker_matrix(y, rocker[6], load, bar, modes)
-        if ideal:
-            moment = _constrain(load, poses, pins, bushes, block, bar, modes, contact)
-        else:
-            _solve(block, load[5:])
+def _accelerate(y, dy, n, poses, pins, bushes, bar, modes, m, report):
+    """Turn the loads into accelerations; return the moment that ideal joints exert on the crank."""
+    moment = 0.0
+    if min(bar[GAP], bar[GAP + 1], bar[GAP + 2], bar[GAP + 3]) <= 0.0:
+        moment = _constrain(y, dy, n, poses, pins, bushes, bar, modes, m, report)
     else:
-        load[5] /= bar[MASS + 2]
-        load[6] /= bar[MASS + 2]
-        load[7] /= bar[INERTIA + 1]
-    if not ideal:
         for i in range(2):
-            load[i] /= bar[MASS]
-            load[2 + i] /= bar[MASS + 1]
-        load[4] /= bar[INERTIA]
-    load[5], load[6] = rocker[2] * load[5] - rocker[3] * load[6], rocker[3] * load[5] + rocker[2] * load[6]
+            dy[n + i] /= bar[MASS]
+            dy[n + 2 + i] /= bar[MASS + 1]
+        dy[n + 4] /= bar[INERTIA]
+        if m > 0:
+            _solve(_rocker_matrix(y, dy, n, bar, modes, m), dy, n + 5)
+        else:
+            dy[n + 5] /= bar[MASS + 2]
+            dy[n + 6] /= bar[MASS + 2]
+            dy[n + 7] /= bar[INERTIA + 1]
+    c, s, ax, ay = poses[3][2], poses[3][3], dy[n + 5], dy[n + 6]
+    dy[n + 5], dy[n + 6] = c * ax - s * ay, s * ax + c * ay
+    for i in range(2):
+        dy[n + i] += bar[GRAVITY + i]
+        dy[n + 2 + i] += bar[GRAVITY + i]
+        dy[n + 5 + i] += bar[GRAVITY + i]
     return moment
 
 
 @jit
-def _middle(y, acceleration, rocker, modes):
+def _middle(y, dy, n, rocker, modes, m):
     """Acceleration of the rocker's mid-point."""
-    end = _end(rocker, 0.0, _station(modes, 2, y))
-    bx, by = 0.0, 0.0
-    for i in range(modes.shape[1]):
-        bx += modes[SHAPES + 6, i] * acceleration[8 + i]
-        by += modes[SHAPES + 7, i] * acceleration[8 + i]
-    turn = acceleration[7]
+    end = _end(rocker, 0.0, _flex(2, y, n, modes, m))
+    bx, by, turn = 0.0, 0.0, dy[n + 7]
+    for i in range(m):
+        bx += modes[m * (SHAPES + 6) + i] * dy[n + 8 + i]
+        by += modes[m * (SHAPES + 7) + i] * dy[n + 8 + i]
     return (
-        acceleration[5] + end[5] - turn * (end[1] - rocker[1]) + rocker[2] * bx - rocker[3] * by,
-        acceleration[6] + end[6] + turn * (end[0] - rocker[0]) + rocker[3] * bx + rocker[2] * by,
+        dy[n + 5] + end[5] - turn * (end[1] - rocker[1]) + rocker[2] * bx - rocker[3] * by,
+        dy[n + 6] + end[6] + turn * (end[0] - rocker[0]) + rocker[3] * bx + rocker[2] * by,
     )
 
 
+@jit
+def _watch(y, dy, n, modes, m, report, watch):
+    """Fill what is integrated and watched besides the motion."""
+    ledger, last = 2 * n, 4 * REPORT[1]
+    for i in range(m):
+        dy[ledger + 9] += modes[m * DAMPING + i] * y[n + 8 + i] ** 2
+    for i in range(3):
+        ax = report[last + 2 * i]
+        dy[ledger + 10 + i], watch[8 + i] = ax**2, abs(ax)
+    for j in range(4):
+        row = REPORT[1] * j
+        watch[j], watch[4 + j] = math.sqrt(report[row + 4] ** 2 + report[row + 5] ** 2), report[row]
+
+
+@jit
+def _move(t, y, dy, n, bar, modes, m, onset, report, watch, normal, friction):
+    for i in range(n):
+        dy[i] = y[n + i]
+    for i in range(n, 2 * n + LEDGER):
+        dy[i] = 0.0
+    for i in range(REPORT[0] * REPORT[1]):
+        report[i] = 0.0
+    poses = _poses(t, y, n, bar)
+    pins, bushes = _ends(poses, y, n, bar, modes, m)
+    moment, last = 0.0, 4 * REPORT[1]
+    for j in range(4):
+        if bar[GAP + j] > 0.0:
+            _touch(j, pins[j], bushes[j], bar, onset, report, dy, 2 * n, normal, friction)
+            row = REPORT[1] * j
+            if report[row + 3] != 0.0:  # not a number must be felt, too
+                fx, fy, px, py = report[row + 4], report[row + 5], report[row + 6], report[row + 7]
+                moment += _push_joint(j, dy, n, poses, bushes[j], fx, fy, px, py, modes, m)
+    moment += _accelerate(y, dy, n, poses, pins, bushes, bar, modes, m, report)
+    dy[2 * n] = -moment * bar[SPEED]
+    report[last], report[last + 1], report[last + 2], report[last + 3] = dy[n + 2], dy[n + 3], dy[n + 5], dy[n + 6]
+    report[last + 4], report[last + 5] = _middle(y, dy, n, poses[3], modes, m)
+    _watch(y, dy, n, modes, m, report, watch)
+
+
 @entry(MOTION.signature)
-def motion(t, y, dy, bar, modes, onset, report, watch, normal, elastic, friction):
+def motion(t, y, dy, bar, modes, onset, report, watch, normal, friction):
     """Rates of the state, and what there is to see.
 
     Parameters
     ----------
     t : float, s
-    y, dy : array, shape (2 n + LEDGER,), n = 8 + modes; the state and its rate
+    y, dy : array, shape (2 n + LEDGER,), n = 8 + m modes; the state and its rate, filled
     bar : array, shape (NUMBERS,)
     modes : array, shape (15 + 2 m, m)
     onset : array, shape (4,), approach speed of each joint's last contact, m/s
-    report : array, shape (5, 6), filled: four times depth, rate, sliding speed, normal force, force x and y on the pin;
-        and the accelerations x, y of coupler centre, rocker centre, rocker mid-point
+    report : array, shape REPORT, filled
     watch : array, shape (WATCHED,), filled
-    normal, elastic, friction : compiled laws
+    normal, friction : compiled laws
     """
-    n = 8 + modes.shape[1]
-    dy[:n] = y[n : 2 * n]
-    dy[n:] = 0.0
-    load, ledger, moment = dy[n : 2 * n], dy[2 * n :], 0.0
-    poses = _poses(t, y, n, bar)
-    pins, bushes = _ends(poses, y, bar, modes)
-    for j in range(4):
-        pin, bush, seen = pins[j], bushes[j], report[j]
-        if bar[GAP + j] <= 0.0:
-            seen[:] = 0.0
-            continue
-        px, py, lost, rubbed = _touch(pin, bush, bar[PIN + j], bar[GAP + j], onset[j], seen, normal, elastic, friction)
-        if seen[3] > 0.0:
-            fx, fy = seen[4], seen[5]
-            moment += _push(load, FIRST[j], 0, poses[FIRST[j]], pin, fx, fy, px, py, modes)
-            moment += _push(load, SECOND[j], j - 2, poses[SECOND[j]], bush, -fx, -fy, px, py, modes)
-        ledger[1 + j], ledger[5 + j] = lost, rubbed
-    moment += _accelerate(y, dy, poses, pins, bushes, bar, modes, report)
-    ledger[0] = -moment * bar[SPEED]
-    for i in range(modes.shape[1]):
-        ledger[9] += modes[DAMPING, i] * y[n + 8 + i] ** 2
-    seen = report[4]
-    seen[0], seen[1], seen[2], seen[3] = load[2], load[3], load[5], load[6]
-    seen[4], seen[5] = _middle(y, load, poses[3], modes)
-    for i in range(3):
-        ledger[10 + i] = seen[2 * i] ** 2
-        watch[8 + i] = abs(seen[2 * i])
-    for j in range(4):
-        watch[j], watch[4 + j] = math.hypot(report[j, 4], report[j, 5]), report[j, 0]
+    m = modes.shape[1]
+    n = 8 + m
+    _move(t, pointer(y), pointer(dy), n, pointer(bar), pointer(modes), m, pointer(onset), pointer(report), pointer(watch),
+          normal, friction)  # fmt: skip
