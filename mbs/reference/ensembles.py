@@ -98,7 +98,7 @@ def ensemble(
     Raises
     ------
     RuntimeError
-        If a member stops before its time.
+        If a member stops before its time, or has too many impacts to keep.
     """
     whole("cycles", cycles, 1, 1_000_000), whole("settle", settle, 0, 1_000_000), whole("samples", samples, 1, 1_000_000)
     whole("workers", workers, 1, 1024), positive("spread", spread, "m")
@@ -114,6 +114,8 @@ def ensemble(
         run = simulate(fourbar, turns * fourbar.period, rtol=rtol, atol=atol, samples=samples * turns + 1, state=state)
         if len(run.time) <= samples * turns:
             raise RuntimeError(f"seed {seed}: {run.status}, {run.message}")
+        if run.work["impacts"] > len(run.impacts):
+            raise RuntimeError(f"seed {seed}: more impacts than the {len(run.impacts)} a run keeps; ask for fewer cycles")
         return by_cycle(run, turns, settle), run.status
 
     with ThreadPoolExecutor(workers) as pool:
