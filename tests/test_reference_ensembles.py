@@ -34,6 +34,16 @@ def test_cycles_are_what_the_run_shows():
     assert cycles["restitution"][0, 2] == pytest.approx(rebound)
 
 
+def test_figures_of_a_cycle_do_not_depend_on_samples():
+    """One sample a turn: the same steps, the same peaks and integrals, of the same turns."""
+    coarse, fine = (by_cycle(simulate(BAR, 0.6, samples=n), 3) for n in (4, 3001))
+    for name in ("impacts", "closed", "given", "rms_a", "friction"):
+        np.testing.assert_allclose(coarse[name], fine[name], rtol=1e-6)
+    for name in ("force", "peak_a"):
+        assert (coarse[name] <= fine[name]).all() and (coarse[name] > 0.97 * fine[name]).all()
+        assert (abs(np.diff(fine[name], axis=0)) > 0.03 * fine[name][1:]).any()  # or a wrong turn would pass, too
+
+
 def test_energy_of_a_cycle_balances_on_the_mean(rattling):
     """What the drive gives is lost in joints, up to the change of what is held: 1e-2 J of 1 J."""
     assert rattling.ok and set(rattling.cycles) == set(UNITS)

@@ -216,6 +216,22 @@ def test_power_of_the_drive_closes_the_balance(m):
     assert abs(expected) > 1 and change == pytest.approx(expected, rel=1e-5)
 
 
+def test_energies_of_a_run_are_those_of_the_particles():
+    """With shapes that do not keep to mean axes, so that every coupling holds energy."""
+    model = Particles(2, np.random.default_rng(11), start=1.0, gap=1e-3, law=LAW, friction=FRICTION)
+    q, v = state_in_contact(model.bar, np.random.default_rng(12))
+    run = simulate(model.bar, 3e-3, state=np.concatenate([q, v]), samples=31, rtol=1e-9, atol=1e-10)
+    assert run.energy_balance < 1e-6
+    modal = np.diag(model.bar.modes.gram)
+    for i in (0, 17, 30):
+        q, v, t = run.q[i], run.q_t[i], run.time[i]
+        kinetic = sum(0.5 * weight * (velocity(place, q, v, t) ** 2).sum() for weight, place in model.masses())
+        weight = -sum(weight * place(q, t) @ model.bar.gravity for weight, place in model.masses())
+        assert run.kinetic[i] == pytest.approx(kinetic, rel=1e-10)
+        assert run.weight[i] == pytest.approx(weight, rel=1e-10)
+        assert run.strain[i] == pytest.approx(0.5 * modal * model.frequency**2 @ q[8:] ** 2, rel=1e-10)
+
+
 @pytest.mark.parametrize("gaps", [(0, 0, 0, 0), (1e-3, 0, 0, 0), (0, 1e-3, 0, 1e-3), (1e-3, 1e-3, 0, 1e-3)])
 @pytest.mark.parametrize("m", [0, 2])
 def test_ideal_joints_hold_and_their_forces_do_the_accelerating(gaps, m):
