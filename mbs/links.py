@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from elastica import law
-from mbs.modal.spec import Modal
+from mbs.modal.spec import Modal as Modal
 from mbs.sections import Section
 from mbs.validate import number, whole
 

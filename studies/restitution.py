@@ -53,7 +53,7 @@ class Parameters(StudyParameters):
     speed: float = quantity(0.3, "m/s", 1e-3, 10, "approach speed", "drop test")
     speeds: tuple[float, ...] = quantities((0.02, 0.1, 0.5), "m/s", 1e-3, 10, "approach speeds for Impact", "drop test")
     clearance: float = quantity(1e-3, "m", 1e-4, 1e-2, "radial clearance", "drop test")
-    tolerance: float = quantity(1e-7, "1", 1e-10, 1e-3, "position error allowed a step, over clearance/10", "numerics")
+    tolerance: float = quantity(1e-8, "1", 1e-10, 1e-3, "position error allowed a step, over clearance/10", "numerics")
 
     @property
     def section(self) -> Section:
@@ -161,9 +161,7 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     metrics = {f"{d.name}.delivered": Metric(d.found, "1", exact=d.exact) for d in drops}
     metrics["largest_difference"] = Metric(float(np.nanmax(off)), "1")
     metrics["energy_balance"] = Metric(max(d.energy_balance for d in drops), "1")
-    wrong = [
-        f"{d.name}: {d.message or f'off by {o:.1e}'}" for d, o in zip(drops, off, strict=True) if not o <= AGREES_TO
-    ]
+    wrong = [f"{d.name}: {d.message or f'off by {o:.1e}'}" for d, o in zip(drops, off, strict=True) if not o <= AGREES_TO]
     return StudyResult(
         parameters=parameters,
         **({"status": "SUSPECT", "message": "; ".join(wrong)} if wrong else {}),

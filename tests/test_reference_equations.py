@@ -27,7 +27,9 @@ class Particles:
         self.points = rng.normal(0, 0.05, (7, 2))
         self.weights = rng.uniform(0.01, 0.04, 7)
         self.points -= self.weights @ self.points / self.weights.sum()
-        self.shapes = rng.normal(0, 1.0, (7, 2, m))
+        raw = rng.normal(0, 1.0, (14, m)) * np.sqrt(np.repeat(self.weights, 2))[:, None]
+        scaled = np.linalg.qr(raw)[0] * rng.uniform(0.1, 0.4, m)  # orthogonal in mass, nothing else
+        self.shapes = (scaled / np.sqrt(np.repeat(self.weights, 2))[:, None]).reshape(7, 2, m)
         self.sections = rng.normal(0, 1.0, (3, 3, m)) * np.array([1, 1, 20])[None, :, None]
         self.frequency, self.damping = rng.uniform(300, 900, m), rng.uniform(0.0, 0.1, m)
         self.bar = FourBar(modes=self.data(probe.rocker) if m else None, gravity=G, **parameters)
@@ -38,7 +40,7 @@ class Particles:
         cross = phi[:, 0, :, None] * phi[:, 1, None, :] - phi[:, 1, :, None] * phi[:, 0, None, :]
         return ModalData(
             length, w.sum(), float(w @ (x**2).sum(1)), self.sections, self.frequency, self.damping,
-            gram=np.einsum("p,pci,pcj->ij", w, phi, phi), translation=np.einsum("p,pci->ci", w, phi),
+            modal_mass=np.einsum("p,pci,pci->i", w, phi, phi), translation=np.einsum("p,pci->ci", w, phi),
             turning=np.einsum("p,pi->i", w, x[:, :1] * phi[:, 1] - x[:, 1:] * phi[:, 0]),
             radial=np.einsum("p,pc,pci->i", w, x, phi), gyration=np.einsum("p,pij->ij", w, cross),
         )  # fmt: skip
@@ -121,7 +123,7 @@ def by_virtual_power(model, q, v, t):
         mass += weight * jacobian.T @ jacobian
         load += weight * jacobian.T @ (np.array(bar.gravity) - bias(place, q, v, t))
     if model.m:
-        modal = np.diag(bar.modes.gram)
+        modal = bar.modes.modal_mass
         load[8:] -= modal * (model.frequency**2 * q[8:] + 2 * model.damping * model.frequency * v[8:])
     forces, lost = np.zeros((4, 2)), np.zeros((2, 4))
     for j in range(4):
@@ -206,7 +208,7 @@ def test_power_of_the_drive_closes_the_balance(m):
     _, a, ledger, *_ = compiled(model.bar, q, v, t)
 
     def energy(q, v, t):
-        found = 0.5 * np.diag(model.bar.modes.gram) * model.frequency**2 @ q[8:] ** 2 if m else 0.0
+        found = 0.5 * model.bar.modes.modal_mass * model.frequency**2 @ q[8:] ** 2 if m else 0.0
         for weight, place in model.masses():
             found += weight * (0.5 * (velocity(place, q, v, t) ** 2).sum() - place(q, t) @ model.bar.gravity)
         return found
@@ -222,7 +224,7 @@ def test_energies_of_a_run_are_those_of_the_particles():
     q, v = state_in_contact(model.bar, np.random.default_rng(12))
     run = simulate(model.bar, 3e-3, state=np.concatenate([q, v]), samples=31, rtol=1e-9, atol=1e-10)
     assert run.energy_balance < 1e-6
-    modal = np.diag(model.bar.modes.gram)
+    modal = model.bar.modes.modal_mass
     for i in (0, 17, 30):
         q, v, t = run.q[i], run.q_t[i], run.time[i]
         kinetic = sum(0.5 * weight * (velocity(place, q, v, t) ** 2).sum() for weight, place in model.masses())
@@ -261,7 +263,7 @@ def test_ideal_joints_hold_and_their_forces_do_the_accelerating(gaps, m):
         load += jacobian.T @ report[j, 4:6]
         assert gaps[j] == 0 or abs(report[j, 4:6]).max() == 0
     if m:
-        modal = np.diag(model.bar.modes.gram)
+        modal = model.bar.modes.modal_mass
         load[8:] -= 2 * modal * model.damping * model.frequency * v[8:]
     np.testing.assert_allclose(mass @ a, load, rtol=1e-6, atol=1e-6 * abs(load).max())
 

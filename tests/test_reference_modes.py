@@ -86,7 +86,8 @@ def test_integrals_of_the_slender_bar_are_those_of_the_closed_form_shapes():
     phi = np.zeros((5, 2, 60))
     phi[:3, 1], phi[3:, 0] = v, u
     scale = weights.sum()
-    np.testing.assert_allclose(data.gram, np.einsum("icx,jcx,x->ij", phi, phi, weights), atol=1e-9 * scale)
+    gram = np.einsum("icx,jcx,x->ij", phi, phi, weights)
+    np.testing.assert_allclose(np.diag(data.modal_mass), gram, atol=1e-9 * scale)
     np.testing.assert_allclose(data.radial, phi[:, 0] @ (weights * x), atol=1e-9 * scale * L)
     cross = phi[:, None, 0] * phi[None, :, 1] - phi[:, None, 1] * phi[None, :, 0]
     np.testing.assert_allclose(data.gyration, cross @ weights, atol=1e-9 * scale)
@@ -98,11 +99,10 @@ def test_integrals_of_the_slender_bar_are_those_of_the_closed_form_shapes():
 
 
 @pytest.mark.parametrize("thickness", [0.020, 0.005])
-def test_modes_are_orthogonal_to_each_other_and_to_rigid_motion(thickness):
+def test_modes_are_orthogonal_to_rigid_motion(thickness):
     data = beam_modes(L, 1e-4 / thickness, thickness, bending=4, axial=2)
     assert abs(data.translation).max() < 1e-12 * data.mass and abs(data.turning).max() < 1e-12 * data.mass * L
-    off = data.gram - np.diag(np.diag(data.gram))
-    assert abs(off).max() < 1e-12 * data.mass and np.diag(data.gram).min() > 0.05 * data.mass
+    assert 0.05 * data.mass < data.modal_mass.min() and data.modal_mass.max() < data.mass
     assert data.mass == pytest.approx(RHO * 1e-4 * L, rel=1e-13)
     assert data.inertia == pytest.approx(data.mass * (L**2 + thickness**2) / 12, rel=1e-13)
     np.testing.assert_allclose(np.abs(data.shapes[:2, 1, :4]), 1, rtol=1e-9)
@@ -112,10 +112,10 @@ def test_modes_are_orthogonal_to_each_other_and_to_rigid_motion(thickness):
 def test_table_puts_everything_in_its_row():
     data = beam_modes(bending=1, axial=1, damping=0.02)
     table = data.table
-    assert table.shape == (19, 2) and len(data) == 2
+    assert table.shape == (18, 2) and len(data) == 2
     np.testing.assert_array_equal(table[3:6], data.shapes[1])
-    np.testing.assert_allclose(table[13], np.diag(data.gram) * data.frequency**2)
-    np.testing.assert_allclose(table[14], 2 * 0.02 * data.frequency * np.diag(data.gram))
+    np.testing.assert_allclose(table[14], data.modal_mass * data.frequency**2)
+    np.testing.assert_allclose(table[15], 2 * 0.02 * data.frequency * data.modal_mass)
 
 
 def test_bad_input_is_named():

@@ -22,8 +22,9 @@ from mbs.reference.compiled import COUNTS, FRICTION, MOTION, NORMAL, T, V, borro
 OK, UNDERFLOW, NOT_FINITE, TOO_MANY = 0, 1, 2, 3
 STATUS, STEPS, REJECTED, EVALUATIONS, SAMPLES, IMPACTS, COUNTERS = 0, 1, 2, 3, 4, 5, 6
 """Places in the counts."""
-RTOL, LONGEST, FLOOR, LANDING, BUDGET, CONTROLS = 0, 1, 2, 3, 4, 5
-"""Places in the controls: tolerance, longest step, slowest onset speed, how near zero an onset must land, most steps."""
+MOVING, RTOL, ATOL, LONGEST, FLOOR, LANDING, BUDGET, CONTROLS = 0, 1, 2, 3, 4, 5, 6, 7
+"""Places in the controls: components that move, tolerances, longest step, slowest onset speed, how near zero an onset must
+land, most steps."""
 SPARE = 7
 """Further rows of the outputs, to work in."""
 TINY = 1e-15
@@ -35,9 +36,11 @@ IMPACT = ("joint", "start", "speed", "end", "rebound", "force")
 
 
 @jit
-def _stages(rhs, t, h, y, k, new, trial, bar, modes, onset, report, watch, normal, friction):
-    """The seven stages k; new becomes the fifth-order solution, report and watch are those of its end."""
-    n = y.size
+def _stages(rhs, t, h, n, y, k, new, trial, bar, modes, onset, report, watch, normal, friction):
+    """The seven stages k; new becomes the fifth-order solution, report and watch are those of its end.
+
+    Rates depend on the first n components only; the others, integrals, need no values within the step.
+    """
     for i in range(n):
         trial[i] = y[i] + h * (k[0, i] / 5.0)
     rhs(t + h / 5.0, trial, k[1], bar, modes, onset, report, watch, normal, friction)
@@ -58,7 +61,7 @@ def _stages(rhs, t, h, y, k, new, trial, bar, modes, onset, report, watch, norma
             + 49.0 / 176.0 * k[3, i] - 5103.0 / 18656.0 * k[4, i]
         )  # fmt: skip
     rhs(t + h, trial, k[5], bar, modes, onset, report, watch, normal, friction)
-    for i in range(n):
+    for i in range(y.size):
         new[i] = y[i] + h * (
             35.0 / 384.0 * k[0, i] + 500.0 / 1113.0 * k[2, i] + 125.0 / 192.0 * k[3, i]
             - 2187.0 / 6784.0 * k[4, i] + 11.0 / 84.0 * k[5, i]
@@ -67,19 +70,16 @@ def _stages(rhs, t, h, y, k, new, trial, bar, modes, onset, report, watch, norma
 
 
 @jit
-def _error(h, y, new, k, rtol, atol):
-    """Root mean square of the embedded error over its tolerance; components with an infinite one do not count."""
-    total, counted = 0.0, 0
-    for i in range(y.size):
-        if math.isinf(atol[i]):
-            continue
+def _error(h, n, y, new, k, rtol, atol):
+    """Root mean square of the embedded error of the first n components over its tolerance."""
+    total = 0.0
+    for i in range(n):
         error = h * (
             71.0 / 57600.0 * k[0, i] - 71.0 / 16695.0 * k[2, i] + 71.0 / 1920.0 * k[3, i]
             - 17253.0 / 339200.0 * k[4, i] + 22.0 / 525.0 * k[5, i] - 1.0 / 40.0 * k[6, i]
         )  # fmt: skip
-        total += (error / (atol[i] + rtol * max(abs(y[i]), abs(new[i])))) ** 2
-        counted += 1
-    return math.sqrt(total / counted)
+        total += (error / (atol + rtol * max(abs(y[i]), abs(new[i])))) ** 2
+    return math.sqrt(total / n)
 
 
 @jit
@@ -165,16 +165,15 @@ def _shorter(h, error, part, shortest, counts):
     return h * (max(0.2, 0.9 * error**-0.2) if math.isfinite(error) else 0.2)
 
 
-@entry(void(MOTION, V, V, V, V, T, V, V, T, T, float64[:, :, ::1], T, T, COUNTS, NORMAL, FRICTION))
-def integrate(rhs, y, times, atol, bar, modes, onset, controls, states, rates, reports, peaks, impacts, counts, normal, friction):
+@entry(void(MOTION, V, V, V, T, V, V, T, T, float64[:, :, ::1], T, T, COUNTS, NORMAL, FRICTION))
+def integrate(rhs, y, times, bar, modes, onset, controls, states, rates, reports, peaks, impacts, counts, normal, friction):
     """Integrate from times[0] to times[-1], leaving the final state in y.
 
     Parameters
     ----------
     rhs, bar, modes, onset, normal, friction : see `equations.motion`; onset.size is the number of contacts
-    y : array, shape (n,), changed
+    y : array, shape (n,), changed; the first controls[MOVING] decide the rates and the steps, the others are integrals
     times : array, shape (samples,), ascending
-    atol : array, shape (n,), infinite where the error does not count
     controls : array, shape (CONTROLS,)
     states, rates : array, shape (samples + SPARE, n), filled
     reports : array, shape (samples + SPARE, rows, columns), filled
@@ -190,7 +189,7 @@ def integrate(rhs, y, times, atol, bar, modes, onset, controls, states, rates, r
     k, new, trial = rates[last:], states[last], states[last + 1]
     report, before, watch, spare = reports[last], reports[last + 1], peaks[last], peaks[last + 1]
     inside = np.full(onset.size, -1)
-    rtol, landing, floor = controls[RTOL], controls[LANDING], controls[FLOOR]
+    n, rtol, atol, landing, floor = int(controls[MOVING]), controls[RTOL], controls[ATOL], controls[LANDING], controls[FLOOR]
     rhs(t, y, k[0], bar, modes, onset, report, watch, normal, friction)
     states[0], rates[0], reports[0], peaks[0] = y, k[0], report, watch
     counts[SAMPLES] = counts[EVALUATIONS] = 1
@@ -199,9 +198,9 @@ def integrate(rhs, y, times, atol, bar, modes, onset, controls, states, rates, r
     while t < stop and counts[STATUS] == OK:
         before[:] = report
         h = min(h, controls[LONGEST], stop - t)
-        _stages(rhs, t, h, y, k, new, trial, bar, modes, onset, report, watch, normal, friction)
+        _stages(rhs, t, h, n, y, k, new, trial, bar, modes, onset, report, watch, normal, friction)
         counts[EVALUATIONS] += 6
-        error = _error(h, y, new, k, rtol, atol)
+        error = _error(h, n, y, new, k, rtol, atol)
         part = _first_crossing(h, before, report, inside, landing) if error <= 1.0 else 1.0
         if not error <= 1.0 or h * part < h - shortest:
             kept = max(kept, h) if error <= 1.0 else kept

@@ -23,7 +23,7 @@ from mbs.reference.compiled import MOTION, entry, jit, pointer
 ANGLE, SPEED, GRAVITY, CRANK, COUPLER, ROCKER, FRAME, MASS, INERTIA, PIN, GAP, BAUMGARTE, NUMBERS = (
     0, 1, 2, 4, 5, 6, 7, 8, 11, 13, 17, 21, 22,
 )  # fmt: skip
-SHAPES, TRANSLATION, TURNING, RADIAL, STIFFNESS, DAMPING, GYRATION = 0, 9, 11, 12, 13, 14, 15
+SHAPES, TRANSLATION, TURNING, RADIAL, MODAL_MASS, STIFFNESS, DAMPING, GYRATION = 0, 9, 11, 12, 13, 14, 15, 16
 """Rows of the modal table: shapes (x, y, turn) at start, end and centre, then the integrals; see `ModalData.table`."""
 REPORT = (5, 8)
 """For each joint depth, rate, sliding speed, normal force, force x, y on the pin, contact point x, y; then accelerations
@@ -150,68 +150,78 @@ def _push_joint(j, load, at, poses, bush, fx, fy, px, py, modes, m):
 
 
 @jit
-def _rocker_matrix(y, dy, n, bar, modes, m):
-    """Mass matrix of the rocker in its own frame; its velocity and elastic terms go to the loads."""
-    w, table = y[n + 7], 3 + m
-    matrix = np.zeros((table, table))
-    matrix[0, 0] = matrix[1, 1] = bar[MASS + 2]
-    matrix[2, 2] = bar[INERTIA + 1]
+def _coupling(i, y, n, modes, m):
+    """How mode i drags the rocker's frame in x, y and theta, how it stretches the rocker, and its Coriolis term."""
+    drag, stretch, gyro = modes[m * TURNING + i], modes[m * RADIAL + i] + modes[m * MODAL_MASS + i] * y[8 + i], 0.0
+    for j in range(m):
+        across = modes[m * (GYRATION + j) + i]
+        drag += across * y[8 + j]
+        gyro += across * y[n + 8 + j]
+    return modes[m * TRANSLATION + i], modes[m * (TRANSLATION + 1) + i], drag, stretch, gyro
+
+
+@jit
+def _rocker_frame(y, dy, n, bar, modes, m):
+    """Add velocity and elastic terms to the rocker's loads; return its mass matrix for (x, y, theta): m, sx, sy, I."""
+    w, inertia, px, py = y[n + 7], bar[INERTIA + 1], 0.0, 0.0
     for i in range(m):
         q, v = y[8 + i], y[n + 8 + i]
-        sx, sy = modes[m * TRANSLATION + i], modes[m * (TRANSLATION + 1) + i]
-        turning, radial, gyro = modes[m * TURNING + i], modes[m * RADIAL + i], 0.0
-        stretch = radial
-        for j in range(m):
-            across, mass = modes[m * (GYRATION + j) + i], modes[m * (GYRATION + m + j) + i]
-            matrix[3 + i, 3 + j] = mass
-            turning += across * y[8 + j]
-            gyro += across * y[n + 8 + j]
-            stretch += mass * y[8 + j]
-        matrix[2, 0] -= sy * q
-        matrix[2, 1] += sx * q
-        matrix[2, 2] += (stretch + radial) * q
-        matrix[3 + i, 0], matrix[3 + i, 1], matrix[3 + i, 2] = sx, sy, turning
+        sx, sy, _, stretch, gyro = _coupling(i, y, n, modes, m)
+        px += sx * q
+        py += sy * q
+        inertia += (stretch + modes[m * RADIAL + i]) * q
         dy[n + 5] += w * (w * sx * q + 2.0 * sy * v)
         dy[n + 6] += w * (w * sy * q - 2.0 * sx * v)
         dy[n + 7] -= 2.0 * w * stretch * v
         dy[n + 8 + i] += w * (w * stretch - 2.0 * gyro) - modes[m * STIFFNESS + i] * q - modes[m * DAMPING + i] * v
-    return matrix
+    return bar[MASS + 2], px, py, inertia
 
 
 @jit
-def _solve(matrix, right, at):
-    """Cholesky, in place, from the lower triangle: the numbers from right[at] on become the solution."""
-    n = matrix.shape[0]
-    for j in range(n):
-        for k in range(j):
-            matrix[j, j] -= matrix[j, k] * matrix[j, k]
-        matrix[j, j] = 1.0 / math.sqrt(matrix[j, j])
-        for i in range(j + 1, n):
-            for k in range(j):
-                matrix[i, j] -= matrix[i, k] * matrix[j, k]
-            matrix[i, j] *= matrix[j, j]
-    for i in range(n):
-        for k in range(i):
-            right[at + i] -= matrix[i, k] * right[at + k]
-        right[at + i] *= matrix[i, i]
-    for i in range(n - 1, -1, -1):
-        for k in range(i + 1, n):
-            right[at + i] -= matrix[k, i] * right[at + k]
-        right[at + i] *= matrix[i, i]
+def _rocker_free(y, dy, n, bar, modes, m):
+    """Loads on the rocker to accelerations: the modes eliminated, then three equations for its frame."""
+    mass, px, py, inertia = _rocker_frame(y, dy, n, bar, modes, m)
+    xx, xy, yy, xt, yt, tt = mass, 0.0, mass, -py, px, inertia
+    fx, fy, ft = dy[n + 5], dy[n + 6], dy[n + 7]
+    for i in range(m):
+        sx, sy, drag, _, _ = _coupling(i, y, n, modes, m)
+        part = 1.0 / modes[m * MODAL_MASS + i]
+        xx, xy, yy = xx - part * sx * sx, xy - part * sx * sy, yy - part * sy * sy
+        xt, yt, tt = xt - part * sx * drag, yt - part * sy * drag, tt - part * drag * drag
+        part *= dy[n + 8 + i]
+        fx, fy, ft = fx - part * sx, fy - part * sy, ft - part * drag
+    det = 1.0 / (xx * yy - xy * xy)
+    gx, gy = det * (yy * xt - xy * yt), det * (xx * yt - xy * xt)
+    turn = (ft - gx * fx - gy * fy) / (tt - gx * xt - gy * yt)
+    ax, ay = det * (yy * fx - xy * fy) - gx * turn, det * (xx * fy - xy * fx) - gy * turn
+    dy[n + 5], dy[n + 6], dy[n + 7] = ax, ay, turn
+    for i in range(m):
+        sx, sy, drag, _, _ = _coupling(i, y, n, modes, m)
+        dy[n + 8 + i] = (dy[n + 8 + i] - sx * ax - sy * ay - drag * turn) / modes[m * MODAL_MASS + i]
+
+
+@jit
+def _mass_matrix(y, dy, n, bar, modes, m, matrix):
+    """Fill the mass matrix of all coordinates, and complete the rocker's loads."""
+    mass, px, py, inertia = _rocker_frame(y, dy, n, bar, modes, m)
+    for i in range(2):
+        matrix[i, i], matrix[2 + i, 2 + i], matrix[5 + i, 5 + i] = bar[MASS], bar[MASS + 1], mass
+    matrix[4, 4], matrix[7, 7] = bar[INERTIA], inertia
+    matrix[5, 7] = matrix[7, 5] = -py
+    matrix[6, 7] = matrix[7, 6] = px
+    for i in range(m):
+        pull = _coupling(i, y, n, modes, m)
+        matrix[8 + i, 8 + i] = modes[m * MODAL_MASS + i]
+        for k in range(3):
+            matrix[8 + i, 5 + k] = matrix[5 + k, 8 + i] = pull[k]
 
 
 @jit
 def _constrain(y, dy, n, poses, pins, bushes, bar, modes, m, report):
     """Loads to accelerations where some joints are ideal: M a - J' f = load, J a = what stabilisation asks for."""
-    pull, rows = bar[BAUMGARTE], 0
+    pull, rows = bar[BAUMGARTE], n
     system, right, spare = np.zeros((n + 8, n + 8)), np.zeros(n + 8), np.zeros(n)
-    block = _rocker_matrix(y, dy, n, bar, modes, m)
-    system[0, 0] = system[1, 1] = bar[MASS]
-    system[2, 2] = system[3, 3] = bar[MASS + 1]
-    system[4, 4] = bar[INERTIA]
-    for i in range(3 + m):
-        for k in range(i + 1):
-            system[5 + i, 5 + k] = system[5 + k, 5 + i] = block[i, k]
+    _mass_matrix(y, dy, n, bar, modes, m, system)
     for i in range(n):
         right[i] = dy[n + i]
     for j in range(4):
@@ -221,12 +231,12 @@ def _constrain(y, dy, n, poses, pins, bushes, bar, modes, m, report):
             pin, bush = pins[j], bushes[j]
             spare[:] = 0.0
             _push_joint(j, spare, 0, poses, bush, 1.0 - k, float(k), bush[0], bush[1], modes, m)
-            system[n + rows, :n], system[:n, n + rows] = spare, -spare
-            right[n + rows] = bush[5 + k] - pin[5 + k] - pull * (2.0 * (pin[2 + k] - bush[2 + k]) + pull * (pin[k] - bush[k]))
+            system[rows, :n], system[:n, rows] = spare, -spare
+            right[rows] = bush[5 + k] - pin[5 + k] - pull * (2.0 * (pin[2 + k] - bush[2 + k]) + pull * (pin[k] - bush[k]))
             if j == 0 or j == 3:  # among bodies that fall freely the ground rises
-                right[n + rows] += bar[GRAVITY + k]
+                right[rows] += bar[GRAVITY + k]
             rows += 1
-    found = np.linalg.solve(system[: n + rows, : n + rows].copy(), right[: n + rows])
+    found = np.linalg.solve(system[:rows, :rows].copy(), right[:rows])
     moment, rows = 0.0, n
     for j in range(4):
         if bar[GAP + j] <= 0.0:
@@ -250,12 +260,7 @@ def _accelerate(y, dy, n, poses, pins, bushes, bar, modes, m, report):
             dy[n + i] /= bar[MASS]
             dy[n + 2 + i] /= bar[MASS + 1]
         dy[n + 4] /= bar[INERTIA]
-        if m > 0:
-            _solve(_rocker_matrix(y, dy, n, bar, modes, m), dy, n + 5)
-        else:
-            dy[n + 5] /= bar[MASS + 2]
-            dy[n + 6] /= bar[MASS + 2]
-            dy[n + 7] /= bar[INERTIA + 1]
+        _rocker_free(y, dy, n, bar, modes, m)
     c, s, ax, ay = poses[3][2], poses[3][3], dy[n + 5], dy[n + 6]
     dy[n + 5], dy[n + 6] = c * ax - s * ay, s * ax + c * ay
     for i in range(2):
@@ -327,7 +332,7 @@ def motion(t, y, dy, bar, modes, onset, report, watch, normal, friction):
     t : float, s
     y, dy : array, shape (2 n + LEDGER,), n = 8 + m modes; the state and its rate, filled
     bar : array, shape (NUMBERS,)
-    modes : array, shape (15 + 2 m, m)
+    modes : array, shape (16 + m, m)
     onset : array, shape (4,), approach speed of each joint's last contact, m/s
     report : array, shape REPORT, filled
     watch : array, shape (WATCHED,), filled

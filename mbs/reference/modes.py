@@ -31,8 +31,8 @@ class ModalData:
         Angular, of each mode, rad/s.
     damping : array, shape (m,)
         Damping ratio of each mode.
-    gram : array, shape (m, m)
-        Modal masses: integral of phi_i . phi_j dm, kg; orthogonal modes make it diagonal.
+    modal_mass : array, shape (m,)
+        Integral of phi_i . phi_i dm, kg. That of phi_i . phi_j is taken to be 0: modes are orthogonal.
     translation : array, shape (2, m)
         Integral of phi_i dm, kg.
     turning, radial : array, shape (m,)
@@ -47,7 +47,7 @@ class ModalData:
     shapes: Array
     frequency: Array
     damping: Array
-    gram: Array
+    modal_mass: Array
     translation: Array
     turning: Array
     radial: Array
@@ -58,7 +58,7 @@ class ModalData:
             positive(name, getattr(self, name), unit)
         m = len(self.frequency)
         shapes = {
-            "shapes": (3, 3, m), "frequency": (m,), "damping": (m,), "gram": (m, m), "translation": (2, m),
+            "shapes": (3, 3, m), "frequency": (m,), "damping": (m,), "modal_mass": (m,), "translation": (2, m),
             "turning": (m,), "radial": (m,), "gyration": (m, m),
         }  # fmt: skip
         for name, shape in shapes.items():
@@ -66,8 +66,8 @@ class ModalData:
             if value.shape != shape or not np.isfinite(value).all():
                 raise ValueError(f"{name} of shape {value.shape}: must be finite, of shape {shape}")
             object.__setattr__(self, name, value)
-        if (self.frequency <= 0).any() or (self.damping < 0).any():
-            raise ValueError("frequency must be positive (rad/s), damping not negative: leave out rigid-body modes")
+        if (self.frequency <= 0).any() or (self.modal_mass <= 0).any() or (self.damping < 0).any():
+            raise ValueError("frequency and modal_mass must be positive, damping not negative: leave out rigid-body modes")
         if m and (abs(self.gyration + self.gyration.T).max() > 1e-9 * self.mass * abs(self.shapes).max() ** 2):
             raise ValueError("gyration must be antisymmetric: integral of phi_i x phi_j dm")
 
@@ -77,14 +77,14 @@ class ModalData:
     @property
     def stiffness(self) -> Array:
         """Of each mode, mass times frequency squared, shape (m,)."""
-        return np.diag(self.gram) * self.frequency**2
+        return self.modal_mass * self.frequency**2
 
     @property
     def table(self) -> Array:
-        """Everything as one array of shape (15 + 2 m, m), in the order of the equations of motion."""
-        drag = 2 * self.damping * self.frequency * np.diag(self.gram)
-        rows = [*self.shapes.reshape(9, -1), *self.translation, self.turning, self.radial, self.stiffness, drag]
-        return np.ascontiguousarray(np.vstack([*rows, self.gyration, self.gram]))
+        """Everything as one array of shape (16 + m, m), in the order of the equations of motion."""
+        drag = 2 * self.damping * self.frequency * self.modal_mass
+        rows = [*self.shapes.reshape(9, -1), *self.translation, self.turning, self.radial, self.modal_mass, self.stiffness, drag]
+        return np.ascontiguousarray(np.vstack([*rows, self.gyration]))
 
 
 def beam_modes(
@@ -137,7 +137,7 @@ def beam_modes(
     coupling = along.T @ (line[:, None] * across)
     return ModalData(
         length, float(line.sum()), float(inertia), shapes, np.concatenate([wb, wa]), np.full(m, damping),
-        gram=along.T @ (line[:, None] * along) + across.T @ (line[:, None] * across) + turns.T @ (spin[:, None] * turns),
+        modal_mass=line @ (along**2 + across**2) + spin @ turns**2,
         translation=np.array([line @ along, line @ across]),
         turning=(line * bar.x) @ across + spin @ turns, radial=(line * bar.x) @ along,
         gyration=coupling - coupling.T,

@@ -21,6 +21,8 @@ from mbs.validate import non_negative, number, positive, whole
 Array = np.ndarray[Any, Any]
 STABILISE = 1e3
 """Rate at which ideal joints are pulled together, 1/s."""
+LANDING = 1e-12
+"""How near to zero depth a step must end that begins an impact, m."""
 CAPACITY = 200_000
 """Most impacts kept of one run; later ones are counted only."""
 compile_once: Callable[[Any, Any], Laws] = lru_cache(maxsize=64)(compile_laws)
@@ -144,7 +146,7 @@ def numbers(fourbar: FourBar) -> Array:
 
 def table(fourbar: FourBar) -> Array:
     """Modal data as `equations` reads them."""
-    return np.zeros((15, 0)) if fourbar.modes is None else fourbar.modes.table
+    return np.zeros((16, 0)) if fourbar.modes is None else fourbar.modes.table
 
 
 def ideal_state(fourbar: FourBar, t: float = 0.0) -> Array:
@@ -199,14 +201,18 @@ def simulate(
     if started.shape != (n,) or not np.isfinite(started).all():
         raise ValueError(f"state of shape {started.shape}: must be finite, of shape ({n},)")
     y = np.concatenate([started, np.zeros(LEDGER)])
-    weights = np.concatenate([np.full(n, float(atol)), np.full(LEDGER, inf)])
-    controls = np.array([rtol, min(longest, fourbar.period / 100), fourbar.slowest_onset, 1e-12, most])
+    controls = np.array([n, rtol, atol, min(longest, fourbar.period / 100), fourbar.slowest_onset, LANDING, most])
     outputs = [np.zeros((samples + dopri.SPARE, *shape)) for shape in ((y.size,), (y.size,), REPORT, (WATCHED,))]
     impacts, counts = np.empty((CAPACITY, len(dopri.IMPACT))), np.zeros(dopri.COUNTERS, dtype=np.int64)
-    times, bar, modes, onset = np.linspace(0.0, duration, samples), numbers(fourbar), table(fourbar), np.full(4, controls[2])
+    times, bar, modes, onset = (
+        np.linspace(0.0, duration, samples),
+        numbers(fourbar),
+        table(fourbar),
+        np.full(4, fourbar.slowest_onset),
+    )
     laws = laws_of(fourbar)
     clock = perf_counter()
-    dopri.integrate(motion, y, times, weights, bar, modes, onset, controls, *outputs, impacts, counts, *laws)
+    dopri.integrate(motion, y, times, bar, modes, onset, controls, *outputs, impacts, counts, *laws)
     return _collect(fourbar, times, outputs, impacts, counts, perf_counter() - clock)
 
 
@@ -258,8 +264,8 @@ def _energies(fourbar: FourBar, q: Array, q_t: Array) -> dict[str, Array]:
         data, e, e_t = fourbar.modes, q[:, 8:], q_t[:, 8:]
         c, s = np.cos(q[:, 7]), np.sin(q[:, 7])
         moved, flow = e @ data.translation.T, e_t @ data.translation.T - q_t[:, 7:8] * (e @ data.translation.T)[:, ::-1] * [1, -1]
-        inertia = inertia + 2 * e @ data.radial + np.einsum("ti,ij,tj->t", e, data.gram, e)
-        kinetic = kinetic + 0.5 * np.einsum("ti,ij,tj->t", e_t, data.gram, e_t)
+        inertia = inertia + 2 * e @ data.radial + e**2 @ data.modal_mass
+        kinetic = kinetic + 0.5 * e_t**2 @ data.modal_mass
         kinetic = kinetic + q_t[:, 7] * (e_t @ data.turning + np.einsum("ti,ij,tj->t", e, data.gyration, e_t))
         kinetic = kinetic + q_t[:, 5] * (c * flow[:, 0] - s * flow[:, 1]) + q_t[:, 6] * (s * flow[:, 0] + c * flow[:, 1])
         strain = 0.5 * e**2 @ data.stiffness
