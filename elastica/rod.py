@@ -269,9 +269,7 @@ def _solve(rod: Rod, end: _Prescribed) -> RodSolution:
     z = _newton(lambda z: np.linalg.solve(_jacobian(rod, grid, end, z), _defect(rod, grid, end, z)), guess)
     theta, load = z[:-2], float(z[-1])
     if np.count_nonzero(np.diff(np.sign(theta))) != 1 or theta[0] / guess[0] < 0.5:
-        raise WrongBranchError(
-            f"end angle {theta[0]:.3g} rad where about {guess[0]:.3g} was expected; the rod is {rod}"
-        )
+        raise WrongBranchError(f"end angle {theta[0]:.3g} rad where about {guess[0]:.3g} was expected; the rod is {rod}")
     dx, dy = _slopes(rod, theta, load)
     shortening = _shortening(rod, grid, theta, load)
     return RodSolution(load, shortening, grid.s, grid.J @ dx, grid.J @ dy, theta, _residual(rod, end, z))

@@ -113,9 +113,7 @@ def _forces(q: Array, v: Array, onset: Array, places: Array, numbers: Array, nor
             out[k + 2] += sign * (lx * fy - ly * fx)
 
 
-def _along(
-    q: Array, v: Array, onset: Array, places: Array, numbers: Array, normal: Any, friction: Any, out: Array
-) -> None:
+def _along(q: Array, v: Array, onset: Array, places: Array, numbers: Array, normal: Any, friction: Any, out: Array) -> None:
     """`_report` for many times: q, v, onset of shape (times, ...), out (times, joints, columns)."""
     for i in range(q.shape[0]):
         _report(q[i], v[i], onset[i], places, numbers, normal, friction, out[i])

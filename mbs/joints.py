@@ -246,10 +246,9 @@ class ClearanceGroup:
 
 def _crossing_speed(h: float, d0: float, v0: float, d1: float, v1: float) -> float:
     """Speed at which a cubic Hermite depth with these ends crosses zero: bisection, the crossing is bracketed."""
+
     def depth(s: float) -> float:
-        return (
-            (1 + 2 * s) * (1 - s) ** 2 * d0 + s * (1 - s) ** 2 * h * v0 + s * s * (3 - 2 * s) * d1 + s * s * (s - 1) * h * v1
-        )
+        return (1 + 2 * s) * (1 - s) ** 2 * d0 + s * (1 - s) ** 2 * h * v0 + s * s * (3 - 2 * s) * d1 + s * s * (s - 1) * h * v1
 
     low, high = 0.0, 1.0
     for _ in range(40):

@@ -49,9 +49,7 @@ class History:
         """Stack a record."""
         rows = len(record.time)
         contact = np.array(record.contact).reshape(rows, len(scene.stops))
-        q, q_t, q_tt, forces = (
-            np.array(getattr(record, name)).reshape(rows, -1) for name in ("q", "q_t", "q_tt", "multipliers")
-        )
+        q, q_t, q_tt, forces = (np.array(getattr(record, name)).reshape(rows, -1) for name in ("q", "q_t", "q_tt", "multipliers"))
         onset = [np.array([row[g] for row in record.onset]).reshape(rows, -1) for g in range(len(scene.clearances))]
         return cls(scene, np.array(record.time), q, q_t, q_tt, forces, contact, onset)
 
@@ -238,5 +236,3 @@ def shapes_at(history: History, times: Array) -> dict[str, Shape]:
             strip = Strip(placed, history.scene.arc_length(link.name), q, np.zeros_like(q))
             found[link.name] = Shape(times, strip.points(), link.body.section.thickness)
     return found
-
-

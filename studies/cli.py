@@ -179,9 +179,7 @@ def _read_config(path: Path, names: set[str]) -> dict[str, Any]:
     given = {name.replace("-", "_"): value for name, value in content.items()}
     for name in given:
         if name not in names:
-            raise ValueError(
-                f"--config {path}: unknown parameter '{name}'; {registry.hint(name, names) or 'see --help'}"
-            )
+            raise ValueError(f"--config {path}: unknown parameter '{name}'; {registry.hint(name, names) or 'see --help'}")
     return given
 
 

@@ -47,13 +47,9 @@ STRAIGHTEST = 1e-4
 class Parameters(StudyParameters):
     """Parameters of the study."""
 
-    thicknesses: tuple[float, ...] = quantities(
-        (1e-4, 3e-4, 5e-4), "m", 5e-5, 5e-3, "thicknesses of the strip", "strip"
-    )
+    thicknesses: tuple[float, ...] = quantities((1e-4, 3e-4, 5e-4), "m", 5e-5, 5e-3, "thicknesses of the strip", "strip")
     yield_strength: float = quantity(1e9, "Pa", 1e6, 1e10, "stress at which the strip yields; spring steel", "strip")
-    stop_angle: float = quantity(
-        2 * np.pi / 3, "rad", 1.6, 3.0, "crank angle at which the slider meets the stop", "stop"
-    )
+    stop_angle: float = quantity(2 * np.pi / 3, "rad", 1.6, 3.0, "crank angle at which the slider meets the stop", "stop")
     elements: int = integer(20, 2, 200, "beam elements, three nodes each", "numerics")
     angles: int = integer(31, 2, 1000, "crank angles from the stop to dead centre", "numerics")
 

@@ -70,9 +70,7 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
         checks = {"status": "SUSPECT", "message": f"{' and '.join(wrong)} off the closed form"}
     signals = {"shortening": u, "exact": exact, **loads}
     signals |= {f"{name}.error": error for name, error in errors.items()}
-    return StudyResult(
-        parameters=parameters, metrics=metrics, signals=signals, tables=[_table(parameters, metrics)], **checks
-    )
+    return StudyResult(parameters=parameters, metrics=metrics, signals=signals, tables=[_table(parameters, metrics)], **checks)
 
 
 def _rods(p: Parameters) -> dict[str, Rod]:

@@ -131,9 +131,7 @@ def _half_sine_nodes(job: _System, length: float, shortening: float, elements: i
     for s in np.linspace(0.0, length, elements + 1):
         slope = height * np.pi / length * np.cos(np.pi * s / length)
         moved = [-shortening * s, height * np.sin(np.pi * s / length), np.cos(slope) - 1, np.sin(slope)]
-        nodes.append(
-            job.system.AddNode(eii.NodePoint2DSlope1(referenceCoordinates=[s, 0, 1, 0], initialCoordinates=moved))
-        )
+        nodes.append(job.system.AddNode(eii.NodePoint2DSlope1(referenceCoordinates=[s, 0, 1, 0], initialCoordinates=moved)))
     return nodes
 
 
@@ -193,9 +191,7 @@ def _moving_strip(job: _System, mechanism: Mechanism, speed: float) -> list[int]
         place = np.array([radius - s, -height * np.sin(np.pi * s / length)])
         along = np.array([-np.cos(slope), -np.sin(slope)])
         velocity = [-turning * place[1], speed * radius - turning * s, -turning * along[1], turning * along[0]]
-        nodes.append(
-            job.system.AddNode(eii.NodePoint2DSlope1(referenceCoordinates=[*place, *along], initialVelocities=velocity))
-        )
+        nodes.append(job.system.AddNode(eii.NodePoint2DSlope1(referenceCoordinates=[*place, *along], initialVelocities=velocity)))
     damping = body.section.bending_stiffness * body.section.material.bending_damping
     job.cable(body.section, length, nodes, bendingDamping=damping, strainIsRelativeToReference=1.0)
     return nodes

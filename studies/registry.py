@@ -16,18 +16,12 @@ class Entry(NamedTuple):
 
 
 STUDIES: dict[str, Entry] = {
-    "elastica-law": Entry(
-        "studies.elastica_law", "load of the pinned strip against shortening: exact, quartic, fast law"
-    ),
+    "elastica-law": Entry("studies.elastica_law", "load of the pinned strip against shortening: exact, quartic, fast law"),
     "contact-force-table": Entry("studies.contact_force_table", "largest contact force for three strip thicknesses"),
     "slider-crank": Entry("studies.slider_crank", "flexible slider-crank striking its stop at constant speed"),
     "slider-crank-ramp": Entry("studies.slider_crank_ramp", "the same, the crank speed rising over the run"),
-    "slider-crank-voltage": Entry(
-        "studies.slider_crank_voltage", "the same, its crank turned by a motor at given voltage"
-    ),
-    "static-precision": Entry(
-        "studies.static_precision", "load of a buckled strip: error against run time of each model"
-    ),
+    "slider-crank-voltage": Entry("studies.slider_crank_voltage", "the same, its crank turned by a motor at given voltage"),
+    "static-precision": Entry("studies.static_precision", "load of a buckled strip: error against run time of each model"),
     "slider-crank-precision": Entry(
         "studies.slider_crank_precision", "flexible slider-crank: error against run time of each model and tolerance"
     ),

@@ -138,9 +138,7 @@ def _plain_runs(p: Parameters) -> Runs:
     return {
         f"plain ANCF x {p.elements}": {_thousands(n): partial(plainly, coarse, n, tuned) for n in steps},
         f"plain ANCF x {2 * p.elements}": {_thousands(n): partial(plainly, fine, n, tuned) for n in steps[-2:]},
-        f"plain, Newton {_power(UNTUNED)}": {
-            _thousands(p.plain_steps): partial(plainly, coarse, p.plain_steps, UNTUNED)
-        },
+        f"plain, Newton {_power(UNTUNED)}": {_thousands(p.plain_steps): partial(plainly, coarse, p.plain_steps, UNTUNED)},
     }
 
 
@@ -236,9 +234,7 @@ def _compare(p: Parameters, ours: Series, theirs: Series) -> tuple[dict[str, Met
     return metrics, " ".join(verdict(point, tuned[key]) for point in pair)
 
 
-def _runs_table(
-    series: Series, baseline: Point, outcomes: Mapping[str, Outcome], reference: Reading, notes: str
-) -> Table:
+def _runs_table(series: Series, baseline: Point, outcomes: Mapping[str, Outcome], reference: Reading, notes: str) -> Table:
     rows: list[list[Any]] = [["finer run", "", None, *_numbers(reference), None, None, None, ""]]
     for name, part in series.items():
         for setting, point in part.items():

@@ -230,9 +230,7 @@ def _draw_turns(axes: Any, result: StudyResult) -> None:
     speeds = np.array([0, slider * p.end])
     green = {"color": impact.COLOURS["published"], "linestyle": ":"}
     axes[0].plot(speeds, impact.IMPACT_FORCE * speeds / (slider * impact.IMPACT_SPEED), **green)
-    axes[0].text(
-        0.05, 0.97, "dotted: in proportion,\n27 N at 1.25 rad/s", va="top", transform=axes[0].transAxes, fontsize=8
-    )
+    axes[0].text(0.05, 0.97, "dotted: in proportion,\n27 N at 1.25 rad/s", va="top", transform=axes[0].transAxes, fontsize=8)
     axes[1].axhline(float(impact.exact_force(p, pi)), color="black", linestyle="--")
     axes[0].set(xlabel="slider speed [m/s]", ylabel="impact force [N]", ylim=(0, None), xlim=(0, None))
     axes[1].set(xlabel="crank speed [rad/s]", ylabel="contact maximum [N]", ylim=(0, None), xlim=(0, None))

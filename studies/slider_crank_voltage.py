@@ -131,9 +131,7 @@ def exponent(voltages: Sequence[float], forces: Sequence[float]) -> float:
     return log(forces[high] / forces[low]) / log(voltages[high] / voltages[low]) if low != high else nan
 
 
-def _metrics(
-    case: Case, forces: Mapping[str, Sequence[float]], slopes: Mapping[str, Mapping[str, float]]
-) -> dict[str, Metric]:
+def _metrics(case: Case, forces: Mapping[str, Sequence[float]], slopes: Mapping[str, Mapping[str, float]]) -> dict[str, Metric]:
     voltages = case.parameters.voltages
     stop, unit = case.stop
     found = {stop: Metric(case.fit.stop, unit), "force_calibrated": Metric(case.fit.trials[-1][1], "N", IMPACT_FORCE)}
@@ -184,9 +182,7 @@ def _calibration_table(cases: Sequence[Case]) -> Table:
 def _sensitivity_table(slopes: Mapping[str, Mapping[str, float]], p: Parameters) -> Table:
     rows = [[name, getattr(p, name), *(slope[name] for slope in slopes.values())] for name in VARIED]
     notes = "relative change of the force over that of the parameter, by central differences, the stop held."
-    return Table(
-        ["parameter", "value", *slopes], rows, f"Sensitivity of the impact force at {IMPACT_SPEED:g} rad/s", notes
-    )
+    return Table(["parameter", "value", *slopes], rows, f"Sensitivity of the impact force at {IMPACT_SPEED:g} rad/s", notes)
 
 
 # --- figure -----------------------------------------------------------------------------------------------------------
@@ -208,11 +204,7 @@ def _draw_forces(ax: Any, result: StudyResult) -> None:
         voltages = np.append(result.signals["voltage"], p.reference_voltage)
         forces = np.append(result.signals[f"{name}.force"], result.metrics[f"{name}.force_calibrated"].value)
         order = np.argsort(voltages)
-        look = (
-            {"color": impact.COLOURS[name]}
-            if name in impact.COLOURS
-            else {"color": "#777777", "linestyle": next(strokes)}
-        )
+        look = {"color": impact.COLOURS[name]} if name in impact.COLOURS else {"color": "#777777", "linestyle": next(strokes)}
         ax.plot(voltages[order], forces[order], marker=".", label=_label(name), **look)
     ax.plot(list(PUBLISHED), list(PUBLISHED.values()), "k*", markersize=8, label="published")
     ax.plot(p.reference_voltage, IMPACT_FORCE, "ko", markerfacecolor="white", markersize=6, label="calibrated on")

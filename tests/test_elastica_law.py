@@ -29,8 +29,7 @@ def fitted_coefficients(degree=5, count=60, sweeps=4):
     weights = [mpf(1)] * count
     for _ in range(sweeps):
         rows = [
-            [xi ** (degree - k) / p / w for k in range(degree + 1)]
-            + [-(xi ** (degree - 1 - k)) / w for k in range(degree)]
+            [xi ** (degree - k) / p / w for k in range(degree + 1)] + [-(xi ** (degree - 1 - k)) / w for k in range(degree)]
             for xi, p, w in zip(x, loads, weights, strict=True)
         ]
         right = [xi**degree / w for xi, w in zip(x, weights, strict=True)]

@@ -231,9 +231,7 @@ def test_energy_and_power_of_a_uniform_stretch(body):
     assert energy(strip)[0] == pytest.approx(0.5 * STRIP.axial_stiffness * LENGTH * stretch**2, rel=1e-9)
     lost = MATERIAL.axial_damping * STRIP.axial_stiffness * LENGTH * rate**2
     assert power(strip)[0] == pytest.approx(lost, rel=1e-9)
-    assert np.linalg.norm(strip.points()[0, -1] - strip.points()[0, 0]) == pytest.approx(
-        LENGTH * (1 + stretch), rel=1e-12
-    )
+    assert np.linalg.norm(strip.points()[0, -1] - strip.points()[0, 0]) == pytest.approx(LENGTH * (1 + stretch), rel=1e-12)
 
 
 RATES = {"linear beam": 2, "quadratic beam": 4, "cable": 4}
@@ -303,9 +301,7 @@ def test_bow_has_the_given_chord_and_unit_slope(bow, count):
     assert y[-1] == pytest.approx(0.0, abs=1e-9 * abs(bow))
     amplitude = np.pi * bow / LENGTH
     assert theta == pytest.approx(amplitude * np.cos(np.pi * stations), abs=1e-15)
-    assert length * quad(lambda s: np.cos(amplitude * np.cos(np.pi * s)), 0, 1, epsabs=1e-14)[0] == pytest.approx(
-        LENGTH
-    )
+    assert length * quad(lambda s: np.cos(amplitude * np.cos(np.pi * s)), 0, 1, epsabs=1e-14)[0] == pytest.approx(LENGTH)
     for part, at in ((np.cos, x), (np.sin, y)):
         for k in (count // 3, count - 1):
             integral = quad(lambda s, part=part: part(amplitude * np.cos(np.pi * s)), 0, stations[k], epsabs=1e-14)[0]

@@ -220,9 +220,7 @@ def test_carried_coupler_point_stays_fixed_in_the_coupler():
         a, b = CRANK * np.exp(1j * angle), joint_by_circles(angle)
         for name in carried:
             expected = a + local[name] * (b - a)
-            assert closure.position("coupler", name, state.q) == pytest.approx(
-                [expected.real, expected.imag], abs=1e-11
-            )
+            assert closure.position("coupler", name, state.q) == pytest.approx([expected.real, expected.imag], abs=1e-11)
 
 
 def test_velocity_of_a_carried_point_is_the_derivative_of_its_position():

@@ -14,9 +14,7 @@ def test_effective_modulus():
     assert STEEL == pytest.approx(207e9 / (2.0 * (1.0 - 0.29**2)), rel=1e-14)
     assert effective_modulus(207e9, 0.29, 207e9, 0.29) == STEEL
     assert effective_modulus(207e9, 0.29, 1e30, 0.0) == pytest.approx(207e9 / (1.0 - 0.29**2), rel=1e-12)
-    assert effective_modulus(70e9, 0.33, 207e9, 0.29) == pytest.approx(
-        effective_modulus(207e9, 0.29, 70e9, 0.33), rel=1e-15
-    )
+    assert effective_modulus(70e9, 0.33, 207e9, 0.29) == pytest.approx(effective_modulus(207e9, 0.29, 70e9, 0.33), rel=1e-15)
     assert effective_modulus(70e9, 0.33, 207e9, 0.29) == pytest.approx(5.82933e10, rel=1e-6)
 
 

@@ -81,9 +81,7 @@ def free_impact(law, mass, speed):
 # --- the exact relation --------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    "chi", [1e-12, 3e-7, 9.99e-7, 1.01e-6, 5e-5, 2e-3, 0.1, 0.49, 0.51, 1.0, 3.0, 9.998159, 36.0, 1e3, 1e6]
-)
+@pytest.mark.parametrize("chi", [1e-12, 3e-7, 9.99e-7, 1.01e-6, 5e-5, 2e-3, 0.1, 0.49, 0.51, 1.0, 3.0, 9.998159, 36.0, 1e3, 1e6])
 def test_restitution_is_the_exact_root(chi):
     with mpmath.workdps(60):  # y = chi e solves (1 - y) exp(y - 1) = (1 + chi) exp(-1 - chi): a Lambert function
         x = mpmath.mpf(chi)

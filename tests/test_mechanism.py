@@ -44,9 +44,7 @@ def steel(**changed):
 
 
 def play(**changed):
-    return Clearance(
-        **{"point": "A", "first": "crank", "second": "rod", "pin": 5e-3, "gap": 1e-4, "law": LAW, **changed}
-    )
+    return Clearance(**{"point": "A", "first": "crank", "second": "rod", "pin": 5e-3, "gap": 1e-4, "law": LAW, **changed})
 
 
 # --- validate: one voice ----------------------------------------------------------------------------------------------

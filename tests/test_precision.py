@@ -144,8 +144,7 @@ def test_time_for_an_error_lies_on_the_line_in_logarithms():
 def test_verdict_says_both_ratios():
     ours, theirs = point("ours", 2e-6, 0.01, 0.01, 0.01), point("theirs", 1e-6, 0.03, 0.05, 0.04)
     assert verdict(ours, theirs) == (
-        "ours has an error of 2.0e-06 after 10 ms, theirs one of 1.0e-06 after 40 ms: "
-        "4.0 times faster at 2 times the error."
+        "ours has an error of 2.0e-06 after 10 ms, theirs one of 1.0e-06 after 40 ms: 4.0 times faster at 2 times the error."
     )
     assert "4.0 times slower at 0.5 times the error" in verdict(theirs, ours)
     assert "an error the other does not reach" in verdict(ours, point("failed", nan, 1, 1, 1))

@@ -45,9 +45,7 @@ def added(**changed):
     """What a change adds to the rigid slider-crank, zeros left out."""
     before, after = summary(), summary(**changed)
     names = before.keys() | after.keys()
-    return {
-        name: after.get(name, 0) - before.get(name, 0) for name in names if after.get(name, 0) != before.get(name, 0)
-    }
+    return {name: after.get(name, 0) - before.get(name, 0) for name in names if after.get(name, 0) != before.get(name, 0)}
 
 
 # --- only what is named -----------------------------------------------------------------------------------------------
@@ -120,9 +118,7 @@ def test_no_drive_no_constraint():
 
 
 def test_nothing_is_ever_measured_by_engine_sensors():
-    full = summary(
-        coupler=Beam(STRIP), law=LAW, friction=GuideFriction(0.1), gravity=(0.0, -9.81), speed=Ramp(0.0, 1.0, 1.0)
-    )
+    full = summary(coupler=Beam(STRIP), law=LAW, friction=GuideFriction(0.1), gravity=(0.0, -9.81), speed=Ramp(0.0, 1.0, 1.0))
     assert full["sensors"] == 0
     assert set(full) == {"Rigid", "Beam", "Guide", "Revolute", "Stop", "GuideFriction", "Drive", "gravity", *ITEMS}
 

@@ -75,9 +75,7 @@ def test_a_force_the_ledger_does_not_know_is_suspect(monkeypatch):
     assert result.status is Status.SUSPECT and "ENERGY" in result.message
 
 
-@pytest.mark.parametrize(
-    ("mechanism", "steps"), [(pendulum(2.5), 20), (block(G, Hertz(1e10)), 100)], ids=["swing", "hit"]
-)
+@pytest.mark.parametrize(("mechanism", "steps"), [(pendulum(2.5), 20), (block(G, Hertz(1e10)), 100)], ids=["swing", "hit"])
 def test_too_large_uniform_steps_are_suspect(mechanism, steps):
     result = simulate(mechanism, 1.5 if steps == 20 else 0.4, ledger=True, solver=Solver(uniform_steps=steps))
     assert result.status is Status.SUSPECT and "ENERGY" in result.message

@@ -53,9 +53,7 @@ def test_each_model_has_every_number(turn, model):
     assert value(turn, f"{model}.buckles_before_stop") == 0
 
 
-@pytest.mark.parametrize(
-    ("model", "at_180", "plateau"), [("stitched", 6e-4, 6e-4), ("strut", 3e-4, 2e-3), ("beam", 1e-3, 5e-3)]
-)
+@pytest.mark.parametrize(("model", "at_180", "plateau"), [("stitched", 6e-4, 6e-4), ("strut", 3e-4, 2e-3), ("beam", 1e-3, 5e-3)])
 def test_contact_force_is_that_of_the_elastica(turn, model, at_180, plateau):
     force = turn.metrics[f"{model}.contact_force_180"]
     assert force.exact == pytest.approx(1.72465, abs=5e-6)

@@ -15,9 +15,7 @@ import math
 from mbs.validate import number, positive
 
 
-def effective_modulus(
-    young1: float, poisson1: float, young2: float | None = None, poisson2: float | None = None
-) -> float:
+def effective_modulus(young1: float, poisson1: float, young2: float | None = None, poisson2: float | None = None) -> float:
     """E* [Pa] of two bodies in contact; the second is like the first unless given.
 
     Parameters

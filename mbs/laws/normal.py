@@ -58,9 +58,7 @@ def kelvin_voigt_force(depth: Reals, rate: Reals, stiffness: float, damping: flo
     return (depth > 0.0) * ramp(stiffness * depth + damping * rate)
 
 
-def impact_force(
-    depth: Reals, rate: Reals, stiffness: float, exponent: float, damping: float, damping_depth: float
-) -> Reals:
+def impact_force(depth: Reals, rate: Reals, stiffness: float, exponent: float, damping: float, damping_depth: float) -> Reals:
     """max(0, k d^n + STEP(d, 0, 0, d_max, c_max) d') [N], 0 where d <= 0."""
     return ramp(stiffness * ramp(depth) ** exponent + step(depth, 0.0, 0.0, damping_depth, damping) * rate)
 

@@ -157,9 +157,7 @@ def contact_time(law: "NormalLaw", mass: float, speed: float) -> float:
     """
     mass, speed = positive("mass", mass, "kg"), positive("speed", speed, "m/s")
     q = 1.0 / (law.exponent + 1.0)
-    return (
-        2.0 * elastic_depth(law, mass, speed) / speed * math.sqrt(math.pi) * math.gamma(1.0 + q) / math.gamma(0.5 + q)
-    )
+    return 2.0 * elastic_depth(law, mass, speed) / speed * math.sqrt(math.pi) * math.gamma(1.0 + q) / math.gamma(0.5 + q)
 
 
 def restitution_integrated(law: "NormalLaw", mass: float, speed: float) -> float:
