@@ -14,8 +14,8 @@ M_jk = integral of rho A r_j r_k + rho I theta_j theta_k + (end mass) x_j x_k wi
 to q'' (those of the pin, centripetal, Coriolis) do, K = E I (k pi/L)^2 L/2 or E A L/2 (L for k = 0), D = beta K in bending, F the
 force on the end mass. The natural curvature of a bow h sin(pi s/L) is a0_1 = h pi/L. Integrals are Gauss's and exact to
 rounding; a_k falls as k^-4, as the load of inertia does not vanish at the pins. Time steps are scipy's DOP853,
-restarted where contact begins and ends. m = 0 is the inextensible strip; m = 1, a uniform strain, keeps the mass on the coupler's axial spring but none
-of the axial waves, which cost steps.
+restarted where contact begins and ends. m = 0 is the inextensible strip; m = 1, a uniform strain, keeps the mass on
+the coupler's axial spring but none of the axial waves, which cost steps.
 """
 
 from __future__ import annotations

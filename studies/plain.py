@@ -1,4 +1,4 @@
-"""The same two jobs written straight on the engine, as its users write them: what Buckler's run times are held against.
+"""The same jobs written straight on the engine, as its users write them: what Buckler's run times are held against.
 
 Not a part of Buckler: no study takes its results from here. The settings are the best found for these jobs: reduced
 integration 2 (the others lock), the sparse solver; for the static run the default tolerances (looser ones cost accuracy
@@ -35,7 +35,8 @@ class Plain:
     Attributes
     ----------
     x, force : array, shape (values,)
-        End shortening over length and strip force, N; or time, s, and contact force, N.
+        End shortening over length and strip force, N; or time, s, and contact force, N; or, where there is no stop, time, s,
+        and deflection of the coupler's middle from its chord, m.
     message : str
         What the engine said, if it failed.
     work : dict
@@ -162,21 +163,53 @@ def slider_crank(mechanism: Mechanism, duration: float, steps: int, newton: floa
             objectNumber=contact, outputVariableType=exu.OutputVariableType.Force, storeInternal=True, writeToFile=False
         )
     )
+    failure, work = _solve(job, duration, steps, newton, newton)
+    if failure:
+        return Plain(np.empty(0), np.empty(0), failure)
+    time, forces = np.asarray(job.system.GetSensorStoredData(force)).T
+    return Plain(time, np.abs(forces), work=work)
+
+
+def smooth_slider_crank(mechanism: Mechanism, duration: float, steps: int, relative: float, absolute: float) -> Plain:
+    """Deflection of the coupler's middle in the same mechanism without a stop, no callback at all; a sample a step."""
+    job = _System()
+    speed = float(mechanism.drive.speed)  # type: ignore[arg-type,union-attr]
+    coupler = _moving_strip(job, mechanism, speed)
+    _add_crank(job, mechanism, speed, coupler[0])
+    _add_slider(job, mechanism, coupler[-1])
+    places = [
+        job.system.AddSensor(
+            eii.SensorNode(
+                nodeNumber=coupler[k], outputVariableType=exu.OutputVariableType.Position, storeInternal=True, writeToFile=False
+            )
+        )
+        for k in (0, len(coupler) // 2, -1)
+    ]
+    failure, work = _solve(job, duration, steps, relative, absolute)
+    if failure:
+        return Plain(np.empty(0), np.empty(0), failure)
+    stored = [np.asarray(job.system.GetSensorStoredData(place)) for place in places]
+    chord, middle = stored[2][:, 1:3] - stored[0][:, 1:3], stored[1][:, 1:3] - stored[0][:, 1:3]
+    deflection = (chord[:, 0] * middle[:, 1] - chord[:, 1] * middle[:, 0]) / np.hypot(*chord.T)
+    return Plain(stored[0][:, 0], deflection, work=work)
+
+
+def _solve(job: _System, duration: float, steps: int, relative: float, absolute: float) -> tuple[str, dict[str, float]]:
+    """Assemble and integrate in uniform steps: what the engine said if it failed, and the work."""
     job.system.Assemble()
     settings = _settings()
     settings.solution.sensors.writePeriod = duration / steps
     integration = settings.timeIntegration
     integration.endTime, integration.numberOfSteps, integration.verboseMode = duration, steps, 0
     integration.newton.useModifiedNewton = True
-    integration.newton.relativeTolerance = integration.newton.absoluteTolerance = newton
+    integration.newton.relativeTolerance, integration.newton.absoluteTolerance = relative, absolute
     try:
         job.system.SolveDynamic(settings)
     except exu.ExudynError as error:
-        return Plain(np.empty(0), np.empty(0), str(error).strip())
-    time, forces = np.asarray(job.system.GetSensorStoredData(force)).T
+        return str(error).strip() or "failed", {}
     count = job.system.sys["dynamicSolver"].it
-    work = {"steps": float(len(time) - 1), "newton_iterations": float(count.newtonStepsCount)}
-    return Plain(time, np.abs(forces), work=work | {"jacobians": float(count.newtonJacobiCount)})
+    iterations = {"newton_iterations": float(count.newtonStepsCount), "jacobians": float(count.newtonJacobiCount)}
+    return "", {"steps": float(steps), **iterations}
 
 
 def _moving_strip(job: _System, mechanism: Mechanism, speed: float) -> list[int]:
@@ -210,15 +243,15 @@ def _add_crank(job: _System, mechanism: Mechanism, speed: float, pin: int) -> No
 
 
 def _add_slider(job: _System, mechanism: Mechanism, end: int) -> int:
-    """A mass on the x axis with friction and its stop; the stop's object number."""
-    guide, (stop,) = mechanism.guide("B"), mechanism.stops
+    """A mass on the x axis with friction and its stop, if there is one; the object number of what was added last."""
+    guide = mechanism.guide("B")
     start, _ = mechanism.points["B"]
     node = job.system.AddNode(eii.NodePoint2D(referenceCoordinates=[start, 0]))
     job.system.AddObject(eii.ObjectMassPoint2D(mass=guide.mass, nodeNumber=node))
     for fixed in (node, end):
         job.fix(fixed, 1)
     along = job.marker(node, 0)
-    job.system.AddObject(eii.CoordinateConstraint(markerNumbers=[along, job.marker(end, 0)]))
+    added = job.system.AddObject(eii.CoordinateConstraint(markerNumbers=[along, job.marker(end, 0)]))
     if guide.friction is not None:
         job.system.AddObject(
             eii.ObjectConnectorCoordinateSpringDamperExt(
@@ -227,13 +260,15 @@ def _add_slider(job: _System, mechanism: Mechanism, end: int) -> int:
                 frictionProportionalZone=guide.friction.regularisation,
             )
         )
-    return job.system.AddObject(
-        eii.ObjectConnectorCoordinateSpringDamper(
-            markerNumbers=[job.ground, along],
-            stiffness=1.0,
-            springForceUserFunction=_stop_force(stop.law, stop.at - start),
+    for stop in mechanism.stops:
+        added = job.system.AddObject(
+            eii.ObjectConnectorCoordinateSpringDamper(
+                markerNumbers=[job.ground, along],
+                stiffness=1.0,
+                springForceUserFunction=_stop_force(stop.law, stop.at - start),
+            )
         )
-    )
+    return int(added)
 
 
 def _stop_force(law: Any, face: float) -> Any:
