@@ -22,6 +22,7 @@ STUDIES: dict[str, Entry] = {
     "slider-crank-ramp": Entry("studies.slider_crank_ramp", "the same, the crank speed rising over the run"),
     "slider-crank-voltage": Entry("studies.slider_crank_voltage", "the same, its crank turned by a motor at given voltage"),
     "static-precision": Entry("studies.static_precision", "load of a buckled strip: error against run time of each model"),
+    "benchmark": Entry("studies.benchmark", "each kind of job once, ours against a plain baseline: errors, medians, ratios"),
     "smooth-precision": Entry(
         "studies.smooth_precision", "slider-crank without a stop: error against run time, against a spectral strip"
     ),
