@@ -138,6 +138,8 @@ class Spec:
     metavar: str
     help: str
     group: str
+    unit: str = ""
+    """Of a quantity; empty for anything else."""
 
 
 def _quantity(unit: str, low: float, high: float, help: str, group: str) -> Spec:
@@ -157,7 +159,7 @@ def _quantity(unit: str, low: float, high: float, help: str, group: str) -> Spec
         digits = f"{value:.12g}" if _is_number(value) else str(value)
         return digits if unit == "1" else f"{digits} {unit}"
 
-    return Spec(read, show, f"{low:.12g} to {show(high)}", "NUMBER" if unit == "1" else unit, help, group)
+    return Spec(read, show, f"{low:.12g} to {show(high)}", "NUMBER" if unit == "1" else unit, help, group, unit)
 
 
 def _is_number(given: object) -> TypeGuard[Real]:

@@ -31,6 +31,10 @@ STUDIES: dict[str, Entry] = {
     ),
     "restitution": Entry("studies.restitution", "restitution asked for and delivered: every contact law in drop tests"),
     "crank-rocker": Entry("studies.crank_rocker", "crank-rocker with play in its joints, rocker rigid or flexible"),
+    "bifurcation": Entry("studies.bifurcation", "crank-rocker with play: order or chaos over clearance, speed, damping"),
+    "uncertainty": Entry("studies.uncertainty", "tolerances: distributions of forces and whose variance it is"),
+    "buffering-claims": Entry("studies.buffering_claims", "does a flexible rocker buffer? each published claim, over many runs"),
+    "modes": Entry("studies.modes", "which modes of the rocker matter, and what their numbers mean"),
 }
 
 

@@ -149,8 +149,13 @@ QUIET = Progress(quiet=True)
 # --- files ------------------------------------------------------------------------------------------------------------
 
 
-def write(result: StudyResult, folder: Path, figures: Mapping[str, Figure]) -> str:
+def write(result: StudyResult, folder: Path, figures: Mapping[str, Figure], trusted: bool = False) -> str:
     """Write signals.npz, the figures and, last, metrics.json; what an earlier run left there goes first.
+
+    Parameters
+    ----------
+    trusted : bool
+        Record that whoever ran the study overrode its failed checks; the status stays SUSPECT, with its reasons.
 
     Returns
     -------
@@ -172,6 +177,7 @@ def write(result: StudyResult, folder: Path, figures: Mapping[str, Figure]) -> s
         {
             "status": result.status,
             "message": result.message,
+            **({"trusted": True} if trusted else {}),
             "metrics": {name: _without_none(metric) for name, metric in result.metrics.items()},
             "work": result.work,
             "provenance": provenance(result.parameters),
@@ -243,13 +249,18 @@ def _without_none(metric: Metric) -> dict[str, Any]:
 
 def provenance(parameters: StudyParameters) -> dict[str, Any]:
     """What it takes to run the same again: versions, commit, machine, parameters."""
-    packages = ("buckler", "exudyn", "numpy", "scipy")
     return {
-        "versions": {"python": platform.python_version(), **{name: _version(name) for name in packages}},
+        "versions": versions(),
         "commit": _commit(),
         "machine": {"cpu": _cpu(), "cores": os.cpu_count(), "os": platform.platform()},
         "parameters": asdict(parameters),
     }
+
+
+def versions() -> dict[str, str | None]:
+    """Of Python, Buckler and the packages its numbers come from."""
+    packages = ("buckler", "exudyn", "numpy", "scipy")
+    return {"python": platform.python_version(), **{name: _version(name) for name in packages}}
 
 
 def _version(package: str) -> str | None:

@@ -6,7 +6,7 @@ import inspect
 import types
 from collections import namedtuple
 from collections.abc import Callable
-from functools import partial
+from functools import lru_cache, partial
 from typing import Any, NamedTuple
 
 import numba
@@ -79,8 +79,22 @@ def compile_laws(law: Any, friction: Any) -> Laws:
     ValueError
         If a law is not plain arithmetic on its arguments and its own numbers.
     """
-    normal = _pointer(law, "force", float64(float64, float64, float64))
-    return Laws(normal, _pointer(friction, "coefficient", float64(float64)))
+    normal = _kept(law, "force", float64(float64, float64, float64))
+    return Laws(normal, _kept(friction, "coefficient", float64(float64)))
+
+
+def _kept(law: Any, name: str, signature: Any) -> Any:
+    """Compiled once where the law can be hashed: of a grid of normal and friction laws, each."""
+    try:
+        hash(law)
+    except TypeError:
+        return _pointer(law, name, signature)
+    return _once(law, name, signature)
+
+
+@lru_cache(maxsize=256)
+def _once(law: Any, name: str, signature: Any) -> Any:
+    return _pointer(law, name, signature)
 
 
 def _pointer(law: Any, name: str, signature: Any) -> Any:

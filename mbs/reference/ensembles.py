@@ -7,7 +7,7 @@ standard error is small for that reason.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from itertools import pairwise
@@ -21,10 +21,12 @@ from mbs.validate import positive, whole
 
 Array = np.ndarray[Any, Any]
 UNITS = {
-    "impacts": "1", "closed": "1", "restitution": "1", "force": "N", "peak_a": "m/s^2", "rms_a": "m/s^2",
+    "impacts": "1", "closed": "1", "restitution": "1", "force": "N", "depth": "m", "peak_a": "m/s^2", "rms_a": "m/s^2",
     "contact": "J", "friction": "J", "modes": "J", "given": "J",
 }  # fmt: skip
 """What is measured in each cycle; see `Ensemble`."""
+RIGID = 8
+"""Coordinates that are not modal."""
 
 
 @dataclass(frozen=True)
@@ -35,16 +37,20 @@ class Ensemble:
     ----------
     cycles : dict of str to array, shape (members, cycles, ...)
         `impacts` of each joint, the part of the time it is `closed`, its rebound over its onset speed, root mean square
-        (`restitution`; nan without a rebound; not the law's, other joints strike in between), its largest `force`; largest
-        and root-mean-square x-acceleration of coupler centre, rocker centre, rocker mid-point (`peak_a`, `rms_a`); energy
-        lost in the `contact` and `friction` of each joint, in the rocker's `modes`, and `given` by the drive.
+        (`restitution`; nan without a rebound; not the law's, other joints strike in between), its largest `force` and
+        penetration `depth`; largest and root-mean-square x-acceleration of coupler centre, rocker centre, rocker
+        mid-point (`peak_a`, `rms_a`); energy lost in the `contact` and `friction` of each joint, in the rocker's `modes`,
+        and `given` by the drive; then what `measure` of `ensemble` gave.
     outcomes : tuple of Outcome
         Of each member.
+    balances : tuple of float
+        Energy balance of each member, see `Run`.
     """
 
     fourbar: FourBar
     cycles: dict[str, Array]
     outcomes: tuple[Outcome, ...]
+    balances: tuple[float, ...] = ()
 
     @property
     def ok(self) -> bool:
@@ -74,6 +80,7 @@ def ensemble(
     atol: float = 1e-7,
     samples: int = 200,
     workers: int = 1,
+    measure: Callable[[Run, int, int], dict[str, Array]] | None = None,
 ) -> Ensemble:
     """Run the four-bar once for each seed.
 
@@ -85,15 +92,17 @@ def ensemble(
     seeds : iterable of int
         One a member, for the offset of its initial state.
     spread : float
-        Standard deviation of that offset, m and rad.
+        Standard deviation of that offset, m and rad: of the bars' centres and directions. It must leave pins in their bushes.
     settle : int
         Turns discarded.
     rtol, atol : float
         See `simulate`.
     samples : int
-        Of a turn; they matter for no result, peaks and integrals are followed at every step.
+        Of a turn; they matter for no result but those of `measure`: peaks and integrals are followed at every step.
     workers : int
         Threads; the compiled run does not hold the interpreter's lock.
+    measure : callable, optional
+        Further measures of a run, called and giving back as `by_cycle`.
 
     Raises
     ------
@@ -107,20 +116,22 @@ def ensemble(
     if not fourbar.speed:
         raise ValueError("speed = 0 rad/s: cycles need a crank that turns")
 
-    def member(seed: int) -> tuple[dict[str, Array], Outcome]:
+    def member(seed: int) -> tuple[dict[str, Array], Outcome, float]:
         state = ideal_state(fourbar)
-        state[: state.size // 2] += spread * np.random.default_rng(seed).standard_normal(state.size // 2)
+        state[:RIGID] += spread * np.random.default_rng(seed).standard_normal(RIGID)
         turns = settle + cycles
         run = simulate(fourbar, turns * fourbar.period, rtol=rtol, atol=atol, samples=samples * turns + 1, state=state)
         if len(run.time) <= samples * turns:
             raise RuntimeError(f"seed {seed}: {run.status}, {run.message}")
         if run.work["impacts"] > len(run.impacts):
             raise RuntimeError(f"seed {seed}: more impacts than the {len(run.impacts)} a run keeps; ask for fewer cycles")
-        return by_cycle(run, turns, settle), run.status
+        more = measure(run, turns, settle) if measure else {}
+        return by_cycle(run, turns, settle) | more, run.status, run.energy_balance
 
     with ThreadPoolExecutor(workers) as pool:
-        measured, outcomes = zip(*pool.map(member, seeds), strict=True)
-    return Ensemble(fourbar, {name: np.stack([each[name] for each in measured]) for name in UNITS}, outcomes)
+        measured, outcomes, balances = zip(*pool.map(member, seeds), strict=True)
+    cycles_of = {name: np.stack([each[name] for each in measured]) for name in measured[0]}
+    return Ensemble(fourbar, cycles_of, outcomes, balances)
 
 
 def by_cycle(run: Run, turns: int, settle: int = 0) -> dict[str, Array]:
@@ -137,6 +148,7 @@ def by_cycle(run: Run, turns: int, settle: int = 0) -> dict[str, Array]:
 
     return _impacts(run, edges) | {
         "force": largest(run.peak_force),
+        "depth": largest(run.peak_depth),
         "peak_a": largest(run.peak_a),
         "rms_a": np.sqrt(change(run.squares) / np.diff(edges)[:, None]),
         "contact": change(run.taken_contact),

@@ -61,6 +61,8 @@ class Run:
         Accelerations of the coupler's centre, the rocker's centre and the rocker's mid-point, m/s^2.
     peak_force : array, shape (samples, 4)
         Largest of each joint since the sample before, N, seen at every step.
+    peak_depth : array, shape (samples, 4)
+        Largest penetration depth likewise, m; 0 where the joint stayed open.
     peak_a : array, shape (samples, 3)
         Largest |x-acceleration| of the same three points likewise, m/s^2.
     impacts : array, shape (impacts, 6)
@@ -93,6 +95,7 @@ class Run:
     rocker_a: Array
     middle_a: Array
     peak_force: Array
+    peak_depth: Array
     peak_a: Array
     impacts: Array
     taken_contact: Array
@@ -229,7 +232,8 @@ def _collect(fourbar: FourBar, times: Array, outputs: list[Array], impacts: Arra
         fourbar, status, message, times[:reached], q, q_t, rates[:, n : 2 * n],
         force=joints[:, :, 4:6], normal=joints[:, :, 3], depth=joints[:, :, 0], rate=joints[:, :, 1], sliding=joints[:, :, 2],
         coupler_a=reports[:, 4, 0:2], rocker_a=reports[:, 4, 2:4], middle_a=reports[:, 4, 4:6],
-        peak_force=peaks[:, :4], peak_a=peaks[:, 8:], impacts=impacts[: min(work["impacts"], CAPACITY)].copy(),
+        peak_force=peaks[:, :4], peak_depth=peaks[:, 4:8], peak_a=peaks[:, 8:],
+        impacts=impacts[: min(work["impacts"], CAPACITY)].copy(),
         taken_contact=ledger[:, 1:5] - stored + stored[0], taken_friction=ledger[:, 5:9], taken_modes=ledger[:, 9],
         given=ledger[:, 0], squares=ledger[:, 10:], contact=stored.sum(axis=1), **_energies(fourbar, q, q_t),
         work=work | {"wall_s": wall},
