@@ -191,7 +191,7 @@ def test_cases_in_which_no_law_holds_are_named_marked_and_left_out(monkeypatch):
 @pytest.fixture(scope="module")
 def closed():
     """One case in earnest."""
-    return buffering_claims.run(Parameters(**ONE, members=4, cycles=2, settle=1, level=0.5))
+    return buffering_claims.run(Parameters(**ONE, members=3, cycles=1, settle=1, level=0.5))
 
 
 def test_closed_joints_buffer_forces_not_velocities(closed):
@@ -206,6 +206,7 @@ def test_closed_joints_buffer_forces_not_velocities(closed):
     assert buffering_claims.figure(closed).axes
 
 
+@pytest.mark.slow
 def test_peaks_of_the_study_are_those_of_one_run(closed):
     """Without ensembles: the second turn of one run each, 1 us apart; 2 us apart misses 5 % of the force."""
     size = {"thickness": 0.020, "width": 0.005}

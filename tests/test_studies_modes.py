@@ -139,7 +139,7 @@ def test_planted_difference_gets_its_mark(monkeypatch):
 @pytest.fixture(scope="module")
 def closed():
     wanted = {"sets": ("bending_1", "axial_1", "456_free"), "damping_unit": "N.s/mm", "in_plane_depth": 20e-3}
-    return modes.run(Parameters(**wanted, members=3, cycles=1, cross_check=1e-3))
+    return modes.run(Parameters(**wanted, members=2, cycles=1, cross_check=2e-4))
 
 
 def test_the_axial_mode_softens_closed_joints_and_the_first_bending_mode_alone_does_not(closed):
@@ -160,7 +160,7 @@ def test_axial_mode_of_the_solid_strikes_as_the_beams_does():
 
 
 def test_engine_and_reference_agree(closed):
-    assert closed.metrics["h20mm.engine_distance_over_clearance"].value < 1e-5
+    assert closed.metrics["h20mm.engine_distance_over_clearance"].value < 1e-6
 
 
 @pytest.mark.slow

@@ -73,6 +73,9 @@ def test_repeats_are_a_mean_with_its_standard_error(toy, capsys):
         mean, _, scatter = line[2].partition(" ± ")
         assert float(mean) == pytest.approx(exact + noise.mean(), abs=5e-4)
         assert float(scatter) == pytest.approx(error, rel=0.05)
+    with np.load(toy.folder / "signals.npz") as arrays:
+        assert arrays["strut.force.mean"] == pytest.approx([11 + noise.mean(), 21 + noise.mean()], rel=1e-12)
+        assert arrays["strut.force.error"] == pytest.approx([error, error], rel=1e-12)
     assert abs(noise.mean()) < 4 * error  # and the error is honest: the exact value lies within
 
 

@@ -152,7 +152,7 @@ def test_interrupt_ends_workers_at_once_and_keeps_what_has_ended(tmp_path):
 
 def kill_and_resume(path, times, words, seed):
     """Kill the sweep or one of its processes some times at random moments, then let it end; processes it left behind."""
-    rng, left = np.random.default_rng(seed), []
+    rng, left, hits = np.random.default_rng(seed), [], 0
     for _ in range(times):
         process = start("sweep", "toy", *words, "--store", path, "--out", path.parent)
         process.stderr.readline()  # it has begun: "... cases, ... stored already"
@@ -162,12 +162,14 @@ def kill_and_resume(path, times, words, seed):
             os.kill(int(rng.choice(others)), signal.SIGKILL)
             time.sleep(rng.uniform(0.05, 0.5))
         others = descendants(process.pid)
+        hits += process.poll() is None
         process.kill()
         process.communicate()
         if not gone(others):
             left += others
     code, _, err = run("sweep", "toy", *words, "--store", path, "--out", path.parent)
     assert code == 0, err
+    assert hits > times / 2  # or the sweep was at its end before it was killed
     return left
 
 
@@ -247,6 +249,24 @@ def test_store_and_engine_cost_little_beside_a_case(tmp_path):
     spent = time.perf_counter() - begin - sum(row.wall_s for row in rows) - start_up
     print(f"overhead {1e3 * spent / len(rows):.2f} ms a case")
     assert spent / len(rows) < 5e-3 * max(1.0, start_up / 0.2)
+
+
+def test_two_workers_are_never_idle():
+    """Cases that wait need no core of their own: from the first row to the last, two workers take half as long as one."""
+
+    class Clock:
+        def __call__(self, items, total=None, label=""):
+            self.times = []
+            for item in items:
+                self.times.append(time.perf_counter())
+                yield item
+
+    spans = []
+    for n in (1, 2):
+        clock = Clock()
+        sweep(sweep_toy, toys(20, pause=0.1), workers=n, progress=clock)
+        spans.append(clock.times[-1] - clock.times[0])
+    assert 1.6 < spans[0] / spans[1] < 2.4  # 19 pauses against 9, when all goes well
 
 
 @pytest.mark.slow
