@@ -267,7 +267,7 @@ def test_two_workers_are_never_idle():
         return clock.times[-1] - clock.times[0]
 
     # 11 pauses against 5 when all goes well; a machine busy with other work spoils single tries
-    assert max(span(1) / span(2) for _ in range(3)) > 1.6
+    assert any(span(1) / span(2) > 1.6 for _ in range(3))
 
 
 @pytest.mark.slow
