@@ -2,7 +2,11 @@
 
 Pin on the first body, bush on the second; centres r_p, r_b; e = r_p - r_b, n = e/|e|, penetration depth d = |e| - c. Both
 bodies feel the force at the one point P = r_p + R_p n, so force and moment balance hold to the last digit:
-F = -(F_N n + mu(v_t) F_N t) on the pin, t = (-n_y, n_x), v_t the sliding speed of the pin's surface at P over the bush's.
+F = -(F_N n + mu F_N t) on the pin, t = (-n_y, n_x), mu the friction at v_t, the sliding speed of the pin's surface at P over
+the bush's.
+
+What a contact remembers of the last accepted step, `MEMORY`, gives a law its onset speed and its bristle: since then the
+bristle has bent at the mean of the sliding speed then and now.
 
 `kernel` writes the functions for given laws, compiled by Numba where it is installed.
 """
@@ -11,15 +15,20 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 
+from mbs.laws import BristleLaw
 from mbs.mechanism import Clearance
 
 Array = np.ndarray[Any, Any]
-COLUMNS = ("normal", "tangential", "depth", "rate", "sliding", "fx", "fy", "nx", "ny")
-"""What the kernel reports of each joint: N, N, m, m/s, m/s, force on the pin, direction from bush to pin."""
+COLUMNS = ("normal", "tangential", "depth", "rate", "sliding", "bristle", "fx", "fy", "nx", "ny")
+"""What the kernel reports of each joint: N, N, m, m/s, m/s, m, force on the pin, direction from bush to pin."""
+ONSET, BRISTLE, SLIDING, SINCE = 0, 1, 2, 3
+MEMORY = ("onset", "bristle", "sliding", "since")
+"""What is known of each joint's last accepted step: speed at contact onset, m/s; bristle, m; sliding speed, m/s; its time, s."""
 
 
 @dataclass(frozen=True)
@@ -61,46 +70,52 @@ def _state(offset: int, x: float, y: float, ax: float, ay: float, q: Array, v: A
 
 
 def _contact(
-    pin: tuple[float, ...], bush: tuple[float, ...], radius: float, gap: float, onset: float, normal: Any, friction: Any
-) -> tuple[float, ...]:
-    """What `COLUMNS` names, for one joint whose ends have these states."""
+    normal: Any, friction: Any, bend: Any, pin: tuple[float, ...], bush: tuple[float, ...], radius: float, gap: float,
+    t: float, past: Array,
+) -> tuple[float, ...]:  # fmt: skip
+    """What `COLUMNS` names, for one joint whose ends have these states and whose memory is `past`."""
     ex, ey = pin[0] - bush[0], pin[1] - bush[1]
     e = np.sqrt(ex * ex + ey * ey)
     if e < 1e-300:
-        return 0.0, 0.0, -gap, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0
+        return 0.0, 0.0, -gap, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0
     nx, ny = ex / e, ey / e
     ux, uy = pin[2] - bush[2], pin[3] - bush[3]
     depth, rate = e - gap, nx * ux + ny * uy
     # surface speeds at P: the pin's arm is R_p n, the bush's e + R_p along n
     sliding = nx * uy - ny * ux + pin[6] * radius - bush[6] * (e + radius)
     if depth <= 0.0:
-        return 0.0, 0.0, depth, rate, sliding, 0.0, 0.0, nx, ny
-    force = normal(depth, rate, onset)
-    drag = friction(sliding) * force
-    return force, drag, depth, rate, sliding, -force * nx + drag * ny, -force * ny - drag * nx, nx, ny
+        return 0.0, 0.0, depth, rate, sliding, 0.0, 0.0, 0.0, nx, ny
+    force = normal(depth, rate, past[ONSET])
+    bristle = bend(past[BRISTLE], 0.5 * (past[SLIDING] + sliding), t - past[SINCE])
+    drag = friction(sliding, bristle) * force
+    return force, drag, depth, rate, sliding, bristle, -force * nx + drag * ny, -force * ny - drag * nx, nx, ny
 
 
-def _report(q: Array, v: Array, onset: Array, places: Array, numbers: Array, normal: Any, friction: Any, out: Array) -> None:
+def _report(
+    normal: Any, friction: Any, bend: Any, t: float, q: Array, v: Array, memory: Array, places: Array, numbers: Array, out: Array
+) -> None:
     """Fill out[joint] with what `COLUMNS` names."""
     for j in range(places.shape[0]):
         n = numbers[j]
         pin = _state(places[j, 0], n[0], n[1], n[2], n[3], q, v)
         bush = _state(places[j, 1], n[4], n[5], n[6], n[7], q, v)
-        out[j] = _contact(pin, bush, n[8], n[9], onset[j], normal, friction)
+        out[j] = _contact(normal, friction, bend, pin, bush, n[8], n[9], t, memory[j])
 
 
-def _forces(q: Array, v: Array, onset: Array, places: Array, numbers: Array, normal: Any, friction: Any, out: Array) -> None:
+def _forces(
+    normal: Any, friction: Any, bend: Any, t: float, q: Array, v: Array, memory: Array, places: Array, numbers: Array, out: Array
+) -> None:
     """Fill out with generalised forces on the coordinates (x, y, theta of each node)."""
     out[:] = 0.0
     for j in range(places.shape[0]):
         n = numbers[j]
         pin = _state(places[j, 0], n[0], n[1], n[2], n[3], q, v)
         bush = _state(places[j, 1], n[4], n[5], n[6], n[7], q, v)
-        c = _contact(pin, bush, n[8], n[9], onset[j], normal, friction)
+        c = _contact(normal, friction, bend, pin, bush, n[8], n[9], t, memory[j])
         if c[0] == 0.0:
             continue
-        fx, fy = c[5], c[6]
-        px, py = pin[0] + n[8] * c[7], pin[1] + n[8] * c[8]  # the common point P
+        fx, fy = c[6], c[7]
+        px, py = pin[0] + n[8] * c[8], pin[1] + n[8] * c[9]  # the common point P
         for side in range(2):
             k = places[j, side]
             if k < 0:
@@ -113,19 +128,33 @@ def _forces(q: Array, v: Array, onset: Array, places: Array, numbers: Array, nor
             out[k + 2] += sign * (lx * fy - ly * fx)
 
 
-def _along(q: Array, v: Array, onset: Array, places: Array, numbers: Array, normal: Any, friction: Any, out: Array) -> None:
-    """`_report` for many times: q, v, onset of shape (times, ...), out (times, joints, columns)."""
+def _along(
+    normal: Any, friction: Any, bend: Any, t: Array, q: Array, v: Array, memory: Array, places: Array, numbers: Array, out: Array
+) -> None:
+    """`_report` for many times: t, q, v, memory of shape (times, ...), out (times, joints, columns)."""
     for i in range(q.shape[0]):
-        _report(q[i], v[i], onset[i], places, numbers, normal, friction, out[i])
+        _report(normal, friction, bend, t[i], q[i], v[i], memory[i], places, numbers, out[i])
 
 
 @dataclass(frozen=True)
 class Kernel:
-    """The three functions for one pair of laws: `forces`, `report`, `along`; `compiled` tells whether Numba made them."""
+    """The functions for one pair of laws, and whether Numba made them.
+
+    Attributes
+    ----------
+    forces, report : callable
+        Of time, coordinates and their rates, memory, the two tables, and what is to be filled.
+    along : callable
+        `report` for many times.
+    callback : callable
+        Of memory, tables and number of coordinates: makes `forces` a user function of the engine.
+    compiled : bool
+    """
 
     forces: Callable[..., None]
     report: Callable[..., None]
     along: Callable[..., None]
+    callback: Callable[[Array, Array, Array, int], Callable[..., Any]]
     compiled: bool
 
 
@@ -141,8 +170,25 @@ def kernel(law: Any, friction: Any) -> Kernel:
     return compile_kernel(law, friction) or _plain(law, friction)
 
 
-def _plain(law: Any, friction: Any) -> Kernel:
-    def bound(function: Callable[..., None]) -> Callable[..., None]:
-        return lambda *arguments: function(*arguments[:-1], law.force, friction.coefficient, arguments[-1])
+def has_bristle(friction: Any) -> bool:
+    """Tell whether a friction law bends a bristle."""
+    return isinstance(friction, BristleLaw)
 
-    return Kernel(bound(_forces), bound(_report), bound(_along), compiled=False)
+
+def _plain(law: Any, friction: Any) -> Kernel:
+    if has_bristle(friction):
+        laws = law.force, friction.coefficient, friction.after
+    else:
+        laws = law.force, lambda speed, _bristle: friction.coefficient(speed), lambda _bristle, _speed, _time: 0.0
+    forces = partial(_forces, *laws)
+
+    def callback(memory: Array, places: Array, numbers: Array, size: int) -> Callable[..., Any]:
+        out = np.zeros(size)
+
+        def generalised(_system: Any, t: float, _item: int, q: Any, q_t: Any) -> Any:
+            forces(t, np.array(q), np.array(q_t), memory, places, numbers, out)
+            return out
+
+        return generalised
+
+    return Kernel(forces, partial(_report, *laws), partial(_along, *laws), callback, compiled=False)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from math import hypot
 
-from mbs.laws import FrictionLaw, LuGre, NoFriction, NormalLaw
+from mbs.laws import BristleLaw, FrictionLaw, NoFriction, NormalLaw
 from mbs.validate import non_negative, number, positive
 
 Pair = tuple[float, float]
@@ -34,7 +34,7 @@ class Clearance:
         Radial clearance, m: bush radius minus pin radius. A joint without play is a `Revolute`.
     law : NormalLaw
         Of `mbs.laws`, with depth in m.
-    friction : FrictionLaw
+    friction : FrictionLaw or BristleLaw
         Of `mbs.laws`; none by default.
     """
 
@@ -44,7 +44,7 @@ class Clearance:
     pin: float
     gap: float
     law: NormalLaw
-    friction: FrictionLaw = field(default_factory=NoFriction)
+    friction: FrictionLaw | BristleLaw = field(default_factory=NoFriction)
 
     def __post_init__(self) -> None:
         positive("pin", self.pin, "m")
@@ -53,8 +53,8 @@ class Clearance:
         positive("gap", self.gap, "m")
         if not isinstance(self.law, NormalLaw):
             raise ValueError(f"clearance at '{self.point}': law = {self.law!r} is not a NormalLaw, as those of mbs.laws are")
-        if not isinstance(self.friction, FrictionLaw) or isinstance(self.friction, LuGre):
-            raise ValueError(f"clearance at '{self.point}': friction = {self.friction!r} has no coefficient(speed) of its own")
+        if not isinstance(self.friction, FrictionLaw | BristleLaw):
+            raise ValueError(f"clearance at '{self.point}': friction = {self.friction!r} is no FrictionLaw or BristleLaw")
 
 
 @dataclass(frozen=True)

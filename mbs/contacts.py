@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from mbs.clearance import COLUMNS
+from mbs.clearance import BRISTLE, COLUMNS, SINCE
+from mbs.laws import BristleLaw
 
 if TYPE_CHECKING:
     from mbs.signals import History
@@ -16,15 +17,19 @@ FREE, IMPACT, CONTINUOUS = 0.0, 1.0, 2.0
 """Contact states: apart; in touch, going in and out once; in touch beyond the first rebound of the depth."""
 
 
-def report(history: History, group: int, q: Array | None = None, q_t: Array | None = None) -> dict[str, Array]:
-    """What the kernel reports of a group's joints, each of shape (times, joints); at other states if given."""
+def report(history: History, group: int, states: tuple[Array, Array, Array, Array] | None = None) -> dict[str, Array]:
+    """What the kernel reports of a group's joints, each of shape (times, joints); at other states if given.
+
+    States are times, coordinates, their rates and the memory, whose time is set to theirs.
+    """
     part = history.scene.clearances[group]
     flat = part.columns.ravel()
-    q = np.ascontiguousarray((history.q if q is None else q)[:, flat])
-    q_t = np.ascontiguousarray((history.q_t if q_t is None else q_t)[:, flat])
-    out = np.zeros((len(q), len(part.joints), len(COLUMNS)))
-    onset = history.onset[group]
-    part.kernel.along(q, q_t, onset if len(onset) == len(q) else onset[1:], part.places, part.numbers, out)
+    time, q, q_t, memory = states or (history.time, history.q, history.q_t, history.memory[group])
+    memory = np.array(memory)
+    memory[:, :, SINCE] = time[:, None]
+    out = np.zeros((len(time), len(part.joints), len(COLUMNS)))
+    q, q_t = np.ascontiguousarray(q[:, flat]), np.ascontiguousarray(q_t[:, flat])
+    part.kernel.along(time, q, q_t, memory, part.places, part.numbers, out)
     return {name: out[:, :, k] for k, name in enumerate(COLUMNS)}
 
 
@@ -75,19 +80,27 @@ def moment_of_contacts(history: History, body: str) -> Array:
 
 
 def energies(history: History, group: int) -> tuple[Array, Array, Array]:
-    """Elastic potential of a group's contacts, and what they took by damping and by friction since t = 0, J.
+    """What a group's contacts and bristles hold, and what they took by damping and by friction since t = 0, J.
 
-    Powers are integrated by Simpson's rule, the state at half a step from the cubic Hermite interpolation of the positions.
+    Powers are integrated by Simpson's rule, the state at half a step from the cubic Hermite interpolation of the positions; the
+    bristle half-way is the mean of those at the ends.
     """
     joints = history.scene.clearances[group].joints
     ends = report(history, group)
     h = np.diff(history.time)[:, None]
     a, b, va, vb = history.q[:-1], history.q[1:], history.q_t[:-1], history.q_t[1:]
-    middle = report(history, group, (a + b) / 2 + h * (va - vb) / 8, 1.5 * (b - a) / h - (va + vb) / 4)
-    potential = sum(joint.law.potential(ends["depth"][:, j]) for j, joint in enumerate(joints))
+    memory = history.memory[group][1:].copy()
+    memory[:, :, BRISTLE] = (ends["bristle"][:-1] + ends["bristle"][1:]) / 2
+    time = history.time[:-1] + h[:, 0] / 2
+    middle = report(history, group, (time, (a + b) / 2 + h * (va - vb) / 8, 1.5 * (b - a) / h - (va + vb) / 4, memory))
 
     def work(force: str, speed: str) -> Array:
         power, half = (ends[force] * ends[speed]).sum(axis=1), (middle[force] * middle[speed]).sum(axis=1)
         return np.concatenate([[0.0], np.cumsum(h[:, 0] * (power[:-1] + 4 * half + power[1:]) / 6)])
 
-    return potential, work("normal", "rate") - (potential - potential[0]), work("tangential", "sliding")
+    elastic = sum(joint.law.potential(ends["depth"][:, j]) for j, joint in enumerate(joints))
+    friction, bent = joints[0].friction, np.zeros_like(history.time)
+    if isinstance(friction, BristleLaw):
+        bent = (ends["normal"] * friction.stored(ends["bristle"])).sum(axis=1)
+    damped, rubbed = work("normal", "rate"), work("tangential", "sliding")
+    return elastic + bent, damped - (elastic - elastic[0]), rubbed - (bent - bent[0])

@@ -5,14 +5,13 @@ User functions are plain Python on floats: the engine calls them a few times a s
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import exudyn.itemInterface as eii
 import numpy as np
 
-from mbs.clearance import COLUMNS, End, Kernel, kernel, tables
+from mbs.clearance import BRISTLE, COLUMNS, MEMORY, ONSET, SINCE, SLIDING, End, Kernel, has_bristle, kernel, tables
 from mbs.mechanism import Clearance, Drive, Guide, Mechanism, Stop, Strut
 
 SLOWEST_ONSET = 1e-4
@@ -20,6 +19,8 @@ SLOWEST_ONSET = 1e-4
 GRAZE = 0.05
 """Share of the fastest approach so far that a stop's slower ones are taken for: after the last tiny rebound of a slider
 coming to rest, a law that divides by the approach speed would else let a slow release pull."""
+
+DEPTH, RATE, SPEED, BENT = (COLUMNS.index(name) for name in ("depth", "rate", "sliding", "bristle"))
 
 
 @dataclass
@@ -194,54 +195,49 @@ class ClearanceGroup:
     joints : list of Clearance
     columns : array, shape (nodes, 3)
         Places of the element's coordinates in the engine's vector, once assembled.
-    onset : array, shape (joints,)
-        Approach speed when each joint's present contact began, m/s.
+    memory : array, shape (joints, 4)
+        What `clearance.MEMORY` names, of the last accepted step.
+    remembers : bool
+        True if a law asks for anything of that.
     """
 
     def __init__(self, joints: list[Clearance], ends: list[tuple[End, End]], nodes: list[int]) -> None:
         self.joints, self.nodes = joints, nodes
-        self.kernel: Kernel = kernel(joints[0].law, joints[0].friction)
+        law, friction = joints[0].law, joints[0].friction
+        self.kernel: Kernel = kernel(law, friction)
         self.places, self.numbers = tables(joints, ends)
-        self.onset = np.full(len(joints), SLOWEST_ONSET)
+        self.memory = np.zeros((len(joints), len(MEMORY)))
+        self.memory[:, ONSET] = SLOWEST_ONSET
         self.columns = np.empty((0, 3), dtype=int)
-        law = joints[0].law
-        self.needs_onset = law.force(1e-6, 0.1, 1.0) != law.force(1e-6, 0.1, 2.0)
+        self.remembers = has_bristle(friction) or law.force(1e-6, 0.1, 1.0) != law.force(1e-6, 0.1, 2.0)
         self._report = np.zeros((len(joints), len(COLUMNS)))
-        self._before: tuple[float, np.ndarray[Any, Any]] | None = None
-
-    def callback(self) -> Callable[..., Any]:
-        """Engine callback: generalised forces on the element's coordinates; a closure, as it is called ten times a step."""
-        forces, onset, places, numbers, out, array = (
-            self.kernel.forces, self.onset, self.places, self.numbers, np.zeros(3 * len(self.nodes)), np.array
-        )  # fmt: skip
-
-        def generalised(_system: Any, _t: float, _item: int, q: Any, q_t: Any) -> Any:
-            forces(array(q), array(q_t), onset, places, numbers, out)
-            return out
-
-        return generalised
+        self._before: np.ndarray[Any, Any] | None = None
 
     def locate(self, system: Any) -> None:
         """Take down where the element's coordinates lie, once the system is assembled."""
         self.columns = np.add.outer([system.GetNodeODE2Index(node) for node in self.nodes], np.arange(3))
 
     def accept(self, q: Any, q_t: Any, t: float) -> Any:
-        """Take over an accepted step: the onset speed of contacts that have just begun; returns all of them."""
-        if not self.needs_onset:
-            return self.onset
-        flat = self.columns.ravel()
-        self.kernel.report(q[flat], q_t[flat], self.onset, self.places, self.numbers, self._report)
-        depth, rate = self._report[:, 2], self._report[:, 3]
+        """Take over an accepted step where a law remembers: bristles, onset speeds of contacts that have just begun.
+
+        Returns
+        -------
+        array, shape (joints, 4)
+            A copy of the memory.
+        """
+        flat, memory, now = self.columns.ravel(), self.memory, self._report
+        self.kernel.report(t, q[flat], q_t[flat], memory, self.places, self.numbers, now)
+        depth, rate = now[:, DEPTH], now[:, RATE]
         free = depth <= 0
-        if free.any():
-            self.onset[free] = np.maximum(rate[free], SLOWEST_ONSET)
+        memory[free, ONSET] = np.maximum(rate[free], SLOWEST_ONSET)
         if self._before is not None:
-            t0, before = self._before
-            for j in np.flatnonzero(~free & (before[:, 2] <= 0)):
-                speed = _crossing_speed(t - t0, before[j, 2], before[j, 3], depth[j], rate[j])
-                self.onset[j] = max(speed, SLOWEST_ONSET)
-        self._before = (t, self._report.copy())
-        return self.onset.copy()
+            h, before = t - memory[0, SINCE], self._before
+            for j in np.flatnonzero(~free & (before[:, DEPTH] <= 0)):
+                speed = _crossing_speed(h, before[j, DEPTH], before[j, RATE], depth[j], rate[j])
+                memory[j, ONSET] = max(speed, SLOWEST_ONSET)
+        memory[:, [BRISTLE, SLIDING]], memory[:, SINCE] = now[:, [BENT, SPEED]], t
+        self._before = now.copy()
+        return memory.copy()
 
 
 def _crossing_speed(h: float, d0: float, v0: float, d1: float, v1: float) -> float:
@@ -266,7 +262,7 @@ def add_clearances(system: Any, group: ClearanceGroup) -> int:
             eii.ObjectGenericODE2(
                 nodeNumbers=group.nodes,
                 massMatrix=np.zeros((size, size)),
-                forceUserFunction=group.callback(),
+                forceUserFunction=group.kernel.callback(group.memory, group.places, group.numbers, size),
             )
         )
     )

@@ -12,6 +12,14 @@ from mbs.sections import Section
 from mbs.validate import number, whole
 
 
+class _Chosen(int):
+    """A number of elements nobody asked for: an int like any other, which the accuracy asked of a run may replace."""
+
+
+CHOSEN = _Chosen(8)
+"""Elements of a flexible link whose maker names no number: 8, or what the accuracy asked of a run takes."""
+
+
 @dataclass(frozen=True)
 class Rigid:
     """A uniform rigid bar of this section."""
@@ -42,8 +50,8 @@ class Beam:
     Parameters
     ----------
     section : Section
-    elements : int
-        Number of elements, 1 to 1000.
+    elements : int, optional
+        Number of elements, 1 to 1000. By default as many as the accuracy asked of a run takes, or 8 where none is asked.
     nodes : int
         Nodes an element, 2 (linear) or 3 (quadratic; far more accurate for its price).
     imperfection : float
@@ -51,7 +59,7 @@ class Beam:
     """
 
     section: Section
-    elements: int = 8
+    elements: int = CHOSEN
     nodes: int = 3
     imperfection: float = 0.0
 
@@ -68,19 +76,24 @@ class Cable:
     Parameters
     ----------
     section : Section
-    elements : int
-        Number of elements, 1 to 1000.
+    elements : int, optional
+        Number of elements, 1 to 1000. By default as many as the accuracy asked of a run takes, or 8 where none is asked.
     imperfection : float
         Stress-free half-sine bow, m, at mid-span; positive to the left of the direction from start to end.
     """
 
     section: Section
-    elements: int = 8
+    elements: int = CHOSEN
     imperfection: float = 0.0
 
     def __post_init__(self) -> None:
         whole("elements", self.elements, 1, 1000)
         number("imperfection", self.imperfection, -1.0, 1.0, "m")
+
+
+def chooses(body: Body) -> bool:
+    """Whether a link leaves its number of elements to the accuracy asked of a run."""
+    return isinstance(body, Beam | Cable) and isinstance(body.elements, _Chosen)
 
 
 Body = Rigid | Strut | Beam | Cable | Modal

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from math import isfinite
 from time import perf_counter
 from typing import Any
 
@@ -29,7 +30,7 @@ class Record:
     q_tt: list[Array] = field(default_factory=list)
     multipliers: list[Array] = field(default_factory=list)
     contact: list[list[float]] = field(default_factory=list)
-    onset: list[list[Array]] = field(default_factory=list)
+    memory: list[list[Array]] = field(default_factory=list)
 
 
 class StopState:
@@ -54,7 +55,8 @@ class Recorder:
     def __init__(self, scene: Scene, solver: Solver, duration: float, timeout: float | None, progress: Any) -> None:
         self.solver, self.duration, self.data = solver, duration, scene.system.systemData
         self.stops = [StopState(scene, contact) for contact in scene.stops.values()]
-        self.groups: list[ClearanceGroup] = scene.clearances
+        self.groups: list[ClearanceGroup] = [group for group in scene.clearances if group.remembers]
+        self.constrained = self.data.AEsize() > 0
         self.record = Record()
         self.deadline = perf_counter() + timeout if timeout else None
         self.progress: Callable[[float], None] | None = progress
@@ -62,17 +64,19 @@ class Recorder:
         self.rejected = 0
 
     def after_step(self, _system: Any, t: float) -> bool:
-        """Engine callback; False ends the run."""
-        q, q_t = self.data.GetODE2Coordinates(), self.data.GetODE2Coordinates_t()
-        record = self.record
+        """Engine callback; False ends the run. A rigid mechanism's step is short: what is not there is not asked for."""
+        data, record = self.data, self.record
+        q, q_t = data.GetODE2Coordinates(), data.GetODE2Coordinates_t()
         record.time.append(t)
         record.q.append(q)
         record.q_t.append(q_t)
-        record.q_tt.append(self.data.GetODE2Coordinates_tt())
-        record.multipliers.append(self.data.GetAECoordinates())
-        record.contact.append([stop.accept(q, q_t) for stop in self.stops])
+        record.q_tt.append(data.GetODE2Coordinates_tt())
+        if self.constrained:
+            record.multipliers.append(data.GetAECoordinates())
+        if self.stops:
+            record.contact.append([stop.accept(q, q_t) for stop in self.stops])
         if self.groups:
-            record.onset.append([group.accept(q, q_t, t) for group in self.groups])
+            record.memory.append([group.accept(q, q_t, t) for group in self.groups])
         if self.progress is not None:
             self.progress(t / self.duration)
         self.next_step(q, q_t)
@@ -87,6 +91,6 @@ class Recorder:
             self.failure = (Status.TOO_MANY_STEPS, f"more than max_steps = {self.solver.max_steps} steps by t = {t:.6g} s")
         elif self.deadline and count % CHECK_EVERY == 0 and perf_counter() > self.deadline:
             self.failure = (Status.TIMED_OUT, f"out of time at t = {t:.6g} s of {self.duration:.6g} s after {count} steps")
-        elif not np.isfinite(self.record.q[-1][-1]):
+        elif not isfinite(self.record.q[-1][-1]):
             self.failure = (Status.NOT_FINITE, f"coordinates are not finite at t = {t:.6g} s")
         return self.failure is None

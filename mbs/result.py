@@ -6,12 +6,17 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
+from math import nan
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 Array = np.ndarray[Any, Any]
+
+
+SMOOTH = ("x", "y", "deflection", "end_shortening")
+"""Signals that have a velocity, whatever strikes: last part of their names."""
 
 
 class Status(StrEnum):
@@ -69,6 +74,11 @@ class Result:
         Flexible links at the times asked for.
     provenance : dict
         Versions and what was built.
+    asked, error : float
+        The accuracy asked for, and the estimate of what was delivered, both in the sense of `mbs.accuracy.difference`; nan
+        where no accuracy was asked for.
+    error_kind : str
+        What the estimate is made of, in words; empty without one.
     """
 
     status: Status
@@ -80,6 +90,9 @@ class Result:
     energy: dict[str, Array] = field(default_factory=dict)
     shapes: dict[str, Shape] = field(default_factory=dict)
     provenance: dict[str, Any] = field(default_factory=dict)
+    asked: float = nan
+    error: float = nan
+    error_kind: str = ""
 
     @property
     def ok(self) -> bool:
@@ -87,8 +100,11 @@ class Result:
         return self.status is Status.OK
 
     def at(self, name: str, times: Any) -> Array:
-        """Signal `name` at other times, linear between steps."""
-        return np.interp(times, self.time, self.signals[name])
+        """Signal `name` at other times, linear between steps; what `SMOOTH` names is cubic where an accuracy was asked for."""
+        values = self.signals[name]
+        if self.asked > 0 and name.rpartition(".")[2] in SMOOTH and len(self.time) > 2:
+            return cubic(self.time, values, np.asarray(times, dtype=float))
+        return np.interp(times, self.time, values)
 
     def mean(self, name: str) -> float:
         """Time-weighted mean of a signal."""
@@ -113,6 +129,7 @@ class Result:
         path = path if path.suffix == ".npz" else path.with_name(path.name + ".npz")
         head = {"status": self.status, "message": self.message, "units": self.units, "work": self.work}
         head["provenance"] = self.provenance
+        head |= {"asked": self.asked, "error": self.error, "error_kind": self.error_kind}
         head["thickness"] = {name: shape.thickness for name, shape in self.shapes.items()}
         arrays: dict[str, Array] = {"time": self.time, "head": np.array(json.dumps(head, default=str))}
         arrays |= {f"signal/{k}": v for k, v in self.signals.items()} | {f"energy/{k}": v for k, v in self.energy.items()}
@@ -146,6 +163,7 @@ class Result:
         return cls(
             Status(head["status"]), head["message"], arrays["time"], _group(arrays, "signal/"), head["units"], head["work"],
             _group(arrays, "energy/"), shapes, head["provenance"],
+            head.get("asked", nan), head.get("error", nan), head.get("error_kind", ""),
         )  # fmt: skip
 
     def write_paraview(self, folder: str | Path) -> Path:
@@ -176,6 +194,23 @@ class Result:
         body = "\n".join(entries)
         collection.write_text(f'<VTKFile type="Collection">\n<Collection>\n{body}\n</Collection>\n</VTKFile>\n')
         return collection
+
+
+def cubic(time: Array, values: Array, times: Array) -> Array:
+    """Interpolate by a cubic spline, constant beyond the ends.
+
+    Parameters
+    ----------
+    time : array, shape (samples,), samples > 2
+        Increasing.
+    values : array, shape (samples,) or (samples, signals)
+        Finite.
+    times : array, shape (times,) or a float
+    """
+    from scipy.interpolate import CubicSpline  # where an accuracy was asked for only
+
+    found: Array = CubicSpline(time, values)(np.clip(times, time[0], time[-1]))
+    return found
 
 
 def _group(arrays: Mapping[str, Array], prefix: str) -> dict[str, Array]:

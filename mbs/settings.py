@@ -32,6 +32,10 @@ class Solver:
         A run that takes more ends as TOO_MANY_STEPS.
     uniform_steps : int, optional
         Take this many equal steps instead of controlled ones.
+    record_every : int
+        Of equal steps, record one in so many.
+    reuse_jacobian : bool
+        Keep Newton's Jacobian from step to step as long as it serves and the step size stays.
     """
 
     tolerance: float | None = None
@@ -43,6 +47,8 @@ class Solver:
     newton_absolute: float | None = None
     max_steps: int = 1_000_000
     uniform_steps: int | None = None
+    record_every: int = 1
+    reuse_jacobian: bool = False
 
     def __post_init__(self) -> None:
         if self.tolerance is not None:
@@ -58,3 +64,6 @@ class Solver:
         whole("max_steps", self.max_steps, 1, 10**9)
         if self.uniform_steps is not None:
             whole("uniform_steps", self.uniform_steps, 1, 10**9)
+        whole("record_every", self.record_every, 1, 10**9)
+        if self.record_every > 1 and self.uniform_steps is None:
+            raise ValueError(f"record_every = {self.record_every}: needs uniform_steps")

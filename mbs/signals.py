@@ -31,8 +31,8 @@ class History:
     multipliers : array, shape (times, constraints)
     contact : array, shape (times, stops)
         Contact forces, N.
-    onset : list of array, shape (times, joints)
-        Approach speeds at contact onset of each group of joints with play, m/s.
+    memory : list of array, shape (times, joints, 4)
+        What `clearance.MEMORY` names, of each group of joints with play.
     """
 
     scene: Scene
@@ -42,7 +42,7 @@ class History:
     q_tt: Array
     multipliers: Array
     contact: Array
-    onset: list[Array]
+    memory: list[Array]
 
     @classmethod
     def of(cls, scene: Scene, record: Record) -> History:
@@ -50,8 +50,9 @@ class History:
         rows = len(record.time)
         contact = np.array(record.contact).reshape(rows, len(scene.stops))
         q, q_t, q_tt, forces = (np.array(getattr(record, name)).reshape(rows, -1) for name in ("q", "q_t", "q_tt", "multipliers"))
-        onset = [np.array([row[g] for row in record.onset]).reshape(rows, -1) for g in range(len(scene.clearances))]
-        return cls(scene, np.array(record.time), q, q_t, q_tt, forces, contact, onset)
+        kept = iter(np.array(part) for part in zip(*record.memory, strict=True))
+        memory = [next(kept) if group.remembers else np.tile(group.memory, (rows, 1, 1)) for group in scene.clearances]
+        return cls(scene, np.array(record.time), q, q_t, q_tt, forces, contact, memory)
 
     def strip(self, name: str) -> Any:
         """A flexible link's history."""

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import platform
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from time import perf_counter
 from typing import Any
 
 import exudyn as exu
+import exudyn.itemInterface as eii
 import numpy as np
 
+from mbs.accuracy import COARSEST, FINEST
+from mbs.accuracy_delivery import Delivery, deliver
 from mbs.checks import suspicions
 from mbs.energy import ledger as energy_ledger
 from mbs.mechanism import Beam, Cable, Mechanism, Strut
@@ -23,11 +27,36 @@ from mbs.validate import number, positive
 
 EXPLICIT_SHARE = 10.0
 """Absolute tolerance of the explicit integrator, fifth order, in units of the position error allowed the implicit one."""
+UNLIMITED = 1e100
+"""Tolerance of the explicit integrator's equal steps: it rejects by its error even steps whose size it may not change."""
+NEVER_REACHED = 1e-15
+"""Smallest step of the explicit integrator, s. One that is reached twice it rejects for ever, and no callback ends the run."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """One pass of the engine.
+
+    Attributes
+    ----------
+    solver : Solver
+        The settings it was made with.
+    history : History
+    failure : (Status, str) or None
+    work : dict
+        wall_s (the engine's), steps, newton_iterations, jacobians, rejected.
+    """
+
+    solver: Solver
+    history: History
+    failure: tuple[Status, str] | None
+    work: dict[str, float]
 
 
 def simulate(
     mechanism: Mechanism,
     duration: float,
+    accuracy: float | None = None,
     *,
     solver: Solver | None = None,
     ledger: bool = False,
@@ -42,8 +71,12 @@ def simulate(
     mechanism : Mechanism
     duration : float
         s, positive.
+    accuracy : float, optional
+        Largest relative error of the motion, as `mbs.accuracy.difference` measures it, 1e-6 to 0.1: the integrator, its steps and
+        tolerances and the elements of flexible links that name no number are chosen to keep it, and the result's `error` tells
+        what was delivered. It takes several runs. A result that misses it is SUSPECT, ACCURACY in the message.
     solver : Solver, optional
-        Settings of the integration; the defaults suit any scene.
+        Settings of the integration instead of an accuracy; the defaults suit any scene.
     ledger : bool
         Also keep the energy ledger, and mark a run whose balance fails as SUSPECT.
     shapes : sequence of float
@@ -51,7 +84,7 @@ def simulate(
     timeout : float, optional
         Wall-clock limit, s; beyond it the run ends as TIMED_OUT with what it has.
     progress : callable, optional
-        Called with the fraction done after each step.
+        Called with the fraction of a run done after each step.
 
     Returns
     -------
@@ -69,33 +102,57 @@ def simulate(
     times = np.atleast_1d(np.asarray(shapes, dtype=float))
     for t in times:
         number("shapes", float(t), 0.0, duration, "s")
-    solver = solver or Solver()
+    if accuracy is None:
+        return _result(_once(mechanism, duration, solver or Solver(), timeout, progress), None, ledger, times)
+    number("accuracy", accuracy, FINEST, COARSEST, "1")
+    if solver is not None:
+        raise ValueError(f"accuracy = {accuracy:g} and solver: give one of them; an accuracy chooses the solver's settings itself")
+    start = perf_counter()
+
+    def run(mechanism: Mechanism, span: float, solver: Solver) -> Run:
+        left = None if timeout is None else max(1e-3, timeout - (perf_counter() - start))
+        return _once(mechanism, span, solver, left, progress)
+
+    delivery = deliver(mechanism, duration, accuracy, run)
+    return _result(delivery.run, delivery, ledger, times, perf_counter() - start)
+
+
+def _once(mechanism: Mechanism, duration: float, solver: Solver, timeout: float | None, progress: Any) -> Run:
+    """Build the scene and let the engine run."""
     scene = build(mechanism)
     start = perf_counter()
     control, engine, failure = (_run_explicit if scene.loose else _run_implicit)(scene, solver, duration, timeout, progress)
     wall = perf_counter() - start
     history = History.of(scene, control.record)
-    signals, units = collect(history)
     work = {
         "wall_s": wall,
-        "steps": float(len(history.time) - 1),
+        "steps": float(solver.record_every * (len(history.time) - 1)),
         "newton_iterations": float(engine.it.newtonStepsCount),
         "jacobians": float(engine.it.newtonJacobiCount),
         "rejected": float(control.rejected),
     }
-    status, message = failure or (Status.OK, "")
+    return Run(solver, history, failure, work)
+
+
+def _result(run: Run, delivery: Delivery | None, ledger: bool, times: Any, wall: float = 0.0) -> Result:
+    """Signals, energies and checks of a run; with what the accuracy asked for made of it, and the time that took."""
+    history = run.history
+    signals, units = collect(history)
+    status, message = run.failure or (Status.OK, "")
     result = Result(
         status,
         message,
         history.time,
         signals,
         units,
-        work,
+        run.work,
         energy_ledger(history) if ledger else {},
         shapes_at(history, times) if len(times) else {},
-        {"exudyn": exu.__version__, "python": platform.python_version(), "scene": scene.summary()},
+        {"exudyn": exu.__version__, "python": platform.python_version(), "scene": history.scene.summary()},
     )
-    for reason in suspicions(scene, result):
+    if delivery is not None:
+        result = delivery.complete(result, wall)
+    for reason in suspicions(history, run.solver, result):
         result = result.suspect(reason)
     return result
 
@@ -106,7 +163,10 @@ def _run_implicit(scene: Scene, solver: Solver, duration: float, timeout: float 
     control = StepControl(scene, solver, duration, engine, timeout, progress)
     if solver.uniform_steps is None:
         scene.system.SetPostNewtonUserFunction(control.after_newton)
-    return control, engine, _run(scene, control, engine, _implicit(scene, solver, duration))
+    settings = _implicit(scene, solver, duration)
+    if solver.record_every > 1:
+        settings.solution.sensors.writePeriod = duration / (solver.uniform_steps or 1) * solver.record_every
+    return control, engine, _run(scene, control, engine, settings)
 
 
 def _run_explicit(scene: Scene, solver: Solver, duration: float, timeout: float | None, progress: Any) -> Any:
@@ -118,7 +178,10 @@ def _run_explicit(scene: Scene, solver: Solver, duration: float, timeout: float 
 
 def _run(scene: Scene, control: Recorder, engine: Any, settings: Any) -> tuple[Status, str] | None:
     """Let the engine run; what went wrong, if anything."""
-    scene.system.SetPostStepUserFunction(control.after_step)
+    if control.solver.record_every > 1:
+        _record_seldom(scene, control)
+    else:
+        scene.system.SetPostStepUserFunction(control.after_step)
     try:
         finished = engine.SolveSystem(scene.system, settings)
     except exu.ExudynError as error:
@@ -126,6 +189,21 @@ def _run(scene: Scene, control: Recorder, engine: Any, settings: Any) -> tuple[S
     if control.failure is not None:
         return control.failure
     return None if finished else _diverged(control, "the smallest step did not help")
+
+
+def _record_seldom(scene: Scene, control: Recorder) -> None:
+    """Record where the engine writes its sensors, by a sensor: no callback after the steps between."""
+
+    def record(system: Any, t: float, *_: Any) -> list[float]:
+        if not (control.record.time and t == control.record.time[-1]) and not control.after_step(system, t):
+            raise RuntimeError("the run must end here")  # a sensor cannot end it otherwise
+        return [0.0]
+
+    item = eii.SensorUserFunction(
+        sensorNumbers=[], factors=[], sensorUserFunction=record, storeInternal=False, writeToFile=False
+    )
+    scene.system.AddSensor(item)
+    scene.system.Assemble()
 
 
 def _named(control: Recorder, error: Exception) -> tuple[Status, str]:
@@ -161,11 +239,13 @@ def _explicit(scene: Scene, solver: Solver, duration: float) -> Any:
     settings = _common(duration, solver)
     integration = settings.timeIntegration
     integration.solverType = exu.DynamicSolverType.DOPRI5
-    integration.automaticStepSize = solver.uniform_steps is None
+    controlled = solver.uniform_steps is None
+    integration.automaticStepSize = integration.adaptiveStep = controlled
     integration.initialStepSize = 1e-6
-    integration.absoluteTolerance = EXPLICIT_SHARE * position_error(scene, solver)
+    integration.explicit.computeEndOfStepAccelerations = False  # the last of Dormand and Prince's stages is the step's end
+    integration.absoluteTolerance = EXPLICIT_SHARE * position_error(scene, solver) if controlled else UNLIMITED
     integration.relativeTolerance = 0.0
-    integration.minimumStepSize = solver.min_step
+    integration.minimumStepSize = min(solver.min_step, NEVER_REACHED)
     return settings
 
 
@@ -177,7 +257,7 @@ def _implicit(scene: Scene, solver: Solver, duration: float) -> Any:
     integration.adaptiveStepRecoverySteps = 2**31 - 1  # growing the step again is StepControl's business
     integration.generalizedAlpha.spectralRadius = solver.spectral_radius
     integration.newton.useModifiedNewton = True
-    integration.newton.modifiedNewtonJacUpdatePerStep = True  # a new step size needs a new Jacobian
+    integration.newton.modifiedNewtonJacUpdatePerStep = not solver.reuse_jacobian  # a new step size needs a new Jacobian
     integration.newton.relativeTolerance = solver.newton_relative
     integration.newton.absoluteTolerance = solver.newton_absolute or _reachable_residual(scene)
     # the only connectors with a say in it are StepControl's callback; no native contact element is built

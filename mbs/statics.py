@@ -18,11 +18,14 @@ from mbs.fields import Strip
 from mbs.mechanism import Beam, Cable, Drive, Guide, Link, Mechanism, Motion, Revolute
 from mbs.result import Status
 from mbs.scene import SPARSE_FROM, build
+from mbs.sections import Section
 from mbs.validate import positive
 
 Array = np.ndarray[Any, Any]
 OFF_BRANCH = 0.5
 """Relative distance from the exact force beyond which a state is not on the buckled branch."""
+MESH = 1e-2
+"""The same, beyond which it has too few elements; a thick strip may be off by its shear and compression besides."""
 
 
 @dataclass(frozen=True)
@@ -80,7 +83,8 @@ def pinned_strip(body: Beam | Cable, length: float, shortenings: Any, *, toleran
     Returns
     -------
     Equilibria
-        Its status is SUSPECT if a value left the buckled branch and NEWTON_DIVERGED if one did not converge.
+        Its status is SUSPECT if a value left the buckled branch, or its elements are too few for it, and NEWTON_DIVERGED if
+        one did not converge.
 
     Raises
     ------
@@ -114,7 +118,7 @@ def pinned_strip(body: Beam | Cable, length: float, shortenings: Any, *, toleran
     wall = perf_counter() - start
     shapes = _shapes(scene, states)
     if failure[0] is Status.OK:
-        failure = _branch(u, load, shapes)
+        failure = _branch(u, load, shapes, MESH + _thickness(body.section, length))
     return Equilibria(*failure, u, load, shapes, {"wall_s": wall, "newton_iterations": float(iterations)})
 
 
@@ -172,12 +176,21 @@ def _shapes(scene: Any, states: list[Array]) -> Array:
     return Strip(placed, scene.arc_length("strip"), q, np.zeros_like(q)).points()
 
 
-def _branch(u: Array, load: Array, shapes: Array) -> tuple[Status, str]:
-    """Check that every state is on the exact buckled branch, on the side it started."""
+def _thickness(section: Section, length: float) -> float:
+    """How far the Euler load of a strip with shear and axial stiffness may be from that without, relative."""
+    return 2 * section.euler_load(length) * (1 / section.shear_stiffness + 1 / section.axial_stiffness)
+
+
+def _branch(u: Array, load: Array, shapes: Array, coarse: float) -> tuple[Status, str]:
+    """Check that every state is on the exact buckled branch, on the side it started, and as exact as a fine mesh."""
     exact = pinned.load(u)
+    error = np.abs(load / exact - 1)
     middle = shapes[:, shapes.shape[1] // 2, 1] - shapes[:, 0, 1]
-    off = (np.abs(load / exact - 1) > OFF_BRANCH) | (middle <= 0)
+    off = (error > OFF_BRANCH) | (middle <= 0)
     if off.any():
         k = int(np.argmax(off))
         return Status.SUSPECT, f"BRANCH: at u = {u[k]:g} the force is {load[k]:.4g}, on the buckled branch {exact[k]:.4g}"
+    if (error > coarse).any():
+        k = int(np.argmax(error))
+        return Status.SUSPECT, f"MESH: at u = {u[k]:g} the force is {load[k]:.4g}, exact {exact[k]:.4g}: too few elements"
     return Status.OK, ""

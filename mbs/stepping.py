@@ -77,6 +77,7 @@ class StepControl(Recorder):
             wanted = min(wanted, watched.step_limit(q, q_t, wanted))
         if not 0.8 * h < wanted < 1.25 * h or wanted > self.max_step:
             self.engine.it.currentStepSize = max(self.solver.min_step, wanted)
+            self.engine.conv.jacobianUpdateRequested = True  # it is that of the step size before
 
 
 class _StopWatch:

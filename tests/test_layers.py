@@ -10,7 +10,7 @@ import pytest
 import elastica
 
 ROOT = Path(__file__).parents[1]
-ENGINE_ROOMS = {f"mbs/{name}.py" for name in ("bodies", "modal_body", "joints", "scene", "solve", "statics")}
+ENGINE_ROOMS = {f"mbs/{name}.py" for name in ("bodies", "modal_body", "joints", "scene", "solve", "statics", "window")}
 """Files of `mbs` in which the engine may be imported."""
 WITHOUT_ENGINE = [
     "mbs",

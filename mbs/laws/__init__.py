@@ -1,6 +1,6 @@
 """Contact and friction laws: small, frozen, pure objects, one concept each, equation and source in the docstring."""
 
-from mbs.laws.friction import AdamsFriction, Ambrosio, Coulomb, FrictionLaw, LuGre, NoFriction, Stribeck, Threlfall
+from mbs.laws.friction import AdamsFriction, Ambrosio, BristleLaw, Coulomb, FrictionLaw, LuGre, NoFriction, Stribeck, Threlfall
 from mbs.laws.hertz import effective_modulus, hertz_external, hertz_internal
 from mbs.laws.hysteresis import (
     CarvalhoMartins,
@@ -31,6 +31,7 @@ from mbs.laws.rebound import (
 __all__ = [
     "AdamsFriction",
     "Ambrosio",
+    "BristleLaw",
     "CarvalhoMartins",
     "Coulomb",
     "ExactRestitution",

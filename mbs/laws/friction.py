@@ -27,6 +27,20 @@ class FrictionLaw(Protocol):
         """Signed friction coefficient [1], odd in the sliding speed [m/s]; floats or arrays."""
 
 
+@runtime_checkable
+class BristleLaw(Protocol):
+    """What a clearance joint needs to know of friction that remembers: it bends a bristle of deflection z [m]."""
+
+    def coefficient(self, speed: Reals, bristle: Reals) -> Reals:
+        """Signed friction coefficient [1] at a sliding speed [m/s] and a bristle [m]."""
+
+    def after(self, bristle: Reals, speed: Reals, time: Reals) -> Reals:
+        """Bristle [m] after a time [s] at constant speed [m/s]; the same bristle for time 0."""
+
+    def stored(self, bristle: Reals) -> Reals:
+        """Energy a bristle holds, per unit of normal force [J/N]."""
+
+
 def stribeck_level(speed: Reals, static: float, dynamic: float, v_stribeck: float, exponent: float) -> Reals:
     """mu_d + (mu_s - mu_d) exp(-|v/v_str|^delta) [1]: from static at rest down to dynamic."""
     return dynamic + (static - dynamic) * np.exp(-((abs(speed) / v_stribeck) ** exponent))
@@ -207,8 +221,8 @@ class Stribeck:
 class LuGre:
     """Bristles of deflection z: dz/dt = v - s0 |v| z/g(v), mu = s0 z + s1 dz/dt + beta v; g as in Stribeck.
 
-    True sticking: below mu_s the bristles bend like a spring. It needs one state a contact, so it is not a
-    ``FrictionLaw``; ``steady`` is the coefficient it settles at. s0 and s1 are per unit normal force.
+    True sticking: below mu_s the bristles bend like a spring. It needs one state a contact: a ``BristleLaw``. ``steady`` is
+    the coefficient it settles at. s0 and s1 are per unit normal force.
 
     Parameters
     ----------
@@ -248,6 +262,15 @@ class LuGre:
         """Signed coefficient [1] at speed [m/s] and bristle deflection z [m]."""
         bending = self.bristle_stiffness * bristle + self.bristle_damping * self.rate(bristle, speed)
         return bending + self.viscous * speed
+
+    def after(self, bristle: Reals, speed: Reals, time: Reals) -> Reals:
+        """Bristle deflection [m] after a time [s] at constant speed [m/s]: the rate is linear in z, so this is exact."""
+        level = stribeck_level(speed, self.static, self.dynamic, self.v_stribeck, 2.0) / self.bristle_stiffness
+        return bristle - np.expm1(-abs(speed) * time / level) * (level * np.sign(speed) - bristle)
+
+    def stored(self, bristle: Reals) -> Reals:
+        """Energy of the bent bristles, s0 z^2 / 2, per unit of normal force [J/N]."""
+        return 0.5 * self.bristle_stiffness * bristle**2
 
     def steady(self, speed: Reals) -> Reals:
         """Signed coefficient [1] once the bristles have settled at a constant speed [m/s]."""

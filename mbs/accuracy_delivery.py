@@ -1,0 +1,245 @@
+"""Runs until an accuracy is reached: a fine run, a coarser one beside it, and more of both while the estimate asks for it.
+
+Without play a run is made of equal steps, shorter ones only about impacts, so that its error is a power series in the step:
+A run of N steps and one of 2N give the solution extrapolated to no step at all, and one on half the elements that on infinitely
+many. With play only the tolerance is there to be lowered. `docs/theory-precision.md` gives the reasons and the measurements.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from math import inf, nan
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mbs.accuracy import PREDICTABLE, difference, differences
+from mbs.accuracy_plan import Plan
+from mbs.mechanism import Mechanism
+from mbs.result import SMOOTH, Result, Status, cubic
+from mbs.settings import Solver
+from mbs.signals import collect
+
+if TYPE_CHECKING:
+    from mbs.solve import Run
+
+Array = np.ndarray[Any, Any]
+Runner = Callable[[Mechanism, float, Solver], "Run"]
+ROUNDS = 4
+"""Refinements before giving up."""
+GAIN = 1.5
+"""A refinement helps if it divides the error by this; one that does not is the last."""
+LEFT, LEFT_OF_MESH = 0.2, 0.5
+"""Error left by extrapolation, of the last change it made (1/15 at fourth order, 1/7 at third), and of the mesh's correction."""
+AGAIN = (Status.NEWTON_DIVERGED, Status.NOT_FINITE, Status.TOO_MANY_STEPS, Status.ENGINE_ERROR)
+"""Failures that shorter steps may cure."""
+SECOND_ORDER = 2.5
+"""Ratio of the differences of three runs, 4 at second order, from which extrapolation is believed."""
+IGNORED = 0.1
+"""Differences below this share of the accuracy asked for need not converge: they may be round-off."""
+PLAY_SHARE = 0.5
+"""Error of the finer of two runs with play, of their difference."""
+PLAY_TOLERANCE, PLAY_FACTOR = 1.0, 8.0
+"""First tolerance with play, in units of the accuracy asked for, and by how much the companion's is larger."""
+
+
+@dataclass(frozen=True)
+class Delivery:
+    """What was reached.
+
+    Attributes
+    ----------
+    run : Run
+        The finest run.
+    asked, error : float
+        nan for the error of a failed run.
+    kind : str
+        What the estimate is made of.
+    signals : dict of str to array
+        Signals of the run that extrapolation improved.
+    runs : int
+    engine_s : float
+        Wall time the engine took in all runs, s.
+    """
+
+    run: Run
+    asked: float
+    error: float
+    kind: str
+    signals: dict[str, Array] = field(default_factory=dict)
+    runs: int = 0
+    engine_s: float = 0.0
+
+    def complete(self, result: Result, wall: float) -> Result:
+        """Put error, extrapolated signals and the whole work into the run's result."""
+        work = result.work | {"wall_s": wall, "runs": float(self.runs), "share": result.work["wall_s"] / max(wall, 1e-300)}
+        result = replace(
+            result, signals=result.signals | self.signals, work=work, asked=self.asked, error=self.error, error_kind=self.kind
+        )
+        if self.error <= self.asked or result.status is not Status.OK:
+            return result
+        return result.suspect(f"ACCURACY: asked {self.asked:.2g}, reached {self.error:.2g} with {self.runs} runs")
+
+
+def deliver(mechanism: Mechanism, duration: float, asked: float, run: Runner) -> Delivery:
+    """Run until the error is no larger than asked, or nothing helps.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    duration, asked : float
+        s, 1.
+    run : callable
+        `run(mechanism, duration, solver)` makes one `Run`.
+    """
+    plan = Plan(mechanism, duration, asked)
+    return (_Tolerance(plan, run) if plan.play else _Extrapolation(plan, run)).deliver()
+
+
+class _Delivering:
+    """Counts the runs; turns them into results that can be compared."""
+
+    def __init__(self, plan: Plan, run: Runner) -> None:
+        self.plan, self._run, self.runs, self.engine_s = plan, run, 0, 0.0
+
+    def run(self, mechanism: Mechanism, duration: float, solver: Solver) -> Run:
+        done = self._run(mechanism, duration, solver)
+        self.runs, self.engine_s = self.runs + 1, self.engine_s + done.work["wall_s"]
+        return done
+
+    def delivery(self, run: Run, error: float, kind: str, signals: dict[str, Array] | None = None) -> Delivery:
+        return Delivery(run, self.plan.asked, error, kind, signals or {}, self.runs, self.engine_s)
+
+
+def _result(run: Run) -> Result:
+    """Signals of a run, to be compared."""
+    signals, units = collect(run.history)
+    return Result(Status.OK, "", run.history.time, signals, units, run.work)
+
+
+# --- without play -----------------------------------------------------------------------------------------------------
+
+
+class _Extrapolation(_Delivering):
+    """Runs of N, 2 N and 4 N steps, and one of N steps on half the elements."""
+
+    def __init__(self, plan: Plan, run: Runner) -> None:
+        super().__init__(plan, run)
+        self.first = plan.steps()
+        self.known: dict[tuple[int, int], tuple[Run, Result]] = {}
+
+    def at(self, steps: int, mesh: int) -> tuple[Run, Result]:
+        """The run of so many steps on a mesh, made once; its failure as an exception."""
+        if (steps, mesh) not in self.known:
+            solver = self.plan.solver(steps, mesh, steps / self.first)
+            run = self.run(self.plan.model(steps, mesh), self.plan.duration, solver)
+            if run.failure is not None:
+                raise _FailedError(run)
+            self.known[steps, mesh] = run, _result(run)
+        return self.known[steps, mesh]
+
+    def deliver(self) -> Delivery:
+        steps, mesh = self.first, self.plan.mesh()
+        best: Delivery | None = None
+        failed: Run | None = None
+        for _ in range(ROUNDS):
+            try:
+                reached, in_time, in_space = self.estimate(steps, mesh)
+            except _FailedError as failure:
+                failed = failure.run
+                if failed.failure is None or failed.failure[0] not in AGAIN:
+                    break
+                steps *= 2
+                continue
+            helped = best is None or reached.error < best.error / GAIN
+            best = reached if best is None or reached.error < best.error else best
+            if best.error <= self.plan.asked or not helped:
+                break
+            steps, mesh = self.refine(steps, mesh, in_time, in_space)
+        if best is None:
+            assert failed is not None
+            return self.delivery(failed, nan, "")
+        return replace(best, runs=self.runs, engine_s=self.engine_s)
+
+    def estimate(self, steps: int, mesh: int) -> tuple[Delivery, float, float]:
+        """The solution extrapolated from all runs of N to 4 N steps, and its errors by steps and by elements."""
+        coarsest, coarse, (run, fine) = self.at(steps, mesh)[1], self.at(2 * steps, mesh)[1], self.at(4 * steps, mesh)
+        better, in_time = _in_time(fine, coarse, coarsest, IGNORED * self.plan.asked)
+        in_space, kind = 0.0, "steps"
+        if self.plan.meshed:
+            thin, kind = self.at(steps, mesh // 2)[1], "steps and elements"
+            in_space = LEFT_OF_MESH * difference(coarsest, thin) / 15
+            better = _corrected(better, coarsest, thin, 15.0)
+        signals = {name: values for name, values in better.signals.items() if values is not fine.signals[name]}
+        return self.delivery(run, in_time + in_space, kind, signals), in_time, in_space
+
+    def refine(self, steps: int, mesh: int, in_time: float, in_space: float) -> tuple[int, int]:
+        """What to try next: what errs more than its half of the accuracy is made finer, by the order it should have."""
+        half = self.plan.asked / 2
+        if in_time > half or not in_space > half:
+            steps *= 2
+        if in_space > half:
+            mesh = max(mesh + 2, 2 * round(mesh * min(2.0, (2 * in_space / half) ** 0.25) / 2))
+        return steps, mesh
+
+
+def _in_time(fine: Result, coarse: Result, coarsest: Result, ignored: float) -> tuple[Result, float]:
+    """Extrapolate from three runs, each of half the steps of the one before, if they converge as they should; the error left."""
+    first, second = differences(coarse, coarsest), differences(fine, coarse)
+    better, before = _corrected(fine, fine, coarse, 3.0), _corrected(coarse, coarse, coarsest, 3.0)
+    if any(d > ignored and first[name] < SECOND_ORDER * d for name, d in second.items()):
+        return fine, max(second.values())
+    errors = {name: LEFT * d for name, d in differences(better, before).items()}
+    errors |= {name: d for name, d in second.items() if name.endswith(".impulse")}  # of forces, which are not extrapolated
+    return better, max(errors.values(), default=0.0)
+
+
+class _FailedError(Exception):
+    """A run that ended before its time."""
+
+    def __init__(self, run: Run) -> None:
+        super().__init__(run.failure)
+        self.run = run
+
+
+def _corrected(result: Result, finer: Result, coarser: Result, divisor: float) -> Result:
+    """Add (finer - coarser)/divisor to the signals that extrapolation improves; the forces stay the finest run's."""
+    names = [name for name in result.signals if name.rpartition(".")[2] in SMOOTH]
+
+    def there(run: Result) -> Array:
+        stacked = np.column_stack([run.signals[name] for name in names])
+        return stacked if run.time is result.time else cubic(run.time, stacked, result.time)
+
+    corrections = (there(finer) - there(coarser)).T / divisor
+    better = {name: result.signals[name] + correction for name, correction in zip(names, corrections, strict=True)}
+    return replace(result, signals=result.signals | better)
+
+
+# --- with play --------------------------------------------------------------------------------------------------------
+
+
+class _Tolerance(_Delivering):
+    """Pairs of tolerances, over the time that can be predicted; the finer one then goes all the way."""
+
+    def deliver(self) -> Delivery:
+        plan, tolerance = self.plan, PLAY_TOLERANCE * self.plan.asked
+        span = min(plan.duration, PREDICTABLE)
+        coarse = self.run(plan.mechanism, span, self.solver(tolerance * PLAY_FACTOR))
+        error, fine = inf, coarse
+        for _ in range(ROUNDS):
+            fine = self.run(plan.mechanism, span, self.solver(tolerance))
+            if fine.failure is not None and fine.failure[0] is not Status.NEWTON_DIVERGED:
+                return self.delivery(fine, nan, "")
+            if coarse.failure is None and fine.failure is None:
+                error = PLAY_SHARE * difference(_result(fine), _result(coarse))
+            if error <= plan.asked:
+                break
+            coarse, tolerance = fine, tolerance / PLAY_FACTOR
+        if span < plan.duration and fine.failure is None:
+            fine = self.run(plan.mechanism, plan.duration, fine.solver)
+        kind = f"tolerance, over the first {1e3 * span:g} ms"
+        return self.delivery(fine, error if fine.failure is None else nan, kind)
+
+    def solver(self, tolerance: float) -> Solver:
+        return Solver(tolerance=tolerance, max_step=self.plan.duration / 200)

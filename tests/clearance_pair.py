@@ -1,0 +1,72 @@
+"""The crank-rocker with play twice, from one set of numbers: in the engine, and compiled without it."""
+
+from dataclasses import replace
+from math import nan
+
+import numpy as np
+from scipy.interpolate import CubicHermiteSpline
+
+from mbs import Clearance, Material, Rigid, Section, crank_rocker
+from mbs.library import CrankRocker
+from mbs.reference import beam_modes
+
+JOINTS = {"O": "ground-crank", "A": "crank-coupler", "B": "coupler-rocker", "C": "ground-rocker"}
+CENTRES = {"crank": 0, "coupler": 2, "rocker": 5}
+"""First column of each bar's centre among the reference's coordinates."""
+
+
+def section(bar):
+    """Of all bars of a FourBar."""
+    return Section(bar.width, bar.thickness, Material(modulus=207e9, density=bar.density, poisson=0.29))
+
+
+def mechanism(bar, rocker=None, speed=None):
+    """The mechanism of a `reference.FourBar`, its rocker another body if given."""
+    gaps = dict(zip("OABC", bar.gaps, strict=True))
+
+    def play(point, first, second):
+        return Clearance(point, first, second, bar.pin, gaps[point], bar.law, bar.friction)
+
+    return crank_rocker(
+        rocker or Rigid(section(bar)),
+        speed=bar.speed if speed is None else speed,
+        play=play,
+        with_play="".join(point for point, gap in gaps.items() if gap > 0),
+        section=section(bar),
+        lengths=CrankRocker(bar.crank, bar.coupler, bar.rocker, bar.frame),
+        angle=bar.start,
+    )
+
+
+def distance(result, run):
+    """Largest distance of a bar's centre from the reference's at each of the engine's steps, m, shape (times,)."""
+    return np.max([np.hypot(*(_apart(result, run, bar, k, axis) for axis in (0, 1))) for bar, k in CENTRES.items()], axis=0)
+
+
+def _apart(result, run, bar, k, axis):
+    if run.time[-1] < result.time[-1] * (1 - 1e-12):
+        return np.full_like(result.time, nan)
+    path = CubicHermiteSpline(run.time, run.q[:, k + axis], run.q_t[:, k + axis])
+    return result.signals[f"{bar}.{'xy'[axis]}"] - path(result.time)
+
+
+def forces(result):
+    """Size of each joint's force at each step, N, shape (times, 4)."""
+    return np.stack([np.hypot(*(result.signals[f"{p}.{pair}.f{axis}"] for axis in "xy")) for p, pair in JOINTS.items()], axis=1)
+
+
+def damped_section(bar):
+    """The same with Kelvin-Voigt damping in bending and along the axis: 1 % in the first mode of the pinned rocker."""
+    damped = section(bar).damped(0.01, bar.rocker)
+    return replace(damped, material=replace(damped.material, axial_damping=damped.material.bending_damping))
+
+
+def damped_modes(damped, bending, axial, length=0.175):
+    """Timoshenko modes of a bar of that section for the reference, each with the material's damping, tau omega / 2."""
+    material = damped.material
+    modes = beam_modes(
+        length, damped.width, damped.thickness, bending=bending, axial=axial, degree=40,
+        density=material.density, modulus=material.modulus, poisson=material.poisson,
+    )  # fmt: skip
+    rates = np.repeat([material.bending_damping, material.axial_damping], [bending, axial])
+    return replace(modes, damping=rates * modes.frequency / 2)
