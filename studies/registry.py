@@ -21,6 +21,8 @@ STUDIES: dict[str, Entry] = {
     "slider-crank": Entry("studies.slider_crank", "flexible slider-crank striking its stop at constant speed"),
     "slider-crank-ramp": Entry("studies.slider_crank_ramp", "the same, the crank speed rising over the run"),
     "slider-crank-voltage": Entry("studies.slider_crank_voltage", "the same, its crank turned by a motor at given voltage"),
+    "thickness-speed": Entry("studies.thickness_speed", "the slider-crank over strip thickness and crank speed"),
+    "design": Entry("studies.design", "the slider-crank designed backwards: wanted forces in, strip, stop and speed out"),
     "static-precision": Entry("studies.static_precision", "load of a buckled strip: error against run time of each model"),
     "benchmark": Entry("studies.benchmark", "each kind of job once, ours against a plain baseline: errors, medians, ratios"),
     "smooth-precision": Entry(
@@ -31,6 +33,7 @@ STUDIES: dict[str, Entry] = {
     ),
     "restitution": Entry("studies.restitution", "restitution asked for and delivered: every contact law in drop tests"),
     "crank-rocker": Entry("studies.crank_rocker", "crank-rocker with play in its joints, rocker rigid or flexible"),
+    "clearance-speed": Entry("studies.clearance_speed", "crank-rocker with play over clearance and speed: forces, penetration"),
     "bifurcation": Entry("studies.bifurcation", "crank-rocker with play: order or chaos over clearance, speed, damping"),
     "uncertainty": Entry("studies.uncertainty", "tolerances: distributions of forces and whose variance it is"),
     "buffering-claims": Entry("studies.buffering_claims", "does a flexible rocker buffer? each published claim, over many runs"),

@@ -1,0 +1,82 @@
+"""Largest force of an impact on a linear stop with hysteresis, free or with something pushing on behind the body.
+
+A mass m comes to F = K d (1 + chi d'/v0) at speed v0. In units of v0, sqrt(m/K) and S = v0 sqrt(K m), with w = d'/v0,
+
+    x dx = -w dw/(1 + chi w),     f = x (1 + chi w),                                (1)
+
+so that f is largest where w = chi x^2. With E(w) the integral of s/(1 + chi s) from w to 1, x^2 = 2 E(w), and with
+y = 1 + chi w
+
+    ln y - 3 y/2 = ln(1 + chi) - chi - 3/2,     y = -(2/3) W(-(3/2) (1 + chi) exp(-chi - 3/2)),        (2)
+
+W the lower branch of Lambert's function. A constant push q S behind the mass adds q/y dx to (1), by which x^2/2 grows,
+to first order, by q I with I the integral of s/((1 + chi s)^2 x(s)) from w to 1. As f is stationary in w,
+
+    F = c0 S + c1 Q,   Q = q S,     c0 = x y,     c1 = y I/x.                       (3)
+
+Equation (2) is exact, and so is F = Q + sqrt(Q^2 + S^2) for chi = 0. Both are met, and (3) to first order, by
+
+    F = c1 Q + sqrt[(c1 Q)^2 + (c0 S)^2],                                           (4)
+
+which is within 0.2 % up to Q = 0.3 S and 0.6 % up to 0.5 S, for any restitution from 0.2 up.
+"""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.special import lambertw
+
+Array = NDArray[np.float64]
+_ELASTIC = 1e-8
+"""Below this chi the root of (2) is w = chi, to chi^2."""
+_NODES, _WEIGHTS = ((x + 1.0) / 2.0 if i == 0 else x / 2.0 for i, x in enumerate(np.polynomial.legendre.leggauss(12)))
+
+
+def peak_factors(chi: ArrayLike) -> tuple[Any, Any]:
+    """Factors c0 and c1 of the largest force on a linear stop, equation (4), S = v0 sqrt(K m) and a push Q behind the mass.
+
+    Parameters
+    ----------
+    chi : float or array >= 0, hysteresis factor [1] of F = K d (1 + chi d'/v0)
+
+    Returns
+    -------
+    c0, c1 : float or array of the same shape, both 1 for chi = 0
+
+    Raises
+    ------
+    ValueError
+        If chi is negative or not a number.
+
+    References
+    ----------
+    K. H. Hunt, F. R. E. Crossley, J. Applied Mechanics 42 (1975) 440-445, doi 10.1115/1.3423596, for the law.
+    R. M. Corless et al., On the Lambert W function, doi 10.1007/BF02124750.
+    """
+    chi = np.asarray(chi, dtype=float)
+    if not np.all((chi >= 0.0) & (chi < np.inf)):
+        raise ValueError(f"chi = {chi[~((chi >= 0.0) & (chi < np.inf))].flat[0]}: must lie in [0, inf) (hysteresis factor)")
+    y = -lambertw(-1.5 * (1.0 + chi) * np.exp(-chi - 1.5), -1).real / 1.5
+    w = np.where(chi > _ELASTIC, (y - 1.0) / np.maximum(chi, _ELASTIC), chi)
+    x = _depth(w, chi)
+    c0, c1 = x * (1.0 + chi * w), (1.0 + chi * w) * _pushed(w, chi) / x
+    return (float(c0), float(c1)) if chi.ndim == 0 else (c0, c1)
+
+
+def _depth(w: Array, chi: Array) -> Array:
+    """Depth x(w) of the free impact: sqrt(2 E), E by Gauss's rule, which does not mind chi = 0."""
+    total = np.zeros_like(w)
+    for node, weight in zip(_NODES, _WEIGHTS, strict=True):
+        s = w + (1.0 - w) * node
+        total += weight * s / (1.0 + chi * s)
+    return np.sqrt(2.0 * (1.0 - w) * total)
+
+
+def _pushed(w: Array, chi: Array) -> Array:
+    """The integral I, with s = 1 - (1 - w) t^2 to take away the pole of 1/x at s = 1."""
+    total = np.zeros_like(w)
+    for node, weight in zip(_NODES, _WEIGHTS, strict=True):
+        s = 1.0 - (1.0 - w) * node**2
+        total += weight * 2.0 * node * s / ((1.0 + chi * s) ** 2 * _depth(s, chi))
+    return (1.0 - w) * total
