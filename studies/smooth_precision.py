@@ -204,6 +204,9 @@ def figure(result: StudyResult) -> Figure:
     fig, ax = subplots(height=110)
     draw(ax, result.signals, {n: n for n in names}, {n: result.signals[f"{n}.setting"] for n in names}, "tolerance, or steps")
     ax.set(ylabel="relative L2 error of the deflection")
+    ax.legend(
+        title="at the points: tolerance, or steps", title_fontsize=8, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3
+    )
     return fig
 
 

@@ -2,13 +2,15 @@
 
 import io
 import re
+import shlex
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from mbs.design import design
-from mbs.design_limits import feasible
+from mbs.design_limits import feasible, limits
 from studies import design as study
 from studies import design_check, design_figure
 from studies.cli import main
@@ -39,7 +41,7 @@ def drawn(result):
     assert above.get_legend() is not None and below.get_legend() is not None
     assert "stop" in stop.get_ylabel() and "[mm]" in stop.get_ylabel()
     assert all("[" in ax.get_xlabel() and "[" in ax.get_ylabel() for ax in (above, below))
-    return figure
+    return {text.get_text() for text in above.get_legend().get_texts()}
 
 
 def test_strut_does_what_was_asked_and_beam_is_reported(result):
@@ -85,7 +87,8 @@ def test_tables_and_figure(result):
         "True dry friction",
     ):
         assert word in text
-    drawn(result)
+    named = drawn(result)
+    assert {"design", "can be had", "yield", "buckling", "2 N, width 30 mm"} <= named and "asked for" not in named
 
 
 def test_what_cannot_be_had_is_answered_by_the_nearest():
@@ -100,14 +103,15 @@ def test_what_cannot_be_had_is_answered_by_the_nearest():
     assert value(result, "wish.contact_force") == pytest.approx(near[0], rel=1e-3)
     assert result.metrics["strut.contact_force"].error < 5e-3  # of the nearest, which was simulated
     assert "Nearest that can be had" in str(result)
-    drawn(result)
+    assert {"asked for", "design", "can be had"} <= drawn(result)
 
 
 def test_nothing_at_all_can_be_had():
     result = study.run(study.Parameters(slowest=500, fastest=1000, models="strut", wishes=0))
     assert result.status == "INFEASIBLE" and "no wish" in result.message
     assert re.search(r"speed .* broken|speed .* at least", str(result))
-    drawn(result)
+    named = drawn(result)
+    assert "asked for" in named and not {"design", "can be had"} & named
 
 
 def test_a_simulation_off_the_wish_is_suspect(monkeypatch):
@@ -148,13 +152,14 @@ def test_reading_of_a_slider_that_never_meets_the_stop():
     assert study._verdict(d, [outcome])["status"] == "SUSPECT"
 
 
-def test_reading_of_made_up_contacts():
-    """Impact of 9 N from 2.0 rad, rebound, rest from 2.5 to 4.0 rad with 3 N at the dead centre."""
+@pytest.mark.parametrize("impact", [9, 1])
+def test_reading_of_made_up_contacts(impact):
+    """Impact of 9 or 1 N from 2.0 rad, rebound, rest from 2.5 to 4.0 rad with 3 N at the dead centre."""
     angle = np.linspace(0, 6, 6001)
-    force = np.where((angle > 2.0) & (angle < 2.1), 9 * np.sin((angle - 2.0) * np.pi / 0.1), 0.0)
+    force = np.where((angle > 2.0) & (angle < 2.1), impact * np.sin((angle - 2.0) * np.pi / 0.1), 0.0)
     force += np.where((angle > 2.5) & (angle < 4.0), 3 - (angle - np.pi) ** 2, 0.0)
     read = design_check._read(angle, np.maximum(force, 0), np.where(angle < 2, 1e-4, 0.3))
-    assert read["impact_force"] == pytest.approx(9, rel=1e-3)
+    assert read["impact_force"] == pytest.approx(impact, rel=1e-3)
     assert read["contact_force"] == pytest.approx(3, rel=1e-3)
     assert read["contact_angle"] == pytest.approx(2.0, abs=3e-3)
     assert read["settled"] == pytest.approx(2.5, abs=2e-3)
@@ -187,6 +192,38 @@ def test_command_line(tmp_path, capsys):
     assert main("design", [*options, "--contact-force", "200N"]) == 1
     lines = capsys.readouterr().err.strip().splitlines()
     assert len(lines) == 1 and "INFEASIBLE" in lines[0] and "nearest wish that can be had" in lines[0]
+
+
+# --- the how-to -------------------------------------------------------------------------------------------------------
+
+PAGE = (Path(__file__).parents[1] / "docs" / "how-to-design.md").read_text(encoding="utf-8")
+BLOCKS = re.findall(r"^```(\w*)\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL)
+
+
+def test_commands_of_the_how_to_end_as_it_says(tmp_path, capsys):
+    commands = [shlex.split(line)[3:] for kind, block in BLOCKS if kind == "sh" for line in block.splitlines()]
+    assert [command[:2] for command in commands] == [["run", "design"]] * 2
+    quick = ["--models", "strut", "--wishes", "0", "--out", str(tmp_path)]
+    assert main(argv=[*commands[0], *quick]) == 0
+    assert main(argv=[*commands[1], *quick]) == 1
+    promised = re.search(r"`INFEASIBLE: (.*?)`", PAGE, re.DOTALL)[1]
+    assert " ".join(promised.split()) in capsys.readouterr().err
+
+
+def test_code_of_the_how_to_runs(capsys):
+    names = {}
+    for kind, block in BLOCKS:
+        if kind == "python":
+            exec(compile(block, "how-to-design.md", "exec"), names)
+    assert names["result"].contact_force == pytest.approx(2.0, rel=5e-3)
+    assert feasible(design(names["instead"], None)) and names["many"].speed.shape == (400, 250)
+    assert re.search(r"\d+% can be had, strips of 0\.\d+ mm and more", capsys.readouterr().out)
+
+
+def test_the_how_to_names_every_limit():
+    known = {limit.name for limit in limits(design(study.Parameters().wish, study.Parameters().given))}
+    table = PAGE[PAGE.index("| limit |") : PAGE.index("## From Python")]
+    assert known == {name for row in table.splitlines()[2:] if row for name in row.split("|")[1].strip().split(", ")}
 
 
 @pytest.mark.slow

@@ -2,8 +2,6 @@
 
 import os
 import signal
-import statistics
-import subprocess
 import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
@@ -13,7 +11,7 @@ from types import ModuleType
 import numpy as np
 import pytest
 import sweep_toy
-from sweep_runs import ENVIRONMENT, ROOT, descendants, gone, run, same, start, stored
+from sweep_runs import descendants, gone, run, same, start, stored
 from sweep_toy import Parameters
 
 from studies import slider_crank
@@ -235,100 +233,3 @@ def test_sigterm_is_taken_for_ctrl_c(tmp_path):
     assert process.returncode == 130
     assert f"0 of 3 cases are stored in {path}" in err
     assert gone(others)
-
-
-# --- pace ---------------------------------------------------------------------------------------------------------------
-
-
-class Clock:
-    """A progress that notes when each row comes."""
-
-    def __call__(self, items, total=None, label=""):
-        self.times = []
-        for item in items:
-            self.times.append(time.perf_counter())
-            yield item
-
-    @property
-    def span(self):
-        return self.times[-1] - self.times[0]
-
-
-def test_store_and_engine_cost_little_beside_a_case(tmp_path):
-    """Under 5 ms a case, from the first row to the last; the bar gives way on a machine that takes long to start a process."""
-    begin = time.perf_counter()
-    sweep(sweep_toy, toys(1), workers=1)
-    start_up, clock = time.perf_counter() - begin, Clock()
-    cases = [Parameters(length=i / 1000) for i in range(400)]
-    rows = sweep(sweep_toy, cases, workers=1, store=tmp_path / "s.sqlite", progress=clock)
-    cost = clock.span / (len(rows) - 1) - statistics.mean(row.wall_s for row in rows)
-    print(f"overhead {1e3 * cost:.2f} ms a case, start-up {1e3 * start_up:.0f} ms")
-    assert cost < 5e-3 * max(1.0, start_up / 0.2)
-
-
-def test_two_workers_are_never_idle():
-    """Cases that wait need no core of their own: from the first row to the last, two workers take half as long as one."""
-    spans = []
-    for n in (1, 2):
-        clock = Clock()
-        sweep(sweep_toy, toys(20, pause=0.1), workers=n, progress=clock)
-        spans.append(clock.span)
-    assert 1.6 < spans[0] / spans[1] < 2.4  # 19 pauses against 9, when all goes well
-
-
-PLAIN = """
-import sys
-from studies import slider_crank
-first, count = map(int, sys.argv[1:])
-cases = [slider_crank.Parameters(models=("beam",), speed=6.58 * (1 + 1e-9 * i), elements=4) for i in range(first, first + count)]
-slider_crank.run(cases[0])
-print("ready", flush=True)
-sys.stdin.readline()
-for case in cases:
-    slider_crank.run(case)
-print("done", flush=True)
-"""
-
-
-def plainly(processes, count):
-    """Seconds for so many cases, shared out evenly among processes that know nothing of sweeps; their start is left out."""
-    share = count // processes
-    words = [[sys.executable, "-c", PLAIN, f"{i * share}", f"{share}"] for i in range(processes)]
-    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
-    started = [subprocess.Popen(command, cwd=ROOT, env=ENVIRONMENT, **pipes) for command in words]
-    assert [process.stdout.readline() for process in started] == ["ready\n"] * processes
-    begin = time.perf_counter()
-    for process in started:
-        process.stdin.write("\n")
-        process.stdin.flush()
-    assert [process.stdout.readline() for process in started] == ["done\n"] * processes
-    seconds = time.perf_counter() - begin
-    for process in started:
-        process.communicate()
-    return seconds
-
-
-@linux
-@pytest.mark.slow
-def test_two_workers_are_nearly_twice_as_fast():
-    """64 equal beam cases: 1.85 times on two cores of one's own, where processes without a sweep get 2; else by what they get.
-
-    `pytest -m slow -s -k nearly_twice` prints all times; medians of interleaved runs.
-    """
-    # one case a speed that differs in the ninth digit: equal work, different cases
-    cases = [slider_crank.Parameters(models=("beam",), speed=6.58 * (1 + 1e-9 * i), elements=4) for i in range(64)]
-    swept, plain, rows = {1: [], 2: []}, {1: [], 2: []}, {}
-    for _ in range(3):
-        for n in (1, 2):
-            begin = time.perf_counter()
-            rows[n] = sweep("slider-crank", cases, workers=n)
-            swept[n].append(time.perf_counter() - begin)
-            plain[n].append(plainly(n, 32))
-    assert {row.status for row in rows[1]} <= {"OK", "SUSPECT"}
-    assert [repr(row.metrics) for row in rows[1]] == [repr(row.metrics) for row in rows[2]]
-    ratio, possible = (statistics.median(t[1]) / statistics.median(t[2]) for t in (swept, plain))
-    shown = {name: [[round(x, 2) for x in t[n]] for n in (1, 2)] for name, t in (("sweep", swept), ("plain", plain))}
-    print(
-        f"64 beam cases by 1 and 2 workers: ratio {ratio:.3f}; plain processes {possible:.3f}; load {os.getloadavg()}; {shown} s"
-    )
-    assert ratio > 1.85 / 2 * min(possible, 2.0)
