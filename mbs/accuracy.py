@@ -3,9 +3,10 @@
 The measure looks at what a mechanism does, not at what is derived from it by differences: places, shapes, impulses. It is the
 largest of these relative differences, each an L2 norm over the time both runs cover:
 
-- the mid-span deflection of each flexible link about its chord (a strut's end shortening), over its own norm. The end shortening
-  of a strip that bends follows from its shape; what it has besides is axial vibration, micrometres at kilohertz, which only a
-  run a hundred times dearer resolves, and which moves a point by no more;
+- the mid-span deflection of each flexible link about its chord (a strut's end shortening), over its own norm, or over the
+  smallest clearance where joints have play and that is larger. The end shortening of a strip that bends follows from its shape;
+  what it has besides is axial vibration, micrometres at kilohertz, which only a run a hundred times dearer resolves, and which
+  moves a point by no more;
 - the place of each point, over its range;
 - the impulse of each stop's force up to each time, over its norm;
 - the place of each journal in its bush over the first `PREDICTABLE` seconds, over the clearance. Rattling is chaotic: later
@@ -56,7 +57,8 @@ def differences(a: Result, b: Result) -> dict[str, float]:
     if not np.isclose(first.end, second.end, rtol=1e-6):
         return {"duration": float("inf")}
     times = _times(first, second)
-    weights = np.gradient(times) / (times[-1] - times[0])
+    steps = np.diff(times, prepend=times[0], append=times[-1]) / (times[-1] - times[0])
+    weights = (steps[:-1] + steps[1:]) / 2
 
     def norm(values: Array) -> float:
         return float(np.sqrt(weights @ (values * values).sum(axis=1)))
@@ -125,7 +127,7 @@ class _Motion:
                 if extent > RESTING * self.size:
                     found[name] = extent
             elif kind == "shape":
-                found[name] = max(norm(self.at(name, times)), STRAIGHT * self.size)
+                found[name] = max(norm(self.at(name, times)), STRAIGHT * self.size, min(self.gaps.values(), default=0.0))
             else:
                 found[name] = max(norm(self.at(name, times)), np.finfo(float).tiny)  # none here but some there is infinitely off
         return found

@@ -28,20 +28,23 @@ Array = np.ndarray[Any, Any]
 Runner = Callable[[Mechanism, float, Solver], "Run"]
 ROUNDS = 4
 """Refinements before giving up."""
-GAIN = 1.5
-"""A refinement helps if it divides the error by this; one that does not is the last."""
-LEFT, LEFT_OF_MESH = 0.2, 0.5
-"""Error left by extrapolation, of the last change it made (1/15 at fourth order, 1/7 at third), and of the mesh's correction."""
+GAIN, IDLE = 1.5, 2
+"""A refinement helps if it divides the error by this; so many in turn that do not are the end."""
+LEFT, LEFT_STRIKING = 0.2, 0.5
+"""Error left by extrapolation, of the last change it made: 1/15 at fourth order, 1/7 at third; and where something strikes."""
+LEFT_OF_MESH = 1 / 30
+"""Error left by extrapolation to infinitely many elements, of the change by half the mesh."""
+OF_IMPULSE = 1 / 7
+"""Error of an impulse, which is not extrapolated, of the change by half the mesh: of third order."""
 AGAIN = (Status.NEWTON_DIVERGED, Status.NOT_FINITE, Status.TOO_MANY_STEPS, Status.ENGINE_ERROR)
 """Failures that shorter steps may cure."""
 SECOND_ORDER = 2.5
 """Ratio of the differences of three runs, 4 at second order, from which extrapolation is believed."""
 IGNORED = 0.1
 """Differences below this share of the accuracy asked for need not converge: they may be round-off."""
-PLAY_SHARE = 0.5
-"""Error of the finer of two runs with play, of their difference."""
-PLAY_TOLERANCE, PLAY_FACTOR = 1.0, 8.0
-"""First tolerance with play, in units of the accuracy asked for, and by how much the companion's is larger."""
+PLAY_SHARE, PLAY_FACTOR, PLAY_SHRINKS = 0.5, 8.0, 4.0
+"""Error of the finest of three runs with play, of the difference to the one before, or that one's over what it should shrink by:
+two runs may agree by chance; and the ratio of their tolerances."""
 
 
 @dataclass(frozen=True)
@@ -134,27 +137,28 @@ class _Extrapolation(_Delivering):
         if (steps, mesh) not in self.known:
             solver = self.plan.solver(steps, mesh, steps / self.first)
             run = self.run(self.plan.model(steps, mesh), self.plan.duration, solver)
-            if run.failure is not None:
-                raise _FailedError(run)
             self.known[steps, mesh] = run, _result(run)
+        if self.known[steps, mesh][0].failure is not None:
+            raise _FailedError(self.known[steps, mesh][0])
         return self.known[steps, mesh]
 
     def deliver(self) -> Delivery:
         steps, mesh = self.first, self.plan.mesh()
         best: Delivery | None = None
         failed: Run | None = None
+        idle = 0
         for _ in range(ROUNDS):
             try:
                 reached, in_time, in_space = self.estimate(steps, mesh)
             except _FailedError as failure:
                 failed = failure.run
-                if failed.failure is None or failed.failure[0] not in AGAIN:
+                if best is not None or failed.failure is None or failed.failure[0] not in AGAIN:
                     break
                 steps *= 2
                 continue
-            helped = best is None or reached.error < best.error / GAIN
+            idle = 0 if best is None or reached.error < best.error / GAIN else idle + 1
             best = reached if best is None or reached.error < best.error else best
-            if best.error <= self.plan.asked or not helped:
+            if best.error <= self.plan.asked or idle == IDLE or in_time + in_space <= self.plan.asked / 2:
                 break
             steps, mesh = self.refine(steps, mesh, in_time, in_space)
         if best is None:
@@ -165,14 +169,18 @@ class _Extrapolation(_Delivering):
     def estimate(self, steps: int, mesh: int) -> tuple[Delivery, float, float]:
         """The solution extrapolated from all runs of N to 4 N steps, and its errors by steps and by elements."""
         coarsest, coarse, (run, fine) = self.at(steps, mesh)[1], self.at(2 * steps, mesh)[1], self.at(4 * steps, mesh)
-        better, in_time = _in_time(fine, coarse, coarsest, IGNORED * self.plan.asked)
+        better, in_time = _in_time(fine, coarse, coarsest, self.plan)
         in_space, kind = 0.0, "steps"
         if self.plan.meshed:
             thin, kind = self.at(steps, mesh // 2)[1], "steps and elements"
-            in_space = LEFT_OF_MESH * difference(coarsest, thin) / 15
+            apart = differences(coarsest, thin)
+            in_space = max(
+                (d * (OF_IMPULSE if name.endswith(".impulse") else LEFT_OF_MESH) for name, d in apart.items()), default=0.0
+            )
             better = _corrected(better, coarsest, thin, 15.0)
         signals = {name: values for name, values in better.signals.items() if values is not fine.signals[name]}
-        return self.delivery(run, in_time + in_space, kind, signals), in_time, in_space
+        left_out = 0.0 if self.plan.resolved else self.plan.axial[0]
+        return self.delivery(run, in_time + in_space + left_out, kind, signals), in_time, in_space
 
     def refine(self, steps: int, mesh: int, in_time: float, in_space: float) -> tuple[int, int]:
         """What to try next: what errs more than its half of the accuracy is made finer, by the order it should have."""
@@ -184,14 +192,16 @@ class _Extrapolation(_Delivering):
         return steps, mesh
 
 
-def _in_time(fine: Result, coarse: Result, coarsest: Result, ignored: float) -> tuple[Result, float]:
+def _in_time(fine: Result, coarse: Result, coarsest: Result, plan: Plan) -> tuple[Result, float]:
     """Extrapolate from three runs, each of half the steps of the one before, if they converge as they should; the error left."""
     first, second = differences(coarse, coarsest), differences(fine, coarse)
-    better, before = _corrected(fine, fine, coarse, 3.0), _corrected(coarse, coarse, coarsest, 3.0)
-    if any(d > ignored and first[name] < SECOND_ORDER * d for name, d in second.items()):
+    slow = {name for name, d in second.items() if d > IGNORED * plan.asked and first[name] < SECOND_ORDER * d}
+    impulses = {name: d / (1 if name in slow else 2) for name, d in second.items() if name.endswith(".impulse")}  # as they are
+    if slow - set(impulses):
         return fine, max(second.values())
-    errors = {name: LEFT * d for name, d in differences(better, before).items()}
-    errors |= {name: d for name, d in second.items() if name.endswith(".impulse")}  # of forces, which are not extrapolated
+    better, before = _corrected(fine, fine, coarse, 3.0), _corrected(coarse, coarse, coarsest, 3.0)
+    left = LEFT if plan.smooth else LEFT_STRIKING
+    errors = {name: left * d for name, d in differences(better, before).items()} | impulses
     return better, max(errors.values(), default=0.0)
 
 
@@ -220,26 +230,39 @@ def _corrected(result: Result, finer: Result, coarser: Result, divisor: float) -
 
 
 class _Tolerance(_Delivering):
-    """Pairs of tolerances, over the time that can be predicted; the finer one then goes all the way."""
+    """Runs of falling tolerance, and one on half the elements, over the predictable time; the finest then goes all the way."""
 
     def deliver(self) -> Delivery:
-        plan, tolerance = self.plan, PLAY_TOLERANCE * self.plan.asked
-        span = min(plan.duration, PREDICTABLE)
-        coarse = self.run(plan.mechanism, span, self.solver(tolerance * PLAY_FACTOR))
-        error, fine = inf, coarse
+        asked, finer = self.plan.asked, 1.0
+        coarsest, coarse = self.start(PLAY_FACTOR**-2), self.start(1 / PLAY_FACTOR)
+        before = _apart(coarse, coarsest)
         for _ in range(ROUNDS):
-            fine = self.run(plan.mechanism, span, self.solver(tolerance))
-            if fine.failure is not None and fine.failure[0] is not Status.NEWTON_DIVERGED:
-                return self.delivery(fine, nan, "")
-            if coarse.failure is None and fine.failure is None:
-                error = PLAY_SHARE * difference(_result(fine), _result(coarse))
-            if error <= plan.asked:
+            fine = self.start(finer)
+            apart = _apart(fine, coarse)
+            error = PLAY_SHARE * max(apart, min(before / PLAY_SHRINKS, 1.0))
+            if error <= asked or (fine.failure is not None and fine.failure[0] not in AGAIN):
                 break
-            coarse, tolerance = fine, tolerance / PLAY_FACTOR
-        if span < plan.duration and fine.failure is None:
-            fine = self.run(plan.mechanism, plan.duration, fine.solver)
-        kind = f"tolerance, over the first {1e3 * span:g} ms"
-        return self.delivery(fine, error if fine.failure is None else nan, kind)
+            coarse, before, finer = fine, apart, finer * PLAY_FACTOR
+        kind = "tolerance"
+        if self.plan.meshed:
+            thin = self.start(finer, 0.5)
+            error, kind = error + _apart(fine, thin) / 15, "tolerance and elements"
+        if self.span < self.plan.duration and fine.failure is None:
+            fine = self.run(fine.history.scene.mechanism, self.plan.duration, fine.solver)
+        return self.delivery(fine, error if fine.failure is None else nan, f"{kind}, over the first {1e3 * self.span:g} ms")
 
-    def solver(self, tolerance: float) -> Solver:
-        return Solver(tolerance=tolerance, max_step=self.plan.duration / 200)
+    @property
+    def span(self) -> float:
+        """Time that is compared, s."""
+        return min(self.plan.duration, PREDICTABLE)
+
+    def start(self, finer: float, mesh: float = 1.0) -> Run:
+        """Run over the time that is compared."""
+        return self.run(self.plan.thinned(mesh), self.span, self.plan.with_play(finer))
+
+
+def _apart(fine: Run, coarse: Run) -> float:
+    """Difference of two runs; infinite if one failed."""
+    if fine.failure is not None or coarse.failure is not None:
+        return inf
+    return difference(_result(fine), _result(coarse))

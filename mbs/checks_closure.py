@@ -49,7 +49,7 @@ def closures(history: History) -> Iterator[str]:
         if off.max() > CLOSURE * scale:
             k = int(np.argmax(off))
             share = f"{off[k] / scale:.2g} of the largest in the run"
-            yield f"CLOSURE: at t = {history.time[k]:.4g} s loop closure gives another {what}, by {share}"
+            yield f"CLOSURE: at t = {history.time[k]:.4g} s loop closure gives another {what}, by {share}: lower max_step"
 
 
 def _apart(history: History, found: Array, right: Array, speed: Array) -> tuple[Array, float]:

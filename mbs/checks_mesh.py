@@ -23,9 +23,9 @@ from mbs.signals import History
 
 Array = np.ndarray[Any, Any]
 MESH = 0.05
-"""Error of the bending load from which a mesh is too coarse. A strip 1.7 % too thick is as wrong, and rolled strip is no truer."""
+"""Error of the bending load from which a mesh is too coarse. A strip 1.7 % too thick errs as much; rolled ones are no truer."""
 STRUCK = 3e-3
-"""The same for a strip that pushes a point against its stop: the force, impulse and time of its rebounds are 5 to 7 times as wrong
+"""The same for a strip that pushes a point against its stop: force, impulse and time of its rebounds are 5 to 7 times as wrong
 (slider-crank of 0.3 mm, 1 to 16 elements of each kind against 16 of 3 nodes)."""
 SAMPLES = 48
 """Times looked at, evenly over the run."""

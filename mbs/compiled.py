@@ -34,7 +34,7 @@ def compile_method(law: Any, name: str) -> Callable[..., float]:
 
     Raises
     ------
-    numba.core.errors.NumbaError, AttributeError, TypeError
+    numba.core.errors.NumbaError, AttributeError, TypeError, RecursionError
         If the method does more than arithmetic on its arguments and the law's numbers.
     """
     function = getattr(type(law), name)
@@ -66,7 +66,7 @@ def compile_kernel(law: Any, friction: Any) -> clearance.Kernel | None:
     """Compile the kernel for these laws; None if they do not compile."""
     try:
         laws = _laws(law, friction)
-    except (numba.core.errors.NumbaError, AttributeError, TypeError):
+    except (numba.core.errors.NumbaError, AttributeError, TypeError, RecursionError):
         return None
     forces, report, along = (partial(_compiled(getattr(clearance, name)), *laws) for name in SIGNATURES)
     return clearance.Kernel(forces, report, along, engine_call(forces.func, *laws), compiled=True)

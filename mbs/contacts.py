@@ -80,7 +80,7 @@ def moment_of_contacts(history: History, body: str) -> Array:
 
 
 def energies(history: History, group: int) -> tuple[Array, Array, Array]:
-    """What a group's contacts and bristles hold, and what they took by damping and by friction since t = 0, J.
+    """What a group's contacts and bristles hold, and what they took by damping and by friction since t = 0, J, joint by joint.
 
     Powers are integrated by Simpson's rule, the state at half a step from the cubic Hermite interpolation of the positions; the
     bristle half-way is the mean of those at the ends.
@@ -95,12 +95,14 @@ def energies(history: History, group: int) -> tuple[Array, Array, Array]:
     middle = report(history, group, (time, (a + b) / 2 + h * (va - vb) / 8, 1.5 * (b - a) / h - (va + vb) / 4, memory))
 
     def work(force: str, speed: str) -> Array:
-        power, half = (ends[force] * ends[speed]).sum(axis=1), (middle[force] * middle[speed]).sum(axis=1)
-        return np.concatenate([[0.0], np.cumsum(h[:, 0] * (power[:-1] + 4 * half + power[1:]) / 6)])
+        power, half = ends[force] * ends[speed], middle[force] * middle[speed]
+        done = np.zeros_like(power)
+        np.cumsum(h * (power[:-1] + 4 * half + power[1:]) / 6, axis=0, out=done[1:])
+        return done
 
-    elastic = sum(joint.law.potential(ends["depth"][:, j]) for j, joint in enumerate(joints))
-    friction, bent = joints[0].friction, np.zeros_like(history.time)
+    law, friction = joints[0].law, joints[0].friction
+    elastic, bent = law.potential(ends["depth"]), np.zeros_like(ends["depth"])
     if isinstance(friction, BristleLaw):
-        bent = (ends["normal"] * friction.stored(ends["bristle"])).sum(axis=1)
+        bent = ends["normal"] * friction.stored(ends["bristle"])
     damped, rubbed = work("normal", "rate"), work("tangential", "sliding")
     return elastic + bent, damped - (elastic - elastic[0]), rubbed - (bent - bent[0])

@@ -25,19 +25,22 @@ def ledger(history: History) -> dict[str, Array]:
     dict
         Held: `kinetic`, `strain`, `contact`, `weight`. Taken since t = 0: `taken_contact`, `taken_friction`, `taken_damping`.
         Given since t = 0: `given_drive`. `error` = change of what is held + taken - given. `throughput`: the most that was
-        held and taken by then, the measure for the error.
+        held and taken by then, the measure for the error. Of each joint with play `<point>.taken_contact` and `.taken_friction`.
     """
     held = {"kinetic": _kinetic(history), "strain": _strain(history)}
     taken = {"taken_damping": _since_start(history, _damping_power(history))}
+    single: dict[str, Array] = {}
     if history.scene.stops:
         potential, power = _contact(history)
         held["contact"] = potential
         taken["taken_contact"] = _since_start(history, power) - (potential - potential[0])
     for group in range(len(history.scene.clearances)):
         potential, lost, rubbed = energies(history, group)
-        held["contact"] = held.get("contact", 0.0) + potential
-        taken["taken_contact"] = taken.get("taken_contact", 0.0) + lost
-        taken["taken_friction"] = taken.get("taken_friction", 0.0) + rubbed
+        held["contact"] = held.get("contact", 0.0) + potential.sum(axis=1)
+        taken["taken_contact"] = taken.get("taken_contact", 0.0) + lost.sum(axis=1)
+        taken["taken_friction"] = taken.get("taken_friction", 0.0) + rubbed.sum(axis=1)
+        for j, joint in enumerate(history.scene.clearances[group].joints):
+            single |= {f"{joint.point}.taken_contact": lost[:, j], f"{joint.point}.taken_friction": rubbed[:, j]}
     if any(guide.friction for guide in history.scene.mechanism.guides):
         taken["taken_friction"] = taken.get("taken_friction", 0.0) + _since_start(history, _friction_power(history))
     if any(history.scene.mechanism.gravity):
@@ -50,7 +53,7 @@ def ledger(history: History) -> dict[str, Array]:
     error = total - total[0] + lost - given
     active = sum((value - value.min() if name == "weight" else value) for name, value in held.items())
     throughput = np.maximum.accumulate(active + lost)
-    return {**held, **taken, "given_drive": given, "error": error, "throughput": throughput}
+    return {**held, **taken, "given_drive": given, "error": error, "throughput": throughput, **single}
 
 
 def _since_start(history: History, power: Array) -> Array:

@@ -127,7 +127,7 @@ class Result:
         """Write everything to one .npz file, readable without this package."""
         path = Path(path)
         path = path if path.suffix == ".npz" else path.with_name(path.name + ".npz")
-        head = {"status": self.status, "message": self.message, "units": self.units, "work": self.work}
+        head: dict[str, Any] = {"status": self.status, "message": self.message, "units": self.units, "work": self.work}
         head["provenance"] = self.provenance
         head |= {"asked": self.asked, "error": self.error, "error_kind": self.error_kind}
         head["thickness"] = {name: shape.thickness for name, shape in self.shapes.items()}

@@ -137,17 +137,17 @@ def is_loose(mechanism: Mechanism) -> bool:
         and all(isinstance(link.body, Rigid) for link in mechanism.links)
         and not mechanism.guides
         and (drive is None or isinstance(drive.speed, int | float))
-        and _damping_rate(mechanism) < STIFF
+        and not stiffly_damped(mechanism)
     )
 
 
-def _damping_rate(mechanism: Mechanism) -> float:
-    """Fastest decay, 1/s, that a contact's damping can give the lightest link."""
+def stiffly_damped(mechanism: Mechanism) -> bool:
+    """True if a joint with play damps the lightest link at a rate beyond `STIFF`; there must be one."""
     lightest = min(link.body.section.mass_per_length * mechanism.length(link.name) for link in mechanism.links)
     depth, speed = 1e-5, 1e-3
     laws = [joint.law for joint in mechanism.joints if isinstance(joint, Clearance)]
     jumps = [law.force(depth, speed, 0.1) - law.force(depth, 0.0, 0.1) for law in laws]
-    return max(jumps) / speed / lightest
+    return max(jumps) / speed / lightest >= STIFF
 
 
 class _Connector:

@@ -35,7 +35,8 @@ class Solver:
     record_every : int
         Of equal steps, record one in so many.
     reuse_jacobian : bool
-        Keep Newton's Jacobian from step to step as long as it serves and the step size stays.
+        Keep Newton's Jacobian from step to step as long as it serves and the step size stays. With play in joints,
+        controlled steps always do.
     """
 
     tolerance: float | None = None

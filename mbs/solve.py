@@ -106,7 +106,7 @@ def simulate(
         return _result(_once(mechanism, duration, solver or Solver(), timeout, progress), None, ledger, times)
     number("accuracy", accuracy, FINEST, COARSEST, "1")
     if solver is not None:
-        raise ValueError(f"accuracy = {accuracy:g} and solver: give one of them; an accuracy chooses the solver's settings itself")
+        raise ValueError(f"accuracy = {accuracy:g} and solver: give one of them; an accuracy chooses the settings itself")
     start = perf_counter()
 
     def run(mechanism: Mechanism, span: float, solver: Solver) -> Run:
@@ -182,6 +182,8 @@ def _run(scene: Scene, control: Recorder, engine: Any, settings: Any) -> tuple[S
         _record_seldom(scene, control)
     else:
         scene.system.SetPostStepUserFunction(control.after_step)
+    if isinstance(control, StepControl) and not settings.timeIntegration.newton.modifiedNewtonJacUpdatePerStep:
+        scene.system.SetPreStepUserFunction(control.before_step)
     try:
         finished = engine.SolveSystem(scene.system, settings)
     except exu.ExudynError as error:
@@ -199,9 +201,7 @@ def _record_seldom(scene: Scene, control: Recorder) -> None:
             raise RuntimeError("the run must end here")  # a sensor cannot end it otherwise
         return [0.0]
 
-    item = eii.SensorUserFunction(
-        sensorNumbers=[], factors=[], sensorUserFunction=record, storeInternal=False, writeToFile=False
-    )
+    item = eii.SensorUserFunction(sensorNumbers=[], factors=[], sensorUserFunction=record, storeInternal=False, writeToFile=False)
     scene.system.AddSensor(item)
     scene.system.Assemble()
 
@@ -257,7 +257,8 @@ def _implicit(scene: Scene, solver: Solver, duration: float) -> Any:
     integration.adaptiveStepRecoverySteps = 2**31 - 1  # growing the step again is StepControl's business
     integration.generalizedAlpha.spectralRadius = solver.spectral_radius
     integration.newton.useModifiedNewton = True
-    integration.newton.modifiedNewtonJacUpdatePerStep = not solver.reuse_jacobian  # a new step size needs a new Jacobian
+    keep = solver.reuse_jacobian or (bool(scene.clearances) and solver.uniform_steps is None)
+    integration.newton.modifiedNewtonJacUpdatePerStep = not keep  # a new step size needs a new Jacobian
     integration.newton.relativeTolerance = solver.newton_relative
     integration.newton.absoluteTolerance = solver.newton_absolute or _reachable_residual(scene)
     # the only connectors with a say in it are StepControl's callback; no native contact element is built

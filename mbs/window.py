@@ -12,8 +12,10 @@ from mbs.recording import Recorder
 from mbs.scene import Scene, build
 from mbs.settings import Solver
 from mbs.signals import History
-from mbs.stepping import WITH_PLAY, WITHOUT_PLAY, StepControl
+from mbs.stepping import StepControl, usual_tolerance
 
+PATIENCE = 60.0
+"""Longest time a stretch may take, s."""
 THIRD, FIFTH = 8.0, 32.0
 """What the local error allowed a step is divided by to halve the steps of the implicit and the explicit integrator."""
 
@@ -38,14 +40,14 @@ def half_steps(history: History, solver: Solver, first: int, last: int) -> Histo
     engine: Any
     control: Recorder
     if scene.loose:
-        engine, control = exu.MainSolverExplicit(), Recorder(scene, finer, end, None, None)
+        engine, control = exu.MainSolverExplicit(), Recorder(scene, finer, end, PATIENCE, None)
         settings = solve._explicit(scene, finer, end)
         settings.timeIntegration.initialStepSize = float(np.diff(history.time[first : first + 2])[0]) / 2
     else:
         engine = exu.MainSolverImplicitSecondOrder()
-        control = StepControl(scene, finer, end, engine, None, None)
+        control = StepControl(scene, finer, end, engine, PATIENCE, None)
         settings = solve._implicit(scene, finer, end)
-        settings.timeIntegration.generalizedAlpha.computeInitialAccelerations = False
+        settings.timeIntegration.generalizedAlpha.computeInitialAccelerations = first == 0  # seldom records lack them there
         if finer.uniform_steps is None:
             scene.system.SetPostNewtonUserFunction(control.after_newton)
     settings.timeIntegration.startTime = start
@@ -83,7 +85,7 @@ def _finer(scene: Scene, solver: Solver, history: History, first: int, last: int
     """Settings for steps half as long as those recorded, and no longer than the defaults'."""
     if solver.uniform_steps is not None:
         return replace(solver, uniform_steps=2 * solver.record_every * (last - first), record_every=1)
-    default, usual = Solver(), WITH_PLAY if scene.clearances else WITHOUT_PLAY
+    default, usual = Solver(), usual_tolerance(scene)
     return replace(
         solver,
         tolerance=min((solver.tolerance or usual) / (FIFTH if scene.loose else THIRD), usual),

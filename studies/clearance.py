@@ -40,7 +40,8 @@ FORCES = {"coupler_rocker": "B.coupler-rocker", "rocker_frame": "C.ground-rocker
 
 
 def _beam(p: CrankRockerParameters) -> Beam:
-    return Beam(p.section.damped(p.rocker_damping, STEEL_CRANK_ROCKER.rocker), elements=p.elements)
+    section = p.section.damped(p.rocker_damping, STEEL_CRANK_ROCKER.rocker)
+    return Beam(section) if p.accuracy else Beam(section, elements=p.elements)
 
 
 ROCKERS: dict[str, Callable[[CrankRockerParameters], Any]] = {
@@ -81,6 +82,7 @@ class CrankRockerParameters(StudyParameters):
     seed: int = integer(0, 0, 2**31 - 1, "draws the start's offset, 1e-9 rad N(0, 1)", "numerics")
     elements: int = integer(4, 1, 64, "elements of the beam", "numerics")
     tolerance: float = quantity(5e-5, "1", 1e-9, 1e-1, "position error allowed a step, over clearance/10", "numerics")
+    accuracy: float = quantity(0, "1", 0, 0.1, "error asked for over the first 10 ms, instead of elements, tolerance", "numerics")
     timeout: float = quantity(120, "s", 0.01, 86400, "longest time a run may take", "numerics")
 
     def check(self) -> None:
@@ -149,13 +151,15 @@ def run_variants(parameters: CrankRockerParameters, progress: Any) -> list[Varia
 
 def simulate(parameters: CrankRockerParameters, rocker: str, with_play: str) -> Result:
     """Run one mechanism, energy ledger included."""
+    solver = mbs.Solver(
+        tolerance=parameters.tolerance if with_play else None,
+        max_step=min(2 * pi / parameters.speed / STEPS_A_TURN, parameters.duration / 10),
+    )
     return mbs.simulate(
         parameters.mechanism(rocker, with_play),
         parameters.duration,
-        solver=mbs.Solver(
-            tolerance=parameters.tolerance if with_play else None,
-            max_step=min(2 * pi / parameters.speed / STEPS_A_TURN, parameters.duration / 10),
-        ),
+        parameters.accuracy or None,
+        solver=None if parameters.accuracy else solver,
         ledger=True,
         timeout=parameters.timeout,
     )

@@ -38,6 +38,9 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Run the mechanism with ideal joints and with each rocker, and read them."""
     variants = run_variants(parameters, progress)
     found = {v.name: read(v, variants[0], parameters.settle) for v in variants}
+    if parameters.accuracy:
+        for v in variants:
+            found[v.name] |= {"error": (v.result.error, "1"), "wall_s": (v.result.work["wall_s"], "s")}
     metrics = {
         f"{name}.{metric}": Metric(value, unit) for name, numbers in found.items() for metric, (value, unit) in numbers.items()
     }

@@ -47,6 +47,7 @@ class ImpactParameters(StudyParameters):
     restitution: float = quantity(0.8, "1", 0.1, 1, "restitution of the stop", "slider and stop")
     elements: int = integer(8, 2, 64, "elements of the beam", "numerics")
     tolerance: float = quantity(1e-5, "1", 1e-9, 1e-3, "position error allowed a step, over the length", "numerics")
+    accuracy: float = quantity(0, "1", 0, 0.1, "error of the motion asked for, instead of elements and tolerance", "numerics")
     timeout: float = quantity(120, "s", 0.01, 86400, "longest time a model may take", "numerics")
 
     @property

@@ -50,7 +50,8 @@ def run_model(model: str, parameters: ImpactParameters, stop: float, speed: floa
     result = mbs.simulate(
         mechanism(model, parameters, stop, speed),
         duration,
-        solver=mbs.Solver(tolerance=parameters.tolerance, max_step=pi / 180 / fastest),
+        parameters.accuracy or None,
+        solver=None if parameters.accuracy else mbs.Solver(tolerance=parameters.tolerance, max_step=pi / 180 / fastest),
         ledger=True,
         timeout=parameters.timeout,
     )
@@ -60,7 +61,8 @@ def run_model(model: str, parameters: ImpactParameters, stop: float, speed: floa
         model, str(result.status), result.message,
         result.time, signals["drive.position"], signals["B.contact_force"], -signals["B.vx"],
         shortening, shortening / BUCKLED_FROM,
-        result.energy_balance, {name: result.work[name] for name in ("wall_s", "steps")},
+        result.energy_balance,
+        {name: result.work[name] for name in ("wall_s", "steps")} | ({"error": result.error} if parameters.accuracy else {}),
     )  # fmt: skip
 
 
@@ -95,7 +97,8 @@ def mechanism(model: str, parameters: ImpactParameters, stiffness: float, speed:
         coupler: Beam | Strut = Strut(replace(section, material=material))
     else:
         damped = section.damped(parameters.damping, length)
-        coupler = Beam(damped, elements=parameters.elements, imperfection=-parameters.imperfection * length)
+        elements = {} if parameters.accuracy else {"elements": parameters.elements}
+        coupler = Beam(damped, imperfection=-parameters.imperfection * length, **elements)
     return slider_crank(
         coupler,
         law=CarvalhoMartins(stiffness, parameters.restitution, exponent=1.0),

@@ -114,8 +114,9 @@ def _table(metrics: Mapping[str, Metric], runs: Sequence[ModelRun], notes: Seque
         found = [metrics[f"{model}.{name}"] for model in models]
         known = [found[0].unit, found[0].published, found[0].exact]
         rows.append([name, *known, *(x for metric in found for x in (metric.value, _error(metric)))])
-    for name, unit in (("wall_s", "s"), ("steps", "1")):
-        rows.append([name, unit, None, None, *(x for run in runs for x in (run.work[name], None))])
+    for name, unit in (("wall_s", "s"), ("steps", "1"), ("error", "1")):
+        if any(name in run.work for run in runs):  # the error, where an accuracy was asked for
+            rows.append([name, unit, None, None, *(x for run in runs for x in (run.work.get(name), None))])
     headers = ["", "unit", "published", "exact", *(x for model in models for x in (model, "error"))]
     return Table(headers, rows, "One turn of the crank", "\n".join([NOTES, *notes]))
 

@@ -37,7 +37,8 @@ def rubbed(friction, turn, duration, max_step):
         simulate(pressed(friction, turn), duration, solver=Solver(tolerance=1e-5, max_step=max_step), ledger=True, timeout=60)
     )
     assert result.energy_balance < 1e-3
-    found = {name: values[result.time > LANDED] for name, values in result.signals.items()}
+    every = {**result.signals, **result.energy}
+    found = {name: values[result.time > LANDED] for name, values in every.items()}
     np.testing.assert_allclose(found["P.normal_force"], NORMAL, rtol=1e-4)
     return found | {"time": result.time[result.time > LANDED], "mu": found["P.friction_force"] / found["P.normal_force"]}
 
@@ -75,6 +76,10 @@ def test_presliding_is_a_spring_that_yields_and_is_left_bent():
     bent = STATIC * (1 - exp(-BRISTLES * there / STATIC))
     back = -STATIC + (bent + STATIC) * np.exp(-BRISTLES * (there - x) / STATIC)
     np.testing.assert_allclose(mu, np.where(forth, -STATIC * np.expm1(-BRISTLES * x / STATIC), back), atol=1e-3 * STATIC)
+    relaxed = -np.expm1(-BRISTLES * x / STATIC)
+    lost = NORMAL * STATIC * (x - STATIC / BRISTLES * (relaxed + relaxed**2 / 2))  # work done, less what the bristle holds
+    taken = found["taken_friction"] - found["taken_friction"][0]
+    np.testing.assert_allclose(taken[forth], lost[forth], atol=2e-3 * lost[forth].max())
     begun = forth & (x > 0) & (x < 0.01 * there)
     assert begun.sum() > 10 and np.polyfit(x[begun], mu[begun], 1)[0] == pytest.approx(BRISTLES, rel=0.03)
     assert mu[-1] < -0.2 * STATIC  # where it began it is bent the other way
