@@ -44,10 +44,9 @@ class Corner:
     def mechanism(self, kind: str, **mesh: int) -> Mechanism:
         """The slider-crank with a Strut, Beam or Cable for a coupler."""
         section = Section(0.030, self.thickness, Material(210e9, 7850.0, axial_damping=9e-5 if kind == "strut" else 0.0))
-        bowed: Any = {"section": section.damped(self.damping, LENGTH), "imperfection": -self.bow * LENGTH} | mesh
-        body = {"strut": lambda: Strut(section), "beam": lambda: Beam(**bowed), "cable": lambda: Cable(**bowed)}[kind]()
+        wet: Any = {"section": section.damped(self.damping, LENGTH), "imperfection": -self.bow * LENGTH} | mesh
         return slider_crank(
-            body,
+            Strut(section) if kind == "strut" else Beam(**wet) if kind == "beam" else Cable(**wet),
             law=CarvalhoMartins(self.stiffness, self.restitution, exponent=1.0),
             mass=MASS,
             speed=self.speed,
@@ -79,9 +78,7 @@ def struck(family: str, name: str, corner: Corner, kind: str, mesh: Mapping[str,
 def corners(count: int) -> Iterator[tuple[str, Corner]]:
     """Spread over the whole range of all six; thickness, speed, stiffness and damping by their logarithm."""
     for u in qmc.Sobol(6, seed=11).random(count):
-        corner = Corner(
-            5e-5 * 20 ** u[0], 0.1 * 600 ** u[1], 1e3 * 1e5 ** u[2], 0.1 + 0.9 * u[3], 0.9 * u[4], 2e-3 * 250 ** u[5]
-        )
+        corner = Corner(5e-5 * 20 ** u[0], 0.1 * 600 ** u[1], 1e3 * 1e5 ** u[2], 0.1 + 0.9 * u[3], 0.9 * u[4], 2e-3 * 250 ** u[5])
         yield f"h = {1e3 * corner.thickness:.2g} mm, {corner.speed:.2g} rad/s, {corner.stiffness:.1e} N/m", corner
 
 
@@ -196,5 +193,3 @@ def every() -> Iterator[Case]:
     yield from slider_cranks()
     yield from static_strips()
     yield from pressed_strips()
-
-

@@ -24,7 +24,10 @@ STUDIES: dict[str, Entry] = {
     "thickness-speed": Entry("studies.thickness_speed", "the slider-crank over strip thickness and crank speed"),
     "design": Entry("studies.design", "the slider-crank designed backwards: wanted forces in, strip, stop and speed out"),
     "static-precision": Entry("studies.static_precision", "load of a buckled strip: error against run time of each model"),
+    "lean-scenes": Entry("studies.lean_scenes", "what each scene is made of, and what each optional part costs"),
+    "extremes": Entry("studies.extremes", "over 200 stiff and extreme cases: is any run reported fine that is wrong?"),
     "benchmark": Entry("studies.benchmark", "each kind of job once, ours against a plain baseline: errors, medians, ratios"),
+    "accuracy": Entry("studies.accuracy", "accuracy asked for against accuracy delivered, random mechanisms of every kind"),
     "smooth-precision": Entry(
         "studies.smooth_precision", "slider-crank without a stop: error against run time, against a spectral strip"
     ),
@@ -33,6 +36,9 @@ STUDIES: dict[str, Entry] = {
     ),
     "restitution": Entry("studies.restitution", "restitution asked for and delivered: every contact law in drop tests"),
     "crank-rocker": Entry("studies.crank_rocker", "crank-rocker with play in its joints, rocker rigid or flexible"),
+    "clearance-precision": Entry(
+        "studies.clearance_precision", "crank-rocker with play: error against run time of rigid, beam and modal rocker"
+    ),
     "clearance-speed": Entry("studies.clearance_speed", "crank-rocker with play over clearance and speed: forces, penetration"),
     "bifurcation": Entry("studies.bifurcation", "crank-rocker with play: order or chaos over clearance, speed, damping"),
     "uncertainty": Entry("studies.uncertainty", "tolerances: distributions of forces and whose variance it is"),
