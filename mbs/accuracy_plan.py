@@ -6,8 +6,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from math import ceil, hypot, log2, pi, sqrt, tan
 
-import numpy as np
-
+from mbs.kinematics import turning_speed
 from mbs.links import chooses
 from mbs.mechanism import Beam, Cable, Clearance, Mechanism, Modal, Ramp, Rigid, Strut
 from mbs.settings import Solver
@@ -103,10 +102,7 @@ class Plan:
     @cached_property
     def speed(self) -> float:
         """Largest speed of a turning drive, rad/s; 0 without one."""
-        drive = self.mechanism.drive
-        if drive is None or drive.target in self.mechanism.points:
-            return 0.0
-        return max(abs(drive.motion.speed(float(t))) for t in np.linspace(0, self.duration, 101))
+        return turning_speed(self.mechanism, self.duration)
 
     @property
     def finer(self) -> float:

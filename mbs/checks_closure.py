@@ -10,8 +10,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mbs.kinematics import Closure
-from mbs.mechanism import GROUND, Mechanism, Revolute, Rigid
+from mbs.kinematics import Closure, determined
+from mbs.mechanism import GROUND, Mechanism
 from mbs.signals import History
 
 Array = np.ndarray[Any, Any]
@@ -81,15 +81,6 @@ def _after_jumps(driven: Array) -> Array:
     for k in jumps:
         after[max(0, k - 1) : k + SETTLED] = True
     return after
-
-
-def determined(mechanism: Mechanism) -> bool:
-    """True if joints, guides and drive alone decide where the links are: as many constraints as coordinates."""
-    rigid = all(isinstance(link.body, Rigid) for link in mechanism.links)
-    ideal = all(isinstance(joint, Revolute) for joint in mechanism.joints)
-    if mechanism.drive is None or not rigid or not ideal:
-        return False
-    return 2 * len(mechanism.joints) + len(mechanism.guides) + 1 == 3 * len(mechanism.links)
 
 
 class Pulls(NamedTuple):

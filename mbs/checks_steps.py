@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from mbs.checks_closure import determined
+from mbs.kinematics import determined
 from mbs.result import Result
 from mbs.settings import Solver
 from mbs.signals import History, collect

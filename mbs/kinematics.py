@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mbs.mechanism import GROUND, Mechanism
+from mbs.mechanism import GROUND, Mechanism, Revolute, Rigid
 
 Array = np.ndarray[Any, Any]
 MAX_ITERATIONS = 50
@@ -228,3 +228,20 @@ class SliderCrank(NamedTuple):
             raise ValueError(f"stop = {stop:g} m: the slider moves only in [{outer:g}, {inner:g}] m")
         cosine = (stop**2 + self.crank**2 - self.coupler**2) / (2 * stop * self.crank)
         return float(np.arccos(np.clip(cosine, -1.0, 1.0)))
+
+
+def determined(mechanism: Mechanism) -> bool:
+    """True if joints, guides and drive alone decide where the links are: as many constraints as coordinates."""
+    rigid = all(isinstance(link.body, Rigid) for link in mechanism.links)
+    ideal = all(isinstance(joint, Revolute) for joint in mechanism.joints)
+    if mechanism.drive is None or not rigid or not ideal:
+        return False
+    return 2 * len(mechanism.joints) + len(mechanism.guides) + 1 == 3 * len(mechanism.links)
+
+
+def turning_speed(mechanism: Mechanism, duration: float) -> float:
+    """Largest speed of the driven link within a duration [s], rad/s; 0 where a point is driven, or nothing."""
+    drive = mechanism.drive
+    if drive is None or drive.target in mechanism.points:
+        return 0.0
+    return max(abs(drive.motion.speed(float(t))) for t in np.linspace(0, duration, 101))

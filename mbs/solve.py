@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import platform
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from math import ceil, pi
 from time import perf_counter
 from typing import Any
 
@@ -16,6 +17,7 @@ from mbs.accuracy import COARSEST, FINEST
 from mbs.accuracy_delivery import Delivery, deliver
 from mbs.checks import suspicions
 from mbs.energy import ledger as energy_ledger
+from mbs.kinematics import determined, turning_speed
 from mbs.mechanism import Beam, Cable, Mechanism, Strut
 from mbs.recording import Recorder
 from mbs.result import Result, Status
@@ -31,6 +33,10 @@ UNLIMITED = 1e100
 """Tolerance of the explicit integrator's equal steps: it rejects by its error even steps whose size it may not change."""
 NEVER_REACHED = 1e-15
 """Smallest step of the explicit integrator, s. One that is reached twice it rejects for ever, and no callback ends the run."""
+
+LONGEST, TURN = 200, 400
+"""Steps of a run at least; and equal steps of a turn of the drive where constraints alone decide the motion: steps that change
+their size make the accelerations ring there, and gain nothing."""
 
 
 @dataclass(frozen=True)
@@ -120,6 +126,10 @@ def simulate(
 def _once(mechanism: Mechanism, duration: float, solver: Solver, timeout: float | None, progress: Any) -> Run:
     """Build the scene and let the engine run."""
     scene = build(mechanism)
+    if solver.tolerance is None and solver.uniform_steps is None and determined(mechanism):
+        share = duration / (solver.max_step or duration / LONGEST)
+        turns = turning_speed(mechanism, duration) * duration / (2 * pi)
+        solver = replace(solver, uniform_steps=ceil(max(share, TURN * turns)))
     start = perf_counter()
     control, engine, failure = (_run_explicit if scene.loose else _run_implicit)(scene, solver, duration, timeout, progress)
     wall = perf_counter() - start
@@ -230,8 +240,8 @@ def _common(duration: float, solver: Solver) -> Any:
     settings.solution.file.write = False
     settings.timeIntegration.endTime = duration
     settings.timeIntegration.verboseMode = 0
-    longest = solver.max_step or duration / 200
-    settings.timeIntegration.numberOfSteps = solver.uniform_steps or max(1, int(np.ceil(duration / longest)))
+    longest = solver.max_step or duration / LONGEST
+    settings.timeIntegration.numberOfSteps = solver.uniform_steps or max(1, ceil(duration / longest))
     return settings
 
 
