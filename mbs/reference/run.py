@@ -199,8 +199,8 @@ def simulate(
     positive("duration", duration, "s"), non_negative("rtol", rtol, "1"), positive("atol", atol, "m")
     number("longest", longest, 0.0, inf, "s", open_low=True) if longest != inf else None
     whole("samples", samples, 2, 10_000_000), whole("most", most, 1, 2**62)
-    started = np.array(ideal_state(fourbar) if state is None else state, dtype=float)
-    n = ideal_state(fourbar).size
+    still = ideal_state(fourbar)
+    started, n = np.array(still if state is None else state, dtype=float), still.size
     if started.shape != (n,) or not np.isfinite(started).all():
         raise ValueError(f"state of shape {started.shape}: must be finite, of shape ({n},)")
     y = np.concatenate([started, np.zeros(LEDGER)])
