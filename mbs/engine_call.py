@@ -19,6 +19,15 @@ Array = np.ndarray[Any, Any]
 METH_VARARGS = 1
 TIME, Q, Q_T = 1, 3, 4
 """Places among the engine's arguments: system, time, item, coordinates, their rates."""
+NOWHERE = 1_000
+"""A place where no tuple here has anything."""
+PATIENCE = 3_000_000
+"""Calls, some 10 s of them, without a later time than any before. The engine's explicit integrator can reject one step for
+ever, and asks nobody in between but the forces."""
+
+
+class NoStepError(RuntimeError):
+    """No step is short enough."""
 
 
 def _c(name: str, result: Any, *arguments: Any) -> Any:
@@ -34,6 +43,7 @@ new_list = _c("PyList_New", c_void_p, c_ssize_t)
 set_item = _c("PyList_SetItem", c_int, c_void_p, c_ssize_t, c_void_p)
 as_float = _c("PyFloat_AsDouble", c_double, c_void_p)
 new_float = _c("PyFloat_FromDouble", c_void_p, c_double)
+set_error = _c("PyErr_SetObject", None, c_void_p, c_void_p)
 as_size = _c("PyLong_AsSsize_t", c_ssize_t, c_void_p)
 as_floats = _c("PyLong_AsVoidPtr", POINTER(c_double), c_void_p)
 as_integers = _c("PyLong_AsVoidPtr", POINTER(c_int64), c_void_p)
@@ -60,14 +70,22 @@ def engine_call(forces: Any, normal: Any, friction: Any, bend: Any) -> Callable[
         numbers = carray(as_floats(tuple_item(own, 4)), (joints, 10))
         q, v = carray(as_floats(tuple_item(own, 5)), n), carray(as_floats(tuple_item(own, 6)), n)
         out = carray(as_floats(tuple_item(own, 7)), n)
+        latest = carray(as_floats(tuple_item(own, 8)), 2)  # time, and calls since that is the latest
         if tuple_size(given) <= Q_T:
             return tuple_item(given, Q_T)  # NULL, with Python's error set: something else than the engine calls
         places_given, rates_given = tuple_item(given, Q), tuple_item(given, Q_T)
         if list_size(places_given) != n or list_size(rates_given) != n:
             return list_item(places_given, -1)  # NULL likewise
+        t = as_float(tuple_item(given, TIME))
+        latest[1] = 0.0 if t > latest[0] else latest[1] + 1.0
+        latest[0] = max(t, latest[0])
+        if latest[1] > PATIENCE:
+            null = tuple_item(given, NOWHERE)
+            set_error(tuple_item(own, 9), tuple_item(own, 10))
+            return null
         for i in range(n):
             q[i], v[i] = as_float(list_item(places_given, i)), as_float(list_item(rates_given, i))
-        forces(normal, friction, bend, as_float(tuple_item(given, TIME)), q, v, memory, places, numbers, out)
+        forces(normal, friction, bend, t, q, v, memory, places, numbers, out)
         result = new_list(n)
         for i in range(n):
             set_item(result, i, new_float(out[i]))
@@ -76,9 +94,10 @@ def engine_call(forces: Any, normal: Any, friction: Any, bend: Any) -> Callable[
     method = _Method(b"forces", call.address, METH_VARARGS, None)
 
     def user_function(memory: Array, places: Array, numbers: Array, size: int) -> Callable[..., Any]:
-        arrays = memory, places, numbers, np.zeros(size), np.zeros(size), np.zeros(size)
+        arrays = memory, places, numbers, np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(2)
         # all that the machine code needs must live as long as the function: its own tuple holds it
-        own = (len(memory), size, *(array.ctypes.data for array in arrays), arrays, method, call)
+        error = NoStepError, "the step is rejected again and again: no step is short enough for this law"
+        own = (len(memory), size, *(array.ctypes.data for array in arrays), *error, arrays, method, call)
         return _function(ctypes.byref(method), own, None)
 
     return user_function

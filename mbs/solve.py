@@ -222,6 +222,8 @@ def _named(control: Recorder, error: Exception) -> tuple[Status, str]:
     if "outside the range" in text or "must lie in" in text:
         reason = next((line.strip() for line in str(error).splitlines() if "must lie in" in line or "range" in line), text)
         return Status.STRUT_OUT_OF_RANGE, f"after t = {_reached(control):.6g} s: {reason}"
+    if "NoStepError" in text:
+        return _diverged(control, "a step is rejected again and again, however short: look at the contact law")
     if isinstance(error, exu.SolverError):
         return _diverged(control, text[-200:])
     return Status.ENGINE_ERROR, f"after t = {_reached(control):.6g} s: {text[-200:]}"

@@ -7,7 +7,21 @@ import pytest
 from simulations import LENGTH, STRIP, G, block, fine, pendulum, pressed, rates
 
 from elastica import pinned
-from mbs import Beam, Cable, Clearance, Modal, Rigid, Section, Solver, Status, Strut, crank_rocker, simulate, slider_crank
+from mbs import (
+    Beam,
+    Cable,
+    Clearance,
+    Modal,
+    Rigid,
+    Section,
+    Solver,
+    Status,
+    Strut,
+    crank_rocker,
+    engine_call,
+    simulate,
+    slider_crank,
+)
 from mbs.checks import suspicions
 from mbs.checks_mesh import MESH, STRUCK, mesh_error
 from mbs.laws import AdamsFriction, CarvalhoMartins, ExactRestitution, Hertz, Impact, KelvinVoigt, NoFriction
@@ -94,6 +108,13 @@ class Driving(NoFriction):
 def test_contact_damping_of_the_wrong_sign_makes_energy():
     assert "makes energy" in suspect(simulate(block(G, Backwards(1e8)), 0.3), "ENERGY")
     suspect(simulate(rattling(Backwards(K), with_play="B"), 0.005, timeout=20), "ENERGY")
+
+
+def test_law_for_which_no_step_is_short_enough_ends_by_name(monkeypatch):
+    """The engine would reject the same step for ever, past any time limit."""
+    monkeypatch.setattr(engine_call, "PATIENCE", 30_000)
+    result = simulate(rattling(Backwards(1.01 * K)), 0.05, timeout=20)
+    assert result.status is Status.NEWTON_DIVERGED and "rejected again and again" in result.message
 
 
 def test_friction_of_the_wrong_sign_makes_energy():
