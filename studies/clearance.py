@@ -58,13 +58,10 @@ def label(rocker: str) -> str:
 
 
 @dataclass(frozen=True)
-class CrankRockerParameters(StudyParameters):
-    """Parameters of every study of the crank-rocker with play."""
+class PlayParameters(StudyParameters):
+    """The crank-rocker's bars, joints with play, contact and drive, on the engine and in the compiled reference."""
 
-    rocker: tuple[str, ...] = choices(("rigid", "beam"), tuple(ROCKERS), "rockers to run, at most one flexible", "bars")
     in_plane_depth: float = quantity(20e-3, "m", 5e-3, 20e-3, "side of the 20 mm x 5 mm bars in the plane", "bars")
-    rocker_damping: float = quantity(0.01, "1", 0, 1, "damping ratio: first pinned mode (beam), all (modal)", "bars")
-    clearance_joints: int = integer(4, 0, 4, "joints with play: B, C, A, O in this order", "joints")
     clearance: float = quantity(2.5e-4, "m", 1e-7, 2e-3, "radial clearance", "joints")
     pin: float = quantity(5e-3, "m", 1e-3, 1e-2, "radius of the pins", "joints")
     stiffness: float = quantity(STIFFNESS, "N/m^1.5", 1e6, 1e14, "contact stiffness K", "contact")
@@ -76,6 +73,25 @@ class CrankRockerParameters(StudyParameters):
     stiction_speed: float = quantity(0.1, "m/s", 1e-5, 10, "sliding speed at which friction is static", "contact")
     friction_speed: float = quantity(1.0, "m/s", 2e-5, 100, "sliding speed from which friction is dynamic", "contact")
     speed: float = quantity(10 * pi, "rad/s", 0.1, 500, "speed of the crank", "drive")
+
+    @property
+    def law(self) -> Impact:
+        """Contact law."""
+        return Impact(self.stiffness, self.damping * DAMPING_UNITS[self.damping_unit], self.damping_depth)
+
+    @property
+    def friction(self) -> AdamsFriction:
+        """Friction law."""
+        return AdamsFriction(self.static_friction, self.dynamic_friction, self.stiction_speed, self.friction_speed)
+
+
+@dataclass(frozen=True)
+class CrankRockerParameters(PlayParameters):
+    """Parameters of every study of the crank-rocker with play on the engine."""
+
+    rocker: tuple[str, ...] = choices(("rigid", "beam"), tuple(ROCKERS), "rockers to run, at most one flexible", "bars")
+    rocker_damping: float = quantity(0.01, "1", 0, 1, "damping ratio: first pinned mode (beam), all (modal)", "bars")
+    clearance_joints: int = integer(4, 0, 4, "joints with play: B, C, A, O in this order", "joints")
     start_angle: float = quantity(0.5, "rad", -7, 7, "crank angle at the start", "drive")
     duration: float = quantity(0.2, "s", 1e-4, 1e3, "length of a run", "numerics")
     settle: float = quantity(0.02, "s", 0, 1e3, "time left out of the metrics: journals start centred", "numerics")
@@ -98,16 +114,6 @@ class CrankRockerParameters(StudyParameters):
     def section(self) -> Section:
         """Of all bars, without damping."""
         return Section(width=AREA / self.in_plane_depth, thickness=self.in_plane_depth, material=STEEL)
-
-    @property
-    def law(self) -> Impact:
-        """Contact law."""
-        return Impact(self.stiffness, self.damping * DAMPING_UNITS[self.damping_unit], self.damping_depth)
-
-    @property
-    def friction(self) -> AdamsFriction:
-        """Friction law."""
-        return AdamsFriction(self.static_friction, self.dynamic_friction, self.stiction_speed, self.friction_speed)
 
     @property
     def with_play(self) -> str:
