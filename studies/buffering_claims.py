@@ -4,7 +4,7 @@ Four joints with play at 300 r/min, rigid rocker against one with its lowest ben
 bending planes of the 20 mm x 5 mm bars and both readings of c_max. `studies/buffering_measures.py` has the numbers each
 claim is judged by and the rule. The runs are those of the compiled reference (`mbs.reference`).
 
-The default takes a minute and a half on two cores; the table of docs/validation.md is that of `--members 12 --cycles 9`,
+The default takes a minute and a half on two cores; the table of docs/buffering-claims.md is that of `--members 12 --cycles 9`,
 108 turns of each rocker in each case, some three minutes. Forces are judged by their size; the ratio of their x-components,
 which the paper draws, is the same within 3 %. The mid-point's accelerations rise with every mode that is added (`modes`).
 """

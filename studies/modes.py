@@ -5,7 +5,7 @@ is: of the free body's modes, the first six of which are rigid; of its flexible 
 of its bending modes. The compiled reference runs the crank-rocker with each set, and one short run on the engine, with the
 same modes, is held against the reference before chaos parts them.
 
-The default takes about two minutes; the tables of docs/validation.md are those of `--members 12 --cycles 8`.
+The default takes about two minutes; the table of docs/buffering-claims.md is that of `--members 12 --cycles 8`.
 """
 
 from __future__ import annotations
