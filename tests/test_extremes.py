@@ -11,7 +11,7 @@ from mbs.checks import BALANCE
 from mbs.laws import CarvalhoMartins
 
 LENGTH, MASS = 0.310, 0.3
-NAMED = {"ENERGY", "PENETRATION", "UNBUCKLED", "CROSSED", "MESH"}
+NAMED = {"ENERGY", "PENETRATION", "UNBUCKLED", "CROSSED", "MESH", "STEPS"}
 
 
 @dataclass(frozen=True)
