@@ -30,10 +30,13 @@ ROUNDS = 4
 """Refinements before giving up."""
 GAIN, IDLE = 1.5, 2
 """A refinement helps if it divides the error by this; so many in turn that do not are the end."""
-LEFT, LEFT_STRIKING = 0.2, 0.5
-"""Error left by extrapolation, of the last change it made: 1/15 at fourth order, 1/7 at third; and where something strikes."""
+LEFT, LEFT_KINKED, LEFT_STRIKING = 0.2, 0.35, 0.5
+"""Error left by extrapolation, of the last change it made: 1/15 at fourth order, 1/7 at third, 1/3 at second; where the drive's
+acceleration jumps, and where something strikes."""
 LEFT_OF_MESH = 1 / 30
 """Error left by extrapolation to infinitely many elements, of the change by half the mesh."""
+STRUCK = 1.5
+"""Error of an impulse, which is not extrapolated, of its last change by the steps or half of the one before: erratic."""
 OF_IMPULSE = 1 / 7
 """Error of an impulse, which is not extrapolated, of the change by half the mesh: of third order."""
 AGAIN = (Status.NEWTON_DIVERGED, Status.NOT_FINITE, Status.TOO_MANY_STEPS, Status.ENGINE_ERROR)
@@ -43,8 +46,8 @@ SECOND_ORDER = 2.5
 IGNORED = 0.1
 """Differences below this share of the accuracy asked for need not converge: they may be round-off."""
 PLAY_SHARE, PLAY_FACTOR, PLAY_SHRINKS = 0.5, 8.0, 4.0
-"""Error of the finest of three runs with play, of the difference to the one before, or that one's over what it should shrink by:
-two runs may agree by chance; and the ratio of their tolerances."""
+"""Error of the finest of three runs with play at least, of the difference to the one before, or that one's over what it should
+shrink by; and the ratio of their tolerances."""
 
 
 @dataclass(frozen=True)
@@ -196,11 +199,11 @@ def _in_time(fine: Result, coarse: Result, coarsest: Result, plan: Plan) -> tupl
     """Extrapolate from three runs, each of half the steps of the one before, if they converge as they should; the error left."""
     first, second = differences(coarse, coarsest), differences(fine, coarse)
     slow = {name for name, d in second.items() if d > IGNORED * plan.asked and first[name] < SECOND_ORDER * d}
-    impulses = {name: d / (1 if name in slow else 2) for name, d in second.items() if name.endswith(".impulse")}  # as they are
+    impulses = {name: STRUCK * max(d, first[name] / 2) for name, d in second.items() if name.endswith(".impulse")}  # as they are
     if slow - set(impulses):
-        return fine, max(second.values())
+        return fine, max((second | impulses).values())
     better, before = _corrected(fine, fine, coarse, 3.0), _corrected(coarse, coarse, coarsest, 3.0)
-    left = LEFT if plan.smooth else LEFT_STRIKING
+    left = LEFT_STRIKING if not plan.smooth else LEFT_KINKED if plan.kinked else LEFT
     errors = {name: left * d for name, d in differences(better, before).items()} | impulses
     return better, max(errors.values(), default=0.0)
 
@@ -239,7 +242,7 @@ class _Tolerance(_Delivering):
         for _ in range(ROUNDS):
             fine = self.start(finer)
             apart = _apart(fine, coarse)
-            error = PLAY_SHARE * max(apart, min(before / PLAY_SHRINKS, 1.0))
+            error = _left_with_play(apart, before, asked)
             if error <= asked or (fine.failure is not None and fine.failure[0] not in AGAIN):
                 break
             coarse, before, finer = fine, apart, finer * PLAY_FACTOR
@@ -259,6 +262,17 @@ class _Tolerance(_Delivering):
     def start(self, finer: float, mesh: float = 1.0) -> Run:
         """Run over the time that is compared."""
         return self.run(self.plan.thinned(mesh), self.span, self.plan.with_play(finer))
+
+
+def _left_with_play(apart: float, before: float, asked: float) -> float:
+    """Error of the finest of three runs, from its difference to the next and that one's to the coarsest.
+
+    It is the rest of a geometric series, but at least a share of what either tells, as two runs may agree by chance.
+    """
+    share = PLAY_SHARE * max(apart, min(before / PLAY_SHRINKS, 1.0))
+    if before < IGNORED * asked and apart < IGNORED * asked:
+        return share
+    return max(share, apart * apart / (before - apart)) if apart < before else inf
 
 
 def _apart(fine: Run, coarse: Run) -> float:

@@ -119,10 +119,16 @@ class Plan:
         oscillation = self.phase * max(phase * self.finer, 1 / LONGEST)
         return self._aligned(ceil(max(FEWEST, oscillation, turn * turns * max(1.0, self.finer), axial)))
 
+    @property
+    def kinked(self) -> bool:
+        """Whether the drive's acceleration may jump: every other motion than one at constant speed."""
+        drive = self.mechanism.drive
+        return drive is not None and len({drive.motion.speed(k * self.duration / 10) for k in range(11)}) > 1
+
     def _aligned(self, least: int) -> int:
         """As many steps, or up to half as many more, so that a ramp ends at the end of one: its kink spoils a power series."""
         motion = self.mechanism.drive.motion if self.mechanism.drive else None
-        if not isinstance(motion, Ramp) or motion.duration >= self.duration or motion.start == motion.end:
+        if not isinstance(motion, Ramp) or motion.duration >= self.duration or not self.kinked:
             return least
         share = motion.duration / self.duration
         return min(range(least, least + least // 2 + 1), key=lambda n: (round(abs(share * n - round(share * n)), 9), n))

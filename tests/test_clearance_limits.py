@@ -178,7 +178,7 @@ def test_crank_that_cannot_turn_stops_by_name():
     speed, start = 10 * pi, 1.0
     ideal = simulate(crank_rocker(Rigid(BAR), speed=speed, lengths=c, angle=start), 0.2, timeout=60)
     assert ideal.status is Status.NEWTON_DIVERGED and "no convergence after t =" in ideal.message
-    assert start + speed * ideal.time[-1] == pytest.approx(dead, abs=1e-3)
+    assert dead - 2 * pi / 400 < start + speed * ideal.time[-1] < dead + 1e-3  # equal steps: it ends within one
     with pytest.raises(KinematicsError, match="do not close"):
         closure = Closure(crank_rocker(Rigid(BAR), speed=speed, lengths=c, angle=start))
         state = None
