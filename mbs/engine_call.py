@@ -15,19 +15,14 @@ from typing import Any
 import numpy as np
 from numba import carray, cfunc, types
 
+from mbs.clearance import PATIENCE, STUCK, NoStepError
+
 Array = np.ndarray[Any, Any]
 METH_VARARGS = 1
 TIME, Q, Q_T = 1, 3, 4
 """Places among the engine's arguments: system, time, item, coordinates, their rates."""
 NOWHERE = 1_000
 """A place where no tuple here has anything."""
-PATIENCE = 3_000_000
-"""Calls, some 10 s of them, without a later time than any before. The engine's explicit integrator can reject one step for
-ever, and asks nobody in between but the forces."""
-
-
-class NoStepError(RuntimeError):
-    """No step is short enough."""
 
 
 def _c(name: str, result: Any, *arguments: Any) -> Any:
@@ -96,7 +91,7 @@ def engine_call(forces: Any, normal: Any, friction: Any, bend: Any) -> Callable[
     def user_function(memory: Array, places: Array, numbers: Array, size: int) -> Callable[..., Any]:
         arrays = memory, places, numbers, np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(2)
         # all that the machine code needs must live as long as the function: its own tuple holds it
-        error = NoStepError, "the step is rejected again and again: no step is short enough for this law"
+        error = NoStepError, STUCK
         own = (len(memory), size, *(array.ctypes.data for array in arrays), *error, arrays, method, call)
         return _function(ctypes.byref(method), own, None)
 

@@ -17,6 +17,7 @@ from mbs import (
     Solver,
     Status,
     Strut,
+    clearance,
     crank_rocker,
     engine_call,
     simulate,
@@ -110,10 +111,21 @@ def test_contact_damping_of_the_wrong_sign_makes_energy():
     suspect(simulate(rattling(Backwards(K), with_play="B"), 0.005, timeout=20), "ENERGY")
 
 
-def test_law_for_which_no_step_is_short_enough_ends_by_name(monkeypatch):
+@dataclass(frozen=True)
+class Interpreted(Backwards):
+    """The same, beyond what can be compiled."""
+
+    def force(self, depth, rate, onset):
+        return super().force(depth, rate, [onset][0])
+
+
+@pytest.mark.parametrize("law", [Backwards(1.01 * K), Interpreted(1.01 * K)], ids=["compiled", "plain"])
+def test_law_for_which_no_step_is_short_enough_ends_by_name(law, monkeypatch):
     """The engine would reject the same step for ever, past any time limit."""
-    monkeypatch.setattr(engine_call, "PATIENCE", 30_000)
-    result = simulate(rattling(Backwards(1.01 * K)), 0.05, timeout=20)
+    for module in (clearance, engine_call):
+        monkeypatch.setattr(module, "PATIENCE", 30_000)
+    assert clearance.kernel(law, FRICTION).compiled == (type(law) is Backwards)
+    result = simulate(rattling(law), 0.05, timeout=20)
     assert result.status is Status.NEWTON_DIVERGED and "rejected again and again" in result.message
 
 
