@@ -19,7 +19,6 @@ from mbs.accuracy_plan import Plan
 from mbs.mechanism import Mechanism
 from mbs.result import SMOOTH, Result, Status, cubic
 from mbs.settings import Solver
-from mbs.signals import collect
 
 if TYPE_CHECKING:
     from mbs.solve import Run
@@ -65,8 +64,6 @@ class Delivery:
     signals : dict of str to array
         Signals of the run that extrapolation improved.
     runs : int
-    engine_s : float
-        Wall time the engine took in all runs, s.
     """
 
     run: Run
@@ -75,7 +72,6 @@ class Delivery:
     kind: str
     signals: dict[str, Array] = field(default_factory=dict)
     runs: int = 0
-    engine_s: float = 0.0
 
     def complete(self, result: Result, wall: float) -> Result:
         """Put error, extrapolated signals and the whole work into the run's result."""
@@ -107,20 +103,19 @@ class _Delivering:
     """Counts the runs; turns them into results that can be compared."""
 
     def __init__(self, plan: Plan, run: Runner) -> None:
-        self.plan, self._run, self.runs, self.engine_s = plan, run, 0, 0.0
+        self.plan, self._run, self.runs = plan, run, 0
 
     def run(self, mechanism: Mechanism, duration: float, solver: Solver) -> Run:
-        done = self._run(mechanism, duration, solver)
-        self.runs, self.engine_s = self.runs + 1, self.engine_s + done.work["wall_s"]
-        return done
+        self.runs += 1
+        return self._run(mechanism, duration, solver)
 
     def delivery(self, run: Run, error: float, kind: str, signals: dict[str, Array] | None = None) -> Delivery:
-        return Delivery(run, self.plan.asked, error, kind, signals or {}, self.runs, self.engine_s)
+        return Delivery(run, self.plan.asked, error, kind, signals or {}, self.runs)
 
 
 def _result(run: Run) -> Result:
     """Signals of a run, to be compared."""
-    signals, units = collect(run.history)
+    signals, units = run.signals
     return Result(Status.OK, "", run.history.time, signals, units, run.work)
 
 
@@ -167,7 +162,7 @@ class _Extrapolation(_Delivering):
         if best is None:
             assert failed is not None
             return self.delivery(failed, nan, "")
-        return replace(best, runs=self.runs, engine_s=self.engine_s)
+        return replace(best, runs=self.runs)
 
     def estimate(self, steps: int, mesh: int) -> tuple[Delivery, float, float]:
         """The solution extrapolated from all runs of N to 4 N steps, and its errors by steps and by elements."""

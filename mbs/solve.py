@@ -5,6 +5,7 @@ from __future__ import annotations
 import platform
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from math import ceil, pi
 from time import perf_counter
 from typing import Any
@@ -24,9 +25,10 @@ from mbs.result import Result, Status
 from mbs.scene import SPARSE_FROM, Scene, build
 from mbs.settings import Solver
 from mbs.signals import History, collect, shapes_at
-from mbs.stepping import StepControl, position_error
+from mbs.stepping import StepControl, longest_step, position_error
 from mbs.validate import number, positive
 
+Array = np.ndarray[Any, Any]
 EXPLICIT_SHARE = 10.0
 """Absolute tolerance of the explicit integrator, fifth order, in units of the position error allowed the implicit one."""
 UNLIMITED = 1e100
@@ -34,8 +36,8 @@ UNLIMITED = 1e100
 NEVER_REACHED = 1e-15
 """Smallest step of the explicit integrator, s. One that is reached twice it rejects for ever, and no callback ends the run."""
 
-LONGEST, TURN = 200, 400
-"""Steps of a run at least; and equal steps of a turn of the drive where constraints alone decide the motion: steps that change
+TURN = 400
+"""Equal steps of a turn of the drive where constraints alone decide the motion: steps that change
 their size make the accelerations ring there, and gain nothing."""
 
 
@@ -57,6 +59,11 @@ class Run:
     history: History
     failure: tuple[Status, str] | None
     work: dict[str, float]
+
+    @cached_property
+    def signals(self) -> tuple[dict[str, Array], dict[str, str]]:
+        """Signals and their units."""
+        return collect(self.history)
 
 
 def simulate(
@@ -127,7 +134,7 @@ def _once(mechanism: Mechanism, duration: float, solver: Solver, timeout: float 
     """Build the scene and let the engine run."""
     scene = build(mechanism)
     if solver.tolerance is None and solver.uniform_steps is None and determined(mechanism):
-        share = duration / (solver.max_step or duration / LONGEST)
+        share = duration / longest_step(solver, duration)
         turns = turning_speed(mechanism, duration) * duration / (2 * pi)
         solver = replace(solver, uniform_steps=ceil(max(share, TURN * turns)))
     start = perf_counter()
@@ -147,7 +154,7 @@ def _once(mechanism: Mechanism, duration: float, solver: Solver, timeout: float 
 def _result(run: Run, delivery: Delivery | None, ledger: bool, times: Any, wall: float = 0.0) -> Result:
     """Signals, energies and checks of a run; with what the accuracy asked for made of it, and the time that took."""
     history = run.history
-    signals, units = collect(history)
+    signals, units = run.signals
     status, message = run.failure or (Status.OK, "")
     result = Result(
         status,
@@ -242,8 +249,7 @@ def _common(duration: float, solver: Solver) -> Any:
     settings.solution.file.write = False
     settings.timeIntegration.endTime = duration
     settings.timeIntegration.verboseMode = 0
-    longest = solver.max_step or duration / LONGEST
-    settings.timeIntegration.numberOfSteps = solver.uniform_steps or max(1, ceil(duration / longest))
+    settings.timeIntegration.numberOfSteps = solver.uniform_steps or max(1, ceil(duration / longest_step(solver, duration)))
     return settings
 
 

@@ -41,7 +41,7 @@ class StepControl(Recorder):
         self.engine = engine
         self.weights = _position_weights(scene)
         self.limit = position_error(scene, solver)
-        self.max_step = solver.max_step or duration / 200
+        self.max_step = longest_step(solver, duration)
         stops = [_StopWatch(state, scene.mechanism.guide(state.contact.stop.point).mass, solver) for state in self.stops]
         struts = [_StrutWatch(scene, name, spring, solver, self.limit) for name, spring in scene.struts.items()]
         self.watched: list[_StopWatch | _StrutWatch] = [*stops, *struts]
@@ -163,6 +163,11 @@ def _landing(gap: float, speed: float, shortest: float, wanted: float) -> float:
 def _factor(error: float) -> float:
     """Change of the step that brings a third-order local error, in units of its limit, to 1 with a margin: 0.2 to 2."""
     return min(2.0, max(0.2, 0.8 * max(error, 1e-300) ** (-1 / 3)))
+
+
+def longest_step(solver: Solver, duration: float) -> float:
+    """Longest step of a run, s: the one asked for, or a 200th of it."""
+    return solver.max_step or duration / 200
 
 
 def usual_tolerance(scene: Scene) -> float:

@@ -223,22 +223,9 @@ def modal_play(draw: Draw, asked: float) -> Case:
     mechanism, p = _play(draw, "modal")
     body = mechanism.link("rocker").body
     assert isinstance(body, Modal)
-    return Case(mechanism, PREDICTABLE, _compiled(p, mechanism, _modes(body, mechanism.length("rocker"))))
+    from studies.fourbar import modes_of_solid
 
-
-def _modes(body: Modal, length: float) -> Any:
-    """A modal link's planar modes as the reference takes them, whose bar runs the other way: half a turn of the frame."""
-    from mbs.modal.reduction import reduced
-    from mbs.reference import ModalData
-
-    model = reduced(body, length).planar()
-    return ModalData(
-        length, model.mass, model.inertia,
-        shapes=model.shapes[[1, 0, 2]] * np.array([-1.0, -1.0, 1.0])[:, None],
-        frequency=model.frequency, damping=model.damping, modal_mass=np.ones(len(model)),
-        translation=-model.translation, turning=model.turning, radial=model.radial,
-        gyration=(model.gyration - model.gyration.T) / 2,
-    )  # fmt: skip
+    return Case(mechanism, PREDICTABLE, _compiled(p, mechanism, modes_of_solid(body, mechanism.length("rocker"))))
 
 
 def beam_play(draw: Draw, asked: float) -> Case:

@@ -57,6 +57,26 @@ def label(rocker: str) -> str:
     return "rigid" if rocker == "rigid" else "flexible"
 
 
+class InPython:
+    """A contact law that the compiler cannot see into: the engine calls Python for every force."""
+
+    def __init__(self, law: Any) -> None:
+        self.law = law
+        self.stiffness, self.exponent = getattr(law, "stiffness", 0.0), getattr(law, "exponent", 1.0)
+
+    def force(self, depth: Any, rate: Any, onset: Any) -> Any:
+        """Force of the law, N."""
+        return self.law.force(depth, rate, onset)
+
+    def elastic(self, depth: Any) -> Any:
+        """Elastic part of the law, N."""
+        return self.law.elastic(depth)
+
+    def potential(self, depth: Any) -> Any:
+        """Its potential, J."""
+        return self.law.potential(depth)
+
+
 @dataclass(frozen=True)
 class PlayParameters(StudyParameters):
     """The crank-rocker's bars, joints with play, contact and drive, on the engine and in the compiled reference."""

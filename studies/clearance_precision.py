@@ -17,14 +17,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from mbs import build
+from mbs.library import STEEL_CRANK_ROCKER
 from mbs.precision import Point, time_for, verdict, work_precision
 from mbs.reference import beam_modes
 from mbs.stepping import usual_tolerance
-from studies.clearance import DAMPING_UNITS, CrankRockerParameters
+from studies.clearance import DAMPING_UNITS, CrankRockerParameters, InPython
 from studies.clearance_precision_cycles import QUANTITIES, Comparison, compare
 from studies.clearance_precision_runs import (
     MODES,
-    InPython,
     Outcome,
     Runs,
     beam,
@@ -37,13 +37,13 @@ from studies.clearance_precision_runs import (
     mechanism,
     modal,
     modes_of_beam,
-    modes_of_solid,
     on_engine,
     plainly,
     power,
     rigid,
 )
 from studies.cli import main
+from studies.fourbar import modes_of_solid
 from studies.parameters import StudyParameters, choice, choices, integer, quantities, quantity
 from studies.report import QUIET, Metric, Progress, StudyResult, Table
 from studies.static_precision import as_signals, draw, footnote
@@ -111,10 +111,7 @@ class Parameters(StudyParameters):
 
     def check(self) -> None:
         """Check that counts are whole."""
-        for name in ("elements", "steps"):
-            counts = getattr(self, name)
-            if any(x != int(x) for x in counts):
-                raise ValueError(f"{name} = {','.join(f'{x:g}' for x in counts)}: must be whole numbers")
+        self.check_counts("elements", "steps")
 
     @property
     def bars(self) -> CrankRockerParameters:
@@ -173,7 +170,7 @@ def _beam(p: Parameters) -> Model:
 
 def _modal(p: Parameters) -> Model:
     bars, span, body = p.bars, p.span, modal(p.bars)
-    bar = fourbar(bars, modes_of_solid(body))
+    bar = fourbar(bars, modes_of_solid(body, STEEL_CRANK_ROCKER.rocker))
     runs: Runs = {
         "reference, same modes": {power(x): partial(compiled, bar, span, x) for x in TOLERANCES},
         "Modal": _both(mechanism(bars, body), p),

@@ -15,7 +15,6 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicHermiteSpline
 
 from mbs import Beam, Clearance, Mechanism, Modal, Ramp, Rigid, Solver, build, crank_rocker, reference, simulate
-from mbs.laws import Impact
 from mbs.library import STEEL_CRANK_ROCKER
 from mbs.reference import FourBar, ModalData, beam_modes
 from mbs.signals import History
@@ -53,35 +52,6 @@ class Outcome:
     status: str = "OK"
     work: dict[str, float] = field(default_factory=dict)
     balance: float = float("nan")
-
-
-@dataclass(frozen=True)
-class InPython:
-    """A contact law that the compiler cannot see into: the engine calls Python for every force."""
-
-    law: Impact
-
-    @property
-    def stiffness(self) -> float:
-        """K, N/m^n."""
-        return self.law.stiffness
-
-    @property
-    def exponent(self) -> float:
-        """Of the depth."""
-        return self.law.exponent
-
-    def force(self, depth: Any, rate: Any, onset: Any) -> Any:
-        """Normal force, N."""
-        return self.law.force(depth, rate, onset)
-
-    def elastic(self, depth: Any) -> Any:
-        """The part of it that gives its work back, N."""
-        return self.law.elastic(depth)
-
-    def potential(self, depth: Any) -> Any:
-        """Energy held, J."""
-        return self.law.potential(depth)
 
 
 def mechanism(p: CrankRockerParameters, rocker: Any, *, law: Any = None, ramp: bool = False) -> Mechanism:
@@ -131,23 +101,6 @@ def modes_of_beam(p: CrankRockerParameters, count: int = MODES) -> ModalData:
         density=material.density, modulus=material.modulus, poisson=material.poisson,
     )  # fmt: skip
     return replace(modes, damping=material.bending_damping * modes.frequency / 2)
-
-
-def modes_of_solid(body: Modal) -> ModalData:
-    """A modal link's planar modes as the reference takes them, whose bar runs the other way, from B to C.
-
-    Half a turn of the frame changes the sign of displacements and places, not of turns.
-    """
-    from mbs.modal.reduction import reduced
-
-    model = reduced(body, LENGTH).planar()
-    return ModalData(
-        LENGTH, model.mass, model.inertia,
-        shapes=model.shapes[[1, 0, 2]] * np.array([-1.0, -1.0, 1.0])[:, None],
-        frequency=model.frequency, damping=model.damping, modal_mass=np.ones(len(model)),
-        translation=-model.translation, turning=model.turning, radial=model.radial,
-        gyration=(model.gyration - model.gyration.T) / 2,
-    )  # fmt: skip
 
 
 # --- runs -------------------------------------------------------------------------------------------------------------

@@ -16,7 +16,7 @@ from mbs import Beam, Cable, Clearance, Mechanism, Modal, Result, Rigid, Section
 from mbs.laws import AdamsFriction, Coulomb, FrictionLaw, Hertz, HuntCrossley, Impact, KelvinVoigt, NoFriction, NormalLaw
 from mbs.library import crank_rocker
 from mbs.reference import CLOSED, RATTLING, FourBar
-from studies.clearance import STEEL
+from studies.clearance import STEEL, InPython
 from studies.extremes_case import KINDS, Case, Measures, finer, simulated
 from studies.extremes_linkages import BARS, SPEED
 
@@ -32,26 +32,6 @@ KNOWN = 1e-3
 ADAMS = AdamsFriction(static=0.3, dynamic=0.1)
 STIFFNESS = RATTLING.stiffness
 LAWS: dict[str, NormalLaw] = {"rattling": RATTLING, "closed": CLOSED}
-
-
-class Plain:
-    """A law that runs in plain Python: a short run is over before its law is compiled."""
-
-    def __init__(self, law: Any) -> None:
-        self.law = law
-        self.stiffness, self.exponent = getattr(law, "stiffness", 0.0), getattr(law, "exponent", 1.0)
-
-    def force(self, depth: Any, rate: Any, onset: Any) -> Any:
-        """Force of the law, N."""
-        return self.law.force(depth, rate, onset)
-
-    def elastic(self, depth: Any) -> Any:
-        """Elastic part of the law, N."""
-        return self.law.elastic(depth)
-
-    def potential(self, depth: Any) -> Any:
-        """Its potential, J."""
-        return self.law.potential(depth)
 
 
 @dataclass(frozen=True)
@@ -73,7 +53,9 @@ class Play:
 
     def mechanism(self) -> Mechanism:
         """For the engine."""
-        law: Any = self.law if self.law in (RATTLING, CLOSED) else Plain(self.law)
+        law: Any = (
+            self.law if self.law in (RATTLING, CLOSED) else InPython(self.law)
+        )  # a short run is over before its law is compiled
 
         def clearance(point: str, first: str, second: str) -> Clearance:
             return Clearance(point, first, second, 5e-3, self.gap, law, self.friction)

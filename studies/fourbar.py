@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from mbs.reference import FourBar
+from mbs import Modal
+from mbs.reference import FourBar, ModalData
 from studies.clearance import AREA, PlayParameters
 from studies.parameters import integer, quantity
 
@@ -32,6 +33,23 @@ class FourBarParameters(PlayParameters):
             "law": self.law, "friction": self.friction, "speed": self.speed,
         }  # fmt: skip
         return FourBar(**given | changes)
+
+
+def modes_of_solid(body: Modal, length: float) -> ModalData:
+    """A modal link's planar modes as the reference takes them, whose bar runs the other way, from B to C.
+
+    Half a turn of the frame changes the sign of displacements and places, not of turns.
+    """
+    from mbs.modal.reduction import reduced
+
+    model = reduced(body, length).planar()
+    return ModalData(
+        length, model.mass, model.inertia,
+        shapes=model.shapes[[1, 0, 2]] * np.array([-1.0, -1.0, 1.0])[:, None],
+        frequency=model.frequency, damping=model.damping, modal_mass=np.ones(len(model)),
+        translation=-model.translation, turning=model.turning, radial=model.radial,
+        gyration=(model.gyration - model.gyration.T) / 2,
+    )  # fmt: skip
 
 
 def journals(fourbar: FourBar, q: Array) -> Array:

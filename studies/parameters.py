@@ -263,6 +263,13 @@ class StudyParameters:
     def check(self) -> None:
         """Check parameters against each other; a study overrides it and raises a ValueError with one line."""
 
+    def check_counts(self, *names: str) -> None:
+        """Check that all of some quantities without unit are whole numbers."""
+        for name in names:
+            counts = getattr(self, name)
+            if any(x != int(x) for x in counts):
+                raise ValueError(f"{name} = {','.join(f'{x:g}' for x in counts)}: must be whole numbers")
+
 
 def specs(kind: type[StudyParameters]) -> dict[str, Spec]:
     """Names of a `Parameters` class with what each may be."""

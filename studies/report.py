@@ -225,18 +225,19 @@ def _remove_earlier(folder: Path) -> None:
 
 def to_json(content: Any) -> str:
     """Write strict JSON: numpy values as plain ones, NaN and infinity as null."""
-    return json.dumps(_plain(content), indent=2, allow_nan=False, ensure_ascii=False) + "\n"
+    return json.dumps(plain(content, lambda _: None), indent=2, allow_nan=False, ensure_ascii=False) + "\n"
 
 
-def _plain(content: Any) -> Any:
+def plain(content: Any, beyond: Callable[[float], Any]) -> Any:
+    """Content as JSON can hold it: numpy values as plain ones, `beyond` of each float that is not finite."""
     if hasattr(content, "tolist"):
         content = content.tolist()
     if isinstance(content, Mapping):
-        return {str(key): _plain(value) for key, value in content.items()}
+        return {str(key): plain(value, beyond) for key, value in content.items()}
     if isinstance(content, list | tuple | set):
-        return [_plain(value) for value in content]
+        return [plain(value, beyond) for value in content]
     if isinstance(content, float) and not math.isfinite(content):
-        return None
+        return beyond(content)
     return content if isinstance(content, str | int | float | None) else str(content)
 
 

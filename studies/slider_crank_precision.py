@@ -76,9 +76,7 @@ class Parameters(StudyParameters):
         ):
             if value not in among:
                 raise ValueError(f"{name} = {value:g}: must be one of {', '.join(f'{x:g}' for x in among)}")
-        for name, counts in (("steps", self.steps), ("resolutions", self.resolutions)):
-            if any(x != int(x) for x in counts):
-                raise ValueError(f"{name} = {','.join(f'{x:g}' for x in counts)}: must be whole numbers")
+        self.check_counts("steps", "resolutions")
 
 
 # --- the runs ---------------------------------------------------------------------------------------------------------

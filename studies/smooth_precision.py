@@ -52,10 +52,7 @@ class Parameters(StudyParameters):
 
     def check(self) -> None:
         """Check that counts are whole."""
-        for name in ("elements", "steps"):
-            counts = getattr(self, name)
-            if any(x != int(x) for x in counts):
-                raise ValueError(f"{name} = {','.join(f'{x:g}' for x in counts)}: must be whole numbers")
+        self.check_counts("elements", "steps")
 
     @property
     def section(self) -> Section:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from studies.parameters import StudyParameters
-from studies.report import Metric
+from studies.report import Metric, plain
 
 COLUMNS = "number, parameters, status, message, metrics, work, wall_s, provenance"
 
@@ -89,19 +89,7 @@ def read_rows(connection: sqlite3.Connection, signals: bool = False) -> Iterator
 
 def to_json(content: Any) -> str:
     """Strict JSON, which SQLite's own functions read, that keeps every float: NaN and infinities are words."""
-    return json.dumps(_plain(content), ensure_ascii=False, separators=(",", ":"), allow_nan=False)
-
-
-def _plain(content: Any) -> Any:
-    if hasattr(content, "tolist"):
-        content = content.tolist()
-    if isinstance(content, Mapping):
-        return {str(key): _plain(value) for key, value in content.items()}
-    if isinstance(content, list | tuple | set):
-        return [_plain(value) for value in content]
-    if isinstance(content, float) and not math.isfinite(content):
-        return str(content)
-    return content if isinstance(content, str | int | float | None) else str(content)
+    return json.dumps(plain(content, str), ensure_ascii=False, separators=(",", ":"), allow_nan=False)
 
 
 def _metric(stored: Mapping[str, Any]) -> Metric:

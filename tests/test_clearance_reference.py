@@ -13,9 +13,9 @@ pytest.importorskip("numba")
 
 from mbs import Beam, Modal, Solver, reference, simulate
 from mbs.laws import AdamsFriction
-from mbs.modal.reduction import reduced
-from mbs.reference import CLOSED, FourBar, ModalData
+from mbs.reference import CLOSED, FourBar
 from mbs.reference.ensembles import by_cycle as reference_cycles
+from studies.fourbar import modes_of_solid
 
 BAR = FourBar()
 """Joints that rattle, 253 N s/m: 0.25 mm, 300 r/min."""
@@ -74,26 +74,11 @@ def test_closed_rigid_bars_move_as_the_reference_says():
     np.testing.assert_allclose(forces(results[-1]).max(axis=0), run.peak_force.max(axis=0), rtol=5e-3)
 
 
-def same_modes(body, length):
-    """A modal link's planar modes as the reference takes them, whose bar runs the other way, from B to C.
-
-    Half a turn of the frame changes the sign of displacements and places, not of turns.
-    """
-    model = reduced(body, length).planar()
-    return ModalData(
-        length, model.mass, model.inertia,
-        shapes=model.shapes[[1, 0, 2]] * np.array([-1.0, -1.0, 1.0])[:, None],
-        frequency=model.frequency, damping=model.damping, modal_mass=np.ones(len(model)),
-        translation=-model.translation, turning=model.turning, radial=model.radial,
-        gyration=(model.gyration - model.gyration.T) / 2,
-    )  # fmt: skip
-
-
 @pytest.mark.parametrize("law", [BAR.law, CLOSED], ids=["rattling", "closed"])
 def test_modal_rocker_moves_as_the_reference_with_the_same_modes(law):
     """Implicit: second order in the steps. A rigid rocker is a hundred times farther off, other damping shows."""
     rocker = Modal(section(BAR), damping=0.01)
-    bar = replace(BAR, law=law, modes=same_modes(rocker, BAR.rocker))
+    bar = replace(BAR, law=law, modes=modes_of_solid(rocker, BAR.rocker))
     run = run_reference(bar, SHORT, 1e-11)
     results = [run_engine(bar, SHORT, tolerance, rocker) for tolerance in (1e-5, 1e-6)]
     errors = [distance(result, run).max() for result in results]
