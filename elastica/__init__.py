@@ -9,6 +9,6 @@ All quantities but those of `moving` are normalised by the strip's length L and 
 p = P L^2/(E I). Needs numpy and scipy only.
 """
 
-from elastica import law, moving, pinned, rod
+from buckler.elastica import law, moving, pinned, rod
 
 __all__ = ["law", "moving", "pinned", "rod"]

@@ -1,6 +1,6 @@
 """Load of the buckled strip as a cheap function of its end shortening: the published fit and a better one.
 
-u is end shortening over length and the load is p = P L^2/(E I), as in `elastica.pinned`. Both laws hold on
+u is end shortening over length and the load is p = P L^2/(E I), as in `buckler.elastica.pinned`. Both laws hold on
 0 <= u <= 1. `quartic` is kept to reproduce published results; `fast` is for force sweeps and contact
 callbacks. It is the rational function
 
@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from elastica import pinned
+from buckler.elastica import pinned
 
 Array = NDArray[np.float64]
 

@@ -1,4 +1,4 @@
-"""The strip as a boundary value problem: a second opinion on `elastica.pinned`, extensible and imperfect.
+"""The strip as a boundary value problem: a second opinion on `buckler.elastica.pinned`, extensible and imperfect.
 
 A planar rod of Reissner's theory between two pins: bending stiffness E I, axial stiffness E A, shear
 stiffness G A, and a stress-free shape that may be a half-sine. Everything is normalised by E I and by the

@@ -2,8 +2,10 @@
 
 from typing import TYPE_CHECKING, Any
 
-from mbs.library import crank_rocker, slider_crank
-from mbs.mechanism import (
+from buckler.mbs.elements.section import STEEL, Material, Section
+from buckler.mbs.engine.settings import Solver
+from buckler.mbs.library import crank_rocker, slider_crank
+from buckler.mbs.mechanism import (
     Beam,
     Cable,
     Clearance,
@@ -20,13 +22,11 @@ from mbs.mechanism import (
     Stop,
     Strut,
 )
-from mbs.result import Result, Status
-from mbs.sections import STEEL, Material, Section
-from mbs.settings import Solver
+from buckler.mbs.record.result import Result, Status
 
 if TYPE_CHECKING:
-    from mbs.scene import build
-    from mbs.solve import simulate
+    from buckler.mbs.engine.scene import build
+    from buckler.mbs.engine.solve import simulate
 
 __all__ = [
     "STEEL", "Beam", "Cable", "Clearance", "Drive", "Guide", "GuideFriction", "Link", "Material", "Mechanism", "Modal", "Motion",
@@ -34,7 +34,7 @@ __all__ = [
     "slider_crank",
 ]  # fmt: skip
 
-_ENGINE = {"simulate": "mbs.solve", "build": "mbs.scene"}
+_ENGINE = {"simulate": "buckler.mbs.engine.solve", "build": "buckler.mbs.engine.scene"}
 
 
 def __getattr__(name: str) -> Any:

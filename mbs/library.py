@@ -7,9 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mbs.kinematics import KinematicsError, SliderCrank
-from mbs.laws import NormalLaw
-from mbs.mechanism import (
+from buckler.mbs.elements.section import Material, Section
+from buckler.mbs.kinematics.closure import KinematicsError, SliderCrank
+from buckler.mbs.laws import NormalLaw
+from buckler.mbs.mechanism import (
     Body,
     Clearance,
     Drive,
@@ -23,7 +24,6 @@ from mbs.mechanism import (
     Rigid,
     Stop,
 )
-from mbs.sections import Material, Section
 
 PAPER = SliderCrank(crank=0.140, coupler=0.310)
 """Lengths of the compliant slider-crank, m (Demirel et al. 2008, Table 1, doi 10.1115/IMECE2008-68796)."""

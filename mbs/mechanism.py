@@ -11,10 +11,10 @@ from dataclasses import dataclass, field
 from math import hypot, inf
 from typing import Any
 
-from mbs.connections import Clearance, Guide, GuideFriction, Pair, Revolute, Stop
-from mbs.links import Beam, Body, Cable, Link, Modal, Rigid, Strut
-from mbs.motions import Drive, Motion, Ramp
-from mbs.validate import number, positive
+from buckler.mbs.elements.connections import Clearance, Guide, GuideFriction, Pair, Revolute, Stop
+from buckler.mbs.elements.drive import Drive, Motion, Ramp
+from buckler.mbs.elements.links import Beam, Body, Cable, Link, Modal, Rigid, Strut
+from buckler.mbs.validate import number, positive
 
 __all__ = [
     "GROUND", "Beam", "Body", "Cable", "Clearance", "Drive", "Guide", "GuideFriction", "Link", "Mechanism", "Modal", "Motion",

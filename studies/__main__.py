@@ -1,6 +1,6 @@
-"""`python -m studies`: list the studies and run them."""
+"""`python -m studies`, the same as `buckler`: list the studies and run them."""
 
-from studies.cli import main
+from buckler.studies.kit.cli import main
 
 if __name__ == "__main__":
     raise SystemExit(main())

@@ -6,9 +6,9 @@ from math import nan
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
-from mbs import Clearance, Material, Rigid, Section, crank_rocker
-from mbs.library import CrankRocker
-from mbs.reference import beam_modes
+from buckler.mbs import Clearance, Material, Rigid, Section, crank_rocker
+from buckler.mbs.library import CrankRocker
+from buckler.mbs.reference import beam_modes
 
 JOINTS = {"O": "ground-crank", "A": "crank-coupler", "B": "coupler-rocker", "C": "ground-rocker"}
 CENTRES = {"crank": 0, "coupler": 2, "rocker": 5}

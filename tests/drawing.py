@@ -1,6 +1,6 @@
 """How the figures of studies are tested."""
 
-from studies.style import house_style
+from buckler.studies.kit.style import house_style
 
 
 def drawn(study, result):

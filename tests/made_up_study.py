@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from studies.parameters import StudyParameters, choice, choices, integer, quantities, quantity
-from studies.report import QUIET, Metric, StudyResult
-from studies.style import subplots
+from buckler.studies.kit.parameters import StudyParameters, choice, choices, integer, quantities, quantity
+from buckler.studies.kit.report import QUIET, Metric, StudyResult
+from buckler.studies.kit.style import subplots
 
 
 @dataclass(frozen=True)

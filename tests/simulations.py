@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from mbs import Drive, Guide, Link, Mechanism, Motion, Revolute, Rigid, Section, Status, Stop
+from buckler.mbs import Drive, Guide, Link, Mechanism, Motion, Revolute, Rigid, Section, Status, Stop
 
 G = 9.81
 BAR = Rigid(Section(width=0.020, thickness=0.010))

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from studies import registry
-from studies.cli import main
-from studies.parameters import StudyParameters, choice, choices, integer, quantity
-from studies.report import QUIET, Metric, StudyResult
-from studies.style import subplots
+from buckler.studies.kit import registry
+from buckler.studies.kit.cli import main
+from buckler.studies.kit.parameters import StudyParameters, choice, choices, integer, quantity
+from buckler.studies.kit.report import QUIET, Metric, StudyResult
+from buckler.studies.kit.style import subplots
 
 ENDINGS = ("fine", "suspect", "fails", "raises", "dies", "interrupts")
 

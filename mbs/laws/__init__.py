@@ -1,8 +1,18 @@
 """Contact and friction laws: small, frozen, pure objects, one concept each, equation and source in the docstring."""
 
-from mbs.laws.friction import AdamsFriction, Ambrosio, BristleLaw, Coulomb, FrictionLaw, LuGre, NoFriction, Stribeck, Threlfall
-from mbs.laws.hertz import effective_modulus, hertz_external, hertz_internal
-from mbs.laws.hysteresis import (
+from buckler.mbs.laws.friction import (
+    AdamsFriction,
+    Ambrosio,
+    BristleLaw,
+    Coulomb,
+    FrictionLaw,
+    LuGre,
+    NoFriction,
+    Stribeck,
+    Threlfall,
+)
+from buckler.mbs.laws.hertz import effective_modulus, hertz_external, hertz_internal
+from buckler.mbs.laws.hysteresis import (
     CarvalhoMartins,
     ExactRestitution,
     Flores,
@@ -15,9 +25,9 @@ from mbs.laws.hysteresis import (
     LeeWang,
     ZhiyingQishao,
 )
-from mbs.laws.normal import Hertz, Impact, KelvinVoigt, NormalLaw, PowerLaw
-from mbs.laws.pieces import step
-from mbs.laws.rebound import (
+from buckler.mbs.laws.normal import Hertz, Impact, KelvinVoigt, NormalLaw, PowerLaw
+from buckler.mbs.laws.pieces import step
+from buckler.mbs.laws.rebound import (
     chi_exact,
     contact_time,
     damping_ratio,

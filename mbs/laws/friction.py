@@ -16,7 +16,7 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from mbs.laws.pieces import Reals, keep, ramp, saturate, step
+from buckler.mbs.laws.pieces import Reals, keep, ramp, saturate, step
 
 
 @runtime_checkable

@@ -1,7 +1,7 @@
 """Contact laws F = K d^n (1 + chi d'/v0): one force, ten opinions on chi(e).
 
 Here d is the penetration depth, d' its rate, v0 the approach speed at contact onset and e the restitution asked for.
-What each law then delivers is another number: ``mbs.laws.delivered`` says which, docs/theory-contact.md tabulates it.
+What each law then delivers is another number: ``buckler.mbs.laws.delivered`` says which, docs/theory-contact.md tabulates it.
 """
 
 # ruff: noqa: D102 - hysteresis(e) is explained once, in the base class; each law's docstring is its equation.
@@ -12,10 +12,10 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar
 
-from mbs.laws.normal import PowerLaw
-from mbs.laws.pieces import Reals, keep, ramp
-from mbs.laws.rebound import chi_exact, restitution
-from mbs.validate import non_negative
+from buckler.mbs.laws.normal import PowerLaw
+from buckler.mbs.laws.pieces import Reals, keep, ramp
+from buckler.mbs.laws.rebound import chi_exact, restitution
+from buckler.mbs.validate import non_negative
 
 
 def hysteresis_force(depth: Reals, rate: Reals, onset: Reals, stiffness: float, exponent: float, chi: float) -> Reals:
@@ -201,7 +201,7 @@ class CarvalhoMartins(HysteresisLaw):
 class ExactRestitution(HysteresisLaw):
     """chi from chi (1 + e) = ln[(1 + chi) / (1 - chi e)]: delivers e itself, 0 < e <= 1.
 
-    Solved once, when the law is made; see ``mbs.laws.chi_exact``.
+    Solved once, when the law is made; see ``buckler.mbs.laws.chi_exact``.
 
     References
     ----------

@@ -8,9 +8,9 @@ import math
 from dataclasses import dataclass, field
 from typing import Protocol, runtime_checkable
 
-from mbs.laws.pieces import Reals, keep, ramp, step
-from mbs.laws.rebound import damping_ratio, needed, restitution_linear
-from mbs.validate import positive
+from buckler.mbs.laws.pieces import Reals, keep, ramp, step
+from buckler.mbs.laws.rebound import damping_ratio, needed, restitution_linear
+from buckler.mbs.validate import positive
 
 
 @runtime_checkable

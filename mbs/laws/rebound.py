@@ -22,10 +22,10 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from mbs.validate import non_negative, number, positive
+from buckler.mbs.validate import non_negative, number, positive
 
 if TYPE_CHECKING:
-    from mbs.laws.normal import NormalLaw
+    from buckler.mbs.laws.normal import NormalLaw
 
 _LONGEST = 1e6  # times elastic_depth / speed; a body still inside by then is called stuck
 _ROUNDING = 4.0 * float(np.finfo(float).eps)

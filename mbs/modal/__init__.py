@@ -6,12 +6,12 @@ the plane of motion sees. The deformation is linear: a modal link vibrates but n
 
 from typing import TYPE_CHECKING, Any
 
-from mbs.modal.spec import Box, CraigBampton, EndFace, FreeModes, Interface, MeshFile, Modal, Nearest, PinHole
+from buckler.mbs.modal.spec import Box, CraigBampton, EndFace, FreeModes, Interface, MeshFile, Modal, Nearest, PinHole
 
 if TYPE_CHECKING:
-    from mbs.modal.modes import MOTIONS
-    from mbs.modal.planar import PlanarModel
-    from mbs.modal.reduction import ReducedModel, reduced
+    from buckler.mbs.modal.modes import MOTIONS
+    from buckler.mbs.modal.planar import PlanarModel
+    from buckler.mbs.modal.reduction import ReducedModel, reduced
 
 __all__ = [
     "MOTIONS", "Box", "CraigBampton", "EndFace", "FreeModes", "Interface", "MeshFile", "Modal", "Nearest", "PinHole",
@@ -26,5 +26,5 @@ def __getattr__(name: str) -> Any:
     if name in _HEAVY:
         from importlib import import_module
 
-        return getattr(import_module(f"mbs.modal.{_HEAVY[name]}"), name)
-    raise AttributeError(f"module 'mbs.modal' has no attribute '{name}'")
+        return getattr(import_module(f"buckler.mbs.modal.{_HEAVY[name]}"), name)
+    raise AttributeError(f"module 'buckler.mbs.modal' has no attribute '{name}'")

@@ -11,7 +11,7 @@ import numpy as np
 from scipy import linalg
 from scipy.sparse import linalg as sparse_linalg
 
-from mbs.modal.solid import Solid, rigid_motions
+from buckler.mbs.modal.solid import Solid, rigid_motions
 
 Array = np.ndarray[Any, Any]
 MOTIONS = ("axial", "in-plane bending", "out-of-plane bending", "torsion")

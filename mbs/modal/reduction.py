@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from mbs.modal.modes import MOTIONS, craig_bampton, free_modes, participation, rigid_fit, slices
-from mbs.modal.planar import PlanarModel
-from mbs.modal.solid import Solid, SolidMesh, assemble, box_mesh, read_mesh, rigid_motions
-from mbs.modal.spec import CraigBampton, FreeModes, Interface, MeshFile, Modal
-from mbs.validate import positive
+from buckler.mbs.modal.modes import MOTIONS, craig_bampton, free_modes, participation, rigid_fit, slices
+from buckler.mbs.modal.planar import PlanarModel
+from buckler.mbs.modal.solid import Solid, SolidMesh, assemble, box_mesh, read_mesh, rigid_motions
+from buckler.mbs.modal.spec import CraigBampton, FreeModes, Interface, MeshFile, Modal
+from buckler.mbs.validate import positive
 
 Array = np.ndarray[Any, Any]
 RIGID = 6
@@ -36,7 +36,7 @@ class ReducedModel:
     modes : array, shape (m, n, 3)
         Displacements of the nodes, 1/sqrt(kg).
     participation : array, shape (m, 4)
-        Shares of kinetic energy by `mbs.modal.MOTIONS`.
+        Shares of kinetic energy by `buckler.mbs.modal.MOTIONS`.
     length, mass, centre
         Distance of the joints, m; kg; centre of mass in link axes, m, shape (3,).
     second, first, mixed, coupled : arrays, shape (3, 3), (m, 3), (m, 3, 3), (m, m, 3, 3)

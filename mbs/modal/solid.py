@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
-from mbs.sections import Material
-from mbs.validate import number, positive, whole
+from buckler.mbs.elements.section import Material
+from buckler.mbs.validate import number, positive, whole
 
 Array = np.ndarray[Any, Any]
 KINDS = {"tetra": 4, "tetra10": 10, "hexahedron": 8, "hexahedron20": 20, "hexahedron27": 27}
@@ -96,7 +96,7 @@ def box_mesh(length: float, depth: float, width: float, elements: Sequence[int] 
     depth, width : float
         In the plane of motion and normal to it, m.
     elements : three ints
-        Along length, depth and width, as `mbs.modal.Box` checks them.
+        Along length, depth and width, as `buckler.mbs.modal.Box` checks them.
     """
     size = [positive(name, value, "m") for name, value in (("length", length), ("depth", depth), ("width", width))]
     nx, ny, nz = elements

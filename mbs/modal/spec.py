@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from mbs.sections import Section
-from mbs.validate import number, positive, whole
+from buckler.mbs.elements.section import Section
+from buckler.mbs.validate import number, positive, whole
 
 Array = np.ndarray[Any, Any]
 COUNTINGS = ("flexible", "free", "in-plane")

@@ -6,12 +6,12 @@ scipy only; `simulate` and `ensemble` need Numba (the extra `fast`), which is im
 
 from typing import TYPE_CHECKING, Any
 
-from mbs.reference.fourbar import CLOSED, JOINTS, RATTLING, FourBar
-from mbs.reference.modes import ModalData, beam_modes
+from buckler.mbs.reference.fourbar import CLOSED, JOINTS, RATTLING, FourBar
+from buckler.mbs.reference.modes import ModalData, beam_modes
 
 if TYPE_CHECKING:
-    from mbs.reference.ensembles import Ensemble, ensemble
-    from mbs.reference.run import Outcome, Run, ideal_state, simulate
+    from buckler.mbs.reference.ensembles import Ensemble, ensemble
+    from buckler.mbs.reference.run import Outcome, Run, ideal_state, simulate
 
 __all__ = [
     "CLOSED", "Ensemble", "FourBar", "JOINTS", "ModalData", "Outcome", "RATTLING", "Run", "beam_modes", "ensemble",
@@ -29,8 +29,8 @@ def __getattr__(name: str) -> Any:
         from importlib import import_module
 
         try:
-            return getattr(import_module(f"mbs.reference.{_COMPILED[name]}"), name)
+            return getattr(import_module(f"buckler.mbs.reference.{_COMPILED[name]}"), name)
         except ModuleNotFoundError as error:
-            message = f"mbs.reference.{name} needs {error.name}: pip install '.[fast]'"
+            message = f"buckler.mbs.reference.{name} needs {error.name}: pip install '.[fast]'"
             raise ModuleNotFoundError(message, name=error.name) from error
-    raise AttributeError(f"module 'mbs.reference' has no attribute '{name}'")
+    raise AttributeError(f"module 'buckler.mbs.reference' has no attribute '{name}'")

@@ -17,7 +17,7 @@ import math
 import numpy as np
 from numba import float64, void
 
-from mbs.reference.compiled import COUNTS, FRICTION, MOTION, NORMAL, T, V, borrowed, entry, jit
+from buckler.mbs.reference.compiled import COUNTS, FRICTION, MOTION, NORMAL, T, V, borrowed, entry, jit
 
 OK, UNDERFLOW, NOT_FINITE, TOO_MANY = 0, 1, 2, 3
 STATUS, STEPS, REJECTED, EVALUATIONS, SAMPLES, IMPACTS, COUNTERS = 0, 1, 2, 3, 4, 5, 6

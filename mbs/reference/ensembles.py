@@ -15,9 +15,9 @@ from typing import Any
 
 import numpy as np
 
-from mbs.reference.fourbar import FourBar
-from mbs.reference.run import Outcome, Run, ideal_state, simulate
-from mbs.validate import positive, whole
+from buckler.mbs.reference.fourbar import FourBar
+from buckler.mbs.reference.run import Outcome, Run, ideal_state, simulate
+from buckler.mbs.validate import positive, whole
 
 Array = np.ndarray[Any, Any]
 UNITS = {

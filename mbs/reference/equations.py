@@ -17,7 +17,7 @@ import math
 
 import numpy as np
 
-from mbs.reference.compiled import MOTION, entry, jit, pointer
+from buckler.mbs.reference.compiled import MOTION, entry, jit, pointer
 
 # Places in the table of numbers. Masses are those of crank, coupler, rocker, inertias those of coupler and rocker.
 ANGLE, SPEED, GRAVITY, CRANK, COUPLER, ROCKER, FRAME, MASS, INERTIA, PIN, GAP, BAUMGARTE, NUMBERS = (

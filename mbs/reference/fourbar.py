@@ -8,9 +8,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mbs.laws import AdamsFriction, FrictionLaw, Impact, NormalLaw
-from mbs.reference.modes import ModalData
-from mbs.validate import non_negative, number, positive
+from buckler.mbs.laws import AdamsFriction, FrictionLaw, Impact, NormalLaw
+from buckler.mbs.reference.modes import ModalData
+from buckler.mbs.validate import non_negative, number, positive
 
 Array = np.ndarray[Any, Any]
 JOINTS = ("O", "A", "B", "C")

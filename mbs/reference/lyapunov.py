@@ -18,10 +18,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from mbs.laws import HysteresisLaw
-from mbs.reference.fourbar import FourBar
-from mbs.reference.run import Outcome, Run, ideal_state, simulate
-from mbs.validate import positive, whole
+from buckler.mbs.laws import HysteresisLaw
+from buckler.mbs.reference.fourbar import FourBar
+from buckler.mbs.reference.run import Outcome, Run, ideal_state, simulate
+from buckler.mbs.validate import positive, whole
 
 Array = np.ndarray[Any, Any]
 FAILED = (Outcome.STEP_UNDERFLOW, Outcome.NOT_FINITE, Outcome.TOO_MANY_STEPS)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.polynomial import legendre
 from scipy.linalg import eigh
 
-from mbs.validate import non_negative, number, positive, whole
+from buckler.mbs.validate import non_negative, number, positive, whole
 
 Array = np.ndarray[Any, Any]
 

@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from mbs.reference import dopri
-from mbs.reference.compiled import Laws, compile_laws
-from mbs.reference.equations import BAUMGARTE, GAP, LEDGER, NUMBERS, REPORT, WATCHED, motion
-from mbs.reference.fourbar import JOINTS, FourBar
-from mbs.validate import non_negative, number, positive, whole
+from buckler.mbs.reference import dopri
+from buckler.mbs.reference.compiled import Laws, compile_laws
+from buckler.mbs.reference.equations import BAUMGARTE, GAP, LEDGER, NUMBERS, REPORT, WATCHED, motion
+from buckler.mbs.reference.fourbar import JOINTS, FourBar
+from buckler.mbs.validate import non_negative, number, positive, whole
 
 Array = np.ndarray[Any, Any]
 STABILISE = 1e3

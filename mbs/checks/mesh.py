@@ -1,0 +1,80 @@
+"""Self-check of the mesh: how wrong the bending load of a strip is for want of elements, by the strip's own curvature.
+
+The curvature of an element is constant (2 nodes) or linear (3 nodes, cables), and nearly exact at its integration points. What is
+missing between them is seen from the next ones: with h the element's length and <> the mean along the strip, the load is off by
+
+    h^2 <kappa'^2> / 6 <kappa^2>,    h^4 <kappa''^2> / 360 <kappa^2>,
+
+twice the error of the bending energy, as it is for the Euler load: 1.6/n^2 and 0.27/n^4 of n elements, 1.7 and 0.26 found.
+An element that turns far in itself is wrong beyond that (a strip's exact load, 1 to 16 elements: docs/validation.md): by
+3e-4 a^6 of the turn a [rad] of the elements that turn farthest, cables by 1.2e-2 a^4.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from buckler.mbs.mechanism import Beam, Cable
+from buckler.mbs.record.signals import History
+
+Array = np.ndarray[Any, Any]
+MESH = 0.05
+"""Error of the bending load from which a mesh is too coarse. A strip 1.7 % too thick errs as much; rolled ones are no truer."""
+STRUCK = 3e-3
+"""The same for a strip that pushes a point against its stop: force, impulse and time of its rebounds are 5 to 7 times as wrong
+(slider-crank of 0.3 mm, 1 to 16 elements of each kind against 16 of 3 nodes)."""
+SAMPLES = 48
+"""Times looked at, evenly over the run."""
+BENT = 0.02
+"""Turn of a strip from end to end, rad, below which it is too straight for its mesh to matter to the motion."""
+
+
+def meshes(history: History) -> Iterator[str]:
+    """Yield the strips with too few elements, in words."""
+    for link in history.scene.mechanism.links:
+        if isinstance(link.body, Beam | Cable):
+            allowed = STRUCK if any(point in history.scene.stops for point in link.points) else MESH
+            error = mesh_error(history, link.name)
+            if error > allowed:
+                count = f"{link.body.elements} elements"
+                yield f"MESH: with {count} the bending load of '{link.name}' is off by about {error:.1g}, allowed {allowed:g}"
+
+
+def mesh_error(history: History, name: str) -> float:
+    """Relative error of a flexible link's bending load for want of elements, over the run.
+
+    Parameters
+    ----------
+    name : str
+        A link that is a Beam or a Cable.
+    """
+    chosen = np.interp(np.linspace(0, history.time[-1], SAMPLES), history.time, np.arange(len(history.time)))
+    rows = np.unique(chosen.astype(int))
+    strip = replace(history, **{part: getattr(history, part)[rows] for part in ("time", "q", "q_t", "q_tt")}).strip(name)
+    bending = strip.strains()[-1]
+    h, points = strip.element, bending.value.shape[-1]
+    kappa = bending.value.reshape(len(bending.value), -1)
+    turns = np.abs((bending.value * bending.weights).sum(axis=-1))
+    turn = float(turns.max())
+    if turns.sum(axis=1).max() < BENT:
+        return 0.0
+    places = (np.arange(strip.body.elements)[:, None] + (np.polynomial.legendre.leggauss(points)[0] + 1) / 2).ravel() * h
+    places = np.concatenate([[0.0], places, [strip.body.elements * h]])
+    kappa = np.pad(kappa, ((0, 0), (1, 1)))  # pins carry no moment
+    slope = np.diff(kappa, axis=1) / np.diff(places)
+    if points == 1:
+        missed = h**2 / 6 * _mean_square(slope, np.diff(places))
+    else:
+        between = (places[2:] - places[:-2]) / 2
+        missed = h**4 / 360 * _mean_square(np.diff(slope, axis=1) / between, between)
+    far = 1.2e-2 * turn**4 if isinstance(strip.body, Cable) else 3e-4 * turn**6
+    return missed / _mean_square(kappa[:, 1:-1], np.ones(kappa.shape[1] - 2)) + far
+
+
+def _mean_square(values: Array, weights: Array) -> float:
+    """Mean of squares over all times and places."""
+    return float((values**2 @ weights).sum() / weights.sum())

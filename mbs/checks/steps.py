@@ -1,0 +1,118 @@
+"""Self-check of the steps: the hardest stretches of a run once more at half of them.
+
+A stretch is a fortieth of the run, more where steps may be longer than the defaults make them. One lies about the largest
+contact force: it and its impulse must come out again. One lies about the largest local error of the positions: places must come
+out again, and where nothing strikes speeds too. (A rebound that comes a step later has another speed by then, and is none the
+worse for it.)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from buckler.mbs.engine.settings import Solver
+from buckler.mbs.engine.stepping import usual_tolerance
+from buckler.mbs.engine.window import half_steps
+from buckler.mbs.kinematics.closure import determined
+from buckler.mbs.record.result import Result
+from buckler.mbs.record.signals import History, collect
+
+Array = np.ndarray[Any, Any]
+SHARE, FEWEST, MOST = 40, 10, 100
+"""A stretch is this part of all steps, but at least and at most so many; the most where steps are longer than by default."""
+FORCE = 0.05
+"""Change of the largest force of a contact beyond which steps are too long, equal ones at half of it, for halving them shows but
+half of an error of first order. Where a contact is damped, force jumps at its onset and decays: its peak falls between steps.
+Default steps miss up to 4 % of it (crank-rocker with play, rigid or a beam); its contact law is known no better."""
+IMPULSE = 0.05
+"""The same for the impulse: it changes speeds, as a coefficient of restitution 5 % wrong would."""
+SPEED = 0.05
+"""The same for the speed of a point, relative to the fastest point of the run."""
+PLACE = 1e-3
+"""The same for the place of a point, relative to the mechanism's size."""
+LOOSEST = 0.1
+"""Tolerance, with play, beyond which a step is allowed the error of a whole run, a tenth of the play; it is PLACE without."""
+CONTACT = ("contact_force", "normal_force")
+
+
+def steps(history: History, solver: Solver, result: Result) -> Iterator[str]:
+    """Yield what changes when the steps are halved, in words."""
+    if len(history.time) < 3 or determined(history.scene.mechanism):
+        return  # where constraints alone decide the motion, steps cannot make it wrong
+    loosest = LOOSEST if history.scene.clearances else PLACE
+    if solver.uniform_steps is None and (solver.tolerance or 0.0) > loosest:
+        yield f"STEPS: tolerance = {solver.tolerance:g} allows each step the error of a whole run; it must be {loosest:g} at most"
+        return
+    striking = any(name.rpartition(".")[2] in CONTACT for name in result.signals)
+    fewest = MOST if _longer(history, solver) else FEWEST
+    for (first, last), names in _stretches(history, result, fewest).items():
+        span = f"from t = {history.time[first]:.4g} s to {history.time[last]:.4g} s"
+        finer = half_steps(history, solver, first, last)
+        if finer is None:
+            yield f"STEPS: with half the steps the engine does not get {span}"
+            continue
+        after = collect(finer)[0]
+        window = slice(first, last + 1)
+        changes = dict(_forces(result, names, window, finer.time, after, FORCE / 2 if solver.uniform_steps else FORCE))
+        changes |= dict(_motion(history, result, last, after, speeds=bool(names) or not striking))
+        if changes:
+            name = max(changes, key=lambda name: changes[name])
+            yield f"STEPS: half the steps {span} change {name} by {changes[name]:.2g}"
+
+
+def _stretches(history: History, result: Result, fewest: int) -> dict[tuple[int, int], list[str]]:
+    """First and last samples of the stretches looked at, and the contact forces compared there."""
+    count = len(history.time) - 1
+    length = min(count, max(fewest, min(MOST, count // SHARE)))
+    forces = {name: values for name, values in result.signals.items() if name.rpartition(".")[2] in CONTACT}
+    hardest = max(forces, key=lambda name: forces[name].max(), default=None)
+    found: dict[tuple[int, int], list[str]] = {}
+    if hardest is not None and forces[hardest].max() > 0:
+        found[_about(int(np.argmax(forces[hardest])), length, count)] = [hardest]
+    errors = np.abs(np.diff(history.q_tt, axis=0)).max(axis=1) * np.diff(history.time) ** 2
+    second = _about(int(np.argmax(errors)), length, count)
+    if all(abs(second[0] - first) >= length for first, _ in found):
+        found[second] = []
+    return found
+
+
+def _about(middle: int, length: int, count: int) -> tuple[int, int]:
+    first = min(max(0, middle - length // 2), count - length)
+    return first, first + length
+
+
+def _longer(history: History, solver: Solver) -> bool:
+    """True if steps may be longer than the defaults make them."""
+    default, usual = Solver(), usual_tolerance(history.scene)
+    return solver.uniform_steps is not None or (solver.tolerance or usual) > usual or solver.min_step > default.min_step
+
+
+def _forces(
+    result: Result, names: list[str], window: slice, time: Array, after: dict[str, Array], allowed: float
+) -> Iterator[tuple[str, float]]:
+    """Contact forces that changed by more than is allowed, and impulses that changed by more than they may."""
+    for name in names:
+        before = result.signals[name][window]
+        for what, was, now, most in (
+            ("the largest", before.max(), after[name].max(), allowed),
+            ("the impulse of", np.trapezoid(before, result.time[window]), np.trapezoid(after[name], time), IMPULSE),
+        ):
+            change = abs(now - was) / max(was, now)
+            if change > most:
+                yield f"{what} {name}", float(change)
+
+
+def _motion(history: History, result: Result, last: int, after: dict[str, Array], *, speeds: bool) -> Iterator[tuple[str, float]]:
+    """Points whose place, or speed if asked for, at the end changed by more than it may."""
+    mechanism, before = history.scene.mechanism, result.signals
+    size = max(mechanism.length(link.name) for link in mechanism.links)
+    fastest = max(float(np.hypot(before[f"{p}.vx"], before[f"{p}.vy"]).max()) for p in mechanism.points)
+    for point in mechanism.points:
+        looks = [("place", ("x", "y"), size, PLACE), ("speed", ("vx", "vy"), fastest, SPEED)]
+        for what, axes, scale, allowed in looks if speeds else looks[:1]:
+            off = np.hypot(*(after[f"{point}.{axis}"][-1] - before[f"{point}.{axis}"][last] for axis in axes))
+            if off > allowed * scale:
+                yield f"the {what} of {point}", float(off / scale)

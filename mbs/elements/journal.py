@@ -1,0 +1,209 @@
+"""A pin in a bush with play: where they touch and what they exert, moment-exact, as plain functions of floats and arrays.
+
+Pin on the first body, bush on the second; centres r_p, r_b; e = r_p - r_b, n = e/|e|, penetration depth d = |e| - c. Both
+bodies feel the force at the one point P = r_p + R_p n, so force and moment balance hold to the last digit:
+F = -(F_N n + mu F_N t) on the pin, t = (-n_y, n_x), mu the friction at v_t, the sliding speed of the pin's surface at P over
+the bush's.
+
+What a contact remembers of the last accepted step, `MEMORY`, gives a law its onset speed and its bristle: since then the
+bristle has bent at the mean of the sliding speed then and now.
+
+`kernel` writes the functions for given laws, compiled by Numba where it is installed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from buckler.mbs.laws import BristleLaw
+from buckler.mbs.mechanism import Clearance
+
+Array = np.ndarray[Any, Any]
+COLUMNS = ("normal", "tangential", "depth", "rate", "sliding", "bristle", "fx", "fy", "nx", "ny")
+"""What the kernel reports of each joint: N, N, m, m/s, m/s, m, force on the pin, direction from bush to pin."""
+ONSET, BRISTLE, SLIDING, SINCE = 0, 1, 2, 3
+MEMORY = ("onset", "bristle", "sliding", "since")
+"""What is known of each joint's last accepted step: speed at contact onset, m/s; bristle, m; sliding speed, m/s; its time, s."""
+
+
+@dataclass(frozen=True)
+class End:
+    """One side of a joint: which coordinates move it.
+
+    Attributes
+    ----------
+    offset : int
+        First of its coordinates (x, y, theta), or -1 for ground.
+    place : (float, float)
+        Reference position of the body's node, or of the point for ground, m.
+    arm : (float, float)
+        From the node to the joint's centre in the reference configuration, m.
+    """
+
+    offset: int
+    place: tuple[float, float]
+    arm: tuple[float, float]
+
+
+def tables(joints: list[Clearance], ends: list[tuple[End, End]]) -> tuple[Array, Array]:
+    """Pack ends and radii for the kernel: int table (joints, 2), float table (joints, 10)."""
+    places = np.array([[pin.offset, bush.offset] for pin, bush in ends], dtype=np.int64).reshape(-1, 2)
+    numbers = [
+        [*pin.place, *pin.arm, *bush.place, *bush.arm, joint.pin, joint.gap]
+        for joint, (pin, bush) in zip(joints, ends, strict=True)
+    ]
+    return places, np.array(numbers, dtype=float).reshape(-1, 10)
+
+
+def _state(offset: int, x: float, y: float, ax: float, ay: float, q: Array, v: Array) -> tuple[float, ...]:
+    """Centre (x, y), its velocity, arm in the current configuration and angular velocity of one end."""
+    if offset < 0:
+        return x + ax, y + ay, 0.0, 0.0, ax, ay, 0.0
+    c, s = np.cos(q[offset + 2]), np.sin(q[offset + 2])
+    bx, by, w = c * ax - s * ay, s * ax + c * ay, v[offset + 2]
+    return x + q[offset] + bx, y + q[offset + 1] + by, v[offset] - w * by, v[offset + 1] + w * bx, bx, by, w
+
+
+def _contact(
+    normal: Any, friction: Any, bend: Any, pin: tuple[float, ...], bush: tuple[float, ...], radius: float, gap: float,
+    t: float, past: Array,
+) -> tuple[float, ...]:  # fmt: skip
+    """What `COLUMNS` names, for one joint whose ends have these states and whose memory is `past`."""
+    ex, ey = pin[0] - bush[0], pin[1] - bush[1]
+    e = np.sqrt(ex * ex + ey * ey)
+    if e < 1e-300:
+        return 0.0, 0.0, -gap, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0
+    nx, ny = ex / e, ey / e
+    ux, uy = pin[2] - bush[2], pin[3] - bush[3]
+    depth, rate = e - gap, nx * ux + ny * uy
+    # surface speeds at P: the pin's arm is R_p n, the bush's e + R_p along n
+    sliding = nx * uy - ny * ux + pin[6] * radius - bush[6] * (e + radius)
+    if depth <= 0.0:
+        return 0.0, 0.0, depth, rate, sliding, 0.0, 0.0, 0.0, nx, ny
+    force = normal(depth, rate, past[ONSET])
+    bristle = bend(past[BRISTLE], 0.5 * (past[SLIDING] + sliding), t - past[SINCE])
+    drag = friction(sliding, bristle) * force
+    return force, drag, depth, rate, sliding, bristle, -force * nx + drag * ny, -force * ny - drag * nx, nx, ny
+
+
+def _report(
+    normal: Any, friction: Any, bend: Any, t: float, q: Array, v: Array, memory: Array, places: Array, numbers: Array, out: Array
+) -> None:
+    """Fill out[joint] with what `COLUMNS` names."""
+    for j in range(places.shape[0]):
+        n = numbers[j]
+        pin = _state(places[j, 0], n[0], n[1], n[2], n[3], q, v)
+        bush = _state(places[j, 1], n[4], n[5], n[6], n[7], q, v)
+        out[j] = _contact(normal, friction, bend, pin, bush, n[8], n[9], t, memory[j])
+
+
+def _forces(
+    normal: Any, friction: Any, bend: Any, t: float, q: Array, v: Array, memory: Array, places: Array, numbers: Array, out: Array
+) -> None:
+    """Fill out with generalised forces on the coordinates (x, y, theta of each node)."""
+    out[:] = 0.0
+    for j in range(places.shape[0]):
+        n = numbers[j]
+        pin = _state(places[j, 0], n[0], n[1], n[2], n[3], q, v)
+        bush = _state(places[j, 1], n[4], n[5], n[6], n[7], q, v)
+        c = _contact(normal, friction, bend, pin, bush, n[8], n[9], t, memory[j])
+        if c[0] == 0.0:
+            continue
+        fx, fy = c[6], c[7]
+        px, py = pin[0] + n[8] * c[8], pin[1] + n[8] * c[9]  # the common point P
+        for side in range(2):
+            k = places[j, side]
+            if k < 0:
+                continue
+            sign = 1.0 if side == 0 else -1.0
+            end = pin if side == 0 else bush
+            lx, ly = px - (end[0] - end[4]), py - (end[1] - end[5])  # from the body's node to P
+            out[k] += sign * fx
+            out[k + 1] += sign * fy
+            out[k + 2] += sign * (lx * fy - ly * fx)
+
+
+def _along(
+    normal: Any, friction: Any, bend: Any, t: Array, q: Array, v: Array, memory: Array, places: Array, numbers: Array, out: Array
+) -> None:
+    """`_report` for many times: t, q, v, memory of shape (times, ...), out (times, joints, columns)."""
+    for i in range(q.shape[0]):
+        _report(normal, friction, bend, t[i], q[i], v[i], memory[i], places, numbers, out[i])
+
+
+PATIENCE, SLOWER = 3_000_000, 20
+"""Calls, some 10 s of them, without a later time than any before; of plain Python so many times fewer. The engine's explicit
+integrator can reject one step for ever, and asks nobody in between but the forces."""
+STUCK = "the step is rejected again and again: no step is short enough for this law"
+
+
+class NoStepError(RuntimeError):
+    """No step is short enough."""
+
+
+@dataclass(frozen=True)
+class Kernel:
+    """The functions for one pair of laws, and whether Numba made them.
+
+    Attributes
+    ----------
+    forces, report : callable
+        Of time, coordinates and their rates, memory, the two tables, and what is to be filled.
+    along : callable
+        `report` for many times.
+    callback : callable
+        Of memory, tables and number of coordinates: makes `forces` a user function of the engine.
+    compiled : bool
+    """
+
+    forces: Callable[..., None]
+    report: Callable[..., None]
+    along: Callable[..., None]
+    callback: Callable[[Array, Array, Array, int], Callable[..., Any]]
+    compiled: bool
+
+
+def kernel(law: Any, friction: Any) -> Kernel:
+    """Build the functions for a normal and a friction law: compiled if Numba is installed and can, else plain Python.
+
+    Plain Python is some twenty times slower and gives the same result.
+    """
+    try:
+        from buckler.mbs.engine.compiled import compile_kernel
+    except ImportError:
+        return _plain(law, friction)
+    return compile_kernel(law, friction) or _plain(law, friction)
+
+
+def has_bristle(friction: Any) -> bool:
+    """Tell whether a friction law bends a bristle."""
+    return isinstance(friction, BristleLaw)
+
+
+def _plain(law: Any, friction: Any) -> Kernel:
+    if has_bristle(friction):
+        laws = law.force, friction.coefficient, friction.after
+    else:
+        laws = law.force, lambda speed, _bristle: friction.coefficient(speed), lambda _bristle, _speed, _time: 0.0
+    forces = partial(_forces, *laws)
+
+    def callback(memory: Array, places: Array, numbers: Array, size: int) -> Callable[..., Any]:
+        out = np.zeros(size)
+        latest, calls = 0.0, 0
+
+        def generalised(_system: Any, t: float, _item: int, q: Any, q_t: Any) -> Any:
+            nonlocal latest, calls
+            latest, calls = (t, 0) if t > latest else (latest, calls + 1)
+            if calls > PATIENCE // SLOWER:
+                raise NoStepError(STUCK)
+            forces(t, np.array(q), np.array(q_t), memory, places, numbers, out)
+            return out
+
+        return generalised
+
+    return Kernel(forces, partial(_report, *laws), partial(_along, *laws), callback, compiled=False)

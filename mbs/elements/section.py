@@ -1,0 +1,128 @@
+"""What links are made of: materials and rectangular sections, in SI."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from math import pi, sqrt
+
+from buckler.mbs.validate import non_negative, number, positive
+
+
+@dataclass(frozen=True)
+class Material:
+    """Linear elastic, isotropic, with Kelvin-Voigt damping.
+
+    Parameters
+    ----------
+    modulus : float
+        Young's modulus, Pa.
+    density : float
+        kg/m^3.
+    poisson : float
+        Poisson's ratio, in [-1, 0.5].
+    bending_damping, axial_damping : float
+        Retardation times, s: the bending moment is EI (kappa + bending_damping dkappa/dt), the normal force likewise.
+        They are two numbers because a strip's measured bending losses (air, joints) say nothing of its axial ones.
+
+    Raises
+    ------
+    ValueError
+        If a value is outside its range.
+    """
+
+    modulus: float
+    density: float
+    poisson: float = 0.3
+    bending_damping: float = 0.0
+    axial_damping: float = 0.0
+
+    def __post_init__(self) -> None:
+        positive("modulus", self.modulus, "Pa")
+        positive("density", self.density, "kg/m^3")
+        number("poisson", self.poisson, -1.0, 0.5, "1", open_low=True)
+        non_negative("bending_damping", self.bending_damping, "s")
+        non_negative("axial_damping", self.axial_damping, "s")
+
+
+STEEL = Material(modulus=210e9, density=7850.0)
+
+
+@dataclass(frozen=True)
+class Section:
+    """Rectangular section of a link.
+
+    Parameters
+    ----------
+    width : float
+        Out of the plane of motion, m.
+    thickness : float
+        In the plane of motion, m: what bends.
+    material : Material
+
+    Raises
+    ------
+    ValueError
+        If a length is not positive.
+    """
+
+    width: float
+    thickness: float
+    material: Material = field(default=STEEL)
+
+    def __post_init__(self) -> None:
+        positive("width", self.width, "m")
+        positive("thickness", self.thickness, "m")
+
+    @property
+    def area(self) -> float:
+        """A = b h, m^2."""
+        return self.width * self.thickness
+
+    @property
+    def second_moment(self) -> float:
+        """I = b h^3 / 12, m^4."""
+        return self.width * self.thickness**3 / 12
+
+    @property
+    def bending_stiffness(self) -> float:
+        """E I, N m^2."""
+        return self.material.modulus * self.second_moment
+
+    @property
+    def axial_stiffness(self) -> float:
+        """E A, N."""
+        return self.material.modulus * self.area
+
+    @property
+    def shear_stiffness(self) -> float:
+        """K G A, N, with Cowper's k = 10 (1 + nu) / (12 + 11 nu) of a rectangle (doi 10.1115/1.3625046)."""
+        nu = self.material.poisson
+        shear_modulus = self.material.modulus / (2 * (1 + nu))
+        return 10 * (1 + nu) / (12 + 11 * nu) * shear_modulus * self.area
+
+    @property
+    def mass_per_length(self) -> float:
+        """Rho A, kg/m."""
+        return self.material.density * self.area
+
+    @property
+    def inertia_per_length(self) -> float:
+        """Rho I, kg m."""
+        return self.material.density * self.second_moment
+
+    def euler_load(self, length: float) -> float:
+        """Critical load of the pinned strip, pi^2 E I / L^2, N."""
+        return pi**2 * self.bending_stiffness / length**2
+
+    def first_frequency(self, length: float) -> float:
+        """First bending frequency of the pinned strip, rad/s."""
+        return (pi / length) ** 2 * sqrt(self.bending_stiffness / self.mass_per_length)
+
+    def damped(self, ratio: float, length: float) -> Section:
+        """Return the section with bending damping such that the first pinned mode has damping ratio `ratio`.
+
+        Kelvin-Voigt damps mode n by n^2 times that: tau = 2 ratio / omega_1.
+        """
+        non_negative("ratio", ratio, "1")
+        tau = 2 * ratio / self.first_frequency(length)
+        return replace(self, material=replace(self.material, bending_damping=tau))

@@ -1,0 +1,224 @@
+"""A modal link in the engine: a native floating-frame body, held in the plane, with a handful of virtual mesh points.
+
+The engine gets the inertia integrals and, instead of the mesh, a cross of points at each joint that moves as the
+interface does: markers and energies are then exactly those of `PlanarModel`, and a step costs the same for any mesh.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import exudyn as exu
+import exudyn.itemInterface as eii
+import numpy as np
+
+from buckler.mbs.engine.bodies import Placed
+from buckler.mbs.mechanism import Link, Mechanism
+from buckler.mbs.modal.planar import STATIONS, ModalHistory, PlanarModel
+from buckler.mbs.modal.reduction import ReducedModel, reduced
+
+Array = np.ndarray[Any, Any]
+ARM = 0.05
+"""Half width of the crosses of virtual points, of the link's length; any value gives the same motion."""
+CROSS = np.array([[0.0, 0.0], [1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
+ENDS = STATIONS[:2]
+IN_PLANE, OUT_OF_PLANE = (0, 1, 5), (2, 3, 4)
+"""Coordinates of the engine's frame node: x, y, z and three Tait-Bryan angles, the last in the plane."""
+
+
+@dataclass(frozen=True)
+class PlacedModal(Placed):
+    """A modal link in the engine; its coordinates are one row: x, y, theta of the frame, then the modes'.
+
+    The frame's origin is the centre of mass. Without a mode that moves in the plane it is an ordinary rigid body.
+
+    Attributes
+    ----------
+    model : PlanarModel
+    solid : ReducedModel
+        The same in space, with the mode shapes.
+    initial : array, shape (3,)
+        Velocity (vx, vy, omega) of the frame at t = 0.
+    stations : dict of str to str
+        Point of the mechanism -> 'start' or 'end'.
+    anchors : dict of str to int
+        Nodes (x, y, theta) at the ends, made by `add_anchor` where a joint asks for them.
+    """
+
+    model: PlanarModel = field(kw_only=True)
+    solid: ReducedModel = field(kw_only=True)
+    initial: Array = field(kw_only=True)
+    stations: dict[str, str] = field(kw_only=True)
+    anchors: dict[str, int] = field(default_factory=dict, kw_only=True)
+
+    def columns(self, system: Any) -> Array:
+        """Places of the coordinates in the engine's vector, shape (1, 3 + m)."""
+        frame = system.GetNodeODE2Index(self.nodes[0])
+        if not len(self.model):
+            return frame + np.arange(3)[None]
+        modal = system.GetNodeODE2Index(self.nodes[1]) + np.arange(len(self.model))
+        return np.concatenate([frame + np.array(IN_PLANE), modal])[None]
+
+    def weights(self) -> Array:
+        """How far one unit of each coordinate moves the link at most, m, shape (1, 3 + m): a norm for step errors."""
+        modes = np.linalg.norm(self.model.line_shapes, axis=1).max(axis=0, initial=0.0)
+        return np.concatenate([[1.0, 1.0, self.model.length / 2], modes])[None]
+
+    def history(self, system: Any, q: Array, q_t: Array, q_tt: Array | None = None) -> ModalHistory:
+        """What the link did, from the engine's recorded displacements and their rates, each (times, coordinates)."""
+        columns = self.columns(system)[0]
+        second = None if q_tt is None else q_tt[:, columns]
+        return ModalHistory(self.model, q[:, columns] + self.reference[0], q_t[:, columns], second, self.stations)
+
+
+def add_modal(system: Any, mechanism: Mechanism, link: Link, rates: Array) -> PlacedModal:
+    """Add a modal link, undeformed, moving as a rigid body.
+
+    Parameters
+    ----------
+    rates : array, shape (3,)
+        Initial velocity (vx, vy, omega) of the link's start.
+    """
+    body_spec: Any = link.body  # a Modal, as the caller knows
+    solid = reduced(body_spec, mechanism.length(link.name))
+    model = solid.planar()
+    start, end = (np.array(mechanism.points[p]) for p in (link.start, link.end))
+    along = (end - start) / mechanism.length(link.name)
+    arm = model.centre[0] * along + model.centre[1] * np.array([-along[1], along[0]])
+    reference = np.array([*(start + arm), np.arctan2(along[1], along[0]), *np.zeros(len(model))])
+    initial = np.array([rates[0] - rates[2] * arm[1], rates[1] + rates[2] * arm[0], rates[2]])
+    nodes, body = (_add_flexible if len(model) else _add_rigid)(system, model, reference, initial)
+    stations = {link.start: "start", link.end: "end"}
+    ends = {point: _position_marker(system, model, body, station) for point, station in stations.items()}
+    return PlacedModal(
+        link.name, link.body, nodes, (body,), reference[None], ends,
+        model=model, solid=solid, initial=initial, stations=stations,
+    )  # fmt: skip
+
+
+def add_anchor(system: Any, placed: PlacedModal, point: str) -> int:
+    """Node (x, y, theta) that moves with an end's cross-section: for joints that act on nodes, as those with play do.
+
+    It has no mass; a pin ties its place, and a linear constraint its angle, theta + sum psi_k q_k.
+    """
+    if point in placed.anchors:
+        return placed.anchors[point]
+    rigid = np.concatenate([placed.initial, np.zeros(len(placed.model))])[None]
+    start = placed.model.motion(placed.stations[point], placed.reference, rigid)
+    node = system.AddNode(
+        eii.NodeRigidBody2D(
+            referenceCoordinates=[*start.position[0], *start.angle],
+            initialVelocities=[*start.velocity[0], *start.spin],
+        )
+    )
+    pin = system.AddMarker(eii.MarkerNodePosition(nodeNumber=node))
+    system.AddObject(eii.ObjectJointRevolute2D(markerNumbers=[placed.ends[point], pin]))
+    turns = placed.model.shapes[STATIONS.index(placed.stations[point]), 2]
+    row = [0.0] * (5 if len(turns) else 2) + [1.0, *turns]
+    body = system.AddMarker(eii.MarkerObjectODE2Coordinates(objectNumber=placed.objects[0]))
+    own = system.AddMarker(eii.MarkerNodeCoordinates(nodeNumber=node))
+    system.AddObject(
+        eii.ObjectConnectorCoordinateVector(
+            markerNumbers=[body, own], scalingMarker0=np.array([row]), scalingMarker1=np.array([[0.0, 0.0, 1.0]])
+        )
+    )
+    placed.anchors[point] = int(node)
+    return int(node)
+
+
+def rigid_marker(system: Any, placed: PlacedModal, point: str) -> int:
+    """Marker with position and rotation of an end's cross-section."""
+    station, body = placed.stations[point], placed.objects[0]
+    if not len(placed.model):
+        local = [*placed.model.place(station), 0.0]
+        return int(system.AddMarker(eii.MarkerBodyRigid(bodyNumber=body, localPosition=local)))
+    first = len(CROSS) * ENDS.index(station)
+    around = list(range(first + 1, first + len(CROSS)))
+    weights = [1 / len(around)] * len(around)
+    item = eii.MarkerSuperElementRigid(bodyNumber=body, meshNodeNumbers=around, weightingFactors=weights)
+    return int(system.AddMarker(item))
+
+
+def _position_marker(system: Any, model: PlanarModel, body: int, station: str) -> int:
+    if not len(model):
+        local = [*model.place(station), 0.0]
+        return int(system.AddMarker(eii.MarkerBodyPosition(bodyNumber=body, localPosition=local)))
+    joint = [len(CROSS) * ENDS.index(station)]
+    item = eii.MarkerSuperElementPosition(bodyNumber=body, meshNodeNumbers=joint, weightingFactors=[1.0])
+    return int(system.AddMarker(item))
+
+
+def _add_rigid(system: Any, model: PlanarModel, place: Array, velocity: Array) -> tuple[tuple[int, ...], int]:
+    """No mode moves in the plane: a rigid body with the solid's inertia."""
+    node = system.AddNode(eii.NodeRigidBody2D(referenceCoordinates=[*place], initialVelocities=[*velocity]))
+    body = system.AddObject(eii.ObjectRigidBody2D(mass=model.mass, inertia=model.inertia, nodeNumber=node))
+    return (node,), body
+
+
+def _add_flexible(system: Any, model: PlanarModel, place: Array, velocity: Array) -> tuple[tuple[int, ...], int]:
+    """A floating frame with modes; its three motions out of the plane are constrained."""
+    frame = system.AddNode(
+        eii.NodeRigidBodyRxyz(
+            referenceCoordinates=[*place[:2], 0.0, 0.0, 0.0, place[2]],
+            initialVelocities=[*velocity[:2], 0.0, 0.0, 0.0, velocity[2]],
+        )
+    )
+    none, m = np.zeros(len(model)), len(model)
+    modal = system.AddNode(
+        eii.NodeGenericODE2(
+            referenceCoordinates=none, initialCoordinates=none, initialCoordinates_t=none, numberOfODE2Coordinates=m
+        )
+    )
+    body = system.AddObject(eii.ObjectFFRFreducedOrder(nodeNumbers=[frame, modal], **_integrals(model), **_virtual_points(model)))
+    ground = system.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=system.AddNode(eii.NodePointGround()), coordinate=0))
+    for coordinate in OUT_OF_PLANE:
+        marker = system.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=frame, coordinate=coordinate))
+        system.AddObject(eii.ObjectConnectorCoordinate(markerNumbers=[ground, marker]))
+    return (frame, modal), body
+
+
+def _integrals(model: PlanarModel) -> dict[str, Any]:
+    """The engine's inertia integrals, in-plane parts only, so that nothing drives the link out of the plane.
+
+    With S(a) b = a x b the tilde matrices stack S(phi_k): S(a)^T S(b) = (a.b) 1 - b a^T, S(a)^T b = b x a.
+    """
+    m = len(model)
+    axis = np.diag([0.0, 0.0, 1.0])
+    x, y = model.translation
+    tilde = np.zeros((3, 3 * m))
+    tilde[0, 2::3], tilde[1, 2::3], tilde[2, 0::3], tilde[2, 1::3] = y, -x, -y, x
+    return {
+        "massMatrixReduced": _container(np.eye(m)),
+        "stiffnessMatrixReduced": _container(np.diag(model.stiffness)),
+        "dampingMatrixReduced": _container(np.diag(2 * model.damping * model.frequency)),
+        "mass": model.mass,
+        "inertia": model.inertia * np.eye(3),  # about x and y it is never used
+        "centerOfMass": [0.0, 0.0, 0.0],
+        "mPsiTildePsi": np.kron(-model.gyration, [[0.0], [0.0], [1.0]]),
+        "mPsiTildePsiTilde": np.kron(model.gram, axis),
+        "mPhitTPsi": np.pad(model.translation, ((0, 1), (0, 0))),
+        "mPhitTPsiTilde": tilde,
+        "mXRefTildePsi": np.vstack([np.zeros((2, m)), -model.turning]),
+        "mXRefTildePsiTilde": np.kron(model.radial, axis),
+    }
+
+
+def _virtual_points(model: PlanarModel) -> dict[str, Any]:
+    """At each end the joint's centre and a cross about it, and how each mode moves them."""
+    offsets = ARM * model.length * CROSS
+    turned = np.stack([-offsets[:, 1], offsets[:, 0]], axis=-1)
+    places = np.concatenate([model.place(station) + offsets for station in ENDS])
+    modes = [shape[None, :2] + turned[:, :, None] * shape[2] for shape in model.shapes[:2]]  # points, 2, m
+    return {
+        "referencePositions": np.pad(places, ((0, 0), (0, 1))).ravel(),
+        "modeBasis": np.pad(np.concatenate(modes), ((0, 0), (0, 1), (0, 0))).reshape(-1, len(model)),
+        "outputVariableModeBasis": [],
+        "outputVariableTypeModeBasis": 0,
+    }
+
+
+def _container(matrix: Array) -> Any:
+    filled = exu.MatrixContainer()
+    filled.SetWithDenseMatrix(matrix, useDenseMatrix=True)
+    return filled

@@ -1,0 +1,96 @@
+"""What a run leaves behind, step by step, and the reasons for which it must not go on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from math import isfinite
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from buckler.mbs.engine.joints import ClearanceGroup, StopContact
+from buckler.mbs.engine.scene import Scene
+from buckler.mbs.engine.settings import Solver
+from buckler.mbs.record.result import Status
+
+Array = np.ndarray[Any, Any]
+CHECK_EVERY = 16
+"""Steps between looks at the clock."""
+
+
+@dataclass
+class Record:
+    """What the accepted steps left behind, row by row."""
+
+    time: list[float] = field(default_factory=list)
+    q: list[Array] = field(default_factory=list)
+    q_t: list[Array] = field(default_factory=list)
+    q_tt: list[Array] = field(default_factory=list)
+    multipliers: list[Array] = field(default_factory=list)
+    contact: list[list[float]] = field(default_factory=list)
+    memory: list[list[Array]] = field(default_factory=list)
+
+
+class StopState:
+    """One stop as the run sees it: place in the coordinates, touching or not, force."""
+
+    def __init__(self, scene: Scene, contact: StopContact) -> None:
+        self.contact = contact
+        self.column = int(scene.placed[contact.stop.point].columns(scene.system)[0, 0])
+        self.touching, self.force = False, 0.0
+
+    def accept(self, q: Array, q_t: Array) -> float:
+        """Take over an accepted step; the contact force, N."""
+        travel, speed = float(q[self.column]), float(q_t[self.column])
+        self.touching = self.contact.accept(travel, speed)
+        self.force = self.contact.force(travel, speed) if self.touching else 0.0
+        return self.force
+
+
+class Recorder:
+    """The engine's callback after each accepted step: record, tell the progress, end the run where it must end."""
+
+    def __init__(self, scene: Scene, solver: Solver, duration: float, timeout: float | None, progress: Any) -> None:
+        self.solver, self.duration, self.data = solver, duration, scene.system.systemData
+        self.stops = [StopState(scene, contact) for contact in scene.stops.values()]
+        self.groups: list[ClearanceGroup] = [group for group in scene.clearances if group.remembers]
+        self.constrained = self.data.AEsize() > 0
+        self.record = Record()
+        self.deadline = perf_counter() + timeout if timeout else None
+        self.progress: Callable[[float], None] | None = progress
+        self.failure: tuple[Status, str] | None = None
+        self.rejected = 0
+
+    def after_step(self, _system: Any, t: float) -> bool:
+        """Engine callback; False ends the run. A rigid mechanism's step is short: what is not there is not asked for."""
+        data, record = self.data, self.record
+        q, q_t = data.GetODE2Coordinates(), data.GetODE2Coordinates_t()
+        record.time.append(t)
+        record.q.append(q)
+        record.q_t.append(q_t)
+        record.q_tt.append(data.GetODE2Coordinates_tt())
+        if self.constrained:
+            record.multipliers.append(data.GetAECoordinates())
+        if self.stops:
+            record.contact.append([stop.accept(q, q_t) for stop in self.stops])
+        if self.groups:
+            record.memory.append([group.accept(q, q_t, t) for group in self.groups])
+        if self.progress is not None:
+            self.progress(t / self.duration)
+        self.next_step(q, q_t)
+        return self._may_go_on(t)
+
+    def next_step(self, q: Array, q_t: Array) -> None:
+        """Choose the next step; the engine's own choice stands here."""
+
+    def _may_go_on(self, t: float) -> bool:
+        count = len(self.record.time)
+        if count > self.solver.max_steps:
+            self.failure = (Status.TOO_MANY_STEPS, f"more than max_steps = {self.solver.max_steps} steps by t = {t:.6g} s")
+        elif self.deadline and count % CHECK_EVERY == 0 and perf_counter() > self.deadline:
+            self.failure = (Status.TIMED_OUT, f"out of time at t = {t:.6g} s of {self.duration:.6g} s after {count} steps")
+        elif not isfinite(self.record.q[-1][-1]):
+            self.failure = (Status.NOT_FINITE, f"coordinates are not finite at t = {t:.6g} s")
+        return self.failure is None

@@ -1,0 +1,201 @@
+"""Error-controlled steps for the engine's implicit integrator, small at contact onset and large where nothing happens.
+
+The engine adapts its step to Newton failures only. Here its two callbacks a step do the rest: after Newton, the local error
+of the positions, eta = h^2 |a_{n+1} - a_n| / 12 (the difference of the Newmark update and the next term of its Taylor series;
+Zienkiewicz and Xie 1991, doi 10.1002/eqe.4290200907), decides whether the step stands; after a step, it sets the next size.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from buckler.mbs.engine.joints import StrutSpring
+from buckler.mbs.engine.modal import PlacedModal
+from buckler.mbs.engine.recording import Recorder, StopState
+from buckler.mbs.engine.scene import Scene, stiffly_damped
+from buckler.mbs.engine.settings import Solver
+from buckler.mbs.laws import contact_time
+from buckler.mbs.mechanism import Guide, Rigid
+
+Array = np.ndarray[Any, Any]
+WITHOUT_PLAY, WITH_PLAY, DAMPED_PLAY = 1e-5, 1e-3, 3e-5
+"""Default tolerances of scenes without and with play in joints, and with play that is stiffly damped: there an impact's
+force jumps and decays within a microsecond; a quarter of it may be missed at 1e-3, 2 % at 3e-5."""
+LIGHTEST = 1e-6
+"""Mass, kg, that stands in for none where a contact's duration is estimated."""
+FORCE_ERROR = 1e-3
+"""Local error allowed a step of the force of a lasting contact, relative to it."""
+OVERSHOT = 1e3
+"""Error of a long step that ends inside a stop, in units of the limit: large enough to shrink it fivefold."""
+STRIKING = 0.2
+"""A contact moves fast if, at its speed, it would cross this share of its depth in the time an impact lasts."""
+
+
+class StepControl(Recorder):
+    """The callbacks of an implicit run: accept or reject a step, record it, choose the next."""
+
+    def __init__(self, scene: Scene, solver: Solver, duration: float, engine: Any, timeout: float | None, progress: Any) -> None:
+        super().__init__(scene, solver, duration, timeout, progress)
+        self.engine = engine
+        self.weights = _position_weights(scene)
+        self.limit = position_error(scene, solver)
+        self.max_step = longest_step(solver, duration)
+        stops = [_StopWatch(state, scene.mechanism.guide(state.contact.stop.point).mass, solver) for state in self.stops]
+        struts = [_StrutWatch(scene, name, spring, solver, self.limit) for name, spring in scene.struts.items()]
+        self.watched: list[_StopWatch | _StrutWatch] = [*stops, *struts]
+        self.accelerations: Array | None = None
+        self.candidate: Array | None = None
+        self.error = self.tried = 0.0
+
+    def before_step(self, _system: Any, _t: float) -> bool:
+        """Engine callback, where Jacobians are kept: that of a step which did not converge is no good for a shorter one."""
+        h = self.engine.it.currentStepSize
+        if h < self.tried:
+            self.engine.conv.jacobianUpdateRequested = True
+        self.tried = h
+        return True
+
+    def after_newton(self, _system: Any, _t: float) -> list[float]:
+        """Engine callback: [error, recommended step]; a large error with a smaller step rejects this one."""
+        self.candidate = self.data.GetODE2Coordinates_tt() * self.weights
+        h = self.engine.it.currentStepSize
+        if self.accelerations is None:
+            return [0.0, -1.0]
+        errors = h * h / 12 * np.abs(self.candidate - self.accelerations)
+        q = self.data.GetODE2Coordinates()
+        self.error = max([float(errors.max(initial=0.0)) / self.limit, *(w.excess(h, errors, q) for w in self.watched)])
+        if self.error <= 2 or h <= self.solver.min_step:
+            return [0.0, -1.0]
+        self.rejected += 1
+        return [1e300, max(self.solver.min_step, h * _factor(self.error))]
+
+    def next_step(self, q: Array, q_t: Array) -> None:
+        """Set the size of the next step from this one's error and from what is about to happen."""
+        if self.solver.uniform_steps is not None:
+            return
+        h = self.engine.it.currentStepSize
+        if self.accelerations is None:  # the start: nothing is known yet
+            self.accelerations = self.data.GetODE2Coordinates_tt() * self.weights
+            self.engine.it.currentStepSize = max(self.solver.min_step, 1e-3 * self.max_step)
+            return
+        self.accelerations = self.candidate
+        wanted = min(self.max_step, h * _factor(self.error))
+        for watched in self.watched:
+            wanted = min(wanted, watched.step_limit(q, q_t, wanted))
+        if not 0.8 * h < wanted < 1.25 * h or wanted > self.max_step:
+            self.engine.it.currentStepSize = max(self.solver.min_step, wanted)
+            self.engine.conv.jacobianUpdateRequested = True  # it is that of the step size before
+
+
+class _StopWatch:
+    """How large a step may be near and on a stop."""
+
+    def __init__(self, state: StopState, mass: float, solver: Solver) -> None:
+        self.state, self.contact, self.resolution = state, state.contact, solver.contact_resolution
+        self.mass, self.shortest = max(mass, LIGHTEST), 0.0
+
+    def step_limit(self, q: Array, q_t: Array, wanted: float) -> float:
+        """Come up to the onset in short steps; resolve the impact; leave a resting contact alone."""
+        speed = self.contact.side * float(q_t[self.state.column])
+        gap = -float(self.contact.depth(q[self.state.column]))
+        if not self.state.touching and not 0 < gap < speed * wanted:
+            return wanted
+        lasts = contact_time(self.contact.stop.law, self.mass, self.contact.onset)
+        if not self.state.touching:
+            return _landing(gap, speed, lasts / self.resolution, wanted)
+        self.shortest = lasts / self.resolution
+        if abs(speed) * lasts > STRIKING * abs(gap):
+            return min(wanted, self.shortest)
+        return min(wanted, max(self.shortest, _landing(-gap, -speed, self.shortest, wanted)))  # a slow release ends on a step too
+
+    def excess(self, h: float, errors: Array, q: Array) -> float:
+        """Error of the force of a contact that lasts, in units of its limit; or a long step that ended inside."""
+        if not self.state.touching and self.contact.depth(q[self.state.column]) > 0:
+            lasts = contact_time(self.contact.stop.law, self.mass, self.contact.onset)
+            return OVERSHOT if h > 2 * lasts / self.resolution else 0.0
+        if self.state.force == 0 or h <= self.shortest:
+            return 0.0
+        stiffness = self.contact.stop.law.stiffness  # order of magnitude only, for exponents beyond 1
+        return stiffness * errors[self.state.column] / (FORCE_ERROR * self.state.force)
+
+
+class _StrutWatch:
+    """One strut under watch: where it snaps taut, the force law has a kink and a stiff side."""
+
+    def __init__(self, scene: Scene, name: str, spring: StrutSpring, solver: Solver, limit: float) -> None:
+        self.spring, self.limit, self.resolution = spring, limit, solver.contact_resolution
+        link = scene.mechanism.link(name)
+        masses = [guide.mass for guide in scene.mechanism.guides if guide.point in link.points]
+        self.accepted = 0.0
+        self.half_period = np.pi * np.sqrt(max(min(masses, default=0.1), LIGHTEST) / spring.rigidity)
+
+    def step_limit(self, _q: Array, _q_t: Array, wanted: float) -> float:
+        """Come up to the kink in short steps when straightening; resolve the ringing of a strut that snapped taut."""
+        self.accepted = self.spring.elongation
+        gap, speed = self.spring.kink - self.spring.elongation, self.spring.rate
+        resolved = self.half_period / self.resolution
+        if gap > 0:
+            return _landing(gap, speed, resolved, wanted)
+        ringing = abs(speed) * self.half_period > self.limit
+        return min(wanted, resolved) if ringing else wanted
+
+    def excess(self, h: float, _errors: Array, _q: Array) -> float:
+        """Jump of a straight strut's force over the step, in Euler loads: a position error no one sees is a force here."""
+        before, now = self.accepted, self.spring.elongation
+        if h <= self.half_period / self.resolution or min(before, now) < self.spring.kink:
+            return 0.0
+        return abs(now - before) / -self.spring.kink
+
+
+def _landing(gap: float, speed: float, shortest: float, wanted: float) -> float:
+    """Step towards a gap closing at this speed: short of it, until one of the shortest steps ends just past it.
+
+    A long step that ends inside would count the first contact force over its whole length.
+    """
+    if speed <= 0:
+        return wanted
+    left = gap / speed
+    return min(wanted, 0.9 * left if left > shortest else left + 0.1 * shortest)
+
+
+def _factor(error: float) -> float:
+    """Change of the step that brings a third-order local error, in units of its limit, to 1 with a margin: 0.2 to 2."""
+    return min(2.0, max(0.2, 0.8 * max(error, 1e-300) ** (-1 / 3)))
+
+
+def longest_step(solver: Solver, duration: float) -> float:
+    """Longest step of a run, s: the one asked for, or a 200th of it."""
+    return solver.max_step or duration / 200
+
+
+def usual_tolerance(scene: Scene) -> float:
+    """Tolerance of a run that asks for none."""
+    if not scene.clearances:
+        return WITHOUT_PLAY
+    return DAMPED_PLAY if stiffly_damped(scene.mechanism) else WITH_PLAY
+
+
+def position_error(scene: Scene, solver: Solver) -> float:
+    """Local position error allowed a step, m."""
+    size = max(scene.mechanism.length(link.name) for link in scene.mechanism.links)
+    plays = [0.1 * joint.gap for group in scene.clearances for joint in group.joints]
+    return (solver.tolerance or usual_tolerance(scene)) * min([size, *plays])
+
+
+def _position_weights(scene: Scene) -> Array:
+    """Weight of each coordinate in the error norm, m: positions 1, rigid rotations half the link, beam rotations 0."""
+    weights = np.zeros(scene.system.systemData.ODE2Size())
+    for placed in scene.placed.values():
+        columns = placed.columns(scene.system)
+        if isinstance(placed.body, Guide):
+            weights[columns] = 1.0
+            continue
+        if isinstance(placed, PlacedModal):
+            weights[columns] = placed.weights()
+            continue
+        weights[columns[:, :2]] = 1.0
+        if isinstance(placed.body, Rigid):
+            weights[columns[:, 2]] = scene.mechanism.length(placed.name) / 2
+    return weights

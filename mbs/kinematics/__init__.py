@@ -1,0 +1,1 @@
+"""Assembly, velocities and accelerations of the ideal linkage."""

@@ -1,0 +1,1 @@
+"""What a run leaves behind: signals, energies, shapes, the result."""

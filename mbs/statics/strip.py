@@ -1,0 +1,196 @@
+"""Static equilibrium of the pinned strip on the engine, started from the exact elastica so that it cannot miss the branch.
+
+The static solver stays on the straight branch of a strut without a word. Here every value starts on the buckled branch, and is
+checked to be there still: by its force against the closed form and by its deflection's side.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from time import perf_counter
+from typing import Any
+
+import exudyn as exu
+import numpy as np
+
+from buckler.elastica import pinned
+from buckler.mbs.elements.section import Section
+from buckler.mbs.engine.scene import SPARSE_FROM, build
+from buckler.mbs.mechanism import Beam, Cable, Drive, Guide, Link, Mechanism, Motion, Revolute
+from buckler.mbs.record.result import Status
+from buckler.mbs.record.strips import Strip
+from buckler.mbs.validate import positive
+
+Array = np.ndarray[Any, Any]
+OFF_BRANCH = 0.5
+"""Relative distance from the exact force beyond which a state is not on the buckled branch."""
+MESH = 1e-2
+"""The same, beyond which it has too few elements; a thick strip may be off by its shear and compression besides."""
+
+
+@dataclass(frozen=True)
+class Equilibria:
+    """Equilibria of a pinned strip at prescribed end shortenings.
+
+    Attributes
+    ----------
+    status : Status
+    message : str
+    shortening : array, shape (values,)
+        End shortening over length, u.
+    load : array, shape (values,)
+        Normalised force p = P L^2/(E I).
+    shapes : array, shape (values, stations, 2)
+        Positions along the strip, m.
+    work : dict
+        wall_s, newton_iterations.
+    """
+
+    status: Status
+    message: str
+    shortening: Array
+    load: Array
+    shapes: Array
+    work: dict[str, float]
+
+
+class _Travel:
+    """Prescribed travel of the moving end; the engine asks for it by callback."""
+
+    value = 0.0
+
+    def position(self, _t: float) -> float:
+        return self.value
+
+    def speed(self, _t: float) -> float:
+        return 0.0
+
+
+def pinned_strip(body: Beam | Cable, length: float, shortenings: Any, *, tolerance: float = 1e-7) -> Equilibria:
+    """Equilibrium of a strip pinned at both ends at each of some end shortenings.
+
+    Parameters
+    ----------
+    body : Beam or Cable
+        The strip and its elements.
+    length : float
+        Distance of the straight strip's ends, m.
+    shortenings : array_like, shape (values,)
+        End shortening over length, in [1e-6, 1.5].
+    tolerance : float
+        Newton's relative tolerance on the residual of the starting shape.
+
+    Returns
+    -------
+    Equilibria
+        Its status is SUSPECT if a value left the buckled branch, or its elements are too few for it, and NEWTON_DIVERGED if
+        one did not converge.
+
+    Raises
+    ------
+    ValueError
+        If a shortening is out of range.
+    """
+    if not isinstance(body, Beam | Cable):
+        raise ValueError(f"body: must be a Beam or a Cable, not a {type(body).__name__}")
+    positive("length", length, "m")
+    positive("tolerance", tolerance, "1")
+    u = np.atleast_1d(np.asarray(shortenings, dtype=float))
+    if not ((u >= 1e-6) & (u <= 1.5)).all():
+        raise ValueError(f"shortenings = {u[~((u >= 1e-6) & (u <= 1.5))][0]!r}: must lie in [1e-06, 1.5]")
+    start = perf_counter()
+    travel = _Travel()
+    scene = build(_between_ground_and_slider(body, length, travel))
+    guesses = _exact_coordinates(scene, body, u)
+    engine, settings = exu.MainSolverStatic(), _static_settings(scene, tolerance)
+    unit = body.section.bending_stiffness / length**2
+    row = int(scene.multipliers("drive")[0])
+    load, states, iterations, failure = np.full(len(u), np.nan), [], 0, (Status.OK, "")
+    for k, guess in enumerate(guesses):
+        travel.value = -u[k] * length
+        scene.system.systemData.SetODE2Coordinates(guess, configuration=exu.ConfigurationType.Initial)
+        if not _solved(engine, scene.system, settings):
+            failure = (Status.NEWTON_DIVERGED, f"no equilibrium found at u = {u[k]:g}")
+            break
+        iterations += engine.it.newtonStepsCount
+        states.append(scene.system.systemData.GetODE2Coordinates())
+        load[k] = abs(float(scene.system.systemData.GetAECoordinates()[row])) / unit
+    wall = perf_counter() - start
+    shapes = _shapes(scene, states)
+    if failure[0] is Status.OK:
+        failure = _branch(u, load, shapes, MESH + _thickness(body.section, length))
+    return Equilibria(*failure, u, load, shapes, {"wall_s": wall, "newton_iterations": float(iterations)})
+
+
+def _between_ground_and_slider(body: Beam | Cable, length: float, travel: _Travel) -> Mechanism:
+    return Mechanism(
+        points={"A": (0.0, 0.0), "B": (length, 0.0)},
+        links=[Link("strip", "A", "B", body)],
+        joints=[Revolute("A", "ground", "strip")],
+        guides=[Guide("B", "strip")],
+        drive=Drive("B", Motion(travel.position, travel.speed)),
+    )
+
+
+def _exact_coordinates(scene: Any, body: Beam | Cable, u: Array) -> Array:
+    """Displacements of all coordinates in the exact shape, shape (values, coordinates)."""
+    strip = scene.placed["strip"]
+    columns, length = strip.columns(scene.system), scene.mechanism.length("strip")
+    s = np.linspace(0.0, 1.0, len(strip.nodes))
+    x, y, theta = pinned.shape(u[:, None], s)
+    rotation = [theta] if isinstance(body, Beam) else [np.cos(theta), np.sin(theta)]
+    total = np.stack([x * length, y * length, *rotation], axis=-1)
+    guesses = np.zeros((len(u), scene.system.systemData.ODE2Size()))
+    guesses[:, columns] = total - strip.reference
+    guesses[:, scene.placed["B"].columns(scene.system)[0, 0]] = -u * length
+    return guesses
+
+
+def _static_settings(scene: Any, tolerance: float) -> Any:
+    settings = exu.SimulationSettings()
+    settings.solution.file.write = False
+    static = settings.staticSolver
+    static.verboseMode = 0
+    static.numberOfLoadSteps = 1
+    static.useLoadFactor = False
+    static.adaptiveStep = False
+    static.newton.relativeTolerance = tolerance
+    static.newton.absoluteTolerance = 2e-6
+    if scene.system.systemData.ODE2Size() >= SPARSE_FROM:
+        settings.linearSolver.solverType = exu.LinearSolverType.EigenSparse
+    return settings
+
+
+def _solved(engine: Any, system: Any, settings: Any) -> bool:
+    try:
+        return bool(engine.SolveSystem(system, settings))
+    except exu.ExudynError:
+        return False
+
+
+def _shapes(scene: Any, states: list[Array]) -> Array:
+    placed = scene.placed["strip"]
+    if not states:
+        return np.empty((0, 0, 2))
+    q = np.array(states)[:, placed.columns(scene.system)] + placed.reference
+    return Strip(placed, scene.arc_length("strip"), q, np.zeros_like(q)).points()
+
+
+def _thickness(section: Section, length: float) -> float:
+    """How far the Euler load of a strip with shear and axial stiffness may be from that without, relative."""
+    return 2 * section.euler_load(length) * (1 / section.shear_stiffness + 1 / section.axial_stiffness)
+
+
+def _branch(u: Array, load: Array, shapes: Array, coarse: float) -> tuple[Status, str]:
+    """Check that every state is on the exact buckled branch, on the side it started, and as exact as a fine mesh."""
+    exact = pinned.load(u)
+    error = np.abs(load / exact - 1)
+    middle = shapes[:, shapes.shape[1] // 2, 1] - shapes[:, 0, 1]
+    off = (error > OFF_BRANCH) | (middle <= 0)
+    if off.any():
+        k = int(np.argmax(off))
+        return Status.SUSPECT, f"BRANCH: at u = {u[k]:g} the force is {load[k]:.4g}, on the buckled branch {exact[k]:.4g}"
+    if (error > coarse).any():
+        k = int(np.argmax(error))
+        return Status.SUSPECT, f"MESH: at u = {u[k]:g} the force is {load[k]:.4g}, exact {exact[k]:.4g}: too few elements"
+    return Status.OK, ""

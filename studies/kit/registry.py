@@ -1,0 +1,105 @@
+"""Which studies there are. A static table, so that listing them imports none of them."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Iterable
+from types import ModuleType
+from typing import NamedTuple
+
+
+class Entry(NamedTuple):
+    """Where a study lives and what it is about."""
+
+    module: str
+    summary: str
+
+
+STUDIES: dict[str, Entry] = {
+    "elastica-law": Entry(
+        "buckler.studies.strips.elastica_law", "load of the pinned strip against shortening: exact, quartic, fast law"
+    ),
+    "contact-force-table": Entry(
+        "buckler.studies.strips.contact_force_table", "largest contact force for three strip thicknesses"
+    ),
+    "slider-crank": Entry("buckler.studies.striking.slider_crank", "flexible slider-crank striking its stop at constant speed"),
+    "slider-crank-ramp": Entry("buckler.studies.striking.slider_crank_ramp", "the same, the crank speed rising over the run"),
+    "slider-crank-voltage": Entry(
+        "buckler.studies.striking.slider_crank_voltage", "the same, its crank turned by a motor at given voltage"
+    ),
+    "thickness-speed": Entry("buckler.studies.striking.thickness_speed", "the slider-crank over strip thickness and crank speed"),
+    "design": Entry(
+        "buckler.studies.striking.design", "the slider-crank designed backwards: wanted forces in, strip, stop and speed out"
+    ),
+    "static-precision": Entry(
+        "buckler.studies.strips.static_precision", "load of a buckled strip: error against run time of each model"
+    ),
+    "lean-scenes": Entry("buckler.studies.trust.lean_scenes", "what each scene is made of, and what each optional part costs"),
+    "extremes": Entry(
+        "buckler.studies.trust.extremes", "over 200 stiff and extreme cases: is any run reported fine that is wrong?"
+    ),
+    "benchmark": Entry(
+        "buckler.studies.trust.benchmark", "each kind of job once, ours against a plain baseline: errors, medians, ratios"
+    ),
+    "accuracy": Entry(
+        "buckler.studies.trust.accuracy", "accuracy asked for against accuracy delivered, random mechanisms of every kind"
+    ),
+    "smooth-precision": Entry(
+        "buckler.studies.trust.smooth_precision", "slider-crank without a stop: error against run time, against a spectral strip"
+    ),
+    "slider-crank-precision": Entry(
+        "buckler.studies.striking.slider_crank_precision",
+        "flexible slider-crank: error against run time of each model and tolerance",
+    ),
+    "restitution": Entry(
+        "buckler.studies.trust.restitution", "restitution asked for and delivered: every contact law in drop tests"
+    ),
+    "crank-rocker": Entry(
+        "buckler.studies.rattling.crank_rocker", "crank-rocker with play in its joints, rocker rigid or flexible"
+    ),
+    "clearance-precision": Entry(
+        "buckler.studies.rattling.clearance_precision",
+        "crank-rocker with play: error against run time of rigid, beam and modal rocker",
+    ),
+    "clearance-speed": Entry(
+        "buckler.studies.rattling.clearance_speed", "crank-rocker with play over clearance and speed: forces, penetration"
+    ),
+    "bifurcation": Entry(
+        "buckler.studies.rattling.bifurcation", "crank-rocker with play: order or chaos over clearance, speed, damping"
+    ),
+    "uncertainty": Entry("buckler.studies.striking.uncertainty", "tolerances: distributions of forces and whose variance it is"),
+    "buffering-claims": Entry(
+        "buckler.studies.rattling.buffering_claims", "does a flexible rocker buffer? each published claim, over many runs"
+    ),
+    "modes": Entry("buckler.studies.rattling.modes", "which modes of the rocker matter, and what their numbers mean"),
+}
+
+
+class UnknownStudyError(ValueError):
+    """A study was asked for that the table does not hold."""
+
+
+def entry(name: str) -> Entry:
+    """Look a study up.
+
+    Raises
+    ------
+    UnknownStudyError
+        With the closest name, if there is one.
+    """
+    if name not in STUDIES:
+        raise UnknownStudyError(f"unknown study '{name}'; {hint(name, STUDIES) or 'see `python -m studies list`'}")
+    return STUDIES[name]
+
+
+def load(name: str) -> ModuleType:
+    """Import a study by its name, always under its true module name, so that what it defines can be pickled."""
+    return importlib.import_module(entry(name).module)
+
+
+def hint(word: str, known: Iterable[str]) -> str:
+    """'did you mean ...?' with the closest of the known words, or nothing."""
+    import difflib  # rarely needed, and listing studies is quick without it
+
+    close = difflib.get_close_matches(word, list(known), n=1)
+    return f"did you mean {close[0]}?" if close else ""

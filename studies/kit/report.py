@@ -1,0 +1,290 @@
+"""What a study hands back, and how it is printed and filed: metrics with their error, signals, tables, provenance.
+
+`metrics.json` is strict JSON: what is not a finite number is null. Each file is written whole or not at all.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import platform
+import subprocess
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, field
+from functools import partial
+from importlib import metadata
+from pathlib import Path
+from typing import IO, TYPE_CHECKING, Any, TypeVar
+
+import numpy as np
+
+from buckler.studies.kit.parameters import StudyParameters
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+T = TypeVar("T")
+
+# --- what a study hands back ------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Metric:
+    """One number a study is about.
+
+    Attributes
+    ----------
+    value : float
+        The number found.
+    unit : str
+        Its unit, "1" for a plain number.
+    published, exact : float, optional
+        What was published, and what is known to be right, in the same unit.
+    error : float, optional
+        Relative error of the value: against `exact` where that is given and not zero, otherwise the study's own
+        estimate, if it has one.
+    """
+
+    value: float
+    unit: str
+    published: float | None = None
+    exact: float | None = None
+    error: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.error is None and self.exact:
+            object.__setattr__(self, "error", abs(self.value - self.exact) / abs(self.exact))
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows under headers, the headers with their units; the notes stand below."""
+
+    headers: Sequence[str]
+    rows: Sequence[Sequence[Any]]
+    title: str = ""
+    notes: str = ""
+
+    def __str__(self) -> str:
+        from tabulate import tabulate
+
+        body = tabulate(self.rows, self.headers, tablefmt="simple", floatfmt=".6g")
+        return "\n".join(part for part in (self.title, body, self.notes) if part)
+
+
+@dataclass(frozen=True, kw_only=True)
+class StudyResult:
+    """What `run` returns.
+
+    Attributes
+    ----------
+    parameters : StudyParameters
+        What was run.
+    status : str
+        "OK", "SUSPECT" for a run that ended but fails a check of its own, or the name of the failure.
+    message : str
+        A sentence a person can act on; needed unless the status is "OK".
+    metrics : dict of Metric
+    signals : dict of ndarray
+        Written to signals.npz; in SI.
+    work : dict
+        Steps, Jacobians, evaluations; `wall_s` is added if it is not there.
+    tables : sequence of Table
+        Printed instead of the table of metrics.
+    """
+
+    parameters: StudyParameters
+    status: str = "OK"
+    message: str = ""
+    metrics: Mapping[str, Metric] = field(default_factory=dict)
+    signals: Mapping[str, np.ndarray] = field(default_factory=dict)
+    work: Mapping[str, Any] = field(default_factory=dict)
+    tables: Sequence[Table] = ()
+
+    def __post_init__(self) -> None:
+        if self.status != "OK" and not self.message:
+            raise ValueError(f"status = {self.status}: a message must say what went wrong")
+
+    def __str__(self) -> str:
+        return "\n\n".join(map(str, self.tables or [metrics_table(self.metrics)]))
+
+
+def metrics_table(metrics: Mapping[str, Metric]) -> Table:
+    """One row a metric; columns nobody fills are left out."""
+    rows = [
+        (name, m.value, m.unit, m.published, m.exact, None if m.error is None else f"{m.error:.2g}")
+        for name, m in metrics.items()
+    ]
+    headers = ("metric", "value", "unit", "published", "exact", "relative error")
+    kept = [i for i in range(len(headers)) if i < 3 or any(row[i] is not None for row in rows)]
+    return Table([headers[i] for i in kept], [[row[i] for i in kept] for row in rows])
+
+
+class Progress:
+    """Shows how far a run is, on stderr, if it takes long enough to ask; `run` gets one.
+
+    `for case in progress(cases, label="thickness")` is all a study writes.
+    """
+
+    def __init__(self, quiet: bool = False) -> None:
+        self.quiet = quiet
+
+    def __call__(self, items: Iterable[T], total: int | None = None, label: str = "") -> Iterator[T]:
+        """Yield the items, counting them."""
+        if self.quiet:
+            yield from items
+            return
+        from tqdm import tqdm
+
+        # A terminal may be redrawn often; a log file gets a line now and then, and none for short work.
+        pace = 0.5 if sys.stderr.isatty() else 20.0
+        yield from tqdm(items, desc=label or None, total=total, delay=pace, mininterval=pace / 5, leave=False)
+
+
+QUIET = Progress(quiet=True)
+
+# --- files ------------------------------------------------------------------------------------------------------------
+
+
+def write(result: StudyResult, folder: Path, figures: Mapping[str, Figure], trusted: bool = False) -> str:
+    """Write signals.npz, the figures and, last, metrics.json; what an earlier run left there goes first.
+
+    Parameters
+    ----------
+    trusted : bool
+        Record that whoever ran the study overrode its failed checks; the status stays SUSPECT, with its reasons.
+
+    Returns
+    -------
+    text : str
+        The content of metrics.json.
+    """
+    writers: dict[str, Callable[[IO[bytes]], Any]] = {}
+    if result.signals:
+        signals: dict[str, Any] = dict(result.signals)
+        writers["signals.npz"] = partial(np.savez_compressed, **signals)
+    for name, figure in figures.items():
+        for kind in ("png", "pdf"):
+            writers[f"{name}.{kind}"] = partial(_save, figure, kind)
+    _remove_earlier(folder)
+    for name, writer in writers.items():
+        with atomic(folder / name) as file:
+            writer(file)
+    text = to_json(
+        {
+            "status": result.status,
+            "message": result.message,
+            **({"trusted": True} if trusted else {}),
+            "metrics": {name: _without_none(metric) for name, metric in result.metrics.items()},
+            "work": result.work,
+            "provenance": provenance(result.parameters),
+            "files": list(writers),
+        }
+    )
+    with atomic(folder / "metrics.json") as file:
+        file.write(text.encode())
+    return text
+
+
+def _save(figure: Figure, kind: str, file: IO[bytes]) -> None:
+    from buckler.studies.kit.style import house_style
+
+    # A PDF without its date is the same file for the same figure.
+    details = {"CreationDate": None} if kind == "pdf" else None
+    with house_style():
+        figure.savefig(file, format=kind, metadata=details)
+
+
+@contextmanager
+def atomic(path: Path) -> Iterator[IO[bytes]]:
+    """Open a file that appears under its name only once it is complete."""
+    temporary = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        with temporary.open("wb") as file:
+            yield file
+            file.flush()
+            os.fsync(file.fileno())
+        temporary.replace(path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def _remove_earlier(folder: Path) -> None:
+    """Remove what the metrics.json in this folder lists, so that no old figure stands beside new numbers."""
+    try:
+        listed = json.loads((folder / "metrics.json").read_text())["files"]
+    except (OSError, ValueError, LookupError, TypeError):
+        return
+    for name in [*listed, "metrics.json"]:
+        if Path(name).name == name:
+            (folder / name).unlink(missing_ok=True)
+
+
+def to_json(content: Any) -> str:
+    """Write strict JSON: numpy values as plain ones, NaN and infinity as null."""
+    return json.dumps(plain(content, lambda _: None), indent=2, allow_nan=False, ensure_ascii=False) + "\n"
+
+
+def plain(content: Any, beyond: Callable[[float], Any]) -> Any:
+    """Content as JSON can hold it: numpy values as plain ones, `beyond` of each float that is not finite."""
+    if hasattr(content, "tolist"):
+        content = content.tolist()
+    if isinstance(content, Mapping):
+        return {str(key): plain(value, beyond) for key, value in content.items()}
+    if isinstance(content, list | tuple | set):
+        return [plain(value, beyond) for value in content]
+    if isinstance(content, float) and not math.isfinite(content):
+        return beyond(content)
+    return content if isinstance(content, str | int | float | None) else str(content)
+
+
+def _without_none(metric: Metric) -> dict[str, Any]:
+    return {key: value for key, value in asdict(metric).items() if value is not None or key == "value"}
+
+
+# --- provenance -------------------------------------------------------------------------------------------------------
+
+
+def provenance(parameters: StudyParameters) -> dict[str, Any]:
+    """What it takes to run the same again: versions, commit, machine, parameters."""
+    return {
+        "versions": versions(),
+        "commit": _commit(),
+        "machine": {"cpu": _cpu(), "cores": os.cpu_count(), "os": platform.platform()},
+        "parameters": asdict(parameters),
+    }
+
+
+def versions() -> dict[str, str | None]:
+    """Of Python, Buckler and the packages its numbers come from."""
+    packages = ("buckler", "exudyn", "numpy", "scipy")
+    return {"python": platform.python_version(), **{name: _version(name) for name in packages}}
+
+
+def _version(package: str) -> str | None:
+    try:
+        return metadata.version(package)
+    except metadata.PackageNotFoundError:  # a checkout that was never installed
+        return None
+
+
+def _commit() -> str | None:
+    root = Path(__file__).resolve().parents[2]
+    if not (root / ".git").exists():  # installed, perhaps inside somebody else's repository
+        return None
+    command = ["git", "-C", str(root), "describe", "--always", "--tags", "--dirty=+dirty"]
+    try:
+        return subprocess.run(command, capture_output=True, text=True, check=True, timeout=10).stdout.strip()
+    except (OSError, subprocess.SubprocessError):
+        return None
+
+
+def _cpu() -> str:
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+    except OSError:
+        return platform.processor()
+    return next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), platform.machine())

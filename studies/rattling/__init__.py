@@ -1,0 +1,1 @@
+"""Studies of the crank-rocker with clearance in its joints."""

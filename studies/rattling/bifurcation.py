@@ -1,0 +1,215 @@
+"""Crank-rocker with play: where its motion repeats and where it is chaos, over clearance, speed or contact damping.
+
+Above, the place of one pin in its bush each time the crank passes one angle: a motion that repeats shows points, chaos a
+cloud. Below, the largest Lyapunov exponent: the rate at which two motions part that began almost alike, by the method of
+Benettin et al., with its standard error over turns of all members. Nothing but that sign tells chaos from a long period.
+
+A second picture resolves the rate over the crank's angle at the parameters themselves, and holds it against an offset
+of 1e-12 m that is left alone: the motion parts in one stretch of the turn and comes together in another, so what a few
+tens of milliseconds show is not the exponent.
+
+References
+----------
+G. Benettin, L. Galgani, J.-M. Strelcyn, Kolmogorov entropy and numerical experiments, doi 10.1103/PhysRevA.14.2338.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from math import nan
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from buckler.mbs.reference import FourBar
+from buckler.mbs.reference.lyapunov import exponent
+from buckler.studies.kit.cli import main
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
+from buckler.studies.kit.style import COLOURS, subplots
+from buckler.studies.rattling.bifurcation_points import (
+    AXES,
+    LEFT_ALONE,
+    LONGEST_PERIOD,
+    REPEATS_TO,
+    SURE,
+    WINDOW,
+    Growth,
+    Point,
+    SectionParameters,
+    agreement,
+    fastest,
+    growth_over_turn,
+    member,
+    read,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Array = np.ndarray[Any, Any]
+LABELS = {"alone": "left alone", "drawn": "drawn back, growth added up"}
+"""Curves of the growth over a turn."""
+
+
+@dataclass(frozen=True)
+class Parameters(SectionParameters):
+    """Parameters of the study."""
+
+
+def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
+    """Follow every member at every value, then one turn at the parameters themselves."""
+    p = parameters
+    fourbars = [p.at(float(value)) for value in p.values]
+    seeds = range(p.seed, p.seed + p.seeds)
+    base = p.fourbar(start=p.angle)
+    with ThreadPoolExecutor(p.workers) as pool:
+        jobs = [(fourbar, seed) for fourbar in fourbars for seed in seeds]
+        found = list(progress(pool.map(lambda job: member(p, *job), jobs), total=len(jobs), label=p.over))
+        parts = zip(*pool.map(lambda seed: growth_over_turn(p, base, seed), seeds), strict=True)
+        growth = Growth(*map(np.stack, parts))
+    points = [read(p, f, found[i * p.seeds : (i + 1) * p.seeds]) for i, f in enumerate(fourbars)]
+    wrong = [f"{p.over} = {value:.4g}: {note}" for value, x in zip(p.values, points, strict=True) for note in x.notes]
+    checks: dict[str, Any] = {"status": "SUSPECT", "message": "; ".join(wrong)} if wrong else {}
+    return StudyResult(
+        parameters=p,
+        **checks,
+        metrics=_metrics(p, base, points, growth),
+        signals=_signals(p, fourbars, points, growth),
+        tables=[_table(p, fourbars, points), _growth_table(p, base, growth)],
+    )
+
+
+def _metrics(p: Parameters, base: FourBar, points: Sequence[Point], growth: Growth) -> dict[str, Metric]:
+    here = exponent(growth.rate * base.period / growth.rate.shape[-1], base.period)
+    exponents = [x.exponent for x in points]
+    ends = {"smallest": min(exponents), "largest": max(exponents)}
+    relative = abs(here.error / here.value)
+    return {
+        "exponent": Metric(here.value, "1/s", error=relative),
+        "exponent_per_turn": Metric(here.value * base.period, "1", error=relative),
+        "fastest_growth": Metric(fastest(growth.rate, base.period), "1/s"),
+        "alone_against_drawn_back": Metric(agreement(growth, p.clearance), "1"),
+        **{f"{end}_exponent": Metric(x.value, "1/s", error=abs(x.error / x.value)) for end, x in ends.items()},
+        "repeating": Metric(float(sum(x.period > 0 for x in points)), "1"),
+        "chaotic": Metric(float(sum(x.exponent.value > SURE * x.exponent.error for x in points)), "1"),
+    }
+
+
+def _signals(p: Parameters, fourbars: Sequence[FourBar], points: Sequence[Point], growth: Growth) -> dict[str, Array]:
+    return {
+        p.over: p.values,
+        "section": np.stack([x.section for x in points]),
+        "exponent": np.array([x.exponent.value for x in points]),
+        "exponent_error": np.array([x.exponent.error for x in points]),
+        "period": np.array([x.period for x in points]),
+        "spread": np.array([x.spread for x in points]),
+        "valid": np.array([not x.notes for x in points]),
+        "turn": np.array([f.period for f in fourbars]),
+        "growth.rate": growth.rate,
+        "growth.alone": growth.alone,
+        "growth.drawn": growth.drawn,
+    }
+
+
+def _table(p: Parameters, fourbars: Sequence[FourBar], points: Sequence[Point]) -> Table:
+    label, factor, _ = AXES[p.over]
+    rows = [
+        [
+            f"{factor * value:.4g}", f"{x.exponent.value:.1f}", f"{x.exponent.error:.1f}", f"{x.exponent.value * f.period:.2f}",
+            x.period or "no", f"{x.spread:.2g}", "; ".join(note.partition(":")[0] for note in x.notes),
+        ]
+        for value, f, x in zip(p.values, fourbars, points, strict=True)
+    ]  # fmt: skip
+    headers = [label.replace("$c_{max}$", "c_max"), "exponent [1/s]", "error", "per turn", "repeats after", "spread [1]", ""]
+    title = f"Pin {p.joint} at a crank angle of {np.degrees(p.angle):g} deg, c_max = {p.damping:g} {p.damping_unit}"
+    if p.over == "damping":
+        title = title.partition(", c_max")[0]
+    notes = (
+        "error: standard error over turns and members. spread: standard deviation of the section, in clearances.\n"
+        f"{p.seeds} members from seed {p.seed}, {p.settle} turns to settle, {p.turns} of the section, {p.exponent_turns} for the "
+        f"exponent.\nrepeats after: turns, to {REPEATS_TO:g} clearances, up to {LONGEST_PERIOD}."
+    )
+    return Table(headers, rows, title, notes)
+
+
+def _growth_table(p: Parameters, base: FourBar, growth: Growth) -> Table:
+    steps = growth.rate.shape[-1]
+    parts = [(a, a + 45) for a in range(0, 360, 45)]
+    angles = (np.arange(steps) + 0.5) / steps * 360
+    rows = []
+    for low, high in parts:
+        rates = growth.rate[..., (angles >= low) & (angles < high)].mean(axis=-1).ravel()
+        error = rates.std(ddof=1) / np.sqrt(rates.size) if rates.size > 1 else nan
+        rows.append([f"{low} to {high}", f"{rates.mean():.0f}", f"{error:.0f}"])
+    title = f"Rate over a turn at {1e3 * p.clearance:g} mm, {p.speed:.4g} rad/s, c_max = {p.damping:g} {p.damping_unit}"
+    notes = f"fastest over {1e3 * WINDOW:g} ms: {fastest(growth.rate, base.period):.0f}/s"
+    return Table(["crank angle past the section [deg]", "rate [1/s]", "std. error"], rows, title, notes)
+
+
+# --- figures ----------------------------------------------------------------------------------------------------------------
+
+
+def figure(result: StudyResult) -> dict[str, Figure]:
+    """Draw section and exponent over what is varied, and the growth over a turn."""
+    return {"bifurcation": _bifurcation(result), "growth": _growth(result)}
+
+
+def _bifurcation(result: StudyResult) -> Figure:
+    p: Any = result.parameters
+    s, (label, factor, scale) = result.signals, AXES[p.over]
+    x = factor * s[p.over]
+    fig, (above, below) = subplots(2, 1, height=130, sharex=True, height_ratios=(1.4, 1))
+    places = s["section"][..., 0].reshape(len(x), -1)
+    above.plot(
+        np.repeat(x, places.shape[1]), places.ravel(), ".", color=COLOURS[0], markersize=3, markeredgewidth=0, rasterized=True
+    )
+    above.set(ylabel=f"pin {p.joint}, $x/c$, once a turn", xscale=scale)
+    kinds = {
+        "does not repeat": (s["valid"] & (s["period"] == 0), COLOURS[1], "o"),
+        f"repeats within {LONGEST_PERIOD} turns": (s["valid"] & (s["period"] > 0), COLOURS[2], "s"),
+        "suspect": (~s["valid"], "#999999", "x"),
+    }
+    for name, (kind, colour, mark) in kinds.items():
+        if kind.any():
+            bars = {"elinewidth": 0.8, "capsize": 1.5, "linestyle": ""}
+            error = np.nan_to_num(s["exponent_error"][kind])
+            below.errorbar(x[kind], s["exponent"][kind], error, marker=mark, color=colour, label=name, **bars)
+    below.axhline(0, color="#000000", linewidth=0.6)
+    below.set(xlabel=label, ylabel="Lyapunov exponent [1/s]")
+    below.xaxis.set_major_formatter("{x:g}")
+    below.legend()
+    return fig
+
+
+def _growth(result: StudyResult) -> Figure:
+    p: Any = result.parameters
+    s, steps = result.signals, result.signals["growth.rate"].shape[-1]
+    fig, (left, right) = subplots(1, 2, height=75)
+    angle = np.degrees(p.angle) + np.arange(steps + 1) / steps * 360
+    rates = s["growth.rate"].reshape(-1, steps)
+    mean, error = rates.mean(axis=0), rates.std(axis=0) / np.sqrt(len(rates))
+    centres = (angle[1:] + angle[:-1]) / 2
+    left.fill_between(centres, mean - error, mean + error, color=COLOURS[0], alpha=0.25, linewidth=0)
+    left.plot(centres, mean, color=COLOURS[0], label="local")
+    value = result.metrics["exponent"].value
+    left.axhline(value, color=COLOURS[1], linestyle="--", label=f"mean, {value:.0f}/s")
+    left.axhline(0, color="#000000", linewidth=0.6)
+    left.set(xlabel="crank angle [deg]", ylabel="rate of parting [1/s]")
+    left.legend()
+    for name, colour, style in (("alone", COLOURS[0], "-"), ("drawn", COLOURS[1], "--")):
+        for values in s[f"growth.{name}"]:
+            label = None if right.get_legend_handles_labels()[1].count(LABELS[name]) else LABELS[name]
+            right.semilogy(angle, values, style, color=colour, linewidth=0.9, label=label)
+    right.axhline(p.clearance, color="#000000", linewidth=0.6)
+    right.annotate("clearance", (angle[0], p.clearance), xytext=(2, 2), textcoords="offset points", fontsize=8)
+    right.set(xlabel="crank angle [deg]", ylabel="offset [m]", ylim=(LEFT_ALONE / 3, 30 * p.clearance))
+    right.legend(loc="lower right")
+    for ax in (left, right):
+        ax.set(xlim=(angle[0], angle[-1]), xticks=angle[0] + np.arange(0, 361, 90))
+    return fig
+
+
+if __name__ == "__main__":
+    raise SystemExit(main("bifurcation"))

@@ -1,0 +1,250 @@
+"""What the studies of joints with play share: the crank-rocker's parameters, its variants, and what is read off a run.
+
+The mechanism is that of a paper that leaves much unsaid: clearance, pins, friction speeds, the plane in which the bars
+bend. Each of these is a parameter here. The unit of its largest contact damping, 253 "N×S/m", decides the physics
+(`damping_unit`): in N.s/m the joints rattle; in N.s/mm, the paper's own 0.1 % of the stiffness, they stay closed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from math import pi
+from typing import Any
+
+import numpy as np
+
+from buckler import mbs
+from buckler.mbs import Beam, Clearance, Material, Mechanism, Modal, Result, Rigid, Section, crank_rocker
+from buckler.mbs.laws import AdamsFriction, Impact
+from buckler.mbs.library import STEEL_CRANK_ROCKER
+from buckler.studies.kit.parameters import StudyParameters, choice, choices, integer, quantity
+
+Array = np.ndarray[Any, Any]
+STEEL = Material(modulus=207e9, density=7850.0, poisson=0.29)
+AREA = 0.020 * 0.005
+"""Of the bars' section, m^2."""
+STIFFNESS = 2.53e5 * 1e3**1.5
+"""Published K, N/m^1.5: 2.53e5 "N/mm", read as N/mm^1.5."""
+DAMPING_UNITS = {"N.s/m": 1.0, "N.s/mm": 1e3}
+"""Readings of c_max, each in N s/m."""
+WITH_PLAY = ("", "B", "BC", "ABC", "OABC")
+"""Joints that get play as their number grows: first those that are looked at, coupler–rocker and rocker–frame."""
+START_OFFSET = 1e-9
+"""Scale, rad, of the chance offset of the start: far below all errors, yet rattling joints soon move otherwise."""
+STEPS_A_TURN = 720
+"""Steps taken at least for a turn of the crank."""
+SAMPLES = ("coupler.vx", "rocker.vx", "coupler.ax", "rocker.ax")
+FORCES = {"coupler_rocker": "B.coupler-rocker", "rocker_frame": "C.ground-rocker"}
+"""The joints whose force is read, and how it begins among a run's signals."""
+
+
+def _beam(p: CrankRockerParameters) -> Beam:
+    section = p.section.damped(p.rocker_damping, STEEL_CRANK_ROCKER.rocker)
+    return Beam(section) if p.accuracy else Beam(section, elements=p.elements)
+
+
+ROCKERS: dict[str, Callable[[CrankRockerParameters], Any]] = {
+    "rigid": lambda p: Rigid(p.section),
+    "beam": _beam,
+    "modal": lambda p: Modal(p.section, damping=p.rocker_damping),
+}
+"""Bodies of the rocker by name; all but the first are flexible."""
+
+
+def label(rocker: str) -> str:
+    """What the results of a rocker are filed under: `rigid` or `flexible`."""
+    return "rigid" if rocker == "rigid" else "flexible"
+
+
+class InPython:
+    """A contact law that the compiler cannot see into: the engine calls Python for every force."""
+
+    def __init__(self, law: Any) -> None:
+        self.law = law
+        self.stiffness, self.exponent = getattr(law, "stiffness", 0.0), getattr(law, "exponent", 1.0)
+
+    def force(self, depth: Any, rate: Any, onset: Any) -> Any:
+        """Force of the law, N."""
+        return self.law.force(depth, rate, onset)
+
+    def elastic(self, depth: Any) -> Any:
+        """Elastic part of the law, N."""
+        return self.law.elastic(depth)
+
+    def potential(self, depth: Any) -> Any:
+        """Its potential, J."""
+        return self.law.potential(depth)
+
+
+@dataclass(frozen=True)
+class PlayParameters(StudyParameters):
+    """The crank-rocker's bars, joints with play, contact and drive, on the engine and in the compiled reference."""
+
+    in_plane_depth: float = quantity(20e-3, "m", 5e-3, 20e-3, "side of the 20 mm x 5 mm bars in the plane", "bars")
+    clearance: float = quantity(2.5e-4, "m", 1e-7, 2e-3, "radial clearance", "joints")
+    pin: float = quantity(5e-3, "m", 1e-3, 1e-2, "radius of the pins", "joints")
+    stiffness: float = quantity(STIFFNESS, "N/m^1.5", 1e6, 1e14, "contact stiffness K", "contact")
+    damping: float = quantity(253.0, "1", 0, 1e5, "largest contact damping c_max, in damping_unit", "contact")
+    damping_unit: str = choice("N.s/m", tuple(DAMPING_UNITS), "how the published unit of c_max is read", "contact")
+    damping_depth: float = quantity(1e-5, "m", 1e-8, 1e-3, "depth d_max at which the damping is full", "contact")
+    static_friction: float = quantity(0.3, "1", 0, 2, "static Coulomb coefficient", "contact")
+    dynamic_friction: float = quantity(0.1, "1", 0, 2, "dynamic Coulomb coefficient", "contact")
+    stiction_speed: float = quantity(0.1, "m/s", 1e-5, 10, "sliding speed at which friction is static", "contact")
+    friction_speed: float = quantity(1.0, "m/s", 2e-5, 100, "sliding speed from which friction is dynamic", "contact")
+    speed: float = quantity(10 * pi, "rad/s", 0.1, 500, "speed of the crank", "drive")
+
+    @property
+    def law(self) -> Impact:
+        """Contact law."""
+        return Impact(self.stiffness, self.damping * DAMPING_UNITS[self.damping_unit], self.damping_depth)
+
+    @property
+    def friction(self) -> AdamsFriction:
+        """Friction law."""
+        return AdamsFriction(self.static_friction, self.dynamic_friction, self.stiction_speed, self.friction_speed)
+
+
+@dataclass(frozen=True)
+class CrankRockerParameters(PlayParameters):
+    """Parameters of every study of the crank-rocker with play on the engine."""
+
+    rocker: tuple[str, ...] = choices(("rigid", "beam"), tuple(ROCKERS), "rockers to run, at most one flexible", "bars")
+    rocker_damping: float = quantity(0.01, "1", 0, 1, "damping ratio: first pinned mode (beam), all (modal)", "bars")
+    clearance_joints: int = integer(4, 0, 4, "joints with play: B, C, A, O in this order", "joints")
+    start_angle: float = quantity(0.5, "rad", -7, 7, "crank angle at the start", "drive")
+    duration: float = quantity(0.2, "s", 1e-4, 1e3, "length of a run", "numerics")
+    settle: float = quantity(0.02, "s", 0, 1e3, "time left out of the metrics: journals start centred", "numerics")
+    seed: int = integer(0, 0, 2**31 - 1, "draws the start's offset, 1e-9 rad N(0, 1)", "numerics")
+    elements: int = integer(4, 1, 64, "elements of the beam", "numerics")
+    tolerance: float = quantity(5e-5, "1", 1e-9, 1e-1, "position error allowed a step, over clearance/10", "numerics")
+    accuracy: float = quantity(0, "1", 0, 0.1, "error asked for over the first 10 ms, instead of elements, tolerance", "numerics")
+    timeout: float = quantity(120, "s", 0.01, 86400, "longest time a run may take", "numerics")
+
+    def check(self) -> None:
+        """Check parameters against each other; build what will be run."""
+        if len({label(rocker) for rocker in self.rocker}) < len(self.rocker):
+            raise ValueError(f"rocker = {','.join(self.rocker)}: name one flexible rocker at most")
+        if self.settle >= self.duration:
+            raise ValueError(f"settle = {self.settle:g} s: must be less than duration = {self.duration:g} s")
+        for rocker in self.rocker:
+            self.mechanism(rocker)
+
+    @property
+    def section(self) -> Section:
+        """Of all bars, without damping."""
+        return Section(width=AREA / self.in_plane_depth, thickness=self.in_plane_depth, material=STEEL)
+
+    @property
+    def with_play(self) -> str:
+        """Points of the joints with play."""
+        return WITH_PLAY[self.clearance_joints]
+
+    def play(self, point: str, first: str, second: str) -> Clearance:
+        """Joint with play at a point, pin on the first body, bush on the second."""
+        return Clearance(point, first, second, self.pin, self.clearance, self.law, self.friction)
+
+    def mechanism(self, rocker: str, with_play: str | None = None) -> Mechanism:
+        """Crank-rocker with this rocker and play in these joints; by default in as many as `clearance_joints` says."""
+        offset = START_OFFSET * float(np.random.default_rng(self.seed).standard_normal())
+        return crank_rocker(
+            ROCKERS[rocker](self),
+            speed=self.speed,
+            play=self.play,
+            with_play=self.with_play if with_play is None else with_play,
+            section=self.section,
+            angle=self.start_angle + offset,
+        )
+
+
+@dataclass(frozen=True)
+class Variant:
+    """One run: what it is filed under, the mechanism's joints with play, and what came of it."""
+
+    name: str
+    with_play: str
+    result: Result
+
+
+def run_variants(parameters: CrankRockerParameters, progress: Any) -> list[Variant]:
+    """Run the rigid mechanism with ideal joints, as `ideal`, and each rocker asked for with play."""
+    cases = [("ideal", "rigid", "")] + [(label(r), r, parameters.with_play) for r in parameters.rocker]
+    return [
+        Variant(name, with_play, simulate(parameters, rocker, with_play))
+        for name, rocker, with_play in progress(cases, label="variants")
+    ]
+
+
+def simulate(parameters: CrankRockerParameters, rocker: str, with_play: str) -> Result:
+    """Run one mechanism, energy ledger included."""
+    solver = mbs.Solver(
+        tolerance=parameters.tolerance if with_play else None,
+        max_step=min(2 * pi / parameters.speed / STEPS_A_TURN, parameters.duration / 10),
+    )
+    return mbs.simulate(
+        parameters.mechanism(rocker, with_play),
+        parameters.duration,
+        parameters.accuracy or None,
+        solver=None if parameters.accuracy else solver,
+        ledger=True,
+        timeout=parameters.timeout,
+    )
+
+
+# --- what is read off a run -------------------------------------------------------------------------------------------
+
+
+def rms(time: Array, values: Array) -> float:
+    """Root mean square weighted by time: steps crowd where contacts are, and would count most in a mean of samples."""
+    return float(np.sqrt(np.trapezoid(values**2, time) / (time[-1] - time[0])))
+
+
+def joint_force(result: Result, joint: str) -> Array:
+    """Size of a joint's force, N; joint as in `FORCES`."""
+    return np.hypot(result.signals[f"{FORCES[joint]}.fx"], result.signals[f"{FORCES[joint]}.fy"])
+
+
+def read(variant: Variant, ideal: Variant, settle: float) -> dict[str, tuple[float, str]]:
+    """Numbers of one run from `settle` on, each with its unit; nan where the run did not get that far."""
+    result, found = variant.result, {}
+    kept = result.time >= settle
+    if kept.sum() < 2:
+        kept = np.zeros_like(kept)
+    time = result.time[kept]
+
+    def largest(values: Array) -> float:
+        return float(np.abs(values[kept]).max()) if time.size else np.nan
+
+    def mean_square(values: Array) -> float:
+        return rms(time, values[kept]) if time.size else np.nan
+
+    for joint in FORCES:
+        found[f"peak_force_{joint}"] = (largest(joint_force(result, joint)), "N")
+    for link in ("coupler", "rocker"):
+        signals = result.signals
+        off = signals[f"{link}.vx"] - ideal.result.at(f"{link}.vx", result.time)
+        found[f"peak_ax_{link}"] = (largest(signals[f"{link}.ax"]), "m/s^2")
+        found[f"rms_ax_{link}"] = (mean_square(signals[f"{link}.ax"]), "m/s^2")
+        found[f"rms_vx_error_{link}"] = (mean_square(off), "m/s")
+    deepest = max((largest(result.signals[f"{p}.penetration"]) for p in variant.with_play), default=0.0)
+    contacts = sum(float(result.signals[f"{p}.contacts"].max(initial=0.0)) for p in variant.with_play)
+    return found | {
+        "penetration": (deepest, "m"),
+        "contacts": (contacts, "1"),
+        "energy_balance": (result.energy_balance, "1"),
+    }
+
+
+def samples(variant: Variant) -> dict[str, Array]:
+    """Arrays of one run by name, for signals.npz."""
+    names = [*SAMPLES, *(f"{start}.f{axis}" for start in FORCES.values() for axis in "xy")]
+    names += [f"{p}.{name}" for p in variant.with_play for name in ("journal_x", "journal_y", "contact_state")]
+    signals = {name: variant.result.signals[name] for name in names}
+    return {f"{variant.name}.{name}": values for name, values in {"time": variant.result.time, **signals}.items()}
+
+
+def verdict(variants: Iterable[Variant]) -> dict[str, str]:
+    """Status and message of a study, those of its worst run: SUSPECT also where a pin is deeper in than it has play."""
+    wrong = [variant for variant in variants if not variant.result.ok]
+    status = min((v.result.status for v in wrong), key=lambda status: status == "SUSPECT", default="OK")
+    return {"status": str(status), "message": "; ".join(f"{v.name}: {v.result.message}" for v in wrong)}

@@ -1,0 +1,349 @@
+"""Crank-rocker with play in all joints: error against run time of rigid, beam and modal rocker, and of rivals.
+
+The engine runs it by tolerance, in equal steps, explicitly and implicitly, with several elements; rivals are the compiled
+reference, scipy's DOP853 on the same compiled right-hand side, the engine with its contact law in Python, and that with the
+engine's own default settings. The error is the largest distance of a bar's centre from a fine run of the reference over
+the first 10 ms, in clearances. Rattling is chaotic: what comes later is compared by means over turns, in standard errors.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import partial
+from math import isfinite
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from buckler.mbs import build
+from buckler.mbs.accuracy.precision import Point, time_for, verdict, work_precision
+from buckler.mbs.engine.stepping import usual_tolerance
+from buckler.mbs.library import STEEL_CRANK_ROCKER
+from buckler.mbs.reference import beam_modes
+from buckler.studies.kit.cli import main
+from buckler.studies.kit.parameters import StudyParameters, choice, choices, integer, quantities, quantity
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
+from buckler.studies.kit.style import subplots
+from buckler.studies.rattling.clearance import DAMPING_UNITS, CrankRockerParameters, InPython
+from buckler.studies.rattling.clearance_precision_cycles import QUANTITIES, Comparison, compare
+from buckler.studies.rattling.clearance_precision_runs import (
+    MODES,
+    Outcome,
+    Runs,
+    beam,
+    by_scipy,
+    by_steps,
+    by_tolerance,
+    compiled,
+    finest,
+    fourbar,
+    mechanism,
+    modal,
+    modes_of_beam,
+    on_engine,
+    plainly,
+    power,
+    rigid,
+)
+from buckler.studies.rattling.fourbar import modes_of_solid
+from buckler.studies.strips.static_precision import as_signals, draw, footnote
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+DEFAULT, EQUAL, OWN_STEP = "default", "1e-7", "20 us"
+"""Setting of a run with no settings; tolerance of the reference that ratios refer to; step with the engine's own settings."""
+
+FEWER = 4
+"""Bending and as many axial modes of the reference where the beam's turns are averaged."""
+
+
+class Ratio(NamedTuple):
+    """Run time of one run over that of another, each a series and a setting of one model, and what is asked of it."""
+
+    model: str
+    above: tuple[str, str]
+    below: tuple[str, str]
+    sign: str
+    bar: float
+
+    def reached(self, value: float) -> bool:
+        """Whether a value is on the right side of the bar."""
+        return value >= self.bar if self.sign == ">=" else value <= self.bar
+
+
+TOLERANCES = (1e-5, 1e-7, 1e-9)
+"""Of the reference's runs."""
+YARDSTICK = f"reference, {MODES} + {MODES} modes"
+"""The reference that the beam is held against: too far below all others to be drawn."""
+RIVALS = ("reference", "scipy", "Python law", "engine's own")
+"""How the names of runs begin that do not stand for the engine as we use it."""
+RATIOS = {
+    "dop853_over_reference": Ratio("rigid", ("scipy DOP853", EQUAL), ("reference", EQUAL), ">=", 25),
+    "rigid_over_reference": Ratio("rigid", ("Rigid", DEFAULT), ("reference", EQUAL), "<=", 12),
+    "python_law_over_rigid": Ratio("rigid", ("Python law", DEFAULT), ("Rigid", DEFAULT), ">=", 5),
+    "own_settings_over_rigid": Ratio("rigid", ("engine's own, Python law", OWN_STEP), ("Rigid", DEFAULT), ">=", 5),
+    "beam_over_modal_reference": Ratio("beam", ("Beam x 4", DEFAULT), ("reference, 2 + 1 modes", EQUAL), "<=", 10),
+}
+"""What is asked of run times; they depend on the machine and make no run SUSPECT."""
+BALANCE, UNLIKELY = 1e-3, 1e-3
+"""Energy balance and chance of the statistics beyond which the study is SUSPECT."""
+DISTANCE = {"rigid": 0.05, "beam": 0.5, "modal": 0.5}
+"""The same for the default run's distance, in clearances."""
+
+
+@dataclass(frozen=True)
+class Parameters(StudyParameters):
+    """Parameters of the study."""
+
+    rockers: tuple[str, ...] = choices(("rigid", "beam", "modal"), ("rigid", "beam", "modal"), "rockers to run", "mechanism")
+    clearance: float = quantity(2.5e-4, "m", 1e-5, 2e-3, "radial clearance", "mechanism")
+    damping_unit: str = choice("N.s/m", tuple(DAMPING_UNITS), "how the published unit of c_max is read", "mechanism")
+    tolerances: tuple[float, ...] = quantities((1e-2, 1e-4), "1", 1e-9, 1e-1, "tolerances, beside the default", "numerics")
+    steps: tuple[float, ...] = quantities((5e3, 2e4), "1", 100, 1e7, "equal steps in `span`", "numerics")
+    elements: tuple[float, ...] = quantities((2, 4, 8), "1", 1, 64, "elements of the beam; 4 always run", "numerics")
+    span: float = quantity(0.1, "s", 0.02, 100, "simulated in each run that is timed", "numerics")
+    compared: float = quantity(0.01, "s", 1e-4, 0.015, "time over which motion is compared", "numerics")
+    repeats: int = integer(3, 1, 1000, "repetitions, taken in turn", "numerics")
+    members: int = integer(6, 2, 10_000, "runs averaged; of the reference 4 times as many", "statistics")
+    cycles: int = integer(2, 1, 10_000, "turns of each, after one that is left out", "statistics")
+
+    def check(self) -> None:
+        """Check that counts are whole."""
+        self.check_counts("elements", "steps")
+
+    @property
+    def bars(self) -> CrankRockerParameters:
+        """Parameters of the mechanism."""
+        return CrankRockerParameters(clearance=self.clearance, damping_unit=self.damping_unit, start_angle=0.0)
+
+
+@dataclass(frozen=True)
+class Model:
+    """One rocker: its runs, the error of an outcome in clearances, and what the statistics compare.
+
+    Attributes
+    ----------
+    chosen : str
+        Name of the series whose default run is looked at more closely.
+    """
+
+    runs: Runs
+    error: Callable[[Outcome], float]
+    statistics: Callable[..., Comparison]
+    chosen: str
+
+
+def _rigid(p: Parameters) -> Model:
+    bars, span = p.bars, p.span
+    bar, free = fourbar(bars), mechanism(bars, rigid(bars))
+    held = mechanism(bars, rigid(bars), ramp=True)
+    slow, dop = mechanism(bars, rigid(bars), law=InPython(bars.law)), by_scipy(bar)
+    plain = mechanism(bars, rigid(bars), law=InPython(bars.law), ramp=True)
+    runs: Runs = {
+        "reference": {power(x): partial(compiled, bar, span, x) for x in TOLERANCES},
+        "scipy DOP853": {EQUAL: partial(dop, span, float(EQUAL))},
+        "Rigid": _both(free, p),
+        "Rigid, implicit": _both(held, p),
+        "Rigid, equal steps": by_steps(free, span, p.steps),
+        "Python law": {DEFAULT: partial(on_engine, slow, span)},
+        "engine's own, Python law": {OWN_STEP: partial(plainly, plain, span, round(span / 20e-6))},
+    }
+    return _model(p, runs, bar, rigid(bars), "Rigid")
+
+
+def _beam(p: Parameters) -> Model:
+    bars, span = p.bars, p.span
+    bar = fourbar(bars, modes_of_beam(bars))
+    few = fourbar(bars, beam_modes())
+    runs: Runs = {
+        YARDSTICK: {power(TOLERANCES[0]): partial(compiled, bar, span, TOLERANCES[0])},
+        "reference, 2 + 1 modes": {EQUAL: partial(compiled, few, span, float(EQUAL))},
+        **{f"Beam x {n}": _both(mechanism(bars, beam(bars, n)), p) for n in sorted({4, *map(int, p.elements)})},
+        "Beam x 4, equal steps": by_steps(mechanism(bars, beam(bars, 4)), span, p.steps),
+    }
+    model = _model(p, runs, bar, beam(bars, 4), "Beam x 4")
+    like = fourbar(bars, modes_of_beam(bars, FEWER))  # what an axial mode of 60 kHz adds to a turn is less than chance does
+    return replace(model, statistics=partial(compare, bars, beam(bars, 4), like, p.members, p.cycles))
+
+
+def _modal(p: Parameters) -> Model:
+    bars, span, body = p.bars, p.span, modal(p.bars)
+    bar = fourbar(bars, modes_of_solid(body, STEEL_CRANK_ROCKER.rocker))
+    runs: Runs = {
+        "reference, same modes": {power(x): partial(compiled, bar, span, x) for x in TOLERANCES},
+        "Modal": _both(mechanism(bars, body), p),
+        "Modal, equal steps": by_steps(mechanism(bars, body), span, (min(p.steps),)),
+    }
+    return _model(p, runs, bar, body, "Modal")
+
+
+def _both(made: Any, p: Parameters) -> dict[str, Callable[[], Outcome]]:
+    """By tolerance, and without settings at its place among them."""
+    usual = usual_tolerance(build(made))
+    coarser, finer = ([x for x in p.tolerances if (x > usual) == side] for side in (True, False))
+    default = {DEFAULT: partial(on_engine, made, p.span)}
+    return by_tolerance(made, p.span, coarser) | default | by_tolerance(made, p.span, finer)
+
+
+def _model(p: Parameters, runs: Runs, bar: Any, rocker: Any, chosen: str) -> Model:
+    distance = finest(bar, p.compared)
+    return Model(
+        runs,
+        lambda outcome: distance(outcome) / p.clearance,
+        partial(compare, p.bars, rocker, bar, p.members, p.cycles),
+        chosen,
+    )
+
+
+MODELS: dict[str, Callable[[Parameters], Model]] = {"rigid": _rigid, "beam": _beam, "modal": _modal}
+Series = Mapping[str, Mapping[str, Point]]
+
+
+def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
+    """Run each model's variants in turn, then the ensembles of its default run and of the reference."""
+    p = parameters
+    metrics: dict[str, Metric] = {}
+    signals: dict[str, Any] = {}
+    found: dict[str, Series] = {}
+    compared: dict[str, Comparison] = {}
+    for name in p.rockers:
+        model = MODELS[name](p)
+        found[name] = series = _measure(model, p, partial(progress, label=f"{name}: runs"))
+        compared[name] = model.statistics(progress=partial(progress, label=f"{name}: turns"))
+        chosen = series[model.chosen][DEFAULT]
+        metrics |= _metrics(name, chosen, compared[name])
+        own = {f"{name}: {key}": [*part.values()] for key, part in series.items()}
+        signals |= as_signals(own) | {f"{name}: {key}.setting": np.array([*part]) for key, part in series.items()}
+    metrics |= {name: Metric(_ratio(found, name), "1") for name in RATIOS if RATIOS[name].model in found}
+    if "rigid" in found:
+        metrics["dop853_over_reference_at_equal_error"] = Metric(_at_equal_error(found["rigid"]), "1")
+    wrong = [why for name in p.rockers for why in _wrong(name, metrics)]
+    return StudyResult(
+        parameters=p,
+        metrics=metrics,
+        signals=signals,
+        tables=[
+            _runs_table(found, f"{_sentence(found)}\n{footnote(p)}"), _statistics_table(compared), _bars_table(metrics),
+        ],
+        status="SUSPECT" if wrong else "OK",
+        message="; ".join(wrong) or _sentence(found),
+    )  # fmt: skip
+
+
+def _measure(model: Model, p: Parameters, progress: Any) -> Series:
+    """Errors and times of a model's runs; the front is that of the engine as we use it."""
+    calls = {f"{name}, {key}": call for name, part in model.runs.items() for key, call in part.items()}
+    points = {point.name: point for point in work_precision(calls, model.error, p.repeats, progress=progress)}
+    ours = [point for name, point in points.items() if not name.startswith(RIVALS)]
+    for name, point in points.items():
+        front = point in ours and isfinite(point.error) and not any(other.beats(point) for other in ours)
+        points[name] = replace(point, front=front)
+    return {name: {key: points[f"{name}, {key}"] for key in part} for name, part in model.runs.items()}
+
+
+def _metrics(name: str, chosen: Point, found: Comparison) -> dict[str, Metric]:
+    return {
+        f"{name}.error": Metric(chosen.error, "1"),
+        f"{name}.time": Metric(chosen.wall_s, "s"),
+        f"{name}.energy_balance": Metric(found.balance, "1"),
+        f"{name}.standard_errors_apart": Metric(float(np.abs(found.apart).max()), "1"),
+        f"{name}.chance": Metric(found.chance, "1"),
+    }
+
+
+def _wrong(name: str, metrics: Mapping[str, Metric]) -> list[str]:
+    """What a model's default run does wrong, in words."""
+    error, balance, chance = (metrics[f"{name}.{what}"].value for what in ("error", "energy_balance", "chance"))
+    found = []
+    if not error <= DISTANCE[name]:
+        found.append(f"{name}: {error:.2g} clearances from the reference, allowed {DISTANCE[name]:g}")
+    if not balance <= BALANCE:
+        found.append(f"{name}: energy balance {balance:.1e}, allowed {BALANCE:g}")
+    if not chance >= UNLIKELY:
+        found.append(f"{name}: statistics differ from the reference's, by chance once in {1 / chance:.0f} times")
+    return found
+
+
+def _ratio(found: Mapping[str, Series], name: str) -> float:
+    """One of `RATIOS`."""
+    ratio = RATIOS[name]
+    (above, key), (below, other) = ratio.above, ratio.below
+    return found[ratio.model][below][other].speedup(found[ratio.model][above][key])
+
+
+def _at_equal_error(series: Mapping[str, Mapping[str, Point]]) -> float:
+    """How many times faster the reference reaches the error of scipy's run, read between its tolerances."""
+    (theirs,) = series["scipy DOP853"].values()
+    return theirs.wall_s / time_for(series["reference"].values(), theirs.error)
+
+
+def _sentence(found: Mapping[str, Series]) -> str:
+    """The default run of the first model against the one it is most like."""
+    chosen, rival = {
+        "rigid": (("Rigid", DEFAULT), ("reference", EQUAL)),
+        "beam": (("Beam x 4", DEFAULT), (YARDSTICK, power(TOLERANCES[0]))),
+        "modal": (("Modal", DEFAULT), ("reference, same modes", EQUAL)),
+    }[next(iter(found))]
+    series = next(iter(found.values()))
+    return verdict(series[chosen[0]][chosen[1]], series[rival[0]][rival[1]])
+
+
+# --- what is reported -------------------------------------------------------------------------------------------------
+
+
+def _runs_table(found: Mapping[str, Series], notes: str) -> Table:
+    rows: list[list[Any]] = []
+    for model, series in found.items():
+        for name, part in series.items():
+            for key, point in part.items():
+                error = f"{point.error:.1e}" if isfinite(point.error) else "failed"
+                counts = [point.work.get(what) for what in ("steps", "jacobians")]
+                rows.append([model, name, key, error, f"{1e3 * point.wall_s:.3g}", *counts, "*" if point.front else ""])
+    headers = ["rocker", "run", "setting", "error [clearances]", "time [ms]", "steps", "Jacobians", "front"]
+    return Table(headers, rows, "Crank-rocker with play: distance from the reference over the first 10 ms", notes)
+
+
+def _statistics_table(compared: Mapping[str, Comparison]) -> Table:
+    rows = [
+        [model, quantity, unit, f"{found.engine[:, k].mean():.5g}", f"{found.compiled[:, k].mean():.5g}",
+         f"{100 * found.relative_error[k]:.1f}", f"{found.apart[k]:+.1f}"]
+        for model, found in compared.items()
+        for k, (quantity, unit) in enumerate(QUANTITIES.items())
+    ]  # fmt: skip
+    headers = ["rocker", "mean over turns of", "unit", "engine", "reference", "standard error [%]", "apart [s.e.]"]
+    return Table(headers, rows, "Default runs: statistics against those of the reference")
+
+
+def _bars_table(metrics: Mapping[str, Metric]) -> Table:
+    rows = [
+        [
+            f"{', '.join(ratio.above)} / {', '.join(ratio.below)}",
+            f"{metrics[name].value:.3g}",
+            f"{ratio.sign} {ratio.bar:g}",
+            "yes" if ratio.reached(metrics[name].value) else "no",
+        ]
+        for name, ratio in RATIOS.items()
+        if name in metrics
+    ]
+    return Table(["ratio of run times", "found", "asked", "reached"], rows)
+
+
+def figure(result: StudyResult) -> Figure:
+    """Error over run time, a panel a rocker."""
+    names = [name.removesuffix(".setting") for name in result.signals if name.endswith(".setting")]
+    models = list(dict.fromkeys(name.partition(": ")[0] for name in names))
+    fig, axes = subplots(rows=len(models), height=80.0 * len(models), squeeze=False)
+    for model, ax in zip(models, axes[:, 0], strict=True):
+        own = {name: name.partition(": ")[2] for name in names if name.startswith(f"{model}: ") and not name.endswith(YARDSTICK)}
+        marks = {name: result.signals[f"{name}.setting"] for name in own}
+        below = [name for name, label in own.items() if label.startswith(RIVALS) or label == "Beam x 8"]
+        draw(ax, result.signals, own, marks, "tolerance, or steps", below)
+        ax.legend(title="at the points:\ntolerance, or steps", loc="center left", bbox_to_anchor=(1.0, 0.5), alignment="left")
+        ax.set(title=f"{model} rocker", ylabel="distance over the first 10 ms\n[clearances]")
+    return fig
+
+
+if __name__ == "__main__":
+    raise SystemExit(main("clearance-precision"))

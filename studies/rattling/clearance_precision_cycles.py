@@ -1,0 +1,91 @@
+"""Statistics of rattling joints on the engine against those of the reference: many starts, means over turns, standard errors."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from scipy.stats import ttest_ind
+
+from buckler.mbs import Result, Solver, reference, simulate
+from buckler.mbs.reference import FourBar
+from buckler.studies.rattling.clearance import STEPS_A_TURN, CrankRockerParameters
+from buckler.studies.rattling.clearance_precision_runs import mechanism
+
+Array = np.ndarray[Any, Any]
+QUANTITIES = {
+    "peak_force_coupler_rocker": "N", "peak_force_rocker_frame": "N", "rms_ax_coupler": "m/s^2", "rms_ax_rocker": "m/s^2",
+    "lost": "J",
+}  # fmt: skip
+"""Of each turn: largest force of two joints, rms x-acceleration of two bars, energy lost in contact and friction; with units."""
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Means over all turns and members, by the order of `QUANTITIES`.
+
+    Attributes
+    ----------
+    engine, compiled : array, shape (members, 5)
+        Each member's mean over its turns.
+    balance : float
+        Largest energy balance of a run on the engine.
+    """
+
+    engine: Array
+    compiled: Array
+    balance: float
+
+    @property
+    def apart(self) -> Array:
+        """Difference of the means in standard errors of the difference, shape (5,)."""
+        return np.asarray((self.engine.mean(axis=0) - self.compiled.mean(axis=0)) / self._error)
+
+    @property
+    def _error(self) -> Array:
+        return np.sqrt(sum(each.var(axis=0, ddof=1) / len(each) for each in (self.engine, self.compiled)))
+
+    @property
+    def relative_error(self) -> Array:
+        """Standard error of the difference over the reference's mean, shape (5,)."""
+        return np.asarray(self._error / self.compiled.mean(axis=0))
+
+    @property
+    def chance(self) -> float:
+        """Chance of a difference as large in any of the five if there is none: Welch's t-test, times five (Bonferroni)."""
+        return min(1.0, 5 * float(ttest_ind(self.engine, self.compiled, equal_var=False).pvalue.min()))
+
+
+def compare(
+    p: CrankRockerParameters, rocker: Any, bar: FourBar, members: int, cycles: int, progress: Callable[..., Any] = iter
+) -> Comparison:
+    """Run the engine at its default tolerance and the reference four times as often, each member from a start of its own."""
+    rows, balances = [], []
+    for seed in progress(range(members)):
+        made = mechanism(replace(p, seed=seed), rocker)
+        solver = Solver(max_step=bar.period / STEPS_A_TURN)
+        result = simulate(made, (1 + cycles) * bar.period, solver=solver, ledger=True, timeout=300)
+        if result.time[-1] < (1 + cycles) * bar.period * (1 - 1e-9):
+            raise RuntimeError(f"seed {seed}: {result.status}, {result.message}")
+        rows.append(by_turn(result, 1 + cycles, bar.period).mean(axis=0))
+        balances.append(result.energy_balance)
+    found = reference.ensemble(bar, cycles, range(4 * members), workers=1).cycles
+    lost = (found["contact"] + found["friction"]).sum(axis=2)
+    parts = [found["force"][..., 2], found["force"][..., 3], found["rms_a"][..., 0], found["rms_a"][..., 1], lost]
+    return Comparison(np.stack(rows), np.stack(parts, axis=-1).mean(axis=1), max(balances))
+
+
+def by_turn(result: Result, turns: int, period: float) -> Array:
+    """Measures of each turn but the first, shape (turns - 1, 5), integrals over the engine's own steps."""
+    time, s, edges = result.time, result.signals, period * np.arange(1, turns + 1)
+    force = [np.hypot(s[f"{joint}.fx"], s[f"{joint}.fy"]) for joint in ("B.coupler-rocker", "C.ground-rocker")]
+    columns = [[part[(time > a) & (time <= b)].max() for a, b in pairwise(edges)] for part in force]
+    for bar in ("coupler", "rocker"):
+        squares = s[f"{bar}.ax"] ** 2
+        summed = np.concatenate([[0.0], np.cumsum(np.diff(time) * (squares[1:] + squares[:-1]) / 2)])
+        columns.append(np.sqrt(np.diff(np.interp(edges, time, summed)) / period))
+    lost = result.energy["taken_contact"] + result.energy["taken_friction"]
+    return np.stack([*columns, np.diff(np.interp(edges, time, lost))], axis=1)

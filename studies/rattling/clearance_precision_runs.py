@@ -1,0 +1,207 @@
+"""What `clearance-precision` runs: the crank-rocker with play on the engine, compiled without it, by scipy, and plainly.
+
+Every run gives the same: the path of the bars' centres at times of its own, to be held against a fine run of the reference.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+from scipy.integrate import solve_ivp
+from scipy.interpolate import CubicHermiteSpline
+
+from buckler.mbs import Beam, Clearance, Mechanism, Modal, Ramp, Rigid, Solver, build, crank_rocker, reference, simulate
+from buckler.mbs.library import STEEL_CRANK_ROCKER
+from buckler.mbs.record.signals import History
+from buckler.mbs.reference import FourBar, ModalData, beam_modes
+from buckler.studies.rattling.clearance import CrankRockerParameters
+from buckler.studies.trust import plain
+
+Array = np.ndarray[Any, Any]
+CENTRES = {"coupler": 2, "rocker": 5}
+"""First column of a bar's centre among the reference's coordinates."""
+FINEST = 1e-12
+"""Tolerance of the run that others are held against."""
+SAMPLE = 1e-6
+"""Time between its samples, s: read between them, it is as good as at them."""
+SEEN = 1e-4
+"""Time between the samples of the reference's runs that are timed, s."""
+LENGTH = STEEL_CRANK_ROCKER.rocker
+"""Of the rocker, m."""
+MODES = 12
+"""Bending and as many axial modes of the reference that stands for the beam."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Path of the centres of coupler and rocker, how the run ended, what it counted.
+
+    Attributes
+    ----------
+    time : array, shape (times,)
+    path : array, shape (times, 4)
+        x and y of the coupler's centre, then of the rocker's, m.
+    """
+
+    time: Array
+    path: Array
+    status: str = "OK"
+    work: dict[str, float] = field(default_factory=dict)
+    balance: float = float("nan")
+
+
+def mechanism(p: CrankRockerParameters, rocker: Any, *, law: Any = None, ramp: bool = False) -> Mechanism:
+    """The crank-rocker with play in all joints; a ramp that does not rise takes it to the implicit integrator."""
+
+    def play(point: str, first: str, second: str) -> Clearance:
+        return Clearance(point, first, second, p.pin, p.clearance, law or p.law, p.friction)
+
+    offset = p.mechanism("rigid").points["A"]  # with the chance offset of the start
+    angle = float(np.arctan2(offset[1], offset[0]))
+    speed = Ramp(p.speed, p.speed, 1.0) if ramp else p.speed
+    return crank_rocker(rocker, speed=speed, play=play, section=p.section, angle=angle)
+
+
+def rigid(p: CrankRockerParameters) -> Rigid:
+    """Rocker that does not bend."""
+    return Rigid(p.section)
+
+
+def beam(p: CrankRockerParameters, elements: int) -> Beam:
+    """Rocker of elements, with Kelvin-Voigt damping in bending and along its axis."""
+    damped = p.section.damped(p.rocker_damping, LENGTH)
+    material = replace(damped.material, axial_damping=damped.material.bending_damping)
+    return Beam(replace(damped, material=material), elements=elements)
+
+
+def modal(p: CrankRockerParameters) -> Modal:
+    """Rocker of a solid's modes."""
+    return Modal(p.section, damping=p.rocker_damping)
+
+
+def fourbar(p: CrankRockerParameters, modes: ModalData | None = None) -> FourBar:
+    """The same for the reference."""
+    place = p.mechanism("rigid").points["A"]
+    return FourBar(
+        width=p.section.width, thickness=p.section.thickness, density=p.section.material.density, speed=p.speed,
+        start=float(np.arctan2(place[1], place[0])), pin=p.pin, gap=p.clearance, law=p.law, friction=p.friction, modes=modes,
+    )  # fmt: skip
+
+
+def modes_of_beam(p: CrankRockerParameters, count: int = MODES) -> ModalData:
+    """Timoshenko modes with the material damping of `beam`, of each mode tau omega / 2."""
+    section = beam(p, 1).section
+    material = section.material
+    modes = beam_modes(
+        LENGTH, section.width, section.thickness, bending=count, axial=count, degree=40,
+        density=material.density, modulus=material.modulus, poisson=material.poisson,
+    )  # fmt: skip
+    return replace(modes, damping=material.bending_damping * modes.frequency / 2)
+
+
+# --- runs -------------------------------------------------------------------------------------------------------------
+
+
+def on_engine(made: Mechanism, duration: float, ledger: bool = False, **settings: Any) -> Outcome:
+    """By `simulate`, with settings of `Solver`."""
+    result = simulate(made, duration, solver=Solver(**settings), ledger=ledger, timeout=300)
+    path = np.stack([result.signals[f"{bar}.{axis}"] for bar in CENTRES for axis in "xy"], axis=1)
+    return Outcome(result.time, path, result.status, result.work, result.energy_balance if ledger else float("nan"))
+
+
+def compiled(bar: FourBar, duration: float, tolerance: float) -> Outcome:
+    """By the compiled reference."""
+    samples = round(duration / SEEN) + 1
+    run = reference.simulate(bar, duration, rtol=tolerance, atol=tolerance, samples=samples)
+    return Outcome(run.time, run.q[:, [2, 3, 5, 6]], run.status, run.work, run.energy_balance)
+
+
+def by_scipy(bar: FourBar) -> Callable[[float, float], Outcome]:
+    """The reference's right-hand side, as compiled, through scipy's DOP853; of duration and tolerance."""
+    rates, start = _right_hand_side(bar), reference.ideal_state(bar)
+    rates(0.0, start)  # compiled now, not in the first run
+    options: Any = {"max_step": bar.period / 100, "first_step": 1e-7}
+
+    def run(duration: float, tolerance: float) -> Outcome:
+        times = np.linspace(0, duration, round(duration / SEEN) + 1)
+        found = solve_ivp(rates, (0, duration), start, "DOP853", times, rtol=tolerance, atol=tolerance, **options)
+        path, work = found.y[[2, 3, 5, 6]].T, {"evaluations": found.nfev}
+        return Outcome(found.t, path, "OK" if found.success else found.message, work)
+
+    return run
+
+
+def _right_hand_side(bar: FourBar) -> Callable[[float, Array], Array]:
+    import numba
+
+    from buckler.mbs.reference import run
+    from buckler.mbs.reference.equations import LEDGER, REPORT, WATCHED, motion
+
+    normal, friction = run.laws_of(bar)
+    given = run.numbers(bar), run.table(bar), np.full(4, bar.slowest_onset)
+    n = reference.ideal_state(bar).size
+    full, rates, seen, watch = np.zeros(n + LEDGER), np.zeros(n + LEDGER), np.zeros(REPORT), np.zeros(WATCHED)
+
+    @numba.njit
+    def move(t, y, full, rates, bar, modes, onset, seen, watch):  # type: ignore[no-untyped-def]
+        full[: y.size] = y
+        motion(t, full, rates, bar, modes, onset, seen, watch, normal, friction)
+        return rates[: y.size].copy()
+
+    return lambda t, y: move(t, y, full, rates, *given, seen, watch)
+
+
+def plainly(made: Mechanism, duration: float, steps: int) -> Outcome:
+    """By the engine's own default settings, in equal steps; their number is the one thing that has no default that works."""
+    scene = build(made)
+    time, q, message = plain.default_settings(scene.system, duration, steps)
+    still = np.zeros_like(q)
+    history = History(scene, time, q, still, still, still, still, [])
+    places = [history.point(bar, point)[0] for bar, ends in (("coupler", "AB"), ("rocker", "CB")) for point in ends]
+    path = np.hstack([(places[0] + places[1]) / 2, (places[2] + places[3]) / 2])
+    return Outcome(time, path, message or "OK", {"steps": float(len(time))})
+
+
+# --- how far apart ----------------------------------------------------------------------------------------------------
+
+
+def finest(bar: FourBar, compared: float) -> Callable[[Outcome], float]:
+    """Distance from a run of the reference at `FINEST`: largest of a bar's centre within the time compared, m; nan if failed."""
+    run = reference.simulate(bar, compared, rtol=FINEST, atol=FINEST, samples=round(compared / SAMPLE) + 1)
+    path = CubicHermiteSpline(run.time, run.q[:, [2, 3, 5, 6]], run.q_t[:, [2, 3, 5, 6]])
+
+    def distance(outcome: Outcome) -> float:
+        early = outcome.time <= compared
+        if not run.ok or outcome.status not in ("OK", "SUSPECT") or early.all():
+            return float("nan")
+        off = outcome.path[early] - path(outcome.time[early])
+        return float(np.hypot(off[:, ::2], off[:, 1::2]).max())
+
+    return distance
+
+
+Runs = dict[str, dict[str, Callable[[], Outcome]]]
+
+
+def power(tolerance: float) -> str:
+    """1e-5 for 1e-05."""
+    return f"{tolerance:.0e}".replace("e-0", "e-")
+
+
+def thousands(steps: float) -> str:
+    """20k for 20000."""
+    return f"{steps / 1000:g}k"
+
+
+def by_tolerance(made: Mechanism, duration: float, tolerances: Sequence[float]) -> dict[str, Callable[[], Outcome]]:
+    """Runs of the engine by tolerance, coarsest first."""
+    return {power(x): partial(on_engine, made, duration, tolerance=x) for x in sorted(tolerances, reverse=True)}
+
+
+def by_steps(made: Mechanism, duration: float, steps: Sequence[float]) -> dict[str, Callable[[], Outcome]]:
+    """Runs of the engine by number of equal steps."""
+    return {thousands(n): partial(on_engine, made, duration, uniform_steps=int(n)) for n in sorted(steps)}

@@ -1,0 +1,310 @@
+"""Crank-rocker with play over clearance and crank speed: peak forces, accelerations, penetration, with standard errors.
+
+Every point is an ensemble of the compiled reference: members that start 1e-9 m apart, some turns discarded, means over the
+turns of all members. One point is run on the engine as well, which shares no equation of motion with the reference, and
+must give the same means within their errors.
+
+A pin deeper in its bush than it has play is beyond every contact law: such points carry the name PENETRATION, are drawn
+hollow, and enter no fit. Forces are also given over those of ideal joints, which go with the square of the speed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from math import nan
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from buckler.mbs.reference import FourBar, ensemble, simulate
+from buckler.studies.kit.cli import main
+from buckler.studies.kit.parameters import integer, quantities
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
+from buckler.studies.kit.style import COLOURS, subplots
+from buckler.studies.rattling.clearance import CrankRockerParameters, joint_force, rms
+from buckler.studies.rattling.clearance import simulate as simulate_on_engine
+from buckler.studies.rattling.fourbar import FourBarParameters
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Array = np.ndarray[Any, Any]
+JOINT = 2
+"""Joint whose force is read: B, coupler and rocker."""
+MEASURES = {
+    "peak_force": ("force", JOINT, "N", "peak force, joint B [N]"),
+    "rms_ax_coupler": ("rms_a", 0, "m/s^2", "rms $a_x$, coupler [m/s²]"),
+    "rms_ax_rocker": ("rms_a", 1, "m/s^2", "rms $a_x$, rocker [m/s²]"),
+}
+"""Means over turns: measure of an ensemble, its column, unit and name."""
+SHARED = (
+    "in_plane_depth", "clearance", "pin", "stiffness", "damping", "damping_unit", "damping_depth", "speed",
+    "static_friction", "dynamic_friction", "stiction_speed", "friction_speed",
+)  # fmt: skip
+"""Parameters that mean the same on the engine."""
+AGREES = 5.0
+"""Standard errors by which engine and reference may differ; those of the engine come from few members."""
+BALANCED = 1e-3
+"""Energy balance beyond which a point is suspect."""
+
+
+@dataclass(frozen=True)
+class Parameters(FourBarParameters):
+    """Parameters of the study; `clearance` and `speed` are those of the point that the engine runs too."""
+
+    clearances: tuple[float, ...] = quantities(
+        (5e-6, 1e-5, 2e-5, 5e-5, 1e-4, 2e-4, 5e-4, 1e-3), "m", 1e-6, 2e-3, "radial clearances", "grid"
+    )
+    speeds: tuple[float, ...] = quantities((10.0, 20.0, 31.4, 50.0, 75.0, 100.0), "rad/s", 0.1, 500, "crank speeds", "grid")
+    members: int = integer(6, 2, 10**4, "members of each ensemble", "numerics")
+    cycles: int = integer(3, 1, 10**5, "turns a member is measured for", "numerics")
+    settle: int = integer(1, 0, 10**5, "turns before them", "numerics")
+    engine_members: int = integer(4, 0, 10**3, "members on the engine, 0 for none; 1 is no comparison", "numerics")
+    seed: int = integer(0, 0, 2**31 - 1, "the first member's", "numerics")
+
+    def check(self) -> None:
+        """Build every point."""
+        for clearance in self.clearances:
+            self.fourbar(gap=clearance)
+        if self.engine_members == 1:
+            raise ValueError("engine_members = 1: one member has no standard error; 0, or 2 and more")
+
+
+class Point(NamedTuple):
+    """What an ensemble gives.
+
+    Attributes
+    ----------
+    mean, error : array, shape (3,)
+        Of `MEASURES`, over turns, and their standard errors.
+    depth, impacts : float
+        Largest penetration over the clearance, of all joints; impacts in joint B a turn.
+    notes : tuple of str
+        What speaks against the point, each beginning with a name.
+    """
+
+    mean: Array
+    error: Array
+    depth: float = nan
+    impacts: float = nan
+    notes: tuple[str, ...] = ()
+
+
+def measure(p: Parameters, fourbar: FourBar) -> Point:
+    """One point of the grid."""
+    seeds = range(p.seed, p.seed + p.members)
+    try:
+        found = ensemble(fourbar, p.cycles, seeds, settle=p.settle, samples=1, rtol=p.tolerance, atol=p.tolerance)
+    except RuntimeError as failure:
+        return Point(np.full(len(MEASURES), nan), np.full(len(MEASURES), nan), notes=(f"FAILED: {failure}",))
+    mean, error = (
+        np.array([float(part(name)[column]) for name, column, *_ in MEASURES.values()]) for part in (found.mean, found.error)
+    )
+    depth = float(found.cycles["depth"].max() / fourbar.gaps[0])
+    notes = []
+    if depth > 1:
+        notes.append(f"PENETRATION: a pin is {depth:.2g} clearances deep in its bush")
+    if max(found.balances) > BALANCED:
+        notes.append(f"ENERGY: balance {max(found.balances):.1e}, allowed {BALANCED:g}")
+    return Point(mean, error, depth, float(found.mean("impacts")[JOINT]), tuple(notes))
+
+
+def ideal(p: Parameters, speed: float) -> Array:
+    """The same three numbers of ideal joints, shape (3,)."""
+    fourbar = p.fourbar(gap=0.0, speed=speed)
+    run = simulate(fourbar, fourbar.period, samples=721)
+    square = np.sqrt(run.squares[-1] / fourbar.period)
+    return np.array([run.peak_force[:, JOINT].max(), square[0], square[1]])
+
+
+def on_engine(p: Parameters, seed: int) -> Array:
+    """The three means over turns of one member on the engine, shape (3,).
+
+    Raises
+    ------
+    RuntimeError
+        If the run does not end well.
+    """
+    turn = p.fourbar().period
+    given: dict[str, Any] = {name: getattr(p, name) for name in SHARED}
+    case = CrankRockerParameters(
+        **given, rocker=("rigid",), start_angle=0.0, seed=seed, settle=0.0, duration=(p.settle + p.cycles) * turn, timeout=300
+    )
+    result = simulate_on_engine(case, "rigid", case.with_play)
+    if not result.ok:
+        raise RuntimeError(f"engine, seed {seed}: {result.message}")
+    time, force = result.time, joint_force(result, "coupler_rocker")
+    found = []
+    for k in range(p.settle, p.settle + p.cycles):
+        part = (time >= k * turn) & (time <= (k + 1) * turn)
+        squares = [rms(time[part], result.signals[f"{link}.ax"][part]) for link in ("coupler", "rocker")]
+        found.append([force[part].max(), *squares])
+    return np.mean(found, axis=0)
+
+
+# --- the study --------------------------------------------------------------------------------------------------------
+
+
+def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
+    """Measure the grid, and one point once more on the engine."""
+    p = parameters
+    grid = [(clearance, speed) for clearance in p.clearances for speed in p.speeds]
+    fourbars = [p.fourbar(gap=clearance, speed=speed) for clearance, speed in grid]
+    with ThreadPoolExecutor(p.workers) as pool:
+        points = list(progress(pool.map(lambda fourbar: measure(p, fourbar), fourbars), total=len(grid), label="ensembles"))
+        rigid = np.array(list(pool.map(lambda speed: ideal(p, speed), p.speeds)))
+    here = measure(p, p.fourbar())
+    seeds = range(p.seed, p.seed + p.engine_members)
+    engine = np.array([on_engine(p, seed) for seed in progress(seeds, label="engine")])
+    metrics, wrong = _metrics(p, grid, points, here, engine)
+    wrong += [f"FAILED: {1e3 * c:g} mm, {w:g} rad/s" for (c, w), x in zip(grid, points, strict=True) if not np.isfinite(x.depth)]
+    checks: dict[str, Any] = {"status": "SUSPECT", "message": "; ".join(wrong)} if wrong else {}
+    shape = len(p.clearances), len(p.speeds)
+    signals = {
+        "clearance": np.array(p.clearances),
+        "speed": np.array(p.speeds),
+        "mean": np.array([x.mean for x in points]).reshape(*shape, -1),
+        "error": np.array([x.error for x in points]).reshape(*shape, -1),
+        "depth": np.array([x.depth for x in points]).reshape(shape),
+        "impacts": np.array([x.impacts for x in points]).reshape(shape),
+        "valid": np.array([not x.notes for x in points]).reshape(shape),
+        "ideal": rigid,
+    }
+    tables = [_table(p, grid, points, np.tile(rigid, (len(p.clearances), 1))), _powers_table(p, metrics)]
+    if engine.size:
+        tables.append(_engine_table(p, metrics))
+    return StudyResult(parameters=p, **checks, metrics=metrics, signals=signals, tables=tables)
+
+
+def _metrics(
+    p: Parameters, grid: Sequence[tuple[float, float]], points: Sequence[Point], here: Point, engine: Array
+) -> tuple[dict[str, Metric], list[str]]:
+    """Numbers of the point that the engine runs too, powers of clearance and speed; and what is wrong."""
+    found, wrong = {}, [f"at {1e3 * p.clearance:g} mm: {note}" for note in here.notes]
+    valid = np.array([not x.notes for x in points])
+    found["valid"] = Metric(float(valid.sum()), "1")
+    found["invalid"] = Metric(float((~valid).sum()), "1")
+    for i, (name, (*_, unit, _)) in enumerate(MEASURES.items()):
+        found[name] = Metric(float(here.mean[i]), unit, error=float(here.error[i] / here.mean[i]))
+        if len(engine):
+            mean, error = float(engine[:, i].mean()), float(engine[:, i].std(ddof=1) / np.sqrt(len(engine)))
+            apart = (mean - float(here.mean[i])) / float(np.hypot(error, here.error[i]))
+            found[f"engine.{name}"] = Metric(mean, unit, error=error / mean)
+            found[f"engine.{name}.apart"] = Metric(apart, "1")
+            if not abs(apart) < AGREES:
+                wrong.append(f"ENGINE: {name} {mean:.4g} {unit}, reference {here.mean[i]:.4g}: {apart:.1f} standard errors apart")
+        if min(len(set(np.array(grid)[valid, k])) for k in (0, 1)) > 1 and valid.sum() > 4:
+            found |= _powers(name, np.array(grid)[valid], np.array([x.mean[i] for x in points])[valid])
+    return found, wrong
+
+
+def _powers(name: str, at: Array, values: Array) -> dict[str, Metric]:
+    """Ln y = a + b ln clearance + c ln speed by least squares: b, c with standard errors, and the scatter about it."""
+    x = np.column_stack([np.ones(len(at)), np.log(at)])
+    y = np.log(values)
+    fitted, *_ = np.linalg.lstsq(x, y, rcond=None)
+    left = y - x @ fitted
+    variance = left @ left / (len(y) - x.shape[1])
+    error = np.sqrt(variance * np.diag(np.linalg.inv(x.T @ x)))
+    powers = {
+        f"{name}.power_of_{over}": Metric(float(fitted[k]), "1", error=float(error[k] / abs(fitted[k])))
+        for k, over in ((1, "clearance"), (2, "speed"))
+    }
+    return powers | {f"{name}.scatter": Metric(float(np.sqrt(variance)), "1")}
+
+
+# --- tables -----------------------------------------------------------------------------------------------------------
+
+
+def _table(p: Parameters, grid: Sequence[tuple[float, float]], points: Sequence[Point], rigid: Array) -> Table:
+    rows = []
+    for (clearance, speed), x, still in zip(grid, points, rigid, strict=True):
+        numbers = [f"{m:.4g} ± {e:.2g}" for m, e in zip(x.mean, x.error, strict=True)]
+        names = ", ".join(note.partition(":")[0] for note in x.notes)
+        over = f"{x.mean[0] / still[0]:.1f}"
+        rows.append(
+            [f"{1e3 * clearance:g}", f"{speed:g}", numbers[0], over, *numbers[1:], f"{x.depth:.3f}", f"{x.impacts:.0f}", names]
+        )
+    means = ("peak force B [N]", "over ideal", "rms ax coupler", "rms ax rocker [m/s^2]")
+    headers = ["c [mm]", "[rad/s]", *means, "depth/c", "impacts", ""]
+    title = f"Means over turns, c_max = {p.damping:g} {p.damping_unit}"
+    notes = f"± standard error: {p.members} members, {p.cycles} turns each after {p.settle}, seeds from {p.seed}; impacts: in B"
+    return Table(headers, rows, title, notes)
+
+
+def _powers_table(p: Parameters, metrics: Mapping[str, Metric]) -> Table:
+    rows = []
+    for name in MEASURES:
+        if f"{name}.scatter" in metrics:
+            found = [metrics[f"{name}.power_of_{over}"] for over in ("clearance", "speed")]
+            shown = [f"{m.value:.2f} ± {abs(m.value) * (m.error or 0):.2f}" for m in found]
+            rows.append([name, *shown, f"{metrics[f'{name}.scatter'].value:.0%}"])
+    return Table(["", "clearance to the", "speed to the", "scatter"], rows, "Powers, by least squares over the valid points")
+
+
+def _engine_table(p: Parameters, metrics: Mapping[str, Metric]) -> Table:
+    rows = []
+    for name, (_, _, unit, _) in MEASURES.items():
+        both = [metrics[f"{kind}{name}"] for kind in ("", "engine.")]
+        shown = [f"{m.value:.4g} ± {m.value * (m.error or 0):.2g}" for m in both]
+        rows.append([name, unit, *shown, f"{metrics[f'engine.{name}.apart'].value:.1f}"])
+    title = f"Reference and engine at {1e3 * p.clearance:g} mm and {p.speed:.4g} rad/s"
+    return Table(["", "unit", "reference", "engine", "apart, in standard errors"], rows, title)
+
+
+# --- figures ----------------------------------------------------------------------------------------------------------
+
+
+def figure(result: StudyResult) -> dict[str, Figure]:
+    """Draw each number over the clearance, a line a speed; and as maps over both."""
+    return {"lines": _lines(result), "maps": _maps(result)}
+
+
+def _lines(result: StudyResult) -> Figure:
+    s = result.signals
+    fig, axes = subplots(2, 2, height=130, sharex=True)
+    names = [name for *_, name in MEASURES.values()]
+    values = [*np.moveaxis(s["mean"], -1, 0), s["depth"]]
+    errors = [*np.moveaxis(s["error"], -1, 0), np.zeros_like(s["depth"])]
+    for ax, name, value, error in zip(axes.flat, [*names, "penetration over clearance"], values, errors, strict=True):
+        for k, speed in enumerate(s["speed"]):
+            x, colour, ok = 1e3 * s["clearance"], COLOURS[k % len(COLOURS)], s["valid"][:, k]
+            ax.errorbar(x, value[:, k], error[:, k], color=colour, linewidth=0.8, capsize=1.5, label=f"{speed:g}")
+            ax.plot(x[ok], value[ok, k], "o", color=colour, markersize=3)
+            ax.plot(x[~ok], value[~ok, k], "o", color=colour, markersize=3.5, markerfacecolor="white")
+        ax.set(xscale="log", yscale="log", ylabel=name)
+    axes[1, 1].axhline(1, color="#000000", linewidth=0.7)
+    for ax in axes[1]:
+        ax.set_xlabel("radial clearance [mm]")
+        ax.xaxis.set_major_formatter("{x:g}")
+    title = "speed [rad/s]; hollow: PENETRATION, deeper than the clearance"
+    fig.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=6, title=title)
+    return fig
+
+
+def _maps(result: StudyResult) -> Figure:
+    s = result.signals
+    fig, axes = subplots(1, 3, height=78, sharey=True)
+    names = ["force, joint B, over ideal", "rms $a_x$, coupler, over ideal", "rms $a_x$, rocker, over ideal"]
+    for i, (ax, name) in enumerate(zip(axes, names, strict=True)):
+        over = s["mean"][..., i].T / s["ideal"][:, i, None]
+        ax.grid(False)
+        image = ax.imshow(np.log10(over), origin="lower", aspect="auto", cmap="viridis")
+        for k, c in np.ndindex(over.shape):
+            bright = np.log10(over[k, c]) > np.nanmean(np.log10(over)) + 0.3 * np.nanstd(np.log10(over))
+            colour = "#000000" if bright else "#ffffff"
+            text = f"{over[k, c]:.3g}" if s["valid"][c, k] else f"({over[k, c]:.3g})"
+            ax.text(c, k, text, ha="center", va="center", fontsize=5, color=colour)
+        ax.set(title=name, xlabel="radial clearance [mm]")
+        ax.set_xticks(range(len(s["clearance"])), [f"{1e3 * c:g}" for c in s["clearance"]], rotation=60, fontsize=7)
+        ax.set_yticks(range(len(s["speed"])), [f"{w:g}" for w in s["speed"]])
+        fig.colorbar(image, ax=ax, location="top", shrink=0.9, label="log10")
+    axes[0].set_ylabel("speed of the crank [rad/s]")
+    fig.supxlabel("in brackets: PENETRATION", fontsize=7)
+    return fig
+
+
+if __name__ == "__main__":
+    raise SystemExit(main("clearance-speed"))

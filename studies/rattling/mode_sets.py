@@ -1,0 +1,93 @@
+"""Sets of modes of a solid rocker: what the numbers stand for, and what each set brings into the plane of motion.
+
+"Modes four, five and six" may be counted among a free body's modes, the first six of which are rigid; among its flexible
+modes in space; among those in the plane; or among the bending modes in the plane.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from buckler.mbs import Modal, Section
+from buckler.mbs.library import STEEL_CRANK_ROCKER
+from buckler.mbs.modal import Box, FreeModes, PlanarModel, ReducedModel, reduced
+from buckler.mbs.reference import ModalData, beam_modes
+from buckler.studies.rattling.buffering_measures import AREA
+from buckler.studies.rattling.clearance import STEEL
+
+Array = np.ndarray[Any, Any]
+LENGTH = STEEL_CRANK_ROCKER.rocker
+"""Of the rocker, m."""
+MESH = Box((24, 2, 1))
+COUNTED = 40
+"""Flexible modes of the solid that are looked at; all in `SETS` are among them."""
+BENDING, AXIAL = "in-plane bending", "axial"
+LETTERS = {"b": BENDING, "a": AXIAL}
+SETS = {
+    "none": (),
+    "bending_1": ("b1",),
+    "bending_1_2": ("b1", "b2"),
+    "bending_1_3": ("b1", "b2", "b3"),
+    "axial_1": ("a1",),
+    "bending_1_3_axial_1": ("b1", "b2", "b3", "a1"),
+    "bending_1_6_axial_1_3": ("b1", "b2", "b3", "b4", "b5", "b6", "a1", "a2", "a3"),
+    "bending_1_8_axial_1_4": ("b1", "b2", "b3", "b4", "b5", "b6", "b7", "b8", "a1", "a2", "a3", "a4"),
+    "456_free": FreeModes((4, 5, 6), "free"),
+    "456_flexible": FreeModes((4, 5, 6), "flexible"),
+    "456_in_plane": FreeModes((4, 5, 6), "in-plane"),
+    "456_bending": ("b4", "b5", "b6"),
+}
+"""Modes by `LETTERS` and number, or counted as `FreeModes` does."""
+NAMES = {
+    "none": "none: rigid", "bending_1": "bending 1", "bending_1_2": "bending 1–2", "bending_1_3": "bending 1–3",
+    "axial_1": "axial 1", "bending_1_3_axial_1": "bending 1–3, axial 1", "bending_1_6_axial_1_3": "bending 1–6, axial 1–3",
+    "bending_1_8_axial_1_4": "bending 1–8, axial 1–4", "456_free": "4, 5, 6 of a free body",
+    "456_flexible": "4, 5, 6 flexible", "456_in_plane": "4, 5, 6 in the plane", "456_bending": "bending 4–6",
+}  # fmt: skip
+
+
+def section(depth: float) -> Section:
+    """Of all bars, with this side in the plane, m."""
+    return Section(width=AREA / depth, thickness=depth, material=STEEL)
+
+
+def counted(depth: float) -> ReducedModel:
+    """The lowest flexible modes of the free solid rocker, in space."""
+    return reduced(Modal(section(depth), FreeModes(tuple(range(1, COUNTED + 1))), mesh=MESH), LENGTH)
+
+
+def beam_frequencies(depth: float, shear: bool = True) -> dict[str, Array]:
+    """Eight bending and eight axial frequencies of the free bar, Hz, by kind: Timoshenko, or Euler–Bernoulli without shear."""
+    found = beam_modes(LENGTH, AREA / depth, depth, bending=8, axial=8, shear=shear).frequency / (2 * np.pi)
+    return {BENDING: found[:8], AXIAL: found[8:]}
+
+
+def numbers(depth: float, name: str) -> tuple[int, ...]:
+    """Flexible modes of a set that move in the plane; the others a planar mechanism does not feel."""
+    wanted: Any = SETS[name]
+    if isinstance(wanted, FreeModes):
+        return tuple(int(n) for n in reduced(Modal(section(depth), wanted, mesh=MESH), LENGTH).planar().numbers)
+    table = counted(depth).table()
+    found = {letter: [row[0] for row in table if row[2] == kind] for letter, kind in LETTERS.items()}
+    return tuple(found[mode[0]][int(mode[1:]) - 1] for mode in wanted)
+
+
+def flexibility(depth: float, name: str, damping: float) -> ModalData | None:
+    """What a set of modes brings into the plane, by rising frequency; None if nothing."""
+    model, wanted = counted(depth).planar(), numbers(depth, name)
+    chosen = np.flatnonzero(np.isin(model.numbers, wanted))
+    return modal_data(model, chosen, damping) if len(chosen) else None
+
+
+def modal_data(model: PlanarModel, chosen: Array, damping: float) -> ModalData:
+    """What the reference asks for, from some of a solid's modes in the plane; modal masses are 1.
+
+    The reference leaves pairs of modes and lateral contraction out of the moment of inertia: 4e-3 of a second-order term.
+    """
+    one, k = np.ones(len(chosen)), chosen
+    return ModalData(
+        model.length, model.mass, model.inertia, model.shapes[:, :, k], model.frequency[k], damping * one, one,
+        model.translation[:, k], model.turning[k], model.radial[k], model.gyration[np.ix_(k, k)],
+    )  # fmt: skip

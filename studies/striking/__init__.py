@@ -1,0 +1,1 @@
+"""Studies of the compliant slider-crank, and its design."""

@@ -1,0 +1,140 @@
+"""The figure of the design study: what can be had around the design, and what the design does."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import degrees, pi
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.colors import ListedColormap
+from matplotlib.patches import Patch
+
+from buckler.elastica import law
+from buckler.studies.kit.report import StudyResult
+from buckler.studies.kit.style import subplots
+from buckler.studies.striking.inverse import Design, Given, Wish, design
+from buckler.studies.striking.inverse_limits import feasible, limits
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+SHADES = {
+    "dead centre": "#bdbdbd", "shortening": "#d9d9d9", "stop": "#c9b8a8", "slenderness": "#e0d4f0", "yield": "#f4b6b0",
+    "buckling": "#f5d6a8", "rebound": "#bfe0d2", "rest": "#bcd7ee", "creep": "#e5e5b5", "speed": "#e7c3dc",
+    "mass": "#cfcfe8",
+}  # fmt: skip
+"""Colour of the limit that is broken first."""
+COLOURS = {"beam": "#D55E00", "strut": "#0072B2"}
+CHOSEN: dict[str, Any] = {"color": "#D55E00", "markersize": 7, "markeredgecolor": "white", "linestyle": ""}
+POINTS = 300
+
+
+def draw(result: StudyResult) -> Figure:
+    """Draw a result of `buckler.studies.striking.design`."""
+    d = designed(result)
+    p: Any = result.parameters
+    fig, (above, below) = subplots(2, 1, height=165, height_ratios=(1.15, 1))
+    _draw_map(above, d, design(p.wish, p.given))
+    _draw_turn(below, d, result)
+    return fig
+
+
+def designed(result: StudyResult) -> Design:
+    """The design a result is about: the one asked for, or the nearest; the one asked for too where nothing is near."""
+    p: Any = result.parameters
+    if "wish.contact_force" not in result.metrics:
+        return design(p.wish, p.given)
+    force, impact, angle = (result.metrics[f"wish.{name}"].value for name in ("contact_force", "impact_force", "contact_angle"))
+    return design(Wish(force, impact, np.radians(angle)), p.given)
+
+
+def _force(thickness: Any, width: Any, stop: Any, given: Given) -> Any:
+    """Contact force at the dead centre of a stop that does not give way, N."""
+    u = np.clip(1 - (-stop - given.crank) / given.coupler, 0.0, 1.0)
+    return law.fast(u) * given.modulus * width * thickness**3 / (12 * given.coupler**2)
+
+
+def _draw_map(ax: Any, d: Design, asked: Design) -> None:
+    """Contact force by lines, the limit that is broken first by colour; speed follows from the impact force everywhere."""
+    given, p = d.given, d.wish
+    least, most = sorted((d.thickness, np.clip(asked.thickness, d.thickness / 5, 5 * d.thickness)))
+    thickness = np.geomspace(least / 2.5, 2.5 * most, POINTS)
+    angle = np.linspace(np.radians(4), 2 * pi - np.radians(4), POINTS)
+    h, turned = np.meshgrid(thickness, angle)
+    stop = given.lengths.slider(pi - turned / 2)
+    force = _force(h, d.width, stop, given)
+    free = replace(given, thickness=None, width=d.width)
+    names = list(SHADES)
+    first = np.full(h.shape, len(names))
+    for limit in reversed(limits(design(Wish(force, p.impact_force, turned), free))):
+        first[np.broadcast_to(limit.use > 1, h.shape)] = names.index(limit.name)
+    colours = ListedColormap([*SHADES.values(), "#ffffff"])
+    x, y = 1e3 * thickness, np.degrees(angle)
+    ax.pcolormesh(x, y, first, cmap=colours, vmin=-0.5, vmax=len(names) + 0.5, shading="nearest", rasterized=True)
+    levels = p.contact_force * 2.0 ** np.array([-4, -3, -2, 2, 3, 4])
+    lines = ax.contour(x, y, force, levels=levels, colors="#555555", linewidths=0.7)
+    ax.clabel(lines, fmt=lambda value: f"{value:.3g} N", fontsize=7)
+    for factor, style in ((0.5, ":"), (1.0, "-"), (2.0, "--")):
+        ax.contour(x, y, factor * force, levels=[p.contact_force], colors="#000000", linewidths=1.4, linestyles=style)
+        ax.plot([], [], style, color="#000000", lw=1.4, label=f"{p.contact_force:.3g} N, width {1e3 * factor * d.width:.3g} mm")
+    if not feasible(asked):
+        ax.plot(1e3 * asked.thickness, degrees(asked.wish.contact_angle), "X", **CHOSEN, label="asked for")
+    if feasible(d):
+        ax.plot(1e3 * d.thickness, degrees(p.contact_angle), "o", **CHOSEN, label="design")
+    ax.set(xscale="log", xlim=(x[0], x[-1]), ylim=(0, 360), yticks=range(0, 361, 60))
+    ax.xaxis.set_major_locator(_ticks(x))
+    ax.xaxis.set_major_formatter("{x:.3g}")
+    ax.xaxis.set_minor_locator(_ticks(()))
+    ax.grid(False)
+    ax.set(xlabel=f"thickness [mm], width {1e3 * d.width:.3g} mm", ylabel="contact angle [deg]")
+    _stop_axis(ax, given)
+    shown = [Patch(color=SHADES[name], label=name) for i, name in enumerate(names) if np.any(first == i)]
+    if np.any(first == len(names)):
+        shown.append(Patch(facecolor="#ffffff", edgecolor="#bbbbbb", linewidth=0.6, label="can be had"))
+    handles = [*ax.get_legend_handles_labels()[0], *shown]
+    small = {"fontsize": 7, "columnspacing": 1.0, "handlelength": 1.6}
+    ax.legend(handles=handles, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=5, **small)
+
+
+def _ticks(x: Any) -> Any:
+    from matplotlib.ticker import FixedLocator
+
+    if not len(x):
+        return FixedLocator([])
+    steps = np.outer(10.0 ** np.arange(-4, 4), [1, 1.5, 2, 3, 4, 5, 7]).ravel()
+    return FixedLocator(steps[(steps >= x[0]) & (steps <= x[-1])].tolist())
+
+
+def _stop_axis(ax: Any, given: Given) -> None:
+    """The place of the stop, at the contact angles on the left."""
+    twin = ax.twinx()
+    angle = np.array(ax.get_yticks())
+    twin.set(ylim=ax.get_ylim(), yticks=angle, ylabel="stop before the crank pivot [mm]")
+    twin.set_yticklabels([f"{-1e3 * x:.0f}" for x in given.lengths.slider(pi - np.radians(angle) / 2)])
+    twin.grid(False)
+
+
+def _draw_turn(ax: Any, d: Design, result: StudyResult) -> None:
+    """Force on the stop over crank angle: simulated, exact, and what was asked for."""
+    half = d.wish.contact_angle / 2
+    angle = np.linspace(pi - half, pi + half, 400)
+    u = np.clip(d.given.lengths.shortening(angle, d.stop - d.wish.contact_force / d.stiffness), 0.0, 1.0)
+    exact = law.fast(u) * d.euler_load / pi**2 * d.given.lengths.lean_cosine(angle, d.stop)
+    floor = exact.min() / 4
+    for model, colour in COLOURS.items():
+        if f"{model}.angle" in result.signals:
+            force = np.maximum(result.signals[f"{model}.force"], floor / 2)
+            ax.semilogy(np.degrees(result.signals[f"{model}.angle"]), force, color=colour, lw=1.0, label=model)
+    ax.semilogy(np.degrees(angle), exact, "--", color="#000000", lw=1.0, label="elastica at rest")
+    ax.plot(180, d.wish.contact_force, "o", color="#009E73", label=f"contact wished, {d.wish.contact_force:.3g} N")
+    ax.axhline(d.wish.impact_force, color="#009E73", linestyle=":", label=f"impact wished, {d.wish.impact_force:.3g} N")
+    ax.axvspan(180 - degrees(half), 180 + degrees(half), color="#009E73", alpha=0.08, lw=0, label="contact angle wished")
+    margin = max(4.0, 0.08 * degrees(half))
+    ax.set(xlim=(180 - degrees(half) - margin, 180 + degrees(half) + margin), ylim=(floor, None))
+    ax.set(xlabel="crank angle [deg]", ylabel="force on the stop [N]")
+    ax.yaxis.set_major_formatter("{x:g}")
+    ax.set_ylim(top=6 * ax.get_ylim()[1])
+    ax.legend(loc="upper right", ncols=3, fontsize=7)
+    if not feasible(d):
+        ax.set_title("no wish like this can be had")

@@ -1,0 +1,256 @@
+"""What the slider-crank studies share: their parameters, a model's run, and what is read off it.
+
+The models themselves are in studies/impact_models.py.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from math import isnan, nan, pi
+from typing import Any
+
+import numpy as np
+
+from buckler.elastica import pinned
+from buckler.mbs import Section
+from buckler.mbs.library import PAPER, PAPER_STOP
+from buckler.studies.kit.parameters import StudyParameters, choices, integer, quantity
+
+Array = np.ndarray[Any, Any]
+MODELS = ("stitched", "strut", "beam")
+COLOURS = {"stitched": "#E69F00", "strut": "#0072B2", "beam": "#D55E00", "exact": "#000000", "published": "#009E73"}
+WIDTH = 0.030
+"""Of the strip, m (Table 1)."""
+PLATEAU = np.radians((150.0, 210.0))
+"""Crank angles between which the contact force is held against the elastica."""
+DEAD_CENTRE = np.radians((165.0, 195.0))
+"""Crank angles between which the largest contact force is looked for."""
+IMPACT_SPEED, IMPACT_FORCE = 1.25, 27.0
+"""Crank speed, rad/s, and published impact force, N (Fig. 5)."""
+CONTACT_FORCES = {1e-4: 0.0655, 3e-4: 1.7684, 5e-4: 8.1871}
+"""Published largest contact force, N, of a strip thickness, m (Table 2)."""
+
+
+@dataclass(frozen=True)
+class ImpactParameters(StudyParameters):
+    """Parameters of every slider-crank study; each adds its drive."""
+
+    models: tuple[str, ...] = choices(MODELS, MODELS, "models to run side by side", "models")
+    thickness: float = quantity(3e-4, "m", 5e-5, 1e-3, "thickness of the strip", "strip")
+    damping: float = quantity(0.05, "1", 0, 1, "damping ratio of the strip's first bending mode (beam)", "strip")
+    imperfection: float = quantity(
+        1e-4, "1", -0.05, 0.05, "bow of the unloaded strip over its length, to the side its inertia bends it (beam)", "strip"
+    )
+    mass: float = quantity(0.3, "kg", 0.01, 10, "mass of the slider", "slider and stop")
+    friction: float = quantity(0.1, "1", 0, 0.9, "Coulomb coefficient of the slider by its weight", "slider and stop")
+    restitution: float = quantity(0.8, "1", 0.1, 1, "restitution of the stop", "slider and stop")
+    elements: int = integer(8, 2, 64, "elements of the beam", "numerics")
+    tolerance: float = quantity(1e-5, "1", 1e-9, 1e-3, "position error allowed a step, over the length", "numerics")
+    accuracy: float = quantity(0, "1", 0, 0.1, "error of the motion asked for, instead of elements and tolerance", "numerics")
+    timeout: float = quantity(120, "s", 0.01, 86400, "longest time a model may take", "numerics")
+
+    @property
+    def section(self) -> Section:
+        """Of the strip, without damping."""
+        return Section(WIDTH, self.thickness)
+
+    @property
+    def friction_force(self) -> float:
+        """Coulomb friction of the slider, N; gravity is normal to the plane of motion."""
+        return self.friction * self.mass * 9.81
+
+
+# --- a run -------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class ModelRun:
+    """One model's run.
+
+    Attributes
+    ----------
+    status, message : str
+        As of `buckler.mbs.Result`; an OK run may carry a message about the mechanism.
+    time, angle, force, speed, shortening : array, shape (samples,)
+        s; crank angle, rad; force on the stop, N; slider speed towards the stop, m/s; relative shortening of the strip.
+    overload : array, shape (samples,)
+        Above 1 before the slider has met the stop, the strip has buckled on its way: `stitched` compares the
+        compression its rigid mode asks for with the Euler load, the others their shortening with 1e-3.
+    energy_balance : float
+        Largest ledger error over the energy put through.
+    work : dict
+        wall_s, steps.
+    """
+
+    model: str
+    status: str
+    message: str
+    time: Array
+    angle: Array
+    force: Array
+    speed: Array
+    shortening: Array
+    overload: Array
+    energy_balance: float
+    work: dict[str, float]
+
+    @property
+    def signals(self) -> dict[str, Array]:
+        """Arrays by name, for signals.npz."""
+        names = ("time", "angle", "force", "speed", "shortening")
+        return {f"{self.model}.{name}": getattr(self, name) for name in names}
+
+
+# --- what is read off a run -------------------------------------------------------------------------------------------
+
+
+def exact_force(parameters: ImpactParameters, angle: Any) -> Any:
+    """Force on the stop of the exact elastica in equilibrium, N; angles in contact, rad."""
+    u = np.maximum(PAPER.shortening(angle, PAPER_STOP), 0.0)
+    force = pinned.load(u) * parameters.section.bending_stiffness / PAPER.coupler**2
+    return force * PAPER.lean_cosine(angle, PAPER_STOP)
+
+
+@dataclass(frozen=True)
+class Reading:
+    """What one turn of the crank does to the stop; nan where it does not happen.
+
+    Attributes
+    ----------
+    contact_angle, release_angle : float
+        Crank angles of first and last contact, rad.
+    contact_time, settling_time : float
+        From first contact until the last, and until the slider rests against the stop, s; nan if it is off it at the
+        dead centre.
+    impact_speed, rebound_ratio : float
+        Of the slider at first contact, m/s, and the share of it with which it leaves.
+    impact_peak, impact_impulse, impact_time : float
+        Largest force, N, impulse, N s, and duration, s, from first contact until the force first returns to zero.
+    rebounds : int
+        How often the slider comes back to the stop on the way in.
+    force_180, contact_max : float
+        Force at the dead centre, and the largest around it if the slider rests, N.
+    force_error : float
+        Largest relative deviation from the exact elastica on that part of the `PLATEAU` where the slider rests.
+    shortening : float
+        Largest end shortening over the length.
+    buckles_before_stop : bool
+        Whether the strip buckles before the slider meets the stop.
+    """
+
+    contact_angle: float = nan
+    release_angle: float = nan
+    contact_time: float = 0.0
+    settling_time: float = nan
+    impact_speed: float = nan
+    rebound_ratio: float = nan
+    impact_peak: float = 0.0
+    impact_impulse: float = 0.0
+    impact_time: float = nan
+    rebounds: int = 0
+    force_180: float = nan
+    contact_max: float = nan
+    force_error: float = nan
+    shortening: float = nan
+    buckles_before_stop: bool = False
+
+
+def read(run: ModelRun, parameters: ImpactParameters, turn: int = 0) -> Reading:
+    """Read one turn of the crank; the first is number 0."""
+    seen = _Turn(run, turn)
+    return Reading(**seen.approach(), **seen.impact(), **seen.rest(parameters))
+
+
+class _Turn:
+    """Samples of one turn, and its contacts: of each the sample before it and the last one in it."""
+
+    def __init__(self, run: ModelRun, turn: int) -> None:
+        self.run, turned = run, 2 * pi * turn
+        self.part = slice(*np.searchsorted(run.angle, (turned, turned + 2 * pi)))
+        self.time, self.angle = run.time[self.part], run.angle[self.part] - turned
+        self.force, self.speed = run.force[self.part], run.speed[self.part]
+        touching = self.force > 0
+        touching[[0, -1]] = False  # what begins before or ends after the turn belongs to another
+        changes = np.flatnonzero(touching[1:] != touching[:-1])
+        self.before, self.last = changes[::2], changes[1::2]
+
+    def approach(self) -> dict[str, Any]:
+        until = self.before[0] + 2 if self.before.size else None
+        return {
+            "force_180": float(np.interp(pi, self.angle, self.force, right=nan)),
+            "shortening": float(self.run.shortening[self.part].max()),
+            "buckles_before_stop": bool((self.run.overload[self.part][:until] > 1).any()),
+        }
+
+    def impact(self) -> dict[str, Any]:
+        if not self.before.size:
+            return {}
+        time, angle, force, speed, last = self.time, self.angle, self.force, self.speed, self.last
+        start = self.before[0] + 1
+        pulse = slice(start - 1, last[0] + 2)  # with the unloaded samples on both sides
+        return {
+            "contact_angle": float(angle[start]),
+            "release_angle": float(angle[last[-1]]),
+            "contact_time": float(time[last[-1]] - time[start]),
+            "impact_speed": float(speed[start - 1]),
+            "rebound_ratio": -float(speed[last[0] + 1] / speed[start - 1]) if angle[last[0]] < pi else nan,
+            "impact_peak": float(force[pulse].max()),
+            "impact_impulse": float(np.trapezoid(force[pulse], time[pulse])),
+            "impact_time": float(time[last[0]] - time[start]),
+        }
+
+    def rest(self, parameters: ImpactParameters) -> dict[str, Any]:
+        inwards = np.flatnonzero(self.angle[self.before] < PLATEAU[1])  # contacts that begin later are the way out
+        if not inwards.size:
+            return {}
+        rebounds, angle, force = len(inwards) - 1, self.angle, self.force
+        start, end = self.before[rebounds] + 1, self.last[rebounds]
+        if not angle[start] < pi <= angle[end]:
+            return {"rebounds": rebounds}
+        resting = (angle >= max(angle[start], PLATEAU[0])) & (angle <= PLATEAU[1])
+        top = (angle >= max(angle[start], DEAD_CENTRE[0])) & (angle <= DEAD_CENTRE[1])
+        return {
+            "rebounds": rebounds,
+            "settling_time": float(self.time[start] - self.time[self.before[0] + 1]),
+            "contact_max": float(force[top].max()),
+            "force_error": float(np.abs(force[resting] / exact_force(parameters, angle[resting]) - 1).max()),
+        }
+
+
+def findings(run: ModelRun, readings: Iterable[Reading]) -> list[str]:
+    """What a finished run says about the mechanism rather than about itself, in words that begin with a name."""
+    if run.status not in ("OK", "SUSPECT"):
+        return []
+    readings = list(readings)
+    states = {
+        "BUCKLES_BEFORE_STOP: the strip is buckled, or swings far, before the slider meets the stop": [
+            r.buckles_before_stop for r in readings
+        ],
+        "NO_CONTACT: the slider does not meet the stop": [r.contact_time == 0 for r in readings],
+        "NOT_SETTLED: the slider is not at rest against the stop at the dead centre": [
+            r.contact_time > 0 and isnan(r.settling_time) for r in readings
+        ],
+        "NO_REBOUND: the force does not return to zero, so that impact and contact are one": [
+            r.settling_time == 0 for r in readings
+        ],
+    }
+    found = [run.message] if run.status == "OK" and run.message else []
+    for state, hit in states.items():
+        if any(hit):
+            turns = ", ".join(str(turn + 1) for turn, yes in enumerate(hit) if yes)
+            found.append(state + (f" (turn {turns})" if len(readings) > 1 else ""))
+    return [f"{run.model}: {text}" for text in found]
+
+
+def verdict(runs: Iterable[ModelRun], notes: Iterable[str] = ()) -> dict[str, str]:
+    """Status and message of a study: those of its worst run, and all that was found."""
+    runs = list(runs)
+    wrong = [run for run in runs if run.status != "OK"]
+    status = min((run.status for run in wrong), key=lambda status: status == "SUSPECT", default="OK")
+    return {"status": status, "message": "; ".join([*(f"{run.model}: {run.message}" for run in wrong), *notes])}
+
+
+def work(runs: Iterable[ModelRun]) -> dict[str, float]:
+    """Run time and steps of each model."""
+    return {f"{run.model}.{name}": value for run in runs for name, value in run.work.items()}

@@ -1,0 +1,274 @@
+"""The striking slider-crank designed backwards: from the forces and the angle wanted to strip, stop and speed.
+
+A slider of mass m meets a stop at a crank angle pi - g and leaves it at pi + g; in between the buckled coupler, a pinned
+strip, presses it against the stop, hardest at the dead centre pi. With crank r, coupler L, slider position x(theta)
+(`buckler.mbs.kinematics.closure.SliderCrank`), the exact elastica p(u) (`buckler.elastica.law.fast`) and a linear stop K:
+
+    contact angle 2 g      ->  stop at x(pi - g)                                                                (1)
+    contact force F_c      ->  u = 1 - (|stop| + F_c/K - r)/L,   E I = F_c L^2/p(u),   I = b h^3/12             (2)
+    impact force F_i       ->  F_i = c1 Q + sqrt[(c1 Q)^2 + c0^2 (S - D)^2],   S = v sqrt(K m),   v = |x'(pi - g)| omega (3)
+
+At the dead centre the coupler lies on the slider's line, and the stop has given way by F_c/K. In the impact a coupler that
+never pushes with more than its Euler load pushes with Q = P_cr cos(phi) - f, f the friction of the slider, as soon as the
+strip has been pressed up to that load. Until then a time t has passed in which the slider, slowed down by K (1 + chi) v t,
+has fallen behind by K (1 + chi) v t^3/(6 m), which costs the momentum 3 Q t/4 and so
+
+    D = (3/4) Q' t sqrt(K/m),   t = [6 m Q'/(k (1 + chi) K v)]^(1/3),   k = E A/L cos(phi)^2,                   (4)
+
+where Q' = Q - m a leaves out what the slider's own acceleration a asked of the strip before. c0 and c1 are those of
+`mbs.laws.peak`, chi that of `CarvalhoMartins`. Equations (1) and (2) are exact; (3) and (4) are for a massless strip, that
+is for a `Strut`, and hold within 1 % up to Q = 0.4 S. A straight `Beam` buckles late and strikes far harder.
+
+Floats or arrays that broadcast may stand for every number: arrays in, arrays out.
+
+References
+----------
+B. Demirel et al., Compliant Impact Generator for Required Impact and Contact Force, doi 10.1115/IMECE2008-68796.
+A. S. Carvalho, J. M. Martins, doi 10.1016/j.mechmachtheory.2019.03.028.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+
+from buckler.elastica import law
+from buckler.mbs.kinematics.closure import SliderCrank
+from buckler.mbs.laws import CarvalhoMartins
+from buckler.mbs.laws.peak import peak_factors
+from buckler.mbs.library import PAPER
+
+Floats = Any
+"""A float, or an array that broadcasts with the others."""
+PASSES = 14
+"""Of the fixed point for what (2) and (3) hold implicitly: each takes off two digits or more."""
+
+
+@dataclass(frozen=True)
+class Wish:
+    """What the mechanism shall do.
+
+    Parameters
+    ----------
+    contact_force : float or array
+        Largest force of the buckled coupler on the stop, at the dead centre, N.
+    impact_force : float or array
+        Largest force of the first impact, N.
+    contact_angle : float or array
+        Angle the crank turns between first contact and release, rad, below 2 pi: twice the half angle before the dead
+        centre. From 120 to 240 degrees it is 120 degrees, half angle 60 degrees.
+
+    Raises
+    ------
+    ValueError
+        If a number is not positive and finite, or the angle not below a full turn.
+    """
+
+    contact_force: Floats
+    impact_force: Floats
+    contact_angle: Floats
+
+    def __post_init__(self) -> None:
+        for name, unit in (("contact_force", "N"), ("impact_force", "N")):
+            _within(name, getattr(self, name), np.inf, unit)
+        _within("contact_angle", self.contact_angle, 2 * np.pi, "rad")
+
+
+@dataclass(frozen=True)
+class Given:
+    """What is fixed beforehand. None stands for what is solved for: one of thickness and width, one of speed, mass, stiffness.
+
+    Parameters
+    ----------
+    thickness, width : float or array or None
+        Of the strip, m.
+    speed : float or array or None
+        Of the crank, rad/s.
+    mass : float or array or None
+        Of the slider, kg.
+    stiffness : float or array or None
+        Of the stop, N/m.
+    restitution : float or array
+        Of the stop, (0, 1].
+    friction : float or array
+        Of the slider in its guide, N, any speed.
+    yield_strength : float or array
+        Of the strip, Pa.
+    modulus : float or array
+        Young's modulus of the strip, Pa.
+    crank, coupler : float or array
+        Lengths, m; the coupler is the longer one.
+    slowest, fastest : float or array
+        Speeds the drive can run at, rad/s.
+    lightest, heaviest : float or array
+        Masses the slider can have, kg.
+
+    Raises
+    ------
+    ValueError
+        If a number lies outside its range, or not exactly one of a group is None.
+    """
+
+    thickness: Floats | None = None
+    width: Floats | None = 0.030
+    speed: Floats | None = None
+    mass: Floats | None = 0.3
+    stiffness: Floats | None = 7.2e4
+    restitution: Floats = 0.8
+    friction: Floats = 0.3
+    yield_strength: Floats = 1e9
+    modulus: Floats = 210e9
+    crank: Floats = PAPER.crank
+    coupler: Floats = PAPER.coupler
+    slowest: Floats = 0.1
+    fastest: Floats = 10.0
+    lightest: Floats = 1e-3
+    heaviest: Floats = 10.0
+
+    def __post_init__(self) -> None:
+        for group in (("thickness", "width"), ("speed", "mass", "stiffness")):
+            free = [name for name in group if getattr(self, name) is None]
+            if len(free) != 1:
+                raise ValueError(f"free = {free}: exactly one of {', '.join(group)} must be None, to be solved for")
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if value is not None and field.name != "friction":
+                _within(field.name, value, 1.0 if field.name == "restitution" else np.inf, _UNITS[field.name])
+        _within("friction", np.asarray(self.friction) + np.finfo(float).tiny, np.inf, "N")
+        if not np.all(np.less(self.crank, self.coupler)):
+            raise ValueError(f"crank = {self.crank} m: must be shorter than the coupler, {self.coupler} m, to turn fully")
+
+    @property
+    def lengths(self) -> SliderCrank:
+        """Crank and coupler."""
+        return SliderCrank(self.crank, self.coupler)
+
+    @property
+    def chi(self) -> Floats:
+        """Hysteresis factor of the stop."""
+        return CarvalhoMartins.hysteresis(self.restitution)
+
+
+_UNITS = {
+    "thickness": "m", "width": "m", "speed": "rad/s", "mass": "kg", "stiffness": "N/m", "restitution": "1",
+    "yield_strength": "Pa", "modulus": "Pa", "crank": "m", "coupler": "m", "slowest": "rad/s", "fastest": "rad/s",
+    "lightest": "kg", "heaviest": "kg",
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Design:
+    """A mechanism that does what was wished, if its limits allow it (`inverse_limits`); floats, or arrays of one shape.
+
+    Attributes
+    ----------
+    wish, given : Wish, Given
+        What it was made from.
+    thickness, width : m, of the strip
+    stop : m, its place on the slider's line
+    speed : rad/s, of the crank
+    mass : kg, of the slider
+    stiffness : N/m, of the stop
+    angle : rad, crank angle at first contact
+    shortening : 1, largest end shortening of the strip over its length
+    euler_load : N, of the strip
+    impact_speed : m/s, of the slider at first contact
+    push : N, what the coupler adds to the impact, Q of equation (3)
+    strength : N, the impact's measure S - D of equation (3); 0 where the push alone is too much
+    """
+
+    wish: Wish
+    given: Given
+    thickness: Any
+    width: Any
+    stop: Any
+    speed: Any
+    mass: Any
+    stiffness: Any
+    angle: Any
+    shortening: Any
+    euler_load: Any
+    impact_speed: Any
+    push: Any
+    strength: Any
+
+    @property
+    def contact_time(self) -> Any:
+        """From first contact to release, s."""
+        return self.wish.contact_angle / self.speed
+
+
+def design(wish: Wish, given: Given | None = None) -> Design:
+    """Solve equations (1) to (4) for everything that is not given.
+
+    Parameters
+    ----------
+    wish : Wish
+    given : Given, optional
+
+    Returns
+    -------
+    Design, of floats if every number was one, else of arrays of the broadcast shape. Where a wish cannot be had the
+    numbers stay finite, and a limit of `buckler.studies.striking.inverse_limits` says so.
+    """
+    given = Given() if given is None else given
+    lengths, (r, L) = given.lengths, given.lengths
+    angle = np.pi - np.asarray(wish.contact_angle) / 2
+    stop = lengths.slider(angle)
+    lean, rate = lengths.lean_cosine(angle, stop), np.abs(lengths.slider_rate(angle))
+    c0, c1 = peak_factors(given.chi)
+    stiffness = 1e5 if given.stiffness is None else given.stiffness
+    speed = 1.0 if given.speed is None else given.speed
+    mass = 0.1 if given.mass is None else given.mass
+    for _ in range(PASSES):
+        u = 1 - (wish.contact_force / stiffness - stop - r) / L
+        bending = wish.contact_force * L**2 / law.fast(np.clip(u, 0.0, 1.0))
+        thickness, width = _section(bending, given)
+        euler = np.pi**2 * bending / L**2
+        push = euler * lean - given.friction
+        rise = np.clip(push + mass * second_rate(lengths, angle) * speed**2, 0.0, 2 * euler)  # more is no design anyway
+        lag = _lag(rise, given, thickness * width * lean**2, rate * speed)
+        strength = np.sqrt(np.maximum(wish.impact_force * (wish.impact_force - 2 * c1 * push), 0.0)) / c0
+        hit = np.maximum(strength, 1e-3 * wish.impact_force) + lag * (stiffness / mass) ** (1 / 6)
+        if given.speed is None:
+            speed = hit / (rate * np.sqrt(stiffness * mass))
+        elif given.mass is None:
+            mass = (hit / (rate * speed)) ** 2 / stiffness
+        else:
+            stiffness = (hit / (rate * speed)) ** 2 / mass
+    found = (thickness, width, stop, speed, mass, stiffness, angle, u, euler, rate * speed, push, strength)
+    shape = np.broadcast_shapes(*(np.shape(x) for x in found))
+    return Design(wish, given, *(np.broadcast_to(x, shape) if shape else float(x) for x in found))
+
+
+def second_rate(lengths: SliderCrank, angle: Any) -> Any:
+    """d2x/dtheta2 of the slider, m/rad^2; times the speed squared it is the slider's acceleration at constant speed."""
+    r, L = lengths
+    s, c = np.sin(angle), np.cos(angle)
+    q = np.sqrt(L**2 - (r * s) ** 2)
+    return -r * c + r**2 * (c**2 - s**2) / q + (r**2 * s * c) ** 2 / q**3
+
+
+def _section(bending: Floats, given: Given) -> tuple[Floats, Floats]:
+    """Thickness and width of the strip of a bending stiffness E b h^3/12."""
+    if given.width is not None:
+        return np.cbrt(12 * bending / (given.modulus * given.width)), given.width
+    assert given.thickness is not None  # Given has seen to it
+    return given.thickness, 12 * bending / (given.modulus * given.thickness**3)
+
+
+def _lag(rise: Floats, given: Given, area: Floats, speed: Floats) -> Floats:
+    """D of equation (4) without its factor (K/m)^(1/6); `area` is that of the strip times cos(phi)^2."""
+    stiffness = given.modulus * area / given.coupler
+    return 0.75 * rise * np.cbrt(6 * rise / (stiffness * (1 + given.chi) * speed))
+
+
+def _within(name: str, value: Floats, high: float, unit: str) -> None:
+    """Refuse what is not above 0 and at most `high`, and finite."""
+    array = np.asarray(value, dtype=float)
+    wrong = ~((array > 0) & (array <= high) & np.isfinite(array))
+    if np.any(wrong):
+        suffix = "" if unit == "1" else f" {unit}"
+        raise ValueError(f"{name} = {array[wrong].flat[0]:g}{suffix}: must lie in (0, {high:g}]{suffix}")

@@ -1,0 +1,279 @@
+"""Slider-crank striking its stop: error against run time of each model and tolerance, and of a plain run of the engine.
+
+The main job of the slider-crank study (its default parameters, a beam coupler, one turn of the crank), solved with
+error-controlled steps at several tolerances, steps an impact and elements, and by a plain run straight on the engine
+with ANCF elements and uniform steps (studies/plain.py). The error of a run is the largest relative one of four numbers,
+impact peak, impact impulse, force at 180 degrees and mean force over 150 to 210 degrees, against a finer run: twice the
+elements, a thousandth of the smallest tolerance. A plain run with eight times the steps and twice the elements is the
+second opinion on that one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from math import isfinite, nan, pi
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from buckler.mbs import Beam, Cable, GuideFriction, Mechanism, Solver, simulate, slider_crank
+from buckler.mbs.accuracy.precision import Point, fastest, time_for, verdict, work_precision
+from buckler.mbs.laws import CarvalhoMartins
+from buckler.mbs.library import PAPER
+from buckler.mbs.record.result import Status
+from buckler.studies.kit.cli import main
+from buckler.studies.kit.parameters import StudyParameters, integer, quantities, quantity
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
+from buckler.studies.kit.style import subplots
+from buckler.studies.striking.precision_reading import EXACT, JOB, PLATEAU, TURN, Outcome, Reading, read
+from buckler.studies.strips.static_precision import as_signals, draw, footnote
+from buckler.studies.trust import plain
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+UNTUNED = 1e-6
+"""Newton tolerance of the plain run before it is tuned."""
+FINER = 1e-3
+"""Tolerance of the finer run over the smallest tolerance."""
+BARS = {
+    "peak_error": (1e-2, "1", "impact peak against the finer run"),
+    "impulse_error": (1e-2, "1", "impact impulse against the finer run"),
+    "settled_error": (1e-3, "1", "force at 180 deg against the exact elastica"),
+    "plateau_error": (5e-3, "1", "force over 150 to 210 deg against the exact elastica"),
+    "release_error": (0.05, "deg", "release angle against the finer run"),
+    "energy_balance": (1e-3, "1", "energy balance"),
+}
+"""What is asked of the chosen run, with its unit and meaning; it is SUSPECT if it misses one."""
+SPEEDUP_BAR = 4.0
+"""Times faster than plain that is asked at equal error; run times depend on the machine and make no run SUSPECT."""
+SPEEDUPS = {
+    "speedup_at_plain_error": "times faster: fastest run no less accurate than the plain run, against it",
+    "speedup_at_own_error": "times faster: chosen run, against plain runs as accurate (interpolated)",
+}
+
+
+@dataclass(frozen=True)
+class Parameters(StudyParameters):
+    """Parameters of the study."""
+
+    elements: int = integer(8, 2, 64, "Beam elements of the chosen run; half as many are run too", "numerics")
+    tolerance: float = quantity(1e-5, "1", 1e-7, 1e-3, "tolerance of the chosen run", "numerics")
+    tolerances: tuple[float, ...] = quantities((1e-4, 1e-5, 1e-6), "1", 1e-7, 1e-3, "tolerances to run", "numerics")
+    resolutions: tuple[float, ...] = quantities((20, 80, 160), "1", 1, 1000, "steps an impact, more runs", "numerics")
+    plain_steps: int = integer(10_000, 1000, 10**6, "steps of the plain run held against", "plain run")
+    steps: tuple[float, ...] = quantities((2e3, 5e3, 1e4, 2e4, 4e4), "1", 1e3, 1e6, "steps of plain runs", "plain run")
+    plain_newton: float = quantity(1e-4, "1", 1e-9, 1e-2, "Newton tolerances of the plain runs, tuned", "plain run")
+    repeats: int = integer(5, 1, 1000, "repetitions, taken in turn", "numerics")
+
+    def check(self) -> None:
+        """Check that the chosen runs are among those run, and that counts are whole."""
+        for name, value, among in (
+            ("tolerance", self.tolerance, self.tolerances),
+            ("plain_steps", self.plain_steps, self.steps),
+        ):
+            if value not in among:
+                raise ValueError(f"{name} = {value:g}: must be one of {', '.join(f'{x:g}' for x in among)}")
+        self.check_counts("steps", "resolutions")
+
+
+# --- the runs ---------------------------------------------------------------------------------------------------------
+
+
+def with_coupler(kind: type[Beam] | type[Cable], elements: int) -> Mechanism:
+    """The mechanism of the main job, its coupler of that kind."""
+    section = JOB.section.damped(JOB.damping, PAPER.coupler)
+    return slider_crank(
+        kind(section, elements=elements, imperfection=-JOB.imperfection * PAPER.coupler),
+        law=CarvalhoMartins(JOB.stop_stiffness, JOB.restitution, exponent=1.0),
+        mass=JOB.mass,
+        speed=JOB.speed,
+        friction=GuideFriction(JOB.friction_force),
+    )
+
+
+def simulated(mechanism: Mechanism, ledger: bool = False, **settings: Any) -> Outcome:
+    """One turn with error-controlled steps; settings of `Solver`."""
+    result = simulate(mechanism, TURN, solver=Solver(**settings), ledger=ledger)
+    ended = result.status in (Status.OK, Status.SUSPECT)
+    reading = read(result.time, result.signals["B.contact_force"]) if ended else Reading()
+    return Outcome(reading, result.status, result.work, result.energy_balance)
+
+
+def plainly(mechanism: Mechanism, steps: float, newton: float) -> Outcome:
+    """One turn by a plain run in uniform steps."""
+    found = plain.slider_crank(mechanism, TURN, int(steps), newton)
+    return Outcome(read(found.x, found.force) if found.x.size else Reading(), found.message or "OK", found.work)
+
+
+Runs = Mapping[str, Mapping[str, Callable[[], Outcome]]]
+Series = Mapping[str, Mapping[str, Point]]
+
+
+def _our_runs(p: Parameters) -> Runs:
+    """Runs by model and setting: tolerances, and for the chosen one also steps an impact."""
+    models = [(Beam, max(2, p.elements // 2)), (Beam, p.elements), (Cable, p.elements)]
+    found = {
+        f"{kind.__name__} x {n}": {
+            _power(tolerance): partial(simulated, with_coupler(kind, n), tolerance=tolerance)
+            for tolerance in sorted(p.tolerances, reverse=True)
+        }
+        for kind, n in models
+    }
+    found[f"Beam x {p.elements}, steps an impact"] = {
+        f"{n:g}": partial(simulated, with_coupler(Beam, p.elements), tolerance=p.tolerance, contact_resolution=int(n))
+        for n in sorted(p.resolutions)
+    }
+    return found
+
+
+def _plain_runs(p: Parameters) -> Runs:
+    """Plain runs by model and steps: tuned, tuned with twice the elements, not tuned."""
+    coarse, fine = with_coupler(Cable, p.elements), with_coupler(Cable, 2 * p.elements)
+    steps, tuned = sorted(p.steps), p.plain_newton
+    return {
+        f"plain ANCF x {p.elements}": {_thousands(n): partial(plainly, coarse, n, tuned) for n in steps},
+        f"plain ANCF x {2 * p.elements}": {_thousands(n): partial(plainly, fine, n, tuned) for n in steps[-2:]},
+        f"plain, Newton {_power(UNTUNED)}": {_thousands(p.plain_steps): partial(plainly, coarse, p.plain_steps, UNTUNED)},
+    }
+
+
+def _power(tolerance: float) -> str:
+    return f"{tolerance:.0e}".replace("e-0", "e-")
+
+
+def _thousands(steps: float) -> str:
+    return f"{steps / 1000:g}k"
+
+
+def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
+    """Run the references, then every variant once for its reading, then all of them in turn for their times."""
+    p = parameters
+    reference = simulated(with_coupler(Beam, 2 * p.elements), tolerance=FINER * min(p.tolerances)).reading
+    second = plainly(with_coupler(Cable, 2 * p.elements), 8 * p.plain_steps, UNTUNED).reading
+    chosen = simulated(with_coupler(Beam, p.elements), ledger=True, tolerance=p.tolerance)
+    ours, theirs = _our_runs(p), _plain_runs(p)
+    calls = {f"{model}, {key}": call for model, part in {**ours, **theirs}.items() for key, call in part.items()}
+    outcomes = {name: call() for name, call in calls.items()}  # untimed: the first call of anything is slow
+    points = work_precision(
+        calls,
+        lambda outcome: max(outcome.reading.off(reference).values()),
+        p.repeats,
+        progress=lambda names: progress(names, label="runs"),
+    )
+    by_name = {point.name: point for point in points}
+    mine, plains = ({m: {k: by_name[f"{m}, {k}"] for k in part} for m, part in runs.items()} for runs in (ours, theirs))
+    times, sentence = _compare(p, mine, plains)
+    metrics = _reading_metrics(chosen, reference, second) | times
+    missed = [name for name, (bar, *_) in BARS.items() if not metrics[name].value <= bar]
+    checks: dict[str, Any] = {"message": sentence}
+    if missed:
+        checks = {"status": "SUSPECT", "message": f"the chosen run misses its bars: {', '.join(missed)}"}
+    series = {**mine, **plains}
+    baseline = plains[f"plain ANCF x {p.elements}"][_thousands(p.plain_steps)]
+    return StudyResult(
+        parameters=p,
+        metrics=metrics,
+        signals=as_signals({name: [*part.values()] for name, part in series.items()})
+        | {f"{name}.setting": np.array([*part]) for name, part in series.items()},
+        tables=[
+            _runs_table(series, baseline, outcomes, reference, f"{sentence}\n{footnote(p)}"),
+            _bars_table(metrics),
+        ],
+        **checks,
+    )
+
+
+# --- what is reported -------------------------------------------------------------------------------------------------
+
+
+def _reading_metrics(chosen: Outcome, reference: Reading, second: Reading) -> dict[str, Metric]:
+    """What the chosen run reads, and how far it is off."""
+    found, off = chosen.reading, chosen.reading.off(reference)
+    exact = float(np.interp(pi, PLATEAU, EXACT))
+    return {
+        "peak": Metric(found.peak, "N", error=off["peak"]),
+        "impulse": Metric(found.impulse, "N.s", error=off["impulse"]),
+        "settled": Metric(found.settled, "N", exact=exact),
+        "mean": Metric(found.mean, "N", error=off["mean"]),
+        "release": Metric(found.release, "deg"),
+        "peak_error": Metric(off["peak"], "1"),
+        "impulse_error": Metric(off["impulse"], "1"),
+        "settled_error": Metric(abs(found.settled / exact - 1), "1"),
+        "plateau_error": Metric(found.plateau_error, "1"),
+        "release_error": Metric(abs(found.release - reference.release), "deg"),
+        "energy_balance": Metric(chosen.energy_balance, "1"),
+        "references_differ": Metric(max(second.off(reference).values()), "1"),
+        "references_differ_release": Metric(abs(second.release - reference.release), "deg"),
+    }
+
+
+def _compare(p: Parameters, ours: Series, theirs: Series) -> tuple[dict[str, Metric], str]:
+    """The chosen run, and the fastest that is no less accurate, against plain runs: numbers and sentences."""
+    chosen = ours[f"Beam x {p.elements}"][_power(p.tolerance)]
+    tuned, twice, untuned = theirs.values()
+    key = _thousands(p.plain_steps)
+    equal = fastest([point for part in ours.values() for point in part.values()], tuned[key].error)
+    as_accurate = time_for([*tuned.values(), *twice.values()], chosen.error)
+    metrics = {
+        "error": Metric(chosen.error, "1"),
+        "time": Metric(chosen.wall_s, "s"),
+        "plain_error": Metric(tuned[key].error, "1"),
+        "plain_time": Metric(tuned[key].wall_s, "s"),
+        "speedup": Metric(chosen.speedup(tuned[key]), "1"),
+        "speedup_not_tuned": Metric(chosen.speedup(untuned[key]), "1"),
+        "speedup_at_plain_error": Metric(equal.speedup(tuned[key]) if equal else nan, "1"),
+        "speedup_at_plain_error_not_tuned": Metric(equal.speedup(untuned[key]) if equal else nan, "1"),
+        "speedup_at_own_error": Metric(as_accurate / chosen.wall_s, "1"),
+    }
+    pair = dict.fromkeys(filter(None, (chosen, equal)))
+    return metrics, " ".join(verdict(point, tuned[key]) for point in pair)
+
+
+def _runs_table(series: Series, baseline: Point, outcomes: Mapping[str, Outcome], reference: Reading, notes: str) -> Table:
+    rows: list[list[Any]] = [["finer run", "", None, *_numbers(reference), None, None, None, ""]]
+    for name, part in series.items():
+        for setting, point in part.items():
+            found = outcomes[point.name]
+            wall = [1e3 * point.wall_s, f"{point.speedup(baseline):.2f}", found.work.get("steps")]
+            mark = ("*" if point.front else "") if isfinite(point.error) else f"failed: {found.status}"
+            rows.append([name, setting, point.error, *_numbers(found.reading), *wall, mark])
+    headers = [
+        "model", "setting", "error", "peak [N]", "impulse [N s]", "F(180) [N]", "plateau off", "release [deg]",
+        "time [ms]", "plain/time", "steps", "front",
+    ]  # fmt: skip
+    notes = f"plateau off: largest deviation from the exact elastica over 150 to 210 deg.\n{notes}"
+    return Table(headers, rows, f"Slider-crank, one turn at {JOB.speed:g} rad/s", notes)
+
+
+def _numbers(reading: Reading) -> list[float]:
+    return [reading.peak, reading.impulse, reading.settled, reading.plateau_error, reading.release]
+
+
+def _bars_table(metrics: Mapping[str, Metric]) -> Table:
+    """What was asked of the chosen run and what it does."""
+    rows: list[list[Any]] = [
+        [meaning, metrics[name].value, unit, f"<= {bar:g}", "yes" if metrics[name].value <= bar else "no"]
+        for name, (bar, unit, meaning) in BARS.items()
+    ]
+    for name, meaning in SPEEDUPS.items():
+        reached = "yes" if metrics[name].value >= SPEEDUP_BAR else "no"
+        rows.append([meaning, metrics[name].value, "1", f">= {SPEEDUP_BAR:g}", reached])
+    return Table(["asked of the chosen run", "found", "unit", "bar", "reached"], rows)
+
+
+def figure(result: StudyResult) -> Figure:
+    """Error over run time of every series."""
+    names = [name.removesuffix(".setting") for name in result.signals if name.endswith(".setting")]
+    fig, ax = subplots(height=110)
+    marks = {name: result.signals[f"{name}.setting"] for name in names}
+    below = [name for name in names if name.endswith("steps an impact")]
+    draw(ax, result.signals, {name: name for name in names}, marks, "tolerance, or steps", below)
+    ax.set(ylabel="largest relative error of peak, impulse,\nforce at 180° and mean force")
+    return fig
+
+
+if __name__ == "__main__":
+    raise SystemExit(main("slider-crank-precision"))

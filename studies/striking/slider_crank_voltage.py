@@ -1,0 +1,237 @@
+"""The slider-crank on its motor, Figs 10 and 11: one number calibrated on 27 N, the forces at other voltages predicted.
+
+Calibrated: the duration of an impact (stitched) or the stiffness of the stop (strut, beam), so that each model strikes
+with 27 N at 1.25 rad/s. Assumed: the crank's speed is proportional to the voltage, 1.25 rad/s at 2.7 V, because the
+published forces all lie on 10 N/V. Predicted: everything else. The beam is also run with strips that are bowed before
+they are loaded: a straight one resists the impact far beyond its Euler load, and not in proportion to the speed.
+
+References
+----------
+B. Demirel et al., Compliant Impact Generator for Required Impact and Contact Force, doi 10.1115/IMECE2008-68796.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import cycle
+from math import log, nan
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from buckler.studies.kit.cli import main
+from buckler.studies.kit.parameters import quantities, quantity
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
+from buckler.studies.kit.style import subplots
+from buckler.studies.striking import impact
+from buckler.studies.striking.impact import IMPACT_FORCE, IMPACT_SPEED, ImpactParameters, ModelRun
+from buckler.studies.striking.impact_models import Fit, NotCalibratedError, calibrate, strike
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+PUBLISHED = {2.5: 25.0, 3.0: 30.0, 4.4: 44.18}
+"""Impact force, N, at a voltage, V: Figs 10 and 11, and the range of the sensor at the highest voltage."""
+VARIED = {"friction": (0.0, 0.9), "mass": (0.01, 10.0), "restitution": (0.1, 1.0)}
+"""Parameters whose influence is measured, and their ranges."""
+
+
+@dataclass(frozen=True)
+class Parameters(ImpactParameters):
+    """Parameters of the study."""
+
+    voltages: tuple[float, ...] = quantities((2.5, 3.0, 4.4), "V", 0.5, 12, "voltages of the motor", "drive")
+    reference_voltage: float = quantity(2.7, "V", 0.5, 12, "voltage at which the crank turns at 1.25 rad/s", "drive")
+    bows: tuple[float, ...] = quantities(
+        (0.003, 0.01), "1", -0.05, 0.05, "bows of further strips over their length (beam)", "strip"
+    )
+    variation: float = quantity(0.1, "1", 0.01, 0.5, "relative change of each varied parameter", "sensitivity")
+
+    def speed(self, voltage: float) -> float:
+        """Crank speed at a voltage, rad/s."""
+        return IMPACT_SPEED * voltage / self.reference_voltage
+
+
+class Case(NamedTuple):
+    """One model, or the beam with a bowed strip, with its own stop."""
+
+    name: str
+    model: str
+    parameters: Parameters
+    fit: Fit
+
+    @property
+    def stop(self) -> tuple[str, str]:
+        """Name and unit of what was calibrated."""
+        return ("impact_duration", "s") if self.model == "stitched" else ("stop_stiffness", "N/m")
+
+
+class _Bench:
+    """Strikes on demand and keeps the runs."""
+
+    def __init__(self) -> None:
+        self.runs: list[ModelRun] = []
+
+    def force(self, case: Case, speed: float, **changes: Any) -> float:
+        """Impact force at a crank speed, the stop held, N; nan without impact."""
+        parameters = replace(case.parameters, **changes)
+        self.runs.append(strike(case.model, parameters, case.fit.stop, speed))
+        return impact.read(self.runs[-1], parameters).impact_peak or nan
+
+
+def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
+    """Calibrate each case, predict the forces, vary the parameters."""
+    bench = _Bench()
+    try:
+        cases = [Case(*case, calibrate(*case[1:])) for case in progress(_uncalibrated(parameters), label="calibration")]
+    except NotCalibratedError as error:
+        return StudyResult(parameters=parameters, status="NOT_CALIBRATED", message=str(error))
+    speeds = [parameters.speed(voltage) for voltage in parameters.voltages]
+    forces = {case.name: [bench.force(case, speed) for speed in speeds] for case in progress(cases, label="voltages")}
+    plain = [case for case in cases if case.name == case.model]
+    slopes = {case.name: _sensitivity(case, bench) for case in progress(plain, label="sensitivity")}
+    metrics = {name: metric for case in cases for name, metric in _metrics(case, forces, slopes).items()}
+    trials = [len(case.fit.trials) for case in cases]
+    return StudyResult(
+        parameters=parameters,
+        **impact.verdict(bench.runs),
+        metrics=metrics,
+        signals={"voltage": np.array(parameters.voltages), **{f"{k}.force": np.array(v) for k, v in forces.items()}},
+        work={"runs": len(bench.runs) + sum(trials), "steps": sum(run.work["steps"] for run in bench.runs)},
+        tables=[_forces_table(cases, forces), _calibration_table(cases), _sensitivity_table(slopes, parameters)],
+    )
+
+
+def _uncalibrated(p: Parameters) -> list[tuple[str, str, Parameters]]:
+    """Name, model and parameters of each case."""
+    bows = p.bows if "beam" in p.models else ()
+    return [(model, model, p) for model in p.models] + [
+        (f"beam_bow_{bow:g}", "beam", replace(p, imperfection=bow)) for bow in bows
+    ]
+
+
+def _sensitivity(case: Case, bench: _Bench) -> dict[str, float]:
+    """Logarithmic slopes d ln F/d ln parameter at 1.25 rad/s, by central differences but for the ends of a range."""
+    slopes = {}
+    for name, (least, most) in VARIED.items():
+        value, change = getattr(case.parameters, name), case.parameters.variation
+        ends = [max(value * (1 - change), least), min(value * (1 + change), most)]
+        if ends[0] == ends[1]:  # zero has no relative change
+            slopes[name] = nan
+            continue
+        low, high = (bench.force(case, IMPACT_SPEED, **{name: end}) for end in ends)
+        slopes[name] = log(high / low) / log(ends[1] / ends[0])
+    return slopes
+
+
+def exponent(voltages: Sequence[float], forces: Sequence[float]) -> float:
+    """Exponent of force against voltage from the lowest to the highest voltage; nan if they are the same."""
+    low, high = int(np.argmin(voltages)), int(np.argmax(voltages))
+    return log(forces[high] / forces[low]) / log(voltages[high] / voltages[low]) if low != high else nan
+
+
+def _metrics(case: Case, forces: Mapping[str, Sequence[float]], slopes: Mapping[str, Mapping[str, float]]) -> dict[str, Metric]:
+    voltages = case.parameters.voltages
+    stop, unit = case.stop
+    found = {stop: Metric(case.fit.stop, unit), "force_calibrated": Metric(case.fit.trials[-1][1], "N", IMPACT_FORCE)}
+    for voltage, force in zip(voltages, forces[case.name], strict=True):
+        found[f"force_{voltage:g}V"] = Metric(force, "N", PUBLISHED.get(voltage))
+    published = exponent(list(PUBLISHED), list(PUBLISHED.values()))
+    found["exponent"] = Metric(exponent(voltages, forces[case.name]), "1", published)
+    found |= {f"slope_{name}": Metric(slope, "1") for name, slope in slopes.get(case.name, {}).items()}
+    return {f"{case.name}.{name}": metric for name, metric in found.items()}
+
+
+# --- tables -----------------------------------------------------------------------------------------------------------
+
+
+def _forces_table(cases: Sequence[Case], forces: Mapping[str, Sequence[float]]) -> Table:
+    p = cases[0].parameters
+    headers = ["voltage [V]", "crank [rad/s]", "published [N]"]
+    for case in cases:
+        headers += [f"{case.name} [N]", "off"]
+    rows = []
+    for i, voltage in enumerate(p.voltages):
+        published = PUBLISHED.get(voltage)
+        row = [f"{voltage:g}", f"{p.speed(voltage):.4f}", published]
+        for case in cases:
+            force = forces[case.name][i]
+            row += [f"{force:.2f}", f"{force / published - 1:+.1%}" if published else None]
+        rows.append(row)
+    ends = [f"{exponent(p.voltages, forces[case.name]):.3f}" for case in cases]
+    published_exponent = f"{exponent(list(PUBLISHED), list(PUBLISHED.values())):.3f}"
+    rows.append(["exponent", None, published_exponent, *(x for end in ends for x in (end, None))])
+    notes = (
+        f"assumed: speed proportional to voltage, {IMPACT_SPEED:g} rad/s at {p.reference_voltage:g} V; "
+        "predicted: the forces; exponent: of force against speed.\n"
+        "44.18 N is the range of the force sensor; beam_bow: strip bowed by this part of its length, unloaded."
+    )
+    return Table(headers, rows, "Predicted impact forces", notes)
+
+
+def _calibration_table(cases: Sequence[Case]) -> Table:
+    rows = [
+        [case.name, *case.stop, f"{case.fit.stop:.4g}", "; ".join(f"{k:.4g}: {f:.2f} N" for k, f in case.fit.trials)]
+        for case in cases
+    ]
+    title = f"Calibrated: one number each, on {IMPACT_FORCE:g} N at {IMPACT_SPEED:g} rad/s"
+    return Table(["case", "number", "unit", "value", "runs"], rows, title)
+
+
+def _sensitivity_table(slopes: Mapping[str, Mapping[str, float]], p: Parameters) -> Table:
+    rows = [[name, getattr(p, name), *(slope[name] for slope in slopes.values())] for name in VARIED]
+    notes = "relative change of the force over that of the parameter, by central differences, the stop held."
+    return Table(["parameter", "value", *slopes], rows, f"Sensitivity of the impact force at {IMPACT_SPEED:g} rad/s", notes)
+
+
+# --- figure -----------------------------------------------------------------------------------------------------------
+
+
+def figure(result: StudyResult) -> Figure:
+    """Draw the forces over the voltage, and their sensitivity."""
+    fig, (forces, bars) = subplots(1, 2, height=80, width_ratios=(1.5, 1))
+    _draw_forces(forces, result)
+    _draw_sensitivity(bars, result)
+    return fig
+
+
+def _draw_forces(ax: Any, result: StudyResult) -> None:
+    p: Any = result.parameters
+    names = [name.removesuffix(".force") for name in result.signals if name.endswith(".force")]
+    strokes = cycle(("--", "-.", ":"))
+    for name in names:
+        voltages = np.append(result.signals["voltage"], p.reference_voltage)
+        forces = np.append(result.signals[f"{name}.force"], result.metrics[f"{name}.force_calibrated"].value)
+        order = np.argsort(voltages)
+        look = {"color": impact.COLOURS[name]} if name in impact.COLOURS else {"color": "#777777", "linestyle": next(strokes)}
+        ax.plot(voltages[order], forces[order], marker=".", label=_label(name), **look)
+    ax.plot(list(PUBLISHED), list(PUBLISHED.values()), "k*", markersize=8, label="published")
+    ax.plot(p.reference_voltage, IMPACT_FORCE, "ko", markerfacecolor="white", markersize=6, label="calibrated on")
+    ax.set(xlabel="voltage [V]", ylabel="impact force [N]")
+    ax.yaxis.get_major_locator().set_params(integer=True)
+    ax.legend()
+
+
+def _label(name: str) -> str:
+    """Name of a case in words: beam_bow_0.01 is a beam with a bow of 0.01 L."""
+    model, _, bow = name.partition("_bow_")
+    return f"{model}, bow {bow} L" if bow else model
+
+
+def _draw_sensitivity(ax: Any, result: StudyResult) -> None:
+    p: Any = result.parameters
+    models = [model for model in impact.MODELS if model in p.models]
+    height = 0.8 / len(models)
+    for i, model in enumerate(models):
+        slopes = [result.metrics[f"{model}.slope_{name}"].value for name in VARIED]
+        ax.barh(np.arange(len(VARIED)) - i * height, slopes, height, color=impact.COLOURS[model], label=model)
+    ax.axvline(0, color="black", linewidth=0.6)
+    ax.set_yticks(np.arange(len(VARIED)) - 0.4 + height / 2, VARIED)
+    ax.tick_params(axis="y", length=0)
+    ax.grid(visible=False, axis="y")
+    ax.set(xlabel="d ln force / d ln parameter")
+
+
+if __name__ == "__main__":
+    raise SystemExit(main("slider-crank-voltage"))

@@ -1,0 +1,318 @@
+"""The published model of the compliant slider-crank: three modes of motion in closed form, stitched together.
+
+1. Rigid: the coupler stays straight, the slider follows from the loop closure (eqs 1-5).
+2. Impact: the slider, of mass m, meets the stop at speed v and leaves it at e v (eq. 6); the stop feels a pulse
+   F = m (1 + e) v / dt. The coupler pushes it back with the constant force F_c of that crank angle, friction f opposes
+   its motion, so it comes back at e v sqrt((F_c - f)/(F_c + f)), and so on until its rebounds are negligible.
+3. Contact: the slider rests against the stop and feels F_c = p(u) E I/L^2 cos(phi) (eqs 7-13), quasi-statically, until
+   the coupler is straight again.
+
+The ledger does not believe the model: it holds the strip's energy at the actual crank angle and slider position, and
+counts what the drive gives against the strip's actual force. Its error is what the stitching makes or loses.
+
+References
+----------
+B. Demirel et al., Compliant Impact Generator for Required Impact and Contact Force, doi 10.1115/IMECE2008-68796.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from math import pi, sqrt
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.optimize import brentq
+
+from buckler.elastica import law
+from buckler.mbs.kinematics.closure import SliderCrank
+from buckler.mbs.library import PAPER, PAPER_STOP
+from buckler.mbs.mechanism import Motion, Ramp
+from buckler.mbs.validate import non_negative, number, positive
+
+Array = np.ndarray[Any, Any]
+NEGLIGIBLE = 1e-2
+"""Rebounds are over when they come back at less than this part of the first impact's speed."""
+SAMPLES = {"rigid": 240, "impact": 5, "rebound": 41, "held": 240, "contact": 480}
+"""Samples of a piece of each mode of motion."""
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
+
+
+@dataclass(frozen=True)
+class Rebound:
+    """The slider leaves the stop at `speed`, m/s, against a constant `push`, N; `friction`, N, opposes its motion."""
+
+    speed: float
+    push: float
+    friction: float
+    mass: float
+
+    @property
+    def outward_time(self) -> float:
+        """Time to standstill, m v/(F + f), s."""
+        return self.mass * self.speed / (self.push + self.friction)
+
+    @property
+    def height(self) -> float:
+        """Largest distance from the stop, m v^2/(2 (F + f)), m."""
+        return self.speed * self.outward_time / 2
+
+    @property
+    def returns(self) -> bool:
+        """Whether the push overcomes friction at standstill."""
+        return self.push > self.friction
+
+    @property
+    def duration(self) -> float:
+        """Time until the slider is back at the stop, or stands still off it, s."""
+        if not self.returns:
+            return self.outward_time
+        return self.outward_time + sqrt(2 * self.height * self.mass / (self.push - self.friction))
+
+    @property
+    def return_speed(self) -> float:
+        """Speed back at the stop, v sqrt((F - f)/(F + f)), m/s; 0 if friction holds it."""
+        return self.speed * sqrt(max(0.0, self.push - self.friction) / (self.push + self.friction))
+
+    def motion(self, t: Array) -> tuple[Array, Array]:
+        """Distance from the stop and speed away from it, at times t since it was left."""
+        back = np.maximum(t - self.outward_time, 0.0)
+        out = np.minimum(t, self.outward_time)
+        slow, fast = (self.push + self.friction) / self.mass, max(0.0, self.push - self.friction) / self.mass
+        place = self.speed * out - slow * out**2 / 2 - fast * back**2 / 2
+        return place, np.where(t < self.outward_time, self.speed - slow * out, -fast * back)
+
+
+@dataclass(frozen=True)
+class Stitched:
+    """The slider-crank with a stop, as published.
+
+    Parameters
+    ----------
+    mass : float
+        Of the slider, kg, positive.
+    restitution : float
+        e in (0, 1].
+    friction : float
+        Coulomb friction of the slider, N, the same at any speed.
+    impact_duration : float
+        dt of one impact, s, positive.
+    stiffness : float
+        E I of the strip, N m^2, positive.
+    lengths : SliderCrank
+    stop : float
+        Place of the stop on the slider's line, m.
+    load : callable
+        Normalised force p(u): the published quartic by default.
+    """
+
+    mass: float
+    restitution: float
+    friction: float
+    impact_duration: float
+    stiffness: float
+    lengths: SliderCrank = PAPER
+    stop: float = PAPER_STOP
+    load: Callable[[Any], Any] = law.quartic
+
+    def __post_init__(self) -> None:
+        positive("mass", self.mass, "kg")
+        number("restitution", self.restitution, 0.0, 1.0, "1", open_low=True)
+        non_negative("friction", self.friction, "N")
+        positive("impact_duration", self.impact_duration, "s")
+        positive("stiffness", self.stiffness, "N m^2")
+
+    @property
+    def contact_angle(self) -> float:
+        """Crank angle at which the slider meets the stop, rad; it leaves it at 2 pi minus this."""
+        return self.lengths.contact_angle(self.stop)
+
+    def strip_force(self, shortening: Any) -> Any:
+        """Force of the buckled strip, p(u) E I/L^2, N (eq. 12)."""
+        return self.load(shortening) * self.stiffness / self.lengths.coupler**2
+
+    def strip_energy(self, shortening: Array) -> Array:
+        """Work of that force from u = 0, J: Gauss quadrature, exact for the quartic."""
+        u = np.asarray(shortening)
+        mean = (_WEIGHTS * self.load(np.multiply.outer(u, (_NODES + 1) / 2))).sum(axis=-1) / 2
+        return u * mean * self.stiffness / self.lengths.coupler
+
+    def contact_force(self, angle: Any) -> Any:
+        """Quasi-static force on the stop, p(u) E I/L^2 cos(phi), N, for angles in contact (eq. 13)."""
+        u = np.maximum(self.lengths.shortening(angle, self.stop), 0.0)
+        return self.strip_force(u) * self.lengths.lean_cosine(angle, self.stop)
+
+    def impact_force(self, speed: float) -> float:
+        """Force of a pulse, m (1 + e) v/dt, N."""
+        return self.mass * (1 + self.restitution) * speed / self.impact_duration
+
+    def compression(self, angle: Any, speed: Any, acceleration: Any = 0.0) -> Any:
+        """Compression of the coupler taken as rigid, N: what the slider's inertia and friction ask of it.
+
+        N cos(phi) = -(m x_tt + f sign(x_t)), x the slider's position, from crank angle, speed and acceleration.
+        """
+        r, L = self.lengths
+        s, c = np.sin(angle), np.cos(angle)
+        q = np.sqrt(L**2 - (r * s) ** 2)
+        second = -r * c + r**2 * (c**2 - s**2) / q + (r**2 * s * c) ** 2 / q**3
+        rate = self.lengths.slider_rate(angle)
+        resisting = self.mass * (second * speed**2 + rate * acceleration) + self.friction * np.sign(rate * speed)
+        return -resisting / self.lengths.lean_cosine(angle, self.lengths.slider(angle))
+
+
+class Trace(NamedTuple):
+    """Motion and ledger of a stitched run; arrays of shape (samples,), two samples where a quantity jumps.
+
+    Attributes
+    ----------
+    time, angle, position, speed, force, shortening : array
+        s; crank angle, rad; slider position, m, and velocity, m/s; force on the stop, N; relative end shortening.
+    load : array
+        Compression the rigid mode asks of the coupler, over the Euler load; 0 in the other modes. Above 1 the strip
+        buckles, and the model does not hold.
+    energy : dict of str to array
+        J: held `kinetic`, `strain`; `taken_impact`, `taken_friction`, `given_drive` since t = 0; `error`.
+    held : bool
+        Whether friction held the slider off the stop.
+    """
+
+    time: Array
+    angle: Array
+    position: Array
+    speed: Array
+    force: Array
+    shortening: Array
+    load: Array
+    energy: dict[str, Array]
+    held: bool
+
+    @property
+    def energy_balance(self) -> float:
+        """Largest ledger error over the most that was held and taken."""
+        active = sum(self.energy[name] for name in ("kinetic", "strain", "taken_impact", "taken_friction"))
+        return float(np.abs(self.energy["error"]).max() / np.max(active))
+
+
+def follow(model: Stitched, motion: Ramp | Motion, duration: float) -> Trace:
+    """Run the model for `duration` seconds from crank angle 0, its crank turned forward by `motion`.
+
+    Raises
+    ------
+    ValueError
+        If the slider never reaches the stop's place.
+    """
+    crank = _Crank(motion, positive("duration", duration, "s"))
+    meeting = model.contact_angle
+    pieces: list[_Piece] = []
+    time, turn = 0.0, 0
+    while time < duration:
+        meets, leaves = crank.time(2 * pi * turn + meeting), crank.time(2 * pi * (turn + 1) - meeting)
+        pieces.append(_rigid(model, crank, time, meets))
+        pieces += _strike(model, crank, meets, leaves)
+        time, turn = float(pieces[-1].time[-1]), turn + 1
+    return _trace(model, crank, pieces)
+
+
+class _Crank(NamedTuple):
+    """The crank's motion up to the end of the run."""
+
+    motion: Ramp | Motion
+    duration: float
+
+    def angle(self, times: Array) -> Array:
+        return np.array([self.motion.position(t) for t in times])
+
+    def speed(self, times: Array) -> Array:
+        return np.array([self.motion.speed(t) for t in times])
+
+    def acceleration(self, times: Array) -> Array:
+        return np.array([self.motion.acceleration(t) for t in times])
+
+    def time(self, angle: float) -> float:
+        """When the crank gets to an angle, or the end of the run."""
+        if self.motion.position(self.duration) <= angle:
+            return self.duration
+        return float(brentq(lambda t: self.motion.position(t) - angle, 0.0, self.duration, xtol=1e-14))
+
+
+class _Piece(NamedTuple):
+    """Samples of one mode of motion."""
+
+    mode: str
+    time: Array
+    position: Array
+    speed: Array
+    force: Array
+
+
+def _times(mode: str, start: float, end: float) -> Array:
+    return np.linspace(start, end, SAMPLES[mode])
+
+
+def _rigid(model: Stitched, crank: _Crank, start: float, end: float) -> _Piece:
+    time = _times("rigid", start, end)
+    angle = crank.angle(time)
+    speed = model.lengths.slider_rate(angle) * crank.speed(time)
+    return _Piece("rigid", time, model.lengths.slider(angle), speed, np.zeros_like(time))
+
+
+def _strike(model: Stitched, crank: _Crank, start: float, end: float) -> Iterator[_Piece]:
+    """Impacts and rebounds until they are negligible, then rest against the stop to the end of contact."""
+    time = start
+    first = speed = abs(model.lengths.slider_rate(model.contact_angle)) * crank.motion.speed(start)
+    while time < end and speed > NEGLIGIBLE * first:
+        pulse = _times("impact", time, min(time + model.impact_duration, end))
+        force = np.full_like(pulse, model.impact_force(speed))
+        away = model.restitution * speed
+        yield _Piece("impact", pulse, np.full_like(pulse, model.stop), np.linspace(-speed, away, len(pulse)), force)
+        time = float(pulse[-1])
+        push = float(model.contact_force(crank.motion.position(time)))
+        rebound = Rebound(away, push, model.friction, model.mass)
+        flight = _times("rebound", time, min(time + rebound.duration, end))
+        travel, rate = rebound.motion(flight - time)
+        yield _Piece("rebound", flight, model.stop + travel, rate, np.zeros_like(flight))
+        time, speed = float(flight[-1]), rebound.return_speed
+        if not rebound.returns:
+            yield _rest("held", model, crank, time, end, model.stop + rebound.height)
+            return
+    if time < end:
+        yield _rest("contact", model, crank, time, end, model.stop)
+
+
+def _rest(mode: str, model: Stitched, crank: _Crank, start: float, end: float, position: float) -> _Piece:
+    time = _times(mode, start, end)
+    force = model.contact_force(crank.angle(time)) if mode == "contact" else np.zeros_like(time)
+    return _Piece(mode, time, np.full_like(time, position), np.zeros_like(time), force)
+
+
+def _trace(model: Stitched, crank: _Crank, pieces: list[_Piece]) -> Trace:
+    """Join the pieces and draw up the ledger."""
+    time, position, speed, force = (np.concatenate([piece[i] for piece in pieces]) for i in range(1, 5))
+    number_of = np.repeat(np.arange(len(pieces)), [len(piece.time) for piece in pieces])
+    modes = np.array([piece.mode for piece in pieces])[number_of]
+    angle, turning = crank.angle(time), crank.speed(time)
+    chord = np.hypot(model.lengths.crank * np.cos(angle) - position, model.lengths.crank * np.sin(angle))
+    rigid = modes == "rigid"
+    shortening = np.where(rigid, 0.0, np.maximum(1 - chord / model.lengths.coupler, 0.0))
+    within = np.diff(number_of, prepend=-1) == 0
+
+    def since_start(increments: Array, where: Any = True) -> Array:
+        return np.cumsum(np.where(within & where, increments, 0.0))
+
+    kinetic = model.mass * speed**2 / 2
+    rise = np.diff(kinetic, prepend=0.0)
+    rubbing = model.friction * np.abs(np.diff(position, prepend=position[0]))
+    power = -model.strip_force(shortening) * model.lengths.crank * np.sin(angle) * position / chord * turning
+    work = np.diff(time, prepend=0.0) * (power + np.roll(power, 1)) / 2
+    energy = {
+        "kinetic": kinetic,
+        "strain": model.strip_energy(shortening),
+        "taken_impact": since_start(-rise, modes == "impact"),
+        "taken_friction": since_start(rubbing),
+        "given_drive": since_start(np.where(rigid, rise + rubbing, work)),  # a rigid coupler hands on what it is given
+    }
+    held, taken = energy["kinetic"] + energy["strain"], energy["taken_impact"] + energy["taken_friction"]
+    energy["error"] = held - held[0] + taken - energy["given_drive"]
+    load = rigid * model.compression(angle, turning, crank.acceleration(time)) / model.strip_force(0.0)
+    return Trace(time, angle, position, speed, force, shortening, load, energy, bool((modes == "held").any()))

@@ -1,0 +1,310 @@
+"""The slider-crank over strip thickness and crank speed: contact force, impact, duration of the contact, energy balance.
+
+Every case is a run of the study `slider-crank`, one model each, swept over processes. The force with which the strip
+presses on the stop at the dead centre goes with the cube of the thickness and not with the speed, as long as the strip has
+time to come to rest: the published ratios are 27 and 125. Where it has not, the case says why: the slider is still in the
+air, or its inertia and friction have buckled the strip before it got to the stop. The cube is read off at a speed low
+enough for every strip.
+
+A guide's friction of more than the Euler load, 0.054 N at 0.1 mm, keeps the thinnest strip from ever pressing: `friction`
+is 0 here.
+
+References
+----------
+B. Demirel et al., Compliant Impact Generator for Required Impact and Contact Force, doi 10.1115/IMECE2008-68796.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import degrees, isfinite, nan
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from buckler.studies.kit.cli import main
+from buckler.studies.kit.parameters import StudyParameters, choices, integer, quantities, quantity
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
+from buckler.studies.kit.style import COLOURS, subplots
+from buckler.studies.striking import slider_crank
+from buckler.studies.striking.impact import CONTACT_FORCES, MODELS
+from buckler.studies.sweeping.sweep import sweep
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Array = np.ndarray[Any, Any]
+CUBE_TO = 2e-3
+"""How far a ratio of quasi-static forces may be from the cube; the stop gives way by 2e-4."""
+STATIC_TO = 0.01
+"""How far a force may be from the elastica in equilibrium to count as static."""
+STATES = {
+    "pressed": ("pressed at rest", "o", COLOURS[2]),
+    "in the air": ("not at rest at the dead centre", "v", COLOURS[4]),
+    "buckled": ("buckles before the stop", "X", COLOURS[1]),
+    "no contact": ("never meets the stop", "_", COLOURS[6]),
+    "SUSPECT": ("suspect or failed", "s", "#999999"),
+}
+"""What a case comes to; how it is called and marked."""
+LINES = {"strut": "solid", "beam": "dashed", "stitched": "dotted"}
+"""Line styles of the models."""
+
+
+@dataclass(frozen=True)
+class Parameters(StudyParameters):
+    """Parameters of the study."""
+
+    thicknesses: tuple[float, ...] = quantities(
+        (1e-4, 2e-4, 3e-4, 4e-4, 5e-4), "m", 5e-5, 1e-3, "thicknesses of the strip", "grid"
+    )
+    speeds: tuple[float, ...] = quantities((0.75, 1.25, 2.0, 3.0, 4.5, 6.58), "rad/s", 0.1, 60, "speeds of the crank", "grid")
+    slow: float = quantity(0.1, "rad/s", 0.1, 1, "speed at which the cube is read off", "grid")
+    models: tuple[str, ...] = choices(("strut", "beam"), MODELS, "models to run", "grid")
+    mass: float = quantity(0.3, "kg", 0.01, 10, "mass of the slider", "slider and stop")
+    friction: float = quantity(0.0, "1", 0, 0.9, "Coulomb coefficient of the slider by its weight", "slider and stop")
+    restitution: float = quantity(0.8, "1", 0.1, 1, "restitution of the stop", "slider and stop")
+    stop_stiffness: float = quantity(7.2e4, "N/m", 1e3, 1e8, "stiffness of the stop (strut, beam)", "slider and stop")
+    damping: float = quantity(0.05, "1", 0, 1, "damping ratio of the strip's first bending mode (beam)", "strip")
+    elements: int = integer(8, 2, 64, "elements of the beam", "numerics")
+    tolerance: float = quantity(1e-5, "1", 1e-9, 1e-3, "position error allowed a step, over the length", "numerics")
+    timeout: float = quantity(120, "s", 0.01, 86400, "longest time a case may take", "numerics")
+    workers: int = integer(2, 0, 256, "processes, 0 for none but this", "numerics")
+
+    def check(self) -> None:
+        """Check the grid."""
+        if self.slow in self.speeds:
+            raise ValueError(f"slow = {self.slow:g} rad/s: is one of the speeds already")
+        self.cases()
+
+    def cases(self) -> list[slider_crank.Parameters]:
+        """One for each model, thickness and speed, in this order; the slow speed first."""
+        shared = ("mass", "friction", "restitution", "stop_stiffness", "damping", "elements", "tolerance", "timeout")
+        given: dict[str, Any] = {name: getattr(self, name) for name in shared}
+        return [
+            slider_crank.Parameters(models=(model,), thickness=thickness, speed=speed, **given)
+            for model in self.models
+            for thickness in self.thicknesses
+            for speed in (self.slow, *self.speeds)
+        ]
+
+
+class Case(NamedTuple):
+    """What one case gives; nan where it does not happen.
+
+    Attributes
+    ----------
+    state : str
+        One of `STATES`.
+    force, exact : float
+        On the stop at the dead centre if the slider rests there, and that of the elastica in equilibrium, N.
+    impact : float
+        Largest force of the first impact, N.
+    duration, turned : float
+        From first to last contact, s, and the crank's turn in that time, rad.
+    energy_balance : float
+        Largest ledger error over the energy put through.
+    message : str
+        Why it is suspect or failed.
+    """
+
+    state: str
+    force: float = nan
+    exact: float = nan
+    impact: float = nan
+    duration: float = nan
+    turned: float = nan
+    energy_balance: float = nan
+    message: str = ""
+
+
+def read(row: Any, model: str, speed: float) -> Case:
+    """Read a row of the sweep."""
+
+    def value(name: str) -> float:
+        return float(row.value(f"{model}.{name}"))
+
+    balance = value("energy_balance")
+    if row.status != "OK":
+        return Case("SUSPECT", energy_balance=balance, message=f"{row.status}: {row.message}")
+    exact = row.metrics[f"{model}.contact_force_180"].exact
+    turned = np.radians(value("release_angle") - value("contact_angle"))
+    if not isfinite(turned):
+        return Case("no contact", exact=exact, energy_balance=balance)
+    rests = isfinite(value("settling_time"))
+    state = "buckled" if value("buckles_before_stop") else "pressed" if rests else "in the air"
+    force = value("contact_force_180") if rests else nan
+    return Case(state, force, exact, value("impact_peak"), turned / speed, turned, balance)
+
+
+def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
+    """Sweep the grid and read it."""
+    p = parameters
+    given = p.cases()
+    rows = sweep("slider-crank", given, workers=p.workers, progress=progress)
+    cases = [read(row, case.models[0], case.speed) for row, case in zip(rows, given, strict=True)]
+    grid = np.array(cases, dtype=object).reshape(len(p.models), len(p.thicknesses), 1 + len(p.speeds), len(Case._fields))
+    metrics, wrong = _metrics(p, grid)
+    checks: dict[str, Any] = {"status": "SUSPECT", "message": "; ".join(wrong)} if wrong else {}
+    kept = {name: grid[..., i].astype(float) for i, name in enumerate(Case._fields) if name not in ("state", "message")}
+    return StudyResult(
+        parameters=p,
+        **checks,
+        metrics=metrics,
+        signals={"state": _column(grid, "state").astype(str), **kept},
+        work={"cases": len(cases), "cases_wall_s": sum(row.wall_s for row in rows)},
+        tables=[_cube_table(p, metrics), *(_table(p, grid[m], model) for m, model in enumerate(p.models))],
+    )
+
+
+def _column(grid: Array, name: str) -> Array:
+    return np.asarray(grid[..., Case._fields.index(name)])
+
+
+def _metrics(p: Parameters, grid: Array) -> tuple[dict[str, Metric], list[str]]:
+    """Cubes at the slow speed, the forces' distance from the elastica, how the impact grows; and what is wrong."""
+    found: dict[str, Metric] = {}
+    wrong = []
+    force, exact, impact, state = (_column(grid, name) for name in ("force", "exact", "impact", "state"))
+    for m, model in enumerate(p.models):
+        cubes = force[m, :, 0].astype(float) / float(force[m, 0, 0])
+        for h, ratio in zip(p.thicknesses, cubes.tolist(), strict=True):
+            name, cube = f"{1e3 * h:g}mm", (h / p.thicknesses[0]) ** 3
+            found[f"{model}.cube.{name}"] = Metric(ratio, "1", exact=cube)
+            if not abs(ratio / cube - 1) < CUBE_TO:
+                why = (
+                    f"ratio {ratio:.4g} instead of {cube:.4g}" if isfinite(ratio) else "no force to be had: lower `slow`, `mass`"
+                )
+                wrong.append(f"CUBE: {model}, {name} at {p.slow:g} rad/s: {why}")
+        pressed = state[m] == "pressed"
+        off = np.abs(force[m][pressed].astype(float) / exact[m][pressed].astype(float) - 1)
+        found[f"{model}.force_off_elastica"] = Metric(float(off.max(initial=0.0)), "1")
+        static = pressed & (np.abs(force[m].astype(float) / exact[m].astype(float) - 1) < STATIC_TO)
+        for i, h in enumerate(p.thicknesses):
+            found |= _over_speed(f"{model}.{1e3 * h:g}mm", p.speeds, static[i, 1:], state[m, i, 1:], impact[m, i, 1:])
+        for name in STATES:
+            found[f"{model}.cases.{name.replace(' ', '_')}"] = Metric(float((state[m] == name).sum()), "1")
+    return found, wrong
+
+
+def _over_speed(name: str, speeds: Sequence[float], static: Array, state: Array, impact: Array) -> dict[str, Metric]:
+    """Largest speed up to which the force is the elastica's, and the power of the speed with which the impact grows."""
+    until = np.logical_and.accumulate(static)
+    found = {f"{name}.static_up_to": Metric(float(np.max(np.array(speeds), where=until, initial=0.0)), "rad/s")}
+    met = (state == "pressed") | (state == "in the air")
+    if met.sum() > 2:
+        x, y = np.log(np.array(speeds)[met]), np.log(impact[met].astype(float))
+        (slope, _), cov = np.polyfit(x, y, 1, cov=True)
+        found[f"{name}.impact_power"] = Metric(float(slope), "1", error=float(np.sqrt(cov[0, 0]) / abs(slope)))
+    return found
+
+
+# --- tables -----------------------------------------------------------------------------------------------------------
+
+
+def _cube_table(p: Parameters, metrics: Mapping[str, Metric]) -> Table:
+    base = CONTACT_FORCES.get(p.thicknesses[0])
+    rows = []
+    for h in p.thicknesses:
+        published = CONTACT_FORCES.get(h)
+        found = [metrics[f"{model}.cube.{1e3 * h:g}mm"] for model in p.models]
+        ratio = f"{published / base:.2f}" if published and base else ""
+        rows.append(
+            [f"{1e3 * h:g}", f"{found[0].exact:g}", ratio, *(x for f in found for x in (f"{f.value:.4f}", f"{f.error:.1e}"))]
+        )
+    headers = ["h [mm]", "cube", "published", *(x for model in p.models for x in (model, "error"))]
+    title = f"Force at the dead centre over that of the thinnest strip, at {p.slow:g} rad/s"
+    return Table(headers, rows, title)
+
+
+def _table(p: Parameters, grid: Array, model: str) -> Table:
+    rows, told = [], []
+    for i, h in enumerate(p.thicknesses):
+        for k, speed in enumerate((p.slow, *p.speeds)):
+            case = Case(*grid[i, k])
+            numbers = (case.force, case.force / case.exact - 1, case.impact, case.duration, degrees(case.turned))
+            shown = [f"{x:.4g}" if isfinite(x) else "-" for x in numbers]
+            rows.append([f"{1e3 * h:g}", f"{speed:g}", *shown, f"{case.energy_balance:.1e}", STATES[case.state][0]])
+            told.append(case.message.partition(";")[0])
+    headers = ["h [mm]", "[rad/s]", "contact [N]", "off elastica", "impact [N]", "contact [s]", "[deg]", "energy", ""]
+    notes = "\n".join(f"{row[0]} mm, {row[1]} rad/s: {why}" for row, why in zip(rows, told, strict=True) if why)
+    return Table(headers, rows, f"Model {model}, slider of {p.mass:g} kg", notes)
+
+
+# --- figure -----------------------------------------------------------------------------------------------------------
+
+
+def figure(result: StudyResult) -> Figure:
+    """Draw contact force over thickness, impact and contact over speed, and what each case comes to."""
+    fig, axes = subplots(2, 2, height=140)
+    _draw_forces(axes[0, 0], result)
+    _draw_over_speed(axes[0, 1], result, "impact", 1.0, "impact force [N]")
+    _draw_over_speed(axes[1, 0], result, "turned", degrees(1.0), "contact, turn of the crank [deg]")
+    _draw_states(axes[1, 1], result)
+    axes[0, 1].set(xscale="log", yscale="log")
+    axes[1, 0].set(xscale="log")
+    for ax in (axes[0, 1], axes[1, 0]):
+        _speed_ticks(ax, result)
+    axes[0, 1].set_yticks([10, 20, 50, 100, 200, 500])
+    axes[0, 1].set_ylim(10, 600)
+    axes[0, 1].yaxis.set_major_formatter("{x:g}")
+    axes[0, 1].yaxis.set_minor_formatter("")
+    axes[0, 1].legend(title="h [mm]", ncols=2, fontsize=7, title_fontsize=7)
+    fig.legend(*axes[1, 1].get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    return fig
+
+
+def _draw_forces(ax: Any, result: StudyResult) -> None:
+    p: Any = result.parameters
+    s, h = result.signals, np.array(p.thicknesses)
+    for m, model in enumerate(p.models):
+        force = np.where(s["state"][m] == "pressed", s["force"][m], np.nan)
+        x = np.broadcast_to(1e3 * h[:, None], force.shape)
+        ax.loglog(x.ravel(), force.ravel(), "ox+"[m], markersize=5 - m, color=COLOURS[m], fillstyle="none", label=model)
+    slow = s["exact"][0, :, 0]
+    ax.loglog(1e3 * h, slow[0] * (h / h[0]) ** 3, "k-", linewidth=0.7, label="elastica, $h^3$", zorder=0)
+    table = [(1e3 * t, f) for t, f in CONTACT_FORCES.items() if t in p.thicknesses]
+    if table:
+        ax.loglog(*zip(*table, strict=True), "*", color=COLOURS[2], markersize=7, label="published", zorder=0)
+    ax.set(xlabel="thickness [mm]", ylabel="force at the dead centre [N]", xticks=1e3 * h)
+    ax.xaxis.set_major_formatter("{x:g}")
+    ax.xaxis.set_minor_formatter("")
+    ax.yaxis.set_major_formatter("{x:g}")
+    ax.legend()
+
+
+def _draw_over_speed(ax: Any, result: StudyResult, name: str, factor: float, label: str) -> None:
+    p: Any = result.parameters
+    for m, model in enumerate(p.models):
+        for i, h in enumerate(p.thicknesses):
+            ok = np.isin(result.signals["state"][m, i, 1:], ("pressed", "in the air"))
+            values = np.where(ok, factor * result.signals[name][m, i, 1:], np.nan)
+            style = {"color": COLOURS[i % len(COLOURS)], "marker": ".", "linestyle": LINES[model], "linewidth": 0.9}
+            ax.plot(p.speeds, values, label=f"{1e3 * h:g}" if m == 0 else None, **style)
+    ax.set(xlabel="speed of the crank [rad/s]", ylabel=label)
+    ax.set_title(", ".join(f"{model} {LINES[model]}" for model in p.models), fontsize=7, loc="left")
+
+
+def _draw_states(ax: Any, result: StudyResult) -> None:
+    p: Any = result.parameters
+    shift = np.linspace(-0.1, 0.1, len(p.models)) if len(p.models) > 1 else [0.0]
+    for state, (name, mark, colour) in STATES.items():
+        m, i, k = np.nonzero(result.signals["state"][..., 1:] == state)
+        if m.size:
+            y = np.arange(len(p.thicknesses))[i] + 1.5 * np.asarray(shift)[m]
+            ax.plot(np.array(p.speeds)[k], y, mark, color=colour, label=name, linestyle="", markersize=4.5)
+    ax.set(xscale="log", xlabel="speed of the crank [rad/s]", ylabel="thickness [mm]")
+    ax.set(yticks=range(len(p.thicknesses)), yticklabels=[f"{1e3 * h:g}" for h in p.thicknesses])
+    ax.set(ylim=(-0.5, len(p.thicknesses) - 0.5))
+    ax.set_title(" above ".join(reversed(p.models)), fontsize=7, loc="left")
+    _speed_ticks(ax, result)
+
+
+def _speed_ticks(ax: Any, result: StudyResult) -> None:
+    p: Any = result.parameters
+    ax.set(xticks=p.speeds, xticklabels=[f"{w:g}" for w in p.speeds])
+    ax.xaxis.set_minor_formatter("")
+
+
+if __name__ == "__main__":
+    raise SystemExit(main("thickness-speed"))

@@ -1,0 +1,268 @@
+"""Tolerances and what they do: distributions of forces, and whose variance it is, by Sobol' indices.
+
+Slider-crank: thickness, modulus and length of the strip, place of the stop, restitution, friction and mass, to the contact
+force at the dead centre (exact elastica) and to the impact force (published model; the strut model on the engine, by a
+fit). As F goes with h^3, the share of the thickness in the contact force is also known exactly, and must come out.
+
+Crank-rocker with play: clearance, contact damping (or restitution) and friction, to peak force and rms acceleration, from the
+compiled reference. Where its joints rattle a run is one draw of many. The seed is an input like any other here: its total
+index is the share of chance, which no tolerance takes away and a longer run does. It is part of the total index of every
+other input too, as any change of an input draws another motion; `total - chance` leaves it out.
+
+References
+----------
+A. Saltelli et al., Variance based sensitivity analysis of model output, doi 10.1016/j.cpc.2009.09.018.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy import stats
+
+from buckler.mbs.library import PAPER_STOP
+from buckler.studies.kit.cli import main
+from buckler.studies.kit.parameters import choice, choices, integer, quantity
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
+from buckler.studies.kit.style import COLOURS, subplots
+from buckler.studies.rattling.clearance import DAMPING_UNITS
+from buckler.studies.rattling.fourbar import FourBarParameters
+from buckler.studies.striking.uncertainty_models import (
+    MEASURES,
+    SEED,
+    Input,
+    Rattler,
+    Striker,
+    fit,
+    levels,
+    linear_shares,
+    slopes,
+    sobol,
+    thickness_share,
+)
+from buckler.studies.striking.uncertainty_tables import (
+    LEVEL,
+    OUTPUTS,
+    arrays,
+    deviation,
+    mean,
+    rattler_table,
+    shares,
+    slope_metrics,
+    spread,
+    spread_table,
+    striker_table,
+)
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Array = np.ndarray[Any, Any]
+MECHANISMS = ("slider-crank", "crank-rocker")
+
+
+KINDS = {"first": "first order", "total": "total"}
+LABELS = {
+    "contact_force": "contact force", "impact_force": "impact force", "peak_force": "peak force, pin B",
+    "rms_ax_coupler": "rms $a_x$, coupler", "rms_ax_rocker": "rms $a_x$, rocker",
+}  # fmt: skip
+"""What indices and outputs are called in figures."""
+
+
+@dataclass(frozen=True)
+class Parameters(FourBarParameters):
+    """Parameters of the study; sd is a standard deviation, of a normal distribution cut off at three of them."""
+
+    mechanism: tuple[str, ...] = choices(MECHANISMS, MECHANISMS, "mechanisms", "which")
+    thickness: float = quantity(3e-4, "m", 5e-5, 1e-3, "thickness of the strip", "slider-crank")
+    thickness_sd: float = quantity(5e-6, "m", 1e-9, 1e-4, "its sd", "slider-crank")
+    modulus: float = quantity(210e9, "Pa", 1e9, 1e12, "modulus of the strip", "slider-crank")
+    modulus_sd: float = quantity(4e9, "Pa", 1e3, 1e11, "its sd", "slider-crank")
+    length: float = quantity(0.310, "m", 0.28, 0.34, "length of the strip", "slider-crank")
+    length_sd: float = quantity(2e-4, "m", 1e-9, 3e-3, "its sd", "slider-crank")
+    stop: float = quantity(-PAPER_STOP, "m", 0.3, 0.4, "distance of the stop from the crank's pivot", "slider-crank")
+    stop_sd: float = quantity(5e-4, "m", 1e-9, 5e-3, "its sd", "slider-crank")
+    restitution: float = quantity(0.8, "1", 0.2, 0.97, "restitution of the stop (joints: contact = restitution)", "slider-crank")
+    restitution_sd: float = quantity(0.02, "1", 1e-6, 0.06, "its sd", "slider-crank")
+    guide_friction: float = quantity(0.1, "1", 0.01, 0.9, "Coulomb coefficient of the slider by its weight", "slider-crank")
+    guide_friction_sd: float = quantity(0.02, "1", 1e-6, 0.1, "its sd", "slider-crank")
+    mass: float = quantity(0.3, "kg", 0.01, 10, "mass of the slider", "slider-crank")
+    mass_sd: float = quantity(3e-3, "kg", 1e-9, 1, "its sd", "slider-crank")
+    slider_speed: float = quantity(1.25, "rad/s", 0.1, 60, "speed of the slider-crank's crank", "slider-crank")
+    impact_duration: float = quantity(3.775e-3, "s", 1e-5, 1, "duration of an impact (published model)", "slider-crank")
+    stop_stiffness: float = quantity(7.2e4, "N/m", 1e3, 1e8, "stiffness of the stop (strut)", "slider-crank")
+    samples: int = integer(2048, 8, 2**20, "base sample of the closed form, a power of two", "slider-crank")
+    strut_runs: int = integer(96, 16, 10**5, "runs of the strut model", "slider-crank")
+    contact: str = choice(
+        "damping", ("damping", "restitution"), "contact law: Impact, c_max uncertain; ExactRestitution", "joints"
+    )
+    clearance_sd: float = quantity(0.1, "1", 1e-6, 0.3, "sd of the clearance over its mean", "joints")
+    damping_sd: float = quantity(0.1, "1", 1e-6, 0.3, "sd of c_max over its mean", "contact")
+    joint_friction_sd: float = quantity(0.1, "1", 1e-6, 0.3, "sd of both joint friction coefficients over their mean", "contact")
+    runs: int = integer(256, 8, 2**16, "base sample of the crank-rocker, a power of two", "crank-rocker")
+    cycles: int = integer(2, 1, 10**5, "turns a run is measured for: outputs are means over them", "crank-rocker")
+    settle: int = integer(1, 0, 10**5, "turns before them", "crank-rocker")
+    repeats: int = integer(64, 8, 10**5, "runs of the mean mechanism, for the share of chance once more", "crank-rocker")
+    seed: int = integer(0, 0, 2**31 - 1, "draws the samples", "numerics")
+
+    def check(self) -> None:
+        """Check parameters against each other."""
+        for name in ("samples", "runs"):
+            if getattr(self, name) & (getattr(self, name) - 1):
+                raise ValueError(f"{name} = {getattr(self, name)}: must be a power of two")
+        for name in ("thickness", "modulus", "length", "stop", "restitution", "guide_friction", "mass"):
+            if not 3.1 * getattr(self, f"{name}_sd") < getattr(self, name):
+                raise ValueError(f"{name}_sd = {getattr(self, f'{name}_sd'):g}: three of it must leave {name} positive")
+        if self.restitution + 3 * self.restitution_sd > 1:
+            raise ValueError(
+                f"restitution_sd = {self.restitution_sd:g}: three of it above {self.restitution:g} must not exceed 1"
+            )
+        if not self.dynamic_friction:
+            raise ValueError("dynamic_friction = 0: an uncertain coefficient must not be zero")
+        self.fourbar()
+
+    def inputs(self, mechanism: str) -> list[Input]:
+        """What is uncertain of a mechanism."""
+        if mechanism == "slider-crank":
+            units = dict(zip(Striker.INPUTS, ("m", "Pa", "m", "m", "1", "1", "kg"), strict=True))
+            fields = {name: "guide_friction" if name == "friction" else name for name in units}
+            return [Input(n, unit, getattr(self, fields[n]), getattr(self, f"{fields[n]}_sd")) for n, unit in units.items()]
+        damping = self.damping * DAMPING_UNITS[self.damping_unit]
+        contact = {
+            "damping": Input("damping", "N.s/m", damping, damping * self.damping_sd),
+            "restitution": Input("restitution", "1", self.restitution, self.restitution_sd),
+        }
+        return [
+            Input("clearance", "m", self.clearance, self.clearance * self.clearance_sd),
+            contact[self.contact],
+            Input("friction", "1", self.dynamic_friction, self.dynamic_friction * self.joint_friction_sd),
+            SEED,
+        ]
+
+
+@dataclass(frozen=True)
+class Part:
+    """What one mechanism gives: metrics, arrays, tables, and what speaks against it, each beginning with a name."""
+
+    metrics: Mapping[str, Metric]
+    signals: Mapping[str, Array]
+    tables: Sequence[Table]
+    notes: Sequence[str]
+
+
+def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
+    """Vary each mechanism asked for."""
+    models = {"slider-crank": slider_crank, "crank-rocker": crank_rocker}
+    parts = {name: models[name](parameters, progress) for name in parameters.mechanism}
+    notes = [f"{name}: {note}" for name, part in parts.items() for note in part.notes]
+    checks: dict[str, Any] = {"status": "SUSPECT", "message": "; ".join(notes)} if notes else {}
+    return StudyResult(
+        parameters=parameters,
+        **checks,
+        metrics={f"{name}.{key}": metric for name, part in parts.items() for key, metric in part.metrics.items()},
+        signals={f"{name}.{key}": values for name, part in parts.items() for key, values in part.signals.items()},
+        tables=[table for part in parts.values() for table in part.tables],
+    )
+
+
+def slider_crank(p: Parameters, progress: Progress = QUIET) -> Part:
+    """The slider-crank: closed form, and the impact once more by the strut model."""
+    inputs, striker = p.inputs("slider-crank"), Striker(p.slider_speed, p.impact_duration, p.stop_stiffness)
+    found = sobol(striker.closed_form, inputs, p.samples, p.seed, LEVEL)
+    slope = slopes(striker.closed_form, inputs)
+    exact = thickness_share(inputs)
+    unit = stats.qmc.LatinHypercube(len(inputs), rng=np.random.default_rng(p.seed + 1)).random(p.strut_runs)
+    drawn = np.stack([i.distribution.ppf(unit[:, k]) for k, i in enumerate(inputs)])
+    runs = [striker.strut(x) for x in progress(drawn.T, label="strut")]
+    force = np.array([value for value, _ in runs])
+    fitted = fit(drawn, force)
+    first = Metric(float(found.first[0, 0]), "1", exact=exact)
+    half = float(np.ptp(found.first_range[0, 0])) / 2
+    notes = sorted({message.partition(":")[0] + " in a run of the strut model" for _, message in runs if message})
+    if abs(first.value - exact) > 3 * half:
+        notes.append(f"SOBOL: share of the thickness {first.value:.3f}, exactly {exact:.3f}; raise `samples`")
+    metrics = spread("slider-crank", found.sample) | shares("slider-crank", inputs, found)
+    metrics |= {
+        "contact_force.thickness.first": first,
+        "strut.impact_force.mean": mean("N", force),
+        "strut.impact_force.sd": deviation("N", force),
+        **slope_metrics("strut.impact_force", inputs, fitted),
+    }
+    signals = arrays(found, "slider-crank") | {"strut.inputs": drawn, "strut.impact_force": force}
+    linear = linear_shares(slope, inputs)
+    tables = [spread_table(p, "slider-crank", metrics), striker_table(inputs, found, slope, linear, fitted, exact)]
+    return Part(metrics, signals, tables, notes)
+
+
+def crank_rocker(p: Parameters, progress: Progress = QUIET) -> Part:
+    """The crank-rocker with play, its seed one of the inputs."""
+    inputs = p.inputs("crank-rocker")
+    rattler = Rattler(p, p.contact, p.cycles, p.settle)
+    wrong: list[Array] = []
+
+    def stepped(x: Array) -> Array:
+        return np.stack([x[0], levels(x[1], inputs[1]), levels(x[2], inputs[2]), x[3]])
+
+    def model(x: Array) -> Array:
+        values, names = rattler.run_all(stepped(x), progress, "crank-rocker")
+        wrong.append(names)
+        return values
+
+    found = sobol(model, inputs, p.runs, p.seed, LEVEL)
+    chances = SEED.distribution.rvs(p.repeats, random_state=np.random.default_rng(p.seed + 2))
+    still = np.repeat([[i.mean] for i in inputs[:3]], p.repeats, axis=1)
+    again, _ = rattler.run_all(np.vstack([still, chances]), progress, "chance")
+    chance = again.var(axis=1, ddof=1) / found.sample.var(axis=1, ddof=1)
+    error = np.sqrt(2 / (p.repeats - 1) + 2 / (found.sample.shape[1] - 1))  # of a ratio of variances of normal numbers
+    every = np.concatenate(wrong).tolist()
+    notes = [f"{name}: in {every.count(name)} of {len(every)} runs" for name in sorted(set(every) - {""})]
+    fits = [fit(stepped(found.inputs)[:3], values) for values in found.sample]
+    metrics = spread("crank-rocker", found.sample) | shares("crank-rocker", inputs, found)
+    for name, share, fitted in zip(MEASURES, chance.tolist(), fits, strict=True):
+        metrics[f"{name}.chance_at_mean"] = Metric(share, "1", error=float(error))
+        metrics |= slope_metrics(name, inputs[:-1], fitted)
+    tables = [spread_table(p, "crank-rocker", metrics), rattler_table(p, inputs, found, fits, chance, chance * error)]
+    return Part(metrics, arrays(found, "crank-rocker") | {"chance_at_mean": again}, tables, notes)
+
+
+# --- figures ----------------------------------------------------------------------------------------------------------
+
+
+def figure(result: StudyResult) -> dict[str, Figure]:
+    """One figure a mechanism: the distribution of each output above, the indices of all inputs below."""
+    p: Any = result.parameters
+    return {name.replace("-", "_"): _draw(result, name, p.inputs(name)) for name in p.mechanism}
+
+
+def _draw(result: StudyResult, mechanism: str, inputs: Sequence[Input]) -> Figure:
+    signals = {k.removeprefix(f"{mechanism}."): v for k, v in result.signals.items() if k.startswith(f"{mechanism}.")}
+    outputs = OUTPUTS[mechanism]
+    fig, axes = subplots(2, len(outputs), height=120, squeeze=False)
+    places = np.arange(len(inputs))
+    for s, (name, unit) in enumerate(outputs.items()):
+        above, below = axes[:, s]
+        above.hist(signals[name], bins=40, density=True, color=COLOURS[0], alpha=0.7, label="closed form")
+        if f"strut.{name}" in signals:
+            above.hist(signals[f"strut.{name}"], bins=12, density=True, histtype="step", color=COLOURS[1], label="strut")
+            above.legend()
+        above.set(xlabel=f"{LABELS[name]} [{unit.replace('^2', '²')}]", yticks=[])
+        for k, kind in enumerate(("first", "total")):
+            value, limits = signals[kind][s], signals[f"{kind}_range"][s]
+            bars = np.abs(limits.T - value)
+            below.barh(
+                places + 0.2 * (2 * k - 1), value, 0.36, xerr=bars, color=COLOURS[k], label=KINDS[kind],
+                error_kw={"elinewidth": 0.7, "capsize": 1.5},
+            )  # fmt: skip
+        below.set(yticks=places, yticklabels=[i.name for i in inputs] if s == 0 else [], xlabel="share of the variance")
+        below.set(xlim=(min(0.0, below.get_xlim()[0]), None))
+        below.invert_yaxis()
+    axes[0, 0].set_ylabel("density")
+    fig.legend(*axes[1, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
+    return fig
+
+
+if __name__ == "__main__":
+    raise SystemExit(main("uncertainty"))

@@ -1,0 +1,269 @@
+"""What varies, what it does to two mechanisms, and whose variance that is.
+
+The slider-crank in closed form: contact force F = p(u) E I cos(phi)/L^2 at the dead centre, of the exact elastica, and
+impact force m (1 + e) v/dt, of the published model. Its strut model on the engine gives the impact force once more. The
+crank-rocker with play comes from the compiled reference; where its joints rattle, a run is one draw of many.
+
+References
+----------
+A. Saltelli et al., Variance based sensitivity analysis of model output, Computer Physics Communications 181 (2010)
+259-270, doi 10.1016/j.cpc.2009.09.018 (the estimators of `scipy.stats.sobol_indices`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from math import pi
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy import stats
+
+from buckler import mbs
+from buckler.elastica import pinned
+from buckler.mbs import GuideFriction, Section, Strut, slider_crank
+from buckler.mbs.kinematics.closure import SliderCrank
+from buckler.mbs.laws import AdamsFriction, CarvalhoMartins, ExactRestitution, Impact
+from buckler.mbs.library import PAPER
+from buckler.studies.rattling.fourbar import FourBarParameters
+from buckler.studies.striking.impact import WIDTH
+from buckler.studies.striking.impact_models import AXIAL_DAMPING, IMPACT_UNTIL
+
+Array = np.ndarray[Any, Any]
+Model = Callable[[Array], Array]
+"""From inputs, shape (d, n), to outputs, shape (s, n)."""
+CUT = 3.0
+"""Standard deviations at which the normal distribution of an input ends: parts are sorted out."""
+LEVELS = 8
+"""Values a contact or friction law takes in the crank-rocker, alike in probability: each is compiled."""
+RESAMPLED = 400
+"""Resamples of a bootstrap."""
+BALANCED = 1e-3
+"""Energy balance beyond which a run is suspect."""
+WEIGHT = 9.81
+"""Weight of a unit mass, N/kg: gravity is normal to the plane of motion and presses the slider on its guide."""
+
+
+class Input(NamedTuple):
+    """Something uncertain: normal around `mean` with standard deviation `sd`, cut off at three of them."""
+
+    name: str
+    unit: str
+    mean: float
+    sd: float
+
+    @property
+    def distribution(self) -> Any:
+        """Frozen distribution of scipy."""
+        return stats.truncnorm(-CUT, CUT, loc=self.mean, scale=self.sd)
+
+
+SEED = Input("chance", "1", 0.5, 0.1)
+"""Stands for the seed of a run; only that its values differ matters."""
+
+
+# --- variance ---------------------------------------------------------------------------------------------------------
+
+
+class Indices(NamedTuple):
+    """Sobol' indices of some outputs, and their distributions.
+
+    Attributes
+    ----------
+    inputs, sample : array, shape (d, 2 n), (s, 2 n)
+        Independent draws of all inputs, and the outputs there.
+    first, total : array, shape (s, d)
+        Share of the variance that goes if an input is known, and that stays if all others are.
+    first_range, total_range : array, shape (s, d, 2)
+        Confidence intervals, by bootstrap.
+    """
+
+    inputs: Array
+    sample: Array
+    first: Array
+    total: Array
+    first_range: Array
+    total_range: Array
+
+
+def sobol(model: Model, inputs: Sequence[Input], n: int, seed: int, level: float = 0.95) -> Indices:
+    """First-order and total indices from n (d + 2) evaluations, n a power of two."""
+    d = len(inputs)
+    unit = stats.qmc.Sobol(2 * d, rng=np.random.default_rng(seed)).random(n)
+    drawn = np.stack([inputs[i % d].distribution.ppf(unit[:, i]) for i in range(2 * d)])
+    a, b = drawn[:d], drawn[d:]
+    mixed = np.repeat(a[None], d, axis=0)
+    mixed[np.arange(d), np.arange(d)] = b
+    values = model(np.concatenate([a, b, *mixed], axis=1))
+    parts = values.reshape(len(values), d + 2, n)
+    rng = np.random.default_rng(seed)
+    first, total = _indices(parts, np.arange(n))
+    again = np.array([_indices(parts, rng.integers(n, size=n)) for _ in range(RESAMPLED)])
+    limits = np.moveaxis(np.quantile(again, [(1 - level) / 2, (1 + level) / 2], axis=0), 0, -1)
+    sample = parts[:, :2].reshape(len(values), -1)
+    return Indices(np.concatenate([a, b], axis=1), sample, first, total, limits[0], limits[1])
+
+
+def _indices(parts: Array, chosen: Array) -> tuple[Array, Array]:
+    """Indices, each of shape (s, d), from some of the evaluations, parts of shape (s, d + 2, n)."""
+    taken = parts[:, :, chosen]
+    given = {"f_A": taken[:, 0], "f_B": taken[:, 1], "f_AB": taken[:, 2:].swapaxes(0, 1)}
+    found = stats.sobol_indices(func=given, n=chosen.size)
+    shape = len(parts), parts.shape[1] - 2
+    return found.first_order.reshape(shape), found.total_order.reshape(shape)
+
+
+def slopes(model: Model, inputs: Sequence[Input]) -> Array:
+    """Relative change of each output by a relative change of each input, d ln y/d ln x, shape (s, d)."""
+    mean = np.array([i.mean for i in inputs])
+    steps = 1e-4 * np.diag(mean)
+    up, down, middle = (model(x) for x in (mean[:, None] + steps, mean[:, None] - steps, mean[:, None]))
+    return (up - down) / (2e-4 * middle)
+
+
+def linear_shares(slope: Array, inputs: Sequence[Input]) -> Array:
+    """First-order indices as they are for small tolerances, (d ln y/d ln x sd/mean)^2 over their sum, shape (s, d)."""
+    parts = (slope * [i.distribution.std() / i.mean for i in inputs]) ** 2
+    return parts / parts.sum(axis=1, keepdims=True)
+
+
+class Fit(NamedTuple):
+    """Logarithms of an output as a linear function of those of the inputs, by least squares.
+
+    Attributes
+    ----------
+    slope, error : array, shape (d,)
+        d ln y/d ln x and its standard error.
+    explained : float
+        Share of the variance that the fit explains.
+    """
+
+    slope: Array
+    error: Array
+    explained: float
+
+
+def fit(inputs: Array, output: Array) -> Fit:
+    """Fit one output, shape (n,), to inputs of shape (d, n)."""
+    x, y = np.log(inputs), np.log(output)
+    x, y = (x - x.mean(axis=1, keepdims=True)).T, y - y.mean()
+    slope, *_ = np.linalg.lstsq(x, y, rcond=None)
+    left = y - x @ slope
+    variance = left @ left / (len(y) - x.shape[1] - 1)
+    return Fit(slope, np.sqrt(variance * np.diag(np.linalg.inv(x.T @ x))), float(1 - left @ left / (y @ y)))
+
+
+# --- the slider-crank -------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Striker:
+    """The slider-crank: what of it is certain. Inputs in the order of `INPUTS`."""
+
+    speed: float
+    impact_duration: float
+    stop_stiffness: float
+
+    INPUTS = ("thickness", "modulus", "length", "stop", "restitution", "friction", "mass")
+
+    def closed_form(self, x: Array) -> Array:
+        """Contact force at the dead centre and impact force, N, shape (2, n)."""
+        thickness, modulus, length, stop, restitution, _, mass = x
+        crank = PAPER.crank
+        rigidity = modulus * WIDTH * thickness**3 / 12
+        contact = pinned.load(1 - (stop - crank) / length) * rigidity / length**2
+        angle = np.arccos((length**2 - stop**2 - crank**2) / (2 * stop * crank))
+        speed = -self.speed * SliderCrank(crank, length).slider_rate(angle)
+        return np.stack([contact, mass * (1 + restitution) * speed / self.impact_duration])
+
+    def strut(self, x: Array) -> tuple[float, str]:
+        """Impact force, N, of the strut model on the engine at one x, shape (d,), and what spoke against the run."""
+        thickness, modulus, length, stop, restitution, friction, mass = (float(value) for value in x)
+        section = Section(WIDTH, thickness)
+        material = replace(section.material, modulus=modulus, axial_damping=AXIAL_DAMPING)
+        mechanism = slider_crank(
+            Strut(replace(section, material=material)),
+            law=CarvalhoMartins(self.stop_stiffness, min(restitution, 1.0), exponent=1.0),
+            mass=mass,
+            speed=self.speed,
+            friction=GuideFriction(friction * mass * WEIGHT),
+            stop=-stop,
+            lengths=SliderCrank(PAPER.crank, length),
+        )
+        solver = mbs.Solver(tolerance=1e-5, max_step=pi / 180 / self.speed)
+        result = mbs.simulate(mechanism, IMPACT_UNTIL / self.speed, solver=solver, ledger=True, timeout=60)
+        return float(result.signals["B.contact_force"].max()), result.message if not result.ok else ""
+
+
+def thickness_share(inputs: Sequence[Input]) -> float:
+    """First-order index of the thickness for the contact force, exact: F = h^3 E g(L, e) has independent factors.
+
+    Var(h^3) E[E]^2 E[g]^2/Var(F), its moments by Gauss quadrature of the densities.
+    """
+    nodes, weights = np.polynomial.legendre.leggauss(40)
+
+    def rule(name: str) -> tuple[Array, Array]:
+        given = next(i for i in inputs if i.name == name)
+        x = given.mean + CUT * given.sd * nodes
+        return x, CUT * given.sd * weights * given.distribution.pdf(x)
+
+    (h, wh), (modulus, we), (length, wl), (stop, ws) = map(rule, ("thickness", "modulus", "length", "stop"))
+    g = pinned.load(1 - (stop[None] - PAPER.crank) / length[:, None]) / length[:, None] ** 2
+    first = [wh @ h**3, we @ modulus, wl @ g @ ws]
+    second = [wh @ h**6, we @ modulus**2, wl @ g**2 @ ws]
+    squares = np.square(first)
+    return float((second[0] - squares[0]) * squares[1] * squares[2] / (np.prod(second) - np.prod(squares)))
+
+
+# --- the crank-rocker -------------------------------------------------------------------------------------------------
+
+MEASURES = {"peak_force": ("force", 2, "N"), "rms_ax_coupler": ("rms_a", 0, "m/s^2"), "rms_ax_rocker": ("rms_a", 1, "m/s^2")}
+"""Outputs: measure of an ensemble, its column (joint B; centres of mass) and its unit."""
+
+
+@dataclass(frozen=True)
+class Rattler:
+    """The crank-rocker: what of it is certain, and how a run of it is measured.
+
+    Inputs: clearance, damping (c_max, N s/m) or restitution, friction (dynamic; the static one keeps its ratio), chance.
+    """
+
+    parameters: FourBarParameters
+    law: str
+    cycles: int
+    settle: int
+
+    def fourbar(self, clearance: float, contact: float, friction: float) -> Any:
+        """The crank-rocker with these inputs."""
+        p = self.parameters
+        law = Impact(p.stiffness, contact, p.damping_depth) if self.law == "damping" else ExactRestitution(p.stiffness, contact)
+        static = friction * p.static_friction / p.dynamic_friction
+        return p.fourbar(gap=clearance, law=law, friction=AdamsFriction(static, friction, p.stiction_speed, p.friction_speed))
+
+    def run(self, x: Sequence[float]) -> tuple[list[float], str]:
+        """Outputs of one run, means over its turns, and the name of what speaks against it."""
+        from buckler.mbs.reference import ensemble
+
+        clearance, contact, friction, chance = x
+        seed = int(np.float64(chance).view(np.uint64))
+        p = self.parameters
+        found = ensemble(
+            self.fourbar(clearance, contact, friction), self.cycles, [seed], settle=self.settle, samples=1,
+            rtol=p.tolerance, atol=p.tolerance,
+        )  # fmt: skip
+        wrong = "ENERGY" if max(found.balances) > BALANCED else "" if found.ok else "PENETRATION"
+        return [float(found.mean(measure)[column]) for measure, column, _ in MEASURES.values()], wrong
+
+    def run_all(self, inputs: Array, progress: Any, label: str) -> tuple[Array, Array]:
+        """Outputs, shape (s, n), and what speaks against each, shape (n,), of inputs of shape (4, n)."""
+        with ThreadPoolExecutor(self.parameters.workers) as pool:
+            found = list(progress(pool.map(self.run, inputs.T.tolist()), total=inputs.shape[1], label=label))
+        return np.array([values for values, _ in found]).T, np.array([wrong for _, wrong in found])
+
+
+def levels(values: Array, given: Input) -> Array:
+    """Each value by the middle of its class, of `LEVELS` alike in probability."""
+    place = np.clip((given.distribution.cdf(values) * LEVELS).astype(int), 0, LEVELS - 1)
+    return np.asarray(given.distribution.ppf((place + 0.5) / LEVELS))

@@ -1,0 +1,175 @@
+"""Load of the pinned strip against its end shortening: exact, as a rod, by the published quartic, by a fast law.
+
+Fig. 3 of the paper, with the error of each curve against the closed form by elliptic integrals. The rod is the same
+strip solved in another way, as a boundary value problem: without extension it must agree to rounding; with the strip's
+own axial and shear stiffness it shows what the closed form leaves out, and with a bow what a real strip does near the
+Euler load.
+
+References
+----------
+B. Demirel et al., Compliant Impact Generator for Required Impact and Contact Force, doi 10.1115/IMECE2008-68796.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from buckler.elastica import law, pinned
+from buckler.elastica.rod import Rod
+from buckler.mbs.accuracy.precision import work_precision
+from buckler.mbs.elements.section import Section
+from buckler.mbs.library import PAPER
+from buckler.studies.kit.cli import main
+from buckler.studies.kit.parameters import StudyParameters, integer, quantity
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
+from buckler.studies.kit.style import subplots
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Array = np.ndarray[Any, Any]
+WIDTH = 0.030
+"""Of the strip, m (Table 1)."""
+QUARTIC = (7.1908239, -6.201618, 6.2531, 4.3898032, 9.8879488)
+"""The published coefficients, highest power first (eq. 11); `buckler.elastica.law.quartic` also checks its range."""
+ROD_LIMIT, FAST_LIMIT = 1e-10, 1e-12
+"""Largest relative differences from the closed form that the inextensible rod and the fast law may show."""
+
+
+@dataclass(frozen=True)
+class Parameters(StudyParameters):
+    """Parameters of the study."""
+
+    thickness: float = quantity(3e-4, "m", 5e-5, 5e-3, "thickness of the strip, for the extensible rod", "strip")
+    imperfection: float = quantity(1e-3, "1", 0, 0.05, "bow of the stress-free strip over its length, one rod", "strip")
+    points: int = integer(201, 11, 10_001, "shortenings between 0 and 1", "numerics")
+    values: int = integer(1_000_000, 1000, 100_000_000, "values for the timing", "numerics")
+    repeats: int = integer(15, 1, 1000, "repetitions of the timing", "numerics")
+
+    @property
+    def section(self) -> Section:
+        """Of the strip."""
+        return Section(WIDTH, self.thickness)
+
+
+def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
+    """Compare the four laws on 0 <= u <= 1, then time two of them."""
+    u = np.linspace(0.0, 1.0, parameters.points)
+    exact = pinned.load(u)
+    loads = {"quartic": law.quartic(u), "fast": law.fast(u)}
+    loads |= {name: np.array([_at(rod, x) for x in progress(u, label=name)]) for name, rod in _rods(parameters).items()}
+    errors = {name: load / exact - 1 for name, load in loads.items()}
+    metrics = _metrics(u, exact, errors)
+    metrics["fast_cost"] = Metric(_cost(parameters, progress), "1")
+    wrong = [name for name, limit in (("rod", ROD_LIMIT), ("fast", FAST_LIMIT)) if not _largest(errors[name]) <= limit]
+    checks: dict[str, Any] = {}
+    if wrong:
+        checks = {"status": "SUSPECT", "message": f"{' and '.join(wrong)} off the closed form"}
+    signals = {"shortening": u, "exact": exact, **loads}
+    signals |= {f"{name}.error": error for name, error in errors.items()}
+    return StudyResult(parameters=parameters, metrics=metrics, signals=signals, tables=[_table(parameters, metrics)], **checks)
+
+
+def _rods(p: Parameters) -> dict[str, Rod]:
+    """The inextensible rod, the strip itself and, if asked for, the strip with its bow."""
+    unit = p.section.bending_stiffness / PAPER.coupler**2
+    strip = Rod(p.section.axial_stiffness / unit, p.section.shear_stiffness / unit)
+    bowed = {"bowed": replace(strip, imperfection=p.imperfection)} if p.imperfection else {}
+    return {"rod": Rod(), "strip": strip, **bowed}
+
+
+def _at(rod: Rod, shortening: float) -> float:
+    """Load of a rod; at no shortening the perfect one is at the point of buckling, a bowed one carries nothing."""
+    if rod.imperfection:
+        try:
+            return rod.at_shortening(shortening).load
+        except ValueError:  # not yet shorter than its bow makes it
+            return 0.0
+    lowest = rod.critical_load / rod.axial
+    return rod.at_shortening(shortening).load if shortening > lowest else rod.critical_load
+
+
+def _largest(error: Array) -> float:
+    return float(np.abs(error).max())
+
+
+def _metrics(u: Array, exact: Array, errors: dict[str, Array]) -> dict[str, Metric]:
+    worst = int(np.abs(errors["quartic"]).argmax())
+    found = {
+        "euler_load": Metric(float(law.quartic(0.0)), "1", QUARTIC[-1], pinned.LOAD_CRITICAL),
+        "load_at_1": Metric(float(law.quartic(1.0)), "1", sum(QUARTIC), float(pinned.load(1.0))),
+        "quartic_error": Metric(_largest(errors["quartic"]), "1"),
+        "quartic_error_at": Metric(float(u[worst]), "1"),
+        "rod_difference": Metric(_largest(errors["rod"]), "1"),
+        "strip_difference": Metric(_largest(errors["strip"]), "1"),
+        "fast_error": Metric(_largest(errors["fast"]), "1"),
+    }
+    if "bowed" in errors:
+        found["bow_difference_from_5pc"] = Metric(_largest(errors["bowed"][u >= 0.05]), "1")
+    return found
+
+
+def _cost(p: Parameters, progress: Progress) -> float:
+    """Time of the fast law over that of the quartic as anyone would write it in numpy."""
+    u = np.linspace(0.0, 1.0, p.values)
+    a, b, c, d, e = QUARTIC
+    quartic, fast = work_precision(
+        {"quartic": lambda: (((a * u + b) * u + c) * u + d) * u + e, "fast": lambda: law.fast(u)},
+        lambda load: float(abs(load[-1] / pinned.load(1.0) - 1)),
+        p.repeats,
+        progress=lambda runs: progress(runs, label="timing"),
+    )
+    return quartic.speedup(fast)
+
+
+def _table(p: Parameters, metrics: dict[str, Metric]) -> Table:
+    meaning = {
+        "euler_load": "load p(0) by the quartic; exact: pi^2",
+        "load_at_1": "load p(1) by the quartic; exact: elliptic integrals",
+        "quartic_error": "largest relative error of the quartic",
+        "quartic_error_at": "shortening u at which it has it",
+        "rod_difference": "boundary value problem against the closed form",
+        "strip_difference": f"extension and shear of the {1e3 * p.thickness:g} mm strip",
+        "bow_difference_from_5pc": f"bow of {p.imperfection:g} L, from u = 0.05",
+        "fast_error": "largest relative error of the fast law",
+        "fast_cost": f"its time over the quartic's, {p.values:.0e} values",
+    }
+    rows = [(meaning[name], m.value, m.exact, m.error and f"{m.error:.1e}") for name, m in metrics.items()]
+    notes = "p = P L^2/(E I), u = end shortening over length; differences are relative to the closed form, 0 <= u <= 1."
+    return Table(["", "value", "exact", "relative error"], rows, "Load of the pinned strip", notes)
+
+
+STYLES = {
+    "quartic": ("C1", "-", "published quartic"),
+    "strip": ("C2", "-", "rod: extension and shear"),
+    "bowed": ("C3", "--", "rod: also with the bow"),
+    "rod": ("C5", "-", "rod: inextensible"),
+    "fast": ("C4", "-", "fast law"),
+}
+
+
+def figure(result: StudyResult) -> Figure:
+    """Load above, error of each law below."""
+    parameters: Any = result.parameters
+    s, u = result.signals, result.signals["shortening"]
+    fig, (above, below) = subplots(2, 1, height=130, sharex=True, height_ratios=(1, 1.2))
+    above.plot(u, s["exact"], color="C0", label="exact")
+    above.plot(u, s["quartic"], ":", color="C1", linewidth=2, label="published quartic")
+    if "bowed" in s:
+        above.plot(u, s["bowed"], "--", color="C3", label=f"rod: bow {parameters.imperfection:g} L")
+    above.set(ylabel="load $P L^2/(E I)$", ylim=(0, None))
+    above.legend(loc="lower right")
+    for name, (colour, line, label) in STYLES.items():
+        if name in s:
+            below.semilogy(u, np.maximum(np.abs(s[f"{name}.error"]), 1e-16), line, color=colour, label=label)
+    below.set(xlabel="end shortening $u = U/L$", ylabel="relative difference from exact", ylim=(1e-16, 2), xlim=(0, 1))
+    below.legend(loc="center", bbox_to_anchor=(0.5, 0.45), ncols=2)
+    fig.align_ylabels()
+    return fig
+
+
+if __name__ == "__main__":
+    raise SystemExit(main("elastica-law"))

@@ -1,0 +1,262 @@
+"""Load of a buckled strip: error against run time of each element, and of a plain run of the engine.
+
+Twenty end shortenings, from u = 0.001 to 0.95, of the pinned strip. Beam and Cable start each value from the exact
+elastica (`mbs.statics.strip.pinned_strip`); the plain run ramps through the values, each starting from the last, as one would
+write it straight on the engine (studies/plain.py). The error is the largest relative one of the twenty loads against
+the exact solution of the element's own theory (`buckler.elastica.rod`): a Beam extends and shears, a Cable only extends. "off
+elastica" is the same against the inextensible closed form, from which the theories themselves differ by 1e-6 to 4e-6.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from buckler.elastica import pinned
+from buckler.elastica.rod import Rod
+from buckler.mbs import Beam, Cable, Section
+from buckler.mbs.accuracy.precision import Point, fastest, rate, verdict, work_precision
+from buckler.mbs.library import PAPER
+from buckler.studies.kit.cli import main
+from buckler.studies.kit.parameters import StudyParameters, integer, quantity
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, provenance
+from buckler.studies.kit.style import subplots
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Array = np.ndarray[Any, Any]
+WIDTH = 0.030
+"""Of the strip, m."""
+SHORTENINGS = np.concatenate([[1e-3], np.linspace(0.05, 0.95, 19)])
+OFF_BRANCH = 0.5
+"""Relative distance from the exact load beyond which a value is not on the buckled branch."""
+CONVERGING = 1e-2
+"""Errors above it have not begun to converge: they count for no rate."""
+SERIES = {"beam3": "Beam, 3 nodes", "beam2": "Beam, 2 nodes", "cable": "Cable", "plain": "plain ANCF"}
+ORDERS = {"beam3": 4, "beam2": 2, "cable": 4}
+"""Orders of the load's error in the element size that theory promises: twice the strain's own."""
+ERROR_BAR, TIME_BAR = 1e-5, 0.5
+"""What is asked of the Beam: this error, in this part of the plain run's time."""
+
+
+@dataclass(frozen=True)
+class Parameters(StudyParameters):
+    """Parameters of the study."""
+
+    thickness: float = quantity(3e-4, "m", 1e-4, 2e-3, "thickness of the strip", "strip")
+    elements: int = integer(20, 4, 200, "three-node Beam elements held against the plain run", "numerics")
+    finest: int = integer(64, 16, 256, "most elements of each series; 4, 8, 16, ... up to there", "numerics")
+    plain_elements: int = integer(64, 16, 256, "elements of the plain run", "numerics")
+    repeats: int = integer(9, 1, 1000, "repetitions, taken in turn", "numerics")
+
+    @property
+    def section(self) -> Section:
+        """Of the strip."""
+        return Section(WIDTH, self.thickness)
+
+
+@dataclass(frozen=True)
+class Curve:
+    """Normalised loads of one run, with the exact ones of its theory."""
+
+    load: Array
+    exact: Array
+    message: str = ""
+    work: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def error(self) -> float:
+        """Largest relative error; nan if the run failed."""
+        return float(np.abs(self.load / self.exact - 1).max())
+
+    @property
+    def on_branch(self) -> float:
+        """Share of the values that are on the buckled branch."""
+        return float((np.abs(self.load / self.exact - 1) < OFF_BRANCH).mean())
+
+
+def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
+    """Run every element once for its loads, then all of them in turn for their times."""
+    variants = _variants(parameters)
+    runs = {f"{SERIES[series]} x {n}": call for series, calls in variants.items() for n, call in calls.items()}
+    curves = {name: call() for name, call in runs.items()}  # untimed: the first call of anything is slow
+    points = work_precision(
+        runs, lambda curve: curve.error, parameters.repeats, progress=lambda names: progress(names, label="runs")
+    )
+    by_name = iter(points)
+    series = {name: {n: next(by_name) for n in calls} for name, calls in variants.items()}
+    beam, plain = series["beam3"][parameters.elements], series["plain"][parameters.plain_elements]
+    equal = fastest([p for name in ORDERS for p in series[name].values()], plain.error)
+    sentence = " ".join(verdict(point, plain) for point in dict.fromkeys(filter(None, (beam, equal))))
+    lost = [f"{name}: {c.message or 'off the buckled branch'}" for name, c in curves.items() if c.on_branch < 1]
+    signals = {"shortening": SHORTENINGS, **{f"load.{name}": curve.load for name, curve in curves.items()}}
+    signals |= {f"{name}.elements": np.array([*part]) for name, part in series.items()}
+    return StudyResult(
+        parameters=parameters,
+        status="SUSPECT" if lost else "OK",
+        message="; ".join(lost) or sentence,
+        metrics=_metrics(series, curves, beam, plain, equal),
+        signals=signals | as_signals({name: [*part.values()] for name, part in series.items()}),
+        tables=[_table(series, curves, plain, f"{sentence}\n{footnote(parameters)}")],
+    )
+
+
+def _variants(p: Parameters) -> Mapping[str, Mapping[int, Callable[[], Curve]]]:
+    """Runs by series and number of elements."""
+    from buckler.mbs.statics.strip import pinned_strip  # loads the engine
+    from buckler.studies.trust import plain
+
+    section, length = p.section, PAPER.coupler
+    unit = section.bending_stiffness / length**2
+    axial, shear = section.axial_stiffness / unit, section.shear_stiffness / unit
+    rods = Rod(axial, shear), Rod(axial)
+    beam, cable = (np.array([rod.at_shortening(u).load for u in SHORTENINGS]) for rod in rods)
+
+    def ours(body: Beam | Cable) -> Curve:
+        found = pinned_strip(body, length, SHORTENINGS)
+        return Curve(found.load, beam if isinstance(body, Beam) else cable, found.message, found.work)
+
+    def theirs(n: int) -> Curve:
+        found = plain.buckled_strip(section, length, SHORTENINGS, n)
+        return Curve(found.force / unit, cable, found.message, found.work)
+
+    counts = [2**k for k in range(2, p.finest.bit_length()) if 2**k <= p.finest]
+    quadratic, linear = sorted({*counts, p.elements}), [n for n in counts if n >= 16]
+    plains = sorted({*linear, p.plain_elements})
+    return {
+        "beam3": {n: partial(ours, Beam(section, n)) for n in quadratic},
+        "beam2": {n: partial(ours, Beam(section, n, nodes=2)) for n in linear},
+        "cable": {n: partial(ours, Cable(section, n)) for n in counts},
+        "plain": {n: partial(theirs, n) for n in plains},
+    }
+
+
+def _metrics(
+    series: Mapping[str, Mapping[int, Point]],
+    curves: Mapping[str, Curve],
+    beam: Point,
+    plain: Point,
+    equal: Point | None,
+) -> dict[str, Metric]:
+    ours = [curve.on_branch for name, curve in curves.items() if not name.startswith(SERIES["plain"])]
+    found = {
+        "on_branch": Metric(min(ours), "1", exact=1.0),
+        "beam_error": Metric(beam.error, "1"),
+        "beam_error_to_elastica": Metric(_off_elastica(curves[beam.name]), "1"),
+        "plain_error": Metric(plain.error, "1"),
+        "beam_time": Metric(beam.wall_s, "s"),
+        "plain_time": Metric(plain.wall_s, "s"),
+        "time_ratio": Metric(1 / beam.speedup(plain), "1"),
+    }
+    if equal is not None:
+        found["time_ratio_at_plain_error"] = Metric(1 / equal.speedup(plain), "1")
+    for name, order in ORDERS.items():
+        converging = {1 / n: point.error for n, point in series[name].items() if point.error < CONVERGING}
+        if len(converging) > 1:
+            found[f"rate_{name}"] = Metric(rate([*converging], [*converging.values()]), "1", exact=order)
+    return found
+
+
+def _off_elastica(curve: Curve) -> float:
+    return float(np.abs(curve.load / pinned.load(SHORTENINGS) - 1).max())
+
+
+def _table(series: Mapping[str, Mapping[int, Point]], curves: Mapping[str, Curve], plain: Point, notes: str) -> Table:
+    rows = [
+        [
+            SERIES[name], n, f"{p.error:.1e}", f"{1e3 * p.wall_s:.3g}", f"{1 / p.speedup(plain):.2f}",
+            p.work.get("newton_iterations"), f"{_off_elastica(curves[p.name]):.1e}", "*" if p.front else "",
+        ]
+        for name, part in series.items()
+        for n, p in part.items()
+    ]  # fmt: skip
+    headers = ["model", "elements", "error", "time [ms]", "time/plain", "Newton steps", "off elastica", "front"]
+    return Table(headers, rows, "Post-buckling of the pinned strip, 20 end shortenings", notes)
+
+
+def figure(result: StudyResult) -> Figure:
+    """Error over time, with the box that was asked for."""
+    p: Any = result.parameters
+    s = result.signals
+    fig, ax = subplots(height=95)
+    draw(ax, s, SERIES, {name: s[f"{name}.elements"] for name in SERIES}, "elements", below=("beam3", "plain"))
+    time = 1e3 * TIME_BAR * s["plain.wall_s"][list(s["plain.elements"]).index(p.plain_elements)]
+    ax.axhline(ERROR_BAR, xmax=1, color="0.5", linestyle=":", linewidth=0.8)
+    ax.axvline(time, color="0.5", linestyle=":", linewidth=0.8)
+    ax.text(time, ax.get_ylim()[1], f" {TIME_BAR:g} of plain x {p.plain_elements}", color="0.4", va="top", fontsize=8)
+    ax.text(
+        ax.get_xlim()[1],
+        ERROR_BAR,
+        f"{ERROR_BAR:.0e}".replace("e-0", "e-"),
+        color="0.4",
+        ha="right",
+        va="bottom",
+        fontsize=8,
+    )
+    ax.set(ylabel="largest relative error of the load")
+    return fig
+
+
+# --- shared by the studies of precision -------------------------------------------------------------------------------
+
+
+def as_signals(series: Mapping[str, Sequence[Point]]) -> dict[str, Array]:
+    """Errors, times and front of each series as arrays."""
+    return {
+        f"{name}.{what}": np.array([getattr(point, what) for point in points])
+        for name, points in series.items()
+        for what in ("error", "wall_s", "front")
+    }
+
+
+def draw(
+    ax: Any,
+    signals: Mapping[str, Array],
+    labels: Mapping[str, str],
+    marks: Mapping[str, Array],
+    what: str,
+    below: Sequence[str] = (),
+) -> None:
+    """Draw error over run time on log-log axes, each point with its mark (`what`), the Pareto front behind them.
+
+    Marks stand at the upper right of their points; those of the series named in `below` at the lower left.
+    """
+    from matplotlib.patheffects import withStroke
+    from matplotlib.ticker import LogLocator, NullFormatter
+
+    front: list[tuple[float, float]] = []
+    for k, (name, label) in enumerate(labels.items()):
+        time, error = 1e3 * signals[f"{name}.wall_s"], signals[f"{name}.error"]
+        ax.loglog(time, error, "so^Dv<>"[k] + "-", color=f"C{k}", label=label)
+        under = name in below
+        beside, align = ((-4, -4), ("right", "top")) if under else ((3, 2), ("left", "bottom"))
+        for x, y, mark in zip(time, error, marks[name], strict=True):
+            text = ax.annotate(str(mark), (x, y), xytext=beside, textcoords="offset points", fontsize=7, color=f"C{k}")
+            text.set(ha=align[0], va=align[1], path_effects=[withStroke(linewidth=2, foreground="white")])
+        on = signals[f"{name}.front"]
+        front += [*zip(time[on], error[on], strict=True)]
+    x, y = np.array(sorted(front)).T
+    ax.step(x, y, where="post", color="0.8", linewidth=5, zorder=0, label="Pareto front")
+    ax.set(xlabel="run time [ms]")
+    ax.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    ax.xaxis.set_major_formatter("{x:g}")
+    ax.xaxis.set_minor_formatter(NullFormatter())
+    ax.legend(title=f"at the points: {what}", title_fontsize=8, alignment="left")
+
+
+def footnote(parameters: StudyParameters) -> str:
+    """Machine, versions and repetitions a table of run times stands on."""
+    origin = provenance(parameters)
+    versions = ", ".join(f"{name} {version}" for name, version in origin["versions"].items() if version)
+    machine = f"{origin['machine']['cpu']}, {origin['machine']['cores']} cores"
+    repeats = origin["parameters"]["repeats"]
+    return f"Medians of {repeats} runs taken in turn; {machine}; {versions}; commit {origin['commit']}."
+
+
+if __name__ == "__main__":
+    raise SystemExit(main("static-precision"))

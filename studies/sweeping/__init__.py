@@ -1,0 +1,1 @@
+"""Sweeps: many cases of one study, stored as they end."""

@@ -1,0 +1,217 @@
+"""`python -m studies sweep NAME --vary ...`: the command line around `buckler.studies.sweeping.sweep`."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import logging
+import os
+import shlex
+import signal
+import sys
+import time
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from buckler.studies.kit import registry
+from buckler.studies.kit.options import read_options, study_parser, writable, wrong_input
+from buckler.studies.kit.parameters import specs
+from buckler.studies.kit.report import Metric, Progress, StudyResult, write
+from buckler.studies.kit.style import house_style
+from buckler.studies.sweeping.executors import Dask, Here, Local, SweepError, Workers
+from buckler.studies.sweeping.figure import figures
+from buckler.studies.sweeping.rows import Row
+from buckler.studies.sweeping.sweep import sweep
+from buckler.studies.sweeping.table import Point, choose, points, table
+from buckler.studies.sweeping.vary import METHODS, Plan, Sampling, parse, plan
+
+if TYPE_CHECKING:
+    from types import ModuleType
+
+OPTIONS = ("vary", "samples", "method", "draw", "repeat", "workers", "scheduler", "store", "signals", "retry", "show")
+"""A parameter of the study with one of these names is given by --config or --vary."""
+
+
+class _Asked(NamedTuple):
+    """What the command line asks for."""
+
+    study: ModuleType
+    options: argparse.Namespace
+    plan: Plan
+    folder: Path
+    store: Path
+    workers: Workers
+
+
+def sweep_study(name: str, argv: Sequence[str]) -> int:
+    """Read the options, run the cases, print and file what they give; return the exit status."""
+    prog = f"python -m studies sweep {name}"
+    try:
+        asked = _read(name, argv, prog)
+    except ValueError as error:
+        return wrong_input(error)
+    except ImportError as error:
+        print(f"{name}: cannot be loaded: {error}", file=sys.stderr)
+        return 1
+    options, begin = asked.options, time.perf_counter()
+    again = f"the same command resumes:\n  {prog} {shlex.join(argv)}"
+    try:
+        with _told(), _ended_like_interrupted():
+            rows = sweep(
+                name,
+                asked.plan.cases,
+                workers=asked.workers,
+                store=asked.store,
+                signals=options.signals,
+                retry=options.retry,
+                progress=Progress(),
+            )
+    except KeyboardInterrupt:
+        print(f"interrupted; {again}", file=sys.stderr)
+        return 130
+    except SweepError as error:
+        print(f"{name}: {error}\n{again}", file=sys.stderr)
+        return 1
+    except ValueError as error:
+        return wrong_input(error)
+    return _report(name, asked, rows, time.perf_counter() - begin)
+
+
+def _read(name: str, argv: Sequence[str], prog: str) -> _Asked:
+    """Everything that can be wrong with the words, before anything runs."""
+    study = registry.load(name)
+    parser = study_parser(study, prog, OPTIONS)
+    _add_options(parser)
+    options, given = read_options(parser, argv, study, OPTIONS)
+    varied = [parse(text, study.Parameters) for text in options.vary]
+    sampling = None
+    if options.samples is not None:
+        sampling = Sampling(options.samples, options.method or METHODS[0], options.draw or 0)
+    elif options.method is not None or options.draw is not None:
+        raise ValueError(f"--{'method' if options.method else 'draw'}: only with --samples")
+    if not varied and options.repeat == 1:
+        raise ValueError("nothing varies: give --vary or --repeat; see --help")
+    found = plan(study.Parameters, given, varied, sampling, options.repeat)
+    if options.scheduler and options.workers is not None:
+        raise ValueError("--workers: the cluster has its own; give it or --scheduler")
+    if options.scheduler:
+        where: Workers = Dask(options.scheduler)
+    elif options.workers == 0:
+        where = Here()
+    else:
+        count = (os.cpu_count() or 1) if options.workers is None else options.workers
+        where = Local(min(count, len(found.cases)), study.__name__)
+    folder = writable(Path(options.out) / f"{name}-sweep")
+    store = Path(options.store) if options.store else folder / "cases.sqlite"
+    if not store.parent.is_dir():
+        raise ValueError(f"--store {store}: no such folder")
+    return _Asked(study, options, found, folder, store, where)
+
+
+def _add_options(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("sweep")
+    add = group.add_argument
+    add("--vary", action="append", default=[], metavar="NAME=VALUES", help="START:STOP:COUNT, :log behind it, or A,B,C; "
+        "START:STOP is sampled; several are combined each with each")  # fmt: skip
+    add("--samples", type=int, metavar="N", help="how many samples of the ranges without a count")
+    add("--method", choices=METHODS, help="how they are drawn; default sobol, best with a power of two")
+    add("--draw", type=int, metavar="N", help="another number gives other samples; default 0")
+    add("--repeat", type=int, default=1, metavar="N", help="run each case with N seeds; the table has mean and standard error")
+    add("--workers", type=int, metavar="N", help="processes on this machine, 0 for none but this; default its cores")
+    add("--scheduler", metavar="ADDRESS", help="run on a Dask cluster instead, such as tcp://127.0.0.1:8786")
+    add("--store", metavar="FILE", help="where cases are kept; default DIR/NAME-sweep/cases.sqlite")
+    add("--signals", action="store_true", help="keep the signals of each case in the store")
+    add("--retry", action="store_true", help="run cases again that the store holds as failed")
+    add("--show", default="", metavar="METRIC,...", help="metrics of the table and the figures; default the first four")
+
+
+@contextlib.contextmanager
+def _told() -> Iterator[None]:
+    """Show on stderr what the sweep says of itself."""
+    handler, log = logging.StreamHandler(sys.stderr), logging.getLogger("buckler.studies.sweeping.sweep")
+    before = log.level, log.propagate
+    log.addHandler(handler)
+    log.setLevel(logging.INFO)
+    log.propagate = False
+    try:
+        yield
+    finally:
+        log.removeHandler(handler)
+        log.level, log.propagate = before
+
+
+@contextlib.contextmanager
+def _ended_like_interrupted() -> Iterator[None]:
+    """Take SIGTERM, by which a batch system ends a job, for Ctrl-C."""
+
+    def interrupt(*_: Any) -> None:
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGTERM, interrupt)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+# --- what it found ----------------------------------------------------------------------------------------------------
+
+
+def _report(name: str, asked: _Asked, rows: Sequence[Row], wall: float) -> int:
+    """Print the table and write the files."""
+    options, found = asked.options, points(asked.plan, rows)
+    try:
+        shown = choose(found, [word.strip() for word in options.show.split(",") if word.strip()])
+    except ValueError as error:
+        return wrong_input(error)
+    units = {key: spec.unit for key, spec in specs(asked.study.Parameters).items()}
+    counts = Counter(row.status for row in rows)
+    failed = {status: n for status, n in counts.items() if status not in ("OK", "SUSPECT")}
+    status = "FAILED" if failed else "SUSPECT" if counts["SUSPECT"] else "OK"
+    numbers = {"cases": len(rows), "suspect": counts["SUSPECT"], "failed": sum(failed.values())}
+    result = StudyResult(
+        parameters=asked.plan.cases[0],
+        status=status,
+        message=_message(rows, counts),
+        metrics={key: Metric(float(n), "1") for key, n in numbers.items()},
+        signals=_arrays(asked.plan, found, shown),
+        work={"wall_s": wall, "vary": options.vary, "repeat": options.repeat, "store": str(asked.store)},
+        tables=[table(asked.plan, found, shown, units)],
+    )
+    trusted = options.trust and status == "SUSPECT"
+    try:
+        with house_style():
+            drawn = figures(asked.plan, found, shown, units)
+        text = write(result, asked.folder, drawn, trusted)
+    except OSError as error:
+        print(f"{name}: cannot write results: {error}", file=sys.stderr)
+        return 1
+    if options.json:
+        print(text, end="")
+    else:
+        print(f"{result}\n\nwritten to {asked.folder}, cases in {asked.store}")
+    if status != "OK":
+        print(f"{name}: {status}{' (trusted)' if trusted else ''}: {result.message}", file=sys.stderr)
+    return 0 if status == "OK" or trusted else 1
+
+
+def _message(rows: Sequence[Row], counts: Counter[str]) -> str:
+    """How many ended how, and the first of them."""
+    first = next((row for row in rows if row.status != "OK"), None)
+    if first is None:
+        return ""
+    ends = ", ".join(f"{n} {status}" for status, n in counts.items() if status != "OK")
+    return f"{ends} of {len(rows)} cases; the first is case {first.number}: {first.message}"
+
+
+def _arrays(chosen: Plan, found: Sequence[Point], shown: dict[str, str]) -> dict[str, np.ndarray]:
+    """What the figures show: values of each varied parameter, means and standard errors; one entry a point."""
+    arrays = {name: np.array([point.values[i] for point in found]) for i, name in enumerate(chosen.names)}
+    for name in shown:
+        means = [point.mean(name) for point in found]
+        arrays |= {f"{name}.mean": np.array([m.value for m in means]), f"{name}.error": np.array([m.error for m in means])}
+    return arrays

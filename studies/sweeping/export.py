@@ -1,0 +1,142 @@
+"""A sweep's store as a table for other programs: CSV with units in the headers, Parquet with units in the metadata."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import sqlite3
+from collections.abc import Iterator, Sequence
+from contextlib import closing, contextmanager
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from buckler.studies.kit.report import atomic
+from buckler.studies.sweeping.rows import Row, read_rows
+from buckler.studies.sweeping.store import StoreError, check_format, explain
+
+KINDS = (".csv", ".parquet")
+
+
+class Column(NamedTuple):
+    """One column of the table; None where a case has no such value."""
+
+    name: str
+    unit: str
+    values: Sequence[Any]
+
+
+def read(path: Path) -> tuple[list[Row], dict[str, str]]:
+    """Read a store without changing it.
+
+    Returns
+    -------
+    rows : list of Row
+        Every case that has ended, in the order of the plan.
+    units : dict
+        Of the parameters.
+
+    Raises
+    ------
+    StoreError
+        If it is not there, in use, damaged, or no store.
+    """
+    with _reading(path) as connection:
+        (units,) = connection.execute("SELECT value FROM about WHERE name = 'units'").fetchone() or ("{}",)
+        return list(read_rows(connection)), json.loads(units)
+
+
+@contextmanager
+def _reading(path: Path) -> Iterator[sqlite3.Connection]:
+    """A connection that only reads; errors name the file."""
+    if not path.is_file():
+        raise StoreError(f"{path}: no such file")
+    # What a killed sweep left in its journal can be read only by someone who may write; a closed store has none.
+    mode = "rw" if path.with_name(f"{path.name}-wal").exists() else "ro"
+    try:
+        with closing(sqlite3.connect(f"{path.absolute().as_uri()}?mode={mode}", uri=True, timeout=1)) as connection:
+            check_format(connection, path)
+            yield connection
+    except sqlite3.Error as error:
+        raise StoreError(explain(error, path)) from None
+
+
+def columns(rows: Sequence[Row], units: dict[str, str]) -> list[Column]:
+    """Number, parameters, status, metrics each with its relative error, run time, provenance."""
+    found = [Column("number", "", [row.number for row in rows])]
+    found += [Column(name, units.get(name, ""), [_plain(row.parameters.get(name)) for row in rows]) for name in _names(rows)]
+    found += [Column("status", "", [row.status for row in rows]), Column("message", "", [row.message for row in rows])]
+    metrics = {name: metric.unit for row in rows for name, metric in row.metrics.items()}
+    for name, unit in metrics.items():
+        each = [row.metrics.get(name) for row in rows]
+        found.append(Column(name, unit, [None if m is None else m.value for m in each]))
+        if any(m is not None and m.error is not None for m in each):
+            found.append(Column(f"{name} relative error", "1", [None if m is None else m.error for m in each]))
+    found.append(Column("wall_s", "s", [row.wall_s for row in rows]))
+    for name in ("ended", "host", "sources"):
+        found.append(Column(name, "", [row.provenance.get(name) for row in rows]))
+    packages = dict.fromkeys(name for row in rows for name in row.provenance.get("versions", {}))
+    found += [Column(f"{name} version", "", [row.provenance.get("versions", {}).get(name) for row in rows]) for name in packages]
+    return found
+
+
+def _names(rows: Sequence[Row]) -> list[str]:
+    return list(rows[0].parameters) if rows else []
+
+
+def _plain(value: Any) -> Any:
+    """Several values in one cell, separated by commas."""
+    return ",".join(map(str, value)) if isinstance(value, list) else value
+
+
+def write(table: Sequence[Column], path: Path) -> None:
+    """Write the table, whole or not at all.
+
+    Raises
+    ------
+    ValueError
+        If the name ends in neither .csv nor .parquet, or pyarrow is not there for the latter.
+    OSError
+        If it cannot be written.
+    """
+    if path.suffix not in KINDS:
+        raise ValueError(f"--out {path}: the name must end in {' or '.join(KINDS)}")
+    content = _csv(table) if path.suffix == ".csv" else _parquet(table)
+    with atomic(path) as file:
+        file.write(content)
+
+
+def _csv(table: Sequence[Column]) -> bytes:
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(c.name if c.unit in ("", "1") else f"{c.name} [{c.unit}]" for c in table)
+    writer.writerows(zip(*(c.values for c in table), strict=True))
+    return text.getvalue().encode()
+
+
+def _parquet(table: Sequence[Column]) -> bytes:
+    try:
+        import pyarrow
+        from pyarrow import parquet
+    except ImportError as error:
+        raise ValueError(f"Parquet needs `pip install 'buckler[parquet]'`: {error}") from None
+    arrays = [pyarrow.array(column.values) for column in table]
+    fields = [
+        pyarrow.field(column.name, array.type, metadata={"unit": column.unit} if column.unit else None)
+        for column, array in zip(table, arrays, strict=True)
+    ]
+    sink = io.BytesIO()
+    parquet.write_table(pyarrow.Table.from_arrays(arrays, schema=pyarrow.schema(fields)), sink)
+    return sink.getvalue()
+
+
+def write_signals(path: Path, folder: Path) -> int:
+    """Write the signals a store keeps, case-000012.npz for case 12; how many there were."""
+    folder.mkdir(parents=True, exist_ok=True)
+    count = 0
+    with _reading(path) as connection:
+        for number, content in connection.execute("SELECT number, signals FROM cases WHERE signals IS NOT NULL"):
+            with atomic(folder / f"case-{number:06d}.npz") as file:
+                file.write(content)
+            count += 1
+    return count

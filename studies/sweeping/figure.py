@@ -1,0 +1,213 @@
+"""The picture of a sweep: a family of lines, a heat map, or dots, by what varies; failed and suspect cases are marks."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import product
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.lines import Line2D
+
+from buckler.studies.kit.style import COLOURS, subplots
+from buckler.studies.sweeping.table import Point, with_unit
+from buckler.studies.sweeping.vary import Plan
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Array = np.ndarray[Any, Any]
+FEW = 4
+"""Up to so many values of the second number are lines of a family; more make a heat map."""
+MARKS = "os^vDP*Xhd"
+MARK = "#000000"
+
+
+class _Picture:
+    """One metric over the design."""
+
+    def __init__(self, plan: Plan, found: Sequence[Point], metric: str, unit: str, units: Any) -> None:
+        self.plan, self.found, self.metric, self.units = plan, found, metric, units
+        self.label = with_unit(metric, unit)
+        self.values = {name: [point.values[i] for point in found] for i, name in enumerate(plan.names)}
+        self.words = [name for name in plan.names if isinstance(self.values[name][0], str)]
+        self.numbers = [name for name in plan.names if name not in self.words]
+        means = [point.mean(metric) for point in found]
+        self.mean = np.array([m.value for m in means])
+        self.error = np.array([m.error for m in means])
+        self.suspect = np.array([point.suspect for point in found])
+        self.failed = np.array([not point.used for point in found])
+
+    def draw(self) -> Figure:
+        """Choose the kind of picture."""
+        match len(self.numbers):
+            case 0:
+                return self._categories()
+            case 1:
+                return self._lines(self.numbers[0], self.words)
+            case 2 if not self.plan.sampled.intersection(self.numbers):
+                few, many = sorted(self.numbers, key=lambda name: len(set(self.values[name])))
+                if len(set(self.values[few])) <= FEW:
+                    return self._lines(many, [*self.words, few])
+                return self._maps(self._heat)
+            case 2:
+                return self._maps(self._dots)
+            case _:
+                return self._against_each()
+
+    def _families(self, names: Sequence[str]) -> list[tuple[str, Array]]:
+        """Name of each combination of values, and which points have it."""
+        options = [list(dict.fromkeys(self.values[name])) for name in names]
+        found = []
+        for combination in product(*options):
+            chosen = [
+                all(self.values[n][i] == v for n, v in zip(names, combination, strict=True)) for i in range(len(self.found))
+            ]
+            label = ", ".join(_named(n, v, self.units[n]) for n, v in zip(names, combination, strict=True))
+            found.append((label, np.array(chosen)))
+        return found
+
+    # --- lines and dots ---------------------------------------------------------------------------------------------------
+
+    def _lines(self, x: str, families: Sequence[str]) -> Figure:
+        """The metric against one number."""
+        fig, ax = subplots(height=90)
+        self._curves(ax, x, families)
+        self._scale(ax, [x])
+        self._legend(ax)
+        ax.set_ylabel(self.label)
+        return fig
+
+    def _against_each(self) -> Figure:
+        """Three numbers or more: dots against each of them."""
+        columns = min(3, len(self.numbers))
+        rows = math.ceil(len(self.numbers) / columns)
+        fig, axes = subplots(rows, columns, height=20 + 60 * rows, sharey=True, squeeze=False)
+        for ax, name in zip(axes.flat, self.numbers, strict=False):
+            self._curves(ax, name, self.words, joined=False)
+            self._scale(ax, [name])
+        self._legend(axes[0, 0])
+        for ax in axes.flat[len(self.numbers) :]:
+            ax.remove()
+        for line in axes:
+            line[0].set_ylabel(self.label)
+        return fig
+
+    def _curves(self, ax: Any, name: str, families: Sequence[str], joined: bool = True) -> None:
+        x, joined = np.array(self.values[name], dtype=float), joined and name not in self.plan.sampled
+        for i, (label, chosen) in enumerate(self._families(families)):
+            colour, mark = COLOURS[i % len(COLOURS)], MARKS[i % len(MARKS)]
+            order = np.flatnonzero(chosen)[np.argsort(x[chosen], kind="stable")]
+            error = None if np.isnan(self.error[order]).all() else np.nan_to_num(self.error[order])
+            style = {"fmt": f"{mark}-" if joined else mark, "color": colour, "capsize": 2, "elinewidth": 0.8}
+            ax.errorbar(x[order], self.mean[order], error, label=label or None, **style)
+            doubtful = chosen & self.suspect
+            ax.plot(x[doubtful], self.mean[doubtful], mark, mfc="white", mec=colour, zorder=5)
+        self._mark_failed(ax, x)
+
+    def _mark_failed(self, ax: Any, x: Any) -> None:
+        """Crosses along the bottom, where no value is."""
+        x = np.asarray(x)[self.failed]
+        if len(x):  # matplotlib lays figures out wrongly around an empty curve that is not clipped
+            ax.plot(x, np.full(len(x), 0.03), "x", color=MARK, transform=ax.get_xaxis_transform(), clip_on=False, zorder=6)
+
+    def _categories(self) -> Figure:
+        """Words only, or nothing but repeats: one place a point."""
+        fig, ax = subplots(height=80)
+        x = np.arange(len(self.found))
+        error = None if np.isnan(self.error).all() else np.nan_to_num(self.error)
+        ax.errorbar(x, self.mean, error, fmt="o", color=COLOURS[0], capsize=2)
+        for place, point in zip(x, self.found, strict=True):
+            each = [row.value(self.metric) for row in point.used]
+            if len(each) > 1:
+                ax.plot(np.full(len(each), place - 0.1), each, ".", color=COLOURS[0], alpha=0.4, markersize=3)
+        ax.plot(x[self.suspect], self.mean[self.suspect], "o", mfc="white", mec=COLOURS[0], zorder=5)
+        self._mark_failed(ax, x)
+        ax.set_xticks(x, [", ".join(map(str, point.values)) or "all" for point in self.found])
+        ax.set(xlim=(-0.5, len(x) - 0.5), xlabel=", ".join(self.plan.names), ylabel=self.label)
+        self._legend(ax)
+        return fig
+
+    # --- maps -----------------------------------------------------------------------------------------------------------
+
+    def _maps(self, draw: Any) -> Figure:
+        """A panel for each combination of words, with a scale of colours in common."""
+        families = self._families(self.words)
+        columns = {1: 1, 2: 2, 4: 2}.get(len(families), 3)
+        rows = math.ceil(len(families) / columns)
+        height = 25 + (75 if columns == 1 else 60 if columns == 2 else 45) * rows
+        fig, axes = subplots(rows, columns, height=height, sharex=True, sharey=True, squeeze=False)
+        for ax in axes.flat[len(families) :]:
+            ax.remove()
+        panels = list(axes.flat[: len(families)])
+        known = self.mean[np.isfinite(self.mean)]
+        limits = {"vmin": known.min(), "vmax": known.max()} if len(known) else {"vmin": 0, "vmax": 1}
+        x, y = (np.array(self.values[name], dtype=float) for name in self.numbers)
+        for i, (ax, (label, chosen)) in enumerate(zip(panels, families, strict=True)):
+            image = draw(ax, chosen, limits)
+            for which, mark in ((self.failed, "x"), (self.suspect, "^")):
+                ax.plot(x[chosen & which], y[chosen & which], mark, color=MARK, mfc="white", markersize=5, zorder=5)
+            self._scale(ax, self.numbers)
+            ax.set_title(label)
+            ax.grid(False)
+            ax.set_ylabel("" if i % columns else ax.get_ylabel())
+            lowest = i + columns >= len(families)
+            ax.tick_params(labelbottom=lowest)
+            ax.set_xlabel(ax.get_xlabel() if lowest else "")
+        fig.colorbar(image, ax=panels, label=self.label)
+        self._legend(panels[0], fig, suspect="^", loc="outside upper right")
+        return fig
+
+    def _heat(self, ax: Any, chosen: Array, limits: Any) -> Any:
+        columns, rows = (sorted(set(self.values[name])) for name in self.numbers)
+        grid = np.full((len(rows), len(columns)), np.nan)
+        for i in np.flatnonzero(chosen):
+            x, y = (self.values[name][i] for name in self.numbers)
+            grid[rows.index(y), columns.index(x)] = self.mean[i]
+        edges = (_edges(v, name in self.plan.log) for v, name in zip((columns, rows), self.numbers, strict=True))
+        ax.set_facecolor("#dddddd")
+        return ax.pcolormesh(*edges, grid, **limits, rasterized=True)
+
+    def _dots(self, ax: Any, chosen: Array, limits: Any) -> Any:
+        x, y = (np.array(self.values[name], dtype=float)[chosen] for name in self.numbers)
+        return ax.scatter(x, y, c=self.mean[chosen], s=14, **limits)
+
+    # --- what all share -------------------------------------------------------------------------------------------------
+
+    def _scale(self, ax: Any, names: Sequence[str]) -> None:
+        """Name the axes of varied numbers."""
+        for axis, name in zip("xy", names, strict=False):
+            ax.set(**{f"{axis}label": with_unit(name.replace("_", " "), self.units[name])})
+            if name in self.plan.log:
+                ax.set(**{f"{axis}scale": "log"})
+
+    def _legend(self, ax: Any, where: Any = None, suspect: str = "o", **options: Any) -> None:
+        """Name the curves, and the marks that occur."""
+        handles, labels = ax.get_legend_handles_labels()
+        for which, mark, text in ((self.failed, "x", "failed"), (self.suspect, suspect, "suspect")):
+            if which.any():
+                handles.append(Line2D([], [], marker=mark, color=MARK, mfc="white", linestyle=""))
+                labels.append(text)
+        if handles:
+            (where or ax).legend(handles, labels, **options)
+
+
+def _named(name: str, value: Any, unit: str) -> str:
+    """`beam`, or `speed = 6.58 rad/s`."""
+    if isinstance(value, str):
+        return value
+    return f"{name.replace('_', ' ')} = {value:.4g}{f' {unit}' if unit not in ('', '1') else ''}"
+
+
+def _edges(centres: Sequence[float], log: bool) -> Array:
+    """Borders of cells around their centres."""
+    x = np.log(centres) if log else np.array(centres, dtype=float)
+    middle = (x[1:] + x[:-1]) / 2
+    edges = np.concatenate([[x[0] - (x[1] - x[0]) / 2], middle, [x[-1] + (x[-1] - x[-2]) / 2]])
+    return np.exp(edges) if log else edges
+
+
+def figures(plan: Plan, found: Sequence[Point], shown: dict[str, str], units: dict[str, str]) -> dict[str, Figure]:
+    """One figure a metric, under the metric's name."""
+    return {metric.replace("/", "_per_"): _Picture(plan, found, metric, unit, units).draw() for metric, unit in shown.items()}

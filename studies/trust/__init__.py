@@ -1,0 +1,1 @@
+"""Studies of accuracy, extreme cases, lean scenes and run time."""

@@ -1,0 +1,248 @@
+"""Scenes of the accuracy study: drawn at random, each with a reference that does not come from an accuracy asked for.
+
+The slider-cranks are held against `elastica.moving` (flexible), loop closure (rigid) and an equation of motion (strut), the
+crank-rockers with play against the compiled reference. Where these are not at hand, a run of far more steps and elements must
+do: of couplers that buckle, of beams with play, and of flexible couplers beyond `AXIAL_WAVES`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import ceil, pi, sqrt
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from buckler.elastica.moving import MovingStrip, Pin
+from buckler.mbs import Beam, Cable, Mechanism, Modal, Ramp, Result, Rigid, Section, Solver, Status, Strut, simulate, slider_crank
+from buckler.mbs.accuracy.difference import PREDICTABLE, difference
+from buckler.mbs.kinematics.closure import SliderCrank
+from buckler.mbs.laws import KelvinVoigt
+from buckler.mbs.library import PAPER, PAPER_STOP
+
+Array = np.ndarray[Any, Any]
+Draw = np.random.Generator
+WIDTH = 0.030
+"""Of the strips, m."""
+STOP_STIFFNESS = 1e5
+"""Of the stops, N/m, with critical damping."""
+SAMPLES = 2001
+TIGHT_STEP = 0.3
+"""Steps of a reference of second order, times the first bending frequency, rad, for an accuracy of 1: errs by its tenth."""
+AXIAL_WAVES, AXIAL_STEP = 5e-4, 0.04
+"""Accuracy below which the strip's uniform strain is not enough of a reference, but a run of steps that resolve axial vibration,
+these times its frequency, rad, on 16 elements."""
+
+
+class Case(NamedTuple):
+    """A mechanism, how long it is run, s, and the error of a result."""
+
+    mechanism: Mechanism
+    duration: float
+    error: Callable[[Result], float]
+
+
+def _against(time: Array, **signals: Array) -> Callable[[Result], float]:
+    """Error against signals known otherwise, in the measure of `mbs.accuracy.difference`; names with `__` for their dot."""
+    named = {name.replace("__", "."): values for name, values in signals.items()}
+    reference = Result(Status.OK, "", time, named, {}, {})
+    return lambda result: difference(result, reference)
+
+
+def _slider(x: Array) -> dict[str, Array]:
+    """Signals of the slider that tell its place."""
+    return {"B__x": x, "B__y": 0 * x, "B__vx": 0 * x, "B__vy": 0 * x}
+
+
+def _pin(speed: float | Ramp) -> Pin:
+    """Crank pin of a slider-crank that starts at angle 0."""
+    ramp = speed if isinstance(speed, Ramp) else Ramp(speed, speed, 1.0)
+
+    def pin(t: float) -> tuple[tuple[float, float], tuple[float, float], tuple[float, float]]:
+        r, angle, rate, change = PAPER.crank, ramp.position(t), ramp.speed(t), ramp.acceleration(t)
+        c, s = r * np.cos(angle), r * np.sin(angle)
+        return (c, s), (-rate * s, rate * c), (-(rate**2) * c - change * s, -(rate**2) * s + change * c)
+
+    return pin
+
+
+def _strip(section: Section, mass: float, speed: float | Ramp, terms: int) -> MovingStrip:
+    return MovingStrip(
+        _pin(speed), PAPER.coupler, section.bending_stiffness, section.mass_per_length, mass, terms=terms,
+        axial_stiffness=section.axial_stiffness, strain_terms=1, bending_damping=section.material.bending_damping,
+    )  # fmt: skip
+
+
+# --- without play -----------------------------------------------------------------------------------------------------
+
+
+def _bending(draw: Draw) -> tuple[Section, float, float]:
+    """Section, mass and speed: the slider's inertia takes 2 to 30 % of the load at which the coupler buckles.
+
+    Damping, 0.3 to 3 % in the first mode, keeps axial vibration, which nobody resolves, from exciting high modes.
+    """
+    section = Section(WIDTH, draw.uniform(1.5e-3, 3e-3)).damped(10 ** draw.uniform(-2.5, -1.5), PAPER.coupler)
+    mass, share = draw.uniform(0.1, 0.5), draw.uniform(0.02, 0.3)
+    return section, mass, sqrt(share * section.euler_load(PAPER.coupler) / (mass * PAPER.crank))
+
+
+def smooth(draw: Draw, asked: float) -> Case:
+    """Slider-crank with a bending coupler, no stop, a third of a turn to a turn."""
+    section, mass, speed = _bending(draw)
+    return _smooth(section, mass, speed, draw.uniform(0.33, 1.0) * 2 * pi / speed, asked)
+
+
+def ramp(draw: Draw, asked: float) -> Case:
+    """The same from rest, its speed rising over half the run."""
+    section, mass, speed = _bending(draw)
+    duration = draw.uniform(0.5, 1.2) * 2 * pi / speed
+    return _smooth(section, mass, Ramp(0.0, speed, duration / 2), duration, asked)
+
+
+def _smooth(section: Section, mass: float, speed: float | Ramp, duration: float, asked: float) -> Case:
+    mechanism = slider_crank(Cable(section), law=None, mass=mass, speed=speed)
+    if asked < AXIAL_WAVES:
+        fine = slider_crank(Cable(section, 16), law=None, mass=mass, speed=speed)
+        steps = ceil(duration * sqrt(section.axial_stiffness / (PAPER.coupler * mass)) / AXIAL_STEP)
+        tight = simulate(fine, duration, solver=Solver(uniform_steps=steps, spectral_radius=0.95, record_every=8))
+        return Case(mechanism, duration, lambda result: difference(result, tight))
+    time = np.linspace(0.0, duration, SAMPLES)
+    with np.errstate(over="ignore", invalid="ignore"):  # of steps that are tried and rejected
+        found = _strip(section, mass, speed, terms=7).move(time, rtol=1e-8, atol=1e-9)
+    return Case(mechanism, duration, _against(time, coupler__deflection=found.deflection, **_slider(found.x)))
+
+
+def rigid(draw: Draw, asked: float) -> Case:
+    """Slider-crank of rigid links, of any lengths, one or two turns."""
+    lengths = SliderCrank(draw.uniform(0.05, 0.2), draw.uniform(0.25, 0.6))
+    speed, body = draw.uniform(1.0, 100.0), Rigid(Section(WIDTH, 5e-3))
+    mechanism = slider_crank(body, law=None, mass=draw.uniform(0.1, 1.0), speed=speed, lengths=lengths)
+    time = np.linspace(0.0, draw.uniform(1.0, 2.0) * 2 * pi / speed, SAMPLES)
+    return Case(mechanism, float(time[-1]), _against(time, **_slider(lengths.slider(speed * time))))
+
+
+def _striking(draw: Draw) -> tuple[Section, float, float, KelvinVoigt]:
+    """Section, mass, speed and stop of a slider-crank that buckles."""
+    section, mass = Section(WIDTH, draw.uniform(2e-4, 5e-4)), draw.uniform(0.2, 0.5)
+    return section, mass, draw.uniform(2.0, 6.0), KelvinVoigt(STOP_STIFFNESS, 2 * sqrt(STOP_STIFFNESS * mass))
+
+
+def buckling(draw: Draw, asked: float) -> Case:
+    """Slider-crank whose damped, bowed coupler buckles while its slider is on the stop; it ends pressed, or after release.
+
+    The reference has other elements, twice as many, and many more steps, none of them extrapolated.
+    """
+    section, mass, speed, law = _striking(draw)
+    section, bow = section.damped(0.02, PAPER.coupler), PAPER.coupler / draw.uniform(200.0, 1000.0)
+    duration = draw.uniform(0.4, 0.75) * 2 * pi / speed
+    mechanism, reference = (
+        slider_crank(body, law=law, mass=mass, speed=speed)
+        for body in (Cable(section, imperfection=bow), Beam(section, 16, imperfection=bow))
+    )
+    steps = section.first_frequency(PAPER.coupler) * duration / (TIGHT_STEP * sqrt(asked))
+    solver = Solver(tolerance=1e-7, max_step=duration / steps, spectral_radius=0.9, contact_resolution=1000)
+    tight = simulate(reference, duration, solver=solver)
+    return Case(mechanism, duration, lambda result: difference(result, tight))
+
+
+def strut(draw: Draw, asked: float) -> Case:
+    """The same with a massless strut for its coupler, against the equation of motion of its slider."""
+    section, mass, speed, law = _striking(draw)
+    body = Strut(section)
+    mechanism = slider_crank(body, law=law, mass=mass, speed=speed)
+    time, length = np.linspace(0.0, draw.uniform(0.4, 0.75) * 2 * pi / speed, SAMPLES), PAPER.coupler
+    unit, rigidity = section.bending_stiffness / length**2, section.axial_stiffness / length
+    euler = section.euler_load(length)
+
+    def rates(t: float, y: Array) -> Array:
+        x, v = y
+        span = np.hypot(PAPER.crank * np.cos(speed * t) - x, PAPER.crank * np.sin(speed * t))
+        short = length - span
+        push = (
+            rigidity * short
+            if rigidity * short < euler
+            else unit * float(body.load(short / length - euler / section.axial_stiffness))
+        )
+        depth = PAPER_STOP - x
+        stop = float(law.force(depth, -v, 1.0)) if depth > 0 else 0.0
+        return np.array([v, (push * (x - PAPER.crank * np.cos(speed * t)) / span + stop) / mass])
+
+    start = np.array([float(PAPER.slider(0.0)), 0.0])
+    found = solve_ivp(rates, (0.0, time[-1]), start, method="DOP853", t_eval=time, rtol=1e-9, atol=1e-12, max_step=time[-1] / 500)
+    return Case(mechanism, float(time[-1]), _against(time, **_slider(found.y[0])))
+
+
+# --- with play --------------------------------------------------------------------------------------------------------
+
+
+def _play(draw: Draw, rocker: str) -> tuple[Mechanism, Any]:
+    """Crank-rocker with four rattling joints, and its parameters."""
+    from buckler.studies.rattling.clearance import CrankRockerParameters
+
+    p = CrankRockerParameters(
+        clearance=10 ** draw.uniform(-4.0, -3.3), start_angle=draw.uniform(-pi, pi), speed=draw.uniform(15.0, 45.0)
+    )
+    return p.mechanism(rocker), p
+
+
+def _compiled(p: Any, mechanism: Mechanism, modes: Any) -> Callable[[Result], float]:
+    """Distance of the bars' centres from those of the compiled reference, over the clearance, L2 over the compared time."""
+    from buckler.mbs.reference import FourBar
+    from buckler.mbs.reference import simulate as compiled
+
+    start = p.start_angle + _offset(mechanism, p)
+    bar = FourBar(modes=modes, law=p.law, friction=p.friction, gap=p.clearance, pin=p.pin, speed=p.speed, start=start)
+    run = compiled(bar, PREDICTABLE, rtol=1e-11, atol=1e-11, samples=SAMPLES)
+    centres = {"coupler": 2, "rocker": 5}
+
+    def error(result: Result) -> float:
+        off = [
+            result.at(f"{name}.{axis}", run.time) - run.q[:, k + i] for name, k in centres.items() for i, axis in enumerate("xy")
+        ]
+        squares = np.mean(np.square(off), axis=1).reshape(2, 2).sum(axis=1)
+        return float(np.sqrt(squares.max())) / p.clearance
+
+    return error
+
+
+def _offset(mechanism: Mechanism, p: Any) -> float:
+    """Chance offset of a crank-rocker's start, rad."""
+    x, y = mechanism.points["A"]
+    return float((np.arctan2(y, x) - p.start_angle + pi) % (2 * pi) - pi)
+
+
+def rigid_play(draw: Draw, asked: float) -> Case:
+    """Crank-rocker with play, of rigid bars."""
+    mechanism, p = _play(draw, "rigid")
+    return Case(mechanism, PREDICTABLE, _compiled(p, mechanism, None))
+
+
+def modal_play(draw: Draw, asked: float) -> Case:
+    """Crank-rocker with play, its rocker of modes; the reference takes the same."""
+    mechanism, p = _play(draw, "modal")
+    body = mechanism.link("rocker").body
+    assert isinstance(body, Modal)
+    from buckler.studies.rattling.fourbar import modes_of_solid
+
+    return Case(mechanism, PREDICTABLE, _compiled(p, mechanism, modes_of_solid(body, mechanism.length("rocker"))))
+
+
+def beam_play(draw: Draw, asked: float) -> Case:
+    """Crank-rocker with play, its rocker a beam: against a run of a far smaller tolerance."""
+    mechanism, _ = _play(draw, "beam")
+    tight = simulate(mechanism, PREDICTABLE, solver=Solver(tolerance=1e-5 * asked, max_step=1e-5, spectral_radius=0.95))
+    return Case(mechanism, PREDICTABLE, lambda result: difference(result, tight))
+
+
+SCENES: dict[str, Callable[[Draw, float], Case]] = {
+    "smooth": smooth,
+    "ramp": ramp,
+    "rigid": rigid,
+    "buckling": buckling,
+    "strut": strut,
+    "rigid play": rigid_play,
+    "modal play": modal_play,
+    "beam play": beam_play,
+}
+"""How the case of each scene is drawn."""

@@ -1,0 +1,196 @@
+"""The five jobs of the other studies once each, ours against plain: medians, errors and ratios of this machine in one table.
+
+static: twenty loads of a buckled strip, against the engine used plainly, error of the load. smooth: slider-crank with a
+bending coupler, against plain uniform steps, error of its deflection. buckling: slider-crank striking its stop, against
+plain uniform steps, error of four numbers of its force. rigid play, beam play: crank-rocker with play in four joints for a
+turn, against the compiled reference (a modal rocker for the beam's, damped mode by mode), error of the coupler's path over
+the first 10 ms (5 ms), in clearances. smooth and rigid play are asked for an accuracy and name no setting: their time holds
+all the runs that the estimate of their error takes. Times never make the run SUSPECT; errors do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from buckler.mbs import Beam, Cable, Section, crank_rocker, simulate
+from buckler.mbs.accuracy.precision import Point, verdict, work_precision
+from buckler.mbs.library import PAPER
+from buckler.studies.kit.cli import main
+from buckler.studies.kit.parameters import StudyParameters, choices, integer
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
+from buckler.studies.kit.style import subplots
+from buckler.studies.strips.static_precision import SHORTENINGS, WIDTH, footnote
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Array = np.ndarray[Any, Any]
+SMOOTH, PLAY = 6.2e-4, 1e-2
+"""Accuracies asked for: that of the tuned plain run, and in clearances."""
+TURN = 0.2
+"""Of the crank-rocker at 300 r/min, s."""
+START = np.linspace(0.0, 0.01, 101)
+"""Rattling is chaotic: paths are compared in the first 10 ms only, s."""
+
+
+class Job(NamedTuple):
+    """Ours and the baseline, the error of an outcome, and the largest that is accepted of ours."""
+
+    ours: Callable[[], Any]
+    baseline: Callable[[], Any]
+    error: Callable[[Any], float]
+    largest: float
+
+
+@dataclass(frozen=True)
+class Parameters(StudyParameters):
+    """Parameters of the study."""
+
+    jobs: tuple[str, ...] = choices(
+        ("static", "smooth", "buckling", "rigid play", "beam play"),
+        ("static", "smooth", "buckling", "rigid play", "beam play"),
+        "jobs to run",
+        "jobs",
+    )
+    repeats: int = integer(5, 1, 1000, "repetitions, ours and baseline in turn", "numerics")
+
+
+def _static() -> Job:
+    from buckler.elastica.rod import Rod
+    from buckler.mbs.statics.strip import pinned_strip
+    from buckler.studies.trust import plain
+
+    section, length = Section(WIDTH, 3e-4), PAPER.coupler
+    unit = section.bending_stiffness / length**2
+    axial, shear = section.axial_stiffness / unit, section.shear_stiffness / unit
+    beam, cable = (np.array([rod.at_shortening(u).load for u in SHORTENINGS]) for rod in (Rod(axial, shear), Rod(axial)))
+    return Job(
+        lambda: pinned_strip(Beam(section, 20), length, SHORTENINGS).load / beam,
+        lambda: plain.buckled_strip(section, length, SHORTENINGS, 64).force / unit / cable,
+        lambda ratio: float(np.abs(ratio - 1).max()),
+        2e-5,
+    )
+
+
+def _smooth() -> Job:
+    from buckler.studies.trust import smooth_precision as study
+
+    p = study.Parameters()
+    with np.errstate(over="ignore", invalid="ignore"):  # of steps that are tried and rejected
+        exact = study.reference(p, p.terms)
+    mechanism, duration = p.mechanism(Cable(p.section)), float(p.times[-1])
+
+    def ours() -> study.Outcome:
+        result = simulate(mechanism, duration, SMOOTH, timeout=120)
+        return study.Outcome(result.at("coupler.deflection", p.times), result.status, result.work)
+
+    return Job(
+        ours,
+        partial(study.plainly, p, 4, 800, 1e-5, 1e-8),
+        lambda outcome: float(np.sqrt(((outcome.deflection - exact) ** 2).sum() / (exact**2).sum())),
+        2e-3,
+    )
+
+
+def _buckling() -> Job:
+    from buckler.studies.striking import slider_crank_precision as study
+
+    reference = study.simulated(study.with_coupler(Beam, 16), tolerance=1e-8).reading
+    return Job(
+        partial(study.simulated, study.with_coupler(Beam, 8), tolerance=1e-5),
+        partial(study.plainly, study.with_coupler(Cable, 8), 10_000, 1e-4),
+        lambda outcome: max(outcome.reading.off(reference).values()),
+        5e-3,
+    )
+
+
+def _with_play(beam: bool) -> Job:
+    from buckler.mbs.reference import FourBar, beam_modes
+    from buckler.mbs.reference import simulate as compiled
+    from buckler.studies.rattling.clearance import CrankRockerParameters
+
+    p = CrankRockerParameters(start_angle=0.0)
+    modes = beam_modes(damping=p.rocker_damping) if beam else None
+    bar = FourBar(modes=modes, law=p.law, friction=p.friction, gap=p.clearance, pin=p.pin)
+    body = Beam(p.section, elements=4) if beam else p.mechanism("rigid").link("rocker").body
+    mechanism = crank_rocker(body, speed=p.speed, play=p.play, section=p.section, angle=0.0)
+    exact = compiled(bar, START[-1], rtol=1e-10, atol=1e-10, samples=len(START)).q[:, 2:4]
+
+    compared = len(START) // 2 if beam else len(START)
+
+    def path(result: Any) -> Array:
+        return np.stack([result.at("coupler.x", START), result.at("coupler.y", START)], axis=1)
+
+    return Job(
+        lambda: path(simulate(mechanism, TURN, None if beam else PLAY, timeout=120)),
+        lambda: compiled(bar, TURN, samples=len(START) * 20 - 19).q[: len(START), 2:4],
+        lambda found: float(np.abs(found - exact)[:compared].max()) / p.clearance,
+        0.1 if beam else 1e-2,
+    )
+
+
+JOBS: dict[str, Callable[[], Job]] = {
+    "static": _static,
+    "smooth": _smooth,
+    "buckling": _buckling,
+    "rigid play": partial(_with_play, False),
+    "beam play": partial(_with_play, True),
+}
+
+
+def _measure(p: Parameters, progress: Progress) -> Iterator[tuple[str, Job, Point, Point]]:
+    for name in progress(p.jobs, label="jobs"):
+        job = JOBS[name]()
+        job.ours(), job.baseline()  # untimed: the first call of anything is slow
+        ours, baseline = work_precision({f"{name}, ours": job.ours, f"{name}, baseline": job.baseline}, job.error, p.repeats)
+        yield name, job, ours, baseline
+
+
+def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
+    """Run each job, ours and its baseline in turn."""
+    metrics: dict[str, Metric] = {}
+    rows: list[list[Any]] = []
+    wrong, sentences = [], []
+    for name, job, ours, baseline in _measure(parameters, progress):
+        key = name.replace(" ", "_")
+        ratio = ours.speedup(baseline)
+        metrics |= {
+            f"{key}.error": Metric(ours.error, "1"),
+            f"{key}.baseline_error": Metric(baseline.error, "1"),
+            f"{key}.time": Metric(ours.wall_s, "s"),
+            f"{key}.baseline_over_ours": Metric(ratio, "1"),
+        }
+        rows.append([name, ours.error, 1e3 * ours.wall_s, baseline.error, 1e3 * baseline.wall_s, f"{ratio:.3g}"])
+        sentences.append(verdict(ours, baseline))
+        if not ours.error <= job.largest:
+            wrong.append(f"{name}: error {ours.error:.1e}, allowed {job.largest:g}")
+    headers = ["job", "error", "time [ms]", "baseline's error", "baseline's [ms]", "baseline/ours"]
+    return StudyResult(
+        parameters=parameters,
+        status="SUSPECT" if wrong else "OK",
+        message="; ".join(wrong) or " ".join(sentences),
+        metrics=metrics,
+        tables=[Table(headers, rows, "Benchmark: ours and the baseline of each job, in turn", footnote(parameters))],
+    )
+
+
+def figure(result: StudyResult) -> Figure:
+    """Error over run time, an arrow from each baseline to ours."""
+    fig, ax = subplots(height=100)
+    for k, (name, *numbers) in enumerate(result.tables[0].rows):
+        error, time, their_error, their_time = (float(x) for x in numbers[:4])
+        ax.annotate("", (time, error), (their_time, their_error), arrowprops={"arrowstyle": "->", "color": f"C{k}"})
+        ax.loglog(time, error, "o", color=f"C{k}", label=name)
+        ax.loglog(their_time, their_error, "x", color=f"C{k}")
+    ax.set(xlabel="run time [ms]", ylabel="error, as each job defines it")
+    ax.legend(title="o ours, x baseline", alignment="left")
+    return fig
+
+
+if __name__ == "__main__":
+    raise SystemExit(main("benchmark"))

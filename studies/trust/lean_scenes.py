@@ -1,0 +1,271 @@
+"""What each scene is made of, and what each optional part costs: items, coordinates and run time, off and on.
+
+A part that is off is not there: no engine item, no coordinate, no data, so it can cost nothing; that is counted. What a part
+costs when it is on is the ratio of medians of runs taken in turn, of the whole run and of one of its steps (a part changes the
+motion, and with it the number of steps). Signals, contact signals and self-checks are made after the engine's work; theirs is the
+time of the whole run over that without them. Times are those of the process, not of the clock.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from math import pi
+from statistics import median
+from time import process_time
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from buckler.mbs import (
+    Beam,
+    Cable,
+    Clearance,
+    GuideFriction,
+    Mechanism,
+    Modal,
+    Result,
+    Rigid,
+    Section,
+    Strut,
+    build,
+    crank_rocker,
+    simulate,
+)
+from buckler.mbs import slider_crank as slider
+from buckler.mbs.checks.suspicions import suspicions
+from buckler.mbs.engine.settings import Solver
+from buckler.mbs.engine.solve import _once
+from buckler.mbs.laws import AdamsFriction, CarvalhoMartins, Coulomb, FrictionLaw, Impact, NoFriction
+from buckler.mbs.record.contacts import add_joints
+from buckler.mbs.record.signals import History, collect
+from buckler.studies.kit.cli import main
+from buckler.studies.kit.parameters import StudyParameters, choices, integer
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
+from buckler.studies.kit.style import COLOURS, subplots
+from buckler.studies.strips.static_precision import footnote
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+BASE, AGAIN = "nothing optional", "nothing, again"
+OVER = {"static friction": "friction"}
+"""What a part is measured over, where that is not the scene without any."""
+AFTER = ("signals", "contact signals", "self-checks")
+"""What is made after the engine's work."""
+STRIP, BARS = Section(0.030, 3e-4), Section(0.005, 0.020)
+LENGTH, MASS, SPEED = 0.310, 0.3, 1.25
+ITEMS = ("objects", "nodes", "loads", "sensors")
+PULL = (0.0, -9.81)
+
+
+@dataclass(frozen=True)
+class Variant:
+    """A scene with or without a part: what is built, how long it runs, what is asked of the run."""
+
+    mechanism: Mechanism
+    duration: float
+    asked: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def summary(self) -> dict[str, int]:
+        """What is built."""
+        return build(self.mechanism).summary()
+
+
+Variants = dict[str, Variant]
+
+
+def striking(coupler: Any) -> Variants:
+    """The slider-crank, half a turn; its stop is a part."""
+    plain = Variant(slider(coupler, law=None, mass=MASS, speed=SPEED), pi / SPEED)
+
+    def made(law: Any = None, friction: GuideFriction | None = None) -> Variant:
+        return replace(plain, mechanism=slider(coupler, law=law, mass=MASS, speed=SPEED, friction=friction))
+
+    flexible = not isinstance(coupler, Strut)
+    return {
+        BASE: plain,
+        "stop": made(CarvalhoMartins(7.2e4, 0.8, exponent=1.0)),
+        "friction": made(friction=GuideFriction(0.3)),
+        "static friction": made(friction=GuideFriction(0.3, static=0.6)),
+        **_asked(plain, flexible),
+    }
+
+
+def turning(rocker: Any, with_play: str) -> Variants:
+    """The crank-rocker, a tenth of a turn; friction of its joints is a part."""
+
+    def made(friction: FrictionLaw) -> Variant:
+        def play(point: str, first: str, second: str) -> Clearance:
+            return Clearance(point, first, second, 5e-3, 2.5e-4, Impact(2.53e5 * 1e3**1.5, 253.0, 1e-5), friction)
+
+        speed = 10 * pi
+        made = crank_rocker(rocker, speed=speed, play=play, with_play=with_play, section=BARS, angle=0.5)
+        return Variant(made, 0.2 * pi / speed)
+
+    plain = made(NoFriction())
+    frictions = {"friction": made(Coulomb(0.1, 0.1)), "static friction": made(AdamsFriction(0.3, 0.1))} if with_play else {}
+    return {BASE: plain, **frictions, **_asked(plain, not isinstance(rocker, Rigid))}
+
+
+def _asked(plain: Variant, flexible: bool) -> Variants:
+    """What any scene can be asked for."""
+    shapes = {"shapes": list(np.linspace(0.0, plain.duration, 101))}
+    return {
+        AGAIN: plain,
+        "gravity": replace(plain, mechanism=replace(plain.mechanism, gravity=PULL)),
+        "ledger": replace(plain, asked={"ledger": True}),
+        **({"pictures": replace(plain, asked=shapes)} if flexible else {}),
+    }
+
+
+SCENES: dict[str, Callable[[], Variants]] = {
+    "slider-crank-strut": lambda: striking(Strut(STRIP)),
+    "slider-crank-beam": lambda: striking(Beam(STRIP.damped(0.05, LENGTH), elements=8, imperfection=-1e-4 * LENGTH)),
+    "slider-crank-cable": lambda: striking(Cable(STRIP.damped(0.05, LENGTH), elements=8, imperfection=-1e-4 * LENGTH)),
+    "crank-rocker-ideal": lambda: turning(Rigid(BARS), ""),
+    "crank-rocker-play": lambda: turning(Rigid(BARS), "OABC"),
+    "crank-rocker-play-beam": lambda: turning(Beam(BARS.damped(0.01, 0.175), elements=4), "OABC"),
+    "crank-rocker-play-modal": lambda: turning(Modal(BARS, damping=0.01), "OABC"),
+}
+
+
+@dataclass(frozen=True)
+class Parameters(StudyParameters):
+    """Parameters of the study."""
+
+    scenes: tuple[str, ...] = choices(tuple(SCENES), tuple(SCENES), "scenes to take apart", "scenes")
+    repeats: int = integer(9, 1, 1000, "repetitions, taken in turn", "numerics")
+
+
+@dataclass(frozen=True)
+class Cost:
+    """Of one part: items and coordinates it adds, and ratios of the time with it to that without."""
+
+    items: int
+    coordinates: int
+    run: float
+    step: float
+
+
+def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
+    """Count and time every part of every scene."""
+    summaries, costs, wrong = {}, {}, []
+    for name in progress(parameters.scenes, label="scenes"):
+        variants = SCENES[name]()
+        summaries[name] = {part: variant.summary for part, variant in variants.items()}
+        costs[name] = _costs(variants, summaries[name], parameters.repeats)
+        unasked = summaries[name][BASE].keys() & {"Stop", "GuideFriction", "gravity"}
+        if unasked or any(summary["sensors"] for summary in summaries[name].values()):
+            wrong.append(f"{name}: builds {', '.join(unasked) or 'sensors'}, which nobody asked for")
+    metrics = {}
+    for name, parts in costs.items():
+        plain = summaries[name][BASE]
+        metrics[f"{name}.items"] = Metric(sum(plain[item] for item in ITEMS), "1")
+        metrics[f"{name}.coordinates"] = Metric(plain["coordinates"], "1")
+        metrics[f"{name}.constraints"] = Metric(plain["constraints"], "1")
+        for part, cost in parts.items():
+            metrics[f"{name}.{part}.items"] = Metric(cost.items, "1")
+            metrics[f"{name}.{part}.ratio"] = Metric(cost.run, "1")
+    return StudyResult(
+        parameters=parameters,
+        status="SUSPECT" if wrong else "OK",
+        message="; ".join(wrong),
+        metrics=metrics,
+        signals={
+            f"{name}.{part}": np.array([cost.run, cost.step]) for name, parts in costs.items() for part, cost in parts.items()
+        },
+        tables=[_built(summaries), _table(costs, footnote(parameters))],
+    )
+
+
+def _costs(variants: Variants, summaries: Mapping[str, Mapping[str, int]], repeats: int) -> dict[str, Cost]:
+    """Time every variant in turn, forth and back, `repeats` times after a first that is not counted."""
+    whole: dict[str, list[float]] = {part: [] for part in variants}
+    step: dict[str, list[float]] = {part: [] for part in variants}
+    after: dict[str, list[float]] = {part: [] for part in AFTER}
+    for k in range(repeats + 1):
+        for part, variant in list(variants.items())[:: 1 if k % 2 else -1]:
+            seconds, result = _timed(lambda v=variant: simulate(v.mechanism, v.duration, **v.asked))  # type: ignore[misc]
+            if k:
+                whole[part].append(seconds)
+                step[part].append(seconds / result.work["steps"])
+                if part == BASE:
+                    for name, spent in _after(variant, result).items():
+                        after[name].append(seconds / (seconds - min(spent, 0.9 * seconds)))
+    found = {}
+    for part in variants:
+        over = OVER.get(part, BASE)
+        if part != BASE:
+            now, before = summaries[part], summaries[over]
+            items = sum(now[item] - before[item] for item in ITEMS)
+            more = now["coordinates"] - before["coordinates"]
+            ratios = (median(times[part]) / median(times[over]) for times in (whole, step))
+            found[part] = Cost(items, more, *ratios)
+    return found | {part: Cost(0, 0, median(ratios), median(ratios)) for part, ratios in after.items() if ratios}
+
+
+def _timed(work: Callable[[], Any]) -> tuple[float, Any]:
+    """Seconds of this process, which other work on the machine lengthens least, and what was made."""
+    start = process_time()
+    made = work()
+    return process_time() - start, made
+
+
+def _after(variant: Variant, result: Result) -> dict[str, float]:
+    """Seconds of what is made after the engine's work."""
+    history = _once(variant.mechanism, variant.duration, Solver(), None, None).history
+    found = {
+        "signals": _timed(lambda: collect(history))[0],
+        "self-checks": _timed(lambda: list(suspicions(history, Solver(), result)))[0],
+    }
+    return found | ({"contact signals": _timed(lambda: _contacts(history))[0]} if history.scene.clearances else {})
+
+
+def _contacts(history: History) -> None:
+    for group in range(len(history.scene.clearances)):
+        add_joints(history, group, lambda *_: None)
+
+
+def _built(summaries: Mapping[str, Mapping[str, Mapping[str, int]]]) -> Table:
+    """What each scene is made of without any optional part."""
+    counted = ("coordinates", "constraints", *ITEMS)
+    rows = []
+    for name, parts in summaries.items():
+        plain = parts[BASE]
+        named = ", ".join(f"{count} {part}" for part, count in plain.items() if part not in counted)
+        rows.append([name, named, *(plain[part] for part in counted)])
+    return Table(["scene", "made of", *counted], rows, "Scenes with nothing optional")
+
+
+def _table(costs: Mapping[str, Mapping[str, Cost]], notes: str) -> Table:
+    """What each part adds and costs."""
+    rows = [
+        [name, part, cost.items, cost.coordinates, f"{cost.run:.2f}", f"{cost.step:.2f}"]
+        for name, parts in costs.items()
+        for part, cost in parts.items()
+    ]
+    headers = ["scene", "part", "items added", "coordinates added", "run, on/off", "step, on/off"]
+    said = f"{AGAIN}: the scene itself once more, so that the noise shows; static friction is measured over friction\n"
+    return Table(headers, rows, "What each optional part adds and costs", said + notes)
+
+
+def figure(result: StudyResult) -> Figure:
+    """Ratio of run times with and without each part, scene by scene."""
+    names = list(dict.fromkeys(name.partition(".")[0] for name in result.signals))
+    parts = list(dict.fromkeys(name.partition(".")[2] for name in result.signals))
+    fig, ax = subplots(height=95)
+    for k, scene in enumerate(names):
+        found = [(i, result.signals[f"{scene}.{part}"][0]) for i, part in enumerate(parts) if f"{scene}.{part}" in result.signals]
+        place, ratio = np.array(found).T
+        ax.plot(place + 0.09 * (k - (len(names) - 1) / 2), ratio, "o", color=COLOURS[k % len(COLOURS)], label=scene)
+    ax.axhline(1.0, color="black", lw=0.8)
+    ax.set_xticks(range(len(parts)), [part.replace(" ", "\n").replace("-", "-\n") for part in parts])
+    ax.set(xlabel="part", ylabel="run time, with over without [1]")
+    ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3)
+    return fig
+
+
+if __name__ == "__main__":
+    raise SystemExit(main("lean-scenes"))

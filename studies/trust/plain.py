@@ -1,0 +1,317 @@
+"""The same jobs written straight on the engine, as its users write them: what Buckler's run times are held against.
+
+Not a part of Buckler: no study takes its results from here. The settings are the best found for these jobs: reduced
+integration 2 (the others lock), the sparse solver; for the static run the default tolerances (looser ones cost accuracy
+and save 10 %, modified Newton costs time); for the dynamic run modified Newton and a tolerance as loose as stays
+stable.
+"""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+os.environ.setdefault("EXUDYN_NO_USER_SETTINGS", "1")
+import exudyn as exu
+import exudyn.itemInterface as eii
+
+from buckler.mbs.elements.section import Section
+from buckler.mbs.laws import HysteresisLaw
+from buckler.mbs.mechanism import Cable, Mechanism
+
+exu.config.printToConsole = False
+
+Array = np.ndarray[Any, Any]
+
+
+@dataclass(frozen=True)
+class Plain:
+    """What a plain run gives.
+
+    Attributes
+    ----------
+    x, force : array, shape (values,)
+        End shortening over length and strip force, N; or time, s, and contact force, N; or, where there is no stop, time, s,
+        and deflection of the coupler's middle from its chord, m.
+    message : str
+        What the engine said, if it failed.
+    work : dict
+        newton_iterations.
+    """
+
+    x: Array
+    force: Array
+    message: str = ""
+    work: dict[str, float] = field(default_factory=dict)
+
+
+class _System:
+    """An engine system with the few items both jobs share."""
+
+    def __init__(self) -> None:
+        self.container = exu.SystemContainer()
+        self.system = self.container.AddSystem()
+        ground = self.system.AddNode(eii.NodePointGround())
+        self.ground = self.marker(ground, 0)
+
+    def marker(self, node: int, coordinate: int) -> int:
+        return self.system.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node, coordinate=coordinate))
+
+    def fix(self, node: int, coordinate: int, **motion: Any) -> int:
+        markers = [self.ground, self.marker(node, coordinate)]
+        return self.system.AddObject(eii.CoordinateConstraint(markerNumbers=markers, **motion))
+
+    def cable(self, section: Section, length: float, nodes: list[int], **more: Any) -> None:
+        for pair in pairwise(nodes):
+            self.system.AddObject(
+                eii.ObjectANCFCable2D(
+                    nodeNumbers=list(pair),
+                    length=length / (len(nodes) - 1),
+                    massPerLength=section.mass_per_length,
+                    bendingStiffness=section.bending_stiffness,
+                    axialStiffness=section.axial_stiffness,
+                    useReducedOrderIntegration=2,
+                    **more,
+                )
+            )
+
+
+def _settings() -> Any:
+    settings = exu.SimulationSettings()
+    settings.solution.file.write = False
+    settings.linearSolver.solverType = exu.LinearSolverType.EigenSparse
+    return settings
+
+
+# --- post-buckling ----------------------------------------------------------------------------------------------------
+
+
+def buckled_strip(section: Section, length: float, shortenings: Array, elements: int) -> Plain:
+    """Force of the pinned strip at rising end shortenings, one static solution a value, each starting from the last.
+
+    The first starts from a half-sine of about the right height, or it would stay on the straight branch.
+    """
+    job = _System()
+    nodes = _half_sine_nodes(job, length, float(shortenings[0]), elements)
+    job.cable(section, length, nodes)
+    for node, coordinate in ((nodes[0], 0), (nodes[0], 1), (nodes[-1], 1)):
+        job.fix(node, coordinate)
+    span = [0.0, 0.0]
+
+    def travel(_system: Any, t: float, _item: int, _offset: float) -> float:
+        return -length * (span[0] + (span[1] - span[0]) * t)
+
+    constraint = job.fix(nodes[-1], 0, offsetUserFunction=travel)
+    force = job.system.AddSensor(
+        eii.SensorObject(objectNumber=constraint, outputVariableType=exu.OutputVariableType.Force, writeToFile=False)
+    )
+    job.system.Assemble()
+    settings = _settings()
+    settings.staticSolver.verboseMode = 0
+    settings.staticSolver.numberOfLoadSteps = 1
+    forces, iterations = [], 0
+    for value in shortenings:
+        span[:] = span[1], value
+        try:
+            job.system.SolveStatic(settings, updateInitialValues=True)
+        except exu.ExudynError as error:
+            return Plain(shortenings, np.full(len(shortenings), np.nan), str(error).strip())
+        iterations += job.system.sys["staticSolver"].it.newtonStepsCount
+        forces.append(float(np.abs(job.system.GetSensorValues(force))))
+    return Plain(shortenings, np.array(forces), work={"newton_iterations": float(iterations)})
+
+
+def _half_sine_nodes(job: _System, length: float, shortening: float, elements: int) -> list[int]:
+    """Nodes of a straight strip, displaced to a half-sine of that end shortening."""
+    height = 2 / np.pi * np.sqrt(shortening) * length
+    nodes = []
+    for s in np.linspace(0.0, length, elements + 1):
+        slope = height * np.pi / length * np.cos(np.pi * s / length)
+        moved = [-shortening * s, height * np.sin(np.pi * s / length), np.cos(slope) - 1, np.sin(slope)]
+        nodes.append(job.system.AddNode(eii.NodePoint2DSlope1(referenceCoordinates=[s, 0, 1, 0], initialCoordinates=moved)))
+    return nodes
+
+
+# --- slider-crank -----------------------------------------------------------------------------------------------------
+
+
+def slider_crank(mechanism: Mechanism, duration: float, steps: int, newton: float) -> Plain:
+    """Contact force of `buckler.mbs.library.slider_crank` with a `Cable` coupler, at constant speed, in uniform steps.
+
+    The only callback is the stop's force. It samples every step, for the peak.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        Its stop has a `HysteresisLaw` of exponent 1.
+    duration : float, s
+    steps : int
+    newton : float
+        Relative and absolute tolerance of Newton's method.
+    """
+    job = _System()
+    speed = float(mechanism.drive.speed)  # type: ignore[arg-type,union-attr]
+    coupler = _moving_strip(job, mechanism, speed)
+    _add_crank(job, mechanism, speed, coupler[0])
+    contact = _add_slider(job, mechanism, coupler[-1])
+    force = job.system.AddSensor(
+        eii.SensorObject(
+            objectNumber=contact, outputVariableType=exu.OutputVariableType.Force, storeInternal=True, writeToFile=False
+        )
+    )
+    failure, work = _solve(job, duration, steps, newton, newton)
+    if failure:
+        return Plain(np.empty(0), np.empty(0), failure)
+    time, forces = np.asarray(job.system.GetSensorStoredData(force)).T
+    return Plain(time, np.abs(forces), work=work)
+
+
+def smooth_slider_crank(mechanism: Mechanism, duration: float, steps: int, relative: float, absolute: float) -> Plain:
+    """Deflection of the coupler's middle in the same mechanism without a stop, no callback at all; a sample a step."""
+    job = _System()
+    speed = float(mechanism.drive.speed)  # type: ignore[arg-type,union-attr]
+    coupler = _moving_strip(job, mechanism, speed)
+    _add_crank(job, mechanism, speed, coupler[0])
+    _add_slider(job, mechanism, coupler[-1])
+    places = [
+        job.system.AddSensor(
+            eii.SensorNode(
+                nodeNumber=coupler[k], outputVariableType=exu.OutputVariableType.Position, storeInternal=True, writeToFile=False
+            )
+        )
+        for k in (0, len(coupler) // 2, -1)
+    ]
+    failure, work = _solve(job, duration, steps, relative, absolute)
+    if failure:
+        return Plain(np.empty(0), np.empty(0), failure)
+    stored = [np.asarray(job.system.GetSensorStoredData(place)) for place in places]
+    chord, middle = stored[2][:, 1:3] - stored[0][:, 1:3], stored[1][:, 1:3] - stored[0][:, 1:3]
+    deflection = (chord[:, 0] * middle[:, 1] - chord[:, 1] * middle[:, 0]) / np.hypot(*chord.T)
+    return Plain(stored[0][:, 0], deflection, work=work)
+
+
+def _solve(job: _System, duration: float, steps: int, relative: float, absolute: float) -> tuple[str, dict[str, float]]:
+    """Assemble and integrate in uniform steps: what the engine said if it failed, and the work."""
+    job.system.Assemble()
+    settings = _settings()
+    settings.solution.sensors.writePeriod = duration / steps
+    integration = settings.timeIntegration
+    integration.endTime, integration.numberOfSteps, integration.verboseMode = duration, steps, 0
+    integration.newton.useModifiedNewton = True
+    integration.newton.relativeTolerance, integration.newton.absoluteTolerance = relative, absolute
+    try:
+        job.system.SolveDynamic(settings)
+    except exu.ExudynError as error:
+        return str(error).strip() or "failed", {}
+    count = job.system.sys["dynamicSolver"].it
+    iterations = {"newton_iterations": float(count.newtonStepsCount), "jacobians": float(count.newtonJacobiCount)}
+    return "", {"steps": float(steps), **iterations}
+
+
+def _moving_strip(job: _System, mechanism: Mechanism, speed: float) -> list[int]:
+    """The coupler from the crank pin along negative x, with its bow and the velocity of the rigid mechanism."""
+    body, length = mechanism.link("coupler").body, mechanism.length("coupler")
+    assert isinstance(body, Cable)
+    radius, height = mechanism.length("crank"), body.imperfection
+    turning = speed * radius / length
+    nodes = []
+    for s in np.linspace(0.0, length, body.elements + 1):
+        slope = height * np.pi / length * np.cos(np.pi * s / length)
+        place = np.array([radius - s, -height * np.sin(np.pi * s / length)])
+        along = np.array([-np.cos(slope), -np.sin(slope)])
+        velocity = [-turning * place[1], speed * radius - turning * s, -turning * along[1], turning * along[0]]
+        nodes.append(job.system.AddNode(eii.NodePoint2DSlope1(referenceCoordinates=[*place, *along], initialVelocities=velocity)))
+    damping = body.section.bending_stiffness * body.section.material.bending_damping
+    job.cable(body.section, length, nodes, bendingDamping=damping, strainIsRelativeToReference=1.0)
+    return nodes
+
+
+def _add_crank(job: _System, mechanism: Mechanism, speed: float, pin: int) -> None:
+    """A rigid crank about the origin whose speed is prescribed; its mass does not matter."""
+    node = job.system.AddNode(eii.NodeRigidBody2D(referenceCoordinates=[0, 0, 0], initialVelocities=[0, 0, speed]))
+    body = job.system.AddObject(eii.ObjectRigidBody2D(mass=0.1, inertia=1e-3, nodeNumber=node))
+    for coordinate in (0, 1):
+        job.fix(node, coordinate)
+    job.fix(node, 2, offset=speed, velocityLevel=True)
+    end = job.system.AddMarker(eii.MarkerBodyPosition(bodyNumber=body, localPosition=[mechanism.length("crank"), 0, 0]))
+    start = job.system.AddMarker(eii.MarkerNodePosition(nodeNumber=pin))
+    job.system.AddObject(eii.ObjectJointRevolute2D(markerNumbers=[end, start]))
+
+
+def _add_slider(job: _System, mechanism: Mechanism, end: int) -> int:
+    """A mass on the x axis with friction and its stop, if there is one; the object number of what was added last."""
+    guide = mechanism.guide("B")
+    start, _ = mechanism.points["B"]
+    node = job.system.AddNode(eii.NodePoint2D(referenceCoordinates=[start, 0]))
+    job.system.AddObject(eii.ObjectMassPoint2D(mass=guide.mass, nodeNumber=node))
+    for fixed in (node, end):
+        job.fix(fixed, 1)
+    along = job.marker(node, 0)
+    added = job.system.AddObject(eii.CoordinateConstraint(markerNumbers=[along, job.marker(end, 0)]))
+    if guide.friction is not None:
+        job.system.AddObject(
+            eii.ObjectConnectorCoordinateSpringDamperExt(
+                markerNumbers=[job.ground, along],
+                dynamicFrictionForce=guide.friction.dynamic,
+                frictionProportionalZone=guide.friction.regularisation,
+            )
+        )
+    for stop in mechanism.stops:
+        added = job.system.AddObject(
+            eii.ObjectConnectorCoordinateSpringDamper(
+                markerNumbers=[job.ground, along],
+                stiffness=1.0,
+                springForceUserFunction=_stop_force(stop.law, stop.at - start),
+            )
+        )
+    return int(added)
+
+
+def _stop_force(law: Any, face: float) -> Any:
+    """max(0, K d (1 + chi d'/v0)) as a callback; v0 is the last speed seen before contact."""
+    assert isinstance(law, HysteresisLaw) and law.exponent == 1
+    stiffness, chi, onset = law.stiffness, law.chi, [1e-4]
+
+    def force(_system: Any, _t: float, _item: int, travel: float, speed: float, *_: float) -> float:
+        depth = face - travel
+        if depth <= 0:
+            onset[0] = max(-speed, 1e-4)
+            return 0.0
+        return -max(0.0, stiffness * depth * (1 - chi * speed / onset[0]))
+
+    return force
+
+
+def default_settings(system: Any, duration: float, steps: int) -> tuple[Array, Array, str]:
+    """Run an assembled system with the engine's own default settings, in equal steps.
+
+    Returns
+    -------
+    time : array, shape (steps,)
+    q : array, shape (steps, coordinates)
+    message : str
+        What the engine said, if it failed.
+    """
+    settings = exu.SimulationSettings()
+    settings.timeIntegration.endTime, settings.timeIntegration.numberOfSteps = duration, steps
+    settings.timeIntegration.verboseMode, settings.solution.file.write = 0, False
+    time: list[float] = []
+    rows: list[Array] = []
+
+    def keep(_system: Any, t: float) -> bool:
+        time.append(t)
+        rows.append(system.systemData.GetODE2Coordinates())
+        return True
+
+    system.SetPostStepUserFunction(keep)
+    message = ""
+    try:
+        if not system.SolveDynamic(settings):
+            message = "no convergence"
+    except exu.ExudynError as error:
+        message = " ".join(str(error).split())[-200:]
+    return np.array(time), np.array(rows).reshape(len(time), -1), message

@@ -1,0 +1,211 @@
+"""Slider-crank with a bending coupler and no stop: error against run time of meshes, tolerances, fidelities, plain runs.
+
+The coupler is 2 mm thick and undamped. At 62.8 rad/s it follows inertia; at 1.25 rad/s it only rings on from the start, for
+244 periods of its first mode, so that the smallest error of frequency shows: the hard case for any integrator. The error is
+that of the deflection of mid-span from the chord, relative L2 norm over 401 times of one turn, against another method:
+`buckler.elastica.moving`, a spectral strip without the engine, extensible by a uniform strain.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from math import pi
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from buckler.elastica.moving import MovingStrip, turning_crank
+from buckler.mbs import Beam, Cable, Mechanism, Section, Solver, simulate, slider_crank
+from buckler.mbs.accuracy.precision import Point, fastest, verdict, work_precision
+from buckler.mbs.library import PAPER
+from buckler.studies.kit.cli import main
+from buckler.studies.kit.parameters import StudyParameters, integer, quantities, quantity
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
+from buckler.studies.kit.style import subplots
+from buckler.studies.strips.static_precision import as_signals, draw, footnote
+from buckler.studies.trust import plain
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Array = np.ndarray[Any, Any]
+TIMES = 401
+AGREES_TO = 2e-3
+"""The finest run of the engine must be this close to the reference, or one of the two is wrong."""
+
+
+@dataclass(frozen=True)
+class Parameters(StudyParameters):
+    """Parameters of the study."""
+
+    thickness: float = quantity(2e-3, "m", 1e-3, 5e-3, "of the coupler, 30 mm wide", "mechanism")
+    mass: float = quantity(0.3, "kg", 1e-3, 100, "of the slider", "mechanism")
+    speed: float = quantity(62.8, "rad/s", 0.5, 200, "of the crank", "mechanism")
+    turns: float = quantity(1.0, "1", 0.01, 10, "of the crank; a tenth will do at 1.25 rad/s", "mechanism")
+    elements: tuple[float, ...] = quantities((4, 8), "1", 1, 64, "elements of the beam", "numerics")
+    tolerances: tuple[float, ...] = quantities((1e-5, 1e-6, 1e-7, 1e-8), "1", 1e-10, 1e-3, "tolerances to run", "numerics")
+    steps: tuple[float, ...] = quantities((400, 800, 1600, 3200), "1", 50, 1e6, "steps a turn of plain runs", "plain run")
+    terms: int = integer(6, 2, 16, "bending terms of the reference", "numerics")
+    repeats: int = integer(5, 1, 1000, "repetitions, taken in turn", "numerics")
+
+    def check(self) -> None:
+        """Check that counts are whole."""
+        self.check_counts("elements", "steps")
+
+    @property
+    def section(self) -> Section:
+        """Of the coupler, without damping."""
+        return Section(width=0.030, thickness=self.thickness)
+
+    @property
+    def times(self) -> Array:
+        """When deflections are compared, s."""
+        return np.linspace(0.0, self.turns * 2 * pi / self.speed, TIMES)
+
+    def mechanism(self, coupler: Any) -> Mechanism:
+        """The slider-crank without a stop."""
+        return slider_crank(coupler, law=None, mass=self.mass, speed=self.speed)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Deflection at the study's times, m, how the run ended and its work."""
+
+    deflection: Array
+    status: str
+    work: dict[str, float]
+
+
+def reference(p: Parameters, terms: int) -> Array:
+    """Deflection by the spectral strip, m."""
+    section = p.section
+    strip = MovingStrip(
+        turning_crank(PAPER.crank, p.speed),
+        PAPER.coupler,
+        section.bending_stiffness,
+        section.mass_per_length,
+        p.mass,
+        turning_inertia=section.inertia_per_length,
+        axial_stiffness=section.axial_stiffness,
+        strain_terms=1,
+        terms=terms,
+    )
+    return strip.move(p.times, rtol=1e-7, atol=1e-9).deflection
+
+
+def simulated(p: Parameters, coupler: Beam | Cable, **settings: Any) -> Outcome:
+    """The deflection by `simulate` with error-controlled steps."""
+    result = simulate(p.mechanism(coupler), float(p.times[-1]), solver=Solver(**settings), timeout=300)
+    return Outcome(result.at("coupler.deflection", p.times), result.status, result.work)
+
+
+def plainly(p: Parameters, elements: int, steps: int, relative: float, absolute: float) -> Outcome:
+    """The deflection by a plain run in uniform steps."""
+    cable = p.mechanism(Cable(p.section, elements=elements))
+    found = plain.smooth_slider_crank(cable, float(p.times[-1]), max(1, round(steps * p.turns)), relative, absolute)
+    deflection = np.interp(p.times, found.x, found.force) if found.x.size else np.full(TIMES, np.nan)
+    return Outcome(deflection, found.message or "OK", found.work)
+
+
+Runs = dict[str, dict[str, Callable[[], Outcome]]]
+
+
+def variants(p: Parameters) -> Runs:
+    """Every run by model and setting."""
+    tolerances = sorted(p.tolerances, reverse=True)
+    runs: Runs = {
+        f"Beam x {n:g}": {_power(x): partial(simulated, p, Beam(p.section, elements=int(n)), tolerance=x) for x in tolerances}
+        for n in p.elements
+    }
+    runs["Cable x 4"] = {_power(x): partial(simulated, p, Cable(p.section, elements=4), tolerance=x) for x in tolerances}
+    for label, relative, absolute in (("tuned", 1e-5, 1e-8), ("default Newton", 1e-8, 1e-10)):
+        runs[f"plain ANCF x 4, {label}"] = {f"{n:g}": partial(plainly, p, 4, int(n), relative, absolute) for n in sorted(p.steps)}
+    return runs
+
+
+def _power(tolerance: float) -> str:
+    return f"{tolerance:.0e}".replace("e-0", "e-")
+
+
+def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
+    """Run the reference twice, with fewer terms too, then every variant in turn."""
+    p = parameters
+    exact = reference(p, p.terms)
+    size = float(np.sqrt((exact**2).mean()))
+
+    def off(deflection: Array) -> float:
+        return float(np.sqrt(((deflection - exact) ** 2).mean())) / size
+
+    own = off(reference(p, p.terms - 1))
+    runs = variants(p)
+    calls = {f"{model}, {key}": call for model, part in runs.items() for key, call in part.items()}
+    points = {
+        point.name: point
+        for point in work_precision(calls, lambda o: off(o.deflection), p.repeats, progress=lambda n: progress(n, label="runs"))
+    }
+    series = {model: [points[f"{model}, {key}"] for key in part] for model, part in runs.items()}
+    ours = [point for model, part in series.items() if not model.startswith("plain") for point in part]
+    plains = [point for model, part in series.items() if model.startswith("plain") for point in part]
+    best = min(ours, key=lambda point: point.error)
+    metrics = {
+        "best_error": Metric(best.error, "1"),
+        "reference_own_error": Metric(own, "1"),
+        "speedup_at_plain_error": Metric(_speedup(ours, plains), "1"),
+    }
+    wrong = not best.error <= AGREES_TO
+    return StudyResult(
+        parameters=p,
+        metrics=metrics,
+        signals=as_signals(series) | {f"{model}.setting": np.array([*part]) for model, part in runs.items()},
+        tables=[_table(runs, points, min(plains, key=lambda point: point.error), footnote(p))],
+        status="SUSPECT" if wrong else "OK",
+        message=f"engine and reference differ by {best.error:.1e}" if wrong else _sentence(ours, plains),
+    )
+
+
+def _rival(plains: list[Point]) -> Point:
+    """The plain run to beat: the most accurate one on the front of the plain runs."""
+    return min(plains, key=lambda point: (point.error, point.wall_s))
+
+
+def _speedup(ours: list[Point], plains: list[Point]) -> float:
+    """How many times faster our fastest run is that is no less accurate than the most accurate plain run; nan if none is."""
+    rival = _rival(plains)
+    mine = fastest(ours, rival.error)
+    return mine.speedup(rival) if mine else float("nan")
+
+
+def _sentence(ours: list[Point], plains: list[Point]) -> str:
+    rival = _rival(plains)
+    mine = fastest(ours, rival.error) or min(ours, key=lambda point: point.error)
+    return verdict(mine, rival)
+
+
+def _table(runs: Runs, points: dict[str, Point], baseline: Point, notes: str) -> Table:
+    rows: list[list[Any]] = []
+    for model, part in runs.items():
+        for key in part:
+            point = points[f"{model}, {key}"]
+            counts = [point.work.get(name) for name in ("steps", "newton_iterations", "jacobians")]
+            speed = f"{point.speedup(baseline):.2f}"
+            rows.append([model, key, point.error, 1e3 * point.wall_s, speed, *counts, "*" if point.front else ""])
+    headers = ["model", "tolerance, steps", "error", "time [ms]", "plain/time", "steps", "Newton", "Jacobians", "front"]
+    return Table(headers, rows, "Smooth slider-crank: relative L2 error of the deflection", f"plain: {baseline.name}\n{notes}")
+
+
+def figure(result: StudyResult) -> Figure:
+    """Error over run time of every series."""
+    names = [name.removesuffix(".setting") for name in result.signals if name.endswith(".setting")]
+    fig, ax = subplots(height=110)
+    draw(ax, result.signals, {n: n for n in names}, {n: result.signals[f"{n}.setting"] for n in names}, "tolerance, or steps")
+    ax.set(ylabel="relative L2 error of the deflection")
+    ax.legend(
+        title="at the points: tolerance, or steps", title_fontsize=8, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3
+    )
+    return fig
+
+
+if __name__ == "__main__":
+    raise SystemExit(main("smooth-precision"))

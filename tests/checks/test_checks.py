@@ -1,0 +1,334 @@
+"""Self-checks of a run: each names its fault in a run that has it, and is silent in runs that are right."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+from simulations import LENGTH, STRIP, G, block, fine, pendulum, pressed, rates
+
+from buckler.elastica import pinned
+from buckler.mbs import Beam, Cable, Clearance, Modal, Rigid, Section, Solver, Status, Strut, crank_rocker, simulate, slider_crank
+from buckler.mbs.checks.mesh import MESH, STRUCK, mesh_error
+from buckler.mbs.checks.suspicions import suspicions
+from buckler.mbs.elements import journal as clearance
+from buckler.mbs.engine import callback as engine_call
+from buckler.mbs.engine.scene import build
+from buckler.mbs.engine.solve import _once
+from buckler.mbs.engine.window import half_steps
+from buckler.mbs.laws import AdamsFriction, CarvalhoMartins, ExactRestitution, Hertz, Impact, KelvinVoigt, NoFriction
+from buckler.mbs.library import CrankRocker
+from buckler.mbs.record.signals import History, collect
+
+K = 2.53e5 * 1e3**1.5
+RATTLING, CLOSED = Impact(K, 253.0, 1e-5), Impact(K, 253e3, 1e-5)
+FRICTION = AdamsFriction(0.3, 0.1)
+BARS = Section(0.005, 0.020)
+
+
+def rattling(law=RATTLING, friction=FRICTION, rocker=None, with_play="OABC", gap=2.5e-4):
+    def play(point, first, second):
+        return Clearance(point, first, second, 5e-3, gap, law, friction)
+
+    return crank_rocker(rocker or Rigid(BARS), speed=10 * np.pi, play=play, with_play=with_play, section=BARS, angle=0.5)
+
+
+def striking(coupler):
+    return slider_crank(coupler, law=CarvalhoMartins(7.2e4, 0.8, exponent=1.0), mass=0.3, speed=1.25)
+
+
+WET = STRIP.damped(0.05, LENGTH)
+COUPLER = {
+    "beam": Beam(WET, elements=8, imperfection=-1e-4 * LENGTH),
+    "cable": Cable(WET, elements=12, imperfection=-1e-4 * LENGTH),
+    "strut": Strut(STRIP),
+}
+
+
+def suspect(result, name):
+    """The reasons by which a run is suspect, which must name this check."""
+    assert result.status is Status.SUSPECT, f"{result.status}: {result.message}"
+    reasons = [reason for reason in result.message.split("; ") if reason.startswith(f"{name}:")]
+    assert reasons, result.message
+    return reasons[0]
+
+
+# --- runs that are right ----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("kind", COUPLER)
+def test_slider_crank_is_fine(kind):
+    fine(simulate(striking(COUPLER[kind]), 2.8))
+
+
+ROCKERS = {"rigid": Rigid(BARS), "beam": Beam(BARS.damped(0.01, 0.175), elements=4), "modal": Modal(BARS, damping=0.01)}
+
+
+@pytest.mark.parametrize("law", [RATTLING, CLOSED], ids=["rattling", "closed"])
+@pytest.mark.parametrize("rocker", ROCKERS)
+def test_crank_rocker_with_play_is_fine(rocker, law):
+    fine(simulate(rattling(law, rocker=ROCKERS[rocker]), 0.02))
+
+
+def test_ideal_linkage_is_fine_and_so_is_a_swing():
+    fine(simulate(crank_rocker(Rigid(BARS), speed=10 * np.pi, section=BARS, angle=0.5), 0.2, solver=Solver(max_step=5e-4)))
+    fine(simulate(pendulum(1.5), 2.0))
+
+
+# --- contacts ---------------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Backwards(Hertz):
+    """Damping with the wrong sign: it drives."""
+
+    def force(self, depth, rate, onset):
+        return self.elastic(depth) * (1 - 0.5 * rate / onset)
+
+
+@dataclass(frozen=True)
+class Driving(NoFriction):
+    """Friction with the wrong sign."""
+
+    def coefficient(self, speed):
+        return -0.3 * np.tanh(speed / 0.01)
+
+
+def test_contact_damping_of_the_wrong_sign_makes_energy():
+    assert "makes energy" in suspect(simulate(block(G, Backwards(1e8)), 0.3), "ENERGY")
+    suspect(simulate(rattling(Backwards(K), with_play="B"), 0.005, timeout=20), "ENERGY")
+
+
+@dataclass(frozen=True)
+class Interpreted(Backwards):
+    """The same, beyond what can be compiled."""
+
+    def force(self, depth, rate, onset):
+        return super().force(depth, rate, [onset][0])
+
+
+@pytest.mark.parametrize("law", [Backwards(1.01 * K), Interpreted(1.01 * K)], ids=["compiled", "plain"])
+def test_law_for_which_no_step_is_short_enough_ends_by_name(law, monkeypatch):
+    """The engine would reject the same step for ever, past any time limit."""
+    for module in (clearance, engine_call):
+        monkeypatch.setattr(module, "PATIENCE", 30_000)
+    assert clearance.kernel(law, FRICTION).compiled == (type(law) is Backwards)
+    result = simulate(rattling(law), 0.05, timeout=20)
+    assert result.status is Status.NEWTON_DIVERGED and "rejected again and again" in result.message
+
+
+def test_friction_of_the_wrong_sign_makes_energy():
+    reason = suspect(simulate(rattling(friction=Driving(), with_play="B"), 0.005, timeout=20), "ENERGY")
+    assert "'taken_friction' gives back" in reason
+
+
+@dataclass(frozen=True)
+class Sticky(KelvinVoigt):
+    """A dashpot that pulls when the contact opens, as no contact does."""
+
+    def force(self, depth, rate, onset):
+        return self.stiffness * depth + self.damping * rate
+
+
+def test_a_contact_that_pulls():
+    assert "'A' pulls with -" in suspect(simulate(block(G, Sticky(1e6, 1e3)), 0.3), "CONTACT")
+
+
+def run_of(mechanism, duration, **settings):
+    """A run's history and result, to be spoilt."""
+    solver = Solver(**settings)
+    return _once(mechanism, duration, solver, None, None).history, solver, simulate(mechanism, duration, solver=solver)
+
+
+@pytest.fixture(scope="module")
+def fallen():
+    return run_of(block(G, Hertz(1e8)), 0.3)
+
+
+def complaints(run, **signals):
+    """What is said of a run some of whose signals were replaced."""
+    history, solver, result = run
+    return list(suspicions(history, solver, replace(result, signals=result.signals | signals)))
+
+
+def test_a_contact_that_acts_without_touching(fallen):
+    assert complaints(fallen) == []
+    apart = np.zeros_like(fallen[2].time)
+    assert any("CONTACT: 'A' acts without touching" in said for said in complaints(fallen, **{"A.penetration": apart}))
+
+
+def test_a_signal_that_is_no_number_and_time_that_turns_back(fallen):
+    history, solver, result = fallen
+    spoilt = result.signals["A.x"].copy()
+    spoilt[7] = np.nan
+    assert complaints(fallen, **{"A.x": spoilt}) == ["NOT_FINITE: a signal is not finite"]
+    time = result.time.copy()
+    time[5] = time[7]
+    assert list(suspicions(history, solver, replace(result, time=time))) == ["TIME: time does not increase"]
+
+
+def test_a_run_that_failed_is_not_checked(fallen):
+    history, solver, result = fallen
+    failed = replace(result, status=Status.NOT_FINITE, message="why", time=result.time[::-1])
+    assert list(suspicions(history, solver, failed)) == []
+
+
+def test_a_stop_and_a_bush_pierced():
+    assert "'A' is" in suspect(simulate(block(G, Hertz(10.0)), 0.4), "PENETRATION")
+    soft = Impact(1e-4 * K, 2.5, 1e-5)
+    assert "more than its play 0.00025 m" in suspect(simulate(rattling(soft), 0.01), "PENETRATION")
+
+
+# --- branches ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("body", [Beam(STRIP), Cable(STRIP)], ids=["beam", "cable"])
+def test_a_strip_that_stays_straight(body):
+    """Perfectly straight and pressed in line: the integrator does not leave the branch that no strip takes."""
+    assert "'strip' is" in suspect(simulate(pressed(body, 0.3 * LENGTH, 1.0), 1.0), "UNBUCKLED")
+
+
+def test_a_bowed_strip_buckles_and_is_fine():
+    strip = Beam(STRIP.damped(0.5, LENGTH), elements=8, imperfection=1e-3 * LENGTH)
+    result = fine(simulate(pressed(strip, 0.3 * LENGTH, 10.0), 10.0))
+    load = STRIP.euler_load(LENGTH) / np.pi**2 * float(pinned.load(0.3))
+    late = result.time > 9.9
+    assert np.median(result.signals["drive.force"][late]) == pytest.approx(load, rel=0.05)
+
+
+def test_a_strut_whose_ends_meet():
+    suspect(simulate(pressed(Strut(STRIP), 0.995 * LENGTH, 1.0), 1.0), "CROSSED")
+
+
+LENGTHS = CrankRocker()
+
+
+def short_of_dead_centre(room):
+    """A turn of a linkage whose frame is so short that coupler and rocker come into line but for this, m."""
+    lengths = LENGTHS._replace(frame=LENGTHS.crank + LENGTHS.coupler - LENGTHS.rocker + room)
+    mechanism = crank_rocker(Rigid(BARS), speed=10 * np.pi, section=BARS, lengths=lengths, angle=0.5)
+    return simulate(mechanism, 0.2, solver=Solver(max_step=2e-4))
+
+
+def test_a_linkage_that_meets_a_dead_centre():
+    fine(short_of_dead_centre(1e-2))
+    suspect(short_of_dead_centre(1e-5), "CLOSURE")
+    assert "is not determined" in suspect(short_of_dead_centre(0.0), "BRANCH")
+
+
+def test_equal_steps_too_long_for_a_linkage():
+    mechanism = crank_rocker(Rigid(BARS), speed=10 * np.pi, section=BARS, angle=0.5)
+    assert "loop closure gives another" in suspect(simulate(mechanism, 0.2, solver=Solver(uniform_steps=20)), "CLOSURE")
+    fine(simulate(mechanism, 0.2, solver=Solver(uniform_steps=2000)))
+
+
+# --- mesh -------------------------------------------------------------------------------------------------------------
+
+COARSE = {
+    "1 of 3 nodes": Beam(WET, elements=1, imperfection=-1e-4 * LENGTH),
+    "2 of 3 nodes": Beam(WET, elements=2, imperfection=-1e-4 * LENGTH),
+    "2 of 2 nodes": Beam(WET, elements=2, nodes=2, imperfection=-1e-4 * LENGTH),
+    "1 cable": Cable(WET, elements=1, imperfection=-1e-4 * LENGTH),
+    "2 cables": Cable(WET, elements=2, imperfection=-1e-4 * LENGTH),
+}
+
+
+@pytest.mark.parametrize("mesh", COARSE)
+def test_a_mesh_too_coarse_for_a_rebound(mesh):
+    assert f"allowed {STRUCK:g}" in suspect(simulate(striking(COARSE[mesh]), 2.8), "MESH")
+
+
+@pytest.mark.parametrize("body", [Beam(WET, elements=1, imperfection=1e-3), Beam(WET, elements=4, nodes=2, imperfection=1e-3)])
+def test_a_mesh_too_coarse_for_a_load(body):
+    assert f"allowed {MESH:g}" in suspect(simulate(pressed(body, 0.3 * LENGTH, 10.0), 10.0), "MESH")
+
+
+@pytest.mark.parametrize(
+    ("make", "order"),
+    [(lambda n: Beam(WET, elements=n, nodes=2, imperfection=1e-3), 2), (lambda n: Beam(WET, elements=n, imperfection=1e-3), 4)],
+    ids=["2 nodes", "3 nodes"],
+)
+def test_mesh_error_is_that_of_the_load_and_falls_as_it_does(make, order):
+    """Against the exact load, at a third of the length's shortening; held in place, so that nothing else errs."""
+    from buckler.mbs.statics.strip import pinned_strip
+
+    found, right = [], []
+    for n in (4, 8, 16):
+        run = _once(pressed(make(n), 0.3 * LENGTH, 10.0), 10.0, Solver(), None, None)
+        found.append(mesh_error(run.history, "strip"))
+        straight = replace(make(n), imperfection=0.0)
+        right.append(abs(float(pinned_strip(straight, LENGTH, [0.3]).load[0]) / float(pinned.load(0.3)) - 1))
+    assert rates(found) == pytest.approx([order, order], abs=0.5)
+    assert 0.3 < found[0] / right[0] < 4
+
+
+# --- steps ------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("mechanism", "duration", "solver"),
+    [
+        (pendulum(2.5), 1.5, Solver(uniform_steps=20)),
+        (pendulum(2.5), 1.5, Solver(uniform_steps=60)),
+        (striking(COUPLER["strut"]), 2.8, Solver(uniform_steps=200)),
+        (rattling(CLOSED), 0.01, Solver(uniform_steps=1200)),
+        (rattling(), 0.01, Solver(tolerance=1.0)),
+        (striking(COUPLER["strut"]), 2.8, Solver(tolerance=0.1)),
+    ],
+    ids=["swing", "finer swing", "strut", "closed joints", "play, tolerance", "strut, tolerance"],
+)
+def test_steps_too_long(mechanism, duration, solver):
+    suspect(simulate(mechanism, duration, solver=solver, timeout=20), "STEPS")
+
+
+@pytest.mark.parametrize(
+    ("mechanism", "duration", "steps"),
+    [(pendulum(2.5), 1.5, 40), (block(G, CarvalhoMartins(1e6, 0.8)), 0.3, 400), (rattling(with_play="B"), 0.005, 400)],
+    ids=["swing", "stop", "play"],
+)
+def test_a_stretch_that_is_the_run_is_the_run_at_half_its_steps(mechanism, duration, steps):
+    """The window starts from the run's own state, in a new scene: at the run's start it must do what a new run does."""
+    history, solver, _ = run_of(mechanism, duration, uniform_steps=steps)
+    whole = simulate(mechanism, duration, solver=Solver(uniform_steps=2 * steps))
+    window = half_steps(history, solver, 0, steps)
+    assert window.time == pytest.approx(whole.time)
+    for point in mechanism.points:
+        ends = window.where(point)[0][-1]
+        assert ends == pytest.approx([whole.signals[f"{point}.{axis}"][-1] for axis in "xy"], abs=2e-6)
+
+
+def test_a_stretch_of_a_run_recorded_seldom_is_recorded_at_the_same_times():
+    mechanism = pendulum(2.5)
+    history, solver, _ = run_of(mechanism, 1.5, uniform_steps=240, record_every=4)
+    whole = simulate(mechanism, 1.5, solver=Solver(uniform_steps=480))
+    window = half_steps(history, solver, 0, 60)
+    assert window.time == pytest.approx(history.time) and window.time == pytest.approx(whole.time[::8])
+    assert window.where("A")[0][-1] == pytest.approx([whole.signals["A.x"][-1], whole.signals["A.y"][-1]], abs=1e-9)
+
+
+def test_a_stretch_that_begins_in_a_contact_remembers_its_onset():
+    """Half way through an impact whose law knows the speed it began with."""
+    history, solver, result = run_of(rattling(ExactRestitution(8e9, 0.5), with_play="B"), 0.003, uniform_steps=3000)
+    peak = int(np.argmax(result.signals["B.normal_force"]))
+    window = half_steps(history, solver, peak, peak + 5)
+    force = collect(window)[0]["B.normal_force"][::2]
+    assert force == pytest.approx(result.signals["B.normal_force"][peak : peak + 6], rel=0.01)
+
+
+def test_a_stretch_amid_a_smooth_run_differs_by_its_second_order_error():
+    changes = []
+    for steps in (40, 80, 160):
+        history, solver, result = run_of(pendulum(2.5), 1.5, uniform_steps=steps)
+        window = half_steps(history, solver, steps // 4, steps // 2)
+        assert window.time[[0, -1]] == pytest.approx(result.time[[steps // 4, steps // 2]])
+        changes.append(np.abs(window.where("A")[0][::2] - history.where("A")[0][steps // 4 : steps // 2 + 1]).max())
+    assert rates(changes) == pytest.approx([2, 2], abs=0.3)
+
+
+def test_a_stretch_leaves_the_run_alone():
+    mechanism = block(G, Hertz(1e8))
+    history, solver, _ = run_of(mechanism, 0.3)
+    kept = [part.copy() for part in (history.time, history.q, history.q_t, history.contact)]
+    half_steps(history, solver, 3, 20)
+    for part, before in zip((history.time, history.q, history.q_t, history.contact), kept, strict=True):
+        assert (part == before).all()
+    assert isinstance(history, History) and build(mechanism).summary() == history.scene.summary()

@@ -1,0 +1,213 @@
+"""The closed-form strip against 40-digit elliptic integrals, its own differential equation and its limits."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mpmath import mp, mpf
+from numpy.polynomial import chebyshev
+
+from buckler import elastica
+from buckler.elastica import pinned
+
+ROOT = Path(__file__).resolve().parents[2]
+FUNCTIONS = (
+    pinned.load,
+    pinned.stiffness,
+    pinned.energy,
+    pinned.end_angle,
+    pinned.mid_deflection,
+    pinned.curvature_max,
+)
+
+
+@pytest.fixture(autouse=True)
+def forty_digits():
+    with mp.workdps(40):
+        yield
+
+
+def parameters():
+    """Elliptic parameters m from u = 1e-12 to an end angle of 179 degrees."""
+    nearly_straight = [mpf(10) ** -k for k in range(1, 13)]
+    return nearly_straight + [mp.sin(mp.radians(angle) / 2) ** 2 for angle in range(20, 180, 3)]
+
+
+def exact(m):
+    """Shortening, load, stiffness, energy, end angle, deflection and curvature by their definitions."""
+    K, E = mp.ellipk(m), mp.ellipe(m)
+    du = (E**2 / (1 - m) - 2 * E * K + K**2) / (m * K**2)
+    dp = 4 * K * (E / (1 - m) - K) / m
+    k = mp.sqrt(m)
+    return 2 - 2 * E / K, 4 * K**2, dp / du, 8 * K * (E - (1 - m) * K), 2 * mp.asin(k), k / K, 4 * k * K
+
+
+def relative(values, references):
+    return max(abs(float(v / r - 1)) for v, r in zip(values, references, strict=True))
+
+
+def test_every_function_of_shortening_matches_mpmath():
+    shortening, *references = zip(*(exact(m) for m in parameters()), strict=True)
+    u = np.array(shortening, dtype=float)
+    assert u.min() < 1.1e-12 and u.max() > 1.67
+    for function, reference in zip(FUNCTIONS, references, strict=True):
+        assert relative(function(u), reference) < 1e-14, function.__name__
+
+
+def test_shortening_matches_mpmath():
+    shortening, load, *_ = zip(*(exact(m) for m in parameters()), strict=True)
+    ours = pinned.shortening(np.array(load, float))
+    error = np.abs([float(a - b) for a, b in zip(ours, shortening, strict=True)])
+    # 2e-15 is what rounding the load itself costs: du/dp = 2/pi^2 however small the shortening
+    assert np.all(error < 1e-14 * np.array(shortening, float) + 2e-15)
+
+
+def test_shortening_just_above_the_euler_load_is_never_negative():
+    loads = np.pi**2 + np.spacing(np.pi**2) * np.arange(200)
+    assert np.all(pinned.shortening(loads) >= 0.0)
+
+
+def test_shortening_at_angle_matches_mpmath():
+    angles = np.concatenate((np.logspace(-6, -1, 20), np.radians(np.arange(10, 180))))
+    assert relative(pinned.shortening_at_angle(angles), [exact(mp.sin(mpf(a) / 2) ** 2)[0] for a in angles]) < 1e-14
+
+
+@pytest.mark.parametrize(
+    ("angle", "tolerance"),
+    [(1e-6, 2e-15), (0.01, 2e-15), (11.5, 2e-15), (60, 2e-15), (120, 5e-15), (150, 5e-14), (179, 1e-12)],
+)
+def test_shape_matches_mpmath(angle, tolerance):
+    m = mp.sin(mp.radians(mpf(angle)) / 2) ** 2
+    K, k, s = mp.ellipk(m), mp.sqrt(m), np.linspace(0.0, 1.0, 65)
+    x, y, theta = pinned.shape(float(exact(m)[0]), s)
+    for i, arc in enumerate(s):
+        v = 2 * K * (mpf(arc) - mpf("0.5"))
+        sn, cn = mp.ellipfun("sn", v, m=m), mp.ellipfun("cn", v, m=m)
+        am = mp.atan2(sn, cn)
+        x_exact = ((2 * mp.ellipe(am, m) - v) + (2 * mp.ellipe(m) - K)) / (2 * K)
+        assert abs(x[i] - x_exact) < tolerance
+        assert abs(y[i] - k * cn / K) < tolerance * k / K
+        assert abs(theta[i] + 2 * mp.asin(k * sn)) < 2 * tolerance * mp.asin(k)
+
+
+def test_no_step_of_a_shape_is_longer_than_its_arc():
+    """Guards against isolated failures of a library function, which a coarse comparison would miss."""
+    x, y, _ = pinned.shape(np.linspace(0.0, 1.7, 171)[:, None], np.linspace(0.0, 1.0, 2001))
+    chord = np.hypot(np.diff(x), np.diff(y))
+    np.testing.assert_allclose(chord, 1.0 / 2000.0, rtol=5e-5)
+
+
+@pytest.mark.parametrize("u", [1e-4, 0.3, 1.0, 1.4])
+def test_shape_solves_its_differential_equation(u):
+    """By Chebyshev series: x' = cos theta, y' = sin theta, theta' = -p y, without elliptic functions."""
+
+    def derivative(values):
+        series = chebyshev.chebfit(2.0 * s - 1.0, values, 80)
+        return 2.0 * chebyshev.chebval(2.0 * s - 1.0, chebyshev.chebder(series))
+
+    s = (1.0 - np.cos(np.pi * np.arange(101) / 100)) / 2.0
+    x, y, theta = pinned.shape(u, s)
+    np.testing.assert_allclose(derivative(x), np.cos(theta), atol=1e-10)
+    np.testing.assert_allclose(derivative(y), np.sin(theta), atol=1e-10)
+    np.testing.assert_allclose(derivative(theta), -pinned.load(u) * y, atol=1e-9)
+
+
+def test_shape_meets_its_ends_and_its_summaries():
+    u, s = np.linspace(0.0, 1.7, 35)[:, None], np.linspace(0.0, 1.0, 33)
+    x, y, theta = pinned.shape(u, s)
+    assert x.shape == y.shape == theta.shape == (35, 33)
+    assert np.all(x[:, 0] == 0.0) and np.all(y[:, [0, -1]] == 0.0) and np.all(y >= 0.0)
+    np.testing.assert_allclose(x[:, -1], 1.0 - u[:, 0], atol=1e-15)
+    np.testing.assert_allclose(theta[:, 0], pinned.end_angle(u[:, 0]), atol=1e-13)
+    np.testing.assert_array_equal(theta, -theta[:, ::-1])
+    np.testing.assert_allclose(y[:, 16], pinned.mid_deflection(u[:, 0]), atol=1e-12)
+    np.testing.assert_allclose(pinned.curvature_max(u[:, 0]), pinned.load(u[:, 0]) * y[:, 16], rtol=2e-12)
+
+
+def test_limits_of_the_straight_strip():
+    assert pinned.load(0.0) == float(mp.pi**2) == pinned.LOAD_CRITICAL
+    assert pinned.shortening(np.pi**2) == 0.0
+    assert pinned.stiffness(0.0) == pytest.approx(np.pi**2 / 2.0, rel=4e-16)
+    assert pinned.energy(0.0) == pinned.end_angle(0.0) == pinned.mid_deflection(0.0) == pinned.curvature_max(0.0) == 0.0
+    x, y, theta = pinned.shape(0.0, np.linspace(0.0, 1.0, 11))
+    np.testing.assert_allclose(x, np.linspace(0.0, 1.0, 11), atol=1e-16)
+    assert not y.any() and not theta.any()
+
+
+def test_load_is_the_derivative_of_energy_and_stiffness_that_of_load():
+    u, h = np.linspace(0.01, 1.5, 50), 1e-3
+
+    def slope(f):  # central difference of order 6
+        return (45 * (f(u + h) - f(u - h)) - 9 * (f(u + 2 * h) - f(u - 2 * h)) + f(u + 3 * h) - f(u - 3 * h)) / (60 * h)
+
+    np.testing.assert_allclose(slope(pinned.energy), pinned.load(u), rtol=1e-11)
+    np.testing.assert_allclose(slope(pinned.load), pinned.stiffness(u), rtol=1e-11)
+
+
+def test_energy_is_half_the_squared_curvature():
+    nodes, weights = np.polynomial.legendre.leggauss(60)
+    for u in (1e-3, 0.5, 1.2):
+        curvature = pinned.load(u) * pinned.shape(u, (nodes + 1.0) / 2.0)[1]
+        assert 0.25 * weights @ curvature**2 == pytest.approx(pinned.energy(u), rel=1e-13)
+
+
+def test_round_trips_over_the_whole_range():
+    u = np.concatenate((np.logspace(-12, -2, 50), np.linspace(0.0, 1.7, 200)))
+    np.testing.assert_allclose(pinned.shortening(pinned.load(u)), u, rtol=1e-13, atol=2e-15)
+    np.testing.assert_allclose(pinned.shortening_at_angle(pinned.end_angle(u)), u, rtol=1e-13)
+    angle = np.radians(179.0)
+    assert pinned.end_angle(pinned.shortening_at_angle(angle)) == pytest.approx(angle, rel=1e-14)
+
+
+def test_published_contact_force_of_the_slider_crank():
+    """120 degree stop, L = 310 mm, strip 30 x 0.3 mm steel at the outer dead centre: 1.72465 N, 376 MPa."""
+    L, stop = 0.31, 0.355307
+    u = 1.0 - (stop - 0.14) / L
+    assert pinned.load(u) * 210e9 * 0.0675e-12 / L**2 == pytest.approx(1.72465, abs=1e-4)
+    assert pinned.surface_stress(u, thickness=0.3e-3, length=L, modulus=210e9) == pytest.approx(376e6, rel=2e-3)
+
+
+def test_scalars_give_floats_and_arrays_keep_their_shape():
+    for function in FUNCTIONS:
+        assert type(function(0.3)) is float and type(function(np.float64(0.3))) is float
+        assert type(function(0)) is float and type(function(np.array(0.3))) is float
+        assert function([[0.1, 0.2, 0.3]]).shape == (1, 3) and function(np.empty((0, 2))).shape == (0, 2)
+        assert function(np.array([0.1, 0.3]))[1] == function(0.3)
+    assert type(pinned.shortening(12.0)) is float and type(pinned.shortening_at_angle(1.0)) is float
+    assert all(type(v) is float for v in pinned.shape(0.3, 0.2))
+    assert pinned.surface_stress([0.1, 0.2], 1e-3, 0.3, 2e11).shape == (2,)
+
+
+@pytest.mark.parametrize("wrong", [-1e-9, 1.7001, np.nan, np.inf])
+def test_shortening_out_of_range_is_named(wrong):
+    for function in FUNCTIONS:
+        with pytest.raises(ValueError, match=r"shortening = .* outside 0 to 1\.7.* \(end shortening/L\)"):
+            function(np.array([0.1, wrong]))
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: pinned.shortening(9.8), r"load = 9\.8 is outside 9\.8696.* to 180 \(P L\^2/\(E I\)\)"),
+        (lambda: pinned.shortening(np.nan), "load = nan"),
+        (lambda: pinned.shortening(180.1), "load = 180.1"),
+        (lambda: pinned.shortening_at_angle(np.pi), r"angle = 3\.14.* to 3\.13.* \(rad\)"),
+        (lambda: pinned.shape(0.1, 1.1), r"s = 1\.1 is outside 0 to 1 \(arc length/L\)"),
+        (lambda: pinned.surface_stress(0.1, 0.0, 0.3, 2e11), r"thickness = 0\.0 .*\(m\)"),
+        (lambda: pinned.surface_stress(0.1, 1e-3, -0.3, 2e11), r"length = -0\.3 .*\(m\)"),
+        (lambda: pinned.surface_stress(0.1, 1e-3, 0.3, np.inf), r"modulus = inf .*\(Pa\)"),
+    ],
+)
+def test_other_wrong_input_is_named(call, message):
+    with pytest.raises(ValueError, match=message):
+        call()
+
+
+def test_elastica_is_ours_and_imports_no_engine():
+    assert Path(elastica.__file__).resolve().is_relative_to(ROOT / "elastica")
+    others = ("exudyn", "buckler.mbs", "buckler.studies")
+    code = f"import sys, buckler.elastica; print([m for m in sys.modules if m.startswith({others})])"
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"

@@ -1,0 +1,186 @@
+"""The boundary value problem against the closed form, its convergence, and the sense of every correction."""
+
+import numpy as np
+import pytest
+from scipy.special import ellipk
+
+from buckler.elastica import pinned, rod
+from buckler.elastica.rod import NewtonDivergedError, Rod, WrongBranchError
+
+SHORTENINGS = (1e-6, 1e-3, 0.01, 0.1, 0.3454, 0.6, 0.95, 1.2, 1.5)
+
+
+@pytest.mark.parametrize("u", SHORTENINGS)
+def test_ideal_rod_is_the_closed_form(u):
+    solution = Rod().at_shortening(u)
+    assert solution.load == pytest.approx(pinned.load(u), rel=2e-14)
+    assert solution.shortening == pytest.approx(u, abs=1e-14)
+    assert solution.residual < 1e-13
+    for ours, exact in zip((solution.x, solution.y, solution.theta), pinned.shape(u, solution.s), strict=True):
+        np.testing.assert_allclose(ours, exact, atol=2e-12)
+
+
+@pytest.mark.parametrize("p", [9.9, 10.5, 12.0, 20.0, 40.0, 80.0])
+def test_ideal_rod_under_a_load_is_the_closed_form(p):
+    solution = Rod().at_load(p)
+    assert solution.load == pytest.approx(p, rel=1e-15)
+    assert solution.shortening == pytest.approx(pinned.shortening(p), rel=1e-11)
+
+
+def test_shape_converges_at_the_rate_of_its_nearest_singularity():
+    """theta(s) is singular where Jacobi's sn has its pole, K'/(2 K) off mid-span: the error falls as rho^-nodes."""
+    u, nodes = 0.8, np.arange(10, 41, 6)
+    m = np.sin(pinned.end_angle(u) / 2.0) ** 2
+    height = ellipk(1.0 - m) / ellipk(m)
+    rho = height + np.hypot(1.0, height)
+    errors = []
+    for n in nodes:
+        solution = Rod(nodes=int(n)).at_shortening(u)
+        errors.append(np.max(np.abs(solution.theta - pinned.shape(u, solution.s)[2])))
+        assert 0.1 * errors[-1] < solution.residual < 10.0 * errors[-1]  # the residual tells the error
+    rate = -np.polyfit(nodes, np.log(errors), 1)[0]
+    assert rate == pytest.approx(np.log(rho), rel=0.15)
+    assert errors[-1] < 1e-10
+
+
+@pytest.mark.parametrize("rod", [Rod(axial=1e3), Rod(shear=50.0), Rod(axial=200.0, shear=60.0)])
+def test_critical_load_is_where_the_buckled_branch_begins(rod):
+    p = rod.critical_load
+    assert p * (1.0 + p * (1.0 / rod.shear - 1.0 / rod.axial)) == pytest.approx(np.pi**2, rel=1e-14)
+    onset = p / rod.axial
+    loads = np.array([rod.at_shortening(onset + du).load for du in (1e-4, 2e-4)])
+    assert 2.0 * loads[0] - loads[1] == pytest.approx(p, rel=1e-6)  # extrapolated to the onset
+
+
+def test_axial_compression_raises_and_shear_lowers_the_critical_load_at_first_order():
+    for stiffness, order in ((1e5, 1e-4), (1e7, 1e-6)):
+        change = np.pi**4 / stiffness
+        assert Rod(axial=stiffness).critical_load - np.pi**2 == pytest.approx(change, rel=10 * order)
+        assert Rod(shear=stiffness).critical_load - np.pi**2 == pytest.approx(-change, rel=10 * order)
+
+
+@pytest.mark.parametrize("p", [10.0, 13.0, 25.0])
+@pytest.mark.parametrize("stiffness", [100.0, 1e4])
+def test_equal_axial_and_shear_stiffness_only_add_p_over_ea(p, stiffness):
+    """With c = 0 bending is untouched and every section's axial strain along the chord is -p/EA, exactly."""
+    solution = Rod(axial=stiffness, shear=stiffness).at_load(p)
+    assert solution.shortening == pytest.approx(pinned.shortening(p) + p / stiffness, rel=1e-12)
+    np.testing.assert_allclose(solution.theta, pinned.shape(pinned.shortening(p), solution.s)[2], atol=1e-11)
+
+
+@pytest.mark.parametrize("u", [0.05, 0.4, 0.9])
+@pytest.mark.parametrize("kind", ["axial", "shear"])
+def test_load_correction_is_the_derivative_of_the_relaxed_energy(kind, u):
+    """At fixed shortening a small compliance 1/S lowers the energy by p^2 (mean square share)/(2 S); p = dW/du."""
+    nodes, weights = np.polynomial.legendre.leggauss(50)
+    share = {"axial": np.cos, "shear": np.sin}[kind]
+
+    def relaxed(v):
+        theta = pinned.shape(v, (nodes + 1.0) / 2.0)[2]
+        return 0.25 * pinned.load(v) ** 2 * (weights @ share(theta) ** 2)
+
+    h, stiffness = 1e-3, 1e6
+    first_order = -(8 * (relaxed(u + h) - relaxed(u - h)) - relaxed(u + 2 * h) + relaxed(u - 2 * h)) / (12 * h)
+    change = stiffness * (Rod(**{kind: stiffness}).at_shortening(u).load - pinned.load(u))
+    assert change == pytest.approx(first_order, rel=1e-3)
+    half = stiffness / 2 * (Rod(**{kind: stiffness / 2}).at_shortening(u).load - pinned.load(u))
+    assert abs(2 * change - half - first_order) < 1e-2 * abs(half - change)  # what remains is of second order
+
+
+def test_imperfection_chooses_the_side():
+    up, down = (Rod(imperfection=a).at_shortening(0.2) for a in (0.01, -0.01))
+    assert np.all(up.y[1:-1] > 0.0) and np.all(down.y[1:-1] < 0.0)
+    assert up.load == pytest.approx(down.load, rel=1e-14)
+    np.testing.assert_allclose(up.y, -down.y, atol=1e-14)
+    assert np.all(Rod(imperfection=-0.0).at_shortening(0.2).y[1:-1] > 0.0)
+
+
+@pytest.mark.parametrize("fraction", [0.2, 0.5, 0.9])
+def test_small_imperfection_is_amplified_as_young_found(fraction):
+    """y_mid = a/(1 - p/pi^2), to relative order a^2."""
+    for a in (1e-4, -1e-4):
+        solution = Rod(imperfection=a, nodes=40).at_load(fraction * np.pi**2)
+        deflection = solution.y[np.argmax(np.abs(solution.y))]
+        mid = np.interp(0.5, solution.s, solution.y)
+        assert deflection == pytest.approx(a / (1.0 - fraction), rel=5e-3)
+        assert mid == pytest.approx(a / (1.0 - fraction), rel=5e-3)
+
+
+def test_imperfection_lowers_the_load_at_first_order_and_fades():
+    u = 0.1
+    drop = [pinned.load(u) - Rod(imperfection=a).at_shortening(u).load for a in (1e-3, 1e-4)]
+    assert drop[1] > 0.0 and drop[0] / drop[1] == pytest.approx(10.0, rel=0.02)
+    later = pinned.load(0.9) - Rod(imperfection=1e-3).at_shortening(0.9).load
+    assert 0.0 < later < drop[0]
+
+
+def test_imperfect_rod_is_free_of_load_in_its_stress_free_shape():
+    a = 0.05
+    s = (np.polynomial.legendre.leggauss(40)[0] + 1.0) / 2.0
+    chord = 0.5 * np.polynomial.legendre.leggauss(40)[1] @ np.sqrt(1.0 - (a * np.pi * np.cos(np.pi * s)) ** 2)
+    solution = Rod(imperfection=a).at_shortening(1.0 - chord + 1e-7)
+    assert 0.0 < solution.load < 1e-3
+    np.testing.assert_allclose(solution.y, a * np.sin(np.pi * solution.s), atol=1e-5)
+
+
+@pytest.mark.parametrize("rod", [Rod(axial=300.0), Rod(shear=80.0), Rod(imperfection=0.02), Rod(500.0, 200.0, -0.01)])
+def test_prescribing_load_or_shortening_is_the_same(rod):
+    by_shortening = rod.at_shortening(0.3)
+    by_load = rod.at_load(by_shortening.load)
+    assert by_load.shortening == pytest.approx(0.3, rel=1e-11)
+    np.testing.assert_allclose(by_load.theta, by_shortening.theta, atol=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: Rod(axial=0.0), r"axial = 0\.0 must be above 0 \(E A L\^2/\(E I\)\)"),
+        (lambda: Rod(shear=np.nan), "shear = nan"),
+        (lambda: Rod(imperfection=0.31), r"imperfection = 0\.31 must be -0\.3 to 0\.3 \(amplitude/L\)"),
+        (lambda: Rod(nodes=33), "nodes = 33 must be an even number"),
+        (lambda: Rod(axial=30.0).critical_load, r"axial = 30\.0 must be large enough to buckle"),
+        (lambda: Rod().at_load(9.8), r"load = 9\.8 must be above 9\.8696.*, to 80 \(P L\^2/\(E I\)\)"),
+        (lambda: Rod().at_load(np.nan), "load = nan"),
+        (lambda: Rod().at_load(80.1), r"load = 80\.1 must be above 9\.8696.*, to 80"),
+        (lambda: Rod().at_shortening(1.6), r"shortening = 1\.6 must be above 0, to 1\.5"),
+        (lambda: Rod().at_shortening(0.0), r"shortening = 0\.0 must be above 0, to 1\.5 \(end shortening/L\)"),
+        (lambda: Rod(axial=100.0).at_shortening(0.11), r"shortening = 0\.11 must be above 0\.111"),
+        (lambda: Rod(imperfection=0.1).at_shortening(0.02), r"shortening = 0\.02 must be above 0\.0251"),
+    ],
+)
+def test_wrong_input_is_named(call, message):
+    with pytest.raises(ValueError, match=message):
+        call()
+
+
+@pytest.mark.parametrize(("mode", "angle", "load", "shortening"), [(1, 1e-3, 80.0, 0.08), (3, 1.0, 100.0, 0.3)])
+def test_straight_and_higher_branches_are_refused(monkeypatch, mode, angle, load, shortening):
+    """Newton started at the straight, compressed rod or at its third mode stays there."""
+
+    def guess(_, grid, __):
+        return np.concatenate((angle * np.cos(mode * np.pi * grid.s), (0.0, load)))
+
+    monkeypatch.setattr(rod, "_guess", guess)
+    with pytest.raises(WrongBranchError, match=r"end angle .* where about .* was expected"):
+        Rod(axial=1e3).at_shortening(shortening)
+
+
+@pytest.mark.parametrize("factor", [1e-9, -1.0])
+def test_vanishing_and_mirrored_bows_are_refused(monkeypatch, factor):
+    monkeypatch.setattr(rod, "_newton", lambda _, z: factor * z)
+    with pytest.raises(WrongBranchError):
+        Rod(imperfection=1e-3).at_shortening(0.3)
+
+
+def test_newton_that_does_not_settle_says_so(monkeypatch):
+    monkeypatch.setattr(rod, "_jacobian", lambda *_: 1e3 * np.eye(98))
+    with pytest.raises(NewtonDivergedError, match="last of 30 Newton steps"):
+        Rod().at_shortening(0.3)
+
+
+@pytest.mark.parametrize("stocky", [Rod(axial=40.0), Rod(axial=50.0, shear=200.0), Rod(shear=2.0)])
+def test_even_stocky_rods_find_their_buckled_branch(stocky):
+    onset = stocky.critical_load / stocky.axial
+    for u in np.linspace(onset + 0.01, 1.5, 12):
+        solution = stocky.at_shortening(u)
+        assert solution.residual < 1e-10 and solution.shortening == pytest.approx(u, rel=1e-12)

@@ -1,0 +1,317 @@
+"""Joints with play against statics, momentum, virtual work, exact restitution, the other integrator, ideal joints."""
+
+import re
+import sys
+from math import atan, cos, pi
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from buckler.mbs import (
+    Beam,
+    Cable,
+    Clearance,
+    Drive,
+    Guide,
+    Link,
+    Mechanism,
+    Ramp,
+    Revolute,
+    Rigid,
+    Section,
+    Solver,
+    Status,
+    Stop,
+    build,
+    crank_rocker,
+    simulate,
+)
+from buckler.mbs.laws import (
+    AdamsFriction,
+    Coulomb,
+    ExactRestitution,
+    Flores,
+    Gonthier,
+    Hertz,
+    HuntCrossley,
+    Impact,
+    KelvinVoigt,
+    NoFriction,
+    delivered,
+)
+
+BAR = Section(width=0.020, thickness=0.005)
+MASS = BAR.mass_per_length * 0.1
+K, GAP, PIN = 2.53e5 * 1e3**1.5, 1e-4, 5e-3  # K of the crank-rocker paper, N/m^1.5
+SPEED = 10 * pi
+RATTLING, CLOSED = Impact(K, 253.0, 1e-5), Impact(K, 253e3, 1e-5)  # c_max = 253 N s/m or N s/mm
+FRICTION = AdamsFriction(0.3, 0.1)
+HOW_TO = (Path(__file__).parents[2] / "docs" / "how-to-add-a-law.md").read_text(encoding="utf-8")
+
+
+def fine(result):
+    """The result, if it is trustworthy."""
+    assert result.status is Status.OK, result.message
+    return result
+
+
+@pytest.fixture
+def plain(monkeypatch):
+    """No compiler: many laws used once each would take longer to compile than to run."""
+    monkeypatch.setitem(sys.modules, "buckler.mbs.engine.compiled", None)
+
+
+# --- one journal under its weight -------------------------------------------------------------------------------------
+
+
+def resting(law, friction=None, *, gap=GAP, gravity=9.81, speed=None, pin_is="bar"):
+    """A bar whose middle is a pin in the ground's bush, or the bush of the ground's pin; weight pulls it down."""
+    names = ("bar", "ground") if pin_is == "bar" else ("ground", "bar")
+    return Mechanism(
+        points={"P": (0.0, 0.0), "Q": (-0.05, 0.0), "R": (0.05, 0.0)},
+        links=[Link("bar", "Q", "R", Rigid(BAR), carries=["P"])],
+        joints=[Clearance("P", *names, PIN, gap, law, friction or NoFriction())],
+        drive=None if speed is None else Drive("bar", speed),
+        gravity=(0.0, -gravity),
+    )
+
+
+def test_pin_in_the_very_middle_feels_nothing(plain):
+    result = fine(simulate(resting(RATTLING, gravity=0.0), 1e-4, ledger=True))  # fine: every signal is finite
+    assert result.signals["P.journal_x"].max() == result.signals["P.normal_force"].max() == 0
+
+
+@pytest.mark.parametrize(
+    "law",
+    [Impact(8e9, 1300.0, 1e-7), Impact(8e12, 1300.0, 1e-7, exponent=2.0), ExactRestitution(8e9, 0.3), KelvinVoigt(4e6, 900.0)],
+    ids=lambda law: f"{type(law).__name__} {law.exponent:g}",
+)
+def test_journal_at_rest_sinks_in_as_its_weight_says(law, plain):
+    result = fine(simulate(resting(law, gap=1e-5), 0.02, ledger=True))
+    depth = (MASS * 9.81 / law.stiffness) ** (1 / law.exponent)
+    assert result.signals["P.penetration"][-1] == pytest.approx(depth, rel=1e-9, abs=0)
+    assert result.signals["P.journal_y"][-1] == pytest.approx(-1e-5 - depth, rel=1e-9)
+    assert result.signals["P.bar-ground.fy"][-1] == pytest.approx(-MASS * 9.81, rel=1e-9)
+    assert result.energy_balance < 1e-3
+
+
+@pytest.mark.parametrize("pin_is", ["bar", "ground"])
+@pytest.mark.parametrize(("dynamic", "speed"), [(0.1, 20.0), (0.3, -50.0)])
+def test_turning_journal_climbs_and_loses_what_friction_says(dynamic, speed, pin_is):
+    """At rest on the slope of angle phi = atan(mu): N = m g cos(phi), torque mu N times the bar's own radius at P."""
+    gravity, friction = 1e4, Coulomb(dynamic, 1e-3, viscous=0.5)  # viscous friction ends the rocking on the slope
+    law = Impact(8e9, 3000.0, 1e-7)
+    mechanism = resting(law, friction, gravity=gravity, speed=speed, pin_is=pin_is)
+    result = fine(simulate(mechanism, 0.04, ledger=True, solver=Solver(tolerance=1e-5)))
+    s, energy = result.signals, result.energy
+    arm = PIN if pin_is == "bar" else PIN + GAP + s["P.penetration"][-1]
+    mu = abs(friction.coefficient(speed * arm))
+    normal = MASS * gravity * cos(atan(mu))
+    assert s["P.normal_force"][-1] == pytest.approx(normal, rel=1e-3)
+    assert s["P.penetration"][-1] == pytest.approx((normal / 8e9) ** (2 / 3), rel=1e-3)
+    assert abs(s["P.sliding_speed"][-1]) == pytest.approx(abs(speed) * arm, rel=1e-3)
+    assert s["drive.torque"][-1] == pytest.approx(np.sign(speed) * mu * normal * arm, rel=1e-3)
+    slope = np.arctan2(abs(s["P.journal_x"][-1]), abs(s["P.journal_y"][-1]))
+    assert slope == pytest.approx(atan(mu), rel=1e-3)
+    late = result.time > 0.03
+    lost, span = np.ptp(energy["taken_friction"][late]), np.ptp(result.time[late])
+    assert lost == pytest.approx(mu * normal * arm * abs(speed) * span, rel=1e-3)
+    assert result.energy_balance < 1e-3
+
+
+# --- restitution ------------------------------------------------------------------------------------------------------
+
+
+def struck(law, speed=0.3, gap=1e-3):
+    """A bush that comes at constant speed upon the pin of a bar at rest: a central impact and nothing else."""
+    return Mechanism(
+        points={"P": (0.0, 0.0), "Q": (-0.1, 0.0), "R": (0.1, 0.0)},
+        links=[Link("bar", "P", "Q", Rigid(BAR)), Link("block", "P", "R", Rigid(BAR))],
+        joints=[Clearance("P", "bar", "block", PIN, gap, law)],
+        guides=[Guide("P", "block"), Guide("R", "block")],
+        drive=Drive("P", Ramp(0.0, speed, 0.5 * gap / speed)),
+    )
+
+
+STRUCK = [
+    *(law(8e9, e) for law in (ExactRestitution, HuntCrossley, Gonthier, Flores) for e in (0.2, 0.5, 0.9)),
+    ExactRestitution(1e7, 0.4, exponent=1.0), ExactRestitution(1e12, 0.4, exponent=2.0),
+    Hertz(8e9), RATTLING, CLOSED, KelvinVoigt(1e7, 300.0),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("law", STRUCK, ids=str)
+def test_engine_delivers_the_restitution_of_the_law(law, plain):
+    """Implicit integrator; it leaves (1 + e) times as fast as the bush comes."""
+    speed, gap = 0.3, 1e-3
+    result = fine(simulate(struck(law), 3 * gap / speed, solver=Solver(tolerance=1e-7), ledger=True, timeout=20))
+    assert result.signals["P.contacts"][-1] == 1 and result.signals["P.contact_state"][-1] == 0
+    assert result.signals["bar.vx"][-1] / speed - 1 == pytest.approx(delivered(law, MASS, speed), abs=1e-3)
+    assert result.energy_balance < 2e-3
+    peak = result.signals["P.normal_force"].argmax()  # the bush has come from the left: the pin hangs back, and is pushed on
+    force, place = (result.signals[f"P.{name}"][peak] for name in ("bar-block.fx", "journal_x"))
+    assert force == -result.signals["P.normal_force"][peak]
+    assert place == pytest.approx(-gap - result.signals["P.penetration"][peak], rel=1e-12)
+
+
+@pytest.mark.parametrize("law", [ExactRestitution(8e9, 0.5), HuntCrossley(8e9, 0.7), Hertz(8e9), RATTLING], ids=str)
+def test_bar_dropped_into_its_bush_moves_as_the_law_says(law, plain):
+    """Explicit integrator: fall through the play, impact and rise; against scipy, gravity included."""
+    gravity, gap = 9.81, 1e-3
+    fall = np.sqrt(2 * gap / gravity)
+    result = fine(simulate(resting(law, gap=gap), 1.5 * fall, solver=Solver(tolerance=1e-8), timeout=20))
+    onset = np.sqrt(2 * gravity * gap)
+
+    def motion(_t, y):
+        return y[1], gravity - (law.force(y[0], y[1], onset) / MASS if y[0] > 0 else 0.0)
+
+    run = solve_ivp(motion, (fall, 1.5 * fall), (0.0, onset), "LSODA", rtol=1e-11, atol=1e-14, max_step=fall / 1e4)
+    assert -result.signals["P.vy"][-1] == pytest.approx(run.y[1, -1], abs=1e-3 * onset)
+
+
+# --- the crank-rocker -------------------------------------------------------------------------------------------------
+
+
+def rattling(with_play="OABC", rocker=None, law=RATTLING, friction=FRICTION, gap=GAP, speed=SPEED):
+    def play(point, first, second):
+        return Clearance(point, first, second, PIN, gap, law, friction)
+
+    return crank_rocker(rocker or Rigid(BAR), speed=speed, play=play, with_play=with_play)
+
+
+ROCKERS = {"rigid": Rigid(BAR), "beam": Beam(BAR.damped(0.01, 0.175), elements=4)}
+
+
+@pytest.mark.parametrize("with_play", ["B", "BC", "ABC", "OABC"])
+@pytest.mark.parametrize("law", [RATTLING, CLOSED], ids=["N s per m", "N s per mm"])
+@pytest.mark.parametrize("rocker", ROCKERS)
+def test_energy_balances(rocker, law, with_play):
+    result = fine(simulate(rattling(with_play, ROCKERS[rocker], law), 0.05, ledger=True, timeout=20))
+    assert result.signals["B.contacts"][-1] > 0 and result.energy["taken_contact"][-1] > 0
+    assert result.energy_balance < 1e-3
+    assert build(rattling(with_play)).summary()["Clearance"] == len(with_play)
+
+
+def test_explicit_and_implicit_integrator_agree_over_ten_milliseconds():
+    """The same constant speed as a number lets the explicit one run, as a ramp it needs a constraint."""
+    ends = []
+    for speed in (SPEED, Ramp(SPEED, SPEED, 1.0)):
+        mechanism = rattling(speed=speed)
+        assert build(mechanism).loose == isinstance(speed, float)
+        result = fine(simulate(mechanism, 0.010, solver=Solver(tolerance=1e-8), timeout=60))
+        ends.append([result.signals[f"{point}.{axis}"][-1] for point in "AB" for axis in "xy"])
+        assert sum(result.signals[f"{point}.contacts"][-1] for point in "OABC") > 10
+    assert ends[0] == pytest.approx(ends[1], rel=0, abs=1e-8)
+
+
+def test_motion_tends_to_that_of_ideal_joints_as_the_play_closes():
+    """In proportion to the play, on contacts too stiff to matter: a decade of play is a decade of distance."""
+    ideal, law = simulate(rattling(with_play=""), 0.02, solver=Solver(max_step=1e-5)), Impact(8e12, 7.6e6, 1e-6)
+    away = []
+    for gap in (1e-4, 1e-5, 1e-6):
+        result = fine(simulate(rattling(law=law, gap=gap), 0.02, timeout=20))
+        names = [f"{point}.{axis}" for point in "AB" for axis in "xy"]
+        away.append(max(np.abs(result.signals[name] - ideal.at(name, result.time)).max() for name in names))
+    assert away[2] < 1e-5
+    assert np.log10(np.divide(away[:-1], away[1:])) == pytest.approx([1.0, 1.0], abs=0.15)
+
+
+def test_slider_with_play_is_a_short_link_guided_at_both_ends():
+    section = Section(0.03, 0.03)
+
+    def mechanism(joint):
+        return Mechanism(
+            points={"O": (0.0, 0.0), "A": (0.1, 0.0), "B": (0.4, 0.0), "D": (0.44, 0.0)},
+            links=[
+                Link("crank", "O", "A", Rigid(BAR)), Link("coupler", "A", "B", Rigid(BAR)),
+                Link("slider", "B", "D", Rigid(section)),
+            ],
+            joints=[Revolute("O", "ground", "crank"), Revolute("A", "crank", "coupler"), joint],
+            guides=[Guide("B", "slider"), Guide("D", "slider")],
+            stops=[Stop("D", at=0.5, law=ExactRestitution(1e7, 0.5))],
+            drive=Drive("crank", 20.0),
+        )  # fmt: skip
+
+    play = Clearance("B", "coupler", "slider", PIN, GAP, RATTLING, FRICTION)
+    result = fine(simulate(mechanism(play), 0.1, ledger=True, timeout=20))
+    ideal = fine(simulate(mechanism(Revolute("B", "coupler", "slider")), 0.1))
+    assert result.signals["B.contacts"][-1] > 3 and result.energy_balance < 1e-3
+    assert np.abs(result.signals["slider.y"]).max() < 1e-12
+    away = result.signals["D.x"] - ideal.at("D.x", result.time)
+    assert GAP / 2 < np.abs(away).max() < 2 * GAP
+
+
+def test_step_that_did_not_converge_is_tried_with_a_new_jacobian():
+    """Friction that reverses within 0.1 mm/s: with the Jacobian of a longer step no step converges, down to the smallest."""
+    mechanism = rattling(rocker=ROCKERS["beam"], law=CLOSED, friction=AdamsFriction(0.3, 0.1, 1e-4, 1e-3))
+    fine(simulate(mechanism, 0.25 * pi / SPEED, solver=Solver(tolerance=1e-3), timeout=20))
+
+
+# --- a user's own law -------------------------------------------------------------------------------------------------
+
+
+def test_a_law_of_ones_own_runs_in_a_joint_with_play():
+    """The rubber stop of docs/how-to-add-a-law.md, as it stands there."""
+    module = ModuleType("how_to")
+    sys.modules[module.__name__] = module  # where dataclasses look for it
+    exec(re.search(r"```python\n(from dataclasses.*?)```", HOW_TO, re.DOTALL)[1], module.__dict__)
+    law = module.HardeningStop(2e7, 1e-4, 0.6)
+    result = fine(simulate(rattling(law=law), 0.01, ledger=True, timeout=20))
+    s = result.signals
+    touching = s["B.penetration"] > 0
+    assert touching.any() and result.energy_balance < 1e-3
+    most = law.elastic(s["B.penetration"]) * (1 + law.chi * 1e3)  # the rate stays below 1000 times the onset speed
+    assert (s["B.normal_force"] <= most + 1e-9).all() and (s["B.normal_force"][~touching] == 0).all()
+
+
+# --- refused ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("change", "message"), [
+    ({"gap": 0.0}, r"gap = 0 m at 'B': must be positive; a joint without play is a Revolute"),
+    ({"gap": -1e-4}, r"gap = -0.0001 m: must lie in \(0, inf\] m"),
+    ({"pin": 0.0}, r"pin = 0.0 m: must lie in \(0, inf\] m"),
+    ({"law": 8e9}, r"clearance at 'B': law = .* is not a NormalLaw"),
+    ({"friction": 0.3}, r"clearance at 'B': friction = 0.3 is no FrictionLaw or BristleLaw"),
+], ids=["no gap", "negative gap", "no pin", "no law", "no friction law"])  # fmt: skip
+def test_what_is_no_joint_with_play_is_refused(change, message):
+    given = {"pin": PIN, "gap": GAP, "law": RATTLING, "friction": FRICTION} | change
+    with pytest.raises(ValueError, match=message):
+        Clearance("B", "coupler", "rocker", **given)
+
+
+def test_cable_end_cannot_take_the_moment_of_a_joint_with_play():
+    with pytest.raises(ValueError, match=r"clearance at 'B': link 'rocker' must be Rigid, Beam or Modal"):
+        build(rattling("B", Cable(BAR)))
+
+
+# --- hard cases: each ends fine, or says what is wrong ----------------------------------------------------------------
+
+HARD = {
+    **{f"gap {gap:g} m": {"gap": gap} for gap in (1e-6, 1e-5, 5e-4, 2e-3)},
+    **{f"{n} r per min": {"speed": n * pi / 30} for n in (30, 100, 1000, 3000)},
+    **{f"K x {k:g}": {"stiffness": k * K} for k in (0.01, 0.1, 10.0, 100.0)},
+    "no damping": {"damping": 0.0},
+    "no friction": {"friction": NoFriction()},
+    "friction 0.9": {"friction": AdamsFriction(0.9, 0.9)},
+    "v_s 0.1 mm/s": {"friction": AdamsFriction(0.3, 0.1, 1e-4, 1e-3)},
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("damping", [253.0, 253e3], ids=["N s per m", "N s per mm"])
+@pytest.mark.parametrize("rocker", ROCKERS)
+@pytest.mark.parametrize("case", HARD)
+def test_hard_case_ends_fine_or_says_what_is_wrong(case, rocker, damping):
+    """A quarter of a turn. Depths beyond the play are physics here, and must be named."""
+    given = {"stiffness": K, "damping": damping, "speed": SPEED} | HARD[case]
+    given["law"] = Impact(given.pop("stiffness"), given.pop("damping"), 1e-5)
+    result = simulate(rattling(rocker=ROCKERS[rocker], **given), 0.5 * pi / given["speed"], ledger=True, timeout=20)
+    assert result.status in (Status.OK, Status.SUSPECT), result.message
+    gap = given.get("gap", GAP)
+    deepest = max(result.signals[f"{point}.penetration"].max() for point in "OABC")
+    assert ("PENETRATION" in result.message) == (deepest > gap)
+    assert result.energy_balance < 0.02 and ("ENERGY" in result.message) == (result.energy_balance > 0.01)

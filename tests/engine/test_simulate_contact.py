@@ -1,0 +1,136 @@
+"""A block on its guide against integrations of its own: stops and friction."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from simulations import MASS, block, fine
+
+from buckler.mbs import GuideFriction, Solver, simulate
+from buckler.mbs.laws import CarvalhoMartins, ExactRestitution, Hertz, KelvinVoigt, restitution
+
+
+def impact(law, speed, pull):
+    """Speed ratio and largest force of one impact, integrated on its own."""
+
+    def motion(_, s):
+        return s[1], pull - float(law.force(s[0], s[1], speed)) / MASS
+
+    def out(_, s):
+        return s[0]
+
+    out.terminal, out.direction = True, -1
+    run = solve_ivp(motion, (0, 10), (1e-12, speed), events=out, method="DOP853", rtol=1e-10, atol=1e-14)
+    return -run.y_events[0][0][1] / speed, float(law.force(*run.y, speed).max())
+
+
+def rebound(law, solver=None):
+    """Speed ratio over the face, largest force, and the run of one impact after a fall through 0.5 m at 0.1 m/s^2."""
+    pull, way = 0.1, 0.5
+    speed = math.sqrt(2 * pull * way)
+    result = fine(simulate(block(pull, law, way), 1.5 * speed / pull, solver=solver, ledger=True))
+    x, v = result.signals["A.x"], result.signals["A.vx"]
+    out = int(np.flatnonzero(x > way)[-1]) + 1
+    at_face = math.sqrt(v[out] ** 2 + 2 * pull * (way - x[out]))
+    assert v[out] < 0
+    return at_face / speed, result.signals["A.contact_force"].max(), result
+
+
+@pytest.mark.parametrize("e", [0.8, 0.5, 0.3])
+def test_stop_gives_back_about_what_its_law_delivers(e):
+    law = CarvalhoMartins(1e8, e)
+    ratio, force, result = rebound(law)
+    expected, peak = impact(law, math.sqrt(0.1), 0.1)
+    assert expected == pytest.approx(restitution(law.chi), abs=1e-3)
+    assert ratio == pytest.approx(expected, abs=0.02)
+    assert force == pytest.approx(peak, rel=0.02)
+    lost = 0.5 * MASS * 0.1 * (1 - ratio**2)
+    assert result.energy["taken_contact"][-1] == pytest.approx(lost, rel=0.02)
+    assert result.energy_balance < 5e-3
+
+
+@pytest.mark.parametrize(("law", "tolerance"), [
+    (CarvalhoMartins(1e8, 0.8), 1e-3), (CarvalhoMartins(1e6, 0.8, 1.0), 1e-3), (ExactRestitution(1e8, 0.9), 1e-3),
+    (Hertz(1e8), 1e-3), (KelvinVoigt.from_restitution(1e6, 0.8, MASS), 6e-3),  # its force begins with a jump
+], ids=["Hertzian", "linear", "exact", "elastic", "dashpot"])  # fmt: skip
+def test_stop_gives_back_what_its_law_delivers(law, tolerance):
+    ratio, _, _ = rebound(law)
+    assert ratio == pytest.approx(impact(law, math.sqrt(0.1), 0.1)[0], abs=tolerance)
+
+
+def test_finer_contact_steps_find_the_restitution():
+    law = CarvalhoMartins(1e6, 0.8, 1.0)
+    expected = impact(law, math.sqrt(0.1), 0.1)[0]
+    errors = [abs(rebound(law, Solver(contact_resolution=n))[0] - expected) for n in (20, 80, 320)]
+    assert errors[1] < 5e-4 and errors[2] < 1e-4
+
+
+@pytest.mark.parametrize("along", [(1, 0), (-1, 0), (3, -4)])
+def test_stop_works_in_any_direction_and_on_either_side(along):
+    """The same fall: a face ahead in the guide's direction, or behind and pulled backwards."""
+    law = ExactRestitution(1e8, 0.5)
+    ahead = fine(simulate(block(1.0, law, 0.1, along=along), 0.7))
+    behind = fine(simulate(block(-1.0, law, -0.1, along=along), 0.7))
+    for result, side in ((ahead, 1), (behind, -1)):
+        unit = side * np.array(along) / np.hypot(*along)
+        travel = result.signals["A.x"] * unit[0] + result.signals["A.y"] * unit[1]
+        assert travel.max() - 0.1 == pytest.approx(result.signals["A.penetration"].max(), rel=1e-9)
+        assert 0 < travel.max() - 0.1 < 1e-3 and result.signals["A.contact_force"].min() >= 0
+    assert ahead.signals["A.contact_force"] == pytest.approx(behind.signals["A.contact_force"], abs=1e-6)
+
+
+def test_resting_block_presses_with_what_pulls_it():
+    """After many bounces: K d^n = m a."""
+    law = ExactRestitution(1e7, 0.3)
+    result = fine(simulate(block(5.0, law, 0.01), 1.0))
+    assert result.signals["A.contact_force"][-1] == pytest.approx(MASS * 5, rel=1e-3)
+    assert result.signals["A.penetration"][-1] == pytest.approx((MASS * 5 / 1e7) ** (2 / 3), rel=1e-3)
+
+
+FRICTION = GuideFriction(0.7, static=1.1, viscous=3.0, regularisation=2e-3, stribeck=2e-2)
+
+
+@pytest.mark.parametrize("speed", [1e-3, 2e-3, 5e-3, 0.02, 0.5, -0.05])
+def test_driven_block_feels_the_friction_curve(speed):
+    beyond = abs(speed) - 2e-3
+    expected = 0.7 + 0.4 * math.exp(-beyond / 2e-2) + 3.0 * beyond if beyond > 0 else 1.1 * abs(speed) / 2e-3
+    result = fine(simulate(block(friction=FRICTION, speed=speed), 0.1, ledger=True))
+    assert result.signals["drive.force"] == pytest.approx(math.copysign(expected, speed), rel=1e-6)
+    assert result.energy["taken_friction"][-1] == pytest.approx(expected * abs(speed) * 0.1, rel=1e-9)
+
+
+def test_dry_friction_slows_a_fall():
+    pull, force = 2.0, 0.3 * MASS * 2.0
+    result = fine(simulate(block(pull, friction=GuideFriction(force, regularisation=1e-5)), 0.5, ledger=True))
+    assert result.signals["A.x"] == pytest.approx(0.5 * (pull - force / MASS) * result.time**2, abs=1e-5)
+    assert result.energy["taken_friction"][-1] == pytest.approx(force * result.signals["A.x"][-1], rel=1e-3)
+
+
+def test_stopping_distance_under_dry_friction():
+    """Thrown back by an elastic stop, a block comes to rest after v^2/2 over its deceleration."""
+    pull, way = 2.0, 0.2
+    force = 0.3 * MASS * pull
+    speed = math.sqrt(2 * (pull - force / MASS) * way)
+    up, turn = speed / (pull - force / MASS), speed / (pull + force / MASS)
+    mechanism = block(pull, Hertz(1e8), way, GuideFriction(force, regularisation=1e-4))
+    result = fine(simulate(mechanism, up + 1.2 * turn, ledger=True))
+    highest = result.signals["A.x"][result.time > 1.05 * up].min()
+    assert way - highest == pytest.approx(speed**2 / 2 / (pull + force / MASS), rel=5e-3)
+
+
+def test_held_block_creeps_at_the_regularised_speed():
+    """Static friction above the pull: v = v_r m a/F_s, no true sticking."""
+    friction = GuideFriction(2.0 * MASS, static=2.5 * MASS, regularisation=1e-3)
+    result = fine(simulate(block(1.0, friction=friction), 0.2))
+    assert result.signals["A.vx"][-1] == pytest.approx(1e-3 / 2.5, rel=1e-6)
+
+
+def test_viscous_friction_approaches_its_terminal_speed():
+    """Speed (m a/c) (1 - exp(-c t/m))."""
+    damping, pull = 2.0, 2.0
+    friction = GuideFriction(0.0, viscous=damping, regularisation=1e-6)
+    result = fine(simulate(block(pull, friction=friction), 1.0, ledger=True))
+    expected = MASS * pull / damping * -np.expm1(-damping * result.time / MASS)
+    assert result.signals["A.vx"] == pytest.approx(expected, abs=2e-5)
+    assert result.energy_balance < 1e-4

@@ -1,0 +1,286 @@
+"""Runs that must not be trusted, that failed or are refused; repeatability and manners."""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+from simulations import BAR, LENGTH, STRIP, UNIT, G, block, fine, pendulum, pressed
+
+from buckler.elastica import pinned
+from buckler.mbs import (
+    STEEL,
+    Beam,
+    Drive,
+    Guide,
+    GuideFriction,
+    Link,
+    Mechanism,
+    Ramp,
+    Revolute,
+    Solver,
+    Status,
+    Stop,
+    Strut,
+    simulate,
+    slider_crank,
+)
+from buckler.mbs.laws import CarvalhoMartins, ExactRestitution, Hertz
+from buckler.mbs.library import PAPER
+
+# --- what must not be trusted, and what failed ------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Kicker(Hertz):
+    """A stop that gives back twice the force it took: it makes energy."""
+
+    def force(self, depth, rate, onset):
+        return self.elastic(depth) * np.where(rate < 0, 2.0, 1.0)
+
+
+@dataclass(frozen=True)
+class Broken(Hertz):
+    """A stop whose force is no number."""
+
+    def force(self, depth, rate, onset):
+        return math.nan
+
+
+def test_a_stop_that_makes_energy_is_suspect():
+    result = simulate(block(G, Kicker(1e8)), 0.3, ledger=True)
+    assert result.energy["taken_contact"][-1] < -0.1  # joules, of 0.5 put in
+    assert result.status is Status.SUSPECT and "ENERGY" in result.message
+
+
+def test_a_force_the_ledger_does_not_know_is_suspect(monkeypatch):
+    """The stop pushes half as hard again as the law that is booked."""
+    from buckler.mbs.engine.joints import StopContact
+
+    plain = StopContact.force
+    calls = {"engine": 1.5}
+    monkeypatch.setattr(StopContact, "force", lambda self, *state: calls["engine"] * plain(self, *state))
+    from buckler.mbs.engine.recording import StopState
+
+    accept = StopState.accept
+
+    def booked(self, *state):
+        calls["engine"] = 1.0
+        force = accept(self, *state)
+        calls["engine"] = 1.5
+        return force
+
+    monkeypatch.setattr(StopState, "accept", booked)
+    result = simulate(block(G, Hertz(1e8)), 0.3, ledger=True)
+    assert result.status is Status.SUSPECT and "ENERGY" in result.message
+
+
+@pytest.mark.parametrize(("mechanism", "steps"), [(pendulum(2.5), 20), (block(G, Hertz(1e10)), 100)], ids=["swing", "hit"])
+def test_too_large_uniform_steps_are_suspect(mechanism, steps):
+    result = simulate(mechanism, 1.5 if steps == 20 else 0.4, ledger=True, solver=Solver(uniform_steps=steps))
+    assert result.status is Status.SUSPECT and "ENERGY" in result.message
+    assert result.energy_balance > 1e-2
+
+
+def test_uniform_steps_stay_uniform_or_fail():
+    result = simulate(pendulum(1.5), 10.0, solver=Solver(uniform_steps=10))
+    assert result.status is not Status.OK or len(result.time) == 11
+
+
+def test_unbuckled_strip_is_suspect():
+    """Perfectly straight and pressed in line: the integrator stays on the straight branch."""
+    result = simulate(pressed(Beam(STRIP), 0.5 * LENGTH, 1.0), 1.0)
+    assert result.status is Status.SUSPECT and "UNBUCKLED" in result.message and "'strip'" in result.message
+
+
+def test_soft_stop_is_suspect():
+    result = simulate(block(G, Hertz(10.0)), 0.4)
+    assert result.status is Status.SUSPECT and "PENETRATION" in result.message
+
+
+def test_out_of_time():
+    result = simulate(slider_crank(Beam(STRIP), law=None, mass=0.3, speed=1.25), 5.0, timeout=1e-9, ledger=True)
+    assert result.status is Status.TIMED_OUT and "of 5 s" in result.message
+    assert 1 <= result.work["steps"] < 50 and len(result.signals["B.x"]) == len(result.time)
+
+
+def test_too_many_steps():
+    result = simulate(slider_crank(Beam(STRIP), law=None, mass=0.3, speed=1.25), 5.0, solver=Solver(max_steps=7))
+    assert result.status is Status.TOO_MANY_STEPS and "max_steps = 7" in result.message
+    assert len(result.time) <= 8
+
+
+def test_drive_out_of_reach_is_newton_diverged():
+    """The slider is pulled on beyond the stretched linkage."""
+    linkage = Mechanism(
+        points={"O": (0, 0), "A": (0.1, 0.1), "B": (0.4, 0)},
+        links=[Link("a", "O", "A", BAR), Link("b", "A", "B", BAR)],
+        joints=[Revolute("O", "ground", "a"), Revolute("A", "a", "b")],
+        guides=[Guide("B", "b")],
+        drive=Drive("B", 0.1),
+    )
+    reach = math.hypot(0.1, 0.1) + math.hypot(0.3, 0.1)
+    for solver, off in ((None, 0.1 * 2.0 / 200), (Solver(tolerance=1e-5), 1e-4)):  # by default equal steps: it ends within one
+        result = simulate(linkage, 2.0, solver=solver)
+        assert result.status is Status.NEWTON_DIVERGED
+        assert reach - off < result.signals["B.x"][-1] < reach + 1e-6 and "0.57" in result.message
+
+
+def test_redundant_rigid_linkage_is_no_success():
+    joints = [Revolute("O", "ground", "bar"), Revolute("O", "bar", "ground")]
+    try:
+        result = simulate(replace(pendulum(1.0), joints=joints), 0.1)
+    except ValueError:
+        return
+    assert result.status is Status.NEWTON_DIVERGED
+
+
+def test_force_that_is_no_number_is_a_failure():
+    result = simulate(block(G, Broken(1e8)), 0.3)
+    assert result.status in (Status.NEWTON_DIVERGED, Status.NOT_FINITE)
+    assert result.time[-1] < math.sqrt(0.2 / G) * 1.01
+
+
+def half_elastica(u):
+    if u > 0.2:
+        raise ValueError(f"shortening = {u:.3f}: must lie in [0, 0.2]")
+    return pinned.load(u)
+
+
+def test_strut_beyond_its_law_has_a_name():
+    result = simulate(pressed(Strut(STRIP, load=half_elastica), 0.5 * LENGTH, 1.0), 1.0)
+    assert result.status is Status.STRUT_OUT_OF_RANGE
+    assert result.signals["strip.end_shortening"][-1] == pytest.approx(0.2 * LENGTH, rel=0.05)
+
+
+def test_what_a_law_complained_of_reaches_the_reader():
+    result = simulate(pressed(Strut(STRIP, load=half_elastica), 0.5 * LENGTH, 1.0), 1.0)
+    assert "must lie in [0, 0.2]" in result.message
+
+
+def test_failed_run_keeps_the_shapes_it_reached():
+    mechanism = slider_crank(Beam(STRIP), law=None, mass=0.3, speed=1.25)
+    result = simulate(mechanism, 5.0, solver=Solver(max_steps=20), shapes=[0.0, 4.0])
+    assert result.status is Status.TOO_MANY_STEPS and result.shapes["coupler"].times.tolist() == [0.0]
+
+
+def test_block_between_two_stops():
+    between = block(1.0, Hertz(1e8), 0.1)
+    both = replace(between, stops=[*between.stops, Stop("A", at=-0.05, law=Hertz(1e8))])
+    result = simulate(both, 1.0, ledger=True)
+    assert result.status is Status.OK, result.message
+
+
+def test_names_may_have_blanks_or_are_refused_when_made():
+    try:
+        mechanism = Mechanism(
+            points={"pivot": (0, 0), "far end": (0.5, 0)},
+            links=[Link("long bar", "pivot", "far end", BAR)],
+            joints=[Revolute("pivot", "ground", "long bar")],
+        )
+    except ValueError:
+        return
+    assert simulate(mechanism, 0.01).ok
+
+
+def test_strip_may_be_pressed_by_a_ramp_from_rest():
+    ramped = replace(pressed(Strut(STRIP), 1.0, 1.0), drive=Drive("A", Ramp(0.0, 0.05, 0.1)))
+    assert simulate(ramped, 0.1).ok
+
+
+# --- wrong input, repeatability, manners ------------------------------------------------------------------------------
+
+
+def test_wrong_input_is_refused_before_the_engine(monkeypatch):
+    from buckler.mbs.engine import solve
+
+    def no_engine(*_):
+        raise AssertionError("the engine was asked")
+
+    monkeypatch.setattr(solve, "build", no_engine)
+    with pytest.raises(AssertionError):
+        simulate(pendulum(1.0), 1.0)
+    for value in (0, -1.0, math.nan, math.inf, None, "1"):
+        with pytest.raises(ValueError, match=r"duration = .* s: must lie in \(0, inf\] s"):
+            simulate(pendulum(1.0), value)
+    for value in (0.0, -1.0, math.nan):
+        with pytest.raises(ValueError, match=r"timeout = .* s: must lie in \(0, inf\] s"):
+            simulate(pendulum(1.0), 1.0, timeout=value)
+
+
+@pytest.mark.parametrize("times", [[2.0], [-0.1], [math.nan]])
+def test_wrong_times_of_shapes_are_refused_before_the_run(times, monkeypatch):
+    from buckler.mbs.engine import solve
+
+    monkeypatch.setattr(solve, "build", lambda *_: pytest.fail("the engine was asked"))
+    with pytest.raises(ValueError, match="shapes"):
+        simulate(slider_crank(Beam(STRIP), law=None, mass=0.3, speed=1.25), 1.0, shapes=times)
+
+
+SETTINGS = {
+    "tolerance": (0.0, "(0, inf]"),
+    "max_step": (-1.0, "(0, inf] s"),
+    "min_step": (math.nan, "(0, inf] s"),
+    "contact_resolution": (0, "[1, 10000]"),
+    "spectral_radius": (1.1, "[0, 1]"),
+    "newton_relative": (0.0, "(0, inf]"),
+    "newton_absolute": (-1e-9, "(0, inf] N"),
+    "max_steps": (0, "[1, 1000000000]"),
+    "uniform_steps": (2.5, "[1, 1000000000]"),
+}
+
+
+@pytest.mark.parametrize("name", SETTINGS)
+def test_wrong_settings_are_named(name):
+    value, allowed = SETTINGS[name]
+    with pytest.raises(ValueError) as caught:
+        Solver(**{name: value})
+    assert f"{name} = {value!r}" in str(caught.value) and f" in {allowed}" in str(caught.value)
+
+
+def test_the_same_input_gives_the_same_bits():
+    mechanism = slider_crank(
+        Beam(STRIP.damped(0.02, LENGTH)),
+        law=CarvalhoMartins(1e5, 0.8),
+        mass=0.3,
+        speed=1.25,
+        friction=GuideFriction(0.1),
+    )
+    one, two = (simulate(mechanism, 2.5, ledger=True) for _ in range(2))
+    assert one.ok and one.signals["B.contact_force"].max() > 1  # so that there is something to repeat
+    assert np.array_equal(one.time, two.time)
+    for name in one.signals:
+        assert np.array_equal(one.signals[name], two.signals[name]), name
+    for name in one.energy:
+        assert np.array_equal(one.energy[name], two.energy[name]), name
+
+
+def test_the_ledger_changes_nothing_but_itself():
+    mechanism = slider_crank(Strut(STRIP), law=ExactRestitution(1e5, 0.8), mass=0.3, speed=1.25)
+    one, two = simulate(mechanism, 2.0), simulate(mechanism, 2.0, ledger=True)
+    assert not one.energy and two.energy
+    assert all(np.array_equal(one.signals[name], two.signals[name]) for name in one.signals)
+
+
+def test_progress_rises_from_zero_to_one():
+    seen = []
+    simulate(pendulum(1.0), 0.3, progress=seen.append)
+    assert seen[0] == 0 and seen[-1] == pytest.approx(1.0) and (np.diff(seen) > 0).all()
+
+
+def test_run_ends_where_it_should_and_keeps_to_the_largest_step():
+    result = fine(simulate(pendulum(1.0), 0.7, solver=Solver(max_step=0.01)))
+    assert result.time[0] == 0 and result.time[-1] == pytest.approx(0.7, rel=1e-12)
+    assert np.diff(result.time).max() <= 0.01 * (1 + 1e-9)
+
+
+def test_published_slider_crank_quasi_static_contact_force():
+    """Largest force on the stop from the exact elastica, 1.7246 N at 180 degrees, once the impact has died out."""
+    section = replace(STRIP, material=STEEL).damped(0.1, LENGTH)
+    mechanism = slider_crank(Beam(section), law=CarvalhoMartins(1e5, 0.3), mass=0.05, speed=0.5)
+    result = fine(simulate(mechanism, math.radians(200) / 0.5, ledger=True))
+    u = PAPER.shortening(np.pi, mechanism.stops[0].at)
+    force = result.at("B.contact_force", math.pi / 0.5)
+    assert force == pytest.approx(UNIT * pinned.load(u), rel=5e-3)
+    assert force == pytest.approx(1.7246, rel=5e-3)
+    assert result.energy_balance < 5e-3

@@ -1,0 +1,175 @@
+"""Runs of flexible strips against the beam equation and the exact elastica: ringing, damping, buckling."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from simulations import LENGTH, SIMPLE, STRIP, UNIT, G, fine, pressed, rates, simply_supported
+
+from buckler.elastica import pinned
+from buckler.mbs import STEEL, Beam, Cable, Rigid, Section, Solver, Status, Strut, simulate
+from buckler.mbs.statics.strip import pinned_strip
+
+# --- beams ------------------------------------------------------------------------------------------------------------
+
+STIFF = Section(width=0.020, thickness=0.004)
+
+
+def sudden_load(times, pull, terms=6):
+    """Mid deflection, sum of 4 g/(n pi omega_n^2) sin(n pi/2) (1 - cos omega_n t) over odd n, omega_n = n^2 omega_1."""
+    total = np.zeros_like(times)
+    for n in range(1, 2 * terms, 2):
+        omega = n**2 * STIFF.first_frequency(SIMPLE)
+        total -= 4 * pull / (n * np.pi * omega**2) * (1 - np.cos(omega * times)) * math.sin(n * np.pi / 2)
+    return total
+
+
+@pytest.mark.parametrize("body", [Beam(STIFF), Cable(STIFF)], ids=["beam", "cable"])
+def test_beam_under_sudden_gravity_rings_between_zero_and_twice_its_sag(body):
+    sag = 5 * STIFF.mass_per_length * G * SIMPLE**4 / (384 * STIFF.bending_stiffness)
+    period = 2 * np.pi / STIFF.first_frequency(SIMPLE)
+    result = fine(simulate(simply_supported(body, G), 3 * period, ledger=True, solver=Solver(max_step=period / 300)))
+    deflection = result.signals["strip.deflection"]
+    assert deflection == pytest.approx(sudden_load(result.time, G), abs=0.01 * sag)
+    assert deflection.min() == pytest.approx(-2 * sag, rel=0.01) and deflection.max() < 0.01 * sag
+    second = np.abs(result.time - period) < period / 4
+    assert result.time[second][np.argmax(deflection[second])] == pytest.approx(period, rel=0.02)
+    assert result.energy_balance < 1e-4
+
+
+def test_tighter_tolerance_brings_a_flexible_run_closer():
+    """The ringing beam against its own run with 4000 steps a period; error ~ tol^(2/3) as for rigid links."""
+    mechanism, period = simply_supported(Beam(STIFF), G), 2 * np.pi / STIFF.first_frequency(SIMPLE)
+    best = fine(simulate(mechanism, period, solver=Solver(uniform_steps=4000)))
+    tolerances, errors = 10.0 ** -np.arange(5, 9), []
+    for tolerance in tolerances:
+        result = fine(simulate(mechanism, period, solver=Solver(tolerance=tolerance, max_step=period / 10)))
+        gap = best.at("strip.deflection", result.time) - result.signals["strip.deflection"]
+        errors.append(np.abs(gap).max() / np.ptp(best.signals["strip.deflection"]))
+    assert np.polyfit(np.log(tolerances), np.log(errors), 1)[0] == pytest.approx(2 / 3, abs=0.15)
+    assert errors[-1] < 2e-3
+
+
+def test_damped_beam_settles_on_its_static_sag():
+    """Mid deflection 5 q L^4/(384 E I), and half the weight on the pin."""
+    section = STIFF.damped(0.7, SIMPLE)
+    period = 2 * np.pi / section.first_frequency(SIMPLE)
+    result = fine(simulate(simply_supported(Beam(section), G), 5 * period, ledger=True))
+    load = section.mass_per_length * G
+    sag = 5 * load * SIMPLE**4 / (384 * section.bending_stiffness)
+    assert result.signals["strip.deflection"][-1] == pytest.approx(-sag, rel=1e-3)
+    assert result.signals["A.ground-strip.fy"][-1] == pytest.approx(load * SIMPLE / 2, rel=1e-3)
+    strain = load**2 * SIMPLE**5 / (240 * section.bending_stiffness)  # half the work of the load on its own sag
+    assert result.energy["strain"][-1] == pytest.approx(strain, rel=2e-3)
+    assert result.energy["taken_damping"][-1] == pytest.approx(strain, rel=1e-2)  # the other half
+
+
+@pytest.mark.parametrize("ratio", [0.02, 0.1])
+def test_bending_damping_is_the_given_ratio(ratio):
+    """Logarithmic decrement of the ringing about the sag."""
+    section = STIFF.damped(ratio, SIMPLE)
+    period = 2 * np.pi / section.first_frequency(SIMPLE) / math.sqrt(1 - ratio**2)
+    result = fine(simulate(simply_supported(Beam(section), G), 4.5 * period, solver=Solver(max_step=period / 200)))
+    sag = 5 * section.mass_per_length * G * SIMPLE**4 / (384 * section.bending_stiffness)
+    swing = result.signals["strip.deflection"] + sag
+    peaks = [np.abs(swing[np.abs(result.time - k * period / 2) < period / 8]).max() for k in (2, 8)]
+    decrement = math.log(peaks[0] / peaks[1]) / 3
+    assert decrement / math.hypot(2 * np.pi, decrement) == pytest.approx(ratio, rel=0.02)
+
+
+# --- struts and buckled strips ----------------------------------------------------------------------------------------
+
+
+def test_pressed_strut_gives_the_exact_elastica():
+    travel, duration = 0.95 * LENGTH, 1.0
+    result = fine(simulate(pressed(Strut(STRIP), travel, duration), duration, ledger=True))
+    u = result.signals["strip.end_shortening"] / LENGTH
+    load = UNIT * pinned.load(np.maximum(u, 1e-9))
+    later = u > 1e-3
+    assert result.signals["strip.compression"][later] == pytest.approx(load[later], rel=1e-5)
+    inertia = 0.1 * 6 * travel * result.time / duration**3
+    assert result.signals["drive.force"][later] == pytest.approx((load + inertia)[later], rel=1e-3)
+    bending = STRIP.bending_stiffness / LENGTH * pinned.energy(u[-1])
+    assert result.energy["strain"][-1] == pytest.approx(bending, rel=1e-4)
+
+
+@pytest.mark.parametrize("travel", [-1e-6, 1e-7])
+def test_straight_strut_is_a_stiff_bar(travel):
+    """E A/L times the elongation, taut or still below the Euler load."""
+    result = fine(simulate(pressed(Strut(STRIP), travel, 1.0), 1.0))
+    force = STRIP.axial_stiffness / LENGTH * travel
+    assert abs(force) < STRIP.euler_load(LENGTH) or travel < 0
+    assert result.signals["strip.compression"][-1] == pytest.approx(force, rel=1e-9)
+    assert result.signals["drive.force"][-1] == pytest.approx(force, abs=1e-5)
+
+
+def test_taut_strut_is_damped_along_its_axis():
+    """Pulled by U = U_1 t^3: E A/L (U + tau U'), and the damping takes E A/L tau 9 U_1^2/5 in the first second."""
+    tau, pull, rigidity = 0.05, 1e-5, STRIP.axial_stiffness / LENGTH
+    section = replace(STRIP, material=replace(STEEL, axial_damping=tau))
+    result = fine(simulate(pressed(Strut(section), -pull, 1.0), 1.0, ledger=True))
+    t = result.time
+    force = rigidity * pull * (t**3 + tau * 3 * t**2) + 0.1 * 6 * pull * t
+    assert -result.signals["drive.force"] == pytest.approx(force, abs=1e-4 * force[-1])
+    assert result.energy["taken_damping"][-1] == pytest.approx(rigidity * tau * 9 * pull**2 / 5, rel=1e-3)
+
+
+DAMPED = STRIP.damped(0.1, LENGTH)
+
+
+@pytest.mark.parametrize(
+    "body", [Beam(DAMPED, imperfection=1e-5), Cable(DAMPED, elements=16, imperfection=1e-5)], ids=["beam", "cable"]
+)
+def test_strip_pressed_slowly_follows_the_exact_elastica(body):
+    result = fine(simulate(pressed(body, 0.6 * LENGTH, 80.0), 80.0, ledger=True))
+    u = result.signals["strip.end_shortening"] / LENGTH
+    later = u > 0.05
+    assert u[-1] == pytest.approx(0.6, abs=1e-6)
+    load = UNIT * pinned.load(u[later])
+    assert result.signals["drive.force"][later] == pytest.approx(load, rel=1e-3)
+    height = np.abs(result.signals["strip.deflection"][later])
+    assert height == pytest.approx(LENGTH * pinned.mid_deflection(u[later]), rel=1e-3)
+    bending = STRIP.bending_stiffness / LENGTH * pinned.energy(u[-1])
+    assert result.energy["strain"][-1] == pytest.approx(bending, rel=1e-3)
+
+
+@pytest.mark.parametrize(("make", "order", "bound"), [
+    (lambda n: Beam(STRIP, elements=n, nodes=2), 2, 1e-2),
+    (lambda n: Beam(STRIP, elements=n, nodes=3), 4, 1e-4),
+    (lambda n: Cable(STRIP, elements=n), 4, 1e-3),
+], ids=["linear beam", "quadratic beam", "cable"])  # fmt: skip
+def test_static_force_converges_to_the_elastica(make, order, bound):
+    """At u = 0.1, 0.5, 0.9; the error is taken where it is largest."""
+    u, errors = np.array([0.1, 0.5, 0.9]), []
+    for elements in (8, 16) if order == 4 else (16, 32):
+        found = pinned_strip(make(elements), LENGTH, u)
+        assert found.status is Status.OK, found.message
+        errors.append(np.abs(found.load / pinned.load(u) - 1).max())
+    assert rates(errors)[0] == pytest.approx(order, abs=0.5)
+    assert errors[-1] < bound
+
+
+def test_static_shapes_are_the_exact_ones():
+    found = pinned_strip(Beam(STRIP, elements=16), LENGTH, [0.3, 0.8])
+    for u, line in zip(found.shortening, found.shapes, strict=True):
+        assert line[:, 1].max() == pytest.approx(LENGTH * pinned.mid_deflection(u), rel=1e-3)
+        assert np.hypot(*(line[-1] - line[0])) == pytest.approx((1 - u) * LENGTH, rel=1e-9)
+        assert np.hypot(*np.diff(line, axis=0).T).sum() == pytest.approx(LENGTH, rel=1e-3)
+
+
+def test_too_coarse_a_strip_is_called_off_its_branch():
+    found = pinned_strip(Beam(STRIP, elements=2, nodes=2), LENGTH, [0.1])
+    assert found.status is Status.SUSPECT and "BRANCH" in found.message and "u = 0.1" in found.message
+
+
+@pytest.mark.parametrize("u", [0.0, -0.1, 1.6, math.nan])
+def test_static_shortening_out_of_range_is_named(u):
+    with pytest.raises(ValueError, match=r"shortenings = .*must lie in \[1e-06, 1.5\]"):
+        pinned_strip(Beam(STRIP), LENGTH, [0.1, u])
+
+
+@pytest.mark.parametrize(("body", "length", "word"), [(Beam(STRIP), -0.3, "length"), (Rigid(STRIP), 0.3, "Rigid")])
+def test_static_strip_is_checked_before_the_engine(body, length, word):
+    with pytest.raises(ValueError, match=word):
+        pinned_strip(body, length, [0.1])

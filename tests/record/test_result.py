@@ -1,0 +1,226 @@
+"""What a run gives back survives files and processes unchanged, and is read as it was meant."""
+
+import json
+import math
+import pickle
+import xml.etree.ElementTree as ET
+from dataclasses import fields, replace
+
+import meshio
+import numpy as np
+import pytest
+
+from buckler.mbs import Beam, Cable, Result, Section, Status, simulate, slider_crank
+from buckler.mbs.laws import ExactRestitution
+from buckler.mbs.record.result import Shape
+
+STRIP = Section(width=0.030, thickness=0.0003).damped(0.02, 0.31)
+
+
+def small(**changed):
+    """A result made by hand; its steps are unequal, and the values are awkward on purpose."""
+    time = np.array([0.0, 0.1, 0.4, 1.0])
+    result = Result(
+        status=Status.SUSPECT,
+        message="ENERGY: balance 3 %; gap = 1e-5 m, \u03b7 > 2",
+        time=time,
+        signals={
+            "B.x": np.array([0.0, 1.0, -2.0, 1e-300]),
+            "drive.torque": np.array([np.nan, np.inf, 0.1 + 0.2, -0.0]),
+        },
+        units={"B.x": "m", "drive.torque": "N m"},
+        work={"wall_s": 0.125, "steps": 3.0},
+        energy={"error": np.array([0.0, 1e-3, -2e-3, 1e-3]), "throughput": np.array([0.0, 0.1, 0.3, 0.5])},
+        shapes={"coupler": Shape(np.array([0.1, 1.0]), np.arange(12.0).reshape(2, 3, 2) / 7, 3e-4)},
+        provenance={"exudyn": "1.13.6", "scene": {"Beam": 1, "coordinates": 55}},
+    )
+    return replace(result, **changed)
+
+
+@pytest.fixture(scope="module")
+def real():
+    """A run with everything a result can hold."""
+    mechanism = slider_crank(Beam(STRIP, elements=4), law=ExactRestitution(1e5, 0.8), mass=0.3, speed=1.25)
+    return simulate(mechanism, 0.2, ledger=True, shapes=[0.0, 0.05, 0.2])
+
+
+def assert_equal(one, two):
+    for spec in fields(Result):
+        a, b = getattr(one, spec.name), getattr(two, spec.name)
+        if spec.name == "time":
+            assert (a == b).all() and a.dtype == b.dtype
+        elif spec.name in ("signals", "energy"):
+            assert list(a) == list(b)
+            for name in a:
+                assert np.array_equal(a[name], b[name], equal_nan=True), name
+        elif spec.name == "shapes":
+            assert list(a) == list(b)
+            for name in a:
+                assert np.array_equal(a[name].times, b[name].times)
+                assert np.array_equal(a[name].points, b[name].points)
+                assert a[name].thickness == b[name].thickness
+        else:
+            assert a == b or (a != a and b != b), spec.name  # nan where no accuracy was asked for
+
+
+# --- files ------------------------------------------------------------------------------------------------------------
+
+
+def test_save_and_load_give_back_every_bit(tmp_path, real):
+    for result in (small(), real, small(shapes={}, energy={}, provenance={}), small(status=Status.TIMED_OUT)):
+        back = Result.load(result.save(tmp_path / "deep" / "down" / "run"))
+        assert_equal(result, back)
+        assert isinstance(back.status, Status)
+
+
+def test_saved_file_is_plain_numpy(tmp_path):
+    """Readable without this package: arrays by name and a JSON head, no pickles."""
+    path = small().save(tmp_path / "run.npz")
+    assert path.name == "run.npz"
+    with np.load(path, allow_pickle=False) as data:
+        assert data["signal/B.x"].tolist() == [0.0, 1.0, -2.0, 1e-300]
+        head = json.loads(str(data["head"]))
+    assert head["units"]["drive.torque"] == "N m" and head["status"] == "SUSPECT"
+
+
+def test_saving_again_replaces(tmp_path):
+    path = small().save(tmp_path / "run")
+    assert small(message="second").save(tmp_path / "run") == path
+    assert Result.load(path).message == "second"
+
+
+def test_dots_in_a_name_are_kept(tmp_path):
+    paths = [small().save(tmp_path / f"h=0.{n}") for n in (3, 5)]
+    assert [path.name for path in paths] == ["h=0.3.npz", "h=0.5.npz"]
+
+
+def test_a_foreign_file_is_refused(tmp_path):
+    np.savez(tmp_path / "other.npz", x=np.arange(3))
+    with pytest.raises(ValueError, match=r"other\.npz: not a saved result"):
+        Result.load(tmp_path / "other.npz")
+    (tmp_path / "text.npz").write_text("time, B.x\n0, 1\n", encoding="utf-8")
+    with pytest.raises(ValueError):
+        Result.load(tmp_path / "text.npz")
+    with pytest.raises(FileNotFoundError):
+        Result.load(tmp_path / "nowhere.npz")
+
+
+@pytest.mark.parametrize("kind", ["array", "head"])
+def test_a_foreign_numpy_file_is_refused(tmp_path, kind):
+    if kind == "array":
+        np.save(tmp_path / "other.npy", np.arange(3))
+    else:
+        with (tmp_path / "other.npy").open("wb") as file:
+            np.savez(file, head=np.array(json.dumps({"title": "something else"})))
+    with pytest.raises(ValueError, match="not a saved result"):
+        Result.load(tmp_path / "other.npy")
+
+
+def test_a_result_pickles(real):
+    for result in (small(), real):
+        assert_equal(result, pickle.loads(pickle.dumps(result)))
+
+
+# --- ParaView ---------------------------------------------------------------------------------------------------------
+
+
+def test_paraview_files_hold_the_shapes(tmp_path):
+    line = np.linspace(0, 1, 5)
+    times = np.array([0.0, 0.25, 1.0])
+    one = np.stack([np.column_stack([line, t * line**2]) for t in times])
+    two = np.stack([np.column_stack([1 + t, 2 * t]) * np.ones((3, 1)) + line[:3, None] for t in times])
+    result = small(shapes={"one": Shape(times, one, 3e-4), "two": Shape(times, two, 5e-4)})
+    collection = result.write_paraview(tmp_path / "out")
+    entries = list(ET.parse(collection).getroot().iter("DataSet"))
+    assert [float(entry.get("timestep")) for entry in entries] == times.tolist()
+    for k, entry in enumerate(entries):
+        mesh = meshio.read(collection.parent / entry.get("file"))
+        assert mesh.points[:, :2] == pytest.approx(np.concatenate([one[k], two[k]]), abs=1e-12)
+        assert not mesh.points[:, 2].any()
+        cells = mesh.cells_dict["line"].tolist()
+        assert cells == [[0, 1], [1, 2], [2, 3], [3, 4], [5, 6], [6, 7]]  # no cell joins the two links
+        assert mesh.point_data["thickness"] == pytest.approx([3e-4] * 5 + [5e-4] * 3)
+
+
+def test_paraview_without_shapes_says_what_to_do(tmp_path):
+    with pytest.raises(ValueError, match=r"simulate\(\.\.\., shapes=times\)"):
+        small(shapes={}).write_paraview(tmp_path)
+
+
+# --- reading ----------------------------------------------------------------------------------------------------------
+
+
+def test_mean_weights_by_time():
+    """The trapezium rule by hand over steps 0.1, 0.3, 0.6: 0.05 - 0.15 - 0.6."""
+    assert small().mean("B.x") == pytest.approx(-0.7, rel=1e-14)
+    clustered = np.concatenate([np.linspace(0, 0.01, 1000), np.linspace(0.02, 1, 50)])
+    assert small(time=clustered, signals={"s": clustered}).mean("s") == pytest.approx(0.5, rel=1e-12)
+
+
+def test_mean_does_not_depend_on_where_time_starts():
+    late = small(time=small().time + 100.0)
+    assert late.mean("B.x") == pytest.approx(small().mean("B.x"), rel=1e-12)
+
+
+def test_at_is_linear_between_steps():
+    assert small().at("B.x", [0.1, 0.25, 0.05]) == pytest.approx([1.0, -0.5, 0.5])
+    assert small().at("B.x", 0.25) == pytest.approx(-0.5)
+    with pytest.raises(KeyError):
+        small().at("B.z", 0.1)
+
+
+def test_energy_balance_is_the_largest_error_over_the_throughput():
+    assert small().energy_balance == pytest.approx(2e-3 / 0.5)
+    assert math.isnan(small(energy={}).energy_balance)
+
+
+def test_suspicion_is_added_but_hides_no_failure():
+    fine = small(status=Status.OK, message="")
+    assert fine.ok and not fine.suspect("A").ok
+    twice = fine.suspect("A").suspect("B")
+    assert twice.status is Status.SUSPECT and twice.message == "A; B"
+    failed = small(status=Status.NEWTON_DIVERGED, message="at t = 1 s")
+    assert failed.suspect("A") is failed
+    assert fine.ok and fine.message == ""  # the original is untouched
+
+
+def test_status_reads_as_its_name():
+    assert all(status == status.name for status in Status)
+    assert Status("TIMED_OUT") is Status.TIMED_OUT
+
+
+# --- a real one -------------------------------------------------------------------------------------------------------
+
+
+def test_a_real_result_is_complete_and_plain(real):
+    assert real.ok, real.message
+    assert set(real.units) == set(real.signals)
+    assert all(type(values) is np.ndarray and values.shape == real.time.shape for values in real.signals.values())
+    assert all(values.shape == real.time.shape for values in real.energy.values())
+    assert real.time[0] == 0.0 and real.time[-1] == pytest.approx(0.2, rel=1e-12) and (np.diff(real.time) > 0).all()
+    assert real.work["steps"] == len(real.time) - 1 and real.work["newton_iterations"] >= real.work["steps"]
+    assert real.provenance["scene"]["Beam"] == 1 and real.provenance["exudyn"]
+
+
+def test_stored_shapes_end_where_the_pins_are(real):
+    shape = real.shapes["coupler"]
+    assert shape.times.tolist() == [0.0, 0.05, 0.2] and shape.thickness == STRIP.thickness
+    for station, point in ((0, "A"), (-1, "B")):
+        for axis, letter in enumerate("xy"):
+            assert shape.points[:, station, axis] == pytest.approx(real.at(f"{point}.{letter}", shape.times), abs=1e-6)
+    assert np.hypot(*(shape.points[0, -1] - shape.points[0, 0])) == pytest.approx(0.31, rel=1e-12)
+
+
+def test_a_real_result_goes_to_paraview(real, tmp_path):
+    collection = real.write_paraview(tmp_path)
+    mesh = meshio.read(tmp_path / "strip_0001.vtu")
+    assert mesh.points[:, :2] == pytest.approx(real.shapes["coupler"].points[1], abs=1e-9)
+    assert collection.exists() and len(list(tmp_path.glob("*.vtu"))) == 3
+
+
+@pytest.mark.parametrize("body", [Beam(STRIP, elements=4), Cable(STRIP, elements=4)], ids=["beam", "cable"])
+def test_shapes_do_not_depend_on_what_else_is_kept(body):
+    mechanism = slider_crank(body, law=None, mass=0.3, speed=1.25)
+    one = simulate(mechanism, 0.05, shapes=[0.02])
+    two = simulate(mechanism, 0.05, shapes=[0.0, 0.02], ledger=True)
+    assert np.array_equal(one.shapes["coupler"].points[0], two.shapes["coupler"].points[1])

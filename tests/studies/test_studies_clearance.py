@@ -1,0 +1,233 @@
+"""The studies of joints with play: against closed forms, against dynamics by hand, and what they promise in words."""
+
+import re
+from math import pi
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from buckler.mbs.kinematics.closure import Closure
+from buckler.studies.kit import registry
+from buckler.studies.rattling import clearance, crank_rocker
+from buckler.studies.rattling.clearance import Variant, rms
+from buckler.studies.trust import restitution
+
+HOW_TO = (Path(__file__).parents[2] / "docs" / "how-to-add-a-clearance-joint.md").read_text(encoding="utf-8")
+SHORT = {"duration": 0.02, "settle": 0.005}
+NUMBERS = {
+    "peak_force_coupler_rocker": "N", "peak_force_rocker_frame": "N", "peak_ax_coupler": "m/s^2", "peak_ax_rocker": "m/s^2",
+    "rms_ax_coupler": "m/s^2", "rms_ax_rocker": "m/s^2", "rms_vx_error_coupler": "m/s", "rms_vx_error_rocker": "m/s",
+    "penetration": "m", "contacts": "1", "energy_balance": "1",
+}  # fmt: skip
+
+
+def ran(**parameters):
+    return crank_rocker.run(crank_rocker.Parameters(**parameters))
+
+
+@pytest.fixture(scope="module")
+def short():
+    return ran(**SHORT)
+
+
+# --- restitution ------------------------------------------------------------------------------------------------------
+
+
+def test_drop_tests_deliver_what_the_laws_do():
+    """Against docs/theory-contact.md; the law that asks for nothing against the equation of motion of one mass."""
+    asked = {"laws": ("CarvalhoMartins", "LeeWang", "KelvinVoigt"), "restitution": (0.3, 0.7), "speeds": (0.1,)}
+    result = restitution.run(restitution.Parameters(**asked))
+    assert result.status == "OK", result.message
+    for name, expected in {
+        "CarvalhoMartins.0.3": 0.3040, "CarvalhoMartins.0.7": 0.7000, "LeeWang.0.3": 0.7390, "LeeWang.0.7": 0.8693,
+        "KelvinVoigt.0.3": 0.3, "KelvinVoigt.0.7": 0.7, "Hertz": 1.0,
+    }.items():  # fmt: skip
+        metric = result.metrics[f"{name}.delivered"]
+        assert metric.value == pytest.approx(expected, abs=5e-4) and metric.error < 2e-3
+    assert result.metrics["Impact[N.s/m].0.1.delivered"].value > 0.9
+    assert result.metrics["Impact[N.s/mm].0.1.delivered"].value < 0.03
+    assert result.metrics["largest_difference"].value < 5e-4 and result.work["evaluations"] > 1000
+    assert len(restitution.figure(result).axes) == 2
+    rows = {row[0]: [float(value) for value in row[1:]] for row in result.tables[0].rows}
+    assert rows["LeeWang"] == pytest.approx([0.7390, 0.8693], abs=5e-4)
+
+
+def test_drop_tests_with_coarse_steps_are_suspect_and_named():
+    asked = {"laws": "ExactRestitution", "restitution": 0.5, "speeds": 0.1, "tolerance": 1e-3}
+    result = restitution.run(restitution.Parameters(**asked))
+    assert result.status == "SUSPECT" and "ExactRestitution.0.5: off by" in result.message
+
+
+# --- crank-rocker, ideal joints ---------------------------------------------------------------------------------------
+
+
+def by_hand(parameters, times):
+    """a_x of the centres of coupler and rocker and the size of the force at B, by loop closure and two moment balances."""
+    mechanism = parameters.mechanism("rigid", "")
+    closure, guess, found = Closure(mechanism), None, []
+    section, (crank, coupler, rocker) = parameters.section, (mechanism.length(link.name) for link in mechanism.links)
+    line, thick = section.mass_per_length, section.thickness
+    for t in times:
+        q, q_t, q_tt = closure.solve(float(t), guess)
+        guess = q
+        arms = [length * np.exp(1j * q[i, 2]) for i, length in enumerate((crank, coupler, rocker))]
+        turned = [1j * q_tt[i, 2] - q_t[i, 2] ** 2 for i in range(3)]
+        centre_c = turned[0] * arms[0] + turned[1] * arms[1] / 2
+        centre_r = turned[2] * arms[2] / 2
+        inertia_c, inertia_r = (line * size * (size**2 + thick**2) / 12 for size in (coupler, rocker))
+        # about C: r_CB x F = I a; about A: -r_AB x F = I a + r_AG x m a_G
+        about_c = (inertia_r + line * rocker * rocker**2 / 4) * q_tt[2, 2]
+        about_a = inertia_c * q_tt[1, 2] + line * coupler * (np.conj(arms[1] / 2) * centre_c).imag
+        rows = [[-arms[2].imag, arms[2].real], [arms[1].imag, -arms[1].real]]
+        force = np.linalg.solve(rows, [about_c, about_a])
+        found.append((centre_c.real, centre_r.real, np.hypot(*force)))
+    return np.array(found).T
+
+
+def test_ideal_mechanism_is_that_of_loop_closure_and_newton():
+    p = crank_rocker.Parameters(rocker="rigid", clearance_joints=0)
+    result, times = crank_rocker.run(p), np.linspace(p.settle, p.duration, 2001)
+    assert result.status == "OK", result.message
+    ax_coupler, ax_rocker, force = by_hand(p, times)
+    for variant in ("ideal", "rigid"):
+        value = {name: result.metrics[f"{variant}.{name}"].value for name in NUMBERS}
+        assert value["rms_ax_coupler"] == pytest.approx(rms(times, ax_coupler), rel=1e-3)
+        assert value["rms_ax_rocker"] == pytest.approx(rms(times, ax_rocker), rel=1e-3)
+        assert value["peak_ax_coupler"] == pytest.approx(np.abs(ax_coupler).max(), rel=1e-3)
+        assert value["peak_force_coupler_rocker"] == pytest.approx(force.max(), rel=1e-3)
+        assert value["energy_balance"] < 1e-3
+        assert value["contacts"] == value["penetration"] == value["rms_vx_error_coupler"] == 0
+    assert "orbits" not in crank_rocker.figure(result)
+
+
+# --- crank-rocker, with play ------------------------------------------------------------------------------------------
+
+
+def test_default_variants_and_all_their_numbers(short):
+    assert short.status == "OK", short.message
+    expected = {f"{variant}.{name}": unit for variant in ("ideal", "rigid", "flexible") for name, unit in NUMBERS.items()}
+    assert {name: metric.unit for name, metric in short.metrics.items()} == expected
+    for variant in ("rigid", "flexible"):
+        assert short.metrics[f"{variant}.energy_balance"].value < 1e-3
+        assert short.metrics[f"{variant}.contacts"].value > 10
+        assert 0 < short.metrics[f"{variant}.penetration"].value < short.parameters.clearance
+    ideal, rigid = (short.metrics[f"{v}.peak_force_coupler_rocker"].value for v in ("ideal", "rigid"))
+    assert rigid > 2 * ideal
+    assert str(short).startswith("4 joints with 0.25 mm play, c_max = 253 N.s/m\n")
+
+
+def test_metrics_follow_from_the_signals(short):
+    for variant in ("rigid", "flexible"):
+        s = {name.removeprefix(f"{variant}."): v for name, v in short.signals.items() if name.startswith(variant)}
+        kept = s["time"] >= SHORT["settle"]
+        value = {name: short.metrics[f"{variant}.{name}"].value for name in NUMBERS}
+        even = np.linspace(s["time"][kept][0], s["time"][-1], 400_001)
+        ax = np.interp(even, s["time"], s["rocker.ax"])
+        assert value["rms_ax_rocker"] == pytest.approx(np.sqrt(np.mean(ax**2)), rel=0.01)
+        force = np.hypot(s["C.ground-rocker.fx"], s["C.ground-rocker.fy"])[kept]
+        assert value["peak_force_rocker_frame"] == force.max()
+
+
+def test_figures_show_what_figures_5_to_10_show(short):
+    figures = crank_rocker.figure(short)
+    shape = {name: len(figure.axes) for name, figure in figures.items()}
+    assert shape == {"velocity": 4, "acceleration": 4, "contact_force": 4, "orbits": 8}
+    assert [ax.get_title() for ax in figures["orbits"].axes[:4]][2] == "B: coupler–rocker"
+
+
+def test_rms_weights_by_time():
+    time = np.array([0.0, 1.0, 2.0, 2.001, 2.002, 2.003, 4.0])
+    assert rms(time, np.full(7, 3.0)) == pytest.approx(3.0)
+    time = np.concatenate([np.linspace(0, 1, 11), np.linspace(1, 2, 1001)])
+    assert rms(time, np.where(np.arange(len(time)) <= 10, 2.0, 0.0)) == pytest.approx(np.sqrt(2), rel=1e-3)
+
+
+@pytest.mark.parametrize("count", [1, 3])
+def test_play_in_as_many_joints_as_asked_for(count):
+    result = ran(**SHORT, rocker="rigid", clearance_joints=count)
+    joints = {name.split(".")[1] for name in result.signals if name.endswith("journal_x")}
+    assert result.status == "OK" and joints == set("BCAO"[:count])
+    assert result.metrics["rigid.energy_balance"].value < 1e-3
+    assert {name.partition(".")[0] for name in result.metrics} == {"ideal", "rigid"}
+
+
+def test_modal_rocker_is_a_flexible_one():
+    result = ran(**SHORT, rocker="modal")
+    assert result.status == "OK" and result.metrics["flexible.energy_balance"].value < 1e-3
+    assert {name.partition(".")[0] for name in result.metrics} == {"ideal", "flexible"}
+    with pytest.raises(ValueError, match="rocker = beam,modal: name one flexible rocker at most"):
+        crank_rocker.Parameters(rocker="beam,modal")
+
+
+def test_unit_of_the_damping_decides_whether_joints_rattle(short):
+    closed = ran(**SHORT, damping_unit="N.s/mm")
+    assert closed.status == "OK" and closed.metrics["rigid.energy_balance"].value < 1e-3
+    assert 5 * closed.metrics["rigid.contacts"].value < short.metrics["rigid.contacts"].value
+
+
+def test_seed_moves_the_start_by_next_to_nothing_and_the_end_by_more():
+    one, again, other = (ran(**SHORT, rocker="rigid", seed=seed) for seed in (0, 0, 1))
+    for name, values in one.signals.items():
+        assert np.array_equal(values, again.signals[name])
+    points = [result.parameters.mechanism("rigid").points["A"] for result in (one, other)]
+    assert 0 < np.abs(np.subtract(*points)).max() < 1e-9
+    assert one.metrics["rigid.rms_ax_coupler"].value != other.metrics["rigid.rms_ax_coupler"].value
+
+
+@pytest.mark.parametrize("depth", ["5mm", "20mm"])
+def test_depth_in_the_plane_keeps_the_mass(depth):
+    p = crank_rocker.Parameters(in_plane_depth=depth)
+    assert p.section.area == pytest.approx(1e-4) and p.section.thickness == float(depth[:-2]) * 1e-3
+    assert p.speed == 10 * pi and p.pin == 5e-3 and p.law.stiffness == pytest.approx(8.0006e9, rel=1e-4)
+
+
+def test_pin_deeper_in_than_it_has_play_is_suspect():
+    result = ran(**SHORT, rocker="rigid", clearance="5um")
+    assert result.status == "SUSPECT" and "rigid: PENETRATION" in result.message
+    assert result.metrics["rigid.penetration"].value > 5e-6
+
+
+def test_run_that_fails_at_once_leaves_its_name_and_no_numbers(short):
+    class Failed:
+        """As a run that never got beyond the start."""
+
+        time, status, ok, message = np.zeros(1), "TIMED_OUT", False, "out of time"
+        energy_balance = float("nan")
+        signals = {name.removeprefix("rigid."): v[:1] for name, v in short.signals.items() if name.startswith("rigid.")}
+        signals |= {f"{p}.{name}": np.zeros(1) for p in "OABC" for name in ("penetration", "contacts")}
+        at = staticmethod(lambda name, times: np.zeros_like(times))
+
+    failed = Variant("rigid", "OABC", Failed())
+    found = clearance.read(failed, failed, 0.01)
+    assert np.isnan(found["peak_force_coupler_rocker"][0]) and np.isnan(found["rms_ax_rocker"][0])
+    assert clearance.verdict([failed]) == {"status": "TIMED_OUT", "message": "rigid: out of time"}
+
+
+@pytest.mark.parametrize(("wrong", "message"), [
+    ({"settle": 1.0}, "settle = 1 s: must be less than duration = 0.2 s"),
+    ({"dynamic_friction": 0.4}, "static = 0.3"),
+    ({"friction_speed": 0.05}, "v_d = 0.05"),
+    ({"damping_unit": "N"}, "damping_unit = N: not one of the options"),
+    ({"clearance": 0.0}, "clearance = 0 m: out of range"),
+    ({"clearance_joints": 5}, "clearance_joints = 5: out of range"),
+])  # fmt: skip
+def test_wrong_input_is_refused_in_one_line(wrong, message):
+    with pytest.raises(ValueError, match=message) as refused:
+        crank_rocker.Parameters(**wrong)
+    assert "\n" not in str(refused.value)
+
+
+def test_blocks_of_the_how_to_run_and_end_well():
+    names = {}
+    for block in re.findall(r"^```python\n(.*?)^```$", HOW_TO, re.MULTILINE | re.DOTALL):
+        exec(block, names)
+    assert names["result"].ok, names["result"].message
+    assert names["result"].energy_balance < 1e-3 and names["result"].signals["B.contacts"][-1] == 3
+    assert names["rattled"].ok and names["rattled"].energy_balance < 1e-3
+    assert names["rattled"].signals["B.contacts"][-1] > 3
+
+
+def test_both_are_on_the_list():
+    for name, module in (("restitution", restitution), ("crank-rocker", crank_rocker)):
+        assert registry.load(name) is module

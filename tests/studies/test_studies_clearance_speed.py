@@ -1,0 +1,218 @@
+"""The crank-rocker over clearance and speed: ideal forces by inverse dynamics, made-up power laws, engine and reference."""
+
+from dataclasses import replace
+from math import isnan
+
+import numpy as np
+import pytest
+
+pytest.importorskip("numba")
+
+from buckler.studies.kit import registry
+from buckler.studies.kit.cli import main
+from buckler.studies.kit.style import house_style
+from buckler.studies.rattling import clearance_speed
+from buckler.studies.rattling.clearance_speed import MEASURES, Point, ideal, measure, on_engine
+
+SMALL = {"clearances": "5um,0.2mm,0.5mm", "speeds": "20,40", "members": 2, "cycles": 1, "settle": 0}
+
+
+def parameters(**changes):
+    return clearance_speed.Parameters(**SMALL | {"engine_members": 0} | changes)
+
+
+@pytest.fixture(scope="module")
+def small():
+    return clearance_speed.run(parameters())
+
+
+# --- numbers ----------------------------------------------------------------------------------------------------------
+
+
+def inverse_dynamics(bar, speed):
+    """Largest force in B and rms a_x of coupler and rocker with ideal joints: circles met, spectral derivatives, Newton."""
+    crank = np.linspace(0, 2 * np.pi, 4096, endpoint=False)
+    a = bar.crank * np.exp(1j * crank)
+    to_c = bar.frame - a
+    bend = np.arccos((bar.coupler**2 + abs(to_c) ** 2 - bar.rocker**2) / (2 * bar.coupler * abs(to_c)))
+    b = a + bar.coupler * to_c / abs(to_c) * np.exp(1j * bend)
+    order = 1j * np.fft.fftfreq(len(crank), 1 / len(crank)) * speed
+
+    def twice(x):
+        return np.fft.ifft(order**2 * np.fft.fft(x))
+
+    turning = [twice(np.unwrap(np.angle(x))).real for x in (b - a, bar.frame - b)]
+    coupler, rocker = twice((a + b) / 2), twice((b + bar.frame) / 2)
+    mass, inertia = bar.masses[1:], bar.inertias[1:]
+    half, arm = (b - a) / 2, (b - bar.frame) / 2  # from the coupler's centre to B, from the rocker's
+    # F on the rocker at B: moments about A for the coupler, about C for the rocker, two equations for fx, fy
+    first = inertia[0] * turning[0] + mass[0] * (half.conj() * coupler).imag
+    second = inertia[1] * turning[1] + mass[1] * (arm.conj() * rocker).imag
+    matrix = np.array([[2 * half.imag, -2 * half.real], [-2 * arm.imag, 2 * arm.real]])
+    force = np.linalg.solve(np.moveaxis(matrix, -1, 0), np.stack([first, second], -1)[..., None])[..., 0]
+    return np.array([np.hypot(*force.T).max(), *(np.sqrt(np.mean(x.real**2)) for x in (coupler, rocker))])
+
+
+@pytest.mark.parametrize("speed", [10.0, 75.0])
+def test_ideal_joints_are_those_of_inverse_dynamics(speed):
+    p = parameters()
+    assert ideal(p, speed) == pytest.approx(inverse_dynamics(p.fourbar(), speed), rel=3e-4)
+
+
+def test_engine_and_reference_agree_where_nothing_is_left_to_chance():
+    """Heavily damped, the joints hardly open and the motion is no chaos: the same turn on both."""
+    p = parameters(damping_unit="N.s/mm", clearance="0.1mm", settle=1)
+    turn = measure(p, p.fourbar())
+    assert turn.notes == () and turn.impacts < 3
+    assert on_engine(p, p.seed) == pytest.approx(turn.mean, rel=0.01)
+    assert on_engine(p, p.seed)[1:] == pytest.approx(turn.mean[1:], rel=4e-3)
+
+
+def test_rattling_joints_carry_more_and_dig_in_as_deep_as_the_law_says(small):
+    """K d^1.5 is no more than the largest force in any joint; B's mean peak is well within ten times that of ideal joints."""
+    s, p = small.signals, small.parameters
+    assert small.status == "OK", small.message
+    for i, k in np.ndindex(s["depth"].shape):
+        depth = s["depth"][i, k] * s["clearance"][i]
+        held = p.stiffness * depth**1.5
+        assert 0.3 * held < s["mean"][i, k, 0] < 2 * held
+    assert (s["mean"][..., 0] > s["ideal"][:, 0]).all()
+    assert (np.diff(s["mean"][..., 0], axis=0) > 0).all() and (np.diff(s["mean"][..., 0], axis=1) > 0).all()
+
+
+def test_a_pin_deeper_than_its_play_carries_a_name_and_enters_no_fit(small):
+    s = small.signals
+    np.testing.assert_array_equal(s["valid"], s["depth"] <= 1)
+    assert small.metrics["invalid"].value == (s["depth"] > 1).sum() == 2
+    rows = {(row[0], row[1]): row for row in small.tables[0].rows}
+    assert rows["0.005", "40"][-1] == "PENETRATION" and rows["0.5", "40"][-1] == ""
+    assert small.metrics["valid"].value == 4 and "peak_force.power_of_speed" not in small.metrics  # too few for a fit
+
+
+def test_points_do_not_depend_on_the_threads_but_on_the_seed(small):
+    alone = clearance_speed.run(parameters(workers=1)).signals
+    np.testing.assert_array_equal(alone["mean"], small.signals["mean"])
+    other = measure(parameters(seed=5), parameters().fourbar(gap=5e-4, speed=40.0))
+    assert other.mean[0] != small.signals["mean"][2, 1, 0]
+
+
+def test_powers_of_a_made_up_law_and_their_errors():
+    """Scatter s about ln y = a + b x: b's error is s over the square root of the sum of squares of x."""
+    rng = np.random.default_rng(0)
+    at = np.array([(c, w) for c in np.geomspace(1e-5, 1e-3, 20) for w in np.geomspace(10, 100, 20)])
+    values = 3e4 * at[:, 0] ** 0.75 * at[:, 1] ** 1.5 * np.exp(0.1 * rng.standard_normal(len(at)))
+    found = clearance_speed._powers("y", at, values)
+    for over, power, spread in (("clearance", 0.75, np.log(at[:, 0]).std()), ("speed", 1.5, np.log(at[:, 1]).std())):
+        metric = found[f"y.power_of_{over}"]
+        error = metric.error * metric.value
+        assert error == pytest.approx(0.1 / np.sqrt(len(at)) / spread, rel=0.1)
+        assert metric.value == pytest.approx(power, abs=4 * error)
+    assert found["y.scatter"].value == pytest.approx(0.1, rel=0.1)
+
+
+# --- what is wrong ----------------------------------------------------------------------------------------------------
+
+
+def made_up(p, monkeypatch, engine, points=None):
+    """The study with points of a power law instead of ensembles, and these engine runs."""
+
+    def point(_, fourbar):
+        gap = fourbar.gaps[0]
+        found = points(gap) if points else None
+        return found or Point(np.array([1e6 * gap * fourbar.speed, 10.0, 20.0]), np.array([10.0, 0.1, 0.2]), 0.5, 30.0)
+
+    monkeypatch.setattr(clearance_speed, "measure", point)
+    monkeypatch.setattr(clearance_speed, "on_engine", lambda _, seed: np.array(engine) * (1 + 0.01 * seed))
+    return clearance_speed.run(p)
+
+
+def test_an_engine_that_is_apart_is_suspect(monkeypatch):
+    p = parameters(engine_members=2, clearance="0.1mm", speed=10)
+    good = made_up(p, monkeypatch, [1000.0, 10.0, 20.0])
+    assert good.status == "OK", good.message
+    assert good.metrics["engine.peak_force.apart"].value == pytest.approx(5 / np.hypot(5, 10))
+    assert good.metrics["peak_force.power_of_clearance"].value == pytest.approx(1, abs=1e-12)
+    bad = made_up(p, monkeypatch, [1000.0, 11.0, 20.0])
+    assert bad.status == "SUSPECT"
+    assert bad.message.startswith("ENGINE: rms_ax_coupler 11.05 m/s^2, reference 10: ") and "\n" not in bad.message
+    assert "rms_ax_rocker" not in bad.message
+    assert "apart, in standard errors" in str(bad)
+
+
+def test_a_point_that_fails_is_suspect_and_drawn(monkeypatch):
+    lost = Point(np.full(3, np.nan), np.full(3, np.nan), notes=("FAILED: seed 0: no more",))
+    result = made_up(parameters(), monkeypatch, [], lambda gap: lost if gap == 5e-4 else None)
+    assert result.status == "SUSPECT"
+    assert result.message == "FAILED: 0.5 mm, 20 rad/s; FAILED: 0.5 mm, 40 rad/s"
+    assert isnan(result.signals["mean"][2, 0, 0]) and not result.signals["valid"][2].any()
+    draw(result)
+
+
+def test_an_ensemble_that_cannot_be_run_is_a_point_that_failed(monkeypatch):
+    def stops(*args, **options):
+        raise RuntimeError("seed 0: more impacts than a run keeps")
+
+    monkeypatch.setattr(clearance_speed, "ensemble", stops)
+    p = parameters()
+    point = measure(p, p.fourbar())
+    assert np.isnan(point.mean).all() and point.notes == ("FAILED: seed 0: more impacts than a run keeps",)
+
+
+def test_energy_that_does_not_balance_carries_a_name(monkeypatch):
+    found = clearance_speed.ensemble
+    monkeypatch.setattr(clearance_speed, "ensemble", lambda *a, **o: replace(found(*a, **o), balances=(1e-5, 2e-3)))
+    p = parameters()
+    assert measure(p, p.fourbar()).notes == ("ENERGY: balance 2.0e-03, allowed 0.001",)
+
+
+# --- figures, words ---------------------------------------------------------------------------------------------------
+
+
+def draw(result):
+    with house_style():
+        figures = clearance_speed.figure(result)
+        for drawn in figures.values():
+            drawn.canvas.draw()
+    assert all(ax.get_ylabel() for ax in figures["lines"].axes)
+    return figures
+
+
+def test_figures(small):
+    figures = draw(small)
+    assert len(figures["lines"].axes) == 4
+    texts = [text.get_text() for ax in figures["maps"].axes for text in ax.texts]
+    assert len(texts) == 3 * 6 and sum(text.startswith("(") for text in texts) == 3 * 2
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        ({"engine_members": 1}, "engine_members = 1: one member has no standard error"),
+        ({"clearances": "5mm"}, "clearances = 5mm: out of range"),
+        ({"members": 1}, "members = 1: out of range"),
+    ],
+)
+def test_wrong_input_is_refused_in_one_line(wrong, message):
+    with pytest.raises(ValueError, match=message) as caught:
+        parameters(**wrong)
+    assert "\n" not in str(caught.value)
+
+
+def test_command_line(tmp_path, capsys):
+    words = [word for name, value in SMALL.items() for word in (f"--{name}", str(value))]
+    assert main("clearance-speed", [*words, "--engine-members", "0", "--out", str(tmp_path)]) == 0
+    printed = capsys.readouterr().out
+    assert all(name in printed for name in ("peak force B [N]", "depth/c", "PENETRATION"))
+    assert {path.name for path in (tmp_path / "clearance-speed").glob("*.png")} == {"lines.png", "maps.png"}
+    assert registry.load("clearance-speed") is clearance_speed and len(MEASURES) == 3
+
+
+@pytest.mark.slow
+def test_engine_and_reference_agree_on_the_mean_of_many_turns():
+    """Rattling is chaos; only means can agree, within their errors."""
+    p = parameters(clearances="0.25mm", speeds="20", members=24, cycles=3, settle=1, engine_members=8)
+    result = clearance_speed.run(p)
+    assert result.status == "OK", result.message
+    for name in MEASURES:
+        assert abs(result.metrics[f"engine.{name}.apart"].value) < 3
+        assert result.metrics[f"engine.{name}"].error < 0.1

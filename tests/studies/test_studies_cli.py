@@ -1,0 +1,295 @@
+"""The study command line, on a study that exists only for tests and on the one the how-to shows."""
+
+import importlib
+import math
+import os
+import re
+import runpy
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pytest
+from made_up_study import Parameters, figure, metrics_of, run
+
+from buckler.studies.kit import registry
+from buckler.studies.kit.cli import main
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.fixture
+def dummy(monkeypatch, tmp_path):
+    """Run the made-up study: `dummy("--thickness", "1mm")` returns the exit status, files go to dummy.folder."""
+    module = ModuleType("dummy_study", "A study for tests.\n\nNot shown in the help.")
+    module.Parameters, module.run, module.figure = Parameters, run, figure
+    monkeypatch.setitem(sys.modules, "dummy_study", module)
+    monkeypatch.setitem(registry.STUDIES, "dummy", registry.Entry("dummy_study", "a study for tests"))
+
+    def call(*words):
+        return main(argv=["run", "dummy", "--out", str(tmp_path), *words])
+
+    call.folder = tmp_path / "dummy"
+    return call
+
+
+# --- list, help, wrong input ------------------------------------------------------------------------------------------
+
+
+def test_list_names_every_study_and_imports_nothing_heavy():
+    code = (
+        "import sys; from buckler.studies.kit.cli import main; status = main(argv=['list'])\n"
+        "heavy = {'numpy', 'scipy', 'exudyn', 'matplotlib', 'tqdm', 'tabulate', 'numba', 'meshio'} & set(sys.modules)\n"
+        "raise SystemExit(f'imported {sorted(heavy)}' if heavy else status)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert [line.split()[0] for line in done.stdout.splitlines()] == list(registry.STUDIES)
+    assert all(entry.summary in done.stdout for entry in registry.STUDIES.values())
+
+
+def test_python_m_studies_is_the_command_line():
+    done = subprocess.run([sys.executable, "-m", "studies", "list"], cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 0
+    assert done.stdout.startswith(next(iter(registry.STUDIES)))
+
+
+def test_help_lists_every_parameter_with_unit_default_and_range(dummy, capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "200")
+    with pytest.raises(SystemExit, match="0"):
+        dummy("--help")
+    text = capsys.readouterr().out
+    assert re.search(r"--thickness m +thickness of the strip; default 0.0003 m; 1e-05 to 0.01 m\n", text)
+    assert re.search(r"--speed rad/s +speed of the crank; default 1.25 rad/s; -100 to 100 rad/s\n", text)
+    assert re.search(r"--restitution NUMBER +restitution, 80 % by default; default 0.8; 0 to 1\n", text)
+    assert re.search(r"--models NAME,... +models to run; default strut; one or more of stitched, strut, beam\n", text)
+    assert re.search(r"--elements N +beam elements; default 8; 1 to 64\n", text)
+    assert text.index("strip:") < text.index("--widths") < text.index("drive:") < text.index("--speed")
+    assert "A study for tests." in text
+    assert "Not shown" not in text
+    assert "python -m studies run dummy [options]" in text
+
+
+@pytest.mark.parametrize("argv", [["--help"], ["run", "--help"]])
+def test_general_help(argv, capsys):
+    with pytest.raises(SystemExit, match="0"):
+        main(argv=argv)
+    assert "python -m studies" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--thickness", "5kg"], "thickness = 5kg: 'kg' is no unit for a quantity in m; allowed: 1e-05 to 0.01 m"),
+        (["--speed", "-200"], "speed = -200: out of range; allowed: -100 to 100 rad/s"),
+        (["--thicknes", "1mm"], "unknown parameter '--thicknes'; did you mean --thickness?"),
+        (["--thick=1mm"], "unknown parameter '--thick'; did you mean --thickness?"),
+        (["--qqq", "1mm"], "unknown parameter '--qqq'; see --help"),
+        (["extra"], "unknown argument 'extra'; see --help"),
+        (["--thickness"], "argument --thickness: expected one argument"),
+        (["--elements", "13", "--thickness", "2mm"], "elements = 13: not with a thickness above 0.001 m"),
+        (["--config", "absent.toml"], "--config absent.toml: No such file or directory"),
+    ],
+)
+def test_wrong_input_is_one_line_and_exit_2(dummy, capsys, words, message):
+    assert dummy(*words) == 2
+    assert capsys.readouterr() == ("", f"error: {message}\n")
+    assert not dummy.folder.exists()
+
+
+@pytest.mark.parametrize(
+    ("argv", "message"),
+    [
+        (["run", "slider-krank"], "unknown study 'slider-krank'; did you mean slider-crank?"),
+        (["run", "zzz"], "unknown study 'zzz'; see `python -m studies list`"),
+        (["run"], "the following arguments are required: NAME"),
+        ([], "the following arguments are required: COMMAND"),
+    ],
+)
+def test_unknown_study_or_none_is_exit_2(capsys, argv, message):
+    assert main(argv=argv) == 2
+    assert capsys.readouterr() == ("", f"error: {message}\n")
+
+
+def test_unwritable_out_is_exit_2_before_the_run(dummy, capsys, tmp_path):
+    (tmp_path / "file").write_text("")
+    assert dummy("--out", str(tmp_path / "file"), "--ending", "raises") == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert re.fullmatch(r"error: --out: cannot write to \S+/file/dummy: Not a directory\n", err)
+
+
+def test_folder_that_takes_no_file_is_exit_2(dummy, capsys, monkeypatch):
+    def refuse(dir):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr("tempfile.TemporaryFile", refuse)
+    assert dummy("--ending", "raises") == 2
+    assert capsys.readouterr().err == f"error: --out: cannot write to {dummy.folder}: Permission denied\n"
+
+
+def test_study_that_cannot_be_imported_is_exit_1(monkeypatch, capsys):
+    monkeypatch.setitem(registry.STUDIES, "dummy", registry.Entry("buckler.studies.absent_study", ""))
+    assert main(argv=["run", "dummy"]) == 1
+    assert capsys.readouterr().err == "dummy: cannot be loaded: No module named 'buckler.studies.absent_study'\n"
+
+
+# --- runs -------------------------------------------------------------------------------------------------------------
+
+
+def test_fine_run_prints_a_table_and_writes_every_file(dummy, capsys):
+    assert dummy("--thickness", "0.5mm", "--speed", "-12rpm", "--models", "strut,beam") == 0
+    out, err = capsys.readouterr()
+    assert err == ""
+    assert re.search(r"metric +value +unit +published +exact +relative error\n", out)
+    assert re.search(r"force +1\.7 +N +1\.7684 +1\.72465 +0\.014\n", out)
+    assert {path.name for path in dummy.folder.iterdir()} == {
+        "metrics.json", "signals.npz", "history.png", "history.pdf",
+    }  # fmt: skip
+    with np.load(dummy.folder / "signals.npz") as signals:
+        assert set(signals) == {"time", "force"}
+        assert signals["force"].tolist() == [0, 1, 2, 3, 4]
+    content = metrics_of(dummy.folder)
+    assert content["provenance"]["parameters"]["thickness"] == 5e-4
+    assert content["provenance"]["parameters"]["speed"] == pytest.approx(-12 * math.pi / 30)
+    assert content["provenance"]["parameters"]["models"] == ["strut", "beam"]
+
+
+def test_metrics_json_is_strict_and_complete(dummy):
+    assert dummy() == 0
+    content = metrics_of(dummy.folder)
+    assert list(content) == ["status", "message", "metrics", "work", "provenance", "files"]
+    assert content["metrics"]["force"] == {
+        "value": 1.7, "unit": "N", "published": 1.7684, "exact": 1.72465, "error": pytest.approx(0.01429275),
+    }  # fmt: skip
+    assert content["metrics"]["lost"] == {"value": None, "unit": "J"}
+    assert content["work"].keys() == {"wall_s", "steps", "peak"}
+    assert content["work"]["wall_s"] > 0
+    assert content["work"]["steps"] == 5
+    assert content["work"]["peak"] is None
+    provenance = content["provenance"]
+    assert provenance["versions"].keys() == {"python", "buckler", "exudyn", "numpy", "scipy"}
+    assert provenance["versions"]["numpy"] == np.__version__
+    assert provenance["machine"].keys() == {"cpu", "cores", "os"}
+    assert "commit" in provenance
+    assert provenance["parameters"].keys() == set(Parameters.__dataclass_fields__)
+
+
+def test_json_prints_the_file_and_nothing_else(dummy, capsys):
+    assert dummy("--json", "--ending", "prints") == 0
+    out, err = capsys.readouterr()
+    assert out == (dummy.folder / "metrics.json").read_text()
+    assert err == "engine chatter\n"
+
+
+def test_suspect_run_is_exit_1_named_and_written(dummy, capsys):
+    assert dummy("--ending", "suspect") == 1
+    assert capsys.readouterr().err == "dummy: SUSPECT: energy grew by 3 %\n"
+    content = metrics_of(dummy.folder)
+    assert (content["status"], content["message"]) == ("SUSPECT", "energy grew by 3 %")
+    assert (dummy.folder / "history.pdf").exists()
+
+
+def test_failed_run_is_exit_1_and_leaves_no_earlier_figure(dummy, capsys):
+    assert dummy() == 0
+    (dummy.folder / "notes.txt").write_text("mine")
+    assert dummy("--ending", "raises") == 1
+    err = capsys.readouterr().err
+    assert err.splitlines()[-1] == "dummy: ERROR: ZeroDivisionError: no stiffness left"
+    assert metrics_of(dummy.folder)["status"] == "ERROR"
+    assert {path.name for path in dummy.folder.iterdir()} == {"metrics.json", "notes.txt"}
+
+
+def test_figure_that_fails_keeps_the_numbers(dummy, capsys):
+    assert dummy("--ending", "undrawable") == 1
+    assert "dummy: ERROR: drawing the figures: RuntimeError: no ink" in capsys.readouterr().err
+    assert metrics_of(dummy.folder)["metrics"]["force"]["value"] == 1.7
+    assert (dummy.folder / "signals.npz").exists()
+
+
+def test_interrupt_is_exit_130_and_writes_nothing(dummy, capsys):
+    assert dummy("--ending", "interrupts") == 130
+    assert capsys.readouterr() == ("", "interrupted\n")
+    assert list(dummy.folder.iterdir()) == []
+
+
+def test_config_gives_parameters_and_the_command_line_overrides(dummy, tmp_path):
+    config = tmp_path / "case.toml"
+    config.write_text('thickness = "0.5mm"\nspeed = "12rpm"\nelements = 4\nmodels = ["beam"]\n')
+    assert dummy("--config", str(config), "--elements", "16") == 0
+    parameters = metrics_of(dummy.folder)["provenance"]["parameters"]
+    assert (parameters["thickness"], parameters["elements"], parameters["models"]) == (5e-4, 16, ["beam"])
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        ("thicknes = 1", "unknown parameter 'thicknes'; did you mean thickness?"),
+        ("out = 'x'", "unknown parameter 'out'"),
+        ("thickness = ", "no valid TOML"),
+        ("thickness = 7", "thickness = 7 m: out of range; allowed: 1e-05 to 0.01 m"),
+    ],
+)
+def test_wrong_config_is_one_line_and_exit_2(dummy, tmp_path, capsys, content, message):
+    (tmp_path / "case.toml").write_text(content)
+    assert dummy("--config", str(tmp_path / "case.toml")) == 2
+    err = capsys.readouterr().err
+    assert message in err
+    assert err.count("\n") == 1
+
+
+# --- the how-to, and what the project says of itself ------------------------------------------------------------------
+
+
+@pytest.fixture
+def euler_load(monkeypatch, tmp_path):
+    """The how-to's study, importable as `euler_load`."""
+    blocks = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "how-to-add-a-study.md").read_text(), re.DOTALL)
+    (tmp_path / "euler_load.py").write_text(blocks[0])
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setitem(registry.STUDIES, "euler-load", registry.Entry("euler_load", "rate of convergence"))
+    yield importlib.import_module("euler_load")
+    del sys.modules["euler_load"]
+
+
+def test_how_to_study_converges_at_second_order(euler_load):
+    result = euler_load.run(euler_load.Parameters(finest=32))
+    assert result.status == "OK"
+    assert result.metrics["rate"].value == pytest.approx(2, abs=0.02)
+    assert result.metrics["load"].error < 1e-3
+
+
+def test_study_run_as_a_script_uses_its_importable_self(euler_load, monkeypatch, tmp_path, capsys):
+    used = []
+    monkeypatch.setattr(euler_load, "run", lambda p, progress, run=euler_load.run: used.append(p) or run(p, progress))
+    monkeypatch.setattr(sys, "argv", ["euler_load", "--finest", "32", "--out", str(tmp_path)])
+    with pytest.raises(SystemExit, match="0"):
+        runpy.run_module("euler_load", run_name="__main__")
+    assert type(used[0]) is euler_load.Parameters
+    assert capsys.readouterr().err == ""
+    folder = tmp_path / "euler-load"
+    assert {p.name for p in folder.iterdir()} == {"metrics.json", "signals.npz", "figure.png", "figure.pdf"}
+    assert metrics_of(folder)["metrics"]["rate"]["value"] == pytest.approx(2, abs=0.02)
+
+
+def test_study_run_as_a_script_shows_its_own_command_in_help(euler_load, capsys):
+    with pytest.raises(SystemExit, match="0"):
+        main("euler-load", ["--help"])
+    assert "usage: python -m euler_load [options]" in capsys.readouterr().out
+
+
+def test_ci_runs_the_command_the_readme_shows():
+    command = (ROOT / ".ci" / "run").read_text().rstrip().splitlines()[-1]
+    assert command.endswith("python -m pytest")
+    assert os.access(ROOT / ".ci" / "run", os.X_OK)
+    blocks = re.findall(r"^```\w*\n(.*?)^```", (ROOT / "README.md").read_text(), re.DOTALL | re.MULTILINE)
+    assert command in [line for block in blocks for line in block.splitlines()]
+
+
+def test_one_version_everywhere():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    assert f"\nversion: {project['version']}\n" in (ROOT / "CITATION.cff").read_text()
+    assert project["version"] in (ROOT / "CHANGELOG.md").read_text()

@@ -1,0 +1,196 @@
+"""The two studies of error against run time, of strips in equilibrium and of the slider-crank."""
+
+import numpy as np
+import pytest
+from drawing import drawn
+
+from buckler.mbs import Cable
+from buckler.studies.striking import slider_crank_precision
+from buckler.studies.strips import static_precision
+
+# --- static-precision -------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def statics():
+    return static_precision.run(static_precision.Parameters(finest=32, repeats=3))
+
+
+def test_beam_is_accurate_and_every_value_on_its_branch(statics):
+    assert statics.status == "OK", statics.message
+    assert statics.metrics["on_branch"].value == 1
+    assert statics.metrics["beam_error"].value < 1e-5
+    assert statics.metrics["beam_error_to_elastica"].value < 1e-5
+    assert statics.metrics["plain_error"].value < 5e-6
+
+
+def test_rates_of_the_study(statics):
+    for name, order in (("beam3", 4), ("beam2", 2), ("cable", 4)):
+        assert statics.metrics[f"rate_{name}"].value == pytest.approx(order, abs=0.2)
+        assert statics.metrics[f"rate_{name}"].exact == order
+
+
+def test_beam_takes_less_than_half_of_the_plain_time():
+    found = []
+    for _ in range(3):
+        result = static_precision.run(static_precision.Parameters(finest=16, repeats=5))
+        found.append(result.metrics["time_ratio"].value)
+        if found[-1] < 0.5:
+            break
+    assert 0.01 < min(found) < 0.5
+
+
+def test_static_table_carries_verdict_and_machine(statics):
+    notes = statics.tables[0].notes
+    assert statics.message in notes
+    assert "Beam, 3 nodes x 20 has an error of 7.8e-06" in notes
+    assert "plain ANCF x 64" in notes
+    assert "Medians of 3 runs taken in turn" in notes and "exudyn 1.13" in notes
+    assert [row[:2] for row in statics.tables[0].rows if row[0] == "Cable"] == [["Cable", n] for n in (4, 8, 16, 32)]
+
+
+def test_value_off_the_branch_is_suspect(monkeypatch):
+    monkeypatch.setattr(static_precision, "OFF_BRANCH", 1e-3)
+    result = static_precision.run(static_precision.Parameters(finest=16, plain_elements=16, repeats=1))
+    assert result.status == "SUSPECT"
+    assert "Cable x 8: off the buckled branch" in result.message
+    assert "Cable x 4: MESH: at u = 0.95 the force is" in result.message  # too coarse whatever the branch
+    assert result.metrics["on_branch"].value < 1
+
+
+def test_static_figure_marks_the_front(statics):
+    (ax,) = drawn(static_precision, statics).axes
+    assert (ax.get_xscale(), ax.get_yscale()) == ("log", "log")
+    assert "Pareto front" in [text.get_text() for text in ax.get_legend().get_texts()]
+    front = sum(int(statics.signals[f"{name}.front"].sum()) for name in static_precision.SERIES)
+    assert front >= 2
+
+
+# --- slider-crank-precision -------------------------------------------------------------------------------------------
+
+
+def test_reading_of_a_made_up_force():
+    """A half-sine knock of 20 ms at 121 degrees, then 1.5 N from 140 to 230 degrees."""
+    speed = slider_crank_precision.JOB.speed
+    time = np.linspace(0, slider_crank_precision.TURN, 200_001)
+    angle, start = np.degrees(speed * time), np.radians(121) / speed
+    knock = np.where((time > start) & (time < start + 0.02), 30 * np.sin(np.pi * (time - start) / 0.02), 0.0)
+    force = knock + 1.5 * ((angle > 140) & (angle < 230))
+    found = slider_crank_precision.read(time, force)
+    assert found.peak == pytest.approx(30, rel=1e-5)
+    assert found.impulse == pytest.approx(30 * 0.02 * 2 / np.pi, rel=1e-5)
+    assert (found.settled, found.mean) == (pytest.approx(1.5), pytest.approx(1.5))
+    assert found.plateau_error == pytest.approx(np.abs(1.5 / slider_crank_precision.EXACT - 1).max())
+    assert found.release == pytest.approx(230, abs=2e-3)
+
+
+def test_reading_without_contact_and_with_contact_to_the_end():
+    time = np.linspace(0, slider_crank_precision.TURN, 1001)
+    assert np.isnan(slider_crank_precision.read(time, np.zeros_like(time))).all()
+    pressed = slider_crank_precision.read(time, np.ones_like(time))
+    assert pressed.impulse == pytest.approx(slider_crank_precision.TURN)
+
+
+def test_off_compares_four_numbers():
+    one = slider_crank_precision.Reading(100.0, 1.0, 1.7, 1.6, 0.5, 239.0)
+    other = slider_crank_precision.Reading(101.0, 1.0, 1.7, 1.6, 0.1, 230.0)
+    assert other.off(one) == pytest.approx({"peak": 0.01, "impulse": 0, "settled": 0, "mean": 0})
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"tolerance": 3e-5}, "tolerance = 3e-05: must be one of 0.0001, 1e-05, 1e-06"),
+        ({"plain_steps": 3000}, "plain_steps = 3000: must be one of 2000"),
+        ({"steps": (5000, 10_000, 12_000.5)}, "steps = 5000,10000,12000.5: must be whole numbers"),
+        ({"resolutions": (20.5,)}, "resolutions = 20.5: must be whole numbers"),
+    ],
+)
+def test_wrong_runs_are_refused(given, message):
+    with pytest.raises(ValueError, match=message):
+        slider_crank_precision.Parameters(**given)
+
+
+def test_plain_slider_crank_agrees_with_controlled_steps():
+    mechanism = slider_crank_precision.with_coupler(Cable, 8)
+    theirs = slider_crank_precision.plainly(mechanism, 20_000, 1e-6)
+    ours = slider_crank_precision.simulated(mechanism, tolerance=1e-5)
+    assert (theirs.status, ours.status) == ("OK", "OK")
+    off = ours.reading.off(theirs.reading)
+    assert max(off.values()) < 1e-2
+    assert max(off["settled"], off["mean"]) < 1e-3
+    assert ours.reading.release == pytest.approx(theirs.reading.release, abs=0.1)
+
+
+def test_plain_run_that_fails_is_an_outcome():
+    found = slider_crank_precision.plainly(slider_crank_precision.with_coupler(Cable, 8), 1000, 1e-4)
+    assert found.status != "OK"
+    assert np.isnan(found.reading.peak)
+
+
+@pytest.fixture(scope="module")
+def dynamics():
+    """Coarse: one tolerance, five thousand steps."""
+    return slider_crank_precision.run(
+        slider_crank_precision.Parameters(
+            elements=6,
+            tolerances="1e-4",
+            tolerance=1e-4,
+            resolutions="20",
+            steps="5000,10000",
+            plain_steps=5000,
+            repeats=1,
+        )
+    )
+
+
+def test_chosen_run_is_held_against_exact_and_finer(dynamics):
+    metrics = dynamics.metrics
+    assert metrics["settled"].exact == pytest.approx(1.72465, abs=1e-5)
+    assert metrics["settled_error"].value < 2e-3
+    assert metrics["plateau_error"].value < 5e-3
+    assert metrics["peak_error"].value < 1e-2 and metrics["impulse_error"].value < 1e-2
+    assert metrics["references_differ"].value < 1e-2
+    assert metrics["energy_balance"].value < 1e-2
+
+
+def test_chosen_run_is_far_more_accurate_than_few_plain_steps(dynamics):
+    assert dynamics.metrics["error"].value < 0.2 * dynamics.metrics["plain_error"].value
+    assert dynamics.metrics["speedup_at_plain_error"].value > 0
+
+
+def test_speedups_are_ratios_of_the_times_shown(dynamics):
+    metrics = dynamics.metrics
+    ratio = metrics["plain_time"].value / metrics["time"].value  # of a single turn
+    assert metrics["speedup"].value == pytest.approx(ratio)
+    chosen, plain_run = dynamics.signals["Beam x 6.wall_s"], dynamics.signals["plain ANCF x 6.wall_s"]
+    assert (chosen[0], plain_run[0]) == (metrics["time"].value, metrics["plain_time"].value)
+
+
+def test_missed_bars_are_suspect_and_named(dynamics):
+    missed = [name for name, (bar, *_) in slider_crank_precision.BARS.items() if dynamics.metrics[name].value > bar]
+    assert (dynamics.status == "SUSPECT") == bool(missed)
+    assert all(name in dynamics.message for name in missed)
+    table = {row[0]: row[-1] for row in dynamics.tables[1].rows}
+    for name, (_, _, meaning) in slider_crank_precision.BARS.items():
+        assert table[meaning] == ("no" if name in missed else "yes")
+
+
+def test_dynamics_figure(dynamics):
+    (ax,) = drawn(slider_crank_precision, dynamics).axes
+    labels = [text.get_text() for text in ax.get_legend().get_texts()]
+    assert labels[:2] == ["Beam x 3", "Beam x 6"] and "plain ANCF x 6" in labels
+
+
+@pytest.mark.slow
+def test_bars_of_the_slider_crank_are_reached():
+    """Every bar of accuracy, and four times faster than plain runs of the same accuracy."""
+    for _ in range(3):
+        result = slider_crank_precision.run(slider_crank_precision.Parameters(repeats=3))
+        assert result.status == "OK", result.message
+        assert result.metrics["references_differ"].value < 5e-4
+        assert result.metrics["references_differ_release"].value < 0.02
+        if result.metrics["speedup_at_own_error"].value > 4:
+            break
+    assert result.metrics["speedup_at_own_error"].value > 3
+    assert result.metrics["speedup_at_plain_error"].value > 2

@@ -1,0 +1,234 @@
+"""Studies of the strip's law and of the contact force in equilibrium, and the elements they rest on."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from drawing import drawn
+
+from buckler.elastica import law, pinned
+from buckler.elastica.rod import Rod
+from buckler.mbs import Beam, Cable, Section
+from buckler.mbs.accuracy.precision import rate
+from buckler.mbs.library import PAPER, PAPER_STOP
+from buckler.mbs.statics.strip import pinned_strip
+from buckler.studies.kit import registry
+from buckler.studies.kit.cli import main
+from buckler.studies.strips import contact_force_table, elastica_law, static_precision
+from buckler.studies.trust import plain
+
+STRIP = Section(0.030, 3e-4)
+UNIT = STRIP.bending_stiffness / PAPER.coupler**2
+NAMES = ("elastica-law", "contact-force-table", "static-precision", "slider-crank-precision")
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_registered_under_its_own_module(name):
+    assert Path(registry.load(name).__file__).stem == name.replace("-", "_")
+
+
+# --- elastica-law -----------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def laws():
+    return elastica_law.run(elastica_law.Parameters(points=21, values=20_000, repeats=3))
+
+
+def test_quartic_is_worst_at_no_shortening(laws):
+    assert laws.status == "OK"
+    assert laws.metrics["quartic_error"].value == pytest.approx(9.8879488 / np.pi**2 - 1, rel=1e-9)
+    assert laws.metrics["quartic_error_at"].value == 0
+    assert laws.metrics["load_at_1"].error == pytest.approx(1.3e-3, abs=1e-4)
+
+
+def test_rod_and_fast_law_agree_with_the_closed_form(laws):
+    assert laws.metrics["rod_difference"].value < 1e-13
+    assert 0 < laws.metrics["fast_error"].value < 1e-12
+    assert laws.metrics["strip_difference"].value == pytest.approx(4.45e-6, rel=0.02)
+
+
+def test_bow_takes_the_load_away_where_the_strip_is_nearly_straight(laws):
+    bowed, exact = laws.signals["bowed"], laws.signals["exact"]
+    assert bowed[0] == 0
+    assert np.all(bowed[1:] < exact[1:])
+    error = np.abs(laws.signals["bowed.error"])
+    assert np.all(np.diff(error[1:]) < 0)  # and the less so the further it is bent
+    assert error[-1] < 2e-3
+
+
+def test_quartic_timed_is_the_quartic_published():
+    u = np.linspace(0, 1, 7)
+    assert np.polyval(elastica_law.QUARTIC, u) == pytest.approx(law.quartic(u), rel=1e-14)
+
+
+def test_rod_off_the_closed_form_is_suspect(monkeypatch):
+    monkeypatch.setattr(elastica_law, "ROD_LIMIT", 0.0)
+    result = elastica_law.run(elastica_law.Parameters(points=11, values=1000, repeats=1, imperfection=0))
+    assert result.status == "SUSPECT" and "rod" in result.message
+    assert "bowed" not in result.signals
+
+
+def test_fast_law_costs_a_few_quartics():
+    found = []
+    for _ in range(3):
+        result = elastica_law.run(elastica_law.Parameters(points=11, values=300_000, repeats=7, imperfection=0))
+        found.append(result.metrics["fast_cost"].value)
+        if found[-1] < 5:
+            break
+    assert 0.5 < min(found) < 5
+
+
+def test_law_figure(laws):
+    _, lower = drawn(elastica_law, laws).axes
+    assert lower.get_yscale() == "log"
+    assert len(lower.get_legend().get_texts()) == 5
+
+
+# --- contact-force-table ----------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def table():
+    return contact_force_table.run(contact_force_table.Parameters(angles=7))
+
+
+def test_every_required_metric_is_there_with_what_was_printed(table):
+    assert table.status == "OK" and table.message == ""
+    printed = {"0.1": 0.0655, "0.3": 1.7684, "0.5": 8.1871}
+    for h, force in printed.items():
+        for stop in ("e120", "eTable2"):
+            metric = table.metrics[f"F_h{h}_{stop}"]
+            assert (metric.unit, metric.published) == ("N", force)
+            assert metric.error < 1e-5
+
+
+def test_largest_force_at_the_stop_described(table):
+    assert table.metrics["F_h0.3_e120"].exact == pytest.approx(1.72465, abs=5e-6)
+    assert table.metrics["F_h0.3_e120"].value == pytest.approx(1.72465, rel=1e-5)
+    printed = table.metrics["F_h0.3_e120"].published
+    assert printed / table.metrics["F_h0.3_e120"].value == pytest.approx(1.0254, abs=2e-4)
+
+
+def test_one_printed_number_places_the_stop_and_predicts_the_others(table):
+    metrics = table.metrics
+    assert metrics["stop_eTable2"].value == pytest.approx(0.3429, abs=1e-4)
+    assert metrics["angle_eTable2"].value == pytest.approx(115.35, abs=0.02)
+    assert metrics["F_h0.3_eTable2"].exact == pytest.approx(1.7684, rel=1e-14)
+    for h, digits in (("0.1", 5e-5), ("0.5", 1e-4)):  # to the digits printed
+        assert metrics[f"F_h{h}_eTable2"].value == pytest.approx(metrics[f"F_h{h}_eTable2"].published, abs=digits)
+
+
+def test_force_is_cubic_in_thickness(table):
+    for name, cube, printed in (("ratio_h0.3_h0.1", 27, 26.998), ("ratio_h0.5_h0.1", 125, 124.99)):
+        assert table.metrics[name].exact == pytest.approx(cube)
+        assert table.metrics[name].error < 1e-5
+        assert table.metrics[name].published == pytest.approx(printed, abs=0.01)
+
+
+def test_force_over_crank_angle(table):
+    assert np.degrees(table.signals["angle"]) == pytest.approx([120, 130, 140, 150, 160, 170, 180])
+    known = [1.3398, 1.4039, 1.4797, 1.5626, 1.6424, 1.7022, 1.7247]
+    assert table.signals["F_h0.3.exact"] == pytest.approx(known, abs=6e-5)
+    for model in ("rod", "beam"):
+        force = table.signals[f"F_h0.3.{model}"]
+        assert np.isnan(force[0])  # still straight
+        assert force[1:] == pytest.approx(table.signals["F_h0.3.exact"][1:], rel=5e-6)
+    assert table.signals["F_h0.3.quartic"] == pytest.approx(known, rel=2e-3)
+
+
+def test_force_is_largest_at_dead_centre_and_symmetric_about_it():
+    press = contact_force_table.Press(3e-4, PAPER_STOP)
+    before, top, after = press.force(pinned.load, np.radians([160, 180, 200]))
+    assert before == pytest.approx(after, rel=1e-12)
+    assert before < top
+
+
+def test_stress_is_the_moment_of_the_force_over_the_section():
+    press = contact_force_table.Press(3e-4, PAPER_STOP)
+    moment = press.force(pinned.load, np.pi)[0] * PAPER.coupler * pinned.mid_deflection(press.shortening)
+    assert press.stress == pytest.approx(moment * press.thickness / 2 / press.section.second_moment, rel=1e-12)
+    assert press.stress == pytest.approx(376e6, rel=2e-3)
+
+
+def test_strip_that_would_yield_is_named():
+    result = contact_force_table.run(
+        contact_force_table.Parameters(thicknesses="0.3mm,0.5mm", yield_strength="640MPa", angles=2, elements=8)
+    )
+    assert result.message.startswith("YIELDS beyond 640 MPa")
+    assert "h = 0.5 mm at eTable2 (673 MPa)" in result.message
+    assert "e120" not in result.message and "0.3 mm" not in result.message
+    assert result.message in result.tables[0].notes
+
+
+def test_other_thickness_and_stop_have_names_of_their_own_and_nothing_printed():
+    result = contact_force_table.run(
+        contact_force_table.Parameters(thicknesses="0.2mm", stop_angle="130deg", angles=3, elements=8)
+    )
+    assert result.metrics["F_h0.2_e130"].published is None
+    assert result.metrics["F_h0.2_e130"].error < 5e-4
+    drawn(contact_force_table, result)
+
+
+def test_beam_that_fails_makes_the_table_suspect(monkeypatch):
+    monkeypatch.setattr("buckler.mbs.statics.strip.OFF_BRANCH", 1e-9)
+    result = contact_force_table.run(contact_force_table.Parameters(thicknesses="0.3mm", elements=8, angles=2))
+    assert result.status == "SUSPECT"
+    assert result.message.startswith("h = 0.3 mm: SUSPECT: ")
+
+
+def test_table_figure(table):
+    left, right = drawn(contact_force_table, table).axes
+    assert len(left.get_legend().get_texts()) == 4
+    assert "printed in Table 2" in [text.get_text() for text in right.get_legend().get_texts()]
+
+
+# --- convergence of the elements --------------------------------------------------------------------------------------
+
+SHEARABLE = Rod(STRIP.axial_stiffness / UNIT, STRIP.shear_stiffness / UNIT)
+UNSHEARABLE = Rod(STRIP.axial_stiffness / UNIT)
+
+
+@pytest.mark.parametrize(
+    ("kind", "rod", "counts", "order", "finest"),
+    [
+        (lambda n: Beam(STRIP, n), SHEARABLE, (8, 16, 32), 4, 1.5e-6),
+        (lambda n: Beam(STRIP, n, nodes=2), SHEARABLE, (16, 32, 64), 2, 6e-4),
+        (lambda n: Cable(STRIP, n), UNSHEARABLE, (16, 32, 64), 4, 2.5e-6),
+    ],
+    ids=["Beam, 3 nodes", "Beam, 2 nodes", "Cable"],
+)
+def test_load_converges_at_the_order_of_the_element(kind, rod, counts, order, finest):
+    u = np.array([0.05, 0.5, 0.95])
+    exact = np.array([rod.at_shortening(x).load for x in u])
+    errors = []
+    for n in counts:
+        states = pinned_strip(kind(n), PAPER.coupler, u)
+        assert states.status == "OK", states.message
+        errors.append(np.abs(states.load / exact - 1).max())
+    assert rate(1 / np.array(counts), errors) == pytest.approx(order, abs=0.15)
+    assert errors[-1] < finest
+
+
+def test_plain_strip_is_the_same_mesh_as_the_cable():
+    u = static_precision.SHORTENINGS
+    theirs = plain.buckled_strip(STRIP, PAPER.coupler, u, 16)
+    ours = pinned_strip(Cable(STRIP, 16), PAPER.coupler, u)
+    assert theirs.message == ""
+    assert theirs.force / UNIT == pytest.approx(ours.load, rel=5e-6)  # Newton's tolerance, not the mesh
+
+
+def test_plain_strip_reports_what_the_engine_said():
+    found = plain.buckled_strip(STRIP, PAPER.coupler, np.array([1e-3, 0.95]), 8)
+    assert np.isfinite(found.force).all() or found.message
+
+
+# --- the command line -------------------------------------------------------------------------------------------------
+
+
+def test_command_line_writes_the_table_study(tmp_path, capsys):
+    words = ["run", "contact-force-table", "--out", str(tmp_path), "--angles", "3", "--elements", "8"]
+    assert main(argv=words) == 0
+    assert "Largest contact force" in capsys.readouterr().out
+    names = {path.name for path in (tmp_path / "contact-force-table").iterdir()}
+    assert names == {"metrics.json", "signals.npz", "figure.png", "figure.pdf"}

@@ -1,0 +1,283 @@
+"""`python -m studies sweep`: what it prints, draws and files, and how it says what is wrong."""
+
+import os
+import re
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import sweep_toy
+from made_up_study import metrics_of
+from sweep_runs import ENVIRONMENT, ROOT, start, stored
+
+from buckler.studies.kit import registry
+from buckler.studies.kit.cli import main
+from buckler.studies.kit.parameters import specs
+from buckler.studies.kit.report import Metric
+from buckler.studies.kit.style import house_style
+from buckler.studies.sweeping.command import OPTIONS
+from buckler.studies.sweeping.figure import figures
+from buckler.studies.sweeping.sweep import Row, sweep
+from buckler.studies.sweeping.table import choose, points
+from buckler.studies.sweeping.vary import Sampling, parse, plan
+
+
+@pytest.fixture
+def toy(monkeypatch, tmp_path):
+    """Sweep the toy study in this process: `toy("--vary", "length=1,2")` returns the exit status."""
+    monkeypatch.setitem(registry.STUDIES, "toy", registry.Entry("sweep_toy", "a study for tests"))
+
+    def call(*words):
+        return main(argv=["sweep", "toy", "--workers", "0", "--out", str(tmp_path), *words])
+
+    call.folder = tmp_path / "toy-sweep"
+    call.store = call.folder / "cases.sqlite"
+    return call
+
+
+def lines_of(out):
+    """Cells of the printed table."""
+    body = out.split("\n\n")[0].splitlines()[2:]
+    return [re.split(r"  +", line.strip()) for line in body if "  " in line.strip()]
+
+
+# --- what it prints and files -------------------------------------------------------------------------------------------
+
+
+def test_a_table_of_units_values_and_files(toy, capsys):
+    assert toy("--vary", "length=100mm,200mm", "--vary", "speed=1:2:2", "--show", "strut.force") == 0
+    out, err = capsys.readouterr()
+    assert err == "4 cases, 0 of them stored already\n"
+    assert re.match(r" +length \[m\] +speed \[rad/s\] +strut.force \[N\]\n", out)
+    assert [[float(x) for x in line] for line in lines_of(out)] == [[0.1, 1, 2], [0.1, 2, 5], [0.2, 1, 3], [0.2, 2, 6]]
+    assert f"written to {toy.folder}, cases in {toy.store}" in out
+    assert {p.name for p in toy.folder.iterdir()} == {
+        "cases.sqlite", "metrics.json", "signals.npz", "strut.force.png", "strut.force.pdf",
+    }  # fmt: skip
+    content = metrics_of(toy.folder)
+    assert (content["status"], content["metrics"]["cases"]["value"]) == ("OK", 4)
+    with np.load(toy.folder / "signals.npz") as arrays:
+        assert arrays["strut.force.mean"].tolist() == [2, 5, 3, 6]
+        assert arrays["speed"].tolist() == [1, 2, 1, 2]
+
+
+def test_repeats_are_a_mean_with_its_standard_error(toy, capsys):
+    assert toy("--vary", "length=1,2", "--repeat", "20", "--noise", "0.5", "--seed", "5", "--show", "strut.force") == 0
+    noise = np.array([0.5 * np.random.default_rng(seed).standard_normal() for seed in range(5, 25)])
+    error = np.sqrt(np.sum((noise - noise.mean()) ** 2) / 19 / 20)
+    found = lines_of(capsys.readouterr().out)
+    assert [line[:2] for line in found] == [["1", "20"], ["2", "20"]]
+    for line, exact in zip(found, (11, 21), strict=True):
+        mean, _, scatter = line[2].partition(" ± ")
+        assert float(mean) == pytest.approx(exact + noise.mean(), abs=5e-4)
+        assert float(scatter) == pytest.approx(error, rel=0.05)
+    with np.load(toy.folder / "signals.npz") as arrays:
+        assert arrays["strut.force.mean"] == pytest.approx([11 + noise.mean(), 21 + noise.mean()], rel=1e-12)
+        assert arrays["strut.force.error"] == pytest.approx([error, error], rel=1e-12)
+    assert abs(noise.mean()) < 4 * error  # and the error is honest: the exact value lies within
+
+
+def test_failed_and_suspect_cases_are_lines_of_the_table_and_of_the_store(toy, capsys):
+    assert toy("--vary", "ending=fine,suspect,raises", "--show", "strut.force") == 1
+    out, err = capsys.readouterr()
+    assert [line[-1] for line in lines_of(out)] == ["OK", "SUSPECT", "ERROR"]
+    assert [line[1] for line in lines_of(out)][:2] == ["4", "4"]
+    assert err.endswith("toy: FAILED: 1 SUSPECT, 1 ERROR of 3 cases; the first is case 1: energy grew by 3 %\n")
+    assert len(stored(toy.store)) == 3
+    assert metrics_of(toy.folder)["metrics"]["failed"]["value"] == 1
+
+
+def test_suspect_cases_can_be_trusted(toy):
+    assert toy("--vary", "ending=fine,suspect") == 1
+    assert toy("--vary", "ending=fine,suspect", "--trust") == 0
+    assert metrics_of(toy.folder)["trusted"] is True
+
+
+def test_suspect_repeats_stay_out_of_the_mean():
+    found = plan(sweep_toy.Parameters, {}, [], repeats=3)
+    values = {0: ("OK", 1.0), 1: ("SUSPECT", 100.0), 2: ("OK", 3.0)}
+    (point,) = points(found, [Row(i, {}, status, "", {"f": Metric(x, "N")}) for i, (status, x) in values.items()])
+    assert point.mean("f")[:2] == (2.0, 1.0)
+    assert (point.status, len(point.used)) == ("1 SUSPECT", 2)
+
+
+def test_models_are_compared_under_one_name(toy, capsys):
+    """`strut.force` and `beam.force` are one column, and one family of lines."""
+    assert toy("--vary", "models=strut,beam", "--vary", "length=1,2") == 0
+    out = capsys.readouterr().out
+    assert "force [N]" in out and "strut.force" not in out
+    assert [line[:3] for line in lines_of(out)] == [
+        ["strut", "1", "11"], ["strut", "2", "21"], ["beam", "1", "11"], ["beam", "2", "21"],
+    ]  # fmt: skip
+
+
+def test_json_is_all_of_the_output(toy, capsys):
+    assert toy("--vary", "length=1,2", "--json") == 0
+    assert capsys.readouterr().out == (toy.folder / "metrics.json").read_text()
+
+
+def test_the_same_command_computes_nothing_again_and_another_is_refused(toy, capsys, monkeypatch):
+    assert toy("--vary", "length=1,2") == 0
+    capsys.readouterr()
+    monkeypatch.setattr(sweep_toy, "run", None)
+    assert toy("--vary", "length=1,2") == 0
+    assert capsys.readouterr().err == "2 cases, 2 of them stored already\n"
+    assert toy("--vary", "length=1,3") == 2
+    message = f"error: {toy.store} holds another sweep, with length = 2.0, which is not asked for now; name another file\n"
+    assert capsys.readouterr().err == message
+
+
+def test_other_sources_are_told_of(toy, capsys, monkeypatch):
+    assert toy("--vary", "length=1,2") == 0
+    monkeypatch.setattr("buckler.studies.sweeping.sweep.sources", lambda: "edited")
+    assert toy("--vary", "length=1,2") == 0
+    assert "has cases that other sources of Buckler have computed" in capsys.readouterr().err
+
+
+# --- wrong input --------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ([], "nothing varies: give --vary or --repeat; see --help"),
+        (["--vary", "lenght=1:2:3"], "--vary lenght=1:2:3: unknown parameter 'lenght'; did you mean length?"),
+        (["--vary", "length=1:2:3", "--speed", "7kg"], "'kg' is no unit for a quantity in rad/s"),
+        (["--vary", "length=1:2", "--samples", "x"], "argument --samples: invalid int value: 'x'"),
+        (["--vary", "length=1:2", "--samples", "4", "--method", "dice"], "argument --method: invalid choice: 'dice'"),
+        (["--vary", "length=1,2", "--draw", "4"], "--draw: only with --samples"),
+        (["--vary", "length=1,2", "--method", "lhs"], "--method: only with --samples"),
+        (["--vary", "length=1,2", "--workers", "-1"], "workers = -1: out of range; allowed: 0 or more"),
+        (["--vary", "length=1,2", "--store", "/no/where/s.sqlite"], "--store /no/where/s.sqlite: no such folder"),
+        (["--vary", "length=1,2", "--repeats", "3"], "unknown parameter '--repeats'; did you mean --repeat?"),
+        (["--vary", "order=12,13", "--speed", "6"], "order = 13: not with a speed above 5 rad/s"),
+    ],
+)
+def test_wrong_input_is_one_line_and_exit_2_before_anything_runs(toy, capsys, words, message):
+    assert toy(*words) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert message in err
+    assert err.startswith("error: ") and err.count("\n") == 1
+    assert not toy.store.exists()
+
+
+def test_a_metric_that_is_not_there_is_named_after_the_run(toy, capsys):
+    assert toy("--vary", "length=1,2", "--show", "strut.forse") == 2
+    assert capsys.readouterr().err.endswith("error: --show strut.forse: no such metric; there are: strut.force, strut.time\n")
+    assert len(stored(toy.store)) == 2
+
+
+@pytest.mark.parametrize("argv", [["sweep", "--help"], ["sweep", "toy", "--help"], ["export", "--help"]])
+def test_help_helps(toy, capsys, argv):
+    with pytest.raises(SystemExit, match="0"):
+        main(argv=argv)
+    text = capsys.readouterr().out
+    assert "sweep" in text
+    if "toy" in argv:
+        assert all(f"--{name}" in text for name in (*OPTIONS, "length", "speed"))
+
+
+def test_options_of_a_sweep_hide_no_parameter_that_only_the_command_line_can_give():
+    """A parameter with the name of an option is given by --config or --vary; here are those that are."""
+    hidden = set()
+    for name in registry.STUDIES:
+        hidden |= set(specs(registry.load(name).Parameters)) & set(OPTIONS)
+    assert hidden <= {"samples", "workers", "draw"}
+
+
+# --- figures ------------------------------------------------------------------------------------------------------------
+
+
+def drawn(*texts, sampling=None, repeats=1, endings=("fine",)):
+    """Axes of the figure of the toy's force, drawn from rows as the engine would give them."""
+    kind = sweep_toy.Parameters
+    found = plan(kind, {}, [parse(text, kind) for text in texts], sampling, repeats)
+    cases = [replace(case, ending=endings[i % len(endings)]) for i, case in enumerate(found.cases)]
+    found = replace(found, cases=cases)
+    design = points(found, sweep(sweep_toy, cases, workers=0))
+    name = "force" if any("models" in text for text in texts) else "strut.force"
+    units = {key: spec.unit for key, spec in specs(kind).items()}
+    with house_style():
+        (figure,) = figures(found, design, choose(design, [name]), units).values()
+        figure.draw_without_rendering()
+    return figure.axes
+
+
+def test_one_number_is_a_family_of_lines():
+    (ax,) = drawn("length=1:3:5", "models=strut,beam")
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("length [m]", "force [N]")
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == ["strut", "beam"]
+    for curve in ax.containers:
+        assert curve[0].get_xydata().tolist() == [[x, 10 * x + 1] for x in (1, 1.5, 2, 2.5, 3)]
+
+
+def test_two_numbers_are_a_heat_map_of_their_values():
+    ax, scale = drawn("length=1:3:5", "speed=0.1:10:6:log")
+    (mesh,) = ax.collections
+    grid = mesh.get_array()
+    assert grid.shape == (6, 5)
+    assert grid[5, 4] == 30 + 100 and grid[0, 0] == pytest.approx(10.01)
+    assert (ax.get_xlabel(), ax.get_ylabel(), ax.get_yscale()) == ("length [m]", "speed [rad/s]", "log")
+    assert scale.get_ylabel() == "strut.force [N]"
+
+
+def test_few_values_of_the_second_number_are_lines():
+    (ax,) = drawn("length=1:3:5", "speed=1,2,3")
+    assert [text.get_text() for text in ax.get_legend().get_texts()] == [f"speed = {x} rad/s" for x in (1, 2, 3)]
+
+
+def test_samples_are_dots_without_lines():
+    ax, _ = drawn("length=1:3", "speed=0:1", sampling=Sampling(16))
+    assert len(ax.collections[0].get_offsets()) == 16
+    axes = drawn("length=1:3", "speed=0:1", "order=1:9", sampling=Sampling(16))
+    assert [ax.get_xlabel() for ax in axes] == ["length [m]", "speed [rad/s]", "order"]
+    assert all(container[0].get_linestyle() == "None" for ax in axes for container in ax.containers)
+
+
+@pytest.mark.parametrize("texts", [["length=1:3:5"], ["length=1:3:5", "speed=0:1:6"], ["ending=fine", "models=strut,beam,cable"]])
+def test_failed_and_suspect_cases_are_marks(texts):
+    axes = drawn(*texts, endings=("fine", "suspect", "raises"))
+    legend = axes[0].get_legend() or axes[0].figure.legends[0]
+    assert [text.get_text() for text in legend.get_texts()][-2:] == ["failed", "suspect"]
+    crosses = [line for line in axes[0].lines if line.get_marker() == "x"]
+    total = 30 if len(axes) > 1 else 5 if len(texts) == 1 else 3
+    assert sum(len(line.get_xdata()) for line in crosses) == total // 3
+    hollow = [line for line in axes[0].lines if line.get_markerfacecolor() == "white" and line.get_marker() != "x"]
+    assert sum(len(line.get_xdata()) for line in hollow) == (total + 1) // 3
+
+
+# --- pipes, and the page ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("words", [["list"], ["sweep", "toy", "--vary", "length=0:1:40", "--workers", "1"]])
+def test_a_reader_that_goes_away_ends_it_quietly(tmp_path, words):
+    out = ["--out", tmp_path] if words[0] == "sweep" else []
+    process = start(*words, *out)
+    process.stdout.close()  # as `| head -0` does
+    err = process.stderr.read()
+    assert process.wait(timeout=60) == 141
+    process.stderr.close()
+    assert "Traceback" not in err and "BrokenPipe" not in err
+    if out:
+        assert len(stored(tmp_path / "toy-sweep" / "cases.sqlite")) == 40
+
+
+@pytest.mark.slow
+def test_the_how_to_works_as_written(tmp_path):
+    """Each command and Python block of the page, in its order, in an empty folder."""
+    page = (ROOT / "docs" / "how-to-sweep.md").read_text(encoding="utf-8")
+    blocks = re.findall(r"^```(\w*)\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
+    assert [kind for kind, _ in blocks].count("sh") == 2
+    environment = ENVIRONMENT | {"PATH": f"{os.path.dirname(sys.executable)}:{os.environ['PATH']}"}
+    for kind, block in blocks:
+        if kind == "python":
+            (tmp_path / "script.py").write_text(block)
+            block = f"{sys.executable} script.py"
+        if kind in ("sh", "python"):
+            done = subprocess.run(
+                ["bash", "-euc", block], cwd=tmp_path, env=environment, capture_output=True, text=True, timeout=400
+            )
+            assert done.returncode == 0, f"{block}\n{done.stderr}"
