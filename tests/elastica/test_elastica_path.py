@@ -173,3 +173,10 @@ def test_a_path_that_cannot_go_on_says_where(monkeypatch):
     monkeypatch.setattr(path, "MOST_POINTS", 50)
     with pytest.raises(NewtonDivergedError, match="was not reached"):
         follow(Strip("clamped", "guided", axial=2.0), Load(end=(-1.0, 0.0)), 1e6, step=1e-4)
+
+
+def test_a_negative_factor_of_an_upward_load_is_the_downward_load():
+    strip = arch("pinned", 0.2, 1e4)
+    down = [p.factor for p in follow(strip, DOWN, 12.0).limits]
+    up = [p.factor for p in follow(strip, Load(inner=(0.0, 1.0)), -12.0).limits]
+    np.testing.assert_allclose(up, -np.array(down), rtol=1e-11)

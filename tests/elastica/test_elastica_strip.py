@@ -4,6 +4,7 @@ from itertools import product
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from scipy.special import ellipe, ellipeinc, ellipk, ellipkinc
 
@@ -131,6 +132,26 @@ def test_mirrored_loads_give_mirrored_shapes(strip):
     np.testing.assert_allclose(ours.y, -other.y, atol=1e-13)
     np.testing.assert_allclose(ours.x, other.x, atol=1e-13)
     assert not np.allclose(ours.y, strip.equilibrium(Load(end=(0.2, -3.0), inner=(-0.5, -2.0))).y)
+
+
+@pytest.mark.parametrize(("start", "end"), [("clamped", "clamped"), ("pinned", "pinned"), ("clamped", "pinned")])
+def test_shooting_from_the_solved_start_reaches_the_end(start, end):
+    """The differential equations by steps, without collocation: same place, angle and moment at s = 1."""
+    a, g, force = 1.0 / 900.0, 1.0 / 150.0, np.array((1.5, -9.0))
+    ours = Strip(start, end, shapes.circle(0.5), 900.0, 150.0, at=0.35).equilibrium(Load(inner=tuple(force)))
+
+    def rates(s, state):
+        theta, m = state[2:]
+        n = ours.force[0] - force * (s > 0.35)
+        tangent, normal = np.array((np.cos(theta), np.sin(theta))), np.array((-np.sin(theta), np.cos(theta)))
+        slope = (1.0 + a * n @ tangent) * tangent + g * (n @ normal) * normal
+        return (*slope, m - 1.0, n[0] * slope[1] - n[1] * slope[0])  # theta0' = -2 (0.5)
+
+    state = np.array((0.0, 0.0, ours.theta[0], ours.moment[0]))
+    for piece in ((0.0, 0.35), (0.35 + 1e-15, 1.0)):
+        state = solve_ivp(rates, piece, state, method="DOP853", rtol=1e-13, atol=1e-14).y[:, -1]
+    np.testing.assert_allclose(state, (*ours.end, ours.moment[-1]), atol=1e-11)
+    assert ours.end[:2] == pytest.approx((np.sin(0.5) / 0.5, 0.0), abs=1e-13)
 
 
 def test_forces_and_moments_balance():

@@ -66,7 +66,7 @@ def test_thick_member_has_the_roots_of_huangs_equations(ends, thickness):
     ],
 )
 def test_published_values_of_lee_and_schultz(ends, published):
-    """Thickness L/10, k = 5/6, nu = 0.3: doi 10.1016/S0022-460X(03)00047-6, sqrt of omega in sqrt(E I/(rho A L^4))."""
+    """Thickness L/10, k = 5/6, nu = 0.3: J. Sound Vib. 269 (2004), 609-621; sqrt of omega in sqrt(E I/(rho A L^4))."""
     np.testing.assert_allclose(np.sqrt(beam_frequencies(THICK, ends, 5) / THICK.unit), published, rtol=5e-6)
 
 

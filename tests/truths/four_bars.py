@@ -9,7 +9,8 @@ Its closed form is a = 2 am(v t/(2 L) | -n), n = 4 G L^2/(J v^2).
 
 M. Gonzalez, D. Dopico, U. Lugris, J. Cuadrado, A benchmarking system for MBS simulation software, doi 10.1007/s11044-006-9020-8,
 problem A02.
-E. Bayo, A. Avello, Singularity-free augmented Lagrangian algorithms for constrained multibody dynamics, doi 10.1007/BF00045692.
+E. Bayo, A. Avello, Singularity-free augmented Lagrangian algorithms for constrained multibody dynamics, Nonlinear Dynamics 5
+(1994), 209-231.
 """
 
 from __future__ import annotations

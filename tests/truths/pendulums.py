@@ -54,7 +54,7 @@ def double(kind: str, degrees: tuple[int, int], end: int, *, digits: int = 40, o
             series = _taylor(state, data, order)
             size = max(abs(terms[n]) ** (mpmath.mpf(1) / n) for terms in series for n in range(order - 9, order + 1))
             h = min(mpmath.mpf(10) ** (-mpmath.mpf(digits + 8) / order) / size, left)
-            state = [mpmath.polyval(terms[::-1], h) for terms in series]
+            state = [_value(terms, h) for terms in series]
             left -= h
     with mpmath.workdps(digits):
         return tuple(+value for value in state)  # type: ignore[return-value]
@@ -94,6 +94,13 @@ def _taylor(state: Series, data: tuple[Any, ...], order: int) -> list[Series]:
             sin[i].append(sine)
             cos[i].append(cosine)
     return [*q, *w]
+
+
+def _value(series: Series, h: Any) -> Any:
+    total = mpmath.mpf(0)
+    for term in reversed(series):
+        total = total * h + term
+    return total
 
 
 def _product(a: Series, b: Series, n: int) -> Any:

@@ -76,6 +76,6 @@ PUBLISHED = {
     "princeton.tip_13": Number(0.200677707, "m", 5e-5, "the same, 13.345 N"),
     "simeon.slider": Number(SIMEON_END[2], "m", 1e-9, "test set for initial value problem solvers, x3 at 0.1 s"),
     "simeon.rod": Number(SIMEON_END[1], "rad", 1e-9, "the same, angle of the rod"),
-    "deep_arch": Number(8.97, "P R^2/(E I)", 5e-3, "DaDeppo, Schmidt, doi 10.1115/1.3423734: clamped-hinged arch of 215 degrees"),
+    "deep_arch": Number(8.97, "P R^2/(E I)", 5e-3, "DaDeppo, Schmidt, J. Appl. Mech. 42 (1975): clamped-hinged, 215 degrees"),
     "portal.sway": Number(3.2046, "sqrt(E I/(rho A L^4))", 1e-3, "slender portal of equal members, clamped feet"),
 }

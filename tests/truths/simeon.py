@@ -8,7 +8,8 @@ with all terms in p are solved with their three multipliers at every call.
 In the test set the mass matrix of the stretching shape is rho A l2 (8, 1; 1, 2): 15 times what the shape functions give.
 `consistent=True` takes the integrals of the shape functions instead.
 
-B. Simeon, Modelling a flexible slider crank mechanism by a mixed system of DAEs and PDEs, doi 10.1080/13873959608837026.
+B. Simeon, Modelling a flexible slider crank mechanism by a mixed system of DAEs and PDEs, Mathematical Modelling of Systems 2
+(1996), 1-18.
 F. Mazzia, C. Magherini, Test Set for Initial Value Problem Solvers, release 2.4, problem "Slider crank".
 """
 

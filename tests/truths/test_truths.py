@@ -4,7 +4,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from truths import andrews, four_bars, pendulums, princeton, simeon
+from truths import andrews, arches, four_bars, pendulums, princeton, simeon
 from truths.published import ANDREWS_ANGLES, DOUBLE_PENDULUM, PUBLISHED, SIMEON_END
 
 
@@ -103,3 +103,18 @@ def test_simple_pendulum_obeys_its_equation():
         assert (after[0] - before[0]) / (2.0 * h) == pytest.approx(rate, rel=1e-6)
         assert (after[1] - before[1]) / (2.0 * h) == pytest.approx(-pendulums.GRAVITY * np.sin(angle), rel=1e-6)
     assert pendulums.simple(0.0, start)[0] == pytest.approx(start, rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("shape", "ends", "first", "second"),
+    [
+        ("circle", "pinned", 46.0371946503, -131.9961045999),
+        ("circle", "clamped", 50.1907133051, 18.7706160515),
+        ("half-sine", "pinned", 53.4847698033, -133.3125548316),
+        ("half-sine", "clamped", 60.8141866903, 11.8776584768),
+    ],
+)
+def test_arches_snap_at_the_loads_of_the_page(shape, ends, first, second):
+    found = arches.snap(shape, ends, nodes=28)
+    assert found.loads == pytest.approx((first, second), rel=1e-10)
+    assert found.sway < found.loads[0]
