@@ -18,6 +18,8 @@ KINDS: dict[str, tuple[type, ...]] = {
     "guides": (Guide,),
     "stops": (Stop,),
     "drives": (Drive,),
+    "loads": (),
+    "masses": (),
 }
 """Kinds of element, by the list of a mechanism that holds them."""
 

@@ -8,14 +8,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from buckler.mbs.elements.element import Array, Element, Energy, Recorded, Signal, left
+from buckler.mbs.elements.element import Array, Energy, Joint, Recorded, Signal, left
 from buckler.mbs.elements.journal import BRISTLE, ONSET, SINCE, SLIDING
 from buckler.mbs.laws import BristleLaw, FrictionLaw, NoFriction, NormalLaw
 from buckler.mbs.validate import follows, positive
 
 
 @dataclass(frozen=True)
-class Clearance(Element):
+class Clearance(Joint):
     """A pin of the first body in a bush of the second, with play between them, contact and friction.
 
     Parameters

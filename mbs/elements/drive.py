@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from math import inf
+from typing import Any
 
-from buckler.mbs.elements.element import Array, Element, Energy, Recorded, Signal, since_start
+from buckler.mbs.elements.element import Array, Element, Energy, Recorded, Signal, known, since_start
+from buckler.mbs.elements.rigid import Rigid
 from buckler.mbs.validate import function, number, one_of, positive
 
 
@@ -81,6 +83,16 @@ class Drive(Element):
             one_of(f"speed of the drive of '{self.target}'", self.speed, (float, Ramp, Motion))
         else:
             number("speed", self.speed, -inf, inf, "rad/s or m/s")
+
+    @property
+    def key(self) -> str:
+        """'drive'."""
+        return "drive"
+
+    def check(self, mechanism: Any) -> None:
+        """A rigid link or a guided point."""
+        rigid = {link.name for link in mechanism.links if isinstance(link.body, Rigid)}
+        known("rigid link or guided point", self.target, rigid | {guide.point for guide in mechanism.guides}, "drive")
 
     @property
     def motion(self) -> Motion | Ramp:

@@ -5,7 +5,7 @@ An element answers from plain arrays. It sees a run through `Recorded`, which bo
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -90,7 +90,15 @@ class Recorded(Protocol):
 
 
 class Element:
-    """A kind of thing a mechanism is made of."""
+    """A kind of thing a mechanism is made of: what it is called, whether it fits, its signals, its energies."""
+
+    @property
+    def key(self) -> str:
+        """Its name in a mechanism; a second one of a name is `name.2`."""
+        raise NotImplementedError
+
+    def check(self, mechanism: Any) -> None:
+        """Raise a ValueError if what it refers to is not in the mechanism."""
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield its signals in a run; none by default."""
@@ -112,6 +120,46 @@ def place(at: str) -> Place:
     """Read a point reference: 'A', 'coupler:A' or 'ground:A'."""
     body, colon, point = at.rpartition(":")
     return Place(body if colon else "", point)
+
+
+def known(kind: str, name: str, names: Iterable[str], where: str) -> None:
+    """Raise a ValueError if a name is not among those known."""
+    if name not in names:
+        raise ValueError(f"{where}: unknown {kind} '{name}'; known: {', '.join(sorted(names)) or 'none'}")
+
+
+def reaches(mechanism: Any, name: str, point: str, where: str) -> None:
+    """Raise a ValueError if a link is unknown or does not reach a point."""
+    links = {link.name: link for link in mechanism.links}
+    known("link", name, links, where)
+    if point not in links[name].points:
+        raise ValueError(f"{where}: link '{name}' does not reach it; its points: {', '.join(links[name].points)}")
+
+
+class Joint(Element):
+    """What joins two bodies, links or the ground, at a point."""
+
+    point: str
+    first: str
+    second: str
+
+    @property
+    def key(self) -> str:
+        """Point and bodies."""
+        return f"{self.point}.{self.first}-{self.second}"
+
+    def check(self, mechanism: Any) -> None:
+        """Two different bodies that reach the point, not joined there already."""
+        where = f"joint at '{self.point}'"
+        known("point", self.point, mechanism.points, where)
+        if self.first == self.second:
+            raise ValueError(f"{where}: joins '{self.first}' to itself")
+        for name in (self.first, self.second):
+            if name != GROUND:
+                reaches(mechanism, name, self.point, where)
+        ends = {self.first, self.second}
+        if sum(joint.point == self.point and {joint.first, joint.second} == ends for joint in mechanism.joints) > 1:
+            raise ValueError(f"{where}: joins {' and '.join(sorted(ends))} twice")
 
 
 def since_start(time: Array, power: Array) -> Array:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from buckler.mbs.elements.element import Array, Element, Energy, Recorded, since_start
+from buckler.mbs.elements.element import Array, Element, Energy, Recorded, known, reaches, since_start
 from buckler.mbs.elements.link import weight
 from buckler.mbs.validate import direction, non_negative, number, one_of, positive
 
@@ -89,6 +90,19 @@ class Guide(Element):
         non_negative("mass", self.mass, "kg")
         if self.friction is not None:
             one_of(f"guide of '{self.point}': friction", self.friction, (GuideFriction,))
+
+    @property
+    def key(self) -> str:
+        """'guide' and its point."""
+        return f"guide {self.point}"
+
+    def check(self, mechanism: Any) -> None:
+        """A point of its link, with no other guide."""
+        where = f"guide of '{self.point}'"
+        known("point", self.point, mechanism.points, where)
+        reaches(mechanism, self.link, self.point, where)
+        if sum(guide.point == self.point for guide in mechanism.guides) > 1:
+            raise ValueError(f"{where}: a point has at most one guide")
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
         """Yield the block's kinetic energy and weight, and what friction took."""

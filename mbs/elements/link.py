@@ -8,12 +8,12 @@ from math import hypot
 from typing import Any
 
 from buckler.mbs.elements.beam import Beam, Cable
-from buckler.mbs.elements.element import Element, Energy, Recorded, Signal
+from buckler.mbs.elements.element import Element, Energy, Recorded, Signal, known
 from buckler.mbs.elements.frozen import Frozen
 from buckler.mbs.elements.modal import Modal
 from buckler.mbs.elements.rigid import Rigid
 from buckler.mbs.elements.strut import Strut
-from buckler.mbs.validate import number, one_of
+from buckler.mbs.validate import number, one_of, positive
 
 Body = Rigid | Strut | Beam | Cable | Modal
 BODIES = (Rigid, Strut, Beam, Cable, Modal)
@@ -55,6 +55,17 @@ class Link(Element):
             raise ValueError(f"link '{self.name}': only Rigid links, beams and cables carry further points, not a {kind}")
         if None in along.values() and not isinstance(self.body, Rigid):
             raise ValueError(f"link '{self.name}': only a Rigid link carries points by name alone, not a {kind}; give fractions")
+
+    @property
+    def key(self) -> str:
+        """Its name."""
+        return self.name
+
+    def check(self, mechanism: Any) -> None:
+        """Known points, some distance apart."""
+        for point in self.points:
+            known("point", point, mechanism.points, f"link '{self.name}'")
+        positive(f"length of link '{self.name}'", mechanism.length(self.name), "m")
 
     @property
     def points(self) -> tuple[str, ...]:

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from buckler.mbs.elements.element import Element, Recorded, Signal
+from buckler.mbs.elements.element import Joint, Recorded, Signal
 
 
 @dataclass(frozen=True)
-class Revolute(Element):
+class Revolute(Joint):
     """An ideal pin at a point between two links, or a link and 'ground'.
 
     Parameters

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs.elements.element import Array, Element, Energy, Recorded, Signal, since_start
+from buckler.mbs.elements.element import Array, Element, Energy, Recorded, Signal, known, since_start
 from buckler.mbs.laws import NormalLaw
 from buckler.mbs.validate import follows, number
 
@@ -35,6 +35,15 @@ class Stop(Element):
     def __post_init__(self) -> None:
         number("at", self.at, -1e6, 1e6, "m")
         follows(f"stop at '{self.point}': law", self.law, NormalLaw, "CarvalhoMartins(...)")
+
+    @property
+    def key(self) -> str:
+        """Its point."""
+        return self.point
+
+    def check(self, mechanism: Any) -> None:
+        """A guided point."""
+        known("guided point", self.point, {guide.point for guide in mechanism.guides}, "stop")
 
     def side(self, mechanism: Any) -> float:
         """+1 if the face lies ahead of the start in the guide's direction, -1 if behind."""

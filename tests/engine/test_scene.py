@@ -34,7 +34,7 @@ ITEMS = ("coordinates", "constraints", "objects", "nodes", "loads", "sensors")
 
 def crank_and_slider(coupler=BAR, law=None, mass=0.3, friction=None, speed=SPEED, gravity=(0.0, 0.0)):
     plain = slider_crank(coupler, law=law, mass=mass, friction=friction, speed=speed)
-    return Mechanism(plain.points, plain.links, plain.joints, plain.guides, plain.stops, plain.drives, gravity)
+    return Mechanism(plain.points, plain.links, plain.joints, plain.guides, plain.stops, plain.drives, gravity=gravity)
 
 
 def summary(**changed):
