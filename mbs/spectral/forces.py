@@ -264,7 +264,8 @@ def _push(s, w, k, t, q, f, stiff, want):
 def add_forces(s, w, t, q, lam, mem, since, f, stiff, damp, cross, want):
     """Add all forces between markers to f; if asked for, -df/dq to stiff, -df/dv to damp, df/dlambda_r to cross[r].
 
-    `since` is the time since the last accepted step, which bends bristles; negative where bristles are states. Markers are placed.
+    `since` is the time since the last accepted step, which bends bristles; negative where bristles are states. Markers are
+    placed.
     """
     for k in range(s.forces.shape[0]):
         kind = s.forces[k, 0]

@@ -24,7 +24,7 @@ class Balance(NamedTuple):
 
 
 def start_rates(scene: Scene, given: list[tuple[Array, float]] | None = None) -> Array:
-    """Rates of all coordinates at t = 0: every link moves as if rigid, pins with clearance as if ideal, with least kinetic energy.
+    """Rates at t = 0: every link moves as if rigid, pins with clearance as if ideal, with least kinetic energy.
 
     What the rigid links cannot do (a strip that a drive bends from the start) is then added with least kinetic energy.
 
@@ -87,7 +87,7 @@ def slopes(scene: Scene, marker: int, q: Array) -> Array:
 
 
 def balance(scene: Scene, q: Array, v: Array, t: float = 0.0, memory: Array | None = None) -> Balance:
-    """Accelerations and multipliers at a state: M a + G^T lambda = f, G a = change; least multipliers where rows are redundant."""
+    """Accelerations and multipliers: M a + G^T lambda = f, G a = change; least multipliers where rows are redundant."""
     lam = np.zeros(len(scene.tables.rows))
     for _ in range(20):
         out = scene.assemble(q, v, t, lam, memory, tangents=False)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -120,7 +121,7 @@ def add_strip(builder: Builder, link: Any, kind: int) -> StripBody:
     elements, first, rigid = [], len(builder.q), []
     c, s = np.cos(angle), np.sin(angle)
     shared: list[int] = []
-    for left, right in zip(breaks[:-1], breaks[1:], strict=True):
+    for left, right in pairwise(breaks):
         values = _fitted(line, left, right, degree, kind)
         turned = np.array([c * values[0] - s * values[1], s * values[0] + c * values[1], *values[2:]])
         turned[:2, :2] += start[:, None]

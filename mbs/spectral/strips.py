@@ -1,6 +1,7 @@
 """Strips, compiled: Reissner's and Kirchhoff's, in polynomials, with analytic tangents.
 
-Both have four arguments z a Gauss point, linear in the coordinates: Reissner (x', y', theta, theta'), Kirchhoff (x', y', x'', y'').
+Both have four arguments z a Gauss point, linear in the coordinates: Reissner (x', y', theta, theta'), Kirchhoff (x', y', x'',
+y'').
 The strains are functions of z,
 
     Reissner:   eps = c x' + s y' - 1,   gamma = -s x' + c y',   kappa = theta'                    (c, s of theta)
