@@ -9,7 +9,7 @@ from typing import Any
 
 
 def number(name: str, value: float, low: float, high: float, unit: str, *, open_low: bool = False) -> float:
-    """Return `value` as a float if it is finite and in [low, high] (or (low, high]).
+    """Return `value` as a float if it is finite and in [low, high] (or (low, high]); infinite bounds stay open.
 
     Raises
     ------
@@ -19,8 +19,10 @@ def number(name: str, value: float, low: float, high: float, unit: str, *, open_
     checked = float(value) if isinstance(value, Real) and not isinstance(value, bool) else math.nan
     if not (low <= checked <= high and math.isfinite(checked)) or (open_low and checked == low):
         suffix = "" if unit == "1" else f" {unit}"
-        bracket = "(" if open_low else "["
-        raise ValueError(f"{name} = {value!r}{suffix}: must lie in {bracket}{low:g}, {high:g}]{suffix}")
+        if math.isinf(checked) and math.inf in (high, -low):
+            raise ValueError(f"{name} = {value!r}{suffix}: must be finite")
+        left, right = "(" if open_low or low == -math.inf else "[", ")" if high == math.inf else "]"
+        raise ValueError(f"{name} = {value!r}{suffix}: must lie in {left}{low:g}, {high:g}{right}{suffix}")
     return checked
 
 

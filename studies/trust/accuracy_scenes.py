@@ -17,7 +17,7 @@ from scipy.integrate import solve_ivp
 from buckler.elastica.moving import MovingStrip, Pin
 from buckler.mbs import Beam, Cable, Mechanism, Modal, Ramp, Result, Rigid, Section, Solver, Status, Strut, simulate, slider_crank
 from buckler.mbs.accuracy.difference import PREDICTABLE, difference
-from buckler.mbs.kinematics.closure import SliderCrank
+from buckler.mbs.kinematics.slidercrank import SliderCrank
 from buckler.mbs.laws import KelvinVoigt
 from buckler.mbs.library import PAPER, PAPER_STOP
 

@@ -9,7 +9,8 @@ from scipy.integrate import solve_ivp
 from simulations import fine, rates
 
 from buckler.mbs import Clearance, Drive, Link, Mechanism, Ramp, Revolute, Rigid, Section, Solver, Status, crank_rocker, simulate
-from buckler.mbs.kinematics.closure import Closure, KinematicsError
+from buckler.mbs.kinematics.closure import Closure
+from buckler.mbs.kinematics.errors import KinematicsError
 from buckler.mbs.laws import AdamsFriction, Coulomb, Impact
 from buckler.mbs.library import CrankRocker
 from buckler.mbs.reference import CLOSED, RATTLING, FourBar
