@@ -11,7 +11,7 @@ from typing import Any
 def number(
     name: str, value: float, low: float, high: float, unit: str, *, open_low: bool = False, open_high: bool = False
 ) -> float:
-    """Return `value` as a float if it is finite and in [low, high], without an end that is open.
+    """Return `value` as a float if it is finite and in [low, high], without an end that is open; infinite bounds stay open.
 
     Raises
     ------
@@ -22,8 +22,10 @@ def number(
     at_an_end = (open_low and checked == low) or (open_high and checked == high)
     if not (low <= checked <= high and math.isfinite(checked)) or at_an_end:
         suffix = "" if unit == "1" else f" {unit}"
-        first, last = "(" if open_low else "[", ")" if open_high else "]"
-        raise ValueError(f"{name} = {value!r}{suffix}: must lie in {first}{low:g}, {high:g}{last}{suffix}")
+        if math.isinf(checked) and math.inf in (high, -low):
+            raise ValueError(f"{name} = {value!r}{suffix}: must be finite")
+        left, right = "(" if open_low or low == -math.inf else "[", ")" if open_high or high == math.inf else "]"
+        raise ValueError(f"{name} = {value!r}{suffix}: must lie in {left}{low:g}, {high:g}{right}{suffix}")
     return checked
 
 

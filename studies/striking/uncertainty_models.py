@@ -24,7 +24,7 @@ from scipy import stats
 from buckler import mbs
 from buckler.elastica import pinned
 from buckler.mbs import GuideFriction, Section, Strut, slider_crank
-from buckler.mbs.kinematics.closure import SliderCrank
+from buckler.mbs.kinematics.slidercrank import SliderCrank
 from buckler.mbs.laws import AdamsFriction, CarvalhoMartins, ExactRestitution, Impact
 from buckler.mbs.library import PAPER
 from buckler.studies.rattling.fourbar import FourBarParameters

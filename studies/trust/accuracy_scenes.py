@@ -33,7 +33,7 @@ from buckler.mbs import (
     slider_crank,
 )
 from buckler.mbs.accuracy.difference import PREDICTABLE, difference
-from buckler.mbs.kinematics.closure import SliderCrank
+from buckler.mbs.kinematics.slidercrank import SliderCrank
 from buckler.mbs.laws import KelvinVoigt
 from buckler.mbs.library import PAPER, PAPER_STOP
 

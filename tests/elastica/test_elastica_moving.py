@@ -8,7 +8,7 @@ import pytest
 from buckler.elastica import pinned
 from buckler.elastica.moving import MotionError, MovingStrip, turning_crank
 from buckler.mbs import Beam, Controlled, Drive, Exudyn, Guide, Link, Mechanism, Revolute, Rigid, Section, simulate
-from buckler.mbs.kinematics.closure import SliderCrank
+from buckler.mbs.kinematics.slidercrank import SliderCrank
 
 L, R, MASS, WALL = 0.31, 0.14, 0.3, -0.355307
 STRIP = Section(width=0.03, thickness=2e-3)

@@ -24,7 +24,8 @@ from buckler.mbs import (
     crank_rocker,
     simulate,
 )
-from buckler.mbs.kinematics.closure import Closure, KinematicsError
+from buckler.mbs.kinematics.closure import Closure
+from buckler.mbs.kinematics.errors import KinematicsError
 from buckler.mbs.laws import AdamsFriction, Coulomb, Impact
 from buckler.mbs.library import CrankRocker
 from buckler.mbs.reference import CLOSED, RATTLING, FourBar

@@ -23,7 +23,8 @@ from buckler.mbs import (
     simulate,
     slider_crank,
 )
-from buckler.mbs.kinematics.closure import Closure, KinematicsError
+from buckler.mbs.kinematics.closure import Closure
+from buckler.mbs.kinematics.errors import KinematicsError
 from buckler.mbs.laws import ExactRestitution
 
 BAR = Rigid(Section(width=0.020, thickness=0.005))

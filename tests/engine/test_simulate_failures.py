@@ -206,10 +206,10 @@ def test_wrong_input_is_refused_before_the_engine(monkeypatch):
     with pytest.raises(AssertionError):
         simulate(pendulum(1.0), 1.0)
     for value in (0, -1.0, math.nan, math.inf, None, "1"):
-        with pytest.raises(ValueError, match=r"duration = .* s: must lie in \(0, inf\] s"):
+        with pytest.raises(ValueError, match=r"duration = .* s: must (lie in \(0, inf\) s|be finite)"):
             simulate(pendulum(1.0), value)
     for value in (0.0, -1.0, math.nan):
-        with pytest.raises(ValueError, match=r"timeout = .* s: must lie in \(0, inf\] s"):
+        with pytest.raises(ValueError, match=r"timeout = .* s: must lie in \(0, inf\) s"):
             simulate(pendulum(1.0), 1.0, timeout=value)
 
 
@@ -223,13 +223,13 @@ def test_wrong_times_of_shapes_are_refused_before_the_run(times, monkeypatch):
 
 
 SETTINGS = {
-    "tolerance": (0.0, "(0, inf]"),
-    "max_step": (-1.0, "(0, inf] s"),
-    "min_step": (math.nan, "(0, inf] s"),
+    "tolerance": (0.0, "(0, inf)"),
+    "max_step": (-1.0, "(0, inf) s"),
+    "min_step": (math.nan, "(0, inf) s"),
     "contact_resolution": (0, "[1, 10000]"),
     "spectral_radius": (1.0, "[0, 1)"),
-    "newton_relative": (0.0, "(0, inf]"),
-    "newton_absolute": (-1e-9, "(0, inf] N"),
+    "newton_relative": (0.0, "(0, inf)"),
+    "newton_absolute": (-1e-9, "(0, inf) N"),
     "max_steps": (0, "[1, 1000000000]"),
     "count": (2.5, "[1, 1000000000]"),
     "record_every": (0, "[1, 1000000000]"),
