@@ -1,9 +1,9 @@
 """Pinned strip whose ends approach at constant speed: the peak of its force over speed and bow, held against one-mode theory.
 
-A slow compression measures Euler's load; a fast one finds the strip still straight and reaches many times that. The beam on the engine
-has all its modes and its own axial vibration; the first mode alone obeys an ordinary differential equation, and while the bow is small
-that is Airy's, whose peak is a closed form (`buckler.elastica.hoff`). Speeds are given as s, the rise of the straight strip's force in
-critical loads over a radian of its first vibration.
+A slow compression measures Euler's load; a fast one finds the strip still straight and reaches many times that. The
+beam on the engine has all its modes and its own axial vibration; the first mode alone obeys an ordinary differential
+equation, and while the bow is small that is Airy's, whose peak is a closed form (`buckler.elastica.hoff`). Speeds are
+given as s, the rise of the straight strip's force in critical loads over a radian of its first vibration.
 
 References
 ----------
@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from buckler.elastica.hoff import Hoff
-from buckler.mbs import Beam, Drive, Guide, Link, Mechanism, Result, Revolute, Section, simulate
+from buckler.mbs import Beam, Controlled, Drive, Exudyn, Guide, Link, Mechanism, Result, Revolute, Section, simulate
 from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import StudyParameters, integer, quantities, quantity
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 
 AGREES_TO = 0.03
 """Relative difference of beam and first mode, at rates up to `FIRST_MODE`, beyond which the study is suspect."""
+FALLEN = 0.05
+"""Share by which the force must fall after a maximum: less is axial vibration."""
 FIRST_MODE = 1.0
 """Rate s up to which the first mode is the one that grows: faster, higher modes do."""
 
@@ -42,9 +44,12 @@ class Parameters(StudyParameters):
     length: float = quantity(0.310, "m", 0.01, 10, "of the strip", "strip")
     width: float = quantity(0.030, "m", 1e-4, 1, "of the strip", "strip")
     thickness: float = quantity(3e-3, "m", 1e-4, 0.1, "of the strip", "strip")
-    bows: tuple[float, ...] = quantities((1e-3, 1e-2, 1e-1), "1", 1e-6, 10, "stress-free bow over the radius of gyration", "strip")
+    bows: tuple[float, ...] = quantities(
+        (1e-3, 1e-2, 1e-1), "1", 1e-6, 10, "stress-free bow over the radius of gyration", "strip"
+    )
     rates: tuple[float, ...] = quantities((0.01, 0.1, 0.3, 1.0), "1", 1e-3, 10, "speed as rate s of the force", "drive")
     elements: int = integer(16, 2, 200, "beam elements", "numerics")
+    tolerance: float = quantity(3e-7, "1", 1e-9, 1e-4, "position error allowed a step, over the length", "numerics")
 
     @property
     def section(self) -> Section:
@@ -79,23 +84,23 @@ def compressed(p: Parameters, rate: float, bow: float) -> Mechanism:
 
 
 def peak(result: Result, p: Parameters) -> float:
-    """First maximum of the strip's mean compression that bending ended, over the critical load."""
+    """First maximum of the strip's mean compression over the critical load: the largest before it has fallen by `FALLEN`."""
     force = -result.signals["strip.axial_force"] / p.section.euler_load(p.length)
-    smooth = np.interp(np.linspace(0, result.time[-1], 2000), result.time, force)
-    return float(smooth.max())
+    largest = np.maximum.accumulate(force)
+    fallen = largest - force > FALLEN * np.maximum(largest, 0.5)
+    return float(largest[int(np.argmax(fallen)) if fallen.any() else -1])
 
 
 def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Run the strip for every rate and bow, until a little after the first mode's peak."""
     p = parameters
+    solver = Exudyn(Controlled(tolerance=p.tolerance))
     rows, metrics, wrong, signals = [], {}, [], {}
     for rate, bow in progress([(rate, bow) for rate in p.rates for bow in p.bows], label="speeds and bows"):
         column = Hoff(rate, bow)
-        tau, _, force = column.motion(2 / rate + 40 * rate ** (-1 / 3))
-        first, last = column.peak(), float(tau[int(np.argmax(force))])
-        result = simulate(compressed(p, rate, bow), 1.2 * last / p.frequency)
+        (until, first), (_, closed) = column.peak(), column.peak_airy()
+        result = simulate(compressed(p, rate, bow), (1.1 * until + 2.0) / p.frequency, solver=solver)
         found = peak(result, p)
-        closed = column.peak_airy()
         rows.append([rate, bow, p.speed(rate), found, first, _percent(found / first - 1), closed, result.status])
         name = f"s{rate:g}.bow{bow:g}"
         metrics[f"{name}.peak"] = Metric(found, "1", exact=first)
@@ -122,8 +127,8 @@ def figure(result: StudyResult) -> Figure:
     rates = np.geomspace(min(p.rates) / 2, 2 * max(p.rates), 40)
     for k, bow in enumerate(p.bows):
         colour = COLOURS[k % len(COLOURS)]
-        ax.loglog(rates, [Hoff(s, bow).peak() for s in rates], color=colour, label=f"bow {bow:g} radii of gyration")
-        ax.loglog(rates, [Hoff(s, bow).peak_airy() for s in rates], ":", color=colour)
+        ax.loglog(rates, [Hoff(s, bow).peak().force for s in rates], color=colour, label=f"bow {bow:g} radii of gyration")
+        ax.loglog(rates, [Hoff(s, bow).peak_airy().force for s in rates], ":", color=colour)
         found = [result.metrics[f"s{s:g}.bow{bow:g}.peak"].value for s in p.rates]
         ax.plot(p.rates, found, "o", color=colour)
     ax.axhline(1.0, color="black", lw=0.8)
