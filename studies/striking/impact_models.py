@@ -51,7 +51,9 @@ def run_model(model: str, parameters: ImpactParameters, stop: float, speed: floa
         mechanism(model, parameters, stop, speed),
         duration,
         parameters.accuracy or None,
-        solver=None if parameters.accuracy else mbs.Solver(tolerance=parameters.tolerance, max_step=pi / 180 / fastest),
+        solver=None
+        if parameters.accuracy
+        else mbs.Exudyn(mbs.Controlled(tolerance=parameters.tolerance, max_step=pi / 180 / fastest)),
         ledger=True,
         timeout=parameters.timeout,
     )
@@ -97,8 +99,8 @@ def mechanism(model: str, parameters: ImpactParameters, stiffness: float, speed:
         coupler: Beam | Strut = Strut(replace(section, material=material))
     else:
         damped = section.damped(parameters.damping, length)
-        elements = {} if parameters.accuracy else {"elements": parameters.elements}
-        coupler = Beam(damped, imperfection=-parameters.imperfection * length, **elements)
+        elements = None if parameters.accuracy else parameters.elements
+        coupler = Beam(damped, elements=elements, imperfection=-parameters.imperfection * length)
     return slider_crank(
         coupler,
         law=CarvalhoMartins(stiffness, parameters.restitution, exponent=1.0),

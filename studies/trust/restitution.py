@@ -120,7 +120,7 @@ def striker(law: NormalLaw, speed: float, clearance: float, section: Section) ->
         links=[Link("bar", "P", "Q", Rigid(section)), Link("block", "P", "R", Rigid(section))],
         joints=[Clearance("P", "bar", "block", pin=5e-3, gap=clearance, law=law)],
         guides=[Guide("P", "block"), Guide("R", "block")],
-        drive=Drive("P", Ramp(0.0, speed, reaches)),
+        drives=[Drive("P", Ramp(0.0, speed, reaches))],
     )
 
 
@@ -131,7 +131,7 @@ def drop(name: str, law: NormalLaw, asked: float, speed: float, p: Parameters) -
     result = mbs.simulate(
         striker(tally, speed, p.clearance, p.section),
         (1.5 + 0.1 / exact) * unit,
-        solver=mbs.Solver(tolerance=p.tolerance, max_step=0.02 * unit),
+        solver=mbs.Exudyn(mbs.Controlled(tolerance=p.tolerance, max_step=0.02 * unit)),
         ledger=True,
         timeout=60,
     )
