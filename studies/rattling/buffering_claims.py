@@ -18,14 +18,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from buckler.mbs.reference import Ensemble, beam_modes, simulate
+from buckler.mbs.reference import Ensemble, simulate
 from buckler.mbs.reference.ensembles import by_cycle
 from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import integer, quantities
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
 from buckler.studies.kit.style import COLOURS, subplots
 from buckler.studies.rattling.buffering_measures import (
-    AREA,
     BALANCED,
     CLAIMS,
     FAMILIES,
@@ -39,6 +38,7 @@ from buckler.studies.rattling.buffering_measures import (
     ratio,
     trouble,
 )  # fmt: skip
+from buckler.studies.rattling.mode_sets import damped, rocker_modes
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -63,6 +63,7 @@ class Parameters(EnsembleParameters):
 
     def check(self) -> None:
         """A flexible rocker has a mode."""
+        super().check()
         if self.bending + self.axial == 0:
             raise ValueError("bending = 0 with axial = 0: the flexible rocker needs one mode at least")
 
@@ -117,9 +118,8 @@ def _measured(p: Parameters, case: Case, rocker: str) -> Ensemble:
     """Run one rocker; the two have other seeds, so their errors are independent."""
     if rocker == "rigid":
         return p.ensemble(p.fourbar(*case))
-    size = AREA / case.depth, case.depth
-    modes = beam_modes(0.175, *size, bending=p.bending, axial=p.axial, damping=p.rocker_damping)
-    return p.ensemble(p.fourbar(*case, modes), batch=1)
+    modes = rocker_modes(p.modes_of, case.depth, p.bending, p.axial)
+    return p.ensemble(p.fourbar(*case, damped(modes, p.modal_damping, p.rocker_damping)), batch=1)
 
 
 def _ideal(p: Parameters, depth: float) -> Mapping[str, Any]:
@@ -202,7 +202,7 @@ def _summary(metrics: Mapping[str, Metric], p: Parameters, wrong: Sequence[str])
     notes = (
         f"A reduction counts from {100 * p.margin:g} %; the chance that any verdict is wrong is below {100 * p.level:g} %. "
         f"{p.members} runs of {p.cycles} turns a rocker and case{'; suspect cases left out' if wrong else ''}.\n"
-        f"Play itself, rigid rocker, times what ideal joints have: {spans}."
+        f"Play itself, rigid rocker, times what ideal joints have: {spans}.\n{p.stated()}."
     )
     heads = [f"{unit}: holds / does not / undecided" for unit in p.damping_unit]
     return Table(["claim", *heads, "overall"], rows, "What the claims come to", notes)
