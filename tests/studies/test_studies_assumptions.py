@@ -41,9 +41,7 @@ def test_pin_on_the_rocker_grips_at_the_other_side_of_the_radius():
     gap, spin = 0.25e-3 + plain.depth[touched, 3], np.abs(plain.q_t[touched, 7])
     np.testing.assert_allclose(apart, (gap + 2 * bar.pin) * spin, rtol=1e-4)
     rough = replace(bar, friction=Coulomb(0.2, 1e-3))
-    one, two = (
-        simulate(replace(rough, turned=t), 0.02, state=state, rtol=1e-10, atol=1e-13, samples=100_001) for t in ("", "C")
-    )
+    one, two = (simulate(replace(rough, turned=t), 0.02, state=state, rtol=1e-10, atol=1e-13, samples=100_001) for t in ("", "C"))
     for run in (one, two):
         assert run.energy_balance < 1e-8 and run.taken_friction[-1, 3] > 1e-4
         dp = np.trapezoid(-run.force[:, 3], run.time, axis=0)
