@@ -105,7 +105,8 @@ def _result(run: Run, delivery: Delivery | None, ledger: bool, times: Any, wall:
         run.work,
         energy_ledger(record) if ledger else {},
         shapes_at(record, times) if len(times) else {},
-        {"exudyn": metadata.version("exudyn"), "python": platform.python_version(), "scene": dict(run.summary)},
+        {"exudyn": metadata.version("exudyn"), "python": platform.python_version(), "scene": dict(run.summary)}
+        | ({"notes": list(run.notes)} if run.notes else {}),
     )
     if delivery is not None:
         result = delivery.complete(result, wall)

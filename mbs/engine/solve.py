@@ -4,35 +4,31 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import partial
-from math import ceil, pi
 from time import perf_counter
 from typing import Any
 
 import exudyn as exu
 
-from buckler.mbs.engine.choice import longest_step
+from buckler.mbs.engine.exact import run_exactly, sample_times
 from buckler.mbs.engine.integrate import explicit_settings, implicit_settings, run_engine
 from buckler.mbs.engine.recording import Recorder
 from buckler.mbs.engine.scene import Scene, build
 from buckler.mbs.engine.settings import Solver
 from buckler.mbs.engine.stepping import StepControl
 from buckler.mbs.engine.window import half_steps
-from buckler.mbs.kinematics.closure import determined, turning_speed
+from buckler.mbs.kinematics.closure import determined
+from buckler.mbs.kinematics.determined import answered
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.run import Run
-
-TURN = 400
-"""Equal steps of a turn of the drive where constraints alone decide the motion: steps that change
-their size make the accelerations ring there, and gain nothing."""
 
 
 def once(mechanism: Mechanism, duration: float, solver: Solver, timeout: float | None, progress: Any) -> Run:
     """Build the scene and let the engine run."""
+    if answered(mechanism):
+        return run_exactly(mechanism, duration, solver, timeout, progress)
     scene = build(mechanism)
     if solver.tolerance is None and solver.uniform_steps is None and determined(mechanism):
-        share = duration / longest_step(solver, duration)
-        turns = turning_speed(mechanism, duration) * duration / (2 * pi)
-        solver = replace(solver, uniform_steps=ceil(max(share, TURN * turns)))
+        solver = replace(solver, uniform_steps=len(sample_times(mechanism, duration, solver)) - 1)
     start = perf_counter()
     control, engine, failure = (_run_explicit if scene.loose else _run_implicit)(scene, solver, duration, timeout, progress)
     wall = perf_counter() - start

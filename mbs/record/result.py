@@ -24,6 +24,8 @@ class Status(StrEnum):
 
     OK = "OK"
     SUSPECT = "SUSPECT"
+    LOCKED = "LOCKED"
+    SINGULAR = "SINGULAR"
     NEWTON_DIVERGED = "NEWTON_DIVERGED"
     NOT_FINITE = "NOT_FINITE"
     TIMED_OUT = "TIMED_OUT"

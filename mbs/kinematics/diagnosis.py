@@ -1,0 +1,49 @@
+"""What is wrong with a linkage in a pose: which links are in line, what is redundant, what contradicts what."""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import numpy as np
+
+from buckler.mbs.elements.element import GROUND, Array
+from buckler.mbs.kinematics.closure import ROUNDING, Closure, involved
+
+IN_LINE = 0.05
+"""Sine of the angle between two links that counts as in line."""
+
+
+def blocked(closure: Closure, q: Array, rows: Array | None = None) -> str:
+    """In words, what makes a pose singular: links in line, a link square to a guide, or the elements that hold it."""
+    mechanism, found = closure.mechanism, []
+    joined = {frozenset((joint.first, joint.second)) for joint in mechanism.joints} - {GROUND}
+    for one, two in combinations([link.name for link in mechanism.links], 2):
+        angle = q[closure.index[one], 2] - q[closure.index[two], 2]
+        if frozenset((one, two)) in joined and abs(np.sin(angle)) < IN_LINE:
+            found.append((abs(np.sin(angle)), f"{one} and {two} in line"))
+    for guide in mechanism.guides:
+        angle = q[closure.index[guide.link], 2] - np.arctan2(guide.along[1], guide.along[0])
+        if abs(np.cos(angle)) < IN_LINE:
+            found.append((abs(np.cos(angle)), f"{guide.link} square to the guide of {guide.point}"))
+    if found:
+        return min(found)[1]
+    jacobian = closure.system(q, np.zeros_like(q))[1]
+    kept = np.arange(len(jacobian)) if rows is None else rows
+    weights = np.linalg.svd(jacobian[kept])[0][:, -1]
+    names = involved([closure.names[k] for k in kept], np.where(np.abs(weights) > 0.05 * np.abs(weights).max(), weights, 0.0))
+    return f"{', '.join(repr(name) for name in names)} hold it"
+
+
+def redundant(names: list[str], jacobian: Array) -> list[str]:
+    """Elements whose rows, added in order, say nothing that those before do not."""
+    found: list[str] = []
+    basis = np.empty((0, jacobian.shape[1]))
+    for name, row in zip(names, jacobian, strict=True):
+        size = float(np.linalg.norm(row))
+        rest = row - basis.T @ (basis @ row)
+        rest = rest - basis.T @ (basis @ rest)
+        if float(np.linalg.norm(rest)) > ROUNDING * max(1.0, size):
+            basis = np.vstack([basis, rest / np.linalg.norm(rest)])
+        elif name not in found:
+            found.append(name)
+    return found
