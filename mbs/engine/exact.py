@@ -25,6 +25,8 @@ TURN = 400
 """Samples of a turn of the drive."""
 INSIDE, PIECES, ROUNDS = 100, 24, 4
 """Samples within a contact; pieces into which a step is divided to find its ends, so many times over."""
+SPELL = 8
+"""Samples at least in a step in which the linkage is followed."""
 BEFORE = 1e-12
 """Of the run: how long before a kink of the drive a sample shows what was before it."""
 
@@ -41,6 +43,8 @@ def run_exactly(mechanism: Mechanism, duration: float, solver: Solver, timeout: 
         t = float(grid[solver.max_steps])
         ended = Ended(t, Status.TOO_MANY_STEPS, f"more than max_steps = {solver.max_steps} steps by t = {t:.6g} s")
         grid = grid[: solver.max_steps + 1]
+    if solver.uniform_steps is None:
+        grid = _with_fast_spells(follower.anchors.time, grid)
     if mechanism.stops and solver.uniform_steps is None:
         grid = _with_contacts(follower, grid)
     course = follower.at(grid)
@@ -66,6 +70,14 @@ def sample_times(mechanism: Mechanism, duration: float, solver: Solver) -> Array
     times = np.unique(times)
     keep = np.append(np.diff(times) > BEFORE * duration / 2, True)
     return times[keep]
+
+
+def _with_fast_spells(anchors: Array, grid: Array) -> Array:
+    """Add samples where the linkage had to be followed in short steps: close to a dead centre."""
+    reached = np.append(anchors[anchors < grid[-1]], grid[-1])
+    counts = np.diff(np.searchsorted(grid, reached))
+    extra = [np.linspace(reached[k], reached[k + 1], SPELL + 1) for k in np.flatnonzero(counts < SPELL)]
+    return np.unique(np.concatenate([grid, *extra]))
 
 
 def _stops(mechanism: Mechanism) -> dict[str, Stop]:

@@ -115,7 +115,10 @@ def implicit_settings(scene: Scene, solver: Solver, duration: float) -> Any:
     integration.newton.absoluteTolerance = solver.newton_absolute or _reachable_residual(scene)
     # the only connectors with a say in it are StepControl's callback; no native contact element is built
     integration.discontinuous.useRecommendedStepSize = True
-    if scene.system.systemData.ODE2Size() >= SPARSE_FROM:
+    if scene.redundant:
+        settings.linearSolver.solverType = exu.LinearSolverType.EigenDense
+        settings.linearSolver.ignoreSingularJacobian = True  # full pivoting finds one of the many splits of the forces
+    elif scene.system.systemData.ODE2Size() >= SPARSE_FROM:
         settings.linearSolver.solverType = exu.LinearSolverType.EigenSparse
     return settings
 

@@ -24,6 +24,7 @@ from buckler.mbs.engine.placed import Placed, States
 from buckler.mbs.engine.registry import BODIES, CONNECTORS
 from buckler.mbs.engine.stop import StopContact
 from buckler.mbs.engine.strut import StrutSpring
+from buckler.mbs.kinematics.diagnosis import redundancies
 from buckler.mbs.kinematics.start import Start, start
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.record import Record
@@ -76,6 +77,8 @@ class Scene:
         Engine object numbers by element.
     start : Start
         Velocities at t = 0.
+    redundant : list of str
+        Elements that say what others say already.
     """
 
     mechanism: Mechanism
@@ -88,6 +91,7 @@ class Scene:
     clearances: list[ClearanceGroup] = field(default_factory=list)
     constraints: dict[str, int] = field(default_factory=dict)
     start: Start | None = None
+    redundant: list[str] = field(default_factory=list)
     parts: Counter[str] = field(default_factory=Counter)
     readers: list[tuple[str, str, Callable[[History, Record], Array]]] = field(default_factory=list)
 
@@ -171,6 +175,7 @@ def build(mechanism: Mechanism) -> Scene:
     container = exu.SystemContainer()
     scene = Scene(mechanism, container.AddSystem(), container)
     scene.start = begun = start(mechanism)
+    scene.redundant = redundancies(mechanism)
     for link in mechanism.links:
         placed = BODIES[type(link.body)](scene, link, begun.rates[begun.closure.index[link.name]])
         if placed is not None:

@@ -24,6 +24,9 @@ from buckler.mbs.record.result import Status
 FIRST, FAR, NEAR = 0.02, 0.05, 0.01
 """First step, rad of the fastest link; error of a step's prediction, relative to the links' lengths, beyond which it is taken
 again at half its length, and below which the next is longer."""
+BEND, SLOW = 0.3, 0.01
+"""Change of speeds in a step beyond what their rates say, relative to the largest of them or to this length of the longest link
+in the run."""
 SHORTEST = 1e-9
 """Shortest step, of the run: what cannot be followed by it ends there."""
 MOST, CHUNK = 30, 1024
@@ -108,9 +111,10 @@ class Follower:
         begun = self._close(np.zeros(1), closure.reference[None].copy())
         assert begun is not None  # the rows kept are independent there
         state = begun
-        found, t = [state], 0.0
+        found, t, hard = [state], 0.0, False  # near a lock even rough closing must be exact
         fastest = float(np.abs(state.q_t[..., 2]).max())
         h = min(duration, FIRST / fastest if fastest > 0 else duration / 100)
+        slow = SLOW * closure.size / duration
         side = float(np.linalg.det(state.jacobian[0]))
         while t < duration:
             if self.deadline and perf_counter() > self.deadline:
@@ -120,9 +124,13 @@ class Follower:
             if duration - t - h < 1e-12 * duration:
                 h = duration - t
             guess = state.q + h * state.q_t + h * h / 2 * state.q_tt
-            after = self._step(t + h, guess)
+            after = self._step(t + h, guess, EXACT if hard else ROUGH)
             off = float(np.abs((after.q - guess) * self.lengths).max()) / closure.size if after is not None else np.inf
-            if after is None or off > FAR or np.linalg.det(after.jacobian[0]) * side <= 0:
+            if after is None or off > FAR or self._kinked(state, after, slow) or np.linalg.det(after.jacobian[0]) * side <= 0:
+                if not hard:
+                    found = self._exact_end(found)
+                    state, hard = found[-1], True
+                    t = float(state.time[0])
                 h /= 2
                 if h < SHORTEST * duration:
                     self.ended = self._end(state, found)
@@ -132,11 +140,27 @@ class Follower:
             if self.progress is not None:
                 self.progress(t / duration)
             found.append(state)
+            hard = hard and off > NEAR / 8
             h *= 2 if off < NEAR / 8 else 1.3 if off < NEAR else 0.8 if off > FAR / 2 else 1.0
         return Course(*(np.concatenate(part) for part in zip(*found, strict=True)))
 
-    def _step(self, t: float, guess: Array) -> Course | None:
-        state = self._close(np.array([t]), guess, ROUGH)
+    def _kinked(self, before: Course, after: Course, slow: float) -> bool:
+        """True if speeds change otherwise than their rates say: steps must follow that, and cannot follow a jump."""
+        h = float(after.time[0] - before.time[0])
+        change = float(np.abs((after.q_t - before.q_t - h * before.q_tt) * self.lengths).max())
+        return change > BEND * max(slow, *(float(np.abs(part.q_t * self.lengths).max()) for part in (before, after)))
+
+    def _exact_end(self, found: list[Course]) -> list[Course]:
+        """The anchors with the last one closed exactly; one that lies beyond a lock by its rough closing is left out."""
+        while len(found) > 1:
+            exact = self._step(float(found[-1].time[0]), found[-1].q, EXACT)
+            if exact is not None:
+                return [*found[:-1], exact]
+            found = found[:-1]
+        return found
+
+    def _step(self, t: float, guess: Array, enough: float) -> Course | None:
+        state = self._close(np.array([t]), guess, enough)
         return state if state is not None and all(np.isfinite(part).all() for part in state) else None
 
     def _end(self, state: Course, found: list[Course]) -> Ended:
@@ -157,9 +181,12 @@ class Follower:
 
     def _at(self, times: Array) -> Course:
         found = self._close(times, _quintic(self.anchors, times))
-        if found is None:  # cannot happen between anchors that were reached; if it does, it must not pass
-            raise RuntimeError(f"loops do not close between t = {times[0]:g} s and t = {times[-1]:g} s")
-        return found
+        if found is not None:
+            return found
+        if len(times) == 1:  # cannot happen between anchors that were reached; if it does, it must not pass
+            raise RuntimeError(f"loops do not close at t = {times[0]:g} s, though they do before and after")
+        halves = [self._at(part) for part in np.array_split(times, 2)]
+        return Course(*(np.concatenate(part) for part in zip(*halves, strict=True)))
 
     def _close(self, times: Array, q: Array, enough: float = EXACT) -> Course | None:
         """Newton's method at each time from close by, then the rates; None if one does not close."""

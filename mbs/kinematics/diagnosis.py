@@ -8,6 +8,8 @@ import numpy as np
 
 from buckler.mbs.elements.element import GROUND, Array
 from buckler.mbs.kinematics.closure import ROUNDING, Closure, involved
+from buckler.mbs.kinematics.start import jacobian
+from buckler.mbs.mechanism import Mechanism
 
 IN_LINE = 0.05
 """Sine of the angle between two links that counts as in line."""
@@ -27,18 +29,27 @@ def blocked(closure: Closure, q: Array, rows: Array | None = None) -> str:
             found.append((abs(np.cos(angle)), f"{guide.link} square to the guide of {guide.point}"))
     if found:
         return min(found)[1]
-    jacobian = closure.system(q, np.zeros_like(q))[1]
-    kept = np.arange(len(jacobian)) if rows is None else rows
-    weights = np.linalg.svd(jacobian[kept])[0][:, -1]
+    matrix = closure.system(q, np.zeros_like(q))[1]
+    kept = np.arange(len(matrix)) if rows is None else rows
+    weights = np.linalg.svd(matrix[kept])[0][:, -1]
     names = involved([closure.names[k] for k in kept], np.where(np.abs(weights) > 0.05 * np.abs(weights).max(), weights, 0.0))
     return f"{', '.join(repr(name) for name in names)} hold it"
 
 
-def redundant(names: list[str], jacobian: Array) -> list[str]:
+def redundancies(mechanism: Mechanism) -> list[str]:
+    """Elements that ask nothing at t = 0 that others do not ask already, flexible links being flexible."""
+    closure, rigid, loose = jacobian(mechanism)
+    unit = np.abs(loose).max(initial=0.0) or 1.0
+    lasting = [k for k, (_, row) in enumerate(closure.named_rows) if not row.start_only]
+    order = sorted(lasting, key=lambda k: closure.named_rows[k][1].motion is None)  # drives stay
+    return redundant([closure.names[k] for k in order], np.hstack([rigid, loose / unit])[order])
+
+
+def redundant(names: list[str], matrix: Array) -> list[str]:
     """Elements whose rows, added in order, say nothing that those before do not."""
     found: list[str] = []
-    basis = np.empty((0, jacobian.shape[1]))
-    for name, row in zip(names, jacobian, strict=True):
+    basis = np.empty((0, matrix.shape[1]))
+    for name, row in zip(names, matrix, strict=True):
         size = float(np.linalg.norm(row))
         rest = row - basis.T @ (basis @ row)
         rest = rest - basis.T @ (basis @ rest)
