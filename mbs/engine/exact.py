@@ -10,9 +10,8 @@ import numpy as np
 
 from buckler.mbs.elements.element import Array
 from buckler.mbs.elements.stop import Stop
-from buckler.mbs.engine.choice import longest_step
 from buckler.mbs.engine.scene import build
-from buckler.mbs.engine.settings import Solver
+from buckler.mbs.engine.settings import Exudyn
 from buckler.mbs.engine.stop import StopContact
 from buckler.mbs.kinematics.closure import turning_speed
 from buckler.mbs.kinematics.determined import Ended, Follower
@@ -31,7 +30,7 @@ BEFORE = 1e-12
 """Of the run: how long before a kink of the drive a sample shows what was before it."""
 
 
-def run_exactly(mechanism: Mechanism, duration: float, solver: Solver, timeout: float | None, progress: Any) -> Run:
+def run_exactly(mechanism: Mechanism, duration: float, solver: Exudyn, timeout: float | None, progress: Any) -> Run:
     """Follow the linkage, then ask it for places, speeds, accelerations and forces."""
     summary, begin = build(mechanism).summary(), perf_counter()
     follower = Follower(mechanism, duration, perf_counter() + timeout if timeout else None, progress)
@@ -39,13 +38,13 @@ def run_exactly(mechanism: Mechanism, duration: float, solver: Solver, timeout: 
     ended = follower.ended
     if ended is not None:
         grid = np.append(grid[grid < ended.time], ended.time)
-    elif len(grid) - 1 > solver.max_steps:
-        t = float(grid[solver.max_steps])
-        ended = Ended(t, Status.TOO_MANY_STEPS, f"more than max_steps = {solver.max_steps} steps by t = {t:.6g} s")
-        grid = grid[: solver.max_steps + 1]
-    if solver.uniform_steps is None:
+    elif len(grid) - 1 > solver.steps.max_steps:
+        t = float(grid[solver.steps.max_steps])
+        ended = Ended(t, Status.TOO_MANY_STEPS, f"more than max_steps = {solver.steps.max_steps} steps by t = {t:.6g} s")
+        grid = grid[: solver.steps.max_steps + 1]
+    if solver.steps.adaptive:
         grid = _with_fast_spells(follower.anchors.time, grid)
-    if mechanism.stops and solver.uniform_steps is None:
+    if mechanism.stops and solver.steps.adaptive:
         grid = _with_contacts(follower, grid)
     course = follower.at(grid)
     record = follower.record(course)
@@ -59,12 +58,13 @@ def run_exactly(mechanism: Mechanism, duration: float, solver: Solver, timeout: 
     return Run(solver, record, failure, work | {"rejected": 0.0}, summary, notes=tuple(notes))
 
 
-def sample_times(mechanism: Mechanism, duration: float, solver: Solver) -> Array:
+def sample_times(mechanism: Mechanism, duration: float, solver: Exudyn) -> Array:
     """Equal steps as asked for, or 400 a turn and both sides of each kink of a drive, s."""
-    if solver.uniform_steps is not None:
-        return np.linspace(0.0, duration, solver.uniform_steps + 1)[:: solver.record_every]
+    steps = solver.steps
+    if not steps.adaptive:
+        return np.linspace(0.0, duration, steps.number(duration) + 1)[:: steps.record_every]
     turns = turning_speed(mechanism, duration) * duration / (2 * pi)
-    count = ceil(max(duration / longest_step(solver, duration), TURN * turns))
+    count = ceil(max(duration / steps.longest(duration), TURN * turns))
     kinks = np.array([t for drive in mechanism.drives for t in drive.motion.kinks(duration)])
     times = np.concatenate([np.linspace(0.0, duration, count + 1), kinks, kinks - BEFORE * duration])
     times = np.unique(times)

@@ -1,4 +1,4 @@
-"""Linkages whose constraints alone decide the motion, followed by closure; their forces by inverse dynamics. Nothing is integrated.
+"""Linkages whose constraints alone decide the motion: followed by closure, forces by inverse dynamics, nothing integrated.
 
 Places at a time close the loops, C(q, t) = 0; rates solve J q_t = -C_t and J q_tt = gamma - C_tt; the multipliers mu of the rows
 solve M q_tt = f + J^T mu. All that errs is rounding, and time is only followed so that the linkage stays on its branch.
@@ -32,7 +32,8 @@ SHORTEST = 1e-9
 MOST, CHUNK = 30, 1024
 """Newton steps at most; times that are closed at once."""
 EXACT, ROUGH, CLOSED = 2e-15, 1e-6, 1e-9
-"""Gap at which loops are closed to rounding; the same of anchors, which are but guesses; gap of redundant rows beyond which they contradict the others; in lengths."""
+"""Gap, in lengths, at which loops are closed to rounding; the same of anchors, which are but guesses; gap of redundant rows
+beyond which they contradict the others."""
 BLOWN_UP = 20.0
 """Growth of the links' speeds towards a pose where the drive is locked; at another singular pose they stay finite."""
 

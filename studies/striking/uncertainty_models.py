@@ -192,7 +192,7 @@ class Striker:
             stop=-stop,
             lengths=SliderCrank(PAPER.crank, length),
         )
-        solver = mbs.Solver(tolerance=1e-5, max_step=pi / 180 / self.speed)
+        solver = mbs.Exudyn(mbs.Controlled(tolerance=1e-5, max_step=pi / 180 / self.speed))
         result = mbs.simulate(mechanism, IMPACT_UNTIL / self.speed, solver=solver, ledger=True, timeout=60)
         return float(result.signals["B.contact_force"].max()), result.message if not result.ok else ""
 
