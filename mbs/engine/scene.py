@@ -26,6 +26,7 @@ from buckler.mbs.kinematics.diagnosis import redundancies
 from buckler.mbs.kinematics.start import Start, start
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.record import Record
+from buckler.mbs.record.result import Status
 
 exu.config.printToConsole = False
 
@@ -77,6 +78,8 @@ class Scene:
         Velocities at t = 0.
     redundant : list of str
         Elements that say what others say already.
+    stopped : (Status, str) or None
+        Why a user's function could not give a value, once it could not.
     """
 
     mechanism: Mechanism
@@ -90,6 +93,7 @@ class Scene:
     constraints: dict[str, int] = field(default_factory=dict)
     start: Start | None = None
     redundant: list[str] = field(default_factory=list)
+    stopped: tuple[Status, str] | None = None
     parts: Counter[str] = field(default_factory=Counter)
     readers: list[tuple[str, str, Callable[[History, Record], Array]]] = field(default_factory=list)
 

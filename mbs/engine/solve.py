@@ -18,7 +18,9 @@ from buckler.mbs.engine.stepping import implicit_control
 from buckler.mbs.engine.window import half_steps
 from buckler.mbs.kinematics.closure import determined
 from buckler.mbs.kinematics.determined import answered
+from buckler.mbs.kinematics.diagnosis import stuck
 from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.record.result import Status
 from buckler.mbs.record.run import Run
 
 
@@ -43,7 +45,11 @@ def once(mechanism: Mechanism, duration: float, solver: Exudyn, timeout: float |
         "rejected": float(control.rejected),
     }
     again = partial(half_steps, mechanism, history, solver)
-    return Run(solver, scene.record(history), failure, work, scene.summary(), again)
+    record = scene.record(history)
+    if failure is not None and failure[0] is Status.NEWTON_DIVERGED:
+        failure = stuck(record) or failure
+    notes = [f"redundant, and left out: {', '.join(map(repr, scene.redundant))}"] if scene.redundant else []
+    return Run(solver, record, failure, work, scene.summary(), again, notes)
 
 
 def _run_implicit(scene: Scene, solver: Exudyn, duration: float, timeout: float | None, progress: Any) -> Any:

@@ -8,6 +8,7 @@ from typing import Any
 import exudyn.itemInterface as eii
 
 from buckler.mbs.elements.stop import Stop
+from buckler.mbs.engine.watched import watched
 
 SLOWEST_ONSET = 1e-4
 """Approach speed, m/s, below which dissipative laws no longer scale with it: a contact at rest has no impact speed."""
@@ -66,21 +67,23 @@ def connect(scene: Any, stops: dict[str, Stop]) -> None:
     """Add each stop on its block's coordinate."""
     for k, (name, stop) in enumerate(stops.items()):
         contact = scene.stops[name] = contact_of(scene.mechanism, stop)
-        add_stop(scene.system, contact, scene.coordinate(stop.point, 0), scene.ground)
+        add_stop(scene, contact, scene.coordinate(stop.point, 0), scene.ground)
         scene.reads(name, "force", lambda run, _record, k=k: run.contact[:, k : k + 1])
         scene.parts["Stop"] += 1
 
 
-def add_stop(system: Any, contact: StopContact, coordinate: int, ground: int) -> int:
+def add_stop(scene: Any, contact: StopContact, coordinate: int, ground: int) -> int:
     """Add a stop on a slider's coordinate marker."""
 
     def spring_force(_system: Any, _t: float, _item: int, travel: float, speed: float, *_: float) -> float:
         return contact.side * contact.force(travel, speed)
 
     return int(
-        system.AddObject(
+        scene.system.AddObject(
             eii.ObjectConnectorCoordinateSpringDamper(
-                markerNumbers=[ground, coordinate], stiffness=1.0, springForceUserFunction=spring_force
+                markerNumbers=[ground, coordinate],
+                stiffness=1.0,
+                springForceUserFunction=watched(scene, f"the law of the stop of '{contact.stop.point}'", spring_force),
             )
         )
     )

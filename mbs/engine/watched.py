@@ -16,7 +16,7 @@ def watched(scene: Any, what: str, function: Callable[..., Any], out_of_range: S
 
     Parameters
     ----------
-    scene : Scene
+    scene : Scene or None
     what : str
         What raises, in words.
     function : callable
@@ -28,7 +28,7 @@ def watched(scene: Any, what: str, function: Callable[..., Any], out_of_range: S
         try:
             return function(system, t, *arguments)
         except Exception as error:
-            if scene.stopped is None:
+            if scene is not None and scene.stopped is None:
                 scene.stopped = failed(t, what, error, out_of_range)
             raise
 

@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from buckler.mbs.elements.element import GROUND, Array, Element, place
-from buckler.mbs.kinematics.closure import Closure, determined, rank, solved
-from buckler.mbs.kinematics.diagnosis import blocked
+from buckler.mbs.kinematics.closure import Closure, determined, solved
+from buckler.mbs.kinematics.diagnosis import blocked, independent_rows
 from buckler.mbs.kinematics.inertias import carried
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.motion import BlockMotion, RigidMotion
@@ -287,11 +287,8 @@ class Follower:
 def independent(closure: Closure, jacobian: Array) -> Array:
     """Rows that are independent of each other: the drives' first, then in the elements' order."""
     driven = [k for k, _ in closure.driven]
-    kept: list[int] = []
-    for k in [*driven, *(k for k in range(len(jacobian)) if k not in driven)]:
-        if rank(jacobian[[*kept, k]]) == len(kept) + 1:
-            kept.append(k)
-    return np.array(sorted(kept), dtype=int)
+    order = [*driven, *(k for k in range(len(jacobian)) if k not in driven)]
+    return np.array(sorted(order[k] for k in independent_rows(jacobian[order])), dtype=int)
 
 
 def _motion(closure: Closure, course: Course, name: str) -> RigidMotion:

@@ -10,7 +10,11 @@ from buckler.mbs.elements.element import GROUND, Array
 from buckler.mbs.kinematics.closure import ROUNDING, Closure, involved
 from buckler.mbs.kinematics.start import jacobian
 from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.record.record import Record
+from buckler.mbs.record.result import Status
 
+FLAT, WORSE = 0.05, 0.2
+"""Smallest singular value of the constraints, and its ratio to that at the start, below which a pose counts as singular."""
 IN_LINE = 0.05
 """Sine of the angle between two links that counts as in line."""
 
@@ -47,14 +51,47 @@ def redundancies(mechanism: Mechanism) -> list[str]:
 
 def redundant(names: list[str], matrix: Array) -> list[str]:
     """Elements whose rows, added in order, say nothing that those before do not."""
-    found: list[str] = []
+    kept = independent_rows(matrix)
+    return list(dict.fromkeys(name for k, name in enumerate(names) if k not in kept))
+
+
+def stuck(record: Record) -> tuple[Status, str] | None:
+    """What is wrong with the pose in which a run of rigid links stopped, by the rank of its constraints; None if nothing is."""
+    mechanism = record.mechanism
+    closure = Closure(mechanism)
+    rigid = [i for i, link in enumerate(mechanism.links) if not link.body.flexible and link.name in record.links]
+    q = closure.reference.copy()
+    for i in rigid:
+        link = mechanism.links[i]
+        motion = record.links[link.name]
+        q[i, :2], q[i, 2] = motion.point(link.start)[0][-1], q[i, 2] + motion.turn(link.start)[0][-1]
+    among = {GROUND, *(mechanism.links[i].name for i in rigid)}
+    rows = [
+        k for k, (_, row) in enumerate(closure.named_rows) if not row.start_only and {row.first.body, row.second.body} <= among
+    ]
+    columns = [3 * i + axis for i in rigid for axis in range(3)]
+    unit = np.tile([1.0, 1.0, closure.size], len(rigid))  # a turn as far as it moves the longest link
+    before, now = (closure.system(at, np.zeros_like(q))[1][np.ix_(rows, columns)] / unit for at in (closure.reference, q))
+    kept = independent_rows(before)
+    if not len(kept) or not np.isfinite(now).all():
+        return None
+    least = [np.linalg.svd(matrix[kept], compute_uv=False)[-1] for matrix in (before, now)]
+    if least[1] > min(FLAT, WORSE * least[0]):
+        return None
+    t, where = float(record.time[-1]), blocked(closure, q, np.array(rows)[kept])
+    if mechanism.drives:
+        return Status.LOCKED, f"the linkage locks at t = {t:.6g} s ({where})"
+    return Status.SINGULAR, f"the linkage is in a singular pose at t = {t:.6g} s ({where}): what follows is not determined"
+
+
+def independent_rows(matrix: Array) -> list[int]:
+    """Rows that say what those before do not."""
+    kept: list[int] = []
     basis = np.empty((0, matrix.shape[1]))
-    for name, row in zip(names, matrix, strict=True):
-        size = float(np.linalg.norm(row))
+    for k, row in enumerate(matrix):
         rest = row - basis.T @ (basis @ row)
         rest = rest - basis.T @ (basis @ rest)
-        if float(np.linalg.norm(rest)) > ROUNDING * max(1.0, size):
+        if float(np.linalg.norm(rest)) > ROUNDING * max(1.0, float(np.linalg.norm(row))):
             basis = np.vstack([basis, rest / np.linalg.norm(rest)])
-        elif name not in found:
-            found.append(name)
-    return found
+            kept.append(k)
+    return kept
