@@ -6,7 +6,7 @@ An element answers from plain arrays. It sees a run through `Recorded`, which bo
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from typing import Any, NamedTuple, Protocol
+from typing import Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 
@@ -137,7 +137,16 @@ def reaches(mechanism: Any, name: str, point: str, where: str) -> None:
 
 
 class Joint(Element):
-    """What joins two bodies, links or the ground, at a point."""
+    """What joins two bodies, links or the ground, at a point.
+
+    Attributes
+    ----------
+    pins, turns : bool
+        Whether it keeps the two bodies' points together, and whether it lets them turn against each other.
+    """
+
+    pins: ClassVar[bool] = True
+    turns: ClassVar[bool] = True
 
     point: str
     first: str
@@ -152,11 +161,15 @@ class Joint(Element):
         """Two different bodies that reach the point, not joined there already."""
         where = f"joint at '{self.point}'"
         known("point", self.point, mechanism.points, where)
-        if self.first == self.second:
-            raise ValueError(f"{where}: joins '{self.first}' to itself")
+        self.apart(mechanism, where)
         for name in (self.first, self.second):
             if name != GROUND:
                 reaches(mechanism, name, self.point, where)
+
+    def apart(self, mechanism: Any, where: str) -> None:
+        """Raise a ValueError if it joins a body to itself, or two that are joined at the point already."""
+        if self.first == self.second:
+            raise ValueError(f"{where}: joins '{self.first}' to itself")
         ends = {self.first, self.second}
         if sum(joint.point == self.point and {joint.first, joint.second} == ends for joint in mechanism.joints) > 1:
             raise ValueError(f"{where}: joins {' and '.join(sorted(ends))} twice")

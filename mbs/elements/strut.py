@@ -50,6 +50,13 @@ class Strut:
         yield Energy("taken", "damping", since_start(record.time, spring.damping_power(elongation, rate)))
 
 
+def not_a_strut(mechanism: Any, names: tuple[str, ...], where: str) -> None:
+    """Raise a ValueError if one of these links is a Strut: it is a force between two points and takes no moment."""
+    for link in mechanism.links:
+        if link.name in names and isinstance(link.body, Strut):
+            raise ValueError(f"{where}: link '{link.name}' is a Strut, a force between two points; it takes no moment")
+
+
 def state(link: Any, record: Recorded) -> tuple[Array, Array]:
     """Elongation of a link, m, and its rate, m/s."""
     (start, start_t), (end, end_t) = record.point(link.start), record.point(link.end)

@@ -20,7 +20,7 @@ def is_loose(mechanism: Mechanism) -> bool:
         bool(mechanism.joints)
         and all(isinstance(joint, Clearance) for joint in mechanism.joints)
         and all(isinstance(link.body, Rigid) for link in mechanism.links)
-        and not mechanism.guides
+        and not (mechanism.guides or mechanism.stops)
         and all(isinstance(drive.speed, int | float) for drive in mechanism.drives)
         and not stiffly_damped(mechanism)
     )

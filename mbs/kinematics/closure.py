@@ -17,6 +17,7 @@ from buckler.mbs.elements.drive import Drive
 from buckler.mbs.elements.element import GROUND
 from buckler.mbs.elements.revolute import Revolute
 from buckler.mbs.elements.rigid import Rigid
+from buckler.mbs.kinematics.held import held
 from buckler.mbs.mechanism import Mechanism
 
 Array = np.ndarray[Any, Any]
@@ -86,6 +87,8 @@ class Closure:
         ex, ey = np.array([1.0, 0.0]), np.array([0.0, 1.0])
         rows = []
         for joint in self.mechanism.joints:
+            if not joint.pins:
+                continue
             ends = [(joint.first, joint.point, 1.0), (joint.second, joint.point, -1.0)]
             rows += [(ends, ex, ""), (ends, ey, "")]
         for guide in self.mechanism.guides:
@@ -112,6 +115,10 @@ class Closure:
                 row[i] += sign * np.array([*direction, direction @ (-ay, ax)])
                 convective += sign * q_t[i, 2] ** 2 * direction @ (ax, ay)
             residual.append(value)
+            jacobian.append(row.ravel())
+            gamma.append(convective)
+        for value, row, convective in held(self, q, q_t):
+            residual.append(np.array(value))
             jacobian.append(row.ravel())
             gamma.append(convective)
         drive = self._drive
@@ -179,7 +186,10 @@ class Closure:
     def _driven(self, rows: int) -> Array:
         """True for the drive's row."""
         kinds = [kind == "drive" for *_, kind in self.rows()]
-        return np.array(kinds + [True] * (rows - len(kinds)))
+        driven = np.array(kinds + [False] * (rows - len(kinds)), dtype=bool)
+        if self._drive is not None and self._drive.target in self.index:
+            driven[-1] = True
+        return driven
 
     def _rates(self, jacobian: Array, right: Array, what: str, t: float) -> Array:
         """Least-norm solution of J rate = right; free degrees of freedom stay at rest."""

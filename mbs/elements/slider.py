@@ -1,0 +1,89 @@
+"""Joints that let a point slide along a line of another link: with its angle kept, or free."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from buckler.mbs.elements.element import GROUND, Array, Joint, Recorded, Signal, known, reaches, turned
+from buckler.mbs.elements.rigid import Rigid
+from buckler.mbs.elements.strut import not_a_strut
+from buckler.mbs.validate import direction
+
+
+@dataclass(frozen=True)
+class Slot(Joint):
+    """A pin in a straight slot: a point of the first body stays on a line of the second, and turns freely.
+
+    Parameters
+    ----------
+    point : str
+        A point of the first body; the line goes through its place at t = 0.
+    first, second : str
+        The two bodies, links or 'ground'. A flexible second link must reach the point: the line is fixed in its section there.
+    along : (float, float)
+        Direction of the line at t = 0; need not be a unit vector.
+    """
+
+    pins: ClassVar[bool] = False
+
+    point: str
+    first: str
+    second: str
+    along: tuple[float, float] = (1.0, 0.0)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "along", direction(f"{type(self).__name__} at '{self.point}': along", self.along))
+
+    def check(self, mechanism: Any) -> None:
+        """A point of the first body, and a second body in which a line can be fixed there."""
+        where = f"{type(self).__name__} at '{self.point}'"
+        known("point", self.point, mechanism.points, where)
+        if self.first == GROUND:
+            raise ValueError(f"{where}: first = 'ground': the point must be a link's; swap the bodies")
+        self.apart(mechanism, where)
+        reaches(mechanism, self.first, self.point, where)
+        if self.second != GROUND:
+            links = {link.name: link for link in mechanism.links}
+            known("link", self.second, links, where)
+            if not isinstance(links[self.second].body, Rigid):
+                reaches(mechanism, self.second, self.point, where)
+        not_a_strut(mechanism, (self.first, self.second), where)
+
+    def way(self, record: Recorded) -> tuple[Array, Array]:
+        """Travel along the line since t = 0, m, and its rate, m/s, each (times,)."""
+        on = f"{self.second}:{self.point}"
+        (place, velocity), (origin, moving) = record.point(f"{self.first}:{self.point}"), record.point(on)
+        angle, spin = record.turn(on)
+        along, across = turned(angle, self.along), turned(angle, (-self.along[1], self.along[0]))
+        apart = place - origin
+        rate = ((velocity - moving) * along).sum(axis=1) + spin * (apart * across).sum(axis=1)
+        return (apart * along).sum(axis=1), rate
+
+    def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
+        """Yield the force on the second body to the left of the line, N, and the travel along it, m."""
+        yield Signal(f"{name}.normal_force", record.channel(name, "effort")[:, 0], "N")
+        yield Signal(f"{name}.travel", self.way(record)[0], "m")
+
+
+@dataclass(frozen=True)
+class Slider(Slot):
+    """A prismatic joint: a point of the first body stays on a line of the second, and the angle between them as it is.
+
+    Parameters
+    ----------
+    point : str
+        A point of the first body; the line goes through its place at t = 0.
+    first, second : str
+        The two bodies, links or 'ground'. A flexible second link must reach the point: the line is fixed in its section there.
+    along : (float, float)
+        Direction of the line at t = 0; need not be a unit vector.
+    """
+
+    turns: ClassVar[bool] = False
+
+    def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
+        """Yield normal force, N, moment about the point on the second body, N m, and travel, m."""
+        yield from super().signals(name, record)
+        yield Signal(f"{name}.moment", record.channel(name, "effort")[:, 1], "N m")
