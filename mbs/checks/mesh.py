@@ -79,7 +79,9 @@ def mesh_error(record: Record, name: str) -> float:
 def _clamped(record: Record, name: str, end: int) -> bool:
     """Whether a joint holds the angle of a link's start or end."""
     point = record.mechanism.link(name).points[end]
-    return any(joint.point == point and name in (joint.first, joint.second) and not joint.turns for joint in record.mechanism.joints)
+    return any(
+        joint.point == point and name in (joint.first, joint.second) and not joint.turns for joint in record.mechanism.joints
+    )
 
 
 def _with_ends(kappa: Array, places: Array, clamped: list[bool]) -> Array:

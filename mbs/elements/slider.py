@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 
 from buckler.mbs.elements.element import GROUND, Array, Joint, Recorded, Signal, known, reaches, turned
 from buckler.mbs.elements.rigid import Rigid
+from buckler.mbs.elements.rows import Row, on_line, same_turn
 from buckler.mbs.elements.strut import not_a_strut
 from buckler.mbs.validate import direction
 
@@ -25,8 +26,6 @@ class Slot(Joint):
     along : (float, float)
         Direction of the line at t = 0; need not be a unit vector.
     """
-
-    pins: ClassVar[bool] = False
 
     point: str
     first: str
@@ -50,6 +49,14 @@ class Slot(Joint):
             if not isinstance(links[self.second].body, Rigid):
                 reaches(mechanism, self.second, self.point, where)
         not_a_strut(mechanism, (self.first, self.second), where)
+
+    def rows(self, mechanism: Any) -> Iterator[Row]:
+        """Yield that the point stays on the line."""
+        yield from on_line(self.point, self.first, self.second, self.along)
+
+    def reactions(self, multipliers: Array) -> dict[str, Array]:
+        """Return normal force, and moment if it keeps the angle, on the second body."""
+        return {"effort": -multipliers}
 
     def way(self, record: Recorded) -> tuple[Array, Array]:
         """Travel along the line since t = 0, m, and its rate, m/s, each (times,)."""
@@ -82,6 +89,11 @@ class Slider(Slot):
     """
 
     turns: ClassVar[bool] = False
+
+    def rows(self, mechanism: Any) -> Iterator[Row]:
+        """Yield that the point stays on the line, and the angle as it is."""
+        yield from super().rows(mechanism)
+        yield from same_turn(self.point, self.first, self.second)
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield normal force, N, moment about the point on the second body, N m, and travel, m."""

@@ -99,7 +99,9 @@ class Stop(Element):
         if isinstance(links[self.carrier].body, Rigid):
             return
         if not place(self.on).body:
-            raise ValueError(f"{where}: on = '{self.on}': a flexible link turns differently along it; give a point, as 'link:point'")
+            raise ValueError(
+                f"{where}: on = '{self.on}': a flexible link turns differently along it; give a point, as 'link:point'"
+            )
         reaches(mechanism, self.carrier, place(self.on).point, f"{where}: on")
 
     def body(self, mechanism: Any) -> str:
@@ -157,6 +159,12 @@ class Stop(Element):
         travel = (apart * across).sum(axis=1) - float(before @ self.across(mechanism))
         rate = ((velocity - moving) * across).sum(axis=1) + spin * (apart * left(across)).sum(axis=1)
         return side * (travel - face), side * rate
+
+    def pushes(self, name: str, record: Recorded) -> Iterator[tuple[str, Array, Array]]:
+        """Yield its force on the guided point."""
+        guide = record.mechanism.guide(self.point)
+        size = -self.side(record.mechanism) * record.channel(name, "force")[:, 0]
+        yield f"{guide.link}:{self.point}", np.outer(size, guide.along), np.zeros_like(size)
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield contact force, N, and penetration depth, m."""

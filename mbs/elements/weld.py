@@ -6,7 +6,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from buckler.mbs.elements.element import Joint, Recorded, Signal
+from buckler.mbs.elements.element import Array, Joint, Recorded, Signal
+from buckler.mbs.elements.rows import Row, meets, same_turn
 from buckler.mbs.elements.strut import not_a_strut
 
 
@@ -30,6 +31,15 @@ class Weld(Joint):
         """Two different bodies that reach the point and can take a moment there."""
         super().check(mechanism)
         not_a_strut(mechanism, (self.first, self.second), f"weld at '{self.point}'")
+
+    def rows(self, mechanism: Any) -> Iterator[Row]:
+        """Yield that the points stay together, and the angle as it is."""
+        yield from meets(self.point, self.first, self.second)
+        yield from same_turn(self.point, self.first, self.second)
+
+    def reactions(self, multipliers: Array) -> dict[str, Array]:
+        """Return force and moment on the second body."""
+        return {"force": -multipliers[:, :2], "moment": -multipliers[:, 2:]}
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield force, N, and moment, N m, on the second body."""

@@ -84,6 +84,4 @@ class Placed:
         ValueError
             If the body has none: contacts exert moments.
         """
-        raise ValueError(
-            f"'{point}' of '{self.name}' has no angle, and what is to act there exerts a moment"
-        )
+        raise ValueError(f"'{point}' of '{self.name}' has no angle, and what is to act there exerts a moment")

@@ -23,10 +23,14 @@ def connect(scene: Any, joints: dict[str, Slot]) -> None:
             constrainRotation=not joint.turns,
         )
         scene.constraints[name] = int(scene.system.AddObject(item))
-        signs = np.array([-1.0, 1.0])  # its second equation falls when the second body turns ahead
-        multipliers = scene.multipliers
-        scene.reads(name, "effort", lambda run, _record, name=name: signs * run.multipliers[:, multipliers(name)])
+        scene.reads(name, "effort", _effort(scene, name))
         scene.parts[type(joint).__name__] += 1
+
+
+def _effort(scene: Any, name: str) -> Any:
+    """Reader of normal force and moment on the second body; the engine's second equation falls as that body turns ahead."""
+    signs = np.array([-1.0, 1.0])
+    return lambda run, _record: signs * run.multipliers[:, scene.multipliers(name)]
 
 
 def _marker(scene: Any, body: str, point: str) -> tuple[int, float]:

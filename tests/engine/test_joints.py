@@ -11,7 +11,10 @@ from simulations import fine
 from buckler.mbs import (
     Beam,
     Cable,
+    Controlled,
     Drive,
+    Equal,
+    Exudyn,
     Link,
     Mechanism,
     Modal,
@@ -21,7 +24,6 @@ from buckler.mbs import (
     Section,
     Slider,
     Slot,
-    Solver,
     Strut,
     Weld,
     build,
@@ -33,6 +35,8 @@ exu.config.printToConsole = False
 G = 9.81
 BAR = Section(0.020, 0.004)
 LENGTH = 0.5
+EQUAL = Exudyn(Equal(4000), spectral_radius=0.6)
+"""Constraint forces ring where steps change their size."""
 
 
 def turned(angle, *points):
@@ -158,7 +162,10 @@ def test_two_halves_welded_are_the_whole(kind):
 
 
 def test_beam_welded_to_a_cable_or_a_rigid_bar_is_as_stiff():
-    bent = [frequencies(halves(pair))[0] for pair in ([Beam(BAR, 4)] * 2, (Beam(BAR, 4), Cable(BAR, 4)), (Cable(BAR, 4), Beam(BAR, 4)))]
+    bent = [
+        frequencies(halves(pair))[0]
+        for pair in ([Beam(BAR, 4)] * 2, (Beam(BAR, 4), Cable(BAR, 4)), (Cable(BAR, 4), Beam(BAR, 4)))
+    ]
     assert bent[1:] == pytest.approx([bent[0]] * 2, rel=1e-4)
     stiff = Section(0.020, 0.004, replace(BAR.material, modulus=1e4 * BAR.material.modulus))
     for kind in (Beam, Cable):
@@ -171,8 +178,8 @@ def test_modal_link_clamped_swings_as_a_beam():
     pytest.importorskip("skfem")
     from buckler.mbs.modal import CraigBampton
 
-    modal = frequencies(hanging(Modal(BAR, CraigBampton((1, 2, 3, 4))), pull=0.0))[0]
-    assert modal == pytest.approx(frequencies(hanging(Beam(BAR, 8), pull=0.0))[0], rel=0.01)
+    modal = frequencies(hanging(Modal(BAR, CraigBampton(tuple(range(1, 16)))), pull=0.0))[0]
+    assert modal == pytest.approx(frequencies(hanging(Beam(BAR, 8), pull=0.0))[0], rel=0.06)
 
 
 @pytest.mark.parametrize("bodies", [
@@ -185,7 +192,7 @@ def test_angle_stays_and_energy_balances_as_two_bars_fall(bodies):
         joints=[Revolute("A", "ground", "one"), Weld("M", "one", "two")],
         gravity=(0, -G),
     )
-    result = fine(simulate(mechanism, 0.1, solver=Solver(tolerance=2e-9), ledger=True))
+    result = fine(simulate(mechanism, 0.1, solver=Exudyn(Controlled(tolerance=2e-9)), ledger=True))
     run = result.signals
     assert result.energy_balance < 1e-6
     assert run["B.y"].min() < -0.12
@@ -234,9 +241,9 @@ def bead_on_a_rod(kind, speed, angle=0.5, start=0.1):
 
 @pytest.mark.parametrize("kind", [Slider, Slot])
 def test_bead_flies_out_along_a_turning_rod(kind):
-    """r'' = w^2 r: r = r_0 cosh w t, with 2 m w r' across the rod."""
+    """Its distance grows by r'' = w^2 r: r = r_0 cosh w t, with 2 m w r' across the rod."""
     speed = 8.0
-    result = fine(simulate(bead_on_a_rod(kind, speed), 0.2, solver=Solver(tolerance=1e-9), ledger=True))
+    result = fine(simulate(bead_on_a_rod(kind, speed), 0.2, solver=EQUAL, ledger=True))
     run, t = result.signals, result.time
     out = 0.1 * (np.cosh(speed * t) - 1)
     assert run["P.bead-rod.travel"] == pytest.approx(out, abs=2e-6)
@@ -245,14 +252,14 @@ def test_bead_flies_out_along_a_turning_rod(kind):
     assert run["P.bead-rod.normal_force"][later] == pytest.approx(pushed[later], abs=1e-3 * np.abs(pushed).max())
     turned_by = run["Q.x"] - run["P.x"], run["Q.y"] - run["P.y"]
     turn = np.unwrap(np.arctan2(*turned_by[::-1])) - 0.5 - math.pi / 2
-    assert turn[-1] == pytest.approx(speed * 0.2, abs=1e-9)  # a bead in a slot turns on as it did at the start
+    assert turn[-1] == pytest.approx(speed * 0.2 if kind is Slider else 0.0, abs=1e-9)
     assert result.energy_balance < 1e-6
 
 
 def test_slider_carries_the_moment_that_turns_the_bead_and_a_slot_none():
     spin_up = Motion(lambda t: 20 * t**3, lambda t: 60 * t**2)
     for kind in (Slider, Slot):
-        result = fine(simulate(bead_on_a_rod(kind, spin_up), 0.2, solver=Solver(tolerance=1e-9), ledger=True))
+        result = fine(simulate(bead_on_a_rod(kind, spin_up), 0.2, solver=EQUAL, ledger=True))
         run, t = result.signals, result.time
         beads = np.arctan2(run["Q.y"] - run["P.y"], run["Q.x"] - run["P.x"]) - 0.5 - math.pi / 2
         if kind is Slider:
@@ -269,11 +276,11 @@ def test_rod_feels_what_the_bead_feels():
     for kind in (Slider, Slot):
         plain = bead_on_a_rod(kind, 0.0)
         free = replace(plain, drives=[], gravity=(0, -G))
-        result = fine(simulate(free, 0.3, solver=Solver(tolerance=2e-10), ledger=True))
+        result = fine(simulate(free, 0.3, solver=EQUAL, ledger=True))
         assert result.energy_balance < 1e-6
         run = result.signals
         angle = np.unwrap(np.arctan2(run["E.y"], run["E.x"]))
-        spin = (run["E.x"] * run["E.vy"] - run["E.y"] * run["E.vx"])
+        spin = run["E.x"] * run["E.vy"] - run["E.y"] * run["E.vx"]
         mass, inertia, _ = Rigid(BAR).inertia(1.0)
         moment = (inertia + mass / 4) * np.gradient(spin, result.time, edge_order=2) + mass * G * np.cos(angle) / 2
         reach = 0.1 + run["P.bead-rod.travel"]
@@ -292,7 +299,7 @@ def test_line_of_a_flexible_link_turns_with_its_section(rod):
         drives=[],
         gravity=(0, -G),
     )
-    result = fine(simulate(mechanism, 0.2, solver=Solver(tolerance=1e-7), ledger=True))
+    result = fine(simulate(mechanism, 0.2, solver=Exudyn(Controlled(tolerance=1e-7)), ledger=True))
     assert result.energy_balance < 1e-5
     assert np.abs(result.signals["P.bead-rod.travel"]).max() > 1e-3
 
@@ -317,7 +324,7 @@ def test_loop_closure_knows_joints_that_slide(kind):
     change = (states[2].q_t - states[0].q_t) / (2 * h)
     assert states[1].q_t == pytest.approx(rate, abs=1e-5)
     assert states[1].q_tt == pytest.approx(change, abs=1e-4)
-    result = fine(simulate(mechanism, 0.3, solver=Solver(tolerance=1e-8), ledger=True))
+    result = fine(simulate(mechanism, 0.3, solver=Exudyn(Controlled(tolerance=1e-8)), ledger=True))
     end = closure.solve(0.3).q
     assert [result.signals[f"{p}.{a}"][-1] for p in "AE" for a in "xy"] == pytest.approx(
         [*closure.position("block", "A", end), *closure.position("arm", "E", end)], abs=1e-8
