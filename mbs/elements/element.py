@@ -60,6 +60,15 @@ class Motion(Protocol):
         """Kinetic energy, J, (times,)."""
 
 
+class Depth(NamedTuple):
+    """How deep a contact may be: signal, depth, m, beyond which its law does not hold, what is so deep, and in what."""
+
+    signal: str
+    allowed: float
+    what: str
+    where: str
+
+
 class Recorded(Protocol):
     """A record, as elements see it."""
 
@@ -118,6 +127,13 @@ class Element:
         """
         return None
 
+    def check_run(self, duration: float, name: str) -> None:
+        """Raise a ValueError if it cannot run that long, s; nothing by default."""
+
+    def depths(self, name: str, mechanism: Any) -> Iterator[Depth]:
+        """Yield how deep its contacts may be; nothing by default."""
+        yield from ()
+
     def inertias(self, mechanism: Any) -> Iterator[tuple[str, str, float, float]]:
         """Yield what it adds to a link: (link, point, mass, moment of inertia), kg, kg m^2; nothing by default."""
         yield from ()
@@ -158,17 +174,27 @@ def reaches(mechanism: Any, name: str, point: str, where: str) -> None:
         raise ValueError(f"{where}: link '{name}' does not reach it; its points: {', '.join(links[name].points)}")
 
 
+def takes_moments(mechanism: Any, names: tuple[str, ...], where: str) -> None:
+    """Raise a ValueError if one of these links is massless: a force between two points takes no moment."""
+    for link in mechanism.links:
+        if link.name in names and link.body.massless:
+            kind = type(link.body).__name__
+            raise ValueError(f"{where}: link '{link.name}' is a {kind}, a force between two points; it takes no moment")
+
+
 class Joint(Element):
     """What joins two bodies, links or the ground, at a point.
 
     Attributes
     ----------
-    turns : bool
-        Whether it lets the two bodies turn against each other.
+    ideal : bool
+        Whether it is a constraint; else contact holds it.
+    keeps_angle : bool
+        Whether it keeps the two bodies' angle to each other.
     """
 
-    turns: ClassVar[bool] = True
-
+    ideal: ClassVar[bool] = True
+    keeps_angle: ClassVar[bool] = False
     point: str
     first: str
     second: str

@@ -6,10 +6,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from buckler.mbs.elements.element import GROUND, Array, Joint, Recorded, Signal, known, reaches, turned
-from buckler.mbs.elements.rigid import Rigid
+from buckler.mbs.elements.element import GROUND, Array, Joint, Recorded, Signal, known, reaches, takes_moments, turned
 from buckler.mbs.elements.rows import Row, on_line, same_turn
-from buckler.mbs.elements.strut import not_a_strut
 from buckler.mbs.validate import direction
 
 
@@ -46,9 +44,9 @@ class Slot(Joint):
         if self.second != GROUND:
             links = {link.name: link for link in mechanism.links}
             known("link", self.second, links, where)
-            if not isinstance(links[self.second].body, Rigid):
+            if links[self.second].body.flexible:
                 reaches(mechanism, self.second, self.point, where)
-        not_a_strut(mechanism, (self.first, self.second), where)
+        takes_moments(mechanism, (self.first, self.second), where)
 
     def rows(self, mechanism: Any) -> Iterator[Row]:
         """Yield that the point stays on the line."""
@@ -58,20 +56,17 @@ class Slot(Joint):
         """Return normal force, and moment if it keeps the angle, on the second body."""
         return {"effort": -multipliers}
 
-    def way(self, record: Recorded) -> tuple[Array, Array]:
-        """Travel along the line since t = 0, m, and its rate, m/s, each (times,)."""
+    def travel(self, record: Recorded) -> Array:
+        """Way along the line since t = 0, m, (times,)."""
         on = f"{self.second}:{self.point}"
-        (place, velocity), (origin, moving) = record.point(f"{self.first}:{self.point}"), record.point(on)
-        angle, spin = record.turn(on)
-        along, across = turned(angle, self.along), turned(angle, (-self.along[1], self.along[0]))
-        apart = place - origin
-        rate = ((velocity - moving) * along).sum(axis=1) + spin * (apart * across).sum(axis=1)
-        return (apart * along).sum(axis=1), rate
+        apart = record.point(f"{self.first}:{self.point}")[0] - record.point(on)[0]
+        found: Array = (apart * turned(record.turn(on)[0], self.along)).sum(axis=1)
+        return found
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield the force on the second body to the left of the line, N, and the travel along it, m."""
         yield Signal(f"{name}.normal_force", record.channel(name, "effort")[:, 0], "N")
-        yield Signal(f"{name}.travel", self.way(record)[0], "m")
+        yield Signal(f"{name}.travel", self.travel(record), "m")
 
 
 @dataclass(frozen=True)
@@ -88,7 +83,7 @@ class Slider(Slot):
         Direction of the line at t = 0; need not be a unit vector.
     """
 
-    turns: ClassVar[bool] = False
+    keeps_angle: ClassVar[bool] = True
 
     def rows(self, mechanism: Any) -> Iterator[Row]:
         """Yield that the point stays on the line, and the angle as it is."""

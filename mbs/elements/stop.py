@@ -11,6 +11,7 @@ import numpy as np
 from buckler.mbs.elements.element import (
     GROUND,
     Array,
+    Depth,
     Element,
     Energy,
     Recorded,
@@ -20,12 +21,14 @@ from buckler.mbs.elements.element import (
     place,
     reaches,
     since_start,
+    takes_moments,
     turned,
 )
-from buckler.mbs.elements.rigid import Rigid
-from buckler.mbs.elements.strut import not_a_strut
 from buckler.mbs.laws import NormalLaw
 from buckler.mbs.validate import direction, follows, number
+
+PIERCED = 0.05
+"""Depth in a stop, relative to the mechanism's size, beyond which its contact law does not hold."""
 
 
 @dataclass(frozen=True)
@@ -89,14 +92,14 @@ class Stop(Element):
             return
         known("point", self.point, mechanism.points, where)
         reaches(mechanism, self.body(mechanism), self.point, where)
-        not_a_strut(mechanism, (self.body(mechanism), self.carrier), where)
+        takes_moments(mechanism, (self.body(mechanism), self.carrier), where)
         if self.carrier == GROUND:
             return
         links = {link.name: link for link in mechanism.links}
         known("link", self.carrier, links, f"{where}: on")
         if self.carrier == self.body(mechanism):
             raise ValueError(f"{where}: on = '{self.on}': must be another body than the point's")
-        if isinstance(links[self.carrier].body, Rigid):
+        if not links[self.carrier].body.flexible:
             return
         if not place(self.on).body:
             raise ValueError(
@@ -143,7 +146,11 @@ class Stop(Element):
     def _start(self, mechanism: Any) -> float:
         return float(np.dot(self.across(mechanism), mechanism.points[self.point]))
 
-    def depth(self, record: Recorded) -> tuple[Array, Array]:
+    def depth(self, record: Recorded) -> Array:
+        """Penetration depth, m, positive in contact, (times,)."""
+        return self.approach(record)[0]
+
+    def approach(self, record: Recorded) -> tuple[Array, Array]:
         """Penetration depth, m, positive in contact, and its rate, m/s, each (times,)."""
         mechanism = record.mechanism
         side, face = self.side(mechanism), self.face(mechanism)
@@ -161,19 +168,28 @@ class Stop(Element):
         return side * (travel - face), side * rate
 
     def pushes(self, name: str, record: Recorded) -> Iterator[tuple[str, Array, Array]]:
-        """Yield its force on the guided point."""
-        guide = record.mechanism.guide(self.point)
-        size = -self.side(record.mechanism) * record.channel(name, "force")[:, 0]
-        yield f"{guide.link}:{self.point}", np.outer(size, guide.along), np.zeros_like(size)
+        """Yield its force on the point, and the same there on what carries the face."""
+        mechanism, at = record.mechanism, f"{self.body(record.mechanism)}:{self.point}"
+        angle, _ = record.turn(self.origin(mechanism))
+        force = turned(angle, self.across(mechanism)) * (-self.side(mechanism) * record.channel(name, "force")[:, :1])
+        yield at, force, np.zeros(len(force))
+        if self.carrier != GROUND:
+            arm = record.point(at)[0] - record.point(self.origin(mechanism))[0]
+            yield self.origin(mechanism), -force, arm[:, 1] * force[:, 0] - arm[:, 0] * force[:, 1]
+
+    def depths(self, name: str, mechanism: Any) -> Iterator[Depth]:
+        """Yield its depth and a share of the mechanism's size."""
+        size = max(mechanism.length(link.name) for link in mechanism.links)
+        yield Depth(f"{name}.penetration", PIERCED * size, f"'{name}'", "inside its stop; the stop is too soft for this motion")
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield contact force, N, and penetration depth, m."""
         yield Signal(f"{name}.contact_force", record.channel(name, "force")[:, 0], "N")
-        yield Signal(f"{name}.penetration", np.maximum(self.depth(record)[0], 0.0), "m")
+        yield Signal(f"{name}.penetration", np.maximum(self.depth(record), 0.0), "m")
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
         """Yield the elastic potential, and what damping took."""
-        depth, rate = self.depth(record)
+        depth, rate = self.approach(record)
         potential = self.law.potential(depth)
         work = since_start(record.time, record.channel(name, "force")[:, 0] * rate)
         yield Energy("held", "contact", potential)

@@ -6,9 +6,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from buckler.mbs.elements.element import Array, Joint, Recorded, Signal
+from buckler.mbs.elements.element import Array, Joint, Recorded, Signal, takes_moments
 from buckler.mbs.elements.rows import Row, meets, same_turn
-from buckler.mbs.elements.strut import not_a_strut
 
 
 @dataclass(frozen=True)
@@ -21,7 +20,7 @@ class Weld(Joint):
         The point and the two bodies, links or 'ground'; a Strut has no moment to be clamped by.
     """
 
-    turns: ClassVar[bool] = False
+    keeps_angle: ClassVar[bool] = True
 
     point: str
     first: str
@@ -30,7 +29,7 @@ class Weld(Joint):
     def check(self, mechanism: Any) -> None:
         """Two different bodies that reach the point and can take a moment there."""
         super().check(mechanism)
-        not_a_strut(mechanism, (self.first, self.second), f"weld at '{self.point}'")
+        takes_moments(mechanism, (self.first, self.second), f"weld at '{self.point}'")
 
     def rows(self, mechanism: Any) -> Iterator[Row]:
         """Yield that the points stay together, and the angle as it is."""

@@ -20,7 +20,7 @@ def connect(scene: Any, joints: dict[str, Slot]) -> None:
             markerNumbers=[first, second],
             axisMarker0=_local((ax, ay), leans),
             normalMarker1=_local((-ay, ax), turned),
-            constrainRotation=not joint.turns,
+            constrainRotation=joint.keeps_angle,
         )
         scene.constraints[name] = int(scene.system.AddObject(item))
         scene.reads(name, "effort", _effort(scene, name))

@@ -324,12 +324,36 @@ def test_loop_closure_knows_joints_that_slide(kind):
     change = (states[2].q_t - states[0].q_t) / (2 * h)
     assert states[1].q_t == pytest.approx(rate, abs=1e-5)
     assert states[1].q_tt == pytest.approx(change, abs=1e-4)
-    result = fine(simulate(mechanism, 0.3, solver=Exudyn(Controlled(tolerance=1e-8)), ledger=True))
+    result = fine(simulate(mechanism, 0.3, solver=EQUAL, ledger=True))
     end = closure.solve(0.3).q
     assert [result.signals[f"{p}.{a}"][-1] for p in "AE" for a in "xy"] == pytest.approx(
         [*closure.position("block", "A", end), *closure.position("arm", "E", end)], abs=1e-8
     )
     assert result.energy_balance < 1e-5
+    for name, found in reactions(mechanism, closure).items():
+        told = {"force": ("fx", "fy"), "moment": ("moment",), "effort": ("normal_force", "moment")}
+        for channel, values in found.items():
+            letters = told[channel][: values.shape[1]]
+            if name != "drive":
+                run = [result.signals[f"{name}.{letter}"][-1] for letter in letters]
+                assert run == pytest.approx(values[0], abs=2e-3 * max(1.0, np.abs(values).max())), name
+
+
+def reactions(mechanism, closure):
+    """Channels of the joints at 0.3 s from inverse dynamics: J^T lambda = inertia forces."""
+    state = closure.solve(0.3)
+    inertial = []
+    for i, link in enumerate(mechanism.links):
+        mass, inertia, centre = link.body.inertia(mechanism.length(link.name))
+        (arm,) = turned(state.q[i, 2], centre)
+        (ax, ay, alpha), spin = state.q_tt[i], state.q_t[i, 2]
+        fx, fy = mass * (ax - alpha * arm[1] - spin**2 * arm[0]), mass * (ay + alpha * arm[0] - spin**2 * arm[1])
+        inertial += [fx, fy, inertia * alpha + arm[0] * fy - arm[1] * fx]
+    jacobian = closure.system(state.q, state.q_t)[1]
+    multipliers = np.linalg.lstsq(jacobian.T, np.array(inertial))[0]
+    names = np.array(closure.names)
+    return {name: element.reactions(multipliers[None, names == name])
+            for name, element in mechanism.elements().items() if name in closure.names}  # fmt: skip
 
 
 # --- what is refused --------------------------------------------------------------------------------------------------
