@@ -87,16 +87,10 @@ def _stops(mechanism: Mechanism) -> dict[str, Stop]:
 def _forces(stop: Stop, record: Record) -> Array:
     """Contact force at the samples, N; its law remembers the speed each contact began with."""
     contact, forces = StopContact(stop, 0.0, 1.0), []
-    for depth, rate in zip(*_approach(stop, record), strict=True):
+    for depth, rate in zip(*(values.tolist() for values in stop.approach(record)), strict=True):
         forces.append(contact.force(depth, rate))
         contact.accept(depth, rate)
     return np.array(forces)
-
-
-def _approach(stop: Stop, record: Record) -> tuple[list[float], list[float]]:
-    """Depth, m, and its rate, m/s, at the samples."""
-    rate = stop.side(record.mechanism) * record.blocks[stop.point].speed
-    return stop.depth(record).tolist(), rate.tolist()
 
 
 def _with_contacts(follower: Follower, grid: Array) -> Array:
@@ -104,7 +98,7 @@ def _with_contacts(follower: Follower, grid: Array) -> Array:
     record = follower.record(follower.at(grid))
     extra = []
     for stop in _stops(record.mechanism).values():
-        depth, rate = (np.array(values) for values in _approach(stop, record))
+        depth, rate = stop.approach(record)
         grazes = (np.maximum(depth[1:], depth[:-1]) <= 0) & (rate[:-1] > 0) & (rate[1:] < 0)
         changes = (depth[1:] > 0) != (depth[:-1] > 0)
         looked = [np.linspace(grid[k], grid[k + 1], 4 * PIECES + 1) for k in np.flatnonzero(grazes)]

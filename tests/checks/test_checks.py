@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
-from simulations import LENGTH, STRIP, G, block, fine, pendulum, pressed, rates
+from simulations import LENGTH, STRIP, G, block, fine, integrated, pendulum, pressed, rates
 
 from buckler.elastica import pinned
 from buckler.mbs import (
