@@ -41,11 +41,11 @@ def run_engine(scene: Scene, control: Recorder, engine: Any, settings: Any) -> t
             complaint = error
     if control.raised is not None:
         raise control.raised
+    if any(np.isinf(group.latest[1]) for group in scene.clearances):
+        return _diverged(control, "a step is rejected again and again, however short: look at the contact law")
     told = control.failure or scene.stopped
     if told is not None or finished:
         return told
-    if any(np.isinf(group.latest[1]) for group in scene.clearances):
-        return _diverged(control, "a step is rejected again and again, however short: look at the contact law")
     if complaint is None or isinstance(complaint, exu.SolverError):
         return _diverged(control, "the smallest step did not help")
     return Status.ENGINE_ERROR, f"after t = {_reached(control):.6g} s: {' '.join(str(complaint).split())[-200:]}"

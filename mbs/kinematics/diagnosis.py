@@ -15,8 +15,8 @@ from buckler.mbs.record.result import Status
 
 FLAT, WORSE = 0.05, 0.2
 """Smallest singular value of the constraints, and its ratio to that at the start, below which a pose counts as singular."""
-IN_LINE = 0.05
-"""Sine of the angle between two links that counts as in line."""
+IN_LINE = 0.3
+"""Sine of the angle between two links up to which they may be called in line: a run stops short of the pose itself."""
 
 
 def blocked(closure: Closure, q: Array, rows: Array | None = None) -> str:
