@@ -6,6 +6,7 @@ import html
 import json
 from base64 import b64encode
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import cache
 from importlib.resources import files
 from math import isfinite
@@ -18,11 +19,14 @@ from buckler.mbs.elements.element import Array
 from buckler.mbs.files.drawing import INKS, Arrow, packed
 from buckler.mbs.files.movie import Movie, filmed
 from buckler.mbs.files.verdicts import verdicts
+from buckler.mbs.record.energy import ledger
 
 MOTION, SIGNALS = 190_000, 180_000
 """Bytes for the motion and for the signals, before base64 adds a third."""
 BINS = (60, 800)
 """Bins of a signal, at least and at most."""
+LONGEST = 20_000
+"""Samples of a run up to which its ledger is made for the page where none was asked for."""
 LEVELS = 65534
 """Steps of a quantised value over its range; one more stands for what is not finite."""
 
@@ -43,6 +47,7 @@ def framed(result: Any) -> str:
 def page(result: Any, title: str) -> str:
     """The whole page as text."""
     store = Store()
+    result = with_ledger(result)
     data = {
         "title": title,
         "status": str(result.status),
@@ -62,6 +67,15 @@ def page(result: Any, title: str) -> str:
     for name in ("report.css", "report.js"):
         filled = filled.replace("{{" + name + "}}", _template(name))
     return filled.replace("{{data}}", text)
+
+
+def with_ledger(result: Any) -> Any:
+    """The result with its energy ledger, if its record still has what that takes."""
+    record = result.film.record if result.film is not None else None
+    every = result.provenance.get("settings", {}).get("record_every", 1) == 1
+    if result.energy or record is None or not every or not 1 < len(record.time) <= LONGEST:
+        return result
+    return replace(result, energy=ledger(record))
 
 
 @cache
@@ -228,14 +242,13 @@ FIRST = ("contact_force", "normal_force", "torque", "current", "force", "deflect
 
 
 def first_shown(result: Any) -> list[str]:
-    """Three signals that change, one for each kind of quantity."""
-    found: list[str] = []
-    for ending in FIRST:
-        for name, values in result.signals.items():
-            if name.rpartition(".")[2] == ending and np.isfinite(values).any() and np.nanmax(values) > np.nanmin(values):
-                found.append(name)
-                break
-    return (found or list(result.signals))[:3]
+    """Three signals that change, of each kind of quantity the one that changes most."""
+    best: dict[str, tuple[float, str]] = {}
+    for name, values in result.signals.items():
+        ending, inside = name.rpartition(".")[2], values[np.isfinite(values)]
+        if ending in FIRST and len(inside) and np.ptp(inside) > best.get(ending, (0.0, ""))[0]:
+            best[ending] = (float(np.ptp(inside)), name)
+    return ([best[ending][1] for ending in FIRST if ending in best] or list(result.signals))[:3]
 
 
 # --- words ------------------------------------------------------------------------------------------------------------

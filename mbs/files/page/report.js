@@ -56,9 +56,12 @@ function words4(value, digits = 4) {
   return size >= 1e5 || size < 1e-3 ? value.toExponential(digits - 1) : String(Number(value.toPrecision(digits)));
 }
 
+/** A value with its unit, to four digits of the largest such value, `size`. */
 function withUnit(value, unit, size = Math.abs(value)) {
-  const [power, letter] = prefix(size, unit);
-  return `${words4(value / power)}${unit && unit !== "1" ? ` ${letter}${unit.replace("^2", "\u00b2")}` : ""}`;
+  const [power, letter] = prefix(size, unit), most = size / power;
+  const plain = Number.isFinite(value) && most >= 1e-3 && most < 1e5;
+  const text = plain ? (value / power).toFixed(Math.max(0, 3 - Math.floor(Math.log10(most)))) : words4(value / power);
+  return `${text.replace(/^-(0(\.0*)?)$/, "$1").replace("-", "\u2212")}${unit && unit !== "1" ? ` ${letter}${unit.replace("^2", "\u00b2")}` : ""}`;
 }
 
 // --- clock -----------------------------------------------------------------------------------------------------------
@@ -146,6 +149,7 @@ function trace(pen, points, map) {
 const draw = {
   Path(pen, map, k, [, frame, ink, points, closed]) {
     trace(pen, place(frame, k, points), map);
+    if (closed) pen.closePath();
     paint(pen, ink, closed);
   },
   Disc(pen, map, k, [, frame, ink, centre, radius]) {
@@ -286,14 +290,15 @@ function drawLegend() {
     const unit = shown.colour === "bending" ? "1/m" : "Pa";
     pen.textAlign = "left";
     pen.fillText(shown.colour === "bending" ? "change of curvature" : "largest stress", 0, 10);
-    pen.fillText(low ? withUnit(-most, unit) : "0", 0, 36);
-    pen.textAlign = "right"; pen.fillText(withUnit(most, unit), span, 36);
+    const [power, letter] = prefix(most, unit), limit = words4(most / power, 3);
+    pen.fillText(low ? `\u2212${limit}` : "0", 0, 36);
+    pen.textAlign = "right"; pen.fillText(`${limit} ${letter}${unit}`, span, 36);
   }
   const { size } = hasForces() && shown.forces ? scaleOfForces() : { size: 0 };
   if (size > 0) {
     const map = mapping(scene.clientWidth, scene.clientHeight), length = 0.16 * 2 ** shown.length * spread() * map.scale;
     const x = most ? 140 : 0;
-    pen.textAlign = "left"; pen.fillText(withUnit(size, "N"), x, 36);
+    pen.textAlign = "left"; pen.fillText(`${words4(size / prefix(size, "N")[0])} ${prefix(size, "N")[1]}N`, x, 36);
     arrow(pen, { scale: 1, at: (a, b) => [x + a, 20 - b] }, [0, 0], [1, 0], Math.min(length, width - x), data.inks.force.line);
   }
 }
@@ -514,7 +519,7 @@ function showEnergy() {
     return [element("output", "", item), signal];
   });
   energy = () => {
-    for (const [output, signal] of items) output.textContent = withUnit(valueAt(signal, clock.time), "J", plot.power);
+    for (const [output, signal] of items) output.textContent = withUnit(valueAt(signal, clock.time), "J", plot.high);
     plot.render();
   };
 }
@@ -616,7 +621,7 @@ function update() {
 
 showVerdict(); showChecks(); showEnergy(); showFacts(); makeList(); makeControls(); makePlots();
 listeners.push(update);
-seek(start);
+seek(Number(new URLSearchParams(location.hash.slice(1)).get("t")) || start); // report.html#t=1.7 opens there
 drawLegend();
 window.addEventListener("resize", () => { update(); drawLegend(); });
 

@@ -1,0 +1,32 @@
+"""What a notebook shows of a mechanism: its picture and its parts."""
+
+from __future__ import annotations
+
+import html
+import re
+from io import StringIO
+from typing import Any
+
+from buckler.mbs.files.movie import still
+from buckler.mbs.files.plot import draw
+
+
+def mechanism_html(mechanism: Any) -> str:
+    """Picture (SVG) and a table of the elements."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(6.3, 4.0), layout="constrained")
+    draw(still(mechanism), 0, figure.subplots())
+    text = StringIO()
+    figure.savefig(text, format="svg", metadata={"Date": None})
+    picture = re.sub(r"^.*?(?=<svg)", "", text.getvalue(), flags=re.DOTALL)
+    rows = "".join(
+        f"<tr><td>{html.escape(name)}</td><td>{html.escape(kind(element))}</td></tr>" for name, element in mechanism.elements().items()
+    )
+    return f"<div>{picture}<table><thead><tr><th>element</th><th>kind</th></tr></thead><tbody>{rows}</tbody></table></div>"
+
+
+def kind(element: Any) -> str:
+    """Kind of an element; of a link, that of its body too."""
+    body = getattr(element, "body", None)
+    return type(element).__name__ + (f" ({type(body).__name__})" if body is not None else "")
