@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from buckler.mbs.elements.element import Array
-from buckler.mbs.files.drawing import Mark, packed, unpacked
+from buckler.mbs.files.drawing import Mark, Path, packed, unpacked
 from buckler.mbs.files.symbols import FIXED, MIDDLE, Sheet
 from buckler.mbs.record.record import Record
 
@@ -90,6 +90,7 @@ class Movie:
         """Least and largest x, then y, of all that moves, m."""
         places = [frame[:, :2] for name, frame in self.frames.items() if name]
         places += [band.points.reshape(-1, 2) for band in self.bands.values()]
+        places += [placed(self.frames[mark.frame][0], mark.points) for mark in self.marks if isinstance(mark, Path)]
         low, high = np.nanmin([p.min(axis=0) for p in places], axis=0), np.nanmax([p.max(axis=0) for p in places], axis=0)
         return float(low[0]), float(high[0]), float(low[1]), float(high[1])
 
@@ -119,11 +120,17 @@ class Movie:
         head = json.loads(str(arrays["head"]))
         frames = {name.removeprefix("frame/"): values for name, values in arrays.items() if name.startswith("frame/")}
         bands = {
-            name: Band(*(arrays[f"band/{name}/{part}"] for part in ("points", "bending", "axial")), *sizes)
+            name: Band(arrays[f"band/{name}/points"], arrays[f"band/{name}/bending"], arrays[f"band/{name}/axial"], *sizes)
             for name, sizes in head["bands"].items()
         }
         marks = tuple(unpacked(row) for row in head["marks"])
         return cls(arrays["time"], frames, bands, marks, head["unit"], tuple(head["points"]))
+
+
+def placed(frame: Array, points: Any) -> Array:
+    """Points of a frame (x, y, turn) in the ground's axes, (n, 2)."""
+    c, s = np.cos(frame[2]), np.sin(frame[2])
+    return np.asarray(np.asarray(points) @ np.array([[c, s], [-s, c]]) + frame[:2])
 
 
 @dataclass
@@ -172,7 +179,8 @@ def _names(motion: Any) -> Any:
 
 def _finite(record: Record) -> Record:
     """The record up to its last finite state."""
-    states = [getattr(motion, "q", getattr(motion, "travel", None)) for motion in (*record.links.values(), *record.blocks.values())]
+    states: list[Array] = [motion.q for motion in record.links.values()]
+    states += [block.travel for block in record.blocks.values()]
     fine = np.logical_and.reduce([np.isfinite(q).reshape(len(q), -1).all(axis=1) for q in states], initial=True)
     bad = np.flatnonzero(~np.broadcast_to(fine, record.time.shape))
     if not len(bad):
@@ -270,7 +278,7 @@ def _rest(record: Record, link: Any, local: Array) -> tuple[Array, Array, Array]
 
 @lru_cache
 def _elasticas() -> tuple[Array, Array]:
-    """Root of the end shortening over the length, and x, y, length times curvature of the exact elastica, (cases, stations, 3)."""
+    """Roots of end shortenings over the length; x, y, curvature times length of the exact elastica, (cases, stations, 3)."""
     from buckler.elastica import pinned
 
     roots, arc = np.linspace(0.0, 1.0, 41), np.linspace(0.0, 1.0, STATIONS)
@@ -291,6 +299,7 @@ def _strut(record: Record, link: Any) -> tuple[Array, Array, Array]:
     share = (root * (len(roots) - 1) - k)[:, None, None]
     x, y, bend = np.moveaxis((1 - share) * shapes[k] + share * shapes[k + 1], -1, 0)
     x = x * (span / length / np.maximum(x[:, -1], 1e-9))[:, None]  # so that it ends where it ends
-    line = start[:, None] + length * (x[..., None] * along[:, None] + y[..., None] * np.stack([-along[:, 1], along[:, 0]], -1)[:, None])
+    left = np.stack([-along[:, 1], along[:, 0]], axis=-1)
+    line = start[:, None] + length * (x[..., None] * along[:, None] + y[..., None] * left[:, None])
     axial = np.maximum(span / length - 1, 0.0)[:, None] * np.ones(STATIONS)
     return line, bend / length, axial

@@ -15,14 +15,16 @@ def mechanism_html(mechanism: Any) -> str:
     """Picture (SVG) and a table of the elements."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(6.3, 4.0), layout="constrained")
-    draw(still(mechanism), 0, figure.subplots())
+    from buckler.mbs.files.style import house_style
+
     text = StringIO()
-    figure.savefig(text, format="svg", metadata={"Date": None})
+    with house_style():
+        figure = Figure(figsize=(6.3, 4.0))
+        draw(still(mechanism), 0, figure.subplots())
+        figure.savefig(text, format="svg", bbox_inches="tight", metadata={"Date": None})
     picture = re.sub(r"^.*?(?=<svg)", "", text.getvalue(), flags=re.DOTALL)
-    rows = "".join(
-        f"<tr><td>{html.escape(name)}</td><td>{html.escape(kind(element))}</td></tr>" for name, element in mechanism.elements().items()
-    )
+    cells = [(html.escape(name), html.escape(kind(element))) for name, element in mechanism.elements().items()]
+    rows = "".join(f"<tr><td>{name}</td><td>{what}</td></tr>" for name, what in cells)
     return f"<div>{picture}<table><thead><tr><th>element</th><th>kind</th></tr></thead><tbody>{rows}</tbody></table></div>"
 
 

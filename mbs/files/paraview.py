@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from buckler.mbs.elements.element import Array
-from buckler.mbs.files.drawing import Arrow, Disc, Mark, Path
-from buckler.mbs.files.movie import Movie, filmed
+from buckler.mbs.files.drawing import INKS, Arrow, Disc, Mark, Path
+from buckler.mbs.files.movie import Movie, filmed, placed
 
 HEXAHEDRON, VERTEX, POLYGON = 12, 1, 7
 SIDES = 24
@@ -83,7 +83,7 @@ def links(movie: Movie, k: int) -> Grid:
 def _solids(movie: Movie, k: int) -> Any:
     for mark in movie.marks:
         if isinstance(mark, Path) and mark.closed and mark.width > 0:
-            outline = placed(movie, mark.frame, k, np.array(mark.points))
+            outline = placed(movie.frames[mark.frame][k], mark.points)
             yield *_prism(outline, mark.width), POLYGON, {}
     for band in movie.bands.values():
         line = band.points[k]
@@ -114,15 +114,15 @@ def symbols(movie: Movie, k: int) -> Grid:
     points: list[Array] = []
     cells: list[Array] = []
     inks: list[float] = []
-    first, names = 0, sorted({mark.ink for mark in movie.marks if hasattr(mark, "ink")})
+    first, names = 0, list(INKS)
     for mark in movie.marks:
         outline = _outline(mark)
-        if outline is None:
+        if outline is None or not isinstance(mark, Path | Disc):
             continue
-        flat = placed(movie, mark.frame, k, outline)
+        flat = placed(movie.frames[mark.frame][k], outline)
         points.append(np.pad(flat, ((0, 0), (0, 1)), constant_values=before))
         cells.append(np.arange(len(flat)) + first)
-        inks.append(float(names.index(mark.ink)))  # type: ignore[union-attr]
+        inks.append(float(names.index(mark.ink)))
         first += len(flat)
     joined = np.concatenate(points) if points else np.empty((0, 3))
     return Grid(joined, cells, [POLYGON] * len(cells), {}, {"symbol": np.array(inks)})
@@ -151,13 +151,6 @@ def _forces(result: Any, movie: Movie, arrows: list[Arrow], k: int) -> Grid:
     points = np.array(places).reshape(-1, 3)
     cells = [np.array([j]) for j in range(len(points))]
     return Grid(points, cells, [VERTEX] * len(cells), {"force": np.array(vectors).reshape(-1, 3)}, {})
-
-
-def placed(movie: Movie, frame: str, k: int, points: Array) -> Array:
-    """Points of a frame in the ground's axes, (n, 2)."""
-    x, y, turn = movie.frames[frame][k]
-    c, s = np.cos(turn), np.sin(turn)
-    return points @ np.array([[c, s], [-s, c]]) + np.array([x, y])
 
 
 def vtu(grid: Grid) -> bytes:

@@ -12,7 +12,7 @@ import numpy as np
 
 from buckler.mbs.elements.element import Array
 from buckler.mbs.files.drawing import INKS, Arrow, Disc, Label, Mark, Path, Span, Strip
-from buckler.mbs.files.movie import Movie, still
+from buckler.mbs.files.movie import Movie, placed, still
 
 MARGIN = 4.0
 """Room around a mechanism, in symbols."""
@@ -99,24 +99,17 @@ class _Drawn:
         """Put it where it is in picture k."""
         mark, artist = self.mark, self.artist
         if isinstance(mark, Disc):
-            artist.center = _placed(movie, mark.frame, k, [mark.centre])[0]
+            artist.center = placed(movie.frames[mark.frame][k], [mark.centre])[0]
         elif isinstance(mark, Label):
-            artist.set_position(_placed(movie, mark.frame, k, [mark.place])[0])
+            artist.set_position(placed(movie.frames[mark.frame][k], [mark.place])[0])
         elif isinstance(mark, Path) and mark.closed:
-            artist.set_xy(_placed(movie, mark.frame, k, mark.points))
+            artist.set_xy(placed(movie.frames[mark.frame][k], mark.points))
         elif isinstance(mark, Path):
-            artist.set_data(*_placed(movie, mark.frame, k, mark.points).T)
+            artist.set_data(*placed(movie.frames[mark.frame][k], mark.points).T)
         elif isinstance(mark, Strip):
             artist.set_data(*movie.bands[mark.link].points[k].T)
         elif isinstance(mark, Span):
             artist.set_data(*_stretched(movie, mark, k).T)
-
-
-def _placed(movie: Movie, frame: str, k: int, points: Any) -> Array:
-    """Points of a frame in the ground's axes, (n, 2)."""
-    x, y, turn = movie.frames[frame][k]
-    c, s = np.cos(turn), np.sin(turn)
-    return np.asarray(points) @ np.array([[c, s], [-s, c]]) + (x, y)
 
 
 def _stretched(movie: Movie, mark: Span, k: int) -> Array:
@@ -254,7 +247,8 @@ def _write_mp4(path: FilePath, pictures: Iterator[Array], rate: float) -> None:
 
     first = next(pictures)
     size = f"{first.shape[1]}x{first.shape[0]}"
-    command = ["ffmpeg", "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s", size, "-r", f"{rate:g}", "-i", "-"]
+    command = ["ffmpeg", "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s", size, "-r", f"{rate:g}"]
+    command += ["-i", "-"]
     command += ["-an", "-c:v", "libx264", "-pix_fmt", "yuv420p", str(path)]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as process:
         assert process.stdin is not None

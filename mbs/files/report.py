@@ -41,7 +41,8 @@ def write_html(result: Any, path: str | Path, title: str = "") -> Path:
 
 def framed(result: Any) -> str:
     """The report in a frame of a notebook."""
-    return f'<iframe style="width:100%;height:760px;border:1px solid #ccd3da" srcdoc="{html.escape(page(result, "run"))}"></iframe>'
+    text = html.escape(page(result, "run"))
+    return f'<iframe style="width:100%;height:760px;border:1px solid #ccd3da" srcdoc="{text}"></iframe>'
 
 
 def page(result: Any, title: str) -> str:
@@ -230,9 +231,7 @@ def binned(time: Array, values: Array, edges: Array) -> tuple[Array, Array, Arra
     at = values[:, k] * (1 - share) + values[:, k + 1] * share
     starts = np.minimum(np.searchsorted(time, edges[:-1]), len(time) - 1)
     full = np.searchsorted(time, edges[1:], side="right") > starts
-    low, high = (
-        np.where(full, spread.reduceat(values, starts, axis=1), np.nan) for spread in (np.fmin, np.fmax)
-    )
+    low, high = (np.where(full, spread.reduceat(values, starts, axis=1), np.nan) for spread in (np.fmin, np.fmax))
     low = np.fmin(low, np.fmin(at[:, :-1], at[:, 1:]))
     return at, low, np.fmax(high, np.fmax(at[:, :-1], at[:, 1:]))
 
@@ -266,7 +265,7 @@ def facts(result: Any) -> list[tuple[str, list[tuple[str, str]]]]:
     if result.error_kind:
         error.append(("estimated by", result.error_kind))
     if not result.asked > 0:
-        error = [("estimated error of the motion", "no accuracy was asked for: simulate(..., accuracy=1e-3) gives one")]
+        error = [("estimated error of the motion", "not asked for; simulate(..., accuracy=1e-3) tells it")]
     if result.energy:
         error.append(("error of the energy balance", share(result.energy_balance)))
     work = [(name.replace("_", " ").replace("wall s", "wall time, s"), f"{value:.6g}") for name, value in result.work.items()]

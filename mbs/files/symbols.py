@@ -247,6 +247,15 @@ def weld(sheet: Sheet, _name: str, joint: Any) -> Iterator[Mark]:
     yield Path(sheet.at(_moving(joint), joint.point), "mass", ((-h, -h), (h, -h), (h, h), (-h, h)), True)
 
 
+def slot(sheet: Sheet, _name: str, joint: Any) -> Iterator[Mark]:
+    """A pin of the first body in a slot of the second."""
+    u, along = sheet.unit, _unit(joint.along)
+    (x, y), (x0, y0) = sheet.mechanism.points[joint.point], sheet.origin(joint.second)
+    groove = capsule((-4.0 * u, 0.0), (4.0 * u, 0.0), 0.5 * u)
+    yield Path(sheet.body(joint.second), "rail", turned(groove, along, 1.0, (x - x0, y - y0)), True)
+    yield Disc(sheet.at(joint.first, joint.point), "pin", (0.0, 0.0), 0.38 * u)
+
+
 def sleeve(sheet: Sheet, _name: str, joint: Any) -> Iterator[Mark]:
     """A block of the first body on a line of the second."""
     u, along = sheet.unit, _unit(joint.along)
@@ -385,6 +394,7 @@ SYMBOLS: dict[str, Symbol] = {
     "Revolute": pin,
     "Clearance": bush,
     "Weld": weld,
+    "Slot": slot,
     "Slider": sleeve,
     "Guide": guide,
     "Stop": stop,

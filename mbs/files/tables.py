@@ -32,7 +32,8 @@ def write_csv(result: Any, path: str | Path) -> Path:
     columns = {"t": result.time, **result.signals}
     units = {"t": "s", **result.units}
     head = ",".join(_quoted(f"{name} [{units.get(name, '1')}]") for name in columns)
-    np.savetxt(path, np.column_stack(list(columns.values())), fmt="%.17g", delimiter=",", header=head, comments="", encoding="utf-8")
+    table = np.column_stack(list(columns.values()))
+    np.savetxt(path, table, fmt="%.17g", delimiter=",", header=head, comments="", encoding="utf-8")
     return path
 
 

@@ -341,6 +341,9 @@ function ticks(low, high, wanted) {
   return found;
 }
 
+const plotUnit = ({ unit, limits }) => [prefix(Math.max(...limits.map(Math.abs)), unit)[1], unit];
+const axisUnit = ([letter, unit]) => (unit && unit !== "1" ? `, ${letter}${unit.replace("^2", "\u00b2")}` : "");
+
 class Plot {
   /** Curves on one pair of axes with the page's cursor. */
   constructor(host, curves, label) {
@@ -372,7 +375,7 @@ class Plot {
     pen.textAlign = "right"; pen.textBaseline = "middle";
     for (const tick of ticks(this.low / this.power, this.high / this.power, 4)) {
       const at = Math.round(y(tick * this.power)) + 0.5;
-      line(pen, left, at, width - right, at); pen.fillText(words4(tick), left - 6, at);
+      line(pen, left, at, width - right, at); pen.fillText(words4(tick).replace("-", "\u2212"), left - 6, at);
     }
     pen.textAlign = "center"; pen.textBaseline = "alphabetic";
     for (const tick of ticks(start, end, Math.max(2, width / 110))) {
@@ -429,7 +432,7 @@ function makePlots() {
     const signal = signals.get(name), host = element("div", "", $("plots"));
     host.className = "plot";
     const head = element("header", "", host);
-    element("b", name, head);
+    element("b", name + axisUnit(plotUnit(signal)), head);
     const right = element("span", "", head), now = element("output", "", right), size = Math.max(...signal.limits.map(Math.abs));
     const limits = signal.limits.map((value) => withUnit(value, signal.unit, size));
     element("span", `   from ${limits[0]} to ${limits[1]}`, right);
@@ -518,6 +521,7 @@ function showEnergy() {
       .replace(/^error$/, "error of the balance") + " ", item);
     return [element("output", "", item), signal];
   });
+  $("energy-heading").textContent = `Energy, ${plot.letter}J`;
   energy = () => {
     for (const [output, signal] of items) output.textContent = withUnit(valueAt(signal, clock.time), "J", plot.high);
     plot.render();
