@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import platform
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, is_dataclass
+from dataclasses import fields, is_dataclass
 from functools import cache
 from importlib import metadata
 from time import perf_counter
@@ -136,5 +136,13 @@ def _versions() -> dict[str, str]:
 
 def _provenance(run: Run) -> dict[str, Any]:
     """Versions, what was built, and the settings it ran with."""
-    settings = asdict(run.solver) if is_dataclass(run.solver) and not isinstance(run.solver, type) else {}
-    return {**_versions(), "scene": dict(run.summary), "settings": settings}
+    return {**_versions(), "scene": dict(run.summary), "settings": _settings(run.solver)}
+
+
+def _settings(value: Any) -> dict[str, Any]:
+    """A solver's settings as plain values, each value that is a type of its own with its name."""
+    found: dict[str, Any] = {"kind": type(value).__name__}
+    for spec in fields(value):
+        inner = getattr(value, spec.name)
+        found[spec.name] = _settings(inner) if is_dataclass(inner) else inner
+    return found

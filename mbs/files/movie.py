@@ -133,7 +133,7 @@ def placed(frame: Array, points: Any) -> Array:
     return np.asarray(np.asarray(points) @ np.array([[c, s], [-s, c]]) + frame[:2])
 
 
-@dataclass
+@dataclass(eq=False)
 class Film:
     """The movie of a run, made when first asked for."""
 
@@ -187,7 +187,15 @@ def _finite(record: Record) -> Record:
         return record
     if bad[0] < 2:
         return Record(record.mechanism, record.time[:1], {}, {})
-    return record.at(record.time[: bad[0]])
+    links = {name: _first(motion, bad[0]) for name, motion in record.links.items()}
+    blocks = {name: _first(motion, bad[0]) for name, motion in record.blocks.items()}
+    return Record(record.mechanism, record.time[: bad[0]], links, blocks)
+
+
+def _first(motion: Any, count: int) -> Any:
+    """The first rows of a motion."""
+    names = ("q", "q_t", "q_tt") if hasattr(motion, "q") else ("travel", "speed", "acceleration")
+    return replace(motion, **{name: getattr(motion, name)[:count] for name in names if getattr(motion, name) is not None})
 
 
 def _movie(record: Record) -> Movie:

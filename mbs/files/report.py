@@ -73,7 +73,7 @@ def page(result: Any, title: str) -> str:
 def with_ledger(result: Any) -> Any:
     """The result with its energy ledger, if its record still has what that takes."""
     record = result.film.record if result.film is not None else None
-    every = result.provenance.get("settings", {}).get("record_every", 1) == 1
+    every = result.provenance.get("settings", {}).get("steps", {}).get("record_every", 1) == 1
     if result.energy or record is None or not every or not 1 < len(record.time) <= LONGEST:
         return result
     return replace(result, energy=ledger(record))
