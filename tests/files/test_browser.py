@@ -55,7 +55,7 @@ def test_the_scene_is_drawn_and_moves(report):
 def test_frames_and_cursor_agree_with_the_arrays(report):
     result, tab = report
     for share in (0.0, 0.31, 0.77, 1.0):
-        t = share * result.time[-1]
+        t = float(share * result.time[-1])
         tab.run(f"report.seek({t!r})")
         assert tab.run("report.state().time") == pytest.approx(t, abs=1e-9)
         picture = tab.run("report.state().picture")

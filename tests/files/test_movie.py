@@ -43,7 +43,7 @@ def test_a_strip_ends_in_its_pins_and_bends_as_its_force_says():
     assert band.bending[k][band.bending.shape[1] // 2] == pytest.approx(force * deflection / STRIP.bending_stiffness, rel=0.02)
     assert band.stress[k].max() == pytest.approx(band.modulus * abs(band.bending[k]).max() * STRIP.thickness / 2, rel=1e-2)
     mean = result.at("coupler.axial_force", movie.time[k])
-    assert band.axial_force[k].mean() == pytest.approx(mean, rel=0.02)
+    assert np.trapezoid(band.axial_force[k]) / (len(band.axial_force[k]) - 1) == pytest.approx(mean, rel=0.01)
 
 
 def test_a_strut_is_drawn_as_the_exact_elastica():

@@ -1,5 +1,6 @@
 """Pictures by matplotlib."""
 
+from itertools import pairwise
 from shutil import which
 
 import numpy as np
@@ -85,7 +86,7 @@ def test_an_animation_moves(tmp_path, monkeypatch):
         for k in range(5):
             picture.seek(k)
             shots.append(np.asarray(picture.convert("L")))
-    assert all((a != b).sum() > 20 for a, b in zip(shots[:-1], shots[1:], strict=True))
+    assert all((a != b).sum() > 20 for a, b in pairwise(shots))
 
 
 def test_what_cannot_be_animated_is_told(tmp_path, monkeypatch):
