@@ -18,6 +18,7 @@ import numpy as np
 from buckler.mbs.elements.element import Array
 from buckler.mbs.files.drawing import Mark, Path, packed, unpacked
 from buckler.mbs.files.symbols import FIXED, MIDDLE, Sheet
+from buckler.mbs.record.motion import chosen
 from buckler.mbs.record.record import Record
 
 FEWEST, MOST, A_TURN = 240, 1440, 180
@@ -158,12 +159,13 @@ def filmed(record: Record, times: Array | None = None) -> Movie:
         return still(record.mechanism)
     if times is None:
         times = np.linspace(record.time[0], record.time[-1], pictures(record))
-    return _movie(record.at(times))
+    return _movie(record.at(times), record)
 
 
 def still(mechanism: Any) -> Movie:
     """The mechanism at t = 0 as a movie of one picture."""
-    return _movie(Record(mechanism, np.zeros(1), {}, {}))
+    none = Record(mechanism, np.zeros(1), {}, {})
+    return _movie(none, none)
 
 
 def pictures(record: Record) -> int:
@@ -198,7 +200,8 @@ def _first(motion: Any, count: int) -> Any:
     return replace(motion, **{name: getattr(motion, name)[:count] for name in names if getattr(motion, name) is not None})
 
 
-def _movie(record: Record) -> Movie:
+def _movie(record: Record, source: Record) -> Movie:
+    """The movie of a record at the movie's times; `source` holds the solver's own."""
     mechanism = record.mechanism
     sheet = Sheet(mechanism, record)
     marks = tuple(sheet.marks())
@@ -207,7 +210,7 @@ def _movie(record: Record) -> Movie:
     frames = {name: _frame(record, name, *spec) for name, spec in sheet.frames.items()}
     bands = {}
     for link in mechanism.links:
-        band = _band(record, link)
+        band = _band(record, source, link)
         if band is not None:
             middle = band.points[:, band.points.shape[1] // 2]
             bands[link.name] = band
@@ -228,11 +231,11 @@ def _frame(record: Record, name: str, ref: str, pin: str, factor: float) -> Arra
 # --- flexible links ---------------------------------------------------------------------------------------------------
 
 
-def _band(record: Record, link: Any) -> Band | None:
+def _band(record: Record, source: Record, link: Any) -> Band | None:
     """A link that bends; None for one that does not."""
     motion, body = record.links.get(link.name), link.body
     if hasattr(motion, "strains") and hasattr(motion, "pieces"):
-        found = _strip(motion)
+        found = _strip(motion, source.links[link.name], source.time, record.time)
     elif hasattr(motion, "model"):
         found = _modal(motion)
     elif hasattr(body, "load"):
@@ -247,10 +250,18 @@ def _band(record: Record, link: Any) -> Band | None:
     return Band(*found, section.thickness, section.width, section.material.modulus)
 
 
-def _strip(motion: Any) -> tuple[Array, Array, Array]:
-    """Line and strains of finite elements, strains taken from the integration points to the line's stations."""
+def _strip(motion: Any, own: Any, time: Array, times: Array) -> tuple[Array, Array, Array]:
+    """Line and strains of finite elements, strains taken from the integration points to the line's stations.
+
+    Strains are those of the solver's own times, linear between them: a strip is so stiff along its line that the small errors
+    of interpolated places would be seen in its axial force.
+    """
     per = max(2, min(8, round(32 / len(motion.pieces))))
-    line, strains = motion.line(per), motion.strains()
+    line = motion.line(per)
+    k = np.clip(np.searchsorted(time, times, side="right") - 1, 0, len(time) - 2)
+    share = ((times - time[k]) / (time[k + 1] - time[k]))[:, None]
+    rows, where = np.unique(np.concatenate([k, k + 1]), return_inverse=True)
+    strains = chosen(own, rows).strains()
     edges = np.concatenate([[0.0], np.cumsum(motion.pieces)])
     stations = np.append((edges[:-1, None] + np.outer(motion.pieces, np.arange(per) / per)).ravel(), edges[-1])
 
@@ -258,8 +269,8 @@ def _strip(motion: Any) -> tuple[Array, Array, Array]:
         weights = strain.weights
         middles = (edges[:-1, None] + np.cumsum(weights, axis=1) - weights / 2).ravel()
         unit = np.array([np.interp(stations, middles, row) for row in np.eye(len(middles))])
-        spreaded: Array = strain.value.reshape(len(line), -1) @ unit
-        return spreaded
+        values = strain.value.reshape(len(rows), -1) @ unit
+        return np.asarray((1 - share) * values[where[: len(k)]] + share * values[where[len(k) :]])
 
     return line, spread(strains[-1]), spread(strains[0])
 
