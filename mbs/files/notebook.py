@@ -7,6 +7,7 @@ import re
 from io import StringIO
 from typing import Any
 
+from buckler.mbs.elements.link import Link
 from buckler.mbs.files.movie import still
 from buckler.mbs.files.plot import draw
 
@@ -30,5 +31,4 @@ def mechanism_html(mechanism: Any) -> str:
 
 def kind(element: Any) -> str:
     """Kind of an element; of a link, that of its body too."""
-    body = getattr(element, "body", None)
-    return type(element).__name__ + (f" ({type(body).__name__})" if body is not None else "")
+    return type(element).__name__ + (f" ({type(element.body).__name__})" if isinstance(element, Link) else "")

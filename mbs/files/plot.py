@@ -44,7 +44,7 @@ def draw(movie: Movie, k: int, axes: Any = None, names: bool = True) -> Any:
     from buckler.mbs.files.style import house_style
 
     with house_style():
-        axes = _axes(axes)
+        axes = _axes(axes, movie)
         for mark in movie.marks:
             if not isinstance(mark, Arrow) and (names or not isinstance(mark, Label)):
                 _Drawn(axes, mark).move(movie, k)
@@ -52,14 +52,18 @@ def draw(movie: Movie, k: int, axes: Any = None, names: bool = True) -> Any:
     return axes
 
 
-def _axes(axes: Any) -> Any:
+def _axes(axes: Any, movie: Movie) -> Any:
+    """Those given, or new ones about as high as the mechanism."""
     if axes is not None:
         return axes
     import matplotlib.pyplot as plt
 
     from buckler.mbs.files.style import WIDTH
 
-    return plt.subplots(figsize=(WIDTH / 25.4, 0.7 * WIDTH / 25.4), layout="constrained")[1]
+    left, right, low, high = movie.box
+    room = 2 * MARGIN * movie.unit
+    height = float(np.clip(WIDTH * (high - low + room) / (right - left + room) + 15.0, 0.25 * WIDTH, WIDTH))
+    return plt.subplots(figsize=(WIDTH / 25.4, height / 25.4), layout="constrained")[1]
 
 
 def _frame_axes(axes: Any, movie: Movie) -> None:

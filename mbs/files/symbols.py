@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from buckler.mbs.elements.element import GROUND, place
+from buckler.mbs.elements.link import Link
 from buckler.mbs.elements.section import Section
 from buckler.mbs.files.drawing import LINKS, Arrow, Disc, Label, Mark, Path, Points, Span, Strip
 
@@ -84,7 +85,7 @@ class Sheet:
         """All marks: links below, then what joins and loads them, names on top."""
         found: list[Mark] = []
         for name, element in self.mechanism.elements().items():
-            found += symbol(getattr(element, "body", element))(self, name, element)
+            found += symbol(element.body if isinstance(element, Link) else element)(self, name, element)
             found += _forces(self, name, element)
         found += _gravity(self)
         joints = {joint.point for joint in self.mechanism.joints} | {guide.point for guide in self.mechanism.guides}
@@ -283,21 +284,17 @@ _BLOCK = ((-0.95, -0.58), (0.95, -0.58), (0.95, 0.58), (-0.95, 0.58))
 def stop(sheet: Sheet, name: str, stop: Any) -> Iterator[Mark]:
     """A wall, set off by what its point is drawn as, so that the two touch when they do."""
     mechanism, u = sheet.mechanism, sheet.unit
-    guides = {guide.point: guide for guide in mechanism.guides}
-    along = _unit(getattr(stop, "along", None) or guides[stop.point].along)
-    on = getattr(stop, "on", GROUND)
-    (x, y), (x0, y0) = mechanism.points[stop.point], sheet.origin(on)
-    gap = stop.at - (x * along[0] + y * along[1])
-    side = 1.0 if gap > 0 else -1.0
-    clear = (0.95 if stop.point in guides else 0.2) * u
-    frame, tall = sheet.body(on), (1.3 if stop.point in guides else 1.8) * u
-    reach = gap + side * clear
+    along, side = stop.across(mechanism), stop.side(mechanism)
+    origin = stop.origin(mechanism)
+    frame, start = _reference(sheet, origin), mechanism.points[place(origin).point]
+    (x, y), (x0, y0) = mechanism.points[stop.point], start
+    clear, tall = (0.95 * u, 1.3 * u) if stop.point in {guide.point for guide in mechanism.guides} else (0.2 * u, 1.8 * u)
+    reach = stop.face(mechanism) + side * clear
     wall = ((reach, -tall), (reach, tall), (reach + side * 0.6 * u, tall), (reach + side * 0.6 * u, -tall))
     yield Path(frame, "stop", turned(wall, along, 1.0, (x - x0, y - y0)), True)
     push = (-side * along[0], -side * along[1])
-    link = getattr(stop, "link", None)
-    yield Arrow(sheet.at(link, stop.point) if link else stop.point, "force", (f"{name}.contact_force",), push, frame)
-    sheet.frame(stop.point)
+    point = sheet.frame(stop.point) if stop.guided else sheet.at(stop.body(mechanism), stop.point)
+    yield Arrow(point, "force", (f"{name}.contact_force",), push, frame)
 
 
 # --- springs, loads, masses, drives -----------------------------------------------------------------------------------
