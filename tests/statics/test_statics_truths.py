@@ -1,0 +1,101 @@
+"""Statics and vibration of mechanisms against exact solutions made without finite elements: `buckler.elastica`."""
+
+import numpy as np
+import pytest
+from truths import arches, princeton
+
+from buckler.elastica.member import Member
+from buckler.elastica.vibration import beam_frequencies, portal_frequencies
+from buckler.mbs import STEEL, Beam, Force, Guide, Link, Material, Mechanism, Revolute, Section, Weld
+from buckler.mbs.statics import equilibrium, frequencies, path
+
+LENGTH, BAR = 0.5, Section(0.020, 0.050, STEEL)
+
+
+def member(section, length):
+    """The same bar as a member in closed form."""
+    return Member(
+        length,
+        section.bending_stiffness,
+        section.mass_per_length,
+        section.shear_stiffness,
+        section.inertia_per_length,
+        section.axial_stiffness,
+    )
+
+
+JOINTS = {
+    "cantilever": [Weld("A", "ground", "bar")],
+    "clamped-pinned": [Weld("A", "ground", "bar"), Revolute("B", "ground", "bar")],
+    "clamped-clamped": [Weld("A", "ground", "bar"), Weld("B", "ground", "bar")],
+    "pinned-pinned": [Revolute("A", "ground", "bar"), Revolute("B", "ground", "bar")],
+}
+
+
+@pytest.mark.parametrize("ends", JOINTS)
+def test_frequencies_of_a_bar_are_timoshenkos(ends):
+    points = {"A": (0.0, 0.0), "B": (LENGTH, 0.0)}
+    mechanism = Mechanism(points, [Link("bar", "A", "B", Beam(BAR))], JOINTS[ends])
+    found = frequencies(mechanism, degree=16, count=4).angular
+    exact = beam_frequencies(member(BAR, LENGTH), ends, 6)
+    for omega in exact[:3]:
+        assert found[np.argmin(abs(found - omega))] == pytest.approx(omega, rel=1e-6)
+
+
+def test_frequencies_of_a_portal_frame():
+    """Two columns and a beam, welded corners, clamped feet: exact by the members' dynamic stiffness."""
+    section, height, width = Section(0.020, 0.010, STEEL), 0.5, 0.8
+    mechanism = Mechanism(
+        points={"A": (0, 0), "B": (0, height), "C": (width, height), "D": (width, 0)},
+        links=[Link("left", "A", "B", Beam(section)), Link("top", "B", "C", Beam(section)), Link("right", "D", "C", Beam(section))],
+        joints=[
+            Weld("A", "ground", "left"), Weld("D", "ground", "right"), Weld("B", "left", "top"), Weld("C", "top", "right"),
+        ],
+    )  # fmt: skip
+    found = frequencies(mechanism, degree=14, count=5).angular
+    assert found == pytest.approx(portal_frequencies(member(section, height), member(section, width), 5), rel=1e-6)
+
+
+@pytest.mark.parametrize("load", [4.448, 8.896, 13.345])
+def test_cantilever_bends_as_the_exact_elastica(load):
+    """The Princeton beam in its plane, with shear and stretching."""
+    section = Section(princeton.WIDTH, princeton.THICKNESS, Material(princeton.MODULUS, 2804.0, princeton.POISSON))
+    mechanism = Mechanism(
+        points={"A": (0.0, 0.0), "B": (princeton.LENGTH, 0.0)},
+        links=[Link("beam", "A", "B", Beam(section))],
+        joints=[Weld("A", "ground", "beam")],
+        loads=[Force("B", (0.0, -load))],
+    )
+    x, y = equilibrium(mechanism, degree=14).point("beam", "B").position
+    assert (princeton.LENGTH - x, -y) == pytest.approx(princeton.tip(load), rel=1e-6)
+
+
+def circle(fraction):
+    """The arch of the truths as a function of the fraction of its arc."""
+    half = 2.0 * np.arctan(2.0 * arches.RISE / arches.SPAN)
+    radius = arches.SPAN / 2 / np.sin(half)
+    turn = half * (2 * fraction - 1)
+    return arches.SPAN / 2 + radius * np.sin(turn), radius * (np.cos(turn) - np.cos(half))
+
+
+@pytest.mark.parametrize("ends", ["pinned", "clamped"])
+def test_shallow_arch_passes_both_limit_points(ends):
+    section = Section(arches.WIDTH, arches.THICKNESS, Material(arches.MODULUS, arches.DENSITY, arches.POISSON))
+    hold = Revolute if ends == "pinned" else Weld
+    mechanism = Mechanism(
+        points={"A": (0.0, 0.0), "B": (arches.SPAN, 0.0)},
+        links=[Link("arch", "A", "B", Beam(section, shape=circle), carries={"M": 0.5})],
+        joints=[hold("A", "ground", "arch"), hold("B", "ground", "arch")],
+        loads=[Force("M", (0.0, -1.0))],
+    )
+    followed = path(mechanism, load="force.M", to=120.0, degree=14, steps=400)
+    assert followed.limits[:2] == pytest.approx(arches.snap("circle", ends).loads, rel=1e-6)
+
+
+def test_a_strip_held_at_its_ends_has_no_guide_to_give_way():
+    """A guide lets the far end slide: the same bar is softer, and not by rounding."""
+    points = {"A": (0.0, 0.0), "B": (LENGTH, 0.0)}
+    held = Mechanism(points, [Link("bar", "A", "B", Beam(BAR, imperfection=0.02))], JOINTS["pinned-pinned"])
+    sliding = Mechanism(points, held.links, [Revolute("A", "ground", "bar")], [Guide("B", "bar")])
+    stiff, soft = (frequencies(m, degree=14, count=1).angular[0] for m in (held, sliding))
+    assert stiff > 1.05 * soft
