@@ -187,6 +187,8 @@ class Joint(Element):
     point: str
     first: str
     second: str
+    clamps: ClassVar[bool] = False
+    """Whether it keeps the angle between its bodies."""
 
     @property
     def key(self) -> str:
