@@ -47,7 +47,7 @@ def test_frequencies_of_a_portal_frame():
     section, height, width = Section(0.020, 0.010, STEEL), 0.5, 0.8
     mechanism = Mechanism(
         points={"A": (0, 0), "B": (0, height), "C": (width, height), "D": (width, 0)},
-        links=[Link("left", "A", "B", Beam(section)), Link("top", "B", "C", Beam(section)), Link("right", "D", "C", Beam(section))],
+        links=[Link(name, *ends, Beam(section)) for name, ends in {"left": "AB", "top": "BC", "right": "DC"}.items()],
         joints=[
             Weld("A", "ground", "left"), Weld("D", "ground", "right"), Weld("B", "left", "top"), Weld("C", "top", "right"),
         ],
