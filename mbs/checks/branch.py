@@ -51,7 +51,7 @@ def _overloaded_strips(record: Record, result: Result) -> Iterator[str]:
         if not link.body.meshed or len(result.time) < 3:
             continue
         section, length = link.body.section, record.links[link.name].length
-        welds = [joint for joint in record.mechanism.joints if joint.clamps and link.name in (joint.first, joint.second)]
+        welds = [joint for joint in record.mechanism.joints if joint.keeps_angle and link.name in (joint.first, joint.second)]
         clamped = len({joint.point for joint in welds} & {link.start, link.end})
         frequency = section.first_frequency(length) * HELD[clamped] ** 0.5
         pressed = -result.signals[f"{link.name}.axial_force"] / (section.euler_load(length) * HELD[clamped])

@@ -198,8 +198,6 @@ class Joint(Element):
     point: str
     first: str
     second: str
-    clamps: ClassVar[bool] = False
-    """Whether it keeps the angle between its bodies."""
 
     @property
     def key(self) -> str:
