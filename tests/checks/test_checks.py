@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
-from simulations import LENGTH, STRIP, G, block, fine, pendulum, pressed, rates
+from simulations import LENGTH, STRIP, G, block, fine, integrated, pendulum, pressed, rates
 
 from buckler.elastica import pinned
 from buckler.mbs import (
@@ -12,6 +12,7 @@ from buckler.mbs import (
     Cable,
     Clearance,
     Controlled,
+    Drive,
     Equal,
     Exudyn,
     Modal,
@@ -25,8 +26,7 @@ from buckler.mbs import (
 )
 from buckler.mbs.checks.mesh import MESH, STRUCK, mesh_error
 from buckler.mbs.checks.suspicions import suspicions
-from buckler.mbs.elements import journal as clearance
-from buckler.mbs.engine import callback as engine_call
+from buckler.mbs.engine import callback, clearance, kernel
 from buckler.mbs.engine.scene import build
 from buckler.mbs.engine.solve import once
 from buckler.mbs.laws import AdamsFriction, CarvalhoMartins, ExactRestitution, Hertz, Impact, KelvinVoigt, NoFriction
@@ -127,7 +127,7 @@ class Interpreted(Backwards):
 @pytest.mark.parametrize("law", [Backwards(1.01 * K), Interpreted(1.01 * K)], ids=["compiled", "plain"])
 def test_law_for_which_no_step_is_short_enough_ends_by_name(law, monkeypatch):
     """The engine would reject the same step for ever, past any time limit."""
-    for module in (clearance, engine_call):
+    for module in (kernel, callback):
         monkeypatch.setattr(module, "PATIENCE", 30_000)
     assert clearance.kernel(law, FRICTION).compiled == (type(law) is Backwards)
     result = simulate(rattling(law), 0.05, timeout=20)
@@ -193,7 +193,7 @@ def test_a_run_that_failed_is_not_checked(fallen):
 def test_a_stop_and_a_bush_pierced():
     assert "'A' is" in suspect(simulate(block(G, Hertz(10.0)), 0.4), "PENETRATION")
     soft = Impact(1e-4 * K, 2.5, 1e-5)
-    assert "more than its play 0.00025 m" in suspect(simulate(rattling(soft), 0.01), "PENETRATION")
+    assert "more than its clearance 0.00025 m" in suspect(simulate(rattling(soft), 0.01), "PENETRATION")
 
 
 # --- branches ---------------------------------------------------------------------------------------------------------
@@ -229,11 +229,21 @@ def short_of_dead_centre(room):
 
 def test_a_linkage_that_meets_a_dead_centre():
     fine(short_of_dead_centre(1e-2))
+    fine(short_of_dead_centre(1e-5))
+    result = short_of_dead_centre(0.0)
+    assert result.status is Status.SINGULAR and "coupler and rocker in line" in result.message
+    assert "is not determined" in result.message
+    assert result.time[-1] == pytest.approx(0.1 - 0.5 / (10 * np.pi) + 0.1, abs=1e-6)  # the crank at 2 pi
+
+
+def test_a_linkage_that_is_integrated_through_a_dead_centre(monkeypatch):
+    integrated(monkeypatch)
     suspect(short_of_dead_centre(1e-5), "CLOSURE")
     assert "is not determined" in suspect(short_of_dead_centre(0.0), "BRANCH")
 
 
-def test_equal_steps_too_long_for_a_linkage():
+def test_equal_steps_too_long_for_a_linkage(monkeypatch):
+    integrated(monkeypatch)
     mechanism = crank_rocker(Rigid(BARS), speed=10 * np.pi, section=BARS, angle=0.5)
     assert "loop closure gives another" in suspect(simulate(mechanism, 0.2, solver=Exudyn(Equal(20))), "CLOSURE")
     fine(simulate(mechanism, 0.2, solver=Exudyn(Equal(2000))))
@@ -267,7 +277,7 @@ def test_a_mesh_too_coarse_for_a_load(body):
 )
 def test_mesh_error_is_that_of_the_load_and_falls_as_it_does(make, order):
     """Against the exact load, at a third of the length's shortening; held in place, so that nothing else errs."""
-    from buckler.mbs.statics.strip import pinned_strip
+    from buckler.mbs.engine.pressed import pinned_strip
 
     found, right = [], []
     for n in (4, 8, 16):
@@ -277,6 +287,30 @@ def test_mesh_error_is_that_of_the_load_and_falls_as_it_does(make, order):
         right.append(abs(float(pinned_strip(straight, LENGTH, [0.3]).load[0]) / float(pinned.load(0.3)) - 1))
     assert rates(found) == pytest.approx([order, order], abs=0.5)
     assert 0.3 < found[0] / right[0] < 4
+
+
+# --- straight strips --------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("share", [1e-4, 4.9e-3])
+@pytest.mark.parametrize("body", [Beam(STRIP), Cable(STRIP), Beam(STRIP, elements=16)], ids=["beam", "cable", "fine beam"])
+def test_a_straight_strip_pressed_beyond_its_critical_load(body, share):
+    """130 and 6400 times the critical load, the shortening far below half a per cent."""
+    said = suspect(simulate(pressed(body, share * LENGTH, 1.0), 1.0), "UNBUCKLED")
+    assert "times its critical load, straight" in said
+
+
+def test_a_strip_with_a_bow_may_be_pressed_beyond_it():
+    fine(simulate(pressed(Beam(WET, imperfection=1e-3), 4.9e-3 * LENGTH, 1.0), 1.0))
+
+
+def test_a_straight_strip_may_be_pressed_beyond_it_for_a_moment():
+    """In a tenth of a period nothing can have grown."""
+    brief = 0.1 / STRIP.first_frequency(LENGTH)
+    moved = replace(pressed(Beam(STRIP), 0.0, 1.0), drives=[Drive("A", 1e-5 * LENGTH / brief)])
+    result = simulate(moved, brief)
+    assert -result.signals["strip.axial_force"].min() > 5 * STRIP.euler_load(LENGTH)
+    assert "UNBUCKLED" not in result.message
 
 
 # --- steps ------------------------------------------------------------------------------------------------------------
