@@ -12,6 +12,7 @@ from buckler.mbs import (
     Cable,
     Clearance,
     Controlled,
+    Drive,
     Equal,
     Exudyn,
     Modal,
@@ -276,6 +277,30 @@ def test_mesh_error_is_that_of_the_load_and_falls_as_it_does(make, order):
         right.append(abs(float(pinned_strip(straight, LENGTH, [0.3]).load[0]) / float(pinned.load(0.3)) - 1))
     assert rates(found) == pytest.approx([order, order], abs=0.5)
     assert 0.3 < found[0] / right[0] < 4
+
+
+# --- straight strips --------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("share", [1e-4, 4.9e-3])
+@pytest.mark.parametrize("body", [Beam(STRIP), Cable(STRIP), Beam(STRIP, elements=16)], ids=["beam", "cable", "fine beam"])
+def test_a_straight_strip_pressed_beyond_its_critical_load(body, share):
+    """130 and 6400 times the critical load, the shortening far below half a per cent."""
+    said = suspect(simulate(pressed(body, share * LENGTH, 1.0), 1.0), "UNBUCKLED")
+    assert "times its critical load, straight" in said
+
+
+def test_a_strip_with_a_bow_may_be_pressed_beyond_it():
+    fine(simulate(pressed(Beam(WET, imperfection=1e-3), 4.9e-3 * LENGTH, 1.0), 1.0))
+
+
+def test_a_straight_strip_may_be_pressed_beyond_it_for_a_moment():
+    """In a tenth of a period nothing can have grown."""
+    brief = 0.1 / STRIP.first_frequency(LENGTH)
+    moved = replace(pressed(Beam(STRIP), 0.0, 1.0), drives=[Drive("A", 1e-5 * LENGTH / brief)])
+    result = simulate(moved, brief)
+    assert -result.signals["strip.axial_force"].min() > 5 * STRIP.euler_load(LENGTH)
+    assert "UNBUCKLED" not in result.message
 
 
 # --- steps ------------------------------------------------------------------------------------------------------------
