@@ -75,9 +75,7 @@ def exudyn_script(mechanism: Mechanism, duration: float, steps: int | None = Non
     lines.append("settings.timeIntegration.discontinuous.useRecommendedStepSize = True")
     lines.append(f"settings.linearSolver.solverType = exu.{_inner(settings, 'linearSolver.solverType')!s}")
     lines.append("settings.solution.file.write = False")
-    lines.append(
-        "settings.solution.sensors.writePeriod = settings.timeIntegration.endTime / settings.timeIntegration.numberOfSteps"
-    )
+    lines.append(f"settings.solution.sensors.writePeriod = {duration!r} / {count}")
     lines += ["mbs.SolveDynamic(settings)", "", *_output(scene, output)]
     return "\n".join(lines) + "\n"
 
@@ -93,9 +91,7 @@ def _refuse(scene: Scene, drives: dict[int, Any]) -> None:
         for number in range(scene.system.systemData.NumberOfObjects()):
             item = scene.system.GetObject(number)
             if number not in drives and any(isinstance(value, dict) and "function" in value for value in item.values()):
-                needs.append(
-                    f"'{owners[number]}'" if number in owners else f"an element of the engine's kind {item['objectType']}"
-                )
+                needs.append(f"'{owners[number]}'" if number in owners else f"a {item['objectType']} of the engine")
     if needs:
         raise ValueError(f"write_exudyn_script: not possible for what needs functions or solids of Buckler: {', '.join(needs)}")
 
