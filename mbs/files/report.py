@@ -237,7 +237,7 @@ def binned(time: Array, values: Array, edges: Array) -> tuple[Array, Array, Arra
 
 
 FIRST = (
-    "contact_force", "normal_force", "torque", "current", "force", "deflection", "axial_force", "compression", "x", "y", "fx", "vx",
+    "contact_force", "normal_force", "torque", "current", "force", "deflection", "axial_force", "compression", "x", "y", "vx",
 )  # fmt: skip
 """Last parts of the names of signals worth a first look, best first."""
 
