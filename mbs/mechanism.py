@@ -119,7 +119,8 @@ class Mechanism:
         """Write a plain script that runs this mechanism in Exudyn without Buckler and gives the same numbers.
 
         The script writes the places of all points into a CSV file beside it. Its numbers are those of
-        `simulate(mechanism, duration, solver=Exudyn(Equal(steps)))`.
+        `simulate(mechanism, duration, solver=Exudyn(Equal(steps)))`; where a drive alone decides the motion, that is answered
+        exactly, and the script differs from it by the integrator's error.
 
         Parameters
         ----------

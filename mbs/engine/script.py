@@ -14,10 +14,10 @@ import numpy as np
 
 from buckler.mbs.elements.drive import Ramp
 from buckler.mbs.elements.element import GROUND
+from buckler.mbs.engine.exact import TURN
 from buckler.mbs.engine.integrate import implicit_settings
 from buckler.mbs.engine.scene import Scene, build
 from buckler.mbs.engine.settings import Equal, Exudyn
-from buckler.mbs.engine.solve import TURN
 from buckler.mbs.kinematics.closure import turning_speed
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.validate import positive, whole
