@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from math import hypot
+from pathlib import Path
 from typing import Any
 
 from buckler.mbs.elements import KINDS, Drive, Guide, Link
@@ -94,6 +95,50 @@ class Mechanism:
             for element in getattr(self, kind):
                 add(element.key, element)
         return found
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return a description of plain dictionaries, lists, numbers and names; see `buckler.mbs.files`."""
+        from buckler.mbs.files.encode import document
+
+        return document(self)
+
+    @classmethod
+    def from_dict(cls, content: Mapping[str, Any]) -> Mechanism:
+        """Make the mechanism that `to_dict` or a file describes.
+
+        Raises
+        ------
+        ValueError
+            In one line that begins with the place, such as `links.coupler.body.section.thickness`.
+        """
+        from buckler.mbs.files.decode import mechanism
+
+        return mechanism(content)
+
+    def save(self, path: str | Path) -> Path:
+        """Write the mechanism to `name.toml` or `name.json`.
+
+        Raises
+        ------
+        ValueError
+            If the ending is another, or the mechanism holds what a file has no name for, such as a Python function.
+        """
+        from buckler.mbs.files.document import save
+
+        return save(self, path)
+
+    @classmethod
+    def load(cls, path: str | Path) -> Mechanism:
+        """Read the mechanism of a `.toml` or `.json` file.
+
+        Raises
+        ------
+        ValueError
+            In one line: the file, the place in it, what is wrong.
+        """
+        from buckler.mbs.files.document import load
+
+        return load(path)
 
 
 def _check_names(mechanism: Mechanism) -> None:

@@ -7,6 +7,8 @@ from collections.abc import Iterable
 from numbers import Integral, Real
 from typing import Any
 
+from buckler.mbs.units import Measured
+
 
 def number(name: str, value: float, low: float, high: float, unit: str, *, open_low: bool = False) -> float:
     """Return `value` as a float if it is finite and in [low, high] (or (low, high]).
@@ -16,11 +18,14 @@ def number(name: str, value: float, low: float, high: float, unit: str, *, open_
     ValueError
         Names the parameter, its value, the allowed range and the unit.
     """
+    if isinstance(value, Measured) and not value.fits(unit):
+        raise ValueError(f"{name} = {value.given}: must be {'a plain number' if unit == '1' else f'in {unit}'}")
     checked = float(value) if isinstance(value, Real) and not isinstance(value, bool) else math.nan
     if not (low <= checked <= high and math.isfinite(checked)) or (open_low and checked == low):
-        suffix = "" if unit == "1" else f" {unit}"
+        suffix = "" if unit in ("", "1") else f" {unit}"
         bracket = "(" if open_low else "["
-        raise ValueError(f"{name} = {value!r}{suffix}: must lie in {bracket}{low:g}, {high:g}]{suffix}")
+        shown = value.given if isinstance(value, Measured) else f"{value!r}{suffix}"
+        raise ValueError(f"{name} = {shown}: must lie in {bracket}{low:g}, {high:g}]{suffix}")
     return checked
 
 
