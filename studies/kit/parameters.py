@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import asdict, dataclass, field, fields, replace
 from numbers import Integral, Real
 from typing import Any, TypeGuard, TypeVar
 
@@ -159,6 +159,10 @@ class StudyParameters:
     def check(self) -> None:
         """Check parameters against each other; a study overrides it and raises a ValueError with one line."""
 
+    def plain(self) -> dict[str, Any]:
+        """All of them by name, as a store and a file keep them."""
+        return asdict(self)
+
     def check_counts(self, *names: str) -> None:
         """Check that all of some quantities without unit are whole numbers."""
         for name in names:
@@ -168,7 +172,9 @@ class StudyParameters:
 
 
 def specs(kind: type[StudyParameters]) -> dict[str, Spec]:
-    """Names of a `Parameters` class with what each may be."""
+    """Names of a `Parameters` class, or of what makes the like, with what each may be."""
+    if hasattr(kind, "specs"):
+        return dict(kind.specs())
     return {declared.name: declared.metadata["spec"] for declared in fields(kind)}
 
 
