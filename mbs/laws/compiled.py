@@ -1,0 +1,120 @@
+"""The one place that compiles a law: as a function Numba can call, or as the address of machine code.
+
+The laws of this package are numbers in a table to the compiled solver and compile nothing there. A user's own law, whose numbers
+are constants of its code, is compiled once. What is not plain arithmetic on its arguments and its own numbers is called back in
+Python instead: some fifty times slower, with the same result, and `Pointer.compiled` tells.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import inspect
+import types
+from collections import namedtuple
+from collections.abc import Callable
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numba
+from numba import float64
+from numba.core.errors import NumbaError
+
+LAW_ERRORS = (NumbaError, AttributeError, TypeError, RecursionError, NotImplementedError, ValueError)
+
+
+class Pointer(NamedTuple):
+    """Address of a C function of doubles, whether it is machine code, and what keeps it alive."""
+
+    address: int
+    compiled: bool
+    owner: Any
+
+
+def compile_method(law: Any, name: str) -> Callable[..., float]:
+    """Compile a law's method as a function of floats: `self` becomes a tuple of the numbers and methods it uses.
+
+    Raises
+    ------
+    numba.core.errors.NumbaError, AttributeError, TypeError, RecursionError
+        If the method does more than arithmetic on its arguments and the law's numbers.
+    """
+    function = inspect.unwrap(getattr(type(law), name))
+    used = [n for n in function.__code__.co_names if hasattr(law, n)]
+    values: list[Any] = [compile_method(law, n) if callable(getattr(law, n)) else float(getattr(law, n)) for n in used]
+    me: Any = namedtuple("me", used)  # type: ignore[misc]
+    inner, bound = compile_plain(function), me(*values)
+    return numba.njit(lambda *arguments: inner(bound, *arguments))
+
+
+def compile_plain(function: Callable[..., Any]) -> Any:
+    """Compile a plain function after the plain functions it calls."""
+    if not isinstance(function, types.FunctionType):
+        return function
+    names = function.__code__.co_names
+    calls = {
+        k: compile_plain(v) if isinstance(v, types.FunctionType) else v for k, v in function.__globals__.items() if k in names
+    }
+    plain = types.FunctionType(function.__code__, calls, function.__name__, function.__defaults__, function.__closure__)
+    return numba.njit(plain)
+
+
+def method_pointer(law: Any, name: str, arguments: int) -> Pointer:
+    """Address of a law's method of so many floats; compiled once where the law can be hashed."""
+    try:
+        hash(law)
+    except TypeError:
+        return _method_pointer(law, name, arguments)
+    return _kept_method(law, name, arguments)
+
+
+def function_pointer(function: Callable[..., Any], arguments: int) -> Pointer:
+    """Address of any function of so many floats."""
+    try:
+        hash(function)
+    except TypeError:
+        return _function_pointer(function, arguments)
+    return _kept_function(function, arguments)
+
+
+def _method_pointer(law: Any, name: str, arguments: int) -> Pointer:
+    try:
+        return _address(compile_method(law, name), arguments)
+    except LAW_ERRORS:
+        return _python(getattr(law, name), arguments)
+
+
+def _function_pointer(function: Callable[..., Any], arguments: int) -> Pointer:
+    if isinstance(function, types.MethodType):
+        return _method_pointer(function.__self__, function.__name__, arguments)
+    try:
+        return _address(compile_plain(function), arguments)
+    except LAW_ERRORS:
+        return _python(function, arguments)
+
+
+_kept_method = lru_cache(maxsize=256)(_method_pointer)
+_kept_function = lru_cache(maxsize=256)(_function_pointer)
+
+
+def _address(function: Any, arguments: int) -> Pointer:
+    signature = float64(*[float64] * arguments)
+    wrappers: dict[int, Callable[..., Any]] = {
+        1: lambda a: float(function(a)),
+        2: lambda a, b: float(function(a, b)),
+        3: lambda a, b, c: float(function(a, b, c)),
+    }
+    made = numba.cfunc(signature, error_model="numpy")(wrappers[arguments])
+    return Pointer(int(made.address), True, made)
+
+
+def _python(function: Callable[..., Any], arguments: int) -> Pointer:
+    """Address of a call back into Python; an exception there becomes nan, which the solver reports."""
+
+    def safe(*values: float) -> float:
+        try:
+            return float(function(*values))
+        except Exception:
+            return float("nan")
+
+    made = ctypes.CFUNCTYPE(ctypes.c_double, *[ctypes.c_double] * arguments)(safe)
+    return Pointer(int(ctypes.cast(made, ctypes.c_void_p).value or 0), False, made)

@@ -1,0 +1,1 @@
+"""The compiled second solver: spectral strips in absolute coordinates, a constant mass matrix, joints as constraints."""

@@ -1,0 +1,55 @@
+"""Polynomials of the spectral strips: a hierarchical basis on [-1, 1] whose first two members are the ends.
+
+N_0 = (1 - x)/2, N_1 = (1 + x)/2, and N_k = (P_k - P_(k-2))/sqrt(2 (2 k - 1)) for k >= 2, P_k the Legendre polynomials: each N_k
+is an integrated Legendre polynomial and zero at both ends, and the slopes of these are orthonormal.
+
+References
+----------
+B. Szabo, I. Babuska, Finite Element Analysis (1991), ch. 3 (ISBN 978-0-471-50273-9).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.polynomial import legendre
+
+Array = np.ndarray[Any, Any]
+
+
+def basis(degree: int, x: Array, derivative: int = 0) -> Array:
+    """Values of the degree + 1 members at x, or of their derivative of an order; shape (points, degree + 1)."""
+    x = np.atleast_1d(np.asarray(x, dtype=float))
+    out = np.empty((len(x), degree + 1))
+    for k in range(degree + 1):
+        series = np.zeros(max(k, 1) + 1)
+        if k < 2:
+            series[:2] = 0.5, k - 0.5
+        else:
+            series[[k, k - 2]] = np.array([1.0, -1.0]) / np.sqrt(2 * (2 * k - 1))
+        out[:, k] = legendre.legval(x, legendre.legder(series, derivative) if derivative else series)
+    return out
+
+
+def gauss(count: int) -> tuple[Array, Array]:
+    """Points and weights of Gauss's rule on [-1, 1]."""
+    points, weights = legendre.leggauss(count)
+    return points, weights
+
+
+def fit(degree: int, function: Callable[[Array], Array], ends: tuple[float, float]) -> Array:
+    """Coefficients of a function of x: its ends exactly, the slopes of the rest by least squares; shape (degree + 1,).
+
+    As the slopes of the higher members are orthonormal, each coefficient is an integral of the function against P_k', once
+    the linear part is taken away.
+    """
+    x, w = gauss(degree + 24)
+    rest = function(x) - basis(1, x) @ np.array(ends)
+    out = np.empty(degree + 1)
+    out[:2] = ends
+    if degree >= 2:
+        # integral of slope(rest) slope(N_k) = -integral of rest N_k'' (rest is zero at the ends)
+        out[2:] = -(basis(degree, x, 2)[:, 2:] * w[:, None]).T @ rest
+    return out

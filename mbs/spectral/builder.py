@@ -1,0 +1,285 @@
+"""Gathers a mechanism's coordinates, markers, constraints and forces, and packs them into the kernel's tables.
+
+The files of the kinds call it; it knows no kind.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from math import atan2
+from typing import Any, Protocol
+
+import numpy as np
+
+from buckler.mbs.laws.compiled import Pointer, function_pointer
+from buckler.mbs.spectral import tables as k
+from buckler.mbs.spectral.tables import Tables
+
+Array = np.ndarray[Any, Any]
+Pair = tuple[float, float]
+GROUND = "ground"
+
+
+class Body(Protocol):
+    """What a link becomes: a thing that has markers, and knows how it moves as if it were rigid."""
+
+    offset: int
+
+    def marker(self, builder: Builder, point: str) -> int:
+        """Marker of a point on it."""
+
+    def rigid_motion(self, builder: Builder) -> Array:
+        """Rates of all coordinates for unit rates (vx, vy at its start, turn), shape (n, 3)."""
+
+
+@dataclass(frozen=True)
+class Attached:
+    """A mass carried by a link at a point: it turns with the link if it has an inertia."""
+
+    point: str
+    mass: float
+    inertia: float = 0.0
+
+
+@dataclass
+class Row:
+    """A constraint: its name, measure, drive or -1, and the value it is held to (None: as at t = 0)."""
+
+    name: str
+    measure: int
+    motion: int
+    value: float | None
+
+
+@dataclass
+class Force:
+    """A force: its name, kind, what it acts on, laws, numbers."""
+
+    name: str
+    kind: int
+    a: int
+    b: int
+    law: int
+    friction: int
+    row: int
+    numbers: Sequence[float]
+
+
+@dataclass
+class Builder:
+    """The mechanism's arrays in the making.
+
+    Attributes
+    ----------
+    mechanism : Mechanism
+    degree : int
+        Of the strips' polynomials.
+    bodies : dict
+        Of each link, by name.
+    attached : dict
+        Masses on each link, by name.
+    told : list of str
+        Sentences for the summary: what could not be compiled, which constraints say the same.
+    """
+
+    mechanism: Any
+    degree: int
+    bodies: dict[str, Body] = field(default_factory=dict)
+    attached: dict[str, list[Attached]] = field(default_factory=dict)
+    told: list[str] = field(default_factory=list)
+    q: list[float] = field(default_factory=list)
+    masses: list[tuple[Array, Array]] = field(default_factory=list)
+    weights: list[tuple[Array, Array]] = field(default_factory=list)
+    modal: list[tuple[int, int, int]] = field(default_factory=list)
+    strips: list[tuple[int, int, int, int, int]] = field(default_factory=list)
+    markers: list[tuple[int, int, int, int, int, int]] = field(default_factory=list)
+    places: list[int] = field(default_factory=list)
+    measures: list[tuple[int, int, int]] = field(default_factory=list)
+    directions: list[Pair] = field(default_factory=list)
+    rows: list[Row] = field(default_factory=list)
+    motions: list[tuple[int, int, int]] = field(default_factory=list)
+    ramps: list[tuple[float, float, float]] = field(default_factory=list)
+    kinks: list[float] = field(default_factory=list)
+    forces: list[Force] = field(default_factory=list)
+    laws: list[tuple[int, int, int, int]] = field(default_factory=list)
+    law_numbers: list[list[float]] = field(default_factory=list)
+    data: list[float] = field(default_factory=list)
+    ideal: list[tuple[int, int]] = field(default_factory=list)
+    owners: list[Any] = field(default_factory=list)
+    units: dict[int, float] = field(default_factory=dict)
+    _law_rows: dict[Any, int] = field(default_factory=dict)
+    _marker_rows: dict[Any, int] = field(default_factory=dict)
+
+    # --- coordinates and masses ---------------------------------------------------------------------------------------
+
+    def coordinates(self, values: Sequence[float]) -> int:
+        """Take new coordinates with these values at t = 0; returns the first."""
+        first = len(self.q)
+        self.q += [float(x) for x in values]
+        return first
+
+    def angles(self, *places: int) -> None:
+        """Say which coordinates are angles: their unit is 1 rad; that of others is the mechanism's length."""
+        self.units |= dict.fromkeys(places, 1.0)
+
+    def mass(self, places: Sequence[int], block: Array) -> None:
+        """Add a block of the mass matrix."""
+        self.masses.append((np.asarray(places, dtype=int), np.asarray(block, dtype=float)))
+
+    def weigh(self, places: Sequence[int], amounts: Array) -> None:
+        """Add generalised weights."""
+        self.weights.append((np.asarray(places, dtype=int), np.asarray(amounts, dtype=float)))
+
+    def numbers(self, *values: Any) -> int:
+        """Keep numbers; returns where they begin."""
+        first = len(self.data)
+        for value in values:
+            self.data += np.ravel(value).astype(float).tolist()
+        return first
+
+    # --- markers and measures -----------------------------------------------------------------------------------------
+
+    def add_marker(self, kind: int, offset: int, size: int, places: Sequence[int], numbers: Any) -> int:
+        """Add a marker, or find the same one."""
+        key = (kind, offset, size, tuple(places), tuple(np.ravel(numbers).tolist()))
+        if key not in self._marker_rows:
+            first, data = len(self.places), self.numbers(numbers)
+            self.places += [int(p) for p in places]
+            self.markers.append((kind, offset, size, first, len(places), data))
+            self._marker_rows[key] = len(self.markers) - 1
+        return self._marker_rows[key]
+
+    def ground(self, place: Pair) -> int:
+        """A marker fixed at a place."""
+        return self.add_marker(k.GROUND, 0, 0, (), (*place, 0.0))
+
+    def point(self, x: float, y: float, mass: float) -> int:
+        """A free point with mass; returns its marker."""
+        o = self.coordinates((x, y))
+        self.mass((o, o + 1), mass * np.eye(2))
+        self.weigh((o, o + 1), mass * np.array(self.mechanism.gravity))
+        return self.add_marker(k.LINEAR, o, 1, (o, o + 1, o), [1.0, 1.0, 0.0])
+
+    def marker(self, link: str, point: str) -> int:
+        """Marker of a point as part of a link, or of its place on the ground."""
+        return self.ground(self.mechanism.points[point]) if link == GROUND else self.bodies[link].marker(self, point)
+
+    def angle_of(self, marker: int) -> float:
+        """Angle of a marker at t = 0, rad."""
+        kind, offset, size, first, _, data = self.markers[marker]
+        if kind == k.GROUND:
+            return self.data[data + 2]
+        if kind == k.FRAME:
+            return self.q[offset + 2] + self.data[data + 2]
+        fields = [self.places[first + i * size : first + (i + 1) * size] for i in range(3 if kind == k.LINEAR else 2)]
+        if kind == k.LINEAR:
+            return sum(self.data[data + 2 * size + i] * self.q[p] for i, p in enumerate(fields[2]))
+        x, y = (sum(self.data[data + size + i] * self.q[p] for i, p in enumerate(field)) for field in fields)
+        return atan2(y, x)
+
+    def add_measure(self, kind: int, a: int, b: int, direction: Pair = (0.0, 0.0)) -> int:
+        """Add a measure of markers a and b."""
+        self.measures.append((kind, a, b))
+        self.directions.append((float(direction[0]), float(direction[1])))
+        return len(self.measures) - 1
+
+    def add_row(self, name: str, measure: int, motion: int = -1, value: float | None = None) -> int:
+        """Hold a measure to a value (None: the one at t = 0) and a drive's travel."""
+        self.rows.append(Row(name, measure, motion, value))
+        return len(self.rows) - 1
+
+    def pin(self, name: str, a: int, b: int) -> None:
+        """Hold two markers together."""
+        if a != b:
+            self.add_row(name, self.add_measure(k.FIXED, a, b, (1.0, 0.0)), value=0.0)
+            self.add_row(name, self.add_measure(k.FIXED, a, b, (0.0, 1.0)), value=0.0)
+
+    # --- laws, drives, forces -----------------------------------------------------------------------------------------
+
+    def add_law(self, key: Any, kind: int, numbers: Sequence[float], pointers: Sequence[Pointer] = (), about: str = "") -> int:
+        """Add a row of the table of laws, or find the one kept under this key."""
+        if key is not None and key in self._law_rows:
+            return self._law_rows[key]
+        addresses = [p.address for p in pointers]
+        self.laws.append((kind, *addresses, *[0] * (3 - len(addresses))))  # type: ignore[arg-type]
+        self.law_numbers.append([*map(float, numbers), *[0.0] * (8 - len(numbers))])
+        self.owners += list(pointers)
+        if not all(p.compiled for p in pointers):
+            self.told.append(f"{about} is not plain arithmetic: it is called back in Python, some fifty times slower")
+        if key is not None:
+            self._law_rows[key] = len(self.laws) - 1
+        return len(self.laws) - 1
+
+    def add_motion(self, drive: Any, name: str) -> int:
+        """Add a drive's motion: a constant speed, a ramp, or functions of time."""
+        speed = drive.speed
+        if isinstance(speed, int | float):
+            self.motions.append((k.RAMP, 0, 0))
+            self.ramps.append((float(speed), float(speed), 1.0))
+        elif all(hasattr(speed, each) for each in ("start", "end", "duration")):
+            self.motions.append((k.RAMP, 0, 0))
+            self.ramps.append((speed.start, speed.end, speed.duration))
+            self.kinks.append(speed.duration)
+        else:
+            functions = [function_pointer(f, 1) for f in (speed.position, speed.speed)]
+            if not all(p.compiled for p in functions):
+                self.told.append(f"the motion of {name} is not plain arithmetic: it is called back in Python")
+            self.owners += functions
+            self.motions.append((k.CALLED, functions[0].address, functions[1].address))
+            self.ramps.append((0.0, 0.0, 1.0))
+        return len(self.motions) - 1
+
+    def add_force(
+        self, name: str, kind: int, a: int, b: int = -1, *, law: int = -1, friction: int = -1, row: int = -1,
+        numbers: Sequence[float] = (),
+    ) -> int:  # fmt: skip
+        """Add a force; returns its row."""
+        self.forces.append(Force(name, kind, a, b, law, friction, row, numbers))
+        return len(self.forces) - 1
+
+    def time_function(self, function: Callable[[float], float], about: str) -> Pointer:
+        """Address of a function of time."""
+        return function_pointer(function, 1)
+
+    # --- packing ------------------------------------------------------------------------------------------------------
+
+    def pack(self) -> Tables:
+        """Pack all into tables; values of rows that are None are left 0 for the scene to fill."""
+        n = len(self.q)
+        mass, weight = np.zeros((n, n)), np.zeros(n)
+        for at, block in self.masses:
+            mass[np.ix_(at, at)] += block
+        for at, amount in self.weights:
+            np.add.at(weight, at, amount)
+        forces = [
+            (f.kind, f.a, f.b, f.law, f.friction, f.row, self.numbers([*f.numbers, *[0.0] * (8 - len(f.numbers))]))
+            for f in self.forces
+        ]
+        return Tables(
+            mass=mass,
+            weight=weight,
+            modal=_whole(self.modal, 3),
+            strips=_whole(self.strips, 5),
+            markers=_whole(self.markers, 6),
+            places=np.array(self.places, dtype=np.int64),
+            measures=_whole(self.measures, 3),
+            directions=_real(self.directions, 2),
+            rows=_whole([(r.measure, r.motion) for r in self.rows], 2),
+            values=np.array([r.value or 0.0 for r in self.rows], dtype=float),
+            motions=_whole(self.motions, 3),
+            ramps=_real(self.ramps, 3),
+            forces=_whole(forces, 7),
+            factors=np.ones(len(forces) + 1),
+            laws=_whole(self.laws, 4),
+            law_numbers=_real(self.law_numbers, 8),
+            data=np.array(self.data, dtype=float),
+        )
+
+
+def _whole(rows: Any, columns: int) -> Array:
+    return np.array(rows, dtype=np.int64).reshape(-1, columns)
+
+
+def _real(rows: Any, columns: int) -> Array:
+    return np.array(rows, dtype=float).reshape(-1, columns)

@@ -1,0 +1,14 @@
+"""A shear-rigid strip for the compiled solver: Kirchhoff's, extensible, in polynomials for x and y."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from buckler.mbs.spectral.builder import Builder
+from buckler.mbs.spectral.strip_body import StripBody, add_strip
+from buckler.mbs.spectral.tables import KIRCHHOFF
+
+
+def add_cable(builder: Builder, link: Any) -> StripBody:
+    """Add a `Cable` link."""
+    return add_strip(builder, link, KIRCHHOFF)

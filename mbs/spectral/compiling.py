@@ -1,0 +1,60 @@
+"""How the kernel is compiled: once for all mechanisms, kept on disk, without the interpreter's lock."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import numba
+from llvmlite import ir
+from numba import float64, int64
+from numba.core import cgutils
+from numba.extending import intrinsic
+
+jit: Callable[..., Any] = partial(numba.njit, error_model="numpy", nogil=True, cache=True)
+
+
+def _call(arguments: int) -> Any:
+    """Make an intrinsic that calls a C function of that many doubles by its address."""
+
+    def codegen(_context: Any, builder: Any, _signature: Any, values: Any) -> Any:
+        double = ir.DoubleType()
+        kind = ir.FunctionType(double, [double] * arguments)
+        return builder.call(builder.inttoptr(values[0], kind.as_pointer()), values[1:])
+
+    return codegen
+
+
+@intrinsic
+def call1(_typing: Any, address: Any, a: Any) -> Any:
+    """f(a) of the function at this address."""
+    return float64(int64, float64), _call(1)
+
+
+@intrinsic
+def call2(_typing: Any, address: Any, a: Any, b: Any) -> Any:
+    """f(a, b) of the function at this address."""
+    return float64(int64, float64, float64), _call(2)
+
+
+@intrinsic
+def call3(_typing: Any, address: Any, a: Any, b: Any, c: Any) -> Any:
+    """f(a, b, c) of the function at this address."""
+    return float64(int64, float64, float64, float64), _call(3)
+
+
+@intrinsic
+def borrowed(_typing: Any, array: Any) -> Any:
+    """The same array without its share in the memory's reference count; its owner must outlive it.
+
+    Numba counts references at each call that it does not see through, by locked instructions: as long as the rest together.
+    """
+
+    def codegen(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        view = context.make_array(array)(context, builder, values[0])
+        view.meminfo = cgutils.get_null_value(view.meminfo.type)
+        view.parent = cgutils.get_null_value(view.parent.type)
+        return view._getvalue()
+
+    return array(array), codegen

@@ -1,0 +1,277 @@
+"""Forces between markers, compiled: along a measure, of a pin in a bush, and pushes; each with its derivatives.
+
+A force N along a measure l(x), x the places and angles of two markers, is F = N grad l, so that its tangents are
+
+    dF/dx = N_l grad l grad l^T + N hess l + N_r grad l (hess l x')^T,     dF/dx' = N_r grad l grad l^T,
+
+N_l and N_r the derivatives of N by the measure and its rate.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from buckler.mbs.spectral.compiling import call1, call3, jit
+from buckler.mbs.spectral.lawtable import normal_force, normal_slopes, rubbing, rubbing_slope
+from buckler.mbs.spectral.markers import (
+    add_force,
+    add_geometric,
+    add_gradient,
+    add_pair,
+    add_pair_drift,
+    measure,
+    rate_of,
+)  # fmt: skip
+from buckler.mbs.spectral.tables import (
+    BRISTLE,
+    CONTACT,
+    DRY,
+    FRICTION_OF,
+    GIVEN,
+    JOURNAL,
+    LAW,
+    LAW_OF,
+    LINE_SPRING,
+    MOTOR,
+    NUMBERS,
+    ONSET,
+    PUSH,
+    ROW_OF,
+    SEAT,
+    SPIN,
+    STRUT,
+    TURN,
+    VX,
+    VY,
+    X,
+    Y,
+)  # fmt: skip
+
+
+@jit
+def dry(speed, p):
+    """Friction given as a force: dynamic, static minus dynamic, viscous, regularisation and Stribeck speeds."""
+    fast = abs(speed) - p[3]
+    if fast <= 0.0:
+        return (p[0] + p[1]) * speed / p[3]
+    return np.sign(speed) * (p[0] + p[1] * np.exp(-fast / p[4]) + p[2] * fast)
+
+
+@jit
+def strut(value, rate, p, address):
+    """Tension of a post-buckled strut; p: length, rigidity, unit load, compliance, critical load, damping."""
+    stretch = value - p[0]
+    if stretch > 0.0:
+        return max(0.0, p[1] * stretch + p[5] * rate)
+    total = -stretch / p[0]
+    if total <= p[3] * p[4]:
+        return p[1] * stretch
+    bending = max(0.0, total - p[3] * p[4])
+    u = max(0.0, total - p[3] * call1(address, bending))
+    return -p[2] * call1(address, u)
+
+
+@jit
+def motor(t, speed, p, address):
+    """Torque of a DC motor on its link; p: voltage, resistance, constant, gear, friction, dead band, regularisation."""
+    voltage = p[0] if address == 0 else call1(address, t)
+    voltage = np.sign(voltage) * max(0.0, abs(voltage) - p[5])
+    fast = p[3] * speed
+    current = (voltage - p[2] * fast) / p[1]
+    return p[3] * (p[2] * current - p[4] * min(max(fast / p[6], -1.0), 1.0))
+
+
+@jit
+def value_along(s, k, t, value, rate, mem, since, reaction):
+    """Force of row k along its measure; reaction is the multiplier of the constraint it rubs on."""
+    kind, number = s.forces[k, 0], s.forces[k, NUMBERS]
+    p = s.data[number : number + 8]
+    if kind == LINE_SPRING:
+        return -p[0] * (value - p[2]) - p[1] * rate
+    if kind == CONTACT:
+        depth = p[0] * (value - p[1])
+        return -p[0] * normal_force(s, s.forces[k, LAW_OF], depth, p[0] * rate, mem[ONSET]) if depth > 0.0 else 0.0
+    if kind == DRY:
+        return -dry(rate, p)
+    if kind == SEAT:
+        return -rubbing(s, s.forces[k, FRICTION_OF], rate, mem, since)[0] * abs(reaction)
+    if kind == STRUT:
+        return strut(value, rate, p, s.laws[s.forces[k, LAW_OF], 1])
+    if kind == GIVEN:
+        address = s.laws[s.forces[k, LAW_OF], 1] if s.forces[k, LAW_OF] >= 0 else 0
+        return p[0] if address == 0 else call1(address, t)
+    if kind == MOTOR:
+        return motor(t, rate, p, s.laws[s.forces[k, LAW_OF], 1] if s.forces[k, LAW_OF] >= 0 else 0)
+    return call3(s.laws[s.forces[k, LAW_OF], 1], t, value - p[2], rate)
+
+
+@jit
+def slopes_along(s, k, t, value, rate, mem, since, reaction):
+    """Derivatives of the force along a measure by the measure and its rate."""
+    kind, number = s.forces[k, 0], s.forces[k, NUMBERS]
+    p = s.data[number : number + 8]
+    if kind == LINE_SPRING:
+        return -p[0], -p[1]
+    if kind == CONTACT:
+        depth = p[0] * (value - p[1])
+        if depth <= 0.0:
+            return 0.0, 0.0
+        by_depth, by_rate = normal_slopes(s, s.forces[k, LAW_OF], depth, p[0] * rate, mem[ONSET])
+        return -by_depth, -by_rate
+    if kind == GIVEN:
+        return 0.0, 0.0
+    if kind == SEAT:
+        return 0.0, -rubbing_slope(s, s.forces[k, FRICTION_OF], rate, mem, since) * abs(reaction)
+    by_value, hr = 0.0, 1e-6 * max(abs(rate), p[6] if kind == MOTOR else 1e-3)
+    if kind == STRUT or kind == LAW:
+        hv = 1e-6 * max(abs(value), 1e-3) if kind == LAW else 1e-4 * max(abs(value - p[0]), 1e-2 * p[3] * p[4] * p[0])
+        by_value = (
+            value_along(s, k, t, value + hv, rate, mem, since, reaction)
+            - value_along(s, k, t, value - hv, rate, mem, since, reaction)
+        ) / (2.0 * hv)
+    by_rate = (
+        value_along(s, k, t, value, rate + hr, mem, since, reaction)
+        - value_along(s, k, t, value, rate - hr, mem, since, reaction)
+    ) / (2.0 * hr)
+    return by_value, by_rate
+
+
+@jit
+def _along(s, w, k, t, q, lam, mem, since, f, stiff, damp, cross, want):
+    """A force along a measure."""
+    number, grad, hess, row = s.forces[k, 1], w.small[6], w.small[:6], s.forces[k, ROW_OF]
+    a, b, factor = s.measures[number, 1], s.measures[number, 2], s.factors[k]
+    value, rate = measure(s, w, number, grad, hess, want)
+    reaction = lam[row] if row >= 0 else 0.0
+    force = factor * value_along(s, k, t, value, rate, mem[k], since, reaction)
+    out = w.reports[k]
+    out[0], out[2], out[3], out[4] = force, value, rate, rate
+    if s.forces[k, 0] == SEAT:
+        out[5] = rubbing(s, s.forces[k, FRICTION_OF], rate, mem[k], since)[1]
+    add_gradient(s, w, number, grad, force, f)
+    if not want:
+        return
+    by_value, by_rate = slopes_along(s, k, t, value, rate, mem[k], since, reaction)
+    h, c = w.small[8:14], w.small[:6, 8:14]
+    for i in range(6):
+        bend = 0.0
+        for j in range(6):
+            bend += hess[i, j] * rate_of(w, a, b, j)
+        w.small[7, i] = bend
+    for i in range(6):
+        for j in range(6):
+            c[i, j] = factor * by_rate * grad[i] * grad[j]
+            h[i, j] = factor * (by_value * grad[i] * grad[j] + by_rate * grad[i] * w.small[7, j]) + force * hess[i, j]
+    add_pair(s, w, a, b, h, -1.0, stiff)
+    add_geometric(s, w, a, q, -force * grad[0], -force * grad[1], -force * grad[2], stiff)
+    add_geometric(s, w, b, q, -force * grad[3], -force * grad[4], -force * grad[5], stiff)
+    if by_rate != 0.0:
+        add_pair(s, w, a, b, c, -1.0, damp)
+        add_pair_drift(s, w, a, b, c, -1.0, stiff)
+    if s.forces[k, 0] == SEAT and reaction != 0.0:
+        add_gradient(s, w, number, grad, force / reaction, cross[row])
+
+
+@jit
+def touch(s, w, k, mem, since, out):
+    """Pin in a bush: fill out with normal and tangential force, depth, rate, sliding, bristle, normal's direction.
+
+    e = r_pin - r_bush, n = e/|e|; both bodies feel the force at the pin's surface r_pin + R n, so that force and moment balance.
+    """
+    a, b, number = w.state[s.forces[k, 1]], w.state[s.forces[k, 2]], s.forces[k, NUMBERS]
+    radius, gap = s.data[number], s.data[number + 1]
+    ex, ey, ux, uy = a[X] - b[X], a[Y] - b[Y], a[VX] - b[VX], a[VY] - b[VY]
+    e = np.sqrt(ex * ex + ey * ey)
+    nx, ny = (ex / e, ey / e) if e > 1e-300 else (1.0, 0.0)
+    depth, rate = e - gap, nx * ux + ny * uy
+    sliding = nx * uy - ny * ux + a[SPIN] * radius - b[SPIN] * (e + radius)
+    out[0], out[1], out[2], out[3], out[4], out[5], out[6], out[7] = 0.0, 0.0, depth, rate, sliding, 0.0, nx, ny
+    if depth > 0.0:
+        out[0] = normal_force(s, s.forces[k, LAW_OF], depth, rate, mem[ONSET])
+        coefficient, out[5] = rubbing(s, s.forces[k, FRICTION_OF], sliding, mem, since)
+        out[1] = coefficient * out[0]
+    elif since < 0.0:
+        out[5] = mem[BRISTLE]
+
+
+@jit
+def _journal(s, w, k, q, mem, since, f, stiff, damp, want):
+    """A pin in a bush."""
+    ma, mb, number, out = s.forces[k, 1], s.forces[k, 2], s.forces[k, NUMBERS], w.reports[k]
+    touch(s, w, k, mem[k], since, out)
+    if out[2] <= 0.0:
+        return
+    factor, radius = s.factors[k], s.data[number]
+    e, nx, ny, push, drag = out[2] + s.data[number + 1], out[6], out[7], factor * out[0], factor * out[1]
+    tx, ty = -ny, nx
+    fx, fy = -push * nx - drag * tx, -push * ny - drag * ty
+    add_force(s, w, ma, fx, fy, -radius * drag, f)
+    add_force(s, w, mb, -fx, -fy, (e + radius) * drag, f)
+    if not want:
+        return
+    by_depth, by_rate = normal_slopes(s, s.forces[k, LAW_OF], out[2], out[3], mem[k, ONSET])
+    coefficient = drag / push if push != 0.0 else 0.0
+    by_slide = push * rubbing_slope(s, s.forces[k, FRICTION_OF], out[4], mem[k], since)
+    sway = (w.state[ma, VX] - w.state[mb, VX]) * tx + (w.state[ma, VY] - w.state[mb, VY]) * ty
+    h, c = w.small[8:14], w.small[:6, 8:14]
+    for j in range(6):
+        # one unit of x_j, then of its rate: changes of e along n and t, of the rates along them, of the spins
+        sign = 1.0 if j < 3 else -1.0
+        kx, ky, ka = (1.0 if j % 3 == 0 else 0.0), (1.0 if j % 3 == 1 else 0.0), (1.0 if j % 3 == 2 else 0.0)
+        along, across = sign * (kx * nx + ky * ny), sign * (kx * tx + ky * ty)
+        slide_x = -out[3] * across / e - w.state[mb, SPIN] * along
+        slide_v = across + ka * (radius if j < 3 else -(e + radius))
+        push_x = factor * (by_depth * along + by_rate * sway * across / e)
+        push_v = factor * by_rate * along
+        drag_x, drag_v = coefficient * push_x + by_slide * slide_x, coefficient * push_v + by_slide * slide_v
+        # n turns by across/e towards t
+        turn = across / e
+        dx = -push_x * nx - drag_x * tx + turn * (drag * nx - push * tx)
+        dy = -push_x * ny - drag_x * ty + turn * (drag * ny - push * ty)
+        h[0, j], h[1, j], h[2, j] = dx, dy, -radius * drag_x
+        h[3, j], h[4, j], h[5, j] = -dx, -dy, (e + radius) * drag_x + along * drag
+        vx, vy = -push_v * nx - drag_v * tx, -push_v * ny - drag_v * ty
+        c[0, j], c[1, j], c[2, j] = vx, vy, -radius * drag_v
+        c[3, j], c[4, j], c[5, j] = -vx, -vy, (e + radius) * drag_v
+    add_pair(s, w, ma, mb, h, -1.0, stiff)
+    add_pair(s, w, ma, mb, c, -1.0, damp)
+    add_pair_drift(s, w, ma, mb, c, -1.0, stiff)
+    add_geometric(s, w, ma, q, -fx, -fy, radius * drag, stiff)
+    add_geometric(s, w, mb, q, fx, fy, -(e + radius) * drag, stiff)
+
+
+@jit
+def _push(s, w, k, t, q, f, stiff, want):
+    """A force at marker a, whose direction turns with marker b."""
+    a, b, number, law = s.forces[k, 1], s.forces[k, 2], s.forces[k, NUMBERS], s.forces[k, LAW_OF]
+    px, py = s.data[number], s.data[number + 1]
+    if law >= 0:
+        px, py = call1(s.laws[law, 1], t), call1(s.laws[law, 2], t)
+    angle = w.state[b, TURN] - s.data[number + 2]
+    c, sn = np.cos(angle), np.sin(angle)
+    fx, fy = s.factors[k] * (c * px - sn * py), s.factors[k] * (sn * px + c * py)
+    w.reports[k, 0], w.reports[k, 6], w.reports[k, 7] = np.sqrt(fx * fx + fy * fy), fx, fy
+    add_force(s, w, a, fx, fy, 0.0, f)
+    if want:
+        add_geometric(s, w, a, q, -fx, -fy, 0.0, stiff)
+        h = w.small[8:14]
+        h[:6, :6] = 0.0
+        h[0, 5], h[1, 5] = -fy, fx
+        add_pair(s, w, a, b, h, -1.0, stiff)
+
+
+@jit
+def add_forces(s, w, t, q, lam, mem, since, f, stiff, damp, cross, want):
+    """Add all forces between markers to f; if asked for, -df/dq to stiff, -df/dv to damp, df/dlambda_r to cross[r].
+
+    `since` is the time since the last accepted step, which bends bristles; negative where bristles are states. Markers are
+    placed.
+    """
+    for k in range(s.forces.shape[0]):
+        kind = s.forces[k, 0]
+        if kind == JOURNAL:
+            _journal(s, w, k, q, mem, since, f, stiff, damp, want)
+        elif kind == PUSH:
+            _push(s, w, k, t, q, f, stiff, want)
+        else:
+            _along(s, w, k, t, q, lam, mem, since, f, stiff, damp, cross, want)

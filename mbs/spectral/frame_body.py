@@ -1,0 +1,99 @@
+"""A body with a frame: rigid, or rigid with modes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from math import atan2, hypot
+from typing import Any
+
+import numpy as np
+
+from buckler.mbs.spectral import tables as k
+from buckler.mbs.spectral.builder import Attached, Builder
+
+Array = np.ndarray[Any, Any]
+
+
+@dataclass
+class FrameBody:
+    """Coordinates (x, y, theta) of the frame at the centre of mass, then the modes'.
+
+    Attributes
+    ----------
+    offset : int
+        First coordinate.
+    centre : array, shape (2,)
+        Place of the frame at t = 0, m.
+    angle : float
+        Direction of the link at t = 0, rad: theta then.
+    mass, inertia : float
+        kg; kg m^2 about the centre of mass.
+    shapes : dict of str to array, shape (modes, 3)
+        At the points that have them: x, y in the frame, rotation.
+    """
+
+    offset: int
+    centre: Array
+    angle: float
+    mass: float
+    inertia: float
+    start: Array
+    modes: int = 0
+    shapes: dict[str, Array] = field(default_factory=dict)
+
+    def marker(self, builder: Builder, point: str) -> int:
+        """Marker of a point on it."""
+        return self.marker_at(builder, np.array(builder.mechanism.points[point]), self.shapes.get(point))
+
+    def marker_at(self, builder: Builder, place: Array, shape: Array | None = None) -> int:
+        """Marker of the place where it is at t = 0."""
+        arm, c, s = place - self.centre, np.cos(self.angle), np.sin(self.angle)
+        local = [c * arm[0] + s * arm[1], -s * arm[0] + c * arm[1], 0.0]
+        modes = np.zeros((self.modes, 3)) if shape is None else shape
+        o = self.offset
+        return builder.add_marker(k.FRAME, o, self.modes, range(o, o + 3 + self.modes), [*local, *modes.ravel()])
+
+    def rigid_motion(self, builder: Builder) -> Array:
+        """Rates for unit rates of the start (x, y) and of the angle."""
+        out = np.zeros((len(builder.q), 3))
+        arm = self.centre - self.start
+        out[self.offset : self.offset + 3] = [[1, 0, -arm[1]], [0, 1, arm[0]], [0, 0, 1]]
+        return out
+
+
+def line_of(builder: Builder, link: Any) -> tuple[Array, Array, float, float]:
+    """Start and end of a link at t = 0, its length and direction."""
+    start, end = (np.array(builder.mechanism.points[p], dtype=float) for p in (link.start, link.end))
+    dx, dy = end - start
+    return start, end, hypot(dx, dy), atan2(dy, dx)
+
+
+def add_frame(builder: Builder, link: Any, mass: float, centre: Array, inertia: float) -> FrameBody:
+    """Add a rigid body with all masses attached to it; `centre` is its own centre of mass at t = 0."""
+    start, _, _, angle = line_of(builder, link)
+    parts = [(mass, centre, inertia)]
+    for each in builder.attached.get(link.name, ()):
+        parts.append((each.mass, np.array(builder.mechanism.points[each.point]), each.inertia))
+    total = sum(p[0] for p in parts)
+    middle = sum((p[0] * p[1] for p in parts), np.zeros(2)) / total if total else centre
+    turning = sum(p[2] + p[0] * float(((p[1] - middle) ** 2).sum()) for p in parts)
+    o = builder.coordinates((*middle, angle))
+    builder.angles(o + 2)
+    builder.mass((o, o + 1, o + 2), np.diag([total, total, turning]))
+    builder.weigh((o, o + 1), total * np.array(builder.mechanism.gravity))
+    return FrameBody(o, middle, angle, total, turning, start)
+
+
+def add_block(builder: Builder, marker: int, each: Attached, name: str) -> None:
+    """Add a mass at a marker of a body that cannot take it: a body of its own, pinned or welded there."""
+    place = builder.mechanism.points[each.point]
+    if not each.inertia:
+        builder.pin(name, builder.point(*place, each.mass), marker)
+        return
+    o = builder.coordinates((*place, 0.0))
+    builder.angles(o + 2)
+    builder.mass((o, o + 1, o + 2), np.diag([each.mass, each.mass, each.inertia]))
+    builder.weigh((o, o + 1), each.mass * np.array(builder.mechanism.gravity))
+    own = builder.add_marker(k.FRAME, o, 0, (o, o + 1, o + 2), [0.0, 0.0, 0.0])
+    builder.pin(name, own, marker)
+    builder.add_row(name, builder.add_measure(k.ANGLE, own, marker))

@@ -1,0 +1,126 @@
+"""The equations of motion, compiled: M(q) a = f(q, v, t) - G^T lambda, g(q, t) = 0, with analytic tangents.
+
+K = -df/dq + d(G^T lambda)/dq and C = -df/dv; the mass matrix is constant but for modal links.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from buckler.mbs.spectral.compiling import jit
+from buckler.mbs.spectral.forces import add_forces
+from buckler.mbs.spectral.lawtable import motion
+from buckler.mbs.spectral.markers import add_geometric, add_gradient, add_pair, bias_of, measure, place_markers
+from buckler.mbs.spectral.strips import add_strips
+from buckler.mbs.spectral.tables import ANGLE, DISTANCE, KIND, TURNING
+
+
+@jit
+def add_modal(s, q, v, f, stiff, damp, want):
+    """Elastic, damping and gyroscopic forces of modal links (mean axes): see docs/theory-modal.md."""
+    for row in range(s.modal.shape[0]):
+        o, m, d = s.modal[row]
+        h, g, c = s.data[d : d + m], d + m, d + m + m * m
+        k, r, spin, e = d + m + 2 * m * m, d + 2 * m + 2 * m * m, v[o + 2], o + 3
+        for i in range(m):
+            gram, rate, swirl = h[i], 0.0, 0.0
+            for j in range(m):
+                gram += s.data[g + i * m + j] * q[e + j]
+                rate += s.data[g + i * m + j] * v[e + j]
+                swirl += s.data[c + i * m + j] * v[e + j]
+            f[o + 2] -= 2.0 * spin * gram * v[e + i]
+            f[e + i] += spin * spin * gram + 2.0 * spin * swirl - s.data[k + i] * q[e + i] - s.data[r + i] * v[e + i]
+            if want:
+                stiff[o + 2, e + i] += 2.0 * spin * rate
+                damp[o + 2, o + 2] += 2.0 * gram * v[e + i]
+                damp[o + 2, e + i] += 2.0 * spin * gram
+                damp[e + i, o + 2] -= 2.0 * spin * gram + 2.0 * swirl
+                stiff[e + i, e + i] += s.data[k + i]
+                damp[e + i, e + i] += s.data[r + i]
+                for j in range(m):
+                    stiff[e + i, e + j] -= spin * spin * s.data[g + i * m + j]
+                    damp[e + i, e + j] -= 2.0 * spin * s.data[c + i * m + j]
+
+
+@jit
+def mass_matrix(s, q, mass):
+    """Fill mass with M(q)."""
+    mass[:] = s.mass
+    for row in range(s.modal.shape[0]):
+        o, m, d = s.modal[row]
+        for i in range(m):
+            gram, swirl = 2.0 * s.data[d + i], 0.0
+            for j in range(m):
+                gram += s.data[d + m + i * m + j] * q[o + 3 + j]
+                swirl -= s.data[d + m + m * m + i * m + j] * q[o + 3 + j]
+            mass[o + 2, o + 2] += gram * q[o + 3 + i]
+            mass[o + 2, o + 3 + i] += swirl
+            mass[o + 3 + i, o + 2] += swirl
+
+
+@jit
+def add_mass_slope(s, q, a, stiff):
+    """Add d(M(q) a)/dq to stiff."""
+    for row in range(s.modal.shape[0]):
+        o, m, d = s.modal[row]
+        for i in range(m):
+            gram, swirl = s.data[d + i], 0.0
+            for j in range(m):
+                gram += s.data[d + m + i * m + j] * q[o + 3 + j]
+                cij = s.data[d + m + m * m + i * m + j]
+                swirl += cij * a[o + 3 + j]
+                stiff[o + 3 + i, o + 3 + j] -= cij * a[o + 2]
+            stiff[o + 2, o + 3 + i] += 2.0 * gram * a[o + 2] + swirl
+
+
+@jit
+def forces(s, w, t, q, v, lam, mem, since, f, stiff, damp, cross, want):
+    """Fill f with all forces but the constraints'; if asked for, stiff = -df/dq, damp = -df/dv, cross[r] = df/dlambda_r.
+
+    Places the markers, too.
+    """
+    place_markers(s, w, q, v)
+    gravity = s.factors[-1]
+    for i in range(f.size):
+        f[i] = gravity * s.weight[i]
+    if want:
+        stiff[:], damp[:], cross[:] = 0.0, 0.0, 0.0
+    add_strips(s, w, q, v, f, stiff, damp, want)
+    if s.modal.shape[0] > 0:
+        add_modal(s, q, v, f, stiff, damp, want)
+    add_forces(s, w, t, q, lam, mem, since, f, stiff, damp, cross, want)
+
+
+@jit
+def constraints(s, w, t, g, jacobian, speed, change):
+    """Residuals g, Jacobian G, and right sides of G v = speed, G a = change. Markers are placed."""
+    grad, hess = w.small[6], w.small[:6]
+    for r in range(s.rows.shape[0]):
+        k, drive = s.rows[r]
+        kind = s.measures[k, KIND]
+        value, _ = measure(s, w, k, grad, hess, kind == DISTANCE or kind == TURNING)
+        travel, rate, second = 0.0, 0.0, 0.0
+        if drive >= 0:
+            travel, rate, second = motion(s, drive, t)
+        g[r] = value - s.values[r] - travel
+        if kind == ANGLE:
+            g[r] -= 2.0 * np.pi * np.round(g[r] / (2.0 * np.pi))
+        jacobian[r] = 0.0
+        add_gradient(s, w, k, grad, 1.0, jacobian[r])
+        speed[r], change[r] = rate, second - bias_of(s, w, k, grad, hess)
+
+
+@jit
+def add_multipliers(s, w, q, lam, stiff):
+    """Add d(G^T lambda)/dq to stiff. Markers are placed."""
+    grad, hess = w.small[6], w.small[:6]
+    for r in range(s.rows.shape[0]):
+        k = s.rows[r, 0]
+        a, b = s.measures[k, 1], s.measures[k, 2]
+        kind = s.measures[k, KIND]
+        curved = kind == DISTANCE or kind == TURNING
+        measure(s, w, k, grad, hess, curved)
+        if curved:
+            add_pair(s, w, a, b, hess, lam[r], stiff)
+        add_geometric(s, w, a, q, lam[r] * grad[0], lam[r] * grad[1], lam[r] * grad[2], stiff)
+        add_geometric(s, w, b, q, lam[r] * grad[3], lam[r] * grad[4], lam[r] * grad[5], stiff)

@@ -1,0 +1,253 @@
+"""Markers and measures, compiled: places, angles and what lies between them, with first and second derivatives."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from buckler.mbs.spectral.compiling import jit
+from buckler.mbs.spectral.tables import (
+    ANGLE,
+    AX,
+    AY,
+    COUNT,
+    CURVE,
+    DATA,
+    DISTANCE,
+    FIRST,
+    FIXED,
+    FRAME,
+    GROUND,
+    KIND,
+    LINEAR,
+    OFFSET,
+    SIZE,
+    SPIN,
+    TURN,
+    TURNING,
+    TURNING_BIAS,
+    VX,
+    VY,
+    X,
+    Y,
+)  # fmt: skip
+
+
+@jit
+def _place_frame(s, w, m, q, v):
+    """A point of a body with a frame: r = R + A(theta)(l + sum phi_k eta_k)."""
+    o, size, first, d = s.markers[m, OFFSET], s.markers[m, SIZE], s.markers[m, FIRST], s.markers[m, DATA]
+    lx, ly, angle, rx, ry, turn = s.data[d], s.data[d + 1], q[o + 2] + s.data[d + 2], 0.0, 0.0, 0.0
+    for k in range(size):
+        px, py, pa, eta, rate = s.data[d + 3 + 3 * k], s.data[d + 4 + 3 * k], s.data[d + 5 + 3 * k], q[o + 3 + k], v[o + 3 + k]
+        lx, ly, angle = lx + px * eta, ly + py * eta, angle + pa * eta
+        rx, ry, turn = rx + px * rate, ry + py * rate, turn + pa * rate
+    c, sn, spin = np.cos(q[o + 2]), np.sin(q[o + 2]), v[o + 2]
+    ax, ay, ux, uy = c * lx - sn * ly, sn * lx + c * ly, c * rx - sn * ry, sn * rx + c * ry
+    p, j, dj = w.state[m], w.slope, w.drift
+    p[X], p[Y], p[TURN] = q[o] + ax, q[o + 1] + ay, angle
+    p[VX], p[VY], p[SPIN] = v[o] - spin * ay + ux, v[o + 1] + spin * ax + uy, spin + turn
+    p[AX], p[AY] = -spin * spin * ax - 2.0 * spin * uy, -spin * spin * ay + 2.0 * spin * ux
+    j[0, first], j[1, first + 1], j[2, first + 2] = 1.0, 1.0, 1.0
+    j[0, first + 2], j[1, first + 2] = -ay, ax
+    dj[0, first + 2], dj[1, first + 2] = -spin * ax - uy, -spin * ay + ux
+    for k in range(size):
+        px, py, i = s.data[d + 3 + 3 * k], s.data[d + 4 + 3 * k], first + 3 + k
+        j[0, i], j[1, i], j[2, i] = c * px - sn * py, sn * px + c * py, s.data[d + 5 + 3 * k]
+        dj[0, i], dj[1, i] = -spin * j[1, i], spin * j[0, i]
+
+
+@jit
+def _place_linear(s, w, m, q, v):
+    """Place x = sum N_i x_i, y and angle likewise; the slopes are constants."""
+    size, first, d = s.markers[m, SIZE], s.markers[m, FIRST], s.markers[m, DATA]
+    for row in range(3):
+        value, rate = 0.0, 0.0
+        for i in range(size):
+            k, n = s.places[first + row * size + i], s.data[d + row * size + i]
+            value, rate = value + n * q[k], rate + n * v[k]
+        w.state[m, row], w.state[m, VX + row] = value, rate
+
+
+@jit
+def _place_curve(s, w, m, q, v):
+    """Place x = sum N_i x_i, y likewise; the angle is that of (x', y')."""
+    size, first, d = s.markers[m, SIZE], s.markers[m, FIRST], s.markers[m, DATA]
+    p, j, dj = w.state[m], w.slope, w.drift
+    x, y, vx, vy, ux, uy, rx, ry = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for i in range(size):
+        a, b, n, dn = s.places[first + i], s.places[first + size + i], s.data[d + i], s.data[d + size + i]
+        x, y, vx, vy = x + n * q[a], y + n * q[b], vx + n * v[a], vy + n * v[b]
+        ux, uy, rx, ry = ux + dn * q[a], uy + dn * q[b], rx + dn * v[a], ry + dn * v[b]
+    square = ux * ux + uy * uy
+    p[X], p[Y], p[VX], p[VY] = x, y, vx, vy
+    p[TURN], p[SPIN] = np.arctan2(uy, ux), (ux * ry - uy * rx) / square
+    hxx, hxy = 2.0 * ux * uy / square**2, (uy * uy - ux * ux) / square**2  # second derivatives of the angle; hyy = -hxx
+    p[TURNING_BIAS] = hxx * (rx * rx - ry * ry) + 2.0 * hxy * rx * ry
+    for i in range(size):
+        n, dn = s.data[d + i], s.data[d + size + i]
+        j[0, first + i], j[1, first + size + i] = n, n
+        j[2, first + i], j[2, first + size + i] = -uy / square * dn, ux / square * dn
+        dj[2, first + i], dj[2, first + size + i] = (hxx * rx + hxy * ry) * dn, (hxy * rx - hxx * ry) * dn
+
+
+@jit
+def place_markers(s, w, q, v):
+    """State of all markers and its derivatives, at coordinates q and rates v."""
+    for m in range(s.markers.shape[0]):
+        kind = s.markers[m, KIND]
+        if kind == FRAME:
+            _place_frame(s, w, m, q, v)
+        elif kind == LINEAR:
+            _place_linear(s, w, m, q, v)
+        elif kind == CURVE:
+            _place_curve(s, w, m, q, v)
+
+
+@jit
+def add_force(s, w, m, fx, fy, turning, out):
+    """Add the generalised force of (fx, fy) and a torque at a marker."""
+    first = s.markers[m, FIRST]
+    for i in range(first, first + s.markers[m, COUNT]):
+        out[s.places[i]] += fx * w.slope[0, i] + fy * w.slope[1, i] + turning * w.slope[2, i]
+
+
+@jit
+def add_geometric(s, w, m, q, fx, fy, turning, out):
+    """Add to out the second derivatives of fx x + fy y + turning angle of a marker."""
+    kind, first, size, d = s.markers[m, KIND], s.markers[m, FIRST], s.markers[m, SIZE], s.markers[m, DATA]
+    if kind == FRAME:
+        t = s.places[first + 2]
+        out[t, t] += -fx * w.slope[1, first + 2] + fy * w.slope[0, first + 2]
+        for k in range(size):
+            i = first + 3 + k
+            h = -fx * w.slope[1, i] + fy * w.slope[0, i]
+            out[t, s.places[i]] += h
+            out[s.places[i], t] += h
+    elif kind == CURVE and turning != 0.0:
+        ux, uy = 0.0, 0.0
+        for i in range(size):
+            dn = s.data[d + size + i]
+            ux, uy = ux + dn * q[s.places[first + i]], uy + dn * q[s.places[first + size + i]]
+        square = ux * ux + uy * uy
+        hxx, hxy = turning * 2.0 * ux * uy / square**2, turning * (uy * uy - ux * ux) / square**2
+        for i in range(size):
+            a, b = s.places[first + i], s.places[first + size + i]
+            for k in range(size):
+                e, f, dd = s.places[first + k], s.places[first + size + k], s.data[d + size + i] * s.data[d + size + k]
+                out[a, e] += hxx * dd
+                out[a, f] += hxy * dd
+                out[b, e] += hxy * dd
+                out[b, f] -= hxx * dd
+
+
+@jit
+def add_block(s, w, a, b, h, row, columns, factor, out):
+    """Add factor J_a^T h J_b to out, h the 3 x 3 block at `row` and `columns`; J_b of the rates if factor is nan."""
+    fa, fb = s.markers[a, FIRST], s.markers[b, FIRST]
+    for i in range(fa, fa + s.markers[a, COUNT]):
+        jx, jy, ja, k = w.slope[0, i], w.slope[1, i], w.slope[2, i], s.places[i]
+        tx = factor * (jx * h[row, columns] + jy * h[row + 1, columns] + ja * h[row + 2, columns])
+        ty = factor * (jx * h[row, columns + 1] + jy * h[row + 1, columns + 1] + ja * h[row + 2, columns + 1])
+        ta = factor * (jx * h[row, columns + 2] + jy * h[row + 1, columns + 2] + ja * h[row + 2, columns + 2])
+        if tx != 0.0 or ty != 0.0 or ta != 0.0:
+            for j in range(fb, fb + s.markers[b, COUNT]):
+                out[k, s.places[j]] += tx * w.slope[0, j] + ty * w.slope[1, j] + ta * w.slope[2, j]
+
+
+@jit
+def add_drift(s, w, a, b, h, row, columns, factor, out):
+    """Likewise with the derivatives of b's rates by the coordinates on the right."""
+    fa, fb = s.markers[a, FIRST], s.markers[b, FIRST]
+    if s.markers[b, KIND] == LINEAR:
+        return
+    for i in range(fa, fa + s.markers[a, COUNT]):
+        jx, jy, ja, k = w.slope[0, i], w.slope[1, i], w.slope[2, i], s.places[i]
+        tx = factor * (jx * h[row, columns] + jy * h[row + 1, columns] + ja * h[row + 2, columns])
+        ty = factor * (jx * h[row, columns + 1] + jy * h[row + 1, columns + 1] + ja * h[row + 2, columns + 1])
+        ta = factor * (jx * h[row, columns + 2] + jy * h[row + 1, columns + 2] + ja * h[row + 2, columns + 2])
+        for j in range(fb, fb + s.markers[b, COUNT]):
+            out[k, s.places[j]] += tx * w.drift[0, j] + ty * w.drift[1, j] + ta * w.drift[2, j]
+
+
+@jit
+def measure(s, w, k, grad, hess, second):
+    """Length or angle k and its rate, its gradient by (x, y, angle) of markers a and b, and its Hessian if asked for."""
+    kind, pa, pb = s.measures[k, KIND], w.state[s.measures[k, 1]], w.state[s.measures[k, 2]]
+    if second:
+        hess[:6, :6] = 0.0
+    if kind == ANGLE:
+        grad[:6] = 0.0
+        grad[2], grad[5] = 1.0, -1.0
+        return pa[TURN] - pb[TURN], pa[SPIN] - pb[SPIN]
+    ex, ey = pa[X] - pb[X], pa[Y] - pb[Y]
+    dx, dy, value = s.directions[k, 0], s.directions[k, 1], 0.0
+    grad[2], grad[5] = 0.0, 0.0
+    if kind == DISTANCE:
+        value = np.sqrt(ex * ex + ey * ey)
+        dx, dy = ex / value, ey / value
+        if second:
+            hxx, hxy, hyy = dy * dy / value, -dx * dy / value, dx * dx / value
+            for a in range(0, 6, 3):
+                for b in range(0, 6, 3):
+                    sign = 1.0 if a == b else -1.0
+                    hess[a, b], hess[a, b + 1] = sign * hxx, sign * hxy
+                    hess[a + 1, b], hess[a + 1, b + 1] = sign * hxy, sign * hyy
+    elif kind == TURNING:
+        c, sn = np.cos(pb[TURN]), np.sin(pb[TURN])
+        dx, dy = c * dx - sn * dy, sn * dx + c * dy
+        value = dx * ex + dy * ey
+        grad[5] = dx * ey - dy * ex
+        if second:
+            hess[0, 5], hess[1, 5], hess[3, 5], hess[4, 5], hess[5, 5] = -dy, dx, dy, -dx, -value
+            hess[5, 0], hess[5, 1], hess[5, 3], hess[5, 4] = -dy, dx, dy, -dx
+    else:
+        value = dx * ex + dy * ey
+    grad[0], grad[1], grad[3], grad[4] = dx, dy, -dx, -dy
+    return value, dx * (pa[VX] - pb[VX]) + dy * (pa[VY] - pb[VY]) + grad[5] * pb[SPIN]
+
+
+@jit
+def add_gradient(s, w, k, grad, factor, out):
+    """Add factor times the gradient of measure k by the coordinates."""
+    add_force(s, w, s.measures[k, 1], factor * grad[0], factor * grad[1], factor * grad[2], out)
+    add_force(s, w, s.measures[k, 2], factor * grad[3], factor * grad[4], factor * grad[5], out)
+
+
+@jit
+def add_pair(s, w, a, b, h, factor, out):
+    """Add factor J^T h J of the two markers, h of shape (6, 6)."""
+    add_block(s, w, a, a, h, 0, 0, factor, out)
+    add_block(s, w, a, b, h, 0, 3, factor, out)
+    add_block(s, w, b, a, h, 3, 0, factor, out)
+    add_block(s, w, b, b, h, 3, 3, factor, out)
+
+
+@jit
+def add_pair_drift(s, w, a, b, h, factor, out):
+    """Likewise with the derivatives of the rates by the coordinates on the right."""
+    add_drift(s, w, a, a, h, 0, 0, factor, out)
+    add_drift(s, w, a, b, h, 0, 3, factor, out)
+    add_drift(s, w, b, a, h, 3, 0, factor, out)
+    add_drift(s, w, b, b, h, 3, 3, factor, out)
+
+
+@jit
+def rate_of(w, a, b, k):
+    """Component k of the six rates of markers a and b."""
+    return w.state[a, VX + k] if k < 3 else w.state[b, VX + k - 3]
+
+
+@jit
+def bias_of(s, w, k, grad, hess):
+    """Second rate of measure k at zero coordinate acceleration."""
+    a, b, total = s.measures[k, 1], s.measures[k, 2], 0.0
+    for i in range(3):
+        total += grad[i] * w.state[a, AX + i] + grad[3 + i] * w.state[b, AX + i]
+    if s.measures[k, KIND] == DISTANCE or s.measures[k, KIND] == TURNING:
+        for i in range(6):
+            for j in range(6):
+                total += rate_of(w, a, b, i) * hess[i, j] * rate_of(w, a, b, j)
+    return total
+
+
+assert (GROUND, FIXED) == (0, 0)

@@ -1,0 +1,63 @@
+"""Which function makes the kernel's arrays of which kind: one line a kind."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from buckler.mbs.spectral.beam import add_beam
+from buckler.mbs.spectral.builder import Body, Builder
+from buckler.mbs.spectral.cable import add_cable
+from buckler.mbs.spectral.clearance import add_clearance
+from buckler.mbs.spectral.drive import add_drive
+from buckler.mbs.spectral.force import add_force
+from buckler.mbs.spectral.guide import add_guide
+from buckler.mbs.spectral.modal import add_modal
+from buckler.mbs.spectral.revolute import add_revolute
+from buckler.mbs.spectral.rigid import add_rigid
+from buckler.mbs.spectral.slider import add_slider
+from buckler.mbs.spectral.spring import add_spring
+from buckler.mbs.spectral.stop import add_stop
+from buckler.mbs.spectral.strut import add_strut
+from buckler.mbs.spectral.torque import add_torque
+from buckler.mbs.spectral.torsion_spring import add_torsion_spring
+from buckler.mbs.spectral.weld import add_weld
+
+BODIES: dict[str, Callable[[Builder, Any], Body]] = {
+    "Rigid": add_rigid,
+    "Beam": add_beam,
+    "Cable": add_cable,
+    "Modal": add_modal,
+    "Strut": add_strut,
+}
+ELEMENTS: dict[str, Callable[[Builder, Any], None]] = {
+    "Revolute": add_revolute,
+    "Clearance": add_clearance,
+    "Weld": add_weld,
+    "Slider": add_slider,
+    "Guide": add_guide,
+    "Stop": add_stop,
+    "Force": add_force,
+    "Torque": add_torque,
+    "Spring": add_spring,
+    "TorsionSpring": add_torsion_spring,
+    "Drive": add_drive,
+}
+
+
+def add_element(builder: Builder, element: Any) -> None:
+    """Add a joint, guide, stop, load or drive."""
+    _of(ELEMENTS, element)(builder, element)
+
+
+def add_body(builder: Builder, link: Any) -> Body:
+    """Add a link."""
+    body: Body = _of(BODIES, link.body)(builder, link)
+    return body
+
+
+def _of(table: dict[str, Callable[..., Any]], thing: Any) -> Callable[..., Any]:
+    try:
+        return table[type(thing).__name__]
+    except KeyError:
+        raise ValueError(f"{type(thing).__name__}: the compiled solver does not know this kind") from None

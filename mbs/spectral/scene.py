@@ -1,0 +1,274 @@
+"""A mechanism in the compiled kernel: arrays, names, and functions to assemble and to read points.
+
+M(q) a = f(q, v, t) - G(q)^T lambda,    g(q, t) = 0.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from buckler.mbs.spectral import kernel, markers
+from buckler.mbs.spectral import tables as k
+from buckler.mbs.spectral.builder import Attached, Builder
+from buckler.mbs.spectral.registry import add_body, add_element
+from buckler.mbs.spectral.strut import StrutBody, find_hosts, join_strut
+from buckler.mbs.spectral.tables import Tables, Work, work_for
+
+Array = np.ndarray[Any, Any]
+DEGREE = 8
+"""Of a strip's polynomials, where none is asked for."""
+SLOWEST_ONSET = 1e-4
+"""Approach speed, m/s, below which dissipative laws no longer scale with it: a contact at rest has no impact speed."""
+
+
+class Assembly(NamedTuple):
+    """All of the equations of motion at one state.
+
+    Attributes
+    ----------
+    force : array, shape (n,)
+        f, without the constraints' forces.
+    stiffness : array, shape (n, n)
+        K = -df/dq + d(G^T lambda)/dq.
+    damping : array, shape (n, n)
+        C = -df/dv.
+    cross : array, shape (r, n)
+        df/dlambda: friction that follows a constraint's own force.
+    residual : array, shape (r,)
+        g.
+    jacobian : array, shape (r, n)
+        G.
+    speed, change : arrays, shape (r,)
+        Right sides of G v = speed and G a = change.
+    """
+
+    force: Array
+    stiffness: Array
+    damping: Array
+    cross: Array
+    residual: Array
+    jacobian: Array
+    speed: Array
+    change: Array
+
+
+class Place(NamedTuple):
+    """Of a marker: position (2,), velocity (2,), angle, spin."""
+
+    position: Array
+    velocity: Array
+    angle: float
+    spin: float
+
+
+@dataclass
+class Scene:
+    """A mechanism as arrays for the kernel.
+
+    Attributes
+    ----------
+    mechanism : Mechanism
+    degree : int
+        Of the strips' polynomials.
+    tables : Tables
+    q0 : array, shape (n,)
+        Coordinates at t = 0: links where the points are, strips stress-free.
+    row_names, force_names : list of str
+        Of the constraints' rows and of the forces.
+    kinks : list of float
+        Times at which a drive's acceleration jumps, s.
+    told : list of str
+        Sentences for the summary.
+    """
+
+    mechanism: Any
+    degree: int
+    builder: Builder
+    tables: Tables
+    q0: Array
+    row_names: list[str]
+    force_names: list[str]
+    kinks: list[float]
+    told: list[str]
+    work: Work = field(repr=False)
+
+    @classmethod
+    def of(cls, mechanism: Any, degree: int | None = None) -> Scene:
+        """Turn a mechanism into arrays; `degree` of the strips' polynomials, 8 by default.
+
+        Raises
+        ------
+        ValueError
+            If an element is of a kind this solver does not know, or a strut hangs on nothing.
+        """
+        builder = Builder(mechanism, DEGREE if degree is None else degree)
+        _attach_masses(builder)
+        for link in mechanism.links:
+            builder.bodies[link.name] = add_body(builder, link)
+        struts = [body for body in builder.bodies.values() if isinstance(body, StrutBody)]
+        for _ in struts:
+            for body in struts:
+                find_hosts(builder, body)
+        for body in struts:
+            join_strut(builder, body)
+        for element in elements_of(mechanism):
+            add_element(builder, element)
+        tables = builder.pack()
+        scene = cls(
+            mechanism, builder.degree, builder, tables, np.array(builder.q, dtype=float),
+            [row.name for row in builder.rows], [force.name for force in builder.forces],
+            sorted(set(builder.kinks)), list(dict.fromkeys(builder.told)), work_for(tables),
+        )  # fmt: skip
+        scene._hold_start()
+        return scene
+
+    @property
+    def size(self) -> int:
+        """Number of coordinates."""
+        return len(self.q0)
+
+    @property
+    def length(self) -> float:
+        """Of the longest link, m."""
+        return max(self.mechanism.length(link.name) for link in self.mechanism.links)
+
+    @property
+    def units(self) -> Array:
+        """What counts as a large change of each coordinate, shape (n,): the longest link's length, 1 rad."""
+        out = np.full(self.size, self.length)
+        for i, unit in self.builder.units.items():
+            out[i] = unit
+        return out
+
+    @property
+    def v0(self) -> Array:
+        """Rates at t = 0, see `start_rates`."""
+        from buckler.mbs.spectral.start import start_rates
+
+        return start_rates(self)
+
+    @property
+    def mass(self) -> Array:
+        """Mass matrix at t = 0, shape (n, n)."""
+        return self.mass_at(self.q0)
+
+    def mass_at(self, q: Array) -> Array:
+        """Mass matrix M(q), shape (n, n); it is constant without modal links."""
+        out = np.empty_like(self.tables.mass)
+        kernel.mass_matrix(self.tables, q, out)
+        return out
+
+    def memory(self) -> Array:
+        """What forces remember of the last accepted step, at the start, shape (forces, 4): see `tables`."""
+        out = np.zeros((len(self.tables.forces), 4))
+        out[:, k.ONSET] = out[:, k.FASTEST] = SLOWEST_ONSET
+        return out
+
+    def assemble(
+        self, q: Array, v: Array | None = None, t: float = 0.0, lam: Array | None = None, memory: Array | None = None,
+        *, since: float = 0.0, tangents: bool = True,
+    ) -> Assembly:  # fmt: skip
+        """Forces, tangents and constraints at coordinates q, rates v (zero by default), time t and multipliers lam (zero)."""
+        n, r = self.size, len(self.tables.rows)
+        v, lam = (np.zeros(n) if v is None else v), (np.zeros(r) if lam is None else lam)
+        memory = self.memory() if memory is None else memory
+        out = Assembly(
+            np.empty(n), np.empty((n, n)), np.empty((n, n)), np.zeros((r, n)), np.empty(r), np.empty((r, n)),
+            np.empty(r), np.empty(r),
+        )  # fmt: skip
+        kernel.forces(
+            self.tables, self.work, t, q, v, lam, memory, since, out.force, out.stiffness, out.damping, out.cross, tangents
+        )
+        kernel.constraints(self.tables, self.work, t, out.residual, out.jacobian, out.speed, out.change)
+        if tangents:
+            kernel.add_multipliers(self.tables, self.work, q, lam, out.stiffness)
+        return out
+
+    def marker(self, link: str, point: str) -> int:
+        """Marker of a point as part of a link, or of the ground; the scene gets a new one where it has none yet."""
+        count = len(self.builder.markers)
+        marker = self.builder.marker(link, point)
+        if len(self.builder.markers) > count:
+            self._repack()
+        return marker
+
+    def read(self, marker: int, q: Array, v: Array | None = None) -> Place:
+        """Where a marker is at coordinates q, and its velocity at rates v."""
+        markers.place_markers(self.tables, self.work, q, np.zeros(self.size) if v is None else v)
+        s = self.work.state[marker]
+        return Place(s[:2].copy(), s[3:5].copy(), float(s[2]), float(s[5]))
+
+    def measured(self, measure: int, q: Array) -> float:
+        """Value of a measure at coordinates q."""
+        markers.place_markers(self.tables, self.work, q, np.zeros(self.size))
+        value, _ = markers.measure(self.tables, self.work, measure, np.zeros(6), np.zeros((6, 6)), False)
+        return float(value)
+
+    def energy(self, q: Array, v: Array) -> dict[str, float]:
+        """Kinetic energy, strain energy of strips and modes, and potential of gravity, J."""
+        mass, s = self.mass_at(q), self.tables
+        strain = 0.0
+        for kind, nb, ng, first, at in s.strips:
+            fields = 3 if kind == k.REISSNER else 2
+            places = s.places[first : first + fields * nb].reshape(fields, nb)
+            d = s.data[at + 5 :]
+            values = [d[(4 + i * nb) * ng :][: ng * nb].reshape(ng, nb) for i in range(3)]
+            from buckler.mbs.spectral.strip_body import strains_of
+
+            for stiffness, strains, free in zip(
+                s.data[at : at + 3], strains_of(kind, q[places], values), range(1, 4), strict=True
+            ):
+                strain += 0.5 * stiffness * float(d[:ng] @ (strains - d[free * ng : (free + 1) * ng]) ** 2)
+        for o, m, at in s.modal:
+            strain += 0.5 * float(s.data[at + m + 2 * m * m :][:m] @ q[o + 3 : o + 3 + m] ** 2)
+        return {
+            "kinetic": 0.5 * float(v @ mass @ v),
+            "strain": strain,
+            "weight": -float(s.factors[-1] * s.weight @ (q - self.q0)),
+        }
+
+    def summary(self) -> dict[str, int]:
+        """What was built, part by part, and how many coordinates and constraints it has."""
+        parts = Counter(type(link.body).__name__ for link in self.mechanism.links)
+        parts.update(type(element).__name__ for element in elements_of(self.mechanism))
+        if any(self.mechanism.gravity):
+            parts["gravity"] += 1
+        return {**parts, "coordinates": self.size, "constraints": len(self.tables.rows), "forces": len(self.tables.forces)}
+
+    def _hold_start(self) -> None:
+        """Give the rows held as at t = 0 their values."""
+        for r, row in enumerate(self.builder.rows):
+            if row.value is None:
+                row.value = self.measured(row.measure, self.q0)
+                self.tables.values[r] = row.value
+
+    def _repack(self) -> None:
+        values, factors = self.tables.values.copy(), self.tables.factors.copy()
+        numbers = len(self.builder.data)
+        self.tables = self.builder.pack()
+        del self.builder.data[numbers:]
+        self.tables.values[:], self.tables.factors[:] = values, factors
+        self.work = work_for(self.tables)
+
+
+def elements_of(mechanism: Any) -> list[Any]:
+    """Joints, guides, stops, loads and drives of a mechanism, in this order."""
+    drives = getattr(mechanism, "drives", None)
+    if drives is None:
+        drives = () if mechanism.drive is None else (mechanism.drive,)
+    return [*mechanism.joints, *mechanism.guides, *mechanism.stops, *getattr(mechanism, "loads", ()), *drives]
+
+
+def _attach_masses(builder: Builder) -> None:
+    """Give each link the masses it carries: guided blocks and point masses."""
+    mechanism = builder.mechanism
+    for guide in mechanism.guides:
+        if guide.mass:
+            builder.attached.setdefault(guide.link, []).append(Attached(guide.point, guide.mass))
+    for mass in getattr(mechanism, "masses", ()):
+        link = mass.link or next(link.name for link in mechanism.links if mass.point in link.points)
+        builder.attached.setdefault(link, []).append(Attached(mass.point, mass.mass, mass.inertia))

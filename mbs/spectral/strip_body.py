@@ -1,0 +1,223 @@
+"""A strip for the compiled solver: polynomial elements from break to break, in a basis whose first members are the ends."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from buckler.mbs.spectral import tables as k
+from buckler.mbs.spectral.basis import basis, fit, gauss
+from buckler.mbs.spectral.builder import Attached, Builder
+from buckler.mbs.spectral.frame_body import add_block, line_of
+
+Array = np.ndarray[Any, Any]
+
+
+@dataclass
+class Element:
+    """One polynomial piece of a strip.
+
+    Attributes
+    ----------
+    start, end : float
+        Along the stress-free arc, m.
+    places : array of int, shape (fields, members)
+        Coordinates of x, y and, for Reissner's strip, the angle.
+    """
+
+    start: float
+    end: float
+    places: Array
+
+    @property
+    def jacobian(self) -> float:
+        """Arc per unit of the polynomial's variable."""
+        return 0.5 * (self.end - self.start)
+
+
+@dataclass
+class StripBody:
+    """A strip: its pieces and where its points lie along the arc.
+
+    Attributes
+    ----------
+    offset : int
+        First coordinate.
+    kind : int
+        REISSNER or KIRCHHOFF.
+    stations : dict of str to float
+        Arc length from the start to each point on it, m.
+    length : float
+        Stress-free arc length, m.
+    """
+
+    offset: int
+    kind: int
+    elements: list[Element]
+    stations: dict[str, float]
+    length: float
+    start: Array
+    rigid: Array
+    section: Any
+
+    def marker(self, builder: Builder, point: str) -> int:
+        """Marker of a point on it."""
+        return self.marker_at(builder, self.stations[point])
+
+    def marker_at(self, builder: Builder, arc: float, piece: int | None = None) -> int:
+        """Marker at an arc length; of a point between two pieces, on the one before unless told."""
+        if piece is None:
+            piece = next((i for i, e in enumerate(self.elements) if arc <= e.end * (1 + 1e-12)), len(self.elements) - 1)
+        element = self.elements[piece]
+        x = np.clip((arc - element.start) / element.jacobian - 1.0, -1.0, 1.0)
+        degree = element.places.shape[1] - 1
+        value = basis(degree, x)[0]
+        if self.kind == k.KIRCHHOFF:
+            slope = basis(degree, x, 1)[0] / element.jacobian
+            return builder.add_marker(k.CURVE, 0, degree + 1, element.places.ravel(), [*value, *slope])
+        used = np.flatnonzero(np.abs(value) > 1e-15)
+        return builder.add_marker(k.LINEAR, 0, len(used), element.places[:, used].ravel(), np.tile(value[used], 3))
+
+    def rigid_motion(self, builder: Builder) -> Array:
+        """Rates for unit rates of the start (x, y) and of the angle."""
+        out = np.zeros((len(builder.q), 3))
+        out[self.offset : self.offset + len(self.rigid)] = self.rigid
+        return out
+
+
+def bowed(length: float, bow: float) -> tuple[Callable[[Array], tuple[Array, Array, Array]], float]:
+    """Stress-free half-sine bow with the given chord: (x, y, angle) as functions of the fraction of the arc; the arc's length.
+
+    The angle is A cos(pi s/l) along the arc, so that |r'| = 1 exactly; A = pi bow/length.
+    """
+    amplitude = np.pi * bow / length
+    nodes, weights = gauss(20)
+
+    def integrals(fraction: Array) -> tuple[Array, Array]:
+        half = np.asarray(fraction)[:, None] / 2
+        angle = amplitude * np.cos(np.pi * half * (1 + nodes))
+        return (np.cos(angle) * weights * half).sum(axis=1), (np.sin(angle) * weights * half).sum(axis=1)
+
+    arc = length / float(integrals(np.ones(1))[0][0])
+
+    def line(fraction: Array) -> tuple[Array, Array, Array]:
+        x, y = integrals(fraction)
+        return x * arc, y * arc, amplitude * np.cos(np.pi * np.asarray(fraction))
+
+    return line, arc
+
+
+def add_strip(builder: Builder, link: Any, kind: int) -> StripBody:
+    """Add a `Beam` (Reissner) or `Cable` (Kirchhoff) link in its stress-free shape."""
+    start, _, chord, angle = line_of(builder, link)
+    line, arc, fractions = shape_of(builder, link, chord)
+    breaks = sorted({0.0, 1.0, *fractions.values()})
+    fields = 3 if kind == k.REISSNER else 2
+    degree = builder.degree if len(breaks) == 2 else max(4, builder.degree - 2)
+    elements, first, rigid = [], len(builder.q), []
+    c, s = np.cos(angle), np.sin(angle)
+    shared: list[int] = []
+    for left, right in pairwise(breaks):
+        values = _fitted(line, left, right, degree, kind)
+        turned = np.array([c * values[0] - s * values[1], s * values[0] + c * values[1], *values[2:]])
+        turned[:2, :2] += start[:, None]
+        if fields == 3:
+            turned[2, :2] += angle
+        places = np.zeros((fields, degree + 1), dtype=int)
+        for i in range(fields):
+            for j in range(degree + 1):
+                if j == 0 and shared:
+                    places[i, j] = shared[i]
+                    continue
+                places[i, j] = builder.coordinates((turned[i, j],))
+                one, other = turned[:2, j] - (start if j < 2 else 0.0)
+                rate = float(j < 2)
+                if i == 2:
+                    builder.angles(int(places[i, j]))
+                rigid.append([[rate, 0, -other], [0, rate, one], [0, 0, rate]][i])
+        shared = places[:, 1].tolist()
+        elements.append(Element(left * arc, right * arc, places))
+    stations = {point: fraction * arc for point, fraction in fractions.items()}
+    body = StripBody(first, kind, elements, stations, arc, start, np.array(rigid), link.body.section)
+    for i, element in enumerate(elements):
+        _tabulate(builder, body, element, degree)
+        if i and kind == k.KIRCHHOFF:
+            a, b = (body.marker_at(builder, element.start, piece) for piece in (i - 1, i))
+            builder.add_row(f"{link.name}.slope", builder.add_measure(k.ANGLE, a, b))
+    for each in builder.attached.get(link.name, ()):
+        _attach(builder, body, each)
+    return body
+
+
+def shape_of(builder: Builder, link: Any, chord: float) -> tuple[Any, float, dict[str, float]]:
+    """Stress-free line of a link in its frame, arc length, and the fraction of the arc at which each point lies."""
+    line, arc = bowed(chord, link.body.imperfection)
+    return line, arc, {link.start: 0.0, link.end: 1.0}
+
+
+def _fitted(line: Any, left: float, right: float, degree: int, kind: int) -> Array:
+    """Coefficients of x, y (and angle) on a piece, in the link's frame."""
+    ends = line(np.array([left, right]))
+
+    def of(i: int) -> Array:
+        return fit(degree, lambda x: line(left + (right - left) * (x + 1) / 2)[i], (ends[i][0], ends[i][1]))
+
+    return np.array([of(i) for i in range(3 if kind == k.REISSNER else 2)])
+
+
+def _tabulate(builder: Builder, body: StripBody, element: Element, degree: int) -> None:
+    """Write a piece's mass and its row of the table of strips."""
+    section, jacobian = body.section, element.jacobian
+    x, w = gauss(degree + 2)
+    n = basis(degree, x)
+    gram = (n * (w * jacobian)[:, None]).T @ n
+    total = (n * (w * jacobian)[:, None]).sum(axis=0)
+    for i, per_length in enumerate((section.mass_per_length,) * 2 + (section.inertia_per_length,) * (len(element.places) - 2)):
+        builder.mass(element.places[i], per_length * gram)
+        if i < 2:
+            builder.weigh(element.places[i], per_length * builder.mechanism.gravity[i] * total)
+    points = degree if body.kind == k.REISSNER else degree + 1
+    x, w = gauss(points)
+    values = [basis(degree, x, i) / jacobian**i for i in range(3)]
+    q = np.array(builder.q)[element.places]
+    free = strains_of(body.kind, q, values)
+    material = section.material
+    at = builder.numbers(
+        section.axial_stiffness, section.shear_stiffness, section.bending_stiffness,
+        material.bending_damping, material.axial_damping, w * jacobian, *free, *values,
+    )  # fmt: skip
+    first = len(builder.places)
+    builder.places += element.places.ravel().tolist()
+    builder.strips.append((body.kind, degree + 1, points, first, at))
+
+
+def strains_of(kind: int, q: Array, values: list[Array]) -> tuple[Array, Array, Array]:
+    """Strains (eps, gamma, kappa) of coordinates (fields, members) at the points whose members and derivatives are given."""
+    n, d, dd = values
+    x, y = d @ q[0], d @ q[1]
+    if kind == k.KIRCHHOFF:
+        square = x * x + y * y
+        return np.sqrt(square) - 1.0, 0.0 * x, (x * (dd @ q[1]) - y * (dd @ q[0])) / square
+    c, s = np.cos(n @ q[2]), np.sin(n @ q[2])
+    return c * x + s * y - 1.0, -s * x + c * y, d @ q[2]
+
+
+def _attach(builder: Builder, body: StripBody, each: Attached) -> None:
+    """Add a mass at a point: into the constant mass matrix where the marker is linear."""
+    marker = body.marker(builder, each.point)
+    kind, _, size, first, _, data = builder.markers[marker]
+    if kind != k.LINEAR and each.inertia:
+        add_block(builder, marker, each, f"mass.{each.point}")
+        return
+    value = np.array(builder.data[data : data + size])
+    gravity = builder.mechanism.gravity
+    for i, amount in enumerate((each.mass, each.mass, each.inertia)):
+        at = builder.places[first + i * size : first + (i + 1) * size]
+        if amount:
+            builder.mass(at, amount * np.outer(value, value))
+            if i < 2:
+                builder.weigh(at, amount * gravity[i] * value)

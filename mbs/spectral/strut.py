@@ -1,0 +1,72 @@
+"""A massless post-buckled strip for the compiled solver: a spring between the bodies it is pinned to."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from buckler.mbs.laws.compiled import function_pointer
+from buckler.mbs.spectral import tables as k
+from buckler.mbs.spectral.builder import GROUND, Builder
+
+Array = np.ndarray[Any, Any]
+
+
+@dataclass
+class StrutBody:
+    """A strut: it has no coordinates; its ends are markers of its neighbours, or blocks of their own."""
+
+    link: Any
+    offset: int = -1
+    hosts: dict[str, int] = field(default_factory=dict)
+
+    def marker(self, builder: Builder, point: str) -> int:
+        """Marker of the neighbour at one of its ends."""
+        if point not in self.hosts:
+            raise ValueError(f"link '{self.link.name}': a Strut is massless, so '{point}' must be pinned to a body")
+        return self.hosts[point]
+
+    def rigid_motion(self, builder: Builder) -> Array:
+        """None: it has no coordinates."""
+        return np.zeros((len(builder.q), 0))
+
+
+def add_strut(builder: Builder, link: Any) -> StrutBody:
+    """Add a `Strut` link: its blocks only, as its neighbours may come later; see `join_strut`."""
+    body = StrutBody(link)
+    for each in builder.attached.get(link.name, ()):
+        if each.point not in body.hosts and each.mass > 0:
+            x, y = builder.mechanism.points[each.point]
+            body.hosts[each.point] = builder.point(
+                x, y, sum(a.mass for a in builder.attached[link.name] if a.point == each.point)
+            )
+    return body
+
+
+def find_hosts(builder: Builder, body: StrutBody) -> None:
+    """Find the neighbours' markers at the ends, once all links are there."""
+    link = body.link
+    for joint in builder.mechanism.joints:
+        if link.name not in (joint.first, joint.second) or joint.point in body.hosts:
+            continue
+        other = joint.second if joint.first == link.name else joint.first
+        neighbour = None if other == GROUND else builder.bodies[other]
+        if not isinstance(neighbour, StrutBody):
+            body.hosts[joint.point] = builder.marker(other, joint.point)
+        elif joint.point in neighbour.hosts:
+            body.hosts[joint.point] = neighbour.hosts[joint.point]
+
+
+def join_strut(builder: Builder, body: StrutBody) -> None:
+    """Add the spring between its ends."""
+    link, section = body.link, body.link.body.section
+    length = builder.mechanism.length(link.name)
+    critical = float(link.body.load(0.0))
+    load = function_pointer(link.body.load, 1)
+    law = builder.add_law(("strut", link.body.load), k.STRUT, (), [load], f"the load of strut '{link.name}'")
+    rigidity, unit = section.axial_stiffness / length, section.bending_stiffness / length**2
+    measure = builder.add_measure(k.DISTANCE, *(body.marker(builder, p) for p in (link.start, link.end)))
+    numbers = (length, rigidity, unit, unit / section.axial_stiffness, critical, rigidity * section.material.axial_damping)
+    builder.add_force(f"strut.{link.name}", k.STRUT, measure, law=law, numbers=numbers)

@@ -1,0 +1,151 @@
+"""What the compiled kernel gets: tables of whole numbers and floats, one row a thing, and the numbers that stand for its kind.
+
+Nothing here knows an element of a mechanism. Markers are points of bodies with an angle; measures are lengths and angles between
+two markers; rows are constraints on measures; forces act along measures or at markers.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+Array = np.ndarray[Any, Any]
+
+# --- kinds ------------------------------------------------------------------------------------------------------------
+GROUND, FRAME, LINEAR, CURVE = 0, 1, 2, 3
+"""Markers: fixed; on a body with a frame (rigid, or with modes); linear in a strip's coordinates; likewise, but its angle is the
+direction of the strip's slope."""
+FIXED, TURNING, ANGLE, DISTANCE = 0, 1, 2, 3
+"""Measures of markers a, b: d.(a - b) with d fixed, d turning with b, angle a - b, distance."""
+REISSNER, KIRCHHOFF = 0, 1
+"""Strips."""
+STEADY, RAMP, CALLED = 0, 1, 2
+"""Motions of a drive: zero, a ramp of the speed, two functions by address."""
+LINE_SPRING, CONTACT, DRY, SEAT, STRUT, GIVEN, LAW, MOTOR = 0, 1, 2, 3, 4, 5, 6, 7
+"""Forces along a measure: spring and damper; contact against a face; friction given as a force; friction of a constraint's own
+reaction; post-buckled strut; given in time; function of (time, measure, rate); DC motor."""
+JOURNAL, PUSH = 8, 9
+"""Forces of markers: pin in a bush; a force at a marker, its direction fixed or turning with another."""
+POWER, VOIGT, IMPACT, NORMAL_CALLED = 0, 1, 2, 3
+"""Normal laws."""
+SMOOTH, COULOMB, ADAMS, AMBROSIO, THRELFALL, STRIBECK, LUGRE, COEFFICIENT_CALLED, BRISTLE_CALLED = 0, 1, 2, 3, 4, 5, 6, 7, 8
+"""Friction laws."""
+
+# --- columns ----------------------------------------------------------------------------------------------------------
+KIND, OFFSET, SIZE, FIRST, COUNT, DATA = 0, 1, 2, 3, 4, 5
+"""Of markers: first coordinate, modes or members of the basis, where its places begin and how many, where its numbers begin."""
+A, B = 1, 2
+"""Of measures and forces, after the kind: markers; for forces along a measure, A is the measure."""
+LAW_OF, FRICTION_OF, ROW_OF, NUMBERS = 3, 4, 5, 6
+"""Of forces: law rows, a constraint row, where its numbers begin."""
+X, Y, TURN, VX, VY, SPIN, AX, AY, TURNING_BIAS = 0, 1, 2, 3, 4, 5, 6, 7, 8
+"""Of a marker's state: place, angle, their rates, and their second rates at zero coordinate acceleration."""
+ONSET, BRISTLE, SLIDING, FASTEST = 0, 1, 2, 3
+"""Of a force's memory: onset speed, bristle, sliding speed at the last accepted step, fastest onset so far."""
+
+
+class Tables(NamedTuple):
+    """A mechanism for the kernel.
+
+    Attributes
+    ----------
+    mass : array, shape (n, n)
+        Constant part of the mass matrix; modal links add their own.
+    weight : array, shape (n,)
+        Generalised forces of gravity.
+    modal : array of int, shape (k, 3)
+        First coordinate, number of modes m, where its numbers begin: radial (m), gram (m, m), gyration (m, m), stiffness (m),
+        damping (m).
+    strips : array of int, shape (k, 5)
+        Kind, members of the basis, Gauss points, where its places (3 or 2 times members) and its numbers begin: EA, GA, EI, two
+        damping times; weights, stress-free strains (3) of each point; N, N', N'' at each point.
+    markers : array of int, shape (k, 6)
+    places : array of int
+        Coordinates of markers and strips.
+    measures : array of int, shape (k, 3)
+        Kind, marker a, marker b.
+    directions : array, shape (k, 2)
+        Of measures.
+    rows : array of int, shape (r, 2)
+        Constraints: measure, motion or -1.
+    values : array, shape (r,)
+        What the measure is held to, motion aside. Statics moves them.
+    motions : array of int, shape (k, 3)
+        Kind, address of position, of speed.
+    ramps : array, shape (k, 3)
+        Start, end, duration.
+    forces : array of int, shape (k, 7)
+    factors : array, shape (k + 1,)
+        Each force is multiplied by its factor, gravity by the last. Statics moves them.
+    laws : array of int, shape (k, 4)
+        Kind, addresses.
+    law_numbers : array, shape (k, 8)
+    data : array
+        Numbers of strips, markers, forces.
+    """
+
+    mass: Array
+    weight: Array
+    modal: Array
+    strips: Array
+    markers: Array
+    places: Array
+    measures: Array
+    directions: Array
+    rows: Array
+    values: Array
+    motions: Array
+    ramps: Array
+    forces: Array
+    factors: Array
+    laws: Array
+    law_numbers: Array
+    data: Array
+
+
+class Work(NamedTuple):
+    """Room to work in, one for each thread; `slope` and `turn` of linear markers are constants written once.
+
+    Attributes
+    ----------
+    state : array, shape (markers, 9)
+    slope : array, shape (3, places)
+        Derivatives of (x, y, angle) of a marker by its coordinates.
+    drift : array, shape (3, places)
+        Derivatives of their rates by the coordinates.
+    small : array, shape (16, 16)
+        Gradient, Hessian and the like of one measure.
+    element : array
+        One strip's coordinates, rates and matrices.
+    reports : array, shape (forces, 8)
+        Of each force: value, second value (friction), measure or depth, rate, sliding speed, bristle, fx, fy.
+    """
+
+    state: Array
+    slope: Array
+    drift: Array
+    small: Array
+    element: Array
+    reports: Array
+
+
+def work_for(tables: Tables) -> Work:
+    """Make room for these tables."""
+    strip = int(tables.strips[:, 1].max(initial=1))
+    work = Work(
+        np.zeros((len(tables.markers), 9)),
+        np.zeros((3, len(tables.places))),
+        np.zeros((3, len(tables.places))),
+        np.zeros((16, 16)),
+        np.zeros((2 * 3 * strip + 2) * (3 * strip)),
+        np.zeros((len(tables.forces), 8)),
+    )
+    for i, (kind, _, size, first, _, data) in enumerate(tables.markers):
+        if kind == GROUND:
+            work.state[i, :3] = tables.data[data : data + 3]
+        elif kind == LINEAR:
+            for row in range(3):
+                here = slice(row * size, (row + 1) * size)
+                work.slope[row, first:][here] = tables.data[data:][here]
+    return work

@@ -1,0 +1,55 @@
+"""Mechanisms that between them have every kind of the compiled kernel, and differences to check it with."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from buckler.mbs import Beam, Cable, Clearance, GuideFriction, Rigid, Strut
+from buckler.mbs.elements.modal import Box, Modal
+from buckler.mbs.elements.section import Material, Section
+from buckler.mbs.laws import AdamsFriction, CarvalhoMartins, ExactRestitution, Impact, LuGre
+from buckler.mbs.library import crank_rocker, slider_crank
+from buckler.mbs.spectral.scene import Scene
+
+DAMPED = Section(0.03, 0.003, Material(210e9, 7850.0, 0.3, bending_damping=1e-3, axial_damping=2e-5))
+STOP = CarvalhoMartins(1e5, 0.5, exponent=1.0)
+
+
+def play(law: Any, friction: Any) -> Callable[[str, str, str], Clearance]:
+    return lambda point, first, second: Clearance(point, first, second, 5e-3, 1e-4, law, friction)
+
+
+def scenes() -> dict[str, Scene]:
+    bar = Section(0.02, 0.005)
+    dry = GuideFriction(1.0, 2.0, 0.1)
+    return {
+        "beam": Scene.of(slider_crank(Beam(DAMPED, imperfection=1e-3), law=STOP, mass=0.3, speed=1.25), 5),
+        "cable": Scene.of(slider_crank(Cable(DAMPED, imperfection=1e-3), law=None, mass=0.3, speed=1.25), 5),
+        "strut": Scene.of(slider_crank(Strut(DAMPED), law=STOP, mass=0.3, speed=1.25, friction=dry)),
+        "impact": Scene.of(crank_rocker(Rigid(bar), speed=30.0, play=play(Impact(1e8, 1e3, 1e-4), AdamsFriction(0.3, 0.2)))),
+        "lugre": Scene.of(crank_rocker(Beam(bar), speed=30.0, play=play(ExactRestitution(1e8, 0.5), LuGre(0.3, 0.2, 0.01))), 4),
+        "modal": Scene.of(crank_rocker(Modal(bar, mesh=Box((6, 1, 1))), speed=30.0)),
+    }
+
+
+def state(scene: Scene, seed: int, size: float = 1e-4, rate: float = 1.0) -> tuple[Any, Any, Any]:
+    """Coordinates, rates and multipliers at random about the start."""
+    rng = np.random.default_rng(seed)
+    q = scene.q0 + size * rng.standard_normal(scene.size)
+    return q, rate * rng.standard_normal(scene.size), 10 * rng.standard_normal(len(scene.row_names))
+
+
+def slope(function: Callable[[Any], Any], at: Any, step: float) -> Any:
+    """Derivative by central differences, extrapolated once, shape (values, len(at))."""
+    columns = []
+    for e in np.eye(len(at)):
+        one, two = ((function(at + h * e) - function(at - h * e)) / (2 * h) for h in (step, step / 2))
+        columns.append((4 * two - one) / 3)
+    return np.array(columns).T
+
+
+def apart(a: Any, b: Any) -> float:
+    return float(np.abs(a - b).max() / max(np.abs(b).max(), 1e-300))

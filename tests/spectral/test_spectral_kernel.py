@@ -1,0 +1,108 @@
+"""The kernel's derivatives against differences, its forces against balance and energy."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+pytest.importorskip("numba")
+
+from spectral_scenes import apart, scenes, slope, state
+
+from buckler.mbs.spectral import kernel
+
+SCENES = scenes()
+TIME, SINCE = 0.1, 1e-4
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_tangents(name: str) -> None:
+    scene = SCENES[name]
+    q, v, lam = state(scene, 1)
+    memory = scene.memory()
+
+    def force(q, v, lam=lam):
+        a = scene.assemble(q, v, TIME, lam, memory, since=SINCE, tangents=False)
+        return a.force - a.jacobian.T @ lam
+
+    a = scene.assemble(q, v, TIME, lam, memory, since=SINCE)
+    assert apart(a.stiffness, -slope(lambda q: force(q, v), q, 2e-7)) < 1e-6
+    damping = -slope(lambda v: force(q, v), v, 1e-4)
+    assert np.abs(a.damping - damping).max() <= 1e-6 * max(np.abs(damping).max(), 1e-3)
+    residual = slope(lambda q: scene.assemble(q, v, TIME, lam, tangents=False).residual, q, 1e-6)
+    assert apart(a.jacobian, residual) < 1e-8
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_constraints_at_acceleration_level(name: str) -> None:
+    """G a = change says that the second derivative of g vanishes: along q + v s the speed of G v is -change + drive's part."""
+    scene = SCENES[name]
+    q, v, _ = state(scene, 2)
+    a = scene.assemble(q, v, TIME, tangents=False)
+    h = 1e-5
+
+    def speed(s):
+        return scene.assemble(q + s * v, v, TIME, tangents=False).jacobian @ v
+
+    convective = (8 * (speed(h) - speed(-h)) - (speed(2 * h) - speed(-2 * h))) / (12 * h)
+    assert np.allclose(a.change, -convective, rtol=1e-6, atol=1e-7)
+
+
+def test_modal_mass_and_its_slope() -> None:
+    scene = SCENES["modal"]
+    q, _, _ = state(scene, 3, 1e-2)
+    a = np.random.default_rng(4).standard_normal(scene.size)
+    out = np.zeros((scene.size, scene.size))
+    kernel.add_mass_slope(scene.tables, q, a, out)
+    assert np.abs(out - slope(lambda q: scene.mass_at(q) @ a, q, 1e-4)).max() < 1e-9 * np.abs(scene.mass_at(q)).max()
+
+
+@pytest.mark.parametrize("name", ["beam", "cable"])
+def test_elastic_force_is_the_slope_of_the_energy(name: str) -> None:
+    scene = SCENES[name]
+    q, _, _ = state(scene, 5)
+    zero = np.zeros(scene.size)
+    scene.tables.factors[:-1] = 0.0
+    try:
+        force = scene.assemble(q, zero, tangents=False).force
+    finally:
+        scene.tables.factors[:-1] = 1.0
+    assert apart(force, -slope(lambda q: np.array([scene.energy(q, zero)["strain"]]), q, 1e-7)[0]) < 1e-7
+
+
+@pytest.mark.parametrize("name", ["beam", "cable", "lugre", "impact"])
+def test_inner_forces_do_no_work_in_a_rigid_motion(name: str) -> None:
+    """Strips' and journals' forces, moments included, cancel in a motion of the whole mechanism: virtual work to rounding."""
+    scene = SCENES[name]
+    q, v, _ = state(scene, 6, 2e-4, 10.0)
+    scene.tables.factors[-1] = 0.0
+    a = scene.assemble(q, v, TIME, None, scene.memory(), since=SINCE, tangents=False)
+    if name in ("lugre", "impact"):
+        # only journals between links: those on the ground exert forces from outside
+        inner = [i for i, n in enumerate(scene.force_names) if "ground" not in n]
+        scene.tables.factors[:] = 0.0
+        scene.tables.factors[inner] = 1.0
+        a = scene.assemble(q, v, TIME, None, scene.memory(), since=SINCE, tangents=False)
+    scene.tables.factors[:] = 1.0
+    assert np.abs(a.force).max() > 1.0
+    motion = _rigid(scene, q)
+    assert np.abs(motion.T @ a.force).max() < 1e-12 * (np.abs(motion).T @ np.abs(a.force)).max()
+
+
+def _rigid(scene, q):
+    """Rates of all coordinates in translations and a turn of the whole about the origin."""
+    out = np.zeros((scene.size, 3))
+    for name, body in scene.builder.bodies.items():
+        if hasattr(body, "elements"):
+            for element in body.elements:
+                x, y, *angle = element.places
+                out[x[:2], 0] = out[y[:2], 1] = 1.0
+                out[x, 2], out[y, 2] = -q[y], q[x]
+                for place in angle:
+                    out[place[:2], 2] = 1.0
+        else:
+            o = body.offset
+            out[o, 0] = out[o + 1, 1] = out[o + 2, 2] = 1.0
+            out[o, 2], out[o + 1, 2] = -q[o + 1], q[o]
+        assert name
+    return out
