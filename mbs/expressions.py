@@ -76,7 +76,7 @@ def _check(node: ast.expr, names: set[str], functions: Mapping[str, Any], depth:
     if depth > DEEPEST:
         raise ValueError(f"nested deeper than {DEEPEST} levels")
     match node:
-        case ast.Constant(value=value) if type(value) in (int, float):
+        case ast.Constant(value=int() | float() as value) if not isinstance(value, bool):
             if not math.isfinite(_number(value)):
                 raise ValueError("a number too large")
         case ast.Name(id=name):

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from buckler.mbs.expressions import compiled, derivative, names_in, parse
+from buckler.mbs.units import Measured
 from buckler.mbs.validate import number
 
 Array = np.ndarray[Any, Any]
@@ -101,9 +102,9 @@ class Table(Given):
     smooth: bool = False
 
     def __post_init__(self) -> None:
-        for name in ("times", "values"):
-            column = tuple(number(f"{name}[{k}]", v, -np.inf, np.inf, "") for k, v in enumerate(getattr(self, name)))
-            object.__setattr__(self, name, column)
+        times = tuple(number(f"times[{k}]", t, -np.inf, np.inf, "s") for k, t in enumerate(self.times))
+        object.__setattr__(self, "times", times)
+        object.__setattr__(self, "values", tuple(_finite(f"values[{k}]", v) for k, v in enumerate(self.values)))
         if len(self.times) < 2 or len(self.times) != len(self.values):
             raise ValueError(f"times: {len(self.times)}, values: {len(self.values)}; must be two at least, and as many of each")
         if not np.all(np.diff(self.times) > 0):
@@ -195,14 +196,17 @@ class Components(Given):
     parts: Sequence[float | Callable[..., Any]]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "parts", tuple(self.parts))
-        for k, part in enumerate(self.parts):
-            if not callable(part):
-                number(f"parts[{k}]", part, -np.inf, np.inf, "")
+        parts = tuple(part if callable(part) else _finite(f"parts[{k}]", part) for k, part in enumerate(self.parts))
+        object.__setattr__(self, "parts", parts)
 
     def __call__(self, *values: Any) -> tuple[Any, ...]:
         """Values at the variables."""
         return tuple(part(*values) if callable(part) else part for part in self.parts)
+
+
+def _finite(name: str, value: Any) -> float:
+    """A number, whatever its unit: what the function is for is not known here."""
+    return number(name, float(value) if isinstance(value, Measured) else value, -np.inf, np.inf, "")
 
 
 def _known() -> str:

@@ -152,7 +152,7 @@ def _velocities(mechanism: Mechanism) -> dict[str, Any]:
         where = f"velocities['{name}']"
         if isinstance(value, Real):
             known("link", name, links, where)
-            found[name] = number(where, float(value), -inf, inf, "rad/s")
+            found[name] = number(where, value, -inf, inf, "rad/s")  # type: ignore[arg-type]
             continue
         if name in links:
             raise ValueError(f"{where} = {value!r}: a link's is its turning, one number, rad/s")

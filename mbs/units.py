@@ -124,6 +124,7 @@ class Measured(float):
     dimension: tuple[float, ...]
 
     def __new__(cls, value: float, given: str, dimension: tuple[float, ...]) -> Measured:
+        """Keep a number with what was written."""
         made = super().__new__(cls, value)
         made.given, made.dimension = given, dimension
         return made

@@ -62,8 +62,10 @@ def pair(name: str, value: Any, unit: str) -> tuple[float, float]:
 def direction(name: str, value: Any) -> tuple[float, float]:
     """Return `value` as a unit vector; ValueError if it has no length."""
     x, y = pair(name, value, "1")
-    positive(f"{name} (length)", math.hypot(x, y), "1")
-    return x / math.hypot(x, y), y / math.hypot(x, y)
+    length = positive(f"{name} (length)", math.hypot(x, y), "1")
+    if abs(length - 1.0) < 1e-15:  # a unit vector stays what it is, to the last bit
+        return x, y
+    return x / length, y / length
 
 
 def one_of(name: str, value: Any, kinds: tuple[type, ...]) -> Any:

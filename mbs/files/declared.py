@@ -55,9 +55,17 @@ class Declared(NamedTuple):
     default: Any
 
 
-@cache
-def declared(kind: type) -> dict[str, Declared]:
+_READ: dict[Any, dict[str, Declared]] = {}
+
+
+def declared(kind: Any) -> dict[str, Declared]:
     """Fields of a dataclass that its maker is given, by name."""
+    if kind not in _READ:
+        _READ[kind] = _read(kind)
+    return _READ[kind]
+
+
+def _read(kind: Any) -> dict[str, Declared]:
     hints = typing.get_type_hints(kind)
     told = described(kind)
     found = {}

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import collections.abc
 import dataclasses
 import inspect
 import re
 import typing
-from collections.abc import Iterable, Mapping, Sequence
-from difflib import get_close_matches
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from buckler.mbs.elements import KINDS, Motion
 from buckler.mbs.files.declared import Declared, declared
 from buckler.mbs.files.kinds import FUNCTIONS, allowed, alternatives, known, takes, takes_function
+from buckler.mbs.files.words import is_mapping, is_sequence, nearest, short, shown, table, wanted
 from buckler.mbs.functions import Components, Expression
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.units import Measured, measured
@@ -21,6 +20,8 @@ from buckler.mbs.units import Measured, measured
 RUN = "run"
 """The table of a file that says how it is run: duration, accuracy and so on; no part of the mechanism."""
 NONE = "none"
+Component = float | Callable[..., Any]
+"""What stands in a list of which one entry is a function, such as the two components of a force."""
 
 
 def mechanism(document: Any) -> Mechanism:
@@ -31,7 +32,7 @@ def mechanism(document: Any) -> Mechanism:
     ValueError
         In one line that begins with the place in the document, such as `links.coupler.body.section.thickness`.
     """
-    content = dict(_table(document, ""))
+    content = dict(table(document, ""))
     content.pop(RUN, None)
     content.pop("about", None)
     names = [field.name for field in dataclasses.fields(Mechanism)]
@@ -54,11 +55,12 @@ def _list(name: str, content: Any) -> list[Any]:
         for key, each in content.items():
             if isinstance(each, Mapping) and each.get("name", key) != key:
                 raise ValueError(f"{name}.{key}: has another name, {each['name']!r}")
-        entries = [(f"{name}.{key}", {"name": key, **_table(each, f"{name}.{key}")}) for key, each in content.items()]
+        paths = {key: f"{name}.{key}" for key in content}
+        entries = [(path, dict(table(content[key], path)) | {"name": key}) for key, path in paths.items()]
     elif isinstance(content, Sequence) and not isinstance(content, str):
-        entries = [(f"{name}[{k}]", _table(each, f"{name}[{k}]")) for k, each in enumerate(content)]
+        entries = [(f"{name}[{k}]", dict(table(each, f"{name}[{k}]"))) for k, each in enumerate(content)]
     else:
-        raise ValueError(f"{name} = {_short(content)}: must be {'tables by name' if name == 'links' else 'a list of tables'}")
+        raise ValueError(f"{name} = {short(content)}: must be {'tables by name' if name == 'links' else 'a list of tables'}")
     return [_one(each, kinds, path) for path, each in entries]
 
 
@@ -72,7 +74,7 @@ def value(content: Any, hint: Any, path: str) -> Any:
         return _from_list(content, hint, path)
     if content is None or isinstance(content, bool | int | float):
         return _plain(content, hint, path)
-    raise ValueError(f"{path} = {_short(content)}: a {type(content).__name__} has no place here")
+    raise ValueError(f"{path} = {short(content)}: a {type(content).__name__} has no place here")
 
 
 def _plain(content: Any, hint: Any, path: str) -> Any:
@@ -83,7 +85,7 @@ def _plain(content: Any, hint: Any, path: str) -> Any:
         return content
     if isinstance(content, int | float) and not isinstance(content, bool) and takes(hint, int, float):
         return content
-    raise ValueError(f"{path} = {_shown(content)}: must be {_wanted(hint)}")
+    raise ValueError(f"{path} = {shown(content)}: must be {wanted(hint)}")
 
 
 def _from_text(content: str, hint: Any, path: str) -> Any:
@@ -106,19 +108,19 @@ def _from_text(content: str, hint: Any, path: str) -> Any:
             return Expression(text)
         except ValueError as error:
             unit = reason.startswith("unknown unit") and re.fullmatch(r"[-+.\d\s]*(?:e[-+]?\d+)?[\w\s/^.·²³°%µ]*", text)
-            raise ValueError(f"{path} = {_shown(content)}: {reason if unit else error}") from None
-    raise ValueError(f"{path} = {_shown(content)}: {reason + '; ' if reason else ''}must be {_wanted(hint)}")
+            raise ValueError(f"{path} = {shown(content)}: {reason if unit else error}") from None
+    raise ValueError(f"{path} = {shown(content)}: {reason + '; ' if reason else ''}must be {wanted(hint)}")
 
 
 def _from_list(content: Sequence[Any], hint: Any, path: str) -> Any:
     """A list of numbers, names or tables, or the components of a function."""
-    sequences = [part for part in alternatives(hint) if part is Any or _is_sequence(part)]
+    sequences = [part for part in alternatives(hint) if part is Any or is_sequence(part)]
     if not sequences:
-        raise ValueError(f"{path} = {_short(content)}: must be {_wanted(hint)}")
-    function = takes_function(hint)
-    inner = [_items(part, len(content), function) for part in sequences]
+        raise ValueError(f"{path} = {short(content)}: must be {wanted(hint)}")
+    if takes_function(hint) and any(is_function(each) for each in content):
+        return Components(tuple(value(each, Component, f"{path}[{k}]") for k, each in enumerate(content)))
     reasons = []
-    for hints in inner:
+    for hints in (_items(part, len(content)) for part in sequences):
         if hints is None:
             continue
         try:
@@ -126,48 +128,45 @@ def _from_list(content: Sequence[Any], hint: Any, path: str) -> Any:
         except ValueError as error:
             reasons.append(error)
             continue
-        return Components(found) if function and any(callable(each) for each in found) else found
+        return found
     if reasons:
         raise reasons[0]
-    raise ValueError(f"{path} = {_short(content)}: must be {_wanted(hint)}")
+    raise ValueError(f"{path} = {short(content)}: must be {wanted(hint)}")
 
 
-def _is_sequence(part: Any) -> bool:
-    origin = typing.get_origin(part) or part
-    return isinstance(origin, type) and origin is not str and issubclass(origin, collections.abc.Sequence)
+def is_function(content: Any) -> bool:
+    """Whether an entry of a list can only be a function: a table with a kind, or a text that is no number."""
+    if not isinstance(content, str):
+        return isinstance(content, Mapping)
+    try:
+        measured(content)
+    except ValueError:
+        return True
+    return False
 
 
-def _items(part: Any, count: int, function: bool) -> list[Any] | None:
+def _items(part: Any, count: int) -> list[Any] | None:
     """The annotation of each entry of a list of that length; None if the length is wrong."""
     arguments = typing.get_args(part)
     if not arguments:
-        found = [Any] * count
-    elif (typing.get_origin(part) is tuple) and not (len(arguments) == 2 and arguments[1] is ...):
-        if len(arguments) != count:
-            return None
-        found = list(arguments)
-    else:
-        found = [arguments[0]] * count
-    return [h | Expression if function and h is float else h for h in found]
+        return [Any] * count
+    if typing.get_origin(part) is tuple and not (len(arguments) == 2 and arguments[1] is ...):
+        return list(arguments) if len(arguments) == count else None
+    return [arguments[0]] * count
 
 
 def _from_table(content: Mapping[str, Any], hint: Any, path: str) -> Any:
     """An object by its `kind` or its keys, or a mapping of names."""
     for part in alternatives(hint):
-        if _is_mapping(part):
+        if is_mapping(part):
             arguments = typing.get_args(part) or (str, Any)
             return {str(k): value(v, arguments[1], f"{path}.{k}") for k, v in content.items()}
     kinds = known() if Any in alternatives(hint) else allowed(hint)
     if takes_function(hint) and "kind" in content:
         kinds = known()
     if not kinds:
-        raise ValueError(f"{path}: must be {_wanted(hint)}, not a table")
+        raise ValueError(f"{path}: must be {wanted(hint)}, not a table")
     return _one(content, kinds, path)
-
-
-def _is_mapping(part: Any) -> bool:
-    origin = typing.get_origin(part) or part
-    return isinstance(origin, type) and issubclass(origin, collections.abc.Mapping)
 
 
 def _one(content: Mapping[str, Any], kinds: Mapping[str, type], path: str) -> Any:
@@ -177,7 +176,9 @@ def _one(content: Mapping[str, Any], kinds: Mapping[str, type], path: str) -> An
     if name is None:
         kind = by_keys(given, kinds, path)
     elif not isinstance(name, str) or name not in kinds:
-        raise ValueError(f"{path}.kind = {_shown(name)}: unknown kind{_hint(str(name), kinds)}; known: {', '.join(sorted(kinds))}")
+        raise ValueError(
+            f"{path}.kind = {shown(name)}: unknown kind{nearest(str(name), kinds)}; known: {', '.join(sorted(kinds))}"
+        )
     else:
         kind = kinds[name]
     maker = getattr(kind, "of", None)
@@ -246,7 +247,7 @@ def _check_keys(
     for key in given:
         if key not in names:
             both = [*names, *extra]
-            raise ValueError(f"{path}{'.' if path else ''}{key}: unknown key{_hint(str(key), both)}; known: {', '.join(both)}")
+            raise ValueError(f"{path}{'.' if path else ''}{key}: unknown key{nearest(str(key), both)}; known: {', '.join(both)}")
     for key in required:
         if key not in given:
             about = fields[key] if fields else None
@@ -289,6 +290,8 @@ def _placed(message: str, names: Sequence[str], path: str, given: Mapping[str, A
         name, key, rest = match[1], match[2], match[3]
         if name in names:
             return f"{dot}{name}{f'.{key}' if key else ''}{rest}{message[match.end() :]}"
+    if (match := re.match(r"(\w+) (?:of|at|on) ", message)) and match[1] in names:
+        return f"{dot}{match[1]}: {message}"
     if match := re.search(r": (\w+)(?= = | is not a |: )", message):
         if match[1] in names:
             return f"{dot}{match[1]}: {message}"
@@ -301,7 +304,7 @@ def _culprit(message: str, given: Mapping[str, Any]) -> str:
     """The element of a mechanism that refuses it with this message."""
     whole = object.__new__(Mechanism)
     for field in dataclasses.fields(Mechanism):
-        fallback = () if field.name in KINDS else {}
+        fallback: Any = () if field.name in KINDS else {}
         object.__setattr__(whole, field.name, _bare(given.get(field.name, fallback)))
     for name in KINDS:
         for k, element in enumerate(given.get(name, ())):
@@ -322,49 +325,3 @@ def _field(element: Any, message: str) -> str:
             if each == match[1] or (isinstance(each, str) and each.rpartition(":")[2] == match[1]):
                 return f".{field.name}"
     return ""
-
-
-# --- words ----------------------------------------------------------------------------------------------------------------
-
-
-def _wanted(hint: Any) -> str:
-    """What may stand at a place, in words."""
-    words = []
-    for part in alternatives(hint):
-        if part is float:
-            words.append("a number, or one with a unit such as '0.3 mm'")
-        elif part is int:
-            words.append("a whole number")
-        elif part is bool:
-            words.append("true or false")
-        elif part is str:
-            words.append("a name")
-        elif _is_sequence(part):
-            words.append("a list")
-        elif _is_mapping(part):
-            words.append("a table of names")
-    if takes_function(hint):
-        words.append("a formula such as '2*sin(3*t)'")
-    if names := sorted(allowed(hint)):
-        words.append(f"a table {{kind = ...}} of {', '.join(names)}" if len(names) > 1 else f"a table ({names[0]})")
-    return " or ".join(dict.fromkeys(words)) or "something else"
-
-
-def _table(content: Any, path: str) -> Mapping[str, Any]:
-    if not isinstance(content, Mapping):
-        raise ValueError(f"{path or 'file'} = {_short(content)}: must be a table")
-    return content
-
-
-def _hint(word: str, names: Iterable[str]) -> str:
-    close = get_close_matches(word, list(names), n=1)
-    return f", did you mean '{close[0]}'?" if close else ""
-
-
-def _shown(content: Any) -> str:
-    return "true" if content is True else "false" if content is False else _short(content)
-
-
-def _short(content: Any) -> str:
-    text = " ".join(repr(content).split())
-    return text if len(text) <= 80 else f"{text[:77]}..."

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from buckler.mbs.files import decode, encode, toml
-from buckler.mbs.files.decode import _hint as hint
+from buckler.mbs.files.words import nearest
 from buckler.mbs.mechanism import Mechanism
 
 ENDINGS = (".toml", ".json")
@@ -139,7 +139,7 @@ def _step(content: Any, word: str, where: str, last: bool) -> str | int:
     if not isinstance(content, Mapping):
         raise ValueError(f"{where}: there is nothing below a {'number' if isinstance(content, int | float) else 'name'}")
     if word not in content and not last:
-        raise ValueError(f"{where}: not in the file{hint(word, content)}; there are: {', '.join(content)}")
+        raise ValueError(f"{where}: not in the file{nearest(word, content)}; there are: {', '.join(content)}")
     return word
 
 
@@ -150,7 +150,7 @@ def _in_list(content: list[Any], word: str, where: str) -> int:
         if int(digits) >= len(content):
             raise ValueError(f"{where}: there are only {len(content)}, counted from 0")
         return int(digits)
-    named = {}
+    named: dict[str, list[int]] = {}
     for k, entry in enumerate(content):
         for key in ("point", "link", "target", "a", "name"):
             if isinstance(entry, Mapping) and isinstance(entry.get(key), str):

@@ -11,7 +11,7 @@ import numpy as np
 
 from buckler.mbs.elements import KINDS, Motion
 from buckler.mbs.files.declared import declared
-from buckler.mbs.files.decode import NONE, by_keys, short_form
+from buckler.mbs.files.decode import NONE, by_keys, is_function, short_form
 from buckler.mbs.files.kinds import FUNCTIONS, allowed, known, takes_function
 from buckler.mbs.functions import Components, Expression, Slope
 from buckler.mbs.functions import Integral as Integrated
@@ -59,7 +59,7 @@ def _fields(found: Any, path: str) -> dict[str, Any]:
 def _same(a: Any, b: Any) -> bool:
     if isinstance(a, Mapping) or isinstance(b, Mapping):
         return dict(a) == dict(b)
-    return type(a) is type(b) and bool(a == b) or (isinstance(a, Real) and isinstance(b, Real) and a == b)
+    return (type(a) is type(b) and bool(a == b)) or (isinstance(a, Real) and isinstance(b, Real) and a == b)
 
 
 def _value(found: Any, hint: Any, path: str) -> Any:
@@ -78,7 +78,7 @@ def _value(found: Any, hint: Any, path: str) -> Any:
         return _mapping(found, path)
     if isinstance(found, tuple | list):
         return [_value(each, Any, f"{path}[{k}]") for k, each in enumerate(found)]
-    if isinstance(found, Expression) and takes_function(hint):
+    if isinstance(found, Expression) and takes_function(hint) and is_function(found.text):
         return found.text
     if isinstance(found, Components) and takes_function(hint):
         return [_value(each, hint, f"{path}[{k}]") for k, each in enumerate(found.parts)]

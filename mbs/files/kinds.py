@@ -70,7 +70,7 @@ def alternatives(hint: Any) -> list[Any]:
 
 def allowed(hint: Any) -> dict[str, type]:
     """Classes that may stand where a hint is: itself, what derives from it, or what has the members of a protocol."""
-    found = {}
+    found: dict[str, type] = {}
     for part in alternatives(hint):
         if isinstance(part, type) and part not in (str, float, int, bool, type(None), tuple, list, dict):
             found |= {name: kind for name, kind in known().items() if _stands_for(kind, part)}

@@ -35,8 +35,10 @@ def _write(content: Mapping[str, Any], path: tuple[str, ...], lines: list[str]) 
         inner = (*path, name)
         title = ".".join(map(_key, inner))
         for entry in [each] if isinstance(each, Mapping) else each:
-            plain = isinstance(each, Mapping) and entry and all(isinstance(v, Mapping) and _is_table("", v) for v in entry.values())
-            if not plain or not path and not entry:
+            plain = (
+                isinstance(each, Mapping) and entry and all(isinstance(v, Mapping) and _is_table("", v) for v in entry.values())
+            )
+            if not plain or (not path and not entry):
                 lines += ["", f"[{title}]" if isinstance(each, Mapping) else f"[[{title}]]"]
             _write(entry, inner, lines)
 

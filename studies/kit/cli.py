@@ -110,7 +110,9 @@ def _parser() -> argparse.ArgumentParser:
     show.set_defaults(answer=_show)
     for name, does in (("run", "run a file of a mechanism, or a study"), ("sweep", "run a file or a study for many parameters")):
         command = commands.add_parser(name, help=f"{does}; `{name} NAME --help` tells its options")
-        command.add_argument("name", metavar="NAME", help="FILE.toml, FILE.json, STUDY.py or a study of the list").completer = _names  # type: ignore[attr-defined]
+        command.add_argument(
+            "name", metavar="NAME", help="FILE.toml, FILE.json, STUDY.py or a study of the list"
+        ).completer = _names  # type: ignore[attr-defined]
     listed = commands.add_parser("list", help="name every study, one a line")
     listed.add_argument("--json", action="store_true", help="as JSON")
     listed.set_defaults(answer=_list)
@@ -258,9 +260,7 @@ def attempt(run: Callable[..., StudyResult], parameters: Any, options: argparse.
     return replace(result, work={"wall_s": time.perf_counter() - begin, **result.work})
 
 
-def finish(
-    name: str, study: Any, result: StudyResult, folder: Path, options: argparse.Namespace, wall: float
-) -> int:
+def finish(name: str, study: Any, result: StudyResult, folder: Path, options: argparse.Namespace, wall: float) -> int:
     """Draw, write and print what a run found, the status always; return the exit status."""
     from buckler.studies.kit.report import write
 
@@ -291,7 +291,9 @@ def _work(result: StudyResult) -> str:
     """What the run took, and what it ran on."""
     from buckler.studies.kit.versions import versions
 
-    took = ", ".join(f"{name} {value:.6g}" if isinstance(value, float) else f"{name} {value}" for name, value in result.work.items())
+    took = ", ".join(
+        f"{name} {value:.6g}" if isinstance(value, float) else f"{name} {value}" for name, value in result.work.items()
+    )
     return f"{took}\n{', '.join(f'{name} {version}' for name, version in versions().items())}"
 
 

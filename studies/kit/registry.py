@@ -89,7 +89,9 @@ def everything() -> dict[str, Entry]:
     """Studies of Buckler and of other packages that are installed."""
     from importlib.metadata import entry_points
 
-    others = {point.name: Entry(point.value, f"of {point.dist.name}" if point.dist else "") for point in entry_points(group=GROUP)}
+    others = {
+        point.name: Entry(point.value, f"of {point.dist.name}" if point.dist else "") for point in entry_points(group=GROUP)
+    }
     return {**others, **STUDIES}
 
 

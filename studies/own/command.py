@@ -27,7 +27,11 @@ def options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("the run")
     add = group.add_argument
     add("--duration", metavar="s", help="how long, s; default that of the file, or 1 s")
-    add("--accuracy", metavar="NUMBER", help="largest relative error of the motion, 1e-6 to 0.1; the settings are chosen to keep it")
+    add(
+        "--accuracy",
+        metavar="NUMBER",
+        help="largest relative error of the motion, 1e-6 to 0.1; the settings are chosen to keep it",
+    )
     add("--ledger", action="store_true", default=None, help="keep the energy ledger and check its balance")
     add("--set", action="append", default=[], metavar="PATH=VALUE", dest="changes",
         help="another value at a place of the file, as links.coupler.body.section.thickness=0.2mm; may be repeated")  # fmt: skip
@@ -116,7 +120,7 @@ def _quantity(name: str, option: str | None, run: dict[str, Any], unit: str) -> 
 
     given = run.get(name) if option is None else option
     where = f"{RUN}.{name}" if option is None else f"--{name}"
-    if given is None or isinstance(given, int | float) and not isinstance(given, bool):
+    if given is None or (isinstance(given, int | float) and not isinstance(given, bool)):
         return given
     try:
         return parse_quantity(str(given), unit)

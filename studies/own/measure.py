@@ -125,7 +125,7 @@ def _unit(node: ast.expr, units: Mapping[str, str]) -> str:
             if isinstance(operator, ast.Add | ast.Sub):
                 return a if a == b else ""
             if isinstance(operator, ast.Mult | ast.Div):
-                return a if b == "1" else b if a == "1" and isinstance(operator, ast.Mult) else "1" if _ratio(operator, a, b) else ""
+                return _product(operator, a, b)
             return "1" if a == "1" else ""
         case ast.Call(func=ast.Name(id=name), args=arguments):
             inner = _unit(arguments[0], units)
@@ -133,8 +133,13 @@ def _unit(node: ast.expr, units: Mapping[str, str]) -> str:
     return ""
 
 
-def _ratio(operator: ast.operator, a: str, b: str) -> bool:
-    return isinstance(operator, ast.Div) and a == b != ""
+def _product(operator: ast.operator, a: str, b: str) -> str:
+    """The unit of a product or quotient, where one of them is a plain number or both cancel."""
+    if b == "1":
+        return a
+    if isinstance(operator, ast.Mult):
+        return b if a == "1" else ""
+    return "1" if a == b != "" else ""
 
 
 def _mean(time: Array, x: Array) -> float:

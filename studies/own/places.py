@@ -60,7 +60,7 @@ def spec(document: Mapping[str, Any], path: str) -> Spec:
             raise ValueError(f"{path}: not in the file") from None
         now = about.default
     unit = about.unit if about else "1"
-    number = isinstance(now, int | float) and not isinstance(now, bool) or (isinstance(now, str) and _is_quantity(now))
+    number = (isinstance(now, int | float) and not isinstance(now, bool)) or (isinstance(now, str) and _is_quantity(now))
     if not number and not (about and about.unit and now is None):
         return Spec(lambda x: typed(x) if isinstance(x, str) else x, str, "what the file takes there", "VALUE", path, "varied")
     whole = isinstance(now, int) and about is not None and not about.unit

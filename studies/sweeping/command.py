@@ -33,7 +33,7 @@ from buckler.studies.sweeping.vary import METHODS, Plan, Sampling, parse, plan
 if TYPE_CHECKING:
     from types import ModuleType
 
-OPTIONS = ("vary", "samples", "method", "draw", "repeat", "workers", "scheduler", "store", "signals", "retry", "show")
+OPTIONS = ("vary", "samples", "method", "draw", "repeat", "workers", "scheduler", "store", "signals", "retry", "metrics")
 """A parameter of the study with one of these names is given by --config or --vary."""
 
 
@@ -168,7 +168,7 @@ def _add_options(parser: argparse.ArgumentParser, seeded: bool) -> None:
     add("--store", metavar="FILE", help="where cases are kept; default DIR/NAME-sweep/cases.sqlite")
     add("--signals", action="store_true", help="keep the signals of each case in the store")
     add("--retry", action="store_true", help="run cases again that the store holds as failed")
-    add("--metrics", default="", metavar="METRIC,...", dest="show", help="metrics of the table and the figures; default the first four")
+    add("--metrics", default="", metavar="METRIC,...", help="metrics of the table and the figures; default the first four")
 
 
 @contextlib.contextmanager
@@ -207,7 +207,7 @@ def _report(name: str, asked: _Asked, rows: Sequence[Row], wall: float) -> int:
     """Print the table and write the files."""
     options, found = asked.options, points(asked.plan, rows)
     try:
-        shown = choose(found, [word.strip() for word in options.show.split(",") if word.strip()])
+        shown = choose(found, [word.strip() for word in options.metrics.split(",") if word.strip()])
     except ValueError as error:
         return wrong_input(error)
     units = asked.units
@@ -227,7 +227,7 @@ def _report(name: str, asked: _Asked, rows: Sequence[Row], wall: float) -> int:
     trusted = options.trust and status == "SUSPECT"
     try:
         with house_style():
-            drawn = figures(asked.plan, found, shown, units)
+            drawn = figures(asked.plan, found, shown, dict(units))
         text = write(result, asked.folder, drawn, trusted)
     except OSError as error:
         print(f"{name}: cannot write results: {error}", file=sys.stderr)

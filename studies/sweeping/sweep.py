@@ -26,7 +26,8 @@ from typing import Any
 
 from buckler.studies.kit import registry
 from buckler.studies.kit.parameters import StudyParameters, specs
-from buckler.studies.kit.report import QUIET, Progress, versions
+from buckler.studies.kit.report import QUIET, Progress
+from buckler.studies.kit.versions import versions
 from buckler.studies.sweeping.executors import Here, Local, SweepError, Workers
 from buckler.studies.sweeping.rows import Row
 from buckler.studies.sweeping.store import About, Store, StoreError
