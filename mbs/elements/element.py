@@ -6,7 +6,7 @@ An element answers from plain arrays. It sees a run through `Recorded`, which bo
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from typing import Any, NamedTuple, Protocol
+from typing import Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 
@@ -58,6 +58,15 @@ class Motion(Protocol):
 
     def kinetic(self) -> Array:
         """Kinetic energy, J, (times,)."""
+
+
+class Depth(NamedTuple):
+    """How deep a contact may be: signal, depth, m, beyond which its law does not hold, what is so deep, and in what."""
+
+    signal: str
+    allowed: float
+    what: str
+    where: str
 
 
 class Recorded(Protocol):
@@ -118,6 +127,13 @@ class Element:
         """
         return None
 
+    def check_run(self, duration: float, name: str) -> None:
+        """Raise a ValueError if it cannot run that long, s; nothing by default."""
+
+    def depths(self, name: str, mechanism: Any) -> Iterator[Depth]:
+        """Yield how deep its contacts may be; nothing by default."""
+        yield from ()
+
     def inertias(self, mechanism: Any) -> Iterator[tuple[str, str, float, float]]:
         """Yield what it adds to a link: (link, point, mass, moment of inertia), kg, kg m^2; nothing by default."""
         yield from ()
@@ -158,9 +174,27 @@ def reaches(mechanism: Any, name: str, point: str, where: str) -> None:
         raise ValueError(f"{where}: link '{name}' does not reach it; its points: {', '.join(links[name].points)}")
 
 
-class Joint(Element):
-    """What joins two bodies, links or the ground, at a point."""
+def takes_moments(mechanism: Any, names: tuple[str, ...], where: str) -> None:
+    """Raise a ValueError if one of these links is massless: a force between two points takes no moment."""
+    for link in mechanism.links:
+        if link.name in names and link.body.massless:
+            kind = type(link.body).__name__
+            raise ValueError(f"{where}: link '{link.name}' is a {kind}, a force between two points; it takes no moment")
 
+
+class Joint(Element):
+    """What joins two bodies, links or the ground, at a point.
+
+    Attributes
+    ----------
+    ideal : bool
+        Whether it is a constraint; else contact holds it.
+    keeps_angle : bool
+        Whether it keeps the two bodies' angle to each other.
+    """
+
+    ideal: ClassVar[bool] = True
+    keeps_angle: ClassVar[bool] = False
     point: str
     first: str
     second: str
@@ -174,11 +208,15 @@ class Joint(Element):
         """Two different bodies that reach the point, not joined there already."""
         where = f"joint at '{self.point}'"
         known("point", self.point, mechanism.points, where)
-        if self.first == self.second:
-            raise ValueError(f"{where}: joins '{self.first}' to itself")
+        self.apart(mechanism, where)
         for name in (self.first, self.second):
             if name != GROUND:
                 reaches(mechanism, name, self.point, where)
+
+    def apart(self, mechanism: Any, where: str) -> None:
+        """Raise a ValueError if it joins a body to itself, or two that are joined at the point already."""
+        if self.first == self.second:
+            raise ValueError(f"{where}: joins '{self.first}' to itself")
         ends = {self.first, self.second}
         if sum(joint.point == self.point and {joint.first, joint.second} == ends for joint in mechanism.joints) > 1:
             raise ValueError(f"{where}: joins {' and '.join(sorted(ends))} twice")
