@@ -58,14 +58,17 @@ def others(mechanism: Mechanism) -> Iterator[str]:
 
 
 def mobility(mechanism: Mechanism) -> str:
-    """Coordinates, constraints and mobility of the ideal linkage, drives not counted; '' where they are not known."""
+    """Coordinates, constraints and mobility of the ideal linkage, drives not counted; '' where they are not known.
+
+    All links are taken as rigid and joints with clearance as pins.
+    """
     try:
         from buckler.mbs.kinematics import closure, start
     except ImportError:
         return ""
     try:
         undriven = Mechanism(**{**vars(mechanism), "drives": (), "velocities": {}})
-        _, _, rows = start.jacobian(undriven)
+        _, rows, _ = start.jacobian(undriven)
         rank = closure.rank(rows)
     except (ValueError, AttributeError):
         return ""
@@ -74,7 +77,7 @@ def mobility(mechanism: Mechanism) -> str:
     free = coordinates - rank
     drives = len(mechanism.drives)
     means = "" if free == drives else f"; {drives} driven" if drives else "; none driven"
-    return f"coordinates {coordinates}, constraints {count}{extra}, mobility {free}{means}"
+    return f"as an ideal rigid linkage: coordinates {coordinates}, constraints {count}{extra}, mobility {free}{means}"
 
 
 def lowest(mechanism: Mechanism) -> str:
