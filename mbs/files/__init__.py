@@ -1,1 +1,1 @@
-"""Mechanisms as files: TOML and JSON, numbers with units, formulas and tables, errors that name their place in the file."""
+"""Files: mechanisms read and written; pictures, the report page, ParaView, tables. Heavy imports stand in functions."""
