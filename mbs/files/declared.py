@@ -20,6 +20,7 @@ from buckler.mbs.units import parse_unit
 
 HEADER = re.compile(r"^(\w[\w, ]*?) : (.+)$")
 RANGE = re.compile(r"(?<!\w)(>=|>|<=|<) *(-?\d[\d.e+-]*)")
+BETWEEN = re.compile(r"(-?\d[\d.e+-]*) (<=?) \w+ (<=?) (-?\d[\d.e+-]*)")
 BRACKET = re.compile(r"in ([\[(])\s*([^,\s]+), *([^\])\s]+)\s*([\])])")
 WORDS = {"positive": (0.0, True), "not negative": (0.0, False), "at least zero": (0.0, False)}
 UNITLESS = "1"
@@ -144,6 +145,8 @@ def _range(text: str) -> tuple[float | None, float | None, bool]:
             return float(match[2]), float(match[3]), match[1] == "("
         except ValueError:
             pass
+    if match := BETWEEN.search(text):
+        return float(match[1]), float(match[4]), match[2] == "<"
     low: float | None = None
     high: float | None = None
     open_low = False

@@ -57,11 +57,11 @@ def _run() -> Schema:
 def _object(name: str, kind: type) -> Schema:
     """One kind: its fields, or those of the object it holds where it takes them directly."""
     main = _fields(name, declared(kind), kind.__name__ == "Link")
-    main["description"] = (kind.__doc__ or "").strip().partition("\n\n")[0].replace("\n", " ")
+    about = (kind.__doc__ or "").strip().partition("\n\n")[0].replace("\n", " ")
     short = short_form(kind) if hasattr(kind, "of") else {}
     if kind.__name__ == "Motion":
         main["required"] = []
-    return {"anyOf": [main, _fields(name, short, False)]} if short else main
+    return {"description": about, **({"anyOf": [main, _fields(name, short, False)]} if short else main)}
 
 
 def _fields(name: str, fields: Mapping[str, Declared], named: bool) -> Schema:

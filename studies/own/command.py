@@ -164,5 +164,5 @@ def named(path: Path, function: Callable[..., Made], *arguments: Any) -> Made:
 def _named(error: Exception, path: Path) -> ValueError:
     """What was wrong, with the file's name in front."""
     said = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
-    ours = said.startswith((str(path), "--", "duration", "accuracy"))
+    ours = said.startswith((str(path), "--", "duration", "accuracy", "unknown parameter", "unknown argument", "argument"))
     return ValueError(said if ours else f"{path}: {said}")

@@ -1,6 +1,6 @@
 """Sweeps of a mechanism from Python.
 
-    rows = sweep(mechanism, {"links.coupler.body.section.thickness": [2e-4, 3e-4]}, measure="max(B.contact_force)", duration=1.0)
+rows = sweep(mechanism, {"links.coupler.body.section.thickness": [2e-4, 3e-4]}, measure="max(B.contact_force)", duration=1.0)
 """
 
 from __future__ import annotations

@@ -94,7 +94,10 @@ def mechanisms(draw):
         play = st.builds(lambda pin, gap, law, rub, ends=ends: elements.Clearance(*ends, pin, gap, law, rub),
             floats(1e-4, 0.1), floats(1e-6, 1e-3), normal_laws(), friction_laws())  # fmt: skip
         plain = isinstance(links[k].body, elements.Strut) or (k and isinstance(links[k - 1].body, elements.Strut))
-        joints.append(Revolute(*ends) if plain else draw(st.just(Revolute(*ends)) | play))
+        swapped = (ends[0], ends[2], ends[1])
+        more = [kind(*order) for kind in KINDS["joints"] if kind is not elements.Clearance for order in (ends, swapped)]
+        fitting = [st.just(joint) for joint in more if fits(points, links, joints=[joint])]
+        joints.append(Revolute(*ends) if plain else draw(st.one_of(*fitting, play)))
     last = names[-1]
     along = st.sampled_from([(1, 0), (3, 4), (1, 1)])
     guides = draw(st.lists(st.builds(Guide, st.just(f"P{len(names)}"), st.just(last), along, floats(0, 9)), max_size=1))
@@ -102,11 +105,23 @@ def mechanisms(draw):
     drives = draw(st.lists(st.builds(Drive, st.just(names[0]), speeds()), max_size=1))
     gravity = draw(st.sampled_from([(0, 0), (0, -9.81), (9.81 * 0.5, -pi)]))
     velocities = draw(st.sampled_from([{}, {last: 3.0}, {"P1": (0.1, -2.0)}]))
-    more = {name: draw(others(name, names, points)) for name in ("loads", "masses")}
+    more = {
+        name: [each for each in draw(others(name, names)) if fits(points, links, **{name: [each]})]
+        for name in ("loads", "masses")
+    }
     return Mechanism(points, links, joints, guides, stops, drives, velocities=velocities, gravity=gravity, **more)
 
 
-def others(name, links, points):
+def fits(points, links, **elements):
+    """Whether the mechanism takes an element of these links."""
+    try:
+        Mechanism(points, links, **elements)
+    except ValueError:
+        return False
+    return True
+
+
+def others(name, links):
     """Loads and masses from their declared fields, whatever kinds there are."""
     kinds = [generic(kind, links[0], "P1") for kind in KINDS[name]]
     return st.lists(st.one_of(*kinds), max_size=2, unique_by=lambda e: e.key) if kinds else st.just([])

