@@ -83,7 +83,7 @@ def mobility(mechanism: Mechanism) -> str:
 def lowest(mechanism: Mechanism) -> str:
     """The lowest natural frequencies with the drives held; '' where the solver for them is not installed or refuses."""
     try:
-        from buckler.mbs.statics.frequencies import frequencies
+        from buckler.mbs import frequencies
 
         found = frequencies(mechanism, count=4)
     except Exception:  # no equilibrium, no Numba, an element that the statics does not know: show tells the rest all the same

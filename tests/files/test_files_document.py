@@ -275,11 +275,11 @@ def test_mutilated_texts_give_one_line(data, tmp_path_factory):
 
 TEXT = st.text(st.characters(codec="utf-8"))
 LEAVES = st.booleans() | st.integers(-(2**63), 2**63 - 1) | st.floats(allow_nan=False) | TEXT
-CONTENT = st.recursive(LEAVES, lambda inner: st.lists(inner) | st.dictionaries(TEXT, inner))
+CONTENT = st.recursive(LEAVES, lambda inner: st.lists(inner) | st.dictionaries(TEXT, inner), max_leaves=6)
 
 
-@settings(max_examples=200, **CALM)
-@given(st.dictionaries(TEXT, CONTENT, max_size=5))
+@settings(max_examples=100, **CALM)
+@given(st.dictionaries(TEXT, CONTENT, max_size=3))
 def test_what_is_written_as_toml_reads_the_same(content):
     assert tomllib.loads(toml.dumps(content)) == content
 
