@@ -4,22 +4,29 @@ from typing import TYPE_CHECKING, Any
 
 from buckler.mbs.elements import (
     STEEL,
+    AdamsDamping,
     Beam,
     Cable,
     Clearance,
     Drive,
+    Force,
     Guide,
     GuideFriction,
     Link,
+    Mass,
     Material,
     Modal,
     Motion,
+    Motor,
     Ramp,
     Revolute,
     Rigid,
     Section,
+    Spring,
     Stop,
     Strut,
+    Torque,
+    TorsionSpring,
 )
 from buckler.mbs.engine.settings import Solver
 from buckler.mbs.library import crank_rocker, slider_crank
@@ -31,9 +38,9 @@ if TYPE_CHECKING:
     from buckler.mbs.simulation import simulate
 
 __all__ = [
-    "STEEL", "Beam", "Cable", "Clearance", "Drive", "Guide", "GuideFriction", "Link", "Material", "Mechanism", "Modal", "Motion",
-    "Ramp", "Result", "Revolute", "Rigid", "Section", "Solver", "Status", "Stop", "Strut", "build", "crank_rocker", "simulate",
-    "slider_crank",
+    "STEEL", "AdamsDamping", "Beam", "Cable", "Clearance", "Drive", "Force", "Guide", "GuideFriction", "Link", "Mass", "Material",
+    "Mechanism", "Modal", "Motion", "Motor", "Ramp", "Result", "Revolute", "Rigid", "Section", "Solver", "Spring", "Status",
+    "Stop", "Strut", "Torque", "TorsionSpring", "build", "crank_rocker", "simulate", "slider_crank",
 ]  # fmt: skip
 
 _ENGINE = {"simulate": "buckler.mbs.simulation", "build": "buckler.mbs.engine.scene"}

@@ -30,14 +30,22 @@ class Energy(NamedTuple):
     kind : str
         'held' now, 'taken' from the mechanism since t = 0, or 'given' to it since t = 0.
     name : str
-        What it is added to in the ledger: `kinetic`, `strain`, `contact`, `weight`, `spring`; `damping`, `friction`, `contact`;
-        `drive`, `load`.
+        What it is added to in the ledger: `kinetic`, `strain`, `contact`, `weight`, `spring`; `damping`, `friction`, `contact`,
+        `resistance`; `drive`, `load`, `motor`.
     values : array, shape (times,)
     """
 
     kind: str
     name: str
     values: Array
+
+
+class Burden(NamedTuple):
+    """Mass, kg, and moment of inertia, kg m^2, that an element adds to a body at a point reference 'link:point'."""
+
+    at: str
+    mass: float
+    inertia: float
 
 
 class Motion(Protocol):
@@ -108,6 +116,10 @@ class Element:
         """Yield its energies in a run; none by default."""
         yield from ()
 
+    def burdens(self, mechanism: Any) -> Iterator[Burden]:
+        """Yield the masses it adds to bodies; none by default."""
+        yield from ()
+
 
 class Place(NamedTuple):
     """A point reference: '' for whatever link carries the point, a link's name, or 'ground'."""
@@ -134,6 +146,43 @@ def reaches(mechanism: Any, name: str, point: str, where: str) -> None:
     known("link", name, links, where)
     if point not in links[name].points:
         raise ValueError(f"{where}: link '{name}' does not reach it; its points: {', '.join(links[name].points)}")
+
+
+def refers(mechanism: Any, at: str, where: str) -> None:
+    """Raise a ValueError if a point reference names an unknown point or link, or a link that does not reach its point."""
+    body, point = place(at)
+    known("point", point, mechanism.points, where)
+    if body and body != GROUND:
+        reaches(mechanism, body, point, where)
+
+
+def holder(mechanism: Any, at: str) -> str:
+    """Body that a load at a point reference acts on: a link with coordinates, a guide's block (by its point) or 'ground'.
+
+    The end of a strut, which has no mass, is held by what it is pinned to.
+
+    Raises
+    ------
+    ValueError
+        If nothing with mass holds it.
+    """
+    body, point = place(at)
+    links = {link.name: link for link in mechanism.links}
+    if not body:
+        carriers = [link for link in mechanism.links if point in link.points]
+        body = next((link.name for link in carriers if not link.massless), carriers[0].name if carriers else GROUND)
+    if body == GROUND or not links[body].massless:
+        return body
+    for guide in mechanism.guides:
+        if guide.point == point and guide.link == body:
+            return point
+    for joint in mechanism.joints:
+        if joint.point == point and body in (joint.first, joint.second):
+            other: str = joint.second if joint.first == body else joint.first
+            if other == GROUND or not links[other].massless:
+                return other
+    needed = "a link with mass, a guide or ground"
+    raise ValueError(f"link '{body}': a Strut is massless, so '{point}' must be pinned to {needed}")
 
 
 class Joint(Element):

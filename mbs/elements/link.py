@@ -72,6 +72,26 @@ class Link(Element):
         """All points on the link: start, end, carried."""
         return (self.start, self.end, *self.carries)
 
+    @property
+    def massless(self) -> bool:
+        """Whether it has no coordinates of its own, but acts on what it is pinned to."""
+        return isinstance(self.body, Strut)
+
+    @property
+    def turns(self) -> bool:
+        """Whether its points have an angle, so that a torque can act on it."""
+        return not isinstance(self.body, Strut | Cable)
+
+    def inner(self, start: tuple[float, float], end: tuple[float, float]) -> dict[str, tuple[float, float]]:
+        """Places, m, of the points carried at a fraction of the length, for places of its ends."""
+        fractions = {point: part for point, part in self.carries.items() if part is not None}  # type: ignore[union-attr]
+        chord = hypot(end[0] - start[0], end[1] - start[1])
+        if not fractions or chord == 0:
+            return {}
+        ax, ay = (end[0] - start[0]) / chord, (end[1] - start[1]) / chord
+        local = {point: self.body.along(chord, part) for point, part in fractions.items()}  # type: ignore[union-attr]
+        return {point: (start[0] + ax * x - ay * y, start[1] + ay * x + ax * y) for point, (x, y) in local.items()}
+
     def mass(self, length: float) -> float:
         """Mass of the link, kg, for a distance of its ends, m; a strut's is that of its strip, which its model leaves out."""
         if isinstance(self.body, Rigid):

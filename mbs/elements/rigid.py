@@ -63,6 +63,10 @@ class Rigid:
         mass = self.section.mass_per_length * length
         return mass, mass * (length**2 + self.section.thickness**2) / 12, middle
 
+    def along(self, length: float, fraction: float) -> tuple[float, float]:
+        """Place at a fraction of the length, m, in the link's frame."""
+        return length * fraction, 0.0
+
     def signals(self, link: Any, record: Recorded) -> Iterator[Signal]:
         """Yield none besides those of every link."""
         yield from ()

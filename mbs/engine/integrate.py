@@ -36,9 +36,11 @@ def run_engine(scene: Scene, control: Recorder, engine: Any, settings: Any) -> t
     try:
         finished = engine.SolveSystem(scene.system, settings)
     except exu.ExudynError as error:
-        return control.failure or _named(control, error)
+        return control.failure or scene.stopped or _named(control, error)
     if control.failure is not None:
         return control.failure
+    if scene.stopped is not None:
+        return scene.stopped
     return None if finished else _diverged(control, "the smallest step did not help")
 
 

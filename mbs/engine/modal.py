@@ -70,6 +70,10 @@ class PlacedModal(Placed):
         q, q_t, q_tt = (values[:, 0] for values in self.total(system, states))
         return ModalHistory(self.model, q, q_t, q_tt, self.stations, float(self.reference[0, 2]))
 
+    def bearing(self, scene: Any, point: str, *, turns: bool) -> tuple[int, int]:
+        """A node that moves with the end's cross-section."""
+        return add_anchor(scene.system, self, point), 3
+
     def contact_node(self, scene: Any, point: str) -> tuple[int, Array]:
         """A node without mass that moves with the end's cross-section."""
         return add_anchor(scene.system, self, point), np.array(scene.mechanism.points[point])

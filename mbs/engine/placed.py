@@ -57,6 +57,10 @@ class Placed:
         """How far one unit of each coordinate moves the link, m, shape as `columns`: a norm for step errors."""
         raise NotImplementedError
 
+    def bearing(self, scene: Any, point: str, *, turns: bool) -> tuple[int, int]:
+        """Node that moves with the body at a point, and how many coordinates it has: x, y and, of some, theta; or a travel."""
+        return self.nodes[0], self.reference.shape[1]
+
     def contact_node(self, scene: Any, point: str) -> tuple[int, Array]:
         """Node (x, y, theta) that moves with the body at a point, and that node's reference place.
 

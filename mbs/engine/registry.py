@@ -6,7 +6,23 @@ from collections.abc import Callable
 from typing import Any
 
 from buckler.mbs import elements
-from buckler.mbs.engine import clearance, drive, guide, modal, revolute, rigid, stop, strip, strut
+from buckler.mbs.engine import (
+    clearance,
+    drive,
+    force,
+    guide,
+    mass,
+    modal,
+    motor,
+    revolute,
+    rigid,
+    spring,
+    stop,
+    strip,
+    strut,
+    torque,
+    torsion_spring,
+)
 
 BODIES: dict[type, Callable[..., Any]] = {
     elements.Rigid: rigid.add,
@@ -24,5 +40,11 @@ CONNECTORS: dict[type, Callable[..., None]] = {
     elements.Strut: strut.connect,
     elements.Stop: stop.connect,
     elements.Drive: drive.connect,
+    elements.Force: force.connect,
+    elements.Torque: torque.connect,
+    elements.Motor: motor.connect,
+    elements.Spring: spring.connect,
+    elements.TorsionSpring: torsion_spring.connect,
+    elements.Mass: mass.connect,
 }
 """Adds all elements of a kind once the bodies stand: (scene, elements by name)."""

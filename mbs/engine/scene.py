@@ -14,12 +14,13 @@ os.environ.setdefault("EXUDYN_NO_USER_SETTINGS", "1")
 import exudyn as exu
 import exudyn.itemInterface as eii
 
-from buckler.mbs.elements.element import GROUND, Array
+from buckler.mbs.elements.element import GROUND, Array, Burden, place
 from buckler.mbs.elements.guide import Guide
 from buckler.mbs.elements.strut import Strut
 from buckler.mbs.engine import guide as guides
 from buckler.mbs.engine.choice import is_loose
 from buckler.mbs.engine.clearance import ClearanceGroup
+from buckler.mbs.engine.mass import attach
 from buckler.mbs.engine.placed import Placed, States
 from buckler.mbs.engine.registry import BODIES, CONNECTORS
 from buckler.mbs.engine.stop import StopContact
@@ -27,6 +28,7 @@ from buckler.mbs.engine.strut import StrutSpring
 from buckler.mbs.kinematics.closure import Closure
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.record import Record
+from buckler.mbs.record.result import Status
 
 exu.config.printToConsole = False
 
@@ -74,6 +76,10 @@ class Scene:
         Joints with clearance, grouped by their laws.
     constraints : dict of str to int
         Engine object numbers by element.
+    burdens : list of Burden
+        Masses and rotors that elements add to the bodies.
+    stopped : (Status, str) or None
+        Why a user's function could not give a value, once it could not.
     """
 
     mechanism: Mechanism
@@ -90,6 +96,8 @@ class Scene:
 
     def __post_init__(self) -> None:
         self.strut_links = {link.name for link in self.mechanism.links if isinstance(link.body, Strut)}
+        self.burdens: list[Burden] = [b for each in self.mechanism.elements().values() for b in each.burdens(self.mechanism)]
+        self.stopped: tuple[Status, str] | None = None
 
     def summary(self) -> dict[str, int]:
         """What was built, part by part, and how many coordinates, constraints and engine items it has."""
@@ -123,6 +131,20 @@ class Scene:
         """Marker of a coordinate of a body's first node."""
         node = self.placed[body].nodes[0]
         return int(self.system.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node, coordinate=coordinate)))
+
+    def turning(self, at: str) -> int:
+        """Marker of the angle turned since t = 0 by the body at a point reference, or of the ground."""
+        body, point = place(at)
+        if GROUND in (body, point):
+            return self.ground
+        node, _ = self.placed[body].contact_node(self, point)
+        return int(self.system.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node, coordinate=2)))
+
+    def angle(self, at: str) -> float:
+        """Angle turned since t = 0 by the body at a point reference, rad, in the state the engine asks for."""
+        body, point = place(at)
+        q = self.system.systemData.GetODE2Coordinates()[None]
+        return float(self.placed[body].motion(self.system, States(q, q, q)).turn(point)[0][0])
 
     def constrain(self, name: str, first: int, second: int) -> None:
         """Pin two position markers to each other."""
@@ -178,6 +200,8 @@ def build(mechanism: Mechanism) -> Scene:
         velocity = closure.velocity(guide.link, guide.point, closure.reference, rates)
         scene.placed[guide.point] = guides.place(scene, guide, float(velocity @ guide.along))
         scene.parts["Guide"] += 1
+    for burden in scene.burdens:
+        attach(scene, burden)
     node = scene.system.AddNode(eii.NodePointGround())
     scene.ground = scene.system.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node, coordinate=0))
     for kind, connect in CONNECTORS.items():
