@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -48,6 +48,10 @@ class Clearance(Joint):
         follows(f"clearance at '{self.point}': law", self.law, NormalLaw, "Impact(...)")
         rubs = BristleLaw if hasattr(self.friction, "after") else FrictionLaw
         follows(f"clearance at '{self.point}': friction", self.friction, rubs, "Coulomb(0.1)")
+
+    def moments(self, mechanism: Any) -> Iterator[str]:
+        """Yield none: that of friction is small."""
+        yield from ()
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield the force on the second body, what contact and friction exert, N, and where the pin is in its bush."""

@@ -120,6 +120,10 @@ class Element:
         """Yield the masses it adds to bodies; none by default."""
         yield from ()
 
+    def moments(self, mechanism: Any) -> Iterator[str]:
+        """Yield the point references 'link:point' at which it exerts a moment on a link; none by default."""
+        yield from ()
+
 
 class Place(NamedTuple):
     """A point reference: '' for whatever link carries the point, a link's name, or 'ground'."""
@@ -209,6 +213,10 @@ class Joint(Element):
         ends = {self.first, self.second}
         if sum(joint.point == self.point and {joint.first, joint.second} == ends for joint in mechanism.joints) > 1:
             raise ValueError(f"{where}: joins {' and '.join(sorted(ends))} twice")
+
+    def moments(self, mechanism: Any) -> Iterator[str]:
+        """Yield both sides, unless the kind of joint says otherwise."""
+        yield from (f"{body}:{self.point}" for body in (self.first, self.second))
 
 
 def since_start(time: Array, power: Array) -> Array:

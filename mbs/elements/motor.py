@@ -76,6 +76,10 @@ class Motor(Load):
         """A link with an angle."""
         check_turning(mechanism, self.link, f"motor on '{self.link}'")
 
+    def moments(self, mechanism: Any) -> Iterator[str]:
+        """Yield where it acts."""
+        yield self.at(mechanism)
+
     def at(self, mechanism: Any) -> str:
         """The point reference at which it acts."""
         return turning(mechanism, self.link)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 from buckler.mbs.elements.element import Joint, Recorded, Signal
 
@@ -21,6 +22,10 @@ class Revolute(Joint):
     point: str
     first: str
     second: str
+
+    def moments(self, mechanism: Any) -> Iterator[str]:
+        """Yield none: a pin exerts no moment."""
+        yield from ()
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield the force on the second body, N; none where a strut is pinned, as it acts on its neighbour directly."""

@@ -65,6 +65,10 @@ class TorsionSpring(Elastic, Load):
             if body != GROUND:
                 check_turning(mechanism, at, where)
 
+    def moments(self, mechanism: Any) -> Iterator[str]:
+        """Yield both ends."""
+        yield from self.ends(mechanism)
+
     def ends(self, mechanism: Any) -> tuple[str, str]:
         """The point references at which it acts."""
         bodies = {at.partition(":")[0] for at in (self.first, self.second)}
