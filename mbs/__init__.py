@@ -22,13 +22,16 @@ from buckler.mbs.elements import (
     Revolute,
     Rigid,
     Section,
+    Slider,
+    Slot,
     Spring,
     Stop,
     Strut,
     Torque,
     TorsionSpring,
+    Weld,
 )
-from buckler.mbs.engine.settings import Solver
+from buckler.mbs.engine.settings import Controlled, Equal, Exudyn
 from buckler.mbs.library import crank_rocker, slider_crank
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.result import Result, Status
@@ -38,9 +41,10 @@ if TYPE_CHECKING:
     from buckler.mbs.simulation import simulate
 
 __all__ = [
-    "STEEL", "AdamsDamping", "Beam", "Cable", "Clearance", "Drive", "Force", "Guide", "GuideFriction", "Link", "Mass", "Material",
-    "Mechanism", "Modal", "Motion", "Motor", "Ramp", "Result", "Revolute", "Rigid", "Section", "Solver", "Spring", "Status",
-    "Stop", "Strut", "Torque", "TorsionSpring", "build", "crank_rocker", "simulate", "slider_crank",
+    "STEEL", "AdamsDamping", "Beam", "Cable", "Clearance", "Controlled", "Drive", "Equal", "Exudyn", "Force", "Guide",
+    "GuideFriction", "Link", "Mass", "Material", "Mechanism", "Modal", "Motion", "Motor", "Ramp", "Result", "Revolute", "Rigid",
+    "Section", "Slider", "Slot", "Spring", "Status", "Stop", "Strut", "Torque", "TorsionSpring", "Weld", "build", "crank_rocker",
+    "simulate", "slider_crank",
 ]  # fmt: skip
 
 _ENGINE = {"simulate": "buckler.mbs.simulation", "build": "buckler.mbs.engine.scene"}

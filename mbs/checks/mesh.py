@@ -18,7 +18,6 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs.elements.beam import Beam, Cable
 from buckler.mbs.record.motion import chosen
 from buckler.mbs.record.record import Record
 
@@ -38,11 +37,11 @@ def meshes(record: Record) -> Iterator[str]:
     """Yield the strips with too few elements, in words."""
     struck = {stop.point for stop in record.mechanism.stops}
     for link in record.mechanism.links:
-        if isinstance(link.body, Beam | Cable):
+        if link.body.meshed:
             allowed = STRUCK if struck & set(link.points) else MESH
             error = mesh_error(record, link.name)
             if error > allowed:
-                count = f"{link.body.count} elements"
+                count = f"{record.links[link.name].body.count} elements"
                 yield f"MESH: with {count} the bending load of '{link.name}' is off by about {error:.1g}, allowed {allowed:g}"
 
 
@@ -75,8 +74,8 @@ def mesh_error(record: Record, name: str) -> float:
     missed = (h**2 / 6 if points == 1 else h**4 / 360) * _mean_square(np.hstack(values), np.concatenate(weights))
     all_of_it = bending.value.reshape(len(bending.value), -1)
     turn = float(turns.max())
-    far = 1.2e-2 * turn**4 if isinstance(strip.body, Cable) else 3e-4 * turn**6
-    return missed / _mean_square(all_of_it, np.ones(all_of_it.shape[1])) + far
+    c, order = strip.body.worth.far
+    return missed / _mean_square(all_of_it, np.ones(all_of_it.shape[1])) + c * turn**order
 
 
 def _stretches(record: Record, name: str, curvature: Array, pieces: Array) -> Iterator[tuple[Array, Array]]:
@@ -86,8 +85,8 @@ def _stretches(record: Record, name: str, curvature: Array, pieces: Array) -> It
     """
     link, elements = record.mechanism.link(name), record.mechanism.elements().values()
     turned = {at for element in elements for at in element.moments(record.mechanism)}
-    step = link.body.nodes - 1 if isinstance(link.body, Beam) else 1
-    cuts = sorted({node // step for node in record.links[name].nodes.values()})
+    body: Any = link.body
+    cuts = sorted({node // body.step for node in record.links[name].nodes.values()})
     gauss = (np.polynomial.legendre.leggauss(curvature.shape[-1])[0] + 1) / 2
     edges = np.concatenate([[0.0], np.cumsum(pieces)])
     for a, b in pairwise(cuts):

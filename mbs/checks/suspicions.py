@@ -17,7 +17,7 @@ from buckler.mbs.checks.energy import BALANCE, OF_ACCURACY, at_rest, unbalanced
 from buckler.mbs.checks.mesh import meshes
 from buckler.mbs.checks.penetration import pierced
 from buckler.mbs.checks.steps import steps
-from buckler.mbs.engine.choice import clearances
+from buckler.mbs.elements.clearance import clearances
 from buckler.mbs.record.energy import ledger
 from buckler.mbs.record.result import Result, Status
 from buckler.mbs.record.run import Run
@@ -42,7 +42,7 @@ def suspicions(run: Run, result: Result) -> Iterator[str]:
         yield "TIME: time does not increase"
         return
     mechanism = run.record.mechanism
-    if result.energy or run.solver.record_every == 1:  # work cannot be summed over steps that were not recorded
+    if result.energy or run.solver.steps.record_every == 1:  # work cannot be summed over steps that were not recorded
         least = at_rest(mechanism, float(result.time[-1] - result.time[0]) or 1.0)
         yield from unbalanced(result.energy or ledger(run.record), max(BALANCE, OF_ACCURACY * result.asked), least)
     yield from pulls(result)

@@ -1,26 +1,29 @@
 """What a mechanism is made of: links and their bodies, joints, guides, stops, drives. A kind is a line here."""
 
 from buckler.mbs.elements.beam import Beam, Cable
+from buckler.mbs.elements.body import Body
 from buckler.mbs.elements.clearance import Clearance
 from buckler.mbs.elements.drive import Drive, Motion, Ramp
 from buckler.mbs.elements.force import Force
 from buckler.mbs.elements.guide import Guide, GuideFriction
-from buckler.mbs.elements.link import Body, Link
+from buckler.mbs.elements.link import Link
 from buckler.mbs.elements.mass import Mass
 from buckler.mbs.elements.modal import AdamsDamping, Modal
 from buckler.mbs.elements.motor import Motor
 from buckler.mbs.elements.revolute import Revolute
 from buckler.mbs.elements.rigid import Inertia, Rigid
 from buckler.mbs.elements.section import STEEL, Material, Section
+from buckler.mbs.elements.slider import Slider, Slot
 from buckler.mbs.elements.spring import Spring
 from buckler.mbs.elements.stop import Stop
 from buckler.mbs.elements.strut import Strut
 from buckler.mbs.elements.torque import Torque
 from buckler.mbs.elements.torsion_spring import TorsionSpring
+from buckler.mbs.elements.weld import Weld
 
 KINDS: dict[str, tuple[type, ...]] = {
     "links": (Link,),
-    "joints": (Revolute, Clearance),
+    "joints": (Revolute, Clearance, Weld, Slider, Slot),
     "guides": (Guide,),
     "stops": (Stop,),
     "drives": (Drive,),
@@ -31,6 +34,6 @@ KINDS: dict[str, tuple[type, ...]] = {
 
 __all__ = [
     "KINDS", "STEEL", "AdamsDamping", "Beam", "Body", "Cable", "Clearance", "Drive", "Force", "Guide", "GuideFriction", "Inertia",
-    "Link", "Mass", "Material", "Modal", "Motion", "Motor", "Ramp", "Revolute", "Rigid", "Section", "Spring", "Stop", "Strut",
-    "Torque", "TorsionSpring",
+    "Link", "Mass", "Material", "Modal", "Motion", "Motor", "Ramp", "Revolute", "Rigid", "Section", "Slider", "Slot", "Spring",
+    "Stop", "Strut", "Torque", "TorsionSpring", "Weld",
 ]  # fmt: skip

@@ -6,7 +6,7 @@ An element answers from plain arrays. It sees a run through `Recorded`, which bo
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from typing import Any, NamedTuple, Protocol
+from typing import Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 
@@ -68,6 +68,15 @@ class Motion(Protocol):
         """Kinetic energy, J, (times,)."""
 
 
+class Depth(NamedTuple):
+    """How deep a contact may be: signal, depth, m, beyond which its law does not hold, what is so deep, and in what."""
+
+    signal: str
+    allowed: float
+    what: str
+    where: str
+
+
 class Recorded(Protocol):
     """A record, as elements see it."""
 
@@ -107,6 +116,38 @@ class Element:
 
     def check(self, mechanism: Any) -> None:
         """Raise a ValueError if what it refers to is not in the mechanism."""
+
+    def rows(self, mechanism: Any) -> Iterator[Any]:
+        """Yield what it asks of the bodies' places, as `buckler.mbs.elements.rows`; nothing by default."""
+        yield from ()
+
+    def reactions(self, multipliers: Array) -> dict[str, Array] | None:
+        """Channels of a run whose constraints alone decide the motion, from its rows' multipliers (times, rows).
+
+        A multiplier acts on the row's first body along the row. None, the default, if it cannot tell.
+        """
+        return None
+
+    def pushes(self, name: str, record: Recorded) -> Iterator[tuple[str, Array, Array]] | None:
+        """Forces it exerts in a motion that is known: (point reference, force (times, 2), moment (times,)).
+
+        None, the default, if it cannot tell.
+        """
+        return None
+
+    def check_run(self, duration: float, name: str) -> None:
+        """Raise a ValueError if it cannot run that long, s; nothing by default."""
+
+    def depths(self, name: str, mechanism: Any) -> Iterator[Depth]:
+        """Yield how deep its contacts may be; nothing by default."""
+        yield from ()
+
+    def inertias(self, mechanism: Any) -> Iterator[tuple[str, str, float, float]]:
+        """Yield what it adds to a link: (link, point, mass, moment of inertia), kg, kg m^2; its burdens by default."""
+        blocks = {guide.point: guide.link for guide in mechanism.guides}
+        for at, mass, inertia in self.burdens(mechanism):
+            body, point = place(at)
+            yield blocks.get(body, body), point, mass, inertia
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield its signals in a run; none by default."""
@@ -174,8 +215,8 @@ def holder(mechanism: Any, at: str) -> str:
     links = {link.name: link for link in mechanism.links}
     if not body:
         carriers = [link for link in mechanism.links if point in link.points]
-        body = next((link.name for link in carriers if not link.massless), carriers[0].name if carriers else GROUND)
-    if body == GROUND or not links[body].massless:
+        body = next((link.name for link in carriers if not link.body.massless), carriers[0].name if carriers else GROUND)
+    if body == GROUND or not links[body].body.massless:
         return body
     for guide in mechanism.guides:
         if guide.point == point and guide.link == body:
@@ -183,15 +224,33 @@ def holder(mechanism: Any, at: str) -> str:
     for joint in mechanism.joints:
         if joint.point == point and body in (joint.first, joint.second):
             other: str = joint.second if joint.first == body else joint.first
-            if other == GROUND or not links[other].massless:
+            if other == GROUND or not links[other].body.massless:
                 return other
     needed = "a link with mass, a guide or ground"
     raise ValueError(f"link '{body}': a Strut is massless, so '{point}' must be pinned to {needed}")
 
 
-class Joint(Element):
-    """What joins two bodies, links or the ground, at a point."""
+def takes_moments(mechanism: Any, names: tuple[str, ...], where: str) -> None:
+    """Raise a ValueError if one of these links is massless: a force between two points takes no moment."""
+    for link in mechanism.links:
+        if link.name in names and link.body.massless:
+            kind = type(link.body).__name__
+            raise ValueError(f"{where}: link '{link.name}' is a {kind}, a force between two points; it takes no moment")
 
+
+class Joint(Element):
+    """What joins two bodies, links or the ground, at a point.
+
+    Attributes
+    ----------
+    ideal : bool
+        Whether it is a constraint; else contact holds it.
+    keeps_angle : bool
+        Whether it keeps the two bodies' angle to each other.
+    """
+
+    ideal: ClassVar[bool] = True
+    keeps_angle: ClassVar[bool] = False
     point: str
     first: str
     second: str
@@ -205,18 +264,23 @@ class Joint(Element):
         """Two different bodies that reach the point, not joined there already."""
         where = f"joint at '{self.point}'"
         known("point", self.point, mechanism.points, where)
-        if self.first == self.second:
-            raise ValueError(f"{where}: joins '{self.first}' to itself")
+        self.apart(mechanism, where)
         for name in (self.first, self.second):
             if name != GROUND:
                 reaches(mechanism, name, self.point, where)
+
+    def apart(self, mechanism: Any, where: str) -> None:
+        """Raise a ValueError if it joins a body to itself, or two that are joined at the point already."""
+        if self.first == self.second:
+            raise ValueError(f"{where}: joins '{self.first}' to itself")
         ends = {self.first, self.second}
         if sum(joint.point == self.point and {joint.first, joint.second} == ends for joint in mechanism.joints) > 1:
             raise ValueError(f"{where}: joins {' and '.join(sorted(ends))} twice")
 
     def moments(self, mechanism: Any) -> Iterator[str]:
-        """Yield both sides, unless the kind of joint says otherwise."""
-        yield from (f"{body}:{self.point}" for body in (self.first, self.second))
+        """Yield both sides where it keeps the angle; the moment of friction is small."""
+        if self.keeps_angle:
+            yield from (f"{body}:{self.point}" for body in (self.first, self.second))
 
 
 def since_start(time: Array, power: Array) -> Array:

@@ -54,7 +54,7 @@ class Force(Load):
         if holder(mechanism, self.point) == GROUND:
             raise ValueError(f"{where}: it acts on the ground; name a point of a link")
         if self.follows is not None:
-            check_turning(mechanism, self.follows, where, torque=False)
+            check_turning(mechanism, self.follows, where)
 
     def turns_with(self, mechanism: Any) -> str | None:
         """The point reference whose angle it follows."""

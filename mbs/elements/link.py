@@ -8,6 +8,7 @@ from math import hypot
 from typing import Any
 
 from buckler.mbs.elements.beam import Beam, Cable
+from buckler.mbs.elements.body import Body
 from buckler.mbs.elements.element import Element, Energy, Recorded, Signal, known
 from buckler.mbs.elements.frozen import Frozen
 from buckler.mbs.elements.modal import Modal
@@ -15,7 +16,6 @@ from buckler.mbs.elements.rigid import Rigid
 from buckler.mbs.elements.strut import Strut
 from buckler.mbs.validate import number, one_of, positive
 
-Body = Rigid | Strut | Beam | Cable | Modal
 BODIES = (Rigid, Strut, Beam, Cable, Modal)
 """Kinds of body, one line a kind."""
 
@@ -51,9 +51,9 @@ class Link(Element):
             if part is not None:
                 number(f"carries['{point}'] of link '{self.name}'", part, 0.0, 1.0, "1")
         kind = type(self.body).__name__
-        if along and isinstance(self.body, Strut | Modal):
+        if along and not self.body.carrying:
             raise ValueError(f"link '{self.name}': only Rigid links, beams and cables carry further points, not a {kind}")
-        if None in along.values() and not isinstance(self.body, Rigid):
+        if None in along.values() and "place" not in self.body.carrying:
             raise ValueError(f"link '{self.name}': only a Rigid link carries points by name alone, not a {kind}; give fractions")
 
     @property
@@ -72,16 +72,6 @@ class Link(Element):
         """All points on the link: start, end, carried."""
         return (self.start, self.end, *self.carries)
 
-    @property
-    def massless(self) -> bool:
-        """Whether it has no coordinates of its own, but acts on what it is pinned to."""
-        return isinstance(self.body, Strut)
-
-    @property
-    def turns(self) -> bool:
-        """Whether its points have an angle, so that a torque can act on it."""
-        return not isinstance(self.body, Strut | Cable)
-
     def inner(self, start: tuple[float, float], end: tuple[float, float]) -> dict[str, tuple[float, float]]:
         """Places, m, of the points carried at a fraction of the length, for places of its ends."""
         fractions = {point: part for point, part in self.carries.items() if part is not None}  # type: ignore[union-attr]
@@ -89,14 +79,12 @@ class Link(Element):
         if not fractions or chord == 0:
             return {}
         ax, ay = (end[0] - start[0]) / chord, (end[1] - start[1]) / chord
-        local = {point: self.body.along(chord, part) for point, part in fractions.items()}  # type: ignore[union-attr]
+        local = {point: self.body.along(chord, part) for point, part in fractions.items()}
         return {point: (start[0] + ax * x - ay * y, start[1] + ay * x + ax * y) for point, (x, y) in local.items()}
 
     def mass(self, length: float) -> float:
         """Mass of the link, kg, for a distance of its ends, m; a strut's is that of its strip, which its model leaves out."""
-        if isinstance(self.body, Rigid):
-            return self.body.inertia(length)[0]
-        return self.body.section.mass_per_length * length
+        return self.body.inertia(length)[0]
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield those of the centre of mass, m, m/s, m/s^2, then those of the body."""

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from buckler.mbs.elements.element import GROUND, Array, Element, Recorded, holder, known, place, reaches
+from buckler.mbs.elements.element import GROUND, Array, Element, Recorded, holder, known, place, reaches, takes_moments
 
 Law = Callable[[float, float], float]
 PIECES = 400
@@ -58,23 +58,21 @@ def held_at(mechanism: Any, at: str) -> str:
 
 def turning(mechanism: Any, at: str, near: str | None = None) -> str:
     """The reference 'link:point' of what turns: 'crank' is that link at the point `near` if it has it, or else at its start."""
-    if ":" in at or at == GROUND:
+    if ":" in at:
         return at
+    if at == GROUND:
+        return f"{GROUND}:{GROUND}"
     link = mechanism.link(at)
     return f"{at}:{near if near in link.points else link.start}"
 
 
-def check_turning(mechanism: Any, at: str, where: str, *, torque: bool = True) -> None:
-    """Raise a ValueError if a reference, 'crank' or 'beam:B', is not to a link that turns, or that a torque can act on."""
-    links = {link.name: link for link in mechanism.links}
+def check_turning(mechanism: Any, at: str, where: str) -> None:
+    """Raise a ValueError if a reference, 'crank' or 'beam:B', is not to a link that turns."""
     body, colon, point = at.partition(":")
-    known("link", body, links, where)
+    known("link", body, {link.name for link in mechanism.links}, where)
     if colon:
         reaches(mechanism, body, point, where)
-    link = links[body]
-    if link.massless or (torque and not link.turns):
-        kind = type(link.body).__name__
-        raise ValueError(f"{where}: link '{body}' must be Rigid, Beam or Modal, not a {kind}, as a torque needs an angle")
+    takes_moments(mechanism, (body,), where)
 
 
 def sampled(function: Callable[..., Any], *columns: Array) -> Array:
@@ -85,7 +83,8 @@ def sampled(function: Callable[..., Any], *columns: Array) -> Array:
             found.append(np.asarray(function(*arguments), dtype=float))
         except Exception:
             found.append(np.array(np.nan))
-    return np.array([np.broadcast_to(value, max((v.shape for v in found), key=len)) for value in found])
+    shape = max((value.shape for value in found), key=len)
+    return np.array([np.broadcast_to(value, shape) for value in found])
 
 
 def potential(law: Law, values: Array) -> Array:

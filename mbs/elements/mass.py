@@ -24,7 +24,7 @@ class Mass(Element):
     mass : float
         kg, positive.
     inertia : float
-        About the point, kg m^2; it turns with a Rigid, Beam or Modal link.
+        About the point, kg m^2; it turns with the link. A block, which does not turn, takes none.
     link : str, optional
         Which of the links at the point carries it; by default the first that has mass.
     """
@@ -52,11 +52,8 @@ class Mass(Element):
         body = place(self.at(mechanism)).body
         if body == GROUND:
             raise ValueError(f"{where}: it lies on the ground; name a point of a link")
-        turning = {link.name for link in mechanism.links if link.turns}
-        if self.inertia and body not in turning:
-            raise ValueError(
-                f"{where}: inertia = {self.inertia:g} kg m^2: '{body}' must be Rigid, Beam or Modal to have an angle"
-            )
+        if self.inertia and body not in {link.name for link in mechanism.links}:
+            raise ValueError(f"{where}: inertia = {self.inertia:g} kg m^2: must be 0 on a guide's block, which does not turn")
 
     def at(self, mechanism: Any) -> str:
         """The point reference at which it is fixed."""

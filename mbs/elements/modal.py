@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from buckler.mbs.elements.body import Body
 from buckler.mbs.elements.element import Energy, Recorded, Signal, since_start
 from buckler.mbs.elements.section import Section
 from buckler.mbs.validate import number, positive, whole
@@ -193,7 +194,7 @@ class AdamsDamping:
 
 
 @dataclass(frozen=True)
-class Modal:
+class Modal(Body):
     """A link of chosen modes of a solid.
 
     Parameters
@@ -217,6 +218,10 @@ class Modal:
     mesh: Box | MeshFile = field(default_factory=Box)
     interface: Interface = field(default_factory=EndFace)
     order: int = 2
+
+    def first_frequency(self, length: float) -> float:
+        """Of the section as a beam, rad/s."""
+        return self.section.first_frequency(length)
 
     def __post_init__(self) -> None:
         if not isinstance(self.modes, FreeModes | CraigBampton):

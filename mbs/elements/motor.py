@@ -27,7 +27,7 @@ class Motor(Load):
     Parameters
     ----------
     link : str
-        A Rigid, Beam or Modal link. On a flexible one it acts at the start; 'beam:B' names another of its points.
+        Any but a Strut. On a flexible one it acts at the start; 'beam:B' names another of its points.
     voltage : float or callable
         V, or a function of t, s, that returns it.
     resistance : float

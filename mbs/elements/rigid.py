@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import ClassVar
 
-from buckler.mbs.elements.element import Energy, Recorded, Signal
+from buckler.mbs.elements.body import Body
 from buckler.mbs.elements.section import Section
 from buckler.mbs.validate import one_of, pair, positive
 
@@ -37,7 +36,7 @@ class Inertia:
 
 
 @dataclass(frozen=True)
-class Rigid:
+class Rigid(Body):
     """A rigid link: a uniform bar of a section, or one of given mass, inertia and centre of mass (`Rigid.of`).
 
     Parameters
@@ -46,6 +45,9 @@ class Rigid:
     """
 
     section: Section | Inertia
+
+    flexible: ClassVar[bool] = False
+    carrying: ClassVar[tuple[str, ...]] = ("place", "fraction")
 
     def __post_init__(self) -> None:
         one_of("section", self.section, (Section, Inertia))
@@ -57,20 +59,6 @@ class Rigid:
 
     def inertia(self, length: float) -> tuple[float, float, tuple[float, float]]:
         """Mass, kg, inertia about the centre of mass, kg m^2, and that centre in the link's frame, m, of a link this long [m]."""
-        middle = (length / 2, 0.0)
         if isinstance(self.section, Inertia):
-            return self.section.mass, self.section.inertia, self.section.centre or middle
-        mass = self.section.mass_per_length * length
-        return mass, mass * (length**2 + self.section.thickness**2) / 12, middle
-
-    def along(self, length: float, fraction: float) -> tuple[float, float]:
-        """Place at a fraction of the length, m, in the link's frame."""
-        return length * fraction, 0.0
-
-    def signals(self, link: Any, record: Recorded) -> Iterator[Signal]:
-        """Yield none besides those of every link."""
-        yield from ()
-
-    def energies(self, link: Any, record: Recorded) -> Iterator[Energy]:
-        """Yield none besides those of every link."""
-        yield from ()
+            return self.section.mass, self.section.inertia, self.section.centre or (length / 2, 0.0)
+        return self.section.bar(length)

@@ -21,7 +21,7 @@ class Torque(Load):
     Parameters
     ----------
     link : str
-        A Rigid, Beam or Modal link. On a flexible one it acts at the start; 'beam:B' names another of its points.
+        Any but a Strut. On a flexible one it acts at the start; 'beam:B' names another of its points.
     value : float or callable
         N m, counter-clockwise, or a function (t, angle, speed) that returns it: s, rad turned there since t = 0, rad/s.
     """

@@ -21,7 +21,7 @@ class TorsionSpring(Elastic, Load):
     Parameters
     ----------
     first, second : str
-        Rigid, Beam or Modal links, or 'ground'. On a flexible one it acts at the joint of the two, or else at the start; 'beam:B'
+        Any links but struts, or 'ground'. On a flexible one it acts at the joint of the two, or else at the start; 'beam:B'
         names another of its points.
     stiffness : float
         N m/rad. With a law it is not used and may be 0.
@@ -77,7 +77,7 @@ class TorsionSpring(Elastic, Load):
 
     def twist(self, record: Recorded) -> tuple[Array, Array]:
         """Angle from the free one, rad, and its rate, rad/s, each (times,)."""
-        (first, first_t), (second, second_t) = (_turned(record, at) for at in self.ends(record.mechanism))
+        (first, first_t), (second, second_t) = (record.turn(at) for at in self.ends(record.mechanism))
         return second - first - (self.free_angle or 0.0), second_t - first_t
 
     def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
@@ -98,9 +98,3 @@ class TorsionSpring(Elastic, Load):
         value, rate = self.twist(record)
         yield Energy("held", "spring", self.stored(value))
         yield Energy("taken", "damping", since_start(record.time, self.lost(value, rate)))
-
-
-def _turned(record: Recorded, at: str) -> tuple[Array, Array]:
-    if at.partition(":")[0] == GROUND:
-        return np.zeros_like(record.time), np.zeros_like(record.time)
-    return record.turn(at)

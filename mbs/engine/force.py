@@ -34,7 +34,7 @@ def _function(scene: Any, name: str, load: Force, follows: str | None) -> Callab
         fx, fy = value(t, t)
         if follows is None:
             return [fx, fy, 0.0]
-        angle = scene.angle(follows)
+        angle = scene.angle(*place(follows))
         c, s = cos(angle), sin(angle)
         return [c * fx - s * fy, s * fx + c * fy, 0.0]
 

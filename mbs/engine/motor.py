@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from buckler.mbs.elements.element import place
 from buckler.mbs.elements.motor import Motor
 from buckler.mbs.engine.guarded import Guarded
 from buckler.mbs.engine.torque import add_torque
@@ -18,5 +19,5 @@ def connect(scene: Any, loads: dict[str, Motor]) -> None:
         def torque(t: float, _u: float, _angle: float, speed: float, load: Motor = load, voltage: Any = voltage) -> float:
             return float(load.torque(voltage(t, t), speed))
 
-        add_torque(scene, scene.turning(load.at(scene.mechanism)), torque)
+        add_torque(scene, scene.turning(*place(load.at(scene.mechanism))), torque)
         scene.parts["Motor"] += 1

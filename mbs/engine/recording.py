@@ -14,7 +14,7 @@ from buckler.mbs.elements.journal import SINCE
 from buckler.mbs.engine.clearance import ClearanceGroup
 from buckler.mbs.engine.placed import States
 from buckler.mbs.engine.scene import History, Scene
-from buckler.mbs.engine.settings import Solver
+from buckler.mbs.engine.settings import Exudyn
 from buckler.mbs.engine.stop import StopContact
 from buckler.mbs.record.result import Status
 
@@ -48,27 +48,26 @@ class Rows:
 
 
 class StopState:
-    """One stop as the run sees it: place in the coordinates, touching or not, force."""
+    """One stop as the run sees it: touching or not, force."""
 
-    def __init__(self, scene: Scene, contact: StopContact) -> None:
+    def __init__(self, contact: StopContact) -> None:
         self.contact = contact
-        self.column = int(scene.placed[contact.stop.point].columns(scene.system)[0, 0])
         self.touching, self.force = False, 0.0
 
     def accept(self, q: Array, q_t: Array) -> float:
         """Take over an accepted step; the contact force, N."""
-        travel, speed = float(q[self.column]), float(q_t[self.column])
-        self.touching = self.contact.accept(travel, speed)
-        self.force = self.contact.force(travel, speed) if self.touching else 0.0
+        depth, rate = self.contact.state(q, q_t)
+        self.touching = self.contact.accept(depth, rate)
+        self.force = self.contact.force(depth, rate) if self.touching else 0.0
         return self.force
 
 
 class Recorder:
     """The engine's callback after each accepted step: record, tell the progress, end the run where it must end."""
 
-    def __init__(self, scene: Scene, solver: Solver, duration: float, timeout: float | None, progress: Any) -> None:
+    def __init__(self, scene: Scene, solver: Exudyn, duration: float, timeout: float | None, progress: Any) -> None:
         self.solver, self.duration, self.data = solver, duration, scene.system.systemData
-        self.stops = [StopState(scene, contact) for contact in scene.stops.values()]
+        self.stops = [StopState(contact) for contact in scene.stops.values()]
         self.groups: list[ClearanceGroup] = [group for group in scene.clearances if group.remembers]
         self.constrained = self.data.AEsize() > 0
         self.record = Rows()
@@ -101,8 +100,8 @@ class Recorder:
 
     def _may_go_on(self, t: float) -> bool:
         count = len(self.record.time)
-        if count > self.solver.max_steps:
-            self.failure = (Status.TOO_MANY_STEPS, f"more than max_steps = {self.solver.max_steps} steps by t = {t:.6g} s")
+        if count > self.solver.steps.max_steps:
+            self.failure = (Status.TOO_MANY_STEPS, f"more than max_steps = {self.solver.steps.max_steps} steps by t = {t:.6g} s")
         elif self.deadline and count % CHECK_EVERY == 0 and perf_counter() > self.deadline:
             self.failure = (Status.TIMED_OUT, f"out of time at t = {t:.6g} s of {self.duration:.6g} s after {count} steps")
         elif not isfinite(self.record.q[-1][-1]):

@@ -16,12 +16,14 @@ from buckler.mbs.engine import (
     motor,
     revolute,
     rigid,
+    slider,
     spring,
     stop,
     strip,
     strut,
     torque,
     torsion_spring,
+    weld,
 )
 
 BODIES: dict[type, Callable[..., Any]] = {
@@ -36,6 +38,9 @@ BODIES: dict[type, Callable[..., Any]] = {
 CONNECTORS: dict[type, Callable[..., None]] = {
     elements.Revolute: revolute.connect,
     elements.Clearance: clearance.connect,
+    elements.Weld: weld.connect,
+    elements.Slider: slider.connect,
+    elements.Slot: slider.connect,
     elements.Guide: guide.connect,
     elements.Strut: strut.connect,
     elements.Stop: stop.connect,

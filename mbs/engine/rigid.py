@@ -53,6 +53,25 @@ class PlacedRigid(Placed):
         """Of places 1, of the turn half the link's length."""
         return np.array([[1.0, 1.0, self.radius]])
 
+    def attach(self, _scene: Any, _point: str, _mass: float, _inertia: float) -> bool:
+        """Do nothing: it was built with all it bears."""
+        return False
+
+    def rigid_marker(self, scene: Any, point: str) -> int:
+        """On the body, at any point of the mechanism as it lies at t = 0."""
+        c, s = np.cos(self.direction(point)), np.sin(self.direction(point))
+        local = np.array([[c, s], [-s, c]]) @ (self.arms[point] + self.own)
+        return int(scene.system.AddMarker(eii.MarkerBodyRigid(bodyNumber=self.objects[0], localPosition=[*local, 0.0])))
+
+    def direction(self, _point: str) -> float:
+        """Of the link."""
+        return float(self.reference[0, 2])
+
+    def mobility(self, point: str, along: Any) -> float:
+        """Of its mass and inertia."""
+        (ax, ay), (ux, uy) = self.arms[point], along
+        return 1 / self.mass + float(ax * uy - ay * ux) ** 2 / self.inertia
+
     def contact_node(self, scene: Any, point: str) -> tuple[int, Array]:
         """Its one node."""
         return self.nodes[0], self.reference[0, :2]
@@ -64,7 +83,7 @@ def add(scene: Any, link: Link, velocity: Array) -> PlacedRigid:
     start, end = (np.array(mechanism.points[p]) for p in (link.start, link.end))
     length = mechanism.length(link.name)
     direction = float(np.arctan2(*(end - start)[::-1]))
-    mass, inertia, centre = link.body.inertia(length)  # type: ignore[union-attr]
+    mass, inertia, centre = link.body.inertia(length)
     along = (end - start) / length
     own = start + centre[0] * along + centre[1] * np.array([-along[1], along[0]])
     total, moment, middle = _with_burdens(scene, link, mass, inertia, own)

@@ -14,9 +14,7 @@ os.environ.setdefault("EXUDYN_NO_USER_SETTINGS", "1")
 import exudyn as exu
 import exudyn.itemInterface as eii
 
-from buckler.mbs.elements.element import GROUND, Array, Burden, place
-from buckler.mbs.elements.guide import Guide
-from buckler.mbs.elements.strut import Strut
+from buckler.mbs.elements.element import GROUND, Array, Burden
 from buckler.mbs.engine import guide as guides
 from buckler.mbs.engine.choice import is_loose
 from buckler.mbs.engine.clearance import ClearanceGroup
@@ -25,7 +23,7 @@ from buckler.mbs.engine.placed import Placed, States
 from buckler.mbs.engine.registry import BODIES, CONNECTORS
 from buckler.mbs.engine.stop import StopContact
 from buckler.mbs.engine.strut import StrutSpring
-from buckler.mbs.kinematics.closure import Closure
+from buckler.mbs.kinematics.start import Start, start
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.record import Record
 from buckler.mbs.record.result import Status
@@ -80,6 +78,8 @@ class Scene:
         Masses and rotors that elements add to the bodies.
     stopped : (Status, str) or None
         Why a user's function could not give a value, once it could not.
+    start : Start
+        Velocities at t = 0.
     """
 
     mechanism: Mechanism
@@ -91,11 +91,12 @@ class Scene:
     struts: dict[str, StrutSpring] = field(default_factory=dict)
     clearances: list[ClearanceGroup] = field(default_factory=list)
     constraints: dict[str, int] = field(default_factory=dict)
+    start: Start | None = None
     parts: Counter[str] = field(default_factory=Counter)
     readers: list[tuple[str, str, Callable[[History, Record], Array]]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self.strut_links = {link.name for link in self.mechanism.links if isinstance(link.body, Strut)}
+        self.strut_links = {link.name for link in self.mechanism.links if link.body.massless}
         self.burdens: list[Burden] = [b for each in self.mechanism.elements().values() for b in each.burdens(self.mechanism)]
         self.stopped: tuple[Status, str] | None = None
 
@@ -132,17 +133,15 @@ class Scene:
         node = self.placed[body].nodes[0]
         return int(self.system.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node, coordinate=coordinate)))
 
-    def turning(self, at: str) -> int:
-        """Marker of the angle turned since t = 0 by the body at a point reference, or of the ground."""
-        body, point = place(at)
-        if GROUND in (body, point):
+    def turning(self, body: str, point: str) -> int:
+        """Marker of the turn of a body, or of the ground, at a point."""
+        if body == GROUND:
             return self.ground
         node, _ = self.placed[body].contact_node(self, point)
         return int(self.system.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node, coordinate=2)))
 
-    def angle(self, at: str) -> float:
-        """Angle turned since t = 0 by the body at a point reference, rad, in the state the engine asks for."""
-        body, point = place(at)
+    def angle(self, body: str, point: str) -> float:
+        """Angle turned since t = 0 by a body at a point, rad, in the state the engine asks for."""
         q = self.system.systemData.GetODE2Coordinates()[None]
         return float(self.placed[body].motion(self.system, States(q, q, q)).turn(point)[0][0])
 
@@ -167,11 +166,10 @@ class Scene:
     def record(self, run: History) -> Record:
         """Turn the engine's coordinates into plain arrays of links, blocks and elements."""
         motions = {name: placed.motion(self.system, run.states) for name, placed in self.placed.items()}
-        blocks = {name: motion for name, motion in motions.items() if isinstance(self.placed[name].body, Guide)}
-        links = {name: motion for name, motion in motions.items() if name not in blocks}
+        blocks = {guide.point: motions.pop(guide.point) for guide in self.mechanism.guides}
         roughness = np.abs(np.diff(run.states.q_tt, axis=0)).max(axis=1, initial=0.0) * np.diff(run.time) ** 2
         channels: dict[str, dict[str, Array]] = {}
-        record = Record(self.mechanism, run.time, links, blocks, channels, roughness)
+        record = Record(self.mechanism, run.time, motions, blocks, channels, roughness)
         for element, channel, reader in self.readers:
             channels.setdefault(element, {})[channel] = reader(run, record)
         return record
@@ -189,15 +187,14 @@ def build(mechanism: Mechanism) -> Scene:
     """
     container = exu.SystemContainer()
     scene = Scene(mechanism, container.AddSystem(), container)
-    closure = Closure(mechanism)
-    rates = closure.start()
+    scene.start = begun = start(mechanism)
     for link in mechanism.links:
-        placed = BODIES[type(link.body)](scene, link, rates[closure.index[link.name]])
+        placed = BODIES[type(link.body)](scene, link, begun.rates[begun.closure.index[link.name]])
         if placed is not None:
             scene.placed[link.name] = placed
         scene.parts[type(link.body).__name__] += 1
     for guide in mechanism.guides:
-        velocity = closure.velocity(guide.link, guide.point, closure.reference, rates)
+        velocity = begun.velocity(guide.link, guide.point)
         scene.placed[guide.point] = guides.place(scene, guide, float(velocity @ guide.along))
         scene.parts["Guide"] += 1
     for burden in scene.burdens:
@@ -211,6 +208,8 @@ def build(mechanism: Mechanism) -> Scene:
     scene.system.Assemble()
     for group in scene.clearances:
         group.locate(scene.system)
+    for contact in scene.stops.values():
+        contact.locate(scene)
     return scene
 
 

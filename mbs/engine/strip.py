@@ -6,31 +6,35 @@ cables.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any
 
 import exudyn.itemInterface as eii
 import numpy as np
 
-from buckler.mbs.elements.beam import Beam, Cable
 from buckler.mbs.elements.element import Array
 from buckler.mbs.elements.link import Link
 from buckler.mbs.elements.section import Section
 from buckler.mbs.engine.placed import Placed, States
-from buckler.mbs.record.strips import StripMotion
+from buckler.mbs.record.strips import BeamMotion, CableMotion, StripMotion
 
 
 @dataclass(frozen=True)
 class PlacedStrip(Placed):
-    """A flexible link: `pieces` are the stress-free lengths of its elements, m, `at` the nodes of its points."""
+    """A flexible link: `pieces` are the stress-free lengths of its elements, m, `at` the nodes of its points.
+
+    `anchors` are the nodes (x, y, theta) made for joints that act on a cable's turn.
+    """
 
     pieces: Array
     at: dict[str, int]
+    anchors: dict[str, int] = field(default_factory=dict)
 
     def motion(self, system: Any, states: States) -> StripMotion:
         """Of its nodes."""
-        return StripMotion(self.body, self.pieces, self.reference, self.at, *self.total(system, states))
+        motion = BeamMotion if self.body.turns else CableMotion
+        return motion(self.body, self.pieces, self.reference, self.at, *self.total(system, states))
 
     def weights(self, system: Any) -> Array:
         """Of places 1, of turns and slopes 0."""
@@ -38,15 +42,62 @@ class PlacedStrip(Placed):
         weights[:, :2] = 1.0
         return weights
 
-    def bearing(self, scene: Any, point: str, *, turns: bool) -> tuple[int, int]:
-        """The node at the point."""
-        return self.nodes[self.at[point]], self.reference.shape[1]
-
     def contact_node(self, scene: Any, point: str) -> tuple[int, Array]:
-        """The node of a beam at the point; a cable's has no angle."""
-        if isinstance(self.body, Cable):
-            return super().contact_node(scene, point)
-        return self.nodes[self.at[point]], self.reference[self.at[point], :2]
+        """The node of a beam at the point; of a cable, whose nodes have slopes, one that turns with it."""
+        node = self.at[point]
+        place = self.reference[node, :2]
+        if self.body.turns:
+            return self.nodes[node], place
+        if point not in self.anchors:
+            self.anchors[point] = _add_anchor(scene.system, self.nodes[node], self.ends[point], self.reference[node])
+        return self.anchors[point], place
+
+    def direction(self, point: str) -> float:
+        """Of the section's normal."""
+        row = self.reference[self.at[point]]
+        return float(row[2] if self.body.turns else np.arctan2(row[3], row[2]))
+
+    def place_node(self, scene: Any, point: str) -> tuple[int, int, Array]:
+        """The node there."""
+        node = self.at[point]
+        return self.nodes[node], self.reference.shape[1], self.reference[node, :2]
+
+    def mobility(self, point: str, _along: Any) -> float:
+        """Of the mass that the elements about the node lend it."""
+        place = np.cumsum(np.concatenate([[0.0], self.pieces]))
+        step = self.body.nodes - 1 if self.body.turns else 1
+        k = self.at[point] // step
+        around = place[min(k + 1, len(self.pieces))] - place[max(k - 1, 0)]
+        return float(2 / (self.body.section.mass_per_length * around))
+
+
+def _add_anchor(system: Any, node: int, pin: int, reference: Array) -> int:
+    """Add a node (x, y, theta) without mass at a cable's node: a pin ties its place, r' x (cos theta, sin theta) = 0 its turn."""
+    vx, vy, wx, wy = system.GetNode(node)["initialVelocities"]
+    tx, ty = reference[2:]
+    theta = float(np.arctan2(ty, tx))
+    start = [*reference[:2], theta]
+    anchor = system.AddNode(eii.NodeRigidBody2D(referenceCoordinates=start, initialVelocities=[vx, vy, tx * wy - ty * wx]))
+    system.AddObject(eii.ObjectJointRevolute2D(markerNumbers=[pin, system.AddMarker(eii.MarkerNodePosition(nodeNumber=anchor))]))
+
+    def row(q: Array) -> Array:  # of total coordinates, those at t = 0 included: so the engine hands them over here
+        c, s = np.cos(q[6]), np.sin(q[6])
+        return np.array([[0.0, 0.0, -s, c, 0.0, 0.0, -(c * q[2] + s * q[3])]])
+
+    def turned(_system: Any, _t: float, _item: int, q: Array, q_t: Array, velocity_level: bool) -> Any:
+        if velocity_level:
+            return [float((row(q) @ np.array(q_t))[0])]
+        return [np.cos(q[6]) * q[3] - np.sin(q[6]) * q[2]]
+
+    system.AddObject(
+        eii.ObjectConnectorCoordinateVector(
+            markerNumbers=[system.AddMarker(eii.MarkerNodeCoordinates(nodeNumber=each)) for each in (node, anchor)],
+            scalingMarker0=np.zeros((1, 7)),  # tells the engine that there is one equation
+            constraintUserFunction=turned,
+            jacobianUserFunction=lambda _system, _t, _item, q, _q_t, _velocity_level: row(q),
+        )
+    )
+    return int(anchor)
 
 
 @dataclass(frozen=True)
@@ -74,7 +125,7 @@ class Mesh:
 def mesh(link: Link, chord: float) -> Mesh:
     """Divide a strip into elements so that each of its points is a node between two of them, and lies where it should."""
     body: Any = link.body
-    step = body.nodes - 1 if isinstance(body, Beam) else 1
+    step = body.step
     inner = sorted((part, point) for point, part in link.carries.items())  # type: ignore[union-attr]
     cuts = [0.0, *(part for part, _ in inner), 1.0]
     counts = _shares(np.diff(cuts), body.count)
@@ -83,7 +134,7 @@ def mesh(link: Link, chord: float) -> Mesh:
     curve = body.curve(chord)
     places, directions, pieces = curve.places(stations), curve.direction(stations), curve.length * np.diff(edges)
     nodes = np.concatenate([[0], step * np.cumsum(counts)])
-    if isinstance(body, Beam):
+    if body.turns:
         held = np.array([(0.0, 0.0), *(body.along(chord, part) for part, _ in inner), (chord, 0.0)])
         places, directions, pieces = _stress_free(step, places, directions, pieces, nodes, held)
     at = {link.start: 0, link.end: len(stations) - 1}
@@ -139,11 +190,28 @@ def add(scene: Any, link: Link, velocity: Array) -> PlacedStrip:
     places = start + np.outer(x, along) + np.outer(y, np.array([-along[1], along[0]]))
     directions = found.directions + np.arctan2(along[1], along[0])
     arms = places - start
-    speeds = velocity[:2] + velocity[2] * np.column_stack([-arms[:, 1], arms[:, 0]])
-    adding = _add_beam if isinstance(body, Beam) else _add_cable
+    speeds = velocity[:2] + velocity[2] * np.column_stack([-arms[:, 1], arms[:, 0]]) + _bending(scene, link, found, along)
+    adding = _add_beam if body.turns else _add_cable
     nodes, objects, reference = adding(system, body, places, directions, speeds, float(velocity[2]), found.pieces)
     ends = {point: system.AddMarker(eii.MarkerNodePosition(nodeNumber=nodes[node])) for point, node in found.at.items()}
     return PlacedStrip(link.name, body, tuple(nodes), tuple(objects), reference, ends, found.pieces, found.at)
+
+
+def _bending(scene: Any, link: Link, found: Mesh, along: Array) -> Array:
+    """What the nodes move besides as the link's points do not move rigidly: along it linear, across cubic, (nodes, 2), m/s."""
+    from scipy.interpolate import CubicHermiteSpline
+
+    bends = scene.start.bends.get(link.name) if scene.start else None
+    if bends is None:
+        return np.zeros((len(found.places), 2))
+    x = np.maximum.accumulate(found.places[:, 0])
+    points = sorted(found.at, key=lambda point: found.at[point])
+    places = x[[found.at[point] for point in points]]
+    moved = np.array([bends[point] for point in points])
+    across = np.array([-along[1], along[0]])
+    axial = np.interp(x, places, moved[:, :2] @ along)
+    lateral = CubicHermiteSpline(places, moved[:, :2] @ across, moved[:, 2])(x)
+    return np.outer(axial, along) + np.outer(lateral, across)
 
 
 def _add_beam(

@@ -6,6 +6,7 @@ from typing import Any
 
 import exudyn.itemInterface as eii
 
+from buckler.mbs.elements.element import place
 from buckler.mbs.elements.torque import Torque
 from buckler.mbs.engine.guarded import Guarded
 
@@ -13,7 +14,7 @@ from buckler.mbs.engine.guarded import Guarded
 def connect(scene: Any, loads: dict[str, Torque]) -> None:
     """Load the angle of each link; a constant torque needs no callback."""
     for name, load in loads.items():
-        marker = scene.turning(load.at(scene.mechanism))
+        marker = scene.turning(*place(load.at(scene.mechanism)))
         if callable(load.value):
             add_torque(scene, marker, Guarded(scene, name, load.value).number)
         else:

@@ -6,6 +6,7 @@ from typing import Any
 
 import exudyn.itemInterface as eii
 
+from buckler.mbs.elements.element import place
 from buckler.mbs.elements.torsion_spring import TorsionSpring
 from buckler.mbs.engine.spring import pull
 
@@ -20,6 +21,6 @@ def connect(scene: Any, loads: dict[str, TorsionSpring]) -> None:
             given["springForceUserFunction"] = lambda s, t, i, value, *rest, law=law, free=free: law(s, t, i, value - free, *rest)
         else:
             given["offset"] = free
-        markers = [scene.turning(at) for at in load.ends(scene.mechanism)]
+        markers = [scene.turning(*place(at)) for at in load.ends(scene.mechanism)]
         scene.system.AddObject(eii.ObjectConnectorCoordinateSpringDamper(markerNumbers=markers, **given))
         scene.parts["TorsionSpring"] += 1

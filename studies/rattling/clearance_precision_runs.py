@@ -14,12 +14,23 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicHermiteSpline
 
-from buckler.mbs import Beam, Clearance, Mechanism, Modal, Ramp, Rigid, Solver, build, crank_rocker, reference, simulate
-from buckler.mbs.engine.placed import States
+from buckler.mbs import (
+    Beam,
+    Clearance,
+    Controlled,
+    Equal,
+    Exudyn,
+    Mechanism,
+    Modal,
+    Ramp,
+    Rigid,
+    crank_rocker,
+    reference,
+    simulate,
+)
 from buckler.mbs.library import STEEL_CRANK_ROCKER
 from buckler.mbs.reference import FourBar, ModalData, beam_modes
 from buckler.studies.rattling.clearance import CrankRockerParameters
-from buckler.studies.trust import plain
 
 Array = np.ndarray[Any, Any]
 CENTRES = {"coupler": 2, "rocker": 5}
@@ -106,9 +117,9 @@ def modes_of_beam(p: CrankRockerParameters, count: int = MODES) -> ModalData:
 # --- runs -------------------------------------------------------------------------------------------------------------
 
 
-def on_engine(made: Mechanism, duration: float, ledger: bool = False, **settings: Any) -> Outcome:
-    """By `simulate`, with settings of `Solver`."""
-    result = simulate(made, duration, solver=Solver(**settings), ledger=ledger, timeout=300)
+def on_engine(made: Mechanism, duration: float, solver: Exudyn | None = None, ledger: bool = False) -> Outcome:
+    """By `simulate`."""
+    result = simulate(made, duration, solver=solver, ledger=ledger, timeout=300)
     path = np.stack([result.signals[f"{bar}.{axis}"] for bar in CENTRES for axis in "xy"], axis=1)
     return Outcome(result.time, path, result.status, result.work, result.energy_balance if ledger else float("nan"))
 
@@ -157,10 +168,9 @@ def _right_hand_side(bar: FourBar) -> Callable[[float, Array], Array]:
 
 def plainly(made: Mechanism, duration: float, steps: int) -> Outcome:
     """By the engine's own default settings, in equal steps; their number is the one thing that has no default that works."""
-    scene = build(made)
-    time, q, message = plain.default_settings(scene.system, duration, steps)
-    still = np.zeros_like(q)
-    bars = {bar: scene.placed[bar].motion(scene.system, States(q, still, still)) for bar in ("coupler", "rocker")}
+    from buckler.mbs.engine.defaults import with_default_settings  # loads the engine
+
+    time, bars, message = with_default_settings(made, duration, steps)
     places = [bars[bar].point(point)[0] for bar, ends in (("coupler", "AB"), ("rocker", "CB")) for point in ends]
     path = np.hstack([(places[0] + places[1]) / 2, (places[2] + places[3]) / 2])
     return Outcome(time, path, message or "OK", {"steps": float(len(time))})
@@ -199,9 +209,9 @@ def thousands(steps: float) -> str:
 
 def by_tolerance(made: Mechanism, duration: float, tolerances: Sequence[float]) -> dict[str, Callable[[], Outcome]]:
     """Runs of the engine by tolerance, coarsest first."""
-    return {power(x): partial(on_engine, made, duration, tolerance=x) for x in sorted(tolerances, reverse=True)}
+    return {power(x): partial(on_engine, made, duration, Exudyn(Controlled(x))) for x in sorted(tolerances, reverse=True)}
 
 
 def by_steps(made: Mechanism, duration: float, steps: Sequence[float]) -> dict[str, Callable[[], Outcome]]:
     """Runs of the engine by number of equal steps."""
-    return {thousands(n): partial(on_engine, made, duration, uniform_steps=int(n)) for n in sorted(steps)}
+    return {thousands(n): partial(on_engine, made, duration, Exudyn(Equal(int(n)))) for n in sorted(steps)}
