@@ -11,7 +11,8 @@ from buckler.mbs.elements.element import Burden, place
 
 def connect(scene: Any, masses: dict[str, Any]) -> None:
     """They are built with the bodies."""
-    scene.parts["Mass"] += len(masses)
+    if masses:
+        scene.parts["Mass"] += len(masses)
 
 
 def attach(scene: Any, burden: Burden) -> None:
