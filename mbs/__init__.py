@@ -39,15 +39,22 @@ from buckler.mbs.record.result import Result, Status
 if TYPE_CHECKING:
     from buckler.mbs.engine.scene import build
     from buckler.mbs.simulation import simulate
+    from buckler.mbs.statics import equilibrium, frequencies, path
 
 __all__ = [
     "STEEL", "AdamsDamping", "Beam", "Cable", "Clearance", "Controlled", "Drive", "Equal", "Exudyn", "Force", "Guide",
     "GuideFriction", "Link", "Mass", "Material", "Mechanism", "Modal", "Motion", "Motor", "Ramp", "Result", "Revolute", "Rigid",
     "Section", "Slider", "Slot", "Spring", "Status", "Stop", "Strut", "Torque", "TorsionSpring", "Weld", "build", "crank_rocker",
-    "simulate", "slider_crank",
+    "equilibrium", "frequencies", "path", "simulate", "slider_crank",
 ]  # fmt: skip
 
-_ENGINE = {"simulate": "buckler.mbs.simulation", "build": "buckler.mbs.engine.scene"}
+_ENGINE = {
+    "simulate": "buckler.mbs.simulation",
+    "build": "buckler.mbs.engine.scene",
+    "equilibrium": "buckler.mbs.statics",
+    "path": "buckler.mbs.statics",
+    "frequencies": "buckler.mbs.statics",
+}
 
 
 def __getattr__(name: str) -> Any:

@@ -142,13 +142,6 @@ class Element:
         """Yield how deep its contacts may be; nothing by default."""
         yield from ()
 
-    def inertias(self, mechanism: Any) -> Iterator[tuple[str, str, float, float]]:
-        """Yield what it adds to a link: (link, point, mass, moment of inertia), kg, kg m^2; its burdens by default."""
-        blocks = {guide.point: guide.link for guide in mechanism.guides}
-        for at, mass, inertia in self.burdens(mechanism):
-            body, point = place(at)
-            yield blocks.get(body, body), point, mass, inertia
-
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield its signals in a run; none by default."""
         yield from ()
@@ -204,7 +197,7 @@ def refers(mechanism: Any, at: str, where: str) -> None:
 def holder(mechanism: Any, at: str) -> str:
     """Body that a load at a point reference acts on: a link with coordinates, a guide's block (by its point) or 'ground'.
 
-    The end of a strut, which has no mass, is held by what it is pinned to.
+    The end of a strut, which has no mass, is held by what it is pinned to, there or through other struts.
 
     Raises
     ------
@@ -218,14 +211,16 @@ def holder(mechanism: Any, at: str) -> str:
         body = next((link.name for link in carriers if not link.body.massless), carriers[0].name if carriers else GROUND)
     if body == GROUND or not links[body].body.massless:
         return body
-    for guide in mechanism.guides:
-        if guide.point == point and guide.link == body:
+    pinned, found = [body], {body}
+    for each in pinned:
+        if each == GROUND or not links[each].body.massless:
+            return each
+        if any(guide.point == point and guide.link == each for guide in mechanism.guides):
             return point
-    for joint in mechanism.joints:
-        if joint.point == point and body in (joint.first, joint.second):
-            other: str = joint.second if joint.first == body else joint.first
-            if other == GROUND or not links[other].body.massless:
-                return other
+        for joint in mechanism.joints:
+            if joint.point == point and each in (joint.first, joint.second):
+                pinned += sorted({joint.first, joint.second} - found)
+                found |= {joint.first, joint.second}
     needed = "a link with mass, a guide or ground"
     raise ValueError(f"link '{body}': a Strut is massless, so '{point}' must be pinned to {needed}")
 

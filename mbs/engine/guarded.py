@@ -6,6 +6,7 @@ from collections.abc import Callable
 from math import isfinite
 from typing import Any
 
+from buckler.mbs.engine.watched import failed
 from buckler.mbs.record.result import Status
 
 
@@ -43,7 +44,8 @@ class Guarded:
         try:
             return self.function(*arguments)
         except Exception as error:
-            raise self._stop(t, f"raised {type(error).__name__}: {error}") from error
+            self.scene.stopped = failed(t, f"the function of '{self.name}'", error)
+            raise
 
     def _stop(self, t: float, what: str) -> ValueError:
         message = f"at t = {t:.6g} s the function of '{self.name}' {what}"

@@ -23,6 +23,7 @@ from buckler.mbs.engine.placed import Placed, States
 from buckler.mbs.engine.registry import BODIES, CONNECTORS
 from buckler.mbs.engine.stop import StopContact
 from buckler.mbs.engine.strut import StrutSpring
+from buckler.mbs.kinematics.diagnosis import redundancies
 from buckler.mbs.kinematics.start import Start, start
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.record import Record
@@ -76,10 +77,12 @@ class Scene:
         Engine object numbers by element.
     burdens : list of Burden
         Masses and rotors that elements add to the bodies.
-    stopped : (Status, str) or None
-        Why a user's function could not give a value, once it could not.
     start : Start
         Velocities at t = 0.
+    redundant : list of str
+        Elements that say what others say already.
+    stopped : (Status, str) or None
+        Why a user's function could not give a value, once it could not.
     """
 
     mechanism: Mechanism
@@ -92,13 +95,14 @@ class Scene:
     clearances: list[ClearanceGroup] = field(default_factory=list)
     constraints: dict[str, int] = field(default_factory=dict)
     start: Start | None = None
+    redundant: list[str] = field(default_factory=list)
+    stopped: tuple[Status, str] | None = None
     parts: Counter[str] = field(default_factory=Counter)
     readers: list[tuple[str, str, Callable[[History, Record], Array]]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.strut_links = {link.name for link in self.mechanism.links if link.body.massless}
         self.burdens: list[Burden] = [b for each in self.mechanism.elements().values() for b in each.burdens(self.mechanism)]
-        self.stopped: tuple[Status, str] | None = None
 
     def summary(self) -> dict[str, int]:
         """What was built, part by part, and how many coordinates, constraints and engine items it has."""
@@ -188,6 +192,7 @@ def build(mechanism: Mechanism) -> Scene:
     container = exu.SystemContainer()
     scene = Scene(mechanism, container.AddSystem(), container)
     scene.start = begun = start(mechanism)
+    scene.redundant = redundancies(mechanism)
     for link in mechanism.links:
         placed = BODIES[type(link.body)](scene, link, begun.rates[begun.closure.index[link.name]])
         if placed is not None:

@@ -9,6 +9,8 @@ import exudyn.itemInterface as eii
 from buckler.mbs.elements.element import Array, holder
 from buckler.mbs.elements.link import Link
 from buckler.mbs.elements.strut import Strut, StrutLaw
+from buckler.mbs.engine.watched import watched
+from buckler.mbs.record.result import Status
 
 
 class StrutSpring(StrutLaw):
@@ -44,11 +46,11 @@ def connect(scene: Any, links: dict[str, Link]) -> None:
                 markerNumbers=[_host(scene, link, link.start), _host(scene, link, link.end)],
                 referenceLength=spring.length,
                 stiffness=1.0,
-                springForceUserFunction=spring,
+                springForceUserFunction=watched(scene, f"strut '{name}'", spring, Status.STRUT_OUT_OF_RANGE),
             )
         )
 
 
 def _host(scene: Any, link: Link, point: str) -> int:
-    """Marker of the body a strut's end acts on: its block, or a link or the ground it is pinned to."""
+    """Marker of the body a strut's end acts on: a block, a link or the ground it is pinned to, there or through other struts."""
     return int(scene.marker(holder(scene.mechanism, f"{link.name}:{point}"), point))
