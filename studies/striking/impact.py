@@ -15,7 +15,8 @@ import numpy as np
 from buckler.elastica import pinned
 from buckler.mbs import Section
 from buckler.mbs.library import PAPER, PAPER_STOP
-from buckler.studies.kit.parameters import StudyParameters, choices, integer, quantity
+from buckler.studies.kit.parameters import choices, integer, quantity
+from buckler.studies.striking.assumptions import StrikeAssumptions
 
 Array = np.ndarray[Any, Any]
 MODELS = ("stitched", "strut", "beam")
@@ -33,7 +34,7 @@ CONTACT_FORCES = {1e-4: 0.0655, 3e-4: 1.7684, 5e-4: 8.1871}
 
 
 @dataclass(frozen=True)
-class ImpactParameters(StudyParameters):
+class ImpactParameters(StrikeAssumptions):
     """Parameters of every slider-crank study; each adds its drive."""
 
     models: tuple[str, ...] = choices(MODELS, MODELS, "models to run side by side", "models")
@@ -57,8 +58,13 @@ class ImpactParameters(StudyParameters):
 
     @property
     def friction_force(self) -> float:
-        """Coulomb friction of the slider, N; gravity is normal to the plane of motion."""
+        """Coulomb friction of the slider, N, by its weight on the guide, whichever way gravity acts on strip and links."""
         return self.friction * self.mass * 9.81
+
+    def stated(self) -> str:
+        """One sentence for a table."""
+        told = f"{super().stated()}; bow {self.imperfection:g} of the length; slider {self.mass:g} kg"
+        return told + ("; stitched knows neither gravity nor motor" if self.gravity or self.motor else "")
 
 
 # --- a run -------------------------------------------------------------------------------------------------------

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import replace
 from math import exp, log, pi
 from time import perf_counter
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from buckler.mbs.library import PAPER, PAPER_STOP
 from buckler.studies.striking.impact import IMPACT_FORCE, IMPACT_SPEED, ImpactParameters, ModelRun, read
 from buckler.studies.striking.stitched import Stitched, follow
 
+Array = np.ndarray[Any, Any]
 AXIAL_DAMPING = 9e-5
 """Retardation time of a strut's axial force, s: a fifth of critical for 0.3 kg on the straight strip."""
 BUCKLED_FROM = 1e-3
@@ -61,7 +62,7 @@ def run_model(model: str, parameters: ImpactParameters, stop: float, speed: floa
     shortening = signals["coupler.end_shortening"] / PAPER.coupler
     return ModelRun(
         model, str(result.status), result.message,
-        result.time, signals["drive.position"], signals["B.contact_force"], -signals["B.vx"],
+        result.time, crank_angle(result), signals["B.contact_force"], -signals["B.vx"],
         shortening, shortening / BUCKLED_FROM,
         result.energy_balance,
         {name: result.work[name] for name in ("wall_s", "steps")} | ({"error": result.error} if parameters.accuracy else {}),
@@ -101,13 +102,21 @@ def mechanism(model: str, parameters: ImpactParameters, stiffness: float, speed:
         damped = section.damped(parameters.damping, length)
         elements = None if parameters.accuracy else parameters.elements
         coupler = Beam(damped, elements=elements, imperfection=-parameters.imperfection * length)
-    return slider_crank(
+    made = slider_crank(
         coupler,
         law=CarvalhoMartins(stiffness, parameters.restitution, exponent=1.0),
         mass=parameters.mass,
         speed=speed,
         friction=GuideFriction(parameters.friction_force) if parameters.friction else None,
     )
+    return parameters.under(made)
+
+
+def crank_angle(result: mbs.Result) -> Array:
+    """Crank angle from 0 at the start, rad: of the drive, or where a motor has turned the crank."""
+    if "drive.position" in result.signals:
+        return np.asarray(result.signals["drive.position"])
+    return np.unwrap(np.arctan2(result.signals["crank.y"], result.signals["crank.x"]))
 
 
 def strike(model: str, parameters: ImpactParameters, stop: float, speed: float) -> ModelRun:
