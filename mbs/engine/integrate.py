@@ -7,6 +7,7 @@ from typing import Any
 import exudyn as exu
 import exudyn.itemInterface as eii
 
+from buckler.mbs.elements.clearance import clearances
 from buckler.mbs.engine.choice import position_error
 from buckler.mbs.engine.recording import Recorder
 from buckler.mbs.engine.scene import SPARSE_FROM, Scene
@@ -108,7 +109,7 @@ def implicit_settings(scene: Scene, solver: Exudyn, duration: float) -> Any:
     integration.adaptiveStepRecoverySteps = 2**31 - 1  # growing the step again is StepControl's business
     integration.generalizedAlpha.spectralRadius = solver.spectral_radius
     integration.newton.useModifiedNewton = True
-    keep = solver.reuse_jacobian or (bool(scene.clearances) and solver.steps.adaptive)
+    keep = solver.reuse_jacobian or (bool(clearances(scene.mechanism)) and solver.steps.adaptive)
     integration.newton.modifiedNewtonJacUpdatePerStep = not keep  # a new step size needs a new Jacobian
     integration.newton.relativeTolerance = solver.newton_relative
     integration.newton.absoluteTolerance = solver.newton_absolute or _reachable_residual(scene)
