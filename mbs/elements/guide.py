@@ -113,23 +113,19 @@ class Guide(Element):
         """Yield that the point stays on the line."""
         return on_line(self.point, self.link, GROUND, self.along)
 
-    def reactions(self, multipliers: Array) -> dict[str, Array]:
-        """Return the guide's lateral force."""
-        return {"reaction": multipliers}
+    def reactions(self, multipliers: Array) -> dict[str, Array] | None:
+        """Return the guide's lateral force; None where friction follows it, for it is not known before."""
+        follows_it = self.friction is not None and not isinstance(self.friction, GuideFriction)
+        return None if follows_it else {"reaction": multipliers}
 
     def pushes(self, name: str, record: Recorded) -> Iterator[tuple[str, Array, Array]] | None:
-        """Return inertia, weight and friction of the block, which the link's point carries; None if these need the reaction."""
-        if self.friction is not None and not isinstance(self.friction, GuideFriction):
+        """Return its friction; None if that follows the reaction, which nobody knows before."""
+        if self.friction is None:
+            return iter(())
+        if not isinstance(self.friction, GuideFriction):
             return None
-        block = record.blocks[self.point]
-        drag = 0.0 if self.friction is None else self.friction.force(block.speed)
-        along = np.outer(-self.mass * block.acceleration - drag, self.along)
-        force = along + self.mass * np.array(record.mechanism.gravity)
-        return iter([(f"{self.link}:{self.point}", force, np.zeros(len(along)))])
-
-    def inertias(self, mechanism: Any) -> Iterator[tuple[str, str, float, float]]:
-        """Yield the block's mass."""
-        yield self.link, self.point, self.mass, 0.0
+        drag = self.friction.force(record.blocks[self.point].speed)
+        return iter([(f"{self.link}:{self.point}", np.outer(-drag, self.along), np.zeros_like(drag))])
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
         """Yield the block's kinetic energy and weight, and what friction took."""

@@ -15,6 +15,7 @@ from buckler.mbs.elements.journal import BRISTLE, MEMORY, SINCE, SLIDING
 from buckler.mbs.elements.strut import StrutLaw, state
 from buckler.mbs.engine.history import History
 from buckler.mbs.engine.placed import Placed, States
+from buckler.mbs.engine.watched import watched
 from buckler.mbs.laws import BristleLaw
 from buckler.mbs.record.motion import BlockMotion
 from buckler.mbs.record.record import Record
@@ -92,7 +93,7 @@ def _under_strut(guide: Guide, _run: History, record: Record) -> Array:
     """The same where a strut leans on the block."""
     mechanism = record.mechanism
     link = mechanism.link(guide.link)
-    law = StrutLaw(link.body, mechanism.length(link.name))
+    law = StrutLaw(link.body, mechanism.length(link.name))  # type: ignore[arg-type]
     tension = np.array([law.force(float(e), float(v)) for e, v in zip(*state(link, record), strict=True)])
     other = link.end if guide.point == link.start else link.start
     pull = record.point(other)[0] - record.point(guide.point)[0]
@@ -129,7 +130,7 @@ class Rubbing:
 
     def __init__(self, scene: Any, name: str, guide: Guide) -> None:
         self.scene, self.name, self.guide, self.law = scene, name, guide, guide.friction
-        self.memory = np.zeros((1, len(MEMORY)))
+        self.memory, self.latest = np.zeros((1, len(MEMORY))), np.zeros(2)
         self.remembers = isinstance(self.law, BristleLaw)
         self.column, self.rows = 0, np.zeros(2, dtype=int)
         self.time, self.seen, self.used, self.gap, self.share = -1.0, 0.0, 0.0, 0.0, 1.0
@@ -194,9 +195,10 @@ def _add_rubbing(scene: Any, name: str, guide: Guide) -> None:
     rubbing, g = Rubbing(scene, name, guide), len(scene.remembering)
     scene.remembering.append(rubbing)
     scene.starts_smooth |= not rubbing.remembers
+    force = watched(scene, f"the friction law of the guide of '{guide.point}'", rubbing)
     scene.system.AddObject(
         eii.ObjectConnectorCoordinateSpringDamper(
-            markerNumbers=[scene.ground, scene.coordinate(guide.point, 0)], stiffness=1.0, springForceUserFunction=rubbing
+            markerNumbers=[scene.ground, scene.coordinate(guide.point, 0)], stiffness=1.0, springForceUserFunction=force
         )
     )
     scene.reads(name, "memory", lambda run, _record: run.memory[g][:, 0])

@@ -37,6 +37,8 @@ class Remembering(Protocol):
 
     memory: Array
     remembers: bool
+    latest: Array
+    """Latest time it was asked for, and how often since: infinite once that was too often."""
 
     def locate(self, system: Any) -> None:
         """Take down where its coordinates lie, once the system is assembled."""

@@ -17,6 +17,7 @@ from buckler.mbs import (
     GuideFriction,
     Link,
     Mechanism,
+    Revolute,
     Rigid,
     Section,
     Strut,
@@ -209,3 +210,45 @@ def test_law_that_needs_the_reaction_is_refused_under_a_strut():
     )
     with pytest.raises(ValueError, match="needs a link with mass there, not a Strut"):
         build(mechanism)
+
+
+def test_slider_crank_with_and_without_an_engine_agree_on_the_reaction():
+    """Constraints alone decide its motion: closure and inverse dynamics; friction of next to nothing asks the engine."""
+    found = []
+    for friction in (None, Coulomb(1e-9)):
+        mechanism = Mechanism(
+            points={"O": (0, 0), "A": (0.05, 0.05), "B": (0.3, 0.0)},
+            links=[Link("crank", "O", "A", Rigid(Section(0.02, 0.01))), Link("rod", "A", "B", Rigid(Section(0.02, 0.01)))],
+            joints=[Revolute("O", "ground", "crank"), Revolute("A", "crank", "rod")],
+            guides=[Guide("B", "rod", along=(-1, 0.1), mass=0.7, friction=friction)],
+            drives=[Drive("crank", 10.0)],
+            gravity=(1.0, -G),
+        )
+        result = fine(simulate(mechanism, 0.3, solver=Exudyn(Equal(3000), spectral_radius=0.6)))
+        found.append(result.signals["B.guide_force"])
+    assert found[1][50:] == pytest.approx(found[0][50:], abs=1e-3 * np.abs(found[0]).max())
+    assert np.ptp(found[0]) > 0.5
+
+
+def test_slider_crank_pushes_its_block_at_the_friction_angle():
+    """Slow, its rod without weight: the rod's push P at angle phi has P cos phi = load + mu N, N = P sin phi."""
+    mu, load = 0.3, 5.0
+    mechanism = Mechanism(
+        points={"O": (0, 0), "A": (0.0, 0.1), "B": (0.3, 0.0)},
+        links=[
+            Link("crank", "O", "A", Rigid.of(mass=1e-6, inertia=1e-9)),
+            Link("rod", "A", "B", Rigid.of(mass=1e-6, inertia=1e-9)),
+        ],
+        joints=[Revolute("O", "ground", "crank"), Revolute("A", "crank", "rod")],
+        guides=[Guide("B", "rod", mass=load, friction=Coulomb(mu, 1e-9))],
+        drives=[Drive("crank", -1e-3)],
+        gravity=(-1.0, 0.0),
+    )
+    run = fine(simulate(mechanism, 600.0)).signals
+    later = slice(5, None)
+    phi = np.arcsin(run["A.y"] / np.hypot(run["B.x"] - run["A.x"], run["A.y"]))[later]
+    push = load / (np.cos(phi) - mu * np.sin(phi))
+    assert run["B.guide_force"][later] == pytest.approx(push * np.sin(phi), rel=1e-6, abs=1e-6)
+    assert run["B.friction_force"][later] == pytest.approx(mu * push * np.sin(phi), rel=1e-6, abs=1e-6)
+    lever = 0.1 * np.sin(np.arctan2(run["A.y"], run["A.x"])[later] + phi)
+    assert run["drive.torque"][later] == pytest.approx(-push * lever, rel=1e-5, abs=1e-6)
