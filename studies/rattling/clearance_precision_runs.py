@@ -5,9 +5,8 @@ Every run gives the same: the path of the bars' centres at times of its own, to 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -124,6 +123,16 @@ def on_engine(made: Mechanism, duration: float, solver: Exudyn | None = None, le
     return Outcome(result.time, path, result.status, result.work, result.energy_balance if ledger else float("nan"))
 
 
+def with_tolerance(made: Mechanism, duration: float, tolerance: float) -> Outcome:
+    """By `simulate`, with that tolerance."""
+    return on_engine(made, duration, Exudyn(Controlled(tolerance)))
+
+
+def with_equal_steps(made: Mechanism, duration: float, count: int) -> Outcome:
+    """By `simulate`, in equal steps."""
+    return on_engine(made, duration, Exudyn(Equal(count)))
+
+
 def compiled(bar: FourBar, duration: float, tolerance: float) -> Outcome:
     """By the compiled reference."""
     samples = round(duration / SEEN) + 1
@@ -192,26 +201,3 @@ def finest(bar: FourBar, compared: float) -> Callable[[Outcome], float]:
         return float(np.hypot(off[:, ::2], off[:, 1::2]).max())
 
     return distance
-
-
-Runs = dict[str, dict[str, Callable[[], Outcome]]]
-
-
-def power(tolerance: float) -> str:
-    """1e-5 for 1e-05."""
-    return f"{tolerance:.0e}".replace("e-0", "e-")
-
-
-def thousands(steps: float) -> str:
-    """20k for 20000."""
-    return f"{steps / 1000:g}k"
-
-
-def by_tolerance(made: Mechanism, duration: float, tolerances: Sequence[float]) -> dict[str, Callable[[], Outcome]]:
-    """Runs of the engine by tolerance, coarsest first."""
-    return {power(x): partial(on_engine, made, duration, Exudyn(Controlled(x))) for x in sorted(tolerances, reverse=True)}
-
-
-def by_steps(made: Mechanism, duration: float, steps: Sequence[float]) -> dict[str, Callable[[], Outcome]]:
-    """Runs of the engine by number of equal steps."""
-    return {thousands(n): partial(on_engine, made, duration, Exudyn(Equal(int(n)))) for n in sorted(steps)}

@@ -22,9 +22,10 @@ from buckler.mbs.accuracy.precision import Point, verdict, work_precision
 from buckler.mbs.library import PAPER
 from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import StudyParameters, choices, integer
+from buckler.studies.kit.precision import footnote
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
 from buckler.studies.kit.style import subplots
-from buckler.studies.strips.static_precision import SHORTENINGS, WIDTH, footnote
+from buckler.studies.strips.static_precision import SHORTENINGS, WIDTH
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -41,9 +41,9 @@ from buckler.mbs.laws import AdamsFriction, CarvalhoMartins, Coulomb, FrictionLa
 from buckler.mbs.record.signals import collect
 from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import StudyParameters, choices, integer
+from buckler.studies.kit.precision import footnote
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
 from buckler.studies.kit.style import COLOURS, subplots
-from buckler.studies.strips.static_precision import footnote
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
