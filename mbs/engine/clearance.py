@@ -119,7 +119,7 @@ def _end(scene: Any, body: str, point: str, nodes: list[int]) -> End:
     if body == GROUND:
         return End(-1, (x, y), (0.0, 0.0))
     if body in scene.strut_links:
-        raise ValueError(f"clearance at '{point}': link '{body}' must be Rigid, Beam or Modal, as the contact exerts moments")
+        raise ValueError(f"clearance at '{point}': link '{body}' is a Strut; the contact exerts moments")
     node, (px, py) = scene.placed[body].contact_node(scene, point)
     if node not in nodes:
         nodes.append(node)
