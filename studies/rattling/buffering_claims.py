@@ -22,10 +22,10 @@ from buckler.mbs.reference import Ensemble, beam_modes, simulate
 from buckler.mbs.reference.ensembles import by_cycle
 from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import integer, quantities
+from buckler.studies.kit.published import BAR_AREA
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
 from buckler.studies.kit.style import COLOURS, subplots
 from buckler.studies.rattling.buffering_measures import (
-    AREA,
     BALANCED,
     CLAIMS,
     FAMILIES,
@@ -117,7 +117,7 @@ def _measured(p: Parameters, case: Case, rocker: str) -> Ensemble:
     """Run one rocker; the two have other seeds, so their errors are independent."""
     if rocker == "rigid":
         return p.ensemble(p.fourbar(*case))
-    size = AREA / case.depth, case.depth
+    size = BAR_AREA / case.depth, case.depth
     modes = beam_modes(0.175, *size, bending=p.bending, axial=p.axial, damping=p.rocker_damping)
     return p.ensemble(p.fourbar(*case, modes), batch=1)
 

@@ -36,9 +36,10 @@ from buckler.studies.kit.precision import (
     power,
     series_in,
 )
+from buckler.studies.kit.published import DAMPING_UNITS
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
 from buckler.studies.kit.style import subplots
-from buckler.studies.rattling.clearance import DAMPING_UNITS, CrankRockerParameters, InPython
+from buckler.studies.rattling.clearance import CrankRockerParameters, InPython
 from buckler.studies.rattling.clearance_precision_cycles import QUANTITIES, Comparison, compare
 from buckler.studies.rattling.clearance_precision_runs import (
     MODES,

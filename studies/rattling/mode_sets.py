@@ -14,8 +14,7 @@ from buckler.mbs import Modal, Section
 from buckler.mbs.library import STEEL_CRANK_ROCKER
 from buckler.mbs.modal import Box, FreeModes, PlanarModel, ReducedModel, reduced
 from buckler.mbs.reference import ModalData, beam_modes
-from buckler.studies.rattling.buffering_measures import AREA
-from buckler.studies.rattling.clearance import STEEL
+from buckler.studies.kit.published import BAR_AREA, STEEL
 
 Array = np.ndarray[Any, Any]
 LENGTH = STEEL_CRANK_ROCKER.rocker
@@ -50,7 +49,7 @@ NAMES = {
 
 def section(depth: float) -> Section:
     """Of all bars, with this side in the plane, m."""
-    return Section(width=AREA / depth, thickness=depth, material=STEEL)
+    return Section(width=BAR_AREA / depth, thickness=depth, material=STEEL)
 
 
 def counted(depth: float) -> ReducedModel:
@@ -60,7 +59,7 @@ def counted(depth: float) -> ReducedModel:
 
 def beam_frequencies(depth: float, shear: bool = True) -> dict[str, Array]:
     """Eight bending and eight axial frequencies of the free bar, Hz, by kind: Timoshenko, or Euler–Bernoulli without shear."""
-    found = beam_modes(LENGTH, AREA / depth, depth, bending=8, axial=8, shear=shear).frequency / (2 * np.pi)
+    found = beam_modes(LENGTH, BAR_AREA / depth, depth, bending=8, axial=8, shear=shear).frequency / (2 * np.pi)
     return {BENDING: found[:8], AXIAL: found[8:]}
 
 

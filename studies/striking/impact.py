@@ -16,20 +16,15 @@ from buckler.elastica import pinned
 from buckler.mbs import Section
 from buckler.mbs.library import PAPER, PAPER_STOP
 from buckler.studies.kit.parameters import StudyParameters, choices, integer, quantity
+from buckler.studies.kit.published import STRIP_WIDTH
 
 Array = np.ndarray[Any, Any]
 MODELS = ("stitched", "strut", "beam")
 COLOURS = {"stitched": "#E69F00", "strut": "#0072B2", "beam": "#D55E00", "exact": "#000000", "published": "#009E73"}
-WIDTH = 0.030
-"""Of the strip, m (Table 1)."""
 PLATEAU = np.radians((150.0, 210.0))
 """Crank angles between which the contact force is held against the elastica."""
 DEAD_CENTRE = np.radians((165.0, 195.0))
 """Crank angles between which the largest contact force is looked for."""
-IMPACT_SPEED, IMPACT_FORCE = 1.25, 27.0
-"""Crank speed, rad/s, and published impact force, N (Fig. 5)."""
-CONTACT_FORCES = {1e-4: 0.0655, 3e-4: 1.7684, 5e-4: 8.1871}
-"""Published largest contact force, N, of a strip thickness, m (Table 2)."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +48,7 @@ class ImpactParameters(StudyParameters):
     @property
     def section(self) -> Section:
         """Of the strip, without damping."""
-        return Section(WIDTH, self.thickness)
+        return Section(STRIP_WIDTH, self.thickness)
 
     @property
     def friction_force(self) -> float:

@@ -22,17 +22,16 @@ import numpy as np
 
 from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import quantities, quantity
+from buckler.studies.kit.published import IMPACT_FORCE, IMPACT_SPEED, VOLTAGE_FORCES
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
 from buckler.studies.kit.style import subplots
 from buckler.studies.striking import impact
-from buckler.studies.striking.impact import IMPACT_FORCE, IMPACT_SPEED, ImpactParameters, ModelRun
+from buckler.studies.striking.impact import ImpactParameters, ModelRun
 from buckler.studies.striking.impact_models import Fit, NotCalibratedError, calibrate, strike
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-PUBLISHED = {2.5: 25.0, 3.0: 30.0, 4.4: 44.18}
-"""Impact force, N, at a voltage, V: Figs 10 and 11, and the range of the sensor at the highest voltage."""
 VARIED = {"friction": (0.0, 0.9), "mass": (0.01, 10.0), "restitution": (0.1, 1.0)}
 """Parameters whose influence is measured, and their ranges."""
 
@@ -136,8 +135,8 @@ def _metrics(case: Case, forces: Mapping[str, Sequence[float]], slopes: Mapping[
     stop, unit = case.stop
     found = {stop: Metric(case.fit.stop, unit), "force_calibrated": Metric(case.fit.trials[-1][1], "N", IMPACT_FORCE)}
     for voltage, force in zip(voltages, forces[case.name], strict=True):
-        found[f"force_{voltage:g}V"] = Metric(force, "N", PUBLISHED.get(voltage))
-    published = exponent(list(PUBLISHED), list(PUBLISHED.values()))
+        found[f"force_{voltage:g}V"] = Metric(force, "N", VOLTAGE_FORCES.get(voltage))
+    published = exponent(list(VOLTAGE_FORCES), list(VOLTAGE_FORCES.values()))
     found["exponent"] = Metric(exponent(voltages, forces[case.name]), "1", published)
     found |= {f"slope_{name}": Metric(slope, "1") for name, slope in slopes.get(case.name, {}).items()}
     return {f"{case.name}.{name}": metric for name, metric in found.items()}
@@ -153,14 +152,14 @@ def _forces_table(cases: Sequence[Case], forces: Mapping[str, Sequence[float]]) 
         headers += [f"{case.name} [N]", "off"]
     rows = []
     for i, voltage in enumerate(p.voltages):
-        published = PUBLISHED.get(voltage)
+        published = VOLTAGE_FORCES.get(voltage)
         row = [f"{voltage:g}", f"{p.speed(voltage):.4f}", published]
         for case in cases:
             force = forces[case.name][i]
             row += [f"{force:.2f}", f"{force / published - 1:+.1%}" if published else None]
         rows.append(row)
     ends = [f"{exponent(p.voltages, forces[case.name]):.3f}" for case in cases]
-    published_exponent = f"{exponent(list(PUBLISHED), list(PUBLISHED.values())):.3f}"
+    published_exponent = f"{exponent(list(VOLTAGE_FORCES), list(VOLTAGE_FORCES.values())):.3f}"
     rows.append(["exponent", None, published_exponent, *(x for end in ends for x in (end, None))])
     notes = (
         f"assumed: speed proportional to voltage, {IMPACT_SPEED:g} rad/s at {p.reference_voltage:g} V; "
@@ -206,7 +205,7 @@ def _draw_forces(ax: Any, result: StudyResult) -> None:
         order = np.argsort(voltages)
         look = {"color": impact.COLOURS[name]} if name in impact.COLOURS else {"color": "#777777", "linestyle": next(strokes)}
         ax.plot(voltages[order], forces[order], marker=".", label=_label(name), **look)
-    ax.plot(list(PUBLISHED), list(PUBLISHED.values()), "k*", markersize=8, label="published")
+    ax.plot(list(VOLTAGE_FORCES), list(VOLTAGE_FORCES.values()), "k*", markersize=8, label="published")
     ax.plot(p.reference_voltage, IMPACT_FORCE, "ko", markerfacecolor="white", markersize=6, label="calibrated on")
     ax.set(xlabel="voltage [V]", ylabel="impact force [N]")
     ax.yaxis.get_major_locator().set_params(integer=True)

@@ -25,10 +25,11 @@ import numpy as np
 
 from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import StudyParameters, choices, integer, quantities, quantity
+from buckler.studies.kit.published import CONTACT_FORCES
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
 from buckler.studies.kit.style import COLOURS, subplots
 from buckler.studies.striking import slider_crank
-from buckler.studies.striking.impact import CONTACT_FORCES, MODELS
+from buckler.studies.striking.impact import MODELS
 from buckler.studies.sweeping.sweep import sweep
 
 if TYPE_CHECKING:

@@ -24,6 +24,7 @@ from buckler.mbs.library import PAPER
 from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import StudyParameters, integer, quantity
 from buckler.studies.kit.precision import Series, as_signals, draw, footnote, mark, measure, outcomes
+from buckler.studies.kit.published import STRIP_WIDTH
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
 from buckler.studies.kit.style import subplots
 
@@ -31,8 +32,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Array = np.ndarray[Any, Any]
-WIDTH = 0.030
-"""Of the strip, m."""
 SHORTENINGS = np.concatenate([[1e-3], np.linspace(0.05, 0.95, 19)])
 OFF_BRANCH = 0.5
 """Relative distance from the exact load beyond which a value is not on the buckled branch."""
@@ -58,7 +57,7 @@ class Parameters(StudyParameters):
     @property
     def section(self) -> Section:
         """Of the strip."""
-        return Section(WIDTH, self.thickness)
+        return Section(STRIP_WIDTH, self.thickness)
 
 
 @dataclass(frozen=True)

@@ -36,11 +36,10 @@ from buckler.mbs.accuracy.difference import PREDICTABLE, difference
 from buckler.mbs.kinematics.slidercrank import SliderCrank
 from buckler.mbs.laws import KelvinVoigt
 from buckler.mbs.library import PAPER, PAPER_STOP
+from buckler.studies.kit.published import STRIP_WIDTH
 
 Array = np.ndarray[Any, Any]
 Draw = np.random.Generator
-WIDTH = 0.030
-"""Of the strips, m."""
 STOP_STIFFNESS = 1e5
 """Of the stops, N/m, with critical damping."""
 SAMPLES = 2001
@@ -98,7 +97,7 @@ def _bending(draw: Draw) -> tuple[Section, float, float]:
 
     Damping, 0.3 to 3 % in the first mode, keeps axial vibration, which nobody resolves, from exciting high modes.
     """
-    section = Section(WIDTH, draw.uniform(1.5e-3, 3e-3)).damped(10 ** draw.uniform(-2.5, -1.5), PAPER.coupler)
+    section = Section(STRIP_WIDTH, draw.uniform(1.5e-3, 3e-3)).damped(10 ** draw.uniform(-2.5, -1.5), PAPER.coupler)
     mass, share = draw.uniform(0.1, 0.5), draw.uniform(0.02, 0.3)
     return section, mass, sqrt(share * section.euler_load(PAPER.coupler) / (mass * PAPER.crank))
 
@@ -132,7 +131,7 @@ def _smooth(section: Section, mass: float, speed: float | Ramp, duration: float,
 def rigid(draw: Draw, asked: float) -> Case:
     """Slider-crank of rigid links, of any lengths, one or two turns."""
     lengths = SliderCrank(draw.uniform(0.05, 0.2), draw.uniform(0.25, 0.6))
-    speed, body = draw.uniform(1.0, 100.0), Rigid(Section(WIDTH, 5e-3))
+    speed, body = draw.uniform(1.0, 100.0), Rigid(Section(STRIP_WIDTH, 5e-3))
     mechanism = slider_crank(body, law=None, mass=draw.uniform(0.1, 1.0), speed=speed, lengths=lengths)
     time = np.linspace(0.0, draw.uniform(1.0, 2.0) * 2 * pi / speed, SAMPLES)
     return Case(mechanism, float(time[-1]), _against(time, **_slider(lengths.slider(speed * time))))
@@ -140,7 +139,7 @@ def rigid(draw: Draw, asked: float) -> Case:
 
 def _striking(draw: Draw) -> tuple[Section, float, float, KelvinVoigt]:
     """Section, mass, speed and stop of a slider-crank that buckles."""
-    section, mass = Section(WIDTH, draw.uniform(2e-4, 5e-4)), draw.uniform(0.2, 0.5)
+    section, mass = Section(STRIP_WIDTH, draw.uniform(2e-4, 5e-4)), draw.uniform(0.2, 0.5)
     return section, mass, draw.uniform(2.0, 6.0), KelvinVoigt(STOP_STIFFNESS, 2 * sqrt(STOP_STIFFNESS * mass))
 
 

@@ -23,9 +23,10 @@ from buckler.mbs.library import PAPER
 from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import StudyParameters, choices, integer
 from buckler.studies.kit.precision import footnote
+from buckler.studies.kit.published import STRIP_WIDTH
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
 from buckler.studies.kit.style import subplots
-from buckler.studies.strips.static_precision import SHORTENINGS, WIDTH
+from buckler.studies.strips.static_precision import SHORTENINGS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -66,7 +67,7 @@ def _static() -> Job:
     from buckler.mbs.engine.pressed import pinned_strip
     from buckler.studies.trust import plain
 
-    section, length = Section(WIDTH, 3e-4), PAPER.coupler
+    section, length = Section(STRIP_WIDTH, 3e-4), PAPER.coupler
     unit = section.bending_stiffness / length**2
     axial, shear = section.axial_stiffness / unit, section.shear_stiffness / unit
     beam, cable = (np.array([rod.at_shortening(u).load for u in SHORTENINGS]) for rod in (Rod(axial, shear), Rod(axial)))

@@ -42,6 +42,7 @@ from buckler.mbs.record.signals import collect
 from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import StudyParameters, choices, integer
 from buckler.studies.kit.precision import footnote
+from buckler.studies.kit.published import CONTACT_DAMPING, CONTACT_STIFFNESS, STRIP_WIDTH
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
 from buckler.studies.kit.style import COLOURS, subplots
 
@@ -53,7 +54,7 @@ OVER = {"static friction": "friction"}
 """What a part is measured over, where that is not the scene without any."""
 AFTER = ("signals", "contact signals", "self-checks")
 """What is made after the engine's work."""
-STRIP, BARS = Section(0.030, 3e-4), Section(0.005, 0.020)
+STRIP, BARS = Section(STRIP_WIDTH, 3e-4), Section(0.005, 0.020)
 LENGTH, MASS, SPEED = 0.310, 0.3, 1.25
 ITEMS = ("objects", "nodes", "loads", "sensors")
 PULL = (0.0, -9.81)
@@ -97,7 +98,7 @@ def turning(rocker: Any, with_play: str) -> Variants:
 
     def made(friction: FrictionLaw) -> Variant:
         def play(point: str, first: str, second: str) -> Clearance:
-            return Clearance(point, first, second, 5e-3, 2.5e-4, Impact(2.53e5 * 1e3**1.5, 253.0, 1e-5), friction)
+            return Clearance(point, first, second, 5e-3, 2.5e-4, Impact(CONTACT_STIFFNESS, CONTACT_DAMPING, 1e-5), friction)
 
         speed = 10 * pi
         made = crank_rocker(rocker, speed=speed, play=play, with_play=with_play, section=BARS, angle=0.5)

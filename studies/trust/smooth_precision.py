@@ -22,6 +22,7 @@ from buckler.mbs.library import PAPER
 from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import StudyParameters, integer, quantities, quantity
 from buckler.studies.kit.precision import Runs, Series, as_signals, by_tolerance, figure_of, footnote, mark, measure, points_of
+from buckler.studies.kit.published import STRIP_WIDTH
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
 from buckler.studies.trust import plain
 
@@ -55,7 +56,7 @@ class Parameters(StudyParameters):
     @property
     def section(self) -> Section:
         """Of the coupler, without damping."""
-        return Section(width=0.030, thickness=self.thickness)
+        return Section(width=STRIP_WIDTH, thickness=self.thickness)
 
     @property
     def times(self) -> Array:
