@@ -12,6 +12,7 @@ import numpy as np
 from buckler.elastica import pinned
 from buckler.mbs.library import PAPER_STOP
 from buckler.studies.striking import slider_crank as main_study
+from buckler.studies.striking.strikes import strikes
 from buckler.studies.strips.contact_force_table import Press
 
 Array = np.ndarray[Any, Any]
@@ -64,18 +65,15 @@ class Outcome:
 
 def read(time: Array, force: Array) -> Reading:
     """Read a contact force, N, sampled at times, s, over one turn."""
-    touching = np.flatnonzero(force > 0)
-    if not touching.size:
+    found = strikes(force)
+    if not found:
         return Reading()
-    first = touching[0]
-    free = np.flatnonzero(force[first:] <= 0)
-    strike = slice(max(first - 1, 0), first + free[0] + 1 if free.size else None)
     plateau = np.interp(PLATEAU, JOB.speed * time, force)
     return Reading(
-        peak=float(force[strike].max()),
-        impulse=float(np.trapezoid(force[strike], time[strike])),
+        peak=found[0].peak(force),
+        impulse=found[0].impulse(time, force),
         settled=float(np.interp(pi, PLATEAU, plateau)),
         mean=float(np.trapezoid(plateau, PLATEAU) / np.ptp(PLATEAU)),
         plateau_error=float(np.abs(plateau / EXACT - 1).max()),
-        release=float(np.degrees(JOB.speed * time[touching[-1]])),
+        release=float(np.degrees(JOB.speed * time[found[-1].last])),
     )
