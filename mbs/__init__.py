@@ -32,14 +32,22 @@ from buckler.mbs.record.result import Result, Status
 if TYPE_CHECKING:
     from buckler.mbs.engine.scene import build
     from buckler.mbs.simulation import simulate
+    from buckler.mbs.statics import equilibrium, frequencies, path
 
 __all__ = [
     "STEEL", "Beam", "Cable", "Clearance", "Controlled", "Drive", "Equal", "Exudyn", "Guide", "GuideFriction", "Link",
-    "Material", "Mechanism", "Modal", "Motion", "Ramp", "Result", "Revolute", "Rigid", "Section", "Slider", "Slot", "Status",
-    "Stop", "Strut", "Weld", "build", "crank_rocker", "simulate", "slider_crank",
+    "Material", "Mechanism", "Modal", "Motion", "Ramp", "Result", "Revolute", "Rigid", "Section", "Slider", "Slot",
+    "Status", "Stop", "Strut", "Weld", "build", "crank_rocker", "equilibrium", "frequencies", "path", "simulate",
+    "slider_crank",
 ]  # fmt: skip
 
-_ENGINE = {"simulate": "buckler.mbs.simulation", "build": "buckler.mbs.engine.scene"}
+_ENGINE = {
+    "simulate": "buckler.mbs.simulation",
+    "build": "buckler.mbs.engine.scene",
+    "equilibrium": "buckler.mbs.statics",
+    "path": "buckler.mbs.statics",
+    "frequencies": "buckler.mbs.statics",
+}
 
 
 def __getattr__(name: str) -> Any:

@@ -16,9 +16,9 @@ from buckler.elastica import law
 from buckler.mbs import Beam, Cable, Drive, Guide, Link, Revolute
 from buckler.mbs.elements.section import Section
 from buckler.mbs.spectral.scene import Scene
-from buckler.mbs.statics.equilibrium import equilibrium
-from buckler.mbs.statics.frequencies import frequencies
-from buckler.mbs.statics.path import path
+from buckler.mbs.statics.follow import path
+from buckler.mbs.statics.rest import equilibrium
+from buckler.mbs.statics.vibration import frequencies
 
 LENGTH = 0.5
 
