@@ -43,7 +43,7 @@ from buckler.studies.rattling.clearance import CrankRockerParameters, InPython
 from buckler.studies.rattling.clearance_precision_cycles import QUANTITIES, Comparison, compare
 from buckler.studies.rattling.clearance_precision_runs import (
     MODES,
-    Outcome,
+    BarPaths,
     beam,
     by_scipy,
     compiled,
@@ -70,7 +70,7 @@ FEWER = 4
 """Bending and as many axial modes of the reference where the beam's turns are averaged."""
 
 
-class Ratio(NamedTuple):
+class TimeRatio(NamedTuple):
     """Run time of one run over that of another, each a series and a setting of one model, and what is asked of it."""
 
     model: str
@@ -91,11 +91,11 @@ YARDSTICK = f"reference, {MODES} + {MODES} modes"
 RIVALS = ("reference", "scipy", "Python law", "engine's own")
 """How the names of runs begin that do not stand for the engine as we use it."""
 RATIOS = {
-    "dop853_over_reference": Ratio("rigid", ("scipy DOP853", EQUAL), ("reference", EQUAL), ">=", 25),
-    "rigid_over_reference": Ratio("rigid", ("Rigid", DEFAULT), ("reference", EQUAL), "<=", 12),
-    "python_law_over_rigid": Ratio("rigid", ("Python law", DEFAULT), ("Rigid", DEFAULT), ">=", 5),
-    "own_settings_over_rigid": Ratio("rigid", ("engine's own, Python law", OWN_STEP), ("Rigid", DEFAULT), ">=", 5),
-    "beam_over_modal_reference": Ratio("beam", ("Beam x 4", DEFAULT), ("reference, 2 + 1 modes", EQUAL), "<=", 10),
+    "dop853_over_reference": TimeRatio("rigid", ("scipy DOP853", EQUAL), ("reference", EQUAL), ">=", 25),
+    "rigid_over_reference": TimeRatio("rigid", ("Rigid", DEFAULT), ("reference", EQUAL), "<=", 12),
+    "python_law_over_rigid": TimeRatio("rigid", ("Python law", DEFAULT), ("Rigid", DEFAULT), ">=", 5),
+    "own_settings_over_rigid": TimeRatio("rigid", ("engine's own, Python law", OWN_STEP), ("Rigid", DEFAULT), ">=", 5),
+    "beam_over_modal_reference": TimeRatio("beam", ("Beam x 4", DEFAULT), ("reference, 2 + 1 modes", EQUAL), "<=", 10),
 }
 """What is asked of run times; they depend on the machine and make no run SUSPECT."""
 BALANCE, UNLIKELY = 1e-3, 1e-3
@@ -141,7 +141,7 @@ class Model:
     """
 
     runs: Runs
-    error: Callable[[Outcome], float]
+    error: Callable[[BarPaths], float]
     statistics: Callable[..., Comparison]
     chosen: str
 
@@ -190,7 +190,7 @@ def _modal(p: Parameters) -> Model:
     return _model(p, runs, bar, body, "Modal")
 
 
-def _both(made: Any, p: Parameters) -> dict[str, Callable[[], Outcome]]:
+def _both(made: Any, p: Parameters) -> dict[str, Callable[[], BarPaths]]:
     """By tolerance, and without settings at its place among them."""
     usual = usual_tolerance(made)
     coarser, finer = ([x for x in p.tolerances if (x > usual) == side] for side in (True, False))

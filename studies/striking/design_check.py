@@ -50,7 +50,7 @@ class Numerics:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class CheckedTurn:
     """What a simulated turn of the crank did; nan where it did not happen.
 
     Attributes
@@ -102,7 +102,7 @@ def mechanism(model: str, design: Design, numerics: Numerics) -> Mechanism:
     )
 
 
-def check(model: str, design: Design, numerics: Numerics | None = None) -> Outcome:
+def check(model: str, design: Design, numerics: Numerics | None = None) -> CheckedTurn:
     """Simulate a designed slider-crank from crank angle 0 until it has left the stop, and read it."""
     numerics = Numerics() if numerics is None else numerics
     result = mbs.simulate(
@@ -115,7 +115,7 @@ def check(model: str, design: Design, numerics: Numerics | None = None) -> Outco
     signals = result.signals
     angle, force = signals["drive.position"], signals["B.contact_force"]
     shortening = signals["coupler.end_shortening"] / float(design.given.coupler)
-    return Outcome(
+    return CheckedTurn(
         model, str(result.status), result.message, **_read(angle, force, shortening),
         energy_balance=result.energy_balance, wall_s=result.work["wall_s"], angle=angle, force=force,
     )  # fmt: skip

@@ -26,7 +26,7 @@ EXACT = Press(JOB.thickness, PAPER_STOP).force(pinned.load, PLATEAU)
 """Force of the exact elastica there, in equilibrium and without friction, N."""
 
 
-class Reading(NamedTuple):
+class PrecisionReading(NamedTuple):
     """What is read off a contact force; nan where the run failed or there was no contact.
 
     Attributes
@@ -48,28 +48,28 @@ class Reading(NamedTuple):
     plateau_error: float = nan
     release: float = nan
 
-    def off(self, other: Reading) -> dict[str, float]:
+    def off(self, other: PrecisionReading) -> dict[str, float]:
         """Relative differences of the four numbers that make the error of a run."""
         return {name: abs(getattr(self, name) / getattr(other, name) - 1) for name in self._fields[:4]}
 
 
 @dataclass(frozen=True)
-class Outcome:
+class ReadRun:
     """Reading of a run, with its status and work."""
 
-    reading: Reading
+    reading: PrecisionReading
     status: str
     work: Mapping[str, float]
     energy_balance: float = nan
 
 
-def read(time: Array, force: Array) -> Reading:
+def read(time: Array, force: Array) -> PrecisionReading:
     """Read a contact force, N, sampled at times, s, over one turn."""
     found = strikes(force)
     if not found:
-        return Reading()
+        return PrecisionReading()
     plateau = np.interp(PLATEAU, JOB.speed * time, force)
-    return Reading(
+    return PrecisionReading(
         peak=found[0].peak(force),
         impulse=found[0].impulse(time, force),
         settled=float(np.interp(pi, PLATEAU, plateau)),

@@ -40,7 +40,7 @@ from buckler.studies.kit.precision import (
     thousands,
 )
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
-from buckler.studies.striking.precision_reading import EXACT, JOB, PLATEAU, TURN, Outcome, Reading, read
+from buckler.studies.striking.precision_reading import EXACT, JOB, PLATEAU, TURN, PrecisionReading, ReadRun, read
 from buckler.studies.trust import plain
 
 if TYPE_CHECKING:
@@ -106,21 +106,21 @@ def with_coupler(kind: type[Beam] | type[Cable], elements: int) -> Mechanism:
     )
 
 
-def simulated(mechanism: Mechanism, steps: Controlled, ledger: bool = False) -> Outcome:
+def simulated(mechanism: Mechanism, steps: Controlled, ledger: bool = False) -> ReadRun:
     """One turn with error-controlled steps."""
     result = simulate(mechanism, TURN, solver=Exudyn(steps), ledger=ledger)
     ended = result.status in (Status.OK, Status.SUSPECT)
-    reading = read(result.time, result.signals["B.contact_force"]) if ended else Reading()
-    return Outcome(reading, result.status, result.work, result.energy_balance)
+    reading = read(result.time, result.signals["B.contact_force"]) if ended else PrecisionReading()
+    return ReadRun(reading, result.status, result.work, result.energy_balance)
 
 
-def plainly(mechanism: Mechanism, steps: float, newton: float) -> Outcome:
+def plainly(mechanism: Mechanism, steps: float, newton: float) -> ReadRun:
     """One turn by a plain run in uniform steps."""
     found = plain.slider_crank(mechanism, TURN, int(steps), newton)
-    return Outcome(read(found.x, found.force) if found.x.size else Reading(), found.message or "OK", found.work)
+    return ReadRun(read(found.x, found.force) if found.x.size else PrecisionReading(), found.message or "OK", found.work)
 
 
-def _with_tolerance(mechanism: Mechanism, tolerance: float) -> Outcome:
+def _with_tolerance(mechanism: Mechanism, tolerance: float) -> ReadRun:
     return simulated(mechanism, Controlled(tolerance))
 
 
@@ -182,7 +182,7 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
 # --- what is reported -------------------------------------------------------------------------------------------------
 
 
-def _reading_metrics(chosen: Outcome, reference: Reading, second: Reading) -> dict[str, Metric]:
+def _reading_metrics(chosen: ReadRun, reference: PrecisionReading, second: PrecisionReading) -> dict[str, Metric]:
     """What the chosen run reads, and how far it is off."""
     found, off = chosen.reading, chosen.reading.off(reference)
     exact = float(np.interp(pi, PLATEAU, EXACT))
@@ -226,7 +226,7 @@ def _compare(p: Parameters, ours: Series, theirs: Series) -> tuple[dict[str, Met
 
 
 def _runs_table(
-    series: Series, baseline: Point, found: Mapping[str, Mapping[str, Outcome]], reference: Reading, notes: str
+    series: Series, baseline: Point, found: Mapping[str, Mapping[str, ReadRun]], reference: PrecisionReading, notes: str
 ) -> Table:
     rows: list[list[Any]] = [["finer run", "", None, *_numbers(reference), None, None, None, ""]]
     for name, part in series.items():
@@ -242,7 +242,7 @@ def _runs_table(
     return Table(headers, rows, f"Slider-crank, one turn at {JOB.speed:g} rad/s", notes)
 
 
-def _numbers(reading: Reading) -> list[float]:
+def _numbers(reading: PrecisionReading) -> list[float]:
     return [reading.peak, reading.impulse, reading.settled, reading.plateau_error, reading.release]
 
 

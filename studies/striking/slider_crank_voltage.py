@@ -52,7 +52,7 @@ class Parameters(ImpactParameters):
         return IMPACT_SPEED * voltage / self.reference_voltage
 
 
-class Case(NamedTuple):
+class VoltageCase(NamedTuple):
     """One model, or the beam with a bowed strip, with its own stop."""
 
     name: str
@@ -72,7 +72,7 @@ class _Bench:
     def __init__(self) -> None:
         self.runs: list[ModelRun] = []
 
-    def force(self, case: Case, speed: float, **changes: Any) -> float:
+    def force(self, case: VoltageCase, speed: float, **changes: Any) -> float:
         """Impact force at a crank speed, the stop held, N; nan without impact."""
         parameters = replace(case.parameters, **changes)
         self.runs.append(strike(case.model, parameters, case.fit.stop, speed))
@@ -83,7 +83,7 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Calibrate each case, predict the forces, vary the parameters."""
     bench = _Bench()
     try:
-        cases = [Case(*case, calibrate(*case[1:])) for case in progress(_uncalibrated(parameters), label="calibration")]
+        cases = [VoltageCase(*case, calibrate(*case[1:])) for case in progress(_uncalibrated(parameters), label="calibration")]
     except NotCalibratedError as error:
         return StudyResult(parameters=parameters, status="NOT_CALIBRATED", message=str(error))
     speeds = [parameters.speed(voltage) for voltage in parameters.voltages]
@@ -110,7 +110,7 @@ def _uncalibrated(p: Parameters) -> list[tuple[str, str, Parameters]]:
     ]
 
 
-def _sensitivity(case: Case, bench: _Bench) -> dict[str, float]:
+def _sensitivity(case: VoltageCase, bench: _Bench) -> dict[str, float]:
     """Logarithmic slopes d ln F/d ln parameter at 1.25 rad/s, by central differences but for the ends of a range."""
     slopes = {}
     for name, (least, most) in VARIED.items():
@@ -130,7 +130,9 @@ def exponent(voltages: Sequence[float], forces: Sequence[float]) -> float:
     return log(forces[high] / forces[low]) / log(voltages[high] / voltages[low]) if low != high else nan
 
 
-def _metrics(case: Case, forces: Mapping[str, Sequence[float]], slopes: Mapping[str, Mapping[str, float]]) -> dict[str, Metric]:
+def _metrics(
+    case: VoltageCase, forces: Mapping[str, Sequence[float]], slopes: Mapping[str, Mapping[str, float]]
+) -> dict[str, Metric]:
     voltages = case.parameters.voltages
     stop, unit = case.stop
     found = {stop: Metric(case.fit.stop, unit), "force_calibrated": Metric(case.fit.trials[-1][1], "N", IMPACT_FORCE)}
@@ -145,7 +147,7 @@ def _metrics(case: Case, forces: Mapping[str, Sequence[float]], slopes: Mapping[
 # --- tables -----------------------------------------------------------------------------------------------------------
 
 
-def _forces_table(cases: Sequence[Case], forces: Mapping[str, Sequence[float]]) -> Table:
+def _forces_table(cases: Sequence[VoltageCase], forces: Mapping[str, Sequence[float]]) -> Table:
     p = cases[0].parameters
     headers = ["voltage [V]", "crank [rad/s]", "published [N]"]
     for case in cases:
@@ -169,7 +171,7 @@ def _forces_table(cases: Sequence[Case], forces: Mapping[str, Sequence[float]]) 
     return Table(headers, rows, "Predicted impact forces", notes)
 
 
-def _calibration_table(cases: Sequence[Case]) -> Table:
+def _calibration_table(cases: Sequence[VoltageCase]) -> Table:
     rows = [
         [case.name, *case.stop, f"{case.fit.stop:.4g}", "; ".join(f"{k:.4g}: {f:.2f} N" for k, f in case.fit.trials)]
         for case in cases

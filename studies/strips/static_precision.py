@@ -61,7 +61,7 @@ class Parameters(StudyParameters):
 
 
 @dataclass(frozen=True)
-class Curve:
+class LoadCurve:
     """Normalised loads of one run, with the exact ones of its theory."""
 
     load: Array
@@ -106,7 +106,7 @@ def _title(series: str, elements: str) -> str:
     return f"{SERIES[series]} x {elements}"
 
 
-def _variants(p: Parameters) -> Mapping[str, Mapping[str, Callable[[], Curve]]]:
+def _variants(p: Parameters) -> Mapping[str, Mapping[str, Callable[[], LoadCurve]]]:
     """Runs by series and number of elements."""
     from buckler.mbs.engine.pressed import pinned_strip  # loads the engine
     from buckler.studies.trust import plain
@@ -117,13 +117,13 @@ def _variants(p: Parameters) -> Mapping[str, Mapping[str, Callable[[], Curve]]]:
     rods = Rod(axial, shear), Rod(axial)
     beam, cable = (np.array([rod.at_shortening(u).load for u in SHORTENINGS]) for rod in rods)
 
-    def ours(body: Beam | Cable) -> Curve:
+    def ours(body: Beam | Cable) -> LoadCurve:
         found = pinned_strip(body, length, SHORTENINGS)
-        return Curve(found.load, beam if body.turns else cable, found.message, found.work)
+        return LoadCurve(found.load, beam if body.turns else cable, found.message, found.work)
 
-    def theirs(n: int) -> Curve:
+    def theirs(n: int) -> LoadCurve:
         found = plain.buckled_strip(section, length, SHORTENINGS, n)
-        return Curve(found.force / unit, cable, found.message, found.work)
+        return LoadCurve(found.force / unit, cable, found.message, found.work)
 
     counts = [2**k for k in range(2, p.finest.bit_length()) if 2**k <= p.finest]
     quadratic, linear = sorted({*counts, p.elements}), [n for n in counts if n >= 16]
@@ -138,7 +138,7 @@ def _variants(p: Parameters) -> Mapping[str, Mapping[str, Callable[[], Curve]]]:
 
 def _metrics(
     series: Series,
-    curves: Mapping[str, Curve],
+    curves: Mapping[str, LoadCurve],
     beam: Point,
     plain: Point,
     equal: Point | None,
@@ -162,11 +162,11 @@ def _metrics(
     return found
 
 
-def _off_elastica(curve: Curve) -> float:
+def _off_elastica(curve: LoadCurve) -> float:
     return float(np.abs(curve.load / pinned.load(SHORTENINGS) - 1).max())
 
 
-def _table(series: Series, curves: Mapping[str, Curve], plain: Point, notes: str) -> Table:
+def _table(series: Series, curves: Mapping[str, LoadCurve], plain: Point, notes: str) -> Table:
     rows = [
         [
             SERIES[name], int(n), f"{p.error:.1e}", f"{1e3 * p.wall_s:.3g}", f"{1 / p.speedup(plain):.2f}",

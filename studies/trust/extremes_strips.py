@@ -33,7 +33,7 @@ from buckler.mbs.engine.pressed import pinned_strip
 from buckler.mbs.laws import CarvalhoMartins
 from buckler.mbs.library import PAPER, slider_crank
 from buckler.studies.kit.published import STRIP_WIDTH
-from buckler.studies.trust.extremes_case import DEFAULT, Case, Measures, Outcome, finer, simulated
+from buckler.studies.trust.extremes_case import DEFAULT, Case, CaseOutcome, Measures, finer, simulated
 
 LENGTH, MASS, TURN = PAPER.coupler, 0.3, 0.56
 """Of the coupler, m; of the slider, kg; how much of a turn is run: until 200 degrees, contact began at 120."""
@@ -160,10 +160,10 @@ def static_strips() -> Iterator[Case]:
         yield Case("static strip", name, _pressed_still(mesh, thickness, u), lambda u=u: {"load": pinned.load(np.array(u))})  # type: ignore[misc]
 
 
-def _pressed_still(mesh: str, thickness: float, u: tuple[float, ...]) -> Callable[[float], Outcome]:
-    def run(_timeout: float) -> Outcome:
+def _pressed_still(mesh: str, thickness: float, u: tuple[float, ...]) -> Callable[[float], CaseOutcome]:
+    def run(_timeout: float) -> CaseOutcome:
         states = pinned_strip(STRIPS[mesh](Section(STRIP_WIDTH, thickness)), LENGTH, u)
-        return Outcome(str(states.status), states.message, {"load": states.load})
+        return CaseOutcome(str(states.status), states.message, {"load": states.load})
 
     return run
 

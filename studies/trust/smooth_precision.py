@@ -69,7 +69,7 @@ class Parameters(StudyParameters):
 
 
 @dataclass(frozen=True)
-class Outcome:
+class DeflectionRun:
     """Deflection at the study's times, m, how the run ended and its work."""
 
     deflection: Array
@@ -94,18 +94,18 @@ def reference(p: Parameters, terms: int) -> Array:
     return strip.move(p.times, rtol=1e-7, atol=1e-9).deflection
 
 
-def simulated(p: Parameters, coupler: Beam | Cable, tolerance: float) -> Outcome:
+def simulated(p: Parameters, coupler: Beam | Cable, tolerance: float) -> DeflectionRun:
     """The deflection by `simulate` with error-controlled steps."""
     result = simulate(p.mechanism(coupler), float(p.times[-1]), solver=Exudyn(Controlled(tolerance)), timeout=300)
-    return Outcome(result.at("coupler.deflection", p.times), result.status, result.work)
+    return DeflectionRun(result.at("coupler.deflection", p.times), result.status, result.work)
 
 
-def plainly(p: Parameters, elements: int, steps: int, relative: float, absolute: float) -> Outcome:
+def plainly(p: Parameters, elements: int, steps: int, relative: float, absolute: float) -> DeflectionRun:
     """The deflection by a plain run in uniform steps."""
     cable = p.mechanism(Cable(p.section, elements=elements))
     found = plain.smooth_slider_crank(cable, float(p.times[-1]), max(1, round(steps * p.turns)), relative, absolute)
     deflection = np.interp(p.times, found.x, found.force) if found.x.size else np.full(TIMES, np.nan)
-    return Outcome(deflection, found.message or "OK", found.work)
+    return DeflectionRun(deflection, found.message or "OK", found.work)
 
 
 def variants(p: Parameters) -> Runs:
