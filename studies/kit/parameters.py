@@ -245,6 +245,17 @@ def choices(default: tuple[str, ...], options: Sequence[str], help: str, group: 
     return field(default=default, metadata={"spec": _several(_choice(tuple(options), help, group))})
 
 
+def text(default: str, help: str, group: str = "parameters") -> str:
+    """Declare any words, such as the name of a file."""
+
+    def read(given: object) -> str:
+        if not isinstance(given, str):
+            raise ValueError("not text")
+        return given.strip()
+
+    return field(default=default, metadata={"spec": Spec(read, lambda value: value or "none", "any text", "TEXT", help, group)})
+
+
 @dataclass(frozen=True)
 class StudyParameters:
     """Base of every study's `Parameters`: reads and checks each field when made.

@@ -74,6 +74,9 @@ STUDIES: dict[str, Entry] = {
     "buffering-claims": Entry(
         "buckler.studies.rattling.buffering_claims", "does a flexible rocker buffer? each published claim, over many runs"
     ),
+    "buffering-world": Entry(
+        "buckler.studies.rattling.world", "the same in one world: everything that the paper leaves open has one value"
+    ),
     "modes": Entry("buckler.studies.rattling.modes", "which modes of the rocker matter, and what their numbers mean"),
 }
 
