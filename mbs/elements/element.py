@@ -40,6 +40,14 @@ class Energy(NamedTuple):
     values: Array
 
 
+class Burden(NamedTuple):
+    """Mass, kg, and moment of inertia, kg m^2, that an element adds to a body at a point reference 'link:point'."""
+
+    at: str
+    mass: float
+    inertia: float
+
+
 class Motion(Protocol):
     """What a link or block did, as plain arrays."""
 
@@ -134,8 +142,8 @@ class Element:
         """Yield how deep its contacts may be; nothing by default."""
         yield from ()
 
-    def inertias(self, mechanism: Any) -> Iterator[tuple[str, str, float, float]]:
-        """Yield what it adds to a link: (link, point, mass, moment of inertia), kg, kg m^2; nothing by default."""
+    def burdens(self, mechanism: Any) -> Iterator[Burden]:
+        """Yield the masses it adds to bodies; none by default."""
         yield from ()
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:

@@ -22,9 +22,11 @@ from buckler.mbs.engine.placed import Placed, States
 from buckler.mbs.engine.registry import BODIES, CONNECTORS
 from buckler.mbs.engine.stop import StopContact
 from buckler.mbs.engine.strut import StrutSpring
+from buckler.mbs.kinematics.diagnosis import redundancies
 from buckler.mbs.kinematics.start import Start, start
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.record import Record
+from buckler.mbs.record.result import Status
 
 exu.config.printToConsole = False
 
@@ -74,6 +76,10 @@ class Scene:
         Engine object numbers by element.
     start : Start
         Velocities at t = 0.
+    redundant : list of str
+        Elements that say what others say already.
+    stopped : (Status, str) or None
+        Why a user's function could not give a value, once it could not.
     """
 
     mechanism: Mechanism
@@ -86,6 +92,8 @@ class Scene:
     clearances: list[ClearanceGroup] = field(default_factory=list)
     constraints: dict[str, int] = field(default_factory=dict)
     start: Start | None = None
+    redundant: list[str] = field(default_factory=list)
+    stopped: tuple[Status, str] | None = None
     parts: Counter[str] = field(default_factory=Counter)
     readers: list[tuple[str, str, Callable[[History, Record], Array]]] = field(default_factory=list)
 
@@ -175,6 +183,7 @@ def build(mechanism: Mechanism) -> Scene:
     container = exu.SystemContainer()
     scene = Scene(mechanism, container.AddSystem(), container)
     scene.start = begun = start(mechanism)
+    scene.redundant = redundancies(mechanism)
     for link in mechanism.links:
         placed = BODIES[type(link.body)](scene, link, begun.rates[begun.closure.index[link.name]])
         if placed is not None:

@@ -9,6 +9,8 @@ import exudyn.itemInterface as eii
 from buckler.mbs.elements.element import Array
 from buckler.mbs.elements.link import Link
 from buckler.mbs.elements.strut import Strut, StrutLaw
+from buckler.mbs.engine.watched import watched
+from buckler.mbs.record.result import Status
 
 
 class StrutSpring(StrutLaw):
@@ -44,20 +46,25 @@ def connect(scene: Any, links: dict[str, Link]) -> None:
                 markerNumbers=[_host(scene, link, link.start), _host(scene, link, link.end)],
                 referenceLength=spring.length,
                 stiffness=1.0,
-                springForceUserFunction=spring,
+                springForceUserFunction=watched(scene, f"strut '{name}'", spring, Status.STRUT_OUT_OF_RANGE),
             )
         )
 
 
 def _host(scene: Any, link: Link, point: str) -> int:
-    """Marker of the body a strut's end acts on: its block, or a link or the ground it is pinned to."""
-    for guide in scene.mechanism.guides:
-        if guide.point == point and guide.link == link.name:
-            return int(scene.marker(point, point))
-    for joint in scene.mechanism.joints:
-        if joint.point == point and link.name in (joint.first, joint.second):
-            other = joint.second if joint.first == link.name else joint.first
-            if other not in scene.strut_links:
-                return int(scene.marker(other, point))
+    """Marker of the body a strut's end acts on: a block, a link or the ground it is pinned to, there or through other struts."""
+    mechanism = scene.mechanism
+    pinned, found = [link.name], {link.name}
+    for body in pinned:
+        if body not in scene.strut_links:
+            return int(scene.marker(body, point))
+        for guide in mechanism.guides:
+            if guide.point == point and guide.link == body:
+                return int(scene.marker(point, point))
+        for joint in mechanism.joints:
+            if joint.point == point and body in (joint.first, joint.second):
+                new = {joint.first, joint.second} - found
+                pinned += sorted(new)
+                found |= new
     needed = "a link with mass, a guide or ground"
     raise ValueError(f"link '{link.name}': a Strut is massless, so '{point}' must be pinned to {needed}")

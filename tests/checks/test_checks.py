@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
-from simulations import LENGTH, STRIP, G, block, fine, pendulum, pressed, rates
+from simulations import LENGTH, STRIP, G, block, fine, integrated, pendulum, pressed, rates
 
 from buckler.elastica import pinned
 from buckler.mbs import (
@@ -229,11 +229,21 @@ def short_of_dead_centre(room):
 
 def test_a_linkage_that_meets_a_dead_centre():
     fine(short_of_dead_centre(1e-2))
+    fine(short_of_dead_centre(1e-5))
+    result = short_of_dead_centre(0.0)
+    assert result.status is Status.SINGULAR and "coupler and rocker in line" in result.message
+    assert "is not determined" in result.message
+    assert result.time[-1] == pytest.approx(0.1 - 0.5 / (10 * np.pi) + 0.1, abs=1e-6)  # the crank at 2 pi
+
+
+def test_a_linkage_that_is_integrated_through_a_dead_centre(monkeypatch):
+    integrated(monkeypatch)
     suspect(short_of_dead_centre(1e-5), "CLOSURE")
     assert "is not determined" in suspect(short_of_dead_centre(0.0), "BRANCH")
 
 
-def test_equal_steps_too_long_for_a_linkage():
+def test_equal_steps_too_long_for_a_linkage(monkeypatch):
+    integrated(monkeypatch)
     mechanism = crank_rocker(Rigid(BARS), speed=10 * np.pi, section=BARS, angle=0.5)
     assert "loop closure gives another" in suspect(simulate(mechanism, 0.2, solver=Exudyn(Equal(20))), "CLOSURE")
     fine(simulate(mechanism, 0.2, solver=Exudyn(Equal(2000))))
