@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from math import hypot, inf
 from numbers import Real
+from pathlib import Path
 from typing import Any
 
 from buckler.mbs.elements import KINDS, Drive, Guide, Link
@@ -100,6 +101,50 @@ class Mechanism:
                 add(element.key, element)
         return found
 
+    def to_dict(self) -> dict[str, Any]:
+        """Return a description of plain dictionaries, lists, numbers and names; see `buckler.mbs.files`."""
+        from buckler.mbs.files.encode import document
+
+        return document(self)
+
+    @classmethod
+    def from_dict(cls, content: Mapping[str, Any]) -> Mechanism:
+        """Make the mechanism that `to_dict` or a file describes.
+
+        Raises
+        ------
+        ValueError
+            In one line that begins with the place, such as `links.coupler.body.section.thickness`.
+        """
+        from buckler.mbs.files.decode import mechanism
+
+        return mechanism(content)
+
+    def save(self, path: str | Path) -> Path:
+        """Write the mechanism to `name.toml` or `name.json`.
+
+        Raises
+        ------
+        ValueError
+            If the ending is another, or the mechanism holds what a file has no name for, such as a Python function.
+        """
+        from buckler.mbs.files.document import save
+
+        return save(self, path)
+
+    @classmethod
+    def load(cls, path: str | Path) -> Mechanism:
+        """Read the mechanism of a `.toml` or `.json` file.
+
+        Raises
+        ------
+        ValueError
+            In one line: the file, the place in it, what is wrong.
+        """
+        from buckler.mbs.files.document import load
+
+        return load(path)
+
     def plot(self, axes: Any = None, names: bool = True) -> Any:
         """Draw the mechanism at t = 0: links to scale, joints, guides, stops, springs, loads and drives by their symbols.
 
@@ -117,6 +162,35 @@ class Mechanism:
         from buckler.mbs.files.plot import plot_mechanism
 
         return plot_mechanism(self, axes, names)
+
+    def write_exudyn_script(self, path: str | Path, duration: float, steps: int | None = None) -> Path:
+        """Write a plain script that runs this mechanism in Exudyn without Buckler and gives the same numbers.
+
+        The script writes the places of all points into a CSV file beside it. Its numbers are those of
+        `simulate(mechanism, duration, solver=Exudyn(Equal(steps)))`; where a drive alone decides the motion, that is answered
+        exactly, and the script differs from it by the integrator's error.
+
+        Parameters
+        ----------
+        path : str or Path
+        duration : float
+            s, positive.
+        steps : int, optional
+            Equal steps of the run; by default 400 a turn of the drive, 200 at least.
+
+        Raises
+        ------
+        ValueError
+            If an element needs functions or solids of Buckler: stops, clearances, struts, modal links, motions of any form,
+            springs with laws. It names them.
+        """
+        from buckler.mbs.engine.script import exudyn_script
+
+        path = Path(path)
+        text = exudyn_script(self, duration, steps, f"{path.stem}.csv")
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+        return path
 
     def _repr_html_(self) -> str:
         """Picture and parts, for notebooks."""
@@ -150,7 +224,7 @@ def _velocities(mechanism: Mechanism) -> dict[str, Any]:
         where = f"velocities['{name}']"
         if isinstance(value, Real):
             known("link", name, links, where)
-            found[name] = number(where, float(value), -inf, inf, "rad/s")
+            found[name] = number(where, value, -inf, inf, "rad/s")  # type: ignore[arg-type]
             continue
         if name in links:
             raise ValueError(f"{where} = {value!r}: a link's is its turning, one number, rad/s")
