@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from math import hypot, inf
 from numbers import Real
+from pathlib import Path
 from typing import Any
 
 from buckler.mbs.elements import KINDS, Drive, Guide, Link
@@ -125,6 +126,35 @@ class Mechanism:
         from buckler.mbs.files.plot import plot_mechanism
 
         return plot_mechanism(self, axes, names)
+
+    def write_exudyn_script(self, path: str | Path, duration: float, steps: int | None = None) -> Path:
+        """Write a plain script that runs this mechanism in Exudyn without Buckler and gives the same numbers.
+
+        The script writes the places of all points into a CSV file beside it. Its numbers are those of
+        `simulate(mechanism, duration, solver=Exudyn(Equal(steps)))`; where a drive alone decides the motion, that is answered
+        exactly, and the script differs from it by the integrator's error.
+
+        Parameters
+        ----------
+        path : str or Path
+        duration : float
+            s, positive.
+        steps : int, optional
+            Equal steps of the run; by default 400 a turn of the drive, 200 at least.
+
+        Raises
+        ------
+        ValueError
+            If an element needs functions or solids of Buckler: stops, clearances, struts, modal links, motions of any form,
+            springs with laws. It names them.
+        """
+        from buckler.mbs.engine.script import exudyn_script
+
+        path = Path(path)
+        text = exudyn_script(self, duration, steps, f"{path.stem}.csv")
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+        return path
 
     def _repr_html_(self) -> str:
         """Picture and parts, for notebooks."""
