@@ -127,8 +127,16 @@ class Result:
         end = f"{self.time[-1]:g} s" if len(self.time) else "no time"
         return f"<Result {self.status}{f': {said}' if said else ''}; {len(self.time)} samples to t = {end}{error}; {what}>"
 
-    def at(self, name: str, times: Any) -> Array:
+    def at(self, name: str, times: Any, outside: float | None = None) -> Array:
         """Signal `name` at other times, linear between steps; what `SMOOTH` names is cubic where an accuracy was asked for.
+
+        Parameters
+        ----------
+        name : str
+        times : array_like
+            s, within the run.
+        outside : float, optional
+            What stands for times outside the run, as a run that failed has them; by default they are an error.
 
         Raises
         ------
@@ -140,6 +148,8 @@ class Result:
         values, times = self[name], np.asarray(times, dtype=float)
         off = OUTSIDE * (self.time[-1] - self.time[0])
         wrong = ~((times >= self.time[0] - off) & (times <= self.time[-1] + off))
+        if wrong.any() and outside is not None:
+            return np.where(wrong, outside, self.at(name, np.clip(times, self.time[0], self.time[-1])))
         if wrong.any():
             first, last = self.time[[0, -1]]
             raise ValueError(f"'{name}' at t = {times[wrong][0]:g} s: the run covers [{first:g}, {last:g}] s ({self.status})")

@@ -87,7 +87,7 @@ def _smooth() -> Job:
 
     def ours() -> study.Outcome:
         result = simulate(mechanism, duration, SMOOTH, timeout=120)
-        return study.Outcome(result.at("coupler.deflection", p.times), result.status, result.work)
+        return study.Outcome(result.at("coupler.deflection", p.times, outside=np.nan), result.status, result.work)
 
     return Job(
         ours,
@@ -124,7 +124,7 @@ def _with_play(beam: bool) -> Job:
     compared = len(START) // 2 if beam else len(START)
 
     def path(result: Any) -> Array:
-        return np.stack([result.at("coupler.x", START), result.at("coupler.y", START)], axis=1)
+        return np.stack([result.at("coupler.x", START, outside=np.nan), result.at("coupler.y", START, outside=np.nan)], axis=1)
 
     return Job(
         lambda: path(simulate(mechanism, TURN, None if beam else PLAY, timeout=120)),

@@ -98,7 +98,7 @@ def reference(p: Parameters, terms: int) -> Array:
 def simulated(p: Parameters, coupler: Beam | Cable, steps: Controlled) -> Outcome:
     """The deflection by `simulate` with error-controlled steps."""
     result = simulate(p.mechanism(coupler), float(p.times[-1]), solver=Exudyn(steps), timeout=300)
-    return Outcome(result.at("coupler.deflection", p.times), result.status, result.work)
+    return Outcome(result.at("coupler.deflection", p.times, outside=np.nan), result.status, result.work)
 
 
 def plainly(p: Parameters, elements: int, steps: int, relative: float, absolute: float) -> Outcome:
