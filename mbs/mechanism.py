@@ -109,6 +109,50 @@ class Mechanism:
                 add(element.key, element)
         return found
 
+    def to_dict(self) -> dict[str, Any]:
+        """Return a description of plain dictionaries, lists, numbers and names; see `buckler.mbs.files`."""
+        from buckler.mbs.files.encode import document
+
+        return document(self)
+
+    @classmethod
+    def from_dict(cls, content: Mapping[str, Any]) -> Mechanism:
+        """Make the mechanism that `to_dict` or a file describes.
+
+        Raises
+        ------
+        ValueError
+            In one line that begins with the place, such as `links.coupler.body.section.thickness`.
+        """
+        from buckler.mbs.files.decode import mechanism
+
+        return mechanism(content)
+
+    def save(self, path: str | Path) -> Path:
+        """Write the mechanism to `name.toml` or `name.json`.
+
+        Raises
+        ------
+        ValueError
+            If the ending is another, or the mechanism holds what a file has no name for, such as a Python function.
+        """
+        from buckler.mbs.files.document import save
+
+        return save(self, path)
+
+    @classmethod
+    def load(cls, path: str | Path) -> Mechanism:
+        """Read the mechanism of a `.toml` or `.json` file.
+
+        Raises
+        ------
+        ValueError
+            In one line: the file, the place in it, what is wrong.
+        """
+        from buckler.mbs.files.document import load
+
+        return load(path)
+
     def plot(self, axes: Any = None, names: bool = True) -> Any:
         """Draw the mechanism at t = 0: links to scale, joints, guides, stops, springs, loads and drives by their symbols.
 
@@ -173,7 +217,7 @@ def _velocities(mechanism: Mechanism) -> dict[str, Any]:
         where = f"velocities['{name}']"
         if isinstance(value, Real):
             known("link", name, links, where)
-            found[name] = number(where, float(value), -inf, inf, "rad/s")
+            found[name] = number(where, value, -inf, inf, "rad/s")  # type: ignore[arg-type]
             continue
         if name in links:
             raise ValueError(f"{where} = {value!r}: a link's is its turning, one number, rad/s")

@@ -129,7 +129,7 @@ def _table(p: Parameters, fourbars: Sequence[FourBar], points: Sequence[Point]) 
     notes = (
         "error: standard error over turns and members. spread: standard deviation of the section, in clearances.\n"
         f"{p.seeds} members from seed {p.seed}, {p.settle} turns to settle, {p.turns} of the section, {p.exponent_turns} for the "
-        f"exponent.\nrepeats after: turns, to {REPEATS_TO:g} clearances, up to {LONGEST_PERIOD}."
+        f"exponent.\nrepeats after: turns, to {REPEATS_TO:g} clearances, up to {LONGEST_PERIOD}.\n{p.stated()}."
     )
     return Table(headers, rows, title, notes)
 

@@ -21,9 +21,10 @@ from buckler.mbs.engine.choice import usual_tolerance
 from buckler.mbs.library import STEEL_CRANK_ROCKER
 from buckler.mbs.reference import beam_modes
 from buckler.studies.kit.cli import main
-from buckler.studies.kit.parameters import StudyParameters, choice, choices, integer, quantities, quantity
+from buckler.studies.kit.parameters import choice, choices, integer, quantities, quantity, specs
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
 from buckler.studies.kit.style import subplots
+from buckler.studies.rattling.assumptions import Assumptions
 from buckler.studies.rattling.clearance import DAMPING_UNITS, CrankRockerParameters, InPython
 from buckler.studies.rattling.clearance_precision_cycles import QUANTITIES, Comparison, compare
 from buckler.studies.rattling.clearance_precision_runs import (
@@ -93,7 +94,7 @@ DISTANCE = {"rigid": 0.05, "beam": 0.5, "modal": 0.5}
 
 
 @dataclass(frozen=True)
-class Parameters(StudyParameters):
+class Parameters(Assumptions):
     """Parameters of the study."""
 
     rockers: tuple[str, ...] = choices(("rigid", "beam", "modal"), ("rigid", "beam", "modal"), "rockers to run", "mechanism")
@@ -111,11 +112,17 @@ class Parameters(StudyParameters):
     def check(self) -> None:
         """Check that counts are whole."""
         self.check_counts("elements", "steps")
+        if (self.modal_damping, self.modes_of) != ("constant", "free") and "beam" in self.rockers:
+            raise ValueError(f"modal_damping = {self.modal_damping}, modes_of = {self.modes_of}: not of a beam; leave it out")
+        self.bars  # noqa: B018 - refuses what the mechanism cannot be
 
     @property
     def bars(self) -> CrankRockerParameters:
         """Parameters of the mechanism."""
-        return CrankRockerParameters(clearance=self.clearance, damping_unit=self.damping_unit, start_angle=0.0)
+        given: dict[str, Any] = {name: getattr(self, name) for name in specs(Assumptions)}
+        return CrankRockerParameters(
+            clearance=self.clearance, damping_unit=self.damping_unit, start_angle=0.0, rocker=("modal",), **given
+        )
 
 
 @dataclass(frozen=True)
@@ -224,7 +231,8 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
         metrics=metrics,
         signals=signals,
         tables=[
-            _runs_table(found, f"{_sentence(found)}\n{footnote(p)}"), _statistics_table(compared), _bars_table(metrics),
+            _runs_table(found, f"{_sentence(found)}\n{p.stated()}.\n{footnote(p)}"),
+            _statistics_table(compared), _bars_table(metrics),
         ],
         status="SUSPECT" if wrong else "OK",
         message="; ".join(wrong) or _sentence(found),

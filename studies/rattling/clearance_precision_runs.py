@@ -69,12 +69,12 @@ def mechanism(p: CrankRockerParameters, rocker: Any, *, law: Any = None, ramp: b
     """The crank-rocker with play in all joints; a ramp that does not rise takes it to the implicit integrator."""
 
     def play(point: str, first: str, second: str) -> Clearance:
-        return Clearance(point, first, second, p.pin, p.clearance, law or p.law, p.friction)
+        return replace(p.play(point, first, second), law=law or p.law)
 
     offset = p.mechanism("rigid").points["A"]  # with the chance offset of the start
     angle = float(np.arctan2(offset[1], offset[0]))
     speed = Ramp(p.speed, p.speed, 1.0) if ramp else p.speed
-    return crank_rocker(rocker, speed=speed, play=play, section=p.section, angle=angle)
+    return replace(crank_rocker(rocker, speed=speed, play=play, section=p.section, angle=angle), gravity=p.pull)
 
 
 def rigid(p: CrankRockerParameters) -> Rigid:
@@ -91,7 +91,7 @@ def beam(p: CrankRockerParameters, elements: int) -> Beam:
 
 def modal(p: CrankRockerParameters) -> Modal:
     """Rocker of a solid's modes."""
-    return Modal(p.section, damping=p.rocker_damping)
+    return p.modal()
 
 
 def fourbar(p: CrankRockerParameters, modes: ModalData | None = None) -> FourBar:
@@ -100,6 +100,7 @@ def fourbar(p: CrankRockerParameters, modes: ModalData | None = None) -> FourBar
     return FourBar(
         width=p.section.width, thickness=p.section.thickness, density=p.section.material.density, speed=p.speed,
         start=float(np.arctan2(place[1], place[0])), pin=p.pin, gap=p.clearance, law=p.law, friction=p.friction, modes=modes,
+        gravity=p.pull, turned=p.turned,
     )  # fmt: skip
 
 

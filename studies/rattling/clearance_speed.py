@@ -20,9 +20,10 @@ import numpy as np
 
 from buckler.mbs.reference import FourBar, ensemble, simulate
 from buckler.studies.kit.cli import main
-from buckler.studies.kit.parameters import integer, quantities
+from buckler.studies.kit.parameters import integer, quantities, specs
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
 from buckler.studies.kit.style import COLOURS, subplots
+from buckler.studies.rattling.assumptions import JointAssumptions
 from buckler.studies.rattling.clearance import CrankRockerParameters, joint_force, rms
 from buckler.studies.rattling.clearance import simulate as simulate_on_engine
 from buckler.studies.rattling.fourbar import FourBarParameters
@@ -41,7 +42,7 @@ MEASURES = {
 """Means over turns: measure of an ensemble, its column, unit and name."""
 SHARED = (
     "in_plane_depth", "clearance", "pin", "stiffness", "damping", "damping_unit", "damping_depth", "speed",
-    "static_friction", "dynamic_friction", "stiction_speed", "friction_speed",
+    "static_friction", "dynamic_friction", "stiction_speed", "friction_speed", *specs(JointAssumptions),
 )  # fmt: skip
 """Parameters that mean the same on the engine."""
 AGREES = 5.0
@@ -230,7 +231,8 @@ def _table(p: Parameters, grid: Sequence[tuple[float, float]], points: Sequence[
     means = ("peak force B [N]", "over ideal", "rms ax coupler", "rms ax rocker [m/s^2]")
     headers = ["c [mm]", "[rad/s]", *means, "depth/c", "impacts", ""]
     title = f"Means over turns, c_max = {p.damping:g} {p.damping_unit}"
-    notes = f"± standard error: {p.members} members, {p.cycles} turns each after {p.settle}, seeds from {p.seed}; impacts: in B"
+    drawn = f"± standard error: {p.members} members, {p.cycles} turns each after {p.settle}, seeds from {p.seed}"
+    notes = f"{drawn}; impacts: in B.\n{p.stated()}."
     return Table(headers, rows, title, notes)
 
 

@@ -240,7 +240,7 @@ class Rattler:
         p = self.parameters
         law = Impact(p.stiffness, contact, p.damping_depth) if self.law == "damping" else ExactRestitution(p.stiffness, contact)
         static = friction * p.static_friction / p.dynamic_friction
-        return p.fourbar(gap=clearance, law=law, friction=AdamsFriction(static, friction, p.stiction_speed, p.friction_speed))
+        return p.fourbar(gap=clearance, law=law, friction=AdamsFriction(static, friction, *p.thresholds))
 
     def run(self, x: Sequence[float]) -> tuple[list[float], str]:
         """Outputs of one run, means over its turns, and the name of what speaks against it."""
