@@ -19,6 +19,8 @@ from buckler.mbs.elements.frozen import Frozen
 from buckler.mbs.validate import number, pair, sequence_of
 
 Pair = tuple[float, float]
+AGREE = 1e-9
+"""Distance, in lengths of the link, within which the place given of an inner point agrees with the link's."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -28,7 +30,7 @@ class Mechanism:
     Parameters
     ----------
     points : mapping of str to (float, float)
-        Named points at t = 0, m.
+        Named points at t = 0, m. Those that a link carries at a fraction of its length may be left out: their places follow.
     links : sequence of Link
     joints : sequence of Revolute or Clearance
     guides : sequence of Guide
@@ -43,7 +45,8 @@ class Mechanism:
     Raises
     ------
     ValueError
-        If a name is unknown or doubled, a link has no length, a joint's link does not reach its point, and so on.
+        If a name is unknown or doubled, a link has no length, a joint's link does not reach its point, a point that a link
+        carries at a fraction of its length lies elsewhere, and so on.
     """
 
     points: Mapping[str, Pair]
@@ -64,6 +67,7 @@ class Mechanism:
         for name, kinds in KINDS.items():
             object.__setattr__(self, name, sequence_of(name, getattr(self, name), kinds))
         object.__setattr__(self, "gravity", pair("gravity", self.gravity, "m/s^2"))
+        object.__setattr__(self, "points", Frozen(_with_inner(dict(self.points), self.links)))
         _check_names(self)
         object.__setattr__(self, "velocities", Frozen(_velocities(self)))
         for element in self.elements().values():
@@ -205,6 +209,21 @@ class Mechanism:
         from buckler.mbs.files.notebook import mechanism_html
 
         return mechanism_html(self)
+
+
+def _with_inner(points: dict[str, Pair], links: Sequence[Link]) -> dict[str, Pair]:
+    """Complete the points with those that links carry at a fraction of their length."""
+    for link in links:
+        if link.start not in points or link.end not in points:
+            continue  # the link's own check names it
+        start, end = points[link.start], points[link.end]
+        for point, (x, y) in link.inner(start, end).items():
+            off = hypot(points[point][0] - x, points[point][1] - y) if point in points else 0.0
+            if off > AGREE * hypot(end[0] - start[0], end[1] - start[1]):
+                right = f"link '{link.name}' carries it at ({x:.9g}, {y:.9g}) m; leave it out"
+                raise ValueError(f"points['{point}'] = {points[point]!r} m: {right}")
+            points[point] = (x, y)
+    return points
 
 
 def _velocities(mechanism: Mechanism) -> dict[str, Any]:

@@ -3,23 +3,32 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from typing import Any
 
 import numpy as np
 
 from buckler.mbs.elements.element import Array
-from buckler.mbs.mechanism import Mechanism
 
 BALANCE = 1e-2
 """Energy balance, relative to the energy put through, beyond which a run is suspect."""
-RESTING = 1e-6
-"""Way, relative to the mechanism's size, that a mechanism at rest may go in a run."""
 OF_ACCURACY = 3.0
 """The same in units of an accuracy that was asked for, where that is more."""
 
 
-def unbalanced(energy: Mapping[str, Array], allowed: float, least: float = 0.0) -> Iterator[str]:
-    """What is held, taken and given must add up, and what takes energy must not give it; below `least`, J, nothing moves."""
-    through = max(float(energy["throughput"][-1]), least, np.finfo(float).tiny)
+AT_REST = 1e-6
+"""Way, in lengths of the largest link, below which a mechanism has not moved in the whole run: what moves it is round-off."""
+
+
+def at_rest(mechanism: Any, duration: float) -> float:
+    """Energy, J, of all links at a speed at which nothing moves in a run this long [s]."""
+    lengths = {link.name: mechanism.length(link.name) for link in mechanism.links}
+    mass = sum(link.mass(lengths[link.name]) for link in mechanism.links)
+    return mass * (AT_REST * max(lengths.values()) / duration) ** 2 / 2
+
+
+def unbalanced(energy: Mapping[str, Array], allowed: float, least: float) -> Iterator[str]:
+    """What is held, taken and given must add up, and what takes energy must not give it; `least` is as good as none, J."""
+    through = max(float(energy["throughput"][-1]), least)
     balance = float(np.abs(energy["error"]).max()) / through
     if not balance <= allowed:
         yield f"ENERGY: balance {balance:.2e} of the energy put through, allowed {allowed:g}"
@@ -28,10 +37,3 @@ def unbalanced(energy: Mapping[str, Array], allowed: float, least: float = 0.0) 
             given = float((np.maximum.accumulate(taken) - taken).max()) / through
             if given > allowed:
                 yield f"ENERGY: '{name}' gives back {given:.2e} of the energy put through: a law makes energy"
-
-
-def energy_at_rest(mechanism: Mechanism, duration: float) -> float:
-    """Kinetic energy, J, with which all links would go a millionth of the mechanism's size in a run."""
-    lengths = [mechanism.length(link.name) for link in mechanism.links]
-    mass = sum(link.mass(length) for link, length in zip(mechanism.links, lengths, strict=True))
-    return 0.5 * mass * (RESTING * max(lengths) / duration) ** 2
