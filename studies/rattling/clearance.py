@@ -252,7 +252,7 @@ def read(variant: Variant, ideal: Variant, settle: float) -> dict[str, tuple[flo
         found[f"peak_force_{joint}"] = (largest(joint_force(result, joint)), "N")
     for link in ("coupler", "rocker"):
         signals = result.signals
-        off = signals[f"{link}.vx"] - ideal.result.at(f"{link}.vx", result.time)
+        off = signals[f"{link}.vx"] - ideal.result.at(f"{link}.vx", result.time, outside=np.nan)
         found[f"peak_ax_{link}"] = (largest(signals[f"{link}.ax"]), "m/s^2")
         found[f"rms_ax_{link}"] = (mean_square(signals[f"{link}.ax"]), "m/s^2")
         found[f"rms_vx_error_{link}"] = (mean_square(off), "m/s")

@@ -213,7 +213,9 @@ def _compiled(p: Any, mechanism: Mechanism, modes: Any) -> Callable[[Result], fl
 
     def error(result: Result) -> float:
         off = [
-            result.at(f"{name}.{axis}", run.time) - run.q[:, k + i] for name, k in centres.items() for i, axis in enumerate("xy")
+            result.at(f"{name}.{axis}", run.time, outside=np.nan) - run.q[:, k + i]
+            for name, k in centres.items()
+            for i, axis in enumerate("xy")
         ]
         squares = np.mean(np.square(off), axis=1).reshape(2, 2).sum(axis=1)
         return float(np.sqrt(squares.max())) / p.clearance

@@ -89,7 +89,7 @@ def _smooth() -> TimedJob:
 
     def ours() -> study.DeflectionRun:
         result = simulate(mechanism, duration, SMOOTH, timeout=120)
-        return study.DeflectionRun(result.at("coupler.deflection", p.times), result.status, result.work)
+        return study.DeflectionRun(result.at("coupler.deflection", p.times, outside=np.nan), result.status, result.work)
 
     return TimedJob(
         ours,
@@ -126,7 +126,7 @@ def _with_play(beam: bool) -> TimedJob:
     compared = len(START) // 2 if beam else len(START)
 
     def path(result: Any) -> Array:
-        return np.stack([result.at("coupler.x", START), result.at("coupler.y", START)], axis=1)
+        return np.stack([result.at("coupler.x", START, outside=np.nan), result.at("coupler.y", START, outside=np.nan)], axis=1)
 
     return TimedJob(
         lambda: path(simulate(mechanism, TURN, None if beam else PLAY, timeout=120)),

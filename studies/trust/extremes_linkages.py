@@ -27,11 +27,15 @@ def ideal(name: str, lengths: CrankRocker, angle: float, turn: float, speed: flo
     times = SAMPLES * duration
 
     def read(result: Result) -> Measures:
-        signals = {f"{link}.{what}": result.at(f"{link}.{what}", times) for link in ("coupler", "rocker") for what in ("x", "ax")}
+        signals = {
+            f"{link}.{what}": result.at(f"{link}.{what}", times, outside=np.nan)
+            for link in ("coupler", "rocker")
+            for what in ("x", "ax")
+        }
         return {
             "place": np.stack([signals["coupler.x"], signals["rocker.x"]]),
             "acceleration": np.stack([signals["coupler.ax"], signals["rocker.ax"]]),
-            "force": result.at("drive.torque", times),
+            "force": result.at("drive.torque", times, outside=np.nan),
         }
 
     def reference() -> Measures:

@@ -74,8 +74,8 @@ class Play:
         normal = [result.signals[f"{p}.normal_force"] for p in self.with_play]
         along = [result.signals[f"{p}.friction_force"] for p in self.with_play]
         return {
-            "journal": np.stack([result.at(name, times) for name in links]),
-            "speed": np.stack([result.at(name, times) for name in speeds]),
+            "journal": np.stack([result.at(name, times, outside=np.nan) for name in links]),
+            "speed": np.stack([result.at(name, times, outside=np.nan) for name in speeds]),
             "force": np.array([max(np.hypot(n, t).max() for n, t in zip(normal, along, strict=True))]),
             "impulse": np.array([max(np.trapezoid(n, result.time) for n in normal)]),
         }

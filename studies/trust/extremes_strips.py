@@ -77,7 +77,7 @@ class Corner:
         return {
             "force": np.array([force.max()]),
             "impulse": np.array([np.trapezoid(force, result.time)]),
-            "path": result.at("B.x", SAMPLES * self.duration),
+            "path": result.at("B.x", SAMPLES * self.duration, outside=np.nan),
         }
 
 

@@ -97,7 +97,7 @@ def reference(p: Parameters, terms: int) -> Array:
 def simulated(p: Parameters, coupler: Beam | Cable, tolerance: float) -> DeflectionRun:
     """The deflection by `simulate` with error-controlled steps."""
     result = simulate(p.mechanism(coupler), float(p.times[-1]), solver=Exudyn(Controlled(tolerance)), timeout=300)
-    return DeflectionRun(result.at("coupler.deflection", p.times), result.status, result.work)
+    return DeflectionRun(result.at("coupler.deflection", p.times, outside=np.nan), result.status, result.work)
 
 
 def plainly(p: Parameters, elements: int, steps: int, relative: float, absolute: float) -> DeflectionRun:
