@@ -5,7 +5,8 @@ largest of these relative differences, each an L2 norm over the time both runs c
 
 - the mid-span deflection of each flexible link about its chord (a strut's end shortening), over its own norm, or over the
   smallest clearance where joints have clearance and that is larger. The end shortening of a strip that bends follows from
-  its shape; what it has besides is axial vibration, micrometres at kilohertz, which only a run a hundred times dearer resolves, and which
+  its shape; what it has besides is axial vibration, micrometres at kilohertz, which only a run a hundred times dearer
+  resolves, and which
   moves a point by no more;
 - the place of each point, over its range;
 - the impulse of each stop's force up to each time, over its norm;
