@@ -191,8 +191,10 @@ class _Extrapolation(_Delivering):
 def _in_time(fine: Result, coarse: Result, coarsest: Result, plan: Plan) -> tuple[Result, float]:
     """Extrapolate from three runs, each of half the steps of the one before, if they converge as they should; the error left."""
     first, second = differences(coarse, coarsest), differences(fine, coarse)
-    slow = {name for name, d in second.items() if d > IGNORED * plan.asked and first[name] < SECOND_ORDER * d}
-    impulses = {name: STRUCK * max(d, first[name] / 2) for name, d in second.items() if name.endswith(".impulse")}  # as they are
+    slow = {name for name, d in second.items() if d > IGNORED * plan.asked and first.get(name, 0.0) < SECOND_ORDER * d}
+    impulses = {
+        name: STRUCK * max(d, first.get(name, 0.0) / 2) for name, d in second.items() if name.endswith(".impulse")
+    }  # as they are
     if slow - set(impulses):
         return fine, max((second | impulses).values())
     better, before = _corrected(fine, fine, coarse, 3.0), _corrected(coarse, coarse, coarsest, 3.0)

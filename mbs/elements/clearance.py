@@ -8,7 +8,7 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from buckler.mbs.elements.element import Array, Depth, Energy, Joint, Recorded, Signal, left
+from buckler.mbs.elements.element import GROUND, Array, Depth, Energy, Joint, Recorded, Signal, left
 from buckler.mbs.elements.journal import BRISTLE, ONSET, SINCE, SLIDING
 from buckler.mbs.elements.rows import Row, meets
 from buckler.mbs.laws import BristleLaw, FrictionLaw, NoFriction, NormalLaw
@@ -51,6 +51,15 @@ class Clearance(Joint):
         follows(f"clearance at '{self.point}': law", self.law, NormalLaw, "Impact(...)")
         rubs = BristleLaw if hasattr(self.friction, "after") else FrictionLaw
         follows(f"clearance at '{self.point}': friction", self.friction, rubs, "Coulomb(0.1)")
+
+    def check(self, mechanism: Any) -> None:
+        """As any joint; and a clearance smaller than what it joins."""
+        super().check(mechanism)
+        lengths = [mechanism.length(name) for name in (self.first, self.second) if name != GROUND]
+        if self.gap >= min(lengths):
+            raise ValueError(
+                f"gap = {self.gap:g} m at '{self.point}': must be below the length of what it joins, {min(lengths):g} m"
+            )
 
     def rows(self, mechanism: Any) -> Iterator[Row]:
         """Yield that the pin is centred in its bush at the start."""

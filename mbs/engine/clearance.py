@@ -110,8 +110,8 @@ def connect(scene: Any, joints: dict[str, Clearance]) -> None:
         chosen = [joints[name] for name in names]
         ends = [(_end(scene, joint.first, joint.point, nodes), _end(scene, joint.second, joint.point, nodes)) for joint in chosen]
         group = ClearanceGroup(names, chosen, ends, nodes)
-        g = len(scene.clearances)
-        scene.clearances.append(group)
+        g = len(scene.remembering)
+        scene.remembering.append(group)
         add_clearances(scene, group)
         for k, name in enumerate(names):
             scene.reads(name, "memory", lambda run, _record, g=g, k=k: run.memory[g][:, k])

@@ -25,7 +25,7 @@ CLOSED = Impact(PAPER_STIFFNESS, damping=253e3, damping_depth=1e-5)
 """The same with c_max read as 253 N s/mm: the joints stay closed."""
 
 
-class Motion(NamedTuple):
+class IdealMotion(NamedTuple):
     """Crank, coupler and rocker of the ideal mechanism: centres x, y and direction theta, each array of shape (..., 3, 3)."""
 
     place: Array
@@ -152,7 +152,7 @@ class FourBar:
         """Of the crank, s."""
         return 2 * pi / abs(self.speed) if self.speed else inf
 
-    def ideal(self, t: Any) -> Motion:
+    def ideal(self, t: Any) -> IdealMotion:
         """Motion without play at times t, shape (...): loop closure in closed form, in complex numbers."""
         angle = self.start + self.speed * np.asarray(t, dtype=float)
         a = self.crank * np.exp(1j * angle)
@@ -175,7 +175,7 @@ class FourBar:
             velocity.append(_planar(speed + flow / 2, spin))
             acceleration.append(_planar(change + rush / 2, turn))
             end, speed, change = end + bar, speed + flow, change + rush
-        return Motion(np.stack(place, axis=-2), np.stack(velocity, axis=-2), np.stack(acceleration, axis=-2))
+        return IdealMotion(np.stack(place, axis=-2), np.stack(velocity, axis=-2), np.stack(acceleration, axis=-2))
 
 
 def _planar(z: Array, angle: Any) -> Array:

@@ -16,7 +16,8 @@ from buckler.mbs import Beam, Cable, Clearance, Controlled, Equal, Exudyn, Mecha
 from buckler.mbs.laws import AdamsFriction, Coulomb, FrictionLaw, Hertz, HuntCrossley, Impact, KelvinVoigt, NoFriction, NormalLaw
 from buckler.mbs.library import crank_rocker
 from buckler.mbs.reference import CLOSED, RATTLING, FourBar
-from buckler.studies.rattling.clearance import STEEL, InPython
+from buckler.studies.kit.published import STEEL
+from buckler.studies.rattling.clearance import InPython
 from buckler.studies.trust.extremes_case import DEFAULT, KINDS, Case, Measures, finer, simulated
 from buckler.studies.trust.extremes_linkages import BARS, SPEED
 
@@ -72,8 +73,8 @@ class Play:
         normal = [result.signals[f"{p}.normal_force"] for p in self.with_play]
         along = [result.signals[f"{p}.friction_force"] for p in self.with_play]
         return {
-            "journal": np.stack([result.at(name, times) for name in links]),
-            "speed": np.stack([result.at(name, times) for name in speeds]),
+            "journal": np.stack([result.at(name, times, outside=np.nan) for name in links]),
+            "speed": np.stack([result.at(name, times, outside=np.nan) for name in speeds]),
             "force": np.array([max(np.hypot(n, t).max() for n, t in zip(normal, along, strict=True))]),
             "impulse": np.array([max(np.trapezoid(n, result.time) for n in normal)]),
         }
