@@ -17,11 +17,11 @@ def add_force(builder: Builder, load: Any) -> None:
     a = marker_of(builder, load.point)
     b = marker_of_link(builder, load.follows or GROUND)
     name, law, numbers = numbered(builder, f"force.{load.point}"), -1, [0.0, 0.0]
-    if callable(load.force):
-        parts = [function_pointer(_component(load.force, i), 1) for i in range(2)]
+    if callable(load.value):
+        parts = [function_pointer(_component(load.value, i), 1) for i in range(2)]
         law = builder.add_law(None, GIVEN, (), parts, f"the function of {name}")
     else:
-        numbers = [float(x) for x in load.force]
+        numbers = [float(x) for x in load.value]
     angle = 0.0 if load.follows in (None, GROUND) else builder.angle_of(b)
     builder.add_force(name, PUSH, a, b, law=law, numbers=[*numbers, angle])
 

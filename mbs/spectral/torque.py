@@ -14,9 +14,9 @@ def add_torque(builder: Builder, load: Any) -> None:
     """Add a torque: constant, or a function of time, angle since t = 0 and speed."""
     measure = builder.add_measure(ANGLE, marker_of_link(builder, load.link), marker_of_link(builder, GROUND))
     name = numbered(builder, f"torque.{load.link}")
-    if not callable(load.torque):
-        builder.add_force(name, GIVEN, measure, numbers=(float(load.torque),))
+    if not callable(load.value):
+        builder.add_force(name, GIVEN, measure, numbers=(float(load.value),))
         return
-    law = builder.add_law(None, LAW, (), [function_pointer(load.torque, 3)], f"the function of {name}")
+    law = builder.add_law(None, LAW, (), [function_pointer(load.value, 3)], f"the function of {name}")
     start = builder.angle_of(builder.measures[measure][1])
     builder.add_force(name, LAW, measure, law=law, numbers=(0.0, 0.0, start))
