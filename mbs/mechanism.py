@@ -23,7 +23,7 @@ AGREE = 1e-9
 """Distance, in lengths of the link, within which the place given of an inner point agrees with the link's."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Mechanism:
     """A planar mechanism, checked for consistency when made.
 
@@ -61,6 +61,8 @@ class Mechanism:
     gravity: Pair = field(default=(0.0, 0.0))
 
     def __post_init__(self) -> None:
+        if not isinstance(self.points, Mapping):
+            raise ValueError(f"points = {self.points!r}: must be a mapping of names to (x, y), m")
         object.__setattr__(self, "points", Frozen({k: pair(f"points['{k}']", v, "m") for k, v in dict(self.points).items()}))
         for name, kinds in KINDS.items():
             object.__setattr__(self, name, sequence_of(name, getattr(self, name), kinds))
@@ -70,6 +72,16 @@ class Mechanism:
         object.__setattr__(self, "velocities", Frozen(_velocities(self)))
         for element in self.elements().values():
             element.check(self)
+
+    def __str__(self) -> str:
+        """Return what it is made of, in a line."""
+        links = ", ".join(f"{link.name} ({type(link.body).__name__})" for link in self.links)
+        rest = [f"{len(found)} {kind}" for kind in KINDS if kind != "links" and (found := getattr(self, kind))]
+        return f"Mechanism of {len(self.points)} points, links {links}" + "".join(f", {part}" for part in rest)
+
+    def __repr__(self) -> str:
+        """Return the line that `str` gives: all fields of a mechanism fill pages."""
+        return f"<{self}>"
 
     def link(self, name: str) -> Link:
         """The link of that name; KeyError if there is none."""

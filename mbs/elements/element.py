@@ -48,7 +48,7 @@ class Burden(NamedTuple):
     inertia: float
 
 
-class Motion(Protocol):
+class LinkMotion(Protocol):
     """What a link or block did, as plain arrays."""
 
     @property

@@ -14,7 +14,7 @@ from buckler.mbs.elements.frozen import Frozen
 from buckler.mbs.elements.modal import Modal
 from buckler.mbs.elements.rigid import Rigid
 from buckler.mbs.elements.strut import Strut
-from buckler.mbs.validate import number, one_of, positive
+from buckler.mbs.validate import number, one_of, positive, word
 
 BODIES = (Rigid, Strut, Beam, Cable, Modal)
 """Kinds of body, one line a kind."""
@@ -42,6 +42,8 @@ class Link(Element):
     carries: Sequence[str] | Mapping[str, float] = ()
 
     def __post_init__(self) -> None:
+        for what in ("name", "start", "end"):
+            word(f"{what} of a link", getattr(self, what))
         one_of(f"body of link '{self.name}'", self.body, BODIES)
         if isinstance(self.carries, str):
             raise ValueError(f"carries of link '{self.name}' = {self.carries!r}: must be a sequence of names or a mapping")
@@ -65,7 +67,11 @@ class Link(Element):
         """Known points, some distance apart."""
         for point in self.points:
             known("point", point, mechanism.points, f"link '{self.name}'")
-        positive(f"length of link '{self.name}'", mechanism.length(self.name), "m")
+        length = positive(f"length of link '{self.name}'", mechanism.length(self.name), "m")
+        thickness = self.body.section.thickness if self.body.flexible else 0.0
+        if thickness >= length:
+            what = f"thickness of flexible link '{self.name}' = {thickness:g} m"
+            raise ValueError(f"{what}: must be below its length, {length:g} m; it is no strip")
 
     @property
     def points(self) -> tuple[str, ...]:

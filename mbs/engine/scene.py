@@ -17,7 +17,7 @@ import exudyn.itemInterface as eii
 from buckler.mbs.elements.element import GROUND, Array, Burden
 from buckler.mbs.engine import guide as guides
 from buckler.mbs.engine.choice import is_loose
-from buckler.mbs.engine.clearance import ClearanceGroup
+from buckler.mbs.engine.history import History, Remembering
 from buckler.mbs.engine.mass import attach
 from buckler.mbs.engine.placed import Placed, States
 from buckler.mbs.engine.registry import BODIES, CONNECTORS
@@ -35,29 +35,6 @@ SPARSE_FROM = 40
 """Coordinates from which the engine's sparse solver is the faster one."""
 
 
-@dataclass(frozen=True)
-class History:
-    """What the engine's steps left behind, as arrays.
-
-    Attributes
-    ----------
-    time : array, shape (times,)
-    states : States
-        Coordinates and rates, each (times, coordinates).
-    multipliers : array, shape (times, constraints)
-    contact : array, shape (times, stops)
-        Contact forces, N.
-    memory : list of array, shape (times, joints, 4)
-        What `journal.MEMORY` names, of each group of joints with clearance.
-    """
-
-    time: Array
-    states: States
-    multipliers: Array
-    contact: Array
-    memory: list[Array]
-
-
 @dataclass
 class Scene:
     """An assembled system with the places of its parts; it does not outlive the run.
@@ -71,14 +48,17 @@ class Scene:
         Links (not struts) by name and blocks by point.
     stops : dict of str to StopContact
     struts : dict of str to StrutSpring
-    clearances : list of ClearanceGroup
-        Joints with clearance, grouped by their laws.
+    remembering : list of Remembering
+        What keeps a memory from step to step: joints with clearance, grouped by their laws, and guides whose friction follows
+        their reaction.
     constraints : dict of str to int
         Engine object numbers by element.
     burdens : list of Burden
         Masses and rotors that elements add to the bodies.
     start : Start
         Velocities at t = 0.
+    starts_smooth : bool
+        True if friction follows a reaction at once: the engine's forces at t = 0 are those without it.
     redundant : list of str
         Elements that say what others say already.
     stopped : (Status, str) or None
@@ -92,9 +72,10 @@ class Scene:
     placed: dict[str, Placed] = field(default_factory=dict)
     stops: dict[str, StopContact] = field(default_factory=dict)
     struts: dict[str, StrutSpring] = field(default_factory=dict)
-    clearances: list[ClearanceGroup] = field(default_factory=list)
+    remembering: list[Remembering] = field(default_factory=list)
     constraints: dict[str, int] = field(default_factory=dict)
     start: Start | None = None
+    starts_smooth: bool = False
     redundant: list[str] = field(default_factory=list)
     stopped: tuple[Status, str] | None = None
     parts: Counter[str] = field(default_factory=Counter)
@@ -119,7 +100,7 @@ class Scene:
 
     @property
     def loose(self) -> bool:
-        """True if rigid links hang together by joints with play only: no constraints, so an explicit integrator can run it."""
+        """True if rigid links hang together by clearance joints only: no constraints, an explicit integrator can run it."""
         return is_loose(self.mechanism)
 
     # --- what connectors ask for ----------------------------------------------------------------------------------------
@@ -211,7 +192,7 @@ def build(mechanism: Mechanism) -> Scene:
         connect(scene, found)
     _add_gravity(scene)
     scene.system.Assemble()
-    for group in scene.clearances:
+    for group in scene.remembering:
         group.locate(scene.system)
     for contact in scene.stops.values():
         contact.locate(scene)

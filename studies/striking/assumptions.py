@@ -7,13 +7,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from math import cos, pi, sin
+from typing import Any
 
 import numpy as np
 
-from buckler.mbs import Mechanism, Motor, Ramp
-from buckler.mbs.elements import Motion
+from buckler.mbs import Mechanism, Motion, Motor, Ramp, Result
 from buckler.studies.kit.parameters import StudyParameters, quantity
 
+Array = np.ndarray[Any, Any]
 CONSTANT = 1.0
 """Torque constant of the motor, N m/A; only the slope of torque over speed matters, its square over the resistance."""
 
@@ -46,17 +47,26 @@ class StrikeAssumptions(StudyParameters):
         if not self.motor:
             return made
         (drive,) = made.drives
-        speed: float | Ramp | Motion = drive.speed
-        law = speed if isinstance(speed, int | float) else (lambda t: CONSTANT * speed.speed(t))
-        motor = Motor(
-            "crank", CONSTANT * law if isinstance(law, int | float) else law, resistance=CONSTANT**2 / self.motor,
-            constant=CONSTANT, inertia=self.motor_inertia,
-        )  # fmt: skip
-        first = float(speed) if isinstance(speed, int | float) else float(speed.speed(0.0))
-        return replace(made, drives=(), loads=(*made.loads, motor), velocities={"crank": first})
+        speed = drive.speed
+        if isinstance(speed, int | float):
+            voltage: Any = CONSTANT * speed
+            first = voltage
+        elif isinstance(speed, Ramp | Motion):
+            voltage, first = (lambda t: CONSTANT * speed.speed(t)), CONSTANT * speed.speed(0.0)
+        else:
+            raise ValueError(f"drive = {speed!r}: a motor takes a speed, Ramp or Motion instead")
+        motor = Motor("crank", voltage, resistance=CONSTANT**2 / self.motor, constant=CONSTANT, inertia=self.motor_inertia)
+        return replace(made, drives=(), loads=(*made.loads, motor), velocities={"crank": float(first) / CONSTANT})
 
     def stated(self) -> str:
         """One sentence for a table."""
         down = f"{self.gravity:g} m/s² at {np.degrees(self.gravity_angle):.4g} deg" if self.gravity else "none in the plane"
         drive = f"DC motor of {self.motor:g} N m s, {self.motor_inertia:g} kg m²" if self.motor else "speed prescribed"
         return f"Left open by the paper: gravity {down}; crank: {drive}"
+
+
+def crank_angle(result: Result) -> Array:
+    """Crank angle from 0 at the start, rad: of the drive, or where a motor has turned the crank."""
+    if "drive.position" in result.signals:
+        return np.asarray(result.signals["drive.position"])
+    return np.unwrap(np.arctan2(result.signals["crank.y"], result.signals["crank.x"]))

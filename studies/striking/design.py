@@ -20,9 +20,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from buckler.studies.kit.cli import main
-from buckler.studies.kit.parameters import StudyParameters, choices, integer, quantity
+from buckler.studies.kit.parameters import choices, integer, quantity, specs
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
-from buckler.studies.striking.design_check import MODELS, Numerics, Outcome, check, random_wishes
+from buckler.studies.striking.assumptions import StrikeAssumptions
+from buckler.studies.striking.design_check import MODELS, CheckedTurn, Numerics, check, random_wishes
 from buckler.studies.striking.inverse import Design, Given, Wish, design
 from buckler.studies.striking.inverse_limits import NothingNearError, binding, broken, feasible, limits, nearest
 
@@ -40,7 +41,7 @@ up to {friction:g} N off the contact force of a slider at rest, or add it; the c
 
 
 @dataclass(frozen=True)
-class Parameters(StudyParameters):
+class Parameters(StrikeAssumptions):
     """Parameters of the study."""
 
     contact_force: float = quantity(2.0, "N", 1e-3, 1e4, "largest force of the buckled strip, crank at 180 deg", "wish")
@@ -107,7 +108,9 @@ class Parameters(StudyParameters):
     @property
     def numerics(self) -> Numerics:
         """How designs are simulated."""
-        return Numerics(self.damping, self.imperfection, self.elements, self.tolerance, self.timeout)
+        given: dict[str, Any] = {name: getattr(self, name) for name in specs(StrikeAssumptions)}
+        assumed = StrikeAssumptions(**given)
+        return Numerics(self.damping, self.imperfection, self.elements, self.tolerance, self.timeout, assumed)
 
 
 def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
@@ -145,7 +148,7 @@ def _possible(asked: Design) -> tuple[Design, str]:
     return design(found, asked.given), f"{binding(asked)}{also}; nearest wish that can be had: {wanted}"
 
 
-def off(d: Design, outcome: Outcome) -> dict[str, float]:
+def off(d: Design, outcome: CheckedTurn) -> dict[str, float]:
     """How far a simulation is off the wish: relative for the forces, rad for the angle."""
     return {
         "contact_force": outcome.contact_force / d.wish.contact_force - 1,
@@ -154,7 +157,7 @@ def off(d: Design, outcome: Outcome) -> dict[str, float]:
     }
 
 
-def _verdict(d: Design, outcomes: Sequence[Outcome]) -> dict[str, str]:
+def _verdict(d: Design, outcomes: Sequence[CheckedTurn]) -> dict[str, str]:
     """A run that failed gives its status; `strut` beyond its bars makes the design suspect; `beam` may be where it is."""
     for outcome in outcomes:
         if outcome.status != "OK":
@@ -171,7 +174,7 @@ def _verdict(d: Design, outcomes: Sequence[Outcome]) -> dict[str, str]:
 # --- numbers and tables -----------------------------------------------------------------------------------------------
 
 
-def _metrics(d: Design, outcomes: Sequence[Outcome]) -> dict[str, Metric]:
+def _metrics(d: Design, outcomes: Sequence[CheckedTurn]) -> dict[str, Metric]:
     wish = {"contact_force": (d.wish.contact_force, "N"), "impact_force": (d.wish.impact_force, "N")}
     wish["contact_angle"] = (degrees(d.wish.contact_angle), "deg")
     found = {f"wish.{name}": Metric(float(value), unit) for name, (value, unit) in wish.items()}
@@ -208,7 +211,7 @@ def _mechanism(d: Design, instead: bool) -> Table:
     return Table(["", "value", "unit", ""], rows, f"{'Nearest that can be had: ' if instead else ''}{title} in contact")
 
 
-def _comparison(d: Design, outcomes: Sequence[Outcome], p: Parameters) -> Table:
+def _comparison(d: Design, outcomes: Sequence[CheckedTurn], p: Parameters) -> Table:
     """What was asked for and what each model does."""
     asked = {"contact_force": d.wish.contact_force, "impact_force": d.wish.impact_force, "contact_angle": d.wish.contact_angle}
     rows: list[list[Any]] = []
@@ -221,7 +224,12 @@ def _comparison(d: Design, outcomes: Sequence[Outcome], p: Parameters) -> Table:
     rows.append(["rests from", "deg", None, *(x for o in outcomes for x in (f"{degrees(o.settled):.1f}", None))])
     rows.append(["status", None, None, *(x for o in outcomes for x in (o.status, None))])
     headers = ["", "unit", "wish", *(x for o in outcomes for x in (o.model, "off"))]
-    return Table(headers, rows, "Full simulation of the design", NOTES.format(bow=p.imperfection, friction=p.friction_force))
+    return Table(
+        headers,
+        rows,
+        "Full simulation of the design",
+        f"{NOTES.format(bow=p.imperfection, friction=p.friction_force)}\n{p.stated()}.",
+    )
 
 
 def _off(name: str, value: float) -> str:
@@ -237,7 +245,7 @@ def _limits(d: Design) -> Table:
     return Table(["limit", "", "value", "", "bound", "unit", "used"], rows, "Limits")
 
 
-Around = Sequence[tuple[Design, Sequence[Outcome]]]
+Around = Sequence[tuple[Design, Sequence[CheckedTurn]]]
 
 
 def _errors(around: Around, name: str, model: str) -> Any:

@@ -6,7 +6,7 @@ elastica. `beam` gives the coupler its inertia, as a geometrically exact beam.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from math import nan, pi
 from typing import Any
 
@@ -15,17 +15,16 @@ import numpy as np
 from buckler import mbs
 from buckler.mbs import Beam, GuideFriction, Material, Mechanism, Section, Strut, slider_crank
 from buckler.mbs.laws import CarvalhoMartins
+from buckler.studies.striking.assumptions import StrikeAssumptions, crank_angle
+from buckler.studies.striking.impact_models import AXIAL_DAMPING
 from buckler.studies.striking.inverse import Design, Wish, design
 from buckler.studies.striking.inverse_limits import feasible
+from buckler.studies.striking.strikes import strikes
 
 Array = np.ndarray[Any, Any]
 MODELS = ("strut", "beam")
 DENSITY = 7850.0
 """Of the strip, kg/m^3; only the beam has inertia."""
-AXIAL_DAMPING = 9e-5
-"""Retardation time of a taut strut's axial force, s."""
-BUCKLED_FROM = 1e-3
-"""Relative end shortening from which a strip on its way to the stop counts as buckled."""
 
 AFTER_RELEASE = np.radians(2.0)
 """How far the crank turns on after the release, rad."""
@@ -42,6 +41,7 @@ class Numerics:
     elements : of the beam
     tolerance : position error allowed a step, over the length
     timeout : s
+    assumptions : gravity and motor
     """
 
     damping: float = 0.05
@@ -49,10 +49,11 @@ class Numerics:
     elements: int = 8
     tolerance: float = 1e-5
     timeout: float = 120.0
+    assumptions: StrikeAssumptions = field(default_factory=StrikeAssumptions)
 
 
 @dataclass(frozen=True)
-class Outcome:
+class CheckedTurn:
     """What a simulated turn of the crank did; nan where it did not happen.
 
     Attributes
@@ -93,7 +94,7 @@ def mechanism(model: str, design: Design, numerics: Numerics) -> Mechanism:
     if model == "beam":
         taut = Section(design.width, design.thickness, replace(material, axial_damping=0.0)).damped(numerics.damping, length)
         coupler = Beam(taut, elements=numerics.elements, imperfection=-numerics.imperfection * length)
-    return slider_crank(
+    made = slider_crank(
         coupler,
         law=CarvalhoMartins(design.stiffness, float(given.restitution), exponent=1.0),
         mass=design.mass,
@@ -102,9 +103,10 @@ def mechanism(model: str, design: Design, numerics: Numerics) -> Mechanism:
         stop=design.stop,
         lengths=given.lengths,
     )
+    return numerics.assumptions.under(made)
 
 
-def check(model: str, design: Design, numerics: Numerics | None = None) -> Outcome:
+def check(model: str, design: Design, numerics: Numerics | None = None) -> CheckedTurn:
     """Simulate a designed slider-crank from crank angle 0 until it has left the stop, and read it."""
     numerics = Numerics() if numerics is None else numerics
     result = mbs.simulate(
@@ -115,32 +117,29 @@ def check(model: str, design: Design, numerics: Numerics | None = None) -> Outco
         timeout=numerics.timeout,
     )
     signals = result.signals
-    angle, force = signals["drive.position"], signals["B.contact_force"]
+    angle, force = crank_angle(result), signals["B.contact_force"]
     shortening = signals["coupler.end_shortening"] / float(design.given.coupler)
-    return Outcome(
+    return CheckedTurn(
         model, str(result.status), result.message, **_read(angle, force, shortening),
         energy_balance=result.energy_balance, wall_s=result.work["wall_s"], angle=angle, force=force,
     )  # fmt: skip
 
 
 def _read(angle: Array, force: Array, shortening: Array) -> dict[str, Any]:
-    touching = np.flatnonzero(force > 0)
-    if not touching.size:
+    found = strikes(force)
+    if not found:
         nothing = dict.fromkeys(("contact_force", "impact_force", "contact_angle", "settled"), nan)
         return {**nothing, "rebounds": False, "buckled": float(shortening.max())}
-    first, last = touching[0], touching[-1]
-    free = first + np.flatnonzero(force[first:] <= 0)
-    before = free[angle[free] < pi]
-    end = before[0] if before.size else len(force)
+    one, last = found[0], found[-1].last
     rests = np.interp(pi, angle, force, right=nan) > 0 and angle[last] > pi
-    start = before[-1] + 1 if before.size else first
+    start = [strike.first for strike in found if strike is one or angle[strike.before] < pi][-1]
     return {
         "contact_force": float(np.interp(pi, angle, force, right=nan)),
-        "impact_force": float(force[first:end].max()),
-        "contact_angle": float(angle[last] - angle[first]),
+        "impact_force": one.peak(force),
+        "contact_angle": float(angle[last] - angle[one.first]),
         "settled": float(angle[start]) if rests else nan,
-        "rebounds": bool(before.size),
-        "buckled": float(shortening[: first + 1].max()),
+        "rebounds": bool(one.after > one.last and angle[one.after] < pi),
+        "buckled": float(shortening[: one.first + 1].max()),
     }
 
 

@@ -36,7 +36,7 @@ RANGES = {
 """Ranges of the axes: N/m, rad/s, 1, N m s, rad/(N m)."""
 FIELDS = {"bow": "imperfection"}
 """Axes whose parameter of `strike` is called otherwise."""
-GRAVITY: dict[str, dict[str, float]] = {
+GRAVITY: dict[str, dict[str, Any]] = {
     "": {},
     "-y": {"gravity": STANDARD, "gravity_angle": -pi / 2},
     "+y": {"gravity": STANDARD, "gravity_angle": pi / 2},
@@ -73,13 +73,20 @@ class Grid:
         return strike.Parameters(**given, **GRAVITY[self.gravity], **numerics)
 
 
-def grids(stiffnesses: int, speeds: int, bows: int, others: int) -> dict[str, Grid]:
-    """The tables by name: bow; motor and compliance with a bow; each also under gravity, there with a straight strip."""
+def grids(causes: Sequence[str], pairs: bool, stiffnesses: int, speeds: int, bows: int, others: int) -> dict[str, Grid]:
+    """The tables that causes need, by name: a rigid drive, motor, compliance, each under gravity as well if that is a cause.
+
+    With pairs the bow is an axis of every table but those of motor and compliance under gravity.
+    """
     shared = (("stop_stiffness", stiffnesses), ("speed", speeds))
-    found = {f"bow{g}": Grid((*shared, ("bow", bows)), g) for g in GRAVITY}
-    for name in ("motor", "compliance"):
-        found[name] = Grid((*shared, (name, others), ("bow", max(2, bows - 1))))
-        found |= {f"{name}{g}": Grid((*shared, (name, others)), g) for g in ("-y", "+y")}
+    bow = (("bow", bows),) if "bow" in causes else ()
+    found = {}
+    for gravity in GRAVITY if "gravity" in causes else ("",):
+        found[f"rigid{gravity}"] = Grid((*shared, *(bow if pairs or not gravity else ())), gravity)
+    for name in (n for n in ("motor", "compliance") if n in causes):
+        for gravity in GRAVITY if "gravity" in causes and pairs else ("",):
+            both = (("bow", max(2, bows - 1)),) if bow and pairs and not gravity else ()
+            found[f"{name}{gravity}"] = Grid((*shared, (name, others), *both), gravity)
     return found
 
 
@@ -129,7 +136,7 @@ class Emulator:
             points = [{axis: _between(*RANGES[axis], x) for axis, x in zip(names, row, strict=True)} for row in unit[:count]]
             cases = [grid.case(point, **self.numerics) for point in points]
             rows = sweep("strike", cases, workers=self.workers, progress=progress)
-            told = np.array([float(self(name, "peak", **point)) for point in points])
+            told = np.array([self(name, "peak", **point).item() for point in points])
             errors.append(told / np.array([row.value("peak") for row in rows]) - 1)
         return np.array(errors)
 

@@ -21,8 +21,8 @@ import numpy as np
 from scipy.special import log_ndtr, logsumexp
 from scipy.stats import qmc
 
+from buckler.studies.kit.published import IMPACT_FORCE, IMPACT_SPEED, VOLTAGE_FORCES
 from buckler.studies.striking.emulator import RANGES, STRAIGHT, Emulator
-from buckler.studies.striking.impact import IMPACT_SPEED
 
 Array = np.ndarray[Any, Any]
 DEAD_BAND = (0.0, 1.8)
@@ -42,7 +42,10 @@ class Reading(NamedTuple):
     bound: bool = False
 
 
-READINGS = (Reading(27.0, None), Reading(25.0, 2.5), Reading(30.0, 3.0), Reading(44.18, 4.4, bound=True))
+READINGS = (
+    Reading(IMPACT_FORCE, None),
+    *(Reading(force, voltage, bound=voltage == max(VOLTAGE_FORCES)) for voltage, force in VOLTAGE_FORCES.items()),
+)
 """Figs 5, 10 and 11, and the range of the sensor at the highest voltage."""
 
 
@@ -76,11 +79,11 @@ class Hypothesis:
         return found
 
 
-def hypotheses(pairs: bool = True) -> list[Hypothesis]:
+def hypotheses(causes: Sequence[str] = CAUSES, pairs: bool = True) -> list[Hypothesis]:
     """The stop alone, with each cause, and with pairs of them."""
-    found = [Hypothesis(()), *(Hypothesis((cause,)) for cause in CAUSES)]
+    found = [Hypothesis(()), *(Hypothesis((cause,)) for cause in causes)]
     if pairs:
-        two = [(a, b) for i, a in enumerate(CAUSES) for b in CAUSES[i + 1 :]]
+        two = [(a, b) for i, a in enumerate(causes) for b in causes[i + 1 :]]
         found += [Hypothesis(pair) for pair in two if set(pair) != {"motor", "compliance"}]
     return found
 
@@ -102,7 +105,7 @@ def predicted(
     drive = next((name for name in ("motor", "compliance") if name in values), "")
     if drive:
         point[drive] = values[drive]
-    table = drive or "bow"
+    table = drive or "rigid"
     if "gravity" not in values:
         return emulator(table, what, **point)
     return np.where(values["gravity"] < 0, *(emulator(f"{table}{g}", what, **point) for g in ("-y", "+y")))

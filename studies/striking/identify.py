@@ -20,14 +20,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from buckler.studies.kit.cli import main
-from buckler.studies.kit.parameters import StudyParameters, choice, integer, quantity, text
+from buckler.studies.kit.parameters import StudyParameters, choice, choices, integer, quantity, text
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
 from buckler.studies.kit.style import COLOURS, subplots
 from buckler.studies.striking.emulator import FIELDS, GRAVITY, RANGES, Emulator, grids
 from buckler.studies.striking.evidence import (
     BOW,
+    CAUSES,
     DEAD_BAND,
     READINGS,
+    Hypothesis,
     Posterior,
     crank_speed,
     hypotheses,
@@ -63,6 +65,7 @@ class Parameters(StudyParameters):
 
     reading_error: float = quantity(1.0, "N", 0.01, 10, "standard deviation of a force that was read", "readings")
     reference_voltage: float = quantity(2.7, "V", 2.55, 12, "voltage at which the crank turns at 1.25 rad/s", "readings")
+    causes: tuple[str, ...] = choices(CAUSES, CAUSES, "causes beside the stop's stiffness", "hypotheses")
     pairs: str = choice("yes", ("yes", "no"), "whether pairs of causes are hypotheses, too", "hypotheses")
     mass: float = quantity(0.3, "kg", 0.01, 10, "mass of the slider", "slider and stop")
     stiffnesses: int = integer(7, 4, 40, "values of the stop's stiffness that are simulated", "emulator")
@@ -76,6 +79,11 @@ class Parameters(StudyParameters):
     workers: int = integer(2, 0, 256, "processes, 0 for none but this", "numerics")
     store: str = text("results/identify-strikes.sqlite", "file that keeps the simulated strikes; none: memory only", "numerics")
 
+    @property
+    def hypotheses(self) -> list[Hypothesis]:
+        """Those that are weighed."""
+        return hypotheses(tuple(c for c in CAUSES if c in self.causes), self.pairs == "yes")
+
     def check(self) -> None:
         """Points are a power of two."""
         if self.points & (self.points - 1):
@@ -88,14 +96,14 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     store = Path(p.store) if p.store else None
     if store:
         store.parent.mkdir(parents=True, exist_ok=True)
-    wanted = grids(p.stiffnesses, p.speeds, p.bows, p.others)
+    wanted = grids(p.causes, p.pairs == "yes", p.stiffnesses, p.speeds, p.bows, p.others)
     emulator = Emulator(wanted, p.workers, store, progress, mass=p.mass)
     off = emulator.held_out(p.held_out, p.seed + 1, progress) if p.held_out else np.zeros((1, 1))
     error = float(np.sqrt(np.nanmean(off**2)))
-    numerics = {"points": p.points, "samples": p.samples, "sd": p.reading_error, "seed": p.seed}
+    numerics: dict[str, Any] = {"points": p.points, "samples": p.samples, "sd": p.reading_error, "seed": p.seed}
     found = [
         posterior(emulator, hypothesis, model_error=error, reference=p.reference_voltage, **numerics)
-        for hypothesis in hypotheses(p.pairs == "yes")
+        for hypothesis in p.hypotheses
     ]
     engine = at_best(p, found, progress)
     told = _further(emulator, p, found)
@@ -123,10 +131,10 @@ def at_best(p: Parameters, found: Sequence[Posterior], progress: Progress) -> Ar
         best = dict(each.best)
         gravity = GRAVITY[{-1.0: "-y", 1.0: "+y"}.get(best.pop("gravity", 0.0), "")]
         dead_band = best.pop("dead_band", 0.0)
-        given = {FIELDS.get(name, name): value for name, value in best.items()}
+        given: dict[str, Any] = {FIELDS.get(name, name): value for name, value in best.items()}
         for reading in READINGS:
             speed = float(crank_speed(reading.voltage, dead_band, p.reference_voltage))
-            cases.append(Strike(**given, **gravity, speed=speed, mass=p.mass))
+            cases.append(Strike(**given | gravity, speed=speed, mass=p.mass))
     alone = list(dict.fromkeys(cases))
     rows = sweep("strike", alone, workers=p.workers, progress=progress)
     forces = {case: row.value("peak") for case, row in zip(alone, rows, strict=True)}
@@ -187,11 +195,12 @@ def _table(found: Sequence[Posterior], engine: Array, metrics: Mapping[str, Metr
              "within 1 N", "best point"]  # fmt: skip
     low, high = RANGES["stop_stiffness"]
     notes = (
-        f"forces: mean over the posterior, N; in brackets simulated at the best point. Readings +- {p.reading_error:g} N, 44.18 N "
-        f"a bound.\nPriors, uniform in the logarithm: stop {low:g} to {high:g} N/m, bow {BOW[0]:g} to {BOW[1]:g} L, motor "
-        f"{RANGES['motor'][0]:g} to {RANGES['motor'][1]:g} N m s with 0.02 kg m2,\ncompliance {RANGES['compliance'][0]:g} to "
-        f"{RANGES['compliance'][1]:g} rad/(N m); uniform: dead band {DEAD_BAND[0]:g} to {DEAD_BAND[1]:g} V; gravity along -y or +y."
-        f"\nEmulator: {100 * error:.1f} % (root mean square at strikes it has not seen). Slider {p.mass:g} kg."
+        "forces: mean over the posterior, N; in brackets simulated at the best point. Readings: standard deviation "
+        f"{p.reading_error:g} N, 44.18 N a bound.\nPriors, uniform in the logarithm: stop {low:g} to {high:g} N/m, bow "
+        f"{BOW[0]:g} to {BOW[1]:g} L, motor {RANGES['motor'][0]:g} to {RANGES['motor'][1]:g} N m s with 0.02 kg m2,\ncompliance "
+        f"{RANGES['compliance'][0]:g} to {RANGES['compliance'][1]:g} rad/(N m); uniform: dead band {DEAD_BAND[0]:g} to "
+        f"{DEAD_BAND[1]:g} V; gravity along -y or +y.\nEmulator: {100 * error:.1f} % (root mean square at strikes it has not "
+        f"seen). Slider {p.mass:g} kg."
     )
     return Table(heads, rows, "Causes of the measured impact forces", notes)
 
@@ -215,7 +224,7 @@ def figure(result: StudyResult) -> Figure:
     """Draw the forces that single causes predict over the voltage, and the evidence of all."""
     fig, (left, right) = subplots(1, 2, height=105, width_ratios=(1.25, 1))
     p: Any = result.parameters
-    every = hypotheses(p.pairs == "yes")
+    every = p.hypotheses
     volts = np.array([p.reference_voltage if r.voltage is None else r.voltage for r in READINGS])
     order = np.argsort(volts)
     for each, colour in zip([h for h in every if len(h.causes) < 2], COLOURS, strict=False):

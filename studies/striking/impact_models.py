@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import replace
 from math import exp, log, pi
 from time import perf_counter
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,10 +17,11 @@ from buckler import mbs
 from buckler.mbs import Beam, GuideFriction, Mechanism, Ramp, Strut, slider_crank
 from buckler.mbs.laws import CarvalhoMartins
 from buckler.mbs.library import PAPER, PAPER_STOP
-from buckler.studies.striking.impact import IMPACT_FORCE, IMPACT_SPEED, ImpactParameters, ModelRun, read
+from buckler.studies.kit.published import IMPACT_FORCE, IMPACT_SPEED
+from buckler.studies.striking.assumptions import crank_angle
+from buckler.studies.striking.impact import ImpactParameters, ModelRun, read
 from buckler.studies.striking.stitched import Stitched, follow
 
-Array = np.ndarray[Any, Any]
 AXIAL_DAMPING = 9e-5
 """Retardation time of a strut's axial force, s: a fifth of critical for 0.3 kg on the straight strip."""
 BUCKLED_FROM = 1e-3
@@ -110,13 +111,6 @@ def mechanism(model: str, parameters: ImpactParameters, stiffness: float, speed:
         friction=GuideFriction(parameters.friction_force) if parameters.friction else None,
     )
     return parameters.under(made)
-
-
-def crank_angle(result: mbs.Result) -> Array:
-    """Crank angle from 0 at the start, rad: of the drive, or where a motor has turned the crank."""
-    if "drive.position" in result.signals:
-        return np.asarray(result.signals["drive.position"])
-    return np.unwrap(np.arctan2(result.signals["crank.y"], result.signals["crank.x"]))
 
 
 def strike(model: str, parameters: ImpactParameters, stop: float, speed: float) -> ModelRun:

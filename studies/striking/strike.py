@@ -16,10 +16,12 @@ from buckler.mbs import Link, Mechanism, Revolute, Rigid, TorsionSpring
 from buckler.mbs.library import PAPER
 from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import choices, quantity
+from buckler.studies.kit.published import IMPACT_SPEED
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, metrics_table
 from buckler.studies.kit.style import subplots
 from buckler.studies.striking import impact_models
-from buckler.studies.striking.impact import IMPACT_SPEED, ImpactParameters
+from buckler.studies.striking.assumptions import crank_angle
+from buckler.studies.striking.impact import ImpactParameters
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -99,7 +101,7 @@ def read(result: mbs.Result) -> dict[str, float]:
     if not begins.size:
         return {}
     first, last = int(begins[0]), int(ends[0])
-    angle = impact_models.crank_angle(result)
+    angle = crank_angle(result)
     torque = next(result.signals[name] for name in TORQUES if name in result.signals)
     found = {
         "peak": float(force[first : last + 1].max()),

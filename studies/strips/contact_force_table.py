@@ -28,6 +28,7 @@ from buckler.mbs.library import PAPER
 from buckler.mbs.record.result import Status
 from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import StudyParameters, integer, quantities, quantity
+from buckler.studies.kit.published import CONTACT_FORCES, STRIP_WIDTH
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
 from buckler.studies.kit.style import subplots
 from buckler.studies.strips.friction_interval import Pressed, friction_interval, laws
@@ -36,10 +37,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Array = np.ndarray[Any, Any]
-WIDTH = 0.030
-"""Of the strip, m (Table 1)."""
-PUBLISHED = {1e-4: 0.0655, 3e-4: 1.7684, 5e-4: 8.1871}
-"""Largest contact force, N, of a strip thickness, m (Table 2)."""
 KNOWN = 3e-4
 """Thickness, m, whose printed force places the stop of Table 2."""
 MODELS = ("quartic", "exact", "rod", "beam")
@@ -82,7 +79,7 @@ class Press:
     @property
     def section(self) -> Section:
         """Of the strip."""
-        return Section(WIDTH, self.thickness)
+        return Section(STRIP_WIDTH, self.thickness)
 
     @property
     def unit(self) -> float:
@@ -108,7 +105,7 @@ class Press:
 
 def table_2_stop() -> float:
     """Place of the stop, m, at which the exact elastica gives the printed force of the `KNOWN` strip at dead centre."""
-    load = PUBLISHED[KNOWN] / Press(KNOWN, -PAPER.coupler).unit
+    load = CONTACT_FORCES[KNOWN] / Press(KNOWN, -PAPER.coupler).unit
     return -(PAPER.crank + PAPER.coupler * (1 - pinned.shortening(load)))
 
 
@@ -154,7 +151,7 @@ def _models(thickness: float, elements: int, failures: set[str]) -> Mapping[str,
     """Load p(u) of each model; rod and beam give nan below `STRAIGHTEST`, failures of the beam are collected."""
     from buckler.mbs.engine.pressed import pinned_strip  # loads the engine
 
-    section, length = Section(WIDTH, thickness), PAPER.coupler
+    section, length = Section(STRIP_WIDTH, thickness), PAPER.coupler
     unit = section.bending_stiffness / length**2
     strip = Rod(section.axial_stiffness / unit, section.shear_stiffness / unit)
 
@@ -196,13 +193,13 @@ def _metrics(
 ) -> dict[str, Metric]:
     """`F_h<mm>_<stop>`: the beam's largest force against the closed form and Table 2; ratios, stresses, the stop."""
     found = {
-        f"F_h{_mm(h)}_{name}": Metric(forces["beam"], "N", PUBLISHED.get(h), forces["exact"])
+        f"F_h{_mm(h)}_{name}": Metric(forces["beam"], "N", CONTACT_FORCES.get(h), forces["exact"])
         for (h, name), forces in largest.items()
     }
     first = min(h for h, _ in largest)
     name = next(iter(largest))[1]
     for h in sorted({h for h, _ in largest} - {first}):
-        published = PUBLISHED[h] / PUBLISHED[first] if {h, first} <= PUBLISHED.keys() else None
+        published = CONTACT_FORCES[h] / CONTACT_FORCES[first] if {h, first} <= CONTACT_FORCES.keys() else None
         ratio = largest[h, name]["beam"] / largest[first, name]["beam"]
         found[f"ratio_h{_mm(h)}_h{_mm(first)}"] = Metric(ratio, "1", published, (h / first) ** 3)
     found["stop_eTable2"] = Metric(-stop, "m")
@@ -214,15 +211,15 @@ def _metrics(
 def _settled(thickness: float, p: Parameters) -> dict[str, Metric]:
     """Interval of the force at dead centre under dry friction, and where laws end in it, by what the slider remembers."""
     weight = p.mass * GRAVITY
-    slider = Pressed(Section(WIDTH, thickness).bending_stiffness, mass=p.mass, weight=weight)
+    slider = Pressed(Section(STRIP_WIDTH, thickness).bending_stiffness, mass=p.mass, weight=weight)
     exact = float(slider.push(np.pi))
     low, high = friction_interval(exact, p.static_friction * weight)
     name = f"friction_h{_mm(thickness)}"
     found = {f"{name}.low": Metric(float(low), "N"), f"{name}.high": Metric(float(high), "N")}
-    for law, made in laws(p.static_friction, p.friction).items():
+    for kind, made in laws(p.static_friction, p.friction).items():
         for held, memory in MEMORIES.items():
             force = slider.settled(made, PRESSED_FROM, np.pi, held)
-            found[f"{name}.{law}.{memory}"] = Metric(force, "N", exact=exact)
+            found[f"{name}.{kind}.{memory}"] = Metric(force, "N", exact=exact)
     return found
 
 
@@ -232,7 +229,7 @@ def _settled(thickness: float, p: Parameters) -> dict[str, Metric]:
 def _largest_table(largest: Mapping[Any, Mapping[str, float]], presses: Mapping[Any, Press], yielding: str) -> Table:
     rows = []
     for (h, stop), forces in largest.items():
-        press, printed = presses[h, stop], PUBLISHED.get(h)
+        press, printed = presses[h, stop], CONTACT_FORCES.get(h)
         off = f"{100 * (printed / forces['exact'] - 1):+.2f}" if printed else None
         row = [1e3 * h, f"{1e3 * press.stop:.1f}", f"{np.degrees(PAPER.contact_angle(press.stop)):.2f}", printed, off]
         rows.append(row + [f"{forces[name]:.5f}" for name in MODELS] + [f"{press.stress / 1e6:.0f}"])
@@ -262,9 +259,9 @@ def _friction_table(settled: Mapping[float, Mapping[str, Metric]], p: Parameters
     for h, found in settled.items():
         name = f"friction_h{_mm(h)}"
         low, high = (found[f"{name}.{end}"].value for end in ("low", "high"))
-        for law in laws(p.static_friction, p.friction):
-            forces = [found[f"{name}.{law}.{memory}"] for memory in MEMORIES.values()]
-            row = [_mm(h), f"{forces[0].exact:.4f}", f"{low:.4f} to {high:.4f}", law.replace("_", " ")]
+        for kind in laws(p.static_friction, p.friction):
+            forces = [found[f"{name}.{kind}.{memory}"] for memory in MEMORIES.values()]
+            row = [_mm(h), f"{forces[0].exact:.4f}", f"{low:.4f} to {high:.4f}", kind.replace("_", " ")]
             rows.append([*row, *(f"{force.value:.4f}" for force in forces)])
     heads = [
         "h [mm]",
@@ -274,9 +271,9 @@ def _friction_table(settled: Mapping[float, Mapping[str, Metric]], p: Parameters
         *(f"{m.replace('_', ' ')} [N]" for m in MEMORIES.values()),
     ]
     notes = (
-        f"The interval is the answer: a slider of {p.mass:g} kg at rest, coefficients {p.static_friction:g} and {p.friction:g} of "
-        f"its weight, holds any of these forces, by what went before.\nLaws: pressed from {np.degrees(PRESSED_FROM):g} deg on at "
-        "1.25 rad/s against a stop of 72 kN/m, friction at first helping the strip, absent, or holding the slider off."
+        f"The interval is the answer: a slider of {p.mass:g} kg at rest, coefficients {p.static_friction:g} and {p.friction:g}"
+        f" of its weight, holds any of these forces, by what went before.\nLaws: pressed from {np.degrees(PRESSED_FROM):g} deg "
+        "on at 1.25 rad/s against a stop of 72 kN/m, friction at first helping the strip, absent, or holding the slider off."
     )
     return Table(heads, rows, "Force on the stop at 180 deg with dry friction, first stop", notes)
 
@@ -312,9 +309,9 @@ def _thickness_axes(ax: Any, result: StudyResult) -> None:
         ax.axhline(level, color=line[:2], linestyle=line[2:], linewidth=0.8)
         values = [metric.value / units[x] for x, metric in zip(h, found, strict=True)]
         ax.plot(1e3 * np.array(h), values, mark, fillstyle="none", label=f"beam, {label}")
-    printed = [x for x in h if x in PUBLISHED]
+    printed = [x for x in h if x in CONTACT_FORCES]
     if printed:
-        ax.plot(1e3 * np.array(printed), [PUBLISHED[x] / units[x] for x in printed], "kx", label="printed in Table 2")
+        ax.plot(1e3 * np.array(printed), [CONTACT_FORCES[x] / units[x] for x in printed], "kx", label="printed in Table 2")
     ax.margins(0.15, 0.35)
     ax.set(xlabel="thickness [mm]", ylabel="largest contact force $F L^2/(E I)$")
     ax.legend(loc="center")
