@@ -61,6 +61,12 @@ class Hypothesis:
         return "_".join(self.causes) or "stop"
 
     @property
+    def tables(self) -> tuple[str, ...]:
+        """Of the emulator, that its predictions come from."""
+        drive = next((cause for cause in self.causes if cause in ("motor", "compliance")), "rigid")
+        return tuple(f"{drive}{g}" for g in ("-y", "+y")) if "gravity" in self.causes else (drive,)
+
+    @property
     def axes(self) -> tuple[str, ...]:
         """What is unknown, in the order of the unit cube."""
         return ("stop_stiffness", *self.causes)
