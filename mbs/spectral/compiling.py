@@ -12,6 +12,8 @@ from numba import float64, int64
 from numba.core import cgutils
 from numba.extending import intrinsic
 
+from buckler.mbs.spectral.tables import Tables, Work
+
 jit: Callable[..., Any] = partial(numba.njit, error_model="numpy", nogil=True, cache=True)
 
 
@@ -58,3 +60,21 @@ def borrowed(_typing: Any, array: Any) -> Any:
         return view._getvalue()
 
     return array(array), codegen
+
+
+@jit
+def lend_tables(s):
+    """The tables without their shares in the memory's reference counts."""
+    return Tables(
+        borrowed(s.mass), borrowed(s.weight), borrowed(s.modal), borrowed(s.strips), borrowed(s.markers), borrowed(s.places),
+        borrowed(s.measures), borrowed(s.directions), borrowed(s.rows), borrowed(s.values), borrowed(s.motions),
+        borrowed(s.ramps), borrowed(s.forces), borrowed(s.factors), borrowed(s.laws), borrowed(s.law_numbers), borrowed(s.data),
+    )  # fmt: skip
+
+
+@jit
+def lend_work(w):
+    """The room to work in, likewise."""
+    return Work(
+        borrowed(w.state), borrowed(w.slope), borrowed(w.drift), borrowed(w.small), borrowed(w.element), borrowed(w.reports)
+    )
