@@ -2,10 +2,8 @@
 
 from typing import TYPE_CHECKING, Any
 
-from buckler.mbs.elements.section import STEEL, Material, Section
-from buckler.mbs.engine.settings import Solver
-from buckler.mbs.library import crank_rocker, slider_crank
-from buckler.mbs.mechanism import (
+from buckler.mbs.elements import (
+    STEEL,
     Beam,
     Cable,
     Clearance,
@@ -13,20 +11,24 @@ from buckler.mbs.mechanism import (
     Guide,
     GuideFriction,
     Link,
-    Mechanism,
+    Material,
     Modal,
     Motion,
     Ramp,
     Revolute,
     Rigid,
+    Section,
     Stop,
     Strut,
 )
+from buckler.mbs.engine.settings import Solver
+from buckler.mbs.library import crank_rocker, slider_crank
+from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.result import Result, Status
 
 if TYPE_CHECKING:
     from buckler.mbs.engine.scene import build
-    from buckler.mbs.engine.solve import simulate
+    from buckler.mbs.simulation import simulate
 
 __all__ = [
     "STEEL", "Beam", "Cable", "Clearance", "Drive", "Guide", "GuideFriction", "Link", "Material", "Mechanism", "Modal", "Motion",
@@ -34,7 +36,7 @@ __all__ = [
     "slider_crank",
 ]  # fmt: skip
 
-_ENGINE = {"simulate": "buckler.mbs.engine.solve", "build": "buckler.mbs.engine.scene"}
+_ENGINE = {"simulate": "buckler.mbs.simulation", "build": "buckler.mbs.engine.scene"}
 
 
 def __getattr__(name: str) -> Any:
@@ -43,4 +45,9 @@ def __getattr__(name: str) -> Any:
         from importlib import import_module
 
         return getattr(import_module(_ENGINE[name]), name)
-    raise AttributeError(f"module 'mbs' has no attribute '{name}'")
+    raise AttributeError(f"module 'buckler.mbs' has no attribute '{name}'")
+
+
+def __dir__() -> list[str]:
+    """Names on the door, those too that are loaded on demand."""
+    return sorted(__all__)

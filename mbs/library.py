@@ -7,23 +7,24 @@ from typing import NamedTuple
 
 import numpy as np
 
-from buckler.mbs.elements.section import Material, Section
-from buckler.mbs.kinematics.closure import KinematicsError, SliderCrank
-from buckler.mbs.laws import NormalLaw
-from buckler.mbs.mechanism import (
+from buckler.mbs.elements import (
     Body,
     Clearance,
     Drive,
     Guide,
     GuideFriction,
     Link,
-    Mechanism,
+    Material,
     Motion,
     Ramp,
     Revolute,
     Rigid,
+    Section,
     Stop,
 )
+from buckler.mbs.kinematics.closure import KinematicsError, SliderCrank
+from buckler.mbs.laws import NormalLaw
+from buckler.mbs.mechanism import Mechanism
 
 PAPER = SliderCrank(crank=0.140, coupler=0.310)
 """Lengths of the compliant slider-crank, m (Demirel et al. 2008, Table 1, doi 10.1115/IMECE2008-68796)."""
@@ -67,7 +68,7 @@ def slider_crank(
         joints=[Revolute("O", "ground", "crank"), Revolute("A", "crank", "coupler")],
         guides=[Guide("B", "coupler", mass=mass, friction=friction)],
         stops=[] if law is None else [Stop("B", at=stop, law=law)],
-        drive=Drive("crank", speed),
+        drives=[Drive("crank", speed)],
     )
 
 
@@ -149,5 +150,5 @@ def crank_rocker(
             Link("rocker", "C", "B", rocker),
         ],
         joints=[play(*joint) if play and joint[0] in with_play else Revolute(*joint) for joint in joints],
-        drive=Drive("crank", speed),
+        drives=[Drive("crank", speed)],
     )

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from numbers import Integral, Real
+from typing import Any
 
 
 def number(name: str, value: float, low: float, high: float, unit: str, *, open_low: bool = False) -> float:
@@ -37,3 +39,66 @@ def whole(name: str, value: int, low: int, high: int) -> int:
     if isinstance(value, bool) or not isinstance(value, Integral) or not low <= value <= high:
         raise ValueError(f"{name} = {value!r}: must be a whole number in [{low}, {high}]")
     return int(value)
+
+
+def pair(name: str, value: Any, unit: str) -> tuple[float, float]:
+    """Return `value` as two finite floats; ValueError otherwise."""
+    if isinstance(value, str) or not isinstance(value, Iterable) or len(values := tuple(value)) != 2:
+        raise ValueError(f"{name} = {value!r}: must be two numbers (x, y), {unit}")
+    x, y = (number(f"{name}.{axis}", v, -math.inf, math.inf, unit) for axis, v in zip("xy", values, strict=True))
+    return x, y
+
+
+def direction(name: str, value: Any) -> tuple[float, float]:
+    """Return `value` as a unit vector; ValueError if it has no length."""
+    x, y = pair(name, value, "1")
+    positive(f"{name} (length)", math.hypot(x, y), "1")
+    return x / math.hypot(x, y), y / math.hypot(x, y)
+
+
+def one_of(name: str, value: Any, kinds: tuple[type, ...]) -> Any:
+    """Return `value` if it is an instance of one of some types; ValueError, naming them, otherwise."""
+    if not isinstance(value, kinds):
+        allowed = " or ".join(kind.__name__ for kind in kinds)
+        found = f"the class {value.__name__}, not an instance" if isinstance(value, type) else f"a {type(value).__name__}"
+        raise ValueError(f"{name} = {_short(value)}: must be a {allowed}; this is {found}")
+    return value
+
+
+def sequence_of(name: str, values: Any, kinds: tuple[type, ...]) -> tuple[Any, ...]:
+    """Return `values` as a tuple if it is a sequence of instances of some types; ValueError otherwise."""
+    if isinstance(values, kinds) or isinstance(values, str) or not isinstance(values, Iterable):
+        raise ValueError(f"{name} = {_short(values)}: must be a list")
+    return tuple(one_of(f"{name}[{k}]", value, kinds) for k, value in enumerate(values))
+
+
+def follows(name: str, law: Any, protocol: type, example: str) -> Any:
+    """Return `law` if it has all members of a protocol and can be hashed; ValueError, naming what is missing, otherwise."""
+    if isinstance(law, type):
+        raise ValueError(f"{name} = {law.__name__}: must be an instance, as {example}, not the class")
+    members = sorted(m for m in getattr(protocol, "__protocol_attrs__", vars(protocol)) if not m.startswith("_"))
+    missing = [m for m in members if not hasattr(law, m)]
+    if missing:
+        raise ValueError(f"{name} = {_short(law)} is not a {protocol.__name__}: it lacks {', '.join(map(repr, missing))}")
+    try:
+        hash(law)
+    except TypeError:
+        raise ValueError(f"{name} = {_short(law)}: must be hashable; make its class a frozen dataclass") from None
+    return law
+
+
+def function(name: str, value: Any, *arguments: float) -> Any:
+    """Return `value` if it can be called with these numbers; ValueError, with what it raised, otherwise."""
+    if not callable(value):
+        raise ValueError(f"{name} = {_short(value)}: must be a function")
+    try:
+        value(*arguments)
+    except Exception as error:
+        called = ", ".join(f"{a:g}" for a in arguments)
+        raise ValueError(f"{name}({called}) raises {type(error).__name__}: {error}") from error
+    return value
+
+
+def _short(value: Any) -> str:
+    text = repr(value)
+    return text if len(text) <= 120 else f"{text[:117]}..."

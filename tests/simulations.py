@@ -49,7 +49,7 @@ def block(pull=0.0, law=None, stop=0.1, friction=None, speed=None, along=(1.0, 0
         links=[Link("bar", "A", "B", FEATHER)],
         guides=[Guide("A", "bar", along, BLOCK, friction), Guide("B", "bar", along)],
         stops=[] if law is None else [Stop("A", at=stop, law=law)],
-        drive=None if speed is None else Drive("A", speed),
+        drives=[] if speed is None else [Drive("A", speed)],
         gravity=tuple(pull * unit),
     )
 
@@ -71,5 +71,5 @@ def pressed(body, travel, duration, mass=0.1):
         links=[Link("strip", "A", "B", body)],
         joints=[Revolute("B", "ground", "strip")],
         guides=[Guide("A", "strip", mass=mass)],
-        drive=Drive("A", Motion(lambda t: travel * (t / duration) ** 3, lambda t: 3 * travel * t**2 / duration**3)),
+        drives=[Drive("A", Motion(lambda t: travel * (t / duration) ** 3, lambda t: 3 * travel * t**2 / duration**3))],
     )

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from math import inf, nan
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -19,12 +19,10 @@ from buckler.mbs.accuracy.plan import Plan
 from buckler.mbs.engine.settings import Solver
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.result import SMOOTH, Result, Status, cubic
-
-if TYPE_CHECKING:
-    from buckler.mbs.engine.solve import Run
+from buckler.mbs.record.run import Run
 
 Array = np.ndarray[Any, Any]
-Runner = Callable[[Mechanism, float, Solver], "Run"]
+Runner = Callable[[Mechanism, float, Solver], Run]
 ROUNDS = 4
 """Refinements before giving up."""
 GAIN, IDLE = 1.5, 2
@@ -116,7 +114,7 @@ class _Delivering:
 def _result(run: Run) -> Result:
     """Signals of a run, to be compared."""
     signals, units = run.signals
-    return Result(Status.OK, "", run.history.time, signals, units, run.work)
+    return Result(Status.OK, "", run.record.time, signals, units, run.work)
 
 
 # --- without play -----------------------------------------------------------------------------------------------------
@@ -246,7 +244,7 @@ class _Tolerance(_Delivering):
             thin = self.start(finer, 0.5)
             error, kind = error + _apart(fine, thin) / 15, "tolerance and elements"
         if self.span < self.plan.duration and fine.failure is None:
-            fine = self.run(fine.history.scene.mechanism, self.plan.duration, fine.solver)
+            fine = self.run(fine.record.mechanism, self.plan.duration, fine.solver)
         return self.delivery(fine, error if fine.failure is None else nan, f"{kind}, over the first {1e3 * self.span:g} ms")
 
     @property

@@ -5,11 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import ceil, hypot, log2, pi, sqrt, tan
+from typing import Any
 
-from buckler.mbs.elements.links import chooses
+from buckler.mbs.elements.beam import Beam, Cable
+from buckler.mbs.elements.clearance import Clearance
+from buckler.mbs.elements.drive import Ramp
+from buckler.mbs.elements.modal import Modal
+from buckler.mbs.elements.rigid import Rigid
+from buckler.mbs.elements.strut import Strut
 from buckler.mbs.engine.settings import Solver
 from buckler.mbs.kinematics.closure import turning_speed
-from buckler.mbs.mechanism import Beam, Cable, Clearance, Mechanism, Modal, Ramp, Rigid, Strut
+from buckler.mbs.mechanism import Mechanism
 
 PHASE, STRIKING_PHASE = 0.95, 6.5
 """Steps of the coarsest run for an accuracy of 1e-3, a radian of the first bending vibration: of fourth order in the accuracy."""
@@ -83,14 +89,14 @@ class Plan:
     @property
     def meshed(self) -> bool:
         """Whether a link leaves its elements to us."""
-        return any(chooses(link.body) for link in self.mechanism.links)
+        return any(_chooses(link.body) for link in self.mechanism.links)
 
     @cached_property
     def frequency(self) -> float:
         """Largest first bending frequency of a flexible link, or the pendulum's, rad/s."""
         m = self.mechanism
-        flexible = [link for link in m.links if isinstance(link.body, Beam | Cable | Modal)]
-        bending = [link.body.section.first_frequency(m.length(link.name)) for link in flexible]
+        flexible = [(link.body, m.length(link.name)) for link in m.links]
+        bending = [body.section.first_frequency(length) for body, length in flexible if isinstance(body, Beam | Cable | Modal)]
         shortest = min(m.length(link.name) for link in m.links)
         return max([(hypot(*m.gravity) / shortest) ** 0.5, *bending])
 
@@ -122,12 +128,12 @@ class Plan:
     @property
     def kinked(self) -> bool:
         """Whether the drive's acceleration may jump: every other motion than one at constant speed."""
-        drive = self.mechanism.drive
-        return drive is not None and len({drive.motion.speed(k * self.duration / 10) for k in range(11)}) > 1
+        times = [k * self.duration / 10 for k in range(11)]
+        return any(len({drive.motion.speed(t) for t in times}) > 1 for drive in self.mechanism.drives)
 
     def _aligned(self, least: int) -> int:
         """As many steps, or up to half as many more, so that a ramp ends at the end of one: its kink spoils a power series."""
-        motion = self.mechanism.drive.motion if self.mechanism.drive else None
+        motion = self.mechanism.drives[0].motion if self.mechanism.drives else None
         if not isinstance(motion, Ramp) or motion.duration >= self.duration or not self.kinked:
             return least
         share = motion.duration / self.duration
@@ -170,11 +176,11 @@ class Plan:
                 factor = fitted(
                     body.section.first_frequency(self.mechanism.length(link.name)) * self.duration / steps, self.radius
                 )
-                if chooses(body):
+                if _chooses(body):
                     count = round(mesh * (OF_BEAM[body.nodes] if isinstance(body, Beam) else 1.0))
                     body = replace(body, elements=min(1000, count))
                     c, order = STIFF[body.nodes if isinstance(body, Beam) else Cable]
-                    factor /= (1 + c / body.elements**order) ** 2
+                    factor /= (1 + c / body.count**order) ** 2
                 if self.smooth:
                     material = replace(body.section.material, density=body.section.material.density / factor)
                     body = replace(body, section=replace(body.section, material=material))
@@ -213,8 +219,8 @@ class Plan:
         links = []
         for link in self.mechanism.links:
             body = link.body
-            if isinstance(body, Beam | Cable) and chooses(body):
-                body = replace(body, elements=max(1, int(share * body.elements)))
+            if isinstance(body, Beam | Cable) and _chooses(body):
+                body = replace(body, elements=max(1, int(share * body.count)))
             links.append(replace(link, body=body))
         return replace(self.mechanism, links=links)
 
@@ -227,7 +233,7 @@ class Plan:
     def _mass(self) -> float:
         """Of sliders and links, kg."""
         m = self.mechanism
-        links = [link.body.section.mass_per_length * m.length(link.name) for link in m.links if not isinstance(link.body, Strut)]
+        links = [link.mass(m.length(link.name)) for link in m.links if not isinstance(link.body, Strut)]
         return sum(links) + sum(guide.mass for guide in m.guides)
 
     def _residual(self, mesh: int) -> float | None:
@@ -242,6 +248,11 @@ class Plan:
             return None
         stiff = max([section.axial_stiffness for section, _ in sections], default=0.0)
         return max(1e-10, ROUND_OFF * mesh * stiff, RESIDUAL * self.asked * max(forces))
+
+
+def _chooses(body: Any) -> bool:
+    """Whether a link leaves its number of elements to the accuracy asked of a run."""
+    return isinstance(body, Beam | Cable) and body.elements is None
 
 
 def fitted(step: float, radius: float) -> float:

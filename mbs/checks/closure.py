@@ -10,9 +10,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from buckler.mbs.elements.element import GROUND
 from buckler.mbs.kinematics.closure import Closure, determined
-from buckler.mbs.mechanism import GROUND, Mechanism
-from buckler.mbs.record.signals import History
+from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.record.record import Record
 
 Array = np.ndarray[Any, Any]
 SINGULAR = 1e-3
@@ -23,45 +24,46 @@ JUMP, SETTLED = 0.2, 20
 """A drive's acceleration that changes by this share of its largest within a step has jumped; so many steps later that is over."""
 
 
-def closures(history: History) -> Iterator[str]:
+def closures(record: Record) -> Iterator[str]:
     """Yield what a driven linkage does that it cannot, in words; nothing where constraints alone do not decide its motion.
 
     The determinant of the constraints keeps its sign: it is zero at a dead centre only, where the motion is not determined, and
     beyond which lies the other way of assembling the linkage.
     """
-    mechanism = history.scene.mechanism
+    mechanism = record.mechanism
     if not determined(mechanism):
         return
-    jacobian, pulls = linkage(mechanism, history.time, _places(history))
+    jacobian, pulls = linkage(mechanism, record.time, _places(record))
     size = np.linalg.det(jacobian)
     reached = size * np.sign(size[0])
     low = ~(reached > SINGULAR * np.abs(size).max())
     if low.any():
         k = int(np.argmax(low))
-        yield f"BRANCH: at t = {history.time[k]:.4g} s the linkage meets a dead centre: what follows is not determined"
+        yield f"BRANCH: at t = {record.time[k]:.4g} s the linkage meets a dead centre: what follows is not determined"
         return
     speed = np.linalg.solve(jacobian, pulls.speed[..., None])[..., 0]
     acceleration = np.linalg.solve(jacobian, pulls.acceleration(speed)[..., None])[..., 0]
     steady = ~_after_jumps(pulls.driven)
-    for what, found, right in (("speed", history.q_t, speed), ("acceleration", history.q_tt, acceleration)):
-        off, scale = _apart(history, found, right, speed)
+    for what, found, right in (
+        ("speed", _turning(record, "q_t"), speed),
+        ("acceleration", _turning(record, "q_tt"), acceleration),
+    ):
+        off, scale = _apart(mechanism, found, right, speed)
         off[~steady] = 0.0
         if off.max() > CLOSURE * scale:
             k = int(np.argmax(off))
             share = f"{off[k] / scale:.2g} of the largest in the run"
-            yield f"CLOSURE: at t = {history.time[k]:.4g} s loop closure gives another {what}, by {share}: lower max_step"
+            yield f"CLOSURE: at t = {record.time[k]:.4g} s loop closure gives another {what}, by {share}: lower max_step"
 
 
-def _apart(history: History, found: Array, right: Array, speed: Array) -> tuple[Array, float]:
+def _apart(mechanism: Mechanism, found: Array, right: Array, speed: Array) -> tuple[Array, float]:
     """Distance of the turning found from the right one, times length, shape (times,), and its scale.
 
     That is the largest there is of all links' starts and turns; of accelerations, of those towards the centre of a turn and of
     speed^2 over length too.
     """
-    mechanism, system = history.scene.mechanism, history.scene.system
-    turning = [history.scene.placed[link.name].columns(system)[0, 2] for link in mechanism.links]
     lengths = np.array([mechanism.length(link.name) for link in mechanism.links])
-    off = (np.abs(found[:, turning] - right[:, 2::3]) * lengths).max(axis=1)
+    off = (np.abs(found - right[:, 2::3]) * lengths).max(axis=1)
 
     def largest(rates: Array) -> float:
         return float(np.abs(np.stack([rates[:, 0::3], rates[:, 1::3], rates[:, 2::3] * lengths])).max())
@@ -70,6 +72,11 @@ def _apart(history: History, found: Array, right: Array, speed: Array) -> tuple[
         return off, largest(right)
     around = float((speed[:, 2::3] ** 2 * lengths).max())
     return off, max(largest(right), around, largest(speed) ** 2 / float(lengths.max()))
+
+
+def _turning(record: Record, rate: str) -> Array:
+    """Rates of all links' angles, shape (times, links)."""
+    return np.column_stack([getattr(record.links[link.name], rate)[:, 2] for link in record.mechanism.links])
 
 
 def _after_jumps(driven: Array) -> Array:
@@ -121,9 +128,8 @@ def linkage(mechanism: Mechanism, time: Array, places: Array) -> tuple[Array, Pu
     pulls : Pulls
     """
     closure, count = Closure(mechanism), places.shape[1]
-    drive = mechanism.drive
-    assert drive is not None
-    rows = closure._rows()
+    (drive,) = mechanism.drives
+    rows = closure.rows()
     turns = drive.target in closure.index
     size = len(rows) + turns
     jacobian, bends = np.zeros((len(time), size, 3 * count)), np.zeros((len(time), size, count))
@@ -154,11 +160,11 @@ def _arms(closure: Closure, link: str, point: str, directions: Array) -> Array:
     return np.column_stack([c * dx - s * dy, s * dx + c * dy])
 
 
-def _places(history: History) -> Array:
-    """Places and directions of all links, shape (times, links, 3)."""
-    rows = []
-    for link in history.scene.mechanism.links:
-        placed = history.scene.placed[link.name]
-        turn = history.q[:, placed.columns(history.scene.system)[0, 2]] + placed.reference[0, 2]
-        rows.append(np.column_stack([history.point(link.name, link.start)[0], turn]))
+def _places(record: Record) -> Array:
+    """Places of all links' starts and their directions, shape (times, links, 3)."""
+    start = Closure(record.mechanism).reference
+    rows = [
+        np.column_stack([record.links[link.name].point(link.start)[0], record.links[link.name].turn()[0] + at[2]])
+        for link, at in zip(record.mechanism.links, start, strict=True)
+    ]
     return np.stack(rows, axis=1)

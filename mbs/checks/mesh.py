@@ -13,13 +13,13 @@ An element that turns far in itself is wrong beyond that (a strip's exact load, 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from buckler.mbs.mechanism import Beam, Cable
-from buckler.mbs.record.signals import History
+from buckler.mbs.elements.beam import Beam, Cable
+from buckler.mbs.record.motion import chosen
+from buckler.mbs.record.record import Record
 
 Array = np.ndarray[Any, Any]
 MESH = 0.05
@@ -33,18 +33,19 @@ BENT = 0.02
 """Turn of a strip from end to end, rad, below which it is too straight for its mesh to matter to the motion."""
 
 
-def meshes(history: History) -> Iterator[str]:
+def meshes(record: Record) -> Iterator[str]:
     """Yield the strips with too few elements, in words."""
-    for link in history.scene.mechanism.links:
+    struck = {stop.point for stop in record.mechanism.stops}
+    for link in record.mechanism.links:
         if isinstance(link.body, Beam | Cable):
-            allowed = STRUCK if any(point in history.scene.stops for point in link.points) else MESH
-            error = mesh_error(history, link.name)
+            allowed = STRUCK if struck & set(link.points) else MESH
+            error = mesh_error(record, link.name)
             if error > allowed:
-                count = f"{link.body.elements} elements"
+                count = f"{link.body.count} elements"
                 yield f"MESH: with {count} the bending load of '{link.name}' is off by about {error:.1g}, allowed {allowed:g}"
 
 
-def mesh_error(history: History, name: str) -> float:
+def mesh_error(record: Record, name: str) -> float:
     """Relative error of a flexible link's bending load for want of elements, over the run.
 
     Parameters
@@ -52,18 +53,18 @@ def mesh_error(history: History, name: str) -> float:
     name : str
         A link that is a Beam or a Cable.
     """
-    chosen = np.interp(np.linspace(0, history.time[-1], SAMPLES), history.time, np.arange(len(history.time)))
-    rows = np.unique(chosen.astype(int))
-    strip = replace(history, **{part: getattr(history, part)[rows] for part in ("time", "q", "q_t", "q_tt")}).strip(name)
+    looks = np.interp(np.linspace(0, record.time[-1], SAMPLES), record.time, np.arange(len(record.time)))
+    strip = chosen(record.links[name], np.unique(looks.astype(int)))
     bending = strip.strains()[-1]
-    h, points = strip.element, bending.value.shape[-1]
+    h, points = strip.pieces.max(), bending.value.shape[-1]
     kappa = bending.value.reshape(len(bending.value), -1)
     turns = np.abs((bending.value * bending.weights).sum(axis=-1))
     turn = float(turns.max())
     if turns.sum(axis=1).max() < BENT:
         return 0.0
-    places = (np.arange(strip.body.elements)[:, None] + (np.polynomial.legendre.leggauss(points)[0] + 1) / 2).ravel() * h
-    places = np.concatenate([[0.0], places, [strip.body.elements * h]])
+    starts = np.concatenate([[0.0], np.cumsum(strip.pieces)])
+    inner = np.outer(strip.pieces, (np.polynomial.legendre.leggauss(points)[0] + 1) / 2)
+    places = np.concatenate([[0.0], (starts[:-1, None] + inner).ravel(), starts[-1:]])
     kappa = np.pad(kappa, ((0, 0), (1, 1)))  # pins carry no moment
     slope = np.diff(kappa, axis=1) / np.diff(places)
     if points == 1:

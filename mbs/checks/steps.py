@@ -13,12 +13,14 @@ from typing import Any
 
 import numpy as np
 
+from buckler.mbs.engine.choice import clearances, usual_tolerance
 from buckler.mbs.engine.settings import Solver
-from buckler.mbs.engine.stepping import usual_tolerance
-from buckler.mbs.engine.window import half_steps
 from buckler.mbs.kinematics.closure import determined
+from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.record.record import Record
 from buckler.mbs.record.result import Result
-from buckler.mbs.record.signals import History, collect
+from buckler.mbs.record.run import Run
+from buckler.mbs.record.signals import collect
 
 Array = np.ndarray[Any, Any]
 SHARE, FEWEST, MOST = 40, 10, 100
@@ -38,42 +40,42 @@ LOOSEST = 0.1
 CONTACT = ("contact_force", "normal_force")
 
 
-def steps(history: History, solver: Solver, result: Result) -> Iterator[str]:
+def steps(run: Run, result: Result) -> Iterator[str]:
     """Yield what changes when the steps are halved, in words."""
-    if len(history.time) < 3 or determined(history.scene.mechanism):
+    record, solver, mechanism = run.record, run.solver, run.record.mechanism
+    if len(record.time) < 3 or determined(mechanism):
         return  # where constraints alone decide the motion, steps cannot make it wrong
-    loosest = LOOSEST if history.scene.clearances else PLACE
+    loosest = LOOSEST if clearances(mechanism) else PLACE
     if solver.uniform_steps is None and (solver.tolerance or 0.0) > loosest:
         yield f"STEPS: tolerance = {solver.tolerance:g} allows each step the error of a whole run; it must be {loosest:g} at most"
         return
     striking = any(name.rpartition(".")[2] in CONTACT for name in result.signals)
-    fewest = MOST if _longer(history, solver) else FEWEST
-    for (first, last), names in _stretches(history, result, fewest).items():
-        span = f"from t = {history.time[first]:.4g} s to {history.time[last]:.4g} s"
-        finer = half_steps(history, solver, first, last)
+    fewest = MOST if _longer(mechanism, solver) else FEWEST
+    for (first, last), names in _stretches(record, result, fewest).items():
+        span = f"from t = {record.time[first]:.4g} s to {record.time[last]:.4g} s"
+        finer = run.again(first, last)
         if finer is None:
             yield f"STEPS: with half the steps the engine does not get {span}"
             continue
         after = collect(finer)[0]
         window = slice(first, last + 1)
         changes = dict(_forces(result, names, window, finer.time, after, FORCE / 2 if solver.uniform_steps else FORCE))
-        changes |= dict(_motion(history, result, last, after, speeds=bool(names) or not striking))
+        changes |= dict(_motion(mechanism, result, last, after, speeds=bool(names) or not striking))
         if changes:
             name = max(changes, key=lambda name: changes[name])
             yield f"STEPS: half the steps {span} change {name} by {changes[name]:.2g}"
 
 
-def _stretches(history: History, result: Result, fewest: int) -> dict[tuple[int, int], list[str]]:
+def _stretches(record: Record, result: Result, fewest: int) -> dict[tuple[int, int], list[str]]:
     """First and last samples of the stretches looked at, and the contact forces compared there."""
-    count = len(history.time) - 1
+    count = len(record.time) - 1
     length = min(count, max(fewest, min(MOST, count // SHARE)))
     forces = {name: values for name, values in result.signals.items() if name.rpartition(".")[2] in CONTACT}
     hardest = max(forces, key=lambda name: forces[name].max(), default=None)
     found: dict[tuple[int, int], list[str]] = {}
     if hardest is not None and forces[hardest].max() > 0:
         found[_about(int(np.argmax(forces[hardest])), length, count)] = [hardest]
-    errors = np.abs(np.diff(history.q_tt, axis=0)).max(axis=1) * np.diff(history.time) ** 2
-    second = _about(int(np.argmax(errors)), length, count)
+    second = _about(int(np.argmax(record.roughness)), length, count)
     if all(abs(second[0] - first) >= length for first, _ in found):
         found[second] = []
     return found
@@ -84,9 +86,9 @@ def _about(middle: int, length: int, count: int) -> tuple[int, int]:
     return first, first + length
 
 
-def _longer(history: History, solver: Solver) -> bool:
+def _longer(mechanism: Mechanism, solver: Solver) -> bool:
     """True if steps may be longer than the defaults make them."""
-    default, usual = Solver(), usual_tolerance(history.scene)
+    default, usual = Solver(), usual_tolerance(mechanism)
     return solver.uniform_steps is not None or (solver.tolerance or usual) > usual or solver.min_step > default.min_step
 
 
@@ -105,11 +107,14 @@ def _forces(
                 yield f"{what} {name}", float(change)
 
 
-def _motion(history: History, result: Result, last: int, after: dict[str, Array], *, speeds: bool) -> Iterator[tuple[str, float]]:
+def _motion(
+    mechanism: Mechanism, result: Result, last: int, after: dict[str, Array], *, speeds: bool
+) -> Iterator[tuple[str, float]]:
     """Points whose place, or speed if asked for, at the end changed by more than it may."""
-    mechanism, before = history.scene.mechanism, result.signals
+    before = result.signals
     size = max(mechanism.length(link.name) for link in mechanism.links)
-    fastest = max(float(np.hypot(before[f"{p}.vx"], before[f"{p}.vy"]).max()) for p in mechanism.points)
+    at_rest = PLACE * size / (result.time[-1] - result.time[0])  # a speed that moves nothing by more than it may
+    fastest = max(at_rest, *(float(np.hypot(before[f"{p}.vx"], before[f"{p}.vy"]).max()) for p in mechanism.points))
     for point in mechanism.points:
         looks = [("place", ("x", "y"), size, PLACE), ("speed", ("vx", "vy"), fastest, SPEED)]
         for what, axes, scale, allowed in looks if speeds else looks[:1]:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from math import inf
+from typing import Any
 
-from buckler.mbs.validate import number, positive
+from buckler.mbs.elements.element import Array, Element, Energy, Recorded, Signal, known, since_start
+from buckler.mbs.elements.rigid import Rigid
+from buckler.mbs.validate import function, number, one_of, positive
 
 
 @dataclass(frozen=True)
@@ -44,6 +47,8 @@ class Motion:
     speed: Callable[[float], float]
 
     def __post_init__(self) -> None:
+        function("position", self.position, 0.0)
+        function("speed", self.speed, 0.0)
         number("position(0)", self.position(0.0), -1e-12, 1e-12, "rad or m")
         h = 1e-4
         for t in (0.1, 0.5):
@@ -60,7 +65,7 @@ class Motion:
 
 
 @dataclass(frozen=True)
-class Drive:
+class Drive(Element):
     """Prescribed rotation of a link, or prescribed travel of a guided point along its guide.
 
     Parameters
@@ -74,8 +79,20 @@ class Drive:
     speed: float | Ramp | Motion
 
     def __post_init__(self) -> None:
-        if not isinstance(self.speed, Ramp | Motion):
+        if not isinstance(self.speed, int | float) or isinstance(self.speed, bool):
+            one_of(f"speed of the drive of '{self.target}'", self.speed, (float, Ramp, Motion))
+        else:
             number("speed", self.speed, -inf, inf, "rad/s or m/s")
+
+    @property
+    def key(self) -> str:
+        """'drive'."""
+        return "drive"
+
+    def check(self, mechanism: Any) -> None:
+        """A rigid link or a guided point."""
+        rigid = {link.name for link in mechanism.links if isinstance(link.body, Rigid)}
+        known("rigid link or guided point", self.target, rigid | {guide.point for guide in mechanism.guides}, "drive")
 
     @property
     def motion(self) -> Motion | Ramp:
@@ -84,3 +101,22 @@ class Drive:
             return self.speed
         speed = float(self.speed)
         return Ramp(speed, speed, 1.0)
+
+    def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
+        """Yield torque, N m, or force, N, of the drive, and the angle, rad, or travel, m, since t = 0."""
+        turns = self.target not in record.mechanism.points
+        effort = record.channel(name, "effort")[:, 0]
+        yield Signal(f"{name}.torque" if turns else f"{name}.force", effort, "N m" if turns else "N")
+        yield Signal(f"{name}.position", self._driven(record)[0], "rad" if turns else "m")
+
+    def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
+        """Yield the work it gave."""
+        power = record.channel(name, "effort")[:, 0] * self._driven(record)[1]
+        yield Energy("given", "drive", since_start(record.time, power))
+
+    def _driven(self, record: Recorded) -> tuple[Array, Array]:
+        """The driven coordinate and its rate."""
+        if self.target in record.mechanism.points:
+            block = record.blocks[self.target]
+            return block.travel, block.speed
+        return record.turn(f"{self.target}:{record.mechanism.link(self.target).start}")

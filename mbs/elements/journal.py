@@ -21,7 +21,6 @@ from typing import Any
 import numpy as np
 
 from buckler.mbs.laws import BristleLaw
-from buckler.mbs.mechanism import Clearance
 
 Array = np.ndarray[Any, Any]
 COLUMNS = ("normal", "tangential", "depth", "rate", "sliding", "bristle", "fx", "fy", "nx", "ny")
@@ -48,16 +47,6 @@ class End:
     offset: int
     place: tuple[float, float]
     arm: tuple[float, float]
-
-
-def tables(joints: list[Clearance], ends: list[tuple[End, End]]) -> tuple[Array, Array]:
-    """Pack ends and radii for the kernel: int table (joints, 2), float table (joints, 10)."""
-    places = np.array([[pin.offset, bush.offset] for pin, bush in ends], dtype=np.int64).reshape(-1, 2)
-    numbers = [
-        [*pin.place, *pin.arm, *bush.place, *bush.arm, joint.pin, joint.gap]
-        for joint, (pin, bush) in zip(joints, ends, strict=True)
-    ]
-    return places, np.array(numbers, dtype=float).reshape(-1, 10)
 
 
 def _state(offset: int, x: float, y: float, ax: float, ay: float, q: Array, v: Array) -> tuple[float, ...]:
@@ -128,14 +117,6 @@ def _forces(
             out[k + 2] += sign * (lx * fy - ly * fx)
 
 
-def _along(
-    normal: Any, friction: Any, bend: Any, t: Array, q: Array, v: Array, memory: Array, places: Array, numbers: Array, out: Array
-) -> None:
-    """`_report` for many times: t, q, v, memory of shape (times, ...), out (times, joints, columns)."""
-    for i in range(q.shape[0]):
-        _report(normal, friction, bend, t[i], q[i], v[i], memory[i], places, numbers, out[i])
-
-
 PATIENCE, SLOWER = 3_000_000, 20
 """Calls, some 10 s of them, without a later time than any before; of plain Python so many times fewer. The engine's explicit
 integrator can reject one step for ever, and asks nobody in between but the forces."""
@@ -154,8 +135,6 @@ class Kernel:
     ----------
     forces, report : callable
         Of time, coordinates and their rates, memory, the two tables, and what is to be filled.
-    along : callable
-        `report` for many times.
     callback : callable
         Of memory, tables and number of coordinates: makes `forces` a user function of the engine.
     compiled : bool
@@ -163,7 +142,6 @@ class Kernel:
 
     forces: Callable[..., None]
     report: Callable[..., None]
-    along: Callable[..., None]
     callback: Callable[[Array, Array, Array, int], Callable[..., Any]]
     compiled: bool
 
@@ -206,4 +184,4 @@ def _plain(law: Any, friction: Any) -> Kernel:
 
         return generalised
 
-    return Kernel(forces, partial(_report, *laws), partial(_along, *laws), callback, compiled=False)
+    return Kernel(forces, partial(_report, *laws), callback, compiled=False)

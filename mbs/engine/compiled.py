@@ -15,17 +15,16 @@ from typing import Any
 import numba
 from numba import float64, int64, void
 
-from buckler.mbs.elements import journal as clearance
+from buckler.mbs.elements import journal
 from buckler.mbs.engine.callback import engine_call
 
 PAIR, TRIPLE = float64(float64, float64), float64(float64, float64, float64)
 LAWS = numba.types.FunctionType(TRIPLE), numba.types.FunctionType(PAIR), numba.types.FunctionType(TRIPLE)
 """Normal force, friction coefficient, bristle."""
-V, T, S, PLACES = float64[::1], float64[:, ::1], float64[:, :, ::1], int64[:, ::1]
+V, T, PLACES = float64[::1], float64[:, ::1], int64[:, ::1]
 SIGNATURES = {
     "_forces": void(*LAWS, float64, V, V, T, PLACES, T, V),
     "_report": void(*LAWS, float64, V, V, T, PLACES, T, T),
-    "_along": void(*LAWS, V, T, T, S, PLACES, T, S),
 }
 
 
@@ -50,7 +49,7 @@ def _compiled(function: Callable[..., Any]) -> Any:
     names = function.__code__.co_names
     calls = {k: _compiled(v) if isinstance(v, types.FunctionType) else v for k, v in function.__globals__.items() if k in names}
     plain = types.FunctionType(function.__code__, calls | {"__name__": function.__module__}, function.__name__)
-    if function.__module__ != clearance.__name__:
+    if function.__module__ != journal.__name__:
         return numba.njit(plain)
     signature = SIGNATURES.get(function.__name__)
     if signature is None:
@@ -62,21 +61,21 @@ def _compiled(function: Callable[..., Any]) -> Any:
 
 
 @lru_cache(maxsize=32)
-def compile_kernel(law: Any, friction: Any) -> clearance.Kernel | None:
+def compile_kernel(law: Any, friction: Any) -> journal.Kernel | None:
     """Compile the kernel for these laws; None if they do not compile."""
     try:
         laws = _laws(law, friction)
     except (numba.core.errors.NumbaError, AttributeError, TypeError, RecursionError):
         return None
-    forces, report, along = (partial(_compiled(getattr(clearance, name)), *laws) for name in SIGNATURES)
-    return clearance.Kernel(forces, report, along, engine_call(forces.func, *laws), compiled=True)
+    forces, report = (partial(_compiled(getattr(journal, name)), *laws) for name in SIGNATURES)
+    return journal.Kernel(forces, report, engine_call(forces.func, *laws), compiled=True)
 
 
 def _laws(law: Any, friction: Any) -> tuple[Any, Any, Any]:
     """Normal force of (depth, rate, onset), friction of (speed, bristle), bristle of (bristle, speed, time)."""
     force, coefficient = compile_method(law, "force"), compile_method(friction, "coefficient")
     normal = numba.njit(TRIPLE)(lambda depth, rate, onset: force(depth, rate, onset))
-    if not clearance.has_bristle(friction):
+    if not journal.has_bristle(friction):
         sliding = numba.njit(PAIR)(lambda speed, bristle: coefficient(speed))
         return normal, sliding, numba.njit(TRIPLE)(lambda bristle, speed, time: 0.0)
     after = compile_method(friction, "after")

@@ -13,12 +13,12 @@ import exudyn as exu
 import exudyn.itemInterface as eii
 import numpy as np
 
-from buckler.mbs.engine.bodies import Placed
-from buckler.mbs.mechanism import Link, Mechanism
+from buckler.mbs.elements.element import Array
+from buckler.mbs.elements.link import Link
+from buckler.mbs.engine.placed import Placed, States
 from buckler.mbs.modal.planar import STATIONS, ModalHistory, PlanarModel
 from buckler.mbs.modal.reduction import ReducedModel, reduced
 
-Array = np.ndarray[Any, Any]
 ARM = 0.05
 """Half width of the crosses of virtual points, of the link's length; any value gives the same motion."""
 CROSS = np.array([[0.0, 0.0], [1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
@@ -60,26 +60,24 @@ class PlacedModal(Placed):
         modal = system.GetNodeODE2Index(self.nodes[1]) + np.arange(len(self.model))
         return np.concatenate([frame + np.array(IN_PLANE), modal])[None]
 
-    def weights(self) -> Array:
+    def weights(self, system: Any) -> Array:
         """How far one unit of each coordinate moves the link at most, m, shape (1, 3 + m): a norm for step errors."""
         modes = np.linalg.norm(self.model.line_shapes, axis=1).max(axis=0, initial=0.0)
         return np.concatenate([[1.0, 1.0, self.model.length / 2], modes])[None]
 
-    def history(self, system: Any, q: Array, q_t: Array, q_tt: Array | None = None) -> ModalHistory:
-        """What the link did, from the engine's recorded displacements and their rates, each (times, coordinates)."""
-        columns = self.columns(system)[0]
-        second = None if q_tt is None else q_tt[:, columns]
-        return ModalHistory(self.model, q[:, columns] + self.reference[0], q_t[:, columns], second, self.stations)
+    def motion(self, system: Any, states: States) -> ModalHistory:
+        """Of its frame and modes."""
+        q, q_t, q_tt = (values[:, 0] for values in self.total(system, states))
+        return ModalHistory(self.model, q, q_t, q_tt, self.stations, float(self.reference[0, 2]))
+
+    def contact_node(self, scene: Any, point: str) -> tuple[int, Array]:
+        """A node without mass that moves with the end's cross-section."""
+        return add_anchor(scene.system, self, point), np.array(scene.mechanism.points[point])
 
 
-def add_modal(system: Any, mechanism: Mechanism, link: Link, rates: Array) -> PlacedModal:
-    """Add a modal link, undeformed, moving as a rigid body.
-
-    Parameters
-    ----------
-    rates : array, shape (3,)
-        Initial velocity (vx, vy, omega) of the link's start.
-    """
+def add(scene: Any, link: Link, rates: Array) -> PlacedModal:
+    """Add a modal link, undeformed, moving as a rigid body; `rates` is the velocity of its start, (vx, vy, omega)."""
+    mechanism, system = scene.mechanism, scene.system
     body_spec: Any = link.body  # a Modal, as the caller knows
     solid = reduced(body_spec, mechanism.length(link.name))
     model = solid.planar()

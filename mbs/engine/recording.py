@@ -10,9 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs.engine.joints import ClearanceGroup, StopContact
-from buckler.mbs.engine.scene import Scene
+from buckler.mbs.elements.journal import SINCE
+from buckler.mbs.engine.clearance import ClearanceGroup
+from buckler.mbs.engine.placed import States
+from buckler.mbs.engine.scene import History, Scene
 from buckler.mbs.engine.settings import Solver
+from buckler.mbs.engine.stop import StopContact
 from buckler.mbs.record.result import Status
 
 Array = np.ndarray[Any, Any]
@@ -21,7 +24,7 @@ CHECK_EVERY = 16
 
 
 @dataclass
-class Record:
+class Rows:
     """What the accepted steps left behind, row by row."""
 
     time: list[float] = field(default_factory=list)
@@ -31,6 +34,17 @@ class Record:
     multipliers: list[Array] = field(default_factory=list)
     contact: list[list[float]] = field(default_factory=list)
     memory: list[list[Array]] = field(default_factory=list)
+
+    def history(self, scene: Scene) -> History:
+        """Stack them."""
+        count = len(self.time)
+        q, q_t, q_tt, forces = (np.array(part).reshape(count, -1) for part in (self.q, self.q_t, self.q_tt, self.multipliers))
+        kept = iter(np.array(part) for part in zip(*self.memory, strict=True))
+        memory = [next(kept) if group.remembers else np.tile(group.memory, (count, 1, 1)) for group in scene.clearances]
+        time = np.array(self.time)
+        for part in memory:
+            part[:, :, SINCE] = time[:, None]
+        return History(time, States(q, q_t, q_tt), forces, np.array(self.contact).reshape(count, len(scene.stops)), memory)
 
 
 class StopState:
@@ -57,7 +71,7 @@ class Recorder:
         self.stops = [StopState(scene, contact) for contact in scene.stops.values()]
         self.groups: list[ClearanceGroup] = [group for group in scene.clearances if group.remembers]
         self.constrained = self.data.AEsize() > 0
-        self.record = Record()
+        self.record = Rows()
         self.deadline = perf_counter() + timeout if timeout else None
         self.progress: Callable[[float], None] | None = progress
         self.failure: tuple[Status, str] | None = None

@@ -11,18 +11,14 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs.engine.joints import StrutSpring
-from buckler.mbs.engine.modal import PlacedModal
+from buckler.mbs.engine.choice import longest_step, position_error
 from buckler.mbs.engine.recording import Recorder, StopState
-from buckler.mbs.engine.scene import Scene, stiffly_damped
+from buckler.mbs.engine.scene import Scene
 from buckler.mbs.engine.settings import Solver
+from buckler.mbs.engine.strut import StrutSpring
 from buckler.mbs.laws import contact_time
-from buckler.mbs.mechanism import Guide, Rigid
 
 Array = np.ndarray[Any, Any]
-WITHOUT_PLAY, WITH_PLAY, DAMPED_PLAY = 1e-5, 1e-3, 3e-5
-"""Default tolerances of scenes without and with play in joints, and with play that is stiffly damped: there an impact's
-force jumps and decays within a microsecond; a quarter of it may be missed at 1e-3, 2 % at 3e-5."""
 LIGHTEST = 1e-6
 """Mass, kg, that stands in for none where a contact's duration is estimated."""
 FORCE_ERROR = 1e-3
@@ -40,7 +36,7 @@ class StepControl(Recorder):
         super().__init__(scene, solver, duration, timeout, progress)
         self.engine = engine
         self.weights = _position_weights(scene)
-        self.limit = position_error(scene, solver)
+        self.limit = position_error(scene.mechanism, solver)
         self.max_step = longest_step(solver, duration)
         stops = [_StopWatch(state, scene.mechanism.guide(state.contact.stop.point).mass, solver) for state in self.stops]
         struts = [_StrutWatch(scene, name, spring, solver, self.limit) for name, spring in scene.struts.items()]
@@ -165,37 +161,9 @@ def _factor(error: float) -> float:
     return min(2.0, max(0.2, 0.8 * max(error, 1e-300) ** (-1 / 3)))
 
 
-def longest_step(solver: Solver, duration: float) -> float:
-    """Longest step of a run, s: the one asked for, or a 200th of it."""
-    return solver.max_step or duration / 200
-
-
-def usual_tolerance(scene: Scene) -> float:
-    """Tolerance of a run that asks for none."""
-    if not scene.clearances:
-        return WITHOUT_PLAY
-    return DAMPED_PLAY if stiffly_damped(scene.mechanism) else WITH_PLAY
-
-
-def position_error(scene: Scene, solver: Solver) -> float:
-    """Local position error allowed a step, m."""
-    size = max(scene.mechanism.length(link.name) for link in scene.mechanism.links)
-    plays = [0.1 * joint.gap for group in scene.clearances for joint in group.joints]
-    return (solver.tolerance or usual_tolerance(scene)) * min([size, *plays])
-
-
 def _position_weights(scene: Scene) -> Array:
     """Weight of each coordinate in the error norm, m: positions 1, rigid rotations half the link, beam rotations 0."""
     weights = np.zeros(scene.system.systemData.ODE2Size())
     for placed in scene.placed.values():
-        columns = placed.columns(scene.system)
-        if isinstance(placed.body, Guide):
-            weights[columns] = 1.0
-            continue
-        if isinstance(placed, PlacedModal):
-            weights[columns] = placed.weights()
-            continue
-        weights[columns[:, :2]] = 1.0
-        if isinstance(placed.body, Rigid):
-            weights[columns[:, 2]] = scene.mechanism.length(placed.name) / 2
+        weights[placed.columns(scene.system)] = placed.weights(scene.system)
     return weights

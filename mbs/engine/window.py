@@ -8,11 +8,15 @@ from typing import Any
 import exudyn as exu
 import numpy as np
 
+from buckler.mbs.engine.choice import usual_tolerance
+from buckler.mbs.engine.integrate import explicit_settings, implicit_settings, run_engine
+from buckler.mbs.engine.placed import States
 from buckler.mbs.engine.recording import Recorder
-from buckler.mbs.engine.scene import Scene, build
+from buckler.mbs.engine.scene import History, Scene, build
 from buckler.mbs.engine.settings import Solver
-from buckler.mbs.engine.stepping import StepControl, usual_tolerance
-from buckler.mbs.record.signals import History
+from buckler.mbs.engine.stepping import StepControl
+from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.record.record import Record
 
 PATIENCE = 60.0
 """Longest time a stretch may take, s."""
@@ -20,7 +24,7 @@ THIRD, FIFTH = 8.0, 32.0
 """What the local error allowed a step is divided by to halve the steps of the implicit and the explicit integrator."""
 
 
-def half_steps(history: History, solver: Solver, first: int, last: int) -> History | None:
+def half_steps(mechanism: Mechanism, history: History, solver: Solver, first: int, last: int) -> Record | None:
     """Run from sample `first` to sample `last` again with steps half as long; equal steps are recorded at the same times.
 
     The scene is built anew, so that nothing of the run is left in it; it starts from the recorded positions, velocities and
@@ -28,12 +32,10 @@ def half_steps(history: History, solver: Solver, first: int, last: int) -> Histo
 
     Returns
     -------
-    history : History or None
+    record : Record or None
         None if the engine does not get to the end.
     """
-    from buckler.mbs.engine import solve  # which imports the checks, which import this module
-
-    scene = build(history.scene.mechanism)
+    scene = build(mechanism)
     _place(scene, history, first)
     start, end = float(history.time[first]), float(history.time[last])
     finer = _finer(scene, solver, history, first, last)
@@ -41,51 +43,51 @@ def half_steps(history: History, solver: Solver, first: int, last: int) -> Histo
     control: Recorder
     if scene.loose:
         engine, control = exu.MainSolverExplicit(), Recorder(scene, finer, end, PATIENCE, None)
-        settings = solve._explicit(scene, finer, end)
+        settings = explicit_settings(scene, finer, end)
         settings.timeIntegration.initialStepSize = float(np.diff(history.time[first : first + 2])[0]) / 2
     else:
         engine = exu.MainSolverImplicitSecondOrder()
         control = StepControl(scene, finer, end, engine, PATIENCE, None)
-        settings = solve._implicit(scene, finer, end)
+        settings = implicit_settings(scene, finer, end)
         settings.timeIntegration.generalizedAlpha.computeInitialAccelerations = first == 0  # seldom records lack them there
         if finer.uniform_steps is None:
             scene.system.SetPostNewtonUserFunction(control.after_newton)
     settings.timeIntegration.startTime = start
     longest = finer.max_step or end - start
     settings.timeIntegration.numberOfSteps = finer.uniform_steps or max(1, int(np.ceil((end - start) / longest)))
-    failure = solve._run(scene, control, engine, settings)
+    failure = run_engine(scene, control, engine, settings)
     if failure or len(control.record.time) < 2:
         return None
-    found = History.of(scene, control.record)
-    return found if solver.record_every == 1 else _rows(found, 2 * solver.record_every)
+    found = control.record.history(scene)
+    return scene.record(found if solver.record_every == 1 else _rows(found, 2 * solver.record_every))
 
 
 def _place(scene: Scene, history: History, first: int) -> None:
     """Put a new scene where the run was at a sample."""
     data, initial = scene.system.systemData, exu.ConfigurationType.Initial
-    data.SetODE2Coordinates(history.q[first], configuration=initial)
-    data.SetODE2Coordinates_t(history.q_t[first], configuration=initial)
-    data.SetODE2Coordinates_tt(history.q_tt[first], configuration=initial)
+    data.SetODE2Coordinates(history.states.q[first], configuration=initial)
+    data.SetODE2Coordinates_t(history.states.q_t[first], configuration=initial)
+    data.SetODE2Coordinates_tt(history.states.q_tt[first], configuration=initial)
     for group, memory in zip(scene.clearances, history.memory, strict=True):
         group.memory[:] = memory[first]
     for contact in scene.stops.values():
         column = scene.placed[contact.stop.point].columns(scene.system)[0, 0]
-        for travel, speed in zip(history.q[: first + 1, column], history.q_t[: first + 1, column], strict=True):
+        for travel, speed in zip(history.states.q[: first + 1, column], history.states.q_t[: first + 1, column], strict=True):
             contact.accept(float(travel), float(speed))
 
 
 def _rows(history: History, every: int) -> History:
     """One recorded sample in so many."""
-    names = ("time", "q", "q_t", "q_tt", "multipliers", "contact")
-    kept = {name: getattr(history, name)[::every] for name in names}
-    return replace(history, **kept, memory=[memory[::every] for memory in history.memory])
+    states = States(*(part[::every] for part in history.states))
+    kept = {name: getattr(history, name)[::every] for name in ("time", "multipliers", "contact")}
+    return replace(history, **kept, states=states, memory=[memory[::every] for memory in history.memory])
 
 
 def _finer(scene: Scene, solver: Solver, history: History, first: int, last: int) -> Solver:
     """Settings for steps half as long as those recorded, and no longer than the defaults'."""
     if solver.uniform_steps is not None:
         return replace(solver, uniform_steps=2 * solver.record_every * (last - first), record_every=1)
-    default, usual = Solver(), usual_tolerance(scene)
+    default, usual = Solver(), usual_tolerance(scene.mechanism)
     return replace(
         solver,
         tolerance=min((solver.tolerance or usual) / (FIFTH if scene.loose else THIRD), usual),

@@ -13,7 +13,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from buckler.mbs.mechanism import GROUND, Mechanism, Revolute, Rigid
+from buckler.mbs.elements.drive import Drive
+from buckler.mbs.elements.element import GROUND
+from buckler.mbs.elements.revolute import Revolute
+from buckler.mbs.elements.rigid import Rigid
+from buckler.mbs.mechanism import Mechanism
 
 Array = np.ndarray[Any, Any]
 MAX_ITERATIONS = 50
@@ -51,6 +55,10 @@ class Closure:
             rows.append((x0, y0, np.arctan2(y1 - y0, x1 - x0)))
         return np.array(rows)
 
+    @property
+    def _drive(self) -> Drive | None:
+        return self.mechanism.drives[0] if self.mechanism.drives else None
+
     def _arm(self, link: str, point: str, theta: float) -> Array:
         """Vector from a link's start to one of its points, turned to direction theta."""
         x0, y0, theta0 = self.reference[self.index[link]]
@@ -73,7 +81,7 @@ class Closure:
         ax, ay = self._arm(link, point, q[i, 2])
         return q_t[i, :2] + q_t[i, 2] * np.array([-ay, ax])
 
-    def _rows(self) -> list[tuple[list[tuple[str, str, float]], Array, str]]:
+    def rows(self) -> list[tuple[list[tuple[str, str, float]], Array, str]]:
         """Constraint rows of points: sum of sign * direction . position(link, point) = its value at t = 0 (+ drive)."""
         ex, ey = np.array([1.0, 0.0]), np.array([0.0, 1.0])
         rows = []
@@ -83,7 +91,7 @@ class Closure:
         for guide in self.mechanism.guides:
             ax, ay = guide.along
             rows.append(([(guide.link, guide.point, 1.0)], np.array([-ay, ax]), ""))
-        drive = self.mechanism.drive
+        drive = self._drive
         if drive is not None and drive.target not in self.index:
             guide = self.mechanism.guide(drive.target)
             rows.append(([(guide.link, guide.point, 1.0)], np.array(guide.along), "drive"))
@@ -93,7 +101,7 @@ class Closure:
         """Residual C (rows,), Jacobian J (rows, 3 links) and convective term gamma (rows,), drive part excluded from gamma."""
         n = len(self.index)
         residual, jacobian, gamma = [], [], []
-        for ends, direction, kind in self._rows():
+        for ends, direction, kind in self.rows():
             row, value, convective = np.zeros((n, 3)), np.array(-travel if kind else 0.0), 0.0
             for link, point, sign in ends:
                 value += sign * direction @ (self.position(link, point, q) - self.mechanism.points[point])
@@ -106,7 +114,7 @@ class Closure:
             residual.append(value)
             jacobian.append(row.ravel())
             gamma.append(convective)
-        drive = self.mechanism.drive
+        drive = self._drive
         if drive is not None and drive.target in self.index:
             i = self.index[drive.target]
             residual.append(q[i, 2] - self.reference[i, 2] - travel)
@@ -135,7 +143,7 @@ class Closure:
             If Newton's method does not close the loops: out of reach, or at a dead centre.
         """
         q = (self.reference if guess is None else guess).copy()
-        drive = self.mechanism.drive
+        drive = self._drive
         motion = drive.motion if drive is not None else None
         travel, speed, change = (motion.position(t), motion.speed(t), motion.acceleration(t)) if motion else (0.0, 0.0, 0.0)
         scale = max(self.mechanism.length(link.name) for link in self.mechanism.links)
@@ -163,14 +171,14 @@ class Closure:
         KinematicsError
             If the drive's velocity is impossible there: a dead centre.
         """
-        drive = self.mechanism.drive
+        drive = self._drive
         residual, jacobian, _ = self.system(self.reference, np.zeros_like(self.reference), 0.0)
         speed = drive.motion.speed(0.0) if drive is not None else 0.0
         return self._rates(jacobian, self._driven(len(residual)) * speed, "velocities", 0.0)
 
     def _driven(self, rows: int) -> Array:
         """True for the drive's row."""
-        kinds = [kind == "drive" for *_, kind in self._rows()]
+        kinds = [kind == "drive" for *_, kind in self.rows()]
         return np.array(kinds + [True] * (rows - len(kinds)))
 
     def _rates(self, jacobian: Array, right: Array, what: str, t: float) -> Array:
@@ -234,14 +242,14 @@ def determined(mechanism: Mechanism) -> bool:
     """True if joints, guides and drive alone decide where the links are: as many constraints as coordinates."""
     rigid = all(isinstance(link.body, Rigid) for link in mechanism.links)
     ideal = all(isinstance(joint, Revolute) for joint in mechanism.joints)
-    if mechanism.drive is None or not rigid or not ideal:
+    if len(mechanism.drives) != 1 or not rigid or not ideal:
         return False
     return 2 * len(mechanism.joints) + len(mechanism.guides) + 1 == 3 * len(mechanism.links)
 
 
 def turning_speed(mechanism: Mechanism, duration: float) -> float:
     """Largest speed of the driven link within a duration [s], rad/s; 0 where a point is driven, or nothing."""
-    drive = mechanism.drive
+    drive = mechanism.drives[0] if mechanism.drives else None
     if drive is None or drive.target in mechanism.points:
         return 0.0
     return max(abs(drive.motion.speed(float(t))) for t in np.linspace(0, duration, 101))

@@ -6,7 +6,7 @@ the plane of motion sees. The deformation is linear: a modal link vibrates but n
 
 from typing import TYPE_CHECKING, Any
 
-from buckler.mbs.modal.spec import Box, CraigBampton, EndFace, FreeModes, Interface, MeshFile, Modal, Nearest, PinHole
+from buckler.mbs.elements.modal import Box, CraigBampton, EndFace, FreeModes, Interface, MeshFile, Modal, Nearest, PinHole
 
 if TYPE_CHECKING:
     from buckler.mbs.modal.modes import MOTIONS

@@ -151,6 +151,8 @@ class ModalHistory:
     q_tt : array or None
     stations : mapping of str to str
         Other names of the stations.
+    direction : float
+        Of the link at t = 0, rad.
     """
 
     model: PlanarModel
@@ -158,12 +160,28 @@ class ModalHistory:
     q_t: Array
     q_tt: Array | None = None
     stations: Mapping[str, str] = field(default_factory=dict)
+    direction: float = 0.0
+
+    @property
+    def mass(self) -> float:
+        """Kg."""
+        return self.model.mass
+
+    def point(self, name: str) -> tuple[Array, Array]:
+        """Place and velocity of a point, each (times, 2)."""
+        motion = self.motion(name)
+        return motion.position, motion.velocity
+
+    def turn(self, name: str) -> tuple[Array, Array]:
+        """Angle turned there since t = 0 and its rate, each (times,)."""
+        motion = self.motion(name)
+        return motion.angle - self.direction, motion.spin
 
     def motion(self, point: str) -> Motion:
         """Motion of a point at an end, or of the 'centre', half-way between the joints."""
         return self.model.motion(self.stations.get(point, point), self.q, self.q_t, self.q_tt)
 
-    def centre_of_mass(self) -> tuple[Array, Array, Array]:
+    def centre(self) -> tuple[Array, Array, Array]:
         """Position, velocity and acceleration, each (times, 2): the frame's, as the modes leave it alone."""
         none = np.zeros_like(self.q) if self.q_tt is None else self.q_tt
         return self.q[:, :2], self.q_t[:, :2], none[:, :2]
@@ -176,11 +194,7 @@ class ModalHistory:
         """Strain energy and damping power."""
         return [ModalStrain(self.model.strain(self.q), self.model.damping_power(self.q_t))]
 
-    def centre_integral(self) -> Array:
-        """Integral of position over the mass, kg m, shape (times, 2): what gravity acts on."""
-        return self.model.mass * self.q[:, :2]
-
-    def points(self, _per_element: int = 4) -> Array:
+    def line(self, _per_element: int = 4) -> Array:
         """Positions along the link from joint to joint, shape (times, p, 2)."""
         return self.model.points(self.q)
 

@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from buckler.mbs.elements.modal import CraigBampton, FreeModes, Interface, MeshFile, Modal
 from buckler.mbs.modal.modes import MOTIONS, craig_bampton, free_modes, participation, rigid_fit, slices
 from buckler.mbs.modal.planar import PlanarModel
 from buckler.mbs.modal.solid import Solid, SolidMesh, assemble, box_mesh, read_mesh, rigid_motions
-from buckler.mbs.modal.spec import CraigBampton, FreeModes, Interface, MeshFile, Modal
 from buckler.mbs.validate import positive
 
 Array = np.ndarray[Any, Any]

@@ -6,12 +6,14 @@ points of the strains are the elements' own, as the discrete energy is what a ru
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from buckler.mbs.engine.bodies import Placed
-from buckler.mbs.mechanism import Beam, Cable
+from buckler.mbs.elements.beam import Beam, Cable
+from buckler.mbs.elements.section import Section
 
 Array = np.ndarray[Any, Any]
 GAUSS = {n: np.polynomial.legendre.leggauss(n) for n in (1, 2, 3, 4)}
@@ -21,7 +23,7 @@ LOBATTO = (np.array([-1.0, 0.0, 1.0]), np.array([1.0, 4.0, 1.0]) / 3)
 class Strain(NamedTuple):
     """A generalised strain at its integration points: energy is 1/2 stiffness sum(weights strain^2).
 
-    `value` and `rate` have the shape (times, elements, points), `weights` (points,) holds lengths in m.
+    `value` and `rate` have the shape (times, elements, points), `weights` (elements, points) holds lengths in m.
     """
 
     stiffness: float
@@ -33,12 +35,12 @@ class Strain(NamedTuple):
     @property
     def energy(self) -> Array:
         """Stored energy, J, shape (times,)."""
-        return 0.5 * self.stiffness * np.einsum("teg,g->t", self.value**2, self.weights)
+        return 0.5 * self.stiffness * np.einsum("teg,eg->t", self.value**2, self.weights)
 
     @property
     def power(self) -> Array:
         """Power lost to damping, W, shape (times,)."""
-        return self.damping * np.einsum("teg,g->t", self.rate**2, self.weights)
+        return self.damping * np.einsum("teg,eg->t", self.rate**2, self.weights)
 
 
 def _lagrange(count: int, xi: Array) -> tuple[Array, Array]:
@@ -49,49 +51,107 @@ def _lagrange(count: int, xi: Array) -> tuple[Array, Array]:
     return np.hstack([xi * (xi - 1) / 2, 1 - xi * xi, xi * (xi + 1) / 2]), np.hstack([xi - 0.5, -2 * xi, xi + 0.5])
 
 
-def _hermite(length: float, xi: Array) -> tuple[Array, Array, Array]:
-    """Cubic Hermite functions of (r, r') at both nodes, with first and second derivatives in s, shape (points, 4)."""
-    z = (np.asarray(xi)[:, None] + 1) / 2
-    n = np.hstack([1 - 3 * z**2 + 2 * z**3, length * (z - 2 * z**2 + z**3), 3 * z**2 - 2 * z**3, length * (z**3 - z**2)])
-    d = np.hstack([(6 * z**2 - 6 * z) / length, 1 - 4 * z + 3 * z**2, (6 * z - 6 * z**2) / length, 3 * z**2 - 2 * z])
-    dd = np.hstack([(12 * z - 6) / length**2, (6 * z - 4) / length, (6 - 12 * z) / length**2, (6 * z - 2) / length])
+def _hermite(length: Array, xi: Array) -> tuple[Array, Array, Array]:
+    """Cubic Hermite functions of (r, r') at both nodes, with first and second derivatives in s, shape (elements, points, 4)."""
+    z = np.broadcast_to((np.asarray(xi) + 1) / 2, (len(length), len(xi)))
+    n = _stack([1 - 3 * z**2 + 2 * z**3, length * (z - 2 * z**2 + z**3), 3 * z**2 - 2 * z**3, length * (z**3 - z**2)])
+    d = _stack([(6 * z**2 - 6 * z) / length, 1 - 4 * z + 3 * z**2, (6 * z - 6 * z**2) / length, 3 * z**2 - 2 * z])
+    dd = _stack([(12 * z - 6) / length**2, (6 * z - 4) / length, (6 - 12 * z) / length**2, (6 * z - 2) / length])
     return n, d, dd
 
 
-class Strip:
-    """A flexible link with recorded coordinates.
+def _stack(parts: list[Array]) -> Array:
+    return np.stack(np.broadcast_arrays(*parts), axis=-1)
 
-    Parameters
+
+@dataclass(frozen=True, eq=False)
+class StripMotion:
+    """A flexible link of finite elements.
+
+    Attributes
     ----------
-    placed : Placed
-        The link.
-    length : float
-        Stress-free arc length, m.
-    q, q_t : array, shape (times, nodes, coordinates a node)
+    body : Beam or Cable
+    pieces : array, shape (elements,)
+        Stress-free length of each element, m.
+    reference : array, shape (nodes, coordinates a node)
+        Stress-free coordinates: (x, y, theta) of beams, (x, y, dx/ds, dy/ds) of cables.
+    nodes : mapping of str to int
+        Node of each of the link's points.
+    q, q_t, q_tt : array, shape (times, nodes, coordinates a node)
         Total coordinates and their rates.
     """
 
-    def __init__(self, placed: Placed, length: float, q: Array, q_t: Array) -> None:
-        self.body: Beam | Cable = placed.body
-        self.section = self.body.section
-        self.element = length / self.body.elements
-        self.reference = placed.reference
-        self.step = self.body.nodes - 1 if isinstance(self.body, Beam) else 1
-        self.gather = np.arange(self.body.elements)[:, None] * self.step + np.arange(self.step + 1)
-        self.q, self.q_t = q, q_t
+    body: Beam | Cable
+    pieces: Array
+    reference: Array
+    nodes: Mapping[str, int]
+    q: Array
+    q_t: Array
+    q_tt: Array
+
+    @property
+    def section(self) -> Section:
+        """Of the link."""
+        return self.body.section
+
+    @property
+    def length(self) -> float:
+        """Stress-free arc length, m."""
+        return float(self.pieces.sum())
+
+    @property
+    def mass(self) -> float:
+        """Of the link, kg."""
+        return self.section.mass_per_length * self.length
+
+    @property
+    def _step(self) -> int:
+        """Nodes from one element to the next."""
+        return self.body.nodes - 1 if isinstance(self.body, Beam) else 1
+
+    @property
+    def _gather(self) -> Array:
+        return np.arange(len(self.pieces))[:, None] * self._step + np.arange(self._step + 1)
+
+    def point(self, name: str) -> tuple[Array, Array]:
+        """Place and velocity of one of its points, each (times, 2)."""
+        node = self.nodes[name]
+        return self.q[:, node, :2], self.q_t[:, node, :2]
+
+    def turn(self, name: str) -> tuple[Array, Array]:
+        """Angle turned there since t = 0 and its rate, each (times,)."""
+        node = self.nodes[name]
+        if isinstance(self.body, Beam):
+            return self.q[:, node, 2] - self.reference[node, 2], self.q_t[:, node, 2]
+        slope, rate, before = self.q[:, node, 2:], self.q_t[:, node, 2:], self.reference[node, 2:]
+        angle = np.unwrap(np.arctan2(slope[:, 1], slope[:, 0]))
+        return angle - np.arctan2(before[1], before[0]), _cross(slope, rate) / (slope**2).sum(axis=1)
+
+    def centre(self) -> tuple[Array, Array, Array]:
+        """Place, velocity and acceleration of the centre of mass, each (times, 2)."""
+        weights = centre_weights(self.body, self.pieces)
+        place, velocity, acceleration = (
+            np.stack([(values[:, :, axis::2][:, :, : weights.shape[1]] * weights).sum(axis=(1, 2)) for axis in (0, 1)], axis=1)
+            for values in (self.q, self.q_t, self.q_tt)
+        )
+        return place, velocity, acceleration
 
     def _hermite_fields(self, nodal: Array, xi: Array) -> tuple[Array, Array, Array]:
         """Position, first and second derivative at xi, shape (times, elements, points, 2)."""
-        e = nodal[:, self.gather]  # times, elements, 2 nodes, 4
+        e = nodal[:, self._gather]  # times, elements, 2 nodes, 4
         values = e.reshape(*e.shape[:2], 4, 2)  # r0, r0', r1, r1'
-        n, d, dd = _hermite(self.element, xi)
-        return tuple(np.einsum("gk,tekc->tegc", f, values) for f in (n, d, dd))
+        n, d, dd = _hermite(self.pieces[:, None], xi)
+        return tuple(np.einsum("egk,tekc->tegc", f, values) for f in (n, d, dd))
 
     def _lagrange_fields(self, nodal: Array, xi: Array) -> tuple[Array, Array]:
         """(x, y, theta) and their derivatives in s at xi, shape (times, elements, points, 3)."""
-        n, d = _lagrange(self.step + 1, xi)
-        e = nodal[:, self.gather]
-        return np.einsum("gk,tekc->tegc", n, e), np.einsum("gk,tekc->tegc", d * 2 / self.element, e)
+        n, d = _lagrange(self._step + 1, xi)
+        e = nodal[:, self._gather]
+        return np.einsum("gk,tekc->tegc", n, e), np.einsum("gk,tekc->tegc", d, e) * (2 / self.pieces)[:, None, None]
+
+    def _weights(self, weights: Array) -> Array:
+        """Quadrature weights on [-1, 1] as lengths, shape (elements, points), m."""
+        return np.outer(self.pieces / 2, weights)
 
     def strains(self) -> list[Strain]:
         """Axial, shear (beams only) and bending strains with their rates."""
@@ -100,8 +160,8 @@ class Strip:
     def _beam_strains(self) -> list[Strain]:
         """Reissner's strains: (1 + eps, gamma) = R(theta)^T r', kappa = theta' - kappa_0 (doi 10.1007/BF01602645)."""
         section, damping = self.section, self.section.material
-        xi, weights = GAUSS[self.step]
-        weights = weights * self.element / 2
+        xi, weights = GAUSS[self._step]
+        weights = self._weights(weights)
         (value, slope), (rate, slope_t) = self._lagrange_fields(self.q, xi), self._lagrange_fields(self.q_t, xi)
         start, line = self._lagrange_fields(self.reference[None], xi)
         theta = value[..., 2] - start[..., 2] + np.arctan2(line[..., 1], line[..., 0])  # the engine's: no shear at the start
@@ -109,8 +169,8 @@ class Strip:
         axial, shear = c * slope[..., 0] + s * slope[..., 1], -s * slope[..., 0] + c * slope[..., 1]
         axial_t = c * slope_t[..., 0] + s * slope_t[..., 1] + spin * shear
         shear_t = -s * slope_t[..., 0] + c * slope_t[..., 1] - spin * axial
-        ends = self.reference[self.gather][:, [0, -1], 2]
-        bow = ((ends[:, 1] - ends[:, 0]) / self.element)[None, :, None]
+        ends = self.reference[self._gather][:, [0, -1], 2]
+        bow = ((ends[:, 1] - ends[:, 0]) / self.pieces)[None, :, None]
         bending, ea = section.bending_stiffness, section.axial_stiffness
         return [
             Strain(ea, ea * damping.axial_damping, weights, axial - 1, axial_t),
@@ -121,7 +181,6 @@ class Strip:
     def _cable_strains(self) -> list[Strain]:
         """Stretch |r'| - 1 and kappa = r' x r''/|r'|^2, both less their reference values (as in the engine's ANCF cable)."""
         section, damping = self.section, self.section.material
-        half = self.element / 2
         _, d, _ = self._hermite_fields(self.q, LOBATTO[0])
         _, d0, _ = self._hermite_fields(self.reference[None], LOBATTO[0])
         _, d_t, _ = self._hermite_fields(self.q_t, LOBATTO[0])
@@ -135,9 +194,9 @@ class Strip:
         curvature_t = (_cross(d_t, dd) + _cross(d, dd_t)) / square - curvature * 2 * (d * d_t).sum(-1) / square
         bending, ea = section.bending_stiffness, section.axial_stiffness
         return [
-            Strain(ea, ea * damping.axial_damping, LOBATTO[1] * half, axial, axial_t),
+            Strain(ea, ea * damping.axial_damping, self._weights(LOBATTO[1]), axial, axial_t),
             Strain(
-                bending, bending * damping.bending_damping, GAUSS[2][1] * half,
+                bending, bending * damping.bending_damping, self._weights(GAUSS[2][1]),
                 curvature - _cross(d0, dd0) / (d0 * d0).sum(-1), curvature_t,
             ),
         ]  # fmt: skip
@@ -145,29 +204,20 @@ class Strip:
     def axial_force(self) -> Array:
         """Mean elastic normal force along the strip, N, tension positive, shape (times,)."""
         axial = self.strains()[0]
-        return axial.stiffness * np.einsum("teg,g->t", axial.value, axial.weights) / (self.element * self.body.elements)
+        return axial.stiffness * np.einsum("teg,eg->t", axial.value, axial.weights) / self.length
 
     def kinetic(self) -> Array:
         """Kinetic energy, J, shape (times,)."""
         section, points = self.section, GAUSS[4]
-        weights = points[1] * self.element / 2
+        weights = self._weights(points[1])
         if isinstance(self.body, Cable):
             velocity, _, _ = self._hermite_fields(self.q_t, points[0])
-            return 0.5 * section.mass_per_length * np.einsum("tegc,g->t", velocity**2, weights)
+            return 0.5 * section.mass_per_length * np.einsum("tegc,eg->t", velocity**2, weights)
         rate, _ = self._lagrange_fields(self.q_t, points[0])
         density = np.array([section.mass_per_length, section.mass_per_length, section.inertia_per_length])
-        return 0.5 * np.einsum("tegc,g,c->t", rate**2, weights, density)
+        return 0.5 * np.einsum("tegc,eg,c->t", rate**2, weights, density)
 
-    def centre_integral(self) -> Array:
-        """Integral of position over the mass, kg m, shape (times, 2): what gravity acts on."""
-        xi, weights = GAUSS[4]
-        if isinstance(self.body, Cable):
-            place, _, _ = self._hermite_fields(self.q, xi)
-        else:
-            place = self._lagrange_fields(self.q, xi)[0][..., :2]
-        return self.section.mass_per_length * np.einsum("tegc,g->tc", place, weights * self.element / 2)
-
-    def points(self, per_element: int = 4) -> Array:
+    def line(self, per_element: int = 4) -> Array:
         """Positions along the link, shape (times, elements * per_element + 1, 2)."""
         xi = np.linspace(-1, 1, per_element + 1)
         if isinstance(self.body, Cable):
@@ -182,13 +232,11 @@ def _cross(a: Array, b: Array) -> Array:
     return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
 
 
-def centre_weights(body: Any, length: float) -> Array:
+def centre_weights(body: Beam | Cable, pieces: Array) -> Array:
     """Weights of nodal positions (and, for a cable, slopes) in the centre of mass, shape (nodes, 1 or 2)."""
-    if not isinstance(body, Beam | Cable):
-        return np.ones((1, 1))
-    element, step = length / body.elements, body.nodes - 1 if isinstance(body, Beam) else 1
-    local = {1: [[0.5, element / 12], [0.5, -element / 12]], 2: [[1 / 6, 0.0], [2 / 3, 0.0], [1 / 6, 0.0]]}[step]
-    weights = np.zeros((body.elements * step + 1, 2))
-    for e in range(body.elements):
-        weights[e * step : e * step + step + 1] += np.array(local) / body.elements
+    step = body.nodes - 1 if isinstance(body, Beam) else 1
+    local = {1: [[0.5, 1 / 12], [0.5, -1 / 12]], 2: [[1 / 6, 0.0], [2 / 3, 0.0], [1 / 6, 0.0]]}[step]
+    weights = np.zeros((len(pieces) * step + 1, 2))
+    for e, piece in enumerate(pieces):
+        weights[e * step : e * step + step + 1] += np.array(local) * (1.0, piece) * piece / pieces.sum()
     return weights if isinstance(body, Cable) else weights[:, :1]

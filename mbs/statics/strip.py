@@ -14,11 +14,11 @@ import exudyn as exu
 import numpy as np
 
 from buckler.elastica import pinned
-from buckler.mbs.elements.section import Section
+from buckler.mbs.elements import Beam, Cable, Drive, Guide, Link, Motion, Revolute, Section
+from buckler.mbs.engine.placed import States
 from buckler.mbs.engine.scene import SPARSE_FROM, build
-from buckler.mbs.mechanism import Beam, Cable, Drive, Guide, Link, Mechanism, Motion, Revolute
+from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.result import Status
-from buckler.mbs.record.strips import Strip
 from buckler.mbs.validate import positive
 
 Array = np.ndarray[Any, Any]
@@ -128,7 +128,7 @@ def _between_ground_and_slider(body: Beam | Cable, length: float, travel: _Trave
         links=[Link("strip", "A", "B", body)],
         joints=[Revolute("A", "ground", "strip")],
         guides=[Guide("B", "strip")],
-        drive=Drive("B", Motion(travel.position, travel.speed)),
+        drives=[Drive("B", Motion(travel.position, travel.speed))],
     )
 
 
@@ -172,8 +172,9 @@ def _shapes(scene: Any, states: list[Array]) -> Array:
     placed = scene.placed["strip"]
     if not states:
         return np.empty((0, 0, 2))
-    q = np.array(states)[:, placed.columns(scene.system)] + placed.reference
-    return Strip(placed, scene.arc_length("strip"), q, np.zeros_like(q)).points()
+    q = np.array(states)
+    shapes: Array = placed.motion(scene.system, States(q, np.zeros_like(q), np.zeros_like(q))).line()
+    return shapes
 
 
 def _thickness(section: Section, length: float) -> float:

@@ -16,9 +16,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from buckler.mbs import build
 from buckler.mbs.accuracy.precision import Point, time_for, verdict, work_precision
-from buckler.mbs.engine.stepping import usual_tolerance
+from buckler.mbs.engine.choice import usual_tolerance
 from buckler.mbs.library import STEEL_CRANK_ROCKER
 from buckler.mbs.reference import beam_modes
 from buckler.studies.kit.cli import main
@@ -181,7 +180,7 @@ def _modal(p: Parameters) -> Model:
 
 def _both(made: Any, p: Parameters) -> dict[str, Callable[[], Outcome]]:
     """By tolerance, and without settings at its place among them."""
-    usual = usual_tolerance(build(made))
+    usual = usual_tolerance(made)
     coarser, finer = ([x for x in p.tolerances if (x > usual) == side] for side in (True, False))
     default = {DEFAULT: partial(on_engine, made, p.span)}
     return by_tolerance(made, p.span, coarser) | default | by_tolerance(made, p.span, finer)

@@ -15,8 +15,8 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicHermiteSpline
 
 from buckler.mbs import Beam, Clearance, Mechanism, Modal, Ramp, Rigid, Solver, build, crank_rocker, reference, simulate
+from buckler.mbs.engine.placed import States
 from buckler.mbs.library import STEEL_CRANK_ROCKER
-from buckler.mbs.record.signals import History
 from buckler.mbs.reference import FourBar, ModalData, beam_modes
 from buckler.studies.rattling.clearance import CrankRockerParameters
 from buckler.studies.trust import plain
@@ -160,8 +160,8 @@ def plainly(made: Mechanism, duration: float, steps: int) -> Outcome:
     scene = build(made)
     time, q, message = plain.default_settings(scene.system, duration, steps)
     still = np.zeros_like(q)
-    history = History(scene, time, q, still, still, still, still, [])
-    places = [history.point(bar, point)[0] for bar, ends in (("coupler", "AB"), ("rocker", "CB")) for point in ends]
+    bars = {bar: scene.placed[bar].motion(scene.system, States(q, still, still)) for bar in ("coupler", "rocker")}
+    places = [bars[bar].point(point)[0] for bar, ends in (("coupler", "AB"), ("rocker", "CB")) for point in ends]
     path = np.hstack([(places[0] + places[1]) / 2, (places[2] + places[3]) / 2])
     return Outcome(time, path, message or "OK", {"steps": float(len(time))})
 

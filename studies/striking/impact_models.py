@@ -97,8 +97,8 @@ def mechanism(model: str, parameters: ImpactParameters, stiffness: float, speed:
         coupler: Beam | Strut = Strut(replace(section, material=material))
     else:
         damped = section.damped(parameters.damping, length)
-        elements = {} if parameters.accuracy else {"elements": parameters.elements}
-        coupler = Beam(damped, imperfection=-parameters.imperfection * length, **elements)
+        elements = None if parameters.accuracy else parameters.elements
+        coupler = Beam(damped, elements=elements, imperfection=-parameters.imperfection * length)
     return slider_crank(
         coupler,
         law=CarvalhoMartins(stiffness, parameters.restitution, exponent=1.0),

@@ -35,7 +35,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from buckler.elastica import law, pinned
-from buckler.mbs.elements.connections import GuideFriction
+from buckler.mbs.elements import GuideFriction
 from buckler.studies.striking.inverse import Design, Given, Wish, design, second_rate
 
 Array = np.ndarray[Any, Any]

@@ -26,9 +26,9 @@ import numpy as np
 from scipy.optimize import brentq
 
 from buckler.elastica import law
+from buckler.mbs.elements import Motion, Ramp
 from buckler.mbs.kinematics.closure import SliderCrank
 from buckler.mbs.library import PAPER, PAPER_STOP
-from buckler.mbs.mechanism import Motion, Ramp
 from buckler.mbs.validate import non_negative, number, positive
 
 Array = np.ndarray[Any, Any]

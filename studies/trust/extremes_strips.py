@@ -172,10 +172,12 @@ def pressed(body: Beam | Cable | Strut, share: float, duration: float) -> Mechan
         links=[Link("strip", "A", "B", body)],
         joints=[Revolute("B", "ground", "strip")],
         guides=[Guide("A", "strip", mass=0.1)],
-        drive=Drive(
-            "A",
-            Motion(lambda t: share * LENGTH * (t / duration) ** 3, lambda t: 3 * share * LENGTH * t**2 / duration**3),
-        ),
+        drives=[
+            Drive(
+                "A",
+                Motion(lambda t: share * LENGTH * (t / duration) ** 3, lambda t: 3 * share * LENGTH * t**2 / duration**3),
+            )
+        ],
     )
 
 

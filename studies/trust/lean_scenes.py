@@ -35,10 +35,9 @@ from buckler.mbs import (
 from buckler.mbs import slider_crank as slider
 from buckler.mbs.checks.suspicions import suspicions
 from buckler.mbs.engine.settings import Solver
-from buckler.mbs.engine.solve import _once
+from buckler.mbs.engine.solve import once
 from buckler.mbs.laws import AdamsFriction, CarvalhoMartins, Coulomb, FrictionLaw, Impact, NoFriction
-from buckler.mbs.record.contacts import add_joints
-from buckler.mbs.record.signals import History, collect
+from buckler.mbs.record.signals import collect
 from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import StudyParameters, choices, integer
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
@@ -215,17 +214,14 @@ def _timed(work: Callable[[], Any]) -> tuple[float, Any]:
 
 def _after(variant: Variant, result: Result) -> dict[str, float]:
     """Seconds of what is made after the engine's work."""
-    history = _once(variant.mechanism, variant.duration, Solver(), None, None).history
+    run = once(variant.mechanism, variant.duration, Solver(), None, None)
     found = {
-        "signals": _timed(lambda: collect(history))[0],
-        "self-checks": _timed(lambda: list(suspicions(history, Solver(), result)))[0],
+        "signals": _timed(lambda: collect(run.record))[0],
+        "self-checks": _timed(lambda: list(suspicions(run, result)))[0],
     }
-    return found | ({"contact signals": _timed(lambda: _contacts(history))[0]} if history.scene.clearances else {})
-
-
-def _contacts(history: History) -> None:
-    for group in range(len(history.scene.clearances)):
-        add_joints(history, group, lambda *_: None)
+    joints = [(name, joint) for name, joint in variant.mechanism.elements().items() if isinstance(joint, Clearance)]
+    contacts = _timed(lambda: [list(joint.signals(name, run.record)) for name, joint in joints])[0]
+    return found | ({"contact signals": contacts} if joints else {})
 
 
 def _built(summaries: Mapping[str, Mapping[str, Mapping[str, int]]]) -> Table:

@@ -19,9 +19,10 @@ os.environ.setdefault("EXUDYN_NO_USER_SETTINGS", "1")
 import exudyn as exu
 import exudyn.itemInterface as eii
 
+from buckler.mbs.elements import Cable
 from buckler.mbs.elements.section import Section
 from buckler.mbs.laws import HysteresisLaw
-from buckler.mbs.mechanism import Cable, Mechanism
+from buckler.mbs.mechanism import Mechanism
 
 exu.config.printToConsole = False
 
@@ -154,7 +155,7 @@ def slider_crank(mechanism: Mechanism, duration: float, steps: int, newton: floa
         Relative and absolute tolerance of Newton's method.
     """
     job = _System()
-    speed = float(mechanism.drive.speed)  # type: ignore[arg-type,union-attr]
+    speed = float(mechanism.drives[0].speed)  # type: ignore[arg-type]
     coupler = _moving_strip(job, mechanism, speed)
     _add_crank(job, mechanism, speed, coupler[0])
     contact = _add_slider(job, mechanism, coupler[-1])
@@ -173,7 +174,7 @@ def slider_crank(mechanism: Mechanism, duration: float, steps: int, newton: floa
 def smooth_slider_crank(mechanism: Mechanism, duration: float, steps: int, relative: float, absolute: float) -> Plain:
     """Deflection of the coupler's middle in the same mechanism without a stop, no callback at all; a sample a step."""
     job = _System()
-    speed = float(mechanism.drive.speed)  # type: ignore[arg-type,union-attr]
+    speed = float(mechanism.drives[0].speed)  # type: ignore[arg-type]
     coupler = _moving_strip(job, mechanism, speed)
     _add_crank(job, mechanism, speed, coupler[0])
     _add_slider(job, mechanism, coupler[-1])
@@ -219,7 +220,7 @@ def _moving_strip(job: _System, mechanism: Mechanism, speed: float) -> list[int]
     radius, height = mechanism.length("crank"), body.imperfection
     turning = speed * radius / length
     nodes = []
-    for s in np.linspace(0.0, length, body.elements + 1):
+    for s in np.linspace(0.0, length, body.count + 1):
         slope = height * np.pi / length * np.cos(np.pi * s / length)
         place = np.array([radius - s, -height * np.sin(np.pi * s / length)])
         along = np.array([-np.cos(slope), -np.sin(slope)])

@@ -120,7 +120,7 @@ def striker(law: NormalLaw, speed: float, clearance: float, section: Section) ->
         links=[Link("bar", "P", "Q", Rigid(section)), Link("block", "P", "R", Rigid(section))],
         joints=[Clearance("P", "bar", "block", pin=5e-3, gap=clearance, law=law)],
         guides=[Guide("P", "block"), Guide("R", "block")],
-        drive=Drive("P", Ramp(0.0, speed, reaches)),
+        drives=[Drive("P", Ramp(0.0, speed, reaches))],
     )
 
 

@@ -70,7 +70,7 @@ def test_the_engine_bends_its_coupler_alike():
         links=[Link("crank", "O", "A", Rigid(STRIP)), Link("coupler", "A", "B", Beam(STRIP, elements=6))],
         joints=[Revolute("O", "ground", "crank"), Revolute("A", "crank", "coupler")],
         guides=[Guide("B", "coupler", along=(1, 0), mass=MASS)],
-        drive=Drive("crank", speed=62.8),
+        drives=[Drive("crank", speed=62.8)],
     )
     result = simulate(mechanism, 0.05, solver=Solver(tolerance=1e-8, spectral_radius=0.9), shapes=t[1:])
     points = result.shapes["coupler"].points

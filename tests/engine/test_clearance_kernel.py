@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from buckler.mbs import Clearance, laws
-from buckler.mbs.elements.journal import BRISTLE, COLUMNS, MEMORY, ONSET, SINCE, SLIDING, End, kernel, tables
+from buckler.mbs.elements.journal import BRISTLE, COLUMNS, MEMORY, ONSET, SINCE, SLIDING, End, kernel
+from buckler.mbs.engine.clearance import tables
 from buckler.mbs.laws import (
     AdamsFriction,
     Ambrosio,
@@ -74,7 +75,9 @@ class Bodies:
     def report(self, q=None):
         """What COLUMNS names, each of shape (states, joints)."""
         q, out = self.q if q is None else q, np.zeros((len(self.q), self.size, len(COLUMNS)))
-        kernel(self.law, self.friction).along(self.t, q, self.q_t, self.memory, self.places, self.numbers, out)
+        made = kernel(self.law, self.friction)
+        for row, *state in zip(out, self.t, q, self.q_t, self.memory, strict=True):
+            made.report(*state, self.places, self.numbers, row)
         return {name: out[:, :, k] for k, name in enumerate(COLUMNS)}
 
 

@@ -27,7 +27,7 @@ def test_two_bars_that_only_touch_each_other_keep_their_momentum():
         points={"A": (0.0, 0.0), "B": (0.1, 0.0), "C": (0.25, 0.05)},
         links=[Link("one", "A", "B", Rigid(BAR)), Link("two", "B", "C", Rigid(BAR))],
         joints=[Clearance("B", "one", "two", PIN, GAP, RATTLING, FRICTION)],
-        drive=Drive("one", 30.0),
+        drives=[Drive("one", 30.0)],
     )
     result = fine(simulate(flown, 0.1, ledger=True))
     assert result.signals["B.contacts"][-1] > 20 and result.energy_balance < 1e-3
@@ -64,7 +64,7 @@ def test_journal_in_a_turning_bush_is_spun_up_and_loses_what_friction_says(dynam
         points={"O": (0.0, 0.0), "D": (0.02, 0.0), "P": (0.0, 0.0), "Q": (-span / 2, 0.0), "R": (span / 2, 0.0)},
         links=[Link("drum", "O", "D", Rigid(BAR), carries=["P"]), Link("bar", "Q", "R", Rigid(BAR), carries=["P"])],
         joints=[Revolute("O", "ground", "drum"), Clearance("P", "bar", "drum", PIN, GAP, law, friction)],
-        drive=Drive("drum", speed),
+        drives=[Drive("drum", speed)],
         gravity=(0.0, -gravity),
     )
     result = fine(simulate(spun, 0.06, solver=Solver(tolerance=1e-4), ledger=True, timeout=60))

@@ -26,7 +26,7 @@ def pressed(friction, turn):
         links=[Link("shaft", "D", "E", Rigid(BAR), carries=["O", "P"]), Link("block", "P", "S", Rigid(BAR))],
         joints=[Revolute("O", "ground", "shaft"), Clearance("P", "shaft", "block", PIN, GAP, Impact(8e9, 500.0, 1e-6), friction)],
         guides=[Guide("P", "block", along=(0, 1)), Guide("S", "block", along=(0, 1))],
-        drive=Drive("shaft", turn),
+        drives=[Drive("shaft", turn)],
         gravity=(0.0, -WEIGHT),
     )
 

@@ -11,14 +11,16 @@ pytest.importorskip("skfem")
 import exudyn as exu
 import exudyn.itemInterface as eii
 
-from buckler.mbs.engine.bodies import add_link, add_slider
-from buckler.mbs.engine.joints import add_drive
-from buckler.mbs.engine.modal import add_anchor, add_modal, rigid_marker
+from buckler.mbs import Beam, Guide, Link, Mechanism
+from buckler.mbs.engine import guide as guides
+from buckler.mbs.engine.drive import add_drive
+from buckler.mbs.engine.modal import add_anchor, rigid_marker
+from buckler.mbs.engine.placed import States
+from buckler.mbs.engine.registry import BODIES
+from buckler.mbs.engine.scene import Scene
 from buckler.mbs.kinematics.closure import Closure
 from buckler.mbs.library import BAR, crank_rocker
-from buckler.mbs.mechanism import Beam, Guide, Link, Mechanism
 from buckler.mbs.modal import CraigBampton, FreeModes, Modal
-from buckler.mbs.record.strips import Strip
 
 exu.config.printToConsole = False
 LENGTH, TILT = 0.175, 0.7
@@ -41,7 +43,14 @@ class Run:
 
     def add(self, body, rates=RATES):
         mechanism = Mechanism(points=POINTS, links=[Link("bar", "A", "B", body)])
-        return add_modal(self.system, mechanism, mechanism.links[0], rates)
+        return BODIES[Modal](self.scene(mechanism), mechanism.links[0], rates)
+
+    def scene(self, mechanism):
+        return Scene(mechanism, self.system, self.container)
+
+    def motion(self, placed):
+        """What a link did."""
+        return placed.motion(self.system, States(self.q, self.q_t, self.q_tt))
 
     def pin(self, marker, place):
         ground = self.system.AddNode(eii.NodePointGround(referenceCoordinates=[*place, 0.0]))
@@ -71,7 +80,7 @@ class Run:
     def deform(self, placed, seed=1):
         """Initial modal amplitudes of some tenths of a millimetre, with rates to match."""
         rng, model = np.random.default_rng(seed), placed.model
-        size = 3e-4 / placed.weights()[0, 3:] / (1 + np.arange(len(model))) ** 3
+        size = 3e-4 / placed.weights(self.system)[0, 3:] / (1 + np.arange(len(model))) ** 3
         columns = placed.columns(self.system)[0, 3:]
         data, start = self.system.systemData, exu.ConfigurationType.Initial
         q, q_t = data.GetODE2Coordinates(start), data.GetODE2Coordinates_t(start)
@@ -95,7 +104,7 @@ def test_free_flight_conserves_momentum_and_energy(modes):
         run.system.Assemble()
         run.deform(placed)
         run.solve(2e-3, steps)
-        history = placed.history(run.system, run.q, run.q_t, run.q_tt)
+        history = run.motion(placed)
         energy = history.kinetic() + history.strains()[0].energy
         linear, angular = placed.model.momentum(history.q, history.q_t)
         assert history.strains()[0].energy[0] > 1e-4
@@ -115,7 +124,7 @@ def test_markers_move_as_the_planar_model_says(modes):
     run.system.Assemble()
     run.deform(placed)
     run.solve(2e-4, 40)
-    history = placed.history(run.system, run.q, run.q_t)
+    history = run.motion(placed)
     for k, point in enumerate("ABAB"):
         motion, output = history.motion(point), np.array([row[k] for row in run.outputs])
         np.testing.assert_allclose(output[:, :2], motion.position, atol=1e-14)
@@ -132,7 +141,7 @@ def test_initial_velocity_is_that_of_the_rigid_link():
     placed = run.add(Modal(BAR))
     run.system.Assemble()
     run.solve(1e-9, 1)
-    history = placed.history(run.system, run.q[:1], run.q_t[:1])
+    history = run.motion(placed)
     arm = np.subtract(POINTS["B"], POINTS["A"])
     np.testing.assert_allclose(history.motion("A").position[0], POINTS["A"], atol=1e-6)
     np.testing.assert_allclose(history.motion("A").velocity[0], RATES[:2], rtol=1e-4)
@@ -147,7 +156,7 @@ def test_a_link_without_modes_in_the_plane_is_a_rigid_body():
     run.system.Assemble()
     assert run.system.systemData.ODE2Size() == 6 and placed.columns(run.system).shape == (1, 3)
     run.solve(1e-3, 50)
-    history = placed.history(run.system, run.q, run.q_t)
+    history = run.motion(placed)
     energy = history.kinetic()
     np.testing.assert_allclose(energy, energy[0], rtol=1e-9)
     assert not history.strains()[0].energy.any()
@@ -175,7 +184,7 @@ def test_anchor_follows_the_cross_section_and_hands_on_forces(modes):
         run.system.AddLoad(eii.LoadTorqueVector(markerNumber=marker, loadVector=[0.0, 0.0, 7.0]))
         run.system.Assemble()
         run.solve(5e-4, 500)
-    own, other = (run.placed.history(run.system, run.q, run.q_t) for run in runs.values())
+    own, other = (run.motion(run.placed) for run in runs.values())
     assert np.abs(own.q[:, 3:]).max() > 0
     np.testing.assert_allclose(other.q, own.q, atol=1e-6 * np.abs(own.q[:, 3:]).max())
     run, motion = runs["anchor"], other.motion("B")
@@ -192,10 +201,10 @@ def test_weight_acts_at_the_centre_of_mass():
     run.system.AddLoad(eii.LoadMassProportional(markerNumber=marker, loadVector=[0.0, -9.81, 0.0]))
     run.system.Assemble()
     run.solve(0.01, 20)
-    history = placed.history(run.system, run.q, run.q_t, run.q_tt)
-    np.testing.assert_allclose(history.centre_of_mass()[2][1:], [[0.0, -9.81]] * (len(run.time) - 1), atol=1e-8)
+    history = run.motion(placed)
+    np.testing.assert_allclose(history.centre()[2][1:], [[0.0, -9.81]] * (len(run.time) - 1), atol=1e-8)
     assert np.abs(history.q[:, 2:] - placed.reference[0, 2:]).max() < 1e-10
-    drop = history.centre_integral()[:, 1] - history.centre_integral()[0, 1]
+    drop = history.mass * (history.centre()[0][:, 1] - history.centre()[0][0, 1])
     assert drop[-1] == pytest.approx(-placed.model.mass * 9.81 * (run.time[-1] ** 2 - run.time[0] ** 2) / 2, rel=1e-6)
 
 
@@ -216,7 +225,7 @@ def test_natural_frequency_of_the_pinned_link(modes, error):
     run.pin(placed.ends["A"], POINTS["A"])
     guide = Guide("B", "bar", along=(np.cos(TILT), np.sin(TILT)), mass=1e-6)
     mechanism = Mechanism(points=POINTS, links=[Link("bar", "A", "B", placed.body)], guides=[guide])
-    slider = add_slider(run.system, mechanism, guide, 0.0)
+    slider = guides.place(run.scene(mechanism), guide, 0.0)
     run.system.AddObject(eii.ObjectJointRevolute2D(markerNumbers=[slider.ends["B"], placed.ends["B"]]))
     run.system.Assemble()
     squares, _ = run.system.ComputeODE2Eigenvalues()
@@ -233,7 +242,7 @@ def test_modal_damping_decays_at_its_ratio():
     run.deform(placed)
     omega = placed.model.frequency[0]
     run.solve(20 * pi / omega, 4000)
-    history = placed.history(run.system, run.q, run.q_t)
+    history = run.motion(placed)
     energy = history.kinetic() + history.strains()[0].energy
     lost = np.concatenate(
         [[0], np.cumsum(np.diff(run.time) * (history.strains()[0].power[1:] + history.strains()[0].power[:-1]) / 2)]
@@ -252,8 +261,7 @@ def crank_rocker_run(rocker, duration=0.1, steps=2500):
     rates = closure.solve().q_t
     run, placed = Run(), {}
     for link in mechanism.links:
-        add = add_modal if isinstance(link.body, Modal) else add_link
-        placed[link.name] = add(run.system, mechanism, link, rates[closure.index[link.name]])
+        placed[link.name] = BODIES[type(link.body)](run.scene(mechanism), link, rates[closure.index[link.name]])
     run.pin(placed["crank"].ends["O"], mechanism.points["O"])
     joints = [run.pin(placed["rocker"].ends["C"], mechanism.points["C"])]
     for first, second, point in (("crank", "coupler", "A"), ("coupler", "rocker", "B")):
@@ -262,7 +270,7 @@ def crank_rocker_run(rocker, duration=0.1, steps=2500):
     ground = run.system.AddNode(eii.NodePointGround())
     crank = placed["crank"].nodes[0]
     ends = [eii.MarkerNodeCoordinate(nodeNumber=node, coordinate=k) for node, k in ((crank, 2), (ground, 0))]
-    add_drive(run.system, mechanism.drive, *map(run.system.AddMarker, ends))
+    add_drive(run.system, mechanism.drives[0], *map(run.system.AddMarker, ends))
     run.system.Assemble()
     run.solve(duration, steps, radius=0.7, residual=1e-8 if isinstance(rocker, Modal) else 1e-4)
     rows = np.concatenate([run.system.systemData.GetObjectLTGAE(joints[k]) for k in (0, 2)])
@@ -270,12 +278,12 @@ def crank_rocker_run(rocker, duration=0.1, steps=2500):
 
 
 def rocker_motion(run, placed):
+    history = run.motion(placed)
     if isinstance(placed.body, Modal):
-        history = placed.history(run.system, run.q, run.q_t, run.q_tt)
         end = history.motion("B")
         return end.position, end.acceleration, history.deflection()
     columns = placed.columns(run.system)
-    line = Strip(placed, LENGTH, run.q[:, columns] + placed.reference, run.q_t[:, columns]).points(2)
+    line = history.line(2)
     chord, middle = line[:, -1] - line[:, 0], line[:, line.shape[1] // 2] - line[:, 0]
     deflection = (chord[:, 0] * middle[:, 1] - chord[:, 1] * middle[:, 0]) / np.hypot(*chord.T)
     return line[:, -1], run.q_tt[:, columns[-1, :2]], deflection

@@ -55,7 +55,7 @@ def test_a_stop_that_makes_energy_is_suspect():
 
 def test_a_force_the_ledger_does_not_know_is_suspect(monkeypatch):
     """The stop pushes half as hard again as the law that is booked."""
-    from buckler.mbs.engine.joints import StopContact
+    from buckler.mbs.engine.stop import StopContact
 
     plain = StopContact.force
     calls = {"engine": 1.5}
@@ -117,7 +117,7 @@ def test_drive_out_of_reach_is_newton_diverged():
         links=[Link("a", "O", "A", BAR), Link("b", "A", "B", BAR)],
         joints=[Revolute("O", "ground", "a"), Revolute("A", "a", "b")],
         guides=[Guide("B", "b")],
-        drive=Drive("B", 0.1),
+        drives=[Drive("B", 0.1)],
     )
     reach = math.hypot(0.1, 0.1) + math.hypot(0.3, 0.1)
     for solver, off in ((None, 0.1 * 2.0 / 200), (Solver(tolerance=1e-5), 1e-4)):  # by default equal steps: it ends within one
@@ -184,7 +184,7 @@ def test_names_may_have_blanks_or_are_refused_when_made():
 
 
 def test_strip_may_be_pressed_by_a_ramp_from_rest():
-    ramped = replace(pressed(Strut(STRIP), 1.0, 1.0), drive=Drive("A", Ramp(0.0, 0.05, 0.1)))
+    ramped = replace(pressed(Strut(STRIP), 1.0, 1.0), drives=[Drive("A", Ramp(0.0, 0.05, 0.1))])
     assert simulate(ramped, 0.1).ok
 
 

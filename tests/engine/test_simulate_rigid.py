@@ -208,6 +208,6 @@ def test_drive_gives_what_the_mechanism_takes():
     """From rest to speed: the drive's work is the kinetic energy of the closed form."""
     exact = RigidSliderCrank((0.0, 0.0))
     ramp = Ramp(0.0, OMEGA, 0.5)
-    result = fine(simulate(replace(exact.mechanism, drive=Drive("crank", ramp)), 1.0, ledger=True))
+    result = fine(simulate(replace(exact.mechanism, drives=[Drive("crank", ramp)]), 1.0, ledger=True))
     kinetic = exact.energy(np.array(ramp.position(1.0))) + exact.crank * PAPER.crank**2 / 6 * OMEGA**2
     assert result.energy["given_drive"][-1] == pytest.approx(kinetic, rel=2e-3)

@@ -158,7 +158,7 @@ def crank_rocker(speed=SPEED, carried=()):
             Revolute("B", "coupler", "rocker"),
             Revolute("C", "ground", "rocker"),
         ],
-        drive=Drive("crank", speed),
+        drives=[Drive("crank", speed)],
     )
 
 
@@ -242,7 +242,7 @@ def slider_driven(start_angle, speed):
         links=[Link("crank", "O", "A", BAR), Link("coupler", "A", "B", BAR)],
         joints=[Revolute("O", "ground", "crank"), Revolute("A", "crank", "coupler")],
         guides=[Guide("B", "coupler")],
-        drive=Drive("B", speed),
+        drives=[Drive("B", speed)],
     )
 
 
@@ -284,7 +284,7 @@ def test_dead_centre_of_a_four_bar_driven_at_its_rocker():
         points={"O": (0, 0), "A": (a.real, a.imag), "B": (b.real, b.imag), "C": (FRAME, 0)},
         links=plain.links,
         joints=plain.joints,
-        drive=Drive("rocker", 1.0),
+        drives=[Drive("rocker", 1.0)],
     )
     with pytest.raises(KinematicsError, match="dead centre"):
         Closure(dead).solve()
@@ -302,7 +302,7 @@ def test_inclined_guide_is_the_level_one_turned(along):
             links=level.mechanism.links,
             joints=level.mechanism.joints,
             guides=[Guide("B", "coupler", along=along)],
-            drive=Drive("B", -0.05),
+            drives=[Drive("B", -0.05)],
         )
     )
     for t in (0.0, 1.0):
@@ -341,7 +341,7 @@ def parallelogram(third_bar):
     if third_bar:
         links += [Link("c", "Q", "C", BAR)]
         joints += [Revolute("Q", "ground", "c"), Revolute("C", "c", "k")]
-    return Mechanism(points, links, joints, drive=Drive("a", 1.0))
+    return Mechanism(points, links, joints, drives=[Drive("a", 1.0)])
 
 
 GROUNDED = {"O": (0.0, 0.0), "A": (1.0, 0.2), "B": (2.0, 0.0)}
@@ -358,7 +358,7 @@ GROUNDED = {"O": (0.0, 0.0), "A": (1.0, 0.2), "B": (2.0, 0.0)}
         (Mechanism(**bars(GROUNDED, "OA"), joints=[Revolute("O", "ground", "OA")]), 1),
         (Mechanism(**bars(GROUNDED, "OA", "AB"), joints=[Revolute("O", "ground", "OA"), Revolute("A", "OA", "AB")]), 2),
         (Mechanism(**bars(GROUNDED, "OA"), guides=[Guide("O", "OA"), Guide("A", "OA")]), 1),
-        (Mechanism(**bars(GROUNDED, "OA"), guides=[Guide("O", "OA"), Guide("A", "OA")], drive=Drive("OA", 1.0)), None),
+        (Mechanism(**bars(GROUNDED, "OA"), guides=[Guide("O", "OA"), Guide("A", "OA")], drives=[Drive("OA", 1.0)]), None),
     ],
     ids=["four-bar", "slider-crank", "parallelogram", "redundant", "free", "pendulum", "double", "shuttle", "jammed"],
 )

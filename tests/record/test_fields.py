@@ -9,8 +9,7 @@ from scipy.integrate import quad
 
 from buckler.elastica import pinned
 from buckler.mbs import STEEL, Beam, Cable, Link, Mechanism, Section, build
-from buckler.mbs.engine.bodies import arc
-from buckler.mbs.record.strips import Strip
+from buckler.mbs.engine.placed import States
 
 MATERIAL = replace(STEEL, bending_damping=1e-3, axial_damping=2e-6)
 STRIP = Section(width=0.030, thickness=0.0003, material=MATERIAL)
@@ -44,8 +43,7 @@ class Lone:
         """The link at displacements q, shape (..., coordinates)."""
         q = np.atleast_2d(q)
         q_t = np.zeros_like(q) if q_t is None else np.atleast_2d(q_t)
-        total = q[:, self.columns] + self.placed.reference
-        return Strip(self.placed, self.scene.arc_length("strip"), total, q_t[:, self.columns])
+        return self.placed.motion(self.scene.system, States(q, q_t, np.zeros_like(q)))
 
     def engine(self, q, q_t):
         """Generalised forces and mass matrix from the engine."""
@@ -139,7 +137,7 @@ def test_centre_of_mass_by_the_engines_mass_matrix(body):
     for axis in (0, 1):
         unit = np.zeros_like(lone.placed.reference)
         unit[:, axis] = 1.0
-        assert lone.strip(q).centre_integral()[0, axis] == pytest.approx(lone.flat(unit) @ mass @ total, rel=1e-13)
+        assert lone.strip(q).mass * lone.strip(q).centre()[0][0, axis] == pytest.approx(lone.flat(unit) @ mass @ total, rel=1e-13)
 
 
 @pytest.mark.parametrize("body", EACH)
@@ -214,7 +212,8 @@ def test_kinetic_energy_of_a_spinning_strip(body):
     rate = lone.spin(lone.placed.reference, about_origin, omega)
     expected = 0.5 * mass * velocity @ velocity + 0.5 * inertia * omega**2
     assert lone.strip(np.zeros(lone.size), rate).kinetic()[0] == pytest.approx(expected, rel=1e-12)
-    assert lone.strip(np.zeros(lone.size)).centre_integral()[0] == pytest.approx(mass * centre, rel=1e-12)
+    still = lone.strip(np.zeros(lone.size))
+    assert still.mass * still.centre()[0][0] == pytest.approx(mass * centre, rel=1e-12)
 
 
 @pytest.mark.parametrize("body", STRAIGHT.values(), ids=STRAIGHT)
@@ -231,7 +230,7 @@ def test_energy_and_power_of_a_uniform_stretch(body):
     assert energy(strip)[0] == pytest.approx(0.5 * STRIP.axial_stiffness * LENGTH * stretch**2, rel=1e-9)
     lost = MATERIAL.axial_damping * STRIP.axial_stiffness * LENGTH * rate**2
     assert power(strip)[0] == pytest.approx(lost, rel=1e-9)
-    assert np.linalg.norm(strip.points()[0, -1] - strip.points()[0, 0]) == pytest.approx(LENGTH * (1 + stretch), rel=1e-12)
+    assert np.linalg.norm(strip.line()[0, -1] - strip.line()[0, 0]) == pytest.approx(LENGTH * (1 + stretch), rel=1e-12)
 
 
 RATES = {"linear beam": 2, "quadratic beam": 4, "cable": 4}
@@ -277,7 +276,7 @@ def test_points_pass_through_the_nodes(body):
     q, _ = somewhere(lone)
     total = lone.placed.reference + q[lone.columns]
     per_element = 4
-    line = lone.strip(q).points(per_element)[0]
+    line = lone.strip(q).line(per_element)[0]
     assert line.shape == (body.elements * per_element + 1, 2)
     stride = 2 if getattr(body, "nodes", 2) == 3 else per_element
     assert line[::stride] == pytest.approx(total[:, :2], abs=1e-14)
@@ -288,8 +287,14 @@ def test_line_of_a_cable_is_cubic():
     lone = Lone(Cable(STRIP, elements=2), length=2.0, angle=0.0)
     s = np.array([0.0, 1.0, 2.0])
     total = np.column_stack([s, s**3 - s, np.ones(3), 3 * s**2 - 1])
-    line = lone.strip(lone.flat(total - lone.placed.reference)).points(8)[0]
+    line = lone.strip(lone.flat(total - lone.placed.reference)).line(8)[0]
     assert line[:, 1] == pytest.approx(line[:, 0] ** 3 - line[:, 0], abs=1e-13)
+
+
+def arc(length, bow, stations):
+    """Places and directions of a bow, and its arc length."""
+    curve = Beam(STRIP, imperfection=bow).curve(length)
+    return *curve.places(stations).T, curve.direction(stations), curve.length
 
 
 @pytest.mark.parametrize("bow", [1e-5, 3e-3, -3e-3, 0.03])
@@ -337,7 +342,7 @@ def test_no_bow_is_exactly_straight():
 def test_bow_is_positive_to_the_left(body, bow):
     """From start to end; both ends stay where the points are."""
     lone = Lone(replace(body, imperfection=bow, elements=4))
-    line = lone.strip(np.zeros(lone.size)).points()[0]
+    line = lone.strip(np.zeros(lone.size)).line()[0]
     chord, middle = line[-1] - line[0], line[len(line) // 2] - line[0]
     assert np.hypot(*chord) == pytest.approx(LENGTH, rel=1e-13)
     assert (chord[0] * middle[1] - chord[1] * middle[0]) / LENGTH == pytest.approx(bow, rel=0.01)

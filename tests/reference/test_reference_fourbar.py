@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from buckler.mbs import Drive, Link, Mechanism, Revolute, Rigid
 from buckler.mbs.elements.section import Section
 from buckler.mbs.kinematics.closure import Closure
-from buckler.mbs.mechanism import Drive, Link, Mechanism, Revolute, Rigid
 from buckler.mbs.reference import CLOSED, RATTLING, FourBar, beam_modes
 
 ROOT = Path(__file__).parents[2]
@@ -57,7 +57,7 @@ def test_it_is_the_motion_of_the_general_loop_closure():
             Revolute("O", "ground", "crank"), Revolute("A", "crank", "coupler"),
             Revolute("B", "coupler", "rocker"), Revolute("C", "rocker", "ground"),
         ],
-        drive=Drive("crank", speed=bar.speed),
+        drives=[Drive("crank", speed=bar.speed)],
     )  # fmt: skip
     state = Closure(mechanism).solve()
     np.testing.assert_allclose(state.q_t[:, 2], velocity[:, 2], rtol=1e-11)

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from buckler.mbs import Beam, Cable, Clearance, GuideFriction, Rigid, Strut
+from buckler.mbs.elements.modal import Box, Modal
 from buckler.mbs.elements.section import Material, Section
 from buckler.mbs.laws import AdamsFriction, CarvalhoMartins, ExactRestitution, Impact, LuGre
 from buckler.mbs.library import crank_rocker, slider_crank
-from buckler.mbs.mechanism import Beam, Cable, Clearance, GuideFriction, Rigid, Strut
-from buckler.mbs.modal.spec import Box, Modal
 from buckler.mbs.spectral.scene import Scene
 
 DAMPED = Section(0.03, 0.003, Material(210e9, 7850.0, 0.3, bending_damping=1e-3, axial_damping=2e-5))

@@ -13,8 +13,8 @@ from scipy.linalg import expm
 from scipy.optimize import brentq
 
 from buckler.elastica import law
+from buckler.mbs import Beam, Cable, Drive, Guide, Link, Revolute
 from buckler.mbs.elements.section import Section
-from buckler.mbs.mechanism import Beam, Cable, Drive, Guide, Link, Revolute
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.statics.equilibrium import equilibrium
 from buckler.mbs.statics.frequencies import frequencies

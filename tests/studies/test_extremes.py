@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import qmc
 
 from buckler.mbs import Beam, GuideFriction, Material, Mechanism, Result, Section, Solver, Status, Strut, simulate, slider_crank
-from buckler.mbs.checks.suspicions import BALANCE
+from buckler.mbs.checks.energy import BALANCE
 from buckler.mbs.laws import CarvalhoMartins
 
 LENGTH, MASS = 0.310, 0.3

@@ -117,7 +117,7 @@ def test_every_case_is_counted_once_and_none_is_silently_wrong(found):
 
 def test_a_run_that_lies_is_found(monkeypatch):
     """The checks are silenced: what they caught is silently wrong now."""
-    monkeypatch.setattr("buckler.mbs.engine.solve.suspicions", lambda *_: iter(()))
+    monkeypatch.setattr("buckler.mbs.simulation.suspicions", lambda *_: iter(()))
     result = few("strip-pressed-in-line")
     assert result.status == "SUSPECT" and "straight, 0.3 L: silently wrong" in result.message
     assert result.metrics["silent_wrong"].value >= 1

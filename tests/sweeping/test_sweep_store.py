@@ -113,7 +113,7 @@ def test_every_value_comes_back_as_it_was(path):
     assert row.parameters["models"] == ["strut"]
 
 
-def test_a_case_is_written_once(path):
+def test_a_case_is_writtenonce(path):
     with Store(path) as store:
         store.plan(ABOUT, toys(1))
         store.record(Row(0, {}, "OK"))

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
+from buckler.mbs.elements.element import Energy, Recorded, Signal, since_start
 from buckler.mbs.elements.section import Section
 from buckler.mbs.validate import number, positive, whole
 
@@ -205,3 +206,15 @@ class Modal:
             number("damping", ratio, 0.0, 10.0, "1")
         number("poisson", self.section.material.poisson, -0.999, 0.499, "1")
         whole("order", self.order, 1, 2)
+
+    def signals(self, link: Any, record: Recorded) -> Iterator[Signal]:
+        """Yield end shortening and deflection of mid-length from the chord, m."""
+        motion = record.links[link.name]
+        yield Signal(f"{link.name}.end_shortening", motion.end_shortening(), "m")
+        yield Signal(f"{link.name}.deflection", motion.deflection(), "m")
+
+    def energies(self, link: Any, record: Recorded) -> Iterator[Energy]:
+        """Yield strain energy and what damping took."""
+        (strain,) = record.links[link.name].strains()
+        yield Energy("held", "strain", strain.energy)
+        yield Energy("taken", "damping", since_start(record.time, strain.power))

@@ -1,0 +1,27 @@
+"""Self-check of the energy: what is held, taken and given must add up."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from buckler.mbs.elements.element import Array
+
+BALANCE = 1e-2
+"""Energy balance, relative to the energy put through, beyond which a run is suspect."""
+OF_ACCURACY = 3.0
+"""The same in units of an accuracy that was asked for, where that is more."""
+
+
+def unbalanced(energy: Mapping[str, Array], allowed: float) -> Iterator[str]:
+    """What is held, taken and given must add up, and what takes energy must not give it."""
+    through = max(float(energy["throughput"][-1]), np.finfo(float).tiny)
+    balance = float(np.abs(energy["error"]).max()) / through
+    if not balance <= allowed:
+        yield f"ENERGY: balance {balance:.2e} of the energy put through, allowed {allowed:g}"
+    for name, taken in energy.items():
+        if name.startswith("taken_"):
+            given = float((np.maximum.accumulate(taken) - taken).max()) / through
+            if given > allowed:
+                yield f"ENERGY: '{name}' gives back {given:.2e} of the energy put through: a law makes energy"

@@ -1,0 +1,186 @@
+"""Flexible links: shear-deformable beams and shear-rigid cables, straight or of any stress-free shape."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from buckler.mbs.elements.element import Array, Energy, Recorded, Signal, since_start
+from buckler.mbs.elements.section import Section
+from buckler.mbs.validate import number, one_of, whole
+
+DEFAULT_ELEMENTS = 8
+"""Elements of a flexible link where neither its maker nor an accuracy asks for a number."""
+Shape = Sequence[tuple[float, float]] | Callable[[float], tuple[float, float]]
+
+
+class Flexible:
+    """What beams and cables share."""
+
+    section: Section
+    elements: int | None
+    imperfection: float
+    shape: Any
+
+    def __post_init__(self) -> None:
+        one_of("section", self.section, (Section,))
+        if self.elements is not None:
+            whole("elements", self.elements, 1, 1000)
+        number("imperfection", self.imperfection, -1.0, 1.0, "m")
+        if self.shape is not None:
+            if self.imperfection:
+                raise ValueError(f"imperfection = {self.imperfection:g} m and shape: give one of them")
+            if not callable(self.shape):
+                object.__setattr__(self, "shape", tuple((float(x), float(y)) for x, y in self.shape))
+                if len(self.shape) < 3:
+                    raise ValueError(f"shape: {len(self.shape)} points; it needs at least 3")
+
+    @property
+    def count(self) -> int:
+        """Elements it is modelled with."""
+        return self.elements or DEFAULT_ELEMENTS
+
+    @property
+    def curved(self) -> bool:
+        """Whether it is bowed when free of stress."""
+        return bool(self.imperfection) or self.shape is not None
+
+    def curve(self, chord: float) -> Curve:
+        """Return its stress-free shape for a distance of its ends, m."""
+        if self.shape is None:
+            return _bow(chord, self.imperfection)
+        return _spline(chord, self.shape)
+
+    def signals(self, link: Any, record: Recorded) -> Iterator[Signal]:
+        """Yield end shortening, m, axial force, N, tension positive, and deflection of mid-length from the chord, m."""
+        strip = record.links[link.name]
+        line = strip.line(2)
+        chord = line[:, -1] - line[:, 0]
+        span = np.hypot(*chord.T)
+        middle = line[:, line.shape[1] // 2] - line[:, 0]
+        yield Signal(f"{link.name}.end_shortening", strip.length - span, "m")
+        yield Signal(f"{link.name}.axial_force", strip.axial_force(), "N")
+        yield Signal(f"{link.name}.deflection", (chord[:, 0] * middle[:, 1] - chord[:, 1] * middle[:, 0]) / span, "m")
+
+    def energies(self, link: Any, record: Recorded) -> Iterator[Energy]:
+        """Yield strain energy and what damping took."""
+        strains = record.links[link.name].strains()
+        zero = np.zeros_like(record.time)
+        yield Energy("held", "strain", sum((strain.energy for strain in strains), zero))
+        yield Energy("taken", "damping", since_start(record.time, sum((strain.power for strain in strains), zero)))
+
+
+@dataclass(frozen=True)
+class Beam(Flexible):
+    """A flexible link of geometrically exact (shear-deformable) beam elements.
+
+    Parameters
+    ----------
+    section : Section
+    elements : int, optional
+        Number of elements, 1 to 1000. By default as many as the accuracy asked of a run takes, or 8 where none is asked.
+    nodes : int
+        Nodes an element, 2 (linear) or 3 (quadratic; far more accurate for its price).
+    imperfection : float
+        Stress-free half-sine bow, m, at mid-span; positive to the left of the direction from start to end.
+    shape : sequence of (float, float), or callable, optional
+        Stress-free shape instead of a bow: points in the link's frame from start to end, or a function of the fraction of the
+        arc length, in [0, 1], that returns (x, y). It is turned and scaled so that its ends are the link's points.
+    """
+
+    section: Section
+    elements: int | None = None
+    nodes: int = 3
+    imperfection: float = 0.0
+    shape: Shape | None = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        whole("nodes", self.nodes, 2, 3)
+
+
+@dataclass(frozen=True)
+class Cable(Flexible):
+    """A flexible link of shear-rigid ANCF cable elements (cubic Hermite).
+
+    Parameters
+    ----------
+    section : Section
+    elements : int, optional
+        Number of elements, 1 to 1000. By default as many as the accuracy asked of a run takes, or 8 where none is asked.
+    imperfection : float
+        Stress-free half-sine bow, m, at mid-span; positive to the left of the direction from start to end.
+    shape : sequence of (float, float), or callable, optional
+        Stress-free shape instead of a bow; see `Beam`.
+    """
+
+    section: Section
+    elements: int | None = None
+    imperfection: float = 0.0
+    shape: Shape | None = None
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A stress-free line, by the direction of its tangent.
+
+    Attributes
+    ----------
+    length : float
+        Arc length, m.
+    direction : callable
+        Fractions of the arc length (n,) -> angle against the chord, rad, (n,).
+    """
+
+    length: float
+    direction: Callable[[Any], Any]
+
+    def places(self, stations: Array) -> Array:
+        """Places in the chord's frame at increasing stations in [0, 1], the first 0: (n, 2), m; by Gauss quadrature."""
+        nodes, weights = np.polynomial.legendre.leggauss(12)
+        half = np.diff(stations)[:, None] / 2
+        theta = self.direction(stations[:-1, None] + half + half * nodes)
+        steps = np.stack([np.cos(theta), np.sin(theta)], axis=-1) * (weights * half)[..., None]
+        return self.length * np.concatenate([np.zeros((1, 2)), np.cumsum(steps.sum(axis=1), axis=0)])
+
+
+def _bow(chord: float, bow: float) -> Curve:
+    """Half-sine bow: theta = A cos(pi s), so |r'| = 1 exactly; bow = A l/pi at mid-span to order A^2."""
+    amplitude = np.pi * bow / chord
+    unit = Curve(1.0, lambda s: amplitude * np.cos(np.pi * s))
+    stretch = float(unit.places(np.linspace(0.0, 1.0, 9))[-1, 0])
+    return Curve(chord / stretch, unit.direction)
+
+
+SAMPLES = 401
+"""Places taken from a shape given as a function."""
+
+
+def _spline(chord: float, shape: Any) -> Curve:
+    """The line through points, or of a function, scaled and turned to a chord: cubic in the arc length."""
+    from scipy.interpolate import CubicSpline
+
+    if callable(shape):
+        points = np.array([shape(float(s)) for s in np.linspace(0.0, 1.0, SAMPLES)], dtype=float)
+    else:
+        points = np.array(shape, dtype=float)
+    if points.ndim != 2 or points.shape[1] != 2 or not np.isfinite(points).all():
+        raise ValueError("shape: must give finite (x, y)")
+    ends = complex(*(points[-1] - points[0]))
+    steps = np.hypot(*np.diff(points, axis=0).T)
+    if not abs(ends) > 0 or not steps.min() > 0:
+        raise ValueError("shape: neighbouring points, and the two ends, must differ")
+    place = ((points[:, 0] + 1j * points[:, 1]) - complex(*points[0])) * chord / ends
+    along = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(place)))])
+    rough = CubicSpline(along, np.column_stack([place.real, place.imag]))
+    fine = np.linspace(0.0, along[-1], 20 * SAMPLES)
+    slope = rough(fine, 1)
+    arc = np.concatenate([[0.0], np.cumsum(np.diff(fine) * (np.hypot(*slope[1:].T) + np.hypot(*slope[:-1].T)) / 2)])
+    direction = CubicSpline(arc / arc[-1], np.unwrap(np.arctan2(slope[:, 1], slope[:, 0])))
+    curve = Curve(1.0, direction)
+    reach = complex(*curve.places(np.linspace(0.0, 1.0, 65))[-1])
+    lean = float(np.angle(reach))
+    return Curve(chord / abs(reach), lambda s: direction(s) - lean)

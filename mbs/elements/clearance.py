@@ -1,0 +1,191 @@
+"""Joints with clearance: a pin in a bush, contact and friction between them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from buckler.mbs.elements.element import Array, Energy, Joint, Recorded, Signal, left
+from buckler.mbs.elements.journal import BRISTLE, ONSET, SINCE, SLIDING
+from buckler.mbs.laws import BristleLaw, FrictionLaw, NoFriction, NormalLaw
+from buckler.mbs.validate import follows, positive
+
+
+@dataclass(frozen=True)
+class Clearance(Joint):
+    """A pin of the first body in a bush of the second, with play between them, contact and friction.
+
+    Parameters
+    ----------
+    point, first, second : str
+        The point and the two bodies, links or 'ground'; the pin is the first's, the bush the second's.
+    pin : float
+        Radius of the pin, m.
+    gap : float
+        Radial clearance, m: bush radius minus pin radius. A joint without play is a `Revolute`.
+    law : NormalLaw
+        Of `buckler.mbs.laws`, with depth in m.
+    friction : FrictionLaw or BristleLaw
+        Of `buckler.mbs.laws`; none by default.
+    """
+
+    point: str
+    first: str
+    second: str
+    pin: float
+    gap: float
+    law: NormalLaw
+    friction: FrictionLaw | BristleLaw = field(default_factory=NoFriction)
+
+    def __post_init__(self) -> None:
+        positive("pin", self.pin, "m")
+        if self.gap == 0:
+            raise ValueError(f"gap = 0 m at '{self.point}': must be positive; a joint without play is a Revolute")
+        positive("gap", self.gap, "m")
+        follows(f"clearance at '{self.point}': law", self.law, NormalLaw, "Impact(...)")
+        rubs = BristleLaw if hasattr(self.friction, "after") else FrictionLaw
+        follows(f"clearance at '{self.point}': friction", self.friction, rubs, "Coulomb(0.1)")
+
+    def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
+        """Yield the force on the second body, what contact and friction exert, N, and where the pin is in its bush."""
+        found, point = contact(self, *states(self, record), record.channel(name, "memory"), record.time), self.point
+        yield Signal(f"{name}.fx", -found.fx, "N")
+        yield Signal(f"{name}.fy", -found.fy, "N")
+        yield Signal(f"{point}.normal_force", found.normal, "N")
+        yield Signal(f"{point}.friction_force", found.tangential, "N")
+        yield Signal(f"{point}.penetration", np.maximum(found.depth, 0.0), "m")
+        yield Signal(f"{point}.sliding_speed", found.sliding, "m/s")
+        eccentricity = found.depth + self.gap
+        yield Signal(f"{point}.journal_x", eccentricity * found.nx, "m")
+        yield Signal(f"{point}.journal_y", eccentricity * found.ny, "m")
+        yield Signal(f"{point}.contact_state", contact_state(found.depth), "1")
+        touching = found.depth > 0
+        yield Signal(f"{point}.contacts", np.cumsum(np.diff(touching, prepend=False) & touching), "1")
+
+    def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
+        """Yield what contact and bristles hold, and what they took by damping and by friction.
+
+        Powers are integrated by Simpson's rule, the state at half a step from the cubic Hermite interpolation of the places; the
+        bristle half-way is the mean of those at the ends.
+        """
+        pin, bush = states(self, record)
+        memory, time = record.channel(name, "memory"), record.time
+        ends = contact(self, pin, bush, memory, time)
+        between = memory[1:].copy()
+        between[:, BRISTLE] = (ends.bristle[:-1] + ends.bristle[1:]) / 2
+        h = np.diff(time)
+        between[:, SINCE] = time[:-1] + h / 2
+        middle = contact(self, _half_way(pin, h), _half_way(bush, h), between, between[:, SINCE])
+
+        def work(force: str, speed: str) -> Array:
+            power, half = getattr(ends, force) * getattr(ends, speed), getattr(middle, force) * getattr(middle, speed)
+            return np.concatenate([[0.0], np.cumsum(h * (power[:-1] + 4 * half + power[1:]) / 6)])
+
+        elastic, bent = self.law.potential(ends.depth), np.zeros_like(ends.depth)
+        if isinstance(self.friction, BristleLaw):
+            bent = ends.normal * self.friction.stored(ends.bristle)
+        yield Energy("held", "contact", elastic + bent)
+        lost = work("normal", "rate") - (elastic - elastic[0])
+        rubbed = work("tangential", "sliding") - (bent - bent[0])
+        yield Energy("taken", "contact", lost)
+        yield Energy("taken", "friction", rubbed)
+        yield Energy("single", f"{self.point}.taken_contact", lost)
+        yield Energy("single", f"{self.point}.taken_friction", rubbed)
+
+
+class Side(NamedTuple):
+    """One side of the joint: place and velocity of its centre (times, 2), angle and spin of its body (times,)."""
+
+    place: Array
+    velocity: Array
+    angle: Array
+    spin: Array
+
+
+def states(joint: Clearance, record: Recorded) -> tuple[Side, Side]:
+    """What pin and bush did."""
+    at = [f"{body}:{joint.point}" for body in (joint.first, joint.second)]
+    pin, bush = (Side(*record.point(side), *record.turn(side)) for side in at)
+    return pin, bush
+
+
+def _half_way(side: Side, h: Array) -> Side:
+    """The state half a step on."""
+
+    def middle(value: Array, rate: Array, step: Array) -> tuple[Array, Array]:
+        a, b, va, vb = value[:-1], value[1:], rate[:-1], rate[1:]
+        return (a + b) / 2 + step * (va - vb) / 8, 1.5 * (b - a) / step - (va + vb) / 4
+
+    return Side(*middle(side.place, side.velocity, h[:, None]), *middle(side.angle, side.spin, h))
+
+
+class Touch(NamedTuple):
+    """What the contact does, each (times,): N, N, m, m/s, m/s, m, force on the pin, direction from bush to pin."""
+
+    normal: Array
+    tangential: Array
+    depth: Array
+    rate: Array
+    sliding: Array
+    bristle: Array
+    fx: Array
+    fy: Array
+    nx: Array
+    ny: Array
+
+
+def contact(joint: Clearance, pin: Side, bush: Side, memory: Array, time: Array) -> Touch:
+    """Contact of pin and bush at many times, from the equations of `buckler.mbs.elements.journal`.
+
+    Parameters
+    ----------
+    memory : array, shape (times, 4)
+        What `journal.MEMORY` names, of the last accepted step before each time.
+    """
+    e = pin.place - bush.place
+    size = np.hypot(*e.T)
+    n = np.where(size[:, None] > 0, e / np.maximum(size, 1e-300)[:, None], (1.0, 0.0))
+    u = pin.velocity - bush.velocity
+    depth, rate = size - joint.gap, (n * u).sum(axis=1)
+    sliding = (left(n) * u).sum(axis=1) + pin.spin * joint.pin - bush.spin * (size + joint.pin)
+    inside = depth > 0
+    normal = np.where(inside, joint.law.force(depth, rate, memory[:, ONSET]), 0.0)
+    if isinstance(joint.friction, BristleLaw):
+        mean, passed = 0.5 * (memory[:, SLIDING] + sliding), time - memory[:, SINCE]
+        bristle = np.where(inside, joint.friction.after(memory[:, BRISTLE], mean, passed), 0.0)
+        drag = joint.friction.coefficient(sliding, bristle) * normal
+    else:
+        bristle, drag = np.zeros_like(depth), joint.friction.coefficient(sliding) * normal
+    force = -normal[:, None] * n - drag[:, None] * left(n)
+    return Touch(normal, drag, depth, rate, sliding, bristle, force[:, 0], force[:, 1], n[:, 0], n[:, 1])
+
+
+def moment_on(record: Recorded, body: str) -> Array:
+    """Moment of all joints with clearance on a rigid link about its centre of mass, N m, (times,)."""
+    total = np.zeros_like(record.time)
+    centre = record.links[body].centre()[0]
+    for name, joint in record.mechanism.elements().items():
+        if isinstance(joint, Clearance) and body in (joint.first, joint.second):
+            pin, bush = states(joint, record)
+            found = contact(joint, pin, bush, record.channel(name, "memory"), record.time)
+            arm = pin.place + joint.pin * np.column_stack([found.nx, found.ny]) - centre
+            moment = arm[:, 0] * found.fy - arm[:, 1] * found.fx
+            total = total + (moment if body == joint.first else -moment)
+    return total
+
+
+FREE, IMPACT, CONTINUOUS = 0.0, 1.0, 2.0
+"""Contact states: apart; in touch, going in and out once; in touch beyond the first rebound of the depth."""
+
+
+def contact_state(depth: Array) -> Array:
+    """FREE, IMPACT or CONTINUOUS at each sample: continuous from the first minimum of the depth within a contact on."""
+    touching = depth > 0
+    dip = np.zeros_like(touching)
+    dip[1:-1] = touching[1:-1] & (depth[1:-1] < depth[:-2]) & (depth[1:-1] <= depth[2:]) & touching[:-2] & touching[2:]
+    dips = np.cumsum(dip)
+    start = np.maximum.accumulate(np.where(touching, 0, dips))  # dips counted before the present contact
+    return np.where(touching, np.where(dips > start, CONTINUOUS, IMPACT), FREE)

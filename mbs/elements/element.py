@@ -1,0 +1,179 @@
+"""What every element has in common: a name, signals, energies; and how an element names a point.
+
+An element answers from plain arrays. It sees a run through `Recorded`, which both solvers' records are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+
+Array = np.ndarray[Any, Any]
+GROUND = "ground"
+
+
+class Signal(NamedTuple):
+    """A named series: values of shape (times,), unit."""
+
+    name: str
+    values: Array
+    unit: str
+
+
+class Energy(NamedTuple):
+    """An energy, J, of shape (times,).
+
+    Attributes
+    ----------
+    kind : str
+        'held' now, 'taken' from the mechanism since t = 0, or 'given' to it since t = 0.
+    name : str
+        What it is added to in the ledger: `kinetic`, `strain`, `contact`, `weight`, `spring`; `damping`, `friction`, `contact`;
+        `drive`, `load`.
+    values : array, shape (times,)
+    """
+
+    kind: str
+    name: str
+    values: Array
+
+
+class Motion(Protocol):
+    """What a link or block did, as plain arrays."""
+
+    @property
+    def mass(self) -> float:
+        """Kg."""
+
+    def point(self, name: str) -> tuple[Array, Array]:
+        """Place and velocity of one of its points, each (times, 2), m and m/s."""
+
+    def turn(self, name: str) -> tuple[Array, Array]:
+        """Angle turned there since t = 0 and its rate, each (times,), rad and rad/s."""
+
+    def centre(self) -> tuple[Array, Array, Array]:
+        """Place, velocity and acceleration of the centre of mass, each (times, 2)."""
+
+    def kinetic(self) -> Array:
+        """Kinetic energy, J, (times,)."""
+
+
+class Recorded(Protocol):
+    """A record, as elements see it."""
+
+    @property
+    def mechanism(self) -> Any:
+        """The mechanism that ran."""
+
+    @property
+    def time(self) -> Array:
+        """s, (times,)."""
+
+    @property
+    def links(self) -> Mapping[str, Any]:
+        """Motion of each link that has coordinates of its own."""
+
+    @property
+    def blocks(self) -> Mapping[str, Any]:
+        """Motion of each guide's block, by point."""
+
+    def channel(self, element: str, name: str) -> Array:
+        """What the solver recorded of an element."""
+
+    def point(self, at: str) -> tuple[Array, Array]:
+        """Place and velocity of a point reference."""
+
+    def turn(self, at: str) -> tuple[Array, Array]:
+        """Angle turned since t = 0 of the body at a point reference, and its rate."""
+
+
+class Element:
+    """A kind of thing a mechanism is made of: what it is called, whether it fits, its signals, its energies."""
+
+    @property
+    def key(self) -> str:
+        """Its name in a mechanism; a second one of a name is `name.2`."""
+        raise NotImplementedError
+
+    def check(self, mechanism: Any) -> None:
+        """Raise a ValueError if what it refers to is not in the mechanism."""
+
+    def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
+        """Yield its signals in a run; none by default."""
+        yield from ()
+
+    def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
+        """Yield its energies in a run; none by default."""
+        yield from ()
+
+
+class Place(NamedTuple):
+    """A point reference: '' for whatever link carries the point, a link's name, or 'ground'."""
+
+    body: str
+    point: str
+
+
+def place(at: str) -> Place:
+    """Read a point reference: 'A', 'coupler:A' or 'ground:A'."""
+    body, colon, point = at.rpartition(":")
+    return Place(body if colon else "", point)
+
+
+def known(kind: str, name: str, names: Iterable[str], where: str) -> None:
+    """Raise a ValueError if a name is not among those known."""
+    if name not in names:
+        raise ValueError(f"{where}: unknown {kind} '{name}'; known: {', '.join(sorted(names)) or 'none'}")
+
+
+def reaches(mechanism: Any, name: str, point: str, where: str) -> None:
+    """Raise a ValueError if a link is unknown or does not reach a point."""
+    links = {link.name: link for link in mechanism.links}
+    known("link", name, links, where)
+    if point not in links[name].points:
+        raise ValueError(f"{where}: link '{name}' does not reach it; its points: {', '.join(links[name].points)}")
+
+
+class Joint(Element):
+    """What joins two bodies, links or the ground, at a point."""
+
+    point: str
+    first: str
+    second: str
+
+    @property
+    def key(self) -> str:
+        """Point and bodies."""
+        return f"{self.point}.{self.first}-{self.second}"
+
+    def check(self, mechanism: Any) -> None:
+        """Two different bodies that reach the point, not joined there already."""
+        where = f"joint at '{self.point}'"
+        known("point", self.point, mechanism.points, where)
+        if self.first == self.second:
+            raise ValueError(f"{where}: joins '{self.first}' to itself")
+        for name in (self.first, self.second):
+            if name != GROUND:
+                reaches(mechanism, name, self.point, where)
+        ends = {self.first, self.second}
+        if sum(joint.point == self.point and {joint.first, joint.second} == ends for joint in mechanism.joints) > 1:
+            raise ValueError(f"{where}: joins {' and '.join(sorted(ends))} twice")
+
+
+def since_start(time: Array, power: Array) -> Array:
+    """Work, J, of a power, W, since t = 0, by the trapezoidal rule."""
+    steps = np.diff(time) * (power[1:] + power[:-1]) / 2
+    return np.concatenate([[0.0], np.cumsum(steps)])
+
+
+def turned(angle: Array, vector: Any) -> Array:
+    """A fixed vector (2,) turned by angles (times,): (times, 2)."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.column_stack([c * vector[0] - s * vector[1], s * vector[0] + c * vector[1]])
+
+
+def left(vectors: Array) -> Array:
+    """Vectors (..., 2) turned a quarter to the left."""
+    return np.stack([-vectors[..., 1], vectors[..., 0]], axis=-1)

@@ -1,0 +1,114 @@
+"""Guides: slider blocks on lines of the ground, and their friction."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from buckler.mbs.elements.element import Array, Element, Energy, Recorded, known, reaches, since_start
+from buckler.mbs.elements.link import weight
+from buckler.mbs.validate import direction, non_negative, number, one_of, positive
+
+
+@dataclass(frozen=True)
+class GuideFriction:
+    """Dry and viscous friction of a guide, regularised near zero speed (Stribeck).
+
+    F = dynamic + (static - dynamic) exp(-(|v| - v_r)/v_s) + viscous (|v| - v_r) beyond the regularisation speed v_r, and
+    linear through zero below it, so a resting slider creeps instead of sticking.
+
+    Parameters
+    ----------
+    dynamic, static : float
+        Friction forces, N; `static` at least `dynamic` (default: equal).
+    viscous : float
+        N s/m.
+    regularisation, stribeck : float
+        Speeds v_r and v_s, m/s.
+    """
+
+    dynamic: float
+    static: float | None = None
+    viscous: float = 0.0
+    regularisation: float = 1e-3
+    stribeck: float = 1e-2
+
+    def __post_init__(self) -> None:
+        non_negative("dynamic", self.dynamic, "N")
+        if self.static is not None:
+            number("static", self.static, self.dynamic, float("inf"), "N")
+        non_negative("viscous", self.viscous, "N s/m")
+        positive("regularisation", self.regularisation, "m/s")
+        positive("stribeck", self.stribeck, "m/s")
+
+    def force(self, speed: Array) -> Array:
+        """Friction force along the speed, N; odd in it."""
+        size = np.abs(speed)
+        beyond = np.maximum(size - self.regularisation, 0.0)
+        sliding = self.dynamic + self.static_offset * np.exp(-beyond / self.stribeck) + self.viscous * beyond
+        creeping = (self.dynamic + self.static_offset) * size / self.regularisation
+        return np.sign(speed) * np.where(size <= self.regularisation, creeping, sliding)
+
+    @property
+    def static_offset(self) -> float:
+        """Static minus dynamic friction, N."""
+        return 0.0 if self.static is None else self.static - self.dynamic
+
+    @classmethod
+    def of_weight(cls, coefficient: float, mass: float, gravity: float = 9.81, **kw: float) -> GuideFriction:
+        """Coulomb friction of a slider lying on its guide, gravity normal to the plane of motion: mu m g."""
+        non_negative("coefficient", coefficient, "1")
+        return cls(coefficient * mass * gravity, **kw)
+
+
+@dataclass(frozen=True)
+class Guide(Element):
+    """A slider block pinned to a link's point, free to move along a straight line through the point's initial place.
+
+    Parameters
+    ----------
+    point, link : str
+        The guided point and the link whose end (or carried point) it is.
+    along : (float, float)
+        Direction of the line; need not be a unit vector.
+    mass : float
+        Of the block, kg.
+    friction : GuideFriction, optional
+    """
+
+    point: str
+    link: str
+    along: tuple[float, float] = (1.0, 0.0)
+    mass: float = 0.0
+    friction: GuideFriction | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "along", direction(f"guide of '{self.point}': along", self.along))
+        non_negative("mass", self.mass, "kg")
+        if self.friction is not None:
+            one_of(f"guide of '{self.point}': friction", self.friction, (GuideFriction,))
+
+    @property
+    def key(self) -> str:
+        """'guide' and its point."""
+        return f"guide {self.point}"
+
+    def check(self, mechanism: Any) -> None:
+        """A point of its link, with no other guide."""
+        where = f"guide of '{self.point}'"
+        known("point", self.point, mechanism.points, where)
+        reaches(mechanism, self.link, self.point, where)
+        if sum(guide.point == self.point for guide in mechanism.guides) > 1:
+            raise ValueError(f"{where}: a point has at most one guide")
+
+    def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
+        """Yield the block's kinetic energy and weight, and what friction took."""
+        block = record.blocks[self.point]
+        yield Energy("held", "kinetic", block.kinetic())
+        yield from weight(block, record)
+        if self.friction is not None:
+            speed = block.speed
+            yield Energy("taken", "friction", since_start(record.time, self.friction.force(speed) * speed))

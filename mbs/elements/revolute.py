@@ -1,0 +1,30 @@
+"""Ideal pins."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from buckler.mbs.elements.element import Joint, Recorded, Signal
+
+
+@dataclass(frozen=True)
+class Revolute(Joint):
+    """An ideal pin at a point between two links, or a link and 'ground'.
+
+    Parameters
+    ----------
+    point, first, second : str
+        The point and the two bodies.
+    """
+
+    point: str
+    first: str
+    second: str
+
+    def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
+        """Yield the force on the second body, N; none where a strut is pinned, as it acts on its neighbour directly."""
+        force = record.channel(name, "force")
+        for axis, letter in enumerate("xy"):
+            if force.size:
+                yield Signal(f"{name}.f{letter}", force[:, axis], "N")

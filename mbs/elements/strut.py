@@ -1,0 +1,116 @@
+"""Massless pinned strips: the exact elastica as a spring."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from buckler.elastica import law
+from buckler.mbs.elements.element import Array, Energy, Recorded, Signal, since_start
+from buckler.mbs.elements.section import Section
+from buckler.mbs.validate import one_of
+
+POINTS = 400
+"""Pieces over which the work of a strut's force is integrated."""
+
+
+@dataclass(frozen=True)
+class Strut:
+    """A massless pinned strip: straight and stiff up to the Euler load, then the post-buckled force of the exact elastica.
+
+    Parameters
+    ----------
+    section : Section
+    load : callable
+        Normalised force p(u), p = P L^2/(E I), of the normalised bending shortening u >= 0: `elastica.law.fast` (default,
+        exact to 1e-12 for u <= 1), `elastica.pinned.load` (to u = 1.5) or the published `elastica.law.quartic`.
+    """
+
+    section: Section
+    load: Callable[[Any], Any] = law.fast
+
+    def __post_init__(self) -> None:
+        one_of("section", self.section, (Section,))
+
+    def signals(self, link: Any, record: Recorded) -> Iterator[Signal]:
+        """Yield end shortening, m, and compression without damping, N."""
+        elongation, _ = state(link, record)
+        tension = StrutLaw(self, record.mechanism.length(link.name)).elastic
+        yield Signal(f"{link.name}.end_shortening", -elongation, "m")
+        yield Signal(f"{link.name}.compression", -np.array([tension(float(e)) for e in elongation]), "N")
+
+    def energies(self, link: Any, record: Recorded) -> Iterator[Energy]:
+        """Yield strain energy and what damping took."""
+        elongation, rate = state(link, record)
+        spring = StrutLaw(self, record.mechanism.length(link.name))
+        yield Energy("held", "strain", spring.stored(elongation))
+        yield Energy("taken", "damping", since_start(record.time, spring.damping_power(elongation, rate)))
+
+
+def state(link: Any, record: Recorded) -> tuple[Array, Array]:
+    """Elongation of a link, m, and its rate, m/s."""
+    (start, start_t), (end, end_t) = record.point(link.start), record.point(link.end)
+    chord = end - start
+    span = np.hypot(*chord.T)
+    return span - record.mechanism.length(link.name), (chord * (end_t - start_t)).sum(axis=1) / span
+
+
+class StrutLaw:
+    """Force law of one strut.
+
+    Straight: E A/L times the elongation, down to the Euler load. Beyond it the end shortening U is shared between bending,
+    u L, and compression, P L/(E A), with P = p(u) E I/L^2; the compression is 1e-7 of U, so one correction suffices. A taut
+    strut also resists with the material's axial damping.
+
+    Attributes
+    ----------
+    kink : float
+        Elongation at the Euler load, m, negative.
+    rigidity : float
+        E A/L, N/m.
+    """
+
+    def __init__(self, strut: Strut, length: float) -> None:
+        section = strut.section
+        self.load, self.length = strut.load, length
+        self.rigidity, self.unit = section.axial_stiffness / length, section.bending_stiffness / length**2
+        self.damping = self.rigidity * section.material.axial_damping
+        self._compliance = self.unit / section.axial_stiffness  # of u per p
+        self._critical = float(self.load(0.0))
+        self.kink = -self._critical * self._compliance * length
+
+    def elastic(self, elongation: float) -> float:
+        """Tension without damping, N."""
+        if elongation >= self.kink:
+            return self.rigidity * elongation
+        total = -elongation / self.length
+        bending = max(0.0, total - self._compliance * self._critical)
+        u = max(0.0, total - self._compliance * float(self.load(bending)))
+        return -self.unit * float(self.load(u))
+
+    def force(self, elongation: float, rate: float) -> float:
+        """Tension, N; a taut strut never pushes."""
+        if elongation > 0:
+            return max(0.0, self.rigidity * elongation + self.damping * rate)
+        return self.elastic(elongation)
+
+    def damping_power(self, elongation: Any, rate: Any) -> Any:
+        """Power taken by the axial damping of the taut strut, W."""
+        force = np.where(elongation > 0, self.damping * rate, 0.0)
+        return np.maximum(force, -self.rigidity * np.maximum(elongation, 0.0)) * rate
+
+    def stored(self, elongation: Array) -> Array:
+        """Work of the elastic force, J: exact on the straight branch, Gauss quadrature of the force law beyond it."""
+        straight = 0.5 * self.rigidity * np.maximum(elongation, self.kink) ** 2
+        deepest = float(elongation.min())
+        if deepest >= self.kink:
+            return straight
+        grid = self.kink + (deepest - self.kink) * np.linspace(0, 1, POINTS)
+        nodes, weights = np.polynomial.legendre.leggauss(4)
+        half = np.diff(grid)[:, None] / 2
+        force = np.array([[self.elastic(float(e)) for e in row] for row in grid[:-1, None] + half + half * nodes])
+        work = np.concatenate([[0.0], np.cumsum((force * weights * half).sum(axis=1))])
+        return straight + np.interp(-elongation, -grid, work, left=0.0)

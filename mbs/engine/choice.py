@@ -1,0 +1,59 @@
+"""What suits a mechanism: which integrator, which tolerance, which steps. It needs no engine."""
+
+from __future__ import annotations
+
+from buckler.mbs.elements.clearance import Clearance
+from buckler.mbs.elements.rigid import Rigid
+from buckler.mbs.engine.settings import Solver
+from buckler.mbs.mechanism import Mechanism
+
+STIFF = 1e5
+"""Decay rate of contact damping, 1/s, from which the implicit integrator is the faster one."""
+WITHOUT_PLAY, WITH_PLAY, DAMPED_PLAY = 1e-5, 1e-3, 3e-5
+"""Default tolerances of scenes without and with play in joints, and with play that is stiffly damped: there an impact's
+force jumps and decays within a microsecond; a quarter of it may be missed at 1e-3, 2 % at 3e-5."""
+
+
+def is_loose(mechanism: Mechanism) -> bool:
+    """True if an explicit integrator suits: rigid links, play in all joints, no stiff damper, constant drive speed."""
+    return (
+        bool(mechanism.joints)
+        and all(isinstance(joint, Clearance) for joint in mechanism.joints)
+        and all(isinstance(link.body, Rigid) for link in mechanism.links)
+        and not mechanism.guides
+        and all(isinstance(drive.speed, int | float) for drive in mechanism.drives)
+        and not stiffly_damped(mechanism)
+    )
+
+
+def stiffly_damped(mechanism: Mechanism) -> bool:
+    """True if a joint with play damps the lightest link at a rate beyond `STIFF`; there must be one."""
+    lightest = min(link.mass(mechanism.length(link.name)) for link in mechanism.links)
+    depth, speed = 1e-5, 1e-3
+    laws = [joint.law for joint in mechanism.joints if isinstance(joint, Clearance)]
+    jumps = [law.force(depth, speed, 0.1) - law.force(depth, 0.0, 0.1) for law in laws]
+    return max(jumps) / speed / lightest >= STIFF
+
+
+def longest_step(solver: Solver, duration: float) -> float:
+    """Longest step of a run, s: the one asked for, or a 200th of it."""
+    return solver.max_step or duration / 200
+
+
+def clearances(mechanism: Mechanism) -> list[Clearance]:
+    """Joints with clearance."""
+    return [joint for joint in mechanism.joints if isinstance(joint, Clearance)]
+
+
+def usual_tolerance(mechanism: Mechanism) -> float:
+    """Tolerance of a run that asks for none."""
+    if not clearances(mechanism):
+        return WITHOUT_PLAY
+    return DAMPED_PLAY if stiffly_damped(mechanism) else WITH_PLAY
+
+
+def position_error(mechanism: Mechanism, solver: Solver) -> float:
+    """Local position error allowed a step, m."""
+    size = max(mechanism.length(link.name) for link in mechanism.links)
+    gaps = [0.1 * joint.gap for joint in clearances(mechanism)]
+    return (solver.tolerance or usual_tolerance(mechanism)) * min([size, *gaps])

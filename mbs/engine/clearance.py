@@ -1,0 +1,148 @@
+"""Joints with clearance in the engine: one user element for all that share their laws."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import exudyn.itemInterface as eii
+import numpy as np
+
+from buckler.mbs.elements.clearance import Clearance
+from buckler.mbs.elements.element import GROUND, Array
+from buckler.mbs.elements.journal import (
+    BRISTLE,
+    COLUMNS,
+    MEMORY,
+    ONSET,
+    SINCE,
+    SLIDING,
+    End,
+    Kernel,
+    has_bristle,
+    kernel,
+)
+from buckler.mbs.engine.stop import SLOWEST_ONSET
+
+DEPTH, RATE, SPEED, BENT = (COLUMNS.index(name) for name in ("depth", "rate", "sliding", "bristle"))
+
+
+class ClearanceGroup:
+    """Joints with play that share their laws: one user element of the engine, moment-exact and without mass.
+
+    Attributes
+    ----------
+    names, joints : list of str, list of Clearance
+    columns : array, shape (nodes, 3)
+        Places of the element's coordinates in the engine's vector, once assembled.
+    memory : array, shape (joints, 4)
+        What `clearance.MEMORY` names, of the last accepted step.
+    remembers : bool
+        True if a law asks for anything of that.
+    """
+
+    def __init__(self, names: list[str], joints: list[Clearance], ends: list[tuple[End, End]], nodes: list[int]) -> None:
+        self.names, self.joints, self.nodes = names, joints, nodes
+        law, friction = joints[0].law, joints[0].friction
+        self.kernel: Kernel = kernel(law, friction)
+        self.places, self.numbers = tables(joints, ends)
+        self.memory = np.zeros((len(joints), len(MEMORY)))
+        self.memory[:, ONSET] = SLOWEST_ONSET
+        self.columns = np.empty((0, 3), dtype=int)
+        self.remembers = has_bristle(friction) or law.force(1e-6, 0.1, 1.0) != law.force(1e-6, 0.1, 2.0)
+        self._report = np.zeros((len(joints), len(COLUMNS)))
+        self._before: np.ndarray[Any, Any] | None = None
+
+    def locate(self, system: Any) -> None:
+        """Take down where the element's coordinates lie, once the system is assembled."""
+        self.columns = np.add.outer([system.GetNodeODE2Index(node) for node in self.nodes], np.arange(3))
+
+    def accept(self, q: Any, q_t: Any, t: float) -> Any:
+        """Take over an accepted step where a law remembers: bristles, onset speeds of contacts that have just begun.
+
+        Returns
+        -------
+        array, shape (joints, 4)
+            A copy of the memory.
+        """
+        flat, memory, now = self.columns.ravel(), self.memory, self._report
+        self.kernel.report(t, q[flat], q_t[flat], memory, self.places, self.numbers, now)
+        depth, rate = now[:, DEPTH], now[:, RATE]
+        free = depth <= 0
+        memory[free, ONSET] = np.maximum(rate[free], SLOWEST_ONSET)
+        if self._before is not None:
+            h, before = t - memory[0, SINCE], self._before
+            for j in np.flatnonzero(~free & (before[:, DEPTH] <= 0)):
+                speed = _crossing_speed(h, before[j, DEPTH], before[j, RATE], depth[j], rate[j])
+                memory[j, ONSET] = max(speed, SLOWEST_ONSET)
+        memory[:, [BRISTLE, SLIDING]], memory[:, SINCE] = now[:, [BENT, SPEED]], t
+        self._before = now.copy()
+        return memory.copy()
+
+
+def _crossing_speed(h: float, d0: float, v0: float, d1: float, v1: float) -> float:
+    """Speed at which a cubic Hermite depth with these ends crosses zero: bisection, the crossing is bracketed."""
+
+    def depth(s: float) -> float:
+        return (1 + 2 * s) * (1 - s) ** 2 * d0 + s * (1 - s) ** 2 * h * v0 + s * s * (3 - 2 * s) * d1 + s * s * (s - 1) * h * v1
+
+    low, high = 0.0, 1.0
+    for _ in range(40):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if depth(middle) <= 0 else (low, middle)
+    s = 0.5 * (low + high)
+    return 6 * s * (1 - s) * (d1 - d0) / h + (1 - s) * (1 - 3 * s) * v0 + s * (3 * s - 2) * v1
+
+
+def connect(scene: Any, joints: dict[str, Clearance]) -> None:
+    """Add joints that share their laws as one user element over their bodies' nodes."""
+    groups: dict[tuple[Any, Any], list[str]] = {}
+    for name, joint in joints.items():
+        groups.setdefault((joint.law, joint.friction), []).append(name)
+        scene.parts["Clearance"] += 1
+    for names in groups.values():
+        nodes: list[int] = []
+        chosen = [joints[name] for name in names]
+        ends = [(_end(scene, joint.first, joint.point, nodes), _end(scene, joint.second, joint.point, nodes)) for joint in chosen]
+        group = ClearanceGroup(names, chosen, ends, nodes)
+        g = len(scene.clearances)
+        scene.clearances.append(group)
+        add_clearances(scene.system, group)
+        for k, name in enumerate(names):
+            scene.reads(name, "memory", lambda run, _record, g=g, k=k: run.memory[g][:, k])
+
+
+def _end(scene: Any, body: str, point: str, nodes: list[int]) -> End:
+    """One side of a joint with clearance; its node joins `nodes`."""
+    x, y = scene.mechanism.points[point]
+    if body == GROUND:
+        return End(-1, (x, y), (0.0, 0.0))
+    if body in scene.strut_links:
+        raise ValueError(f"clearance at '{point}': link '{body}' must be Rigid, Beam or Modal, as the contact exerts moments")
+    node, (px, py) = scene.placed[body].contact_node(scene, point)
+    if node not in nodes:
+        nodes.append(node)
+    return End(3 * nodes.index(node), (float(px), float(py)), (x - float(px), y - float(py)))
+
+
+def tables(joints: list[Clearance], ends: list[tuple[End, End]]) -> tuple[Array, Array]:
+    """Pack ends and radii for the kernel: int table (joints, 2), float table (joints, 10)."""
+    places = np.array([[pin.offset, bush.offset] for pin, bush in ends], dtype=np.int64).reshape(-1, 2)
+    numbers = [
+        [*pin.place, *pin.arm, *bush.place, *bush.arm, joint.pin, joint.gap]
+        for joint, (pin, bush) in zip(joints, ends, strict=True)
+    ]
+    return places, np.array(numbers, dtype=float).reshape(-1, 10)
+
+
+def add_clearances(system: Any, group: ClearanceGroup) -> int:
+    """Add joints with play as one user element over their bodies' nodes."""
+    size = 3 * len(group.nodes)
+    return int(
+        system.AddObject(
+            eii.ObjectGenericODE2(
+                nodeNumbers=group.nodes,
+                massMatrix=np.zeros((size, size)),
+                forceUserFunction=group.kernel.callback(group.memory, group.places, group.numbers, size),
+            )
+        )
+    )

@@ -1,0 +1,127 @@
+"""Settings of the engine's integrators, chosen from the scene, and a run that ends by name."""
+
+from __future__ import annotations
+
+from math import ceil
+from typing import Any
+
+import exudyn as exu
+import exudyn.itemInterface as eii
+
+from buckler.mbs.elements.beam import Beam, Cable
+from buckler.mbs.elements.strut import Strut
+from buckler.mbs.engine.choice import longest_step, position_error
+from buckler.mbs.engine.recording import Recorder
+from buckler.mbs.engine.scene import SPARSE_FROM, Scene
+from buckler.mbs.engine.settings import Solver
+from buckler.mbs.engine.stepping import StepControl
+from buckler.mbs.record.result import Status
+
+EXPLICIT_SHARE = 10.0
+"""Absolute tolerance of the explicit integrator, fifth order, in units of the position error allowed the implicit one."""
+UNLIMITED = 1e100
+"""Tolerance of the explicit integrator's equal steps: it rejects by its error even steps whose size it may not change."""
+NEVER_REACHED = 1e-15
+"""Smallest step of the explicit integrator, s. One that is reached twice it rejects for ever, and no callback ends the run."""
+
+
+def run_engine(scene: Scene, control: Recorder, engine: Any, settings: Any) -> tuple[Status, str] | None:
+    """Let the engine run; what went wrong, if anything."""
+    if control.solver.record_every > 1:
+        _record_seldom(scene, control)
+    else:
+        scene.system.SetPostStepUserFunction(control.after_step)
+    if isinstance(control, StepControl) and not settings.timeIntegration.newton.modifiedNewtonJacUpdatePerStep:
+        scene.system.SetPreStepUserFunction(control.before_step)
+    try:
+        finished = engine.SolveSystem(scene.system, settings)
+    except exu.ExudynError as error:
+        return control.failure or _named(control, error)
+    if control.failure is not None:
+        return control.failure
+    return None if finished else _diverged(control, "the smallest step did not help")
+
+
+def _record_seldom(scene: Scene, control: Recorder) -> None:
+    """Record where the engine writes its sensors, by a sensor: no callback after the steps between."""
+
+    def record(system: Any, t: float, *_: Any) -> list[float]:
+        if not (control.record.time and t == control.record.time[-1]) and not control.after_step(system, t):
+            raise RuntimeError("the run must end here")  # a sensor cannot end it otherwise
+        return [0.0]
+
+    item = eii.SensorUserFunction(sensorNumbers=[], factors=[], sensorUserFunction=record, storeInternal=False, writeToFile=False)
+    scene.system.AddSensor(item)
+    scene.system.Assemble()
+
+
+def _named(control: Recorder, error: Exception) -> tuple[Status, str]:
+    """Name the engine's exception: a law out of its range, no convergence, or something else."""
+    text = " ".join(str(error).split())
+    if "outside the range" in text or "must lie in" in text:
+        reason = next((line.strip() for line in str(error).splitlines() if "must lie in" in line or "range" in line), text)
+        return Status.STRUT_OUT_OF_RANGE, f"after t = {_reached(control):.6g} s: {reason}"
+    if "NoStepError" in text:
+        return _diverged(control, "a step is rejected again and again, however short: look at the contact law")
+    if isinstance(error, exu.SolverError):
+        return _diverged(control, text[-200:])
+    return Status.ENGINE_ERROR, f"after t = {_reached(control):.6g} s: {text[-200:]}"
+
+
+def _diverged(control: Recorder, reason: str) -> tuple[Status, str]:
+    return Status.NEWTON_DIVERGED, f"no convergence after t = {_reached(control):.6g} s: {reason}"
+
+
+def _reached(control: Recorder) -> float:
+    return control.record.time[-1] if control.record.time else 0.0
+
+
+def _common(duration: float, solver: Solver) -> Any:
+    settings = exu.SimulationSettings()
+    settings.solution.file.write = False
+    settings.timeIntegration.endTime = duration
+    settings.timeIntegration.verboseMode = 0
+    settings.timeIntegration.numberOfSteps = solver.uniform_steps or max(1, ceil(duration / longest_step(solver, duration)))
+    return settings
+
+
+def explicit_settings(scene: Scene, solver: Solver, duration: float) -> Any:
+    """Dormand-Prince 5(4)."""
+    settings = _common(duration, solver)
+    integration = settings.timeIntegration
+    integration.solverType = exu.DynamicSolverType.DOPRI5
+    controlled = solver.uniform_steps is None
+    integration.automaticStepSize = integration.adaptiveStep = controlled
+    integration.initialStepSize = 1e-6
+    integration.explicit.computeEndOfStepAccelerations = False  # the last of Dormand and Prince's stages is the step's end
+    integration.absoluteTolerance = EXPLICIT_SHARE * position_error(scene.mechanism, solver) if controlled else UNLIMITED
+    integration.relativeTolerance = 0.0
+    integration.minimumStepSize = min(solver.min_step, NEVER_REACHED)
+    return settings
+
+
+def implicit_settings(scene: Scene, solver: Solver, duration: float) -> Any:
+    """Generalized-alpha."""
+    settings = _common(duration, solver)
+    integration = settings.timeIntegration
+    integration.minimumStepSize = solver.min_step
+    integration.adaptiveStep = solver.uniform_steps is None
+    integration.adaptiveStepRecoverySteps = 2**31 - 1  # growing the step again is StepControl's business
+    integration.generalizedAlpha.spectralRadius = solver.spectral_radius
+    integration.newton.useModifiedNewton = True
+    keep = solver.reuse_jacobian or (bool(scene.clearances) and solver.uniform_steps is None)
+    integration.newton.modifiedNewtonJacUpdatePerStep = not keep  # a new step size needs a new Jacobian
+    integration.newton.relativeTolerance = solver.newton_relative
+    integration.newton.absoluteTolerance = solver.newton_absolute or _reachable_residual(scene)
+    # the only connectors with a say in it are StepControl's callback; no native contact element is built
+    integration.discontinuous.useRecommendedStepSize = True
+    if scene.system.systemData.ODE2Size() >= SPARSE_FROM:
+        settings.linearSolver.solverType = exu.LinearSolverType.EigenSparse
+    return settings
+
+
+def _reachable_residual(scene: Scene) -> float:
+    """Residual, N, ten times above what round-off leaves of the stiffest link's axial force."""
+    stiff = [link.body.section.axial_stiffness for link in scene.mechanism.links if isinstance(link.body, Beam | Cable)]
+    soft = [link.body.section.axial_stiffness for link in scene.mechanism.links if isinstance(link.body, Strut)]
+    return max(1e-8, 5e-12 * max(stiff, default=0.0), 5e-15 * max(soft, default=0.0))

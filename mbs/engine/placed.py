@@ -1,0 +1,70 @@
+"""Where a link or block lies in the engine."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from buckler.mbs.elements.element import Array
+
+
+class States(NamedTuple):
+    """The engine's coordinates over time: displacements from the reference and their rates, each (times, coordinates)."""
+
+    q: Array
+    q_t: Array
+    q_tt: Array
+
+
+@dataclass(frozen=True)
+class Placed:
+    """A link or block in the engine: its nodes, its reference coordinates and, once assembled, their places.
+
+    Attributes
+    ----------
+    nodes, objects : tuple of int
+        Engine numbers.
+    reference : array, shape (nodes, coordinates a node)
+        Coordinates of the undeformed link.
+    ends : dict of str to int
+        Position marker of each point.
+    """
+
+    name: str
+    body: Any
+    nodes: tuple[int, ...]
+    objects: tuple[int, ...]
+    reference: Array
+    ends: dict[str, int]
+
+    def columns(self, system: Any) -> Array:
+        """Places of the coordinates in the engine's vector, shape as `reference`."""
+        first = [system.GetNodeODE2Index(node) for node in self.nodes]
+        return np.add.outer(np.array(first), np.arange(self.reference.shape[1]))
+
+    def total(self, system: Any, states: States) -> States:
+        """Coordinates and rates of this link alone, each (times, nodes, coordinates a node)."""
+        columns = self.columns(system)
+        return States(states.q[:, columns] + self.reference, states.q_t[:, columns], states.q_tt[:, columns])
+
+    def motion(self, system: Any, states: States) -> Any:
+        """What it did, as the record keeps it."""
+        raise NotImplementedError
+
+    def weights(self, system: Any) -> Array:
+        """How far one unit of each coordinate moves the link, m, shape as `columns`: a norm for step errors."""
+        raise NotImplementedError
+
+    def contact_node(self, scene: Any, point: str) -> tuple[int, Array]:
+        """Node (x, y, theta) that moves with the body at a point, and that node's reference place.
+
+        Raises
+        ------
+        ValueError
+            If the body has none: contacts exert moments.
+        """
+        raise ValueError(
+            f"clearance at '{point}': link '{self.name}' must be Rigid, Beam or Modal, as the contact exerts moments"
+        )

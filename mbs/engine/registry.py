@@ -1,0 +1,28 @@
+"""Which kind becomes what in the engine: a kind is a line here."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from buckler.mbs import elements
+from buckler.mbs.engine import clearance, drive, guide, modal, revolute, rigid, stop, strip, strut
+
+BODIES: dict[type, Callable[..., Any]] = {
+    elements.Rigid: rigid.add,
+    elements.Beam: strip.add,
+    elements.Cable: strip.add,
+    elements.Modal: modal.add,
+    elements.Strut: strut.add,
+}
+"""Adds a link: (scene, link, velocity of its start) -> Placed, or None if it has no coordinates."""
+
+CONNECTORS: dict[type, Callable[..., None]] = {
+    elements.Revolute: revolute.connect,
+    elements.Clearance: clearance.connect,
+    elements.Guide: guide.connect,
+    elements.Strut: strut.connect,
+    elements.Stop: stop.connect,
+    elements.Drive: drive.connect,
+}
+"""Adds all elements of a kind once the bodies stand: (scene, elements by name)."""

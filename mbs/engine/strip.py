@@ -1,0 +1,200 @@
+"""Beams and cables in the engine.
+
+Also the only place that knows their nodal layout: (x, y, theta) for geometrically exact beams, (x, y, dx/ds, dy/ds) for ANCF
+cables.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import exudyn.itemInterface as eii
+import numpy as np
+
+from buckler.mbs.elements.beam import Beam, Cable
+from buckler.mbs.elements.element import Array
+from buckler.mbs.elements.link import Link
+from buckler.mbs.elements.section import Section
+from buckler.mbs.engine.placed import Placed, States
+from buckler.mbs.record.strips import StripMotion
+
+
+@dataclass(frozen=True)
+class PlacedStrip(Placed):
+    """A flexible link: `pieces` are the stress-free lengths of its elements, m, `at` the nodes of its points."""
+
+    pieces: Array
+    at: dict[str, int]
+
+    def motion(self, system: Any, states: States) -> StripMotion:
+        """Of its nodes."""
+        return StripMotion(self.body, self.pieces, self.reference, self.at, *self.total(system, states))
+
+    def weights(self, system: Any) -> Array:
+        """Of places 1, of turns and slopes 0."""
+        weights = np.zeros_like(self.reference)
+        weights[:, :2] = 1.0
+        return weights
+
+    def contact_node(self, scene: Any, point: str) -> tuple[int, Array]:
+        """The node of a beam at the point; a cable's has no angle."""
+        if isinstance(self.body, Cable):
+            return super().contact_node(scene, point)
+        return self.nodes[self.at[point]], self.reference[self.at[point], :2]
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """Nodes of a stress-free strip in the chord's frame.
+
+    Attributes
+    ----------
+    places : array, shape (nodes, 2)
+        m.
+    directions : array, shape (nodes,)
+        Of the tangent against the chord, rad.
+    pieces : array, shape (elements,)
+        Lengths of the elements, m.
+    at : dict of str to int
+        Node of each point.
+    """
+
+    places: Array
+    directions: Array
+    pieces: Array
+    at: dict[str, int]
+
+
+def mesh(link: Link, chord: float) -> Mesh:
+    """Divide a strip into elements so that each of its points is a node between two of them."""
+    body: Any = link.body
+    step = body.nodes - 1 if isinstance(body, Beam) else 1
+    inner = sorted((part, point) for point, part in link.carries.items())  # type: ignore[union-attr]
+    cuts = [0.0, *(part for part, _ in inner), 1.0]
+    counts = _shares(np.diff(cuts), body.count)
+    edges = np.concatenate([[0.0], *(np.linspace(a, b, n + 1)[1:] for a, b, n in zip(cuts[:-1], cuts[1:], counts, strict=True))])
+    stations = np.concatenate([[0.0], *(np.linspace(a, b, step + 1)[1:] for a, b in pairwise(edges))])
+    curve = body.curve(chord)
+    places, directions, pieces = curve.places(stations), curve.direction(stations), curve.length * np.diff(edges)
+    if isinstance(body, Beam):
+        places, directions, pieces = _stress_free(step, chord, places, directions, pieces)
+    nodes = np.concatenate([[0], step * np.cumsum(counts)])
+    at = {link.start: 0, link.end: len(stations) - 1}
+    return Mesh(places, directions, pieces, at | {point: int(node) for (_, point), node in zip(inner, nodes[1:-1], strict=True)})
+
+
+def _shares(parts: Array, count: int) -> list[int]:
+    """Whole numbers of elements for parts of a strip: `count` in all, or one a part if these are more."""
+    shares = np.maximum(1, np.floor(parts * count + 1e-9)).astype(int)
+    while shares.sum() < count:
+        shares[np.argmax(parts / shares)] += 1
+    return [int(n) for n in shares]
+
+
+def _stress_free(step: int, chord: float, places: Array, theta: Array, pieces: Array) -> tuple[Array, Array, Array]:
+    """Move a beam's nodes so that no element has a strain at its integration points.
+
+    The interpolated slope has length 1 there if the element is as long as its chord c (2 nodes), or sqrt(c^2 + 16/3 d^2)
+    with its middle node d above mid-chord (3 nodes); the curvature is constant if the middle direction is the mean one.
+    """
+    place = places[:, 0] + 1j * places[:, 1]
+    ends = place[::step]
+    sag = np.zeros(len(pieces))
+    if step == 2:
+        theta = theta.copy()
+        theta[1::2] = (theta[:-2:2] + theta[2::2]) / 2
+        sag = ((place[1::2] - (ends[:-1] + ends[1:]) / 2) / np.diff(ends)).imag  # d/c
+    share = pieces / pieces.mean()
+    chords = np.diff(ends) / np.abs(np.diff(ends)) / np.sqrt(1 + 16 / 3 * sag**2) * share
+    ends = np.concatenate([[0.0], np.cumsum(chords)])
+    place = np.zeros(len(place), dtype=complex)
+    place[::step] = ends
+    if step == 2:
+        place[1::2] = (ends[:-1] + ends[1:]) / 2 + 1j * sag * chords
+    scale = chord / float(ends[-1].real)
+    return np.column_stack([place.real, place.imag]) * scale, theta, share * scale
+
+
+def add(scene: Any, link: Link, velocity: Array) -> PlacedStrip:
+    """Add a beam or cable; `velocity` is that of its start, (vx, vy, omega)."""
+    mechanism, system, body = scene.mechanism, scene.system, link.body
+    start, end = (np.array(mechanism.points[p]) for p in (link.start, link.end))
+    chord = mechanism.length(link.name)
+    along = (end - start) / chord
+    found = mesh(link, chord)
+    x, y = found.places.T
+    places = start + np.outer(x, along) + np.outer(y, np.array([-along[1], along[0]]))
+    directions = found.directions + np.arctan2(along[1], along[0])
+    arms = places - start
+    speeds = velocity[:2] + velocity[2] * np.column_stack([-arms[:, 1], arms[:, 0]])
+    adding = _add_beam if isinstance(body, Beam) else _add_cable
+    nodes, objects, reference = adding(system, body, places, directions, speeds, float(velocity[2]), found.pieces)
+    ends = {point: system.AddMarker(eii.MarkerNodePosition(nodeNumber=nodes[node])) for point, node in found.at.items()}
+    return PlacedStrip(link.name, body, tuple(nodes), tuple(objects), reference, ends, found.pieces, found.at)
+
+
+def _add_beam(
+    system: Any, body: Any, places: Array, directions: Array, speeds: Array, turning: float, pieces: Array
+) -> tuple[list[int], list[int], Array]:
+    section = body.section
+    reference = np.column_stack([places, directions])
+    nodes = [
+        system.AddNode(eii.NodeRigidBody2D(referenceCoordinates=[*row], initialVelocities=[*v, turning]))
+        for row, v in zip(reference, speeds, strict=True)
+    ]
+    step = body.nodes - 1
+    objects = []
+    for e, length in enumerate(pieces):
+        ends = slice(e * step, e * step + body.nodes)
+        curvature = (directions[ends][-1] - directions[ends][0]) / length
+        objects.append(
+            system.AddObject(
+                eii.ObjectBeamGeometricallyExact2D(
+                    nodeNumbers=nodes[ends],
+                    length=length,
+                    massPerLength=section.mass_per_length,
+                    crossSectionInertia=section.inertia_per_length,
+                    shearStiffness=section.shear_stiffness,
+                    referenceCurvature=curvature,  # a bowed reference alone is not stress-free
+                    **_stiffness(section),
+                )
+            )
+        )
+    return nodes, objects, reference
+
+
+def _add_cable(
+    system: Any, body: Any, places: Array, directions: Array, speeds: Array, turning: float, pieces: Array
+) -> tuple[list[int], list[int], Array]:
+    tangents = np.column_stack([np.cos(directions), np.sin(directions)])
+    reference = np.column_stack([places, tangents])
+    spins = turning * np.column_stack([-tangents[:, 1], tangents[:, 0]])
+    nodes = [
+        system.AddNode(eii.NodePoint2DSlope1(referenceCoordinates=[*row], initialVelocities=[*v, *w]))
+        for row, v, w in zip(reference, speeds, spins, strict=True)
+    ]
+    objects = [
+        system.AddObject(
+            eii.ObjectANCFCable2D(
+                nodeNumbers=nodes[e : e + 2],
+                length=length,
+                massPerLength=body.section.mass_per_length,
+                strainIsRelativeToReference=1.0,
+                useReducedOrderIntegration=2,  # the only choice that does not lock when thin and coarse
+                **_stiffness(body.section),
+            )
+        )
+        for e, length in enumerate(pieces)
+    ]
+    return nodes, objects, reference
+
+
+def _stiffness(section: Section) -> dict[str, float]:
+    return {
+        "bendingStiffness": section.bending_stiffness,
+        "axialStiffness": section.axial_stiffness,
+        "bendingDamping": section.bending_stiffness * section.material.bending_damping,
+        "axialDamping": section.axial_stiffness * section.material.axial_damping,
+    }

@@ -1,0 +1,101 @@
+"""What links and blocks did, as plain arrays: rigid links and the blocks of guides. Strips are in `strips`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from buckler.mbs.elements.element import Array, left, turned
+
+
+@dataclass(frozen=True, eq=False)
+class RigidMotion:
+    """A rigid link.
+
+    Attributes
+    ----------
+    mass, inertia : float
+        kg; kg m^2 about the centre of mass.
+    arms : mapping of str to (float, float)
+        From the centre of mass to any point of the mechanism at t = 0, m.
+    q, q_t, q_tt : arrays, shape (times, 3)
+        Place of the centre of mass, m, and angle turned since t = 0, rad, with their rates.
+    """
+
+    mass: float
+    inertia: float
+    arms: Mapping[str, Any]
+    q: Array
+    q_t: Array
+    q_tt: Array
+
+    def point(self, name: str) -> tuple[Array, Array]:
+        """Place and velocity of a point fixed to the link, each (times, 2)."""
+        arm = turned(self.q[:, 2], self.arms[name])
+        return self.q[:, :2] + arm, self.q_t[:, :2] + self.q_t[:, 2:3] * left(arm)
+
+    def turn(self, _name: str = "") -> tuple[Array, Array]:
+        """Angle turned since t = 0 and its rate, each (times,)."""
+        return self.q[:, 2], self.q_t[:, 2]
+
+    def centre(self) -> tuple[Array, Array, Array]:
+        """Place, velocity and acceleration of the centre of mass, each (times, 2)."""
+        return self.q[:, :2], self.q_t[:, :2], self.q_tt[:, :2]
+
+    def kinetic(self) -> Array:
+        """Kinetic energy, J, (times,)."""
+        return 0.5 * self.mass * (self.q_t[:, :2] ** 2).sum(axis=1) + 0.5 * self.inertia * self.q_t[:, 2] ** 2
+
+
+@dataclass(frozen=True, eq=False)
+class BlockMotion:
+    """A guide's block.
+
+    Attributes
+    ----------
+    mass : float
+        kg.
+    origin, along : (float, float)
+        Place at t = 0, m, and direction of the guide.
+    travel, speed, acceleration : arrays, shape (times,)
+        Along the guide since t = 0.
+    """
+
+    mass: float
+    origin: tuple[float, float]
+    along: tuple[float, float]
+    travel: Array
+    speed: Array
+    acceleration: Array
+
+    def point(self, _name: str = "") -> tuple[Array, Array]:
+        """Place and velocity, each (times, 2)."""
+        return self.origin + np.outer(self.travel, self.along), np.outer(self.speed, self.along)
+
+    def turn(self, _name: str = "") -> tuple[Array, Array]:
+        """It does not turn."""
+        return np.zeros_like(self.travel), np.zeros_like(self.travel)
+
+    def centre(self) -> tuple[Array, Array, Array]:
+        """Place, velocity and acceleration, each (times, 2)."""
+        return *self.point(), np.outer(self.acceleration, self.along)
+
+    def kinetic(self) -> Array:
+        """Kinetic energy, J, (times,)."""
+        return 0.5 * self.mass * self.speed**2
+
+
+def chosen(motion: Any, rows: Any) -> Any:
+    """The same motion at some of its times, by index."""
+    return replace(motion, q=motion.q[rows], q_t=motion.q_t[rows], q_tt=motion.q_tt[rows])
+
+
+def between(motion: Any, time: Array, times: Array) -> Any:
+    """The same motion at other times, by cubic Hermite interpolation; rates are left out."""
+    from scipy.interpolate import CubicHermiteSpline
+
+    q = CubicHermiteSpline(time, motion.q, motion.q_t)(times)
+    return replace(motion, q=q, q_t=np.zeros_like(q), q_tt=np.zeros_like(q))

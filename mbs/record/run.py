@@ -1,0 +1,44 @@
+"""One pass of a solver: what it left, how it ended, what it cost."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+from buckler.mbs.elements.element import Array
+from buckler.mbs.record.record import Record
+from buckler.mbs.record.result import Status
+from buckler.mbs.record.signals import collect
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """One pass of a solver.
+
+    Attributes
+    ----------
+    solver : Solver
+        The settings it was made with.
+    record : Record
+    failure : (Status, str) or None
+    work : dict
+        wall_s (the solver's), steps, newton_iterations, jacobians, rejected.
+    summary : dict
+        What the scene was made of.
+    again : callable
+        `again(first, last)` runs from one sample to another with steps half as long: a Record, or None if it fails.
+    """
+
+    solver: Any
+    record: Record
+    failure: tuple[Status, str] | None
+    work: dict[str, float]
+    summary: Mapping[str, int] = field(default_factory=dict)
+    again: Callable[[int, int], Record | None] = lambda _first, _last: None
+
+    @cached_property
+    def signals(self) -> tuple[dict[str, Array], dict[str, str]]:
+        """Signals and their units."""
+        return collect(self.record)

@@ -1,0 +1,110 @@
+"""From a mechanism to a checked result."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Callable, Sequence
+from importlib import metadata
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from buckler.mbs.accuracy.delivery import Delivery, deliver
+from buckler.mbs.accuracy.difference import COARSEST, FINEST
+from buckler.mbs.checks.suspicions import suspicions
+from buckler.mbs.engine.settings import Solver
+from buckler.mbs.engine.solve import once
+from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.record.energy import ledger as energy_ledger
+from buckler.mbs.record.result import Result, Status
+from buckler.mbs.record.run import Run
+from buckler.mbs.record.signals import shapes_at
+from buckler.mbs.validate import number, positive
+
+
+def simulate(
+    mechanism: Mechanism,
+    duration: float,
+    accuracy: float | None = None,
+    *,
+    solver: Solver | None = None,
+    ledger: bool = False,
+    shapes: Sequence[float] = (),
+    timeout: float | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Result:
+    """Simulate a mechanism from t = 0, its velocities given by the drive through the constraints.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    duration : float
+        s, positive.
+    accuracy : float, optional
+        Largest relative error of the motion, as `mbs.accuracy.difference` measures it, 1e-6 to 0.1: the integrator, its steps and
+        tolerances and the elements of flexible links that name no number are chosen to keep it, and the result's `error` tells
+        what was delivered. It takes several runs. A result that misses it is SUSPECT, ACCURACY in the message.
+    solver : Solver, optional
+        Settings of the integration instead of an accuracy; the defaults suit any scene.
+    ledger : bool
+        Also keep the energy ledger, and mark a run whose balance fails as SUSPECT.
+    shapes : sequence of float
+        Times, s, at which to keep the shapes of flexible links.
+    timeout : float, optional
+        Wall-clock limit, s; beyond it the run ends as TIMED_OUT with what it has.
+    progress : callable, optional
+        Called with the fraction of a run done after each step.
+
+    Returns
+    -------
+    Result
+        Failures come as a status with a message, not as exceptions.
+
+    Raises
+    ------
+    ValueError
+        On wrong input, before any engine call.
+    """
+    positive("duration", duration, "s")
+    if timeout is not None:
+        positive("timeout", timeout, "s")
+    times = np.atleast_1d(np.asarray(shapes, dtype=float))
+    for t in times:
+        number("shapes", float(t), 0.0, duration, "s")
+    if accuracy is None:
+        return _result(once(mechanism, duration, solver or Solver(), timeout, progress), None, ledger, times)
+    number("accuracy", accuracy, FINEST, COARSEST, "1")
+    if solver is not None:
+        raise ValueError(f"accuracy = {accuracy:g} and solver: give one of them; an accuracy chooses the settings itself")
+    start = perf_counter()
+
+    def run(mechanism: Mechanism, span: float, solver: Solver) -> Run:
+        left = None if timeout is None else max(1e-3, timeout - (perf_counter() - start))
+        return once(mechanism, span, solver, left, progress)
+
+    delivery = deliver(mechanism, duration, accuracy, run)
+    return _result(delivery.run, delivery, ledger, times, perf_counter() - start)
+
+
+def _result(run: Run, delivery: Delivery | None, ledger: bool, times: Any, wall: float = 0.0) -> Result:
+    """Signals, energies and checks of a run; with what the accuracy asked for made of it, and the time that took."""
+    record = run.record
+    signals, units = run.signals
+    status, message = run.failure or (Status.OK, "")
+    result = Result(
+        status,
+        message,
+        record.time,
+        signals,
+        units,
+        run.work,
+        energy_ledger(record) if ledger else {},
+        shapes_at(record, times) if len(times) else {},
+        {"exudyn": metadata.version("exudyn"), "python": platform.python_version(), "scene": dict(run.summary)},
+    )
+    if delivery is not None:
+        result = delivery.complete(result, wall)
+    for reason in suspicions(run, result):
+        result = result.suspect(reason)
+    return result
