@@ -108,6 +108,7 @@ class Builder:
     ideal: list[tuple[int, int]] = field(default_factory=list)
     owners: list[Any] = field(default_factory=list)
     units: dict[int, float] = field(default_factory=dict)
+    elastic: list[tuple[int, int, int]] = field(default_factory=list)
     _law_rows: dict[Any, int] = field(default_factory=dict)
     _marker_rows: dict[Any, int] = field(default_factory=dict)
 
@@ -139,6 +140,11 @@ class Builder:
         return first
 
     # --- markers and measures -----------------------------------------------------------------------------------------
+
+    def deforms(self, one: Sequence[int], other: Sequence[int] | None = None) -> None:
+        """Say which coordinates tell how a body deforms, one by one or in pairs; they share a unit."""
+        group = 1 + max((g for _, _, g in self.elastic), default=-1)
+        self.elastic += [(int(i), int(j), group) for i, j in zip(one, other or [-1] * len(one), strict=True)]
 
     def add_marker(self, kind: int, offset: int, size: int, places: Sequence[int], numbers: Any) -> int:
         """Add a marker, or find the same one."""
@@ -271,6 +277,7 @@ class Builder:
             ramps=_real(self.ramps, 3),
             forces=_whole(forces, 7),
             factors=np.ones(len(forces) + 1),
+            elastic=_whole(self.elastic, 3),
             laws=_whole(self.laws, 4),
             law_numbers=_real(self.law_numbers, 8),
             data=np.array(self.data, dtype=float),

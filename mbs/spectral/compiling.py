@@ -68,7 +68,8 @@ def lend_tables(s):
     return Tables(
         borrowed(s.mass), borrowed(s.weight), borrowed(s.modal), borrowed(s.strips), borrowed(s.markers), borrowed(s.places),
         borrowed(s.measures), borrowed(s.directions), borrowed(s.rows), borrowed(s.values), borrowed(s.motions),
-        borrowed(s.ramps), borrowed(s.forces), borrowed(s.factors), borrowed(s.laws), borrowed(s.law_numbers), borrowed(s.data),
+        borrowed(s.ramps), borrowed(s.forces), borrowed(s.factors), borrowed(s.elastic),
+        borrowed(s.laws), borrowed(s.law_numbers), borrowed(s.data),
     )  # fmt: skip
 
 

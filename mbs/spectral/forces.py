@@ -96,7 +96,7 @@ def value_along(s, k, t, value, rate, mem, since, reaction):
     if kind == SEAT:
         return -rubbing(s, s.forces[k, FRICTION_OF], rate, mem, since)[0] * abs(reaction)
     if kind == STRUT:
-        return strut(value, rate, p, s.laws[s.forces[k, LAW_OF], 1])
+        return -strut(value, rate, p, s.laws[s.forces[k, LAW_OF], 1])
     if kind == GIVEN:
         address = s.laws[s.forces[k, LAW_OF], 1] if s.forces[k, LAW_OF] >= 0 else 0
         return p[0] if address == 0 else call1(address, t)

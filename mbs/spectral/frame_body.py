@@ -45,10 +45,10 @@ class FrameBody:
         """Marker of a point on it."""
         return self.marker_at(builder, np.array(builder.mechanism.points[point]), self.shapes.get(point))
 
-    def marker_at(self, builder: Builder, place: Array, shape: Array | None = None) -> int:
-        """Marker of the place where it is at t = 0."""
+    def marker_at(self, builder: Builder, place: Array, shape: Array | None = None, turned: bool = False) -> int:
+        """Marker of the place where it is at t = 0; `turned`: its angle is that turned since then."""
         arm, c, s = place - self.centre, np.cos(self.angle), np.sin(self.angle)
-        local = [c * arm[0] + s * arm[1], -s * arm[0] + c * arm[1], 0.0]
+        local = [c * arm[0] + s * arm[1], -s * arm[0] + c * arm[1], -self.angle if turned else 0.0]
         modes = np.zeros((self.modes, 3)) if shape is None else shape
         o = self.offset
         return builder.add_marker(k.FRAME, o, self.modes, range(o, o + 3 + self.modes), [*local, *modes.ravel()])

@@ -25,20 +25,38 @@ import numpy as np
 
 from buckler.mbs.spectral.compiling import borrowed, jit, lend_tables, lend_work
 from buckler.mbs.spectral.forces import add_forces
-from buckler.mbs.spectral.markers import place_markers
 from buckler.mbs.spectral.kernel import add_mass_slope, add_multipliers, constraints, forces, mass_matrix
+from buckler.mbs.spectral.markers import place_markers
 from buckler.mbs.spectral.tables import BRISTLE, CONTACT, FASTEST, JOURNAL, NUMBERS, ONSET, SEAT, SLIDING
 
 Array = np.ndarray[Any, Any]
 OK, UNDERFLOW, NOT_FINITE, TOO_MANY = 0, 1, 2, 3
 STATUS, STEPS, REJECTED, JACOBIANS, ITERATIONS, SAMPLES, ONSETS, COUNTERS = 0, 1, 2, 3, 4, 5, 6, 8
 """Places in the counts."""
-TOLERANCE, RADIUS, LONGEST, FIRST_STEP, BUDGET, FLOOR, GRAZE, CONTACT_TOLERANCE, FIXED_STEPS, CONTROLS = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9
+TOLERANCE, RADIUS, LONGEST, FIRST_STEP, BUDGET, FLOOR, GRAZE, CONTACT_TOLERANCE, FIXED_STEPS, CLOSE, EVERY, CONTROLS = (
+    0,
+    1,
+    2,
+    3,
+    4,
+    5,
+    6,
+    7,
+    8,
+    9,
+    10,
+    11,
+)
 """Places in the controls: local error allowed, spectral radius at infinity, longest and first step, most steps, slowest onset
 speed, share of the fastest approach below which onsets are not taken apart, local error allowed of the depth of a contact,
-1 for steps that do not vary."""
+1 for steps that do not vary, size of the last Newton step over the local error allowed, how
+many steps to a row."""
 MOST = 10
 """Newton iterations."""
+ROUNDING = 1e-13
+"""A Newton step below this, of the coordinates' whole units, can grow no smaller."""
+SHARE = 100.0
+"""The tolerance of inner coordinates of strips and modes is relative to so many times their largest deformation so far."""
 
 
 class Room(NamedTuple):
@@ -70,18 +88,25 @@ class Room(NamedTuple):
     before: Array
     da: Array
     dlam: Array
+    largest: Array
+    past: Array
+    rest: Array
+    whole: Array
+    amount: Array
     units: Array
 
 
 class Output(NamedTuple):
-    """What a run leaves at the times asked for: coordinates, rates, second rates, multipliers, memories; largest force since."""
+    """What a run leaves of each step: time, coordinates, rates, second rates, multipliers; of each force its onset speed, bristle
+    and sliding speed at the step before, and that step's time.
+    """
 
+    time: Array
     q: Array
     v: Array
     a: Array
     lam: Array
     memory: Array
-    peak: Array
 
 
 def room_for(q: Array, v: Array, a: Array, lam: Array, memory: Array, units: Array) -> Room:
@@ -91,14 +116,21 @@ def room_for(q: Array, v: Array, a: Array, lam: Array, memory: Array, units: Arr
     return Room(
         *vectors, *(x.copy() for x in vectors), np.zeros(n), np.zeros(r), np.zeros(r), np.zeros(r), np.zeros((r, n)),
         np.zeros((n, n)), np.zeros((n, n)), np.zeros((r, n)), np.zeros((n, n)), np.zeros((n + r, n + r)),
-        np.zeros((n + r, n + r)), np.zeros(n + r), memory.copy(), np.zeros((k, 8)), np.zeros(n), np.zeros(r), np.array(units, dtype=float),
+        np.zeros((n + r, n + r)), np.zeros(n + r), memory.copy(), np.zeros((k, 8)), np.zeros(n), np.zeros(r), np.zeros(k),
+        memory[:, 1:3].copy(), np.array(q), np.array(units, dtype=float), np.zeros(n), np.array(units, dtype=float),
     )  # fmt: skip
 
 
-def output_for(samples: int, room: Room) -> Output:
-    """Make room for what a run leaves."""
+def output_for(rows: int, room: Room) -> Output:
+    """Make room for what so many steps leave."""
     n, r, k = len(room.q), len(room.lam), room.memory.shape
-    return Output(*(np.zeros((samples, n)) for _ in range(3)), np.zeros((samples, r)), np.zeros((samples, *k)), np.zeros((samples, k[0])))
+    return Output(np.zeros(rows), *(np.zeros((rows, n)) for _ in range(3)), np.zeros((rows, r)), np.zeros((rows, *k)))
+
+
+@jit
+def lend_output(out):
+    """The same without its shares in the memory's reference counts."""
+    return Output(borrowed(out.time), borrowed(out.q), borrowed(out.v), borrowed(out.a), borrowed(out.lam), borrowed(out.memory))
 
 
 @jit
@@ -167,9 +199,10 @@ def _newton(s, w, x, t, h, before, radius, close, fresh, counts):
         x.right[n:] = x.residual
         step = x.inverse @ x.right
         counts[ITERATIONS] += 1
-        size = 0.0
+        size, whole = 0.0, 0.0
         for i in range(n):
             size = max(size, abs(step[i]) / x.units[i])
+            whole = max(whole, abs(step[i]) / x.whole[i])
             x.q1[i] -= step[i]
             x.v1[i] -= by_v * step[i]
             x.a1[i] -= by_a * step[i]
@@ -177,7 +210,7 @@ def _newton(s, w, x, t, h, before, radius, close, fresh, counts):
             x.lam1[k] -= step[n + k] * by_a
         if not np.isfinite(size):
             return 1
-        if size <= close or (iteration > 0 and size * size / last <= 0.3 * close and size < 0.3 * last):
+        if size <= close or whole <= ROUNDING or (iteration > 0 and size * size / last <= 0.3 * close and size < 0.3 * last):
             return 0
         if iteration > 0 and size > 0.25 * last:
             if renewed and size > 0.9 * last:
@@ -189,20 +222,35 @@ def _newton(s, w, x, t, h, before, radius, close, fresh, counts):
 
 @jit
 def _project(x):
-    """Move the new velocities onto the constraints, in the metric of the Newton matrix."""
+    """Move the new velocities and accelerations onto the constraints, in the metric of the Newton matrix."""
     n, r = x.q.size, x.lam.size
-    if r == 0:
-        return
     for k in range(r):
-        total = -x.speed[k]
+        slip, swing = -x.speed[k], -x.change[k]
         for i in range(n):
-            total += x.jacobian[k, i] * x.v1[i]
-        x.right[k] = total
+            slip += x.jacobian[k, i] * x.v1[i]
+            swing += x.jacobian[k, i] * x.a1[i]
+        x.speed[k], x.change[k] = slip, swing
     for i in range(n):
-        total = 0.0
         for k in range(r):
-            total += x.inverse[i, n + k] * x.right[k]
-        x.v1[i] -= total
+            x.v1[i] -= x.inverse[i, n + k] * x.speed[k]
+            x.a1[i] -= x.inverse[i, n + k] * x.change[k]
+    for i in range(r):
+        for k in range(r):
+            x.lam1[i] -= x.inverse[n + i, n + k] * x.change[k]
+
+
+@jit
+def _grow_units(x, elastic):
+    """Take the largest deformation so far as the unit of a strip's or mode's inner coordinates."""
+    for k in range(elastic.shape[0]):
+        i, j, group = elastic[k]
+        size = abs(x.q[i] - x.rest[i]) if j < 0 else abs(np.hypot(x.q[i], x.q[j]) - np.hypot(x.rest[i], x.rest[j]))
+        x.amount[group] = max(x.amount[group], size)
+    for k in range(elastic.shape[0]):
+        i, j, group = elastic[k]
+        x.units[i] = min(x.whole[i], max(1e-6 * x.whole[i], SHARE * x.amount[group]))
+        if j >= 0:
+            x.units[j] = x.units[i]
 
 
 @jit
@@ -225,6 +273,17 @@ def _error(s, w, x, h, tolerance, contact_tolerance):
                 e = abs(new - old - 0.5 * h * (rate + before)) / 3.0
                 worst = max(worst, e / (contact_tolerance * max(deep, h * max(abs(rate), abs(before)))))
     return worst
+
+
+@jit
+def _lets_go(s, w, x, share):
+    """Whether a contact that pushed with more than a share of its largest force so far pushes no more: a kink to be cut out."""
+    for k in range(s.forces.shape[0]):
+        kind = s.forces[k, 0]
+        if (kind == CONTACT or kind == JOURNAL) and w.reports[k, 0] == 0.0:
+            if abs(x.before[k, 0]) > share * x.largest[k]:
+                return True
+    return False
 
 
 @jit
@@ -299,6 +358,8 @@ def _remember(s, w, x, floor, graze, counts):
     changed = False
     for k in range(s.forces.shape[0]):
         kind, m = s.forces[k, 0], x.memory[k]
+        x.past[k, 0], x.past[k, 1] = m[BRISTLE], m[SLIDING]
+        x.largest[k] = max(x.largest[k], abs(w.reports[k, 0]))
         if kind == CONTACT or kind == JOURNAL:
             old, new, rate = depth_of(s, x.before, k), depth_of(s, w.reports, k), rate_of_depth(s, w.reports, k)
             if new <= 0.0 or old <= 0.0:
@@ -315,15 +376,13 @@ def _remember(s, w, x, floor, graze, counts):
 
 
 @jit
-def _sample(x, out, i, h, part):
-    """Write the state at a fraction of the step: cubics through values and slopes at its ends."""
-    for j in range(x.q.size):
-        out.q[i, j] = hermite(part, h, x.q[j], x.v[j], x.q1[j], x.v1[j])
-        out.v[i, j] = hermite(part, h, x.v[j], x.a[j], x.v1[j], x.a1[j])
-        out.a[i, j] = (1.0 - part) * x.a[j] + part * x.a1[j]
-    for j in range(x.lam.size):
-        out.lam[i, j] = (1.0 - part) * x.lam[j] + part * x.lam1[j]
-    out.memory[i] = x.memory
+def write(x, out, i, t, before):
+    """Write the present state as row i; bristles and sliding speeds are those of the step before, at time `before`."""
+    out.time[i] = t
+    out.q[i], out.v[i], out.a[i], out.lam[i] = x.q, x.v, x.a, x.lam
+    out.memory[i, :, ONSET] = x.memory[:, ONSET]
+    out.memory[i, :, FASTEST] = before
+    out.memory[i, :, BRISTLE : SLIDING + 1] = x.past
 
 
 @jit
@@ -347,28 +406,31 @@ def _lend(x):
         borrowed(x.a1), borrowed(x.b1), borrowed(x.lam1), borrowed(x.force), borrowed(x.residual), borrowed(x.speed),
         borrowed(x.change), borrowed(x.jacobian), borrowed(x.stiffness), borrowed(x.damping), borrowed(x.cross),
         borrowed(x.mass), borrowed(x.matrix), borrowed(x.inverse), borrowed(x.right), borrowed(x.memory), borrowed(x.before),
-        borrowed(x.da), borrowed(x.dlam), borrowed(x.units),
+        borrowed(x.da), borrowed(x.dlam), borrowed(x.largest),
+        borrowed(x.past), borrowed(x.rest),
+        borrowed(x.whole), borrowed(x.amount), borrowed(x.units),
     )  # fmt: skip
 
 
 @jit
-def run_implicit(s, w, x, times, stops, controls, out, counts):
-    """Integrate from times[0] to times[-1] and fill out at all of them; stops are times at which a step must end.
+def run_implicit(s, w, x, clock, end, stops, controls, out, counts):
+    """Go on from the room's state to the end, or until out is full; stops are times at which a step must end.
 
-    The room's state is the start, and is left as it is at the end.
+    Every step is written to out, or every so many. The room and the clock are left as they are then, to go on from.
     """
-    s, w, x = lend_tables(s), lend_work(w), _lend(x)
-    t, end, nstop, h = times[0], times[-1], 0, controls[FIRST_STEP]
+    s, w, x, out = lend_tables(s), lend_work(w), _lend(x), lend_output(out)
+    t, wanted, held, previous, made, skipped = clock[0], clock[1], clock[2], clock[3], clock[4], int(clock[5])
     tolerance, radius, fresh, fixed = controls[TOLERANCE], controls[RADIUS], True, controls[FIXED_STEPS] > 0.0
-    close, shortest, landing = 1e-3 * tolerance, 1e-14 * (end - t) + 1e-15, 1e-2 * tolerance * x.units.max()
-    mass_matrix(s, x.q, x.mass)
-    forces(s, w, t, x.q, x.v, x.lam, x.memory, 0.0, x.force, x.stiffness, x.damping, x.cross, False)
-    x.before[:] = w.reports
-    x.q1[:], x.v1[:], x.a1[:], x.lam1[:] = x.q, x.v, x.a, x.lam
-    _sample(x, out, 0, 1.0, 0.0)
-    counts[SAMPLES], wanted, made, held, previous = 1, h, 0.0, 0.0, 0.0
-    while t < end - shortest and counts[STATUS] == OK:
+    shortest, landing = 1e-15 * end, 1e-2 * tolerance * x.whole.max()
+    row, nstop, every = 0, 0, int(controls[EVERY])
+    if counts[STEPS] == 0:
+        begin(s, w, x, t)
+        write(x, out, 0, t, t)
+        row = 1
+    while t < end - shortest and counts[STATUS] == OK and row < out.time.size:
         while nstop < stops.size and stops[nstop] <= t + shortest:
+            if stops[nstop] > t - shortest and not fixed:
+                wanted, held, previous = min(wanted, 1e-3 * controls[LONGEST]), 0.0, 0.0
             nstop += 1
         target = min(end, stops[nstop]) if nstop < stops.size else end
         h = min(wanted, controls[LONGEST])
@@ -378,15 +440,15 @@ def run_implicit(s, w, x, times, stops, controls, out, counts):
             h = 0.5 * (target - t)
         if abs(h - made) > 1e-9 * h:
             fresh = True
-        failed = _newton(s, w, x, t + h, h, previous, radius, close, fresh, counts) > 0
+        failed = _newton(s, w, x, t + h, h, previous, radius, controls[CLOSE] * tolerance, fresh, counts) > 0
         made, fresh = h, False
         if counts[STEPS] + counts[REJECTED] > controls[BUDGET]:
             counts[STATUS] = TOO_MANY
         if failed:
             counts[REJECTED] += 1
-            wanted, fresh = 0.3 * h, True
+            wanted, fresh, previous = 0.3 * h, True, 0.0
             if wanted < shortest:
-                counts[STATUS] = UNDERFLOW if np.isfinite(x.q1.sum()) else NOT_FINITE
+                counts[STATUS] = UNDERFLOW if np.isfinite(x.right.sum()) else NOT_FINITE
             continue
         _project(x)
         if s.forces.shape[0] > 0:
@@ -398,25 +460,38 @@ def run_implicit(s, w, x, times, stops, controls, out, counts):
             counts[REJECTED] += 1
             wanted = h * part
             continue
+        if not fixed and h > 1e3 * shortest and _lets_go(s, w, x, controls[CONTACT_TOLERANCE]):
+            error = max(error, 20.0)
         if error > 1.0 and not fixed and h > 4.0 * shortest:
             counts[REJECTED] += 1
             wanted = h * max(0.2, 0.85 * error ** (-1.0 / 3.0))
             continue
-        while counts[SAMPLES] < times.size and times[counts[SAMPLES]] <= t + h + shortest:
-            _sample(x, out, counts[SAMPLES], h, min(1.0, (times[counts[SAMPLES]] - t) / h))
-            counts[SAMPLES] += 1
-        row = min(counts[SAMPLES], times.size - 1)
-        for k in range(s.forces.shape[0]):
-            out.peak[row, k] = max(out.peak[row, k], abs(w.reports[k, 0]))
         if _remember(s, w, x, controls[FLOOR], controls[GRAZE], counts):
-            fresh, held, previous = True, 0.0, 0.0
+            fresh, held, previous, skipped = True, 0.0, 0.0, every
         _take_over(s, x, h, radius)
+        _grow_units(x, s.elastic)
         x.before[:] = w.reports
-        t = target if h >= target - t else t + h
+        before, t = t, (target if h >= target - t else t + h)
         counts[STEPS] += 1
+        skipped += 1
+        if skipped >= every or t >= end - shortest:
+            write(x, out, row, t, before)
+            row, skipped = row + 1, 0
         previous = h
         if not fixed:
             held = max(error, 0.97 * held, 1e-6)
             grow = 0.8 * held ** (-1.0 / 3.0)
             if grow > 1.25 or grow < 0.85:
                 wanted = max(wanted if h < 0.5 * wanted else 0.0, h * min(grow, 2.0))
+        else:
+            wanted = controls[FIRST_STEP]
+    clock[0], clock[1], clock[2], clock[3], clock[4], clock[5] = t, wanted, held, previous, made, skipped
+    counts[SAMPLES] = row
+
+
+@jit
+def begin(s, w, x, t):
+    """Fill in what the first step needs to know of the start."""
+    mass_matrix(s, x.q, x.mass)
+    forces(s, w, t, x.q, x.v, x.lam, x.memory, 0.0, x.force, x.stiffness, x.damping, x.cross, False)
+    x.before[:] = w.reports

@@ -193,7 +193,7 @@ class Scene:
         count = len(self.builder.markers)
         marker = self.builder.marker(link, point)
         if len(self.builder.markers) > count:
-            self._repack()
+            self.refresh()
         return marker
 
     def read(self, marker: int, q: Array, v: Array | None = None) -> Place:
@@ -246,7 +246,8 @@ class Scene:
                 row.value = self.measured(row.measure, self.q0)
                 self.tables.values[r] = row.value
 
-    def _repack(self) -> None:
+    def refresh(self) -> None:
+        """Take markers into the tables that were added since."""
         values, factors = self.tables.values.copy(), self.tables.factors.copy()
         numbers = len(self.builder.data)
         self.tables = self.builder.pack()
