@@ -21,7 +21,7 @@ from buckler.mbs.elements import (
     Stop,
     Strut,
 )
-from buckler.mbs.engine.settings import Solver
+from buckler.mbs.engine.settings import Controlled, Equal, Exudyn
 from buckler.mbs.library import crank_rocker, slider_crank
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.result import Result, Status
@@ -31,9 +31,9 @@ if TYPE_CHECKING:
     from buckler.mbs.simulation import simulate
 
 __all__ = [
-    "STEEL", "Beam", "Cable", "Clearance", "Drive", "Guide", "GuideFriction", "Link", "Material", "Mechanism", "Modal", "Motion",
-    "Ramp", "Result", "Revolute", "Rigid", "Section", "Solver", "Status", "Stop", "Strut", "build", "crank_rocker", "simulate",
-    "slider_crank",
+    "STEEL", "Beam", "Cable", "Clearance", "Controlled", "Drive", "Equal", "Exudyn", "Guide", "GuideFriction", "Link",
+    "Material", "Mechanism", "Modal", "Motion", "Ramp", "Result", "Revolute", "Rigid", "Section", "Status", "Stop", "Strut",
+    "build", "crank_rocker", "simulate", "slider_crank",
 ]  # fmt: skip
 
 _ENGINE = {"simulate": "buckler.mbs.simulation", "build": "buckler.mbs.engine.scene"}

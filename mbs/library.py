@@ -22,7 +22,8 @@ from buckler.mbs.elements import (
     Section,
     Stop,
 )
-from buckler.mbs.kinematics.closure import KinematicsError, SliderCrank
+from buckler.mbs.kinematics.errors import KinematicsError
+from buckler.mbs.kinematics.slidercrank import SliderCrank
 from buckler.mbs.laws import NormalLaw
 from buckler.mbs.mechanism import Mechanism
 

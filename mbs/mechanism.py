@@ -8,13 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from math import hypot
+from math import hypot, inf
+from numbers import Real
 from typing import Any
 
 from buckler.mbs.elements import KINDS, Drive, Guide, Link
-from buckler.mbs.elements.element import GROUND, Element
+from buckler.mbs.elements.element import GROUND, Element, known, place
 from buckler.mbs.elements.frozen import Frozen
-from buckler.mbs.validate import pair, sequence_of
+from buckler.mbs.validate import number, pair, sequence_of
 
 Pair = tuple[float, float]
 
@@ -57,11 +58,11 @@ class Mechanism:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "points", Frozen({k: pair(f"points['{k}']", v, "m") for k, v in dict(self.points).items()}))
-        object.__setattr__(self, "velocities", Frozen(self.velocities))
         for name, kinds in KINDS.items():
             object.__setattr__(self, name, sequence_of(name, getattr(self, name), kinds))
         object.__setattr__(self, "gravity", pair("gravity", self.gravity, "m/s^2"))
         _check_names(self)
+        object.__setattr__(self, "velocities", Frozen(_velocities(self)))
         for element in self.elements().values():
             element.check(self)
 
@@ -94,6 +95,28 @@ class Mechanism:
             for element in getattr(self, kind):
                 add(element.key, element)
         return found
+
+
+def _velocities(mechanism: Mechanism) -> dict[str, Any]:
+    """Check the given velocities: a link's turning or a link's point's velocity."""
+    if not isinstance(mechanism.velocities, Mapping):
+        raise ValueError(f"velocities = {mechanism.velocities!r}: must be a mapping of links and points to velocities")
+    links = {link.name: link for link in mechanism.links}
+    found: dict[str, Any] = {}
+    for name, value in mechanism.velocities.items():
+        where = f"velocities['{name}']"
+        if isinstance(value, Real):
+            known("link", name, links, where)
+            found[name] = number(where, float(value), -inf, inf, "rad/s")
+            continue
+        if name in links:
+            raise ValueError(f"{where} = {value!r}: a link's is its turning, one number, rad/s")
+        body, point = place(name)
+        carried = {p for link in links.values() for p in link.points if body in ("", link.name)}
+        known("link", body or next(iter(links)), links, where)
+        known("point of a link", point, carried, where)
+        found[name] = pair(where, value, "m/s")
+    return found
 
 
 def _check_names(mechanism: Mechanism) -> None:

@@ -13,14 +13,18 @@ import numpy as np
 from buckler.mbs.accuracy.delivery import Delivery, deliver
 from buckler.mbs.accuracy.difference import COARSEST, FINEST
 from buckler.mbs.checks.suspicions import suspicions
-from buckler.mbs.engine.settings import Solver
+from buckler.mbs.elements import Drive
+from buckler.mbs.engine.settings import Exudyn
 from buckler.mbs.engine.solve import once
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.energy import ledger as energy_ledger
 from buckler.mbs.record.result import Result, Status
 from buckler.mbs.record.run import Run
 from buckler.mbs.record.signals import shapes_at
-from buckler.mbs.validate import number, positive
+from buckler.mbs.validate import number, one_of, positive
+
+SOLVERS: dict[type, Callable[..., Run]] = {Exudyn: once}
+"""What runs a mechanism once, by the type of the solver: `run(mechanism, duration, solver, timeout, progress)`."""
 
 
 def simulate(
@@ -28,7 +32,7 @@ def simulate(
     duration: float,
     accuracy: float | None = None,
     *,
-    solver: Solver | None = None,
+    solver: Exudyn | None = None,
     ledger: bool = False,
     shapes: Sequence[float] = (),
     timeout: float | None = None,
@@ -45,8 +49,8 @@ def simulate(
         Largest relative error of the motion, as `mbs.accuracy.difference` measures it, 1e-6 to 0.1: the integrator, its steps and
         tolerances and the elements of flexible links that name no number are chosen to keep it, and the result's `error` tells
         what was delivered. It takes several runs. A result that misses it is SUSPECT, ACCURACY in the message.
-    solver : Solver, optional
-        Settings of the integration instead of an accuracy; the defaults suit any scene.
+    solver : Exudyn, optional
+        Solver and its settings, instead of an accuracy; `Exudyn()` by default, whose settings suit any scene.
     ledger : bool
         Also keep the energy ledger, and mark a run whose balance fails as SUSPECT.
     shapes : sequence of float
@@ -69,22 +73,32 @@ def simulate(
     positive("duration", duration, "s")
     if timeout is not None:
         positive("timeout", timeout, "s")
+    for name, drive in mechanism.elements().items():
+        if isinstance(drive, Drive):
+            drive.motion.check_run(duration, name)
     times = np.atleast_1d(np.asarray(shapes, dtype=float))
     for t in times:
         number("shapes", float(t), 0.0, duration, "s")
+    if solver is not None:
+        one_of("solver", solver, tuple(SOLVERS))
     if accuracy is None:
-        return _result(once(mechanism, duration, solver or Solver(), timeout, progress), None, ledger, times)
+        return _result(_once(mechanism, duration, solver or Exudyn(), timeout, progress), None, ledger, times)
     number("accuracy", accuracy, FINEST, COARSEST, "1")
     if solver is not None:
         raise ValueError(f"accuracy = {accuracy:g} and solver: give one of them; an accuracy chooses the settings itself")
     start = perf_counter()
 
-    def run(mechanism: Mechanism, span: float, solver: Solver) -> Run:
+    def run(mechanism: Mechanism, span: float, solver: Exudyn) -> Run:
         left = None if timeout is None else max(1e-3, timeout - (perf_counter() - start))
-        return once(mechanism, span, solver, left, progress)
+        return _once(mechanism, span, solver, left, progress)
 
     delivery = deliver(mechanism, duration, accuracy, run)
     return _result(delivery.run, delivery, ledger, times, perf_counter() - start)
+
+
+def _once(mechanism: Mechanism, duration: float, solver: Exudyn, timeout: float | None, progress: Any) -> Run:
+    """One pass of the solver that was asked for."""
+    return SOLVERS[type(solver)](mechanism, duration, solver, timeout, progress)
 
 
 def _result(run: Run, delivery: Delivery | None, ledger: bool, times: Any, wall: float = 0.0) -> Result:

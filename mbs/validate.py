@@ -8,8 +8,10 @@ from numbers import Integral, Real
 from typing import Any
 
 
-def number(name: str, value: float, low: float, high: float, unit: str, *, open_low: bool = False) -> float:
-    """Return `value` as a float if it is finite and in [low, high] (or (low, high]).
+def number(
+    name: str, value: float, low: float, high: float, unit: str, *, open_low: bool = False, open_high: bool = False
+) -> float:
+    """Return `value` as a float if it is finite and in [low, high], without an end that is open; infinite bounds stay open.
 
     Raises
     ------
@@ -17,10 +19,13 @@ def number(name: str, value: float, low: float, high: float, unit: str, *, open_
         Names the parameter, its value, the allowed range and the unit.
     """
     checked = float(value) if isinstance(value, Real) and not isinstance(value, bool) else math.nan
-    if not (low <= checked <= high and math.isfinite(checked)) or (open_low and checked == low):
+    at_an_end = (open_low and checked == low) or (open_high and checked == high)
+    if not (low <= checked <= high and math.isfinite(checked)) or at_an_end:
         suffix = "" if unit == "1" else f" {unit}"
-        bracket = "(" if open_low else "["
-        raise ValueError(f"{name} = {value!r}{suffix}: must lie in {bracket}{low:g}, {high:g}]{suffix}")
+        if math.isinf(checked) and math.inf in (high, -low):
+            raise ValueError(f"{name} = {value!r}{suffix}: must be finite")
+        left, right = "(" if open_low or low == -math.inf else "[", ")" if open_high or high == math.inf else "]"
+        raise ValueError(f"{name} = {value!r}{suffix}: must lie in {left}{low:g}, {high:g}{right}{suffix}")
     return checked
 
 
@@ -61,7 +66,7 @@ def one_of(name: str, value: Any, kinds: tuple[type, ...]) -> Any:
     if not isinstance(value, kinds):
         allowed = " or ".join(kind.__name__ for kind in kinds)
         found = f"the class {value.__name__}, not an instance" if isinstance(value, type) else f"a {type(value).__name__}"
-        raise ValueError(f"{name} = {_short(value)}: must be a {allowed}; this is {found}")
+        raise ValueError(f"{name} = {_short(value)}: must be {allowed}; this is {found}")
     return value
 
 

@@ -16,13 +16,13 @@ import numpy as np
 
 from buckler.mbs.accuracy.difference import PREDICTABLE, difference, differences
 from buckler.mbs.accuracy.plan import Plan
-from buckler.mbs.engine.settings import Solver
+from buckler.mbs.engine.settings import Exudyn
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.result import SMOOTH, Result, Status, cubic
 from buckler.mbs.record.run import Run
 
 Array = np.ndarray[Any, Any]
-Runner = Callable[[Mechanism, float, Solver], Run]
+Runner = Callable[[Mechanism, float, Exudyn], Run]
 ROUNDS = 4
 """Refinements before giving up."""
 GAIN, IDLE = 1.5, 2
@@ -103,7 +103,7 @@ class _Delivering:
     def __init__(self, plan: Plan, run: Runner) -> None:
         self.plan, self._run, self.runs = plan, run, 0
 
-    def run(self, mechanism: Mechanism, duration: float, solver: Solver) -> Run:
+    def run(self, mechanism: Mechanism, duration: float, solver: Exudyn) -> Run:
         self.runs += 1
         return self._run(mechanism, duration, solver)
 

@@ -13,7 +13,7 @@ from buckler.mbs.elements.drive import Ramp
 from buckler.mbs.elements.modal import Modal
 from buckler.mbs.elements.rigid import Rigid
 from buckler.mbs.elements.strut import Strut
-from buckler.mbs.engine.settings import Solver
+from buckler.mbs.engine.settings import Controlled, Equal, Exudyn
 from buckler.mbs.kinematics.closure import turning_speed
 from buckler.mbs.mechanism import Mechanism
 
@@ -192,24 +192,26 @@ class Plan:
         """Spectral radius of generalized-alpha."""
         return LONG_RADIUS if self.phase > LONG or self.resolved else RADIUS
 
-    def solver(self, steps: int, mesh: int, refined: float) -> Solver:
+    def solver(self, steps: int, mesh: int, refined: float) -> Exudyn:
         """Settings for so many steps; `refined` is how many times more they are than those of the first coarsest run."""
         if self.smooth:
             phase = self.axial[1] if self.resolved else self.phase
             apart = min(SAMPLE / max(phase, SAMPLE), 1 / SAMPLES) * steps
-            return Solver(
-                uniform_steps=steps,
-                record_every=2 ** max(0, int(log2(apart))),  # of steps doubled and doubled again, the last one is recorded too
+            seldom = 2 ** max(0, int(log2(apart)))  # of steps doubled and doubled again, the last one is recorded too
+            return Exudyn(
+                Equal(steps, seldom),
                 spectral_radius=self.radius,
                 newton_absolute=self._residual(mesh),
                 reuse_jacobian=self.speed * self.duration / steps < REUSED,
             )
-        return Solver(
-            tolerance=LOOSE / refined**2,
-            max_step=self.duration / steps,
-            min_step=SHORTEST * self.duration / steps,
-            max_steps=MOST * steps,
-            contact_resolution=ceil(CONTACT_RESOLUTION * refined * max(1.0, self.finer)),
+        return Exudyn(
+            Controlled(
+                tolerance=LOOSE / refined**2,
+                max_step=self.duration / steps,
+                min_step=SHORTEST * self.duration / steps,
+                max_steps=MOST * steps,
+                contact_resolution=ceil(CONTACT_RESOLUTION * refined * max(1.0, self.finer)),
+            ),
             spectral_radius=self.radius,
             newton_absolute=self._residual(mesh),
         )
@@ -224,11 +226,11 @@ class Plan:
             links.append(replace(link, body=body))
         return replace(self.mechanism, links=links)
 
-    def with_play(self, finer: float) -> Solver:
+    def with_play(self, finer: float) -> Exudyn:
         """Settings with play, for a tolerance so many times finer than that of the first run."""
         flexible = not all(isinstance(link.body, Rigid) for link in self.mechanism.links)
         tolerance = PLAY[flexible] * self.asked ** PLAY_ORDER[flexible] / finer
-        return Solver(tolerance=max(PLAY_FINEST, tolerance), max_step=self.duration / PLAY_STEPS, spectral_radius=PLAY_RADIUS)
+        return Exudyn(Controlled(max(PLAY_FINEST, tolerance), self.duration / PLAY_STEPS), spectral_radius=PLAY_RADIUS)
 
     def _mass(self) -> float:
         """Of sliders and links, kg."""

@@ -1,17 +1,16 @@
 """Self-check of driven linkages: do rigid links in ideal joints move as loop closure says?
 
-It says so of all recorded times at once, from places alone: J q_t = -C_t, J q_tt = gamma (see `mbs.kinematics.closure`).
+It says so of all recorded times at once, from places alone (see `mbs.kinematics.closure`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from buckler.mbs.elements.element import GROUND
-from buckler.mbs.kinematics.closure import Closure, determined
+from buckler.mbs.kinematics.closure import Closure, determined, solved
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.record import Record
 
@@ -33,17 +32,20 @@ def closures(record: Record) -> Iterator[str]:
     mechanism = record.mechanism
     if not determined(mechanism):
         return
-    jacobian, pulls = linkage(mechanism, record.time, _places(record))
-    size = np.linalg.det(jacobian)
+    closure, places = Closure(mechanism), _places(record)
+    jacobian = closure.system(places, np.zeros_like(places))[1]
+    square = jacobian.shape[1] == jacobian.shape[2]
+    size = np.linalg.det(jacobian) if square else np.sqrt(np.abs(np.linalg.det(jacobian.mT @ jacobian)))
     reached = size * np.sign(size[0])
     low = ~(reached > SINGULAR * np.abs(size).max())
     if low.any():
         k = int(np.argmax(low))
         yield f"BRANCH: at t = {record.time[k]:.4g} s the linkage meets a dead centre: what follows is not determined"
         return
-    speed = np.linalg.solve(jacobian, pulls.speed[..., None])[..., 0]
-    acceleration = np.linalg.solve(jacobian, pulls.acceleration(speed)[..., None])[..., 0]
-    steady = ~_after_jumps(pulls.driven)
+    driven = closure.acceleration(record.time)
+    speed = solved(jacobian, closure.speed(record.time))
+    acceleration = solved(jacobian, closure.system(places, speed.reshape(places.shape))[2] + driven)
+    steady = ~_after_jumps(driven)
     for what, found, right in (
         ("speed", _turning(record, "q_t"), speed),
         ("acceleration", _turning(record, "q_tt"), acceleration),
@@ -88,76 +90,6 @@ def _after_jumps(driven: Array) -> Array:
     for k in jumps:
         after[max(0, k - 1) : k + SETTLED] = True
     return after
-
-
-class Pulls(NamedTuple):
-    """Right-hand sides of loop closure, shape (times, rows): of the speeds, and what makes that of the accelerations.
-
-    Attributes
-    ----------
-    speed : array
-        -C_t: the drive's speed in its row.
-    driven : array
-        The drive's acceleration in its row.
-    bends : array, shape (times, rows, links)
-        Times omega^2 of each link, summed over links: the convective part of gamma.
-    """
-
-    speed: Array
-    driven: Array
-    bends: Array
-
-    def acceleration(self, speed: Array) -> Array:
-        """Of the accelerations, once the speeds (times, 3 links) are known."""
-        return self.driven + np.einsum("trl,tl->tr", self.bends, speed[:, 2::3] ** 2)
-
-
-def linkage(mechanism: Mechanism, time: Array, places: Array) -> tuple[Array, Pulls]:
-    """Jacobian of joints, guides and drive at many places, and what it is to be solved for.
-
-    Parameters
-    ----------
-    time : array, shape (times,)
-        s.
-    places : array, shape (times, links, 3)
-        x, y of the links' starts, m, and their directions, rad.
-
-    Returns
-    -------
-    jacobian : array, shape (times, rows, 3 links)
-    pulls : Pulls
-    """
-    closure, count = Closure(mechanism), places.shape[1]
-    (drive,) = mechanism.drives
-    rows = closure.rows()
-    turns = drive.target in closure.index
-    size = len(rows) + turns
-    jacobian, bends = np.zeros((len(time), size, 3 * count)), np.zeros((len(time), size, count))
-    at = size - 1
-    for k, (ends, direction, kind) in enumerate(rows):
-        at = k if kind else at
-        for link, point, sign in ends:
-            if link == GROUND:
-                continue
-            i = closure.index[link]
-            arm = _arms(closure, link, point, places[:, i, 2])
-            jacobian[:, k, 3 * i : 3 * i + 2] += sign * direction
-            jacobian[:, k, 3 * i + 2] += sign * (direction[1] * arm[:, 0] - direction[0] * arm[:, 1])
-            bends[:, k, i] += sign * arm @ direction
-    if turns:
-        jacobian[:, -1, 3 * closure.index[drive.target] + 2] = 1.0
-    speed, driven = np.zeros((2, len(time), size))
-    speed[:, at] = [drive.motion.speed(t) for t in time]
-    driven[:, at] = [drive.motion.acceleration(t) for t in time]
-    return jacobian, Pulls(speed, driven, bends)
-
-
-def _arms(closure: Closure, link: str, point: str, directions: Array) -> Array:
-    """From a link's start to one of its points, at many directions, shape (times, 2)."""
-    x0, y0, theta0 = closure.reference[closure.index[link]]
-    dx, dy = np.subtract(closure.mechanism.points[point], (x0, y0))
-    c, s = np.cos(directions - theta0), np.sin(directions - theta0)
-    return np.column_stack([c * dx - s * dy, s * dx + c * dy])
 
 
 def _places(record: Record) -> Array:

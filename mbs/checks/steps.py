@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 
 from buckler.mbs.engine.choice import clearances, usual_tolerance
-from buckler.mbs.engine.settings import Solver
 from buckler.mbs.kinematics.closure import determined
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.record import Record
@@ -42,15 +41,15 @@ CONTACT = ("contact_force", "normal_force")
 
 def steps(run: Run, result: Result) -> Iterator[str]:
     """Yield what changes when the steps are halved, in words."""
-    record, solver, mechanism = run.record, run.solver, run.record.mechanism
+    record, taken, mechanism = run.record, run.solver.steps, run.record.mechanism
     if len(record.time) < 3 or determined(mechanism):
         return  # where constraints alone decide the motion, steps cannot make it wrong
     loosest = LOOSEST if clearances(mechanism) else PLACE
-    if solver.uniform_steps is None and (solver.tolerance or 0.0) > loosest:
-        yield f"STEPS: tolerance = {solver.tolerance:g} allows each step the error of a whole run; it must be {loosest:g} at most"
+    if (taken.tolerance or 0.0) > loosest:
+        yield f"STEPS: tolerance = {taken.tolerance:g} allows each step the error of a whole run; it must be {loosest:g} at most"
         return
     striking = any(name.rpartition(".")[2] in CONTACT for name in result.signals)
-    fewest = MOST if _longer(mechanism, solver) else FEWEST
+    fewest = MOST if taken.coarser_than(usual_tolerance(mechanism)) else FEWEST
     for (first, last), names in _stretches(record, result, fewest).items():
         span = f"from t = {record.time[first]:.4g} s to {record.time[last]:.4g} s"
         finer = run.again(first, last)
@@ -59,7 +58,7 @@ def steps(run: Run, result: Result) -> Iterator[str]:
             continue
         after = collect(finer)[0]
         window = slice(first, last + 1)
-        changes = dict(_forces(result, names, window, finer.time, after, FORCE / 2 if solver.uniform_steps else FORCE))
+        changes = dict(_forces(result, names, window, finer.time, after, FORCE if taken.adaptive else FORCE / 2))
         changes |= dict(_motion(mechanism, result, last, after, speeds=bool(names) or not striking))
         if changes:
             name = max(changes, key=lambda name: changes[name])
@@ -84,12 +83,6 @@ def _stretches(record: Record, result: Result, fewest: int) -> dict[tuple[int, i
 def _about(middle: int, length: int, count: int) -> tuple[int, int]:
     first = min(max(0, middle - length // 2), count - length)
     return first, first + length
-
-
-def _longer(mechanism: Mechanism, solver: Solver) -> bool:
-    """True if steps may be longer than the defaults make them."""
-    default, usual = Solver(), usual_tolerance(mechanism)
-    return solver.uniform_steps is not None or (solver.tolerance or usual) > usual or solver.min_step > default.min_step
 
 
 def _forces(

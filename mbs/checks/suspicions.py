@@ -42,7 +42,7 @@ def suspicions(run: Run, result: Result) -> Iterator[str]:
         yield "TIME: time does not increase"
         return
     mechanism = run.record.mechanism
-    if result.energy or run.solver.record_every == 1:  # work cannot be summed over steps that were not recorded
+    if result.energy or run.solver.steps.record_every == 1:  # work cannot be summed over steps that were not recorded
         yield from unbalanced(result.energy or ledger(run.record), max(BALANCE, OF_ACCURACY * result.asked))
     yield from pulls(result)
     yield from pierced(mechanism, result)

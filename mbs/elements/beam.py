@@ -25,6 +25,15 @@ class Flexible:
     imperfection: float
     shape: Any
 
+    @property
+    def flexible(self) -> bool:
+        """Its ends can move against each other."""
+        return True
+
+    def inertia(self, length: float) -> tuple[float, float, tuple[float, float]]:
+        """Mass, kg, inertia about the centre of mass, kg m^2, and that centre, m, of the undeformed link."""
+        return self.section.bar(length)
+
     def __post_init__(self) -> None:
         one_of("section", self.section, (Section,))
         if self.elements is not None:

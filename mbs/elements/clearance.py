@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from buckler.mbs.elements.element import Array, Energy, Joint, Recorded, Signal, left
 from buckler.mbs.elements.journal import BRISTLE, ONSET, SINCE, SLIDING
+from buckler.mbs.elements.rows import Row, meets
 from buckler.mbs.laws import BristleLaw, FrictionLaw, NoFriction, NormalLaw
 from buckler.mbs.validate import follows, positive
 
@@ -48,6 +49,10 @@ class Clearance(Joint):
         follows(f"clearance at '{self.point}': law", self.law, NormalLaw, "Impact(...)")
         rubs = BristleLaw if hasattr(self.friction, "after") else FrictionLaw
         follows(f"clearance at '{self.point}': friction", self.friction, rubs, "Coulomb(0.1)")
+
+    def rows(self, mechanism: Any) -> Iterator[Row]:
+        """Yield that the pin is centred in its bush at the start."""
+        return meets(self.point, self.first, self.second, start_only=True)
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield the force on the second body, what contact and friction exert, N, and where the pin is in its bush."""

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from math import inf
 from typing import Any
 
-from buckler.mbs.elements.element import Array, Element, Energy, Recorded, Signal, known, since_start
+from buckler.mbs.elements.element import GROUND, Array, Element, Energy, Place, Recorded, Signal, known, since_start
 from buckler.mbs.elements.rigid import Rigid
+from buckler.mbs.elements.rows import Along, Row, Turn
 from buckler.mbs.validate import function, number, one_of, positive
 
 
@@ -34,9 +35,16 @@ class Ramp:
         s = min(t, self.duration)
         return self.start * s + (self.end - self.start) * s * s / (2 * self.duration) + self.end * (t - s)
 
-    def acceleration(self, t: float) -> float:
-        """Rate of the speed at time t >= 0."""
+    def acceleration(self, t: float, last: float = inf) -> float:
+        """Rate of the speed at time t >= 0, from there on."""
         return (self.end - self.start) / self.duration if t < self.duration else 0.0
+
+    def kinks(self, duration: float) -> tuple[float, ...]:
+        """Times in (0, duration), s, at which the acceleration jumps."""
+        return (self.duration,) if self.duration < duration and self.start != self.end else ()
+
+    def check_run(self, duration: float, where: str) -> None:
+        """Nothing to check."""
 
 
 @dataclass(frozen=True)
@@ -50,18 +58,52 @@ class Motion:
         function("position", self.position, 0.0)
         function("speed", self.speed, 0.0)
         number("position(0)", self.position(0.0), -1e-12, 1e-12, "rad or m")
-        h = 1e-4
-        for t in (0.1, 0.5):
-            slope = (self.position(t + h) - self.position(t - h)) / (2 * h)
-            if abs(slope - self.speed(t)) > 1e-3 * (abs(slope) + abs(self.speed(t))) + 1e-6:
-                raise ValueError(f"speed({t:g}) = {self.speed(t):g} is not the derivative of position: {slope:g}")
+        number("speed(0)", self.speed(0.0), -inf, inf, "rad/s or m/s")
 
-    def acceleration(self, t: float) -> float:
-        """Central difference of the speed over 2e-4 s; at the start to second order from times after it."""
-        h = 1e-4
+    def check_run(self, duration: float, where: str) -> None:
+        """Raise a ValueError if within a run `speed` is not the derivative of `position`, or one of them is no number."""
+        times = [share * duration for share in SAMPLES]
+        steps = [min(STEP, 0.01 * duration)] * len(times)
+        slopes = []
+        for t, h in zip(times, steps, strict=True):
+            places = [_asked(f"{where}: position", self.position, t + k * h) for k in (-1, 1)]
+            slopes.append((places[1] - places[0]) / (2 * h))
+        speeds = [_asked(f"{where}: speed", self.speed, t) for t in times]
+        largest = max(map(abs, slopes + speeds))
+        for t, slope, speed in zip(times, slopes, speeds, strict=True):
+            if abs(slope - speed) > SAME * (abs(slope) + abs(speed)) + SAME**2 * largest + 1e-12:
+                raise ValueError(f"{where}: speed({t:g}) = {speed:g} is not the derivative of position: {slope:g}")
+
+    def acceleration(self, t: float, last: float = inf) -> float:
+        """Difference of the speed over 2e-4 s, of second order; nothing is asked for before t = 0 or beyond `last`."""
+        h = min(STEP, last / 4) if last > 0 else STEP
         if t < h:
             return (4 * self.speed(t + h) - 3 * self.speed(t) - self.speed(t + 2 * h)) / (2 * h)
+        if t + h > last:
+            return (3 * self.speed(t) - 4 * self.speed(t - h) + self.speed(t - 2 * h)) / (2 * h)
         return (self.speed(t + h) - self.speed(t - h)) / (2 * h)
+
+    def kinks(self, duration: float) -> tuple[float, ...]:
+        """None that are known."""
+        return ()
+
+
+STEP, SAME = 1e-4, 1e-3
+"""Step of the differences, s; how far, relative, a motion's speed may be from its position's derivative."""
+SAMPLES = (0.05, 0.1, 0.23, 0.5, 0.77, 0.95)
+"""Shares of a run at which that is looked at."""
+
+
+def _asked(name: str, function: Callable[[float], float], t: float) -> float:
+    """Value of a motion within a run, as a number."""
+    return number(f"{name}({t:g})", _called(name, function, t), -inf, inf, "")
+
+
+def _called(name: str, function: Callable[[float], float], t: float) -> Any:
+    try:
+        return function(t)
+    except Exception as error:
+        raise ValueError(f"{name}({t:g}) raises {type(error).__name__}: {error}") from error
 
 
 @dataclass(frozen=True)
@@ -93,6 +135,18 @@ class Drive(Element):
         """A rigid link or a guided point."""
         rigid = {link.name for link in mechanism.links if isinstance(link.body, Rigid)}
         known("rigid link or guided point", self.target, rigid | {guide.point for guide in mechanism.guides}, "drive")
+
+    def rows(self, mechanism: Any) -> Iterator[Row]:
+        """Yield that the link turns, or the point travels, as it is told."""
+        if self.target in mechanism.points:
+            guide = mechanism.guide(self.target)
+            yield Along(Place(guide.link, self.target), Place(GROUND, self.target), guide.along, motion=self.motion)
+        else:
+            yield Turn(Place(self.target, mechanism.link(self.target).start), motion=self.motion)
+
+    def reactions(self, multipliers: Array) -> dict[str, Array]:
+        """Return its torque or force."""
+        return {"effort": multipliers}
 
     @property
     def motion(self) -> Motion | Ramp:

@@ -100,6 +100,28 @@ class Element:
     def check(self, mechanism: Any) -> None:
         """Raise a ValueError if what it refers to is not in the mechanism."""
 
+    def rows(self, mechanism: Any) -> Iterator[Any]:
+        """Yield what it asks of the bodies' places, as `buckler.mbs.elements.rows`; nothing by default."""
+        yield from ()
+
+    def reactions(self, multipliers: Array) -> dict[str, Array] | None:
+        """Channels of a run whose constraints alone decide the motion, from its rows' multipliers (times, rows).
+
+        A multiplier acts on the row's first body along the row. None, the default, if it cannot tell.
+        """
+        return None
+
+    def pushes(self, name: str, record: Recorded) -> Iterator[tuple[str, Array, Array]] | None:
+        """Forces it exerts in a motion that is known: (point reference, force (times, 2), moment (times,)).
+
+        None, the default, if it cannot tell.
+        """
+        return None
+
+    def inertias(self, mechanism: Any) -> Iterator[tuple[str, str, float, float]]:
+        """Yield what it adds to a link: (link, point, mass, moment of inertia), kg, kg m^2; nothing by default."""
+        yield from ()
+
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield its signals in a run; none by default."""
         yield from ()

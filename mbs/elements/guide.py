@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs.elements.element import Array, Element, Energy, Recorded, known, reaches, since_start
+from buckler.mbs.elements.element import GROUND, Array, Element, Energy, Recorded, known, reaches, since_start
 from buckler.mbs.elements.link import weight
+from buckler.mbs.elements.rows import Row, on_line
 from buckler.mbs.validate import direction, non_negative, number, one_of, positive
 
 
@@ -103,6 +104,25 @@ class Guide(Element):
         reaches(mechanism, self.link, self.point, where)
         if sum(guide.point == self.point for guide in mechanism.guides) > 1:
             raise ValueError(f"{where}: a point has at most one guide")
+
+    def rows(self, mechanism: Any) -> Iterator[Row]:
+        """Yield that the point stays on the line."""
+        return on_line(self.point, self.link, GROUND, self.along)
+
+    def reactions(self, multipliers: Array) -> dict[str, Array]:
+        """Return nothing: no signal needs it."""
+        return {}
+
+    def pushes(self, name: str, record: Recorded) -> Iterator[tuple[str, Array, Array]]:
+        """Yield inertia, weight and friction of the block, which the link's point carries."""
+        block = record.blocks[self.point]
+        drag = 0.0 if self.friction is None else self.friction.force(block.speed)
+        along = np.outer(-self.mass * block.acceleration - drag, self.along)
+        yield f"{self.link}:{self.point}", along + self.mass * np.array(record.mechanism.gravity), np.zeros(len(along))
+
+    def inertias(self, mechanism: Any) -> Iterator[tuple[str, str, float, float]]:
+        """Yield the block's mass."""
+        yield self.link, self.point, self.mass, 0.0
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
         """Yield the block's kinetic energy and weight, and what friction took."""

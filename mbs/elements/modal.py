@@ -194,6 +194,15 @@ class Modal:
     interface: Interface = field(default_factory=EndFace)
     order: int = 2
 
+    @property
+    def flexible(self) -> bool:
+        """Its ends can move against each other."""
+        return True
+
+    def inertia(self, length: float) -> tuple[float, float, tuple[float, float]]:
+        """Mass, kg, inertia about the centre of mass, kg m^2, and that centre, m, of the undeformed link."""
+        return self.section.bar(length)
+
     def __post_init__(self) -> None:
         if not isinstance(self.modes, FreeModes | CraigBampton):
             raise ValueError(f"modes = {self.modes!r}: must be FreeModes(numbers) or CraigBampton(numbers)")

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
-from buckler.mbs.elements.element import Joint, Recorded, Signal
+from buckler.mbs.elements.element import Array, Joint, Recorded, Signal
+from buckler.mbs.elements.rows import Row, meets
 
 
 @dataclass(frozen=True)
@@ -21,6 +23,14 @@ class Revolute(Joint):
     point: str
     first: str
     second: str
+
+    def rows(self, mechanism: Any) -> Iterator[Row]:
+        """Yield that the point of one body stays on that of the other."""
+        return meets(self.point, self.first, self.second)
+
+    def reactions(self, multipliers: Array) -> dict[str, Array]:
+        """Return the force on the second body."""
+        return {"force": -multipliers}
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield the force on the second body, N; none where a strut is pinned, as it acts on its neighbour directly."""

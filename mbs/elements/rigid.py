@@ -47,6 +47,11 @@ class Rigid:
 
     section: Section | Inertia
 
+    @property
+    def flexible(self) -> bool:
+        """It keeps its shape."""
+        return False
+
     def __post_init__(self) -> None:
         one_of("section", self.section, (Section, Inertia))
 
@@ -57,11 +62,9 @@ class Rigid:
 
     def inertia(self, length: float) -> tuple[float, float, tuple[float, float]]:
         """Mass, kg, inertia about the centre of mass, kg m^2, and that centre in the link's frame, m, of a link this long [m]."""
-        middle = (length / 2, 0.0)
         if isinstance(self.section, Inertia):
-            return self.section.mass, self.section.inertia, self.section.centre or middle
-        mass = self.section.mass_per_length * length
-        return mass, mass * (length**2 + self.section.thickness**2) / 12, middle
+            return self.section.mass, self.section.inertia, self.section.centre or (length / 2, 0.0)
+        return self.section.bar(length)
 
     def signals(self, link: Any, record: Recorded) -> Iterator[Signal]:
         """Yield none besides those of every link."""

@@ -105,6 +105,11 @@ class Section:
         """Rho A, kg/m."""
         return self.material.density * self.area
 
+    def bar(self, length: float) -> tuple[float, float, tuple[float, float]]:
+        """Mass, kg, inertia about the centre of mass, kg m^2, and that centre, m, of a straight bar this long [m]."""
+        mass = self.mass_per_length * length
+        return mass, mass * (length**2 + self.thickness**2) / 12, (length / 2, 0.0)
+
     @property
     def inertia_per_length(self) -> float:
         """Rho I, kg m."""

@@ -69,6 +69,12 @@ class Stop(Element):
         """Penetration depth, m, positive in contact, (times,)."""
         return self.side(record.mechanism) * (record.blocks[self.point].travel - self.face(record.mechanism))
 
+    def pushes(self, name: str, record: Recorded) -> Iterator[tuple[str, Array, Array]]:
+        """Yield its force on the guided point."""
+        guide = record.mechanism.guide(self.point)
+        size = -self.side(record.mechanism) * record.channel(name, "force")[:, 0]
+        yield f"{guide.link}:{self.point}", np.outer(size, guide.along), np.zeros_like(size)
+
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield contact force, N, and penetration depth, m."""
         yield Signal(f"{name}.contact_force", record.channel(name, "force")[:, 0], "N")

@@ -32,6 +32,15 @@ class Strut:
     section: Section
     load: Callable[[Any], Any] = law.fast
 
+    @property
+    def flexible(self) -> bool:
+        """Its ends can move against each other."""
+        return True
+
+    def inertia(self, length: float) -> tuple[float, float, tuple[float, float]]:
+        """Mass, kg, inertia about the centre of mass, kg m^2, and that centre, m, of the undeformed link."""
+        return self.section.bar(length)
+
     def __post_init__(self) -> None:
         one_of("section", self.section, (Section,))
 

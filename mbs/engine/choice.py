@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from buckler.mbs.elements.clearance import Clearance
 from buckler.mbs.elements.rigid import Rigid
-from buckler.mbs.engine.settings import Solver
 from buckler.mbs.mechanism import Mechanism
 
 STIFF = 1e5
@@ -35,11 +34,6 @@ def stiffly_damped(mechanism: Mechanism) -> bool:
     return max(jumps) / speed / lightest >= STIFF
 
 
-def longest_step(solver: Solver, duration: float) -> float:
-    """Longest step of a run, s: the one asked for, or a 200th of it."""
-    return solver.max_step or duration / 200
-
-
 def clearances(mechanism: Mechanism) -> list[Clearance]:
     """Joints with clearance."""
     return [joint for joint in mechanism.joints if isinstance(joint, Clearance)]
@@ -52,8 +46,8 @@ def usual_tolerance(mechanism: Mechanism) -> float:
     return DAMPED_PLAY if stiffly_damped(mechanism) else WITH_PLAY
 
 
-def position_error(mechanism: Mechanism, solver: Solver) -> float:
-    """Local position error allowed a step, m."""
+def position_error(mechanism: Mechanism, tolerance: float | None) -> float:
+    """Local position error allowed a step, m, by a tolerance or by the usual one."""
     size = max(mechanism.length(link.name) for link in mechanism.links)
     gaps = [0.1 * joint.gap for joint in clearances(mechanism)]
-    return (solver.tolerance or usual_tolerance(mechanism)) * min([size, *gaps])
+    return (tolerance or usual_tolerance(mechanism)) * min([size, *gaps])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from math import ceil
 from typing import Any
 
 import exudyn as exu
@@ -10,10 +9,10 @@ import exudyn.itemInterface as eii
 
 from buckler.mbs.elements.beam import Beam, Cable
 from buckler.mbs.elements.strut import Strut
-from buckler.mbs.engine.choice import longest_step, position_error
+from buckler.mbs.engine.choice import position_error
 from buckler.mbs.engine.recording import Recorder
 from buckler.mbs.engine.scene import SPARSE_FROM, Scene
-from buckler.mbs.engine.settings import Solver
+from buckler.mbs.engine.settings import Exudyn
 from buckler.mbs.engine.stepping import StepControl
 from buckler.mbs.record.result import Status
 
@@ -27,7 +26,7 @@ NEVER_REACHED = 1e-15
 
 def run_engine(scene: Scene, control: Recorder, engine: Any, settings: Any) -> tuple[Status, str] | None:
     """Let the engine run; what went wrong, if anything."""
-    if control.solver.record_every > 1:
+    if control.solver.steps.record_every > 1:
         _record_seldom(scene, control)
     else:
         scene.system.SetPostStepUserFunction(control.after_step)
@@ -76,40 +75,42 @@ def _reached(control: Recorder) -> float:
     return control.record.time[-1] if control.record.time else 0.0
 
 
-def _common(duration: float, solver: Solver) -> Any:
+def _common(duration: float, solver: Exudyn) -> Any:
     settings = exu.SimulationSettings()
     settings.solution.file.write = False
     settings.timeIntegration.endTime = duration
     settings.timeIntegration.verboseMode = 0
-    settings.timeIntegration.numberOfSteps = solver.uniform_steps or max(1, ceil(duration / longest_step(solver, duration)))
+    settings.timeIntegration.numberOfSteps = solver.steps.number(duration)
     return settings
 
 
-def explicit_settings(scene: Scene, solver: Solver, duration: float) -> Any:
+def explicit_settings(scene: Scene, solver: Exudyn, duration: float) -> Any:
     """Dormand-Prince 5(4)."""
     settings = _common(duration, solver)
     integration = settings.timeIntegration
     integration.solverType = exu.DynamicSolverType.DOPRI5
-    controlled = solver.uniform_steps is None
+    controlled = solver.steps.adaptive
     integration.automaticStepSize = integration.adaptiveStep = controlled
     integration.initialStepSize = 1e-6
     integration.explicit.computeEndOfStepAccelerations = False  # the last of Dormand and Prince's stages is the step's end
-    integration.absoluteTolerance = EXPLICIT_SHARE * position_error(scene.mechanism, solver) if controlled else UNLIMITED
+    integration.absoluteTolerance = (
+        EXPLICIT_SHARE * position_error(scene.mechanism, solver.steps.tolerance) if controlled else UNLIMITED
+    )
     integration.relativeTolerance = 0.0
-    integration.minimumStepSize = min(solver.min_step, NEVER_REACHED)
+    integration.minimumStepSize = min(solver.steps.min_step, NEVER_REACHED)
     return settings
 
 
-def implicit_settings(scene: Scene, solver: Solver, duration: float) -> Any:
+def implicit_settings(scene: Scene, solver: Exudyn, duration: float) -> Any:
     """Generalized-alpha."""
     settings = _common(duration, solver)
     integration = settings.timeIntegration
-    integration.minimumStepSize = solver.min_step
-    integration.adaptiveStep = solver.uniform_steps is None
+    integration.minimumStepSize = solver.steps.min_step
+    integration.adaptiveStep = solver.steps.adaptive
     integration.adaptiveStepRecoverySteps = 2**31 - 1  # growing the step again is StepControl's business
     integration.generalizedAlpha.spectralRadius = solver.spectral_radius
     integration.newton.useModifiedNewton = True
-    keep = solver.reuse_jacobian or (bool(scene.clearances) and solver.uniform_steps is None)
+    keep = solver.reuse_jacobian or (bool(scene.clearances) and solver.steps.adaptive)
     integration.newton.modifiedNewtonJacUpdatePerStep = not keep  # a new step size needs a new Jacobian
     integration.newton.relativeTolerance = solver.newton_relative
     integration.newton.absoluteTolerance = solver.newton_absolute or _reachable_residual(scene)

@@ -14,7 +14,7 @@ from buckler.mbs.elements.journal import SINCE
 from buckler.mbs.engine.clearance import ClearanceGroup
 from buckler.mbs.engine.placed import States
 from buckler.mbs.engine.scene import History, Scene
-from buckler.mbs.engine.settings import Solver
+from buckler.mbs.engine.settings import Exudyn
 from buckler.mbs.engine.stop import StopContact
 from buckler.mbs.record.result import Status
 
@@ -66,7 +66,7 @@ class StopState:
 class Recorder:
     """The engine's callback after each accepted step: record, tell the progress, end the run where it must end."""
 
-    def __init__(self, scene: Scene, solver: Solver, duration: float, timeout: float | None, progress: Any) -> None:
+    def __init__(self, scene: Scene, solver: Exudyn, duration: float, timeout: float | None, progress: Any) -> None:
         self.solver, self.duration, self.data = solver, duration, scene.system.systemData
         self.stops = [StopState(scene, contact) for contact in scene.stops.values()]
         self.groups: list[ClearanceGroup] = [group for group in scene.clearances if group.remembers]
@@ -101,8 +101,8 @@ class Recorder:
 
     def _may_go_on(self, t: float) -> bool:
         count = len(self.record.time)
-        if count > self.solver.max_steps:
-            self.failure = (Status.TOO_MANY_STEPS, f"more than max_steps = {self.solver.max_steps} steps by t = {t:.6g} s")
+        if count > self.solver.steps.max_steps:
+            self.failure = (Status.TOO_MANY_STEPS, f"more than max_steps = {self.solver.steps.max_steps} steps by t = {t:.6g} s")
         elif self.deadline and count % CHECK_EVERY == 0 and perf_counter() > self.deadline:
             self.failure = (Status.TIMED_OUT, f"out of time at t = {t:.6g} s of {self.duration:.6g} s after {count} steps")
         elif not isfinite(self.record.q[-1][-1]):

@@ -44,7 +44,7 @@ def add(scene: Any, link: Link, velocity: Array) -> PlacedRigid:
     start, end = (np.array(mechanism.points[p]) for p in (link.start, link.end))
     length = mechanism.length(link.name)
     direction = float(np.arctan2(*(end - start)[::-1]))
-    mass, inertia, centre = link.body.inertia(length)  # type: ignore[union-attr]
+    mass, inertia, centre = link.body.inertia(length)
     along = (end - start) / length
     arm = centre[0] * along + centre[1] * np.array([-along[1], along[0]])
     rates = [velocity[0] - velocity[2] * arm[1], velocity[1] + velocity[2] * arm[0], velocity[2]]

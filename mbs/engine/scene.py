@@ -24,7 +24,7 @@ from buckler.mbs.engine.placed import Placed, States
 from buckler.mbs.engine.registry import BODIES, CONNECTORS
 from buckler.mbs.engine.stop import StopContact
 from buckler.mbs.engine.strut import StrutSpring
-from buckler.mbs.kinematics.closure import Closure
+from buckler.mbs.kinematics.start import Start, start
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.record import Record
 
@@ -74,6 +74,8 @@ class Scene:
         Joints with clearance, grouped by their laws.
     constraints : dict of str to int
         Engine object numbers by element.
+    start : Start
+        Velocities at t = 0.
     """
 
     mechanism: Mechanism
@@ -85,6 +87,7 @@ class Scene:
     struts: dict[str, StrutSpring] = field(default_factory=dict)
     clearances: list[ClearanceGroup] = field(default_factory=list)
     constraints: dict[str, int] = field(default_factory=dict)
+    start: Start | None = None
     parts: Counter[str] = field(default_factory=Counter)
     readers: list[tuple[str, str, Callable[[History, Record], Array]]] = field(default_factory=list)
 
@@ -167,15 +170,14 @@ def build(mechanism: Mechanism) -> Scene:
     """
     container = exu.SystemContainer()
     scene = Scene(mechanism, container.AddSystem(), container)
-    closure = Closure(mechanism)
-    rates = closure.start()
+    scene.start = begun = start(mechanism)
     for link in mechanism.links:
-        placed = BODIES[type(link.body)](scene, link, rates[closure.index[link.name]])
+        placed = BODIES[type(link.body)](scene, link, begun.rates[begun.closure.index[link.name]])
         if placed is not None:
             scene.placed[link.name] = placed
         scene.parts[type(link.body).__name__] += 1
     for guide in mechanism.guides:
-        velocity = closure.velocity(guide.link, guide.point, closure.reference, rates)
+        velocity = begun.velocity(guide.link, guide.point)
         scene.placed[guide.point] = guides.place(scene, guide, float(velocity @ guide.along))
         scene.parts["Guide"] += 1
     node = scene.system.AddNode(eii.NodePointGround())

@@ -10,12 +10,11 @@ from typing import Any
 
 import exudyn as exu
 
-from buckler.mbs.engine.choice import longest_step
 from buckler.mbs.engine.integrate import explicit_settings, implicit_settings, run_engine
 from buckler.mbs.engine.recording import Recorder
 from buckler.mbs.engine.scene import Scene, build
-from buckler.mbs.engine.settings import Solver
-from buckler.mbs.engine.stepping import StepControl
+from buckler.mbs.engine.settings import Equal, Exudyn
+from buckler.mbs.engine.stepping import implicit_control
 from buckler.mbs.engine.window import half_steps
 from buckler.mbs.kinematics.closure import determined, turning_speed
 from buckler.mbs.mechanism import Mechanism
@@ -26,20 +25,21 @@ TURN = 400
 their size make the accelerations ring there, and gain nothing."""
 
 
-def once(mechanism: Mechanism, duration: float, solver: Solver, timeout: float | None, progress: Any) -> Run:
+def once(mechanism: Mechanism, duration: float, solver: Exudyn, timeout: float | None, progress: Any) -> Run:
     """Build the scene and let the engine run."""
     scene = build(mechanism)
-    if solver.tolerance is None and solver.uniform_steps is None and determined(mechanism):
-        share = duration / longest_step(solver, duration)
+    steps = solver.steps
+    if steps.adaptive and steps.tolerance is None and determined(mechanism):
         turns = turning_speed(mechanism, duration) * duration / (2 * pi)
-        solver = replace(solver, uniform_steps=ceil(max(share, TURN * turns)))
+        count = ceil(max(duration / steps.longest(duration), TURN * turns))
+        solver = replace(solver, steps=Equal(count)) if count <= steps.max_steps else solver
     start = perf_counter()
     control, engine, failure = (_run_explicit if scene.loose else _run_implicit)(scene, solver, duration, timeout, progress)
     wall = perf_counter() - start
     history = control.record.history(scene)
     work = {
         "wall_s": wall,
-        "steps": float(solver.record_every * (len(history.time) - 1)),
+        "steps": float(solver.steps.record_every * (len(history.time) - 1)),
         "newton_iterations": float(engine.it.newtonStepsCount),
         "jacobians": float(engine.it.newtonJacobiCount),
         "rejected": float(control.rejected),
@@ -48,19 +48,17 @@ def once(mechanism: Mechanism, duration: float, solver: Solver, timeout: float |
     return Run(solver, scene.record(history), failure, work, scene.summary(), again)
 
 
-def _run_implicit(scene: Scene, solver: Solver, duration: float, timeout: float | None, progress: Any) -> Any:
-    """Generalized-alpha under step control."""
+def _run_implicit(scene: Scene, solver: Exudyn, duration: float, timeout: float | None, progress: Any) -> Any:
+    """Generalized-alpha."""
     engine = exu.MainSolverImplicitSecondOrder()
-    control = StepControl(scene, solver, duration, engine, timeout, progress)
-    if solver.uniform_steps is None:
-        scene.system.SetPostNewtonUserFunction(control.after_newton)
+    control = implicit_control(scene, solver, duration, engine, timeout, progress)
     settings = implicit_settings(scene, solver, duration)
-    if solver.record_every > 1:
-        settings.solution.sensors.writePeriod = duration / (solver.uniform_steps or 1) * solver.record_every
+    if solver.steps.record_every > 1:
+        settings.solution.sensors.writePeriod = solver.steps.longest(duration) * solver.steps.record_every
     return control, engine, run_engine(scene, control, engine, settings)
 
 
-def _run_explicit(scene: Scene, solver: Solver, duration: float, timeout: float | None, progress: Any) -> Any:
+def _run_explicit(scene: Scene, solver: Exudyn, duration: float, timeout: float | None, progress: Any) -> Any:
     """Dormand-Prince 5(4) with the engine's own error control: rigid links in free flight and short contacts."""
     engine = exu.MainSolverExplicit()
     control = Recorder(scene, solver, duration, timeout, progress)

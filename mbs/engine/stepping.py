@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs.engine.choice import longest_step, position_error
+from buckler.mbs.engine.choice import position_error
 from buckler.mbs.engine.recording import Recorder, StopState
 from buckler.mbs.engine.scene import Scene
-from buckler.mbs.engine.settings import Solver
+from buckler.mbs.engine.settings import Controlled, Exudyn
 from buckler.mbs.engine.strut import StrutSpring
 from buckler.mbs.laws import contact_time
 
@@ -30,16 +30,16 @@ STRIKING = 0.2
 
 
 class StepControl(Recorder):
-    """The callbacks of an implicit run: accept or reject a step, record it, choose the next."""
+    """The callbacks of an implicit run with controlled steps: accept or reject a step, record it, choose the next."""
 
-    def __init__(self, scene: Scene, solver: Solver, duration: float, engine: Any, timeout: float | None, progress: Any) -> None:
-        super().__init__(scene, solver, duration, timeout, progress)
+    def __init__(self, scene: Scene, solver: Exudyn, steps: Controlled, duration: float, engine: Any, *limits: Any) -> None:
+        super().__init__(scene, solver, duration, *limits)
         self.engine = engine
         self.weights = _position_weights(scene)
-        self.limit = position_error(scene.mechanism, solver)
-        self.max_step = longest_step(solver, duration)
-        stops = [_StopWatch(state, scene.mechanism.guide(state.contact.stop.point).mass, solver) for state in self.stops]
-        struts = [_StrutWatch(scene, name, spring, solver, self.limit) for name, spring in scene.struts.items()]
+        self.limit = position_error(scene.mechanism, steps.tolerance)
+        self.min_step, self.max_step = steps.min_step, steps.longest(duration)
+        stops = [_StopWatch(state, scene.mechanism.guide(state.contact.stop.point).mass, steps) for state in self.stops]
+        struts = [_StrutWatch(scene, name, spring, steps, self.limit) for name, spring in scene.struts.items()]
         self.watched: list[_StopWatch | _StrutWatch] = [*stops, *struts]
         self.accelerations: Array | None = None
         self.candidate: Array | None = None
@@ -62,34 +62,43 @@ class StepControl(Recorder):
         errors = h * h / 12 * np.abs(self.candidate - self.accelerations)
         q = self.data.GetODE2Coordinates()
         self.error = max([float(errors.max(initial=0.0)) / self.limit, *(w.excess(h, errors, q) for w in self.watched)])
-        if self.error <= 2 or h <= self.solver.min_step:
+        if self.error <= 2 or h <= self.min_step:
             return [0.0, -1.0]
         self.rejected += 1
-        return [1e300, max(self.solver.min_step, h * _factor(self.error))]
+        return [1e300, max(self.min_step, h * _factor(self.error))]
 
     def next_step(self, q: Array, q_t: Array) -> None:
         """Set the size of the next step from this one's error and from what is about to happen."""
-        if self.solver.uniform_steps is not None:
-            return
         h = self.engine.it.currentStepSize
         if self.accelerations is None:  # the start: nothing is known yet
             self.accelerations = self.data.GetODE2Coordinates_tt() * self.weights
-            self.engine.it.currentStepSize = max(self.solver.min_step, 1e-3 * self.max_step)
+            self.engine.it.currentStepSize = max(self.min_step, 1e-3 * self.max_step)
             return
         self.accelerations = self.candidate
         wanted = min(self.max_step, h * _factor(self.error))
         for watched in self.watched:
             wanted = min(wanted, watched.step_limit(q, q_t, wanted))
         if not 0.8 * h < wanted < 1.25 * h or wanted > self.max_step:
-            self.engine.it.currentStepSize = max(self.solver.min_step, wanted)
+            self.engine.it.currentStepSize = max(self.min_step, wanted)
             self.engine.conv.jacobianUpdateRequested = True  # it is that of the step size before
+
+
+def implicit_control(
+    scene: Scene, solver: Exudyn, duration: float, engine: Any, timeout: float | None, progress: Any
+) -> Recorder:
+    """The callbacks of an implicit run; with equal steps nothing is to be controlled."""
+    if not isinstance(solver.steps, Controlled):
+        return Recorder(scene, solver, duration, timeout, progress)
+    control = StepControl(scene, solver, solver.steps, duration, engine, timeout, progress)
+    scene.system.SetPostNewtonUserFunction(control.after_newton)
+    return control
 
 
 class _StopWatch:
     """How large a step may be near and on a stop."""
 
-    def __init__(self, state: StopState, mass: float, solver: Solver) -> None:
-        self.state, self.contact, self.resolution = state, state.contact, solver.contact_resolution
+    def __init__(self, state: StopState, mass: float, steps: Controlled) -> None:
+        self.state, self.contact, self.resolution = state, state.contact, steps.contact_resolution
         self.mass, self.shortest = max(mass, LIGHTEST), 0.0
 
     def step_limit(self, q: Array, q_t: Array, wanted: float) -> float:
@@ -120,8 +129,8 @@ class _StopWatch:
 class _StrutWatch:
     """One strut under watch: where it snaps taut, the force law has a kink and a stiff side."""
 
-    def __init__(self, scene: Scene, name: str, spring: StrutSpring, solver: Solver, limit: float) -> None:
-        self.spring, self.limit, self.resolution = spring, limit, solver.contact_resolution
+    def __init__(self, scene: Scene, name: str, spring: StrutSpring, steps: Controlled, limit: float) -> None:
+        self.spring, self.limit, self.resolution = spring, limit, steps.contact_resolution
         link = scene.mechanism.link(name)
         masses = [guide.mass for guide in scene.mechanism.guides if guide.point in link.points]
         self.accepted = 0.0

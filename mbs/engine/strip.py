@@ -128,11 +128,28 @@ def add(scene: Any, link: Link, velocity: Array) -> PlacedStrip:
     places = start + np.outer(x, along) + np.outer(y, np.array([-along[1], along[0]]))
     directions = found.directions + np.arctan2(along[1], along[0])
     arms = places - start
-    speeds = velocity[:2] + velocity[2] * np.column_stack([-arms[:, 1], arms[:, 0]])
+    speeds = velocity[:2] + velocity[2] * np.column_stack([-arms[:, 1], arms[:, 0]]) + _bending(scene, link, found, along)
     adding = _add_beam if isinstance(body, Beam) else _add_cable
     nodes, objects, reference = adding(system, body, places, directions, speeds, float(velocity[2]), found.pieces)
     ends = {point: system.AddMarker(eii.MarkerNodePosition(nodeNumber=nodes[node])) for point, node in found.at.items()}
     return PlacedStrip(link.name, body, tuple(nodes), tuple(objects), reference, ends, found.pieces, found.at)
+
+
+def _bending(scene: Any, link: Link, found: Mesh, along: Array) -> Array:
+    """What the nodes move besides as the link's points do not move rigidly: along it linear, across cubic, (nodes, 2), m/s."""
+    from scipy.interpolate import CubicHermiteSpline
+
+    bends = scene.start.bends.get(link.name) if scene.start else None
+    if bends is None:
+        return np.zeros((len(found.places), 2))
+    x = np.maximum.accumulate(found.places[:, 0])
+    points = sorted(found.at, key=lambda point: found.at[point])
+    places = x[[found.at[point] for point in points]]
+    moved = np.array([bends[point] for point in points])
+    across = np.array([-along[1], along[0]])
+    axial = np.interp(x, places, moved[:, :2] @ along)
+    lateral = CubicHermiteSpline(places, moved[:, :2] @ across, moved[:, 2])(x)
+    return np.outer(axial, along) + np.outer(lateral, across)
 
 
 def _add_beam(

@@ -13,8 +13,8 @@ from buckler.mbs.engine.integrate import explicit_settings, implicit_settings, r
 from buckler.mbs.engine.placed import States
 from buckler.mbs.engine.recording import Recorder
 from buckler.mbs.engine.scene import History, Scene, build
-from buckler.mbs.engine.settings import Solver
-from buckler.mbs.engine.stepping import StepControl
+from buckler.mbs.engine.settings import Exudyn
+from buckler.mbs.engine.stepping import implicit_control
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.record import Record
 
@@ -24,7 +24,7 @@ THIRD, FIFTH = 8.0, 32.0
 """What the local error allowed a step is divided by to halve the steps of the implicit and the explicit integrator."""
 
 
-def half_steps(mechanism: Mechanism, history: History, solver: Solver, first: int, last: int) -> Record | None:
+def half_steps(mechanism: Mechanism, history: History, solver: Exudyn, first: int, last: int) -> Record | None:
     """Run from sample `first` to sample `last` again with steps half as long; equal steps are recorded at the same times.
 
     The scene is built anew, so that nothing of the run is left in it; it starts from the recorded positions, velocities and
@@ -47,19 +47,16 @@ def half_steps(mechanism: Mechanism, history: History, solver: Solver, first: in
         settings.timeIntegration.initialStepSize = float(np.diff(history.time[first : first + 2])[0]) / 2
     else:
         engine = exu.MainSolverImplicitSecondOrder()
-        control = StepControl(scene, finer, end, engine, PATIENCE, None)
+        control = implicit_control(scene, finer, end, engine, PATIENCE, None)
         settings = implicit_settings(scene, finer, end)
         settings.timeIntegration.generalizedAlpha.computeInitialAccelerations = first == 0  # seldom records lack them there
-        if finer.uniform_steps is None:
-            scene.system.SetPostNewtonUserFunction(control.after_newton)
     settings.timeIntegration.startTime = start
-    longest = finer.max_step or end - start
-    settings.timeIntegration.numberOfSteps = finer.uniform_steps or max(1, int(np.ceil((end - start) / longest)))
+    settings.timeIntegration.numberOfSteps = finer.steps.number(end - start)
     failure = run_engine(scene, control, engine, settings)
     if failure or len(control.record.time) < 2:
         return None
     found = control.record.history(scene)
-    return scene.record(found if solver.record_every == 1 else _rows(found, 2 * solver.record_every))
+    return scene.record(found if solver.steps.record_every == 1 else _rows(found, 2 * solver.steps.record_every))
 
 
 def _place(scene: Scene, history: History, first: int) -> None:
@@ -83,17 +80,9 @@ def _rows(history: History, every: int) -> History:
     return replace(history, **kept, states=states, memory=[memory[::every] for memory in history.memory])
 
 
-def _finer(scene: Scene, solver: Solver, history: History, first: int, last: int) -> Solver:
+def _finer(scene: Scene, solver: Exudyn, history: History, first: int, last: int) -> Exudyn:
     """Settings for steps half as long as those recorded, and no longer than the defaults'."""
-    if solver.uniform_steps is not None:
-        return replace(solver, uniform_steps=2 * solver.record_every * (last - first), record_every=1)
-    default, usual = Solver(), usual_tolerance(scene.mechanism)
-    return replace(
-        solver,
-        tolerance=min((solver.tolerance or usual) / (FIFTH if scene.loose else THIRD), usual),
-        max_step=float(np.diff(history.time[first : last + 1]).max()) / 2,
-        min_step=min(solver.min_step / 2, default.min_step),
-        contact_resolution=max(2 * solver.contact_resolution, default.contact_resolution),
-        newton_relative=default.newton_relative,
-        newton_absolute=None,
-    )
+    taken = np.diff(history.time[first : last + 1])
+    finer = solver.steps.halved(taken, usual_tolerance(scene.mechanism), FIFTH if scene.loose else THIRD)
+    newton = solver if not finer.adaptive else Exudyn()
+    return replace(solver, steps=finer, newton_relative=newton.newton_relative, newton_absolute=newton.newton_absolute)

@@ -1,8 +1,8 @@
-"""Kinematics of the ideal mechanism, every link rigid: loop closure for any linkage, closed form for the slider-crank.
+"""Kinematics of the ideal mechanism, every link rigid: one loop closure for any linkage, at one time or many.
 
-Each link has the coordinates (x, y, theta) of its start point and direction. A joint, guide or drive contributes rows
-C(q, t) = 0; then J q_t = -C_t and J q_tt = gamma, J the Jacobian dC/dq (e.g. Nikravesh, Computer-Aided Analysis of
-Mechanical Systems, 1988, ch. 3).
+Each link has the coordinates (x, y, theta) of its start point and direction. Elements contribute rows C(q, t) = 0 (see
+`buckler.mbs.elements.rows`); then J q_t = -C_t and J q_tt = gamma - C_tt, J the Jacobian dC/dq and gamma what is quadratic in the
+velocities (e.g. Nikravesh, Computer-Aided Analysis of Mechanical Systems, 1988, ch. 3). A place is a complex number x + i y here.
 """
 
 from __future__ import annotations
@@ -13,26 +13,46 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from buckler.mbs.elements.drive import Drive
-from buckler.mbs.elements.element import GROUND
-from buckler.mbs.elements.revolute import Revolute
-from buckler.mbs.elements.rigid import Rigid
+from buckler.mbs.elements.element import GROUND, Place
+from buckler.mbs.elements.rows import Along, Row
+from buckler.mbs.kinematics.errors import KinematicsError
 from buckler.mbs.mechanism import Mechanism
 
 Array = np.ndarray[Any, Any]
 MAX_ITERATIONS = 50
-
-
-class KinematicsError(ValueError):
-    """The linkage cannot be assembled, or is singular (a dead centre) where it must not be."""
+ROUNDING = 1e-9
+"""Singular values of a constraint Jacobian below this, relative to the largest, count as zero."""
 
 
 class State(NamedTuple):
-    """Coordinates, velocities and accelerations of all links, each of shape (number of links, 3): x, y, theta of the start."""
+    """Coordinates, velocities and accelerations of all links, each of shape (links, 3): x, y, theta of the start."""
 
     q: Array
     q_t: Array
     q_tt: Array
+
+
+class Rows(NamedTuple):
+    """Rows of one kind as arrays of shape (rows,): `at` their places among all rows; bodies by number, the ground last.
+
+    Attributes
+    ----------
+    arm_1, arm_2 : complex arrays
+        From the start of the first and second body to the point at t = 0, m.
+    direction : complex array
+        At t = 0.
+    start : array
+        Value at t = 0.
+    """
+
+    at: Array
+    first: Array
+    second: Array
+    frame: Array
+    arm_1: Array
+    arm_2: Array
+    direction: Array
+    start: Array
 
 
 @dataclass(frozen=True)
@@ -55,80 +75,165 @@ class Closure:
             rows.append((x0, y0, np.arctan2(y1 - y0, x1 - x0)))
         return np.array(rows)
 
-    @property
-    def _drive(self) -> Drive | None:
-        return self.mechanism.drives[0] if self.mechanism.drives else None
+    @cached_property
+    def size(self) -> float:
+        """Length of the longest link, m."""
+        return max(self.mechanism.length(link.name) for link in self.mechanism.links)
 
-    def _arm(self, link: str, point: str, theta: float) -> Array:
-        """Vector from a link's start to one of its points, turned to direction theta."""
-        x0, y0, theta0 = self.reference[self.index[link]]
-        dx, dy = np.subtract(self.mechanism.points[point], (x0, y0))
-        c, s = np.cos(theta - theta0), np.sin(theta - theta0)
-        return np.array([c * dx - s * dy, s * dx + c * dy])
+    @cached_property
+    def named_rows(self) -> list[tuple[str, Row]]:
+        """All rows, each with the name of its element."""
+        return [(name, row) for name, element in self.mechanism.elements().items() for row in element.rows(self.mechanism)]
+
+    @cached_property
+    def names(self) -> list[str]:
+        """Element of each row."""
+        return [name for name, _ in self.named_rows]
+
+    @cached_property
+    def driven(self) -> list[tuple[int, Any]]:
+        """Rows that follow a motion: place among the rows, motion."""
+        return [(k, row.motion) for k, (_, row) in enumerate(self.named_rows) if row.motion is not None]
+
+    def _number(self, place: Place) -> int:
+        return len(self.index) if place.body == GROUND else self.index[place.body]
+
+    def _arm(self, place: Place) -> complex:
+        """From a body's start, or the origin, to its point at t = 0."""
+        if not place.point:
+            return 0j
+        point = complex(*self.mechanism.points[place.point])
+        return point if place.body == GROUND else point - complex(*self.reference[self.index[place.body], :2])
+
+    @cached_property
+    def _tables(self) -> tuple[Rows, Rows]:
+        """Rows of points and rows of turns."""
+        tables: list[list[Any]] = [[], []]
+        for k, (_, row) in enumerate(self.named_rows):
+            ends = [self._number(row.first), self._number(row.second)]
+            if isinstance(row, Along):
+                direction, frame = complex(*row.direction), self._number(row.frame)
+                arms = [self._arm(row.first), self._arm(row.second)]
+                start = np.conj(direction) * (self._start(row.first) - self._start(row.second))
+                tables[0].append([k, *ends, frame, *arms, direction, start.real])
+            else:
+                angles = [self.reference[i, 2] if i < len(self.index) else 0.0 for i in ends]
+                tables[1].append([k, *ends, 0, 0, 0, 0, angles[0] - angles[1]])
+        rows, turns = (_table(table) for table in tables)
+        return rows, turns
+
+    def _start(self, place: Place) -> complex:
+        return complex(*self.mechanism.points[place.point])
+
+    # --- places and velocities --------------------------------------------------------------------------------------------
 
     def position(self, link: str, point: str, q: Array) -> Array:
-        """Position of a point of a link (or of ground), m."""
+        """Position of a point of a link (or of ground), m; q of shape (..., links, 3)."""
         if link == GROUND:
             return np.array(self.mechanism.points[point])
-        x, y, theta = q[self.index[link]]
-        return np.array([x, y]) + self._arm(link, point, theta)
+        i = self.index[link]
+        z = self._arm(Place(link, point)) * np.exp(1j * (q[..., i, 2] - self.reference[i, 2]))
+        return q[..., i, :2] + np.stack([z.real, z.imag], axis=-1)
 
     def velocity(self, link: str, point: str, q: Array, q_t: Array) -> Array:
         """Velocity of a point of a link, m/s."""
         if link == GROUND:
             return np.zeros(2)
         i = self.index[link]
-        ax, ay = self._arm(link, point, q[i, 2])
-        return q_t[i, :2] + q_t[i, 2] * np.array([-ay, ax])
+        arm = self.position(link, point, q) - q[..., i, :2]
+        return q_t[..., i, :2] + q_t[..., i, 2:] * np.stack([-arm[..., 1], arm[..., 0]], axis=-1)
 
-    def rows(self) -> list[tuple[list[tuple[str, str, float]], Array, str]]:
-        """Constraint rows of points: sum of sign * direction . position(link, point) = its value at t = 0 (+ drive)."""
-        ex, ey = np.array([1.0, 0.0]), np.array([0.0, 1.0])
-        rows = []
-        for joint in self.mechanism.joints:
-            ends = [(joint.first, joint.point, 1.0), (joint.second, joint.point, -1.0)]
-            rows += [(ends, ex, ""), (ends, ey, "")]
-        for guide in self.mechanism.guides:
-            ax, ay = guide.along
-            rows.append(([(guide.link, guide.point, 1.0)], np.array([-ay, ax]), ""))
-        drive = self._drive
-        if drive is not None and drive.target not in self.index:
-            guide = self.mechanism.guide(drive.target)
-            rows.append(([(guide.link, guide.point, 1.0)], np.array(guide.along), "drive"))
-        return rows
+    # --- constraints ------------------------------------------------------------------------------------------------------
 
-    def system(self, q: Array, q_t: Array, travel: float) -> tuple[Array, Array, Array]:
-        """Residual C (rows,), Jacobian J (rows, 3 links) and convective term gamma (rows,), drive part excluded from gamma."""
-        n = len(self.index)
-        residual, jacobian, gamma = [], [], []
-        for ends, direction, kind in self.rows():
-            row, value, convective = np.zeros((n, 3)), np.array(-travel if kind else 0.0), 0.0
-            for link, point, sign in ends:
-                value += sign * direction @ (self.position(link, point, q) - self.mechanism.points[point])
-                if link == GROUND:
-                    continue
-                i = self.index[link]
-                ax, ay = self._arm(link, point, q[i, 2])
-                row[i] += sign * np.array([*direction, direction @ (-ay, ax)])
-                convective += sign * q_t[i, 2] ** 2 * direction @ (ax, ay)
-            residual.append(value)
-            jacobian.append(row.ravel())
-            gamma.append(convective)
-        drive = self._drive
-        if drive is not None and drive.target in self.index:
-            i = self.index[drive.target]
-            residual.append(q[i, 2] - self.reference[i, 2] - travel)
-            jacobian.append(np.eye(3 * n)[3 * i + 2])
-            gamma.append(0.0)
-        return np.array(residual), np.array(jacobian).reshape(-1, 3 * n), np.array(gamma)
+    def system(self, q: Array, q_t: Array) -> tuple[Array, Array, Array]:
+        """Residual C, Jacobian J and convective term gamma, the drives' parts left out.
+
+        Parameters
+        ----------
+        q, q_t : array, shape (..., links, 3)
+
+        Returns
+        -------
+        C, J, gamma : arrays, shapes (..., rows), (..., rows, 3 links), (..., rows)
+        """
+        n, count, lead = len(self.index), len(self.names), q.shape[:-2]
+        pad = [(0, 0)] * len(lead) + [(0, 1), (0, 0)]
+        turned = np.pad(q - np.array([0.0, 0.0, 1.0]) * self.reference, pad)  # angles since t = 0; the ground last
+        rate = np.pad(q_t, pad)
+        z, v = turned[..., 0] + 1j * turned[..., 1], rate[..., 0] + 1j * rate[..., 1]
+        unit, w = np.exp(1j * turned[..., 2]), rate[..., 2]
+        residual, gamma = np.zeros((*lead, count)), np.zeros((*lead, count))
+        jacobian = np.zeros((*lead, count, n + 1, 3))
+        rows, turns = self._tables
+        i, j, f, at = rows.first, rows.second, rows.frame, rows.at
+        arm_1, arm_2 = rows.arm_1 * unit[..., i], rows.arm_2 * unit[..., j]
+        d = rows.direction * unit[..., f]
+        apart = z[..., i] + arm_1 - z[..., j] - arm_2
+        change = v[..., i] - v[..., j] + 1j * (w[..., i] * arm_1 - w[..., j] * arm_2)
+        residual[..., at] = _dot(d, apart) - rows.start
+        for body, sign, arm in ((i, 1.0, arm_1), (j, -1.0, arm_2)):
+            jacobian[..., at, body, 0] += sign * d.real
+            jacobian[..., at, body, 1] += sign * d.imag
+            jacobian[..., at, body, 2] += sign * _dot(d, 1j * arm)
+        jacobian[..., at, f, 2] += _dot(1j * d, apart)
+        bend = _dot(d, w[..., i] ** 2 * arm_1 - w[..., j] ** 2 * arm_2)
+        gamma[..., at] = bend - 2 * w[..., f] * _dot(1j * d, change) + w[..., f] ** 2 * _dot(d, apart)
+        angle = np.pad(q[..., 2], [*pad[:-2], (0, 1)])
+        residual[..., turns.at] = angle[..., turns.first] - angle[..., turns.second] - turns.start
+        jacobian[..., turns.at, turns.first, 2] += 1.0
+        jacobian[..., turns.at, turns.second, 2] -= 1.0
+        return residual, jacobian[..., :n, :].reshape(*lead, count, 3 * n), gamma
+
+    def travel(self, time: Any) -> Array:
+        """What the drives add to each row by then, m or rad, shape (..., rows)."""
+        return self._told(time, lambda motion, t: motion.position(t))
+
+    def speed(self, time: Any) -> Array:
+        """Its rate."""
+        return self._told(time, lambda motion, t: motion.speed(t))
+
+    def acceleration(self, time: Any) -> Array:
+        """The rate of that; nothing is asked for times beyond the last."""
+        last = float(np.max(time, initial=0.0))
+        return self._told(time, lambda motion, t: motion.acceleration(t, last))
+
+    def _told(self, time: Any, ask: Any) -> Array:
+        time = np.asarray(time, dtype=float)
+        told = np.zeros((*time.shape, len(self.names)))
+        for k, motion in self.driven:
+            told[..., k] = np.reshape([ask(motion, float(t)) for t in time.ravel()], time.shape)
+        return told
 
     def mobility(self) -> int:
-        """Degrees of freedom left at t = 0 with the drive locked: 0 for a fully driven linkage."""
-        _, jacobian, _ = self.system(self.reference, np.zeros_like(self.reference), 0.0)
-        return jacobian.shape[1] - int(np.linalg.matrix_rank(jacobian, tol=1e-9)) if jacobian.size else 3 * len(self.index)
+        """Degrees of freedom left at t = 0 with the drives locked: 0 for a fully driven linkage."""
+        jacobian = self.system(self.reference, np.zeros_like(self.reference))[1]
+        return jacobian.shape[1] - rank(jacobian)
+
+    # --- at one time ------------------------------------------------------------------------------------------------------
+
+    def close(self, t: float, guess: Array) -> Array:
+        """Coordinates at a time by Newton's method from close by.
+
+        Raises
+        ------
+        KinematicsError
+            If the loops do not close: out of reach, or at a dead centre.
+        """
+        q, zero, travel = guess.copy(), np.zeros_like(guess), self.travel(t)
+        scale = max(1.0, self.size)
+        for _ in range(MAX_ITERATIONS):
+            residual, jacobian, _ = self.system(q, zero)
+            residual = residual - travel
+            if np.abs(residual).max(initial=0.0) < 1e-14 * scale:
+                return q
+            q -= np.linalg.lstsq(jacobian, residual, rcond=1e-12)[0].reshape(q.shape)
+        gap = float(np.abs(self.system(q, zero)[0] - travel).max(initial=0.0))
+        if not gap <= 1e-12 * scale:
+            raise KinematicsError(f"loops do not close at t = {t:g} s (gap {gap:.3g} m): out of reach, or at a dead centre")
+        return q
 
     def solve(self, t: float = 0.0, guess: Array | None = None) -> State:
-        """Positions, velocities and accelerations at time t by Newton's method.
+        """Positions, velocities and accelerations at time t; free degrees of freedom stay at rest.
 
         Parameters
         ----------
@@ -142,114 +247,72 @@ class Closure:
         KinematicsError
             If Newton's method does not close the loops: out of reach, or at a dead centre.
         """
-        q = (self.reference if guess is None else guess).copy()
-        drive = self._drive
-        motion = drive.motion if drive is not None else None
-        travel, speed, change = (motion.position(t), motion.speed(t), motion.acceleration(t)) if motion else (0.0, 0.0, 0.0)
-        scale = max(self.mechanism.length(link.name) for link in self.mechanism.links)
-        zero = np.zeros_like(q)
-        for _ in range(MAX_ITERATIONS):
-            residual, jacobian, _ = self.system(q, zero, travel)
-            if np.abs(residual).max(initial=0.0) < 1e-14 * max(1.0, scale):
-                break
-            q -= np.linalg.lstsq(jacobian, residual, rcond=1e-12)[0].reshape(q.shape)
-        residual, jacobian, _ = self.system(q, zero, travel)
-        if np.abs(residual).max(initial=0.0) > 1e-12 * max(1.0, scale):
-            raise KinematicsError(
-                f"loops do not close at t = {t:g} s (gap {np.abs(residual).max():.3g} m): out of reach, or at a dead centre"
-            )
-        driven = self._driven(len(residual))
-        q_t = self._rates(jacobian, driven * speed, "velocities", t)
-        gamma = self.system(q, q_t, travel)[2]
-        return State(q, q_t, self._rates(jacobian, gamma + driven * change, "accelerations", t))
-
-    def start(self) -> Array:
-        """Velocities at t = 0, shape (links, 3); unlike `solve` it needs no accelerations.
-
-        Raises
-        ------
-        KinematicsError
-            If the drive's velocity is impossible there: a dead centre.
-        """
-        drive = self._drive
-        residual, jacobian, _ = self.system(self.reference, np.zeros_like(self.reference), 0.0)
-        speed = drive.motion.speed(0.0) if drive is not None else 0.0
-        return self._rates(jacobian, self._driven(len(residual)) * speed, "velocities", 0.0)
-
-    def _driven(self, rows: int) -> Array:
-        """True for the drive's row."""
-        kinds = [kind == "drive" for *_, kind in self.rows()]
-        return np.array(kinds + [True] * (rows - len(kinds)))
+        q = self.close(t, self.reference if guess is None else guess)
+        jacobian = self.system(q, np.zeros_like(q))[1]
+        q_t = self._rates(jacobian, self.speed(t), "velocities", t)
+        right = self.system(q, q_t)[2] + self.acceleration(t)
+        return State(q, q_t, self._rates(jacobian, right, "accelerations", t))
 
     def _rates(self, jacobian: Array, right: Array, what: str, t: float) -> Array:
-        """Least-norm solution of J rate = right; free degrees of freedom stay at rest."""
+        """Least-norm solution of J rate = right."""
         rate = np.linalg.lstsq(jacobian, right, rcond=1e-10)[0] if jacobian.size else np.zeros(jacobian.shape[1])
-        gap = np.abs(jacobian @ rate - right).max(initial=0.0)
+        rest = jacobian @ rate - right
+        gap = np.abs(rest).max(initial=0.0)
         if gap > 1e-9 * max(1.0, np.abs(right).max(initial=0.0)):
-            raise KinematicsError(f"{what} at t = {t:g} s do not exist (gap {gap:.3g}): the linkage is at a dead centre")
+            raise KinematicsError(impossible(what, t, gap, involved(self.names, rest)))
         return rate.reshape(-1, 3)
 
 
-# --- the slider-crank in closed form ----------------------------------------------------------------------------------
+def _table(table: list[list[Any]]) -> Rows:
+    columns: list[Any] = list(zip(*table, strict=True)) if table else [()] * 8
+    kinds = (int, int, int, int, complex, complex, complex, float)
+    return Rows(*(np.array(column, dtype=kind) for column, kind in zip(columns, kinds, strict=True)))
 
 
-class SliderCrank(NamedTuple):
-    """The slider on the far side of the crank pivot: crank pin r (cos, sin) theta, slider on the x axis at negative x.
+def _dot(a: Array, b: Array) -> Array:
+    """Scalar product of vectors as complex numbers."""
+    return a.real * b.real + a.imag * b.imag
 
-    theta = pi is the outer dead centre (Demirel et al. 2008, eqs 1-5, doi 10.1115/IMECE2008-68796).
-    """
 
-    crank: float
-    coupler: float
+def solved(jacobian: Array, right: Array) -> Array:
+    """Rates of linkages whose rows decide them, at many times: jacobian (times, rows, n), right (times, rows) -> (times, n)."""
+    if jacobian.shape[-2] == jacobian.shape[-1]:
+        found: Array = np.linalg.solve(jacobian, right[..., None])[..., 0]
+        return found
+    found = (np.linalg.pinv(jacobian, rcond=ROUNDING) @ right[..., None])[..., 0]
+    return found
 
-    def slider(self, theta: Any) -> Any:
-        """Slider position x = r cos theta - sqrt(L^2 - r^2 sin^2 theta), m."""
-        return self.crank * np.cos(theta) - np.sqrt(self.coupler**2 - (self.crank * np.sin(theta)) ** 2)
 
-    def slider_rate(self, theta: Any) -> Any:
-        """dx/dtheta, m/rad; times the crank speed it is the slider's velocity."""
-        s, c = np.sin(theta), np.cos(theta)
-        return -self.crank * s + self.crank**2 * s * c / np.sqrt(self.coupler**2 - (self.crank * s) ** 2)
+def rank(jacobian: Array) -> int:
+    """Number of independent rows."""
+    least = ROUNDING * max(1.0, np.abs(jacobian).max(initial=0.0))
+    return int(np.linalg.matrix_rank(jacobian, tol=least)) if jacobian.size else 0
 
-    def chord(self, theta: Any, stop: float) -> Any:
-        """Distance of crank pin and a slider held at x = stop, m (eq. 8)."""
-        return np.hypot(self.crank * np.cos(theta) - stop, self.crank * np.sin(theta))
 
-    def shortening(self, theta: Any, stop: float) -> Any:
-        """Normalised end shortening u = 1 - chord/L of a coupler whose slider is held at x = stop (eqs 7-9)."""
-        return 1 - self.chord(theta, stop) / self.coupler
+def involved(names: list[str], weights: Array) -> list[str]:
+    """Elements whose rows have a weight, each once."""
+    big = np.abs(weights) > 1e-6 * np.abs(weights).max(initial=1e-300)
+    return list(dict.fromkeys(name for name, counts in zip(names, big, strict=True) if counts))
 
-    def lean_cosine(self, theta: Any, stop: float) -> Any:
-        """cos(phi) of the chord against the slider's line (eq. 10)."""
-        return (self.crank * np.cos(theta) - stop) / self.chord(theta, stop)
 
-    def contact_angle(self, stop: float) -> float:
-        """Crank angle in (0, pi) at which the rigid slider reaches x = stop: the cosine rule.
-
-        Raises
-        ------
-        ValueError
-            If the slider never gets there.
-        """
-        inner, outer = self.slider(0.0), self.slider(np.pi)
-        if not outer <= stop <= inner:
-            raise ValueError(f"stop = {stop:g} m: the slider moves only in [{outer:g}, {inner:g}] m")
-        cosine = (stop**2 + self.crank**2 - self.coupler**2) / (2 * stop * self.crank)
-        return float(np.arccos(np.clip(cosine, -1.0, 1.0)))
+def impossible(what: str, t: float, gap: float, names: list[str]) -> str:
+    """Sentence on rates that do not exist."""
+    who = ", ".join(f"'{name}'" for name in names)
+    return f"{what} at t = {t:g} s do not exist (gap {gap:.3g}): {who} contradict each other, the linkage is at a dead centre"
 
 
 def determined(mechanism: Mechanism) -> bool:
-    """True if joints, guides and drive alone decide where the links are: as many constraints as coordinates."""
-    rigid = all(isinstance(link.body, Rigid) for link in mechanism.links)
-    ideal = all(isinstance(joint, Revolute) for joint in mechanism.joints)
-    if len(mechanism.drives) != 1 or not rigid or not ideal:
+    """True if joints, guides and drives alone decide where the links are: as many independent constraints as coordinates."""
+    if any(link.body.flexible for link in mechanism.links) or not mechanism.drives:
         return False
-    return 2 * len(mechanism.joints) + len(mechanism.guides) + 1 == 3 * len(mechanism.links)
+    closure = Closure(mechanism)
+    if any(row.start_only for _, row in closure.named_rows) or len(closure.names) < 3 * len(closure.index):
+        return False
+    return closure.mobility() == 0
 
 
 def turning_speed(mechanism: Mechanism, duration: float) -> float:
-    """Largest speed of the driven link within a duration [s], rad/s; 0 where a point is driven, or nothing."""
-    drive = mechanism.drives[0] if mechanism.drives else None
-    if drive is None or drive.target in mechanism.points:
-        return 0.0
-    return max(abs(drive.motion.speed(float(t))) for t in np.linspace(0, duration, 101))
+    """Largest speed of a driven link within a duration [s], rad/s; 0 where points are driven, or nothing."""
+    turning = [drive.motion for drive in mechanism.drives if drive.target not in mechanism.points]
+    times = [float(t) for t in np.linspace(0, duration, 101)]
+    return max((abs(motion.speed(t)) for motion in turning for t in times), default=0.0)

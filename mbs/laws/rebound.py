@@ -133,7 +133,7 @@ def needed(name: str, value: float | None, unit: str, law: object) -> float:
     """The positive ``value``; ValueError if it was not given though the answer depends on it."""
     if value is None:
         kind = type(law).__name__
-        raise ValueError(f"{name} = None: the restitution of {kind} depends on it; it must lie in (0, inf] {unit}")
+        raise ValueError(f"{name} = None: the restitution of {kind} depends on it; it must lie in (0, inf) {unit}")
     return positive(name, value, unit)
 
 

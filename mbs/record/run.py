@@ -19,8 +19,8 @@ class Run:
 
     Attributes
     ----------
-    solver : Solver
-        The settings it was made with.
+    solver : Exudyn
+        The solver it was made with.
     record : Record
     failure : (Status, str) or None
     work : dict

@@ -177,9 +177,11 @@ def run_variants(parameters: CrankRockerParameters, progress: Any) -> list[Varia
 
 def simulate(parameters: CrankRockerParameters, rocker: str, with_play: str) -> Result:
     """Run one mechanism, energy ledger included."""
-    solver = mbs.Solver(
-        tolerance=parameters.tolerance if with_play else None,
-        max_step=min(2 * pi / parameters.speed / STEPS_A_TURN, parameters.duration / 10),
+    solver = mbs.Exudyn(
+        mbs.Controlled(
+            tolerance=parameters.tolerance if with_play else None,
+            max_step=min(2 * pi / parameters.speed / STEPS_A_TURN, parameters.duration / 10),
+        )
     )
     return mbs.simulate(
         parameters.mechanism(rocker, with_play),

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import ttest_ind
 
-from buckler.mbs import Result, Solver, reference, simulate
+from buckler.mbs import Controlled, Exudyn, Result, reference, simulate
 from buckler.mbs.reference import FourBar
 from buckler.studies.rattling.clearance import STEPS_A_TURN, CrankRockerParameters
 from buckler.studies.rattling.clearance_precision_runs import mechanism
@@ -66,7 +66,7 @@ def compare(
     rows, balances = [], []
     for seed in progress(range(members)):
         made = mechanism(replace(p, seed=seed), rocker)
-        solver = Solver(max_step=bar.period / STEPS_A_TURN)
+        solver = Exudyn(Controlled(max_step=bar.period / STEPS_A_TURN))
         result = simulate(made, (1 + cycles) * bar.period, solver=solver, ledger=True, timeout=300)
         if result.time[-1] < (1 + cycles) * bar.period * (1 - 1e-9):
             raise RuntimeError(f"seed {seed}: {result.status}, {result.message}")

@@ -14,7 +14,21 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicHermiteSpline
 
-from buckler.mbs import Beam, Clearance, Mechanism, Modal, Ramp, Rigid, Solver, build, crank_rocker, reference, simulate
+from buckler.mbs import (
+    Beam,
+    Clearance,
+    Controlled,
+    Equal,
+    Exudyn,
+    Mechanism,
+    Modal,
+    Ramp,
+    Rigid,
+    build,
+    crank_rocker,
+    reference,
+    simulate,
+)
 from buckler.mbs.engine.placed import States
 from buckler.mbs.library import STEEL_CRANK_ROCKER
 from buckler.mbs.reference import FourBar, ModalData, beam_modes
@@ -106,9 +120,9 @@ def modes_of_beam(p: CrankRockerParameters, count: int = MODES) -> ModalData:
 # --- runs -------------------------------------------------------------------------------------------------------------
 
 
-def on_engine(made: Mechanism, duration: float, ledger: bool = False, **settings: Any) -> Outcome:
-    """By `simulate`, with settings of `Solver`."""
-    result = simulate(made, duration, solver=Solver(**settings), ledger=ledger, timeout=300)
+def on_engine(made: Mechanism, duration: float, solver: Exudyn | None = None, ledger: bool = False) -> Outcome:
+    """By `simulate`."""
+    result = simulate(made, duration, solver=solver, ledger=ledger, timeout=300)
     path = np.stack([result.signals[f"{bar}.{axis}"] for bar in CENTRES for axis in "xy"], axis=1)
     return Outcome(result.time, path, result.status, result.work, result.energy_balance if ledger else float("nan"))
 
@@ -199,9 +213,9 @@ def thousands(steps: float) -> str:
 
 def by_tolerance(made: Mechanism, duration: float, tolerances: Sequence[float]) -> dict[str, Callable[[], Outcome]]:
     """Runs of the engine by tolerance, coarsest first."""
-    return {power(x): partial(on_engine, made, duration, tolerance=x) for x in sorted(tolerances, reverse=True)}
+    return {power(x): partial(on_engine, made, duration, Exudyn(Controlled(x))) for x in sorted(tolerances, reverse=True)}
 
 
 def by_steps(made: Mechanism, duration: float, steps: Sequence[float]) -> dict[str, Callable[[], Outcome]]:
     """Runs of the engine by number of equal steps."""
-    return {thousands(n): partial(on_engine, made, duration, uniform_steps=int(n)) for n in sorted(steps)}
+    return {thousands(n): partial(on_engine, made, duration, Exudyn(Equal(int(n)))) for n in sorted(steps)}

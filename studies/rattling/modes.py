@@ -174,7 +174,7 @@ def cross_check(p: Parameters, depth: float) -> float:
         return mbs.Clearance(point, first, second, bar.pin, p.clearance, bar.law, bar.friction)
 
     mechanism = mbs.crank_rocker(modal, speed=bar.speed, play=play, section=section(depth), angle=bar.start)
-    engine = mbs.simulate(mechanism, p.cross_check, solver=mbs.Solver(tolerance=1e-6), timeout=120)
+    engine = mbs.simulate(mechanism, p.cross_check, solver=mbs.Exudyn(mbs.Controlled(tolerance=1e-6)), timeout=120)
     if not engine.ok:
         return float("nan")
     away = []

@@ -110,7 +110,7 @@ def check(model: str, design: Design, numerics: Numerics | None = None) -> Outco
     result = mbs.simulate(
         mechanism(model, design, numerics),
         (2 * pi - design.angle + AFTER_RELEASE) / design.speed,
-        solver=mbs.Solver(tolerance=numerics.tolerance, max_step=pi / 180 / design.speed),
+        solver=mbs.Exudyn(mbs.Controlled(tolerance=numerics.tolerance, max_step=pi / 180 / design.speed)),
         ledger=True,
         timeout=numerics.timeout,
     )

@@ -51,7 +51,9 @@ def run_model(model: str, parameters: ImpactParameters, stop: float, speed: floa
         mechanism(model, parameters, stop, speed),
         duration,
         parameters.accuracy or None,
-        solver=None if parameters.accuracy else mbs.Solver(tolerance=parameters.tolerance, max_step=pi / 180 / fastest),
+        solver=None
+        if parameters.accuracy
+        else mbs.Exudyn(mbs.Controlled(tolerance=parameters.tolerance, max_step=pi / 180 / fastest)),
         ledger=True,
         timeout=parameters.timeout,
     )

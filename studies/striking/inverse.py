@@ -35,7 +35,7 @@ from typing import Any
 import numpy as np
 
 from buckler.elastica import law
-from buckler.mbs.kinematics.closure import SliderCrank
+from buckler.mbs.kinematics.slidercrank import SliderCrank
 from buckler.mbs.laws import CarvalhoMartins
 from buckler.mbs.laws.peak import peak_factors
 from buckler.mbs.library import PAPER

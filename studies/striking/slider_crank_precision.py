@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from buckler.mbs import Beam, Cable, GuideFriction, Mechanism, Solver, simulate, slider_crank
+from buckler.mbs import Beam, Cable, Controlled, Exudyn, GuideFriction, Mechanism, simulate, slider_crank
 from buckler.mbs.accuracy.precision import Point, fastest, time_for, verdict, work_precision
 from buckler.mbs.laws import CarvalhoMartins
 from buckler.mbs.library import PAPER
@@ -94,9 +94,9 @@ def with_coupler(kind: type[Beam] | type[Cable], elements: int) -> Mechanism:
     )
 
 
-def simulated(mechanism: Mechanism, ledger: bool = False, **settings: Any) -> Outcome:
-    """One turn with error-controlled steps; settings of `Solver`."""
-    result = simulate(mechanism, TURN, solver=Solver(**settings), ledger=ledger)
+def simulated(mechanism: Mechanism, steps: Controlled, ledger: bool = False) -> Outcome:
+    """One turn with error-controlled steps."""
+    result = simulate(mechanism, TURN, solver=Exudyn(steps), ledger=ledger)
     ended = result.status in (Status.OK, Status.SUSPECT)
     reading = read(result.time, result.signals["B.contact_force"]) if ended else Reading()
     return Outcome(reading, result.status, result.work, result.energy_balance)
@@ -117,13 +117,13 @@ def _our_runs(p: Parameters) -> Runs:
     models = [(Beam, max(2, p.elements // 2)), (Beam, p.elements), (Cable, p.elements)]
     found = {
         f"{kind.__name__} x {n}": {
-            _power(tolerance): partial(simulated, with_coupler(kind, n), tolerance=tolerance)
+            _power(tolerance): partial(simulated, with_coupler(kind, n), Controlled(tolerance))
             for tolerance in sorted(p.tolerances, reverse=True)
         }
         for kind, n in models
     }
     found[f"Beam x {p.elements}, steps an impact"] = {
-        f"{n:g}": partial(simulated, with_coupler(Beam, p.elements), tolerance=p.tolerance, contact_resolution=int(n))
+        f"{n:g}": partial(simulated, with_coupler(Beam, p.elements), Controlled(p.tolerance, contact_resolution=int(n)))
         for n in sorted(p.resolutions)
     }
     return found
@@ -151,9 +151,9 @@ def _thousands(steps: float) -> str:
 def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Run the references, then every variant once for its reading, then all of them in turn for their times."""
     p = parameters
-    reference = simulated(with_coupler(Beam, 2 * p.elements), tolerance=FINER * min(p.tolerances)).reading
+    reference = simulated(with_coupler(Beam, 2 * p.elements), Controlled(FINER * min(p.tolerances))).reading
     second = plainly(with_coupler(Cable, 2 * p.elements), 8 * p.plain_steps, UNTUNED).reading
-    chosen = simulated(with_coupler(Beam, p.elements), ledger=True, tolerance=p.tolerance)
+    chosen = simulated(with_coupler(Beam, p.elements), Controlled(p.tolerance), ledger=True)
     ours, theirs = _our_runs(p), _plain_runs(p)
     calls = {f"{model}, {key}": call for model, part in {**ours, **theirs}.items() for key, call in part.items()}
     outcomes = {name: call() for name, call in calls.items()}  # untimed: the first call of anything is slow

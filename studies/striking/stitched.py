@@ -27,7 +27,7 @@ from scipy.optimize import brentq
 
 from buckler.elastica import law
 from buckler.mbs.elements import Motion, Ramp
-from buckler.mbs.kinematics.closure import SliderCrank
+from buckler.mbs.kinematics.slidercrank import SliderCrank
 from buckler.mbs.library import PAPER, PAPER_STOP
 from buckler.mbs.validate import non_negative, number, positive
 

@@ -24,7 +24,7 @@ from scipy import stats
 from buckler import mbs
 from buckler.elastica import pinned
 from buckler.mbs import GuideFriction, Section, Strut, slider_crank
-from buckler.mbs.kinematics.closure import SliderCrank
+from buckler.mbs.kinematics.slidercrank import SliderCrank
 from buckler.mbs.laws import AdamsFriction, CarvalhoMartins, ExactRestitution, Impact
 from buckler.mbs.library import PAPER
 from buckler.studies.rattling.fourbar import FourBarParameters
@@ -192,7 +192,7 @@ class Striker:
             stop=-stop,
             lengths=SliderCrank(PAPER.crank, length),
         )
-        solver = mbs.Solver(tolerance=1e-5, max_step=pi / 180 / self.speed)
+        solver = mbs.Exudyn(mbs.Controlled(tolerance=1e-5, max_step=pi / 180 / self.speed))
         result = mbs.simulate(mechanism, IMPACT_UNTIL / self.speed, solver=solver, ledger=True, timeout=60)
         return float(result.signals["B.contact_force"].max()), result.message if not result.ok else ""
 

@@ -15,9 +15,25 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from buckler.elastica.moving import MovingStrip, Pin
-from buckler.mbs import Beam, Cable, Mechanism, Modal, Ramp, Result, Rigid, Section, Solver, Status, Strut, simulate, slider_crank
+from buckler.mbs import (
+    Beam,
+    Cable,
+    Controlled,
+    Equal,
+    Exudyn,
+    Mechanism,
+    Modal,
+    Ramp,
+    Result,
+    Rigid,
+    Section,
+    Status,
+    Strut,
+    simulate,
+    slider_crank,
+)
 from buckler.mbs.accuracy.difference import PREDICTABLE, difference
-from buckler.mbs.kinematics.closure import SliderCrank
+from buckler.mbs.kinematics.slidercrank import SliderCrank
 from buckler.mbs.laws import KelvinVoigt
 from buckler.mbs.library import PAPER, PAPER_STOP
 
@@ -105,7 +121,7 @@ def _smooth(section: Section, mass: float, speed: float | Ramp, duration: float,
     if asked < AXIAL_WAVES:
         fine = slider_crank(Cable(section, 16), law=None, mass=mass, speed=speed)
         steps = ceil(duration * sqrt(section.axial_stiffness / (PAPER.coupler * mass)) / AXIAL_STEP)
-        tight = simulate(fine, duration, solver=Solver(uniform_steps=steps, spectral_radius=0.95, record_every=8))
+        tight = simulate(fine, duration, solver=Exudyn(Equal(steps, record_every=8), spectral_radius=0.95))
         return Case(mechanism, duration, lambda result: difference(result, tight))
     time = np.linspace(0.0, duration, SAMPLES)
     with np.errstate(over="ignore", invalid="ignore"):  # of steps that are tried and rejected
@@ -141,7 +157,7 @@ def buckling(draw: Draw, asked: float) -> Case:
         for body in (Cable(section, imperfection=bow), Beam(section, 16, imperfection=bow))
     )
     steps = section.first_frequency(PAPER.coupler) * duration / (TIGHT_STEP * sqrt(asked))
-    solver = Solver(tolerance=1e-7, max_step=duration / steps, spectral_radius=0.9, contact_resolution=1000)
+    solver = Exudyn(Controlled(tolerance=1e-7, max_step=duration / steps, contact_resolution=1000), spectral_radius=0.9)
     tight = simulate(reference, duration, solver=solver)
     return Case(mechanism, duration, lambda result: difference(result, tight))
 
@@ -231,7 +247,9 @@ def modal_play(draw: Draw, asked: float) -> Case:
 def beam_play(draw: Draw, asked: float) -> Case:
     """Crank-rocker with play, its rocker a beam: against a run of a far smaller tolerance."""
     mechanism, _ = _play(draw, "beam")
-    tight = simulate(mechanism, PREDICTABLE, solver=Solver(tolerance=1e-5 * asked, max_step=1e-5, spectral_radius=0.95))
+    tight = simulate(
+        mechanism, PREDICTABLE, solver=Exudyn(Controlled(tolerance=1e-5 * asked, max_step=1e-5), spectral_radius=0.95)
+    )
     return Case(mechanism, PREDICTABLE, lambda result: difference(result, tight))
 
 

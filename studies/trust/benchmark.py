@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from buckler.mbs import Beam, Cable, Section, crank_rocker, simulate
+from buckler.mbs import Beam, Cable, Controlled, Section, crank_rocker, simulate
 from buckler.mbs.accuracy.precision import Point, verdict, work_precision
 from buckler.mbs.library import PAPER
 from buckler.studies.kit.cli import main
@@ -100,9 +100,9 @@ def _smooth() -> Job:
 def _buckling() -> Job:
     from buckler.studies.striking import slider_crank_precision as study
 
-    reference = study.simulated(study.with_coupler(Beam, 16), tolerance=1e-8).reading
+    reference = study.simulated(study.with_coupler(Beam, 16), Controlled(1e-8)).reading
     return Job(
-        partial(study.simulated, study.with_coupler(Beam, 8), tolerance=1e-5),
+        partial(study.simulated, study.with_coupler(Beam, 8), Controlled(1e-5)),
         partial(study.plainly, study.with_coupler(Cable, 8), 10_000, 1e-4),
         lambda outcome: max(outcome.reading.off(reference).values()),
         5e-3,

@@ -9,10 +9,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from buckler.mbs import Mechanism, Result, Solver, Status, simulate
+from buckler.mbs import Controlled, Exudyn, Mechanism, Result, Status, simulate
 
 Array = np.ndarray[Any, Any]
 Measures = Mapping[str, Any]
+DEFAULT = Exudyn()
 WITHIN, REFUSED, FAILED, SUSPECT, FALSE_ALARM, WRONG, OPEN = (
     "within tolerance", "refused before the run", "failed by name", "suspect by name", "suspect, yet within tolerance",
     "silently wrong", "no reference",
@@ -147,12 +148,12 @@ def compare(found: Measures, right: Measures, scales: Mapping[str, float]) -> tu
 
 
 def simulated(
-    mechanism: Callable[[], Mechanism], duration: float, solver: Mapping[str, Any], read: Callable[[Result], Measures]
+    mechanism: Callable[[], Mechanism], duration: float, solver: Exudyn, read: Callable[[Result], Measures]
 ) -> Callable[[float], Outcome]:
     """Make the run of a case: build the mechanism, simulate it, read its measures."""
 
     def run(timeout: float) -> Outcome:
-        result = simulate(mechanism(), duration, solver=Solver(**solver), timeout=timeout)
+        result = simulate(mechanism(), duration, solver=solver, timeout=timeout)
         ended = result.status in (Status.OK, Status.SUSPECT)
         return Outcome(str(result.status), result.message, read(result) if ended else {})
 
@@ -165,7 +166,7 @@ def finer(
     """Make a reference from the engine: steps a hundred times more exact, another damping of the integrator."""
 
     def reference() -> Measures | None:
-        solver = Solver(tolerance=tolerance, spectral_radius=0.9, contact_resolution=100)
+        solver = Exudyn(Controlled(tolerance=tolerance, contact_resolution=100), spectral_radius=0.9)
         result = simulate(mechanism(), duration, solver=solver, timeout=PATIENCE)
         return read(result) if result.status in (Status.OK, Status.SUSPECT) else None
 

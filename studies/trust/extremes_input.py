@@ -7,10 +7,10 @@ from dataclasses import replace
 from math import inf, nan
 from typing import Any
 
-from buckler.mbs import Beam, Clearance, GuideFriction, Material, Rigid, Section, Solver, crank_rocker
+from buckler.mbs import Beam, Clearance, Controlled, Equal, Exudyn, GuideFriction, Material, Rigid, Section, crank_rocker
 from buckler.mbs.laws import AdamsFriction, CarvalhoMartins, Coulomb, Hertz, Impact, KelvinVoigt, NoFriction
 from buckler.mbs.library import CrankRocker
-from buckler.studies.trust.extremes_case import Case, simulated
+from buckler.studies.trust.extremes_case import DEFAULT, Case, simulated
 from buckler.studies.trust.extremes_linkages import BARS, SPEED
 from buckler.studies.trust.extremes_play import Play
 from buckler.studies.trust.extremes_strips import Corner
@@ -31,8 +31,9 @@ WRONG: dict[str, Callable[[], Any]] = {
     "guide friction negative": lambda: GuideFriction.of_weight(-0.1, 0.3),
     "clearance 0": lambda: Clearance("A", "crank", "coupler", 5e-3, 0.0, Hertz(1e9), NoFriction()),
     "clearance negative": lambda: Clearance("A", "crank", "coupler", 5e-3, -1e-4, Hertz(1e9), NoFriction()),
-    "tolerance 0": lambda: Solver(tolerance=0.0),
-    "no steps": lambda: Solver(uniform_steps=0),
+    "tolerance 0": lambda: Exudyn(Controlled(tolerance=0.0)),
+    "no steps": lambda: Exudyn(Equal(0)),
+    "integrator undamped": lambda: Exudyn(spectral_radius=1.0),
     "speed infinite": lambda: replace(Corner(), speed=inf).mechanism("beam"),
     "bars that do not reach": lambda: crank_rocker(
         Rigid(BARS), speed=SPEED, section=BARS, lengths=CrankRocker(0.1, 0.05, 0.1, 0.5), angle=0.5
@@ -44,9 +45,9 @@ DURATIONS = {"duration 0": 0.0, "duration negative": -1.0, "duration not a numbe
 def every() -> Iterator[Case]:
     """All cases of this file; nothing is right where nothing can be computed."""
     for name, make in WRONG.items():
-        yield Case("wrong input", name, simulated(lambda make=make: _then(make()), 0.01, {}, lambda _: {}))  # type: ignore[misc]
+        yield Case("wrong input", name, simulated(lambda make=make: _then(make()), 0.01, DEFAULT, lambda _: {}))  # type: ignore[misc]
     for name, duration in DURATIONS.items():
-        yield Case("wrong input", name, simulated(Play().mechanism, duration, {}, lambda _: {}))
+        yield Case("wrong input", name, simulated(Play().mechanism, duration, DEFAULT, lambda _: {}))
 
 
 def _then(_made: Any) -> Any:

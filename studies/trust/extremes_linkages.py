@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from math import pi
-from typing import Any
 
 import numpy as np
 
-from buckler.mbs import Mechanism, Result, Rigid, Section
+from buckler.mbs import Controlled, Equal, Exudyn, Mechanism, Result, Rigid, Section
 from buckler.mbs.library import CrankRocker, crank_rocker
 from buckler.mbs.reference import FourBar
 from buckler.studies.rattling.clearance import STEEL
-from buckler.studies.trust.extremes_case import Case, Measures, simulated
+from buckler.studies.trust.extremes_case import DEFAULT, Case, Measures, simulated
 
 BARS = Section(0.005, 0.020, STEEL)
 """The paper's bars, 20 mm in the plane."""
@@ -22,7 +21,7 @@ SAMPLES = np.linspace(0.0, 1.0, 401)
 """When motions are compared, of the run's length: what is wrong may last a few steps only."""
 
 
-def ideal(name: str, lengths: CrankRocker, angle: float, turn: float, speed: float = SPEED, **solver: Any) -> Case:
+def ideal(name: str, lengths: CrankRocker, angle: float, turn: float, speed: float = SPEED, solver: Exudyn = DEFAULT) -> Case:
     """Make a case of rigid bars and ideal joints, against loop closure; none is right where the crank cannot turn."""
     duration = turn / abs(speed)
     times = SAMPLES * duration
@@ -81,8 +80,8 @@ def every() -> Iterator[Case]:
         for angle in (0.0, 0.5):
             yield ideal(f"{name}, from {angle:g} rad", lengths, angle, 2 * pi)
     for steps in (5, 20, 50, 200, 2000):
-        yield ideal(f"{steps} equal steps", PAPER, 0.5, 2 * pi, uniform_steps=steps)
+        yield ideal(f"{steps} equal steps", PAPER, 0.5, 2 * pi, solver=Exudyn(Equal(steps)))
     for speed in (0.01, 1e3, 1e5):
         yield ideal(f"{speed:g} rad/s", PAPER, 0.5, 2 * pi, speed=speed)
-    yield ideal("tolerance 1", PAPER, 0.5, 2 * pi, tolerance=1.0)
-    yield ideal("tolerance 1, one step in all", PAPER, 0.5, 2 * pi, tolerance=1.0, max_step=1.0)
+    yield ideal("tolerance 1", PAPER, 0.5, 2 * pi, solver=Exudyn(Controlled(1.0)))
+    yield ideal("tolerance 1, one step in all", PAPER, 0.5, 2 * pi, solver=Exudyn(Controlled(1.0, 1.0)))

@@ -12,12 +12,12 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs import Beam, Cable, Clearance, Mechanism, Modal, Result, Rigid, Section
+from buckler.mbs import Beam, Cable, Clearance, Controlled, Equal, Exudyn, Mechanism, Modal, Result, Rigid, Section
 from buckler.mbs.laws import AdamsFriction, Coulomb, FrictionLaw, Hertz, HuntCrossley, Impact, KelvinVoigt, NoFriction, NormalLaw
 from buckler.mbs.library import crank_rocker
 from buckler.mbs.reference import CLOSED, RATTLING, FourBar
 from buckler.studies.rattling.clearance import STEEL, InPython
-from buckler.studies.trust.extremes_case import KINDS, Case, Measures, finer, simulated
+from buckler.studies.trust.extremes_case import DEFAULT, KINDS, Case, Measures, finer, simulated
 from buckler.studies.trust.extremes_linkages import BARS, SPEED
 
 Array = np.ndarray[Any, Any]
@@ -110,12 +110,12 @@ class Play:
             "impulse": np.array([np.trapezoid(run.normal[:, joints], run.time, axis=0).max()]),
         }
 
-    def case(self, name: str, **solver: Any) -> Case:
+    def case(self, name: str, solver: Exudyn = DEFAULT) -> Case:
         """Make a case of rigid bars, against the compiled reference."""
         run = simulated(self.mechanism, self.duration, solver, self.read)
         return Case("four-bar with play", name, run, self.reference, {"journal": self.gap})
 
-    def flexible(self, name: str, fine: Callable[[], Any], **solver: Any) -> Case:
+    def flexible(self, name: str, fine: Callable[[], Any], solver: Exudyn = DEFAULT) -> Case:
         """Make a case of a flexible rocker, against the engine with a finer rocker and steps a hundred times more exact."""
         run = simulated(self.mechanism, self.duration, solver, self.read)
         reference = finer(replace(self, rocker=fine).mechanism, self.duration, 1e-5, self.read)
@@ -149,10 +149,10 @@ def plays() -> Iterator[Case]:
         yield Play(law=law).case(f"{type(law).__name__}({', '.join(f'{x:.3g}' for x in vars(law).values())})")
     for name, law in LAWS.items():
         for tolerance in (1e-5, 1e-1, 1.0, 100.0):
-            yield Play(law=law).case(f"{name}, tolerance {tolerance:g}", tolerance=tolerance)
+            yield Play(law=law).case(f"{name}, tolerance {tolerance:g}", Exudyn(Controlled(tolerance)))
         for steps in (20, 100, 1000):
-            yield Play(law=law).case(f"{name}, {steps} equal steps", uniform_steps=steps)
-        yield Play(law=law).case(f"{name}, no step below 1e-5 s", min_step=1e-5, tolerance=1e-3)
+            yield Play(law=law).case(f"{name}, {steps} equal steps", Exudyn(Equal(steps)))
+        yield Play(law=law).case(f"{name}, no step below 1e-5 s", Exudyn(Controlled(1e-3, min_step=1e-5)))
 
 
 def flexibles() -> Iterator[Case]:
@@ -173,7 +173,7 @@ def flexibles() -> Iterator[Case]:
             yield Play(law=law, rocker=body, share=0.5).flexible(f"{name}, {kind}", fine)
     for tolerance in (1e-1, 10.0):
         play = Play(rocker=beam(4), share=0.5)
-        yield play.flexible(f"beam of 4, tolerance {tolerance:g}", beam(8), tolerance=tolerance)
+        yield play.flexible(f"beam of 4, tolerance {tolerance:g}", beam(8), Exudyn(Controlled(tolerance)))
 
 
 def every() -> Iterator[Case]:

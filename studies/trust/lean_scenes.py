@@ -34,7 +34,7 @@ from buckler.mbs import (
 )
 from buckler.mbs import slider_crank as slider
 from buckler.mbs.checks.suspicions import suspicions
-from buckler.mbs.engine.settings import Solver
+from buckler.mbs.engine.settings import Exudyn
 from buckler.mbs.engine.solve import once
 from buckler.mbs.laws import AdamsFriction, CarvalhoMartins, Coulomb, FrictionLaw, Impact, NoFriction
 from buckler.mbs.record.signals import collect
@@ -214,7 +214,7 @@ def _timed(work: Callable[[], Any]) -> tuple[float, Any]:
 
 def _after(variant: Variant, result: Result) -> dict[str, float]:
     """Seconds of what is made after the engine's work."""
-    run = once(variant.mechanism, variant.duration, Solver(), None, None)
+    run = once(variant.mechanism, variant.duration, Exudyn(), None, None)
     found = {
         "signals": _timed(lambda: collect(run.record))[0],
         "self-checks": _timed(lambda: list(suspicions(run, result)))[0],

@@ -131,7 +131,7 @@ def drop(name: str, law: NormalLaw, asked: float, speed: float, p: Parameters) -
     result = mbs.simulate(
         striker(tally, speed, p.clearance, p.section),
         (1.5 + 0.1 / exact) * unit,
-        solver=mbs.Solver(tolerance=p.tolerance, max_step=0.02 * unit),
+        solver=mbs.Exudyn(mbs.Controlled(tolerance=p.tolerance, max_step=0.02 * unit)),
         ledger=True,
         timeout=60,
     )

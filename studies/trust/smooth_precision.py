@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from buckler.elastica.moving import MovingStrip, turning_crank
-from buckler.mbs import Beam, Cable, Mechanism, Section, Solver, simulate, slider_crank
+from buckler.mbs import Beam, Cable, Controlled, Exudyn, Mechanism, Section, simulate, slider_crank
 from buckler.mbs.accuracy.precision import Point, fastest, verdict, work_precision
 from buckler.mbs.library import PAPER
 from buckler.studies.kit.cli import main
@@ -95,9 +95,9 @@ def reference(p: Parameters, terms: int) -> Array:
     return strip.move(p.times, rtol=1e-7, atol=1e-9).deflection
 
 
-def simulated(p: Parameters, coupler: Beam | Cable, **settings: Any) -> Outcome:
+def simulated(p: Parameters, coupler: Beam | Cable, steps: Controlled) -> Outcome:
     """The deflection by `simulate` with error-controlled steps."""
-    result = simulate(p.mechanism(coupler), float(p.times[-1]), solver=Solver(**settings), timeout=300)
+    result = simulate(p.mechanism(coupler), float(p.times[-1]), solver=Exudyn(steps), timeout=300)
     return Outcome(result.at("coupler.deflection", p.times), result.status, result.work)
 
 
@@ -116,10 +116,10 @@ def variants(p: Parameters) -> Runs:
     """Every run by model and setting."""
     tolerances = sorted(p.tolerances, reverse=True)
     runs: Runs = {
-        f"Beam x {n:g}": {_power(x): partial(simulated, p, Beam(p.section, elements=int(n)), tolerance=x) for x in tolerances}
+        f"Beam x {n:g}": {_power(x): partial(simulated, p, Beam(p.section, elements=int(n)), Controlled(x)) for x in tolerances}
         for n in p.elements
     }
-    runs["Cable x 4"] = {_power(x): partial(simulated, p, Cable(p.section, elements=4), tolerance=x) for x in tolerances}
+    runs["Cable x 4"] = {_power(x): partial(simulated, p, Cable(p.section, elements=4), Controlled(x)) for x in tolerances}
     for label, relative, absolute in (("tuned", 1e-5, 1e-8), ("default Newton", 1e-8, 1e-10)):
         runs[f"plain ANCF x 4, {label}"] = {f"{n:g}": partial(plainly, p, 4, int(n), relative, absolute) for n in sorted(p.steps)}
     return runs

@@ -7,7 +7,7 @@ import pytest
 from simulations import LENGTH, STRIP, block, pendulum, pressed, rates
 
 from buckler.elastica import law
-from buckler.mbs import Beam, Cable, Ramp, Result, Rigid, Section, Solver, Status, Strut, simulate, slider_crank
+from buckler.mbs import Beam, Cable, Exudyn, Ramp, Result, Rigid, Section, Status, Strut, simulate, slider_crank
 from buckler.mbs.accuracy.difference import difference, differences
 from buckler.mbs.accuracy.plan import Plan, fitted
 from buckler.mbs.laws import KelvinVoigt
@@ -175,7 +175,7 @@ def test_a_step_halving_that_shows_a_difference_is_told(monkeypatch):
 
 def test_accuracy_and_solver_exclude_each_other():
     with pytest.raises(ValueError, match=r"accuracy = 0\.001 and solver: give one of them"):
-        simulate(pendulum(0.3), 0.1, 1e-3, solver=Solver())
+        simulate(pendulum(0.3), 0.1, 1e-3, solver=Exudyn())
 
 
 @pytest.mark.parametrize("accuracy", [0.0, -1e-3, 1e-7, 0.2, float("nan")])

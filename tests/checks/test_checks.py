@@ -7,7 +7,22 @@ import pytest
 from simulations import LENGTH, STRIP, G, block, fine, pendulum, pressed, rates
 
 from buckler.elastica import pinned
-from buckler.mbs import Beam, Cable, Clearance, Modal, Rigid, Section, Solver, Status, Strut, crank_rocker, simulate, slider_crank
+from buckler.mbs import (
+    Beam,
+    Cable,
+    Clearance,
+    Controlled,
+    Equal,
+    Exudyn,
+    Modal,
+    Rigid,
+    Section,
+    Status,
+    Strut,
+    crank_rocker,
+    simulate,
+    slider_crank,
+)
 from buckler.mbs.checks.mesh import MESH, STRUCK, mesh_error
 from buckler.mbs.checks.suspicions import suspicions
 from buckler.mbs.elements import journal as clearance
@@ -69,7 +84,11 @@ def test_crank_rocker_with_play_is_fine(rocker, law):
 
 
 def test_ideal_linkage_is_fine_and_so_is_a_swing():
-    fine(simulate(crank_rocker(Rigid(BARS), speed=10 * np.pi, section=BARS, angle=0.5), 0.2, solver=Solver(max_step=5e-4)))
+    fine(
+        simulate(
+            crank_rocker(Rigid(BARS), speed=10 * np.pi, section=BARS, angle=0.5), 0.2, solver=Exudyn(Controlled(max_step=5e-4))
+        )
+    )
     fine(simulate(pendulum(1.5), 2.0))
 
 
@@ -132,9 +151,9 @@ def test_a_contact_that_pulls():
     assert "'A' pulls with -" in suspect(simulate(block(G, Sticky(1e6, 1e3)), 0.3), "CONTACT")
 
 
-def run_of(mechanism, duration, **settings):
+def run_of(mechanism, duration, solver=None):
     """A run and its result, to be spoilt."""
-    solver = Solver(**settings)
+    solver = solver or Exudyn()
     return once(mechanism, duration, solver, None, None), simulate(mechanism, duration, solver=solver)
 
 
@@ -205,7 +224,7 @@ def short_of_dead_centre(room):
     """A turn of a linkage whose frame is so short that coupler and rocker come into line but for this, m."""
     lengths = LENGTHS._replace(frame=LENGTHS.crank + LENGTHS.coupler - LENGTHS.rocker + room)
     mechanism = crank_rocker(Rigid(BARS), speed=10 * np.pi, section=BARS, lengths=lengths, angle=0.5)
-    return simulate(mechanism, 0.2, solver=Solver(max_step=2e-4))
+    return simulate(mechanism, 0.2, solver=Exudyn(Controlled(max_step=2e-4)))
 
 
 def test_a_linkage_that_meets_a_dead_centre():
@@ -216,8 +235,8 @@ def test_a_linkage_that_meets_a_dead_centre():
 
 def test_equal_steps_too_long_for_a_linkage():
     mechanism = crank_rocker(Rigid(BARS), speed=10 * np.pi, section=BARS, angle=0.5)
-    assert "loop closure gives another" in suspect(simulate(mechanism, 0.2, solver=Solver(uniform_steps=20)), "CLOSURE")
-    fine(simulate(mechanism, 0.2, solver=Solver(uniform_steps=2000)))
+    assert "loop closure gives another" in suspect(simulate(mechanism, 0.2, solver=Exudyn(Equal(20))), "CLOSURE")
+    fine(simulate(mechanism, 0.2, solver=Exudyn(Equal(2000))))
 
 
 # --- mesh -------------------------------------------------------------------------------------------------------------
@@ -252,7 +271,7 @@ def test_mesh_error_is_that_of_the_load_and_falls_as_it_does(make, order):
 
     found, right = [], []
     for n in (4, 8, 16):
-        run = once(pressed(make(n), 0.3 * LENGTH, 10.0), 10.0, Solver(), None, None)
+        run = once(pressed(make(n), 0.3 * LENGTH, 10.0), 10.0, Exudyn(), None, None)
         found.append(mesh_error(run.record, "strip"))
         straight = replace(make(n), imperfection=0.0)
         right.append(abs(float(pinned_strip(straight, LENGTH, [0.3]).load[0]) / float(pinned.load(0.3)) - 1))
@@ -266,12 +285,12 @@ def test_mesh_error_is_that_of_the_load_and_falls_as_it_does(make, order):
 @pytest.mark.parametrize(
     ("mechanism", "duration", "solver"),
     [
-        (pendulum(2.5), 1.5, Solver(uniform_steps=20)),
-        (pendulum(2.5), 1.5, Solver(uniform_steps=60)),
-        (striking(COUPLER["strut"]), 2.8, Solver(uniform_steps=200)),
-        (rattling(CLOSED), 0.01, Solver(uniform_steps=1200)),
-        (rattling(), 0.01, Solver(tolerance=1.0)),
-        (striking(COUPLER["strut"]), 2.8, Solver(tolerance=0.1)),
+        (pendulum(2.5), 1.5, Exudyn(Equal(20))),
+        (pendulum(2.5), 1.5, Exudyn(Equal(60))),
+        (striking(COUPLER["strut"]), 2.8, Exudyn(Equal(200))),
+        (rattling(CLOSED), 0.01, Exudyn(Equal(1200))),
+        (rattling(), 0.01, Exudyn(Controlled(tolerance=1.0))),
+        (striking(COUPLER["strut"]), 2.8, Exudyn(Controlled(tolerance=0.1))),
     ],
     ids=["swing", "finer swing", "strut", "closed joints", "play, tolerance", "strut, tolerance"],
 )
@@ -286,8 +305,8 @@ def test_steps_too_long(mechanism, duration, solver):
 )
 def test_a_stretch_that_is_the_run_is_the_run_at_half_its_steps(mechanism, duration, steps):
     """The window starts from the run's own state, in a new scene: at the run's start it must do what a new run does."""
-    made, _ = run_of(mechanism, duration, uniform_steps=steps)
-    whole = simulate(mechanism, duration, solver=Solver(uniform_steps=2 * steps))
+    made, _ = run_of(mechanism, duration, Exudyn(Equal(steps)))
+    whole = simulate(mechanism, duration, solver=Exudyn(Equal(2 * steps)))
     window = made.again(0, steps)
     assert window.time == pytest.approx(whole.time)
     for point in mechanism.points:
@@ -297,8 +316,8 @@ def test_a_stretch_that_is_the_run_is_the_run_at_half_its_steps(mechanism, durat
 
 def test_a_stretch_of_a_run_recorded_seldom_is_recorded_at_the_same_times():
     mechanism = pendulum(2.5)
-    made, _ = run_of(mechanism, 1.5, uniform_steps=240, record_every=4)
-    whole = simulate(mechanism, 1.5, solver=Solver(uniform_steps=480))
+    made, _ = run_of(mechanism, 1.5, Exudyn(Equal(240, record_every=4)))
+    whole = simulate(mechanism, 1.5, solver=Exudyn(Equal(480)))
     window = made.again(0, 60)
     assert window.time == pytest.approx(made.record.time) and window.time == pytest.approx(whole.time[::8])
     assert window.point("A")[0][-1] == pytest.approx([whole.signals["A.x"][-1], whole.signals["A.y"][-1]], abs=1e-9)
@@ -306,7 +325,7 @@ def test_a_stretch_of_a_run_recorded_seldom_is_recorded_at_the_same_times():
 
 def test_a_stretch_that_begins_in_a_contact_remembers_its_onset():
     """Half way through an impact whose law knows the speed it began with."""
-    made, result = run_of(rattling(ExactRestitution(8e9, 0.5), with_play="B"), 0.003, uniform_steps=3000)
+    made, result = run_of(rattling(ExactRestitution(8e9, 0.5), with_play="B"), 0.003, Exudyn(Equal(3000)))
     peak = int(np.argmax(result.signals["B.normal_force"]))
     window = made.again(peak, peak + 5)
     force = collect(window)[0]["B.normal_force"][::2]
@@ -316,7 +335,7 @@ def test_a_stretch_that_begins_in_a_contact_remembers_its_onset():
 def test_a_stretch_amid_a_smooth_run_differs_by_its_second_order_error():
     changes = []
     for steps in (40, 80, 160):
-        made, result = run_of(pendulum(2.5), 1.5, uniform_steps=steps)
+        made, result = run_of(pendulum(2.5), 1.5, Exudyn(Equal(steps)))
         window = made.again(steps // 4, steps // 2)
         assert window.time[[0, -1]] == pytest.approx(result.time[[steps // 4, steps // 2]])
         changes.append(np.abs(window.point("A")[0][::2] - made.record.point("A")[0][steps // 4 : steps // 2 + 1]).max())

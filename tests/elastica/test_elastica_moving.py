@@ -7,8 +7,8 @@ import pytest
 
 from buckler.elastica import pinned
 from buckler.elastica.moving import MotionError, MovingStrip, turning_crank
-from buckler.mbs import Beam, Drive, Guide, Link, Mechanism, Revolute, Rigid, Section, Solver, simulate
-from buckler.mbs.kinematics.closure import SliderCrank
+from buckler.mbs import Beam, Controlled, Drive, Exudyn, Guide, Link, Mechanism, Revolute, Rigid, Section, simulate
+from buckler.mbs.kinematics.slidercrank import SliderCrank
 
 L, R, MASS, WALL = 0.31, 0.14, 0.3, -0.355307
 STRIP = Section(width=0.03, thickness=2e-3)
@@ -72,7 +72,7 @@ def test_the_engine_bends_its_coupler_alike():
         guides=[Guide("B", "coupler", along=(1, 0), mass=MASS)],
         drives=[Drive("crank", speed=62.8)],
     )
-    result = simulate(mechanism, 0.05, solver=Solver(tolerance=1e-8, spectral_radius=0.9), shapes=t[1:])
+    result = simulate(mechanism, 0.05, solver=Exudyn(Controlled(tolerance=1e-8), spectral_radius=0.9), shapes=t[1:])
     points = result.shapes["coupler"].points
     middle, chord = points[:, points.shape[1] // 2] - points[:, 0], points[:, -1] - points[:, 0]
     deflection = (chord[:, 0] * middle[:, 1] - chord[:, 1] * middle[:, 0]) / np.hypot(*chord.T)

@@ -8,8 +8,24 @@ from clearance_pair import CENTRES, JOINTS, mechanism
 from scipy.integrate import solve_ivp
 from simulations import fine, rates
 
-from buckler.mbs import Clearance, Drive, Link, Mechanism, Ramp, Revolute, Rigid, Section, Solver, Status, crank_rocker, simulate
-from buckler.mbs.kinematics.closure import Closure, KinematicsError
+from buckler.mbs import (
+    Clearance,
+    Controlled,
+    Drive,
+    Equal,
+    Exudyn,
+    Link,
+    Mechanism,
+    Ramp,
+    Revolute,
+    Rigid,
+    Section,
+    Status,
+    crank_rocker,
+    simulate,
+)
+from buckler.mbs.kinematics.closure import Closure
+from buckler.mbs.kinematics.errors import KinematicsError
 from buckler.mbs.laws import AdamsFriction, Coulomb, Impact
 from buckler.mbs.library import CrankRocker
 from buckler.mbs.reference import CLOSED, RATTLING, FourBar
@@ -42,7 +58,7 @@ def test_two_bars_that_only_touch_each_other_keep_their_momentum():
 def test_each_bar_is_accelerated_by_the_forces_of_its_joints(law, bar):
     """To rounding where the forces give the accelerations, to Newton's tolerance where they are solved for."""
     four = FourBar(law=law)
-    signals = fine(simulate(mechanism(four), 0.02, solver=Solver(tolerance=1e-5))).signals
+    signals = fine(simulate(mechanism(four), 0.02, solver=Exudyn(Controlled(tolerance=1e-5)))).signals
     for axis in "xy":
         o, a, b, c = (signals[f"{point}.{pair}.f{axis}"] for point, pair in JOINTS.items())  # on the second body of each
         for name, mass, force in zip(CENTRES, four.masses, (o - a, a - b, b + c), strict=True):
@@ -67,7 +83,7 @@ def test_journal_in_a_turning_bush_is_spun_up_and_loses_what_friction_says(dynam
         drives=[Drive("drum", speed)],
         gravity=(0.0, -gravity),
     )
-    result = fine(simulate(spun, 0.06, solver=Solver(tolerance=1e-4), ledger=True, timeout=60))
+    result = fine(simulate(spun, 0.06, solver=Exudyn(Controlled(tolerance=1e-4)), ledger=True, timeout=60))
     s, settled = result.signals, np.searchsorted(result.time, 0.035)
     along = [s[f"R.{axis}"] - s[f"Q.{axis}"] for axis in ("x", "y", "vx", "vy")]
     spin = (along[0] * along[3] - along[1] * along[2]) / span**2
@@ -119,7 +135,7 @@ def test_engine_holds_ideal_joints_together_and_converges_to_the_closed_form():
     """The loop closes to rounding; velocities and, once the start is forgotten, accelerations to second order in the step."""
     errors = []
     for steps in (400, 800, 1600):
-        result = fine(simulate(mechanism(IDEAL), IDEAL.period, solver=Solver(uniform_steps=steps), ledger=True))
+        result = fine(simulate(mechanism(IDEAL), IDEAL.period, solver=Exudyn(Equal(steps)), ledger=True))
         s, exact, late = result.signals, IDEAL.ideal(result.time), result.time > IDEAL.period / 4
         for pair, length in (("OA", IDEAL.crank), ("AB", IDEAL.coupler), ("CB", IDEAL.rocker)):
             span = np.hypot(*(s[f"{pair[0]}.{axis}"] - s[f"{pair[1]}.{axis}"] for axis in "xy"))
@@ -198,7 +214,7 @@ def test_crank_that_cannot_turn_stops_by_name():
 def away(law, gap, tolerance):
     """Largest distance of a bar's centre from the closed form without play, over a tenth of a turn, and the depth, m."""
     bar = FourBar(gap=gap, start=IDEAL.start, law=law)
-    result = simulate(mechanism(bar), 0.02, solver=Solver(tolerance=tolerance), ledger=True, timeout=120)
+    result = simulate(mechanism(bar), 0.02, solver=Exudyn(Controlled(tolerance=tolerance)), ledger=True, timeout=120)
     assert result.status is Status.OK or result.message.startswith("PENETRATION"), result.message
     assert result.energy_balance < 1e-3
     exact = IDEAL.ideal(result.time).place

@@ -7,7 +7,21 @@ import pytest
 from clearance_pair import mechanism
 from simulations import fine
 
-from buckler.mbs import Clearance, Drive, Guide, Link, Mechanism, Motion, Ramp, Revolute, Rigid, Section, Solver, simulate
+from buckler.mbs import (
+    Clearance,
+    Controlled,
+    Drive,
+    Exudyn,
+    Guide,
+    Link,
+    Mechanism,
+    Motion,
+    Ramp,
+    Revolute,
+    Rigid,
+    Section,
+    simulate,
+)
 from buckler.mbs.laws import Impact, LuGre
 from buckler.mbs.reference import CLOSED, RATTLING, FourBar
 
@@ -34,7 +48,13 @@ def pressed(friction, turn):
 def rubbed(friction, turn, duration, max_step):
     """Signals after the landing, with `time` and the coefficient of friction, `mu`."""
     result = fine(
-        simulate(pressed(friction, turn), duration, solver=Solver(tolerance=1e-5, max_step=max_step), ledger=True, timeout=60)
+        simulate(
+            pressed(friction, turn),
+            duration,
+            solver=Exudyn(Controlled(tolerance=1e-5, max_step=max_step)),
+            ledger=True,
+            timeout=60,
+        )
     )
     assert result.energy_balance < 1e-3
     every = {**result.signals, **result.energy}
@@ -89,7 +109,9 @@ def test_presliding_is_a_spring_that_yields_and_is_left_bent():
 def test_bristles_bend_over_accepted_steps_only(law, damped):
     """Marched here, from one recorded step to the next; a rejected one that had bent them would show from there on."""
     friction = LuGre(STATIC, DYNAMIC, 0.1, BRISTLES, damped)
-    result = fine(simulate(mechanism(FourBar(law=law, friction=friction)), 0.01, solver=Solver(tolerance=1e-5), ledger=True))
+    result = fine(
+        simulate(mechanism(FourBar(law=law, friction=friction)), 0.01, solver=Exudyn(Controlled(tolerance=1e-5)), ledger=True)
+    )
     assert result.energy_balance < 1e-3 and (law is RATTLING or result.work["rejected"] > 10)
     for point in "OABC":
         normal, drag, speed, depth = (

@@ -11,7 +11,7 @@ from simulations import fine
 
 pytest.importorskip("numba")
 
-from buckler.mbs import Beam, Modal, Solver, reference, simulate
+from buckler.mbs import Beam, Controlled, Exudyn, Modal, reference, simulate
 from buckler.mbs.laws import AdamsFriction
 from buckler.mbs.reference import CLOSED, FourBar
 from buckler.mbs.reference.ensembles import by_cycle as reference_cycles
@@ -25,7 +25,7 @@ SHORT = 0.010
 
 def run_engine(bar, duration, tolerance, rocker=None):
     """A run that may be trusted, its energy in balance."""
-    solver = Solver(tolerance=tolerance, max_step=min(duration / 100, bar.period / 720))
+    solver = Exudyn(Controlled(tolerance=tolerance, max_step=min(duration / 100, bar.period / 720)))
     result = fine(simulate(mechanism(bar, rocker), duration, solver=solver, ledger=True, timeout=120))
     assert result.energy_balance < 1e-3
     return result

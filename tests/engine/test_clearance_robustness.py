@@ -15,7 +15,7 @@ from clearance_pair import damped_modes, damped_section, distance, forces, mecha
 
 pytest.importorskip("numba")
 
-from buckler.mbs import Beam, Solver, Status, reference, simulate
+from buckler.mbs import Beam, Controlled, Exudyn, Status, reference, simulate
 from buckler.mbs.laws import AdamsFriction, FrictionLaw, Impact, NoFriction
 from buckler.mbs.reference import FourBar, Outcome
 from buckler.mbs.reference.fourbar import PAPER_STIFFNESS
@@ -76,7 +76,7 @@ def truth(bar, duration):
 def judged(bar, tolerance=None, rocker=None):
     """Run a quarter of a turn and check what the run says of itself."""
     duration = bar.period / 4
-    result = simulate(mechanism(bar, rocker), duration, solver=Solver(tolerance=tolerance), ledger=True, timeout=120)
+    result = simulate(mechanism(bar, rocker), duration, solver=Exudyn(Controlled(tolerance=tolerance)), ledger=True, timeout=120)
     assert result.status in (Status.OK, Status.SUSPECT), result.message
     assert result.time[-1] == pytest.approx(duration)
     assert ("ENERGY" in result.message) == (result.energy_balance > 1e-2)

@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from simulations import MASS, block, fine
 
-from buckler.mbs import GuideFriction, Solver, simulate
+from buckler.mbs import Controlled, Exudyn, GuideFriction, simulate
 from buckler.mbs.laws import CarvalhoMartins, ExactRestitution, Hertz, KelvinVoigt, restitution
 
 
@@ -62,7 +62,7 @@ def test_stop_gives_back_what_its_law_delivers(law, tolerance):
 def test_finer_contact_steps_find_the_restitution():
     law = CarvalhoMartins(1e6, 0.8, 1.0)
     expected = impact(law, math.sqrt(0.1), 0.1)[0]
-    errors = [abs(rebound(law, Solver(contact_resolution=n))[0] - expected) for n in (20, 80, 320)]
+    errors = [abs(rebound(law, Exudyn(Controlled(contact_resolution=n)))[0] - expected) for n in (20, 80, 320)]
     assert errors[1] < 5e-4 and errors[2] < 1e-4
 
 

@@ -10,7 +10,22 @@ from scipy.interpolate import CubicHermiteSpline
 from scipy.special import ellipk
 from simulations import BAR, SIMPLE, SPAN, G, fine, pendulum, rates, simply_supported
 
-from buckler.mbs import Beam, Cable, Drive, Link, Mechanism, Ramp, Revolute, Rigid, Section, Solver, simulate, slider_crank
+from buckler.mbs import (
+    Beam,
+    Cable,
+    Controlled,
+    Drive,
+    Equal,
+    Exudyn,
+    Link,
+    Mechanism,
+    Ramp,
+    Revolute,
+    Rigid,
+    Section,
+    simulate,
+    slider_crank,
+)
 from buckler.mbs.library import PAPER
 
 # --- a rigid pendulum -------------------------------------------------------------------------------------------------
@@ -41,7 +56,7 @@ def exact_swing(angle, times):
 def test_pendulum_period_is_the_elliptic_integral(angle):
     """T = 4 K(sin^2(a/2))/omega."""
     period = 4 / pendulum_frequency() * ellipk(math.sin(angle / 2) ** 2)
-    solver = Solver(tolerance=1e-7, max_step=period / 400)
+    solver = Exudyn(Controlled(tolerance=1e-7, max_step=period / 400))
     result = fine(simulate(pendulum(angle), 1.3 * period, solver=solver, ledger=True))
     crossings = CubicHermiteSpline(result.time, *swing(result)).roots(extrapolate=False)
     assert 2 * (crossings[1] - crossings[0]) == pytest.approx(period, rel=1e-4)
@@ -49,11 +64,11 @@ def test_pendulum_period_is_the_elliptic_integral(angle):
     assert result.energy["kinetic"].max() == pytest.approx(np.ptp(result.energy["weight"]), rel=1e-3)
 
 
-@pytest.mark.parametrize("radius", [1.0, 0.7])
+@pytest.mark.parametrize("radius", [0.999, 0.7])
 def test_uniform_steps_converge_at_second_order(radius):
     errors = []
     for steps in (200, 400, 800):
-        result = fine(simulate(pendulum(1.5), 1.5, solver=Solver(uniform_steps=steps, spectral_radius=radius)))
+        result = fine(simulate(pendulum(1.5), 1.5, solver=Exudyn(Equal(steps), spectral_radius=radius)))
         assert len(result.time) == steps + 1
         assert np.diff(result.time) == pytest.approx(1.5 / steps, rel=1e-9)
         errors.append(np.abs(swing(result)[0] - exact_swing(1.5, result.time)).max())
@@ -65,7 +80,7 @@ def test_error_follows_the_tolerance():
     """A third-order local error held at tol makes steps ~ tol^(-1/3) and a global error ~ tol^(2/3)."""
     tolerances, errors, steps = 10.0 ** -np.arange(5, 9), [], []
     for tolerance in tolerances:
-        result = fine(simulate(pendulum(1.5), 1.5, solver=Solver(tolerance=tolerance, max_step=0.1)))
+        result = fine(simulate(pendulum(1.5), 1.5, solver=Exudyn(Controlled(tolerance=tolerance, max_step=0.1))))
         errors.append(np.abs(swing(result)[0] - exact_swing(1.5, result.time)).max())
         steps.append(result.work["steps"])
     assert np.polyfit(np.log(tolerances), np.log(errors), 1)[0] == pytest.approx(2 / 3, abs=0.12)
@@ -93,7 +108,7 @@ def test_action_is_reaction():
 
 def test_pin_force_of_a_swinging_pendulum():
     """Force m (a_C - g): radial m (g cos + omega^2 L/2), transverse m (g sin + alpha L/2)."""
-    result = fine(simulate(pendulum(1.5), 1.0, solver=Solver(uniform_steps=1000)))
+    result = fine(simulate(pendulum(1.5), 1.0, solver=Exudyn(Equal(1000))))
     angle, rate = swing(result)
     mass, alpha = BAR.section.mass_per_length * SPAN, -(pendulum_frequency() ** 2) * np.sin(angle)
     radial, transverse = mass * (G * np.cos(angle) + rate**2 * SPAN / 2), mass * (G * np.sin(angle) + alpha * SPAN / 2)
@@ -121,7 +136,7 @@ def test_centre_of_mass_moves_by_the_sum_of_forces():
     section = Section(width=0.020, thickness=0.004)
     for body in (Beam(section, elements=2), Beam(section, elements=3, nodes=2), Cable(section, elements=2)):
         mechanism = simply_supported(body, G)
-        result = fine(simulate(mechanism, 0.02, solver=Solver(uniform_steps=400, spectral_radius=0.9)))
+        result = fine(simulate(mechanism, 0.02, solver=Exudyn(Equal(400), spectral_radius=0.9)))
         mass, later = section.mass_per_length * SIMPLE, result.time > 0.002
         expected = 2 * result.signals["A.ground-strip.fy"] / mass - G
         found = result.signals["strip.ay"]
@@ -187,7 +202,7 @@ def test_torque_and_pin_force_of_a_rigid_slider_crank(gravity):
     """Both converge at second order once the start, felt for a few steps, is over."""
     exact, errors = RigidSliderCrank(gravity), []
     for steps in (200, 400, 800):
-        solver = Solver(uniform_steps=steps, newton_relative=1e-14, newton_absolute=1e-10)
+        solver = Exudyn(Equal(steps), newton_relative=1e-14, newton_absolute=1e-10)
         result = fine(simulate(exact.mechanism, 1.0, ledger=True, solver=solver))
         angle, later = OMEGA * result.time, result.time > 0.2
         assert result.signals["drive.position"] == pytest.approx(angle, abs=1e-11)

@@ -8,7 +8,7 @@ import pytest
 from simulations import LENGTH, SIMPLE, STRIP, UNIT, G, fine, pressed, rates, simply_supported
 
 from buckler.elastica import pinned
-from buckler.mbs import STEEL, Beam, Cable, Rigid, Section, Solver, Status, Strut, simulate
+from buckler.mbs import STEEL, Beam, Cable, Controlled, Equal, Exudyn, Rigid, Section, Status, Strut, simulate
 from buckler.mbs.statics.strip import pinned_strip
 
 # --- beams ------------------------------------------------------------------------------------------------------------
@@ -29,7 +29,7 @@ def sudden_load(times, pull, terms=6):
 def test_beam_under_sudden_gravity_rings_between_zero_and_twice_its_sag(body):
     sag = 5 * STIFF.mass_per_length * G * SIMPLE**4 / (384 * STIFF.bending_stiffness)
     period = 2 * np.pi / STIFF.first_frequency(SIMPLE)
-    result = fine(simulate(simply_supported(body, G), 3 * period, ledger=True, solver=Solver(max_step=period / 300)))
+    result = fine(simulate(simply_supported(body, G), 3 * period, ledger=True, solver=Exudyn(Controlled(max_step=period / 300))))
     deflection = result.signals["strip.deflection"]
     assert deflection == pytest.approx(sudden_load(result.time, G), abs=0.01 * sag)
     assert deflection.min() == pytest.approx(-2 * sag, rel=0.01) and deflection.max() < 0.01 * sag
@@ -41,10 +41,10 @@ def test_beam_under_sudden_gravity_rings_between_zero_and_twice_its_sag(body):
 def test_tighter_tolerance_brings_a_flexible_run_closer():
     """The ringing beam against its own run with 4000 steps a period; error ~ tol^(2/3) as for rigid links."""
     mechanism, period = simply_supported(Beam(STIFF), G), 2 * np.pi / STIFF.first_frequency(SIMPLE)
-    best = fine(simulate(mechanism, period, solver=Solver(uniform_steps=4000)))
+    best = fine(simulate(mechanism, period, solver=Exudyn(Equal(4000))))
     tolerances, errors = 10.0 ** -np.arange(5, 9), []
     for tolerance in tolerances:
-        result = fine(simulate(mechanism, period, solver=Solver(tolerance=tolerance, max_step=period / 10)))
+        result = fine(simulate(mechanism, period, solver=Exudyn(Controlled(tolerance=tolerance, max_step=period / 10))))
         gap = best.at("strip.deflection", result.time) - result.signals["strip.deflection"]
         errors.append(np.abs(gap).max() / np.ptp(best.signals["strip.deflection"]))
     assert np.polyfit(np.log(tolerances), np.log(errors), 1)[0] == pytest.approx(2 / 3, abs=0.15)
@@ -70,7 +70,7 @@ def test_bending_damping_is_the_given_ratio(ratio):
     """Logarithmic decrement of the ringing about the sag."""
     section = STIFF.damped(ratio, SIMPLE)
     period = 2 * np.pi / section.first_frequency(SIMPLE) / math.sqrt(1 - ratio**2)
-    result = fine(simulate(simply_supported(Beam(section), G), 4.5 * period, solver=Solver(max_step=period / 200)))
+    result = fine(simulate(simply_supported(Beam(section), G), 4.5 * period, solver=Exudyn(Controlled(max_step=period / 200))))
     sag = 5 * section.mass_per_length * G * SIMPLE**4 / (384 * section.bending_stiffness)
     swing = result.signals["strip.deflection"] + sag
     peaks = [np.abs(swing[np.abs(result.time - k * period / 2) < period / 8]).max() for k in (2, 8)]

@@ -7,7 +7,9 @@ import pytest
 from scipy.optimize import brentq
 
 from buckler.mbs import Drive, Guide, Link, Mechanism, Motion, Ramp, Revolute, Rigid, Section, slider_crank
-from buckler.mbs.kinematics.closure import Closure, KinematicsError, SliderCrank
+from buckler.mbs.kinematics.closure import Closure
+from buckler.mbs.kinematics.errors import KinematicsError
+from buckler.mbs.kinematics.slidercrank import SliderCrank
 from buckler.mbs.library import PAPER, PAPER_STOP
 
 BAR = Rigid(Section(width=0.020, thickness=0.005))

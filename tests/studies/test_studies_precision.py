@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from drawing import drawn
 
-from buckler.mbs import Cable
+from buckler.mbs import Cable, Controlled
 from buckler.studies.striking import slider_crank_precision
 from buckler.studies.strips import static_precision
 
@@ -114,7 +114,7 @@ def test_wrong_runs_are_refused(given, message):
 def test_plain_slider_crank_agrees_with_controlled_steps():
     mechanism = slider_crank_precision.with_coupler(Cable, 8)
     theirs = slider_crank_precision.plainly(mechanism, 20_000, 1e-6)
-    ours = slider_crank_precision.simulated(mechanism, tolerance=1e-5)
+    ours = slider_crank_precision.simulated(mechanism, Controlled(1e-5))
     assert (theirs.status, ours.status) == ("OK", "OK")
     off = ours.reading.off(theirs.reading)
     assert max(off.values()) < 1e-2

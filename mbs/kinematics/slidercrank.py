@@ -1,0 +1,52 @@
+"""The slider-crank in closed form; its places are tested against the general loop closure."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+
+class SliderCrank(NamedTuple):
+    """The slider on the far side of the crank pivot: crank pin r (cos, sin) theta, slider on the x axis at negative x.
+
+    theta = pi is the outer dead centre (Demirel et al. 2008, eqs 1-5, doi 10.1115/IMECE2008-68796).
+    """
+
+    crank: float
+    coupler: float
+
+    def slider(self, theta: Any) -> Any:
+        """Slider position x = r cos theta - sqrt(L^2 - r^2 sin^2 theta), m."""
+        return self.crank * np.cos(theta) - np.sqrt(self.coupler**2 - (self.crank * np.sin(theta)) ** 2)
+
+    def slider_rate(self, theta: Any) -> Any:
+        """dx/dtheta, m/rad; times the crank speed it is the slider's velocity."""
+        s, c = np.sin(theta), np.cos(theta)
+        return -self.crank * s + self.crank**2 * s * c / np.sqrt(self.coupler**2 - (self.crank * s) ** 2)
+
+    def chord(self, theta: Any, stop: float) -> Any:
+        """Distance of crank pin and a slider held at x = stop, m (eq. 8)."""
+        return np.hypot(self.crank * np.cos(theta) - stop, self.crank * np.sin(theta))
+
+    def shortening(self, theta: Any, stop: float) -> Any:
+        """Normalised end shortening u = 1 - chord/L of a coupler whose slider is held at x = stop (eqs 7-9)."""
+        return 1 - self.chord(theta, stop) / self.coupler
+
+    def lean_cosine(self, theta: Any, stop: float) -> Any:
+        """cos(phi) of the chord against the slider's line (eq. 10)."""
+        return (self.crank * np.cos(theta) - stop) / self.chord(theta, stop)
+
+    def contact_angle(self, stop: float) -> float:
+        """Crank angle in (0, pi) at which the rigid slider reaches x = stop: the cosine rule.
+
+        Raises
+        ------
+        ValueError
+            If the slider never gets there.
+        """
+        inner, outer = self.slider(0.0), self.slider(np.pi)
+        if not outer <= stop <= inner:
+            raise ValueError(f"stop = {stop:g} m: the slider moves only in [{outer:g}, {inner:g}] m")
+        cosine = (stop**2 + self.crank**2 - self.coupler**2) / (2 * stop * self.crank)
+        return float(np.arccos(np.clip(cosine, -1.0, 1.0)))

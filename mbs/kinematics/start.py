@@ -1,0 +1,207 @@
+"""Velocities at the start: what drives and given velocities ask for, completed through the constraints by least kinetic energy.
+
+Links move as if rigid as long as that is possible. Where it is not, as in a truss of strips, flexible links give way: their
+points get velocities of their own, as small as possible where the link is stiff.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from numbers import Real
+from typing import Any
+
+import numpy as np
+
+from buckler.mbs.elements.element import GROUND, Array, place
+from buckler.mbs.elements.rows import Along, Row
+from buckler.mbs.kinematics.closure import ROUNDING, Closure, involved
+from buckler.mbs.kinematics.errors import KinematicsError
+from buckler.mbs.mechanism import Mechanism
+
+EXACT = 1e-9
+"""What may be left of an equation that is met, relative to its right-hand side."""
+
+
+@dataclass(frozen=True)
+class Start:
+    """Velocities at t = 0.
+
+    Attributes
+    ----------
+    closure : Closure
+    rates : array, shape (links, 3)
+        Of all links, as if rigid: velocity of the start, m/s, turning, rad/s.
+    bends : dict of str to dict of str to array, shape (3,)
+        By flexible link and point: what its point moves and turns besides; links that need not give way are left out.
+    """
+
+    closure: Closure
+    rates: Array
+    bends: Mapping[str, Mapping[str, Array]] = field(default_factory=dict)
+
+    def velocity(self, link: str, point: str) -> Array:
+        """Velocity of a point of a link, m/s."""
+        rigid = self.closure.velocity(link, point, self.closure.reference, self.rates)
+        return rigid + self.bends[link][point][:2] if link in self.bends else rigid
+
+
+class Stations:
+    """The points of flexible links with velocities of their own: three columns each, in the link's axes, stiffness-weighted."""
+
+    def __init__(self, mechanism: Mechanism, *, flexible: bool = True) -> None:
+        links = [link for link in mechanism.links if link.body.flexible] if flexible else []
+        self.mechanism = mechanism
+        self.points = [(link.name, point) for link in links for point in link.points]
+        self.places = {at: k for k, at in enumerate(self.points)}
+        self.turns = np.zeros((len(self.points), 3, 3))
+        for k, (name, _) in enumerate(self.points):
+            self.turns[k] = _weighted_axes(mechanism, name)
+
+    def columns(self, row: Row) -> Array:
+        """A row's derivatives by the weighted velocities of all stations."""
+        found = np.zeros((len(self.points), 3))
+        for end, sign in ((row.first, 1.0), (row.second, -1.0)):
+            k = self.places.get((end.body, end.point))
+            if k is not None:
+                found[k] += sign * np.array([*row.direction, 0.0] if isinstance(row, Along) else [0.0, 0.0, 1.0]) @ self.turns[k]
+        return found.ravel()
+
+    def own(self, k: int, direction: Array) -> Array:
+        """The same for a velocity (vx, vy, spin) . direction of one station."""
+        found = np.zeros((len(self.points), 3))
+        found[k] = direction @ self.turns[k]
+        return found.ravel()
+
+
+def _weighted_axes(mechanism: Mechanism, name: str) -> Array:
+    """Velocity (x, y, turn) of a point by its weighted parts: along the link divided by its stiffness, and so on."""
+    link, length = mechanism.link(name), mechanism.length(name)
+    (x0, y0), (x1, y1) = (mechanism.points[p] for p in (link.start, link.end))
+    c, s = (x1 - x0) / length, (y1 - y0) / length
+    section: Any = link.body.section
+    soft = np.sqrt(section.axial_stiffness * length**2 / section.bending_stiffness)
+    unit = 1 / np.sqrt(section.axial_stiffness / length)
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ np.diag([unit, unit * soft, unit * soft / length])
+
+
+def jacobian(mechanism: Mechanism, q: Array | None = None) -> tuple[Closure, Array, Array]:
+    """Closure, the rows' derivatives by the rigid coordinates (rows, 3 links), and by the stations (rows, 3 stations)."""
+    closure, stations = Closure(mechanism), Stations(mechanism)
+    q = closure.reference if q is None else q
+    rigid = closure.system(q, np.zeros_like(q))[1]
+    loose = np.array([stations.columns(row) for _, row in closure.named_rows]).reshape(len(rigid), 3 * len(stations.points))
+    return closure, rigid, loose
+
+
+def start(mechanism: Mechanism) -> Start:
+    """Velocities at t = 0.
+
+    Raises
+    ------
+    KinematicsError
+        If what drives and `velocities` ask for is impossible: a dead centre, or a contradiction; it names the elements.
+    """
+    closure, rigid, loose = jacobian(mechanism)
+    right, names = closure.speed(0.0), list(closure.names)
+    for name, row, own, value in _given(mechanism, closure):
+        rigid, loose = np.vstack([rigid, row]), np.vstack([loose, own])
+        right, names = np.append(right, value), [*names, name]
+    bend, rest = _give_way(rigid, loose, right)
+    scale = max(1.0, np.abs(right).max(initial=0.0))
+    gap = float(np.abs(rest).max(initial=0.0))
+    if gap > EXACT * scale:
+        who = ", ".join(f"'{name}'" for name in involved(names, rest))
+        raise KinematicsError(
+            f"velocities at t = 0 s do not exist (gap {gap:.3g}): {who} contradict each other, or the linkage is at a dead centre"
+        )
+    rates = _least_energy(_masses(mechanism, closure), rigid, right - loose @ bend).reshape(-1, 3)
+    stations = Stations(mechanism)
+    moved = np.einsum("kij,kj->ki", stations.turns, bend.reshape(-1, 3))
+    bends: dict[str, dict[str, Array]] = {}
+    if np.abs(moved).max(initial=0.0) > EXACT * scale:
+        for (link, point), extra in zip(stations.points, moved, strict=True):
+            bends.setdefault(link, {})[point] = extra
+    return Start(closure, rates, bends)
+
+
+def _give_way(rigid: Array, loose: Array, right: Array) -> tuple[Array, Array]:
+    """Least velocities of the stations with which the rigid links can meet the rows, and what is left unmet."""
+    outside = np.eye(len(right)) - rigid @ np.linalg.pinv(rigid, rcond=ROUNDING) if rigid.size else np.eye(len(right))
+    missing = outside @ right
+    scale = max(1.0, np.abs(right).max(initial=0.0))
+    if not loose.size or np.abs(missing).max(initial=0.0) <= EXACT * scale:
+        return np.zeros(loose.shape[1]), missing
+    unit = np.abs(loose).max()
+    bend = np.linalg.pinv(outside @ loose / unit, rcond=ROUNDING) @ missing / unit
+    return bend, missing - outside @ loose @ bend
+
+
+def _least_energy(mass: Array, rows: Array, right: Array) -> Array:
+    """Rates u with rows u = right and the least u^T mass u."""
+    unit = 1 / np.sqrt(np.diag(mass))
+    half = np.linalg.cholesky(mass * np.outer(unit, unit))
+    back = unit[:, None] * np.linalg.inv(half).T
+    if not rows.size:
+        return np.zeros(len(mass))
+    found: Array = back @ np.linalg.lstsq(rows @ back, right, rcond=ROUNDING)[0]
+    rest = right - rows @ found  # rounding, where masses differ by orders
+    return found + back @ np.linalg.lstsq(rows @ back, rest, rcond=ROUNDING)[0]
+
+
+def _masses(mechanism: Mechanism, closure: Closure) -> Array:
+    """Mass matrix of all links as rigid ones, by the rates of their starts."""
+    return mass_matrix(closure, closure.reference)
+
+
+def mass_matrix(closure: Closure, q: Array) -> Array:
+    """Mass matrix of all links and what they carry as rigid ones, by their start's coordinates; (..., 3 links, 3 links)."""
+    mechanism, n = closure.mechanism, len(closure.index)
+    matrix = np.zeros((*q.shape[:-2], n, 3, n, 3))
+
+    def add(i: int, mass: float, inertia: float, arm: Any) -> None:
+        matrix[..., i, 0, i, 0] += mass
+        matrix[..., i, 1, i, 1] += mass
+        matrix[..., i, 0, i, 2] -= mass * arm.imag
+        matrix[..., i, 2, i, 0] -= mass * arm.imag
+        matrix[..., i, 1, i, 2] += mass * arm.real
+        matrix[..., i, 2, i, 1] += mass * arm.real
+        matrix[..., i, 2, i, 2] += inertia + mass * np.abs(arm) ** 2
+
+    for link in mechanism.links:
+        i = closure.index[link.name]
+        mass, inertia, centre = link.body.inertia(mechanism.length(link.name))
+        add(i, mass, inertia, complex(*centre) * np.exp(1j * q[..., i, 2]))
+    for element in mechanism.elements().values():
+        for name, point, mass, inertia in element.inertias(mechanism):
+            i = closure.index[name]
+            away = closure.position(name, point, q) - q[..., i, :2]
+            add(i, mass, inertia, away[..., 0] + 1j * away[..., 1])
+    return matrix.reshape(*q.shape[:-2], 3 * n, 3 * n)
+
+
+def _given(mechanism: Mechanism, closure: Closure) -> Iterator[tuple[str, Array, Array, float]]:
+    """Rows of the mechanism's `velocities`: name, derivatives by the links' rates and by the stations, value."""
+    stations, n = Stations(mechanism), len(closure.index)
+    for name, value in mechanism.velocities.items():
+        if isinstance(value, Real):
+            row = np.zeros((n, 3))
+            row[closure.index[name], 2] = 1.0
+            yield f"velocities['{name}']", row.ravel(), np.zeros(3 * len(stations.points)), float(value)
+            continue
+        link, point = carrier(mechanism, name)
+        arm = closure.position(link, point, closure.reference) - closure.reference[closure.index[link], :2]
+        for axis, direction in enumerate(np.eye(3)[:2]):
+            row = np.zeros((n, 3))
+            row[closure.index[link]] = [*direction[:2], (-arm[1], arm[0])[axis]]
+            k = stations.places.get((link, point))
+            own = np.zeros(3 * len(stations.points)) if k is None else stations.own(k, direction)
+            yield f"velocities['{name}']", row.ravel(), own, float(value[axis])
+
+
+def carrier(mechanism: Mechanism, at: str) -> tuple[str, str]:
+    """Link and point of a point reference: the first link that has the point where none is named."""
+    body, point = place(at)
+    if body and body != GROUND:
+        return body, point
+    return next(link.name for link in mechanism.links if point in link.points), point

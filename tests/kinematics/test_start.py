@@ -1,0 +1,183 @@
+"""Velocities at the start: completed through the constraints by least kinetic energy, or refused with the names."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from buckler.mbs import Beam, Drive, Guide, Link, Mechanism, Ramp, Revolute, Rigid, Section, Strut, crank_rocker, slider_crank
+from buckler.mbs.kinematics.closure import Closure, determined
+from buckler.mbs.kinematics.errors import KinematicsError
+from buckler.mbs.kinematics.start import mass_matrix, start
+
+BAR = Rigid(Section(width=0.020, thickness=0.005))
+STRIP = Section(width=0.030, thickness=0.0003)
+FREE = Mechanism({"A": (0.0, 0.0), "B": (0.6, 0.8)}, [Link("bar", "A", "B", Rigid.of(mass=2.0, inertia=0.3))])
+
+
+def test_given_speed_of_a_crank_is_that_of_a_drive():
+    driven = crank_rocker(BAR, speed=3.0)
+    free = replace(driven, drives=(), velocities={"crank": 3.0})
+    assert start(free).rates == pytest.approx(start(driven).rates, abs=1e-12)
+    assert start(free).rates[0, 2] == pytest.approx(3.0, rel=1e-12)
+
+
+def test_a_struck_bar_takes_the_least_energy():
+    """A free bar whose end is given a velocity v across: impulse at the end, so centre v/(1 + m d^2/I), spin from there."""
+    v, d = np.array([-0.8, 0.6]), 0.5
+    rates = start(replace(FREE, velocities={"B": tuple(v)})).rates[0]
+    share = 1 / (1 + 2.0 * d**2 / 0.3)
+    assert rates[2] == pytest.approx((1 - share) / d, rel=1e-12)
+    centre = rates[:2] + rates[2] * d * v
+    assert centre == pytest.approx(share * v, rel=1e-12)
+
+
+def test_a_link_named_from_its_other_end_starts_alike():
+    other = replace(FREE, links=[Link("bar", "B", "A", Rigid.of(mass=2.0, inertia=0.3))])
+    velocities = {"B": (1.0, -0.4)}
+    one, two = (start(replace(m, velocities=velocities)) for m in (FREE, other))
+    for point in "AB":
+        assert one.velocity("bar", point) == pytest.approx(two.velocity("bar", point), abs=1e-12)
+    assert one.rates[0, 2] == pytest.approx(two.rates[0, 2], rel=1e-12) != 0
+
+
+def test_least_energy_is_least():
+    """Any other start that keeps the given velocity holds more."""
+    chain = Mechanism(
+        {"O": (0, 0), "A": (0.3, 0.1), "B": (0.5, -0.2)},
+        [Link("a", "O", "A", BAR), Link("b", "A", "B", BAR)],
+        [Revolute("O", "ground", "a"), Revolute("A", "a", "b")],
+    )
+    found = start(replace(chain, velocities={"a": 2.0})).rates
+    mass = mass_matrix(Closure(chain), Closure(chain).reference)
+
+    def energy(spin):
+        u = start(replace(chain, velocities={"a": 2.0, "b": spin})).rates.ravel()
+        return u @ mass @ u / 2
+
+    assert energy(found[1, 2]) == pytest.approx(found.ravel() @ mass @ found.ravel() / 2, rel=1e-12)
+    assert min(energy(found[1, 2] + 0.01), energy(found[1, 2] - 0.01)) > energy(found[1, 2])
+
+
+@pytest.mark.parametrize(
+    ("velocities", "named"),
+    [
+        ({"crank": 3.0, "A": (5.0, 0.0)}, ["velocities['crank']", "velocities['A']"]),
+        ({"crank": 3.0, "rocker": 0.1}, ["velocities['crank']", "velocities['rocker']", "B.coupler-rocker"]),
+        ({"O": (0.1, 0.0)}, ["velocities['O']", "O.ground-crank"]),
+    ],
+    ids=["link and point", "two links", "fixed point"],
+)
+def test_contradicting_velocities_are_refused_with_their_names(velocities, named):
+    with pytest.raises(KinematicsError) as caught:
+        start(replace(crank_rocker(BAR, speed=1.0), drives=(), velocities=velocities))
+    assert not [name for name in named if name not in str(caught.value)], str(caught.value)
+
+
+def test_a_velocity_against_a_drive_is_refused():
+    with pytest.raises(KinematicsError, match=r"'drive', .*velocities\['crank'\]|velocities\['crank'\].*'drive'"):
+        start(replace(crank_rocker(BAR, speed=1.0), velocities={"crank": 2.0}))
+
+
+@pytest.mark.parametrize(
+    ("velocities", "words"),
+    [
+        ({"arm": 1.0}, ["velocities['arm']", "unknown link", "crank"]),
+        ({"crank": (1.0, 2.0)}, ["velocities['crank']", "one number"]),
+        ({"Z": (1.0, 2.0)}, ["velocities['Z']", "unknown point"]),
+        ({"B": (1.0, 2.0, 3.0)}, ["velocities['B']", "two numbers"]),
+        ({"crank": float("inf")}, ["velocities['crank'] = inf", "finite"]),
+        (3.0, ["velocities = 3.0", "mapping"]),
+    ],
+)
+def test_wrong_velocities_are_refused_when_made(velocities, words):
+    with pytest.raises(ValueError) as caught:
+        replace(crank_rocker(BAR, speed=1.0), drives=(), velocities=velocities)
+    assert not [word for word in words if word not in str(caught.value)], str(caught.value)
+
+
+# --- flexible links start as flexible ---------------------------------------------------------------------------------
+
+
+def truss(body, speed=-0.1, height=0.1):
+    """Von Mises: two strips from the ground to a driven apex."""
+    return Mechanism(
+        {"L": (-0.3, 0.0), "R": (0.3, 0.0), "T": (0.0, height)},
+        [Link("left", "L", "T", body), Link("right", "T", "R", body)],
+        [Revolute("L", "ground", "left"), Revolute("R", "right", "ground"), Revolute("T", "left", "right")],
+        [Guide("T", "left", (0, 1), mass=0.1)],
+        drives=[Drive("T", speed)],
+    )
+
+
+@pytest.mark.parametrize("body", [Beam(STRIP), Strut(STRIP)], ids=["beam", "strut"])
+def test_a_von_mises_truss_of_strips_is_no_dead_centre(body):
+    """Each strip shortens by its share of the apex's speed and turns by the rest."""
+    begun, length = start(truss(body)), np.hypot(0.3, 0.1)
+    assert begun.velocity("left", "T") == pytest.approx([0.0, -0.1], abs=1e-12)
+    assert begun.velocity("right", "T") == pytest.approx([0.0, -0.1], abs=1e-12)
+    assert begun.velocity("left", "L") == pytest.approx([0.0, 0.0], abs=1e-12)
+    spins = begun.rates[:, 2]
+    assert spins == pytest.approx([-0.1 * 0.3 / length**2, 0.1 * 0.3 / length**2], rel=1e-9)
+
+
+def test_a_rigid_truss_is_a_dead_centre():
+    with pytest.raises(KinematicsError, match=r"'drive'.*contradict"):
+        start(truss(BAR))
+
+
+def test_a_strip_between_two_held_points_may_be_pressed_at_speed():
+    held = Mechanism(
+        {"A": (0, 0), "B": (0.31, 0)},
+        [Link("strip", "A", "B", Beam(STRIP))],
+        [Revolute("B", "ground", "strip")],
+        [Guide("A", "strip", mass=0.1)],
+        drives=[Drive("A", 0.5)],
+    )
+    begun = start(held)
+    assert begun.velocity("strip", "A") == pytest.approx([0.5, 0.0], abs=1e-12)
+    assert begun.velocity("strip", "B") == pytest.approx([0.0, 0.0], abs=1e-12)
+
+
+def test_a_strip_that_need_not_give_way_starts_as_rigid():
+    one, two = (start(slider_crank(body, law=None, mass=0.3, speed=1.25)) for body in (Beam(STRIP), BAR))
+    assert not one.bends and one.rates == pytest.approx(two.rates, abs=1e-12)
+
+
+# --- several drives ---------------------------------------------------------------------------------------------------
+
+
+def five_bar(first=1.0, second=-2.0):
+    """Two cranks, each with a drive of its own."""
+    return Mechanism(
+        {"O": (0, 0), "A": (0.1, 0.1), "B": (0.25, 0.3), "C": (0.4, 0.12), "D": (0.5, 0)},
+        [Link("a", "O", "A", BAR), Link("b", "A", "B", BAR), Link("c", "C", "B", BAR), Link("d", "D", "C", BAR)],
+        [
+            Revolute("O", "ground", "a"),
+            Revolute("A", "a", "b"),
+            Revolute("B", "b", "c"),
+            Revolute("C", "c", "d"),
+            Revolute("D", "ground", "d"),
+        ],
+        drives=[Drive("a", first), Drive("d", second)],
+    )
+
+
+def test_two_drives_turn_two_cranks():
+    closure = Closure(five_bar(1.0, Ramp(0.0, -2.0, 0.5)))
+    state = closure.solve(0.4)
+    assert state.q[[0, 3], 2] - closure.reference[[0, 3], 2] == pytest.approx([0.4, -0.32], abs=1e-12)
+    assert state.q_t[[0, 3], 2] == pytest.approx([1.0, -1.6], rel=1e-12)
+    assert state.q_tt[[0, 3], 2] == pytest.approx([0.0, -4.0], abs=1e-9)
+    ends = [closure.position(link, "B", state.q) for link in "bc"]
+    assert ends[0] == pytest.approx(ends[1], abs=1e-12)
+    assert determined(closure.mechanism)
+
+
+def test_many_times_at_once_are_single_times():
+    closure = Closure(five_bar())
+    states = [closure.solve(t) for t in (0.0, 0.1, 0.2)]
+    together = closure.system(np.stack([s.q for s in states]), np.stack([s.q_t for s in states]))
+    for k, state in enumerate(states):
+        for one, all_ in zip(closure.system(state.q, state.q_t), together, strict=True):
+            assert all_[k] == pytest.approx(one, abs=1e-15)
