@@ -105,7 +105,7 @@ class Builder:
     laws: list[tuple[int, int, int, int]] = field(default_factory=list)
     law_numbers: list[list[float]] = field(default_factory=list)
     data: list[float] = field(default_factory=list)
-    ideal: list[tuple[int, int]] = field(default_factory=list)
+    loose: list[tuple[int, str, str, bool]] = field(default_factory=list)
     owners: list[Any] = field(default_factory=list)
     units: dict[int, float] = field(default_factory=dict)
     elastic: list[tuple[int, int, int]] = field(default_factory=list)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numba
@@ -14,7 +14,28 @@ from numba.extending import intrinsic
 
 from buckler.mbs.spectral.tables import Tables, Work
 
-jit: Callable[..., Any] = partial(numba.njit, error_model="numpy", nogil=True, cache=True)
+
+def _stamp() -> tuple[tuple[str, float, int], ...]:
+    """Names, times and sizes of the files that hold compiled functions: of this folder."""
+    files = sorted(Path(__file__).parent.glob("*.py"))
+    return tuple((file.name, file.stat().st_mtime, file.stat().st_size) for file in files)
+
+
+STAMP = _stamp()
+
+
+def jit(function: Callable[..., Any]) -> Any:
+    """Compile for the types it is first called with, and keep that on disk as long as no file of this folder changes.
+
+    Numba looks only at the file of the function itself, but its machine code holds that of the functions it calls.
+    """
+    compiled = numba.njit(error_model="numpy", nogil=True)(function)
+    try:
+        compiled.enable_caching()
+        compiled._cache._cache_file._source_stamp = STAMP
+    except (RuntimeError, AttributeError):  # nowhere to keep it, or another Numba
+        compiled = numba.njit(error_model="numpy", nogil=True)(function)
+    return compiled
 
 
 def _call(arguments: int) -> Any:

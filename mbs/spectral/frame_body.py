@@ -84,9 +84,10 @@ def add_frame(builder: Builder, link: Any, mass: float, centre: Array, inertia: 
     return FrameBody(o, middle, angle, total, turning, start)
 
 
-def add_block(builder: Builder, marker: int, each: Attached, name: str) -> None:
+def add_block(builder: Builder, marker: int, each: Attached, link: str) -> None:
     """Add a mass at a marker of a body that cannot take it: a body of its own, pinned or welded there."""
-    place = builder.mechanism.points[each.point]
+    place, name = builder.mechanism.points[each.point], f"mass.{each.point}"
+    builder.loose.append((len(builder.q), link, each.point, bool(each.inertia)))
     if not each.inertia:
         builder.pin(name, builder.point(*place, each.mass), marker)
         return

@@ -121,9 +121,8 @@ def room_for(q: Array, v: Array, a: Array, lam: Array, memory: Array, units: Arr
     )  # fmt: skip
 
 
-def output_for(rows: int, room: Room) -> Output:
-    """Make room for what so many steps leave."""
-    n, r, k = len(room.q), len(room.lam), room.memory.shape
+def output_for(rows: int, n: int, r: int, k: tuple[int, ...]) -> Output:
+    """Make room for what so many steps leave of n coordinates, r multipliers, memories of shape k."""
     return Output(np.zeros(rows), *(np.zeros((rows, n)) for _ in range(3)), np.zeros((rows, r)), np.zeros((rows, *k)))
 
 
@@ -364,8 +363,9 @@ def _remember(s, w, x, floor, graze, counts):
             old, new, rate = depth_of(s, x.before, k), depth_of(s, w.reports, k), rate_of_depth(s, w.reports, k)
             if new <= 0.0 or old <= 0.0:
                 m[ONSET] = max(rate, floor, graze * m[FASTEST])
-            if new > 0.0 and old <= 0.0:
+            if new > 0.0 and old <= 0.0 and kind == CONTACT:
                 m[FASTEST] = max(m[FASTEST], m[ONSET])
+            if new > 0.0 and old <= 0.0:
                 counts[ONSETS] += 1
                 changed = True
             if new <= 0.0 and old > 0.0:

@@ -33,5 +33,5 @@ def add_modal(builder: Builder, link: Any) -> FrameBody:
     body = FrameBody(o, centre, angle, model.mass, model.inertia, start, m, shapes)
     body.model = model  # type: ignore[attr-defined]
     for each in builder.attached.get(link.name, ()):
-        add_block(builder, body.marker(builder, each.point), each, f"mass.{each.point}")
+        add_block(builder, body.marker(builder, each.point), each, link.name)
     return body

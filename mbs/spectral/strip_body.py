@@ -131,7 +131,7 @@ def add_strip(builder: Builder, link: Any, kind: int) -> StripBody:
             a, b = (body.marker_at(builder, element.start, piece) for piece in (i - 1, i))
             builder.add_row(f"{link.name}.slope", builder.add_measure(k.ANGLE, a, b))
     for each in builder.attached.get(link.name, ()):
-        _attach(builder, body, each)
+        _attach(builder, body, each, link.name)
     return body
 
 
@@ -201,12 +201,12 @@ def strains_of(kind: int, q: Array, values: list[Array]) -> tuple[Array, Array, 
     return c * x + s * y - 1.0, -s * x + c * y, d @ q[2]
 
 
-def _attach(builder: Builder, body: StripBody, each: Attached) -> None:
+def _attach(builder: Builder, body: StripBody, each: Attached, link: str) -> None:
     """Add a mass at a point: into the constant mass matrix where the marker is linear."""
     marker = body.marker(builder, each.point)
     kind, _, size, first, _, data = builder.markers[marker]
     if kind != k.LINEAR and each.inertia:
-        add_block(builder, marker, each, f"mass.{each.point}")
+        add_block(builder, marker, each, link)
         return
     value = np.array(builder.data[data : data + size])
     gravity = builder.mechanism.gravity
