@@ -177,7 +177,7 @@ class _Prescribed(NamedTuple):
         return self.load * load + self.shortening * shortening - self.value
 
 
-class _Grid(NamedTuple):
+class Grid(NamedTuple):
     """Chebyshev-Lobatto points on [0, 1] and the matrix J that integrates from 0 to each of them."""
 
     s: Array
@@ -185,21 +185,22 @@ class _Grid(NamedTuple):
 
 
 @cache
-def _grid(nodes: int) -> _Grid:
+def integration(nodes: int) -> Grid:
+    """Collocation points and integration matrix for a number of points from 2 upwards."""
     points = -np.cos(pi * np.arange(nodes) / (nodes - 1))
     primitives = chebyshev.chebint(np.eye(nodes), lbnd=-1, axis=0)
     to_coefficients = np.linalg.inv(chebyshev.chebvander(points, nodes - 1))
     J = chebyshev.chebvander(points, nodes) @ primitives @ to_coefficients / 2.0
-    return _Grid((points + 1.0) / 2.0, J)
+    return Grid((points + 1.0) / 2.0, J)
 
 
-def _stress_free(rod: Rod, grid: _Grid) -> Array:
+def _stress_free(rod: Rod, grid: Grid) -> Array:
     """theta0 along the half-sine y0 = a sin(pi s), for which sin(theta0) = y0'."""
     return np.arcsin(rod.imperfection * pi * np.cos(pi * grid.s))
 
 
 def _stress_free_shortening(rod: Rod) -> float:
-    grid = _grid(rod.nodes)
+    grid = integration(rod.nodes)
     return _shortening(rod, grid, _stress_free(rod, grid), 0.0)
 
 
@@ -209,11 +210,11 @@ def _slopes(rod: Rod, theta: Array, load: float) -> tuple[Array, Array]:
     return cos - load * (cos**2 / rod.axial + sin**2 / rod.shear), sin * (1.0 + rod.softness * load * cos)
 
 
-def _shortening(rod: Rod, grid: _Grid, theta: Array, load: float) -> float:
+def _shortening(rod: Rod, grid: Grid, theta: Array, load: float) -> float:
     return float(1.0 - grid.J[-1] @ _slopes(rod, theta, load)[0])
 
 
-def _defect(rod: Rod, grid: _Grid, end: _Prescribed, z: Array) -> Array:
+def _defect(rod: Rod, grid: Grid, end: _Prescribed, z: Array) -> Array:
     """Left minus right sides of (4) and of the end condition at z = (theta, beta, p), shape (nodes + 2,)."""
     theta, beta, load = z[:-2], z[-2], z[-1]
     y = grid.J @ _slopes(rod, theta, load)[1]
@@ -221,7 +222,7 @@ def _defect(rod: Rod, grid: _Grid, end: _Prescribed, z: Array) -> Array:
     return np.concatenate((balance, (y[-1], end.defect(load, _shortening(rod, grid, theta, load)))))
 
 
-def _jacobian(rod: Rod, grid: _Grid, end: _Prescribed, z: Array) -> Array:
+def _jacobian(rod: Rod, grid: Grid, end: _Prescribed, z: Array) -> Array:
     """Derivative of `_defect` by z, shape (nodes + 2, nodes + 2)."""
     theta, load, c, J = z[:-2], z[-1], rod.softness, grid.J
     sin, cos = np.sin(theta), np.cos(theta)
@@ -243,7 +244,7 @@ def _jacobian(rod: Rod, grid: _Grid, end: _Prescribed, z: Array) -> Array:
     return jacobian
 
 
-def _guess(rod: Rod, grid: _Grid, end: _Prescribed) -> Array:
+def _guess(rod: Rod, grid: Grid, end: _Prescribed) -> Array:
     """One-term Galerkin solution theta = alpha cos(pi s) of (3) that meets the end condition, as z."""
     mode = np.cos(pi * grid.s)
     start = abs(np.arcsin(pi * rod.imperfection))
@@ -264,7 +265,7 @@ def _guess(rod: Rod, grid: _Grid, end: _Prescribed) -> Array:
 
 
 def _solve(rod: Rod, end: _Prescribed) -> RodSolution:
-    grid = _grid(rod.nodes)
+    grid = integration(rod.nodes)
     guess = _guess(rod, grid, end)
     z = _newton(lambda z: np.linalg.solve(_jacobian(rod, grid, end, z), _defect(rod, grid, end, z)), guess)
     theta, load = z[:-2], float(z[-1])
@@ -287,7 +288,7 @@ def _newton(step: Callable[[Array], Array], z: Array) -> Array:
 
 def _residual(rod: Rod, end: _Prescribed, z: Array) -> float:
     """Largest defect of the interpolated solution on a grid half as fine again."""
-    coarse, fine = _grid(rod.nodes), _grid(3 * rod.nodes // 2)
+    coarse, fine = integration(rod.nodes), integration(3 * rod.nodes // 2)
     coefficients = np.linalg.solve(chebyshev.chebvander(2.0 * coarse.s - 1.0, rod.nodes - 1), z[:-2])
     theta = chebyshev.chebval(2.0 * fine.s - 1.0, coefficients)
     return float(np.max(np.abs(_defect(rod, fine, end, np.concatenate((theta, z[-2:]))))))

@@ -13,7 +13,6 @@ import numpy as np
 from buckler.mbs.accuracy.delivery import Delivery, deliver
 from buckler.mbs.accuracy.difference import COARSEST, FINEST
 from buckler.mbs.checks.suspicions import suspicions
-from buckler.mbs.elements import Drive
 from buckler.mbs.engine.settings import Exudyn
 from buckler.mbs.engine.solve import once
 from buckler.mbs.mechanism import Mechanism
@@ -82,9 +81,8 @@ def simulate(
     positive("duration", duration, "s")
     if timeout is not None:
         positive("timeout", timeout, "s")
-    for name, drive in mechanism.elements().items():
-        if isinstance(drive, Drive):
-            drive.motion.check_run(duration, name)
+    for name, element in mechanism.elements().items():
+        element.check_run(duration, name)
     times = np.atleast_1d(np.asarray(shapes, dtype=float))
     for t in times:
         number("shapes", float(t), 0.0, duration, "s")

@@ -7,12 +7,8 @@ from functools import cached_property
 from math import ceil, hypot, log2, pi, sqrt, tan
 from typing import Any
 
-from buckler.mbs.elements.beam import Beam, Cable
-from buckler.mbs.elements.clearance import Clearance
+from buckler.mbs.elements.clearance import clearances
 from buckler.mbs.elements.drive import Ramp
-from buckler.mbs.elements.modal import Modal
-from buckler.mbs.elements.rigid import Rigid
-from buckler.mbs.elements.strut import Strut
 from buckler.mbs.engine.settings import Controlled, Equal, Exudyn
 from buckler.mbs.kinematics.closure import turning_speed
 from buckler.mbs.mechanism import Mechanism
@@ -25,10 +21,6 @@ FEWEST = 32
 """Steps of the coarsest run at least."""
 MESH, STRIKING_MESH = 4, 10
 """Cable elements for an accuracy of 1e-3, where nothing strikes and where something does: of fourth order in the accuracy."""
-OF_BEAM = {3: 1.5, 2: 6.0}
-"""Beam elements as accurate as one of a Cable, by their nodes."""
-STIFF = {Cable: (0.0665, 4), 3: (0.19, 4), 2: (1.3, 2)}
-"""Relative error of the first frequency, c/n^p with n elements: of cables, and of beam elements by their nodes."""
 SAMPLE, SAMPLES = 0.3, 200
 """Times recorded: as far apart, in rad of the fastest vibration that is resolved, and so many at least."""
 LONG = 400.0
@@ -77,26 +69,25 @@ class Plan:
     @property
     def play(self) -> bool:
         """Whether joints have play."""
-        return any(isinstance(joint, Clearance) for joint in self.mechanism.joints)
+        return bool(clearances(self.mechanism))
 
     @cached_property
     def smooth(self) -> bool:
         """Whether nothing in the scene has a kink: no stop, no play, no strut, no friction."""
         m = self.mechanism
-        struts = any(isinstance(link.body, Strut) for link in m.links)
+        struts = any(link.body.massless for link in m.links)
         return not (self.play or m.stops or struts or any(guide.friction for guide in m.guides))
 
     @property
     def meshed(self) -> bool:
         """Whether a link leaves its elements to us."""
-        return any(_chooses(link.body) for link in self.mechanism.links)
+        return any(link.body.meshed_freely for link in self.mechanism.links)
 
     @cached_property
     def frequency(self) -> float:
         """Largest first bending frequency of a flexible link, or the pendulum's, rad/s."""
         m = self.mechanism
-        flexible = [(link.body, m.length(link.name)) for link in m.links]
-        bending = [body.section.first_frequency(length) for body, length in flexible if isinstance(body, Beam | Cable | Modal)]
+        bending = [link.body.first_frequency(m.length(link.name)) for link in m.links]
         shortest = min(m.length(link.name) for link in m.links)
         return max([(hypot(*m.gravity) / shortest) ** 0.5, *bending])
 
@@ -118,7 +109,7 @@ class Plan:
     def steps(self) -> int:
         """Steps of the coarsest run."""
         phase, turn = (PHASE, TURN) if self.smooth else (STRIKING_PHASE, STRIKING_TURN)
-        if self.smooth and all(isinstance(link.body, Rigid) for link in self.mechanism.links):
+        if self.smooth and not any(link.body.flexible for link in self.mechanism.links):
             turn = RIGID_TURN
         turns = self.speed * self.duration / (2 * pi)
         axial = AXIAL_PHASE * self.axial[1] if self.resolved else 0.0
@@ -146,7 +137,7 @@ class Plan:
         mass = sum(guide.mass for guide in m.guides) or self._mass()
         found = [(0.0, 0.0)]
         for link in m.links if self.smooth else ():
-            if isinstance(link.body, Beam | Cable):
+            if link.body.meshed:
                 section, length = link.body.section, m.length(link.name)
                 frequency = sqrt(section.axial_stiffness / (length * mass))
                 found.append((AXIAL * (section.first_frequency(length) / frequency) ** 2, frequency * self.duration))
@@ -171,16 +162,13 @@ class Plan:
         """
         links = []
         for link in self.mechanism.links:
-            body = link.body
-            if isinstance(body, Beam | Cable):
-                factor = fitted(
-                    body.section.first_frequency(self.mechanism.length(link.name)) * self.duration / steps, self.radius
-                )
-                if _chooses(body):
-                    count = round(mesh * (OF_BEAM[body.nodes] if isinstance(body, Beam) else 1.0))
-                    body = replace(body, elements=min(1000, count))
-                    c, order = STIFF[body.nodes if isinstance(body, Beam) else Cable]
-                    factor /= (1 + c / body.count**order) ** 2
+            body: Any = link.body
+            if body.meshed:
+                frequency = body.first_frequency(self.mechanism.length(link.name))
+                factor = fitted(frequency * self.duration / steps, self.radius)
+                if body.meshed_freely:
+                    body = replace(body, elements=min(1000, round(mesh * body.worth.like_cables)))
+                    factor /= body.stiffening**2
                 if self.smooth:
                     material = replace(body.section.material, density=body.section.material.density / factor)
                     body = replace(body, section=replace(body.section, material=material))
@@ -220,29 +208,29 @@ class Plan:
         """The mechanism with this share of their elements in the links that leave them to us."""
         links = []
         for link in self.mechanism.links:
-            body = link.body
-            if isinstance(body, Beam | Cable) and _chooses(body):
+            body: Any = link.body
+            if body.meshed_freely:
                 body = replace(body, elements=max(1, int(share * body.count)))
             links.append(replace(link, body=body))
         return replace(self.mechanism, links=links)
 
     def with_play(self, finer: float) -> Exudyn:
         """Settings with play, for a tolerance so many times finer than that of the first run."""
-        flexible = not all(isinstance(link.body, Rigid) for link in self.mechanism.links)
+        flexible = any(link.body.flexible for link in self.mechanism.links)
         tolerance = PLAY[flexible] * self.asked ** PLAY_ORDER[flexible] / finer
         return Exudyn(Controlled(max(PLAY_FINEST, tolerance), self.duration / PLAY_STEPS), spectral_radius=PLAY_RADIUS)
 
     def _mass(self) -> float:
         """Of sliders and links, kg."""
         m = self.mechanism
-        links = [link.mass(m.length(link.name)) for link in m.links if not isinstance(link.body, Strut)]
+        links = [link.mass(m.length(link.name)) for link in m.links if not link.body.massless]
         return sum(links) + sum(guide.mass for guide in m.guides)
 
     def _residual(self, mesh: int) -> float | None:
         """Newton's absolute tolerance, N, by the forces of the motion, which may be a ten-millionth of the axial stiffness."""
         m, mass = self.mechanism, self._mass()
         size = max(m.length(link.name) for link in m.links)
-        sections = [(link.body.section, m.length(link.name)) for link in m.links if isinstance(link.body, Beam | Cable)]
+        sections = [(link.body.section, m.length(link.name)) for link in m.links if link.body.meshed]
         forces = [mass * (size * self.speed**2 + hypot(*m.gravity))]
         if not self.smooth:
             forces += [section.euler_load(length) for section, length in sections]
@@ -250,11 +238,6 @@ class Plan:
             return None
         stiff = max([section.axial_stiffness for section, _ in sections], default=0.0)
         return max(1e-10, ROUND_OFF * mesh * stiff, RESIDUAL * self.asked * max(forces))
-
-
-def _chooses(body: Any) -> bool:
-    """Whether a link leaves its number of elements to the accuracy asked of a run."""
-    return isinstance(body, Beam | Cable) and body.elements is None
 
 
 def fitted(step: float, radius: float) -> float:

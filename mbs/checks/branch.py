@@ -6,8 +6,6 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from buckler.mbs.elements.beam import Beam, Cable
-from buckler.mbs.elements.strut import Strut
 from buckler.mbs.record.record import Record
 from buckler.mbs.record.result import Result
 
@@ -26,7 +24,7 @@ def branches(record: Record, result: Result) -> Iterator[str]:
 def _straight_strips(record: Record, result: Result) -> Iterator[str]:
     """A strip much shorter than its arc must have bent: a chord shortened by axial strain alone is an unbuckled state."""
     for link in record.mechanism.links:
-        if isinstance(link.body, Beam | Cable):
+        if link.body.meshed:
             shortening = result.signals[f"{link.name}.end_shortening"] / record.links[link.name].length
             strain = -result.signals[f"{link.name}.axial_force"] / link.body.section.axial_stiffness
             unbuckled = (shortening > BUCKLED_FROM) & (strain > 0.5 * shortening)
@@ -37,7 +35,7 @@ def _straight_strips(record: Record, result: Result) -> Iterator[str]:
 
 def _crossed_struts(record: Record, result: Result) -> Iterator[str]:
     """A strut knows its ends' distance only: once they have met, it pushes the wrong way."""
-    for name in [link.name for link in record.mechanism.links if isinstance(link.body, Strut)]:
+    for name in [link.name for link in record.mechanism.links if link.body.massless]:
         length = record.mechanism.length(name)
         if (result.signals[f"{name}.end_shortening"] > (1 - ENDS_MET) * length).any():
             yield f"CROSSED: the ends of strut '{name}' met; its force law ends there"

@@ -17,7 +17,6 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs.elements.beam import Beam, Cable
 from buckler.mbs.record.motion import chosen
 from buckler.mbs.record.record import Record
 
@@ -37,11 +36,11 @@ def meshes(record: Record) -> Iterator[str]:
     """Yield the strips with too few elements, in words."""
     struck = {stop.point for stop in record.mechanism.stops}
     for link in record.mechanism.links:
-        if isinstance(link.body, Beam | Cable):
+        if link.body.meshed:
             allowed = STRUCK if struck & set(link.points) else MESH
             error = mesh_error(record, link.name)
             if error > allowed:
-                count = f"{link.body.count} elements"
+                count = f"{record.links[link.name].body.count} elements"
                 yield f"MESH: with {count} the bending load of '{link.name}' is off by about {error:.1g}, allowed {allowed:g}"
 
 
@@ -72,8 +71,8 @@ def mesh_error(record: Record, name: str) -> float:
     else:
         between = (places[2:] - places[:-2]) / 2
         missed = h**4 / 360 * _mean_square(np.diff(slope, axis=1) / between, between)
-    far = 1.2e-2 * turn**4 if isinstance(strip.body, Cable) else 3e-4 * turn**6
-    return missed / _mean_square(kappa[:, 1:-1], np.ones(kappa.shape[1] - 2)) + far
+    c, order = strip.body.worth.far
+    return missed / _mean_square(kappa[:, 1:-1], np.ones(kappa.shape[1] - 2)) + c * turn**order
 
 
 def _mean_square(values: Array, weights: Array) -> float:

@@ -13,7 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs.engine.choice import clearances, usual_tolerance
+from buckler.mbs.elements.clearance import clearances
+from buckler.mbs.engine.choice import usual_tolerance
 from buckler.mbs.kinematics.closure import determined
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.record import Record

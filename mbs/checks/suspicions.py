@@ -17,7 +17,7 @@ from buckler.mbs.checks.energy import BALANCE, OF_ACCURACY, unbalanced
 from buckler.mbs.checks.mesh import meshes
 from buckler.mbs.checks.penetration import pierced
 from buckler.mbs.checks.steps import steps
-from buckler.mbs.engine.choice import clearances
+from buckler.mbs.elements.clearance import clearances
 from buckler.mbs.record.energy import ledger
 from buckler.mbs.record.result import Result, Status
 from buckler.mbs.record.run import Run

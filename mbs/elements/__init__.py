@@ -1,10 +1,11 @@
 """What a mechanism is made of: links and their bodies, joints, guides, stops, drives. A kind is a line here."""
 
 from buckler.mbs.elements.beam import Beam, Cable
+from buckler.mbs.elements.body import Body
 from buckler.mbs.elements.clearance import Clearance
 from buckler.mbs.elements.drive import Drive, Motion, Ramp
 from buckler.mbs.elements.guide import Guide, GuideFriction
-from buckler.mbs.elements.link import Body, Link
+from buckler.mbs.elements.link import Link
 from buckler.mbs.elements.modal import Modal
 from buckler.mbs.elements.revolute import Revolute
 from buckler.mbs.elements.rigid import Inertia, Rigid

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
+from buckler.mbs.elements.body import Body
 from buckler.mbs.elements.element import Array, Energy, Recorded, Signal, since_start
 from buckler.mbs.elements.section import Section
 from buckler.mbs.validate import number, one_of, whole
@@ -17,22 +18,34 @@ DEFAULT_ELEMENTS = 8
 Shape = Sequence[tuple[float, float]] | Callable[[float], tuple[float, float]]
 
 
-class Flexible:
+class Worth(NamedTuple):
+    """What n elements of a kind are worth.
+
+    Attributes
+    ----------
+    like_cables : float
+        How many are as accurate as one of a Cable.
+    first : (float, int)
+        c, p: they raise the first frequency by c/n^p of itself.
+    far : (float, int)
+        c, p: the bending load is off by c a^p of itself where elements turn by an angle a, rad.
+    """
+
+    like_cables: float
+    first: tuple[float, int]
+    far: tuple[float, int]
+
+
+class Flexible(Body):
     """What beams and cables share."""
 
     section: Section
+    meshed: ClassVar[bool] = True
+    carrying: ClassVar[tuple[str, ...]] = ("fraction",)
+    round_off: ClassVar[float] = 5e-12
     elements: int | None
     imperfection: float
     shape: Any
-
-    @property
-    def flexible(self) -> bool:
-        """Its ends can move against each other."""
-        return True
-
-    def inertia(self, length: float) -> tuple[float, float, tuple[float, float]]:
-        """Mass, kg, inertia about the centre of mass, kg m^2, and that centre, m, of the undeformed link."""
-        return self.section.bar(length)
 
     def __post_init__(self) -> None:
         one_of("section", self.section, (Section,))
@@ -51,6 +64,31 @@ class Flexible:
     def count(self) -> int:
         """Elements it is modelled with."""
         return self.elements or DEFAULT_ELEMENTS
+
+    @property
+    def meshed_freely(self) -> bool:
+        """Whether it leaves its number of elements to the accuracy asked of a run."""
+        return self.elements is None
+
+    @property
+    def stiffening(self) -> float:
+        """Factor by which elements raise its first frequency, as they are too stiff."""
+        c, order = self.worth.first
+        return 1 + c / self.count**order
+
+    @property
+    def step(self) -> int:
+        """Nodes from one element to the next."""
+        return 1
+
+    @property
+    def worth(self) -> Worth:
+        """What its elements are worth."""
+        raise NotImplementedError
+
+    def first_frequency(self, length: float) -> float:
+        """Of the first bending vibration between pinned ends, rad/s."""
+        return self.section.first_frequency(length)
 
     @property
     def curved(self) -> bool:
@@ -110,6 +148,16 @@ class Beam(Flexible):
         super().__post_init__()
         whole("nodes", self.nodes, 2, 3)
 
+    @property
+    def step(self) -> int:
+        """Nodes from one element to the next."""
+        return self.nodes - 1
+
+    @property
+    def worth(self) -> Worth:
+        """What its elements are worth, by their nodes."""
+        return {3: Worth(1.5, (0.19, 4), (3e-4, 6)), 2: Worth(6.0, (1.3, 2), (3e-4, 6))}[self.nodes]
+
 
 @dataclass(frozen=True)
 class Cable(Flexible):
@@ -130,6 +178,13 @@ class Cable(Flexible):
     elements: int | None = None
     imperfection: float = 0.0
     shape: Shape | None = None
+
+    turns: ClassVar[bool] = False
+
+    @property
+    def worth(self) -> Worth:
+        """What its elements are worth."""
+        return Worth(1.0, (0.0665, 4), (1.2e-2, 4))
 
 
 @dataclass(frozen=True)

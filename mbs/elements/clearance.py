@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from buckler.mbs.elements.element import Array, Energy, Joint, Recorded, Signal, left
+from buckler.mbs.elements.element import Array, Depth, Energy, Joint, Recorded, Signal, left
 from buckler.mbs.elements.journal import BRISTLE, ONSET, SINCE, SLIDING
 from buckler.mbs.elements.rows import Row, meets
 from buckler.mbs.laws import BristleLaw, FrictionLaw, NoFriction, NormalLaw
@@ -41,6 +41,8 @@ class Clearance(Joint):
     law: NormalLaw
     friction: FrictionLaw | BristleLaw = field(default_factory=NoFriction)
 
+    ideal: ClassVar[bool] = False
+
     def __post_init__(self) -> None:
         positive("pin", self.pin, "m")
         if self.gap == 0:
@@ -53,6 +55,11 @@ class Clearance(Joint):
     def rows(self, mechanism: Any) -> Iterator[Row]:
         """Yield that the pin is centred in its bush at the start."""
         return meets(self.point, self.first, self.second, start_only=True)
+
+    def depths(self, name: str, mechanism: Any) -> Iterator[Depth]:
+        """Yield its depth and the clearance."""
+        where = f"in its bush, more than its clearance {self.gap:.3g} m"
+        yield Depth(f"{self.point}.penetration", self.gap, f"pin '{self.point}'", where)
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield the force on the second body, what contact and friction exert, N, and where the pin is in its bush."""
@@ -99,6 +106,11 @@ class Clearance(Joint):
         yield Energy("taken", "friction", rubbed)
         yield Energy("single", f"{self.point}.taken_contact", lost)
         yield Energy("single", f"{self.point}.taken_friction", rubbed)
+
+
+def clearances(mechanism: Any) -> list[Clearance]:
+    """Joints with clearance of a mechanism."""
+    return [joint for joint in mechanism.joints if not joint.ideal]
 
 
 class Side(NamedTuple):
@@ -170,10 +182,10 @@ def contact(joint: Clearance, pin: Side, bush: Side, memory: Array, time: Array)
 
 def moment_on(record: Recorded, body: str) -> Array:
     """Moment of all joints with clearance on a rigid link about its centre of mass, N m, (times,)."""
-    total = np.zeros_like(record.time)
+    total, loose = np.zeros_like(record.time), clearances(record.mechanism)
     centre = record.links[body].centre()[0]
     for name, joint in record.mechanism.elements().items():
-        if isinstance(joint, Clearance) and body in (joint.first, joint.second):
+        if joint in loose and body in (joint.first, joint.second):
             pin, bush = states(joint, record)
             found = contact(joint, pin, bush, record.channel(name, "memory"), record.time)
             arm = pin.place + joint.pin * np.column_stack([found.nx, found.ny]) - centre

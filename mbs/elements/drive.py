@@ -8,7 +8,6 @@ from math import inf
 from typing import Any
 
 from buckler.mbs.elements.element import GROUND, Array, Element, Energy, Place, Recorded, Signal, known, since_start
-from buckler.mbs.elements.rigid import Rigid
 from buckler.mbs.elements.rows import Along, Row, Turn
 from buckler.mbs.validate import function, number, one_of, positive
 
@@ -133,8 +132,12 @@ class Drive(Element):
 
     def check(self, mechanism: Any) -> None:
         """A rigid link or a guided point."""
-        rigid = {link.name for link in mechanism.links if isinstance(link.body, Rigid)}
+        rigid = {link.name for link in mechanism.links if not link.body.flexible}
         known("rigid link or guided point", self.target, rigid | {guide.point for guide in mechanism.guides}, "drive")
+
+    def check_run(self, duration: float, name: str) -> None:
+        """Its motion must be consistent within the run."""
+        self.motion.check_run(duration, name)
 
     def rows(self, mechanism: Any) -> Iterator[Row]:
         """Yield that the link turns, or the point travels, as it is told."""

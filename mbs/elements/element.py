@@ -6,7 +6,7 @@ An element answers from plain arrays. It sees a run through `Recorded`, which bo
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from typing import Any, NamedTuple, Protocol
+from typing import Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 
@@ -58,6 +58,15 @@ class Motion(Protocol):
 
     def kinetic(self) -> Array:
         """Kinetic energy, J, (times,)."""
+
+
+class Depth(NamedTuple):
+    """How deep a contact may be: signal, depth, m, beyond which its law does not hold, what is so deep, and in what."""
+
+    signal: str
+    allowed: float
+    what: str
+    where: str
 
 
 class Recorded(Protocol):
@@ -118,6 +127,13 @@ class Element:
         """
         return None
 
+    def check_run(self, duration: float, name: str) -> None:
+        """Raise a ValueError if it cannot run that long, s; nothing by default."""
+
+    def depths(self, name: str, mechanism: Any) -> Iterator[Depth]:
+        """Yield how deep its contacts may be; nothing by default."""
+        yield from ()
+
     def inertias(self, mechanism: Any) -> Iterator[tuple[str, str, float, float]]:
         """Yield what it adds to a link: (link, point, mass, moment of inertia), kg, kg m^2; nothing by default."""
         yield from ()
@@ -159,8 +175,15 @@ def reaches(mechanism: Any, name: str, point: str, where: str) -> None:
 
 
 class Joint(Element):
-    """What joins two bodies, links or the ground, at a point."""
+    """What joins two bodies, links or the ground, at a point.
 
+    Attributes
+    ----------
+    ideal : bool
+        Whether it is a constraint; else contact holds it.
+    """
+
+    ideal: ClassVar[bool] = True
     point: str
     first: str
     second: str

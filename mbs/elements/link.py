@@ -8,6 +8,7 @@ from math import hypot
 from typing import Any
 
 from buckler.mbs.elements.beam import Beam, Cable
+from buckler.mbs.elements.body import Body
 from buckler.mbs.elements.element import Element, Energy, Recorded, Signal, known
 from buckler.mbs.elements.frozen import Frozen
 from buckler.mbs.elements.modal import Modal
@@ -15,7 +16,6 @@ from buckler.mbs.elements.rigid import Rigid
 from buckler.mbs.elements.strut import Strut
 from buckler.mbs.validate import number, one_of, positive
 
-Body = Rigid | Strut | Beam | Cable | Modal
 BODIES = (Rigid, Strut, Beam, Cable, Modal)
 """Kinds of body, one line a kind."""
 
@@ -51,9 +51,9 @@ class Link(Element):
             if part is not None:
                 number(f"carries['{point}'] of link '{self.name}'", part, 0.0, 1.0, "1")
         kind = type(self.body).__name__
-        if along and isinstance(self.body, Strut | Modal):
+        if along and not self.body.carrying:
             raise ValueError(f"link '{self.name}': only Rigid links, beams and cables carry further points, not a {kind}")
-        if None in along.values() and not isinstance(self.body, Rigid):
+        if None in along.values() and "place" not in self.body.carrying:
             raise ValueError(f"link '{self.name}': only a Rigid link carries points by name alone, not a {kind}; give fractions")
 
     @property
@@ -74,9 +74,7 @@ class Link(Element):
 
     def mass(self, length: float) -> float:
         """Mass of the link, kg, for a distance of its ends, m; a strut's is that of its strip, which its model leaves out."""
-        if isinstance(self.body, Rigid):
-            return self.body.inertia(length)[0]
-        return self.body.section.mass_per_length * length
+        return self.body.inertia(length)[0]
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield those of the centre of mass, m, m/s, m/s^2, then those of the body."""

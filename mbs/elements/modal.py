@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from buckler.mbs.elements.body import Body
 from buckler.mbs.elements.element import Energy, Recorded, Signal, since_start
 from buckler.mbs.elements.section import Section
 from buckler.mbs.validate import number, positive, whole
@@ -169,7 +170,7 @@ def _check_numbers(modes: Any) -> None:
 
 
 @dataclass(frozen=True)
-class Modal:
+class Modal(Body):
     """A link of chosen modes of a solid.
 
     Parameters
@@ -194,14 +195,9 @@ class Modal:
     interface: Interface = field(default_factory=EndFace)
     order: int = 2
 
-    @property
-    def flexible(self) -> bool:
-        """Its ends can move against each other."""
-        return True
-
-    def inertia(self, length: float) -> tuple[float, float, tuple[float, float]]:
-        """Mass, kg, inertia about the centre of mass, kg m^2, and that centre, m, of the undeformed link."""
-        return self.section.bar(length)
+    def first_frequency(self, length: float) -> float:
+        """Of the section as a beam, rad/s."""
+        return self.section.first_frequency(length)
 
     def __post_init__(self) -> None:
         if not isinstance(self.modes, FreeModes | CraigBampton):

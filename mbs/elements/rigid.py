@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import ClassVar
 
-from buckler.mbs.elements.element import Energy, Recorded, Signal
+from buckler.mbs.elements.body import Body
 from buckler.mbs.elements.section import Section
 from buckler.mbs.validate import one_of, pair, positive
 
@@ -37,7 +36,7 @@ class Inertia:
 
 
 @dataclass(frozen=True)
-class Rigid:
+class Rigid(Body):
     """A rigid link: a uniform bar of a section, or one of given mass, inertia and centre of mass (`Rigid.of`).
 
     Parameters
@@ -47,10 +46,8 @@ class Rigid:
 
     section: Section | Inertia
 
-    @property
-    def flexible(self) -> bool:
-        """It keeps its shape."""
-        return False
+    flexible: ClassVar[bool] = False
+    carrying: ClassVar[tuple[str, ...]] = ("place", "fraction")
 
     def __post_init__(self) -> None:
         one_of("section", self.section, (Section, Inertia))
@@ -65,11 +62,3 @@ class Rigid:
         if isinstance(self.section, Inertia):
             return self.section.mass, self.section.inertia, self.section.centre or (length / 2, 0.0)
         return self.section.bar(length)
-
-    def signals(self, link: Any, record: Recorded) -> Iterator[Signal]:
-        """Yield none besides those of every link."""
-        yield from ()
-
-    def energies(self, link: Any, record: Recorded) -> Iterator[Energy]:
-        """Yield none besides those of every link."""
-        yield from ()

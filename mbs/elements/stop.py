@@ -8,9 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs.elements.element import Array, Element, Energy, Recorded, Signal, known, since_start
+from buckler.mbs.elements.element import Array, Depth, Element, Energy, Recorded, Signal, known, since_start
 from buckler.mbs.laws import NormalLaw
 from buckler.mbs.validate import follows, number
+
+PIERCED = 0.05
+"""Depth in a stop, relative to the mechanism's size, beyond which its contact law does not hold."""
 
 
 @dataclass(frozen=True)
@@ -74,6 +77,11 @@ class Stop(Element):
         guide = record.mechanism.guide(self.point)
         size = -self.side(record.mechanism) * record.channel(name, "force")[:, 0]
         yield f"{guide.link}:{self.point}", np.outer(size, guide.along), np.zeros_like(size)
+
+    def depths(self, name: str, mechanism: Any) -> Iterator[Depth]:
+        """Yield its depth and a share of the mechanism's size."""
+        size = max(mechanism.length(link.name) for link in mechanism.links)
+        yield Depth(f"{name}.penetration", PIERCED * size, f"'{name}'", "inside its stop; the stop is too soft for this motion")
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield contact force, N, and penetration depth, m."""

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
 from buckler.elastica import law
+from buckler.mbs.elements.body import Body
 from buckler.mbs.elements.element import Array, Energy, Recorded, Signal, since_start
 from buckler.mbs.elements.section import Section
 from buckler.mbs.validate import one_of
@@ -18,7 +19,7 @@ POINTS = 400
 
 
 @dataclass(frozen=True)
-class Strut:
+class Strut(Body):
     """A massless pinned strip: straight and stiff up to the Euler load, then the post-buckled force of the exact elastica.
 
     Parameters
@@ -32,14 +33,9 @@ class Strut:
     section: Section
     load: Callable[[Any], Any] = law.fast
 
-    @property
-    def flexible(self) -> bool:
-        """Its ends can move against each other."""
-        return True
-
-    def inertia(self, length: float) -> tuple[float, float, tuple[float, float]]:
-        """Mass, kg, inertia about the centre of mass, kg m^2, and that centre, m, of the undeformed link."""
-        return self.section.bar(length)
+    massless: ClassVar[bool] = True
+    turns: ClassVar[bool] = False
+    round_off: ClassVar[float] = 5e-15
 
     def __post_init__(self) -> None:
         one_of("section", self.section, (Section,))

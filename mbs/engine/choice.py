@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from buckler.mbs.elements.clearance import Clearance
-from buckler.mbs.elements.rigid import Rigid
+from buckler.mbs.elements.clearance import clearances
 from buckler.mbs.mechanism import Mechanism
 
 STIFF = 1e5
@@ -17,8 +16,8 @@ def is_loose(mechanism: Mechanism) -> bool:
     """True if an explicit integrator suits: rigid links, play in all joints, no stiff damper, constant drive speed."""
     return (
         bool(mechanism.joints)
-        and all(isinstance(joint, Clearance) for joint in mechanism.joints)
-        and all(isinstance(link.body, Rigid) for link in mechanism.links)
+        and len(clearances(mechanism)) == len(mechanism.joints)
+        and not any(link.body.flexible for link in mechanism.links)
         and not mechanism.guides
         and all(isinstance(drive.speed, int | float) for drive in mechanism.drives)
         and not stiffly_damped(mechanism)
@@ -29,14 +28,9 @@ def stiffly_damped(mechanism: Mechanism) -> bool:
     """True if a joint with play damps the lightest link at a rate beyond `STIFF`; there must be one."""
     lightest = min(link.mass(mechanism.length(link.name)) for link in mechanism.links)
     depth, speed = 1e-5, 1e-3
-    laws = [joint.law for joint in mechanism.joints if isinstance(joint, Clearance)]
+    laws = [joint.law for joint in clearances(mechanism)]
     jumps = [law.force(depth, speed, 0.1) - law.force(depth, 0.0, 0.1) for law in laws]
     return max(jumps) / speed / lightest >= STIFF
-
-
-def clearances(mechanism: Mechanism) -> list[Clearance]:
-    """Joints with clearance."""
-    return [joint for joint in mechanism.joints if isinstance(joint, Clearance)]
 
 
 def usual_tolerance(mechanism: Mechanism) -> float:

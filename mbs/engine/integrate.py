@@ -7,8 +7,6 @@ from typing import Any
 import exudyn as exu
 import exudyn.itemInterface as eii
 
-from buckler.mbs.elements.beam import Beam, Cable
-from buckler.mbs.elements.strut import Strut
 from buckler.mbs.engine.choice import position_error
 from buckler.mbs.engine.recording import Recorder
 from buckler.mbs.engine.scene import SPARSE_FROM, Scene
@@ -123,6 +121,5 @@ def implicit_settings(scene: Scene, solver: Exudyn, duration: float) -> Any:
 
 def _reachable_residual(scene: Scene) -> float:
     """Residual, N, ten times above what round-off leaves of the stiffest link's axial force."""
-    stiff = [link.body.section.axial_stiffness for link in scene.mechanism.links if isinstance(link.body, Beam | Cable)]
-    soft = [link.body.section.axial_stiffness for link in scene.mechanism.links if isinstance(link.body, Strut)]
-    return max(1e-8, 5e-12 * max(stiff, default=0.0), 5e-15 * max(soft, default=0.0))
+    bodies = [link.body for link in scene.mechanism.links if link.body.round_off]
+    return max([1e-8, *(body.round_off * body.section.axial_stiffness for body in bodies)])

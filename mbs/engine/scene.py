@@ -15,8 +15,6 @@ import exudyn as exu
 import exudyn.itemInterface as eii
 
 from buckler.mbs.elements.element import GROUND, Array
-from buckler.mbs.elements.guide import Guide
-from buckler.mbs.elements.strut import Strut
 from buckler.mbs.engine import guide as guides
 from buckler.mbs.engine.choice import is_loose
 from buckler.mbs.engine.clearance import ClearanceGroup
@@ -92,7 +90,7 @@ class Scene:
     readers: list[tuple[str, str, Callable[[History, Record], Array]]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self.strut_links = {link.name for link in self.mechanism.links if isinstance(link.body, Strut)}
+        self.strut_links = {link.name for link in self.mechanism.links if link.body.massless}
 
     def summary(self) -> dict[str, int]:
         """What was built, part by part, and how many coordinates, constraints and engine items it has."""
@@ -148,11 +146,10 @@ class Scene:
     def record(self, run: History) -> Record:
         """Turn the engine's coordinates into plain arrays of links, blocks and elements."""
         motions = {name: placed.motion(self.system, run.states) for name, placed in self.placed.items()}
-        blocks = {name: motion for name, motion in motions.items() if isinstance(self.placed[name].body, Guide)}
-        links = {name: motion for name, motion in motions.items() if name not in blocks}
+        blocks = {guide.point: motions.pop(guide.point) for guide in self.mechanism.guides}
         roughness = np.abs(np.diff(run.states.q_tt, axis=0)).max(axis=1, initial=0.0) * np.diff(run.time) ** 2
         channels: dict[str, dict[str, Array]] = {}
-        record = Record(self.mechanism, run.time, links, blocks, channels, roughness)
+        record = Record(self.mechanism, run.time, motions, blocks, channels, roughness)
         for element, channel, reader in self.readers:
             channels.setdefault(element, {})[channel] = reader(run, record)
         return record

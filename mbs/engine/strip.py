@@ -13,12 +13,11 @@ from typing import Any
 import exudyn.itemInterface as eii
 import numpy as np
 
-from buckler.mbs.elements.beam import Beam, Cable
 from buckler.mbs.elements.element import Array
 from buckler.mbs.elements.link import Link
 from buckler.mbs.elements.section import Section
 from buckler.mbs.engine.placed import Placed, States
-from buckler.mbs.record.strips import StripMotion
+from buckler.mbs.record.strips import BeamMotion, CableMotion, StripMotion
 
 
 @dataclass(frozen=True)
@@ -30,7 +29,8 @@ class PlacedStrip(Placed):
 
     def motion(self, system: Any, states: States) -> StripMotion:
         """Of its nodes."""
-        return StripMotion(self.body, self.pieces, self.reference, self.at, *self.total(system, states))
+        motion = BeamMotion if self.body.turns else CableMotion
+        return motion(self.body, self.pieces, self.reference, self.at, *self.total(system, states))
 
     def weights(self, system: Any) -> Array:
         """Of places 1, of turns and slopes 0."""
@@ -40,7 +40,7 @@ class PlacedStrip(Placed):
 
     def contact_node(self, scene: Any, point: str) -> tuple[int, Array]:
         """The node of a beam at the point; a cable's has no angle."""
-        if isinstance(self.body, Cable):
+        if not self.body.turns:
             return super().contact_node(scene, point)
         return self.nodes[self.at[point]], self.reference[self.at[point], :2]
 
@@ -70,7 +70,7 @@ class Mesh:
 def mesh(link: Link, chord: float) -> Mesh:
     """Divide a strip into elements so that each of its points is a node between two of them."""
     body: Any = link.body
-    step = body.nodes - 1 if isinstance(body, Beam) else 1
+    step = body.step
     inner = sorted((part, point) for point, part in link.carries.items())  # type: ignore[union-attr]
     cuts = [0.0, *(part for part, _ in inner), 1.0]
     counts = _shares(np.diff(cuts), body.count)
@@ -78,7 +78,7 @@ def mesh(link: Link, chord: float) -> Mesh:
     stations = np.concatenate([[0.0], *(np.linspace(a, b, step + 1)[1:] for a, b in pairwise(edges))])
     curve = body.curve(chord)
     places, directions, pieces = curve.places(stations), curve.direction(stations), curve.length * np.diff(edges)
-    if isinstance(body, Beam):
+    if body.turns:
         places, directions, pieces = _stress_free(step, chord, places, directions, pieces)
     nodes = np.concatenate([[0], step * np.cumsum(counts)])
     at = {link.start: 0, link.end: len(stations) - 1}
@@ -129,7 +129,7 @@ def add(scene: Any, link: Link, velocity: Array) -> PlacedStrip:
     directions = found.directions + np.arctan2(along[1], along[0])
     arms = places - start
     speeds = velocity[:2] + velocity[2] * np.column_stack([-arms[:, 1], arms[:, 0]]) + _bending(scene, link, found, along)
-    adding = _add_beam if isinstance(body, Beam) else _add_cable
+    adding = _add_beam if body.turns else _add_cable
     nodes, objects, reference = adding(system, body, places, directions, speeds, float(velocity[2]), found.pieces)
     ends = {point: system.AddMarker(eii.MarkerNodePosition(nodeNumber=nodes[node])) for point, node in found.at.items()}
     return PlacedStrip(link.name, body, tuple(nodes), tuple(objects), reference, ends, found.pieces, found.at)

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from buckler.mbs.elements.beam import Beam, Cable
+from buckler.mbs.elements.beam import Flexible
 from buckler.mbs.elements.section import Section
 
 Array = np.ndarray[Any, Any]
@@ -66,7 +66,7 @@ def _stack(parts: list[Array]) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class StripMotion:
-    """A flexible link of finite elements.
+    """A flexible link of finite elements: what those of beams and of cables share.
 
     Attributes
     ----------
@@ -81,7 +81,7 @@ class StripMotion:
         Total coordinates and their rates.
     """
 
-    body: Beam | Cable
+    body: Flexible
     pieces: Array
     reference: Array
     nodes: Mapping[str, int]
@@ -104,28 +104,15 @@ class StripMotion:
         """Of the link, kg."""
         return self.section.mass_per_length * self.length
 
-    @property
-    def _step(self) -> int:
-        """Nodes from one element to the next."""
-        return self.body.nodes - 1 if isinstance(self.body, Beam) else 1
-
-    @property
-    def _gather(self) -> Array:
-        return np.arange(len(self.pieces))[:, None] * self._step + np.arange(self._step + 1)
+    def by_element(self, nodal: Array) -> Array:
+        """Nodal values (..., nodes, columns) by element: (..., elements, nodes an element, columns)."""
+        step = self.body.step
+        return nodal[..., np.arange(len(self.pieces))[:, None] * step + np.arange(step + 1), :]
 
     def point(self, name: str) -> tuple[Array, Array]:
         """Place and velocity of one of its points, each (times, 2)."""
         node = self.nodes[name]
         return self.q[:, node, :2], self.q_t[:, node, :2]
-
-    def turn(self, name: str) -> tuple[Array, Array]:
-        """Angle turned there since t = 0 and its rate, each (times,)."""
-        node = self.nodes[name]
-        if isinstance(self.body, Beam):
-            return self.q[:, node, 2] - self.reference[node, 2], self.q_t[:, node, 2]
-        slope, rate, before = self.q[:, node, 2:], self.q_t[:, node, 2:], self.reference[node, 2:]
-        angle = np.unwrap(np.arctan2(slope[:, 1], slope[:, 0]))
-        return angle - np.arctan2(before[1], before[0]), _cross(slope, rate) / (slope**2).sum(axis=1)
 
     def centre(self) -> tuple[Array, Array, Array]:
         """Place, velocity and acceleration of the centre of mass, each (times, 2)."""
@@ -136,40 +123,61 @@ class StripMotion:
         )
         return place, velocity, acceleration
 
-    def _hermite_fields(self, nodal: Array, xi: Array) -> tuple[Array, Array, Array]:
-        """Position, first and second derivative at xi, shape (times, elements, points, 2)."""
-        e = nodal[:, self._gather]  # times, elements, 2 nodes, 4
-        values = e.reshape(*e.shape[:2], 4, 2)  # r0, r0', r1, r1'
-        n, d, dd = _hermite(self.pieces[:, None], xi)
-        return tuple(np.einsum("egk,tekc->tegc", f, values) for f in (n, d, dd))
-
-    def _lagrange_fields(self, nodal: Array, xi: Array) -> tuple[Array, Array]:
-        """(x, y, theta) and their derivatives in s at xi, shape (times, elements, points, 3)."""
-        n, d = _lagrange(self._step + 1, xi)
-        e = nodal[:, self._gather]
-        return np.einsum("gk,tekc->tegc", n, e), np.einsum("gk,tekc->tegc", d, e) * (2 / self.pieces)[:, None, None]
-
-    def _weights(self, weights: Array) -> Array:
+    def lengths(self, weights: Array) -> Array:
         """Quadrature weights on [-1, 1] as lengths, shape (elements, points), m."""
         return np.outer(self.pieces / 2, weights)
 
+    def axial_force(self) -> Array:
+        """Mean elastic normal force along the strip, N, tension positive, shape (times,)."""
+        axial = self.strains()[0]
+        return axial.stiffness * np.einsum("teg,eg->t", axial.value, axial.weights) / self.length
+
     def strains(self) -> list[Strain]:
         """Axial, shear (beams only) and bending strains with their rates."""
-        return self._beam_strains() if isinstance(self.body, Beam) else self._cable_strains()
+        raise NotImplementedError
 
-    def _beam_strains(self) -> list[Strain]:
+    def places(self, xi: Array) -> Array:
+        """Positions at xi in [-1, 1] of each element, shape (times, elements, points, 2)."""
+        raise NotImplementedError
+
+    def line(self, per_element: int = 4) -> Array:
+        """Positions along the link, shape (times, elements * per_element + 1, 2)."""
+        place = self.places(np.linspace(-1, 1, per_element + 1))
+        inner = place[:, :, :-1].reshape(len(place), -1, 2)
+        return np.concatenate([inner, place[:, -1:, -1]], axis=1)
+
+
+class BeamMotion(StripMotion):
+    """A link of geometrically exact beams; nodes have (x, y, theta)."""
+
+    def turn(self, name: str) -> tuple[Array, Array]:
+        """Angle turned there since t = 0 and its rate, each (times,)."""
+        node = self.nodes[name]
+        return self.q[:, node, 2] - self.reference[node, 2], self.q_t[:, node, 2]
+
+    def _fields(self, nodal: Array, xi: Array) -> tuple[Array, Array]:
+        """(x, y, theta) and their derivatives in s at xi, shape (times, elements, points, 3)."""
+        n, d = _lagrange(self.body.step + 1, xi)
+        e = self.by_element(nodal)
+        return np.einsum("gk,tekc->tegc", n, e), np.einsum("gk,tekc->tegc", d, e) * (2 / self.pieces)[:, None, None]
+
+    def places(self, xi: Array) -> Array:
+        """Positions at xi in [-1, 1] of each element, shape (times, elements, points, 2)."""
+        return self._fields(self.q, xi)[0][..., :2]
+
+    def strains(self) -> list[Strain]:
         """Reissner's strains: (1 + eps, gamma) = R(theta)^T r', kappa = theta' - kappa_0 (doi 10.1007/BF01602645)."""
         section, damping = self.section, self.section.material
-        xi, weights = GAUSS[self._step]
-        weights = self._weights(weights)
-        (value, slope), (rate, slope_t) = self._lagrange_fields(self.q, xi), self._lagrange_fields(self.q_t, xi)
-        start, line = self._lagrange_fields(self.reference[None], xi)
+        xi, weights = GAUSS[self.body.step]
+        weights = self.lengths(weights)
+        (value, slope), (rate, slope_t) = self._fields(self.q, xi), self._fields(self.q_t, xi)
+        start, line = self._fields(self.reference[None], xi)
         theta = value[..., 2] - start[..., 2] + np.arctan2(line[..., 1], line[..., 0])  # the engine's: no shear at the start
         c, s, spin = np.cos(theta), np.sin(theta), rate[..., 2]
         axial, shear = c * slope[..., 0] + s * slope[..., 1], -s * slope[..., 0] + c * slope[..., 1]
         axial_t = c * slope_t[..., 0] + s * slope_t[..., 1] + spin * shear
         shear_t = -s * slope_t[..., 0] + c * slope_t[..., 1] - spin * axial
-        ends = self.reference[self._gather][:, [0, -1], 2]
+        ends = self.by_element(self.reference)[:, [0, -1], 2]
         bow = ((ends[:, 1] - ends[:, 0]) / self.pieces)[None, :, None]
         bending, ea = section.bending_stiffness, section.axial_stiffness
         return [
@@ -178,65 +186,74 @@ class StripMotion:
             Strain(bending, bending * damping.bending_damping, weights, slope[..., 2] - bow, slope_t[..., 2]),
         ]
 
-    def _cable_strains(self) -> list[Strain]:
+    def kinetic(self) -> Array:
+        """Kinetic energy, J, shape (times,)."""
+        section, (xi, weights) = self.section, GAUSS[4]
+        rate, _ = self._fields(self.q_t, xi)
+        density = np.array([section.mass_per_length, section.mass_per_length, section.inertia_per_length])
+        return 0.5 * np.einsum("tegc,eg,c->t", rate**2, self.lengths(weights), density)
+
+
+class CableMotion(StripMotion):
+    """A link of ANCF cables; nodes have (x, y, dx/ds, dy/ds)."""
+
+    def turn(self, name: str) -> tuple[Array, Array]:
+        """Angle turned there since t = 0 and its rate, each (times,)."""
+        node = self.nodes[name]
+        slope, rate, before = self.q[:, node, 2:], self.q_t[:, node, 2:], self.reference[node, 2:]
+        angle = np.unwrap(np.arctan2(slope[:, 1], slope[:, 0]))
+        return angle - np.arctan2(before[1], before[0]), _cross(slope, rate) / (slope**2).sum(axis=1)
+
+    def _fields(self, nodal: Array, xi: Array) -> tuple[Array, Array, Array]:
+        """Position, first and second derivative at xi, shape (times, elements, points, 2)."""
+        e = self.by_element(nodal)  # times, elements, 2 nodes, 4
+        values = e.reshape(*e.shape[:2], 4, 2)  # r0, r0', r1, r1'
+        n, d, dd = _hermite(self.pieces[:, None], xi)
+        return tuple(np.einsum("egk,tekc->tegc", f, values) for f in (n, d, dd))
+
+    def places(self, xi: Array) -> Array:
+        """Positions at xi in [-1, 1] of each element, shape (times, elements, points, 2)."""
+        return self._fields(self.q, xi)[0]
+
+    def strains(self) -> list[Strain]:
         """Stretch |r'| - 1 and kappa = r' x r''/|r'|^2, both less their reference values (as in the engine's ANCF cable)."""
         section, damping = self.section, self.section.material
-        _, d, _ = self._hermite_fields(self.q, LOBATTO[0])
-        _, d0, _ = self._hermite_fields(self.reference[None], LOBATTO[0])
-        _, d_t, _ = self._hermite_fields(self.q_t, LOBATTO[0])
+        _, d, _ = self._fields(self.q, LOBATTO[0])
+        _, d0, _ = self._fields(self.reference[None], LOBATTO[0])
+        _, d_t, _ = self._fields(self.q_t, LOBATTO[0])
         norm = np.linalg.norm(d, axis=-1)
         axial, axial_t = norm - np.linalg.norm(d0, axis=-1), (d * d_t).sum(-1) / norm
-        _, d, dd = self._hermite_fields(self.q, GAUSS[2][0])
-        _, d_t, dd_t = self._hermite_fields(self.q_t, GAUSS[2][0])
-        _, d0, dd0 = self._hermite_fields(self.reference[None], GAUSS[2][0])
+        _, d, dd = self._fields(self.q, GAUSS[2][0])
+        _, d_t, dd_t = self._fields(self.q_t, GAUSS[2][0])
+        _, d0, dd0 = self._fields(self.reference[None], GAUSS[2][0])
         square = (d * d).sum(-1)
         curvature = _cross(d, dd) / square
         curvature_t = (_cross(d_t, dd) + _cross(d, dd_t)) / square - curvature * 2 * (d * d_t).sum(-1) / square
         bending, ea = section.bending_stiffness, section.axial_stiffness
         return [
-            Strain(ea, ea * damping.axial_damping, self._weights(LOBATTO[1]), axial, axial_t),
+            Strain(ea, ea * damping.axial_damping, self.lengths(LOBATTO[1]), axial, axial_t),
             Strain(
-                bending, bending * damping.bending_damping, self._weights(GAUSS[2][1]),
+                bending, bending * damping.bending_damping, self.lengths(GAUSS[2][1]),
                 curvature - _cross(d0, dd0) / (d0 * d0).sum(-1), curvature_t,
             ),
         ]  # fmt: skip
 
-    def axial_force(self) -> Array:
-        """Mean elastic normal force along the strip, N, tension positive, shape (times,)."""
-        axial = self.strains()[0]
-        return axial.stiffness * np.einsum("teg,eg->t", axial.value, axial.weights) / self.length
-
     def kinetic(self) -> Array:
         """Kinetic energy, J, shape (times,)."""
-        section, points = self.section, GAUSS[4]
-        weights = self._weights(points[1])
-        if isinstance(self.body, Cable):
-            velocity, _, _ = self._hermite_fields(self.q_t, points[0])
-            return 0.5 * section.mass_per_length * np.einsum("tegc,eg->t", velocity**2, weights)
-        rate, _ = self._lagrange_fields(self.q_t, points[0])
-        density = np.array([section.mass_per_length, section.mass_per_length, section.inertia_per_length])
-        return 0.5 * np.einsum("tegc,eg,c->t", rate**2, weights, density)
-
-    def line(self, per_element: int = 4) -> Array:
-        """Positions along the link, shape (times, elements * per_element + 1, 2)."""
-        xi = np.linspace(-1, 1, per_element + 1)
-        if isinstance(self.body, Cable):
-            place, _, _ = self._hermite_fields(self.q, xi)
-        else:
-            place = self._lagrange_fields(self.q, xi)[0][..., :2]
-        inner = place[:, :, :-1].reshape(len(place), -1, 2)
-        return np.concatenate([inner, place[:, -1:, -1]], axis=1)
+        xi, weights = GAUSS[4]
+        velocity, _, _ = self._fields(self.q_t, xi)
+        return 0.5 * self.section.mass_per_length * np.einsum("tegc,eg->t", velocity**2, self.lengths(weights))
 
 
 def _cross(a: Array, b: Array) -> Array:
     return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
 
 
-def centre_weights(body: Beam | Cable, pieces: Array) -> Array:
+def centre_weights(body: Flexible, pieces: Array) -> Array:
     """Weights of nodal positions (and, for a cable, slopes) in the centre of mass, shape (nodes, 1 or 2)."""
-    step = body.nodes - 1 if isinstance(body, Beam) else 1
+    step = body.step
     local = {1: [[0.5, 1 / 12], [0.5, -1 / 12]], 2: [[1 / 6, 0.0], [2 / 3, 0.0], [1 / 6, 0.0]]}[step]
     weights = np.zeros((len(pieces) * step + 1, 2))
     for e, piece in enumerate(pieces):
         weights[e * step : e * step + step + 1] += np.array(local) * (1.0, piece) * piece / pieces.sum()
-    return weights if isinstance(body, Cable) else weights[:, :1]
+    return weights[:, :1] if body.turns else weights

@@ -34,6 +34,9 @@ STUDIES: dict[str, Entry] = {
     "static-precision": Entry(
         "buckler.studies.strips.static_precision", "load of a buckled strip: error against run time of each model"
     ),
+    "dynamic-buckling": Entry(
+        "buckler.studies.strips.dynamic_buckling", "strip compressed at constant speed: peak force over speed and bow"
+    ),
     "lean-scenes": Entry("buckler.studies.trust.lean_scenes", "what each scene is made of, and what each optional part costs"),
     "extremes": Entry(
         "buckler.studies.trust.extremes", "over 200 stiff and extreme cases: is any run reported fine that is wrong?"

@@ -193,7 +193,7 @@ def test_a_run_that_failed_is_not_checked(fallen):
 def test_a_stop_and_a_bush_pierced():
     assert "'A' is" in suspect(simulate(block(G, Hertz(10.0)), 0.4), "PENETRATION")
     soft = Impact(1e-4 * K, 2.5, 1e-5)
-    assert "more than its play 0.00025 m" in suspect(simulate(rattling(soft), 0.01), "PENETRATION")
+    assert "more than its clearance 0.00025 m" in suspect(simulate(rattling(soft), 0.01), "PENETRATION")
 
 
 # --- branches ---------------------------------------------------------------------------------------------------------

@@ -1,0 +1,85 @@
+"""Chebyshev collocation in two pieces that meet at a point load, and Newton's method: what `strip` and `path` share.
+
+Integration matrices, unlike differentiation matrices, keep rounding at 1e-15 while the error falls geometrically with the number
+of points; see `buckler.elastica.rod`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.polynomial import chebyshev
+from numpy.typing import NDArray
+
+from buckler.elastica.rod import NewtonDivergedError, integration
+
+Array = NDArray[np.floating[Any]]
+Angle = Callable[[Array], Array]
+"""Stress-free tangent angle, rad, of an array of stress-free arc lengths over L, 0 to 1."""
+
+
+class Grid(NamedTuple):
+    """Collocation points of both pieces, the matrix J that integrates from 0, the stress-free angle and where s is beyond
+    `at`.
+    """
+
+    s: Array
+    J: Array
+    angle: Array
+    beyond: Array
+
+
+def two_pieces(at: float, nodes: int, angle: Angle | None) -> Grid:
+    """The grid of a strip with its point load at arc length `at` over L and `nodes` points in each piece."""
+    unit, J = integration(nodes)
+    left, right = at, 1.0 - at
+    s = np.concatenate((left * unit, left + right * unit))
+    s[-1] = 1.0
+    whole = np.zeros((2 * nodes, 2 * nodes))
+    whole[:nodes, :nodes], whole[nodes:, nodes:], whole[nodes:, :nodes] = left * J, right * J, left * J[-1]
+    angles = np.zeros_like(s) if angle is None else np.asarray(angle(s), dtype=float)
+    return Grid(s, whole, angles, np.repeat((0.0, 1.0), nodes))
+
+
+def newton(step: Callable[[Array], Array], z: Array) -> Array:
+    """Subtract steps until they are below rounding or no longer shrink there.
+
+    Raises
+    ------
+    NewtonDivergedError
+        If 25 steps were not enough, a matrix was singular, or the angles left all bounds.
+    """
+    scale = np.ones_like(z)
+    for _ in range(25):
+        try:
+            change = step(z)
+        except np.linalg.LinAlgError as error:
+            raise NewtonDivergedError("the equations are singular here: a branching, or a strip that can move freely") from error
+        size = float(np.max(np.abs(change) / np.maximum(scale, np.abs(z))))
+        z = z - change
+        if not size < 1e3:
+            break
+        if size <= 1e-9:
+            return z
+    raise NewtonDivergedError(f"the last Newton step was still {size:.1e}")
+
+
+def resample(values: Array, nodes: int) -> Array:
+    """Chebyshev interpolant of values at the Lobatto points, at more of them."""
+    coarse = 2.0 * integration(values.size)[0] - 1.0
+    coefficients = np.linalg.solve(chebyshev.chebvander(coarse, values.size - 1), values)
+    return chebyshev.chebval(2.0 * integration(nodes)[0] - 1.0, coefficients)
+
+
+def require(name: str, value: object, valid: bool, allowed: str) -> None:
+    """Refuse a value by its name and with what is allowed.
+
+    Raises
+    ------
+    ValueError
+        If the value is not valid.
+    """
+    if not valid:
+        raise ValueError(f"{name} = {value} must be {allowed}")

@@ -1,0 +1,195 @@
+"""Equilibrium paths of a `Strip` by pseudo-arclength: through limit points, with the branchings they pass.
+
+A point of the path is (z, f), unknowns and load factor, with defect(z, f) = 0. Its tangent t spans the null space of the matrix
+(d defect/dz, d defect/df); a step predicts along t and corrects by Newton on the plane t . (change) = step. Lengths are
+measured with theta averaged along the strip and f over its scale, so that neither forces nor the number of points matter.
+
+- A **limit point** is where the load factor turns, df/dstep = 0: found by a bracketing root search along the path, each try
+  corrected by Newton. The load factor there is exact to the square of the error in place.
+- A **branching** is where the determinant of the matrix bordered by t changes sign: another path crosses, such as the one on
+  which a symmetric arch sways. The path goes straight on; an unsymmetric bow follows the other.
+
+References
+----------
+H. B. Keller, Numerical solution of bifurcation and nonlinear eigenvalue problems, in P. H. Rabinowitz (ed.), Applications of
+Bifurcation Theory, 1977, pp. 359-384.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import exp, isfinite
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import brentq
+
+from buckler.elastica.collocation import Array, newton, require
+from buckler.elastica.rod import NewtonDivergedError
+from buckler.elastica.strip import Equilibrium, Load, Strip
+
+MOST_POINTS = 5000
+STRAIGHT, FAITH = 0.97, 0.15
+"""A step is taken if the cosine between its two tangents is above the first, and if Newton corrects it by less than the second,
+over its length: a longer one may pass two limit points at once, or end on another path."""
+
+
+@dataclass(frozen=True, eq=False)
+class Path:
+    """Equilibria in the order in which they are passed.
+
+    Attributes
+    ----------
+    points : equilibria of the path
+    limits : equilibria at which the load factor turns
+    branchings : equilibria at which another path crosses
+    """
+
+    points: tuple[Equilibrium, ...]
+    limits: tuple[Equilibrium, ...]
+    branchings: tuple[Equilibrium, ...]
+
+    @property
+    def factor(self) -> Array:
+        """Load factors of the points, shape (points,)."""
+        return np.array([point.factor for point in self.points])
+
+    @property
+    def inner(self) -> Array:
+        """Places of the point `Strip.at` over L, shape (points, 2)."""
+        return np.array([point.inner for point in self.points])
+
+    @property
+    def end(self) -> Array:
+        """x, y over L and theta, rad, of the end s = 1, shape (points, 3)."""
+        return np.array([point.end for point in self.points])
+
+
+def follow(strip: Strip, load: Load, to: float, *, step: float = 0.05, start: Equilibrium | None = None) -> Path:
+    """Follow the path from the stress-free shape, or from `start`, until the load factor reaches `to`.
+
+    Parameters
+    ----------
+    strip : Strip
+    load : Load, multiplied by the load factor
+    to : float, load factor at which to stop, -1e6 to 1e6, not that of the start. The path sets out towards it and stops where it
+        reaches it first: for both limit points of an arch, a factor above the first.
+    step : float, longest step along the path, in rad and in parts of the way to `to`, 1e-4 to 0.5
+    start : Equilibrium, a point of the same strip under the same load; None is the stress-free shape
+
+    Raises
+    ------
+    ValueError
+        If a parameter is outside its range.
+    NewtonDivergedError
+        If no step is short enough, or `to` is not reached within 5000 points.
+    """
+    first = 0.0 if start is None else start.factor
+    require("to", to, isfinite(to) and abs(to) <= 1e6 and to != first, f"-1e6 to 1e6, not {first:g} (load factor)")
+    require("step", step, 1e-4 <= step <= 0.5, "1e-4 to 0.5 (rad, and parts of the way to `to`)")
+    track = _Track(strip, load, to - first)
+    here = track.at(strip.stress_free() if start is None else start.unknowns, first)
+    track = track._replace(reference=here.size)
+    here = here if here.tangent[-1] * (to - first) > 0.0 else here.turned()
+    points, limits, branchings, length = [here], [], [], step
+    while True:
+        there = track.onward(here, length)
+        if there is None or len(points) > MOST_POINTS:
+            length /= 2.0
+            if length < 1e-9 or len(points) > MOST_POINTS:
+                raise NewtonDivergedError(
+                    f"{to:g} was not reached: point {len(points)}, the last, is at load factor {here.factor:.9g}"
+                )
+            continue
+        if (there.factor - to) * (here.factor - to) <= 0.0:
+            points.append(track.where(here, length, lambda point: point.factor - to))
+            break
+        if here.tangent[-1] * there.tangent[-1] < 0.0:
+            limits.append(track.where(here, length, lambda point: point.tangent[-1]))
+        if here.sign * there.sign < 0.0:
+            branchings.append(track.where(here, length, track.determinant, singular=True))
+        points.append(there)
+        here, length = there, min(1.3 * length, step)
+    return Path(*(tuple(track.equilibrium(p) for p in group) for group in (points, limits, branchings)))
+
+
+class _Point(NamedTuple):
+    """Unknowns with the load factor last, unit tangent, and the bordered determinant: its sign, the logarithm of its size."""
+
+    u: Array
+    tangent: Array
+    sign: float
+    size: float
+
+    @property
+    def factor(self) -> float:
+        return float(self.u[-1])
+
+    def turned(self) -> _Point:
+        return self._replace(tangent=-self.tangent, sign=-self.sign)
+
+
+class _Track(NamedTuple):
+    """The path of one strip under one load, its load factors measured in `scale`."""
+
+    strip: Strip
+    load: Load
+    scale: float
+    reference: float = 0.0
+
+    @property
+    def weights(self) -> Array:
+        n = self.strip.nodes
+        pieces = [np.full(n, part / n) for part in (self.strip.at, 1.0 - self.strip.at)]
+        return np.concatenate((*pieces, np.zeros(3), (self.scale**-2,)))
+
+    def at(self, z: Array, factor: float, like: Array | None = None) -> _Point:
+        """A point of the path with its tangent, in the direction of another one."""
+        last = np.eye(1, z.size + 1, z.size)[0]
+        row = self.weights * (last if like is None else like)
+        bordered = np.vstack((self.strip.jacobian(self.load, factor, z), row))
+        sign, size = np.linalg.slogdet(bordered)
+        tangent = np.linalg.solve(bordered, last)
+        return _Point(np.append(z, factor), tangent / np.sqrt(self.weights @ tangent**2), float(sign), float(size))
+
+    def determinant(self, point: _Point) -> float:
+        """Bordered determinant over its size at the start of the path."""
+        return point.sign * exp(min(point.size - self.reference, 600.0))
+
+    def onward(self, here: _Point, length: float, *, within: bool = False, singular: bool = False) -> _Point | None:
+        """The point one step on; None where Newton does not settle or the path bends too much within the step.
+
+        Within a step that was taken nothing bends too much. Near a branching the equations are close to singular: least squares
+        leave the crossing path's direction alone.
+        """
+        row, u0 = self.weights * here.tangent, here.u + length * here.tangent
+
+        def step(u: Array) -> Array:
+            matrix = np.vstack((self.strip.jacobian(self.load, u[-1], u[:-1]), row))
+            defect = np.append(self.strip.defect(self.load, u[-1], u[:-1]), row @ (u - u0))
+            return np.linalg.lstsq(matrix, defect, rcond=1e-9)[0] if singular else np.linalg.solve(matrix, defect)
+
+        try:
+            u = newton(step, u0)
+            there = self.at(u[:-1], float(u[-1]), here.tangent)
+        except (NewtonDivergedError, np.linalg.LinAlgError):
+            return None
+        off = np.sqrt(self.weights @ (there.u - u0) ** 2)
+        return there if within or (row @ there.tangent > STRAIGHT and off < FAITH * length) else None
+
+    def where(self, here: _Point, length: float, value: Callable[[_Point], float], singular: bool = False) -> _Point:
+        """The point within one step at which a value is zero."""
+
+        def tried(part: float) -> _Point:
+            point = self.onward(here, part, within=True, singular=singular)
+            if point is None:
+                raise NewtonDivergedError(
+                    f"no equilibrium within a step from load factor {here.factor:.9g}, where both its ends are one"
+                )
+            return point
+
+        return tried(brentq(lambda part: value(tried(part)), 0.0, length, xtol=1e-15, rtol=1e-14))
+
+    def equilibrium(self, point: _Point) -> Equilibrium:
+        return self.strip.at_unknowns(self.load, point.factor, point.u[:-1])

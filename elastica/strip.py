@@ -1,0 +1,311 @@
+"""The strip between any two ends as a boundary value problem: clamped or pinned, straight or curved, under dead loads.
+
+A planar rod of Reissner's theory: bending stiffness E I, axial stiffness E A, shear stiffness G A, stress-free tangent angle
+theta0(s). Everything is normalised by E I and by the stress-free arc length L: s in [0, 1], force F L^2/(E I), moment M L/(E I),
+a = E I/(E A L^2), g = E I/(G A L^2). With theta the rotation of the cross-section, n = (nx, ny) the force which the part beyond s
+exerts on the part before it (constant but for a jump where a point load acts) and m the bending moment,
+
+    x' = cos + nx (a cos^2 + g sin^2) + ny (a - g) sin cos                                               (1)
+    y' = sin + nx (a - g) sin cos + ny (a sin^2 + g cos^2)                                               (2)
+    m' = nx y' - ny x',    theta' - theta0' = m                                                          (3)
+
+Integrated twice, with J[f](s) the integral of f from 0 to s,
+
+    theta = theta0 + phi + J[m],    m = m0 + J[nx y' - ny x'],                                           (4)
+
+collocated at Chebyshev points of two pieces that meet at the point load, and solved by Newton for theta, for phi (pinned start)
+or m0 (clamped start) and for n at the start. The three conditions at s = 1 prescribe either a place or the force that works on
+it. The load factor is one more unknown where a path is followed (`buckler.elastica.path`).
+
+References
+----------
+E. Reissner, On one-dimensional finite-strain beam theory: the plane problem, doi 10.1007/BF01602645.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from math import inf, isfinite
+from typing import NamedTuple
+
+import numpy as np
+
+from buckler.elastica.collocation import Angle, Array, Grid, newton, require, resample, two_pieces
+from buckler.elastica.rod import NewtonDivergedError
+
+HELD = {"free": (), "roller": (1,), "guided": (1, 2), "pinned": (0, 1), "clamped": (0, 1, 2)}
+"""Which of x, y and the rotation the support at s = 1 holds."""
+STEEPEST = 1e6
+MOST_TURN, FAITH = 0.6, 0.3
+"""Largest turn of a section in one step of the load, rad, and how far a step may end from where its tangent points, over its
+length: beyond either it may have led to another equilibrium."""
+
+
+@dataclass(frozen=True)
+class Load:
+    """Dead loads and displacements of the end, all in proportion to the load factor.
+
+    Attributes
+    ----------
+    end : (float, float), F L^2/(E I), force on the end s = 1; works on the directions that its support leaves free
+    moment : float, M L/(E I), moment on the end s = 1, anticlockwise positive; works where the end may turn
+    inner : (float, float), F L^2/(E I), force on the point `Strip.at`
+    move : (float, float, float), displacement over L in x and y and turn in rad of the end s = 1 where its support holds it
+
+    Raises
+    ------
+    ValueError
+        If a number is not finite or larger than 1e6.
+    """
+
+    end: tuple[float, float] = (0.0, 0.0)
+    moment: float = 0.0
+    inner: tuple[float, float] = (0.0, 0.0)
+    move: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        for name, size, unit in (("end", 2, "F L^2/(E I)"), ("inner", 2, "F L^2/(E I)"), ("move", 3, "over L and rad")):
+            value = getattr(self, name)
+            valid = len(value) == size and all(isfinite(v) and abs(v) <= STEEPEST for v in value)
+            require(name, value, valid, f"{size} numbers from -1e6 to 1e6 ({unit})")
+        require("moment", self.moment, abs(self.moment) <= STEEPEST, "-1e6 to 1e6 (M L/(E I))")
+
+
+@dataclass(frozen=True, eq=False)
+class Equilibrium:
+    """One equilibrium of a `Strip`, at the collocation points; the point `at` occurs twice, once for each piece.
+
+    Attributes
+    ----------
+    factor : float, load factor
+    s : array (nodes,), stress-free arc length over L
+    x, y : array (nodes,), centreline over L from (0, 0)
+    theta : array (nodes,), rotation of the cross-section, rad; the tangent angle where shear is infinite
+    moment : array (nodes,), bending moment M L/(E I)
+    force : array (nodes, 2), n = (nx, ny), F L^2/(E I): what the part beyond s exerts on the part before it
+    inner : (float, float), x and y of the point `Strip.at`
+    end : (float, float, float), x, y and theta at s = 1
+    residual : float, largest defect of equation (4) and of the end conditions between the collocation points
+    unknowns : array, what Newton solved for; a start for the next solution
+    """
+
+    factor: float
+    s: Array
+    x: Array
+    y: Array
+    theta: Array
+    moment: Array
+    force: Array
+    inner: tuple[float, float]
+    end: tuple[float, float, float]
+    residual: float
+    unknowns: Array
+
+
+@dataclass(frozen=True)
+class Strip:
+    """A strip from (0, 0), normalised by its stress-free length and its bending stiffness.
+
+    Attributes
+    ----------
+    start : "clamped" or "pinned", support at s = 0
+    end : support at s = 1: "free", "roller" (x and rotation free), "guided" (x free), "pinned" or "clamped"
+    angle : stress-free tangent angle, rad, as a function of s over L; smooth on either side of `at`; None is a straight strip
+    axial : float, E A L^2/(E I), positive; infinite for an inextensible strip
+    shear : float, G A L^2/(E I), positive; infinite for an unshearable strip
+    at : float, arc length over L of the inner load, 0.01 to 0.99
+    nodes : int, collocation points of each of the two pieces, 6 to 200
+
+    Raises
+    ------
+    ValueError
+        If an attribute lies outside its range, is no number, or if `angle` does not give one finite angle for each s.
+
+    Notes
+    -----
+    A straight inextensible strip between two held ends has no unique axial force: give it a finite axial stiffness or a bow.
+    """
+
+    start: str = "clamped"
+    end: str = "free"
+    angle: Angle | None = None
+    axial: float = inf
+    shear: float = inf
+    at: float = 0.5
+    nodes: int = 32
+
+    def __post_init__(self) -> None:
+        require("start", self.start, self.start in ("clamped", "pinned"), "clamped or pinned")
+        require("end", self.end, self.end in HELD, "one of " + ", ".join(HELD))
+        loose = self.start == "pinned" and self.end in ("free",)
+        require("end", self.end, not loose, "held in y at least: a strip pinned at its start falls over with this end")
+        require("axial", self.axial, self.axial > 0.0, "above 0 (E A L^2/(E I))")
+        require("shear", self.shear, self.shear > 0.0, "above 0 (G A L^2/(E I))")
+        require("at", self.at, 0.01 <= self.at <= 0.99, "0.01 to 0.99 (arc length over L)")
+        require("nodes", self.nodes, self.nodes in range(6, 201), "a whole number from 6 to 200")
+        angles = self.grid.angle
+        fits = angles.shape == self.grid.s.shape and bool(np.all(np.isfinite(angles)))
+        require("angle", self.angle, fits, "a function that gives one finite angle, rad, for each s")
+
+    @cached_property
+    def grid(self) -> Grid:
+        """Collocation points, integration matrix and stress-free angle."""
+        return two_pieces(self.at, self.nodes, self.angle)
+
+    @cached_property
+    def finer(self) -> Strip:
+        """The same strip with half as many points again, to 200; the residual is measured on it."""
+        return replace(self, nodes=min(3 * self.nodes // 2, 200))
+
+    @cached_property
+    def rest(self) -> tuple[float, float, float]:
+        """x, y over L and tangent angle, rad, of the end s = 1 in the stress-free shape."""
+        grid = self.grid
+        tangent = grid.angle[-1]
+        return float(grid.J[-1] @ np.cos(grid.angle)), float(grid.J[-1] @ np.sin(grid.angle)), float(tangent)
+
+    def equilibrium(self, load: Load, factor: float = 1.0, guess: Array | None = None) -> Equilibrium:
+        """Equilibrium under `factor` times a load.
+
+        Parameters
+        ----------
+        load : Load
+        factor : float, load factor, -1e6 to 1e6
+        guess : array, `unknowns` of a neighbouring equilibrium; without one the load is raised from zero in steps, which leads to
+            the equilibrium that is connected with the stress-free shape
+
+        Raises
+        ------
+        ValueError
+            If the factor is outside its range.
+        NewtonDivergedError
+            If no equilibrium was found: the load lies beyond a limit point, or the guess too far away.
+        """
+        require("factor", factor, abs(factor) <= STEEPEST, "-1e6 to 1e6 (load factor)")
+        if guess is not None:
+            return self._settled(load, factor, guess)
+        reached, step, state = 0.0, 1.0, self.stress_free()
+        while reached < 1.0:
+            there = self._nearby(load, factor * reached, factor * min(reached + step, 1.0), state)
+            if there is not None:
+                reached, step, state = reached + step, 1.5 * step, there
+            elif step < 1e-6:
+                raise NewtonDivergedError(f"no equilibrium near {reached:.6g} of the load follows: a limit point, or a branching")
+            else:
+                step /= 2.0
+        return self._settled(load, factor, state)
+
+    def stress_free(self) -> Array:
+        """Unknowns of the stress-free shape."""
+        return np.concatenate((self.grid.angle, (0.0, 0.0, 0.0)))
+
+    def at_unknowns(self, load: Load, factor: float, z: Array) -> Equilibrium:
+        """Shape, forces and residual that belong to solved unknowns."""
+        fields, grid, theta = self.fields(load, factor, z), self.grid, z[:-3]
+        x, y = grid.J @ fields.dx, grid.J @ fields.dy
+        force = np.column_stack((fields.nx, fields.ny))
+        half = self.nodes
+        inner, end = (float(x[half]), float(y[half])), (float(x[-1]), float(y[-1]), float(theta[-1]))
+        residual = self._residual(load, factor, z)
+        return Equilibrium(float(factor), grid.s, x, y, theta, fields.m, force, inner, end, residual, z)
+
+    def fields(self, load: Load, factor: float, z: Array) -> Fields:
+        """Slopes, force and moment along the strip, equations (1) to (3)."""
+        a, g, grid, theta = 1.0 / self.axial, 1.0 / self.shear, self.grid, z[:-3]
+        b, nx, ny = z[-3], z[-2] - factor * load.inner[0] * grid.beyond, z[-1] - factor * load.inner[1] * grid.beyond
+        sin, cos = np.sin(theta), np.cos(theta)
+        dx = cos + nx * (a * cos**2 + g * sin**2) + ny * (a - g) * sin * cos
+        dy = sin + nx * (a - g) * sin * cos + ny * (a * sin**2 + g * cos**2)
+        phi, m0 = (0.0, b) if self.start == "clamped" else (b, 0.0)
+        return Fields(sin, cos, nx, ny, dx, dy, m0 + grid.J @ (nx * dy - ny * dx), phi)
+
+    def defect(self, load: Load, factor: float, z: Array) -> Array:
+        """Left minus right side of (4) and of the three end conditions, shape (2 nodes + 3,)."""
+        f, J = self.fields(load, factor, z), self.grid.J
+        balance = z[:-3] - self.grid.angle - f.phi - J @ f.m
+        place = (J[-1] @ f.dx, J[-1] @ f.dy, z[-4])
+        force = (f.nx[-1], f.ny[-1], f.m[-1])
+        asked = (*load.end, load.moment)
+        ends = [
+            place[k] - self.rest[k] - factor * load.move[k] if k in HELD[self.end] else force[k] - factor * asked[k]
+            for k in range(3)
+        ]
+        return np.concatenate((balance, ends))
+
+    def jacobian(self, load: Load, factor: float, z: Array) -> Array:
+        """Derivative of `defect` by z, with one more column for the load factor, shape (2 nodes + 3, 2 nodes + 4)."""
+        f, J, n = self.fields(load, factor, z), self.grid.J, z.size - 3
+        slopes = _slope_columns(self, f, load)
+        dx, dy = J @ slopes[0], J @ slopes[1]
+        ahead = np.zeros((2, n, n + 4))
+        ahead[0, :, n + 1] = ahead[1, :, n + 2] = 1.0
+        ahead[:, :, n + 3] = -np.outer(load.inner, self.grid.beyond)
+        turning = f.nx[:, None] * slopes[1] - f.ny[:, None] * slopes[0] + ahead[0] * f.dy[:, None] - ahead[1] * f.dx[:, None]
+        moment = J @ turning
+        moment[:, n] += self.start == "clamped"
+        matrix = np.zeros((n + 3, n + 4))
+        matrix[:n] = -J @ moment
+        matrix[:n, :n] += np.eye(n)
+        matrix[:n, n] -= self.start == "pinned"
+        angle = np.eye(1, n + 4, n - 1)[0]
+        place, force = (dx[-1], dy[-1], angle), (ahead[0, -1], ahead[1, -1], moment[-1])
+        asked = (*load.end, load.moment)
+        for k in range(3):
+            matrix[n + k] = place[k] if k in HELD[self.end] else force[k]
+            matrix[n + k, -1] -= load.move[k] if k in HELD[self.end] else asked[k]
+        return matrix
+
+    def _settled(self, load: Load, factor: float, guess: Array) -> Equilibrium:
+        return self.at_unknowns(load, factor, self._newton(load, factor, guess))
+
+    def _newton(self, load: Load, factor: float, z: Array) -> Array:
+        def step(z: Array) -> Array:
+            return np.linalg.solve(self.jacobian(load, factor, z)[:, :-1], self.defect(load, factor, z))
+
+        return newton(step, z)
+
+    def _nearby(self, load: Load, before: float, after: float, z: Array) -> Array | None:
+        """Unknowns at a load factor, from those at another; None where they are not about where the tangent at z points."""
+        matrix = self.jacobian(load, before, z)
+        try:
+            change = -(after - before) * np.linalg.solve(matrix[:, :-1], matrix[:, -1])
+            there = self._newton(load, after, z + change)
+        except (np.linalg.LinAlgError, NewtonDivergedError):
+            return None
+        turn, off = np.max(np.abs(change[:-3])), np.max(np.abs((there - z - change)[:-3]))
+        return there if off <= FAITH * turn + 1e-9 and turn <= MOST_TURN else None
+
+    def _residual(self, load: Load, factor: float, z: Array) -> float:
+        """Largest defect of the interpolated solution on a grid half as fine again."""
+        fine = self.finer
+        pieces = [resample(piece, fine.nodes) for piece in (z[: self.nodes], z[self.nodes : -3])]
+        return float(np.max(np.abs(fine.defect(load, factor, np.concatenate((*pieces, z[-3:]))))))
+
+
+class Fields(NamedTuple):
+    """What `Strip.fields` gives: sin and cos of theta, nx, ny, x', y', the moment, and the turn of the start."""
+
+    sin: Array
+    cos: Array
+    nx: Array
+    ny: Array
+    dx: Array
+    dy: Array
+    m: Array
+    phi: float
+
+
+def _slope_columns(strip: Strip, f: Fields, load: Load) -> Array:
+    """Derivatives of x' and y' by theta, b, nx, ny and the load factor, shape (2, 2 nodes, 2 nodes + 4)."""
+    a, g, n = 1.0 / strip.axial, 1.0 / strip.shear, f.sin.size
+    double_sin, double_cos = 2.0 * f.sin * f.cos, f.cos**2 - f.sin**2
+    columns = np.zeros((2, n, n + 4))
+    diagonal = np.arange(n)
+    columns[0, diagonal, diagonal] = -f.sin - (a - g) * (f.nx * double_sin - f.ny * double_cos)
+    columns[1, diagonal, diagonal] = f.cos + (a - g) * (f.nx * double_cos + f.ny * double_sin)
+    cross = (a - g) * f.sin * f.cos
+    columns[0, :, n + 1], columns[0, :, n + 2] = a * f.cos**2 + g * f.sin**2, cross
+    columns[1, :, n + 1], columns[1, :, n + 2] = cross, a * f.sin**2 + g * f.cos**2
+    columns[:, :, n + 3] = -strip.grid.beyond * (columns[:, :, n + 1] * load.inner[0] + columns[:, :, n + 2] * load.inner[1])
+    return columns

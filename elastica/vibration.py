@@ -1,0 +1,264 @@
+"""Natural frequencies of Timoshenko's beam and of frames made of it: exact, without shape functions.
+
+A member bends with E I, shears with k G A, stretches with E A and has the mass rho A and the rotary inertia rho I a length.
+Over a piece of length l, with b^2 = rho A omega^2 l^4/(E I), r^2 = rho I/(rho A l^2), q = rho A omega^2 l^2/(k G A), deflection
+w/l and rotation theta of the section obey
+
+    w'''' + (q + b^2 r^2) w'' - b^2 (1 - q r^2) w = 0,    theta' = w'' + q w,    (E I/l^2) V' = -rho A omega^2 l^2 w      (1)
+
+with the squared exponents A = -(q + b^2 r^2)/2 -+ sqrt((q - b^2 r^2)^2/4 + b^2). With C = cosh(sqrt(A) x), S = sinh(sqrt(A)
+x)/sqrt(A), which are entire in A, each A gives two solutions whose moment and shear force are finite for any shear stiffness,
+
+    (w, theta, M, V) = (C, (A + q) S, (A + q) C, -b^2 S)   and   (A S, (A + q) C, (A + q) A S, -b^2 C).                   (2)
+
+From them follows the dynamic stiffness K(omega) of a piece: what its ends must be given to move harmonically. By Wittrick and
+Williams the natural frequencies below omega are as many as K has negative eigenvalues, plus those of all pieces with both ends
+held. Members are cut so short that no piece has one; then K has no pole, its eigenvalues fall steadily with omega, and the n-th
+frequency is the zero of the n-th smallest. It is found by a bracketing search to the last digits, close and equal frequencies
+too.
+
+References
+----------
+S. P. Timoshenko, On the correction for shear of the differential equation for transverse vibrations of prismatic bars,
+doi 10.1080/14786442108636264.
+T. C. Huang, The effect of rotatory inertia and of shear deformation on the frequency and normal mode equations of uniform beams,
+doi 10.1115/1.3641787.
+W. H. Wittrick, F. W. Williams, A general algorithm for computing natural frequencies of elastic structures,
+doi 10.1093/qjmam/24.3.263.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from math import isfinite, pi
+
+import numpy as np
+from scipy.optimize import brentq
+
+from buckler.elastica.collocation import Array, require
+from buckler.elastica.member import Member, piece_stiffness, pieces, turned
+
+HELD = {"clamped": (1, 2), "pinned": (1,), "free": ()}
+"""Which of (along, across, rotation) a support of a beam holds."""
+ENDS = {
+    "cantilever": ("clamped", "free"),
+    "clamped-pinned": ("clamped", "pinned"),
+    "clamped-clamped": ("clamped", "clamped"),
+    "pinned-pinned": ("pinned", "pinned"),
+    "free-free": ("free", "free"),
+}
+RIGID = {"free-free": 2}
+"""Motions without deformation; their frequency, zero, is not listed."""
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A plane frame of members with rigid corners.
+
+    Attributes
+    ----------
+    nodes : places (x, y) of the corners and feet, m
+    members : (first node, second node, Member); the member's length must be the distance of the nodes
+    held : node -> which of its motions are held: 0 along x, 1 along y, 2 rotation
+    """
+
+    nodes: Sequence[tuple[float, float]]
+    members: Sequence[tuple[int, int, Member]]
+    held: Mapping[int, Sequence[int]]
+
+    def __post_init__(self) -> None:
+        for first, second, member in self.members:
+            distance = float(np.hypot(*np.subtract(self.nodes[second], self.nodes[first])))
+            fits = abs(distance - member.length) <= 1e-9 * distance
+            require("length", member.length, fits, f"{distance:.12g} m, the distance of nodes {first} and {second}")
+
+    def count_below(self, frequency: float) -> int:
+        """How many natural frequencies, those of rigid motions included, lie below a frequency in rad/s.
+
+        Raises
+        ------
+        ValueError
+            If the frequency is not positive.
+        """
+        require("frequency", frequency, isfinite(frequency) and frequency > 0.0, "above 0 (rad/s)")
+        return int(np.count_nonzero(self._eigenvalues(frequency, self._cuts(frequency)) < 0.0))
+
+    def frequencies(self, modes: int, rigid: int = 0) -> Array:
+        """The lowest natural frequencies, rad/s.
+
+        Parameters
+        ----------
+        modes : int, 1 to 200
+        rigid : int, motions without deformation, which are left out
+
+        Raises
+        ------
+        ValueError
+            If the number is outside its range.
+        """
+        require("modes", modes, modes in range(1, 201), "a whole number from 1 to 200")
+        return np.array([self._frequency(rigid + n) for n in range(modes)])
+
+    def _frequency(self, index: int) -> float:
+        low, high = 0.0, min(member.unit for _, _, member in self.members)
+        while self.count_below(high) <= index:
+            low, high = high, 2.0 * high
+        while high > 1.2 * low:
+            middle = (low + high) / 2.0
+            low, high = (middle, high) if self.count_below(middle) <= index else (low, middle)
+            if high < 1e-9 * min(member.unit for _, _, member in self.members):
+                raise ValueError("the frame can move without deformation: hold it, or say how many such motions it has")
+        cuts = self._cuts(high)
+        return float(brentq(lambda f: self._eigenvalues(f, cuts)[index], low, high, xtol=1e-15 * low, rtol=1e-14))
+
+    def _cuts(self, frequency: float) -> list[int]:
+        return [pieces(member, frequency) for _, _, member in self.members]
+
+    def _eigenvalues(self, frequency: float, cuts: Sequence[int]) -> Array:
+        """Eigenvalues of the dynamic stiffness, in ascending order, forces over E I/l^2 of the first member."""
+        matrix = self._stiffness(frequency, cuts)
+        return np.linalg.eigvalsh(matrix)
+
+    def _stiffness(self, frequency: float, cuts: Sequence[int]) -> Array:
+        """Dynamic stiffness of all free motions, in units of the first member's length and bending stiffness."""
+        first = self.members[0][2]
+        places = len(self.nodes) + sum(cuts) - len(cuts)
+        whole = np.zeros((3 * places, 3 * places))
+        new = len(self.nodes)
+        for (a, b, member), cut in zip(self.members, cuts, strict=True):
+            along = np.subtract(self.nodes[b], self.nodes[a]) / member.length
+            piece = turned(piece_stiffness(member, member.length / cut, frequency), along)
+            scale = np.tile((first.length, first.length, 1.0), 2)
+            piece = piece * np.outer(scale, scale) * first.length / first.bending
+            chain = [a, *range(new, new + cut - 1), b]
+            new += cut - 1
+            for i, j in pairwise(chain):
+                rows = np.r_[3 * i : 3 * i + 3, 3 * j : 3 * j + 3]
+                whole[np.ix_(rows, rows)] += piece
+        gone = {3 * node + motion for node, motions in self.held.items() for motion in motions}
+        if not isfinite(first.axial):
+            gone |= set(range(0, 3 * places, 3))
+        kept = [k for k in range(3 * places) if k not in gone]
+        return whole[np.ix_(kept, kept)]
+
+
+def beam(member: Member, ends: str) -> Frame:
+    """A member between two supports, for its bending vibrations.
+
+    Parameters
+    ----------
+    member : Member
+    ends : "cantilever", "clamped-pinned", "clamped-clamped", "pinned-pinned" or "free-free"
+
+    Raises
+    ------
+    ValueError
+        If the ends are none of these.
+    """
+    require("ends", ends, ends in ENDS, "one of " + ", ".join(ENDS))
+    bending_only = Member(member.length, member.bending, member.mass, member.shear, member.rotary)
+    held = {node: HELD[support] for node, support in enumerate(ENDS[ends])}
+    return Frame(((0.0, 0.0), (member.length, 0.0)), ((0, 1, bending_only),), held)
+
+
+def beam_frequencies(member: Member, ends: str, modes: int = 6) -> Array:
+    """Lowest bending frequencies of a single member, rad/s, rigid motions left out.
+
+    Parameters
+    ----------
+    member : Member
+    ends : "cantilever", "clamped-pinned", "clamped-clamped", "pinned-pinned" or "free-free"
+    modes : int, 1 to 200
+
+    Returns
+    -------
+    array (modes,), rad/s
+
+    Raises
+    ------
+    ValueError
+        If the ends or the number are none of these.
+    """
+    return beam(member, ends).frequencies(modes, RIGID.get(ends, 0))
+
+
+def pinned_frequencies(member: Member, modes: int = 6, load: float = 0.0) -> Array:
+    """Lowest bending frequencies between two pins in closed form, rad/s, under an axial load.
+
+    With k = n pi/L, the stretch e = 1 - P/(E A), G = k G A and w = W sin(k x), theta = T cos(k x), Reissner's rod linearised
+    about the compressed straight state gives two frequencies for every n from 1,
+
+        (G k^2 - rho A omega^2) (E I k^2 + e (G e + P) - rho I omega^2) = (G e + P)^2 k^2,
+
+    and one for n = 0, where all sections turn alike, rho I omega^2 = e (G e + P). Lengths are those free of load. The lowest
+    frequency is zero at the load P (1 + P (1/G - 1/(E A))) = E I pi^2/L^2.
+
+    Parameters
+    ----------
+    member : Member
+    modes : int, 1 to 200
+    load : float, P, N, compressive positive; below the buckling load
+
+    Returns
+    -------
+    array (modes,), rad/s
+
+    Raises
+    ------
+    ValueError
+        If the number is outside its range, or the member buckles under the load.
+    """
+    require("modes", modes, modes in range(1, 201), "a whole number from 1 to 200")
+    require("load", load, isfinite(load) and load < member.axial, "below E A (N)")
+    k = np.arange(1, modes + 1) * pi / member.length
+    e = 1.0 - load / member.axial
+    if not isfinite(member.shear):
+        stiffness = member.bending * k**4 - load * k**2 * e
+        squares = stiffness / (member.mass * e**2 + member.rotary * k**2)
+    else:
+        turning = e * (member.shear * e + load)
+        a = member.mass * member.rotary
+        b = member.mass * (member.bending * k**2 + turning) + member.rotary * member.shear * k**2
+        c = k**2 * member.shear * member.bending * k**2 - k**2 * (member.shear * e + load) * load
+        squares = 2.0 * c / (b + np.sqrt(b**2 - 4.0 * a * c))
+        if a > 0.0:
+            squares = np.concatenate((squares, (b + np.sqrt(b**2 - 4.0 * a * c)) / (2.0 * a), (turning / member.rotary,)))
+    require("load", load, bool(np.min(squares) > 0.0), "below the buckling load, P (1 + P (1/(kGA) - 1/(EA))) = EI pi^2/L^2 (N)")
+    return np.sqrt(np.sort(squares)[:modes])
+
+
+def portal(column: Member, beam: Member) -> Frame:
+    """Portal frame with clamped feet: two equal columns, and a beam between their tops, with rigid corners.
+
+    Parameters
+    ----------
+    column, beam : Member, both with a finite axial stiffness
+
+    Raises
+    ------
+    ValueError
+        If an axial stiffness is infinite.
+    """
+    for member in (column, beam):
+        require("axial", member.axial, isfinite(member.axial), "finite in a frame (N)")
+    height, span = column.length, beam.length
+    nodes = ((0.0, 0.0), (0.0, height), (span, height), (span, 0.0))
+    return Frame(nodes, ((0, 1, column), (1, 2, beam), (3, 2, column)), {0: (0, 1, 2), 3: (0, 1, 2)})
+
+
+def portal_frequencies(column: Member, beam: Member, modes: int = 6) -> Array:
+    """Lowest frequencies of a `portal`, rad/s.
+
+    Parameters
+    ----------
+    column, beam : Member, both with a finite axial stiffness
+    modes : int, 1 to 200
+
+    Raises
+    ------
+    ValueError
+        If an axial stiffness is infinite or the number is outside its range.
+    """
+    return portal(column, beam).frequencies(modes)

@@ -1,0 +1,144 @@
+"""Pinned strip whose ends approach at constant speed: the peak of its force over speed and bow, held against one-mode theory.
+
+A slow compression measures Euler's load; a fast one finds the strip still straight and reaches many times that. The
+beam on the engine has all its modes and its own axial vibration; the first mode alone obeys an ordinary differential
+equation, and while the bow is small that is Airy's, whose peak is a closed form (`buckler.elastica.hoff`). Speeds are
+given as s, the rise of the straight strip's force in critical loads over a radian of its first vibration.
+
+References
+----------
+V. A. Kuzkin, M. M. Dannert, The maximum force in a column under constant speed compression, arXiv:1511.01358; V. A. Kuzkin,
+Structural model for the dynamic buckling of a column under constant rate compression, arXiv:1506.00427.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import pi, sqrt
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from buckler.elastica.hoff import Hoff
+from buckler.mbs import Beam, Controlled, Drive, Exudyn, Guide, Link, Mechanism, Result, Revolute, Section, simulate
+from buckler.studies.kit.cli import main
+from buckler.studies.kit.parameters import StudyParameters, integer, quantities, quantity
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
+from buckler.studies.kit.style import COLOURS, subplots
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+AGREES_TO = 0.03
+"""Relative difference of beam and first mode, at rates up to `FIRST_MODE`, beyond which the study is suspect."""
+FALLEN = 0.05
+"""Share by which the force must fall after a maximum: less is axial vibration."""
+FIRST_MODE = 1.0
+"""Rate s up to which the first mode is the one that grows: faster, higher modes do."""
+
+
+@dataclass(frozen=True)
+class Parameters(StudyParameters):
+    """Parameters of the study."""
+
+    length: float = quantity(0.310, "m", 0.01, 10, "of the strip", "strip")
+    width: float = quantity(0.030, "m", 1e-4, 1, "of the strip", "strip")
+    thickness: float = quantity(3e-3, "m", 1e-4, 0.1, "of the strip", "strip")
+    bows: tuple[float, ...] = quantities(
+        (1e-3, 1e-2, 1e-1), "1", 1e-6, 10, "stress-free bow over the radius of gyration", "strip"
+    )
+    rates: tuple[float, ...] = quantities((0.01, 0.1, 0.3, 1.0), "1", 1e-3, 10, "speed as rate s of the force", "drive")
+    elements: int = integer(16, 2, 200, "beam elements", "numerics")
+    tolerance: float = quantity(3e-7, "1", 1e-9, 1e-4, "position error allowed a step, over the length", "numerics")
+
+    @property
+    def section(self) -> Section:
+        """Of the strip."""
+        return Section(self.width, self.thickness)
+
+    @property
+    def gyration(self) -> float:
+        """Radius of gyration, m."""
+        return self.thickness / sqrt(12)
+
+    @property
+    def frequency(self) -> float:
+        """First bending frequency, rad/s."""
+        return self.section.first_frequency(self.length)
+
+    def speed(self, rate: float) -> float:
+        """Speed of approach, m/s, of a rate s = v/(L w1 (pi r/L)^2)."""
+        return rate * self.length * self.frequency * (pi * self.gyration / self.length) ** 2
+
+
+def compressed(p: Parameters, rate: float, bow: float) -> Mechanism:
+    """The strip between a fixed pin and one that is pushed towards it; its bow in radii of gyration."""
+    strip = Beam(p.section, elements=p.elements, imperfection=bow * p.gyration)
+    return Mechanism(
+        points={"A": (0.0, 0.0), "B": (p.length, 0.0)},
+        links=[Link("strip", "A", "B", strip)],
+        joints=[Revolute("A", "ground", "strip")],
+        guides=[Guide("B", "strip")],
+        drives=[Drive("B", -p.speed(rate))],
+    )
+
+
+def peak(result: Result, p: Parameters) -> float:
+    """First maximum of the strip's mean compression over the critical load: the largest before it has fallen by `FALLEN`."""
+    force = -result.signals["strip.axial_force"] / p.section.euler_load(p.length)
+    largest = np.maximum.accumulate(force)
+    fallen = largest - force > FALLEN * np.maximum(largest, 0.5)
+    return float(largest[int(np.argmax(fallen)) if fallen.any() else -1])
+
+
+def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
+    """Run the strip for every rate and bow, until a little after the first mode's peak."""
+    p = parameters
+    solver = Exudyn(Controlled(tolerance=p.tolerance))
+    rows, metrics, wrong, signals = [], {}, [], {}
+    for rate, bow in progress([(rate, bow) for rate in p.rates for bow in p.bows], label="speeds and bows"):
+        column = Hoff(rate, bow)
+        (until, first), (_, closed) = column.peak(), column.peak_airy()
+        result = simulate(compressed(p, rate, bow), (1.1 * until + 2.0) / p.frequency, solver=solver)
+        found = peak(result, p)
+        rows.append([rate, bow, p.speed(rate), found, first, _percent(found / first - 1), closed, result.status])
+        name = f"s{rate:g}.bow{bow:g}"
+        metrics[f"{name}.peak"] = Metric(found, "1", exact=first)
+        signals |= {f"{name}.time": result.time, f"{name}.force": -result.signals["strip.axial_force"]}
+        if not result.ok:
+            wrong.append(f"{name}: {result.message}")
+        elif rate <= FIRST_MODE and abs(found / first - 1) > AGREES_TO:
+            wrong.append(f"{name}: the beam peaks {_percent(found / first - 1)} off the first mode")
+    status: dict[str, Any] = {"status": "SUSPECT", "message": "; ".join(wrong)} if wrong else {}
+    headers = ["rate s [1]", "bow / gyration [1]", "speed [m/s]", "beam", "first mode", "relative difference", "Airy", "status"]
+    notes = "Peaks are over the critical load. The Airy functions leave out that bending shortens the strip: good for small bows."
+    table = Table(headers, rows, "Peak force of a strip whose ends approach at constant speed", notes)
+    return StudyResult(parameters=p, metrics=metrics, signals=signals, tables=[table], **status)
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:+.2g} %"
+
+
+def figure(result: StudyResult) -> Figure:
+    """Peak over rate: beam as points, first mode as lines, Airy dotted."""
+    p: Any = result.parameters
+    fig, ax = subplots(height=90)
+    rates = np.geomspace(min(p.rates) / 2, 2 * max(p.rates), 40)
+    for k, bow in enumerate(p.bows):
+        colour = COLOURS[k % len(COLOURS)]
+        ax.loglog(rates, [Hoff(s, bow).peak().force for s in rates], color=colour, label=f"bow {bow:g} radii of gyration")
+        ax.loglog(rates, [Hoff(s, bow).peak_airy().force for s in rates], ":", color=colour)
+        found = [result.metrics[f"s{s:g}.bow{bow:g}.peak"].value for s in p.rates]
+        ax.plot(p.rates, found, "o", color=colour)
+    ax.axhline(1.0, color="black", lw=0.8)
+    ax.set(xlabel="rate $s$ of compression [1]", ylabel="peak force over Euler's load [1]")
+    ax.plot([], [], "ko", label="beam")
+    ax.plot([], [], "k-", label="first mode")
+    ax.plot([], [], "k:", label="Airy functions")
+    ax.legend()
+    return fig
+
+
+if __name__ == "__main__":
+    raise SystemExit(main("dynamic-buckling"))

@@ -1,0 +1,173 @@
+"""Natural frequencies against characteristic equations, published values, closed forms, and counts."""
+
+from math import pi, sqrt
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+from truths.published import PUBLISHED
+
+from buckler.elastica.vibration import ENDS, Frame, Member, beam, beam_frequencies, pinned_frequencies, portal, portal_frequencies
+
+THIN = Member(1.0, 1.0, 1.0)
+THICK = Member.rectangle(1.0, 1.0, 0.1, 1.0, 1.0, 0.3)
+"""Thickness a tenth of the length, k = 5/6, nu = 0.3."""
+EULER = {
+    "cantilever": (lambda x: np.cos(x) + 1.0 / np.cosh(x), (1.87510406871196, 4.69409113297417, 7.85475743823761)),
+    "clamped-pinned": (lambda x: np.sin(x) - np.cos(x) * np.tanh(x), (3.92660231204792, 7.06858274562873, 10.2101761228130)),
+    "clamped-clamped": (lambda x: np.cos(x) - 1.0 / np.cosh(x), (4.73004074486270, 7.85320462409584, 10.9956078380017)),
+    "pinned-pinned": (np.sin, (pi, 2.0 * pi, 3.0 * pi)),
+    "free-free": (lambda x: np.cos(x) - 1.0 / np.cosh(x), (4.73004074486270, 7.85320462409584, 10.9956078380017)),
+}
+
+
+@pytest.mark.parametrize("ends", ENDS)
+def test_slender_member_has_the_roots_of_euler_and_bernoulli(ends):
+    equation, first = EULER[ends]
+    roots = np.sqrt(beam_frequencies(THIN, ends, 10))
+    np.testing.assert_allclose(roots[:3], first, rtol=1e-13)
+    exact = [brentq(equation, root - 0.5, root + 0.5, xtol=1e-15, rtol=1e-15) for root in roots]
+    np.testing.assert_allclose(roots, exact, rtol=1e-13)
+
+
+def huang(ends, b, r2, s2):
+    """Huang's frequency equations, b^2 = rho A L^4 omega^2/(E I), r^2 = I/(A L^2), s^2 = E I/(k G A L^2), below b r s = 1."""
+    root = sqrt((r2 - s2) ** 2 + 4.0 / b**2)
+    alpha, beta = sqrt((-(r2 + s2) + root) / 2.0), sqrt((r2 + s2 + root) / 2.0)
+    ca, sa, cb, sb = np.cosh(b * alpha), np.sinh(b * alpha), np.cos(b * beta), np.sin(b * beta)
+    if ends == "cantilever":
+        return 2.0 + (b**2 * (r2 - s2) ** 2 + 2.0) * ca * cb - b * (r2 + s2) / sqrt(1.0 - b**2 * r2 * s2) * sa * sb
+    if ends == "clamped-clamped":
+        free = b / sqrt(1.0 - b**2 * r2 * s2) * (b**2 * s2 * (r2 - s2) ** 2 + (3.0 * s2 - r2))
+        return 2.0 - 2.0 * ca * cb + free * sa * sb
+    if ends == "free-free":
+        free = b / sqrt(1.0 - b**2 * r2 * s2) * (b**2 * r2 * (r2 - s2) ** 2 + (3.0 * r2 - s2))
+        return 2.0 - 2.0 * ca * cb + free * sa * sb
+    zeta = (alpha**2 + r2) / (alpha**2 + s2)
+    return alpha / beta * zeta * sa * cb / ca - sb  # clamped-pinned: lambda zeta tanh(b alpha) = tan(b beta)
+
+
+@pytest.mark.parametrize("ends", ["cantilever", "clamped-clamped", "free-free", "clamped-pinned"])
+@pytest.mark.parametrize("thickness", [0.01, 0.05, 0.1])
+def test_thick_member_has_the_roots_of_huangs_equations(ends, thickness):
+    member = Member.rectangle(1.0, 1.0, thickness, 1.0, 1.0, 0.3)
+    r2 = thickness**2 / 12.0
+    s2 = r2 * 2.6 / (5.0 / 6.0)
+    for found in beam_frequencies(member, ends, 5) / member.unit:
+        exact = brentq(lambda b: huang(ends, b, r2, s2), 0.999 * found, 1.001 * found, xtol=1e-15, rtol=1e-15)
+        assert found == pytest.approx(exact, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("ends", "published"),
+    [
+        ("pinned-pinned", (3.11568, 6.09066, 8.84052, 11.3431, 13.6132)),
+        ("clamped-clamped", (4.57955, 7.33122, 9.85611, 12.1454, 14.2324)),
+    ],
+)
+def test_published_values_of_lee_and_schultz(ends, published):
+    """Thickness L/10, k = 5/6, nu = 0.3: J. Sound Vib. 269 (2004), 609-621; sqrt of omega in sqrt(E I/(rho A L^4))."""
+    np.testing.assert_allclose(np.sqrt(beam_frequencies(THICK, ends, 5) / THICK.unit), published, rtol=5e-6)
+
+
+def test_pinned_closed_form_with_both_spectra():
+    """The first eighteen of a stocky member hold its second spectrum and the mode in which all sections turn alike."""
+    closed = pinned_frequencies(THICK, 18)
+    np.testing.assert_allclose(beam_frequencies(THICK, "pinned-pinned", 18), closed, rtol=1e-12)
+    assert np.min(abs(closed / sqrt(THICK.shear / THICK.rotary) - 1.0)) < 1e-12
+
+
+def test_rotary_inertia_and_shear_lower_a_frequency_at_first_order():
+    """omega/omega_0 = 1 - (r^2 + s^2) k^2/2 between two pins: each correction by itself, with its sign."""
+    for member, share in ((Member(1.0, 1.0, 1.0, rotary=1e-6), 1e-6), (Member(1.0, 1.0, 1.0, shear=1e6), 1e-6)):
+        drop = 1.0 - beam_frequencies(member, "pinned-pinned", 1)[0] / pi**2
+        assert drop == pytest.approx(share * pi**2 / 2.0, rel=1e-4)
+
+
+def test_an_axial_load_lowers_the_pinned_frequency_to_zero_at_haringx_load():
+    p = 0.5
+    assert pinned_frequencies(THIN, 3, p)[0] == pytest.approx(pi**2 * sqrt(1.0 - p / pi**2), rel=1e-14)
+    assert pinned_frequencies(THIN, 3, -p)[0] > pi**2
+    member = Member(1.0, 1.0, 1.0, shear=60.0, rotary=1e-3, axial=500.0)
+    critical = brentq(lambda p: p * (1.0 + p * (1.0 / 60.0 - 1.0 / 500.0)) - pi**2, 1.0, 12.0, xtol=1e-15)
+    squares = [pinned_frequencies(member, 1, critical * (1.0 - part))[0] ** 2 for part in (1e-6, 2e-6)]
+    assert squares[1] == pytest.approx(2.0 * squares[0], rel=1e-5)
+    assert squares[0] < 1e-4
+    with pytest.raises(ValueError, match=r"load = .* must be below the buckling load"):
+        pinned_frequencies(member, 1, critical * 1.000001)
+    stiff = Member(1.0, 1.0, 1.0, shear=1e13, rotary=1e-3, axial=500.0)
+    rigid = Member(1.0, 1.0, 1.0, rotary=1e-3, axial=500.0)
+    np.testing.assert_allclose(pinned_frequencies(stiff, 3, 2.0), pinned_frequencies(rigid, 3, 2.0), rtol=1e-9)
+
+
+@pytest.mark.parametrize("ends", ENDS)
+def test_each_frequency_is_counted_once(ends):
+    found = beam_frequencies(THICK, ends, 12)
+    rigid = 2 if ends == "free-free" else 0
+    counts = [(beam(THICK, ends).count_below(f * (1 - 1e-9)), beam(THICK, ends).count_below(f * (1 + 1e-9))) for f in found]
+    assert counts == [(rigid + n, rigid + n + 1) for n in range(12)]
+
+
+def test_cutting_a_member_by_hand_changes_nothing():
+    whole = portal(Member.rectangle(1.0, 0.02, 0.05, 2e11, 7850.0, 0.3), Member.rectangle(1.5, 0.02, 0.05, 2e11, 7850.0, 0.3))
+    column, span = (Member.rectangle(length, 0.02, 0.05, 2e11, 7850.0, 0.3) for length in (0.5, 0.75))
+    nodes = ((0, 0), (0, 0.5), (0, 1), (0.75, 1), (1.5, 1), (1.5, 0.5), (1.5, 0))
+    chain = [column, column, span, span, column, column]
+    cut = Frame(nodes, [(k, k + 1, m) for k, m in enumerate(chain)], {0: (0, 1, 2), 6: (0, 1, 2)})
+    np.testing.assert_allclose(cut.frequencies(12), whole.frequencies(12), rtol=1e-12)
+
+
+def test_portal_frame_of_slender_members():
+    """Sway, slope and deflection of equal inextensible members, by hand: stiffness 24, mass and the exact first sway 3.2046."""
+    member = Member(1.0, 1.0, 1.0, axial=1e9)
+    first = portal_frequencies(member, member, 2)
+    number = PUBLISHED["portal.sway"]
+    assert first[0] == pytest.approx(number.value, abs=number.within)
+
+    def symmetric(x):
+        """Corner moment of a clamped-pinned column and of a beam turned alike at both ends, over the corner's turn."""
+        sn, c, sh, ch = np.sin(x), np.cos(x), np.sinh(x), np.cosh(x)
+        column = (sn * ch - c * sh) / (1.0 - c * ch)
+        return column + (sn * ch - c * sh - (sh - sn)) / (1.0 - c * ch)
+
+    exact = brentq(symmetric, 3.2, 3.9, xtol=1e-15) ** 2
+    assert first[1] == pytest.approx(exact, rel=1e-6)
+
+
+def test_portal_with_a_heavy_stiff_beam_sways_like_a_storey():
+    """Two massless columns clamped at both ends under a mass M: omega^2 = 24 E I/(H^3 M)."""
+    column = Member(1.0, 1.0, 1e-6, axial=1e8)
+    girder = Member(1.0, 1e7, 10.0, axial=1e8)
+    assert portal_frequencies(column, girder, 1)[0] == pytest.approx(sqrt(24.0 / 10.0), rel=1e-5)
+
+
+def test_stretching_of_a_frame_with_straight_members_only():
+    """Two members in line, clamped at both ends: n pi c/L of the whole length stand among the frequencies."""
+    half = Member(0.5, 1.0, 1.0, axial=300.0)
+    line = Frame(((0, 0), (0.3, 0.4), (0.6, 0.8)), ((0, 1, half), (1, 2, half)), {0: (0, 1, 2), 2: (0, 1, 2)})
+    found = line.frequencies(4)
+    bending = beam_frequencies(Member(1.0, 1.0, 1.0), "clamped-clamped", 4)
+    exact = np.sort(np.concatenate((bending, pi * sqrt(300.0) * np.arange(1, 5))))[:4]
+    np.testing.assert_allclose(found, exact, rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: Member(0.0, 1.0, 1.0), r"length = 0\.0 must be above 0 \(m\)"),
+        (lambda: Member(1.0, np.nan, 1.0), r"bending = nan must be above 0 \(N m\^2\)"),
+        (lambda: Member(1.0, 1.0, -1.0), r"mass = -1\.0 must be above 0 \(kg/m\)"),
+        (lambda: Member(1.0, 1.0, 1.0, shear=0.0), r"shear = 0\.0 must be above 0 \(N\)"),
+        (lambda: Member(1.0, 1.0, 1.0, rotary=-1.0), r"rotary = -1\.0 must be 0 or above \(kg m\)"),
+        (lambda: Member.rectangle(1.0, 1.0, 1.0, 1.0, 1.0, 0.6), r"poisson = 0\.6 must be above -1, to 0\.5"),
+        (lambda: beam_frequencies(THIN, "hinged"), "ends = hinged must be one of cantilever"),
+        (lambda: beam_frequencies(THIN, "cantilever", 0), "modes = 0 must be a whole number from 1 to 200"),
+        (lambda: portal(THIN, THIN), "axial = inf must be finite in a frame"),
+        (lambda: Frame(((0, 0), (2, 0)), ((0, 1, THIN),), {}), r"length = 1\.0 must be 2 m, the distance of nodes 0 and 1"),
+        (lambda: beam(THIN, "free-free").frequencies(1), "the frame can move without deformation"),
+        (lambda: beam(THIN, "cantilever").count_below(0.0), r"frequency = 0\.0 must be above 0 \(rad/s\)"),
+    ],
+)
+def test_wrong_input_is_named(call, message):
+    with pytest.raises(ValueError, match=message):
+        call()

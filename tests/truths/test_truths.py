@@ -1,0 +1,120 @@
+"""The published benchmark numbers, confirmed: each problem is integrated or solved here a second way."""
+
+import mpmath
+import numpy as np
+import pytest
+
+from truths import andrews, arches, four_bars, pendulums, princeton, simeon
+from truths.published import ANDREWS_ANGLES, DOUBLE_PENDULUM, PUBLISHED, SIMEON_END
+
+
+def test_andrews_mechanism_reaches_the_published_angles():
+    found = andrews.index_one(1e-12)
+    np.testing.assert_allclose(found[:7], ANDREWS_ANGLES, rtol=0.0, atol=1e-8)
+    assert np.max(np.abs(andrews.constraints(found[:7])[0])) < 1e-13
+    number = PUBLISHED["andrews.beta"]
+    assert found[0] == pytest.approx(number.value, abs=number.within)
+
+
+def test_andrews_starts_assembled_and_accelerates_as_published():
+    gaps, rows, _ = andrews.constraints(andrews.START)
+    assert np.max(np.abs(gaps)) < 1e-16
+    whole = np.block([[andrews.mass_matrix(andrews.START), rows.T], [rows, np.zeros((6, 6))]])
+    rest = np.zeros(7)
+    solved = np.linalg.solve(whole, np.concatenate((andrews.forces(andrews.START, rest), np.zeros(6))))
+    assert solved[:2] == pytest.approx((14222.4439199541138705911625887, -10666.8329399655854029433719415), rel=1e-12)
+    assert solved[7:9] == pytest.approx((98.5668703962410896057654982170, -6.12268834425566265503114393122), rel=1e-11)
+
+
+def test_andrews_as_seven_bodies_is_the_same():
+    assert andrews.absolute(1e-10) == pytest.approx(ANDREWS_ANGLES[0], abs=1e-7)
+
+
+def test_four_bars_turn_over_as_published():
+    x, y, vx, vy = four_bars.top(10.0)
+    assert x == pytest.approx(PUBLISHED["four_bar_n2.x"].value, abs=PUBLISHED["four_bar_n2.x"].within)
+    assert y == pytest.approx(PUBLISHED["four_bar_n2.y"].value, abs=PUBLISHED["four_bar_n2.y"].within)
+    h = 1e-6
+    numbers = [(four_bars.top(10.0 + h)[k] - four_bars.top(10.0 - h)[k]) / (2.0 * h) for k in (0, 1)]
+    assert numbers == pytest.approx((vx, vy), rel=1e-7)
+    assert four_bars.top(10.0, speed=-1.0)[:2] == pytest.approx((-x, y), rel=1e-14)
+
+
+def test_four_bars_as_bodies_follow_the_closed_form_through_the_level_pose():
+    """0.9 s: beyond the first level pose, in which the couplers could fold."""
+    exact = four_bars.top(0.9)
+    assert exact[1] < 0.0
+    np.testing.assert_allclose(four_bars.stepped(0.9, tolerance=1e-10), exact[:2], atol=1e-8)
+
+
+@pytest.mark.parametrize(("load", "name"), [(8.896, "princeton.tip"), (13.345, "princeton.tip_13")])
+def test_princeton_beam_bends_as_published(load, name):
+    number = PUBLISHED[name]
+    assert princeton.tip(load)[1] == pytest.approx(number.value, abs=number.within)
+
+
+def test_princeton_beam_is_linear_in_small_loads():
+    force = 1e-4
+    bending = princeton.MODULUS * princeton.WIDTH * princeton.THICKNESS**3 / 12.0
+    assert princeton.tip(force, shear=False)[1] == pytest.approx(force * princeton.LENGTH**3 / (3.0 * bending), rel=1e-8)
+
+
+def test_simeons_slider_crank_ends_as_published():
+    found = simeon.end_state(tolerance=1e-9)[:14]
+    scale = np.array((1.0, 1.0, 1.0, *[1e-4] * 4, 1.0, 1.0, 1.0, *[1e-1] * 4))
+    np.testing.assert_allclose(found / scale, np.array(SIMEON_END) / scale, rtol=1e-7, atol=2e-5)
+    assert found[2] == pytest.approx(PUBLISHED["simeon.slider"].value, abs=PUBLISHED["simeon.slider"].within)
+
+
+def test_simeons_start_is_that_of_the_test_set():
+    solved, multipliers = simeon.accelerations(simeon.Rod(), 0.0, simeon.START, simeon.START_RATE)
+    assert solved[2] == pytest.approx(-5.062194924490193e3, rel=1e-9)
+    assert solved[5:] == pytest.approx((-4.268463266810281, 2.098339029337557e-1), rel=1e-5)
+    assert multipliers[1] == pytest.approx(3.824589509350831e2, rel=1e-9)
+    p, v = simeon.full_state(0.0, simeon.START, simeon.START_RATE)
+    assert p[2] == pytest.approx(4.50016933e-1, rel=1e-9)
+    assert v[1] == pytest.approx(-7.499576703969453e1, rel=1e-12)
+
+
+@pytest.mark.parametrize("kind", ["points", "rods"])
+def test_double_pendulum_in_double_precision_meets_the_series(kind):
+    exact = [float(value) for value in DOUBLE_PENDULUM[kind]]
+    np.testing.assert_allclose(pendulums.double_by_steps(kind, (np.pi / 2.0,) * 2, 5.0), exact, atol=1e-9)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["points", "rods"])
+def test_double_pendulum_by_another_order_of_series_agrees_to_38_digits(kind):
+    found = pendulums.double(kind, (90, 90), 5, order=44)
+    with mpmath.workdps(40):
+        assert all(
+            abs(mpmath.mpf(text) - value) < mpmath.mpf(10) ** -37
+            for text, value in zip(DOUBLE_PENDULUM[kind], found, strict=True)
+        )
+
+
+def test_simple_pendulum_obeys_its_equation():
+    """From rest at a level rod: energy and the pendulum's own equation by differences."""
+    start, h = -np.pi / 2.0, 1e-4
+    for time in (0.3, 2.0, 10.0):
+        angle, rate = pendulums.simple(time, start)
+        assert rate**2 / 2.0 == pytest.approx(pendulums.GRAVITY * np.cos(angle), rel=1e-12)
+        before, after = pendulums.simple(time - h, start), pendulums.simple(time + h, start)
+        assert (after[0] - before[0]) / (2.0 * h) == pytest.approx(rate, rel=1e-6)
+        assert (after[1] - before[1]) / (2.0 * h) == pytest.approx(-pendulums.GRAVITY * np.sin(angle), rel=1e-6)
+    assert pendulums.simple(0.0, start)[0] == pytest.approx(start, rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("shape", "ends", "first", "second"),
+    [
+        ("circle", "pinned", 46.0371946503, -131.9961045999),
+        ("circle", "clamped", 50.1907133051, 18.7706160515),
+        ("half-sine", "pinned", 53.4847698033, -133.3125548316),
+        ("half-sine", "clamped", 60.8141866903, 11.8776584768),
+    ],
+)
+def test_arches_snap_at_the_loads_of_the_page(shape, ends, first, second):
+    found = arches.snap(shape, ends, nodes=28)
+    assert found.loads == pytest.approx((first, second), rel=1e-10)
+    assert found.sway < found.loads[0]
