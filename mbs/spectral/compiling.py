@@ -14,10 +14,13 @@ from numba.extending import intrinsic
 
 from buckler.mbs.spectral.tables import Tables, Work
 
+COMPILED = ("compiling", "tables", "markers", "lawtable", "strips", "forces", "kernel", "implicit", "explicit", "recording")
+"""Files that hold compiled functions."""
+
 
 def _stamp() -> tuple[tuple[str, float, int], ...]:
-    """Names, times and sizes of the files that hold compiled functions: of this folder."""
-    files = sorted(Path(__file__).parent.glob("*.py"))
+    """Names, times and sizes of the files that hold compiled functions."""
+    files = [Path(__file__).with_name(f"{name}.py") for name in COMPILED]
     return tuple((file.name, file.stat().st_mtime, file.stat().st_size) for file in files)
 
 
@@ -25,7 +28,7 @@ STAMP = _stamp()
 
 
 def jit(function: Callable[..., Any]) -> Any:
-    """Compile for the types it is first called with, and keep that on disk as long as no file of this folder changes.
+    """Compile for the types it is first called with, and keep that on disk as long as none of these files changes.
 
     Numba looks only at the file of the function itself, but its machine code holds that of the functions it calls.
     """
@@ -36,6 +39,11 @@ def jit(function: Callable[..., Any]) -> Any:
     except (RuntimeError, AttributeError):  # nowhere to keep it, or another Numba
         compiled = numba.njit(error_model="numpy", nogil=True)(function)
     return compiled
+
+
+def inner(function: Callable[..., Any]) -> Any:
+    """Compile a function that only compiled ones call: no door for Python, nothing kept on disk, half the time."""
+    return numba.njit(error_model="numpy", nogil=True, no_cpython_wrapper=True, no_cfunc_wrapper=True)(function)
 
 
 def _call(arguments: int) -> Any:
@@ -83,7 +91,7 @@ def borrowed(_typing: Any, array: Any) -> Any:
     return array(array), codegen
 
 
-@jit
+@inner
 def lend_tables(s):
     """The tables without their shares in the memory's reference counts."""
     return Tables(
@@ -94,7 +102,7 @@ def lend_tables(s):
     )  # fmt: skip
 
 
-@jit
+@inner
 def lend_work(w):
     """The room to work in, likewise."""
     return Work(

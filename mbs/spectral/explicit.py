@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from buckler.mbs.spectral.compiling import borrowed, jit, lend_tables, lend_work
+from buckler.mbs.spectral.compiling import borrowed, inner, jit, lend_tables, lend_work
 from buckler.mbs.spectral.implicit import (
     BUDGET,
     COUNTERS,
@@ -99,7 +99,7 @@ def flight_for(q: Array, v: Array, lam: Array, memory: Array, mass: Array, units
     )  # fmt: skip
 
 
-@jit
+@inner
 def _lend(x):
     """The room without its shares in the memory's reference counts."""
     return Flight(
@@ -110,7 +110,7 @@ def _lend(x):
     )  # fmt: skip
 
 
-@jit
+@inner
 def solve_small(a, b, n):
     """Solve a x = b in place by Gauss elimination with pivots, n unknowns; a pivot of nothing gives nothing."""
     for c in range(n):
@@ -137,7 +137,7 @@ def solve_small(a, b, n):
         b[c] = total / a[c, c] if abs(a[c, c]) > 1e-300 else 0.0
 
 
-@jit
+@inner
 def _spread_rows(s, x):
     """Fill spread with G M^-1 and schur with G M^-1 G^T."""
     n, r = x.force.size, x.lam.size
@@ -156,7 +156,7 @@ def _spread_rows(s, x):
             x.schur[k, m] = total
 
 
-@jit
+@inner
 def rates_at(s, w, x, t, y, out):
     """Rates of a state: velocities, accelerations, bristles'."""
     n, r = x.force.size, x.lam.size
@@ -192,7 +192,7 @@ def rates_at(s, w, x, t, y, out):
             out[2 * n + k] = bristle_rate(s, law, y[2 * n + k], w.reports[k, 4])
 
 
-@jit
+@inner
 def _put_back(s, w, x, t):
     """Move the new state onto the constraints, positions by one Newton step in the metric of the mass, then velocities."""
     n, r = x.force.size, x.lam.size
@@ -215,7 +215,7 @@ def _put_back(s, w, x, t):
                 y[level * n + i] -= x.spread[k, i] * x.right[k]
 
 
-@jit
+@inner
 def _stages(s, w, x, t, h):
     """The seven stages; x.new becomes the fifth-order solution, and reports are those of its end."""
     for stage in range(1, 7):
@@ -228,7 +228,7 @@ def _stages(s, w, x, t, h):
         rates_at(s, w, x, t + NODES[stage] * h, target, x.rates[stage])
 
 
-@jit
+@inner
 def _error(x, h, tolerance):
     """Embedded error over what is allowed: of coordinates, in their units, and of rates, in units a largest rate so far."""
     n, worst = x.force.size, 0.0
@@ -309,7 +309,7 @@ def run_explicit(s, w, x, clock, end, stops, controls, out, counts):
     counts[SAMPLES] = row
 
 
-@jit
+@inner
 def _remember(s, w, x, floor, graze, counts):
     """Onset speeds of contacts that are about to close or have just closed; whether one has changed."""
     changed = False
@@ -332,7 +332,7 @@ def _remember(s, w, x, floor, graze, counts):
     return changed
 
 
-@jit
+@inner
 def _write(x, out, i, t, before):
     """Write the state as row i; bristles as they stand, with no time since."""
     n = x.force.size

@@ -23,7 +23,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from buckler.mbs.spectral.compiling import borrowed, jit, lend_tables, lend_work
+from buckler.mbs.spectral.compiling import borrowed, inner, jit, lend_tables, lend_work
 from buckler.mbs.spectral.forces import add_forces
 from buckler.mbs.spectral.kernel import add_mass_slope, add_multipliers, constraints, forces, mass_matrix
 from buckler.mbs.spectral.markers import place_markers
@@ -126,13 +126,13 @@ def output_for(rows: int, n: int, r: int, k: tuple[int, ...]) -> Output:
     return Output(np.zeros(rows), *(np.zeros((rows, n)) for _ in range(3)), np.zeros((rows, r)), np.zeros((rows, *k)))
 
 
-@jit
+@inner
 def lend_output(out):
     """The same without its shares in the memory's reference counts."""
     return Output(borrowed(out.time), borrowed(out.q), borrowed(out.v), borrowed(out.a), borrowed(out.lam), borrowed(out.memory))
 
 
-@jit
+@inner
 def _coefficients(radius, h):
     """Of the method at this radius and step: am, af, gamma, beta, and derivatives of a1 and v1 by q1."""
     am, af = (2.0 * radius - 1.0) / (radius + 1.0), radius / (radius + 1.0)
@@ -141,7 +141,7 @@ def _coefficients(radius, h):
     return am, af, gamma, beta, (1.0 - am) / (h * h * beta * (1.0 - af)), gamma / (h * beta)
 
 
-@jit
+@inner
 def _predict(x, h, ratio, am, af, gamma, beta):
     """First guess of the new state: accelerations go on as in the last step, `ratio` times as long."""
     for i in range(x.q.size):
@@ -153,7 +153,7 @@ def _predict(x, h, ratio, am, af, gamma, beta):
         x.lam1[k] = x.lam[k] + ratio * x.dlam[k]
 
 
-@jit
+@inner
 def _factorise(s, w, x, by_a, by_v):
     """Invert the Newton matrix at the present iterate, in units in which its parts are alike."""
     n, r = x.q.size, x.lam.size
@@ -172,7 +172,7 @@ def _factorise(s, w, x, by_a, by_v):
     x.inverse[:] = np.linalg.inv(x.matrix)
 
 
-@jit
+@inner
 def _newton(s, w, x, t, h, before, radius, close, fresh, counts):
     """Solve for the new state; returns 0 if it converged, 1 if not; the inverse is renewed where it contracts too slowly."""
     n, r = x.q.size, x.lam.size
@@ -219,7 +219,7 @@ def _newton(s, w, x, t, h, before, radius, close, fresh, counts):
     return 1
 
 
-@jit
+@inner
 def _project(x):
     """Move the new velocities and accelerations onto the constraints, in the metric of the Newton matrix."""
     n, r = x.q.size, x.lam.size
@@ -238,7 +238,7 @@ def _project(x):
             x.lam1[i] -= x.inverse[n + i, n + k] * x.change[k]
 
 
-@jit
+@inner
 def _grow_units(x, elastic):
     """Take the largest deformation so far as the unit of a strip's or mode's inner coordinates."""
     for k in range(elastic.shape[0]):
@@ -252,7 +252,7 @@ def _grow_units(x, elastic):
             x.units[j] = x.units[i]
 
 
-@jit
+@inner
 def _error(s, w, x, h, tolerance, contact_tolerance):
     """Embedded error over what is allowed: of the coordinates, and of the depths of contacts that are closed."""
     worst = 0.0
@@ -274,7 +274,7 @@ def _error(s, w, x, h, tolerance, contact_tolerance):
     return worst
 
 
-@jit
+@inner
 def _lets_go(s, w, x, share):
     """Whether a contact that pushed with more than a share of its largest force so far pushes no more: a kink to be cut out."""
     for k in range(s.forces.shape[0]):
@@ -285,7 +285,7 @@ def _lets_go(s, w, x, share):
     return False
 
 
-@jit
+@inner
 def depth_of(s, reports, k):
     """Depth of contact k, from its report."""
     if s.forces[k, 0] == JOURNAL:
@@ -294,19 +294,19 @@ def depth_of(s, reports, k):
     return side * (reports[k, 2] - face)
 
 
-@jit
+@inner
 def rate_of_depth(s, reports, k):
     """Its rate."""
     return reports[k, 3] if s.forces[k, 0] == JOURNAL else s.data[s.forces[k, NUMBERS]] * reports[k, 3]
 
 
-@jit
+@inner
 def hermite(x, h, d0, v0, d1, v1):
     """Cubic with these values and slopes at the ends of a step of length h, at the fraction x."""
     return (1.0 - x) ** 2 * ((1.0 + 2.0 * x) * d0 + x * h * v0) + x * x * ((3.0 - 2.0 * x) * d1 + (x - 1.0) * h * v1)
 
 
-@jit
+@inner
 def crossing(h, d0, v0, d1, v1):
     """First fraction of the step at which the cubic, negative at its start, passes zero; 2 if it does not."""
     high = 2.0
@@ -335,7 +335,7 @@ def crossing(h, d0, v0, d1, v1):
     return high
 
 
-@jit
+@inner
 def _first_onset(s, w, x, h, landing):
     """Fraction of the step at which the first open contact closes, and which; 2 if none does."""
     first, which = 2.0, -1
@@ -351,7 +351,7 @@ def _first_onset(s, w, x, h, landing):
     return first, which
 
 
-@jit
+@inner
 def _remember(s, w, x, floor, graze, counts):
     """Take over the accepted step: onset speeds of contacts that are about to close or have just closed, bristles."""
     changed = False
@@ -375,7 +375,7 @@ def _remember(s, w, x, floor, graze, counts):
     return changed
 
 
-@jit
+@inner
 def write(x, out, i, t, before):
     """Write the present state as row i; bristles and sliding speeds are those of the step before, at time `before`."""
     out.time[i] = t
@@ -385,7 +385,7 @@ def write(x, out, i, t, before):
     out.memory[i, :, BRISTLE : SLIDING + 1] = x.past
 
 
-@jit
+@inner
 def _take_over(s, x, h, radius):
     """Make the new state the present one."""
     am, af = _coefficients(radius, h)[:2]
@@ -398,7 +398,7 @@ def _take_over(s, x, h, radius):
         x.lam[k] = x.lam1[k]
 
 
-@jit
+@inner
 def _lend(x):
     """The room without its shares in the memory's reference counts."""
     return Room(
@@ -410,6 +410,30 @@ def _lend(x):
         borrowed(x.past), borrowed(x.rest),
         borrowed(x.whole), borrowed(x.amount), borrowed(x.units),
     )  # fmt: skip
+
+
+@inner
+def _restart(s, w, x, t):
+    """Accelerations and multipliers anew, after a jump of them: from M a + G^T lambda = f, G a = change."""
+    n, r = x.q.size, x.lam.size
+    forces(s, w, t, x.q, x.v, x.lam, x.memory, 0.0, x.force, x.stiffness, x.damping, x.cross, False)
+    constraints(s, w, t, x.residual, x.jacobian, x.speed, x.change)
+    x.matrix[:] = 0.0
+    x.matrix[:n, :n] = x.mass
+    x.matrix[:n, n:] = x.jacobian.T
+    x.matrix[n:, :n] = x.jacobian
+    x.inverse[:] = np.linalg.inv(x.matrix)
+    for i in range(n + r):
+        total = 0.0
+        for j in range(n):
+            total += x.inverse[i, j] * x.force[j]
+        for k in range(r):
+            total += x.inverse[i, n + k] * x.change[k]
+        if i < n:
+            x.a[i], x.b[i], x.da[i] = total, total, 0.0
+        else:
+            x.lam[i - n], x.dlam[i - n] = total, 0.0
+    x.before[:] = w.reports
 
 
 @jit
@@ -430,7 +454,8 @@ def run_implicit(s, w, x, clock, end, stops, controls, out, counts):
     while t < end - shortest and counts[STATUS] == OK and row < out.time.size:
         while nstop < stops.size and stops[nstop] <= t + shortest:
             if stops[nstop] > t - shortest and not fixed:
-                wanted, held, previous = min(wanted, 1e-3 * controls[LONGEST]), 0.0, 0.0
+                wanted, held, previous, fresh = min(wanted, 1e-3 * controls[LONGEST]), 0.0, 0.0, True
+                _restart(s, w, x, t)
             nstop += 1
         target = min(end, stops[nstop]) if nstop < stops.size else end
         h = min(wanted, controls[LONGEST])
@@ -489,7 +514,7 @@ def run_implicit(s, w, x, clock, end, stops, controls, out, counts):
     counts[SAMPLES] = row
 
 
-@jit
+@inner
 def begin(s, w, x, t):
     """Fill in what the first step needs to know of the start."""
     mass_matrix(s, x.q, x.mass)

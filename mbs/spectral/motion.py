@@ -157,6 +157,21 @@ class SpectralStrip:
         free, _ = of(fields(self.reference[None]), fields(0.0 * self.reference[None]))
         return w * piece.jacobian, [a - b for a, b in zip(value, free, strict=True)], rate
 
+    def space_error(self) -> float:
+        """Relative error of the bending load for want of degree: share of the curvature's last two Legendre terms, squared."""
+        bending = self.strains()[-1]
+        last, whole, first = 0.0, 0.0, 0
+        for piece in self.pieces:
+            count = piece.degree if self.shears else piece.degree + 1
+            x, w = gauss(count)
+            kappa = bending.value[:, 0, first : first + count]
+            first += count
+            legendre = np.polynomial.legendre.legvander(x, piece.degree - 1)
+            norm = np.arange(piece.degree) + 0.5
+            square = (np.einsum("tg,gk->tk", kappa * w, legendre) ** 2 * norm).mean(axis=0) * piece.jacobian
+            last, whole = last + float(square[-2:].sum()), whole + float(square.sum())
+        return last / whole if whole > 0 else 0.0
+
     def axial_force(self) -> Array:
         """Mean elastic normal force along the strip, N, tension positive, (times,)."""
         axial = self.strains()[0]
