@@ -18,8 +18,11 @@ from buckler.mbs.elements import (
     Revolute,
     Rigid,
     Section,
+    Slider,
+    Slot,
     Stop,
     Strut,
+    Weld,
 )
 from buckler.mbs.engine.settings import Controlled, Equal, Exudyn
 from buckler.mbs.library import crank_rocker, slider_crank
@@ -32,8 +35,8 @@ if TYPE_CHECKING:
 
 __all__ = [
     "STEEL", "Beam", "Cable", "Clearance", "Controlled", "Drive", "Equal", "Exudyn", "Guide", "GuideFriction", "Link",
-    "Material", "Mechanism", "Modal", "Motion", "Ramp", "Result", "Revolute", "Rigid", "Section", "Status", "Stop", "Strut",
-    "build", "crank_rocker", "simulate", "slider_crank",
+    "Material", "Mechanism", "Modal", "Motion", "Ramp", "Result", "Revolute", "Rigid", "Section", "Slider", "Slot", "Status",
+    "Stop", "Strut", "Weld", "build", "crank_rocker", "simulate", "slider_crank",
 ]  # fmt: skip
 
 _ENGINE = {"simulate": "buckler.mbs.simulation", "build": "buckler.mbs.engine.scene"}

@@ -96,6 +96,30 @@ class Mechanism:
                 add(element.key, element)
         return found
 
+    def plot(self, axes: Any = None, names: bool = True) -> Any:
+        """Draw the mechanism at t = 0: links to scale, joints, guides, stops, springs, loads and drives by their symbols.
+
+        Parameters
+        ----------
+        axes : matplotlib Axes, optional
+            Where to draw; a new figure by default.
+        names : bool
+            Write the names of links and points.
+
+        Returns
+        -------
+        matplotlib Axes
+        """
+        from buckler.mbs.files.plot import plot_mechanism
+
+        return plot_mechanism(self, axes, names)
+
+    def _repr_html_(self) -> str:
+        """Picture and parts, for notebooks."""
+        from buckler.mbs.files.notebook import mechanism_html
+
+        return mechanism_html(self)
+
 
 def _velocities(mechanism: Mechanism) -> dict[str, Any]:
     """Check the given velocities: a link's turning or a link's point's velocity."""

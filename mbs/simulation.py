@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import platform
 from collections.abc import Callable, Sequence
+from dataclasses import fields, is_dataclass
+from functools import cache
 from importlib import metadata
 from time import perf_counter
 from typing import Any
@@ -15,6 +17,7 @@ from buckler.mbs.accuracy.difference import COARSEST, FINEST
 from buckler.mbs.checks.suspicions import suspicions
 from buckler.mbs.engine.settings import Exudyn
 from buckler.mbs.engine.solve import once
+from buckler.mbs.files.movie import Film
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.energy import ledger as energy_ledger
 from buckler.mbs.record.result import Result, Status
@@ -122,10 +125,31 @@ def _result(run: Run, delivery: Delivery | None, ledger: bool, times: Any, wall:
         run.work,
         energy_ledger(record) if ledger else {},
         shapes_at(record, times) if len(times) else {},
-        {"exudyn": metadata.version("exudyn"), "python": platform.python_version(), "scene": dict(run.summary)},
+        _provenance(run),
+        film=Film(record),
     )
     if delivery is not None:
         result = delivery.complete(result, wall)
     for reason in suspicions(run, result):
         result = result.suspect(reason)
     return result
+
+
+@cache
+def _versions() -> dict[str, str]:
+    """Of what computes."""
+    return {name: metadata.version(name) for name in ("exudyn", "numpy", "scipy")} | {"python": platform.python_version()}
+
+
+def _provenance(run: Run) -> dict[str, Any]:
+    """Versions, what was built, and the settings it ran with."""
+    return {**_versions(), "scene": dict(run.summary), "settings": _settings(run.solver)}
+
+
+def _settings(value: Any) -> dict[str, Any]:
+    """A solver's settings as plain values, each value that is a type of its own with its name."""
+    found: dict[str, Any] = {"kind": type(value).__name__}
+    for spec in fields(value):
+        inner = getattr(value, spec.name)
+        found[spec.name] = _settings(inner) if is_dataclass(inner) else inner
+    return found

@@ -17,8 +17,8 @@ def pulls(result: Result) -> Iterator[str]:
     signals = result.signals
     for name, force in signals.items():
         point, _, kind = name.rpartition(".")
-        if kind not in ("contact_force", "normal_force"):
-            continue
+        if kind not in ("contact_force", "normal_force") or f"{point}.penetration" not in signals:
+            continue  # the force of a slider may have either sign
         allowed = ROUNDING * float(np.abs(force).max(initial=0.0))
         pulling = force < -allowed
         apart = (np.abs(force) > allowed) & (signals[f"{point}.penetration"] <= 0)

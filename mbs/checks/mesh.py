@@ -66,7 +66,7 @@ def mesh_error(record: Record, name: str) -> float:
     starts = np.concatenate([[0.0], np.cumsum(strip.pieces)])
     inner = np.outer(strip.pieces, (np.polynomial.legendre.leggauss(points)[0] + 1) / 2)
     places = np.concatenate([[0.0], (starts[:-1, None] + inner).ravel(), starts[-1:]])
-    kappa = np.pad(kappa, ((0, 0), (1, 1)))  # pins carry no moment
+    kappa = _with_ends(kappa, places, [_clamped(record, name, end) for end in (0, 1)])
     slope = np.diff(kappa, axis=1) / np.diff(places)
     if points == 1:
         missed = h**2 / 6 * _mean_square(slope, np.diff(places))
@@ -75,6 +75,26 @@ def mesh_error(record: Record, name: str) -> float:
         missed = h**4 / 360 * _mean_square(np.diff(slope, axis=1) / between, between)
     c, order = strip.body.worth.far
     return missed / _mean_square(kappa[:, 1:-1], np.ones(kappa.shape[1] - 2)) + c * turn**order
+
+
+def _clamped(record: Record, name: str, end: int) -> bool:
+    """Whether a joint holds the angle of a link's start or end."""
+    point = record.mechanism.link(name).points[end]
+    joints = [joint for joint in record.mechanism.joints if joint.point == point and name in (joint.first, joint.second)]
+    return any(joint.keeps_angle for joint in joints)
+
+
+def _with_ends(kappa: Array, places: Array, clamped: list[bool]) -> Array:
+    """Add the curvature at both ends: none, as pins carry no moment, or where clamped on the line through the next two."""
+    kappa = np.pad(kappa, ((0, 0), (1, 1)))
+    if kappa.shape[1] < 4:
+        return kappa
+    for k, on in zip((0, -1), clamped, strict=True):
+        if on:
+            a, b = (1, 2) if k == 0 else (-2, -3)
+            share = (places[k] - places[a]) / (places[b] - places[a])
+            kappa[:, k] = kappa[:, a] + share * (kappa[:, b] - kappa[:, a])
+    return kappa
 
 
 def _mean_square(values: Array, weights: Array) -> float:

@@ -49,7 +49,7 @@ def steps(run: Run, result: Result) -> Iterator[str]:
     if (taken.tolerance or 0.0) > loosest:
         yield f"STEPS: tolerance = {taken.tolerance:g} allows each step the error of a whole run; it must be {loosest:g} at most"
         return
-    striking = any(name.rpartition(".")[2] in CONTACT for name in result.signals)
+    striking = any(_of_contact(name, result) for name in result.signals)
     fewest = MOST if taken.coarser_than(usual_tolerance(mechanism)) else FEWEST
     for (first, last), names in _stretches(record, result, fewest).items():
         span = f"from t = {record.time[first]:.4g} s to {record.time[last]:.4g} s"
@@ -70,7 +70,7 @@ def _stretches(record: Record, result: Result, fewest: int) -> dict[tuple[int, i
     """First and last samples of the stretches looked at, and the contact forces compared there."""
     count = len(record.time) - 1
     length = min(count, max(fewest, min(MOST, count // SHARE)))
-    forces = {name: values for name, values in result.signals.items() if name.rpartition(".")[2] in CONTACT}
+    forces = {name: values for name, values in result.signals.items() if _of_contact(name, result)}
     hardest = max(forces, key=lambda name: forces[name].max(), default=None)
     found: dict[tuple[int, int], list[str]] = {}
     if hardest is not None and forces[hardest].max() > 0:
@@ -79,6 +79,12 @@ def _stretches(record: Record, result: Result, fewest: int) -> dict[tuple[int, i
     if all(abs(second[0] - first) >= length for first, _ in found):
         found[second] = []
     return found
+
+
+def _of_contact(name: str, result: Result) -> bool:
+    """Whether a signal is the force of a contact."""
+    owner, _, kind = name.rpartition(".")
+    return kind in CONTACT and f"{owner}.penetration" in result.signals
 
 
 def _about(middle: int, length: int, count: int) -> tuple[int, int]:

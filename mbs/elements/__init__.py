@@ -10,12 +10,14 @@ from buckler.mbs.elements.modal import Modal
 from buckler.mbs.elements.revolute import Revolute
 from buckler.mbs.elements.rigid import Inertia, Rigid
 from buckler.mbs.elements.section import STEEL, Material, Section
+from buckler.mbs.elements.slider import Slider, Slot
 from buckler.mbs.elements.stop import Stop
 from buckler.mbs.elements.strut import Strut
+from buckler.mbs.elements.weld import Weld
 
 KINDS: dict[str, tuple[type, ...]] = {
     "links": (Link,),
-    "joints": (Revolute, Clearance),
+    "joints": (Revolute, Clearance, Weld, Slider, Slot),
     "guides": (Guide,),
     "stops": (Stop,),
     "drives": (Drive,),
@@ -26,5 +28,6 @@ KINDS: dict[str, tuple[type, ...]] = {
 
 __all__ = [
     "KINDS", "STEEL", "Beam", "Body", "Cable", "Clearance", "Drive", "Guide", "GuideFriction", "Inertia", "Link", "Material",
-    "Modal", "Motion", "Ramp", "Revolute", "Rigid", "Section", "Stop", "Strut",
+    "Modal", "Motion", "Ramp", "Revolute", "Rigid", "Section", "Slider", "Slot", "Stop", "Strut",
+    "Weld",
 ]  # fmt: skip

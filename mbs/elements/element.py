@@ -174,6 +174,14 @@ def reaches(mechanism: Any, name: str, point: str, where: str) -> None:
         raise ValueError(f"{where}: link '{name}' does not reach it; its points: {', '.join(links[name].points)}")
 
 
+def takes_moments(mechanism: Any, names: tuple[str, ...], where: str) -> None:
+    """Raise a ValueError if one of these links is massless: a force between two points takes no moment."""
+    for link in mechanism.links:
+        if link.name in names and link.body.massless:
+            kind = type(link.body).__name__
+            raise ValueError(f"{where}: link '{link.name}' is a {kind}, a force between two points; it takes no moment")
+
+
 class Joint(Element):
     """What joins two bodies, links or the ground, at a point.
 
@@ -181,9 +189,12 @@ class Joint(Element):
     ----------
     ideal : bool
         Whether it is a constraint; else contact holds it.
+    keeps_angle : bool
+        Whether it keeps the two bodies' angle to each other.
     """
 
     ideal: ClassVar[bool] = True
+    keeps_angle: ClassVar[bool] = False
     point: str
     first: str
     second: str
@@ -197,11 +208,15 @@ class Joint(Element):
         """Two different bodies that reach the point, not joined there already."""
         where = f"joint at '{self.point}'"
         known("point", self.point, mechanism.points, where)
-        if self.first == self.second:
-            raise ValueError(f"{where}: joins '{self.first}' to itself")
+        self.apart(mechanism, where)
         for name in (self.first, self.second):
             if name != GROUND:
                 reaches(mechanism, name, self.point, where)
+
+    def apart(self, mechanism: Any, where: str) -> None:
+        """Raise a ValueError if it joins a body to itself, or two that are joined at the point already."""
+        if self.first == self.second:
+            raise ValueError(f"{where}: joins '{self.first}' to itself")
         ends = {self.first, self.second}
         if sum(joint.point == self.point and {joint.first, joint.second} == ends for joint in mechanism.joints) > 1:
             raise ValueError(f"{where}: joins {' and '.join(sorted(ends))} twice")

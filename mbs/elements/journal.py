@@ -8,19 +8,15 @@ the bush's.
 What a contact remembers of the last accepted step, `MEMORY`, gives a law its onset speed and its bristle: since then the
 bristle has bent at the mean of the sliding speed then and now.
 
-`kernel` writes the functions for given laws, compiled by Numba where it is installed.
+The laws come as functions of floats, so that Numba can compile all of it: `buckler.mbs.engine.compiled`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 
 import numpy as np
-
-from buckler.mbs.laws import BristleLaw
 
 Array = np.ndarray[Any, Any]
 COLUMNS = ("normal", "tangential", "depth", "rate", "sliding", "bristle", "fx", "fy", "nx", "ny")
@@ -80,7 +76,7 @@ def _contact(
     return force, drag, depth, rate, sliding, bristle, -force * nx + drag * ny, -force * ny - drag * nx, nx, ny
 
 
-def _report(
+def report(
     normal: Any, friction: Any, bend: Any, t: float, q: Array, v: Array, memory: Array, places: Array, numbers: Array, out: Array
 ) -> None:
     """Fill out[joint] with what `COLUMNS` names."""
@@ -91,7 +87,7 @@ def _report(
         out[j] = _contact(normal, friction, bend, pin, bush, n[8], n[9], t, memory[j])
 
 
-def _forces(
+def forces(
     normal: Any, friction: Any, bend: Any, t: float, q: Array, v: Array, memory: Array, places: Array, numbers: Array, out: Array
 ) -> None:
     """Fill out with generalised forces on the coordinates (x, y, theta of each node)."""
@@ -115,73 +111,3 @@ def _forces(
             out[k] += sign * fx
             out[k + 1] += sign * fy
             out[k + 2] += sign * (lx * fy - ly * fx)
-
-
-PATIENCE, SLOWER = 3_000_000, 20
-"""Calls, some 10 s of them, without a later time than any before; of plain Python so many times fewer. The engine's explicit
-integrator can reject one step for ever, and asks nobody in between but the forces."""
-STUCK = "the step is rejected again and again: no step is short enough for this law"
-
-
-class NoStepError(RuntimeError):
-    """No step is short enough."""
-
-
-@dataclass(frozen=True)
-class Kernel:
-    """The functions for one pair of laws, and whether Numba made them.
-
-    Attributes
-    ----------
-    forces, report : callable
-        Of time, coordinates and their rates, memory, the two tables, and what is to be filled.
-    callback : callable
-        Of memory, tables and number of coordinates: makes `forces` a user function of the engine.
-    compiled : bool
-    """
-
-    forces: Callable[..., None]
-    report: Callable[..., None]
-    callback: Callable[[Array, Array, Array, int], Callable[..., Any]]
-    compiled: bool
-
-
-def kernel(law: Any, friction: Any) -> Kernel:
-    """Build the functions for a normal and a friction law: compiled if Numba is installed and can, else plain Python.
-
-    Plain Python is some twenty times slower and gives the same result.
-    """
-    try:
-        from buckler.mbs.engine.compiled import compile_kernel
-    except ImportError:
-        return _plain(law, friction)
-    return compile_kernel(law, friction) or _plain(law, friction)
-
-
-def has_bristle(friction: Any) -> bool:
-    """Tell whether a friction law bends a bristle."""
-    return isinstance(friction, BristleLaw)
-
-
-def _plain(law: Any, friction: Any) -> Kernel:
-    if has_bristle(friction):
-        laws = law.force, friction.coefficient, friction.after
-    else:
-        laws = law.force, lambda speed, _bristle: friction.coefficient(speed), lambda _bristle, _speed, _time: 0.0
-    forces = partial(_forces, *laws)
-
-    def callback(memory: Array, places: Array, numbers: Array, size: int) -> Callable[..., Any]:
-        out = np.zeros(size)
-        latest, calls = 0.0, 0
-
-        def generalised(_system: Any, t: float, _item: int, q: Any, q_t: Any) -> Any:
-            nonlocal latest, calls
-            latest, calls = (t, 0) if t > latest else (latest, calls + 1)
-            if calls > PATIENCE // SLOWER:
-                raise NoStepError(STUCK)
-            forces(t, np.array(q), np.array(q_t), memory, places, numbers, out)
-            return out
-
-        return generalised
-
-    return Kernel(forces, partial(_report, *laws), callback, compiled=False)

@@ -1,4 +1,4 @@
-"""Stops: what a point must not pass."""
+"""Stops: lines that a point must not pass."""
 
 from __future__ import annotations
 
@@ -8,9 +8,24 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs.elements.element import Array, Depth, Element, Energy, Recorded, Signal, known, since_start
+from buckler.mbs.elements.element import (
+    GROUND,
+    Array,
+    Depth,
+    Element,
+    Energy,
+    Recorded,
+    Signal,
+    known,
+    left,
+    place,
+    reaches,
+    since_start,
+    takes_moments,
+    turned,
+)
 from buckler.mbs.laws import NormalLaw
-from buckler.mbs.validate import follows, number
+from buckler.mbs.validate import direction, follows, number
 
 PIERCED = 0.05
 """Depth in a stop, relative to the mechanism's size, beyond which its contact law does not hold."""
@@ -18,42 +33,105 @@ PIERCED = 0.05
 
 @dataclass(frozen=True)
 class Stop(Element):
-    """A stopper in the way of a guided point.
+    """A straight face in the way of a point: of the ground, or of a link and moving with it.
+
+    At t = 0 the face is the line of all places whose dot product with `along` is `at`. Both bodies feel the contact force where
+    the point is.
 
     Parameters
     ----------
     point : str
-        A guided point.
+        A guided point, or any point of a link.
     at : float
-        Place of the stopper's face along the guide: the dot product of its position with the guide's direction, m. The point
-        starts on one side of it and is kept there.
+        Where the face is along its direction, m. The point starts on one side of it and is kept there.
     law : NormalLaw
         Contact law of `buckler.mbs.laws`.
+    along : (float, float), optional
+        Direction square to the face, at t = 0; need not be a unit vector. By default that of the point's guide.
+    link : str, optional
+        The link whose point it is. By default the guided one, or the first that has the point.
+    on : str
+        What carries the face: 'ground', a rigid link, or a point of a flexible link as 'link:point', whose section turns it.
     """
 
     point: str
     at: float
     law: NormalLaw
+    along: tuple[float, float] | None = None
+    link: str | None = None
+    on: str = GROUND
 
     def __post_init__(self) -> None:
         number("at", self.at, -1e6, 1e6, "m")
         follows(f"stop at '{self.point}': law", self.law, NormalLaw, "CarvalhoMartins(...)")
+        if self.along is not None:
+            object.__setattr__(self, "along", direction(f"stop at '{self.point}': along", self.along))
 
     @property
     def key(self) -> str:
         """Its point."""
         return self.point
 
+    @property
+    def guided(self) -> bool:
+        """Whether it stands in a guide's way, so that the block's travel alone says how deep it is in."""
+        return self.along is None and self.link is None and self.on == GROUND
+
+    @property
+    def carrier(self) -> str:
+        """The body that carries the face."""
+        return place(self.on).body or self.on
+
     def check(self, mechanism: Any) -> None:
-        """A guided point."""
-        known("guided point", self.point, {guide.point for guide in mechanism.guides}, "stop")
+        """A guided point, or a point of a link with a direction; a body that can carry the face."""
+        where = f"stop at '{self.point}'"
+        guided = {guide.point for guide in mechanism.guides}
+        if self.along is None:
+            known("guided point", self.point, guided, "stop without a direction (along)" if self.link else "stop")
+        if self.guided:
+            return
+        known("point", self.point, mechanism.points, where)
+        reaches(mechanism, self.body(mechanism), self.point, where)
+        takes_moments(mechanism, (self.body(mechanism), self.carrier), where)
+        if self.carrier == GROUND:
+            return
+        links = {link.name: link for link in mechanism.links}
+        known("link", self.carrier, links, f"{where}: on")
+        if self.carrier == self.body(mechanism):
+            raise ValueError(f"{where}: on = '{self.on}': must be another body than the point's")
+        if not links[self.carrier].body.flexible:
+            return
+        if not place(self.on).body:
+            raise ValueError(
+                f"{where}: on = '{self.on}': a flexible link turns differently along it; give a point, as 'link:point'"
+            )
+        reaches(mechanism, self.carrier, place(self.on).point, f"{where}: on")
+
+    def body(self, mechanism: Any) -> str:
+        """The link whose point it is."""
+        if self.link is not None:
+            return self.link
+        names = [guide.link for guide in mechanism.guides if guide.point == self.point]
+        names += [link.name for link in mechanism.links if self.point in link.points]
+        return str(names[0]) if names else ""
+
+    def origin(self, mechanism: Any) -> str:
+        """Point reference of the body that carries the face: the section that turns it, or any point of a rigid link."""
+        if self.carrier == GROUND:
+            return f"{GROUND}:{self.point}"
+        return self.on if place(self.on).body else f"{self.carrier}:{mechanism.link(self.carrier).start}"
+
+    def across(self, mechanism: Any) -> tuple[float, float]:
+        """Unit vector square to the face, at t = 0."""
+        found: tuple[float, float] = mechanism.guide(self.point).along if self.along is None else self.along
+        return found
 
     def side(self, mechanism: Any) -> float:
-        """+1 if the face lies ahead of the start in the guide's direction, -1 if behind."""
+        """+1 if the face lies ahead of the start in its direction, -1 if behind."""
         return 1.0 if self.at > self._start(mechanism) else -1.0
 
     def face(self, mechanism: Any) -> float:
-        """Travel along the guide at which the point touches, m.
+        """Way along the direction from the point's start to the face, m.
 
         Raises
         ------
@@ -66,17 +144,38 @@ class Stop(Element):
         return self.at - start
 
     def _start(self, mechanism: Any) -> float:
-        return float(np.dot(mechanism.guide(self.point).along, mechanism.points[self.point]))
+        return float(np.dot(self.across(mechanism), mechanism.points[self.point]))
 
     def depth(self, record: Recorded) -> Array:
         """Penetration depth, m, positive in contact, (times,)."""
-        return self.side(record.mechanism) * (record.blocks[self.point].travel - self.face(record.mechanism))
+        return self.approach(record)[0]
+
+    def approach(self, record: Recorded) -> tuple[Array, Array]:
+        """Penetration depth, m, positive in contact, and its rate, m/s, each (times,)."""
+        mechanism = record.mechanism
+        side, face = self.side(mechanism), self.face(mechanism)
+        if self.guided:
+            block = record.blocks[self.point]
+            return side * (block.travel - face), side * block.speed
+        origin = self.origin(mechanism)
+        (at, velocity), (start, moving) = record.point(f"{self.body(mechanism)}:{self.point}"), record.point(origin)
+        angle, spin = record.turn(origin)
+        across = turned(angle, self.across(mechanism))
+        apart = at - start
+        before = np.subtract(mechanism.points[self.point], mechanism.points[place(origin).point])
+        travel = (apart * across).sum(axis=1) - float(before @ self.across(mechanism))
+        rate = ((velocity - moving) * across).sum(axis=1) + spin * (apart * left(across)).sum(axis=1)
+        return side * (travel - face), side * rate
 
     def pushes(self, name: str, record: Recorded) -> Iterator[tuple[str, Array, Array]]:
-        """Yield its force on the guided point."""
-        guide = record.mechanism.guide(self.point)
-        size = -self.side(record.mechanism) * record.channel(name, "force")[:, 0]
-        yield f"{guide.link}:{self.point}", np.outer(size, guide.along), np.zeros_like(size)
+        """Yield its force on the point, and the same there on what carries the face."""
+        mechanism, at = record.mechanism, f"{self.body(record.mechanism)}:{self.point}"
+        angle, _ = record.turn(self.origin(mechanism))
+        force = turned(angle, self.across(mechanism)) * (-self.side(mechanism) * record.channel(name, "force")[:, :1])
+        yield at, force, np.zeros(len(force))
+        if self.carrier != GROUND:
+            arm = record.point(at)[0] - record.point(self.origin(mechanism))[0]
+            yield self.origin(mechanism), -force, arm[:, 1] * force[:, 0] - arm[:, 0] * force[:, 1]
 
     def depths(self, name: str, mechanism: Any) -> Iterator[Depth]:
         """Yield its depth and a share of the mechanism's size."""
@@ -90,8 +189,8 @@ class Stop(Element):
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
         """Yield the elastic potential, and what damping took."""
-        potential = self.law.potential(self.depth(record))
-        rate = self.side(record.mechanism) * record.blocks[self.point].speed
+        depth, rate = self.approach(record)
+        potential = self.law.potential(depth)
         work = since_start(record.time, record.channel(name, "force")[:, 0] * rate)
         yield Energy("held", "contact", potential)
         yield Energy("taken", "contact", work - (potential - potential[0]))

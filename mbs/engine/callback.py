@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numba import carray, cfunc, types
 
-from buckler.mbs.elements.journal import PATIENCE, STUCK, NoStepError
+from buckler.mbs.engine.kernel import PATIENCE, STUCK, NoStepError
 
 Array = np.ndarray[Any, Any]
 METH_VARARGS = 1

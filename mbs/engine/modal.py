@@ -70,6 +70,16 @@ class PlacedModal(Placed):
         q, q_t, q_tt = (values[:, 0] for values in self.total(system, states))
         return ModalHistory(self.model, q, q_t, q_tt, self.stations, float(self.reference[0, 2]))
 
+    def direction(self, _point: str) -> float:
+        """Of the link: it starts undeformed."""
+        return float(self.reference[0, 2])
+
+    def mobility(self, point: str, _along: Any) -> float:
+        """Of its mass, inertia and modes, in the direction in which it is lightest."""
+        station = self.stations[point]
+        arm, shape = self.model.place(station), self.model.shapes[STATIONS.index(station)]
+        return float(1 / self.model.mass + arm @ arm / self.model.inertia + (shape[:2] ** 2).sum())
+
     def contact_node(self, scene: Any, point: str) -> tuple[int, Array]:
         """A node without mass that moves with the end's cross-section."""
         return add_anchor(scene.system, self, point), np.array(scene.mechanism.points[point])

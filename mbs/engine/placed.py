@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
+import exudyn.itemInterface as eii
 import numpy as np
 
 from buckler.mbs.elements.element import Array
@@ -57,6 +58,24 @@ class Placed:
         """How far one unit of each coordinate moves the link, m, shape as `columns`: a norm for step errors."""
         raise NotImplementedError
 
+    def rigid_marker(self, scene: Any, point: str) -> int:
+        """Marker with place and turn of the body at a point."""
+        node, _ = self.contact_node(scene, point)
+        return int(scene.system.AddMarker(eii.MarkerNodeRigid(nodeNumber=node)))
+
+    def direction(self, _point: str) -> float:
+        """Angle of that marker's axes at t = 0, rad."""
+        raise NotImplementedError
+
+    def place_node(self, scene: Any, point: str) -> tuple[int, int, Array]:
+        """Node that moves with a point, how many coordinates it has (x, y first), and that node's reference place."""
+        node, place = self.contact_node(scene, point)
+        return node, 3, place
+
+    def mobility(self, _point: str, _along: Any) -> float:
+        """Acceleration of a point along a unit vector by unit force on it, nothing joined to the body, 1/kg."""
+        raise NotImplementedError
+
     def contact_node(self, scene: Any, point: str) -> tuple[int, Array]:
         """Node (x, y, theta) that moves with the body at a point, and that node's reference place.
 
@@ -65,6 +84,4 @@ class Placed:
         ValueError
             If the body has none: contacts exert moments.
         """
-        raise ValueError(
-            f"clearance at '{point}': link '{self.name}' must be Rigid, Beam or Modal, as the contact exerts moments"
-        )
+        raise ValueError(f"'{point}' of '{self.name}' has no angle, and what is to act there exerts a moment")

@@ -48,18 +48,17 @@ class Rows:
 
 
 class StopState:
-    """One stop as the run sees it: place in the coordinates, touching or not, force."""
+    """One stop as the run sees it: touching or not, force."""
 
-    def __init__(self, scene: Scene, contact: StopContact) -> None:
+    def __init__(self, contact: StopContact) -> None:
         self.contact = contact
-        self.column = int(scene.placed[contact.stop.point].columns(scene.system)[0, 0])
         self.touching, self.force = False, 0.0
 
     def accept(self, q: Array, q_t: Array) -> float:
         """Take over an accepted step; the contact force, N."""
-        travel, speed = float(q[self.column]), float(q_t[self.column])
-        self.touching = self.contact.accept(travel, speed)
-        self.force = self.contact.force(travel, speed) if self.touching else 0.0
+        depth, rate = self.contact.state(q, q_t)
+        self.touching = self.contact.accept(depth, rate)
+        self.force = self.contact.force(depth, rate) if self.touching else 0.0
         return self.force
 
 
@@ -68,7 +67,7 @@ class Recorder:
 
     def __init__(self, scene: Scene, solver: Exudyn, duration: float, timeout: float | None, progress: Any) -> None:
         self.solver, self.duration, self.data = solver, duration, scene.system.systemData
-        self.stops = [StopState(scene, contact) for contact in scene.stops.values()]
+        self.stops = [StopState(contact) for contact in scene.stops.values()]
         self.groups: list[ClearanceGroup] = [group for group in scene.clearances if group.remembers]
         self.constrained = self.data.AEsize() > 0
         self.record = Rows()

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from buckler.mbs import elements
-from buckler.mbs.engine import clearance, drive, guide, modal, revolute, rigid, stop, strip, strut
+from buckler.mbs.engine import clearance, drive, guide, modal, revolute, rigid, slider, stop, strip, strut, weld
 
 BODIES: dict[type, Callable[..., Any]] = {
     elements.Rigid: rigid.add,
@@ -20,6 +20,9 @@ BODIES: dict[type, Callable[..., Any]] = {
 CONNECTORS: dict[type, Callable[..., None]] = {
     elements.Revolute: revolute.connect,
     elements.Clearance: clearance.connect,
+    elements.Weld: weld.connect,
+    elements.Slider: slider.connect,
+    elements.Slot: slider.connect,
     elements.Guide: guide.connect,
     elements.Strut: strut.connect,
     elements.Stop: stop.connect,

@@ -33,6 +33,21 @@ class PlacedRigid(Placed):
         """Of places 1, of the turn half the link's length."""
         return np.array([[1.0, 1.0, self.radius]])
 
+    def rigid_marker(self, scene: Any, point: str) -> int:
+        """On the body, at any point of the mechanism as it lies at t = 0."""
+        c, s = np.cos(self.direction(point)), np.sin(self.direction(point))
+        local = np.array([[c, s], [-s, c]]) @ self.arms[point]
+        return int(scene.system.AddMarker(eii.MarkerBodyRigid(bodyNumber=self.objects[0], localPosition=[*local, 0.0])))
+
+    def direction(self, _point: str) -> float:
+        """Of the link."""
+        return float(self.reference[0, 2])
+
+    def mobility(self, point: str, along: Any) -> float:
+        """Of its mass and inertia."""
+        (ax, ay), (ux, uy) = self.arms[point], along
+        return 1 / self.mass + float(ax * uy - ay * ux) ** 2 / self.inertia
+
     def contact_node(self, scene: Any, point: str) -> tuple[int, Array]:
         """Its one node."""
         return self.nodes[0], self.reference[0, :2]

@@ -125,6 +125,13 @@ class Scene:
         node = self.placed[body].nodes[0]
         return int(self.system.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node, coordinate=coordinate)))
 
+    def turning(self, body: str, point: str) -> int:
+        """Marker of the turn of a body, or of the ground, at a point."""
+        if body == GROUND:
+            return self.ground
+        node, _ = self.placed[body].contact_node(self, point)
+        return int(self.system.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node, coordinate=2)))
+
     def constrain(self, name: str, first: int, second: int) -> None:
         """Pin two position markers to each other."""
         self.constraints[name] = int(self.system.AddObject(eii.ObjectJointRevolute2D(markerNumbers=[first, second])))
@@ -186,6 +193,8 @@ def build(mechanism: Mechanism) -> Scene:
     scene.system.Assemble()
     for group in scene.clearances:
         group.locate(scene.system)
+    for contact in scene.stops.values():
+        contact.locate(scene)
     return scene
 
 

@@ -38,7 +38,7 @@ class StepControl(Recorder):
         self.weights = _position_weights(scene)
         self.limit = position_error(scene.mechanism, steps.tolerance)
         self.min_step, self.max_step = steps.min_step, steps.longest(duration)
-        stops = [_StopWatch(state, scene.mechanism.guide(state.contact.stop.point).mass, steps) for state in self.stops]
+        stops = [_StopWatch(state, steps) for state in self.stops]
         struts = [_StrutWatch(scene, name, spring, steps, self.limit) for name, spring in scene.struts.items()]
         self.watched: list[_StopWatch | _StrutWatch] = [*stops, *struts]
         self.accelerations: Array | None = None
@@ -97,14 +97,14 @@ def implicit_control(
 class _StopWatch:
     """How large a step may be near and on a stop."""
 
-    def __init__(self, state: StopState, mass: float, steps: Controlled) -> None:
+    def __init__(self, state: StopState, steps: Controlled) -> None:
         self.state, self.contact, self.resolution = state, state.contact, steps.contact_resolution
-        self.mass, self.shortest = max(mass, LIGHTEST), 0.0
+        self.mass, self.shortest = max(state.contact.mass, LIGHTEST), 0.0
 
     def step_limit(self, q: Array, q_t: Array, wanted: float) -> float:
         """Come up to the onset in short steps; resolve the impact; leave a resting contact alone."""
-        speed = self.contact.side * float(q_t[self.state.column])
-        gap = -float(self.contact.depth(q[self.state.column]))
+        depth, speed = self.contact.state(q, q_t)
+        gap = -depth
         if not self.state.touching and not 0 < gap < speed * wanted:
             return wanted
         lasts = contact_time(self.contact.stop.law, self.mass, self.contact.onset)
@@ -117,13 +117,13 @@ class _StopWatch:
 
     def excess(self, h: float, errors: Array, q: Array) -> float:
         """Error of the force of a contact that lasts, in units of its limit; or a long step that ended inside."""
-        if not self.state.touching and self.contact.depth(q[self.state.column]) > 0:
+        if not self.state.touching and self.contact.state(q, q)[0] > 0:
             lasts = contact_time(self.contact.stop.law, self.mass, self.contact.onset)
             return OVERSHOT if h > 2 * lasts / self.resolution else 0.0
         if self.state.force == 0 or h <= self.shortest:
             return 0.0
         stiffness = self.contact.stop.law.stiffness  # order of magnitude only, for exponents beyond 1
-        return stiffness * errors[self.state.column] / (FORCE_ERROR * self.state.force)
+        return stiffness * errors[self.contact.columns].sum() / (FORCE_ERROR * self.state.force)
 
 
 class _StrutWatch:

@@ -1,12 +1,15 @@
-"""Stops in the engine."""
+"""Stops in the engine: on a guide's coordinate, or one user element over the nodes of a point and of what carries the face."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from math import cos, inf, sin
 from typing import Any
 
 import exudyn.itemInterface as eii
+import numpy as np
 
+from buckler.mbs.elements.element import GROUND, Array, place
 from buckler.mbs.elements.stop import Stop
 
 SLOWEST_ONSET = 1e-4
@@ -18,55 +21,157 @@ coming to rest, a law that divides by the approach speed would else let a slow r
 
 @dataclass
 class StopContact:
-    """Running state of one stop: where its face lies in the guide's coordinate, and the last approach speed.
+    """Running state of one stop: how deep the point is in, and the last approach speed.
 
     Attributes
     ----------
     face : float
-        Travel along the guide at which the point touches, m.
+        Way along the stop's direction at which the point touches, m.
     side : float
-        +1 if the face lies ahead of the start in the guide's direction, -1 if behind.
+        +1 if the face lies ahead of the start in the stop's direction, -1 if behind.
+    mass : float
+        Of what strikes, kg: as light as it can be for want of everything joined to it.
     onset : float
         Approach speed when the present contact began, m/s, or a share of the fastest one so far.
     fastest : float
         Fastest approach so far that ended in contact, m/s.
+    columns : array of int
+        Places in the engine's vector of the coordinates that decide it, once assembled.
     """
 
     stop: Stop
     face: float
     side: float
+    mass: float = 0.0
     onset: float = SLOWEST_ONSET
     fastest: float = SLOWEST_ONSET
+    columns: Array = field(default_factory=lambda: np.empty(0, dtype=int))
 
-    def depth(self, travel: Any) -> Any:
-        """Penetration depth, m, positive in contact."""
-        return self.side * (travel - self.face)
+    def locate(self, scene: Any) -> None:
+        """Take down where the coordinates lie, once the system is assembled."""
+        self.columns = scene.placed[self.stop.point].columns(scene.system)[0]
 
-    def force(self, travel: float, speed: float) -> float:
+    def state(self, q: Any, q_t: Any) -> tuple[float, float]:
+        """Depth, m, positive in contact, and its rate, m/s, of all coordinates and rates."""
+        column = self.columns[0]
+        return self.side * (float(q[column]) - self.face), self.side * float(q_t[column])
+
+    def force(self, depth: float, rate: float) -> float:
         """Contact force, N, never negative."""
-        depth = self.side * (travel - self.face)
-        return self.stop.law.force(depth, self.side * speed, self.onset) if depth > 0 else 0.0
+        return self.stop.law.force(depth, rate, self.onset) if depth > 0 else 0.0
 
-    def accept(self, travel: float, speed: float) -> bool:
+    def accept(self, depth: float, rate: float) -> bool:
         """Take over the state at the end of a step; true in contact."""
-        touching = self.side * (travel - self.face) > 0
+        touching = depth > 0
         if touching:
             self.fastest = max(self.fastest, self.onset)
         else:
-            self.onset = max(self.side * speed, SLOWEST_ONSET, GRAZE * self.fastest)
+            self.onset = max(rate, SLOWEST_ONSET, GRAZE * self.fastest)
         return touching
 
 
-def contact_of(mechanism: Any, stop: Stop) -> StopContact:
-    """Place a stop in its guide's coordinate."""
-    return StopContact(stop, stop.face(mechanism), stop.side(mechanism))
+@dataclass
+class End:
+    """One side of a stop: a node that moves with it.
+
+    Attributes
+    ----------
+    node, size : int
+        Engine number and coordinates; none for the ground.
+    place, arm : array, shape (2,)
+        Of the node at t = 0, m; from there to the point, turned with the node's third coordinate.
+    """
+
+    node: int = -1
+    size: int = 0
+    place: Array = field(default_factory=lambda: np.zeros(2))
+    arm: Array = field(default_factory=lambda: np.zeros(2))
+
+
+@dataclass
+class FreeContact(StopContact):
+    """The same of any point of a link against a line of another body or the ground.
+
+    With p the point, o the place and phi the turn of the face's node, u = R(phi) along and reach = at - along . o(0):
+
+        depth = side (u . (p - o) - reach),    forces = -F d(depth)/dq,
+
+    so both bodies feel the force at p, square to the face; momentum and moment of momentum stay.
+    """
+
+    first: End = field(default_factory=End)
+    second: End = field(default_factory=End)
+    along: tuple[float, float] = (1.0, 0.0)
+    reach: float = 0.0
+
+    def locate(self, scene: Any) -> None:
+        """Take down where the coordinates lie, once the system is assembled."""
+        ends = [end for end in (self.first, self.second) if end.size]
+        first = [scene.system.GetNodeODE2Index(end.node) for end in ends]
+        self.columns = np.concatenate([np.arange(at, at + end.size) for at, end in zip(first, ends, strict=True)])
+
+    def state(self, q: Any, q_t: Any) -> tuple[float, float]:
+        """Depth, m, positive in contact, and its rate, m/s, of all coordinates and rates."""
+        depth, rate, _ = self.look(q[self.columns], q_t[self.columns])
+        return depth, rate
+
+    def look(self, q: Any, v: Any) -> tuple[float, float, list[float]]:
+        """Depth, its rate, and its derivatives by the element's own coordinates."""
+        ax, ay = self.first.arm
+        slope = [0.0] * len(q)
+        px, py, wx, wy = self.first.place[0] + q[0], self.first.place[1] + q[1], v[0], v[1]
+        c, s = cos(q[2]), sin(q[2])
+        bx, by = c * ax - s * ay, s * ax + c * ay
+        px, py, wx, wy = px + bx, py + by, wx - v[2] * by, wy + v[2] * bx
+        ux, uy = self.along
+        k = self.first.size
+        if self.second.size:
+            c, s = cos(q[k + 2]), sin(q[k + 2])
+            ux, uy = c * ux - s * uy, s * ux + c * uy
+            px, py = px - self.second.place[0] - q[k], py - self.second.place[1] - q[k + 1]
+            wx, wy = wx - v[k], wy - v[k + 1]
+            swing = ux * py - uy * px
+            slope[k : k + 3] = [-self.side * ux, -self.side * uy, self.side * swing]
+        slope[:3] = [self.side * ux, self.side * uy, self.side * (uy * bx - ux * by)]
+        rate = self.side * (ux * wx + uy * wy)
+        if self.second.size:
+            rate += self.side * v[k + 2] * swing
+        return self.side * (ux * px + uy * py - self.reach), rate, slope
+
+    def forces(self, _system: Any, _t: float, _item: int, q: Any, q_t: Any) -> list[float]:
+        """Engine callback: generalised forces on the element's coordinates, N and N m."""
+        depth, rate, slope = self.look(q, q_t)
+        force = self.force(depth, rate)
+        return [-force * each for each in slope]
+
+
+def contact_of(scene: Any, stop: Stop) -> StopContact:
+    """Place a stop in its guide's coordinate, or between its two bodies."""
+    mechanism = scene.mechanism
+    face, side = stop.face(mechanism), stop.side(mechanism)
+    if stop.guided:
+        return StopContact(stop, face, side, mechanism.guide(stop.point).mass)
+    link, along = stop.body(mechanism), stop.across(mechanism)
+    node, size, at = scene.placed[link].place_node(scene, stop.point)
+    first, second = End(node, size, at, np.subtract(mechanism.points[stop.point], at)), End()
+    yields = scene.placed[link].mobility(stop.point, along)
+    if stop.carrier != GROUND:
+        origin = place(stop.origin(mechanism)).point
+        node, at = scene.placed[stop.carrier].contact_node(scene, origin)
+        second = End(node, 3, np.array(at))
+        yields += scene.placed[stop.carrier].mobility(stop.point if stop.carrier == stop.on else origin, along)
+    reach = stop.at - float(np.dot(along, second.place))
+    return FreeContact(stop, face, side, 1 / yields if yields > 0 else inf, first=first, second=second, along=along, reach=reach)
 
 
 def connect(scene: Any, stops: dict[str, Stop]) -> None:
-    """Add each stop on its block's coordinate."""
+    """Add each stop: on its block's coordinate, or over its bodies' nodes."""
     for k, (name, stop) in enumerate(stops.items()):
-        contact = scene.stops[name] = contact_of(scene.mechanism, stop)
-        add_stop(scene.system, contact, scene.coordinate(stop.point, 0), scene.ground)
+        contact = scene.stops[name] = contact_of(scene, stop)
+        if isinstance(contact, FreeContact):
+            _add_free(scene.system, contact)
+        else:
+            add_stop(scene.system, contact, scene.coordinate(stop.point, 0), scene.ground)
         scene.reads(name, "force", lambda run, _record, k=k: run.contact[:, k : k + 1])
         scene.parts["Stop"] += 1
 
@@ -75,12 +180,23 @@ def add_stop(system: Any, contact: StopContact, coordinate: int, ground: int) ->
     """Add a stop on a slider's coordinate marker."""
 
     def spring_force(_system: Any, _t: float, _item: int, travel: float, speed: float, *_: float) -> float:
-        return contact.side * contact.force(travel, speed)
+        return contact.side * contact.force(contact.side * (travel - contact.face), contact.side * speed)
 
     return int(
         system.AddObject(
             eii.ObjectConnectorCoordinateSpringDamper(
                 markerNumbers=[ground, coordinate], stiffness=1.0, springForceUserFunction=spring_force
             )
+        )
+    )
+
+
+def _add_free(system: Any, contact: FreeContact) -> int:
+    """Add a stop as a user element without mass."""
+    nodes = [end.node for end in (contact.first, contact.second) if end.size]
+    size = contact.first.size + contact.second.size
+    return int(
+        system.AddObject(
+            eii.ObjectGenericODE2(nodeNumbers=nodes, massMatrix=np.zeros((size, size)), forceUserFunction=contact.forces)
         )
     )

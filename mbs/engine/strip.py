@@ -6,7 +6,7 @@ cables.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any
 
@@ -22,10 +22,14 @@ from buckler.mbs.record.strips import BeamMotion, CableMotion, StripMotion
 
 @dataclass(frozen=True)
 class PlacedStrip(Placed):
-    """A flexible link: `pieces` are the stress-free lengths of its elements, m, `at` the nodes of its points."""
+    """A flexible link: `pieces` are the stress-free lengths of its elements, m, `at` the nodes of its points.
+
+    `anchors` are the nodes (x, y, theta) made for joints that act on a cable's turn.
+    """
 
     pieces: Array
     at: dict[str, int]
+    anchors: dict[str, int] = field(default_factory=dict)
 
     def motion(self, system: Any, states: States) -> StripMotion:
         """Of its nodes."""
@@ -39,10 +43,61 @@ class PlacedStrip(Placed):
         return weights
 
     def contact_node(self, scene: Any, point: str) -> tuple[int, Array]:
-        """The node of a beam at the point; a cable's has no angle."""
-        if not self.body.turns:
-            return super().contact_node(scene, point)
-        return self.nodes[self.at[point]], self.reference[self.at[point], :2]
+        """The node of a beam at the point; of a cable, whose nodes have slopes, one that turns with it."""
+        node = self.at[point]
+        place = self.reference[node, :2]
+        if self.body.turns:
+            return self.nodes[node], place
+        if point not in self.anchors:
+            self.anchors[point] = _add_anchor(scene.system, self.nodes[node], self.ends[point], self.reference[node])
+        return self.anchors[point], place
+
+    def direction(self, point: str) -> float:
+        """Of the section's normal."""
+        row = self.reference[self.at[point]]
+        return float(row[2] if self.body.turns else np.arctan2(row[3], row[2]))
+
+    def place_node(self, scene: Any, point: str) -> tuple[int, int, Array]:
+        """The node there."""
+        node = self.at[point]
+        return self.nodes[node], self.reference.shape[1], self.reference[node, :2]
+
+    def mobility(self, point: str, _along: Any) -> float:
+        """Of the mass that the elements about the node lend it."""
+        place = np.cumsum(np.concatenate([[0.0], self.pieces]))
+        step = self.body.nodes - 1 if self.body.turns else 1
+        k = self.at[point] // step
+        around = place[min(k + 1, len(self.pieces))] - place[max(k - 1, 0)]
+        return float(2 / (self.body.section.mass_per_length * around))
+
+
+def _add_anchor(system: Any, node: int, pin: int, reference: Array) -> int:
+    """Add a node (x, y, theta) without mass at a cable's node: a pin ties its place, r' x (cos theta, sin theta) = 0 its turn."""
+    vx, vy, wx, wy = system.GetNode(node)["initialVelocities"]
+    tx, ty = reference[2:]
+    theta = float(np.arctan2(ty, tx))
+    start = [*reference[:2], theta]
+    anchor = system.AddNode(eii.NodeRigidBody2D(referenceCoordinates=start, initialVelocities=[vx, vy, tx * wy - ty * wx]))
+    system.AddObject(eii.ObjectJointRevolute2D(markerNumbers=[pin, system.AddMarker(eii.MarkerNodePosition(nodeNumber=anchor))]))
+
+    def row(q: Array) -> Array:  # of total coordinates, those at t = 0 included: so the engine hands them over here
+        c, s = np.cos(q[6]), np.sin(q[6])
+        return np.array([[0.0, 0.0, -s, c, 0.0, 0.0, -(c * q[2] + s * q[3])]])
+
+    def turned(_system: Any, _t: float, _item: int, q: Array, q_t: Array, velocity_level: bool) -> Any:
+        if velocity_level:
+            return [float((row(q) @ np.array(q_t))[0])]
+        return [np.cos(q[6]) * q[3] - np.sin(q[6]) * q[2]]
+
+    system.AddObject(
+        eii.ObjectConnectorCoordinateVector(
+            markerNumbers=[system.AddMarker(eii.MarkerNodeCoordinates(nodeNumber=each)) for each in (node, anchor)],
+            scalingMarker0=np.zeros((1, 7)),  # tells the engine that there is one equation
+            constraintUserFunction=turned,
+            jacobianUserFunction=lambda _system, _t, _item, q, _q_t, _velocity_level: row(q),
+        )
+    )
+    return int(anchor)
 
 
 @dataclass(frozen=True)

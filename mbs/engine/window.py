@@ -68,9 +68,8 @@ def _place(scene: Scene, history: History, first: int) -> None:
     for group, memory in zip(scene.clearances, history.memory, strict=True):
         group.memory[:] = memory[first]
     for contact in scene.stops.values():
-        column = scene.placed[contact.stop.point].columns(scene.system)[0, 0]
-        for travel, speed in zip(history.states.q[: first + 1, column], history.states.q_t[: first + 1, column], strict=True):
-            contact.accept(float(travel), float(speed))
+        for q, q_t in zip(history.states.q[: first + 1], history.states.q_t[: first + 1], strict=True):
+            contact.accept(*contact.state(q, q_t))
 
 
 def _rows(history: History, every: int) -> History:

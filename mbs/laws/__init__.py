@@ -25,8 +25,9 @@ from buckler.mbs.laws.hysteresis import (
     LeeWang,
     ZhiyingQishao,
 )
-from buckler.mbs.laws.normal import Hertz, Impact, KelvinVoigt, NormalLaw, PowerLaw
+from buckler.mbs.laws.normal import Hertz, Impact, KelvinVoigt, PowerLaw
 from buckler.mbs.laws.pieces import step
+from buckler.mbs.laws.protocol import NormalLaw
 from buckler.mbs.laws.rebound import (
     chi_exact,
     contact_time,

@@ -30,8 +30,16 @@ class Pointer(NamedTuple):
     owner: Any
 
 
-def compile_method(law: Any, name: str) -> Callable[..., float]:
+def compile_method(law: Any, name: str, jit: Callable[..., Any] = numba.njit) -> Callable[..., float]:
     """Compile a law's method as a function of floats: `self` becomes a tuple of the numbers and methods it uses.
+
+    Parameters
+    ----------
+    law : object
+    name : str
+        Of the method.
+    jit : callable
+        Numba's decorator with its options.
 
     Raises
     ------
@@ -40,22 +48,24 @@ def compile_method(law: Any, name: str) -> Callable[..., float]:
     """
     function = inspect.unwrap(getattr(type(law), name))
     used = [n for n in function.__code__.co_names if hasattr(law, n)]
-    values: list[Any] = [compile_method(law, n) if callable(getattr(law, n)) else float(getattr(law, n)) for n in used]
+    values: list[Any] = [compile_method(law, n, jit) if callable(getattr(law, n)) else float(getattr(law, n)) for n in used]
     me: Any = namedtuple("me", used)  # type: ignore[misc]
-    inner, bound = compile_plain(function), me(*values)
-    return numba.njit(lambda *arguments: inner(bound, *arguments))
+    inner, bound = compile_plain(function, jit), me(*values)
+    return jit(lambda *arguments: inner(bound, *arguments))
 
 
-def compile_plain(function: Callable[..., Any]) -> Any:
+def compile_plain(function: Callable[..., Any], jit: Callable[..., Any] = numba.njit) -> Any:
     """Compile a plain function after the plain functions it calls."""
     if not isinstance(function, types.FunctionType):
         return function
     names = function.__code__.co_names
     calls = {
-        k: compile_plain(v) if isinstance(v, types.FunctionType) else v for k, v in function.__globals__.items() if k in names
+        k: compile_plain(v, jit) if isinstance(v, types.FunctionType) else v
+        for k, v in function.__globals__.items()
+        if k in names
     }
     plain = types.FunctionType(function.__code__, calls, function.__name__, function.__defaults__, function.__closure__)
-    return numba.njit(plain)
+    return jit(plain)
 
 
 def method_pointer(law: Any, name: str, arguments: int) -> Pointer:

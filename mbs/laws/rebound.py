@@ -16,16 +16,13 @@ T. Schwager, T. Poeschel, "Coefficient of restitution and linear-dashpot model r
 """
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
+from buckler.mbs.laws.protocol import NormalLaw
 from buckler.mbs.validate import non_negative, number, positive
-
-if TYPE_CHECKING:
-    from buckler.mbs.laws.normal import NormalLaw
 
 _LONGEST = 1e6  # times elastic_depth / speed; a body still inside by then is called stuck
 _ROUNDING = 4.0 * float(np.finfo(float).eps)
@@ -107,7 +104,7 @@ def damping_ratio(e: float) -> float:
     return float(brentq(lambda zeta: restitution_linear(zeta) - e, 0.0, highest, xtol=1e-300, rtol=_ROUNDING))
 
 
-def delivered(law: "NormalLaw", mass: float | None = None, speed: float | None = None) -> float:
+def delivered(law: NormalLaw, mass: float | None = None, speed: float | None = None) -> float:
     """Restitution a law delivers in a free impact.
 
     A law that knows the answer says so by a method ``delivered(mass, speed)``; for any other the impact is integrated.
@@ -137,13 +134,13 @@ def needed(name: str, value: float | None, unit: str, law: object) -> float:
     return positive(name, value, unit)
 
 
-def elastic_depth(law: "NormalLaw", mass: float, speed: float) -> float:
+def elastic_depth(law: NormalLaw, mass: float, speed: float) -> float:
     """Depth [m] at which the elastic part K d^n has stopped an effective mass [kg] that came at a speed [m/s]."""
     n = law.exponent
     return float((0.5 * (n + 1.0) * mass * speed**2 / law.stiffness) ** (1.0 / (n + 1.0)))
 
 
-def contact_time(law: "NormalLaw", mass: float, speed: float) -> float:
+def contact_time(law: NormalLaw, mass: float, speed: float) -> float:
     """How long an impact lasts [s] on the elastic part alone: pi sqrt(m/K) for n = 1, 2.943 d/v0 for n = 1.5.
 
     2 (d/v0) sqrt(pi) Gamma(1 + q) / Gamma(1/2 + q) with q = 1/(n + 1) and d the ``elastic_depth``. A step that
@@ -160,7 +157,7 @@ def contact_time(law: "NormalLaw", mass: float, speed: float) -> float:
     return 2.0 * elastic_depth(law, mass, speed) / speed * math.sqrt(math.pi) * math.gamma(1.0 + q) / math.gamma(0.5 + q)
 
 
-def restitution_integrated(law: "NormalLaw", mass: float, speed: float) -> float:
+def restitution_integrated(law: NormalLaw, mass: float, speed: float) -> float:
     """Restitution found by integrating m d'' = -F from d = 0, d' = speed until the body is out again.
 
     Scaled by ``elastic_depth`` and the speed; accurate to about 1e-8.

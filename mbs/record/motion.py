@@ -94,8 +94,22 @@ def chosen(motion: Any, rows: Any) -> Any:
 
 
 def between(motion: Any, time: Array, times: Array) -> Any:
-    """The same motion at other times, by cubic Hermite interpolation; rates are left out."""
-    from scipy.interpolate import CubicHermiteSpline
+    """The same motion at other times within its own, by cubic Hermite interpolation; accelerations are left out.
 
-    q = CubicHermiteSpline(time, motion.q, motion.q_t)(times)
-    return replace(motion, q=q, q_t=np.zeros_like(q), q_tt=np.zeros_like(q))
+    Parameters
+    ----------
+    motion : RigidMotion, BlockMotion, StripMotion or ModalHistory
+    time : array, shape (samples,), samples > 1
+        Of the motion, increasing, s.
+    times : array, shape (times,)
+        s.
+    """
+    place, rate, second = ("q", "q_t", "q_tt") if hasattr(motion, "q") else ("travel", "speed", "acceleration")
+    q, q_t = getattr(motion, place), getattr(motion, rate)
+    k = np.clip(np.searchsorted(time, times, side="right") - 1, 0, len(time) - 2)
+    h = (time[k + 1] - time[k]).reshape(-1, *[1] * (q.ndim - 1))
+    s = (times - time[k]).reshape(h.shape) / h
+    step, before, after = q[k + 1] - q[k], h * q_t[k], h * q_t[k + 1]
+    bend, twist = 3 * step - 2 * before - after, before + after - 2 * step
+    found = q[k] + s * (before + s * (bend + s * twist))
+    return replace(motion, **{place: found, rate: (before + s * (2 * bend + 3 * s * twist)) / h, second: np.zeros_like(found)})

@@ -10,6 +10,7 @@ import numpy as np
 
 from buckler.mbs.elements.element import GROUND, Array, place
 from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.record.motion import between
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,6 +62,20 @@ class Record:
             angles: tuple[Array, Array] = motion.turn(point)
             return angles
         return np.zeros_like(self.time), np.zeros_like(self.time)
+
+    def at(self, times: Array) -> Record:
+        """Places and velocities at other times, s, within the run; without channels.
+
+        Raises
+        ------
+        ValueError
+            If the record has fewer than two times.
+        """
+        if len(self.time) < 2:
+            raise ValueError(f"a record of {len(self.time)} times has nothing between them")
+        links = {name: between(motion, self.time, times) for name, motion in self.links.items()}
+        blocks = {name: between(motion, self.time, times) for name, motion in self.blocks.items()}
+        return Record(self.mechanism, times, links, blocks)
 
     def _carrier(self, body: str, point: str) -> Any:
         if body == GROUND:

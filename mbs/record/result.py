@@ -12,6 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from buckler.mbs.validate import positive
+
 Array = np.ndarray[Any, Any]
 
 
@@ -79,6 +81,8 @@ class Result:
         where no accuracy was asked for.
     error_kind : str
         What the estimate is made of, in words; empty without one.
+    film : Film, optional
+        The motion, for pictures; `movie` makes it.
     """
 
     status: Status
@@ -93,6 +97,7 @@ class Result:
     asked: float = nan
     error: float = nan
     error_kind: str = ""
+    film: Any = field(default=None, compare=False, repr=False)
 
     @property
     def ok(self) -> bool:
@@ -135,6 +140,8 @@ class Result:
         arrays |= {f"signal/{k}": v for k, v in self.signals.items()} | {f"energy/{k}": v for k, v in self.energy.items()}
         for name, shape in self.shapes.items():
             arrays |= {f"shape/{name}/times": shape.times, f"shape/{name}/points": shape.points}
+        if self.film is not None:
+            arrays |= {f"movie/{k}": v for k, v in self.film.movie().arrays().items()}
         path.parent.mkdir(parents=True, exist_ok=True)
         np.savez_compressed(path, **arrays)  # type: ignore[arg-type]
         return path
@@ -163,37 +170,147 @@ class Result:
         return cls(
             Status(head["status"]), head["message"], arrays["time"], _group(arrays, "signal/"), head["units"], head["work"],
             _group(arrays, "energy/"), shapes, head["provenance"],
-            head.get("asked", nan), head.get("error", nan), head.get("error_kind", ""),
+            head.get("asked", nan), head.get("error", nan), head.get("error_kind", ""), _film(_group(arrays, "movie/")),
         )  # fmt: skip
 
-    def write_paraview(self, folder: str | Path) -> Path:
-        """Write the shapes of all flexible links as one .vtu a time and a .pvd collection for ParaView.
+    # --- to look at ---------------------------------------------------------------------------------------------------
 
-        Returns
-        -------
-        path : Path
-            The .pvd file to open.
+    @property
+    def movie(self) -> Any:
+        """Frames, bent lines and marks over evenly spaced times: a `buckler.mbs.files.movie.Movie`.
 
         Raises
         ------
         ValueError
-            If the run stored no shapes.
+            If the result was not made by a run, or saved without its motion.
         """
-        import meshio
+        if self.film is None:
+            raise ValueError("this result holds no motion: it was made by hand, or saved by an older version")
+        return self.film.movie()
 
-        if not self.shapes:
-            raise ValueError("no shapes stored: call simulate(..., shapes=times)")
-        folder = Path(folder)
-        folder.mkdir(parents=True, exist_ok=True)
-        times = next(iter(self.shapes.values())).times
-        entries = []
-        for k, t in enumerate(times):
-            meshio.write(folder / f"strip_{k:04d}.vtu", _strip_mesh(self.shapes, k), binary=False)
-            entries.append(f'<DataSet timestep="{float(t)!r}" file="strip_{k:04d}.vtu"/>')
-        collection = folder / "strip.pvd"
-        body = "\n".join(entries)
-        collection.write_text(f'<VTKFile type="Collection">\n<Collection>\n{body}\n</Collection>\n</VTKFile>\n')
-        return collection
+    def plot(self, *names: str, axes: Any = None) -> Any:
+        """Draw signals over time, one row for each unit.
+
+        Parameters
+        ----------
+        *names : str
+            Of `signals`, one at least.
+        axes : matplotlib Axes or sequence of Axes, optional
+            Where to draw, one for each unit; a new figure by default.
+
+        Returns
+        -------
+        matplotlib Axes, or array of Axes where there are several units
+
+        Raises
+        ------
+        ValueError
+            If a name is unknown; it names those near it.
+        """
+        from buckler.mbs.files.plot import plot_signals
+
+        return plot_signals(self, names, axes)
+
+    def plot_energy(self, axes: Any = None) -> Any:
+        """Draw the energy ledger over time, J; the run needs `ledger=True`."""
+        from buckler.mbs.files.plot import plot_energy
+
+        return plot_energy(self, axes)
+
+    def animate(self, path: str | Path, seconds: float = 6.0, width: float = 640.0) -> Path:
+        """Write the motion as a moving picture.
+
+        Parameters
+        ----------
+        path : str or Path
+            Ends in `.gif` or `.mp4`; the latter needs the program ffmpeg.
+        seconds : float
+            How long the picture runs, s, positive.
+        width : float
+            Of the picture, pixels.
+
+        Raises
+        ------
+        ValueError
+            If the path ends otherwise.
+        RuntimeError
+            If ffmpeg is needed and not there.
+        """
+        from buckler.mbs.files.plot import animate
+
+        return animate(self.movie, path, positive("seconds", seconds, "s"), positive("width", width, "pixels"))
+
+    def write_html(self, path: str | Path, title: str = "") -> Path:
+        """Write a report as one page that needs no network: the motion, signals, energies, checks, settings.
+
+        Parameters
+        ----------
+        path : str or Path
+        title : str
+            Heading; by default the file's name.
+        """
+        from buckler.mbs.files.report import write_html
+
+        return write_html(self, path, title)
+
+    def _repr_html_(self) -> str:
+        """The report, in a frame, for notebooks."""
+        from buckler.mbs.files.report import framed
+
+        return framed(self)
+
+    # --- for other programs -------------------------------------------------------------------------------------------
+
+    def write_paraview(self, folder: str | Path, times: Any = None) -> Path:
+        """Write links, symbols and forces for ParaView: binary, one file a time and kind.
+
+        Parameters
+        ----------
+        folder : str or Path
+        times : array of float, optional
+            s, within the run; by default the evenly spaced ones of the movie.
+
+        Returns
+        -------
+        path : Path
+            The `.pvd` file to open.
+        """
+        from buckler.mbs.files.paraview import write_paraview
+
+        return write_paraview(self, folder, times)
+
+    def to_dataframe(self) -> Any:
+        """Signals as a pandas data frame, one column each, by time."""
+        from buckler.mbs.files.tables import to_dataframe
+
+        return to_dataframe(self)
+
+    def to_xarray(self) -> Any:
+        """Signals as an xarray data set with their units."""
+        from buckler.mbs.files.tables import to_xarray
+
+        return to_xarray(self)
+
+    def write_csv(self, path: str | Path) -> Path:
+        """Write signals as comma-separated values; the first line holds names and units."""
+        from buckler.mbs.files.tables import write_csv
+
+        return write_csv(self, path)
+
+    def write_parquet(self, path: str | Path) -> Path:
+        """Write signals as a Parquet file, units in the columns' metadata."""
+        from buckler.mbs.files.tables import write_parquet
+
+        return write_parquet(self, path)
+
+
+def _film(arrays: Mapping[str, Array]) -> Any:
+    """The film a file holds, if it does."""
+    if not arrays:
+        return None
+    from buckler.mbs.files.movie import Film, Movie
+
+    return Film(None, Movie.of(arrays))
 
 
 def cubic(time: Array, values: Array, times: Array) -> Array:
@@ -215,17 +332,3 @@ def cubic(time: Array, values: Array, times: Array) -> Array:
 
 def _group(arrays: Mapping[str, Array], prefix: str) -> dict[str, Array]:
     return {name.removeprefix(prefix): value for name, value in arrays.items() if name.startswith(prefix)}
-
-
-def _strip_mesh(shapes: Mapping[str, Shape], k: int) -> Any:
-    """All links at time number k as one mesh of line cells."""
-    import meshio
-
-    points, cells, thickness, first = [], [], [], 0
-    for shape in shapes.values():
-        line = shape.points[k]
-        points.append(np.column_stack([line, np.zeros(len(line))]))
-        cells.append(np.column_stack([np.arange(len(line) - 1), np.arange(1, len(line))]) + first)
-        thickness.append(np.full(len(line), shape.thickness))
-        first += len(line)
-    return meshio.Mesh(np.concatenate(points), [("line", np.concatenate(cells))], {"thickness": np.concatenate(thickness)})

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
-import types
-from collections import namedtuple
 from collections.abc import Callable
 from functools import lru_cache, partial
 from typing import Any, NamedTuple
@@ -14,6 +11,8 @@ from numba import float64, int64, void
 from numba.core import cgutils
 from numba.core.errors import NumbaError
 from numba.extending import intrinsic
+
+from buckler.mbs.laws.compiled import compile_method
 
 V, T, COUNTS = float64[::1], float64[:, ::1], int64[::1]
 FRICTION = numba.types.FunctionType(float64(float64))
@@ -99,27 +98,9 @@ def _once(law: Any, name: str, signature: Any) -> Any:
 
 def _pointer(law: Any, name: str, signature: Any) -> Any:
     try:
-        method = _bound(law, name)
+        method = compile_method(law, name, law_jit)
         if len(signature.args) == 3:
             return law_jit(signature)(lambda depth, rate, onset: method(depth, rate, onset))
         return law_jit(signature)(lambda x: method(x))
     except (NumbaError, AttributeError, TypeError) as error:
         raise ValueError(f"{law!r}: its method '{name}' does not compile: {str(error).splitlines()[0]}") from error
-
-
-def _bound(law: Any, name: str) -> Any:
-    """Compile a method; its `self` becomes a tuple of the numbers and methods it uses, which the compiler takes as constants."""
-    function = inspect.unwrap(getattr(type(law), name))
-    used = [attribute for attribute in function.__code__.co_names if hasattr(law, attribute)]
-    values = [_bound(law, a) if callable(getattr(law, a)) else float(getattr(law, a)) for a in used]
-    me: Any = namedtuple("me", used)  # type: ignore[misc]
-    bound = me(*values)
-    inner = _plain(function)
-    return law_jit(lambda *arguments: inner(bound, *arguments))
-
-
-def _plain(function: Any) -> Any:
-    """Compile a plain function, after the plain functions it calls."""
-    names = function.__code__.co_names
-    calls = {k: _plain(v) if inspect.isfunction(v) else v for k, v in function.__globals__.items() if k in names}
-    return law_jit(types.FunctionType(function.__code__, calls, function.__name__, function.__defaults__))

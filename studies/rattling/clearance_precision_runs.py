@@ -24,16 +24,13 @@ from buckler.mbs import (
     Modal,
     Ramp,
     Rigid,
-    build,
     crank_rocker,
     reference,
     simulate,
 )
-from buckler.mbs.engine.placed import States
 from buckler.mbs.library import STEEL_CRANK_ROCKER
 from buckler.mbs.reference import FourBar, ModalData, beam_modes
 from buckler.studies.rattling.clearance import CrankRockerParameters
-from buckler.studies.trust import plain
 
 Array = np.ndarray[Any, Any]
 CENTRES = {"coupler": 2, "rocker": 5}
@@ -171,10 +168,9 @@ def _right_hand_side(bar: FourBar) -> Callable[[float, Array], Array]:
 
 def plainly(made: Mechanism, duration: float, steps: int) -> Outcome:
     """By the engine's own default settings, in equal steps; their number is the one thing that has no default that works."""
-    scene = build(made)
-    time, q, message = plain.default_settings(scene.system, duration, steps)
-    still = np.zeros_like(q)
-    bars = {bar: scene.placed[bar].motion(scene.system, States(q, still, still)) for bar in ("coupler", "rocker")}
+    from buckler.mbs.engine.defaults import with_default_settings  # loads the engine
+
+    time, bars, message = with_default_settings(made, duration, steps)
     places = [bars[bar].point(point)[0] for bar, ends in (("coupler", "AB"), ("rocker", "CB")) for point in ends]
     path = np.hstack([(places[0] + places[1]) / 2, (places[2] + places[3]) / 2])
     return Outcome(time, path, message or "OK", {"steps": float(len(time))})

@@ -129,7 +129,7 @@ def _mm(thickness: float) -> str:
 
 def _models(thickness: float, elements: int, failures: set[str]) -> Mapping[str, Callable[[Array], Array]]:
     """Load p(u) of each model; rod and beam give nan below `STRAIGHTEST`, failures of the beam are collected."""
-    from buckler.mbs.statics.strip import pinned_strip  # loads the engine
+    from buckler.mbs.engine.pressed import pinned_strip  # loads the engine
 
     section, length = Section(WIDTH, thickness), PAPER.coupler
     unit = section.bending_stiffness / length**2

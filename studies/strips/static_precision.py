@@ -1,7 +1,7 @@
 """Load of a buckled strip: error against run time of each element, and of a plain run of the engine.
 
 Twenty end shortenings, from u = 0.001 to 0.95, of the pinned strip. Beam and Cable start each value from the exact
-elastica (`mbs.statics.strip.pinned_strip`); the plain run ramps through the values, each starting from the last, as one would
+elastica (`mbs.engine.pressed.pinned_strip`); the plain run ramps through the values, each starting from the last, as one would
 write it straight on the engine (studies/plain.py). The error is the largest relative one of the twenty loads against
 the exact solution of the element's own theory (`buckler.elastica.rod`): a Beam extends and shears, a Cable only extends. "off
 elastica" is the same against the inextensible closed form, from which the theories themselves differ by 1e-6 to 4e-6.
@@ -108,7 +108,7 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
 
 def _variants(p: Parameters) -> Mapping[str, Mapping[int, Callable[[], Curve]]]:
     """Runs by series and number of elements."""
-    from buckler.mbs.statics.strip import pinned_strip  # loads the engine
+    from buckler.mbs.engine.pressed import pinned_strip  # loads the engine
     from buckler.studies.trust import plain
 
     section, length = p.section, PAPER.coupler

@@ -62,7 +62,7 @@ class Parameters(StudyParameters):
 
 def _static() -> Job:
     from buckler.elastica.rod import Rod
-    from buckler.mbs.statics.strip import pinned_strip
+    from buckler.mbs.engine.pressed import pinned_strip
     from buckler.studies.trust import plain
 
     section, length = Section(WIDTH, 3e-4), PAPER.coupler

@@ -29,9 +29,9 @@ from buckler.mbs import (
     Section,
     Strut,
 )
+from buckler.mbs.engine.pressed import pinned_strip
 from buckler.mbs.laws import CarvalhoMartins
 from buckler.mbs.library import PAPER, slider_crank
-from buckler.mbs.statics.strip import pinned_strip
 from buckler.studies.trust.extremes_case import DEFAULT, Case, Measures, Outcome, finer, simulated
 
 LENGTH, MASS, TURN = PAPER.coupler, 0.3, 0.56

@@ -34,6 +34,7 @@ from buckler.mbs import (
 )
 from buckler.mbs import slider_crank as slider
 from buckler.mbs.checks.suspicions import suspicions
+from buckler.mbs.elements.clearance import clearances
 from buckler.mbs.engine.settings import Exudyn
 from buckler.mbs.engine.solve import once
 from buckler.mbs.laws import AdamsFriction, CarvalhoMartins, Coulomb, FrictionLaw, Impact, NoFriction
@@ -82,13 +83,12 @@ def striking(coupler: Any) -> Variants:
     def made(law: Any = None, friction: GuideFriction | None = None) -> Variant:
         return replace(plain, mechanism=slider(coupler, law=law, mass=MASS, speed=SPEED, friction=friction))
 
-    flexible = not isinstance(coupler, Strut)
     return {
         BASE: plain,
         "stop": made(CarvalhoMartins(7.2e4, 0.8, exponent=1.0)),
         "friction": made(friction=GuideFriction(0.3)),
         "static friction": made(friction=GuideFriction(0.3, static=0.6)),
-        **_asked(plain, flexible),
+        **_asked(plain, not coupler.massless),
     }
 
 
@@ -105,7 +105,7 @@ def turning(rocker: Any, with_play: str) -> Variants:
 
     plain = made(NoFriction())
     frictions = {"friction": made(Coulomb(0.1, 0.1)), "static friction": made(AdamsFriction(0.3, 0.1))} if with_play else {}
-    return {BASE: plain, **frictions, **_asked(plain, not isinstance(rocker, Rigid))}
+    return {BASE: plain, **frictions, **_asked(plain, rocker.flexible)}
 
 
 def _asked(plain: Variant, flexible: bool) -> Variants:
@@ -219,7 +219,7 @@ def _after(variant: Variant, result: Result) -> dict[str, float]:
         "signals": _timed(lambda: collect(run.record))[0],
         "self-checks": _timed(lambda: list(suspicions(run, result)))[0],
     }
-    joints = [(name, joint) for name, joint in variant.mechanism.elements().items() if isinstance(joint, Clearance)]
+    joints = [(name, joint) for name, joint in variant.mechanism.elements().items() if joint in clearances(variant.mechanism)]
     contacts = _timed(lambda: [list(joint.signals(name, run.record)) for name, joint in joints])[0]
     return found | ({"contact signals": contacts} if joints else {})
 

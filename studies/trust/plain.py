@@ -285,34 +285,3 @@ def _stop_force(law: Any, face: float) -> Any:
         return -max(0.0, stiffness * depth * (1 - chi * speed / onset[0]))
 
     return force
-
-
-def default_settings(system: Any, duration: float, steps: int) -> tuple[Array, Array, str]:
-    """Run an assembled system with the engine's own default settings, in equal steps.
-
-    Returns
-    -------
-    time : array, shape (steps,)
-    q : array, shape (steps, coordinates)
-    message : str
-        What the engine said, if it failed.
-    """
-    settings = exu.SimulationSettings()
-    settings.timeIntegration.endTime, settings.timeIntegration.numberOfSteps = duration, steps
-    settings.timeIntegration.verboseMode, settings.solution.file.write = 0, False
-    time: list[float] = []
-    rows: list[Array] = []
-
-    def keep(_system: Any, t: float) -> bool:
-        time.append(t)
-        rows.append(system.systemData.GetODE2Coordinates())
-        return True
-
-    system.SetPostStepUserFunction(keep)
-    message = ""
-    try:
-        if not system.SolveDynamic(settings):
-            message = "no convergence"
-    except exu.ExudynError as error:
-        message = " ".join(str(error).split())[-200:]
-    return np.array(time), np.array(rows).reshape(len(time), -1), message

@@ -25,8 +25,7 @@ from buckler.mbs import (
 )
 from buckler.mbs.checks.mesh import MESH, STRUCK, mesh_error
 from buckler.mbs.checks.suspicions import suspicions
-from buckler.mbs.elements import journal as clearance
-from buckler.mbs.engine import callback as engine_call
+from buckler.mbs.engine import callback, clearance, kernel
 from buckler.mbs.engine.scene import build
 from buckler.mbs.engine.solve import once
 from buckler.mbs.laws import AdamsFriction, CarvalhoMartins, ExactRestitution, Hertz, Impact, KelvinVoigt, NoFriction
@@ -127,7 +126,7 @@ class Interpreted(Backwards):
 @pytest.mark.parametrize("law", [Backwards(1.01 * K), Interpreted(1.01 * K)], ids=["compiled", "plain"])
 def test_law_for_which_no_step_is_short_enough_ends_by_name(law, monkeypatch):
     """The engine would reject the same step for ever, past any time limit."""
-    for module in (clearance, engine_call):
+    for module in (kernel, callback):
         monkeypatch.setattr(module, "PATIENCE", 30_000)
     assert clearance.kernel(law, FRICTION).compiled == (type(law) is Backwards)
     result = simulate(rattling(law), 0.05, timeout=20)
@@ -267,7 +266,7 @@ def test_a_mesh_too_coarse_for_a_load(body):
 )
 def test_mesh_error_is_that_of_the_load_and_falls_as_it_does(make, order):
     """Against the exact load, at a third of the length's shortening; held in place, so that nothing else errs."""
-    from buckler.mbs.statics.strip import pinned_strip
+    from buckler.mbs.engine.pressed import pinned_strip
 
     found, right = [], []
     for n in (4, 8, 16):

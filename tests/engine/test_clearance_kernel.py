@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from buckler.mbs import Clearance, laws
-from buckler.mbs.elements.journal import BRISTLE, COLUMNS, MEMORY, ONSET, SINCE, SLIDING, End, kernel
-from buckler.mbs.engine.clearance import tables
+from buckler.mbs.elements.journal import BRISTLE, COLUMNS, MEMORY, ONSET, SINCE, SLIDING, End
+from buckler.mbs.engine.clearance import kernel, tables
 from buckler.mbs.laws import (
     AdamsFriction,
     Ambrosio,

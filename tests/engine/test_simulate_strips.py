@@ -9,7 +9,7 @@ from simulations import LENGTH, SIMPLE, STRIP, UNIT, G, fine, pressed, rates, si
 
 from buckler.elastica import pinned
 from buckler.mbs import STEEL, Beam, Cable, Controlled, Equal, Exudyn, Rigid, Section, Status, Strut, simulate
-from buckler.mbs.statics.strip import pinned_strip
+from buckler.mbs.engine.pressed import pinned_strip
 
 # --- beams ------------------------------------------------------------------------------------------------------------
 

@@ -10,8 +10,8 @@ from buckler.elastica import law, pinned
 from buckler.elastica.rod import Rod
 from buckler.mbs import Beam, Cable, Section
 from buckler.mbs.accuracy.precision import rate
+from buckler.mbs.engine.pressed import pinned_strip
 from buckler.mbs.library import PAPER, PAPER_STOP
-from buckler.mbs.statics.strip import pinned_strip
 from buckler.studies.kit import registry
 from buckler.studies.kit.cli import main
 from buckler.studies.strips import contact_force_table, elastica_law, static_precision
@@ -171,7 +171,7 @@ def test_other_thickness_and_stop_have_names_of_their_own_and_nothing_printed():
 
 
 def test_beam_that_fails_makes_the_table_suspect(monkeypatch):
-    monkeypatch.setattr("buckler.mbs.statics.strip.OFF_BRANCH", 1e-9)
+    monkeypatch.setattr("buckler.mbs.engine.pressed.OFF_BRANCH", 1e-9)
     result = contact_force_table.run(contact_force_table.Parameters(thicknesses="0.3mm", elements=8, angles=2))
     assert result.status == "SUSPECT"
     assert result.message.startswith("h = 0.3 mm: SUSPECT: ")

@@ -19,7 +19,7 @@ from buckler.mbs.engine.placed import States
 from buckler.mbs.engine.scene import SPARSE_FROM, build
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.result import Status
-from buckler.mbs.validate import positive
+from buckler.mbs.validate import one_of, positive
 
 Array = np.ndarray[Any, Any]
 OFF_BRANCH = 0.5
@@ -91,8 +91,7 @@ def pinned_strip(body: Beam | Cable, length: float, shortenings: Any, *, toleran
     ValueError
         If a shortening is out of range.
     """
-    if not isinstance(body, Beam | Cable):
-        raise ValueError(f"body: must be a Beam or a Cable, not a {type(body).__name__}")
+    one_of("body", body, (Beam, Cable))
     positive("length", length, "m")
     positive("tolerance", tolerance, "1")
     u = np.atleast_1d(np.asarray(shortenings, dtype=float))
@@ -138,7 +137,7 @@ def _exact_coordinates(scene: Any, body: Beam | Cable, u: Array) -> Array:
     columns, length = strip.columns(scene.system), scene.mechanism.length("strip")
     s = np.linspace(0.0, 1.0, len(strip.nodes))
     x, y, theta = pinned.shape(u[:, None], s)
-    rotation = [theta] if isinstance(body, Beam) else [np.cos(theta), np.sin(theta)]
+    rotation = [theta] if body.turns else [np.cos(theta), np.sin(theta)]
     total = np.stack([x * length, y * length, *rotation], axis=-1)
     guesses = np.zeros((len(u), scene.system.systemData.ODE2Size()))
     guesses[:, columns] = total - strip.reference

@@ -1,0 +1,1 @@
+"""What leaves the house: pictures, the report page, ParaView, tables, scripts. Heavy imports stand in functions."""

@@ -1,0 +1,47 @@
+"""What the checks of a run said, one row each, for pages and tables."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+QUESTIONS = {
+    "NOT_FINITE": "Are all signals finite?",
+    "TIME": "Does time increase?",
+    "ENERGY": "Does the energy balance close, and does no law make energy?",
+    "CONTACT": "Do contacts only push?",
+    "PENETRATION": "Are contacts stiff enough for this motion?",
+    "UNBUCKLED": "Did compressed strips buckle?",
+    "CROSSED": "Did massless strips stay in the range of their law?",
+    "BRANCH": "Does the linkage stay away from dead centres?",
+    "CLOSURE": "Do speeds and accelerations satisfy loop closure?",
+    "MESH": "Are there enough elements?",
+    "STEPS": "Does half the step size give the same?",
+    "ACCURACY": "Was the accuracy asked for reached?",
+}
+"""What each check asks, by the word its sentences begin with."""
+
+
+class Verdict(NamedTuple):
+    """One check: its name, what it asks, 'failed', 'no complaint' or 'not run', and what it said."""
+
+    name: str
+    question: str
+    verdict: str
+    said: str
+
+
+def verdicts(result: Any) -> list[Verdict]:
+    """All checks of a result, those that failed first."""
+    reasons: dict[str, list[str]] = {}
+    for reason in filter(None, result.message.split("; ")) if result.status == "SUSPECT" else ():
+        name, colon, said = reason.partition(": ")
+        name = name if colon and name.isupper() else "OTHER"
+        reasons.setdefault(name, []).append(said if name != "OTHER" else reason)
+    rows = []
+    finished = result.status in ("OK", "SUSPECT")
+    for name, question in ({name: "" for name in reasons} | QUESTIONS).items():
+        if name == "ACCURACY" and not result.asked > 0:
+            continue
+        verdict = "failed" if name in reasons else "no complaint" if finished else "not run"
+        rows.append(Verdict(name, question, verdict, "; ".join(reasons.get(name, []))))
+    return sorted(rows, key=lambda row: row.verdict != "failed")
