@@ -217,18 +217,15 @@ class Builder:
             self._law_rows[key] = len(self.laws) - 1
         return len(self.laws) - 1
 
-    def add_motion(self, drive: Any, name: str) -> int:
-        """Add a drive's motion: a constant speed, a ramp, or functions of time."""
-        speed = drive.speed
-        if isinstance(speed, int | float):
+    def add_motion(self, motion: Any, name: str) -> int:
+        """Add a drive's motion: a ramp of its speed, or functions of time."""
+        if all(hasattr(motion, each) for each in ("start", "end", "duration")):
             self.motions.append((k.RAMP, 0, 0))
-            self.ramps.append((float(speed), float(speed), 1.0))
-        elif all(hasattr(speed, each) for each in ("start", "end", "duration")):
-            self.motions.append((k.RAMP, 0, 0))
-            self.ramps.append((speed.start, speed.end, speed.duration))
-            self.kinks.append(speed.duration)
+            self.ramps.append((motion.start, motion.end, motion.duration))
+            if motion.start != motion.end:
+                self.kinks.append(motion.duration)
         else:
-            functions = [function_pointer(f, 1) for f in (speed.position, speed.speed)]
+            functions = [function_pointer(f, 1) for f in (motion.position, motion.speed)]
             if not all(p.compiled for p in functions):
                 self.told.append(f"the motion of {name} is not plain arithmetic: it is called back in Python")
             self.owners += functions

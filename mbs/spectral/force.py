@@ -8,15 +8,15 @@ import numpy as np
 
 from buckler.mbs.laws.compiled import function_pointer
 from buckler.mbs.spectral.builder import GROUND, Builder
-from buckler.mbs.spectral.reference import marker_of, marker_of_link, numbered
+from buckler.mbs.spectral.reference import marker_of, marker_of_link
 from buckler.mbs.spectral.tables import GIVEN, PUSH
 
 
-def add_force(builder: Builder, load: Any) -> None:
+def add_force(builder: Builder, name: str, load: Any) -> None:
     """Add a force, constant or given in time; its direction is fixed, or turns with a link."""
     a = marker_of(builder, load.point)
     b = marker_of_link(builder, load.follows or GROUND)
-    name, law, numbers = numbered(builder, f"force.{load.point}"), -1, [0.0, 0.0]
+    law, numbers = -1, [0.0, 0.0]
     if callable(load.force):
         parts = [function_pointer(_component(load.force, i), 1) for i in range(2)]
         law = builder.add_law(None, GIVEN, (), parts, f"the function of {name}")

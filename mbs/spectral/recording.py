@@ -17,7 +17,7 @@ from buckler.mbs.spectral.markers import place_markers
 from buckler.mbs.spectral.motion import Piece, SpectralStrip
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.strip_body import StripBody
-from buckler.mbs.spectral.tables import CONTACT, FASTEST, JOURNAL
+from buckler.mbs.spectral.tables import CONTACT, JOURNAL
 
 Array = np.ndarray[Any, Any]
 
@@ -121,12 +121,12 @@ def _block(mechanism: Any, point: str, trace: Trace) -> BlockMotion:
 
 
 def _channels(scene: Scene, out: Output, reports: Array) -> dict[str, dict[str, Array]]:
-    """What elements ask for: forces on second bodies, efforts of drives, of stops, memories of joints with clearance."""
+    """What elements ask for: reactions of constraints, forces of stops and loads, memories of joints with clearance."""
     channels: dict[str, dict[str, Array]] = {}
-    names = np.array(scene.row_names)
+    names, elements = np.array(scene.row_names), scene.mechanism.elements()
     for name in dict.fromkeys(scene.row_names):
-        lam = out.lam[:, names == name]
-        channels[name] = {"effort": -lam} if name.split(".")[0] == "drive" else {"force": lam}
+        found = elements[name].reactions(-out.lam[:, names == name]) if name in elements else None
+        channels[name] = dict(found or {})
     for i, name in enumerate(scene.force_names):
         kind = scene.tables.forces[i, 0]
         found = channels.setdefault(name, {})
@@ -136,5 +136,4 @@ def _channels(scene: Scene, out: Output, reports: Array) -> dict[str, dict[str, 
             found["force"] = np.abs(reports[:, i, :1])
         else:
             found["value"] = reports[:, i, :1]
-    assert FASTEST == 3
     return channels

@@ -31,11 +31,3 @@ def marker_of_link(builder: Builder, link: str) -> int:
     if link == GROUND:
         return builder.ground((0.0, 0.0))
     return builder.marker(link, builder.mechanism.link(link).start)
-
-
-def numbered(builder: Builder, name: str) -> str:
-    """The name, or name.2 and so on where forces of that name are there already."""
-    taken = {force.name for force in builder.forces}
-    if name not in taken:
-        return name
-    return next(f"{name}.{i}" for i in range(2, 10_000) if f"{name}.{i}" not in taken)

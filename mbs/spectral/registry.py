@@ -30,11 +30,12 @@ BODIES: dict[str, Callable[[Builder, Any], Body]] = {
     "Modal": add_modal,
     "Strut": add_strut,
 }
-ELEMENTS: dict[str, Callable[[Builder, Any], None]] = {
+ELEMENTS: dict[str, Callable[[Builder, str, Any], None]] = {
     "Revolute": add_revolute,
     "Clearance": add_clearance,
     "Weld": add_weld,
     "Slider": add_slider,
+    "Slot": add_slider,
     "Guide": add_guide,
     "Stop": add_stop,
     "Force": add_force,
@@ -45,9 +46,9 @@ ELEMENTS: dict[str, Callable[[Builder, Any], None]] = {
 }
 
 
-def add_element(builder: Builder, element: Any) -> None:
-    """Add a joint, guide, stop, load or drive."""
-    _of(ELEMENTS, element)(builder, element)
+def add_element(builder: Builder, name: str, element: Any) -> None:
+    """Add a joint, guide, stop, load or drive of this name."""
+    _of(ELEMENTS, element)(builder, name, element)
 
 
 def add_body(builder: Builder, link: Any) -> Body:

@@ -115,8 +115,8 @@ class Scene:
                 find_hosts(builder, body)
         for body in struts:
             join_strut(builder, body)
-        for element in elements_of(mechanism):
-            add_element(builder, element)
+        for name, element in elements_of(mechanism).items():
+            add_element(builder, name, element)
         tables = builder.pack()
         scene = cls(
             mechanism, builder.degree, builder, tables, np.array(builder.q, dtype=float),
@@ -234,7 +234,7 @@ class Scene:
     def summary(self) -> dict[str, int]:
         """What was built, part by part, and how many coordinates and constraints it has."""
         parts = Counter(type(link.body).__name__ for link in self.mechanism.links)
-        parts.update(type(element).__name__ for element in elements_of(self.mechanism))
+        parts.update(type(element).__name__ for element in elements_of(self.mechanism).values())
         if any(self.mechanism.gravity):
             parts["gravity"] += 1
         return {**parts, "coordinates": self.size, "constraints": len(self.tables.rows), "forces": len(self.tables.forces)}
@@ -256,20 +256,21 @@ class Scene:
         self.work = work_for(self.tables)
 
 
-def elements_of(mechanism: Any) -> list[Any]:
-    """Joints, guides, stops, loads and drives of a mechanism, in this order."""
-    drives = getattr(mechanism, "drives", None)
-    if drives is None:
-        drives = () if mechanism.drive is None else (mechanism.drive,)
-    return [*mechanism.joints, *mechanism.guides, *mechanism.stops, *getattr(mechanism, "loads", ()), *drives]
+def elements_of(mechanism: Any) -> dict[str, Any]:
+    """Joints, guides, stops, loads and drives of a mechanism by name; links and masses are bodies."""
+    bodies = {*map(id, mechanism.links), *map(id, mechanism.masses)}
+    return {name: element for name, element in mechanism.elements().items() if id(element) not in bodies}
 
 
 def _attach_masses(builder: Builder) -> None:
     """Give each link the masses it carries: guided blocks and point masses."""
-    mechanism = builder.mechanism
-    for guide in mechanism.guides:
-        if guide.mass:
-            builder.attached.setdefault(guide.link, []).append(Attached(guide.point, guide.mass))
-    for mass in getattr(mechanism, "masses", ()):
-        link = mass.link or next(link.name for link in mechanism.links if mass.point in link.points)
-        builder.attached.setdefault(link, []).append(Attached(mass.point, mass.mass, mass.inertia))
+    for element in elements_and_masses(builder.mechanism):
+        for link, point, mass, inertia in element.inertias(builder.mechanism):
+            if mass or inertia:
+                builder.attached.setdefault(link, []).append(Attached(point, mass, inertia))
+
+
+def elements_and_masses(mechanism: Any) -> list[Any]:
+    """All elements but links."""
+    links = set(map(id, mechanism.links))
+    return [element for element in mechanism.elements().values() if id(element) not in links]

@@ -7,21 +7,20 @@ from typing import Any
 
 from buckler.mbs.laws.compiled import function_pointer, method_pointer
 from buckler.mbs.spectral.builder import Builder
-from buckler.mbs.spectral.reference import marker_of, numbered, split
+from buckler.mbs.spectral.reference import marker_of, split
 from buckler.mbs.spectral.tables import DISTANCE, LAW, LINE_SPRING
 
 
-def add_spring(builder: Builder, load: Any) -> None:
+def add_spring(builder: Builder, name: str, load: Any) -> None:
     """Add a spring and damper between two points, linear or with a law."""
     places = [builder.mechanism.points[split(builder, p)[1]] for p in (load.a, load.b)]
     free = dist(*places) if load.free_length is None else load.free_length
     measure = builder.add_measure(DISTANCE, marker_of(builder, load.a), marker_of(builder, load.b))
-    add_line(builder, load, f"spring.{load.a}-{load.b}", measure, free)
+    add_line(builder, load, name, measure, free)
 
 
 def add_line(builder: Builder, load: Any, name: str, measure: int, free: float) -> None:
     """Add the force of a spring along a measure: -k (l - l0) - c l', or that of its law of (l - l0, l')."""
-    name = numbered(builder, name)
     if load.law is None:
         builder.add_force(name, LINE_SPRING, measure, numbers=(load.stiffness, load.damping, free))
         return

@@ -6,14 +6,13 @@ from typing import Any
 
 from buckler.mbs.laws.compiled import function_pointer
 from buckler.mbs.spectral.builder import GROUND, Builder
-from buckler.mbs.spectral.reference import marker_of_link, numbered
+from buckler.mbs.spectral.reference import marker_of_link
 from buckler.mbs.spectral.tables import ANGLE, GIVEN, LAW
 
 
-def add_torque(builder: Builder, load: Any) -> None:
+def add_torque(builder: Builder, name: str, load: Any) -> None:
     """Add a torque: constant, or a function of time, angle since t = 0 and speed."""
     measure = builder.add_measure(ANGLE, marker_of_link(builder, load.link), marker_of_link(builder, GROUND))
-    name = numbered(builder, f"torque.{load.link}")
     if not callable(load.torque):
         builder.add_force(name, GIVEN, measure, numbers=(float(load.torque),))
         return
