@@ -260,7 +260,7 @@ def run_explicit(s, w, x, clock, end, stops, controls, out, counts):
         h = min(wanted, controls[LONGEST])
         if t + 1.0001 * h >= target:
             h = target - t
-        _stages(s, w, x, t, h)
+        _stages(s, w, x, t, h * (1.0 - 1e-15) if h >= target - t else h)
         counts[ITERATIONS] += 6
         error = _error(x, h, tolerance)
         if counts[STEPS] + counts[REJECTED] > controls[BUDGET]:
@@ -286,7 +286,7 @@ def run_explicit(s, w, x, clock, end, stops, controls, out, counts):
         before, t = t, (target if h >= target - t else t + h)
         changed = _remember(s, w, x, controls[FLOOR], controls[GRAZE], counts)
         _put_back(s, w, x, t)
-        if x.lam.size > 0 or changed:
+        if x.lam.size > 0 or changed or t == target:
             x.y[:] = x.new
             rates_at(s, w, x, t, x.y, x.rates[0])
         else:

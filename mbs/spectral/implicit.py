@@ -465,7 +465,8 @@ def run_implicit(s, w, x, clock, end, stops, controls, out, counts):
             h = 0.5 * (target - t)
         if abs(h - made) > 1e-9 * h:
             fresh = True
-        failed = _newton(s, w, x, t + h, h, previous, radius, controls[CLOSE] * tolerance, fresh, counts) > 0
+        at = target * (1.0 - 4e-16) if h >= target - t else t + h  # just before a drive's kink
+        failed = _newton(s, w, x, at, h, previous, radius, controls[CLOSE] * tolerance, fresh, counts) > 0
         made, fresh = h, False
         if counts[STEPS] + counts[REJECTED] > controls[BUDGET]:
             counts[STATUS] = TOO_MANY
@@ -478,7 +479,7 @@ def run_implicit(s, w, x, clock, end, stops, controls, out, counts):
         _project(x)
         if s.forces.shape[0] > 0:
             place_markers(s, w, x.q1, x.v1)
-            add_forces(s, w, t + h, x.q1, x.lam1, x.memory, h, x.force, x.stiffness, x.damping, x.cross, False)
+            add_forces(s, w, at, x.q1, x.lam1, x.memory, h, x.force, x.stiffness, x.damping, x.cross, False)
         error = _error(s, w, x, h, tolerance, controls[CONTACT_TOLERANCE])
         part, which = _first_onset(s, w, x, h, landing)
         if which >= 0 and part < 1.0 and h * part > shortest and (error <= 1.0 or fixed):
