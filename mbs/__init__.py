@@ -28,6 +28,7 @@ from buckler.mbs.engine.settings import Controlled, Equal, Exudyn
 from buckler.mbs.library import crank_rocker, slider_crank
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.result import Result, Status
+from buckler.mbs.spectral.solver import Spectral
 
 if TYPE_CHECKING:
     from buckler.mbs.engine.scene import build
@@ -35,7 +36,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "STEEL", "Beam", "Cable", "Clearance", "Controlled", "Drive", "Equal", "Exudyn", "Guide", "GuideFriction", "Link",
-    "Material", "Mechanism", "Modal", "Motion", "Ramp", "Result", "Revolute", "Rigid", "Section", "Slider", "Slot", "Status",
+    "Material", "Mechanism", "Modal", "Motion", "Ramp", "Result", "Revolute", "Rigid", "Section", "Slider", "Spectral", "Slot", "Status",
     "Stop", "Strut", "Weld", "build", "crank_rocker", "simulate", "slider_crank",
 ]  # fmt: skip
 
