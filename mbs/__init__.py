@@ -36,7 +36,8 @@ if TYPE_CHECKING:
 
 __all__ = [
     "STEEL", "Beam", "Cable", "Clearance", "Controlled", "Drive", "Equal", "Exudyn", "Guide", "GuideFriction", "Link",
-    "Material", "Mechanism", "Modal", "Motion", "Ramp", "Result", "Revolute", "Rigid", "Section", "Slider", "Spectral", "Slot", "Status",
+    "Material", "Mechanism", "Modal", "Motion", "Ramp", "Result", "Revolute", "Rigid", "Section", "Slider", "Slot",
+    "Spectral", "Status",
     "Stop", "Strut", "Weld", "build", "crank_rocker", "simulate", "slider_crank",
 ]  # fmt: skip
 
