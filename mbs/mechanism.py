@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from math import hypot, inf
 from numbers import Real
+from pathlib import Path
 from typing import Any
 
 from buckler.mbs.elements import KINDS, Drive, Guide, Link
@@ -18,6 +19,8 @@ from buckler.mbs.elements.frozen import Frozen
 from buckler.mbs.validate import number, pair, sequence_of
 
 Pair = tuple[float, float]
+AGREE = 1e-9
+"""Distance, in lengths of the link, within which the place given of an inner point agrees with the link's."""
 
 
 @dataclass(frozen=True)
@@ -27,7 +30,7 @@ class Mechanism:
     Parameters
     ----------
     points : mapping of str to (float, float)
-        Named points at t = 0, m.
+        Named points at t = 0, m. Those that a link carries at a fraction of its length may be left out: their places follow.
     links : sequence of Link
     joints : sequence of Revolute or Clearance
     guides : sequence of Guide
@@ -42,7 +45,8 @@ class Mechanism:
     Raises
     ------
     ValueError
-        If a name is unknown or doubled, a link has no length, a joint's link does not reach its point, and so on.
+        If a name is unknown or doubled, a link has no length, a joint's link does not reach its point, a point that a link
+        carries at a fraction of its length lies elsewhere, and so on.
     """
 
     points: Mapping[str, Pair]
@@ -61,6 +65,7 @@ class Mechanism:
         for name, kinds in KINDS.items():
             object.__setattr__(self, name, sequence_of(name, getattr(self, name), kinds))
         object.__setattr__(self, "gravity", pair("gravity", self.gravity, "m/s^2"))
+        object.__setattr__(self, "points", Frozen(_with_inner(dict(self.points), self.links)))
         _check_names(self)
         object.__setattr__(self, "velocities", Frozen(_velocities(self)))
         for element in self.elements().values():
@@ -96,6 +101,50 @@ class Mechanism:
                 add(element.key, element)
         return found
 
+    def to_dict(self) -> dict[str, Any]:
+        """Return a description of plain dictionaries, lists, numbers and names; see `buckler.mbs.files`."""
+        from buckler.mbs.files.encode import document
+
+        return document(self)
+
+    @classmethod
+    def from_dict(cls, content: Mapping[str, Any]) -> Mechanism:
+        """Make the mechanism that `to_dict` or a file describes.
+
+        Raises
+        ------
+        ValueError
+            In one line that begins with the place, such as `links.coupler.body.section.thickness`.
+        """
+        from buckler.mbs.files.decode import mechanism
+
+        return mechanism(content)
+
+    def save(self, path: str | Path) -> Path:
+        """Write the mechanism to `name.toml` or `name.json`.
+
+        Raises
+        ------
+        ValueError
+            If the ending is another, or the mechanism holds what a file has no name for, such as a Python function.
+        """
+        from buckler.mbs.files.document import save
+
+        return save(self, path)
+
+    @classmethod
+    def load(cls, path: str | Path) -> Mechanism:
+        """Read the mechanism of a `.toml` or `.json` file.
+
+        Raises
+        ------
+        ValueError
+            In one line: the file, the place in it, what is wrong.
+        """
+        from buckler.mbs.files.document import load
+
+        return load(path)
+
     def plot(self, axes: Any = None, names: bool = True) -> Any:
         """Draw the mechanism at t = 0: links to scale, joints, guides, stops, springs, loads and drives by their symbols.
 
@@ -114,11 +163,55 @@ class Mechanism:
 
         return plot_mechanism(self, axes, names)
 
+    def write_exudyn_script(self, path: str | Path, duration: float, steps: int | None = None) -> Path:
+        """Write a plain script that runs this mechanism in Exudyn without Buckler and gives the same numbers.
+
+        The script writes the places of all points into a CSV file beside it. Its numbers are those of
+        `simulate(mechanism, duration, solver=Exudyn(Equal(steps)))`; where a drive alone decides the motion, that is answered
+        exactly, and the script differs from it by the integrator's error.
+
+        Parameters
+        ----------
+        path : str or Path
+        duration : float
+            s, positive.
+        steps : int, optional
+            Equal steps of the run; by default 400 a turn of the drive, 200 at least.
+
+        Raises
+        ------
+        ValueError
+            If an element needs functions or solids of Buckler: stops, clearances, struts, modal links, motions of any form,
+            springs with laws. It names them.
+        """
+        from buckler.mbs.engine.script import exudyn_script
+
+        path = Path(path)
+        text = exudyn_script(self, duration, steps, f"{path.stem}.csv")
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+        return path
+
     def _repr_html_(self) -> str:
         """Picture and parts, for notebooks."""
         from buckler.mbs.files.notebook import mechanism_html
 
         return mechanism_html(self)
+
+
+def _with_inner(points: dict[str, Pair], links: Sequence[Link]) -> dict[str, Pair]:
+    """Complete the points with those that links carry at a fraction of their length."""
+    for link in links:
+        if link.start not in points or link.end not in points:
+            continue  # the link's own check names it
+        start, end = points[link.start], points[link.end]
+        for point, (x, y) in link.inner(start, end).items():
+            off = hypot(points[point][0] - x, points[point][1] - y) if point in points else 0.0
+            if off > AGREE * hypot(end[0] - start[0], end[1] - start[1]):
+                right = f"link '{link.name}' carries it at ({x:.9g}, {y:.9g}) m; leave it out"
+                raise ValueError(f"points['{point}'] = {points[point]!r} m: {right}")
+            points[point] = (x, y)
+    return points
 
 
 def _velocities(mechanism: Mechanism) -> dict[str, Any]:
@@ -131,7 +224,7 @@ def _velocities(mechanism: Mechanism) -> dict[str, Any]:
         where = f"velocities['{name}']"
         if isinstance(value, Real):
             known("link", name, links, where)
-            found[name] = number(where, float(value), -inf, inf, "rad/s")
+            found[name] = number(where, value, -inf, inf, "rad/s")  # type: ignore[arg-type]
             continue
         if name in links:
             raise ValueError(f"{where} = {value!r}: a link's is its turning, one number, rad/s")

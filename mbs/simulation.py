@@ -142,8 +142,9 @@ def _versions() -> dict[str, str]:
 
 
 def _provenance(run: Run) -> dict[str, Any]:
-    """Versions, what was built, and the settings it ran with."""
-    return {**_versions(), "scene": dict(run.summary), "settings": _settings(run.solver)}
+    """Versions, what was built, the settings it ran with, and what is worth knowing of the mechanism."""
+    found = {**_versions(), "scene": dict(run.summary), "settings": _settings(run.solver)}
+    return found | ({"notes": list(run.notes)} if run.notes else {})
 
 
 def _settings(value: Any) -> dict[str, Any]:

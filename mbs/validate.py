@@ -7,6 +7,8 @@ from collections.abc import Iterable
 from numbers import Integral, Real
 from typing import Any
 
+from buckler.mbs.units import Measured
+
 
 def number(
     name: str, value: float, low: float, high: float, unit: str, *, open_low: bool = False, open_high: bool = False
@@ -18,14 +20,17 @@ def number(
     ValueError
         Names the parameter, its value, the allowed range and the unit.
     """
+    if isinstance(value, Measured) and not value.fits(unit):
+        raise ValueError(f"{name} = {value.given}: must be {'a plain number' if unit == '1' else f'in {unit}'}")
     checked = float(value) if isinstance(value, Real) and not isinstance(value, bool) else math.nan
     at_an_end = (open_low and checked == low) or (open_high and checked == high)
     if not (low <= checked <= high and math.isfinite(checked)) or at_an_end:
-        suffix = "" if unit == "1" else f" {unit}"
+        suffix = "" if unit in ("", "1") else f" {unit}"
+        shown = value.given if isinstance(value, Measured) else f"{value!r}{suffix}"
         if math.isinf(checked) and math.inf in (high, -low):
-            raise ValueError(f"{name} = {value!r}{suffix}: must be finite")
+            raise ValueError(f"{name} = {shown}: must be finite")
         left, right = "(" if open_low or low == -math.inf else "[", ")" if open_high or high == math.inf else "]"
-        raise ValueError(f"{name} = {value!r}{suffix}: must lie in {left}{low:g}, {high:g}{right}{suffix}")
+        raise ValueError(f"{name} = {shown}: must lie in {left}{low:g}, {high:g}{right}{suffix}")
     return checked
 
 
@@ -57,8 +62,10 @@ def pair(name: str, value: Any, unit: str) -> tuple[float, float]:
 def direction(name: str, value: Any) -> tuple[float, float]:
     """Return `value` as a unit vector; ValueError if it has no length."""
     x, y = pair(name, value, "1")
-    positive(f"{name} (length)", math.hypot(x, y), "1")
-    return x / math.hypot(x, y), y / math.hypot(x, y)
+    length = positive(f"{name} (length)", math.hypot(x, y), "1")
+    if abs(length - 1.0) < 1e-15:  # a unit vector stays what it is, to the last bit
+        return x, y
+    return x / length, y / length
 
 
 def one_of(name: str, value: Any, kinds: tuple[type, ...]) -> Any:

@@ -20,6 +20,8 @@ WITHOUT_ENGINE = [
     "buckler.mbs.kinematics.closure",
     "buckler.mbs.record.result",
     "buckler.mbs.library",
+    "buckler.mbs.files.document",
+    "buckler.mbs.files.schema",
     "buckler.mbs.accuracy.precision",
     "buckler.mbs.modal",
     "buckler.elastica",

@@ -6,11 +6,18 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from buckler.mbs.elements.element import Array
 from buckler.mbs.record.record import Record
 from buckler.mbs.record.result import Result
 
 BUCKLED_FROM = 5e-3
 """Relative end shortening beyond which a strip must be seen to be buckled."""
+GROWTH = 14.0
+"""Exponent by which a disturbance of a strip pressed beyond its critical load must have grown: a millionth becomes one."""
+UNBENT = 1e-3
+"""Deflection, relative to the length, up to which the strip is still straight then."""
+HELD = {0: 1.0, 1: 2.0457, 2: 4.0}
+"""Critical load over Euler's by the number of clamped ends (S. Timoshenko, J. Gere, Theory of Elastic Stability, section 2.4)."""
 ENDS_MET = 0.02
 """Distance of a strut's ends, relative to its length, at which they have met."""
 
@@ -18,6 +25,7 @@ ENDS_MET = 0.02
 def branches(record: Record, result: Result) -> Iterator[str]:
     """Yield what is wrong with the branch a run is on, in words."""
     yield from _straight_strips(record, result)
+    yield from _overloaded_strips(record, result)
     yield from _crossed_struts(record, result)
 
 
@@ -31,6 +39,38 @@ def _straight_strips(record: Record, result: Result) -> Iterator[str]:
             if unbuckled.any():
                 k = int(np.argmax(unbuckled))
                 yield f"UNBUCKLED: at t = {result.time[k]:.4g} s '{link.name}' is {shortening[k]:.2g} of its length short, unbent"
+
+
+def _overloaded_strips(record: Record, result: Result) -> Iterator[str]:
+    """A strip pressed beyond its critical load cannot stay straight for long: the least disturbance grows.
+
+    With P beyond P_cr a deflection grows at the rate w1 sqrt(P/P_cr - 1), w1 the first bending frequency; P is the mean over a
+    quarter of its period, which leaves axial vibration out.
+    """
+    for link in record.mechanism.links:
+        if not link.body.meshed or len(result.time) < 3:
+            continue
+        section, length = link.body.section, record.links[link.name].length
+        welds = [joint for joint in record.mechanism.joints if joint.keeps_angle and link.name in (joint.first, joint.second)]
+        clamped = len({joint.point for joint in welds} & {link.start, link.end})
+        frequency = section.first_frequency(length) * HELD[clamped] ** 0.5
+        pressed = -result.signals[f"{link.name}.axial_force"] / (section.euler_load(length) * HELD[clamped])
+        rate = frequency * np.sqrt(np.maximum(_mean(result.time, pressed, np.pi / (2 * frequency)) - 1, 0.0))
+        grown = np.concatenate([[0.0], np.cumsum(np.diff(result.time) * (rate[1:] + rate[:-1]) / 2)])
+        grown -= np.maximum.accumulate(np.where(rate > 0, 0.0, grown))  # since the present overload began
+        deflection = np.abs(result.signals[f"{link.name}.deflection"])
+        straight = (grown > GROWTH) & (deflection < UNBENT * length)
+        if straight.any():
+            k = int(np.argmax(straight))
+            beyond = f"{pressed[k]:.3g} times its critical load"
+            yield f"UNBUCKLED: at t = {result.time[k]:.4g} s '{link.name}' carries {beyond}, straight; give it an imperfection"
+
+
+def _mean(time: Array, values: Array, span: float) -> Array:
+    """Mean over the last `span` seconds, or since the start."""
+    total = np.concatenate([[0.0], np.cumsum(np.diff(time) * (values[1:] + values[:-1]) / 2)])
+    since = np.maximum(time - span, time[0])
+    return np.where(time > since, (total - np.interp(since, time, total)) / np.maximum(time - since, 1e-300), values)
 
 
 def _crossed_struts(record: Record, result: Result) -> Iterator[str]:

@@ -9,6 +9,7 @@ from typing import Any
 
 from buckler.mbs.elements.element import GROUND, Array, Element, Energy, Place, Recorded, Signal, known, since_start
 from buckler.mbs.elements.rows import Along, Row, Turn
+from buckler.mbs.functions import Expression, Table
 from buckler.mbs.validate import function, number, one_of, positive
 
 
@@ -113,13 +114,16 @@ class Drive(Element):
     ----------
     target : str
         Name of a rigid link (rotation, rad/s) or of a guided point (translation, m/s).
-    speed : float, Ramp or Motion
+    speed : float, Ramp, Motion, Expression or Table
+        rad/s or m/s; a formula or table of the speed in time is kept as the Motion it makes.
     """
 
     target: str
-    speed: float | Ramp | Motion
+    speed: float | Ramp | Motion | Expression | Table
 
     def __post_init__(self) -> None:
+        if isinstance(self.speed, Expression | Table):
+            object.__setattr__(self, "speed", Motion(self.speed.integral(), self.speed))
         if not isinstance(self.speed, int | float) or isinstance(self.speed, bool):
             one_of(f"speed of the drive of '{self.target}'", self.speed, (float, Ramp, Motion))
         else:
@@ -156,7 +160,7 @@ class Drive(Element):
         """The drive as an object with position(t) and speed(t)."""
         if isinstance(self.speed, Ramp | Motion):
             return self.speed
-        speed = float(self.speed)
+        speed = float(self.speed)  # type: ignore[arg-type]  # formulas and tables are a Motion by now
         return Ramp(speed, speed, 1.0)
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:

@@ -114,15 +114,10 @@ class Guide(Element):
         return {}
 
     def pushes(self, name: str, record: Recorded) -> Iterator[tuple[str, Array, Array]]:
-        """Yield inertia, weight and friction of the block, which the link's point carries."""
-        block = record.blocks[self.point]
-        drag = 0.0 if self.friction is None else self.friction.force(block.speed)
-        along = np.outer(-self.mass * block.acceleration - drag, self.along)
-        yield f"{self.link}:{self.point}", along + self.mass * np.array(record.mechanism.gravity), np.zeros(len(along))
-
-    def inertias(self, mechanism: Any) -> Iterator[tuple[str, str, float, float]]:
-        """Yield the block's mass."""
-        yield self.link, self.point, self.mass, 0.0
+        """Yield its friction."""
+        if self.friction is not None:
+            drag = self.friction.force(record.blocks[self.point].speed)
+            yield f"{self.link}:{self.point}", np.outer(-drag, self.along), np.zeros_like(drag)
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
         """Yield the block's kinetic energy and weight, and what friction took."""

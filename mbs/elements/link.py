@@ -72,6 +72,16 @@ class Link(Element):
         """All points on the link: start, end, carried."""
         return (self.start, self.end, *self.carries)
 
+    def inner(self, start: tuple[float, float], end: tuple[float, float]) -> dict[str, tuple[float, float]]:
+        """Places, m, of the points carried at a fraction of the length, for places of its ends."""
+        fractions = {point: part for point, part in self.carries.items() if part is not None}  # type: ignore[union-attr]
+        chord = hypot(end[0] - start[0], end[1] - start[1])
+        if not fractions or chord == 0:
+            return {}
+        ax, ay = (end[0] - start[0]) / chord, (end[1] - start[1]) / chord
+        local = {point: self.body.along(chord, part) for point, part in fractions.items()}
+        return {point: (start[0] + ax * x - ay * y, start[1] + ay * x + ax * y) for point, (x, y) in local.items()}
+
     def mass(self, length: float) -> float:
         """Mass of the link, kg, for a distance of its ends, m; a strut's is that of its strip, which its model leaves out."""
         return self.body.inertia(length)[0]

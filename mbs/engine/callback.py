@@ -54,7 +54,9 @@ _function = pythonapi.PyCFunction_NewEx
 _function.restype, _function.argtypes = ctypes.py_object, (POINTER(_Method), ctypes.py_object, c_void_p)
 
 
-def engine_call(forces: Any, normal: Any, friction: Any, bend: Any) -> Callable[[Array, Array, Array, int], Callable[..., Any]]:
+def engine_call(
+    forces: Any, normal: Any, friction: Any, bend: Any
+) -> Callable[[Array, Array, Array, int, Array], Callable[..., Any]]:
     """Compile the compiled `forces` of the clearance kernel with its laws into a maker of user functions; see `Kernel`."""
 
     @cfunc(types.voidptr(types.voidptr, types.voidptr))
@@ -75,6 +77,7 @@ def engine_call(forces: Any, normal: Any, friction: Any, bend: Any) -> Callable[
         latest[1] = 0.0 if t > latest[0] else latest[1] + 1.0
         latest[0] = max(t, latest[0])
         if latest[1] > PATIENCE:
+            latest[1] = np.inf
             null = tuple_item(given, NOWHERE)
             set_error(tuple_item(own, 9), tuple_item(own, 10))
             return null
@@ -88,8 +91,8 @@ def engine_call(forces: Any, normal: Any, friction: Any, bend: Any) -> Callable[
 
     method = _Method(b"forces", call.address, METH_VARARGS, None)
 
-    def user_function(memory: Array, places: Array, numbers: Array, size: int) -> Callable[..., Any]:
-        arrays = memory, places, numbers, np.zeros(size), np.zeros(size), np.zeros(size), np.zeros(2)
+    def user_function(memory: Array, places: Array, numbers: Array, size: int, latest: Array) -> Callable[..., Any]:
+        arrays = memory, places, numbers, np.zeros(size), np.zeros(size), np.zeros(size), latest
         # all that the machine code needs must live as long as the function: its own tuple holds it
         error = NoStepError, STUCK
         own = (len(memory), size, *(array.ctypes.data for array in arrays), *error, arrays, method, call)

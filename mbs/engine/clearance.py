@@ -12,6 +12,7 @@ from buckler.mbs.elements.element import GROUND, Array
 from buckler.mbs.elements.journal import BRISTLE, COLUMNS, MEMORY, ONSET, SINCE, SLIDING, End
 from buckler.mbs.engine.kernel import Kernel, has_bristle, plain
 from buckler.mbs.engine.stop import SLOWEST_ONSET
+from buckler.mbs.engine.watched import watched
 
 DEPTH, RATE, SPEED, BENT = (COLUMNS.index(name) for name in ("depth", "rate", "sliding", "bristle"))
 
@@ -38,6 +39,8 @@ class ClearanceGroup:
         Places of the element's coordinates in the engine's vector, once assembled.
     memory : array, shape (joints, 4)
         What `clearance.MEMORY` names, of the last accepted step.
+    latest : array, shape (2,)
+        Latest time the element was asked for, s, and calls since then; infinite once it was asked too often.
     remembers : bool
         True if a law asks for anything of that.
     """
@@ -49,6 +52,7 @@ class ClearanceGroup:
         self.places, self.numbers = tables(joints, ends)
         self.memory = np.zeros((len(joints), len(MEMORY)))
         self.memory[:, ONSET] = SLOWEST_ONSET
+        self.latest = np.zeros(2)
         self.columns = np.empty((0, 3), dtype=int)
         self.remembers = has_bristle(friction) or law.force(1e-6, 0.1, 1.0) != law.force(1e-6, 0.1, 2.0)
         self._report = np.zeros((len(joints), len(COLUMNS)))
@@ -108,7 +112,7 @@ def connect(scene: Any, joints: dict[str, Clearance]) -> None:
         group = ClearanceGroup(names, chosen, ends, nodes)
         g = len(scene.clearances)
         scene.clearances.append(group)
-        add_clearances(scene.system, group)
+        add_clearances(scene, group)
         for k, name in enumerate(names):
             scene.reads(name, "memory", lambda run, _record, g=g, k=k: run.memory[g][:, k])
 
@@ -136,15 +140,18 @@ def tables(joints: list[Clearance], ends: list[tuple[End, End]]) -> tuple[Array,
     return places, np.array(numbers, dtype=float).reshape(-1, 10)
 
 
-def add_clearances(system: Any, group: ClearanceGroup) -> int:
+def add_clearances(scene: Any, group: ClearanceGroup) -> int:
     """Add joints with play as one user element over their bodies' nodes."""
     size = 3 * len(group.nodes)
+    forces = group.kernel.callback(group.memory, group.places, group.numbers, size, group.latest)
+    if not group.kernel.compiled:
+        forces = watched(scene, f"a law of the clearance at '{group.joints[0].point}'", forces)
     return int(
-        system.AddObject(
+        scene.system.AddObject(
             eii.ObjectGenericODE2(
                 nodeNumbers=group.nodes,
                 massMatrix=np.zeros((size, size)),
-                forceUserFunction=group.kernel.callback(group.memory, group.places, group.numbers, size),
+                forceUserFunction=forces,
             )
         )
     )

@@ -8,6 +8,10 @@ import exudyn.itemInterface as eii
 
 from buckler.mbs.elements.clearance import moment_on
 from buckler.mbs.elements.drive import Drive
+from buckler.mbs.elements.element import Array
+from buckler.mbs.elements.load import moment_of_loads
+from buckler.mbs.engine.watched import watched
+from buckler.mbs.record.record import Record
 
 FLYWHEEL = 1e12
 """Moment of inertia, kg m^2, of a link turned at constant speed in a scene without constraints."""
@@ -18,24 +22,31 @@ def connect(scene: Any, drives: dict[str, Drive]) -> None:
     for name, drive in drives.items():
         if scene.loose:  # an explicit integrator takes no constraint: constant speed is a flywheel no contact can brake
             scene.system.SetObjectParameter(scene.placed[drive.target].objects[0], "inertia", FLYWHEEL)
-            scene.reads(name, "effort", lambda _run, record, drive=drive: -moment_on(record, drive.target)[:, None])
+            scene.reads(name, "effort", lambda _run, record, drive=drive: _effort(record, drive)[:, None])
         else:
             coordinate = scene.coordinate(drive.target, 2 if drive.target not in scene.mechanism.points else 0)
-            scene.constraints[name] = add_drive(scene.system, drive, coordinate, scene.ground)
+            scene.constraints[name] = add_drive(scene.system, drive, coordinate, scene.ground, scene)
             scene.reads(name, "effort", scene.multiplier(name))
         scene.parts["Drive"] += 1
 
 
-def add_drive(system: Any, drive: Drive, coordinate: int, ground: int) -> int:
-    """Prescribe a coordinate: its velocity where the speed is constant (no callbacks), else its position and velocity."""
+def _effort(record: Record, drive: Drive) -> Array:
+    """Torque that keeps a flywheel's speed against contacts and loads, N m, (times,)."""
+    return -moment_on(record, drive.target) - moment_of_loads(record, drive.target)
+
+
+def add_drive(system: Any, drive: Drive, coordinate: int, ground: int, scene: Any = None) -> int:
+    """Prescribe a coordinate: its velocity where the speed is constant (no callbacks), else its position and velocity.
+
+    A scene, if there is one, is told what the motion raises.
+    """
     markers = [ground, coordinate]
     if isinstance(drive.speed, int | float):
         item = eii.CoordinateConstraint(markerNumbers=markers, velocityLevel=True, offset=float(drive.speed))
     else:
-        motion = drive.motion
-        item = eii.CoordinateConstraint(
-            markerNumbers=markers,
-            offsetUserFunction=lambda _system, t, _item, _offset: motion.position(t),
-            offsetUserFunction_t=lambda _system, t, _item, _offset: motion.speed(t),
-        )
+        motion, who = drive.motion, f"the motion of the drive of '{drive.target}'"
+        asked = [
+            watched(scene, who, lambda _system, t, _item, _offset, ask=ask: ask(t)) for ask in (motion.position, motion.speed)
+        ]
+        item = eii.CoordinateConstraint(markerNumbers=markers, offsetUserFunction=asked[0], offsetUserFunction_t=asked[1])
     return int(system.AddObject(item))

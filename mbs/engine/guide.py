@@ -26,6 +26,11 @@ class PlacedBlock(Placed):
         travel = (values[:, column] for values in states)
         return BlockMotion(self.body.mass, self.origin, self.body.along, *travel)
 
+    def attach(self, scene: Any, _point: str, mass: float, _inertia: float) -> bool:
+        """Add to the mass of its coordinate."""
+        scene.system.AddObject(eii.ObjectGenericODE2(nodeNumbers=[self.nodes[0]], massMatrix=np.array([[mass]])))
+        return True
+
     def weights(self, system: Any) -> Array:
         """1."""
         return np.ones((1, 1))

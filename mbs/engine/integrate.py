@@ -6,12 +6,14 @@ from typing import Any
 
 import exudyn as exu
 import exudyn.itemInterface as eii
+import numpy as np
 
 from buckler.mbs.engine.choice import position_error
 from buckler.mbs.engine.recording import Recorder
 from buckler.mbs.engine.scene import SPARSE_FROM, Scene
 from buckler.mbs.engine.settings import Exudyn
 from buckler.mbs.engine.stepping import StepControl
+from buckler.mbs.engine.watched import interruptible
 from buckler.mbs.record.result import Status
 
 EXPLICIT_SHARE = 10.0
@@ -30,13 +32,23 @@ def run_engine(scene: Scene, control: Recorder, engine: Any, settings: Any) -> t
         scene.system.SetPostStepUserFunction(control.after_step)
     if isinstance(control, StepControl) and not settings.timeIntegration.newton.modifiedNewtonJacUpdatePerStep:
         scene.system.SetPreStepUserFunction(control.before_step)
-    try:
-        finished = engine.SolveSystem(scene.system, settings)
-    except exu.ExudynError as error:
-        return control.failure or _named(control, error)
-    if control.failure is not None:
-        return control.failure
-    return None if finished else _diverged(control, "the smallest step did not help")
+    complaint: Exception | None = None
+    finished = False
+    with interruptible(control):
+        try:
+            finished = engine.SolveSystem(scene.system, settings)
+        except exu.ExudynError as error:
+            complaint = error
+    if control.raised is not None:
+        raise control.raised
+    if any(np.isinf(group.latest[1]) for group in scene.clearances):
+        return _diverged(control, "a step is rejected again and again, however short: look at the contact law")
+    told = control.failure or scene.stopped
+    if told is not None or finished:
+        return told
+    if complaint is None or isinstance(complaint, exu.SolverError):
+        return _diverged(control, "the smallest step did not help")
+    return Status.ENGINE_ERROR, f"after t = {_reached(control):.6g} s: {' '.join(str(complaint).split())[-200:]}"
 
 
 def _record_seldom(scene: Scene, control: Recorder) -> None:
@@ -50,19 +62,6 @@ def _record_seldom(scene: Scene, control: Recorder) -> None:
     item = eii.SensorUserFunction(sensorNumbers=[], factors=[], sensorUserFunction=record, storeInternal=False, writeToFile=False)
     scene.system.AddSensor(item)
     scene.system.Assemble()
-
-
-def _named(control: Recorder, error: Exception) -> tuple[Status, str]:
-    """Name the engine's exception: a law out of its range, no convergence, or something else."""
-    text = " ".join(str(error).split())
-    if "outside the range" in text or "must lie in" in text:
-        reason = next((line.strip() for line in str(error).splitlines() if "must lie in" in line or "range" in line), text)
-        return Status.STRUT_OUT_OF_RANGE, f"after t = {_reached(control):.6g} s: {reason}"
-    if "NoStepError" in text:
-        return _diverged(control, "a step is rejected again and again, however short: look at the contact law")
-    if isinstance(error, exu.SolverError):
-        return _diverged(control, text[-200:])
-    return Status.ENGINE_ERROR, f"after t = {_reached(control):.6g} s: {text[-200:]}"
 
 
 def _diverged(control: Recorder, reason: str) -> tuple[Status, str]:
@@ -114,7 +113,10 @@ def implicit_settings(scene: Scene, solver: Exudyn, duration: float) -> Any:
     integration.newton.absoluteTolerance = solver.newton_absolute or _reachable_residual(scene)
     # the only connectors with a say in it are StepControl's callback; no native contact element is built
     integration.discontinuous.useRecommendedStepSize = True
-    if scene.system.systemData.ODE2Size() >= SPARSE_FROM:
+    if scene.redundant:
+        settings.linearSolver.solverType = exu.LinearSolverType.EigenDense
+        settings.linearSolver.ignoreSingularJacobian = True  # full pivoting finds one of the many splits of the forces
+    elif scene.system.systemData.ODE2Size() >= SPARSE_FROM:
         settings.linearSolver.solverType = exu.LinearSolverType.EigenSparse
     return settings
 

@@ -38,7 +38,7 @@ class Kernel:
 
     forces: Callable[..., None]
     report: Callable[..., None]
-    callback: Callable[[Array, Array, Array, int], Callable[..., Any]]
+    callback: Callable[[Array, Array, Array, int, Array], Callable[..., Any]]
     compiled: bool
 
 
@@ -55,14 +55,13 @@ def plain(law: Any, friction: Any) -> Kernel:
         laws = law.force, lambda speed, _bristle: friction.coefficient(speed), lambda _bristle, _speed, _time: 0.0
     forces = partial(journal.forces, *laws)
 
-    def callback(memory: Array, places: Array, numbers: Array, size: int) -> Callable[..., Any]:
+    def callback(memory: Array, places: Array, numbers: Array, size: int, latest: Array) -> Callable[..., Any]:
         out = np.zeros(size)
-        latest, calls = 0.0, 0
 
         def generalised(_system: Any, t: float, _item: int, q: Any, q_t: Any) -> Any:
-            nonlocal latest, calls
-            latest, calls = (t, 0) if t > latest else (latest, calls + 1)
-            if calls > PATIENCE // SLOWER:
+            latest[:] = (t, 0.0) if t > latest[0] else (latest[0], latest[1] + 1.0)
+            if latest[1] > PATIENCE // SLOWER:
+                latest[1] = np.inf
                 raise NoStepError(STUCK)
             forces(t, np.array(q), np.array(q_t), memory, places, numbers, out)
             return out

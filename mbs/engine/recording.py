@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from math import isfinite
+from math import isfinite, nan
 from time import perf_counter
 from typing import Any
 
@@ -16,6 +16,7 @@ from buckler.mbs.engine.placed import States
 from buckler.mbs.engine.scene import History, Scene
 from buckler.mbs.engine.settings import Exudyn
 from buckler.mbs.engine.stop import StopContact
+from buckler.mbs.engine.watched import failed
 from buckler.mbs.record.result import Status
 
 Array = np.ndarray[Any, Any]
@@ -74,10 +75,20 @@ class Recorder:
         self.deadline = perf_counter() + timeout if timeout else None
         self.progress: Callable[[float], None] | None = progress
         self.failure: tuple[Status, str] | None = None
+        self.raised: BaseException | None = None
         self.rejected = 0
 
     def after_step(self, _system: Any, t: float) -> bool:
-        """Engine callback; False ends the run. A rigid mechanism's step is short: what is not there is not asked for."""
+        """Engine callback; False ends the run. What is raised here is raised again when the engine has let go."""
+        try:
+            self._accept(t)
+            return self.raised is None and self._may_go_on(t)
+        except BaseException as error:
+            self.raised = error
+            return False
+
+    def _accept(self, t: float) -> None:
+        """Record a step. A rigid mechanism's step is short: what is not there is not asked for."""
         data, record = self.data, self.record
         q, q_t = data.GetODE2Coordinates(), data.GetODE2Coordinates_t()
         record.time.append(t)
@@ -87,19 +98,27 @@ class Recorder:
         if self.constrained:
             record.multipliers.append(data.GetAECoordinates())
         if self.stops:
-            record.contact.append([stop.accept(q, q_t) for stop in self.stops])
+            record.contact.append([self._contact(stop, q, q_t, t) for stop in self.stops])
         if self.groups:
             record.memory.append([group.accept(q, q_t, t) for group in self.groups])
         if self.progress is not None:
             self.progress(t / self.duration)
         self.next_step(q, q_t)
-        return self._may_go_on(t)
+
+    def _contact(self, stop: StopState, q: Array, q_t: Array, t: float) -> float:
+        try:
+            return stop.accept(q, q_t)
+        except Exception as error:
+            self.failure = failed(t, f"the law of the stop of '{stop.contact.stop.point}'", error)
+            return nan
 
     def next_step(self, q: Array, q_t: Array) -> None:
         """Choose the next step; the engine's own choice stands here."""
 
     def _may_go_on(self, t: float) -> bool:
         count = len(self.record.time)
+        if self.failure is not None:
+            return False
         if count > self.solver.steps.max_steps:
             self.failure = (Status.TOO_MANY_STEPS, f"more than max_steps = {self.solver.steps.max_steps} steps by t = {t:.6g} s")
         elif self.deadline and count % CHECK_EVERY == 0 and perf_counter() > self.deadline:

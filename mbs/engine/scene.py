@@ -14,17 +14,20 @@ os.environ.setdefault("EXUDYN_NO_USER_SETTINGS", "1")
 import exudyn as exu
 import exudyn.itemInterface as eii
 
-from buckler.mbs.elements.element import GROUND, Array
+from buckler.mbs.elements.element import GROUND, Array, Burden
 from buckler.mbs.engine import guide as guides
 from buckler.mbs.engine.choice import is_loose
 from buckler.mbs.engine.clearance import ClearanceGroup
+from buckler.mbs.engine.mass import attach
 from buckler.mbs.engine.placed import Placed, States
 from buckler.mbs.engine.registry import BODIES, CONNECTORS
 from buckler.mbs.engine.stop import StopContact
 from buckler.mbs.engine.strut import StrutSpring
+from buckler.mbs.kinematics.diagnosis import redundancies
 from buckler.mbs.kinematics.start import Start, start
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.record import Record
+from buckler.mbs.record.result import Status
 
 exu.config.printToConsole = False
 
@@ -72,8 +75,14 @@ class Scene:
         Joints with clearance, grouped by their laws.
     constraints : dict of str to int
         Engine object numbers by element.
+    burdens : list of Burden
+        Masses and rotors that elements add to the bodies.
     start : Start
         Velocities at t = 0.
+    redundant : list of str
+        Elements that say what others say already.
+    stopped : (Status, str) or None
+        Why a user's function could not give a value, once it could not.
     """
 
     mechanism: Mechanism
@@ -86,11 +95,14 @@ class Scene:
     clearances: list[ClearanceGroup] = field(default_factory=list)
     constraints: dict[str, int] = field(default_factory=dict)
     start: Start | None = None
+    redundant: list[str] = field(default_factory=list)
+    stopped: tuple[Status, str] | None = None
     parts: Counter[str] = field(default_factory=Counter)
     readers: list[tuple[str, str, Callable[[History, Record], Array]]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.strut_links = {link.name for link in self.mechanism.links if link.body.massless}
+        self.burdens: list[Burden] = [b for each in self.mechanism.elements().values() for b in each.burdens(self.mechanism)]
 
     def summary(self) -> dict[str, int]:
         """What was built, part by part, and how many coordinates, constraints and engine items it has."""
@@ -131,6 +143,11 @@ class Scene:
             return self.ground
         node, _ = self.placed[body].contact_node(self, point)
         return int(self.system.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node, coordinate=2)))
+
+    def angle(self, body: str, point: str) -> float:
+        """Angle turned since t = 0 by a body at a point, rad, in the state the engine asks for."""
+        q = self.system.systemData.GetODE2Coordinates()[None]
+        return float(self.placed[body].motion(self.system, States(q, q, q)).turn(point)[0][0])
 
     def constrain(self, name: str, first: int, second: int) -> None:
         """Pin two position markers to each other."""
@@ -175,6 +192,7 @@ def build(mechanism: Mechanism) -> Scene:
     container = exu.SystemContainer()
     scene = Scene(mechanism, container.AddSystem(), container)
     scene.start = begun = start(mechanism)
+    scene.redundant = redundancies(mechanism)
     for link in mechanism.links:
         placed = BODIES[type(link.body)](scene, link, begun.rates[begun.closure.index[link.name]])
         if placed is not None:
@@ -184,6 +202,8 @@ def build(mechanism: Mechanism) -> Scene:
         velocity = begun.velocity(guide.link, guide.point)
         scene.placed[guide.point] = guides.place(scene, guide, float(velocity @ guide.along))
         scene.parts["Guide"] += 1
+    for burden in scene.burdens:
+        attach(scene, burden)
     node = scene.system.AddNode(eii.NodePointGround())
     scene.ground = scene.system.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node, coordinate=0))
     for kind, connect in CONNECTORS.items():

@@ -4,34 +4,34 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import partial
-from math import ceil, pi
 from time import perf_counter
 from typing import Any
 
 import exudyn as exu
 
+from buckler.mbs.engine.exact import run_exactly, sample_times
 from buckler.mbs.engine.integrate import explicit_settings, implicit_settings, run_engine
 from buckler.mbs.engine.recording import Recorder
 from buckler.mbs.engine.scene import Scene, build
 from buckler.mbs.engine.settings import Equal, Exudyn
 from buckler.mbs.engine.stepping import implicit_control
 from buckler.mbs.engine.window import half_steps
-from buckler.mbs.kinematics.closure import determined, turning_speed
+from buckler.mbs.kinematics.closure import determined
+from buckler.mbs.kinematics.determined import answered
+from buckler.mbs.kinematics.diagnosis import stuck
 from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.record.result import Status
 from buckler.mbs.record.run import Run
-
-TURN = 400
-"""Equal steps of a turn of the drive where constraints alone decide the motion: steps that change
-their size make the accelerations ring there, and gain nothing."""
 
 
 def once(mechanism: Mechanism, duration: float, solver: Exudyn, timeout: float | None, progress: Any) -> Run:
     """Build the scene and let the engine run."""
+    if answered(mechanism):
+        return run_exactly(mechanism, duration, solver, timeout, progress)
     scene = build(mechanism)
     steps = solver.steps
     if steps.adaptive and steps.tolerance is None and determined(mechanism):
-        turns = turning_speed(mechanism, duration) * duration / (2 * pi)
-        count = ceil(max(duration / steps.longest(duration), TURN * turns))
+        count = len(sample_times(mechanism, duration, solver)) - 1
         solver = replace(solver, steps=Equal(count)) if count <= steps.max_steps else solver
     start = perf_counter()
     control, engine, failure = (_run_explicit if scene.loose else _run_implicit)(scene, solver, duration, timeout, progress)
@@ -45,7 +45,11 @@ def once(mechanism: Mechanism, duration: float, solver: Exudyn, timeout: float |
         "rejected": float(control.rejected),
     }
     again = partial(half_steps, mechanism, history, solver)
-    return Run(solver, scene.record(history), failure, work, scene.summary(), again)
+    record = scene.record(history)
+    if failure is not None and failure[0] is Status.NEWTON_DIVERGED:
+        failure = stuck(record) or failure
+    notes = [f"redundant, and left out: {', '.join(map(repr, scene.redundant))}"] if scene.redundant else []
+    return Run(solver, record, failure, work, scene.summary(), again, notes)
 
 
 def _run_implicit(scene: Scene, solver: Exudyn, duration: float, timeout: float | None, progress: Any) -> Any:

@@ -11,6 +11,7 @@ import numpy as np
 
 from buckler.mbs.elements.element import GROUND, Array, place
 from buckler.mbs.elements.stop import Stop
+from buckler.mbs.engine.watched import watched
 
 SLOWEST_ONSET = 1e-4
 """Approach speed, m/s, below which dissipative laws no longer scale with it: a contact at rest has no impact speed."""
@@ -169,34 +170,37 @@ def connect(scene: Any, stops: dict[str, Stop]) -> None:
     for k, (name, stop) in enumerate(stops.items()):
         contact = scene.stops[name] = contact_of(scene, stop)
         if isinstance(contact, FreeContact):
-            _add_free(scene.system, contact)
+            _add_free(scene, contact)
         else:
-            add_stop(scene.system, contact, scene.coordinate(stop.point, 0), scene.ground)
+            add_stop(scene, contact, scene.coordinate(stop.point, 0), scene.ground)
         scene.reads(name, "force", lambda run, _record, k=k: run.contact[:, k : k + 1])
         scene.parts["Stop"] += 1
 
 
-def add_stop(system: Any, contact: StopContact, coordinate: int, ground: int) -> int:
+def add_stop(scene: Any, contact: StopContact, coordinate: int, ground: int) -> int:
     """Add a stop on a slider's coordinate marker."""
 
     def spring_force(_system: Any, _t: float, _item: int, travel: float, speed: float, *_: float) -> float:
         return contact.side * contact.force(contact.side * (travel - contact.face), contact.side * speed)
 
     return int(
-        system.AddObject(
+        scene.system.AddObject(
             eii.ObjectConnectorCoordinateSpringDamper(
-                markerNumbers=[ground, coordinate], stiffness=1.0, springForceUserFunction=spring_force
+                markerNumbers=[ground, coordinate],
+                stiffness=1.0,
+                springForceUserFunction=watched(scene, f"the law of the stop of '{contact.stop.point}'", spring_force),
             )
         )
     )
 
 
-def _add_free(system: Any, contact: FreeContact) -> int:
+def _add_free(scene: Any, contact: FreeContact) -> int:
     """Add a stop as a user element without mass."""
     nodes = [end.node for end in (contact.first, contact.second) if end.size]
     size = contact.first.size + contact.second.size
+    forces = watched(scene, f"the law of the stop of '{contact.stop.point}'", contact.forces)
     return int(
-        system.AddObject(
-            eii.ObjectGenericODE2(nodeNumbers=nodes, massMatrix=np.zeros((size, size)), forceUserFunction=contact.forces)
+        scene.system.AddObject(
+            eii.ObjectGenericODE2(nodeNumbers=nodes, massMatrix=np.zeros((size, size)), forceUserFunction=forces)
         )
     )

@@ -6,9 +6,11 @@ from typing import Any
 
 import exudyn.itemInterface as eii
 
-from buckler.mbs.elements.element import Array
+from buckler.mbs.elements.element import Array, holder
 from buckler.mbs.elements.link import Link
 from buckler.mbs.elements.strut import Strut, StrutLaw
+from buckler.mbs.engine.watched import watched
+from buckler.mbs.record.result import Status
 
 
 class StrutSpring(StrutLaw):
@@ -44,20 +46,11 @@ def connect(scene: Any, links: dict[str, Link]) -> None:
                 markerNumbers=[_host(scene, link, link.start), _host(scene, link, link.end)],
                 referenceLength=spring.length,
                 stiffness=1.0,
-                springForceUserFunction=spring,
+                springForceUserFunction=watched(scene, f"strut '{name}'", spring, Status.STRUT_OUT_OF_RANGE),
             )
         )
 
 
 def _host(scene: Any, link: Link, point: str) -> int:
-    """Marker of the body a strut's end acts on: its block, or a link or the ground it is pinned to."""
-    for guide in scene.mechanism.guides:
-        if guide.point == point and guide.link == link.name:
-            return int(scene.marker(point, point))
-    for joint in scene.mechanism.joints:
-        if joint.point == point and link.name in (joint.first, joint.second):
-            other = joint.second if joint.first == link.name else joint.first
-            if other not in scene.strut_links:
-                return int(scene.marker(other, point))
-    needed = "a link with mass, a guide or ground"
-    raise ValueError(f"link '{link.name}': a Strut is massless, so '{point}' must be pinned to {needed}")
+    """Marker of the body a strut's end acts on: a block, a link or the ground it is pinned to, there or through other struts."""
+    return int(scene.marker(holder(scene.mechanism, f"{link.name}:{point}"), point))

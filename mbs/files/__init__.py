@@ -1,1 +1,1 @@
-"""What leaves the house: pictures, the report page, ParaView, tables, scripts. Heavy imports stand in functions."""
+"""Files: mechanisms read and written; pictures, the report page, ParaView, tables. Heavy imports stand in functions."""

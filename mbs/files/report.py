@@ -236,7 +236,9 @@ def binned(time: Array, values: Array, edges: Array) -> tuple[Array, Array, Arra
     return at, low, np.fmax(high, np.fmax(at[:, :-1], at[:, 1:]))
 
 
-FIRST = ("contact_force", "normal_force", "torque", "current", "force", "deflection", "axial_force", "compression", "x", "y")
+FIRST = (
+    "contact_force", "normal_force", "torque", "current", "force", "deflection", "axial_force", "compression", "x", "y", "vx",
+)  # fmt: skip
 """Last parts of the names of signals worth a first look, best first."""
 
 
@@ -280,7 +282,9 @@ def facts(result: Any) -> list[tuple[str, list[tuple[str, str]]]]:
 def flat(value: dict[str, Any], before: str = "") -> Iterator[tuple[str, str]]:
     """Rows of nested settings; what is not set is left out."""
     for name, inner in value.items():
-        if isinstance(inner, dict):
+        if name == "kind":
+            yield before.removesuffix(".") or "solver", str(inner)
+        elif isinstance(inner, dict):
             yield from flat(inner, f"{before}{name}.")
         elif inner is not None:
             yield before + name, f"{inner:.6g}" if isinstance(inner, float) else str(inner)

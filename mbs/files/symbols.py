@@ -336,9 +336,9 @@ def force(sheet: Sheet, _name: str, load: Any) -> Iterator[Mark]:
 
 
 def torque(sheet: Sheet, _name: str, load: Any) -> Iterator[Mark]:
-    """A turning arrow about the middle of its link."""
+    """A turning arrow on its link, beside the link's name."""
     (x0, y0), (x1, y1) = (sheet.mechanism.points[p] for p in _ends(sheet, load.link))
-    yield from turning(sheet.body(load.link), "load", 1.2 * sheet.unit, ((x1 - x0) / 2, (y1 - y0) / 2))
+    yield from turning(sheet.body(load.link), "load", 1.2 * sheet.unit, (0.3 * (x1 - x0), 0.3 * (y1 - y0)))
 
 
 def motor(sheet: Sheet, _name: str, load: Any) -> Iterator[Mark]:

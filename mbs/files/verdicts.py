@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any, NamedTuple
 
 QUESTIONS = {
@@ -21,6 +22,10 @@ QUESTIONS = {
 """What each check asks, by the word its sentences begin with."""
 
 
+BEGINNING = re.compile(r"; (?=[A-Z_]{3,}: )")
+"""Where the sentence of the next check begins; a sentence may have semicolons of its own."""
+
+
 class Verdict(NamedTuple):
     """One check: its name, what it asks, 'failed', 'no complaint' or 'not run', and what it said."""
 
@@ -33,10 +38,9 @@ class Verdict(NamedTuple):
 def verdicts(result: Any) -> list[Verdict]:
     """All checks of a result, those that failed first."""
     reasons: dict[str, list[str]] = {}
-    for reason in filter(None, result.message.split("; ")) if result.status == "SUSPECT" else ():
-        name, colon, said = reason.partition(": ")
-        name = name if colon and name.isupper() else "OTHER"
-        reasons.setdefault(name, []).append(said if name != "OTHER" else reason)
+    for reason in BEGINNING.split(result.message) if result.status == "SUSPECT" and result.message else ():
+        name, _, said = reason.partition(": ") if BEGINNING.match("; " + reason) else ("OTHER", "", reason)
+        reasons.setdefault(name, []).append(said)
     rows = []
     finished = result.status in ("OK", "SUSPECT")
     for name, question in ({name: "" for name in reasons} | QUESTIONS).items():

@@ -117,8 +117,7 @@ class Closure:
                 start = np.conj(direction) * (self._start(row.first) - self._start(row.second))
                 tables[0].append([k, *ends, frame, *arms, direction, start.real])
             else:
-                angles = [self.reference[i, 2] if i < len(self.index) else 0.0 for i in ends]
-                tables[1].append([k, *ends, 0, 0, 0, 0, angles[0] - angles[1]])
+                tables[1].append([k, *ends, 0, 0, 0, 0, 0.0])
         rows, turns = (_table(table) for table in tables)
         return rows, turns
 
@@ -157,32 +156,51 @@ class Closure:
         C, J, gamma : arrays, shapes (..., rows), (..., rows, 3 links), (..., rows)
         """
         n, count, lead = len(self.index), len(self.names), q.shape[:-2]
-        pad = [(0, 0)] * len(lead) + [(0, 1), (0, 0)]
-        turned = np.pad(q - np.array([0.0, 0.0, 1.0]) * self.reference, pad)  # angles since t = 0; the ground last
-        rate = np.pad(q_t, pad)
-        z, v = turned[..., 0] + 1j * turned[..., 1], rate[..., 0] + 1j * rate[..., 1]
-        unit, w = np.exp(1j * turned[..., 2]), rate[..., 2]
-        residual, gamma = np.zeros((*lead, count)), np.zeros((*lead, count))
-        jacobian = np.zeros((*lead, count, n + 1, 3))
+        residual, jacobian = np.zeros((*lead, count)), np.zeros((*lead, count, n + 1, 3))
         rows, turns = self._tables
         i, j, f, at = rows.first, rows.second, rows.frame, rows.at
-        arm_1, arm_2 = rows.arm_1 * unit[..., i], rows.arm_2 * unit[..., j]
-        d = rows.direction * unit[..., f]
+        z, turned = self._with_ground(q - self._turned_by)
+        unit = np.exp(1j * turned)
+        arm_1, arm_2, d = rows.arm_1 * unit[..., i], rows.arm_2 * unit[..., j], rows.direction * unit[..., f]
         apart = z[..., i] + arm_1 - z[..., j] - arm_2
-        change = v[..., i] - v[..., j] + 1j * (w[..., i] * arm_1 - w[..., j] * arm_2)
         residual[..., at] = _dot(d, apart) - rows.start
         for body, sign, arm in ((i, 1.0, arm_1), (j, -1.0, arm_2)):
             jacobian[..., at, body, 0] += sign * d.real
             jacobian[..., at, body, 1] += sign * d.imag
             jacobian[..., at, body, 2] += sign * _dot(d, 1j * arm)
         jacobian[..., at, f, 2] += _dot(1j * d, apart)
-        bend = _dot(d, w[..., i] ** 2 * arm_1 - w[..., j] ** 2 * arm_2)
-        gamma[..., at] = bend - 2 * w[..., f] * _dot(1j * d, change) + w[..., f] ** 2 * _dot(d, apart)
-        angle = np.pad(q[..., 2], [*pad[:-2], (0, 1)])
-        residual[..., turns.at] = angle[..., turns.first] - angle[..., turns.second] - turns.start
+        residual[..., turns.at] = turned[..., turns.first] - turned[..., turns.second]
         jacobian[..., turns.at, turns.first, 2] += 1.0
         jacobian[..., turns.at, turns.second, 2] -= 1.0
-        return residual, jacobian[..., :n, :].reshape(*lead, count, 3 * n), gamma
+        return residual, jacobian[..., :n, :].reshape(*lead, count, 3 * n), self.convective(q, q_t)
+
+    def convective(self, q: Array, q_t: Array) -> Array:
+        """The term gamma, what is quadratic in the velocities, shape (..., rows)."""
+        gamma = np.zeros((*q.shape[:-2], len(self.names)))
+        if not q_t.any():
+            return gamma
+        rows = self._tables[0]
+        i, j, f = rows.first, rows.second, rows.frame
+        (z, turned), (v, w) = self._with_ground(q - self._turned_by), self._with_ground(q_t)
+        unit = np.exp(1j * turned)
+        arm_1, arm_2, d = rows.arm_1 * unit[..., i], rows.arm_2 * unit[..., j], rows.direction * unit[..., f]
+        apart = z[..., i] + arm_1 - z[..., j] - arm_2
+        change = v[..., i] - v[..., j] + 1j * (w[..., i] * arm_1 - w[..., j] * arm_2)
+        bend = _dot(d, w[..., i] ** 2 * arm_1 - w[..., j] ** 2 * arm_2)
+        gamma[..., rows.at] = bend - 2 * w[..., f] * _dot(1j * d, change) + w[..., f] ** 2 * _dot(d, apart)
+        return gamma
+
+    @cached_property
+    def _turned_by(self) -> Array:
+        """The links' directions at t = 0, in their places among the coordinates."""
+        return np.array([0.0, 0.0, 1.0]) * self.reference
+
+    def _with_ground(self, q: Array) -> tuple[Array, Array]:
+        """Places as complex numbers and angles, or their rates, each (..., links + 1): the ground last, where it was."""
+        n = len(self.index)
+        z, angle = np.zeros((*q.shape[:-2], n + 1), dtype=complex), np.zeros((*q.shape[:-2], n + 1))
+        z.real[..., :n], z.imag[..., :n], angle[..., :n] = q[..., 0], q[..., 1], q[..., 2]
+        return z, angle
 
     def travel(self, time: Any) -> Array:
         """What the drives add to each row by then, m or rad, shape (..., rows)."""

@@ -17,6 +17,7 @@ from buckler.mbs.elements.element import GROUND, Array, place
 from buckler.mbs.elements.rows import Along, Row
 from buckler.mbs.kinematics.closure import ROUNDING, Closure, involved
 from buckler.mbs.kinematics.errors import KinematicsError
+from buckler.mbs.kinematics.inertias import mass_matrix
 from buckler.mbs.mechanism import Mechanism
 
 EXACT = 1e-9
@@ -115,7 +116,7 @@ def start(mechanism: Mechanism) -> Start:
         raise KinematicsError(
             f"velocities at t = 0 s do not exist (gap {gap:.3g}): {who} contradict each other, or the linkage is at a dead centre"
         )
-    rates = _least_energy(_masses(mechanism, closure), rigid, right - loose @ bend).reshape(-1, 3)
+    rates = _least_energy(mass_matrix(closure, closure.reference), rigid, right - loose @ bend).reshape(-1, 3)
     stations = Stations(mechanism)
     moved = np.einsum("kij,kj->ki", stations.turns, bend.reshape(-1, 3))
     bends: dict[str, dict[str, Array]] = {}
@@ -147,37 +148,6 @@ def _least_energy(mass: Array, rows: Array, right: Array) -> Array:
     found: Array = back @ np.linalg.lstsq(rows @ back, right, rcond=ROUNDING)[0]
     rest = right - rows @ found  # rounding, where masses differ by orders
     return found + back @ np.linalg.lstsq(rows @ back, rest, rcond=ROUNDING)[0]
-
-
-def _masses(mechanism: Mechanism, closure: Closure) -> Array:
-    """Mass matrix of all links as rigid ones, by the rates of their starts."""
-    return mass_matrix(closure, closure.reference)
-
-
-def mass_matrix(closure: Closure, q: Array) -> Array:
-    """Mass matrix of all links and what they carry as rigid ones, by their start's coordinates; (..., 3 links, 3 links)."""
-    mechanism, n = closure.mechanism, len(closure.index)
-    matrix = np.zeros((*q.shape[:-2], n, 3, n, 3))
-
-    def add(i: int, mass: float, inertia: float, arm: Any) -> None:
-        matrix[..., i, 0, i, 0] += mass
-        matrix[..., i, 1, i, 1] += mass
-        matrix[..., i, 0, i, 2] -= mass * arm.imag
-        matrix[..., i, 2, i, 0] -= mass * arm.imag
-        matrix[..., i, 1, i, 2] += mass * arm.real
-        matrix[..., i, 2, i, 1] += mass * arm.real
-        matrix[..., i, 2, i, 2] += inertia + mass * np.abs(arm) ** 2
-
-    for link in mechanism.links:
-        i = closure.index[link.name]
-        mass, inertia, centre = link.body.inertia(mechanism.length(link.name))
-        add(i, mass, inertia, complex(*centre) * np.exp(1j * q[..., i, 2]))
-    for element in mechanism.elements().values():
-        for name, point, mass, inertia in element.inertias(mechanism):
-            i = closure.index[name]
-            away = closure.position(name, point, q) - q[..., i, :2]
-            add(i, mass, inertia, away[..., 0] + 1j * away[..., 1])
-    return matrix.reshape(*q.shape[:-2], 3 * n, 3 * n)
 
 
 def _given(mechanism: Mechanism, closure: Closure) -> Iterator[tuple[str, Array, Array, float]]:

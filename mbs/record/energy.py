@@ -32,6 +32,6 @@ def ledger(record: Record) -> dict[str, Array]:
             column[key] = column.get(key, zero) + values
     total, lost = sum(held.values(), zero), sum(taken.values(), zero)
     error = total - total[0] + lost - sum(given.values(), zero)
-    active = sum((value - value.min() if name == "weight" else value) for name, value in held.items())
+    active = sum((value - value.min() if name in ("weight", "spring") else value) for name, value in held.items())
     throughput = np.maximum.accumulate(active + lost)
     return {**held, **taken, **given, "error": error, "throughput": throughput, **single}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -29,6 +29,8 @@ class Run:
         What the scene was made of.
     again : callable
         `again(first, last)` runs from one sample to another with steps half as long: a Record, or None if it fails.
+    notes : sequence of str
+        What is worth knowing of the mechanism: redundant constraints that were left out, and the like.
     """
 
     solver: Any
@@ -37,6 +39,7 @@ class Run:
     work: dict[str, float]
     summary: Mapping[str, int] = field(default_factory=dict)
     again: Callable[[int, int], Record | None] = lambda _first, _last: None
+    notes: Sequence[str] = ()
 
     @cached_property
     def signals(self) -> tuple[dict[str, Array], dict[str, str]]:

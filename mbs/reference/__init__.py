@@ -6,7 +6,7 @@ scipy only; `simulate` and `ensemble` need Numba (the extra `fast`), which is im
 
 from typing import TYPE_CHECKING, Any
 
-from buckler.mbs.reference.fourbar import CLOSED, JOINTS, RATTLING, FourBar
+from buckler.mbs.reference.fourbar import BODIES, CLOSED, JOINTS, RATTLING, FourBar
 from buckler.mbs.reference.modes import ModalData, beam_modes
 
 if TYPE_CHECKING:
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from buckler.mbs.reference.run import Outcome, Run, ideal_state, simulate
 
 __all__ = [
-    "CLOSED", "Ensemble", "FourBar", "JOINTS", "ModalData", "Outcome", "RATTLING", "Run", "beam_modes", "ensemble",
+    "BODIES", "CLOSED", "Ensemble", "FourBar", "JOINTS", "ModalData", "Outcome", "RATTLING", "Run", "beam_modes", "ensemble",
     "ideal_state", "simulate",
 ]  # fmt: skip
 

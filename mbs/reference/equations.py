@@ -1,9 +1,10 @@
 """Accelerations, joint forces and powers of the crank-rocker with play: compiled, explicit, one pass.
 
 Coordinates q = (crank x, y | coupler x, y, theta | rocker x, y, theta | modal coordinates of the rocker): centres in the
-plane, m and rad. The state is (q, q_t, ledger). A joint with a gap is a contact: pin on the first body, bush on the second,
-both pushed at the one point P = r_pin + R_p n. A joint without a gap is ideal, by multipliers and stabilised (Baumgarte).
-The flexible rocker is a floating frame of reference. The equations are in docs/theory-clearance.md.
+plane, m and rad. The state is (q, q_t, ledger). A joint with a gap is a contact: pin on the first body, bush on the second
+(the other way round where it is TURNED), both pushed at the one point P = r_pin + R_p n. A joint without a gap is ideal, by
+multipliers and stabilised (Baumgarte). The flexible rocker is a floating frame of reference. The equations are in
+docs/theory-clearance.md.
 
 What is compiled here calls nothing compiled elsewhere: laws come in as pointers. So laws can change without a new
 compilation, and the cached machine code is out of date only if this file is. Within, arrays are bare pointers: y, dy of the
@@ -20,13 +21,13 @@ import numpy as np
 from buckler.mbs.reference.compiled import MOTION, entry, jit, pointer
 
 # Places in the table of numbers. Masses are those of crank, coupler, rocker, inertias those of coupler and rocker.
-ANGLE, SPEED, GRAVITY, CRANK, COUPLER, ROCKER, FRAME, MASS, INERTIA, PIN, GAP, BAUMGARTE, NUMBERS = (
-    0, 1, 2, 4, 5, 6, 7, 8, 11, 13, 17, 21, 22,
+ANGLE, SPEED, GRAVITY, CRANK, COUPLER, ROCKER, FRAME, MASS, INERTIA, PIN, GAP, TURNED, BAUMGARTE, NUMBERS = (
+    0, 1, 2, 4, 5, 6, 7, 8, 11, 13, 17, 21, 25, 26,
 )  # fmt: skip
 SHAPES, TRANSLATION, TURNING, RADIAL, MODAL_MASS, STIFFNESS, DAMPING, GYRATION = 0, 9, 11, 12, 13, 14, 15, 16
 """Rows of the modal table: shapes (x, y, turn) at start, end and centre, then the integrals; see `ModalData.table`."""
 REPORT = (5, 8)
-"""For each joint depth, rate, sliding speed, normal force, force x, y on the pin, contact point x, y; then accelerations
+"""For each joint depth, rate, sliding speed, normal force, force x, y on its first body, contact point x, y; then accelerations
 x, y of coupler centre, rocker centre, rocker mid-point."""
 LEDGER = 13
 """Integrals: work of the drive | work on the contact, each joint | in friction, each joint | in the modes | three of a_x^2."""
@@ -311,8 +312,12 @@ def _move(t, y, dy, n, bar, modes, m, onset, report, watch, normal, friction):
     moment, last = 0.0, 4 * REPORT[1]
     for j in range(4):
         if bar[GAP + j] > 0.0:
-            _touch(j, pins[j], bushes[j], bar, onset, report, dy, 2 * n, normal, friction)
             row = REPORT[1] * j
+            if bar[TURNED + j] > 0.0:
+                _touch(j, bushes[j], pins[j], bar, onset, report, dy, 2 * n, normal, friction)
+                report[row + 4], report[row + 5] = -report[row + 4], -report[row + 5]
+            else:
+                _touch(j, pins[j], bushes[j], bar, onset, report, dy, 2 * n, normal, friction)
             if report[row + 3] != 0.0:  # not a number must be felt, too
                 fx, fy, px, py = report[row + 4], report[row + 5], report[row + 6], report[row + 7]
                 moment += _push_joint(j, dy, n, poses, bushes[j], fx, fy, px, py, modes, m)

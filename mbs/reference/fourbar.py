@@ -15,6 +15,8 @@ from buckler.mbs.validate import non_negative, number, positive
 Array = np.ndarray[Any, Any]
 JOINTS = ("O", "A", "B", "C")
 """Crank-frame, crank-coupler, coupler-rocker, rocker-frame. The pin is the former's; at O and C it is the frame's."""
+BODIES = {"O": ("ground", "crank"), "A": ("crank", "coupler"), "B": ("coupler", "rocker"), "C": ("ground", "rocker")}
+"""Of each joint: the body that carries the pin by default, then the one that carries the bush."""
 PAPER_STIFFNESS = 2.53e5 * 1e3**1.5
 """K of the crank-rocker paper, 2.53e5 N/mm^1.5, in N/m^1.5."""
 RATTLING = Impact(PAPER_STIFFNESS, damping=253.0, damping_depth=1e-5)
@@ -23,7 +25,7 @@ CLOSED = Impact(PAPER_STIFFNESS, damping=253e3, damping_depth=1e-5)
 """The same with c_max read as 253 N s/mm: the joints stay closed."""
 
 
-class Motion(NamedTuple):
+class IdealMotion(NamedTuple):
     """Crank, coupler and rocker of the ideal mechanism: centres x, y and direction theta, each array of shape (..., 3, 3)."""
 
     place: Array
@@ -57,6 +59,8 @@ class FourBar:
         Radial clearance at O, A, B, C, m; 0 makes a joint ideal.
     law, friction : NormalLaw, FrictionLaw
         Of every joint with play.
+    turned : str
+        Joints whose pin is on the body that by default carries the bush, such as "BC"; see `BODIES`.
     gravity : (float, float)
         In the plane, m/s^2.
     modes : ModalData, optional
@@ -83,6 +87,7 @@ class FourBar:
     gap: float | tuple[float, float, float, float] = 0.25e-3
     law: NormalLaw = RATTLING
     friction: FrictionLaw = field(default_factory=lambda: AdamsFriction(static=0.3, dynamic=0.1))
+    turned: str = ""
     gravity: tuple[float, float] = (0.0, 0.0)
     modes: ModalData | None = None
     slowest_onset: float = 1e-4
@@ -98,6 +103,8 @@ class FourBar:
             raise ValueError(f"gap = {self.gap!r} m: must be one number or four, for {', '.join(JOINTS)}")
         for joint, gap in zip(JOINTS, self.gaps, strict=True):
             non_negative(f"gap at {joint}", gap, "m")
+        if set(self.turned) - set(JOINTS) or len(set(self.turned)) < len(self.turned):
+            raise ValueError(f"turned = {self.turned!r}: must name some of {', '.join(JOINTS)}, none of them twice")
         for component in self.gravity:
             number("gravity", component, -inf, inf, "m/s^2")
         if self.modes is not None and abs(self.modes.length - self.rocker) > 1e-9 * self.rocker:
@@ -145,7 +152,7 @@ class FourBar:
         """Of the crank, s."""
         return 2 * pi / abs(self.speed) if self.speed else inf
 
-    def ideal(self, t: Any) -> Motion:
+    def ideal(self, t: Any) -> IdealMotion:
         """Motion without play at times t, shape (...): loop closure in closed form, in complex numbers."""
         angle = self.start + self.speed * np.asarray(t, dtype=float)
         a = self.crank * np.exp(1j * angle)
@@ -168,7 +175,7 @@ class FourBar:
             velocity.append(_planar(speed + flow / 2, spin))
             acceleration.append(_planar(change + rush / 2, turn))
             end, speed, change = end + bar, speed + flow, change + rush
-        return Motion(np.stack(place, axis=-2), np.stack(velocity, axis=-2), np.stack(acceleration, axis=-2))
+        return IdealMotion(np.stack(place, axis=-2), np.stack(velocity, axis=-2), np.stack(acceleration, axis=-2))
 
 
 def _planar(z: Array, angle: Any) -> Array:

@@ -54,7 +54,7 @@ class Run:
     q, q_t, q_tt : array, shape (samples, 8 + modes)
         Crank x, y; coupler x, y, theta; rocker x, y, theta; modal coordinates; and their rates.
     force : array, shape (samples, 4, 2)
-        On the pin of each joint, N.
+        On the first body of each joint in `BODIES`, which carries the pin unless `turned` says otherwise, N.
     normal, depth, rate, sliding : array, shape (samples, 4)
         Normal force, N; penetration depth, m; its rate and the sliding speed, m/s.
     coupler_a, rocker_a, middle_a : array, shape (samples, 2)
@@ -141,7 +141,8 @@ def numbers(fourbar: FourBar) -> Array:
     masses, inertias = fourbar.masses, fourbar.inertias
     table = np.concatenate([
         [fourbar.start, fourbar.speed], fourbar.gravity, fourbar.lengths, [fourbar.frame], masses, inertias[1:],
-        [fourbar.pin] * 4, fourbar.gaps, [STABILISE],
+        [fourbar.pin] * 4, fourbar.gaps, [joint in fourbar.turned for joint in JOINTS],
+        [STABILISE],
     ])  # fmt: skip
     assert table.size == NUMBERS and table[BAUMGARTE] == STABILISE and table[GAP] == fourbar.gaps[0]
     return table

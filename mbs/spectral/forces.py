@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from buckler.mbs.spectral.compiling import call1, call3, inner
+from buckler.mbs.spectral.compiling import call1, call2, call3, inner
 from buckler.mbs.spectral.lawtable import normal_force, normal_slopes, rubbing, rubbing_slope
 from buckler.mbs.spectral.markers import (
     add_force,
@@ -102,6 +102,8 @@ def value_along(s, k, t, value, rate, mem, since, reaction):
         return p[0] if address == 0 else call1(address, t)
     if kind == MOTOR:
         return motor(t, rate, p, s.laws[s.forces[k, LAW_OF], 1] if s.forces[k, LAW_OF] >= 0 else 0)
+    if p[0] == 1.0:  # a spring's law
+        return -call2(s.laws[s.forces[k, LAW_OF], 1], value - p[2], rate)
     return call3(s.laws[s.forces[k, LAW_OF], 1], t, value - p[2], rate)
 
 

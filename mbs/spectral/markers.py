@@ -183,7 +183,7 @@ def measure(s, w, k, grad, hess, second):
     dx, dy, value = s.directions[k, 0], s.directions[k, 1], 0.0
     grad[2], grad[5] = 0.0, 0.0
     if kind == DISTANCE:
-        value = np.sqrt(ex * ex + ey * ey)
+        value = max(np.sqrt(ex * ex + ey * ey), 1e-300)
         dx, dy = ex / value, ey / value
         if second:
             hxx, hxy, hyy = dy * dy / value, -dx * dy / value, dx * dx / value

@@ -13,6 +13,7 @@ from buckler.mbs.spectral.drive import add_drive
 from buckler.mbs.spectral.force import add_force
 from buckler.mbs.spectral.guide import add_guide
 from buckler.mbs.spectral.modal import add_modal
+from buckler.mbs.spectral.motor import add_motor
 from buckler.mbs.spectral.revolute import add_revolute
 from buckler.mbs.spectral.rigid import add_rigid
 from buckler.mbs.spectral.slider import add_slider
@@ -40,6 +41,7 @@ ELEMENTS: dict[str, Callable[[Builder, str, Any], None]] = {
     "Stop": add_stop,
     "Force": add_force,
     "Torque": add_torque,
+    "Motor": add_motor,
     "Spring": add_spring,
     "TorsionSpring": add_torsion_spring,
     "Drive": add_drive,

@@ -14,6 +14,7 @@ import numpy as np
 from buckler.mbs.spectral import kernel, markers
 from buckler.mbs.spectral import tables as k
 from buckler.mbs.spectral.builder import Attached, Builder
+from buckler.mbs.spectral.reference import link_of
 from buckler.mbs.spectral.registry import add_body, add_element
 from buckler.mbs.spectral.strut import StrutBody, find_hosts, join_strut
 from buckler.mbs.spectral.tables import Tables, Work, work_for
@@ -263,14 +264,15 @@ def elements_of(mechanism: Any) -> dict[str, Any]:
 
 
 def _attach_masses(builder: Builder) -> None:
-    """Give each link the masses it carries: guided blocks and point masses."""
-    for element in elements_and_masses(builder.mechanism):
-        for link, point, mass, inertia in element.inertias(builder.mechanism):
-            if mass or inertia:
-                builder.attached.setdefault(link, []).append(Attached(point, mass, inertia))
+    """Give each link the masses it carries: guided blocks, point masses, rotors."""
+    mechanism = builder.mechanism
 
+    def attach(link: str, point: str, mass: float, inertia: float) -> None:
+        if mass or inertia:
+            builder.attached.setdefault(link, []).append(Attached(point, mass, inertia))
 
-def elements_and_masses(mechanism: Any) -> list[Any]:
-    """All elements but links."""
-    links = set(map(id, mechanism.links))
-    return [element for element in mechanism.elements().values() if id(element) not in links]
+    for guide in mechanism.guides:
+        attach(guide.link, guide.point, guide.mass, 0.0)
+    for element in mechanism.elements().values():
+        for at, mass, inertia in element.burdens(mechanism):
+            attach(*link_of(builder, at), mass, inertia)

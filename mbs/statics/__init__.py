@@ -1,23 +1,28 @@
-"""Equilibria."""
+"""Equilibria, paths of equilibria through limit points, natural frequencies: on the compiled solver's equations."""
 
-from __future__ import annotations
-
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from buckler.mbs.statics.equilibrium import Equilibrium, equilibrium
-    from buckler.mbs.statics.frequencies import Frequencies, frequencies
-    from buckler.mbs.statics.path import Path, path
+    from buckler.mbs.statics.follow import Path, path
     from buckler.mbs.statics.problem import StaticsError
+    from buckler.mbs.statics.rest import Equilibrium, equilibrium
+    from buckler.mbs.statics.vibration import Frequencies, frequencies
 
 __all__ = ["Equilibrium", "Frequencies", "Path", "StaticsError", "equilibrium", "frequencies", "path"]
-_ROOMS = {"Equilibrium": "equilibrium", "Frequencies": "frequencies", "Path": "path", "StaticsError": "problem"}
+_ROOMS = {
+    "Equilibrium": "rest",
+    "Frequencies": "vibration",
+    "Path": "follow",
+    "StaticsError": "problem",
+    "equilibrium": "rest",
+    "frequencies": "vibration",
+    "path": "follow",
+}
 
 
 def __getattr__(name: str) -> Any:
     """Import what is asked for only then: the compiled solver takes a second to load."""
-    if name not in __all__:
-        raise AttributeError(name)
-    from importlib import import_module
-
-    return getattr(import_module(f"{__name__}.{_ROOMS.get(name, name)}"), name)
+    if name not in _ROOMS:
+        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
+    return getattr(import_module(f"{__name__}.{_ROOMS[name]}"), name)

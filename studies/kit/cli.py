@@ -1,7 +1,7 @@
-"""The command line: `buckler list`, `run NAME`, `sweep NAME`, `export FILE`; `python -m studies` is the same from a checkout.
+"""The command line: `buckler list`, `new`, `show`, `run`, `sweep`, `export`, `schema`; `python -m studies` is the same.
 
-Exit status: 0 fine, or suspect and trusted; 1 the run failed or is suspect; 2 wrong input; 130 interrupted. Nothing
-heavy is imported before a study is known by name, so that `list` answers at once.
+Exit status: 0 fine, or suspect and allowed; 1 the run failed or is suspect; 2 wrong input; 130 interrupted. Nothing
+heavy is imported before a study or a file is known by name, so that `list` and `--help` answer at once.
 """
 
 from __future__ import annotations
@@ -11,20 +11,24 @@ import os
 import sys
 import time
 import traceback
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from buckler.studies.kit import registry
 from buckler.studies.kit.options import Parser, read_options, study_parser, writable, wrong_input
 
 if TYPE_CHECKING:
+    import argparse
+
     from matplotlib.figure import Figure
 
-    from buckler.studies.kit.parameters import StudyParameters
-    from buckler.studies.kit.report import Progress, StudyResult
+    from buckler.studies.kit.report import StudyResult
+
+MECHANISMS = (".toml", ".json")
+"""Endings of a mechanism's file."""
 
 
 def main(study: str | None = None, argv: Sequence[str] | None = None) -> int:
@@ -56,35 +60,151 @@ def main(study: str | None = None, argv: Sequence[str] | None = None) -> int:
         return 141
 
 
+def program() -> str:
+    """What to call the command: as it was called."""
+    return "buckler" if Path(sys.argv[0]).stem == "buckler" else "python -m studies"
+
+
 def _dispatch(study: str | None, words: list[str]) -> int:
     if study is not None:
         return run_study(study, words, f"python -m {registry.entry(study).module}")
     if words[:1] == ["run"] and len(words) > 1 and not words[1].startswith("-"):
-        return run_study(words[1], words[2:], f"python -m studies run {words[1]}")
+        prog = f"{program()} run {words[1]}"
+        if words[1].endswith(MECHANISMS):
+            from buckler.studies.own.command import run_file
+
+            return run_file(Path(words[1]), words[2:], prog)
+        return run_study(words[1], words[2:], prog)
     if words[:1] == ["sweep"] and len(words) > 1 and not words[1].startswith("-"):
         from buckler.studies.sweeping.command import sweep_study
 
         return sweep_study(words[1], words[2:])
-    parser = Parser(prog="python -m studies", description="Run Buckler's studies.")
-    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    commands.add_parser("list", help="name every study, one a line")
-    run = commands.add_parser("run", help="run a study; `run NAME --help` tells its parameters")
-    run.add_argument("name", metavar="NAME", help="a study, followed by its parameters")
-    sweep = commands.add_parser("sweep", help="run a study for many parameters; `sweep NAME --help` tells how")
-    sweep.add_argument("name", metavar="NAME", help="a study, followed by what varies and its parameters")
-    export = commands.add_parser("export", help="write what a sweep has stored as CSV or Parquet")
-    export.add_argument("store", metavar="FILE", type=Path, help="a sweep's store")
-    export.add_argument("--out", metavar="FILE", type=Path, required=True, help="FILE.csv or FILE.parquet")
-    export.add_argument("--signals", metavar="DIR", type=Path, help="also write each case's signals there, as npz")
+    parser = _parser()
+    if "_ARGCOMPLETE" in os.environ:
+        with contextlib.suppress(ImportError):
+            import argcomplete
+
+            argcomplete.autocomplete(parser)
+    if words[:1] == ["--version"]:
+        return _version()
     try:
         options = parser.parse_args(words)
     except ValueError as error:
         return wrong_input(error)
-    if options.command == "export":
-        return _export(options.store, options.out, options.signals)
-    width = max(map(len, registry.STUDIES))
-    for name, entry in registry.STUDIES.items():
+    status: int = options.answer(options)
+    return status
+
+
+def _parser() -> argparse.ArgumentParser:
+    """Every command, with what completes its words."""
+    parser = Parser(prog=program(), description="Planar mechanisms that buckle, rattle and strike: run files and studies.")
+    parser.add_argument("--version", action="store_true", help="print the versions of Buckler and of what it runs on")
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    new = commands.add_parser("new", help="write an example file of a mechanism, to start from")
+    new.add_argument("name", metavar="NAME", help="the example; `new list` names them").completer = _examples  # type: ignore[attr-defined]
+    new.add_argument("--out", metavar="FILE", type=Path, help="where to; default NAME.toml")
+    new.set_defaults(answer=_new)
+    show = commands.add_parser("show", help="draw the mechanism of a file and tell what it is made of")
+    show.add_argument("file", metavar="FILE", type=Path, help="a mechanism, .toml or .json")
+    show.add_argument("--out", metavar="FILE", type=Path, help="the drawing; default FILE.png beside it")
+    show.set_defaults(answer=_show)
+    for name, does in (("run", "run a file of a mechanism, or a study"), ("sweep", "run a file or a study for many parameters")):
+        command = commands.add_parser(name, help=f"{does}; `{name} NAME --help` tells its options")
+        command.add_argument(
+            "name", metavar="NAME", help="FILE.toml, FILE.json, STUDY.py or a study of the list"
+        ).completer = _names  # type: ignore[attr-defined]
+    listed = commands.add_parser("list", help="name every study, one a line")
+    listed.add_argument("--json", action="store_true", help="as JSON")
+    listed.set_defaults(answer=_list)
+    export = commands.add_parser("export", help="write what a sweep has stored as CSV or Parquet")
+    export.add_argument("store", metavar="FILE", type=Path, help="a sweep's store")
+    export.add_argument("--out", metavar="FILE", type=Path, required=True, help="FILE.csv or FILE.parquet")
+    export.add_argument("--signals", metavar="DIR", type=Path, help="also write each case's signals there, as npz")
+    export.set_defaults(answer=lambda options: _export(options.store, options.out, options.signals))
+    schema = commands.add_parser("schema", help="print the JSON schema of mechanism files, for editors")
+    schema.set_defaults(answer=_schema)
+    return parser
+
+
+def _version() -> int:
+    """Print the versions."""
+    from buckler.studies.kit.versions import versions
+
+    print(", ".join(f"{name} {version or 'of a checkout'}" for name, version in versions().items()))
+    return 0
+
+
+def _names(prefix: str = "", **_: Any) -> list[str]:
+    """What may stand behind `run`: studies, and files here."""
+    files = [str(path) for ending in (*MECHANISMS, ".py") for path in Path().glob(f"*{ending}")]
+    return [name for name in [*registry.STUDIES, *files] if name.startswith(prefix)]
+
+
+def _examples(**_: Any) -> list[str]:
+    return [path.stem for path in EXAMPLES.glob("*.toml")]
+
+
+EXAMPLES = Path(__file__).resolve().parents[1] / "own" / "examples"
+
+
+def _list(options: argparse.Namespace) -> int:
+    """Name the studies."""
+    studies = registry.everything()
+    if options.json:
+        import json
+
+        print(json.dumps([{"name": name, **entry._asdict()} for name, entry in studies.items()], indent=2))
+        return 0
+    width = max(map(len, studies))
+    for name, entry in studies.items():
         print(f"{name:{width}}  {entry.summary}")
+    return 0
+
+
+def _new(options: argparse.Namespace) -> int:
+    """Write an example file; never over another."""
+    examples = {path.stem: path for path in sorted(EXAMPLES.glob("*.toml"))}
+    if options.name == "list":
+        for name, path in examples.items():
+            print(f"{name:15} {path.read_text(encoding='utf-8').partition(chr(10))[0].lstrip('# ')}")
+        return 0
+    try:
+        if options.name not in examples:
+            hint = registry.hint(options.name, examples)
+            raise ValueError(f"unknown example '{options.name}'; {hint + ' ' if hint else ''}there are: {', '.join(examples)}")
+        out = options.out or Path(f"{options.name}.toml")
+        with out.open("x", encoding="utf-8") as file:
+            file.write(examples[options.name].read_text(encoding="utf-8"))
+    except FileExistsError:
+        return wrong_input(ValueError(f"{out} is there already; name another with --out"))
+    except OSError as error:
+        return wrong_input(ValueError(f"{out}: {error.strerror}"))
+    except ValueError as error:
+        return wrong_input(error)
+    print(f"written to {out}; now: {program()} show {out}, {program()} run {out}")
+    return 0
+
+
+def _show(options: argparse.Namespace) -> int:
+    """Draw a mechanism and tell what it is made of."""
+    from buckler.studies.own.show import show
+
+    try:
+        print(show(options.file, options.out))
+    except ValueError as error:
+        return wrong_input(error)
+    except OSError as error:
+        return wrong_input(ValueError(f"{error.filename or options.file}: {error.strerror}"))
+    return 0
+
+
+def _schema(options: argparse.Namespace) -> int:
+    """Print the schema of mechanism files."""
+    import json
+
+    from buckler.mbs.files.schema import schema
+
+    print(json.dumps(schema(), indent=2, ensure_ascii=False))
     return 0
 
 
@@ -111,17 +231,40 @@ def run_study(name: str, argv: Sequence[str], prog: str) -> int:
         study = registry.load(name)
         options, given = read_options(study_parser(study, prog), argv, study)
         parameters = study.Parameters(**given)
+        name = Path(name).stem if name.endswith(".py") else name
         folder = writable(Path(options.out) / name)
     except ValueError as error:
         return wrong_input(error)
     except ImportError as error:
         print(f"{name}: cannot be loaded: {error}", file=sys.stderr)
         return 1
-    from buckler.studies.kit.report import Progress, write
+    begin = time.perf_counter()
+    result = attempt(study.run, parameters, options)
+    return finish(name, study, result, folder, options, time.perf_counter() - begin)
 
-    # With --json, whatever the study or the engine prints must not mix with the JSON.
-    with contextlib.redirect_stdout(sys.stderr) if options.json else contextlib.nullcontext():
-        result = _attempt(study, parameters, Progress())
+
+# --- the run ----------------------------------------------------------------------------------------------------------
+
+
+def attempt(run: Callable[..., StudyResult], parameters: Any, options: argparse.Namespace) -> StudyResult:
+    """Run a study; whatever it raises becomes a result with status ERROR, its traceback on stderr."""
+    from buckler.studies.kit.report import Progress, StudyResult
+
+    begin = time.perf_counter()
+    with _aside(options):
+        try:
+            result = run(parameters, progress=Progress(options.quiet))
+        except Exception as error:
+            traceback.print_exc()
+            result = StudyResult(parameters=parameters, status="ERROR", message=_named(error))
+    return replace(result, work={"wall_s": time.perf_counter() - begin, **result.work})
+
+
+def finish(name: str, study: Any, result: StudyResult, folder: Path, options: argparse.Namespace, wall: float) -> int:
+    """Draw, write and print what a run found, the status always; return the exit status."""
+    from buckler.studies.kit.report import write
+
+    with _aside(options):
         result, figures = _draw(study, result)
     trusted = options.trust and result.status == "SUSPECT"
     try:
@@ -129,26 +272,29 @@ def run_study(name: str, argv: Sequence[str], prog: str) -> int:
     except OSError as error:
         print(f"{name}: cannot write results: {error}", file=sys.stderr)
         return 1
-    print(text if options.json else f"{result}\n\nwritten to {folder}", end="" if options.json else "\n")
+    if options.json:
+        print(text, end="")
+    elif not options.quiet:
+        more = f"{_work(result)}\n" if options.verbose else ""
+        print(f"{result}\n\n{more}{name}: {result.status} in {wall:.2g} s, written to {folder}")
     if result.status != "OK":
-        print(f"{name}: {result.status}{' (trusted)' if trusted else ''}: {result.message}", file=sys.stderr)
+        print(f"{name}: {result.status}{' (allowed)' if trusted else ''}: {result.message}", file=sys.stderr)
     return 0 if result.status == "OK" or trusted else 1
 
 
-# --- the run ----------------------------------------------------------------------------------------------------------
+def _aside(options: argparse.Namespace) -> Any:
+    """With --json, whatever the study or the engine prints must not mix with the JSON."""
+    return contextlib.redirect_stdout(sys.stderr) if options.json else contextlib.nullcontext()
 
 
-def _attempt(study: ModuleType, parameters: StudyParameters, progress: Progress) -> StudyResult:
-    """Run the study; whatever it raises becomes a result with status ERROR, its traceback on stderr."""
-    from buckler.studies.kit.report import StudyResult
+def _work(result: StudyResult) -> str:
+    """What the run took, and what it ran on."""
+    from buckler.studies.kit.versions import versions
 
-    begin = time.perf_counter()
-    try:
-        result = study.run(parameters, progress=progress)
-    except Exception as error:
-        traceback.print_exc()
-        result = StudyResult(parameters=parameters, status="ERROR", message=_named(error))
-    return replace(result, work={"wall_s": time.perf_counter() - begin, **result.work})
+    took = ", ".join(
+        f"{name} {value:.6g}" if isinstance(value, float) else f"{name} {value}" for name, value in result.work.items()
+    )
+    return f"{took}\n{', '.join(f'{name} {version}' for name, version in versions().items())}"
 
 
 def _draw(study: ModuleType, result: StudyResult) -> tuple[StudyResult, Mapping[str, Figure]]:

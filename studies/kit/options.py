@@ -6,7 +6,7 @@ import argparse
 import re
 import sys
 import tempfile
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from types import ModuleType
 from typing import Any, NoReturn
@@ -17,6 +17,10 @@ EPILOG = (
     "A bare number is in the unit shown; others are converted: 0.3mm, 12rpm, 300r/min, 68kN/m, 5ms, 210GPa, 253N.s/m. "
     "Exit status: 0 fine, 1 the run failed or is suspect, 2 wrong input."
 )
+
+
+RENAMED = {"--trust": "--allow-suspect", "--show": "--metrics"}
+"""Options that had another name."""
 
 
 class Parser(argparse.ArgumentParser):
@@ -48,13 +52,47 @@ def study_parser(study: ModuleType, prog: str, taken: Collection[str] = ()) -> a
         text = f"{spec.help}; default {spec.show(getattr(defaults, name))}; {spec.allowed}"
         flag = f"--{name.replace('_', '-')}"
         group.add_argument(flag, dest=name, default=None, metavar=spec.metavar, help=text.replace("%", "%%"))
-    general = parser.add_argument_group("input and output")
-    general.add_argument("--config", metavar="FILE", help="TOML file of parameters; the command line overrides it")
-    general.add_argument("--out", metavar="DIR", default="results", help="where to write; default results")
-    general.add_argument("--json", action="store_true", help="print metrics.json and nothing else")
-    trust = "take a SUSPECT run all the same: exit 0, and metrics.json records that its checks were overridden"
-    general.add_argument("--trust", action="store_true", help=trust)
+    answers(parser).add_argument("--config", metavar="FILE", help="TOML file of parameters; the command line overrides it")
     return parser
+
+
+def answers(parser: argparse.ArgumentParser) -> Any:
+    """Add the options that every run has: where its results go and what is printed; return their group."""
+    group = parser.add_argument_group("input and output")
+    group.add_argument("--out", metavar="DIR", default="results", help="where to write; default results")
+    group.add_argument("--json", action="store_true", help="print metrics.json and nothing else")
+    suspect = "take a SUSPECT run all the same: exit 0, and metrics.json records that its checks were overridden"
+    group.add_argument("--allow-suspect", action="store_true", dest="trust", help=suspect)
+    group.add_argument("-q", "--quiet", action="store_true", help="print errors only")
+    group.add_argument("-v", "--verbose", action="store_true", help="also print steps, iterations and versions")
+    return group
+
+
+def noted(argv: Sequence[str], renamed: Mapping[str, str] = RENAMED) -> list[str]:
+    """Words with the present names of options that had another one, each with a note; negative values made safe."""
+    words = []
+    for word in _joined(argv):
+        name, equals, value = word.partition("=")
+        if name in renamed:
+            print(f"note: {name} is called {renamed[name]} now", file=sys.stderr)
+            name = renamed[name]
+        words.append(f"{name}{equals}{value}")
+    return words
+
+
+def check_words(unknown: Sequence[str], options: argparse.Namespace, extra: Collection[str] = ()) -> None:
+    """Refuse the first word that is no option, with the closest one.
+
+    Raises
+    ------
+    ValueError
+        In one line.
+    """
+    if unknown:
+        word = unknown[0].partition("=")[0]
+        known = [f"--{name.replace('_', '-')}" for name in (*vars(options), *extra) if name not in ("trust", "changes")]
+        what = "parameter" if word.startswith("-") else "argument"
+        raise ValueError(f"unknown {what} '{word}'; {registry.hint(word, [*known, '--allow-suspect']) or 'see --help'}")
 
 
 def read_options(
@@ -63,13 +101,9 @@ def read_options(
     """Split the words into general options and the parameters that were given, as yet unread."""
     from buckler.studies.kit.parameters import specs
 
-    options, unknown = parser.parse_known_args(_joined(argv))
+    options, unknown = parser.parse_known_args(noted(argv))
     names = set(specs(study.Parameters))
-    if unknown:
-        word = unknown[0].partition("=")[0]
-        known = [f"--{name.replace('_', '-')}" for name in vars(options)]
-        what = "parameter" if word.startswith("-") else "argument"
-        raise ValueError(f"unknown {what} '{word}'; {registry.hint(word, known) or 'see --help'}")
+    check_words(unknown, options)
     given = _read_config(Path(options.config), names) if options.config else {}
     given |= {name: value for name, value in vars(options).items() if name in names - set(taken) and value is not None}
     return options, given

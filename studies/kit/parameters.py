@@ -14,117 +14,13 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field, fields, replace
-from functools import lru_cache
+from dataclasses import asdict, dataclass, field, fields, replace
 from numbers import Integral, Real
-from typing import Any, NamedTuple, TypeGuard, TypeVar
+from typing import Any, TypeGuard, TypeVar
+
+from buckler.mbs.units import parse_quantity, parse_unit
 
 Number = TypeVar("Number", int, float)
-
-# --- units ------------------------------------------------------------------------------------------------------------
-
-
-class Unit(NamedTuple):
-    """One unit in SI: factor * 10**power. The decimal power stays apart so that 300um is exactly the float 3e-4."""
-
-    factor: float
-    power: float
-    dimension: tuple[float, ...]
-    """Exponents of metre, kilogram, second, ampere and radian; an angle is kept apart from a plain number."""
-
-
-SYMBOLS: dict[str, Unit] = {
-    "1": Unit(1, 0, (0, 0, 0, 0, 0)),
-    "%": Unit(1, -2, (0, 0, 0, 0, 0)),
-    "m": Unit(1, 0, (1, 0, 0, 0, 0)),
-    "g": Unit(1, -3, (0, 1, 0, 0, 0)),
-    "s": Unit(1, 0, (0, 0, 1, 0, 0)),
-    "A": Unit(1, 0, (0, 0, 0, 1, 0)),
-    "rad": Unit(1, 0, (0, 0, 0, 0, 1)),
-    "Hz": Unit(1, 0, (0, 0, -1, 0, 0)),
-    "N": Unit(1, 0, (1, 1, -2, 0, 0)),
-    "Pa": Unit(1, 0, (-1, 1, -2, 0, 0)),
-    "J": Unit(1, 0, (2, 1, -2, 0, 0)),
-    "W": Unit(1, 0, (2, 1, -3, 0, 0)),
-    "V": Unit(1, 0, (2, 1, -3, -1, 0)),
-    "min": Unit(60, 0, (0, 0, 1, 0, 0)),
-    "deg": Unit(math.pi / 180, 0, (0, 0, 0, 0, 1)),
-    "r": Unit(2 * math.pi, 0, (0, 0, 0, 0, 1)),
-    "rev": Unit(2 * math.pi, 0, (0, 0, 0, 0, 1)),
-    "rpm": Unit(math.pi / 30, 0, (0, 0, -1, 0, 1)),
-}
-PREFIXES = {"n": -9, "u": -6, "m": -3, "c": -2, "k": 3, "M": 6, "G": 9}
-NEVER_PREFIXED = {"1", "%", "min", "deg", "r", "rev", "rpm"}
-SPELLINGS = str.maketrans({"·": ".", "*": ".", "µ": "u", "μ": "u", "²": "2", "³": "3", "°": "deg"})
-
-NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+))(?:[eE]([+-]?\d+))?\s*")
-FACTOR = re.compile(r"\s*([./]?)\s*([A-Za-z]+|%|1)(?:\^?(-?\d+(?:\.\d+)?))?\s*")
-
-
-def _symbol(name: str) -> Unit:
-    """A bare symbol, with or without a decimal prefix; the whole word first, so that `min` is no milli-inch."""
-    if name in SYMBOLS:
-        return SYMBOLS[name]
-    prefix, base = name[0], name[1:]
-    if prefix in PREFIXES and base in SYMBOLS and base not in NEVER_PREFIXED:
-        unit = SYMBOLS[base]
-        return unit._replace(power=unit.power + PREFIXES[prefix])
-    raise ValueError(f"unknown unit '{name}'")
-
-
-@lru_cache(maxsize=256)
-def parse_unit(text: str) -> Unit:
-    """Read a unit such as `N.s/mm`, `kg/m^3` or `N/mm^1.5`; each `/` divides by the one factor behind it."""
-    factor, power, dimension = 1.0, 0.0, [0.0] * 5
-    rest = text.translate(SPELLINGS).strip() or "1"
-    position = 0
-    while position < len(rest):
-        match = FACTOR.match(rest, position)
-        if match is None:
-            raise ValueError(f"unknown unit '{text}'")
-        operator, name, exponent = match.groups()
-        unit, e = _symbol(name), float(exponent or 1)
-        if operator == "/":
-            e, factor = -e, factor / unit.factor**e
-        else:
-            factor *= unit.factor**e
-        power += e * unit.power
-        dimension = [total + e * part for total, part in zip(dimension, unit.dimension, strict=True)]
-        position = match.end()
-    return Unit(factor, power, tuple(dimension))
-
-
-def parse_quantity(text: str, unit: str) -> float:
-    """Read a number with an optional unit and return it in `unit`.
-
-    Parameters
-    ----------
-    text : str
-        Such as `0.3mm`, `3e-4` (then already in `unit`) or `300 r/min`.
-    unit : str
-        The unit of the result.
-
-    Raises
-    ------
-    ValueError
-        If it is no number, or its unit is unknown or of another kind.
-    """
-    match = NUMBER.match(text)
-    if match is None:
-        raise ValueError("not a number")
-    digits, exponent = match[1], int(match[2] or 0)
-    given = text[match.end() :].strip()
-    if not given:
-        return float(f"{digits}e{exponent}")
-    source, target = parse_unit(given), parse_unit(unit)
-    if source.dimension != target.dimension:
-        raise ValueError(f"'{given}' is no unit for a quantity in {unit if unit != '1' else 'plain numbers'}")
-    shift = source.power - target.power
-    whole = math.floor(shift)  # a part of a decade is left over in units such as N/mm^1.5
-    return float(f"{digits}e{exponent + whole}") * 10 ** (shift - whole) * (source.factor / target.factor)
-
-
-# --- declarations -----------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -245,6 +141,17 @@ def choices(default: tuple[str, ...], options: Sequence[str], help: str, group: 
     return field(default=default, metadata={"spec": _several(_choice(tuple(options), help, group))})
 
 
+def text(default: str, help: str, group: str = "parameters") -> str:
+    """Declare any words, such as the name of a file."""
+
+    def read(given: object) -> str:
+        if not isinstance(given, str):
+            raise ValueError("not text")
+        return given.strip()
+
+    return field(default=default, metadata={"spec": Spec(read, lambda value: value or "none", "any text", "TEXT", help, group)})
+
+
 @dataclass(frozen=True)
 class StudyParameters:
     """Base of every study's `Parameters`: reads and checks each field when made.
@@ -263,6 +170,10 @@ class StudyParameters:
     def check(self) -> None:
         """Check parameters against each other; a study overrides it and raises a ValueError with one line."""
 
+    def plain(self) -> dict[str, Any]:
+        """All of them by name, as a store and a file keep them."""
+        return asdict(self)
+
     def check_counts(self, *names: str) -> None:
         """Check that all of some quantities without unit are whole numbers."""
         for name in names:
@@ -272,7 +183,9 @@ class StudyParameters:
 
 
 def specs(kind: type[StudyParameters]) -> dict[str, Spec]:
-    """Names of a `Parameters` class with what each may be."""
+    """Names of a `Parameters` class, or of what makes the like, with what each may be."""
+    if hasattr(kind, "specs"):
+        return dict(kind.specs())
     return {declared.name: declared.metadata["spec"] for declared in fields(kind)}
 
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import importlib
+import sys
 from collections.abc import Iterable
+from pathlib import Path
 from types import ModuleType
 from typing import NamedTuple
 
@@ -74,12 +76,29 @@ STUDIES: dict[str, Entry] = {
     "buffering-claims": Entry(
         "buckler.studies.rattling.buffering_claims", "does a flexible rocker buffer? each published claim, over many runs"
     ),
+    "buffering-world": Entry(
+        "buckler.studies.rattling.world", "the same in one world: everything that the paper leaves open has one value"
+    ),
     "modes": Entry("buckler.studies.rattling.modes", "which modes of the rocker matter, and what their numbers mean"),
 }
 
 
 class UnknownStudyError(ValueError):
     """A study was asked for that the table does not hold."""
+
+
+GROUP = "buckler.studies"
+"""Entry points by which other packages offer studies: `my-study = "my_package.my_study"`."""
+
+
+def everything() -> dict[str, Entry]:
+    """Studies of Buckler and of other packages that are installed."""
+    from importlib.metadata import entry_points
+
+    others = {
+        point.name: Entry(point.value, f"of {point.dist.name}" if point.dist else "") for point in entry_points(group=GROUP)
+    }
+    return {**others, **STUDIES}
 
 
 def entry(name: str) -> Entry:
@@ -90,14 +109,37 @@ def entry(name: str) -> Entry:
     UnknownStudyError
         With the closest name, if there is one.
     """
-    if name not in STUDIES:
-        raise UnknownStudyError(f"unknown study '{name}'; {hint(name, STUDIES) or 'see `python -m studies list`'}")
-    return STUDIES[name]
+    studies = STUDIES if name in STUDIES else everything()
+    if name not in studies:
+        raise UnknownStudyError(f"unknown study '{name}'; {hint(name, studies) or 'see `python -m studies list`'}")
+    return studies[name]
 
 
 def load(name: str) -> ModuleType:
-    """Import a study by its name, always under its true module name, so that what it defines can be pickled."""
-    return importlib.import_module(entry(name).module)
+    """Import a study by its name or file, always under its true module name, so that what it defines can be pickled.
+
+    Raises
+    ------
+    ValueError
+        If there is no such study, or the file defines none.
+    """
+    if not name.endswith(".py"):
+        return importlib.import_module(entry(name).module)
+    path = Path(name).resolve()
+    if not path.is_file():
+        raise UnknownStudyError(f"{name}: no such file")
+    if str(path.parent) not in sys.path:
+        sys.path.insert(0, str(path.parent))  # worker processes get the same path
+    try:
+        study = importlib.import_module(path.stem)
+    except SyntaxError as error:
+        raise ValueError(f"{name}: line {error.lineno}: {error.msg}") from None
+    if Path(study.__file__ or "").resolve() != path:
+        raise ValueError(f"{name}: another module is called {path.stem}; rename the file")
+    for part in ("Parameters", "run", "figure"):
+        if not hasattr(study, part):
+            raise ValueError(f"{name}: no study, it defines no `{part}`; see docs/how-to-add-a-study.md")
+    return study
 
 
 def hint(word: str, known: Iterable[str]) -> str:

@@ -15,13 +15,13 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field
 from functools import partial
-from importlib import metadata
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
 from buckler.studies.kit.parameters import StudyParameters
+from buckler.studies.kit.versions import versions
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -254,21 +254,8 @@ def provenance(parameters: StudyParameters) -> dict[str, Any]:
         "versions": versions(),
         "commit": _commit(),
         "machine": {"cpu": _cpu(), "cores": os.cpu_count(), "os": platform.platform()},
-        "parameters": asdict(parameters),
+        "parameters": parameters.plain(),
     }
-
-
-def versions() -> dict[str, str | None]:
-    """Of Python, Buckler and the packages its numbers come from."""
-    packages = ("buckler", "exudyn", "numpy", "scipy")
-    return {"python": platform.python_version(), **{name: _version(name) for name in packages}}
-
-
-def _version(package: str) -> str | None:
-    try:
-        return metadata.version(package)
-    except metadata.PackageNotFoundError:  # a checkout that was never installed
-        return None
 
 
 def _commit() -> str | None:

@@ -35,8 +35,8 @@ from buckler.studies.rattling.bifurcation_points import (
     REPEATS_TO,
     SURE,
     WINDOW,
+    DiagramPoint,
     Growth,
-    Point,
     SectionParameters,
     agreement,
     fastest,
@@ -81,7 +81,7 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     )
 
 
-def _metrics(p: Parameters, base: FourBar, points: Sequence[Point], growth: Growth) -> dict[str, Metric]:
+def _metrics(p: Parameters, base: FourBar, points: Sequence[DiagramPoint], growth: Growth) -> dict[str, Metric]:
     here = exponent(growth.rate * base.period / growth.rate.shape[-1], base.period)
     exponents = [x.exponent for x in points]
     ends = {"smallest": min(exponents), "largest": max(exponents)}
@@ -97,7 +97,7 @@ def _metrics(p: Parameters, base: FourBar, points: Sequence[Point], growth: Grow
     }
 
 
-def _signals(p: Parameters, fourbars: Sequence[FourBar], points: Sequence[Point], growth: Growth) -> dict[str, Array]:
+def _signals(p: Parameters, fourbars: Sequence[FourBar], points: Sequence[DiagramPoint], growth: Growth) -> dict[str, Array]:
     return {
         p.over: p.values,
         "section": np.stack([x.section for x in points]),
@@ -113,7 +113,7 @@ def _signals(p: Parameters, fourbars: Sequence[FourBar], points: Sequence[Point]
     }
 
 
-def _table(p: Parameters, fourbars: Sequence[FourBar], points: Sequence[Point]) -> Table:
+def _table(p: Parameters, fourbars: Sequence[FourBar], points: Sequence[DiagramPoint]) -> Table:
     label, factor, _ = AXES[p.over]
     rows = [
         [
@@ -129,7 +129,7 @@ def _table(p: Parameters, fourbars: Sequence[FourBar], points: Sequence[Point]) 
     notes = (
         "error: standard error over turns and members. spread: standard deviation of the section, in clearances.\n"
         f"{p.seeds} members from seed {p.seed}, {p.settle} turns to settle, {p.turns} of the section, {p.exponent_turns} for the "
-        f"exponent.\nrepeats after: turns, to {REPEATS_TO:g} clearances, up to {LONGEST_PERIOD}."
+        f"exponent.\nrepeats after: turns, to {REPEATS_TO:g} clearances, up to {LONGEST_PERIOD}.\n{p.stated()}."
     )
     return Table(headers, rows, title, notes)
 

@@ -4,9 +4,13 @@ Four joints with play at 300 r/min, rigid rocker against one with its lowest ben
 bending planes of the 20 mm x 5 mm bars and both readings of c_max. `studies/buffering_measures.py` has the numbers each
 claim is judged by and the rule. The runs are those of the compiled reference (`buckler.mbs.reference`).
 
-The default takes a minute and a half on two cores; the table of docs/buffering-claims.md is that of `--members 12 --cycles 9`,
-108 turns of each rocker in each case, some three minutes. Forces are judged by their size; the ratio of their x-components,
-which the paper draws, is the same within 3 %. The mid-point's accelerations rise with every mode that is added (`modes`).
+Then the same in many worlds, each with one value of everything that the paper leaves open (`studies/rattling/worlds.py`): the
+share of them in which a claim holds, and which assumption decides it. `worlds_store` keeps them, so that a run can go on.
+
+Without worlds it takes a minute and a half on two cores, 256 worlds a quarter of an hour more; the table of
+docs/buffering-claims.md is that of `--members 12 --cycles 9`, 108 turns of each rocker in each case. Forces are judged by their
+size; the ratio of their x-components, which the paper draws, is the same within 3 %. The mid-point's accelerations rise with
+every mode that is added (`modes`).
 """
 
 from __future__ import annotations
@@ -14,18 +18,19 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from buckler.mbs.reference import Ensemble, beam_modes, simulate
+from buckler.mbs.reference import Ensemble, simulate
 from buckler.mbs.reference.ensembles import by_cycle
 from buckler.studies.kit.cli import main
-from buckler.studies.kit.parameters import integer, quantities
+from buckler.studies.kit.parameters import integer, quantities, text
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
 from buckler.studies.kit.style import COLOURS, subplots
+from buckler.studies.rattling import world_shares
 from buckler.studies.rattling.buffering_measures import (
-    AREA,
     BALANCED,
     CLAIMS,
     FAMILIES,
@@ -39,6 +44,9 @@ from buckler.studies.rattling.buffering_measures import (
     ratio,
     trouble,
 )  # fmt: skip
+from buckler.studies.rattling.mode_sets import damped, rocker_modes
+from buckler.studies.rattling.worlds import drawn
+from buckler.studies.sweeping.sweep import sweep
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -60,14 +68,20 @@ class Parameters(EnsembleParameters):
     clearance: tuple[float, ...] = quantities((5e-5, 1e-4, 2.5e-4, 5e-4), "m", 1e-6, 2e-3, "radial clearances", "joints")
     bending: int = integer(3, 0, 8, "bending modes of the flexible rocker", "bars")
     axial: int = integer(1, 0, 8, "its axial modes", "bars")
+    worlds: int = integer(256, 0, 2**16, "worlds drawn over all that is left open; 0: none", "worlds")
+    world_members: int = integer(5, 2, 2000, "runs of each rocker in each world", "worlds")
+    world_cycles: int = integer(2, 1, 10_000, "turns measured of each run", "worlds")
+    world_settle: int = integer(1, 0, 10_000, "turns before that", "worlds")
+    worlds_store: str = text("", "file that keeps the worlds that have run, to go on from; none: memory only", "worlds")
 
     def check(self) -> None:
         """A flexible rocker has a mode."""
+        super().check()
         if self.bending + self.axial == 0:
             raise ValueError("bending = 0 with axial = 0: the flexible rocker needs one mode at least")
 
 
-class Case(NamedTuple):
+class ClaimCase(NamedTuple):
     """One reading of c_max, side in the plane and clearance, m."""
 
     unit: str
@@ -80,9 +94,9 @@ class Case(NamedTuple):
         return f"c_max[{self.unit}].h{1e3 * self.depth:g}mm.c{1e6 * self.gap:g}um"
 
 
-def cases(p: Parameters) -> list[Case]:
+def cases(p: Parameters) -> list[ClaimCase]:
     """All of them."""
-    return [Case(*each) for each in product(p.damping_unit, p.in_plane_depth, p.clearance)]
+    return [ClaimCase(*each) for each in product(p.damping_unit, p.in_plane_depth, p.clearance)]
 
 
 def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
@@ -103,23 +117,48 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     for name, found_out in verdicts.items():
         metrics |= {f"{name}.{verdict.replace(' ', '_')}": Metric(found_out.count(verdict), "1") for verdict in VERDICTS}
     tables = [_table(metrics, p, unit, depth, wrong) for unit, depth in product(p.damping_unit, p.in_plane_depth)]
+    over_worlds = _over_worlds(p, progress)
     return StudyResult(
         parameters=p,
         status="SUSPECT" if wrong else "OK",
         message="; ".join(wrong),
-        metrics=metrics,
+        metrics=metrics | over_worlds.metrics,
+        signals=over_worlds.signals,
         work={"turns": len(every) * len(ROCKERS) * p.members * (p.settle + p.cycles)},
-        tables=[*tables, _summary(metrics, p, wrong)],
+        tables=[*tables, _summary(metrics, p, wrong), *over_worlds.tables],
     )
 
 
-def _measured(p: Parameters, case: Case, rocker: str) -> Ensemble:
+class _Over(NamedTuple):
+    """What the worlds add to the study."""
+
+    metrics: dict[str, Metric]
+    signals: dict[str, Any]
+    tables: list[Table]
+
+
+def _over_worlds(p: Parameters, progress: Progress) -> _Over:
+    """Sweep the worlds and read them."""
+    if not p.worlds:
+        return _Over({}, {}, [])
+    numerics = {"members": p.world_members, "cycles": p.world_cycles, "settle": p.world_settle, "tolerance": p.tolerance}
+    worlds = drawn(p.worlds, p.seed, workers=1, **numerics)
+    store = Path(p.worlds_store) if p.worlds_store else None
+    rows = sweep("buffering-world", worlds.cases, workers=p.workers, store=store, progress=progress)
+    ratios, errors = world_shares.read(rows)
+    found = world_shares.shares(worlds, ratios, errors, p.margin)
+    shown = world_shares.table(found, p.margin, p.worlds, p.world_members, p.world_cycles)
+    signals = {"worlds.codes": worlds.codes, "worlds.ratio": ratios, "worlds.error": errors}
+    seconds = Metric(sum(row.wall_s for row in rows), "s")
+    return _Over(world_shares.metrics(found) | {"worlds.seconds": seconds}, signals, [shown])
+
+
+def _measured(p: Parameters, case: ClaimCase, rocker: str) -> Ensemble:
     """Run one rocker; the two have other seeds, so their errors are independent."""
     if rocker == "rigid":
         return p.ensemble(p.fourbar(*case))
-    size = AREA / case.depth, case.depth
-    modes = beam_modes(0.175, *size, bending=p.bending, axial=p.axial, damping=p.rocker_damping)
-    return p.ensemble(p.fourbar(*case, modes), batch=1)
+    modes = rocker_modes(p.modes_of, case.depth, p.bending, p.axial)
+    return p.ensemble(p.fourbar(*case, damped(modes, p.modal_damping, p.rocker_damping)), batch=1)
 
 
 def _ideal(p: Parameters, depth: float) -> Mapping[str, Any]:
@@ -141,7 +180,7 @@ def _numbers(name: str, found: Ensemble) -> dict[str, Metric]:
     }
 
 
-def _compared(p: Parameters, case: Case, rigid: Ensemble, flexible: Ensemble, ideal: Any, count: int) -> dict[str, Metric]:
+def _compared(p: Parameters, case: ClaimCase, rigid: Ensemble, flexible: Ensemble, ideal: Any, count: int) -> dict[str, Metric]:
     """Ratios of the two, their verdicts; and what play does with the rigid rocker, over ideal joints."""
     numbers = {}
     for claim in CLAIMS:
@@ -154,7 +193,7 @@ def _compared(p: Parameters, case: Case, rigid: Ensemble, flexible: Ensemble, id
     return numbers
 
 
-def _verdict(metrics: Mapping[str, Metric], case: Case, claim: str) -> str:
+def _verdict(metrics: Mapping[str, Metric], case: ClaimCase, claim: str) -> str:
     """In words."""
     number = metrics[f"{case.name}.{claim}.verdict"].value
     return next(verdict for verdict, known in VERDICTS.items() if known == number)
@@ -163,14 +202,14 @@ def _verdict(metrics: Mapping[str, Metric], case: Case, claim: str) -> str:
 # --- tables -----------------------------------------------------------------------------------------------------------
 
 
-def _marked(case: Case, wrong: Sequence[str]) -> bool:
+def _marked(case: ClaimCase, wrong: Sequence[str]) -> bool:
     """True if a rocker of this case is suspect."""
     return any(line.startswith(f"{case.name}.") for line in wrong)
 
 
 def _table(metrics: Mapping[str, Metric], p: Parameters, unit: str, depth: float, wrong: Sequence[str]) -> Table:
     """One row a claim, one column a clearance: ratio, its standard error, verdict."""
-    here = [Case(unit, depth, gap) for gap in p.clearance]
+    here = [ClaimCase(unit, depth, gap) for gap in p.clearance]
     rows = []
     for claim in CLAIMS:
         row = [claim.text]
@@ -202,7 +241,7 @@ def _summary(metrics: Mapping[str, Metric], p: Parameters, wrong: Sequence[str])
     notes = (
         f"A reduction counts from {100 * p.margin:g} %; the chance that any verdict is wrong is below {100 * p.level:g} %. "
         f"{p.members} runs of {p.cycles} turns a rocker and case{'; suspect cases left out' if wrong else ''}.\n"
-        f"Play itself, rigid rocker, times what ideal joints have: {spans}."
+        f"Play itself, rigid rocker, times what ideal joints have: {spans}.\n{p.stated()}."
     )
     heads = [f"{unit}: holds / does not / undecided" for unit in p.damping_unit]
     return Table(["claim", *heads, "overall"], rows, "What the claims come to", notes)
@@ -211,8 +250,19 @@ def _summary(metrics: Mapping[str, Metric], p: Parameters, wrong: Sequence[str])
 # --- figure -----------------------------------------------------------------------------------------------------------
 
 
-def figure(result: StudyResult) -> Figure:
-    """Ratios over the clearance, one row a reading and plane, one column a kind of claim."""
+def figure(result: StudyResult) -> dict[str, Figure]:
+    """Ratios over the clearance; and over the worlds, where there are any."""
+    drawings = {"figure": _over_clearance(result)}
+    if "worlds.ratio" in result.signals:
+        p: Any = result.parameters
+        worlds, signals = drawn(p.worlds, p.seed), result.signals
+        found = world_shares.shares(worlds, signals["worlds.ratio"], signals["worlds.error"], p.margin)
+        drawings["worlds"] = world_shares.figure(found, signals["worlds.ratio"])
+    return drawings
+
+
+def _over_clearance(result: StudyResult) -> Figure:
+    """Ratios, one row a reading and plane, one column a kind of claim."""
     p: Any = result.parameters
     planes = list(product(p.damping_unit, p.in_plane_depth))
     grid = {"squeeze": False, "sharex": True, "sharey": "col"}
@@ -223,7 +273,7 @@ def figure(result: StudyResult) -> Figure:
             ax.axhline(1, color="#999999", linewidth=0.8, zorder=1)
             claims = [claim for claim in CLAIMS if claim.family == family]
             for i, claim in enumerate(claims):
-                _draw(ax, result.metrics, [Case(unit, depth, gap) for gap in p.clearance], claim, 0.06 * (i - 1))
+                _draw(ax, result.metrics, [ClaimCase(unit, depth, gap) for gap in p.clearance], claim, 0.06 * (i - 1))
         line[0].set_ylabel(f"{unit}, {1e3 * depth:g} mm\nflexible/rigid")
     for ax, family in zip(axes[0], FAMILIES, strict=True):
         ax.set_title(SHORT[family], fontsize=8)
@@ -243,7 +293,7 @@ def figure(result: StudyResult) -> Figure:
     return fig
 
 
-def _draw(ax: Any, metrics: Mapping[str, Metric], here: Sequence[Case], claim: Any, shift: float) -> None:
+def _draw(ax: Any, metrics: Mapping[str, Metric], here: Sequence[ClaimCase], claim: Any, shift: float) -> None:
     """One claim's ratios with bars of two standard errors; the marks tell the verdicts."""
     found = [metrics[f"{case.name}.{claim.name}.ratio"] for case in here]
     gap = np.array([1e3 * case.gap for case in here]) * np.exp(shift)

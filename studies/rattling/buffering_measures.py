@@ -24,14 +24,15 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.stats import t as student
 
+from buckler.mbs.laws import AdamsFriction
 from buckler.mbs.reference import CLOSED, RATTLING, Ensemble, FourBar, Outcome, Run, ensemble
-from buckler.studies.kit.parameters import StudyParameters, choices, integer, quantities, quantity
+from buckler.studies.kit.parameters import choices, integer, quantities, quantity
+from buckler.studies.kit.published import BAR_AREA
+from buckler.studies.rattling.assumptions import Assumptions
 
 Array = np.ndarray[Any, Any]
 READINGS = {"N.s/m": RATTLING, "N.s/mm": CLOSED}
 """Contact laws by how the unit of the published c_max = 253 is read."""
-AREA = 0.020 * 0.005
-"""Of the bars' section, m^2."""
 SAMPLES = 2000
 """Of a turn, 0.1 ms apart at 300 r/min; what `curves` measures is read off them."""
 SPREAD = 0.1
@@ -84,16 +85,16 @@ CLAIMS = tuple(
 
 
 @dataclass(frozen=True)
-class EnsembleParameters(StudyParameters):
+class EnsembleParameters(Assumptions):
     """What the studies of many runs share."""
 
     in_plane_depth: tuple[float, ...] = quantities(
         (20e-3, 5e-3), "m", 5e-3, 20e-3, "sides of the 20 mm x 5 mm bars in the plane", "bars"
     )
-    rocker_damping: float = quantity(0.01, "1", 0, 1, "damping ratio of every mode", "bars")
     damping_unit: tuple[str, ...] = choices(
         tuple(READINGS), tuple(READINGS), "how the published unit of c_max = 253 is read", "contact"
     )
+    pin: float = quantity(5e-3, "m", 1e-3, 1e-2, "radius of the pins", "joints")
     members: int = integer(8, 2, 10_000, "runs of each case; their scatter gives the standard error", "statistics")
     cycles: int = integer(4, 1, 10_000, "turns measured of each run", "statistics")
     settle: int = integer(2, 0, 10_000, "turns before that", "statistics")
@@ -105,7 +106,14 @@ class EnsembleParameters(StudyParameters):
 
     def fourbar(self, unit: str, depth: float, gap: float, modes: Any = None) -> FourBar:
         """Crank-rocker with play, in one reading of c_max, by its bars' side in the plane and clearance, m."""
-        return FourBar(law=READINGS[unit], thickness=depth, width=AREA / depth, gap=gap, modes=modes)
+        return FourBar(
+            law=READINGS[unit], thickness=depth, width=BAR_AREA / depth, gap=gap, modes=modes, pin=self.pin, gravity=self.pull,
+            friction=AdamsFriction(0.3, 0.1, *self.thresholds), turned=self.turned,
+        )  # fmt: skip
+
+    def check(self) -> None:
+        """One body carries each pin."""
+        self.turned  # noqa: B018 - refuses a joint named twice
 
     def ensemble(self, fourbar: FourBar, batch: int = 0) -> Ensemble:
         """Run all members; another batch has other seeds, so that its errors are its own."""

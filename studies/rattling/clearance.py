@@ -8,26 +8,22 @@ bend. Each of these is a parameter here. The unit of its largest contact damping
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import pi
 from typing import Any
 
 import numpy as np
 
 from buckler import mbs
-from buckler.mbs import Beam, Clearance, Material, Mechanism, Modal, Result, Rigid, Section, crank_rocker
+from buckler.mbs import Beam, Clearance, Mechanism, Modal, Result, Rigid, Section, crank_rocker
 from buckler.mbs.laws import AdamsFriction, Impact
 from buckler.mbs.library import STEEL_CRANK_ROCKER
-from buckler.studies.kit.parameters import StudyParameters, choice, choices, integer, quantity
+from buckler.mbs.modal import CraigBampton, reduced
+from buckler.studies.kit.parameters import choice, choices, integer, quantity
+from buckler.studies.kit.published import BAR_AREA, CONTACT_DAMPING, CONTACT_STIFFNESS, DAMPING_UNITS, STEEL
+from buckler.studies.rattling.assumptions import DAMPINGS, Assumptions, JointAssumptions
 
 Array = np.ndarray[Any, Any]
-STEEL = Material(modulus=207e9, density=7850.0, poisson=0.29)
-AREA = 0.020 * 0.005
-"""Of the bars' section, m^2."""
-STIFFNESS = 2.53e5 * 1e3**1.5
-"""Published K, N/m^1.5: 2.53e5 "N/mm", read as N/mm^1.5."""
-DAMPING_UNITS = {"N.s/m": 1.0, "N.s/mm": 1e3}
-"""Readings of c_max, each in N s/m."""
 WITH_PLAY = ("", "B", "BC", "ABC", "OABC")
 """Joints that get play as their number grows: first those that are looked at, coupler–rocker and rocker–frame."""
 START_OFFSET = 1e-9
@@ -47,7 +43,7 @@ def _beam(p: CrankRockerParameters) -> Beam:
 ROCKERS: dict[str, Callable[[CrankRockerParameters], Any]] = {
     "rigid": lambda p: Rigid(p.section),
     "beam": _beam,
-    "modal": lambda p: Modal(p.section, damping=p.rocker_damping),
+    "modal": lambda p: p.modal(),
 }
 """Bodies of the rocker by name; all but the first are flexible."""
 
@@ -78,14 +74,14 @@ class InPython:
 
 
 @dataclass(frozen=True)
-class PlayParameters(StudyParameters):
+class PlayParameters(JointAssumptions):
     """The crank-rocker's bars, joints with play, contact and drive, on the engine and in the compiled reference."""
 
     in_plane_depth: float = quantity(20e-3, "m", 5e-3, 20e-3, "side of the 20 mm x 5 mm bars in the plane", "bars")
     clearance: float = quantity(2.5e-4, "m", 1e-7, 2e-3, "radial clearance", "joints")
     pin: float = quantity(5e-3, "m", 1e-3, 1e-2, "radius of the pins", "joints")
-    stiffness: float = quantity(STIFFNESS, "N/m^1.5", 1e6, 1e14, "contact stiffness K", "contact")
-    damping: float = quantity(253.0, "1", 0, 1e5, "largest contact damping c_max, in damping_unit", "contact")
+    stiffness: float = quantity(CONTACT_STIFFNESS, "N/m^1.5", 1e6, 1e14, "contact stiffness K", "contact")
+    damping: float = quantity(CONTACT_DAMPING, "1", 0, 1e5, "largest contact damping c_max, in damping_unit", "contact")
     damping_unit: str = choice("N.s/m", tuple(DAMPING_UNITS), "how the published unit of c_max is read", "contact")
     damping_depth: float = quantity(1e-5, "m", 1e-8, 1e-3, "depth d_max at which the damping is full", "contact")
     static_friction: float = quantity(0.3, "1", 0, 2, "static Coulomb coefficient", "contact")
@@ -102,11 +98,16 @@ class PlayParameters(StudyParameters):
     @property
     def friction(self) -> AdamsFriction:
         """Friction law."""
-        return AdamsFriction(self.static_friction, self.dynamic_friction, self.stiction_speed, self.friction_speed)
+        return AdamsFriction(self.static_friction, self.dynamic_friction, *self.thresholds)
+
+    @property
+    def thresholds(self) -> tuple[float, float]:
+        """Sliding speeds at which friction is static, and from which it is dynamic, m/s."""
+        return self.friction_thresholds * self.stiction_speed, self.friction_thresholds * self.friction_speed
 
 
 @dataclass(frozen=True)
-class CrankRockerParameters(PlayParameters):
+class CrankRockerParameters(PlayParameters, Assumptions):
     """Parameters of every study of the crank-rocker with play on the engine."""
 
     rocker: tuple[str, ...] = choices(("rigid", "beam"), tuple(ROCKERS), "rockers to run, at most one flexible", "bars")
@@ -125,6 +126,9 @@ class CrankRockerParameters(PlayParameters):
         """Check parameters against each other; build what will be run."""
         if len({label(rocker) for rocker in self.rocker}) < len(self.rocker):
             raise ValueError(f"rocker = {','.join(self.rocker)}: name one flexible rocker at most")
+        if "modal" not in self.rocker and (self.modal_damping, self.modes_of) != ("constant", "free"):
+            asked = f"modal_damping = {self.modal_damping}, modes_of = {self.modes_of}"
+            raise ValueError(f"{asked}: only a rocker of modes can have them; choose rocker = rigid,modal")
         if self.settle >= self.duration:
             raise ValueError(f"settle = {self.settle:g} s: must be less than duration = {self.duration:g} s")
         for rocker in self.rocker:
@@ -133,7 +137,7 @@ class CrankRockerParameters(PlayParameters):
     @property
     def section(self) -> Section:
         """Of all bars, without damping."""
-        return Section(width=AREA / self.in_plane_depth, thickness=self.in_plane_depth, material=STEEL)
+        return Section(width=BAR_AREA / self.in_plane_depth, thickness=self.in_plane_depth, material=STEEL)
 
     @property
     def with_play(self) -> str:
@@ -141,13 +145,15 @@ class CrankRockerParameters(PlayParameters):
         return WITH_PLAY[self.clearance_joints]
 
     def play(self, point: str, first: str, second: str) -> Clearance:
-        """Joint with play at a point, pin on the first body, bush on the second."""
+        """Joint with play at a point, pin on the first body, bush on the second, or the other way round by `pin_on`."""
+        if point in self.turned:
+            first, second = second, first
         return Clearance(point, first, second, self.pin, self.clearance, self.law, self.friction)
 
     def mechanism(self, rocker: str, with_play: str | None = None) -> Mechanism:
         """Crank-rocker with this rocker and play in these joints; by default in as many as `clearance_joints` says."""
         offset = START_OFFSET * float(np.random.default_rng(self.seed).standard_normal())
-        return crank_rocker(
+        made = crank_rocker(
             ROCKERS[rocker](self),
             speed=self.speed,
             play=self.play,
@@ -155,6 +161,19 @@ class CrankRockerParameters(PlayParameters):
             section=self.section,
             angle=self.start_angle + offset,
         )
+        return replace(made, gravity=self.pull)
+
+    def modal(self) -> Modal:
+        """Rocker of a solid's modes."""
+        held = self.modes_of == "Craig-Bampton"
+        plain = Modal(self.section, damping=self.rocker_damping)
+        plain = replace(plain, modes=CraigBampton()) if held else plain
+        if self.modal_damping == "constant":
+            return plain
+        model = reduced(plain, STEEL_CRANK_ROCKER.rocker).planar()
+        ratios = DAMPINGS[self.modal_damping](model.frequency / (2 * pi), self.rocker_damping)
+        modes = CraigBampton(tuple(model.numbers.tolist())) if held else plain.modes
+        return replace(plain, modes=modes, damping=tuple(ratios.tolist()))
 
 
 @dataclass(frozen=True)
@@ -203,7 +222,16 @@ def rms(time: Array, values: Array) -> float:
 
 def joint_force(result: Result, joint: str) -> Array:
     """Size of a joint's force, N; joint as in `FORCES`."""
-    return np.hypot(result.signals[f"{FORCES[joint]}.fx"], result.signals[f"{FORCES[joint]}.fy"])
+    return np.hypot(*(force_on_second(result, FORCES[joint], axis) for axis in "xy"))
+
+
+def force_on_second(result: Result, joint: str, axis: str) -> Array:
+    """Force on the second body of a joint, such as B.coupler-rocker, N, whichever of the two carries the pin."""
+    if f"{joint}.f{axis}" in result.signals:
+        return result.signals[f"{joint}.f{axis}"]
+    point, _, bodies = joint.partition(".")
+    first, _, second = bodies.partition("-")
+    return np.asarray(-result.signals[f"{point}.{second}-{first}.f{axis}"])
 
 
 def read(variant: Variant, ideal: Variant, settle: float) -> dict[str, tuple[float, str]]:
@@ -239,9 +267,9 @@ def read(variant: Variant, ideal: Variant, settle: float) -> dict[str, tuple[flo
 
 def samples(variant: Variant) -> dict[str, Array]:
     """Arrays of one run by name, for signals.npz."""
-    names = [*SAMPLES, *(f"{start}.f{axis}" for start in FORCES.values() for axis in "xy")]
-    names += [f"{p}.{name}" for p in variant.with_play for name in ("journal_x", "journal_y", "contact_state")]
+    names = [*SAMPLES, *(f"{p}.{name}" for p in variant.with_play for name in ("journal_x", "journal_y", "contact_state"))]
     signals = {name: variant.result.signals[name] for name in names}
+    signals |= {f"{j}.f{axis}": force_on_second(variant.result, j, axis) for j in FORCES.values() for axis in "xy"}
     return {f"{variant.name}.{name}": values for name, values in {"time": variant.result.time, **signals}.items()}
 
 

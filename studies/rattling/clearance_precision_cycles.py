@@ -12,7 +12,7 @@ from scipy.stats import ttest_ind
 
 from buckler.mbs import Controlled, Exudyn, Result, reference, simulate
 from buckler.mbs.reference import FourBar
-from buckler.studies.rattling.clearance import STEPS_A_TURN, CrankRockerParameters
+from buckler.studies.rattling.clearance import FORCES, STEPS_A_TURN, CrankRockerParameters, joint_force
 from buckler.studies.rattling.clearance_precision_runs import mechanism
 
 Array = np.ndarray[Any, Any]
@@ -81,7 +81,7 @@ def compare(
 def by_turn(result: Result, turns: int, period: float) -> Array:
     """Measures of each turn but the first, shape (turns - 1, 5), integrals over the engine's own steps."""
     time, s, edges = result.time, result.signals, period * np.arange(1, turns + 1)
-    force = [np.hypot(s[f"{joint}.fx"], s[f"{joint}.fy"]) for joint in ("B.coupler-rocker", "C.ground-rocker")]
+    force = [joint_force(result, joint) for joint in FORCES]
     columns = [[part[(time > a) & (time <= b)].max() for a, b in pairwise(edges)] for part in force]
     for bar in ("coupler", "rocker"):
         squares = s[f"{bar}.ax"] ** 2

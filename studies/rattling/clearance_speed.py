@@ -20,9 +20,10 @@ import numpy as np
 
 from buckler.mbs.reference import FourBar, ensemble, simulate
 from buckler.studies.kit.cli import main
-from buckler.studies.kit.parameters import integer, quantities
+from buckler.studies.kit.parameters import integer, quantities, specs
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
 from buckler.studies.kit.style import COLOURS, subplots
+from buckler.studies.rattling.assumptions import JointAssumptions
 from buckler.studies.rattling.clearance import CrankRockerParameters, joint_force, rms
 from buckler.studies.rattling.clearance import simulate as simulate_on_engine
 from buckler.studies.rattling.fourbar import FourBarParameters
@@ -41,7 +42,7 @@ MEASURES = {
 """Means over turns: measure of an ensemble, its column, unit and name."""
 SHARED = (
     "in_plane_depth", "clearance", "pin", "stiffness", "damping", "damping_unit", "damping_depth", "speed",
-    "static_friction", "dynamic_friction", "stiction_speed", "friction_speed",
+    "static_friction", "dynamic_friction", "stiction_speed", "friction_speed", *specs(JointAssumptions),
 )  # fmt: skip
 """Parameters that mean the same on the engine."""
 AGREES = 5.0
@@ -72,7 +73,7 @@ class Parameters(FourBarParameters):
             raise ValueError("engine_members = 1: one member has no standard error; 0, or 2 and more")
 
 
-class Point(NamedTuple):
+class SpeedPoint(NamedTuple):
     """What an ensemble gives.
 
     Attributes
@@ -92,13 +93,13 @@ class Point(NamedTuple):
     notes: tuple[str, ...] = ()
 
 
-def measure(p: Parameters, fourbar: FourBar) -> Point:
+def measure(p: Parameters, fourbar: FourBar) -> SpeedPoint:
     """One point of the grid."""
     seeds = range(p.seed, p.seed + p.members)
     try:
         found = ensemble(fourbar, p.cycles, seeds, settle=p.settle, samples=1, rtol=p.tolerance, atol=p.tolerance)
     except RuntimeError as failure:
-        return Point(np.full(len(MEASURES), nan), np.full(len(MEASURES), nan), notes=(f"FAILED: {failure}",))
+        return SpeedPoint(np.full(len(MEASURES), nan), np.full(len(MEASURES), nan), notes=(f"FAILED: {failure}",))
     mean, error = (
         np.array([float(part(name)[column]) for name, column, *_ in MEASURES.values()]) for part in (found.mean, found.error)
     )
@@ -108,7 +109,7 @@ def measure(p: Parameters, fourbar: FourBar) -> Point:
         notes.append(f"PENETRATION: a pin is {depth:.2g} clearances deep in its bush")
     if max(found.balances) > BALANCED:
         notes.append(f"ENERGY: balance {max(found.balances):.1e}, allowed {BALANCED:g}")
-    return Point(mean, error, depth, float(found.mean("impacts")[JOINT]), tuple(notes))
+    return SpeedPoint(mean, error, depth, float(found.mean("impacts")[JOINT]), tuple(notes))
 
 
 def ideal(p: Parameters, speed: float) -> Array:
@@ -179,7 +180,7 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
 
 
 def _metrics(
-    p: Parameters, grid: Sequence[tuple[float, float]], points: Sequence[Point], here: Point, engine: Array
+    p: Parameters, grid: Sequence[tuple[float, float]], points: Sequence[SpeedPoint], here: SpeedPoint, engine: Array
 ) -> tuple[dict[str, Metric], list[str]]:
     """Numbers of the point that the engine runs too, powers of clearance and speed; and what is wrong."""
     found, wrong = {}, [f"at {1e3 * p.clearance:g} mm: {note}" for note in here.notes]
@@ -218,7 +219,7 @@ def _powers(name: str, at: Array, values: Array) -> dict[str, Metric]:
 # --- tables -----------------------------------------------------------------------------------------------------------
 
 
-def _table(p: Parameters, grid: Sequence[tuple[float, float]], points: Sequence[Point], rigid: Array) -> Table:
+def _table(p: Parameters, grid: Sequence[tuple[float, float]], points: Sequence[SpeedPoint], rigid: Array) -> Table:
     rows = []
     for (clearance, speed), x, still in zip(grid, points, rigid, strict=True):
         numbers = [f"{m:.4g} ± {e:.2g}" for m, e in zip(x.mean, x.error, strict=True)]
@@ -230,7 +231,8 @@ def _table(p: Parameters, grid: Sequence[tuple[float, float]], points: Sequence[
     means = ("peak force B [N]", "over ideal", "rms ax coupler", "rms ax rocker [m/s^2]")
     headers = ["c [mm]", "[rad/s]", *means, "depth/c", "impacts", ""]
     title = f"Means over turns, c_max = {p.damping:g} {p.damping_unit}"
-    notes = f"± standard error: {p.members} members, {p.cycles} turns each after {p.settle}, seeds from {p.seed}; impacts: in B"
+    drawn = f"± standard error: {p.members} members, {p.cycles} turns each after {p.settle}, seeds from {p.seed}"
+    notes = f"{drawn}; impacts: in B.\n{p.stated()}."
     return Table(headers, rows, title, notes)
 
 

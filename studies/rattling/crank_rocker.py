@@ -68,7 +68,7 @@ def _table(metrics: Mapping[str, Metric], variants: list[str], p: Parameters) ->
         rows.append(row)
     headers = ["", "unit", *variants, *(["flexible/rigid"] if both else [])]
     title = f"{p.clearance_joints} joints with {1e3 * p.clearance:g} mm play, c_max = {p.damping:g} {p.damping_unit}"
-    return Table(headers, rows, title, NOTES)
+    return Table(headers, rows, title, f"{NOTES}\n{p.stated()}.")
 
 
 # --- figures ----------------------------------------------------------------------------------------------------------

@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 
 from buckler.mbs import Modal
-from buckler.mbs.reference import FourBar, ModalData
+from buckler.mbs.reference import JOINTS, FourBar, ModalData
 from buckler.studies.kit.parameters import integer, quantity
-from buckler.studies.rattling.clearance import AREA, PlayParameters
+from buckler.studies.kit.published import BAR_AREA
+from buckler.studies.rattling.clearance import PlayParameters
 
 Array = np.ndarray[Any, Any]
 
@@ -29,8 +30,8 @@ class FourBarParameters(PlayParameters):
     def fourbar(self, **changes: Any) -> FourBar:
         """The crank-rocker, some of its own fields changed."""
         given: dict[str, Any] = {
-            "width": AREA / self.in_plane_depth, "thickness": self.in_plane_depth, "gap": self.clearance, "pin": self.pin,
-            "law": self.law, "friction": self.friction, "speed": self.speed,
+            "width": BAR_AREA / self.in_plane_depth, "thickness": self.in_plane_depth, "gap": self.clearance, "pin": self.pin,
+            "law": self.law, "friction": self.friction, "speed": self.speed, "turned": self.turned, "gravity": self.pull,
         }  # fmt: skip
         return FourBar(**given | changes)
 
@@ -52,6 +53,11 @@ def modes_of_solid(body: Modal, length: float) -> ModalData:
     )  # fmt: skip
 
 
+def _sides(fourbar: FourBar) -> Array:
+    """-1 for joints whose pin is on the other body."""
+    return np.array([-1.0 if joint in fourbar.turned else 1.0 for joint in JOINTS])
+
+
 def journals(fourbar: FourBar, q: Array) -> Array:
     """Pin centres seen from their bush centres, in the frame of the ground; m.
 
@@ -70,5 +76,7 @@ def journals(fourbar: FourBar, q: Array) -> Array:
     crank = 0.5 * fourbar.crank * np.exp(1j * np.full(len(q), fourbar.start))
     coupler, rocker = 0.5 * fourbar.coupler * np.exp(1j * q[:, 4]), 0.5 * fourbar.rocker * np.exp(1j * q[:, 7])
     a, b, c = (q[:, i] + 1j * q[:, i + 1] for i in (0, 2, 5))
-    apart = np.stack([crank - a, a + crank - b + coupler, b + coupler - c + rocker, fourbar.frame - c - rocker], axis=1)
+    apart = _sides(fourbar) * np.stack(
+        [crank - a, a + crank - b + coupler, b + coupler - c + rocker, fourbar.frame - c - rocker], axis=1
+    )
     return np.stack([apart.real, apart.imag], axis=-1)

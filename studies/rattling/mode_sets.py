@@ -6,16 +6,17 @@ modes in space; among those in the plane; or among the bending modes in the plan
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from buckler.mbs import Modal, Section
 from buckler.mbs.library import STEEL_CRANK_ROCKER
-from buckler.mbs.modal import Box, FreeModes, PlanarModel, ReducedModel, reduced
+from buckler.mbs.modal import Box, CraigBampton, FreeModes, PlanarModel, ReducedModel, reduced
 from buckler.mbs.reference import ModalData, beam_modes
-from buckler.studies.rattling.buffering_measures import AREA
-from buckler.studies.rattling.clearance import STEEL
+from buckler.studies.kit.published import BAR_AREA, STEEL
+from buckler.studies.rattling.assumptions import DAMPINGS
 
 Array = np.ndarray[Any, Any]
 LENGTH = STEEL_CRANK_ROCKER.rocker
@@ -25,7 +26,7 @@ COUNTED = 40
 """Flexible modes of the solid that are looked at; all in `SETS` are among them."""
 BENDING, AXIAL = "in-plane bending", "axial"
 LETTERS = {"b": BENDING, "a": AXIAL}
-SETS = {
+SETS: dict[str, Any] = {
     "none": (),
     "bending_1": ("b1",),
     "bending_1_2": ("b1", "b2"),
@@ -38,19 +39,21 @@ SETS = {
     "456_flexible": FreeModes((4, 5, 6), "flexible"),
     "456_in_plane": FreeModes((4, 5, 6), "in-plane"),
     "456_bending": ("b4", "b5", "b6"),
+    "craig_bampton": CraigBampton(),
 }
-"""Modes by `LETTERS` and number, or counted as `FreeModes` does."""
+"""Modes by `LETTERS` and number, or counted as `FreeModes` does; or all of Craig and Bampton's."""
 NAMES = {
     "none": "none: rigid", "bending_1": "bending 1", "bending_1_2": "bending 1–2", "bending_1_3": "bending 1–3",
     "axial_1": "axial 1", "bending_1_3_axial_1": "bending 1–3, axial 1", "bending_1_6_axial_1_3": "bending 1–6, axial 1–3",
     "bending_1_8_axial_1_4": "bending 1–8, axial 1–4", "456_free": "4, 5, 6 of a free body",
     "456_flexible": "4, 5, 6 flexible", "456_in_plane": "4, 5, 6 in the plane", "456_bending": "bending 4–6",
+    "craig_bampton": "Craig–Bampton",
 }  # fmt: skip
 
 
 def section(depth: float) -> Section:
     """Of all bars, with this side in the plane, m."""
-    return Section(width=AREA / depth, thickness=depth, material=STEEL)
+    return Section(width=BAR_AREA / depth, thickness=depth, material=STEEL)
 
 
 def counted(depth: float) -> ReducedModel:
@@ -60,13 +63,18 @@ def counted(depth: float) -> ReducedModel:
 
 def beam_frequencies(depth: float, shear: bool = True) -> dict[str, Array]:
     """Eight bending and eight axial frequencies of the free bar, Hz, by kind: Timoshenko, or Euler–Bernoulli without shear."""
-    found = beam_modes(LENGTH, AREA / depth, depth, bending=8, axial=8, shear=shear).frequency / (2 * np.pi)
+    found = beam_modes(LENGTH, BAR_AREA / depth, depth, bending=8, axial=8, shear=shear).frequency / (2 * np.pi)
     return {BENDING: found[:8], AXIAL: found[8:]}
+
+
+def held(depth: float) -> PlanarModel:
+    """Craig and Bampton's modes that move in the plane: of a rocker whose ends are held, and its static shapes."""
+    return reduced(Modal(section(depth), CraigBampton(), mesh=MESH), LENGTH).planar()
 
 
 def numbers(depth: float, name: str) -> tuple[int, ...]:
     """Flexible modes of a set that move in the plane; the others a planar mechanism does not feel."""
-    wanted: Any = SETS[name]
+    wanted = SETS[name]
     if isinstance(wanted, FreeModes):
         return tuple(int(n) for n in reduced(Modal(section(depth), wanted, mesh=MESH), LENGTH).planar().numbers)
     table = counted(depth).table()
@@ -76,9 +84,23 @@ def numbers(depth: float, name: str) -> tuple[int, ...]:
 
 def flexibility(depth: float, name: str, damping: float) -> ModalData | None:
     """What a set of modes brings into the plane, by rising frequency; None if nothing."""
+    if isinstance(SETS[name], CraigBampton):
+        return modal_data(held(depth), np.arange(len(held(depth))), damping)
     model, wanted = counted(depth).planar(), numbers(depth, name)
     chosen = np.flatnonzero(np.isin(model.numbers, wanted))
     return modal_data(model, chosen, damping) if len(chosen) else None
+
+
+def rocker_modes(kind: str, depth: float, bending: int = 3, axial: int = 1) -> ModalData:
+    """Modes of the rocker without damping, by `KINDS`: so many free ones from beam theory, or all of Craig and Bampton's."""
+    if kind == "free":
+        return beam_modes(LENGTH, BAR_AREA / depth, depth, bending=bending, axial=axial, damping=0.0)
+    return modal_data(held(depth), np.arange(len(held(depth))), 0.0)
+
+
+def damped(modes: ModalData, kind: str, ratio: float) -> ModalData:
+    """The same modes with damping ratios by `DAMPINGS`."""
+    return replace(modes, damping=DAMPINGS[kind](modes.frequency / (2 * np.pi), ratio))
 
 
 def modal_data(model: PlanarModel, chosen: Array, damping: float) -> ModalData:

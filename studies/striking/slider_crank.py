@@ -21,6 +21,7 @@ from buckler.elastica import pinned
 from buckler.mbs.library import PAPER, PAPER_STOP
 from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import quantity
+from buckler.studies.kit.published import CONTACT_FORCES, IMPACT_FORCE, IMPACT_SPEED
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
 from buckler.studies.kit.style import subplots
 from buckler.studies.striking import impact, impact_models
@@ -43,7 +44,7 @@ stiffness of strut. impact_peak and impact_impulse: from first contact until the
 class Parameters(ImpactParameters):
     """Parameters of the study."""
 
-    speed: float = quantity(impact.IMPACT_SPEED, "rad/s", 0.1, 60, "speed of the crank", "drive")
+    speed: float = quantity(IMPACT_SPEED, "rad/s", 0.1, 60, "speed of the crank", "drive")
     stop_stiffness: float = quantity(7.2e4, "N/m", 1e3, 1e8, "stiffness of the stop (strut, beam)", "slider and stop")
     impact_duration: float = quantity(3.775e-3, "s", 1e-5, 1, "duration of an impact (stitched)", "slider and stop")
 
@@ -80,18 +81,16 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
 
 def _metrics(run: ModelRun, reading: Reading, p: Parameters) -> dict[str, Metric]:
     """Every number of one model, with what was published and what is exact."""
-    at_27 = p.speed == impact.IMPACT_SPEED and p.thickness == 3e-4
+    at_27 = p.speed == IMPACT_SPEED and p.thickness == 3e-4
     deepest = float(PAPER.shortening(pi, PAPER_STOP))
     stress, exact_stress = (
         float(pinned.surface_stress(min(max(u, 0.0), 1.0), p.thickness, PAPER.coupler, p.section.material.modulus))
         for u in (reading.shortening, deepest)
     )
     return {
-        "contact_force_180": Metric(
-            reading.force_180, "N", impact.CONTACT_FORCES.get(p.thickness), float(impact.exact_force(p, pi))
-        ),
+        "contact_force_180": Metric(reading.force_180, "N", CONTACT_FORCES.get(p.thickness), float(impact.exact_force(p, pi))),
         "contact_force_error": Metric(reading.force_error, "1"),
-        "impact_peak": Metric(reading.impact_peak, "N", impact.IMPACT_FORCE if at_27 else None),
+        "impact_peak": Metric(reading.impact_peak, "N", IMPACT_FORCE if at_27 else None),
         "impact_impulse": Metric(reading.impact_impulse, "N.s"),
         "impact_time": Metric(reading.impact_time, "s"),
         "rebound_ratio": Metric(reading.rebound_ratio, "1"),
@@ -155,8 +154,8 @@ def _draw_turn(ax: Any, result: StudyResult) -> None:
     for model, _, angle, force in _curves(result):
         ax.semilogy(angle, np.maximum(force, floor / 2), color=impact.COLOURS[model], lw=WIDTHS[model], label=model)
     ax.semilogy(np.degrees(result.signals["exact.angle"]), exact, "--", color=impact.COLOURS["exact"], label="elastica")
-    if speed == impact.IMPACT_SPEED:
-        _published(ax, impact.IMPACT_FORCE, "Fig. 5: 27 N", at=190)
+    if speed == IMPACT_SPEED:
+        _published(ax, IMPACT_FORCE, "Fig. 5: 27 N", at=190)
     ax.set(xlim=(110, 250), ylim=(floor, None), xlabel="crank angle [deg]", ylabel="force on the stop [N]")
     top = ax.secondary_xaxis("top", functions=(lambda a: np.radians(a) / speed, lambda t: np.degrees(t * speed)))
     top.set_xlabel("time [s]")
@@ -174,8 +173,8 @@ def _draw_impact(ax: Any, result: StudyResult) -> None:
         if touching.size:
             ax.plot(1e3 * (time - time[touching[0]]), force, color=impact.COLOURS[model], lw=WIDTHS[model])
     p: Any = result.parameters
-    if p.speed == impact.IMPACT_SPEED:
-        _published(ax, impact.IMPACT_FORCE)
+    if p.speed == IMPACT_SPEED:
+        _published(ax, IMPACT_FORCE)
     ax.set(xlim=(-0.05 * longest, 1.3 * longest), ylim=(0, None), title="first impact")
     ax.set(xlabel="time since first contact [ms]", ylabel="force on the stop [N]")
 
@@ -186,7 +185,7 @@ def _draw_contact(ax: Any, result: StudyResult) -> None:
     exact = result.signals["exact.force"]
     ax.plot(np.degrees(result.signals["exact.angle"]), exact, "--", color=impact.COLOURS["exact"])
     p: Any = result.parameters
-    published = impact.CONTACT_FORCES.get(p.thickness)
+    published = CONTACT_FORCES.get(p.thickness)
     if published:
         _published(ax, published, f"Table 2: {published} N", at=195)
     low, high = exact.min(), exact.max()

@@ -26,9 +26,9 @@ from scipy import stats
 from buckler.mbs.library import PAPER_STOP
 from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import choice, choices, integer, quantity
+from buckler.studies.kit.published import DAMPING_UNITS
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
 from buckler.studies.kit.style import COLOURS, subplots
-from buckler.studies.rattling.clearance import DAMPING_UNITS
 from buckler.studies.rattling.fourbar import FourBarParameters
 from buckler.studies.striking.uncertainty_models import (
     MEASURES,

@@ -95,7 +95,10 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Run the strip for every rate and bow, until a little after the first mode's peak."""
     p = parameters
     solver = Exudyn(Controlled(tolerance=p.tolerance))
-    rows, metrics, wrong, signals = [], {}, [], {}
+    rows: list[list[Any]] = []
+    metrics: dict[str, Metric] = {}
+    wrong: list[str] = []
+    signals: dict[str, np.ndarray] = {}
     for rate, bow in progress([(rate, bow) for rate in p.rates for bow in p.bows], label="speeds and bows"):
         column = Hoff(rate, bow)
         (until, first), (_, closed) = column.peak(), column.peak_airy()

@@ -11,14 +11,15 @@ import signal
 import sys
 import time
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from buckler.studies.kit import registry
-from buckler.studies.kit.options import read_options, study_parser, writable, wrong_input
+from buckler.studies.kit.cli import MECHANISMS, program
+from buckler.studies.kit.options import Parser, answers, check_words, noted, read_options, study_parser, writable, wrong_input
 from buckler.studies.kit.parameters import specs
 from buckler.studies.kit.report import Metric, Progress, StudyResult, write
 from buckler.studies.kit.style import house_style
@@ -32,7 +33,7 @@ from buckler.studies.sweeping.vary import METHODS, Plan, Sampling, parse, plan
 if TYPE_CHECKING:
     from types import ModuleType
 
-OPTIONS = ("vary", "samples", "method", "draw", "repeat", "workers", "scheduler", "store", "signals", "retry", "show")
+OPTIONS = ("vary", "samples", "method", "draw", "repeat", "workers", "scheduler", "store", "signals", "retry", "metrics")
 """A parameter of the study with one of these names is given by --config or --vary."""
 
 
@@ -42,6 +43,9 @@ class _Asked(NamedTuple):
     study: ModuleType
     options: argparse.Namespace
     plan: Plan
+    units: Mapping[str, str]
+    stored_as: str
+    """What the store calls it."""
     folder: Path
     store: Path
     workers: Workers
@@ -49,9 +53,11 @@ class _Asked(NamedTuple):
 
 def sweep_study(name: str, argv: Sequence[str]) -> int:
     """Read the options, run the cases, print and file what they give; return the exit status."""
-    prog = f"python -m studies sweep {name}"
+    prog = f"{program()} sweep {name}"
     try:
-        asked = _read(name, argv, prog)
+        asked = _read_file(Path(name), argv, prog) if name.endswith(MECHANISMS) else _read(name, argv, prog)
+    except OSError as error:
+        return wrong_input(ValueError(f"{error.filename or name}: {error.strerror}"))
     except ValueError as error:
         return wrong_input(error)
     except ImportError as error:
@@ -60,15 +66,17 @@ def sweep_study(name: str, argv: Sequence[str]) -> int:
     options, begin = asked.options, time.perf_counter()
     again = f"the same command resumes:\n  {prog} {shlex.join(argv)}"
     try:
-        with _told(), _ended_like_interrupted():
+        with _told(options.quiet), _ended_like_interrupted():
             rows = sweep(
-                name,
+                asked.study,
                 asked.plan.cases,
                 workers=asked.workers,
                 store=asked.store,
                 signals=options.signals,
                 retry=options.retry,
-                progress=Progress(),
+                progress=Progress(options.quiet),
+                name=asked.stored_as,
+                units=asked.units,
             )
     except KeyboardInterrupt:
         print(f"interrupted; {again}", file=sys.stderr)
@@ -78,16 +86,43 @@ def sweep_study(name: str, argv: Sequence[str]) -> int:
         return 1
     except ValueError as error:
         return wrong_input(error)
-    return _report(name, asked, rows, time.perf_counter() - begin)
+    return _report(Path(name).stem if name.endswith((".py", *MECHANISMS)) else name, asked, rows, time.perf_counter() - begin)
+
+
+def _read_file(path: Path, argv: Sequence[str], prog: str) -> _Asked:
+    """The same for the mechanism of a file: places of the file vary in place of a study's parameters."""
+    from buckler.studies.own import command, study
+
+    parser = Parser(prog=prog, usage=f"{prog} [options]", description="Sweep a mechanism of a file.", allow_abbrev=False)
+    command.options(parser)
+    answers(parser)
+    _add_options(parser, seeded=False)
+    options, unknown = parser.parse_known_args(noted(argv))
+    check_words(unknown, options)
+    if not options.vary:
+        raise ValueError("nothing varies: give --vary PATH=VALUES; see --help")
+    family = command.named(path, command.family, path, options)
+    base = family()
+    found = _plan(family, {}, options)
+    command.probe(base)
+    units = {place: spec.unit for place, spec in family.specs().items()}
+    return _asked(study, options, found, units, f"{path.stem} {study.digest(base.document)}", path.stem)
 
 
 def _read(name: str, argv: Sequence[str], prog: str) -> _Asked:
     """Everything that can be wrong with the words, before anything runs."""
     study = registry.load(name)
     parser = study_parser(study, prog, OPTIONS)
-    _add_options(parser)
+    _add_options(parser, seeded="seed" in specs(study.Parameters))
     options, given = read_options(parser, argv, study, OPTIONS)
-    varied = [parse(text, study.Parameters) for text in options.vary]
+    units = {key: spec.unit for key, spec in specs(study.Parameters).items()}
+    title = Path(name).stem if name.endswith(".py") else name
+    return _asked(study, options, _plan(study.Parameters, given, options), units, title, title)
+
+
+def _plan(kind: Any, given: Mapping[str, Any], options: argparse.Namespace) -> Plan:
+    """The cases that the options ask for."""
+    varied = [parse(text, kind) for text in options.vary]
     sampling = None
     if options.samples is not None:
         sampling = Sampling(options.samples, options.method or METHODS[0], options.draw or 0)
@@ -95,7 +130,13 @@ def _read(name: str, argv: Sequence[str], prog: str) -> _Asked:
         raise ValueError(f"--{'method' if options.method else 'draw'}: only with --samples")
     if not varied and options.repeat == 1:
         raise ValueError("nothing varies: give --vary or --repeat; see --help")
-    found = plan(study.Parameters, given, varied, sampling, options.repeat)
+    return plan(kind, given, varied, sampling, options.repeat)
+
+
+def _asked(
+    study: ModuleType, options: argparse.Namespace, found: Plan, units: Mapping[str, str], stored_as: str, title: str
+) -> _Asked:
+    """Where it runs and where it is kept."""
     if options.scheduler and options.workers is not None:
         raise ValueError("--workers: the cluster has its own; give it or --scheduler")
     if options.scheduler:
@@ -105,37 +146,38 @@ def _read(name: str, argv: Sequence[str], prog: str) -> _Asked:
     else:
         count = (os.cpu_count() or 1) if options.workers is None else options.workers
         where = Local(min(count, len(found.cases)), study.__name__)
-    folder = writable(Path(options.out) / f"{name}-sweep")
+    folder = writable(Path(options.out) / f"{title}-sweep")
     store = Path(options.store) if options.store else folder / "cases.sqlite"
     if not store.parent.is_dir():
         raise ValueError(f"--store {store}: no such folder")
-    return _Asked(study, options, found, folder, store, where)
+    return _Asked(study, options, found, units, stored_as, folder, store, where)
 
 
-def _add_options(parser: argparse.ArgumentParser) -> None:
+def _add_options(parser: argparse.ArgumentParser, seeded: bool) -> None:
     group = parser.add_argument_group("sweep")
     add = group.add_argument
     add("--vary", action="append", default=[], metavar="NAME=VALUES", help="START:STOP:COUNT, :log behind it, or A,B,C; "
         "START:STOP is sampled; several are combined each with each")  # fmt: skip
     add("--samples", type=int, metavar="N", help="how many samples of the ranges without a count")
     add("--method", choices=METHODS, help="how they are drawn; default sobol, best with a power of two")
-    add("--draw", type=int, metavar="N", help="another number gives other samples; default 0")
+    names = ("--draw",) if seeded else ("--seed", "--draw")
+    add(*names, type=int, metavar="N", dest="draw", help="another number gives other samples; default 0")
     add("--repeat", type=int, default=1, metavar="N", help="run each case with N seeds; the table has mean and standard error")
     add("--workers", type=int, metavar="N", help="processes on this machine, 0 for none but this; default its cores")
     add("--scheduler", metavar="ADDRESS", help="run on a Dask cluster instead, such as tcp://127.0.0.1:8786")
     add("--store", metavar="FILE", help="where cases are kept; default DIR/NAME-sweep/cases.sqlite")
     add("--signals", action="store_true", help="keep the signals of each case in the store")
     add("--retry", action="store_true", help="run cases again that the store holds as failed")
-    add("--show", default="", metavar="METRIC,...", help="metrics of the table and the figures; default the first four")
+    add("--metrics", default="", metavar="METRIC,...", help="metrics of the table and the figures; default the first four")
 
 
 @contextlib.contextmanager
-def _told() -> Iterator[None]:
+def _told(quiet: bool) -> Iterator[None]:
     """Show on stderr what the sweep says of itself."""
     handler, log = logging.StreamHandler(sys.stderr), logging.getLogger("buckler.studies.sweeping.sweep")
     before = log.level, log.propagate
     log.addHandler(handler)
-    log.setLevel(logging.INFO)
+    log.setLevel(logging.WARNING if quiet else logging.INFO)
     log.propagate = False
     try:
         yield
@@ -165,10 +207,10 @@ def _report(name: str, asked: _Asked, rows: Sequence[Row], wall: float) -> int:
     """Print the table and write the files."""
     options, found = asked.options, points(asked.plan, rows)
     try:
-        shown = choose(found, [word.strip() for word in options.show.split(",") if word.strip()])
+        shown = choose(found, [word.strip() for word in options.metrics.split(",") if word.strip()])
     except ValueError as error:
         return wrong_input(error)
-    units = {key: spec.unit for key, spec in specs(asked.study.Parameters).items()}
+    units = asked.units
     counts = Counter(row.status for row in rows)
     failed = {status: n for status, n in counts.items() if status not in ("OK", "SUSPECT")}
     status = "FAILED" if failed else "SUSPECT" if counts["SUSPECT"] else "OK"
@@ -185,17 +227,17 @@ def _report(name: str, asked: _Asked, rows: Sequence[Row], wall: float) -> int:
     trusted = options.trust and status == "SUSPECT"
     try:
         with house_style():
-            drawn = figures(asked.plan, found, shown, units)
+            drawn = figures(asked.plan, found, shown, dict(units))
         text = write(result, asked.folder, drawn, trusted)
     except OSError as error:
         print(f"{name}: cannot write results: {error}", file=sys.stderr)
         return 1
     if options.json:
         print(text, end="")
-    else:
-        print(f"{result}\n\nwritten to {asked.folder}, cases in {asked.store}")
+    elif not options.quiet:
+        print(f"{result}\n\n{name}: {status} in {wall:.2g} s, written to {asked.folder}, cases in {asked.store}")
     if status != "OK":
-        print(f"{name}: {status}{' (trusted)' if trusted else ''}: {result.message}", file=sys.stderr)
+        print(f"{name}: {status}{' (allowed)' if trusted else ''}: {result.message}", file=sys.stderr)
     return 0 if status == "OK" or trusted else 1
 
 

@@ -7,7 +7,7 @@ import json
 import math
 import sqlite3
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -66,7 +66,7 @@ class Row:
 
 def canonical(parameters: StudyParameters) -> str:
     """Parameters as JSON, equal for equal values however they were given."""
-    return to_json(asdict(parameters))
+    return to_json(parameters.plain())
 
 
 def read_rows(connection: sqlite3.Connection, signals: bool = False) -> Iterator[Row]:

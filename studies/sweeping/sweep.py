@@ -26,7 +26,8 @@ from typing import Any
 
 from buckler.studies.kit import registry
 from buckler.studies.kit.parameters import StudyParameters, specs
-from buckler.studies.kit.report import QUIET, Progress, versions
+from buckler.studies.kit.report import QUIET, Progress
+from buckler.studies.kit.versions import versions
 from buckler.studies.sweeping.executors import Here, Local, SweepError, Workers
 from buckler.studies.sweeping.rows import Row
 from buckler.studies.sweeping.store import About, Store, StoreError
@@ -50,6 +51,8 @@ def sweep(
     signals: bool = False,
     retry: bool = False,
     progress: Progress = QUIET,
+    name: str = "",
+    units: Mapping[str, str] | None = None,
 ) -> list[Row]:
     """Run a study for many parameters.
 
@@ -68,6 +71,10 @@ def sweep(
     retry : bool
         Whether to run again what the store holds as failed.
     progress : Progress
+    name : str
+        What the store calls it; by default the study's name.
+    units : dict of str to str, optional
+        Of the parameters; by default those the study declares.
 
     Returns
     -------
@@ -87,8 +94,9 @@ def sweep(
     for i, case in enumerate(cases):
         if not isinstance(case, module.Parameters):
             raise ValueError(f"case {i} is {type(case).__name__}, not the Parameters of {module.__name__}")
-    name = study if isinstance(study, str) else module.__name__
-    units = {name: spec.unit for name, spec in specs(module.Parameters).items()}
+    name = name or (study if isinstance(study, str) else module.__name__)
+    if units is None:
+        units = {key: spec.unit for key, spec in specs(module.Parameters).items()}
     with Store(store) as book:
         pending = set(book.plan(About(name, versions(), units, signals), cases, retry))
         if book.sources() - {sources()}:

@@ -105,7 +105,7 @@ def choose(found: Sequence[Point], wanted: Sequence[str]) -> dict[str, str]:
     known = units_of(found)
     for name in wanted:
         if name not in known:
-            raise ValueError(f"--show {name}: no such metric; there are: {', '.join(known) or 'none, no case has any'}")
+            raise ValueError(f"--metrics {name}: no such metric; there are: {', '.join(known) or 'none, no case has any'}")
     return {name: known[name] for name in wanted or list(known)[:DEFAULT_SHOWN]}
 
 
@@ -144,5 +144,5 @@ def _notes(plan: Plan, found: Sequence[Point], shown: Mapping[str, str]) -> str:
         notes.append(f"{len(found) - MOST_LINES} more lines: `python -m studies export` writes all of them.")
     others = [name for name in units_of(found) if name not in shown]
     if others:
-        notes.append(f"--show takes also: {', '.join(others)}")
+        notes.append(f"--metrics takes also: {', '.join(others)}")
     return "\n".join(notes)

@@ -98,8 +98,8 @@ def parse(text: str, kind: type[StudyParameters]) -> Grid | Range:
         In one line.
     """
     name, equals, values = text.partition("=")
-    name = name.strip().replace("-", "_")
     known = specs(kind)
+    name = name.strip() if name.strip() in known else name.strip().replace("-", "_")
     if name not in known:
         raise ValueError(f"--vary {text}: unknown parameter '{name}'; {hint(name, known) or 'see --help'}")
     if not equals or not values.strip():

@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from buckler.studies.kit.parameters import StudyParameters
-from buckler.studies.kit.report import versions
+from buckler.studies.kit.versions import versions
 from buckler.studies.sweeping.rows import Row
 
 _ONE = threading.Lock()

@@ -16,7 +16,8 @@ from buckler.mbs import Beam, Cable, Clearance, Controlled, Equal, Exudyn, Mecha
 from buckler.mbs.laws import AdamsFriction, Coulomb, FrictionLaw, Hertz, HuntCrossley, Impact, KelvinVoigt, NoFriction, NormalLaw
 from buckler.mbs.library import crank_rocker
 from buckler.mbs.reference import CLOSED, RATTLING, FourBar
-from buckler.studies.rattling.clearance import STEEL, InPython
+from buckler.studies.kit.published import STEEL
+from buckler.studies.rattling.clearance import InPython
 from buckler.studies.trust.extremes_case import DEFAULT, KINDS, Case, Measures, finer, simulated
 from buckler.studies.trust.extremes_linkages import BARS, SPEED
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
-from simulations import LENGTH, STRIP, G, block, fine, pendulum, pressed, rates
+from simulations import LENGTH, STRIP, G, block, fine, integrated, pendulum, pressed, rates
 
 from buckler.elastica import pinned
 from buckler.mbs import (
@@ -12,6 +12,7 @@ from buckler.mbs import (
     Cable,
     Clearance,
     Controlled,
+    Drive,
     Equal,
     Exudyn,
     Modal,
@@ -228,11 +229,21 @@ def short_of_dead_centre(room):
 
 def test_a_linkage_that_meets_a_dead_centre():
     fine(short_of_dead_centre(1e-2))
+    fine(short_of_dead_centre(1e-5))
+    result = short_of_dead_centre(0.0)
+    assert result.status is Status.SINGULAR and "coupler and rocker in line" in result.message
+    assert "is not determined" in result.message
+    assert result.time[-1] == pytest.approx(0.1 - 0.5 / (10 * np.pi) + 0.1, abs=1e-6)  # the crank at 2 pi
+
+
+def test_a_linkage_that_is_integrated_through_a_dead_centre(monkeypatch):
+    integrated(monkeypatch)
     suspect(short_of_dead_centre(1e-5), "CLOSURE")
     assert "is not determined" in suspect(short_of_dead_centre(0.0), "BRANCH")
 
 
-def test_equal_steps_too_long_for_a_linkage():
+def test_equal_steps_too_long_for_a_linkage(monkeypatch):
+    integrated(monkeypatch)
     mechanism = crank_rocker(Rigid(BARS), speed=10 * np.pi, section=BARS, angle=0.5)
     assert "loop closure gives another" in suspect(simulate(mechanism, 0.2, solver=Exudyn(Equal(20))), "CLOSURE")
     fine(simulate(mechanism, 0.2, solver=Exudyn(Equal(2000))))
@@ -276,6 +287,30 @@ def test_mesh_error_is_that_of_the_load_and_falls_as_it_does(make, order):
         right.append(abs(float(pinned_strip(straight, LENGTH, [0.3]).load[0]) / float(pinned.load(0.3)) - 1))
     assert rates(found) == pytest.approx([order, order], abs=0.5)
     assert 0.3 < found[0] / right[0] < 4
+
+
+# --- straight strips --------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("share", [1e-4, 4.9e-3])
+@pytest.mark.parametrize("body", [Beam(STRIP), Cable(STRIP), Beam(STRIP, elements=16)], ids=["beam", "cable", "fine beam"])
+def test_a_straight_strip_pressed_beyond_its_critical_load(body, share):
+    """130 and 6400 times the critical load, the shortening far below half a per cent."""
+    said = suspect(simulate(pressed(body, share * LENGTH, 1.0), 1.0), "UNBUCKLED")
+    assert "times its critical load, straight" in said
+
+
+def test_a_strip_with_a_bow_may_be_pressed_beyond_it():
+    fine(simulate(pressed(Beam(WET, imperfection=1e-3), 4.9e-3 * LENGTH, 1.0), 1.0))
+
+
+def test_a_straight_strip_may_be_pressed_beyond_it_for_a_moment():
+    """In a tenth of a period nothing can have grown."""
+    brief = 0.1 / STRIP.first_frequency(LENGTH)
+    moved = replace(pressed(Beam(STRIP), 0.0, 1.0), drives=[Drive("A", 1e-5 * LENGTH / brief)])
+    result = simulate(moved, brief)
+    assert -result.signals["strip.axial_force"].min() > 5 * STRIP.euler_load(LENGTH)
+    assert "UNBUCKLED" not in result.message
 
 
 # --- steps ------------------------------------------------------------------------------------------------------------

@@ -167,7 +167,7 @@ def test_what_the_engine_does_not_hand_over_is_refused():
     """The compiled user function reads Python's lists by itself: anything else must end in an exception, never in a crash."""
     pytest.importorskip("numba")
     made = Bodies(RATTLING, FRICTION)
-    call = kernel(RATTLING, FRICTION).callback(made.memory[0], made.places, made.numbers, 6)
+    call = kernel(RATTLING, FRICTION).callback(made.memory[0], made.places, made.numbers, 6, np.zeros(2))
     q, q_t = made.q[0].tolist(), made.q_t[0].tolist()
     assert call(None, made.t[0], 0, q, q_t) == pytest.approx(made.forces()[0], rel=1e-15)
     for wrong in (made.q[0], q[:5], [*q, 0.0], None, tuple(q), ["1"] * 6, [None] * 6):

@@ -8,7 +8,8 @@ import pytest
 from buckler.mbs import Beam, Drive, Guide, Link, Mechanism, Ramp, Revolute, Rigid, Section, Strut, crank_rocker, slider_crank
 from buckler.mbs.kinematics.closure import Closure, determined
 from buckler.mbs.kinematics.errors import KinematicsError
-from buckler.mbs.kinematics.start import mass_matrix, start
+from buckler.mbs.kinematics.inertias import mass_matrix
+from buckler.mbs.kinematics.start import start
 
 BAR = Rigid(Section(width=0.020, thickness=0.005))
 STRIP = Section(width=0.030, thickness=0.0003)

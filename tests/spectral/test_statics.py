@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import pytest
 
@@ -13,27 +11,13 @@ from scipy.linalg import expm
 from scipy.optimize import brentq
 
 from buckler.elastica import law
-from buckler.mbs.elements import Beam, Cable, Drive, Guide, Link, Revolute, Section, Weld
-from buckler.mbs.elements.element import Element
+from buckler.mbs.elements import Beam, Cable, Drive, Force, Guide, Link, Revolute, Section, Weld
 from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.statics.equilibrium import equilibrium
-from buckler.mbs.statics.frequencies import frequencies
-from buckler.mbs.statics.path import path
+from buckler.mbs.statics.follow import path
+from buckler.mbs.statics.rest import equilibrium
+from buckler.mbs.statics.vibration import frequencies
 
 LENGTH = 0.5
-
-
-@dataclass(frozen=True)
-class Force(Element):
-    """A dead force, until there is one among the elements."""
-
-    point: str
-    force: tuple[float, float]
-    follows: str | None = None
-
-    @property
-    def key(self) -> str:
-        return f"force.{self.point}"
 
 
 def clamp(point):
@@ -43,9 +27,8 @@ def clamp(point):
 def strip(body, joints, guides=(), drives=(), loads=()):
     points = {"O": (0.0, 0.0), "A": (LENGTH, 0.0), "M": (LENGTH / 2, 0.0)}
     carries = {} if isinstance(body, Beam | Cable) and not guides else {"M": 0.5}
-    made = Mechanism(points, [Link("strip", "O", "A", body, carries)], joints=joints, guides=guides, drives=drives)
-    object.__setattr__(made, "loads", tuple(loads))
-    return made
+    link = Link("strip", "O", "A", body, carries)
+    return Mechanism(points, [link], joints=joints, guides=guides, drives=drives, loads=loads)
 
 
 def timoshenko(section, ends, near, shear=True):

@@ -47,7 +47,7 @@ def lines_of(out):
 
 
 def test_a_table_of_units_values_and_files(toy, capsys):
-    assert toy("--vary", "length=100mm,200mm", "--vary", "speed=1:2:2", "--show", "strut.force") == 0
+    assert toy("--vary", "length=100mm,200mm", "--vary", "speed=1:2:2", "--metrics", "strut.force") == 0
     out, err = capsys.readouterr()
     assert err == "4 cases, 0 of them stored already\n"
     assert re.match(r" +length \[m\] +speed \[rad/s\] +strut.force \[N\]\n", out)
@@ -64,7 +64,7 @@ def test_a_table_of_units_values_and_files(toy, capsys):
 
 
 def test_repeats_are_a_mean_with_its_standard_error(toy, capsys):
-    assert toy("--vary", "length=1,2", "--repeat", "20", "--noise", "0.5", "--seed", "5", "--show", "strut.force") == 0
+    assert toy("--vary", "length=1,2", "--repeat", "20", "--noise", "0.5", "--seed", "5", "--metrics", "strut.force") == 0
     noise = np.array([0.5 * np.random.default_rng(seed).standard_normal() for seed in range(5, 25)])
     error = np.sqrt(np.sum((noise - noise.mean()) ** 2) / 19 / 20)
     found = lines_of(capsys.readouterr().out)
@@ -80,7 +80,7 @@ def test_repeats_are_a_mean_with_its_standard_error(toy, capsys):
 
 
 def test_failed_and_suspect_cases_are_lines_of_the_table_and_of_the_store(toy, capsys):
-    assert toy("--vary", "ending=fine,suspect,raises", "--show", "strut.force") == 1
+    assert toy("--vary", "ending=fine,suspect,raises", "--metrics", "strut.force") == 1
     out, err = capsys.readouterr()
     assert [line[-1] for line in lines_of(out)] == ["OK", "SUSPECT", "ERROR"]
     assert [line[1] for line in lines_of(out)][:2] == ["4", "4"]
@@ -91,7 +91,7 @@ def test_failed_and_suspect_cases_are_lines_of_the_table_and_of_the_store(toy, c
 
 def test_suspect_cases_can_be_trusted(toy):
     assert toy("--vary", "ending=fine,suspect") == 1
-    assert toy("--vary", "ending=fine,suspect", "--trust") == 0
+    assert toy("--vary", "ending=fine,suspect", "--allow-suspect") == 0
     assert metrics_of(toy.folder)["trusted"] is True
 
 
@@ -165,8 +165,8 @@ def test_wrong_input_is_one_line_and_exit_2_before_anything_runs(toy, capsys, wo
 
 
 def test_a_metric_that_is_not_there_is_named_after_the_run(toy, capsys):
-    assert toy("--vary", "length=1,2", "--show", "strut.forse") == 2
-    assert capsys.readouterr().err.endswith("error: --show strut.forse: no such metric; there are: strut.force, strut.time\n")
+    assert toy("--vary", "length=1,2", "--metrics", "strut.forse") == 2
+    assert capsys.readouterr().err.endswith("error: --metrics strut.forse: no such metric; there are: strut.force, strut.time\n")
     assert len(stored(toy.store)) == 2
 
 

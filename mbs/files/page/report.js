@@ -284,20 +284,20 @@ function drawLegend() {
   pen.font = "11px system-ui, sans-serif"; pen.fillStyle = "#37424d"; pen.textBaseline = "alphabetic";
   const most = shown.colour !== "plain" && hasBands() ? largest() : 0;
   if (most) {
-    const span = 120, low = shown.colour === "bending" ? -1 : 0;
+    const span = 150, low = shown.colour === "bending" ? -1 : 0;
     for (let i = 0; i < span; i++) { pen.fillStyle = tint(low + (1 - low) * i / (span - 1)); pen.fillRect(i, 14, 1.5, 9); }
     pen.fillStyle = "#37424d";
     const unit = shown.colour === "bending" ? "1/m" : "Pa";
     pen.textAlign = "left";
     pen.fillText(shown.colour === "bending" ? "change of curvature" : "largest stress", 0, 10);
-    const [power, letter] = prefix(most, unit), limit = words4(most / power, 3);
+    const [power, letter] = prefix(most, unit), limit = words4(most / power, 2);
     pen.fillText(low ? `\u2212${limit}` : "0", 0, 36);
     pen.textAlign = "right"; pen.fillText(`${limit} ${letter}${unit}`, span, 36);
   }
   const { size } = hasForces() && shown.forces ? scaleOfForces() : { size: 0 };
   if (size > 0) {
     const map = mapping(scene.clientWidth, scene.clientHeight), length = 0.16 * 2 ** shown.length * spread() * map.scale;
-    const x = most ? 140 : 0;
+    const x = most ? 175 : 0;
     pen.textAlign = "left"; pen.fillText(`${words4(size / prefix(size, "N")[0])} ${prefix(size, "N")[1]}N`, x, 36);
     arrow(pen, { scale: 1, at: (a, b) => [x + a, 20 - b] }, [0, 0], [1, 0], Math.min(length, width - x), data.inks.force.line);
   }

@@ -17,8 +17,8 @@ import numpy as np
 
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.start import slopes
-from buckler.mbs.statics.equilibrium import loads_of
 from buckler.mbs.statics.problem import Problem, Rest, StaticsError, places
+from buckler.mbs.statics.rest import loads_of
 
 Array = np.ndarray[Any, Any]
 Branch = tuple[str, str, tuple[float, float]]

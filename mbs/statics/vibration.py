@@ -10,8 +10,8 @@ import numpy as np
 from buckler.mbs.spectral.markers import place_markers
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.start import slopes
-from buckler.mbs.statics.equilibrium import Equilibrium, equilibrium
 from buckler.mbs.statics.problem import modes
+from buckler.mbs.statics.rest import Equilibrium, equilibrium
 
 Array = np.ndarray[Any, Any]
 

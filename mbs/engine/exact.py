@@ -1,0 +1,125 @@
+"""Runs of linkages whose constraints alone decide the motion: closure and inverse dynamics at chosen times, no integration."""
+
+from __future__ import annotations
+
+from math import ceil, pi
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from buckler.mbs.elements.element import Array
+from buckler.mbs.elements.stop import Stop
+from buckler.mbs.engine.scene import build
+from buckler.mbs.engine.settings import Exudyn
+from buckler.mbs.engine.stop import StopContact
+from buckler.mbs.kinematics.closure import turning_speed
+from buckler.mbs.kinematics.determined import Ended, Follower
+from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.record.record import Record
+from buckler.mbs.record.result import Status
+from buckler.mbs.record.run import Run
+
+TURN = 400
+"""Samples of a turn of the drive."""
+INSIDE, PIECES, ROUNDS = 100, 24, 4
+"""Samples within a contact; pieces into which a step is divided to find its ends, so many times over."""
+SPELL = 8
+"""Samples at least in a step in which the linkage is followed."""
+BEFORE = 1e-12
+"""Of the run: how long before a kink of the drive a sample shows what was before it."""
+
+
+def run_exactly(mechanism: Mechanism, duration: float, solver: Exudyn, timeout: float | None, progress: Any) -> Run:
+    """Follow the linkage, then ask it for places, speeds, accelerations and forces."""
+    summary, begin = build(mechanism).summary(), perf_counter()
+    follower = Follower(mechanism, duration, perf_counter() + timeout if timeout else None, progress)
+    grid = sample_times(mechanism, duration, solver)
+    ended = follower.ended
+    if ended is not None:
+        grid = np.append(grid[grid < ended.time], ended.time)
+    elif len(grid) - 1 > solver.steps.max_steps:
+        t = float(grid[solver.steps.max_steps])
+        ended = Ended(t, Status.TOO_MANY_STEPS, f"more than max_steps = {solver.steps.max_steps} steps by t = {t:.6g} s")
+        grid = grid[: solver.steps.max_steps + 1]
+    if solver.steps.adaptive:
+        grid = _with_fast_spells(follower.anchors.time, grid)
+    if mechanism.stops and solver.steps.adaptive:
+        grid = _with_contacts(follower, grid)
+    course = follower.at(grid)
+    record = follower.record(course)
+    channels: dict[str, dict[str, Array]] = record.channels  # type: ignore[assignment]
+    for name, stop in _stops(mechanism).items():
+        channels[name] = {"force": _forces(stop, record)[:, None]}
+    channels.update(follower.reactions(course, record))
+    work = {"wall_s": perf_counter() - begin, "steps": float(len(grid) - 1), "newton_iterations": 0.0, "jacobians": 0.0}
+    notes = [f"redundant, and left out: {', '.join(map(repr, follower.dropped))}"] if follower.dropped else []
+    failure = None if ended is None else (ended.status, ended.sentence)
+    return Run(solver, record, failure, work | {"rejected": 0.0}, summary, notes=tuple(notes))
+
+
+def sample_times(mechanism: Mechanism, duration: float, solver: Exudyn) -> Array:
+    """Equal steps as asked for, or 400 a turn and both sides of each kink of a drive, s."""
+    steps = solver.steps
+    if not steps.adaptive:
+        return np.linspace(0.0, duration, steps.number(duration) + 1)[:: steps.record_every]
+    turns = turning_speed(mechanism, duration) * duration / (2 * pi)
+    count = ceil(max(duration / steps.longest(duration), TURN * turns))
+    kinks = np.array([t for drive in mechanism.drives for t in drive.motion.kinks(duration)])
+    times = np.concatenate([np.linspace(0.0, duration, count + 1), kinks, kinks - BEFORE * duration])
+    times = np.unique(times)
+    keep = np.append(np.diff(times) > BEFORE * duration / 2, True)
+    return times[keep]
+
+
+def _with_fast_spells(anchors: Array, grid: Array) -> Array:
+    """Add samples where the linkage had to be followed in short steps: close to a dead centre."""
+    reached = np.append(anchors[anchors < grid[-1]], grid[-1])
+    counts = np.diff(np.searchsorted(grid, reached))
+    extra = [np.linspace(reached[k], reached[k + 1], SPELL + 1) for k in np.flatnonzero(counts < SPELL)]
+    return np.unique(np.concatenate([grid, *extra]))
+
+
+def _stops(mechanism: Mechanism) -> dict[str, Stop]:
+    return {name: element for name, element in mechanism.elements().items() if isinstance(element, Stop)}
+
+
+def _forces(stop: Stop, record: Record) -> Array:
+    """Contact force at the samples, N; its law remembers the speed each contact began with."""
+    contact, forces = StopContact(stop, 0.0, 1.0), []
+    for depth, rate in zip(*(values.tolist() for values in stop.approach(record)), strict=True):
+        forces.append(contact.force(depth, rate))
+        contact.accept(depth, rate)
+    return np.array(forces)
+
+
+def _with_contacts(follower: Follower, grid: Array) -> Array:
+    """Add the ends of all contacts, and samples within."""
+    record = follower.record(follower.at(grid))
+    extra = []
+    for stop in _stops(record.mechanism).values():
+        depth, rate = stop.approach(record)
+        grazes = (np.maximum(depth[1:], depth[:-1]) <= 0) & (rate[:-1] > 0) & (rate[1:] < 0)
+        changes = (depth[1:] > 0) != (depth[:-1] > 0)
+        looked = [np.linspace(grid[k], grid[k + 1], 4 * PIECES + 1) for k in np.flatnonzero(grazes)]
+        times = np.unique(np.concatenate([grid, *looked]))
+        if not (changes | grazes).any():
+            continue
+        inside = stop.depth(follower.record(follower.at(times))) > 0
+        edges = [
+            _edge(follower, stop, times[k], times[k + 1], rising=bool(inside[k + 1]))
+            for k in np.flatnonzero(inside[1:] != inside[:-1])
+        ]
+        bounds = sorted([*edges, *([grid[0]] if inside[0] else []), *([grid[-1]] if inside[-1] else [])])
+        extra += [np.linspace(a, b, INSIDE + 1) for a, b in zip(bounds[::2], bounds[1::2], strict=False)]
+    return np.unique(np.concatenate([grid, *extra]))
+
+
+def _edge(follower: Follower, stop: Stop, before: float, after: float, *, rising: bool) -> float:
+    """Time at which a contact begins or ends, s: the last one outside."""
+    for _ in range(ROUNDS):
+        times = np.linspace(before, after, PIECES + 1)
+        inside = stop.depth(follower.record(follower.at(times))) > 0
+        k = int(np.argmax(inside == rising))
+        before, after = float(times[max(0, k - 1)]), float(times[k])
+    return before if rising else after

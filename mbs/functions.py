@@ -1,0 +1,213 @@
+"""Functions of time as values: formulas and tables that can be compared, saved, pickled and read from a file.
+
+    Force("B", Components((Expression("2*sin(3*t)"), 0.0)))
+    Drive("crank", Expression("1.25*(1 - exp(-t/0.2))"))
+    Motor("crank", voltage=Table((0, 1, 2), (0, 6, 12)), ...)
+
+Any Python function will do in their place, but it cannot be saved in a file.
+"""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+
+from buckler.mbs.expressions import compiled, derivative, names_in, parse
+from buckler.mbs.units import Measured
+from buckler.mbs.validate import number
+
+Array = np.ndarray[Any, Any]
+SIGNATURES = (("t",), ("s",), ("x",), ("x", "v"), ("t", "angle", "speed"))
+"""Variables a formula may have, in the order in which it is called with them: time; fraction of a length; elongation and its
+rate; time, angle and speed of a link."""
+PANEL, NODES = 1 / 128, 12
+"""Width, s, of the pieces over which a formula is integrated, and Gauss points in each."""
+
+
+class Given:
+    """What formulas and tables share: they are pickled by what they were made from."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), tuple(getattr(self, f.name) for f in fields(self))  # type: ignore[arg-type]
+
+
+@dataclass(frozen=True)
+class Expression(Given):
+    """A formula of time t, s, or of the variables of one of `SIGNATURES`.
+
+    Parameters
+    ----------
+    text : str
+        Such as `2*sin(3*t)` or `-0.1*speed`. See `mbs.expressions` for what is allowed.
+
+    Raises
+    ------
+    ValueError
+        If the text is no formula, or holds something else than numbers, its variables and the functions known.
+    """
+
+    text: str
+
+    def __post_init__(self) -> None:
+        tree = parse(self.text, {name for names in SIGNATURES for name in names})
+        used = names_in(tree)
+        fitting = [names for names in SIGNATURES if used <= set(names)]
+        if not fitting:
+            raise ValueError(f"'{self.text}': {', '.join(sorted(used))} do not go together; known: {_known()}")
+        object.__setattr__(self, "variables", fitting[0])
+        object.__setattr__(self, "_value", compiled(tree, fitting[0]))
+
+    def __call__(self, *values: Any) -> Any:
+        """Value at its variables, floats or arrays; further ones are not looked at."""
+        if any(isinstance(value, np.ndarray) for value in values):
+            return np.vectorize(self, otypes=[float])(*values)
+        if len(values) < len(self.variables):  # type: ignore[attr-defined]
+            raise ValueError(f"'{self.text}' is a function of {', '.join(self.variables)}")  # type: ignore[attr-defined]
+        try:
+            return self._value(values)  # type: ignore[attr-defined]
+        except (ArithmeticError, ValueError) as error:
+            where = ", ".join(f"{n} = {v:g}" for n, v in zip(self.variables, values, strict=False))  # type: ignore[attr-defined]
+            raise ValueError(f"'{self.text}' at {where}: {error}") from None
+
+    def derivative(self) -> Expression:
+        """By its first variable."""
+        tree = parse(self.text, self.variables)  # type: ignore[attr-defined]
+        return Expression(ast.unparse(ast.fix_missing_locations(derivative(tree, self.variables[0]))))  # type: ignore[attr-defined]
+
+    def integral(self) -> Integral:
+        """From 0, by Gauss quadrature."""
+        return Integral(self)
+
+
+@dataclass(frozen=True)
+class Table(Given):
+    """Values at given times, the first and last kept beyond them.
+
+    Parameters
+    ----------
+    times : sequence of float
+        s, increasing, two at least.
+    values : sequence of float
+        One for each time.
+    smooth : bool
+        Joined by a cubic spline rather than by straight lines.
+    """
+
+    times: Sequence[float]
+    values: Sequence[float]
+    smooth: bool = False
+
+    def __post_init__(self) -> None:
+        times = tuple(number(f"times[{k}]", t, -np.inf, np.inf, "s") for k, t in enumerate(self.times))
+        object.__setattr__(self, "times", times)
+        object.__setattr__(self, "values", tuple(_finite(f"values[{k}]", v) for k, v in enumerate(self.values)))
+        if len(self.times) < 2 or len(self.times) != len(self.values):
+            raise ValueError(f"times: {len(self.times)}, values: {len(self.values)}; must be two at least, and as many of each")
+        if not np.all(np.diff(self.times) > 0):
+            raise ValueError("times: must increase")
+        object.__setattr__(self, "_curve", self._spline() if self.smooth else None)
+
+    def _spline(self) -> Any:
+        from scipy.interpolate import CubicSpline
+
+        return CubicSpline(self.times, self.values)
+
+    def __call__(self, t: Any, *_: Any) -> Any:
+        """Value at times, s."""
+        if self.smooth:
+            found = self._curve(np.clip(t, self.times[0], self.times[-1]))  # type: ignore[attr-defined]
+        else:
+            found = np.interp(t, self.times, self.values)
+        return found if isinstance(t, np.ndarray) else float(found)
+
+    def derivative(self) -> Slope:
+        """By time; ValueError unless the table is smooth."""
+        if not self.smooth:
+            raise ValueError("a table of straight lines has no rate at its points; add smooth = true")
+        return Slope(self)
+
+    def integral(self) -> Integral:
+        """From 0."""
+        return Integral(self)
+
+
+@dataclass(frozen=True)
+class Slope(Given):
+    """The rate of a smooth table; zero beyond its ends."""
+
+    of: Table
+
+    def __call__(self, t: Any, *_: Any) -> Any:
+        """Rate at times, s."""
+        inside = (np.asarray(t) >= self.of.times[0]) & (np.asarray(t) <= self.of.times[-1])
+        found = np.where(inside, self.of._curve(t, 1), 0.0)  # type: ignore[attr-defined]
+        return found if isinstance(t, np.ndarray) else float(found)
+
+    def integral(self) -> Callable[..., Any]:
+        """From 0: the table, where it starts at zero."""
+        return self.of if abs(self.of(0.0)) == 0.0 else Integral(self)
+
+
+@dataclass(frozen=True)
+class Integral(Given):
+    """The integral from 0 of a formula or table: Gauss quadrature on pieces that are kept."""
+
+    of: Callable[..., Any]
+
+    def __post_init__(self) -> None:
+        nodes, weights = np.polynomial.legendre.leggauss(NODES)
+        object.__setattr__(self, "_rule", (0.5 * (nodes + 1.0), 0.5 * weights))
+        object.__setattr__(self, "_sums", [0.0])
+
+    def _piece(self, start: float, end: float) -> float:
+        nodes, weights = self._rule  # type: ignore[attr-defined]
+        return float(sum(w * self.of(start + x * (end - start)) for x, w in zip(nodes, weights, strict=True)) * (end - start))
+
+    def __call__(self, t: Any, *_: Any) -> Any:
+        """Integral from 0 to t >= 0, s."""
+        if isinstance(t, np.ndarray):
+            return np.vectorize(self, otypes=[float])(t)
+        sums: list[float] = self._sums  # type: ignore[attr-defined]
+        count = max(0, int(t / PANEL))
+        while len(sums) <= count:
+            k = len(sums)
+            sums.append(sums[-1] + self._piece((k - 1) * PANEL, k * PANEL))
+        return sums[count] + self._piece(count * PANEL, t)
+
+    def derivative(self) -> Callable[..., Any]:
+        """What was integrated."""
+        return self.of
+
+
+@dataclass(frozen=True)
+class Components(Given):
+    """A function with several values, such as the two components of a force.
+
+    Parameters
+    ----------
+    parts : sequence of float or callable
+        Each a number or a function of the same variables.
+    """
+
+    parts: Sequence[float | Callable[..., Any]]
+
+    def __post_init__(self) -> None:
+        parts = tuple(part if callable(part) else _finite(f"parts[{k}]", part) for k, part in enumerate(self.parts))
+        object.__setattr__(self, "parts", parts)
+
+    def __call__(self, *values: Any) -> tuple[Any, ...]:
+        """Values at the variables."""
+        return tuple(part(*values) if callable(part) else part for part in self.parts)
+
+
+def _finite(name: str, value: Any) -> float:
+    """A number, whatever its unit: what the function is for is not known here."""
+    return number(name, float(value) if isinstance(value, Measured) else value, -np.inf, np.inf, "")
+
+
+def _known() -> str:
+    return "; ".join(", ".join(names) for names in SIGNATURES)

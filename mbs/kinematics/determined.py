@@ -1,0 +1,329 @@
+"""Linkages whose constraints alone decide the motion: followed by closure, forces by inverse dynamics, nothing integrated.
+
+Places at a time close the loops, C(q, t) = 0; rates solve J q_t = -C_t and J q_tt = gamma - C_tt; the multipliers mu of the rows
+solve M q_tt = f + J^T mu. All that errs is rounding, and time is only followed so that the linkage stays on its branch.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from time import perf_counter
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from buckler.mbs.elements.element import GROUND, Array, Element, place
+from buckler.mbs.kinematics.closure import Closure, determined, solved
+from buckler.mbs.kinematics.diagnosis import blocked, independent_rows
+from buckler.mbs.kinematics.inertias import carried
+from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.record.motion import BlockMotion, RigidMotion
+from buckler.mbs.record.record import Record
+from buckler.mbs.record.result import Status
+
+FIRST, FAR, NEAR = 0.02, 0.05, 0.01
+"""First step, rad of the fastest link; error of a step's prediction, relative to the links' lengths, beyond which it is taken
+again at half its length, and below which the next is longer."""
+BEND, SLOW = 0.3, 0.01
+"""Change of speeds in a step beyond what their rates say, relative to the largest of them or to this length of the longest link
+in the run."""
+SHORTEST = 1e-9
+"""Shortest step, of the run: what cannot be followed by it ends there."""
+MOST, CHUNK = 30, 1024
+"""Newton steps at most; times that are closed at once."""
+EXACT, ROUGH, CLOSED = 2e-15, 1e-6, 1e-9
+"""Gap, in lengths, at which loops are closed to rounding; the same of anchors, which are but guesses; gap of redundant rows
+beyond which they contradict the others."""
+BLOWN_UP = 20.0
+"""Growth of the links' speeds towards a pose where the drive is locked; at another singular pose they stay finite."""
+
+
+def answered(mechanism: Mechanism) -> bool:
+    """True if constraints alone decide the motion, and all elements tell their forces in a motion that is known."""
+    if not determined(mechanism):
+        return False
+    nothing = np.empty((0, 3))
+    for element in mechanism.elements().values():
+        if any(True for _ in element.rows(mechanism)) and element.reactions(nothing) is None:
+            return False
+    forces = (*mechanism.stops, *mechanism.loads)
+    return all(type(element).pushes is not Element.pushes for element in forces)
+
+
+class Course(NamedTuple):
+    """A linkage at some times.
+
+    Attributes
+    ----------
+    time : array, shape (times,)
+    q, q_t, q_tt : arrays, shape (times, links, 3)
+        Of the links' starts and directions.
+    jacobian : array, shape (times, kept rows, 3 links)
+    """
+
+    time: Array
+    q: Array
+    q_t: Array
+    q_tt: Array
+    jacobian: Array
+
+
+@dataclass(frozen=True)
+class Ended:
+    """Why a linkage could not be followed further."""
+
+    time: float
+    status: Status
+    sentence: str
+
+
+class Follower:
+    """Follows a linkage from its start as far as it goes.
+
+    Attributes
+    ----------
+    kept : array of int
+        Independent rows; those of drives come first.
+    dropped : list of str
+        Elements of the rows that say nothing new.
+    ended : Ended or None
+        Where it came to an end before the run's.
+    """
+
+    def __init__(self, mechanism: Mechanism, duration: float, deadline: float | None = None, progress: Any = None) -> None:
+        self.deadline, self.progress = deadline, progress
+        self.closure = closure = Closure(mechanism)
+        jacobian = closure.system(closure.reference, np.zeros_like(closure.reference))[1]
+        self.kept = independent(closure, jacobian)
+        self.dropped = sorted({closure.names[k] for k in range(len(closure.names)) if k not in self.kept})
+        self.lengths = np.array([[1.0, 1.0, mechanism.length(link.name)] for link in mechanism.links])
+        self.ended: Ended | None = None
+        self.anchors = self._follow(duration)
+
+    @property
+    def last(self) -> float:
+        """Time up to which it was followed, s."""
+        return float(self.anchors.time[-1])
+
+    # --- along the time, in steps -----------------------------------------------------------------------------------------
+
+    def _follow(self, duration: float) -> Course:
+        closure = self.closure
+        begun = self._close(np.zeros(1), closure.reference[None].copy())
+        assert begun is not None  # the rows kept are independent there
+        state = begun
+        found, t, hard = [state], 0.0, False  # near a lock even rough closing must be exact
+        fastest = float(np.abs(state.q_t[..., 2]).max())
+        h = min(duration, FIRST / fastest if fastest > 0 else duration / 100)
+        slow = SLOW * closure.size / duration
+        side = float(np.linalg.det(state.jacobian[0]))
+        while t < duration:
+            if self.deadline and perf_counter() > self.deadline:
+                self.ended = Ended(t, Status.TIMED_OUT, f"out of time at t = {t:.6g} s of {duration:.6g} s")
+                break
+            h = min(h, duration - t)
+            if duration - t - h < 1e-12 * duration:
+                h = duration - t
+            guess = state.q + h * state.q_t + h * h / 2 * state.q_tt
+            after = self._step(t + h, guess, EXACT if hard else ROUGH)
+            off = float(np.abs((after.q - guess) * self.lengths).max()) / closure.size if after is not None else np.inf
+            if after is None or off > FAR or self._kinked(state, after, slow) or np.linalg.det(after.jacobian[0]) * side <= 0:
+                if not hard:
+                    found = self._exact_end(found)
+                    state, hard = found[-1], True
+                    t = float(state.time[0])
+                h /= 2
+                if h < SHORTEST * duration:
+                    self.ended = self._end(state, found)
+                    break
+                continue
+            t, state = t + h, after
+            if self.progress is not None:
+                self.progress(t / duration)
+            found.append(state)
+            hard = hard and off > NEAR / 8
+            h *= 2 if off < NEAR / 8 else 1.3 if off < NEAR else 0.8 if off > FAR / 2 else 1.0
+        return Course(*(np.concatenate(part) for part in zip(*found, strict=True)))
+
+    def _kinked(self, before: Course, after: Course, slow: float) -> bool:
+        """True if speeds change otherwise than their rates say: steps must follow that, and cannot follow a jump."""
+        h = float(after.time[0] - before.time[0])
+        change = float(np.abs((after.q_t - before.q_t - h * before.q_tt) * self.lengths).max())
+        return change > BEND * max(slow, *(float(np.abs(part.q_t * self.lengths).max()) for part in (before, after)))
+
+    def _exact_end(self, found: list[Course]) -> list[Course]:
+        """The anchors with the last one closed exactly; one that lies beyond a lock by its rough closing is left out."""
+        while len(found) > 1:
+            exact = self._step(float(found[-1].time[0]), found[-1].q, EXACT)
+            if exact is not None:
+                return [*found[:-1], exact]
+            found = found[:-1]
+        return found
+
+    def _step(self, t: float, guess: Array, enough: float) -> Course | None:
+        state = self._close(np.array([t]), guess, enough)
+        return state if state is not None and all(np.isfinite(part).all() for part in state) else None
+
+    def _end(self, state: Course, found: list[Course]) -> Ended:
+        """Name what ended it: a lock, where speeds grow beyond bounds, or another singular pose."""
+        speeds = [float(np.abs(part.q_t * self.lengths).max()) for part in found]
+        t, where = float(state.time[0]), blocked(self.closure, state.q[0], self.kept)
+        if speeds[-1] > BLOWN_UP * float(np.median(speeds)):
+            return Ended(t, Status.LOCKED, f"the linkage locks at t = {t:.6g} s ({where})")
+        after = "what follows is not determined"
+        return Ended(t, Status.SINGULAR, f"the linkage is in a singular pose at t = {t:.6g} s ({where}): {after}")
+
+    # --- at many times at once --------------------------------------------------------------------------------------------
+
+    def at(self, times: Array) -> Course:
+        """The linkage at times it was followed to."""
+        parts = [self._at(times[k : k + CHUNK]) for k in range(0, len(times), CHUNK)]
+        return Course(*(np.concatenate(part) for part in zip(*parts, strict=True)))
+
+    def _at(self, times: Array) -> Course:
+        found = self._close(times, _quintic(self.anchors, times))
+        if found is not None:
+            return found
+        if len(times) == 1:  # cannot happen between anchors that were reached; if it does, it must not pass
+            raise RuntimeError(f"loops do not close at t = {times[0]:g} s, though they do before and after")
+        halves = [self._at(part) for part in np.array_split(times, 2)]
+        return Course(*(np.concatenate(part) for part in zip(*halves, strict=True)))
+
+    def _close(self, times: Array, q: Array, enough: float = EXACT) -> Course | None:
+        """Newton's method at each time from close by, then the rates; None if one does not close."""
+        closure, zero, kept = self.closure, np.zeros_like(q), self.kept
+        travel, scale = closure.travel(times), max(1.0, closure.size)
+        last = np.inf
+        for _ in range(MOST):
+            residual, jacobian, _ = closure.system(q, zero)
+            residual = residual - travel
+            gap = float(np.abs(residual[..., kept]).max(initial=0.0))
+            if not np.isfinite(gap) or gap > 1e3 * scale:
+                return None
+            jacobian = jacobian[..., kept, :]
+            if gap < enough * scale or (last < 1e-9 * scale and gap >= last):  # the next would not be better
+                return self._rates(times, q, jacobian) if np.abs(residual).max() < max(CLOSED, enough) * scale else None
+            last = gap
+            try:
+                q = q - solved(jacobian, residual[..., kept]).reshape(q.shape)
+            except np.linalg.LinAlgError:
+                return None
+        return None
+
+    def _rates(self, times: Array, q: Array, jacobian: Array) -> Course | None:
+        closure, kept = self.closure, self.kept
+        try:
+            inverse = np.linalg.inv(jacobian)
+        except np.linalg.LinAlgError:
+            return None
+        q_t = (inverse @ closure.speed(times)[..., kept, None])[..., 0].reshape(q.shape)
+        right = closure.convective(q, q_t) + closure.acceleration(times)
+        q_tt = (inverse @ right[..., kept, None])[..., 0].reshape(q.shape)
+        return Course(times, q, q_t, q_tt, jacobian)
+
+    # --- what it leaves ---------------------------------------------------------------------------------------------------
+
+    def record(self, course: Course) -> Record:
+        """Motions of links and blocks."""
+        closure, mechanism = self.closure, self.closure.mechanism
+        links = {link.name: _motion(closure, course, link.name) for link in mechanism.links}
+        blocks = {}
+        for guide in mechanism.guides:
+            along = np.array(guide.along)
+            place_, velocity = links[guide.link].point(guide.point)
+            i, origin = closure.index[guide.link], np.array(mechanism.points[guide.point])
+            arm = place_ - course.q[:, i, :2]
+            spin, change = course.q_t[:, i, 2:], course.q_tt[:, i, 2:]
+            acceleration = course.q_tt[:, i, :2] + change * _left(arm) - spin**2 * arm
+            travels = ((place_ - origin) @ along, velocity @ along, acceleration @ along)
+            blocks[guide.point] = BlockMotion(guide.mass, (origin[0], origin[1]), guide.along, *travels)
+        return Record(mechanism, course.time, links, blocks, {}, np.zeros(max(0, len(course.time) - 1)))
+
+    def reactions(self, course: Course, record: Record) -> dict[str, dict[str, Array]]:
+        """Channels of all elements that hold the linkage: multipliers of J^T mu = M q_tt - f; none of dropped rows."""
+        right = self._inertia(course) - self._pushes(record)
+        found = np.zeros((len(course.time), len(self.closure.names)))
+        found[:, self.kept] = np.linalg.solve(course.jacobian.mT, right.reshape(len(right), -1, 1))[..., 0]
+        names = np.array(self.closure.names)
+        channels: dict[str, dict[str, Array]] = {}
+        for name, element in self.closure.mechanism.elements().items():
+            rows = np.flatnonzero(names == name)
+            if len(rows):
+                channels[name] = dict(element.reactions(found[:, rows]) or {})
+        return channels
+
+    def _inertia(self, course: Course) -> Array:
+        """M q_tt less weight, (times, links, 3)."""
+        closure, gravity = self.closure, np.array(self.closure.mechanism.gravity)
+        total = np.zeros_like(course.q)
+        for part in carried(closure):
+            i = part.link
+            arm = part.arm * np.exp(1j * (course.q[:, i, 2] - closure.reference[i, 2]))
+            arms = np.column_stack([arm.real, arm.imag])
+            spin, change = course.q_t[:, i, 2:], course.q_tt[:, i, 2:]
+            force = part.mass * (course.q_tt[:, i, :2] + change * _left(arms) - spin**2 * arms - gravity)
+            total[:, i, :2] += force
+            total[:, i, 2] += arms[:, 0] * force[:, 1] - arms[:, 1] * force[:, 0] + part.inertia * change[:, 0]
+        return total
+
+    def _pushes(self, record: Record) -> Array:
+        """Forces of guides' friction, stops and loads, by the links' starts, (times, links, 3)."""
+        closure, mechanism = self.closure, self.closure.mechanism
+        total = np.zeros((len(record.time), len(closure.index), 3))
+        blocks = {guide.point: guide.link for guide in mechanism.guides}
+        for name, element in mechanism.elements().items():
+            for at, force, moment in element.pushes(name, record) or ():
+                body, point = place(at)
+                body = blocks.get(body, body)
+                if body == GROUND:
+                    continue
+                i = closure.index[body]
+                arm = record.links[body].point(point)[0] - record.links[body].point(mechanism.links[i].start)[0]
+                total[:, i, :2] += force
+                total[:, i, 2] += arm[:, 0] * force[:, 1] - arm[:, 1] * force[:, 0] + moment
+        return total
+
+
+def independent(closure: Closure, jacobian: Array) -> Array:
+    """Rows that are independent of each other: the drives' first, then in the elements' order."""
+    driven = [k for k, _ in closure.driven]
+    order = [*driven, *(k for k in range(len(jacobian)) if k not in driven)]
+    return np.array(sorted(order[k] for k in independent_rows(jacobian[order])), dtype=int)
+
+
+def _motion(closure: Closure, course: Course, name: str) -> RigidMotion:
+    """A link's centre of mass."""
+    mechanism, i = closure.mechanism, closure.index[name]
+    link = mechanism.links[i]
+    mass, inertia, centre = link.body.inertia(mechanism.length(name))
+    at_start = complex(*centre) * np.exp(1j * closure.reference[i, 2])
+    arm = complex(*centre) * np.exp(1j * course.q[:, i, 2])
+    arms = np.column_stack([arm.real, arm.imag])
+    turn = course.q[:, i, 2:] - closure.reference[i, 2]
+    spin, change = course.q_t[:, i, 2:], course.q_tt[:, i, 2:]
+    q = np.hstack([course.q[:, i, :2] + arms, turn])
+    q_t = np.hstack([course.q_t[:, i, :2] + spin * _left(arms), spin])
+    q_tt = np.hstack([course.q_tt[:, i, :2] + change * _left(arms) - spin**2 * arms, change])
+    origin = closure.reference[i, :2] + (at_start.real, at_start.imag)
+    away = {point: np.subtract(where, origin) for point, where in mechanism.points.items()}
+    return RigidMotion(mass, inertia, away, q, q_t, q_tt)
+
+
+def _left(vectors: Array) -> Array:
+    return np.column_stack([-vectors[:, 1], vectors[:, 0]])
+
+
+def _quintic(anchors: Course, times: Array) -> Array:
+    """Coordinates between anchors, by the polynomial of fifth order through places, speeds and accelerations."""
+    k = np.clip(np.searchsorted(anchors.time, times, side="right") - 1, 0, max(0, len(anchors.time) - 2))
+    if len(anchors.time) < 2:
+        return np.repeat(anchors.q, len(times), axis=0)
+    h = (anchors.time[k + 1] - anchors.time[k])[:, None, None]
+    s = (times - anchors.time[k])[:, None, None] / h
+    (p0, v0, a0), (p1, v1, a1) = ((c.q[i], h * c.q_t[i], h * h * c.q_tt[i]) for c, i in ((anchors, k), (anchors, k + 1)))
+    rest = p1 - p0 - v0 - a0 / 2, v1 - v0 - a0, a1 - a0
+    c3 = 10 * rest[0] - 4 * rest[1] + rest[2] / 2
+    c4 = -15 * rest[0] + 7 * rest[1] - rest[2]
+    c5 = 6 * rest[0] - 3 * rest[1] + rest[2] / 2
+    found: Array = p0 + s * (v0 + s * (a0 / 2 + s * (c3 + s * (c4 + s * c5))))
+    return found

@@ -1,0 +1,172 @@
+"""Numbers with units, as people write them: `0.3 mm`, `12 rpm`, `253 N.s/m`, `210GPa`. The one place that reads units.
+
+`parse_quantity("0.3mm", "m")` is the float 3e-4. `measured("0.3 mm")` is the same number in SI that still knows its kind of
+unit, until a check (`mbs.validate`) has compared it with the unit it wants.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from functools import lru_cache
+from typing import NamedTuple
+
+
+class Unit(NamedTuple):
+    """One unit in SI: factor * 10**power. The decimal power stays apart so that 300um is exactly the float 3e-4."""
+
+    factor: float
+    power: float
+    dimension: tuple[float, ...]
+    """Exponents of metre, kilogram, second, ampere and radian; an angle is kept apart from a plain number."""
+
+
+SYMBOLS: dict[str, Unit] = {
+    "1": Unit(1, 0, (0, 0, 0, 0, 0)),
+    "%": Unit(1, -2, (0, 0, 0, 0, 0)),
+    "m": Unit(1, 0, (1, 0, 0, 0, 0)),
+    "g": Unit(1, -3, (0, 1, 0, 0, 0)),
+    "s": Unit(1, 0, (0, 0, 1, 0, 0)),
+    "A": Unit(1, 0, (0, 0, 0, 1, 0)),
+    "rad": Unit(1, 0, (0, 0, 0, 0, 1)),
+    "Hz": Unit(1, 0, (0, 0, -1, 0, 0)),
+    "N": Unit(1, 0, (1, 1, -2, 0, 0)),
+    "Pa": Unit(1, 0, (-1, 1, -2, 0, 0)),
+    "J": Unit(1, 0, (2, 1, -2, 0, 0)),
+    "W": Unit(1, 0, (2, 1, -3, 0, 0)),
+    "V": Unit(1, 0, (2, 1, -3, -1, 0)),
+    "min": Unit(60, 0, (0, 0, 1, 0, 0)),
+    "deg": Unit(math.pi / 180, 0, (0, 0, 0, 0, 1)),
+    "r": Unit(2 * math.pi, 0, (0, 0, 0, 0, 1)),
+    "rev": Unit(2 * math.pi, 0, (0, 0, 0, 0, 1)),
+    "rpm": Unit(math.pi / 30, 0, (0, 0, -1, 0, 1)),
+}
+PREFIXES = {"n": -9, "u": -6, "m": -3, "c": -2, "k": 3, "M": 6, "G": 9}
+NEVER_PREFIXED = {"1", "%", "min", "deg", "r", "rev", "rpm"}
+SPELLINGS = str.maketrans({"·": ".", "*": ".", "µ": "u", "μ": "u", "²": "2", "³": "3", "°": "deg"})
+
+NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+))(?:[eE]([+-]?\d+))?\s*")
+FACTOR = re.compile(r"\s*([./]?)\s*([A-Za-z]+|%|1)(?:\^?(-?\d+(?:\.\d+)?))?\s*")
+
+
+def _symbol(name: str) -> Unit:
+    """A bare symbol, with or without a decimal prefix; the whole word first, so that `min` is no milli-inch."""
+    if name in SYMBOLS:
+        return SYMBOLS[name]
+    prefix, base = name[0], name[1:]
+    if prefix in PREFIXES and base in SYMBOLS and base not in NEVER_PREFIXED:
+        unit = SYMBOLS[base]
+        return unit._replace(power=unit.power + PREFIXES[prefix])
+    raise ValueError(f"unknown unit '{name}'")
+
+
+@lru_cache(maxsize=256)
+def parse_unit(text: str) -> Unit:
+    """Read a unit such as `N.s/mm`, `kg/m^3` or `N/mm^1.5`; each `/` divides by the one factor behind it."""
+    factor, power, dimension = 1.0, 0.0, [0.0] * 5
+    rest = text.translate(SPELLINGS).strip() or "1"
+    position = 0
+    while position < len(rest):
+        match = FACTOR.match(rest, position)
+        if match is None:
+            raise ValueError(f"unknown unit '{text}'")
+        operator, name, exponent = match.groups()
+        unit, e = _symbol(name), float(exponent or 1)
+        if operator == "/":
+            e, factor = -e, factor / unit.factor**e
+        else:
+            factor *= unit.factor**e
+        power += e * unit.power
+        dimension = [total + e * part for total, part in zip(dimension, unit.dimension, strict=True)]
+        position = match.end()
+    return Unit(factor, power, tuple(dimension))
+
+
+def parse_quantity(text: str, unit: str) -> float:
+    """Read a number with an optional unit and return it in `unit`.
+
+    Parameters
+    ----------
+    text : str
+        Such as `0.3mm`, `3e-4` (then already in `unit`) or `300 r/min`.
+    unit : str
+        The unit of the result.
+
+    Raises
+    ------
+    ValueError
+        If it is no number, or its unit is unknown or of another kind.
+    """
+    match = NUMBER.match(text)
+    if match is None:
+        raise ValueError("not a number")
+    digits, exponent = match[1], int(match[2] or 0)
+    given = text[match.end() :].strip()
+    if not given:
+        return float(f"{digits}e{exponent}")
+    source, target = parse_unit(given), parse_unit(unit)
+    if source.dimension != target.dimension:
+        raise ValueError(f"'{given}' is no unit for a quantity in {unit if unit != '1' else 'plain numbers'}")
+    return _scaled(digits, exponent, source.power - target.power, source.factor / target.factor)
+
+
+def _scaled(digits: str, exponent: int, shift: float, factor: float) -> float:
+    """Digits times 10**(exponent + shift) times a factor, the power of ten read with the digits."""
+    whole = math.floor(shift)  # a part of a decade is left over in units such as N/mm^1.5
+    return float(f"{digits}e{exponent + whole}") * 10 ** (shift - whole) * factor
+
+
+class Measured(float):
+    """A number in SI that was given with a unit, and is compared with the unit wanted of it when it is checked."""
+
+    given: str
+    """What was written."""
+    dimension: tuple[float, ...]
+
+    def __new__(cls, value: float, given: str, dimension: tuple[float, ...]) -> Measured:
+        """Keep a number with what was written."""
+        made = super().__new__(cls, value)
+        made.given, made.dimension = given, dimension
+        return made
+
+    def __repr__(self) -> str:
+        return f"'{self.given}'"
+
+    def __reduce__(self) -> tuple[type[float], tuple[float]]:
+        return float, (float(self),)
+
+    def fits(self, unit: str) -> bool:
+        """Whether it may stand for a quantity in a unit; `unit` may name several, as `rad/s or m/s`, or leave a power open."""
+        return any(_fits(self.dimension, one.strip()) for one in unit.split(" or "))
+
+
+def _fits(dimension: tuple[float, ...], unit: str) -> bool:
+    base, power, _ = unit.partition("^n")
+    try:
+        wanted = parse_unit(base).dimension
+    except ValueError:
+        return False
+    if power and "/" in base:  # N/m^n: any power of the factor below
+        over, below = (parse_unit(part).dimension for part in base.split("/"))
+        rest = [a - b for a, b in zip(dimension, over, strict=True)]
+        return all(b or not r for r, b in zip(rest, below, strict=True))
+    return dimension == wanted
+
+
+def measured(text: str) -> float:
+    """Read a number with an optional unit, in SI; a plain float if it has none.
+
+    Raises
+    ------
+    ValueError
+        If it is no number, or its unit is unknown.
+    """
+    match = NUMBER.match(text)
+    if match is None:
+        raise ValueError("not a number")
+    given = text[match.end() :].strip()
+    if not given:
+        return float(f"{match[1]}e{match[2] or 0}")
+    source = parse_unit(given)
+    value = _scaled(match[1], int(match[2] or 0), source.power, source.factor)
+    return Measured(value, text.strip(), source.dimension)

@@ -1,0 +1,168 @@
+"""`buckler run FILE` and `buckler sweep FILE`: a mechanism of a file from the command line."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, TypeVar
+
+from buckler.mbs.files.decode import RUN, mechanism
+from buckler.mbs.files.document import changed, read
+from buckler.studies.kit.options import Parser, answers, check_words, noted, writable, wrong_input
+from buckler.studies.own.places import set_all, spec, to_json
+from buckler.studies.own.study import Family, Parameters
+
+Made = TypeVar("Made")
+SETTINGS = ("duration", "accuracy", "ledger", "measure")
+"""What the table [run] of a file may hold; options of the same names override it."""
+DEFAULT_DURATION = 1.0
+
+
+def options(parser: argparse.ArgumentParser) -> None:
+    """Declare the options of `run FILE` and `sweep FILE`."""
+    group = parser.add_argument_group("the run")
+    add = group.add_argument
+    add("--duration", metavar="s", help="how long, s; default that of the file, or 1 s")
+    add(
+        "--accuracy",
+        metavar="NUMBER",
+        help="largest relative error of the motion, 1e-6 to 0.1; the settings are chosen to keep it",
+    )
+    add("--ledger", action="store_true", default=None, help="keep the energy ledger and check its balance")
+    add("--set", action="append", default=[], metavar="PATH=VALUE", dest="changes",
+        help="another value at a place of the file, as links.coupler.body.section.thickness=0.2mm; may be repeated")  # fmt: skip
+    add("--measure", action="append", default=[], metavar="FORMULA",
+        help="a number to read off, as 'max(B.contact_force)'; may be repeated; default the peaks of all forces")  # fmt: skip
+
+
+def run_file(path: Path, argv: Sequence[str], prog: str) -> int:
+    """Simulate the mechanism of a file, print and file what came out; return the exit status."""
+    from buckler.studies.kit.cli import attempt, finish
+
+    try:
+        parser = Parser(prog=prog, usage=f"{prog} [options]", description="Simulate the mechanism of a file.", allow_abbrev=False)
+        options(parser)
+        answers(parser)
+        chosen, unknown = parser.parse_known_args(noted(argv))
+        check_words(unknown, chosen)
+        base, changes = _settings(path, chosen)
+        parameters = Parameters(**base, changes=tuple(changes.items()))
+        folder = writable(Path(chosen.out) / path.stem)
+    except (ValueError, OSError) as error:
+        return wrong_input(_named(error, path))
+    from buckler.studies.own import study
+
+    kept: list[Any] = []
+
+    def run(parameters: Parameters, progress: Any) -> Any:
+        kept.append(study.simulated(parameters, progress))
+        return study.read_off(parameters, kept[0])
+
+    begin = time.perf_counter()
+    result = attempt(run, parameters, chosen)
+    status = finish(path.stem, study, result, folder, chosen, time.perf_counter() - begin)
+    if kept:
+        _page(kept[0], parameters, folder, chosen)
+    return status
+
+
+def _page(result: Any, parameters: Parameters, folder: Path, chosen: argparse.Namespace) -> None:
+    """Write the report page; a page that cannot be written takes nothing from the numbers."""
+    if not hasattr(result, "write_html"):
+        return
+    try:
+        path = result.write_html(folder / "report.html") or folder / "report.html"
+    except Exception as error:
+        print(f"{parameters.name}: no report page: {type(error).__name__}: {error}", file=sys.stderr)
+        return
+    if not chosen.json and not chosen.quiet:
+        print(f"see it move: {path}")
+
+
+def _settings(path: Path, chosen: argparse.Namespace) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Everything a run is made with but its changes, and these."""
+    document = read(path)
+    run = document.pop(RUN, {})
+    document.pop("about", None)
+    if not isinstance(run, dict) or set(run) - set(SETTINGS):
+        odd = sorted(set(run) - set(SETTINGS)) if isinstance(run, dict) else [str(run)]
+        raise ValueError(f"{RUN}.{odd[0]}: unknown key; known: {', '.join(SETTINGS)}")
+    mechanism(document)
+    changes = set_all(document, chosen.changes)
+    measures = chosen.measure or run.get("measure", [])
+    measures = [measures] if isinstance(measures, str) else list(measures)
+    from buckler.studies.own.measure import check
+
+    for text in measures:
+        check(str(text))
+    duration = _quantity("duration", chosen.duration, run, "s")
+    accuracy = _quantity("accuracy", chosen.accuracy, run, "1")
+    ledger = run.get("ledger", False) if chosen.ledger is None else chosen.ledger
+    if not isinstance(ledger, bool):
+        raise ValueError(f"{RUN}.ledger = {ledger!r}: must be true or false")
+    return {
+        "name": path.stem,
+        "document": to_json(document),
+        "duration": DEFAULT_DURATION if duration is None else duration,
+        "accuracy": accuracy,
+        "ledger": ledger,
+        "measures": tuple(map(str, measures)),
+    }, changes
+
+
+def _quantity(name: str, option: str | None, run: dict[str, Any], unit: str) -> float | None:
+    """A number of the command line, or else of the file's [run]."""
+    from buckler.mbs.units import parse_quantity
+
+    given = run.get(name) if option is None else option
+    where = f"{RUN}.{name}" if option is None else f"--{name}"
+    if given is None or (isinstance(given, int | float) and not isinstance(given, bool)):
+        return given
+    try:
+        return parse_quantity(str(given), unit)
+    except ValueError as error:
+        raise ValueError(f"{where} = {given}: {error}") from None
+
+
+def family(path: Path, chosen: argparse.Namespace) -> Family:
+    """The cases `--vary` may ask for."""
+    base, changes = _settings(path, chosen)
+    document = changed(json.loads(base["document"]), changes)
+    names = [text.partition("=")[0].strip() for text in chosen.vary]
+    places = {}
+    for name in names:
+        try:
+            places[name] = spec(document, name)
+        except ValueError as error:
+            raise ValueError(f"--vary {name}: {error}") from None
+    return Family({**base, "changes": tuple(changes.items())}, places)
+
+
+def probe(parameters: Parameters) -> None:
+    """Refuse measures that name signals the mechanism does not have, before any case runs."""
+    from buckler.mbs.simulation import simulate
+    from buckler.studies.own.measure import check
+
+    if parameters.measures:
+        result = simulate(parameters.mechanism(), min(parameters.duration, 1e-4))
+        for text in parameters.measures if result.signals else ():
+            check(text, result.signals)
+
+
+def named(path: Path, function: Callable[..., Made], *arguments: Any) -> Made:
+    """Call a function; a ValueError it raises gets the file's name in front."""
+    try:
+        return function(*arguments)
+    except ValueError as error:
+        raise _named(error, path) from None
+
+
+def _named(error: Exception, path: Path) -> ValueError:
+    """What was wrong, with the file's name in front."""
+    said = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
+    ours = said.startswith((str(path), "--", "duration", "accuracy", "unknown parameter", "unknown argument", "argument"))
+    return ValueError(said if ours else f"{path}: {said}")

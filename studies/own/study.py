@@ -1,0 +1,171 @@
+"""A mechanism of a file, or of Python, as a study: what runs, what is read off, what is drawn."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from buckler.mbs.files.document import changed
+from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.validate import number, positive
+from buckler.studies.kit.parameters import Spec, StudyParameters
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult
+from buckler.studies.own.measure import measure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from buckler.mbs.record.result import Result
+
+PEAKS = ("contact_force", "normal_force", "force", "torque", "current", "fx", "fy", "axial_force", "compression", "deflection",
+         "end_shortening", "penetration")  # fmt: skip
+"""Signals whose largest size is told where no measure is asked for: last part of their names."""
+MOST_DRAWN = 6
+DURATION, ACCURACY, LEDGER = "duration", "accuracy", "ledger"
+
+
+@dataclass(frozen=True)
+class Parameters(StudyParameters):
+    """What one run of a mechanism is made with.
+
+    Parameters
+    ----------
+    name : str
+        What to call it.
+    document : str
+        The mechanism as JSON, before any change.
+    duration : float
+        s.
+    accuracy : float, optional
+        Largest relative error of the motion.
+    ledger : bool
+        Whether to keep the energy ledger.
+    measures : sequence of str
+        What to read off; see `measure`.
+    changes : sequence of (str, value)
+        Places in the document with the values they have instead.
+
+    Raises
+    ------
+    ValueError
+        In one line, if the changed document describes no mechanism.
+    """
+
+    name: str
+    document: str = field(repr=False)
+    duration: float
+    accuracy: float | None = None
+    ledger: bool = False
+    measures: Sequence[str] = ()
+    changes: Sequence[tuple[str, Any]] = ()
+
+    def __post_init__(self) -> None:
+        positive("duration", self.duration, "s")
+        if self.accuracy is not None:
+            number("accuracy", self.accuracy, 1e-6, 0.1, "1")
+        self.mechanism()
+
+    def __getattr__(self, path: str) -> Any:
+        """The value at a changed place."""
+        if not path.startswith("_"):
+            for place, value in self.changes:
+                if place == path:
+                    return value
+        raise AttributeError(path)
+
+    def mechanism(self) -> Mechanism:
+        """The mechanism with its changes."""
+        return Mechanism.from_dict(changed(json.loads(self.document), dict(self.changes)))
+
+    def plain(self) -> dict[str, Any]:
+        """What a store and a file keep of it: the mechanism by a hash of its document."""
+        run = {"duration": self.duration, "accuracy": self.accuracy, "ledger": self.ledger, "measures": list(self.measures)}
+        return {"mechanism": f"{self.name} {digest(self.document)}", **run, **dict(self.changes)}
+
+
+def digest(document: str) -> str:
+    """The first twelve digits of a document's SHA-256."""
+    return hashlib.sha256(document.encode()).hexdigest()[:12]
+
+
+@dataclass(frozen=True)
+class Family:
+    """Makes the cases of a sweep: a mechanism and the places that may change.
+
+    Called with values by place, as a study's `Parameters` is with its parameters.
+    """
+
+    base: Mapping[str, Any]
+    """Everything but the changes."""
+    places: Mapping[str, Spec]
+
+    def specs(self) -> Mapping[str, Spec]:
+        """What each place may be."""
+        return self.places
+
+    def __call__(self, **values: Any) -> Parameters:
+        """Make a case."""
+        fixed = dict(self.base.get("changes", ()))
+        return Parameters(**{**self.base, "changes": tuple((fixed | values).items())})
+
+
+def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
+    """Simulate, and read the numbers off."""
+    return read_off(parameters, simulated(parameters, progress))
+
+
+def simulated(parameters: Parameters, progress: Progress = QUIET) -> Result:
+    """Simulate the mechanism."""
+    from buckler.mbs.simulation import simulate
+
+    p = parameters
+    return simulate(p.mechanism(), p.duration, p.accuracy, ledger=p.ledger)
+
+
+def read_off(parameters: Parameters, result: Result) -> StudyResult:
+    """Metrics and signals of a result; a failed one keeps its signals only."""
+    ended = result.status in ("OK", "SUSPECT")
+    return StudyResult(
+        parameters=parameters,
+        status=str(result.status),
+        message=result.message,
+        metrics=_metrics(parameters, result) if ended else {},
+        signals={"time": result.time, **result.signals},
+        work=result.work,
+    )
+
+
+def _metrics(parameters: Parameters, result: Result) -> dict[str, Metric]:
+    texts = parameters.measures or peaks(result.signals)
+    found = {}
+    for text in texts:
+        value, unit = measure(text, result.time, result.signals, result.units)
+        found[text] = Metric(value, unit)
+    if parameters.accuracy is not None:
+        found["relative error"] = Metric(result.error, "1")
+    if parameters.ledger:
+        found["energy balance"] = Metric(result.energy_balance, "1")
+    return found
+
+
+def peaks(signals: Mapping[str, Any]) -> list[str]:
+    """Measures for everybody: the largest size of forces, torques and deflections."""
+    return [f"max(abs({name}))" for name in signals if name.rpartition(".")[2] in PEAKS]
+
+
+def figure(result: StudyResult) -> dict[str, Figure]:
+    """Draw the signals that the measures name over time."""
+    from buckler.studies.kit.style import subplots
+
+    names = [name for name in result.signals if name != "time" and any(name in text for text in result.metrics)][:MOST_DRAWN]
+    if not names:
+        return {}
+    drawn, axes = subplots(len(names), 1, height=25.0 + 32.0 * len(names), sharex=True, squeeze=False)
+    for name, ax in zip(names, axes[:, 0], strict=True):
+        ax.plot(result.signals["time"], result.signals[name])
+        ax.set_ylabel(name)
+    axes[-1, 0].set_xlabel("time [s]")
+    return {"signals": drawn}

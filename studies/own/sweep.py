@@ -1,0 +1,85 @@
+"""Sweeps of a mechanism from Python.
+
+rows = sweep(mechanism, {"links.coupler.body.section.thickness": [2e-4, 3e-4]}, measure="max(B.contact_force)", duration=1.0)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from buckler.mbs.mechanism import Mechanism
+from buckler.studies.kit.report import QUIET, Progress
+from buckler.studies.own import study
+from buckler.studies.own.measure import check
+from buckler.studies.own.places import spec, to_json
+from buckler.studies.own.study import Family
+from buckler.studies.sweeping import sweep as cases
+from buckler.studies.sweeping.executors import Workers
+from buckler.studies.sweeping.rows import Row
+from buckler.studies.sweeping.vary import Grid, plan
+
+
+def sweep(
+    mechanism: Mechanism,
+    values: Mapping[str, Sequence[Any]],
+    *,
+    measure: str | Sequence[str] = (),
+    duration: float,
+    accuracy: float | None = None,
+    ledger: bool = False,
+    name: str = "mechanism",
+    workers: int | Workers = 0,
+    store: Path | None = None,
+    signals: bool = False,
+    retry: bool = False,
+    progress: Progress = QUIET,
+) -> list[Row]:
+    """Run a mechanism with other values at some of its places, each combined with each.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    values : dict of str to sequence
+        Places, as in a file (`links.coupler.body.section.thickness`, `stops.B.law.restitution`), and the values there: numbers
+        in SI, or texts such as '0.3 mm'.
+    measure : str or sequence of str
+        What to read off each result; by default the peaks of all forces, torques and deflections.
+    duration, accuracy, ledger
+        As in `simulate`.
+    name : str
+        What a store calls the mechanism.
+    workers, store, signals, retry, progress
+        As in `buckler.studies.sweeping.sweep`.
+
+    Returns
+    -------
+    rows : list of Row
+        One a case, the last place varying fastest; `row.parameters`, `row.value(measure)`, `row.status`.
+
+    Raises
+    ------
+    ValueError
+        If a place, a value or a measure is wrong, before anything runs.
+    """
+    document = mechanism.to_dict()
+    measures = (measure,) if isinstance(measure, str) else tuple(measure)
+    for text in measures:
+        check(text)
+    places = {path: spec(document, path) for path in values}
+    base = {"name": name, "document": to_json(document), "duration": duration, "accuracy": accuracy}
+    family = Family({**base, "ledger": ledger, "measures": measures}, places)
+    grids = [Grid(path, tuple(places[path].read(each) for each in found)) for path, found in values.items()]
+    cases_of = plan(family, {}, grids).cases  # type: ignore[arg-type]  # it makes cases, as a class does
+    return cases.sweep(
+        study,
+        cases_of,
+        workers=workers,
+        store=store,
+        signals=signals,
+        retry=retry,
+        progress=progress,
+        name=f"{name} {study.digest(to_json(document))}",
+        units={path: each.unit for path, each in places.items()},
+    )

@@ -1,0 +1,111 @@
+"""What the paper on rattling joints leaves open, as parameters: gravity, pins, friction thresholds, damping and kind of modes.
+
+The defaults are the assumptions that the tables of this package were made with. `buffering-claims` varies them all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import cos, pi, sin
+from typing import Any
+
+import numpy as np
+
+from buckler.mbs.reference import BODIES, JOINTS
+from buckler.studies.kit.parameters import StudyParameters, choice, choices, quantity
+
+Array = np.ndarray[Any, Any]
+PINS = tuple(f"{joint}.{body}" for joint in JOINTS for body in BODIES[joint])
+"""Joints with each of the bodies that may carry the pin."""
+FIRST = tuple(f"{joint}.{BODIES[joint][0]}" for joint in JOINTS)
+"""Who carries it by default."""
+THRESHOLDS = 0.1, 1.0
+"""Sliding speeds, m/s, at which ADAMS friction is static, and from which it is dynamic, by default."""
+ADAMS = ((100.0, 0.01), (1000.0, 0.1), (np.inf, 1.0))
+"""Damping ratio of a mode up to a frequency, Hz, as ADAMS gives it by default."""
+
+
+def constant(hertz: Array, ratio: float) -> Array:
+    """The same ratio for every mode."""
+    return np.full(len(hertz), ratio)
+
+
+def adams(hertz: Array, ratio: float) -> Array:
+    """ADAMS's default by frequency; the ratio is not asked."""
+    return np.select([hertz < ADAMS[0][0], hertz <= ADAMS[1][0]], [ADAMS[0][1], ADAMS[1][1]], ADAMS[2][1])
+
+
+def rayleigh(hertz: Array, ratio: float) -> Array:
+    """Of mass and stiffness, ratio at the lowest two modes: ratio (f1 f2/f + f)/(f1 + f2); no less in between or beyond."""
+    low, high = np.sort(hertz)[[0, min(1, len(hertz) - 1)]]
+    return ratio * (low * high / hertz + hertz) / (low + high)
+
+
+DAMPINGS: dict[str, Callable[[Array, float], Array]] = {"constant": constant, "ADAMS": adams, "Rayleigh": rayleigh}
+"""Damping ratios by frequency, Hz, and the given ratio."""
+KINDS = ("free", "Craig-Bampton")
+"""Of modes: those of the free rocker; or of one whose ends are held, and its static shapes, as a modal neutral file has them."""
+
+
+@dataclass(frozen=True)
+class JointAssumptions(StudyParameters):
+    """What is not told about the joints and their surroundings."""
+
+    gravity: float = quantity(0.0, "m/s^2", 0, 100, "gravity in the plane; 0: none, or normal to it", "left open")
+    gravity_angle: float = quantity(-pi / 2, "rad", -7, 7, "its direction from the frame O-C", "left open")
+    pin_on: tuple[str, ...] = choices(FIRST, PINS, "bodies that carry the pins; a joint not named keeps its default", "left open")
+    friction_thresholds: float = quantity(
+        1.0, "1", 1e-4, 100, "factor on both threshold speeds of the friction, 0.1 and 1 m/s by default", "left open"
+    )
+
+    @property
+    def turned(self) -> str:
+        """Joints whose pin is on the body that by default carries the bush.
+
+        Raises
+        ------
+        ValueError
+            If a joint is named twice.
+        """
+        named = [name[0] for name in self.pin_on]
+        if len(set(named)) < len(named):
+            raise ValueError(f"pin_on = {','.join(self.pin_on)}: one body a joint")
+        return "".join(joint for joint in JOINTS if f"{joint}.{BODIES[joint][1]}" in self.pin_on)
+
+    @property
+    def pull(self) -> tuple[float, float]:
+        """Gravity as a vector, m/s^2."""
+        if not self.gravity:
+            return (0.0, 0.0)
+        return (self.gravity * cos(self.gravity_angle), self.gravity * sin(self.gravity_angle))
+
+    @property
+    def thresholds(self) -> tuple[float, float]:
+        """Sliding speeds at which friction is static, and from which it is dynamic, m/s."""
+        low, high = THRESHOLDS
+        return self.friction_thresholds * low, self.friction_thresholds * high
+
+    def stated(self) -> str:
+        """One sentence for a table."""
+        down = f"{self.gravity:g} m/s² at {np.degrees(self.gravity_angle):.4g} deg" if self.gravity else "none in the plane"
+        pins = ", ".join(f"{j} on {BODIES[j][j in self.turned]}" for j in JOINTS)
+        low, high = self.thresholds
+        return f"Left open by the paper: gravity {down}; pins: {pins}; friction thresholds {low:g} and {high:g} m/s"
+
+
+@dataclass(frozen=True)
+class Assumptions(JointAssumptions):
+    """The same, and what is not told about the flexible rocker."""
+
+    rocker_damping: float = quantity(0.01, "1", 0, 1, "damping ratio of every mode", "bars")
+    modal_damping: str = choice(
+        "constant", tuple(DAMPINGS), "damping ratios of modes: rocker_damping; by frequency; rocker_damping at the lowest two",
+        "left open",
+    )  # fmt: skip
+    modes_of: str = choice("free", KINDS, "modes of the rocker: free, or with its ends held and static shapes", "left open")
+
+    def stated(self) -> str:
+        """One sentence for a table."""
+        ratio = "" if self.modal_damping == "ADAMS" else f" {self.rocker_damping:g}"
+        return f"{super().stated()}; modes of the rocker {self.modes_of}, damping ratio {self.modal_damping}{ratio}"

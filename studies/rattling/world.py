@@ -1,0 +1,111 @@
+"""One world of the crank-rocker with play: everything that the paper leaves open has one value; does the rocker buffer in it?
+
+Rigid and flexible rocker, each by an ensemble whose members differ in what is unknown: the crank's angle at the start, drawn
+over the turn, and the journals' places, drawn over the clearance. `buffering-claims` sweeps it over many worlds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from buckler.mbs.reference import Ensemble, FourBar, ensemble
+from buckler.studies.kit.cli import main
+from buckler.studies.kit.parameters import integer
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, metrics_table
+from buckler.studies.kit.style import subplots
+from buckler.studies.rattling.assumptions import Assumptions
+from buckler.studies.rattling.buffering_measures import BALANCED, CLAIMS, SAMPLES, curves, mean, ratio
+from buckler.studies.rattling.fourbar import FourBarParameters
+from buckler.studies.rattling.mode_sets import damped, rocker_modes
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+JOURNALS = 0.2
+"""Standard deviation of the bars' places at the start, in clearances: journals then lie all over their bushes."""
+LATEST = 2000
+"""Members of which the seeds of one world are its own."""
+
+
+@dataclass(frozen=True)
+class Parameters(FourBarParameters, Assumptions):
+    """Parameters of one world."""
+
+    members: int = integer(5, 2, LATEST, "runs of each rocker; their scatter gives the standard error", "statistics")
+    cycles: int = integer(2, 1, 10_000, "turns measured of each run", "statistics")
+    settle: int = integer(1, 0, 10_000, "turns before that", "statistics")
+    seed: int = integer(0, 0, 2**30, "draws the starts", "statistics")
+
+    def rockers(self) -> dict[str, FourBar]:
+        """The crank-rocker with either rocker."""
+        modes = damped(rocker_modes(self.modes_of, self.in_plane_depth), self.modal_damping, self.rocker_damping)
+        return {"rigid": self.fourbar(), "flexible": self.fourbar(modes=modes)}
+
+
+def measured(p: Parameters, fourbar: FourBar, seeds: Sequence[int]) -> Ensemble:
+    """Run members from starts of their own and join their turns. The one call of a solver; another may stand here."""
+
+    def member(seed: int) -> Ensemble:
+        start = float(np.random.default_rng([seed, 1]).uniform(0, 2 * np.pi))
+        return ensemble(
+            replace(fourbar, start=start), p.cycles, [seed], settle=p.settle, spread=JOURNALS * p.clearance,
+            rtol=p.tolerance, atol=p.tolerance, samples=SAMPLES, measure=curves,
+        )  # fmt: skip
+
+    with ThreadPoolExecutor(p.workers) as pool:
+        found = list(pool.map(member, seeds))
+    cycles = {name: np.concatenate([each.cycles[name] for each in found]) for name in found[0].cycles}
+    outcomes, balances = (sum((getattr(each, name) for each in found), ()) for name in ("outcomes", "balances"))
+    return Ensemble(fourbar, cycles, outcomes, balances)
+
+
+def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
+    """Run both rockers and hold every claim's number of the one against the other's."""
+    p = parameters
+    found: dict[str, Ensemble] = {}
+    for batch, (name, fourbar) in enumerate(progress(list(p.rockers().items()), label="rockers")):
+        first = LATEST * (2 * p.seed + batch)  # other seeds for each rocker and world: errors are independent
+        found[name] = measured(p, fourbar, range(first, first + p.members))
+    metrics, wrong = {}, []
+    for name, one in found.items():
+        metrics[f"{name}.energy_balance"] = Metric(max(one.balances), "1")
+        metrics[f"{name}.depth_over_clearance"] = Metric(float(one.cycles["depth"].max() / p.clearance), "1")
+        if not max(one.balances) <= BALANCED:
+            wrong.append(f"{name}: ENERGY, balance {max(one.balances):.1e}, more than {BALANCED:g}")
+        if not one.ok:
+            wrong.append(f"{name}: PENETRATION, a pin deeper in its bush than it has play")
+    for claim in CLAIMS:
+        means = {name: mean(one, claim) for name, one in found.items()}
+        metrics |= {f"{name}.{claim.name}": Metric(m.value, claim.unit, error=m.error / m.value) for name, m in means.items()}
+        over = ratio(means["flexible"], means["rigid"])
+        metrics[f"{claim.name}.ratio"] = Metric(over.value, "1", error=over.error / over.value)
+    return StudyResult(
+        parameters=p,
+        status="SUSPECT" if wrong else "OK",
+        message="; ".join(wrong),
+        metrics=metrics,
+        work={"turns": 2 * p.members * (p.settle + p.cycles)},
+        tables=[replace(metrics_table(metrics), notes=f"{p.stated()}.")],
+    )
+
+
+def figure(result: StudyResult) -> Figure:
+    """Ratios of all claims with bars of two standard errors."""
+    fig, ax = subplots(height=90)
+    found: Any = [result.metrics[f"{claim.name}.ratio"] for claim in CLAIMS]
+    value = np.array([m.value for m in found])
+    places = np.arange(len(CLAIMS))[::-1]
+    ax.errorbar(value, places, xerr=2 * value * np.array([m.error for m in found]), fmt="o", capsize=2)
+    ax.axvline(1, color="#999999", linewidth=0.8)
+    ax.set_yticks(places, [claim.text for claim in CLAIMS])
+    ax.set(xscale="log", xlabel="flexible/rigid, ± two standard errors")
+    return fig
+
+
+if __name__ == "__main__":
+    raise SystemExit(main("buffering-world"))

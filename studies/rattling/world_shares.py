@@ -1,0 +1,143 @@
+"""What `buffering-claims` says of its worlds: shares with intervals, what decides them, a verdict in one sentence; a figure."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from buckler.studies.kit.report import Metric, Table
+from buckler.studies.kit.style import COLOURS, subplots
+from buckler.studies.rattling.buffering_measures import CLAIMS
+from buckler.studies.rattling.worlds import ASSUMPTIONS, Tree, Worlds, grown, sentence, wilson
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Array = np.ndarray[Any, Any]
+NOTES = """\
+A world has one value of everything that the paper leaves open, drawn from a Sobol' set: {names}.
+Holds: the flexible rocker's number is lower by {margin:g} % at least. Interval: Wilson, 95 %. unsure: worlds whose ratio is
+within two standard errors of that bound. decided by: the question that divides the worlds best, none if it divides shuffled
+answers as well; its number in metrics.json is its place in the list above, from 0; -1 for none.
+{count} worlds, {suspect} left out as suspect; of each rocker {members} runs of {cycles} turns, starts drawn over turn and
+play."""
+
+
+@dataclass(frozen=True)
+class Share:
+    """One claim over all worlds.
+
+    Attributes
+    ----------
+    hits, of : int
+        Worlds in which it holds, and all that count.
+    unsure : float
+        Share of worlds whose ratio is within two standard errors of the bound.
+    tree : Tree
+    words : str
+        The verdict.
+    """
+
+    hits: int
+    of: int
+    unsure: float
+    tree: Tree
+    words: str
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Wilson's, of 95 %."""
+        return wilson(self.hits, self.of)
+
+    @property
+    def decided_by(self) -> str:
+        """Name of the assumption that divides the worlds best."""
+        return "none" if self.tree.root is None else ASSUMPTIONS[self.tree.root.place].name
+
+
+def shares(worlds: Worlds, ratios: Array, errors: Array, margin: float) -> dict[str, Share]:
+    """Of every claim, from ratios and their standard errors of shape (worlds, claims); worlds without a number do not count."""
+    codes, found = worlds.codes, {}
+    for k, claim in enumerate(CLAIMS):
+        sound = np.isfinite(ratios[:, k])
+        value, error = ratios[sound, k], errors[sound, k]
+        answers = (value < 1 - margin).astype(float)
+        tree = grown(codes[sound], answers)
+        hits, of = int(answers.sum()), int(sound.sum())
+        unsure = float((np.abs(value - (1 - margin)) < 2 * error).mean()) if of else 1.0
+        words = sentence(hits / of if of else 0.0, *wilson(hits, of), tree, codes[sound], answers)
+        found[claim.name] = Share(hits, of, unsure, tree, words)
+    return found
+
+
+def metrics(found: dict[str, Share]) -> dict[str, Metric]:
+    """`<claim>.share`, `.low`, `.high`, `.unsure`, `.decided_by`."""
+    numbers = {}
+    for name, one in found.items():
+        low, high = one.interval
+        numbers[f"{name}.share"] = Metric(one.hits / one.of if one.of else 0.0, "1")
+        numbers[f"{name}.low"], numbers[f"{name}.high"] = Metric(low, "1"), Metric(high, "1")
+        numbers[f"{name}.unsure"] = Metric(one.unsure, "1")
+        numbers[f"{name}.decided_by"] = Metric(float(-1 if one.tree.root is None else one.tree.root.place), "1")
+    return numbers
+
+
+def table(found: dict[str, Share], margin: float, count: int, members: int, cycles: int) -> Table:
+    """One row a claim."""
+    rows = []
+    for claim in CLAIMS:
+        one = found[claim.name]
+        low, high = one.interval
+        interval = f"{one.hits / max(one.of, 1):.2f}, {low:.2f} to {high:.2f}"
+        rows.append([claim.text, interval, f"{one.unsure:.2f}", one.decided_by, one.words])
+    names = ", ".join(f"{k} {a.name}" for k, a in enumerate(ASSUMPTIONS))
+    sound = max(one.of for one in found.values())
+    notes = NOTES.format(
+        names=names, margin=100 * margin, count=count, suspect=count - sound, members=members, cycles=cycles
+    )  # fmt: skip
+    return Table(["claim", "share of worlds", "unsure", "decided by", "verdict"], rows, "Over all worlds", notes)
+
+
+def figure(found: dict[str, Share], ratios: Array) -> Figure:
+    """Left the ratio of every claim in every world; right the share of worlds in which it holds, with its interval."""
+    fig, (left, right) = subplots(1, 2, height=115, sharey=True, width_ratios=(1.2, 1))
+    places, draw = np.arange(len(CLAIMS))[::-1], np.random.default_rng(0)
+    for k, (claim, place) in enumerate(zip(CLAIMS, places, strict=True)):
+        values = ratios[np.isfinite(ratios[:, k]), k]
+        left.plot(values, place + draw.uniform(-0.3, 0.3, len(values)), ".", color=COLOURS[0], markersize=1.5, alpha=0.5)
+        left.plot(np.median(values), place, "|", color=COLOURS[6], markersize=11, markeredgewidth=1.5)
+        one = found[claim.name]
+        share, (low, high) = one.hits / max(one.of, 1), one.interval
+        right.errorbar(share, place, xerr=[[share - low], [high - share]], fmt="o", color=COLOURS[1], capsize=2)
+        right.annotate(one.decided_by, (1.03, place), va="center", fontsize=7, annotation_clip=False)
+    left.axvline(1, color="#999999", linewidth=0.8)
+    left.set(xscale="log", xlabel="flexible/rigid, one point a world; bar: median")
+    ticks = (0.2, 0.5, 1, 2, 5)
+    left.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
+    left.set_xticks([], minor=True)
+    left.set_yticks(places, [_short(claim.text) for claim in CLAIMS], fontsize=7)
+    right.axvline(0.5, color="#999999", linewidth=0.8)
+    right.set(xlim=(0, 1), xlabel="share of worlds in which it holds")
+    right.set_title("decided by", loc="right", fontsize=8)
+    return fig
+
+
+def _short(text: str) -> str:
+    """A claim's text in two lines."""
+    return text.replace(": ", ":\n")
+
+
+def read(rows: Sequence[Any]) -> tuple[Array, Array]:
+    """Ratios and their standard errors from a sweep's rows, shape (worlds, claims); nan in suspect and failed worlds."""
+    ratios = np.full((len(rows), len(CLAIMS)), np.nan)
+    errors = np.full_like(ratios, np.nan)
+    for i, row in enumerate(rows):
+        if row.status != "OK":
+            continue
+        for k, claim in enumerate(CLAIMS):
+            found = row.metrics[f"{claim.name}.ratio"]
+            ratios[i, k], errors[i, k] = found.value, found.value * found.error
+    return ratios, errors

@@ -1,0 +1,327 @@
+"""Mechanisms as files: there and back, with units, formulas and tables; every error one line with its place."""
+
+import json
+import pickle
+import tomllib
+
+import numpy as np
+import pytest
+from files.mechanisms import mechanisms
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from buckler.mbs import Beam, Clearance, Drive, Link, Mechanism, Motion, Revolute, Rigid, Section, Strut, slider_crank
+from buckler.mbs.files import toml
+from buckler.mbs.files.document import changed, get, read, text
+from buckler.mbs.files.kinds import known, register
+from buckler.mbs.functions import Expression, Table
+from buckler.mbs.laws import CarvalhoMartins, Impact
+
+CALM = {"deadline": None, "suppress_health_check": list(HealthCheck), "derandomize": True, "database": None}
+
+
+def arm(**changes):
+    content = {
+        "points": {"O": [0, 0], "A": ["140 mm", 0]},
+        "links": {"arm": {"start": "O", "end": "A", "body": {"kind": "Beam", "section": {"width": 0.03, "thickness": "0.3 mm"}}}},
+        "joints": [{"kind": "Revolute", "point": "O", "first": "ground", "second": "arm"}],
+    }
+    return changed(content, changes)
+
+
+def refused(content):
+    with pytest.raises(ValueError) as error:
+        Mechanism.from_dict(content)
+    message = str(error.value)
+    assert "\n" not in message and len(message) < 600
+    return message
+
+
+# --- there and back -----------------------------------------------------------------------------------------------------
+
+
+def there_and_back(mechanism, folder):
+    for name in ("m.toml", "m.json"):
+        assert Mechanism.load(mechanism.save(folder / name)) == mechanism
+    assert Mechanism.from_dict(mechanism.to_dict()) == mechanism
+    assert pickle.loads(pickle.dumps(mechanism)) == mechanism
+
+
+@settings(max_examples=100, **CALM)
+@given(mechanism=mechanisms())
+def test_generated_mechanisms_survive_a_file(mechanism, tmp_path_factory):
+    there_and_back(mechanism, tmp_path_factory.mktemp("files"))
+
+
+@pytest.mark.slow
+@settings(max_examples=500, **CALM)
+@given(mechanism=mechanisms())
+def test_five_hundred_generated_mechanisms_survive_a_file(mechanism, tmp_path_factory):
+    there_and_back(mechanism, tmp_path_factory.mktemp("files"))
+
+
+def test_numbers_with_units_are_the_same_floats():
+    mechanism = Mechanism.from_dict(arm(gravity=[0, "-9.81 m/s^2"], velocities={"arm": "30 deg/s"}))
+    section = mechanism.link("arm").body.section
+    assert (section.thickness, mechanism.points["A"], mechanism.gravity) == (3e-4, (0.14, 0.0), (0.0, -9.81))
+    assert {type(x) for x in (section.thickness, *mechanism.points["A"], *mechanism.gravity)} == {float}
+    assert mechanism.velocities["arm"] == pytest.approx(np.pi / 6, rel=1e-15)
+
+
+def test_the_short_form_of_a_rigid_link():
+    body = {"kind": "Rigid", "mass": "170 g", "inertia": "2.9e-4 kg m^2", "centre": ["50 mm", 0]}
+    mechanism = Mechanism.from_dict(arm(**{"links.arm.body": body}))
+    assert mechanism.link("arm").body == Rigid.of(mass=0.17, inertia=2.9e-4, centre=(0.05, 0))
+    assert mechanism.to_dict()["links"]["arm"]["body"]["mass"] == 0.17
+
+
+def test_speeds_by_formula_and_table():
+    drives = [{"target": "arm", "speed": "2*cos(3*t)"}]
+    rigid = {"links.arm.body": {"kind": "Rigid", "section": {"width": 0.03, "thickness": 0.01}}, "drives": drives}
+    motion = Mechanism.from_dict(arm(**rigid)).drives[0].motion
+    for t in (0.0, 0.4, 2.7):
+        assert motion.position(t) == pytest.approx(2 / 3 * np.sin(3 * t), abs=1e-13)
+        assert motion.speed(t) == 2 * np.cos(3 * t)
+    rigid["drives"] = [{"target": "arm", "speed": {"kind": "Motion", "position": "sin(3*t)/3"}}]
+    assert Mechanism.from_dict(arm(**rigid)).drives[0].motion.speed(0.4) == pytest.approx(np.cos(1.2), rel=1e-14)
+    rigid["drives"] = [{"target": "arm", "speed": {"kind": "Table", "times": ["0 s", "1 s", 2], "values": [0, 2, 2]}}]
+    motion = Mechanism.from_dict(arm(**rigid)).drives[0].motion
+    assert (motion.speed(0.5), motion.position(2.0)) == (1.0, pytest.approx(3.0, rel=1e-12))
+
+
+def test_struts_and_curves_by_name():
+    strut = {"kind": "Strut", "section": {"width": 0.03, "thickness": 3e-4}, "load": "quartic"}
+    assert Mechanism.from_dict(arm(**{"links.arm.body": strut})).link("arm").body.load.__name__ == "quartic"
+    curve = Mechanism.from_dict(arm(**{"links.arm.body.shape": ["s", "0.1*sin(pi*s)"]})).link("arm").body.shape
+    assert curve(0.5) == (0.5, pytest.approx(0.1))
+
+
+def test_a_law_of_ones_own_by_register(tmp_path):
+    from dataclasses import dataclass
+
+    @dataclass(frozen=True)
+    class Rubber(Impact):
+        """As Impact."""
+
+    mechanism = slider_crank(Strut(Section(0.03, 3e-4)), law=Rubber(1e5, 1, 1e-3), mass=0.3, speed=1)
+    with pytest.raises(ValueError, match=r"stops\[0\].law: a Rubber has no name in a file.*register"):
+        mechanism.to_dict()
+    try:
+        register(Rubber)
+        assert Mechanism.from_dict(mechanism.to_dict()) == mechanism
+    finally:
+        from buckler.mbs.files import kinds
+
+        kinds._REGISTERED.clear()
+
+
+def test_a_python_function_is_refused_with_its_place():
+    mechanism = Mechanism(
+        {"O": (0, 0), "A": (1, 0)},
+        [Link("arm", "O", "A", Rigid(Section(0.1, 0.1)))],
+        [Revolute("O", "ground", "arm")],
+        drives=[Drive("arm", Motion(lambda t: t, lambda t: 1.0))],
+    )
+    with pytest.raises(ValueError, match=r"drives\[0\].speed.position: the function <lambda> has no name in a file; take a for"):
+        mechanism.to_dict()
+
+
+# --- what is wrong, and where ---------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"links.arm.body.section.thicknes": 1}, "links.arm.body.section.thicknes: unknown key, did you mean 'thickness'?"),
+        ({"links.arm.body.section.thickness": "3 kg"}, "links.arm.body.section.thickness = 3 kg: must be in m"),
+        ({"links.arm.body.section.thickness": "-1 mm"}, "links.arm.body.section.thickness = -1 mm: must lie in (0, inf) m"),
+        ({"links.arm.body.section.thickness": "thin"}, "links.arm.body.section.thickness = 'thin': not a number; must be a"),
+        ({"links.arm.body.section.thickness": True}, "links.arm.body.section.thickness = true: must be a number"),
+        ({"links.arm.body.section": 3}, "links.arm.body.section = 3: must be a table (Section)"),
+        ({"links.arm.body.elements": 2.5}, "links.arm.body.elements"),
+        ({"links.arm.body.kind": "Bean"}, "links.arm.body.kind = 'Bean': unknown kind, did you mean 'Beam'?"),
+        ({"links.arm.end": "B"}, "links.arm.end: link 'arm': unknown point 'B'; known: A, O"),
+        ({"links.arm": 1}, "links.arm = 1: must be a table"),
+        ({"links": []}, "links: a mechanism needs at least one link"),
+        ({"points.A": [1]}, "points.A = [1]"),
+        ({"points.A": [1, "2 s"]}, "points.A.y = 2 s: must be in m"),
+        ({"joints[0].point": "Q"}, "joints[0].point: joint at 'Q': unknown point 'Q'"),
+        ({"joints[0].second": "alm"}, "joints[0].second: joint at 'O': unknown link 'alm'"),
+        ({"joints[0].kind": "Clearance"}, "joints[0]: lacks 'pin' (Radius of the pin, m)"),
+        ({"joints": 3}, "joints = 3: must be a list of tables"),
+        ({"gravity": "9.81"}, "gravity = '9.81'"),
+        ({"pionts": {}}, "pionts: unknown key, did you mean 'points'?"),
+        ({"drives": [{"target": "arm", "speed": "2*sin(tt)"}]}, "drives[0].speed = '2*sin(tt)': unknown name 'tt'"),
+        ({"drives": [{"target": "arm", "speed": "3 m^"}]}, "drives[0].speed = '3 m^': unknown unit 'm^'"),
+        ({"drives": [{"target": "arm", "speed": "3 kg"}]}, "drives[0].speed = 3 kg: must be in rad/s or m/s"),
+        ({"drives": [{"target": "arm"}]}, "drives[0]: lacks 'speed'"),
+    ],
+)  # fmt: skip
+def test_an_error_begins_with_its_place(changes, message):
+    assert refused(arm(**changes)).startswith(message)
+
+
+def test_a_table_without_kind_is_known_by_its_keys_or_asked_for_it():
+    law = {"stiffness": 1e6, "damping": 10, "damping_depth": 1e-4}
+    joint = {"kind": "Clearance", "point": "O", "first": "ground", "second": "arm", "pin": 5e-3, "gap": "0.1 mm", "law": law}
+    assert Mechanism.from_dict(arm(joints=[joint])).joints[0].law == Impact(1e6, 10, 1e-4)
+    joint["law"] = {"stiffness": 1e6, "restitution": 0.5}
+    assert refused(arm(joints=[joint])).startswith("joints[0].law: lacks 'kind'; known: CarvalhoMartins, ExactRestitution")
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "message"),
+    [
+        ("m.toml", "points = [", "m.toml: no valid TOML"),
+        ("m.json", "{", "m.json: no valid JSON"),
+        ("m.json", '{"a": 1, "a": 2}', "m.json: no valid JSON: the key 'a' stands twice"),
+        ("m.json", "[1]", "m.json: must be a table, not a list"),
+        ("m.json", "[" * 100_000, "m.json: no valid JSON"),
+        ("m.toml", "", "m.toml: lacks 'points'"),
+        ("m.yaml", "", "m.yaml: a mechanism's file ends in .toml or .json"),
+    ],
+)
+def test_files_that_are_none(tmp_path, monkeypatch, name, content, message):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / name).write_text(content)
+    with pytest.raises(ValueError) as error:
+        Mechanism.load(name)
+    assert str(error.value).startswith(message) and "\n" not in str(error.value)
+
+
+# --- mutilated files ------------------------------------------------------------------------------------------------------
+
+EXAMPLE = slider_crank(
+    Beam(Section(0.03, 3e-4)), law=CarvalhoMartins(1e5, 0.5), mass=0.3, speed=Expression("1.25*(1-exp(-t/0.2))")
+).to_dict() | {"gravity": [0.0, -9.81]}
+PLAY = Clearance("A", "crank", "coupler", 5e-3, 1e-4, Impact(1e6, 10, 1e-4))
+EXAMPLE["joints"][1] = Mechanism.from_dict(EXAMPLE | {"joints": [EXAMPLE["joints"][0]]}) and {
+    "kind": "Clearance", "point": "A", "first": "crank", "second": "coupler", "pin": 5e-3, "gap": 1e-4,
+    "law": {"kind": "Impact", "stiffness": 1e6, "damping": 10.0, "damping_depth": 1e-4},
+}  # fmt: skip
+ODD = st.sampled_from(
+    [None, True, -1, 0, 1e400, float("nan"), 10**400, "", "ground", "3 kg", "sin(", "__import__('os')", "none", [], {}, [[1]],
+     {"kind": "Beam"}, {"kind": 3}, "A\x00\n", [1, 2, 3], {"x": {}}, "1e999 m", "t.real", "9**9**9"]
+)  # fmt: skip
+
+
+def places(content, path=()):
+    yield path
+    entries = content.items() if isinstance(content, dict) else enumerate(content) if isinstance(content, list) else ()
+    for key, each in entries:
+        yield from places(each, (*path, key))
+
+
+def mutilated(draw, content):
+    """A document with one place removed, renamed, replaced or doubled."""
+    content = json.loads(json.dumps(content))
+    *way, last = draw(st.sampled_from([p for p in places(content) if p]))
+    place = content
+    for step in way:
+        place = place[step]
+    match draw(st.sampled_from(["replace", "remove", "rename", "add"])):
+        case "replace":
+            place[last] = draw(ODD)
+        case "remove":
+            del place[last]
+        case "rename":
+            each = place.pop(last)
+            place.insert(0, each) if isinstance(place, list) else place.update({f"{last}x": each})
+        case _:
+            place.append(draw(ODD)) if isinstance(place, list) else place.update({"odd": draw(ODD)})
+    return content
+
+
+def one_clear_line(data, folder):
+    content = mutilated(data.draw, EXAMPLE)
+    try:
+        Mechanism.from_dict(content)
+    except ValueError as error:
+        message = str(error)
+        assert "\n" not in message and 10 < len(message) < 700, message
+        place = message.partition(":")[0].partition(" = ")[0]
+        top = place.partition(".")[0].partition("[")[0]
+        assert top in {*content, *EXAMPLE, "mechanism"} or message.startswith("lacks '"), message
+
+
+@settings(max_examples=200, **CALM)
+@given(data=st.data())
+def test_mutilated_documents_give_one_line_with_the_place(data, tmp_path_factory):
+    one_clear_line(data, None)
+
+
+@pytest.mark.slow
+@settings(max_examples=2000, **CALM)
+@given(data=st.data())
+def test_two_thousand_mutilated_documents_give_one_line_with_the_place(data, tmp_path_factory):
+    one_clear_line(data, None)
+
+
+@settings(max_examples=100, **CALM)
+@given(data=st.data())
+def test_mutilated_texts_give_one_line(data, tmp_path_factory):
+    path = tmp_path_factory.mktemp("files") / "m.toml"
+    content = text(EXAMPLE, ".toml")
+    start = data.draw(st.integers(0, len(content)))
+    end = data.draw(st.integers(start, min(start + 8, len(content))))
+    path.write_text(content[:start] + data.draw(st.text(max_size=4).filter(str.isprintable)) + content[end:], encoding="utf-8")
+    try:
+        Mechanism.load(path)
+    except ValueError as error:
+        assert "\n" not in str(error) and str(error).startswith(str(path))
+
+
+# --- TOML and places ------------------------------------------------------------------------------------------------------
+
+TEXT = st.text(st.characters(codec="utf-8"))
+LEAVES = st.booleans() | st.integers(-(2**63), 2**63 - 1) | st.floats(allow_nan=False) | TEXT
+CONTENT = st.recursive(LEAVES, lambda inner: st.lists(inner) | st.dictionaries(TEXT, inner), max_leaves=6)
+
+
+@settings(max_examples=100, **CALM)
+@given(st.dictionaries(TEXT, CONTENT, max_size=3))
+def test_what_is_written_as_toml_reads_the_same(content):
+    assert tomllib.loads(toml.dumps(content)) == content
+
+
+def test_places_by_number_and_by_name():
+    content = EXAMPLE
+    assert get(content, "stops.B.law.restitution") == get(content, "stops[0].law.restitution") == 0.5
+    assert get(changed(content, {"joints.A.gap": 2e-4}), "joints[1].gap") == 2e-4
+    for path, message in [
+        ("links.cupler.body", "links.cupler: not in the file, did you mean 'coupler'?"),
+        ("joints[7].gap", "joints[7]: there are only 2, counted from 0"),
+        ("joints.Q.gap", "joints.Q: give the number"),
+        ("gravity.x.y", "gravity.x"),
+        ("", "'' is no path"),
+    ]:
+        with pytest.raises(ValueError) as error:
+            changed(content, {path: 1})
+        assert str(error.value).startswith(message)
+
+
+def test_every_example_of_new_is_a_mechanism():
+    from buckler.studies.kit.cli import EXAMPLES
+
+    names = set()
+    for path in EXAMPLES.glob("*.toml"):
+        Mechanism.load(path)
+        names.add(path.stem)
+        assert read(path)["run"]["duration"]
+    assert {"slider-crank", "crank-rocker", "pendulum"} <= names
+
+
+def test_all_laws_and_bodies_have_a_name():
+    assert {"Beam", "Rigid", "Impact", "LuGre", "Ramp", "Table", "Expression", "EndFace", "Inertia"} <= set(known())
+    assert not {"Curve", "End", "Kernel", "HysteresisLaw"} & set(known())
+
+
+def test_tables_are_what_they_were_given():
+    table = Table((0, 1, 2), (0, 3, 1), smooth=True)
+    assert (table(1.0), table(-1.0), table(5.0)) == (3.0, 0.0, 1.0)
+    assert table.integral()(2.0) == pytest.approx(13 / 3, rel=1e-12)
+    with pytest.raises(ValueError, match="smooth = true"):
+        Table((0, 1), (0, 1)).derivative()
+    for times, values in [((0,), (1,)), ((0, 0), (1, 2)), ((0, 1), (1,))]:
+        with pytest.raises(ValueError, match="times"):
+            Table(times, values)

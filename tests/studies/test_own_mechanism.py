@@ -1,0 +1,332 @@
+"""Mechanisms of files on the command line and from Python: shown, run, swept, measured."""
+
+import json
+import re
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from buckler.mbs import Mechanism, slider_crank
+from buckler.mbs.elements import Rigid, Section
+from buckler.mbs.laws import CarvalhoMartins
+from buckler.studies.kit.cli import main
+from buckler.studies.own.measure import check, measure
+from buckler.studies.own.sweep import sweep
+from buckler.studies.sweeping import export
+
+ROOT = Path(__file__).resolve().parents[2]
+TIME = np.array([0.0, 1.0, 3.0])
+SIGNALS = {"B.x": np.array([0.0, 2.0, 2.0]), "A.crank-coupler.fx": np.array([1.0, -5.0, 2.0]), "B.vx": np.array([1.0, 1.0, 1.0])}
+UNITS = {"B.x": "m", "A.crank-coupler.fx": "N", "B.vx": "m/s"}
+PENDULUM = {
+    "points": {"O": [0, 0], "A": ["1 m", 0]},
+    "links": {"arm": {"start": "O", "end": "A", "body": {"kind": "Rigid", "mass": 1.0, "inertia": "0.1 kg m^2"}}},
+    "joints": [{"kind": "Revolute", "point": "O", "first": "ground", "second": "arm"}],
+    "gravity": [0, -9.81],
+    "run": {"duration": "0.5 s", "measure": ["min(A.y)", "max(abs(arm.vx))"]},
+}
+
+
+@pytest.fixture
+def pendulum(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "pendulum.json").write_text(json.dumps(PENDULUM))
+    return tmp_path
+
+
+def metrics(folder):
+    return json.loads((folder / "metrics.json").read_text())
+
+
+# --- measures -------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("text", "value", "unit"),
+    [
+        ("max(B.x)", 2, "m"),
+        ("mean(B.x)", 5 / 3, "m"),
+        ("rms(B.x)", (10 / 3) ** 0.5, "m"),
+        ("max(abs(A.crank-coupler.fx))", 5, "N"),
+        ("end(B.x)-start(B.x)", 2, "m"),
+        ("at(B.x, 0.5)", 1, "m"),
+        ("2*max(B.x)/max(B.x)", 2, "1"),
+        ("max(B.x)*max(B.vx)", 2, ""),
+        ("max(B.x-B.x)", 0, "m"),
+        ("-min(A.crank-coupler.fx)", 5, "N"),
+        ("max(B.x) + max(B.vx)", 3, ""),
+    ],
+)
+def test_measures(text, value, unit):
+    found = measure(text, TIME, SIGNALS, UNITS)
+    assert (found.value, found.unit) == (pytest.approx(value), unit)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("max(B.y)", "--measure max(B.y): no signal 'B.y'; did you mean B.x?"),
+        ("B.x", "--measure B.x: gives a series; write max(B.x), mean(B.x) or end(B.x)"),
+        ("mx(B.x)", "--measure mx(B.x): unknown function 'mx', did you mean max?"),
+        ("max(B.x", "--measure max(B.x: '"),
+        ("__import__('os')", "--measure __import__('os'): unknown function '__import__'"),
+        ("max(B.x).real", "--measure max(B.x).real: "),
+    ],
+)
+def test_what_is_no_measure(text, message):
+    with pytest.raises(ValueError) as error:
+        measure(text, TIME, SIGNALS, UNITS)
+    assert str(error.value).startswith(message)
+
+
+def test_a_measure_is_checked_before_signals_are_known():
+    check("max(B.contact_force)/mean(abs(drive.torque))")
+    with pytest.raises(ValueError, match="unknown function 'maxx'"):
+        check("maxx(B.contact_force)")
+
+
+# --- run ------------------------------------------------------------------------------------------------------------------
+
+
+def test_run_reads_off_what_the_file_asks_for(pendulum, capsys):
+    assert main(argv=["run", "pendulum.json"]) == 0
+    out, err = capsys.readouterr()
+    assert err == "" and re.search(r"pendulum: OK in \S+ s, written to results/pendulum", out)
+    found = metrics(pendulum / "results" / "pendulum")
+    assert set(found["metrics"]) == {"min(A.y)", "max(abs(arm.vx))"}
+    rows = found["provenance"]["parameters"]
+    assert rows["duration"] == 0.5 and rows["mechanism"].startswith("pendulum ")
+    with np.load(pendulum / "results" / "pendulum" / "signals.npz") as signals:
+        assert signals["time"][-1] == pytest.approx(0.5)
+
+
+def test_a_changed_mass_falls_as_the_formula_says(pendulum):
+    """A rod of another inertia about its pivot: theta'' = m g l / I at the start."""
+    words = [
+        "--set",
+        "links.arm.body.inertia=0.5kg m^2",
+        "--duration",
+        "10ms",
+        "--measure",
+        "end(A.y)",
+        "-q",
+        "--accuracy",
+        "1e-5",
+    ]
+    assert main(argv=["run", "pendulum.json", *words]) == 0
+    found = metrics(pendulum / "results" / "pendulum")["metrics"]
+    assert found["end(A.y)"]["value"] == pytest.approx(-0.5 * 9.81 * 0.5 / (0.25 + 0.5) * 0.01**2, rel=1e-3)
+    assert found["relative error"]["value"] < 1e-5
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--duration", "-1"], "error: duration = -1.0 s: must lie in (0, inf) s"),
+        (["--duration", "1 kg"], "error: --duration = 1 kg: 'kg' is no unit for a quantity in s"),
+        (["--durtion", "1"], "error: unknown parameter '--durtion'; did you mean --duration?"),
+        (["--set", "links.arm.body.mas=1"], "error: --set links.arm.body.mas=1: links.arm.body.mas: unknown key, did you"),
+        (["--set", "links.arm.body.mass=-1kg"], "error: --set links.arm.body.mass=-1kg: links.arm.body.mass = -1kg: must lie"),
+        (["--set", "links.arm.body.mass"], "error: --set links.arm.body.mass: write PATH=VALUE"),
+        (["--measure", "maxx(A.y)"], "error: --measure maxx(A.y): unknown function 'maxx'"),
+    ],
+)  # fmt: skip
+def test_wrong_words_are_one_line_and_exit_2(pendulum, capsys, words, message):
+    assert main(argv=["run", "pendulum.json", *words]) == 2
+    out, err = capsys.readouterr()
+    assert out == "" and err.startswith(message) and err.count("\n") == 1
+    assert not (pendulum / "results").exists()
+
+
+def test_wrong_files_are_one_line_and_exit_2(pendulum, capsys):
+    (pendulum / "bad.toml").write_text("[points]\nO = [0, 0]\n[links.arm]\nstart = 'O'\nend = 'P'\n")
+    for command in (["run"], ["show"], ["sweep", "--vary", "points.O=1,2"]):
+        assert main(argv=[command[0], "bad.toml", *command[1:]]) == 2
+        err = capsys.readouterr().err
+        assert err.startswith("error: bad.toml: links.arm: lacks 'body'") and err.count("\n") == 1, command
+    assert main(argv=["run", "absent.toml"]) == 2
+    assert capsys.readouterr().err == "error: absent.toml: No such file or directory\n"
+
+
+def test_an_unknown_signal_is_an_error_of_the_run(pendulum, capsys):
+    assert main(argv=["run", "pendulum.json", "--measure", "max(A.z)"]) == 1
+    assert "no signal 'A.z'; did you mean A." in capsys.readouterr().err
+
+
+def test_quiet_and_verbose(pendulum, capsys):
+    assert main(argv=["run", "pendulum.json", "-q"]) == 0
+    assert capsys.readouterr() == ("", "")
+    assert main(argv=["run", "pendulum.json", "-v"]) == 0
+    assert re.search(r"steps \d+.*\npython 3", capsys.readouterr().out)
+    assert main(argv=["run", "pendulum.json", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["status"] == "OK"
+
+
+# --- show, new, list, schema ----------------------------------------------------------------------------------------------
+
+
+def test_new_show_and_the_names_of_examples(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(argv=["new", "list"]) == 0
+    names = [line.split()[0] for line in capsys.readouterr().out.splitlines()]
+    assert set(names) >= {"slider-crank", "crank-rocker", "six-bar", "arch", "pendulum"}
+    for name in names:
+        assert main(argv=["new", name]) == 0
+        assert main(argv=["show", f"{name}.toml", "--out", f"{name}.png"]) == 0
+        out = capsys.readouterr().out
+        assert re.search(r"mobility [0-3]", out) and "ground" in out and f"drawn in {name}.png" in out
+        assert "lowest frequencies" in out or name in ("pendulum", "crank-rocker")
+    assert main(argv=["new", "pendulum"]) == 2
+    assert capsys.readouterr().err == "error: pendulum.toml is there already; name another with --out\n"
+    assert main(argv=["new", "pendulm"]) == 2
+    assert "did you mean pendulum?" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["slider-crank", "crank-rocker", "six-bar", "arch", "pendulum"])
+def test_every_example_runs_and_passes_its_checks(name, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(argv=["new", name]) == 0
+    assert main(argv=["run", f"{name}.toml", "--ledger"]) == 0, capsys.readouterr().err
+
+
+def test_list_as_json(capsys):
+    assert main(argv=["list", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert {"name", "module", "summary"} == set(found[0]) and "slider-crank" in {row["name"] for row in found}
+
+
+def test_version(capsys):
+    assert main(argv=["--version"]) == 0
+    assert capsys.readouterr().out.startswith("python 3.")
+
+
+def test_the_schema_knows_units_ranges_and_kinds(capsys):
+    assert main(argv=["schema"]) == 0
+    schema = json.loads(capsys.readouterr().out)
+    section = schema["$defs"]["Section"]
+    assert section["required"] == ["width", "thickness"]
+    assert "Unit: m." in section["properties"]["thickness"]["description"]
+    restitution = schema["$defs"]["CarvalhoMartins"]["properties"]["restitution"]["anyOf"][0]
+    assert restitution == {"type": "number", "minimum": 0.0, "maximum": 1.0}
+    laws = {part["$ref"].rpartition("/")[2] for part in schema["$defs"]["Stop"]["properties"]["law"]["anyOf"]}
+    assert {"Impact", "Hertz", "CarvalhoMartins"} <= laws and "Coulomb" not in laws
+    for name, kind in schema["$defs"].items():
+        assert kind.get("description"), name
+
+
+def test_help_and_list_are_quick_and_light():
+    """No heavy import, and not much longer than Python itself with argparse."""
+    code = (
+        "import sys; from buckler.studies.kit.cli import main\ntry: main(argv=['--help'])\nexcept SystemExit: pass\n"
+        "heavy = {'numpy', 'scipy', 'exudyn', 'matplotlib', 'numba'} & set(sys.modules)\n"
+        "raise SystemExit(str(heavy) if heavy else 0)"
+    )
+
+    def best(code):
+        times = []
+        for _ in range(5):
+            begin = time.perf_counter()
+            done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
+            times.append(time.perf_counter() - begin)
+            assert done.returncode == 0, done.stderr
+        return min(times)
+
+    assert best(code) < 3 * best("import argparse")
+
+
+# --- sweep ----------------------------------------------------------------------------------------------------------------
+
+VARY = ["--vary", "links.arm.body.mass=0.5kg:2kg:3", "--measure", "max(abs(O.ground-arm.fy))", "--workers", "0"]
+
+
+def test_a_sweep_of_a_file_is_stored_resumed_and_exported(pendulum, capsys):
+    assert main(argv=["sweep", "pendulum.json", *VARY]) == 0
+    out, err = capsys.readouterr()
+    assert err == "3 cases, 0 of them stored already\n"
+    assert "links.arm.body.mass [kg]" in out and re.search(r"pendulum: OK in \S+ s", out)
+    assert main(argv=["sweep", "pendulum.json", *VARY]) == 0
+    assert capsys.readouterr().err == "3 cases, 3 of them stored already\n"
+    rows, units = export.read(pendulum / "results" / "pendulum-sweep" / "cases.sqlite")
+    assert [row.parameters["links.arm.body.mass"] for row in rows] == [0.5, 1.25, 2.0]
+    assert units == {"links.arm.body.mass": "kg"}
+    forces = [row.value("max(abs(O.ground-arm.fy))") for row in rows]
+    assert forces == sorted(forces) and forces[0] > 0
+    document = json.loads((pendulum / "pendulum.json").read_text())
+    document["gravity"] = [0, -1.62]
+    (pendulum / "pendulum.json").write_text(json.dumps(document))
+    assert main(argv=["sweep", "pendulum.json", *VARY]) == 2
+    assert "holds a sweep of pendulum" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ([], "error: nothing varies: give --vary PATH=VALUES; see --help\n"),
+        (["--vary", "links.arm.body.mas=1,2"], "error: --vary links.arm.body.mas: links.arm.body.mas: 'mas' is not known there"),
+        (["--vary", "links.arn.body.mass=1,2"], "error: --vary links.arn.body.mass: links.arn: not in the file, did you mean"),
+        (["--vary", "links.arm.body.mass=1kg:2m:3"], "error: --vary links.arm.body.mass=1kg:2m:3: 2m: 'm' is no unit"),
+        (["--vary", "links.arm.body.mass=-1,2"], "error: links.arm.body.mass = -1 kg: links.arm.body.mass = -1.0 kg: must lie"),
+        (["--vary", "links.arm.body.mass=1,2", "--measure", "max(A.z)"], "error: --measure max(A.z): no signal 'A.z'; did"),
+    ],
+)  # fmt: skip
+def test_wrong_sweeps_are_one_line_before_anything_runs(pendulum, capsys, words, message):
+    assert main(argv=["sweep", "pendulum.json", *words]) == 2
+    err = capsys.readouterr().err
+    assert err.startswith(message) and err.count("\n") == 1
+
+
+def test_a_sweep_over_processes_gives_the_same(pendulum, capsys):
+    assert main(argv=["sweep", "pendulum.json", *VARY[:-1], "1", "--store", "one.sqlite"]) == 0
+    assert main(argv=["sweep", "pendulum.json", *VARY, "--store", "here.sqlite"]) == 0
+    one, here = (export.read(pendulum / name)[0] for name in ("one.sqlite", "here.sqlite"))
+    assert [row.metrics for row in one] == [row.metrics for row in here]
+
+
+def test_a_sweep_from_python():
+    mechanism = slider_crank(Rigid(Section(0.03, 3e-4)), law=CarvalhoMartins(1e5, 0.5), mass=0.3, speed=1.0, stop=-0.5)
+    rows = sweep(mechanism, {"guides.B.mass": [0.1, "200 g"]}, measure="max(abs(drive.torque))", duration=0.2)
+    assert [row.parameters["guides.B.mass"] for row in rows] == [0.1, 0.2]
+    assert rows[1].value("max(abs(drive.torque))") > rows[0].value("max(abs(drive.torque))")
+    with pytest.raises(ValueError, match=r"guides.B.mas: 'mas' is not known there"):
+        sweep(mechanism, {"guides.B.mas": [1]}, measure="max(B.x)", duration=0.2)
+
+
+# --- studies of others ----------------------------------------------------------------------------------------------------
+
+
+def test_a_study_of_ones_own_file(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "my_own_study.py").write_text((ROOT / "tests" / "made_up_study.py").read_text())
+    assert main(argv=["run", "./my_own_study.py", "--thickness", "1mm"]) == 0
+    assert metrics(tmp_path / "results" / "my_own_study")["status"] == "OK"
+    (tmp_path / "no_study_at_all.py").write_text("x = 1\n")
+    assert main(argv=["run", "no_study_at_all.py"]) == 2
+    assert "no study, it defines no `Parameters`" in capsys.readouterr().err
+    (tmp_path / "not_python_at_all.py").write_text("x = (\n")
+    assert main(argv=["run", "not_python_at_all.py"]) == 2
+    assert "not_python_at_all.py: line 1: '(' was never closed" in capsys.readouterr().err
+    assert main(argv=["run", "absent_study.py"]) == 2
+
+
+def test_studies_of_other_packages_by_entry_points(monkeypatch, capsys, tmp_path):
+    from importlib import metadata
+
+    point = metadata.EntryPoint("theirs", "made_up_study", "buckler.studies")
+    monkeypatch.setattr(metadata, "entry_points", lambda group: [point] if group == "buckler.studies" else [])
+    assert main(argv=["list"]) == 0
+    assert "theirs" in capsys.readouterr().out
+    assert main(argv=["run", "theirs", "--out", str(tmp_path)]) == 0
+
+
+def test_old_names_of_options_work_with_a_note(pendulum, capsys):
+    assert main(argv=["run", "pendulum.json", "--trust"]) == 0
+    assert capsys.readouterr().err == "note: --trust is called --allow-suspect now\n"
+
+
+def test_mechanisms_of_python_and_of_files_are_the_same(pendulum):
+    assert Mechanism.load("pendulum.json") == Mechanism.from_dict(PENDULUM)

@@ -1,0 +1,133 @@
+"""What the paper leaves open, as parameters: pins on either body, gravity, thresholds, damping and kind of modes."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+pytest.importorskip("numba")
+
+from buckler.mbs.laws import Coulomb, NoFriction
+from buckler.mbs.reference import CLOSED, FourBar, beam_modes, ideal_state, simulate
+from buckler.studies.kit.parameters import specs
+from buckler.studies.rattling import bifurcation, buffering_claims, clearance_precision, clearance_speed, crank_rocker, modes
+from buckler.studies.rattling.assumptions import DAMPINGS, FIRST, PINS, JointAssumptions
+from buckler.studies.rattling.clearance import simulate as on_engine
+from buckler.studies.rattling.fourbar import FourBarParameters, journals
+from buckler.studies.rattling.mode_sets import LENGTH, damped, held, rocker_modes
+
+OTHER = ("O.crank", "A.coupler", "B.rocker", "C.rocker")
+FAR = 10.0
+
+
+# --- pins -------------------------------------------------------------------------------------------------------------
+
+
+def test_pin_on_the_rocker_grips_at_the_other_side_of_the_radius():
+    """Joint C: without friction the side of the pin is not felt. The rocker's surface slides otherwise by w (e + 2 R).
+
+    With the pin, radius R, on the ground the rocker touches it at e + R from its bush's centre; with the pin on the rocker
+    at R from its centre, on the other side.
+    """
+    bar = FourBar(gap=(FAR, FAR, FAR, 0.25e-3), law=CLOSED, friction=NoFriction(), speed=0.0)
+    state = ideal_state(bar)
+    state[13:16] = 0.3 * np.array([np.cos(state[7]), np.sin(state[7]), 40.0])
+    plain, turned = (simulate(replace(bar, turned=t), 0.02, state=state, rtol=1e-10, atol=1e-13) for t in ("", "C"))
+    np.testing.assert_allclose(plain.q, turned.q, atol=1e-9)
+    np.testing.assert_allclose(plain.force[:, 3], turned.force[:, 3], atol=1e-3)
+    touched = plain.normal[:, 3] > 1
+    assert touched.any()
+    apart = np.abs(plain.sliding[touched, 3] - turned.sliding[touched, 3])
+    gap, spin = 0.25e-3 + plain.depth[touched, 3], np.abs(plain.q_t[touched, 7])
+    np.testing.assert_allclose(apart, (gap + 2 * bar.pin) * spin, rtol=1e-4)
+    rough = replace(bar, friction=Coulomb(0.2, 1e-3))
+    one, two = (simulate(replace(rough, turned=t), 0.02, state=state, rtol=1e-10, atol=1e-13, samples=100_001) for t in ("", "C"))
+    for run in (one, two):
+        assert run.energy_balance < 1e-8 and run.taken_friction[-1, 3] > 1e-4
+        dp = np.trapezoid(-run.force[:, 3], run.time, axis=0)
+        np.testing.assert_allclose(dp, run.fourbar.masses[2] * (run.q_t[-1, 5:7] - run.q_t[0, 5:7]), rtol=0.02, atol=1e-4)
+    assert abs(one.q_t[-1, 7] - two.q_t[-1, 7]) > 1e-3
+
+
+@pytest.mark.parametrize("pins", [FIRST, OTHER])
+def test_engine_and_reference_agree_on_either_body(pins):
+    """First 8 ms of the flexible rocker under gravity, before chaos: centres within a thousandth of the clearance."""
+    given = {"pin_on": pins, "gravity": 9.81, "friction_thresholds": 0.1, "clearance": 2.5e-4}
+    p = crank_rocker.Parameters(**given, rocker=("rigid",), start_angle=0.0, duration=8e-3, settle=0.0, tolerance=1e-6)
+    made = on_engine(p, "rigid", "OABC")
+    bar = FourBarParameters(**given).fourbar(start=float(np.arctan2(*p.mechanism("rigid").points["A"][::-1])))
+    assert bar.turned == ("OABC" if pins == OTHER else "") and bar.gravity[1] == pytest.approx(-9.81)
+    run = simulate(bar, 8e-3, rtol=1e-10, atol=1e-12, samples=16_001)
+    for link, column in (("coupler", 2), ("rocker", 5)):
+        for k, axis in enumerate("xy"):
+            ours = np.interp(made.time, run.time, run.q[:, column + k])
+            assert abs(made.signals[f"{link}.{axis}"] - ours).max() < 1e-3 * 2.5e-4
+    ideal = simulate(replace(bar, turned="" if bar.turned else "OABC"), 8e-3, rtol=1e-10, atol=1e-12, samples=16_001)
+    assert abs(ideal.q - run.q).max() > 1e-6  # or the pins' side went untested
+
+
+def test_journals_are_seen_from_the_bush():
+    bar = FourBar(gap=0.25e-3, turned="B")
+    state = ideal_state(bar)
+    state[2] += 1e-4
+    plain, turned = (journals(replace(bar, turned=t), state[None, :8])[0] for t in ("", "B"))
+    np.testing.assert_allclose(plain[1], turned[1])
+    np.testing.assert_allclose(plain[2], -turned[2])
+    assert abs(plain[2, 0]) == pytest.approx(1e-4)
+
+
+def test_a_joint_has_one_pin():
+    with pytest.raises(ValueError, match="one body a joint"):
+        FourBarParameters(pin_on="B.coupler,B.rocker")
+    with pytest.raises(ValueError, match="turned = 'BB'"):
+        FourBar(turned="BB")
+    assert FourBarParameters(pin_on="B.rocker").turned == "B" and len(PINS) == 8
+
+
+# --- the rest ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("study", [bifurcation, buffering_claims, clearance_precision, clearance_speed, crank_rocker, modes])
+def test_every_study_has_them_and_its_defaults_are_what_was(study):
+    p = study.Parameters()
+    assert set(specs(JointAssumptions)) <= set(specs(study.Parameters))
+    assert p.turned == "" and p.pull == (0.0, 0.0) and p.thresholds == (0.1, 1.0)
+    assert "gravity none in the plane" in p.stated() and "0.1 and 1 m/s" in p.stated()
+
+
+def test_thresholds_of_the_friction_follow_the_factor():
+    p = FourBarParameters(friction_thresholds=0.1, stiction_speed=0.2)
+    assert (p.friction.v_s, p.friction.v_d) == pytest.approx((0.02, 0.1))
+    q = buffering_claims.Parameters(friction_thresholds=0.1)
+    law = q.fourbar("N.s/m", 0.02, 1e-4).friction
+    assert (law.v_s, law.v_d, law.static, law.dynamic) == pytest.approx((0.01, 0.1, 0.3, 0.1))
+
+
+def test_damping_ratios_by_frequency():
+    f = np.array([50.0, 500.0, 3300.0])
+    np.testing.assert_array_equal(DAMPINGS["constant"](f, 0.02), [0.02] * 3)
+    np.testing.assert_array_equal(DAMPINGS["ADAMS"](f, 0.02), [0.01, 0.1, 1.0])
+    ratios = DAMPINGS["Rayleigh"](f, 0.02)
+    alpha, beta = 2 * np.linalg.solve([[1 / (2 * np.pi * x), 2 * np.pi * x] for x in f[:2]], [0.02, 0.02])
+    np.testing.assert_allclose(ratios, alpha / (4 * np.pi * f) + beta * np.pi * f)
+    assert ratios[2] > 0.1
+    assert damped(beam_modes(), "ADAMS", 0.01).damping.tolist() == [1.0] * 3
+
+
+def test_craig_bampton_answers_a_static_load_where_free_modes_do_not():
+    """Its static shapes hold what ends under load do: compliance of the bar along its axis, L/(3 E A), free of mean axes."""
+    free, made = rocker_modes("free", 0.02), rocker_modes("Craig-Bampton", 0.02)
+    exact = LENGTH / (3 * 207e9 * 1e-4)
+    for each, (low, high) in ((free, (0.2, 0.6)), (made, (0.0, 0.05))):
+        found = (each.shapes[1, 0] ** 2 / each.stiffness).sum()
+        assert low * exact <= abs(found - exact) <= high * exact
+    assert len(made) == len(held(0.02)) > len(free)
+
+
+def test_modal_rockers_on_the_engine_take_damping_and_kind():
+    p = crank_rocker.Parameters(rocker="rigid,modal", modes_of="Craig-Bampton", modal_damping="ADAMS")
+    assert p.modal().modes.fixed == 12 and set(p.modal().damping) == {1.0}
+    with pytest.raises(ValueError, match="only a rocker of modes"):
+        crank_rocker.Parameters(modal_damping="ADAMS")
+    with pytest.raises(ValueError, match="add craig_bampton to sets"):
+        modes.Parameters(modes_of="Craig-Bampton")
