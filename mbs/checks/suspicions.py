@@ -50,6 +50,6 @@ def suspicions(run: Run, result: Result) -> Iterator[str]:
     yield from branches(run.record, result)
     yield from closures(run.record)
     yield from meshes(run.record)
-    halved = result.error >= 0 and not clearances(mechanism)  # whole runs were, to estimate the error; with play 10 ms only
+    halved = result.error >= 0 and not clearances(mechanism)  # whole runs were, to estimate the error; with clearance 10 ms only
     if not halved:
         yield from steps(run, result)

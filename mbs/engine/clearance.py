@@ -30,7 +30,7 @@ def kernel(law: Any, friction: Any) -> Kernel:
 
 
 class ClearanceGroup:
-    """Joints with play that share their laws: one user element of the engine, moment-exact and without mass.
+    """Joints with clearance that share their laws: one user element of the engine, moment-exact and without mass.
 
     Attributes
     ----------
@@ -141,7 +141,7 @@ def tables(joints: list[Clearance], ends: list[tuple[End, End]]) -> tuple[Array,
 
 
 def add_clearances(scene: Any, group: ClearanceGroup) -> int:
-    """Add joints with play as one user element over their bodies' nodes."""
+    """Add joints with clearance as one user element over their bodies' nodes."""
     size = 3 * len(group.nodes)
     forces = group.kernel.callback(group.memory, group.places, group.numbers, size, group.latest)
     if not group.kernel.compiled:

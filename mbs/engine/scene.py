@@ -100,7 +100,7 @@ class Scene:
 
     @property
     def loose(self) -> bool:
-        """True if rigid links hang together by joints with play only: no constraints, so an explicit integrator can run it."""
+        """True if rigid links hang together by clearance joints only: no constraints, an explicit integrator can run it."""
         return is_loose(self.mechanism)
 
     # --- what connectors ask for ----------------------------------------------------------------------------------------

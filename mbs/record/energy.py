@@ -16,7 +16,8 @@ def ledger(record: Record) -> dict[str, Array]:
     dict
         Held: `kinetic`, `strain`, `contact`, `weight`. Taken since t = 0: `taken_contact`, `taken_friction`, `taken_damping`.
         Given since t = 0: `given_drive`. `error` = change of what is held + taken - given. `throughput`: the most that was
-        held and taken by then, the measure for the error. Of each joint with play `<point>.taken_contact` and `.taken_friction`.
+        held and taken by then, the measure for the error. Of each joint with clearance `<point>.taken_contact` and
+    `.taken_friction`.
     """
     zero = np.zeros_like(record.time)
     held = {"kinetic": zero, "strain": zero}

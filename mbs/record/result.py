@@ -294,7 +294,7 @@ class Result:
         ----------
         path : str or Path
         title : str
-            Heading; by default the file's name.
+            Heading; by default the file's name, or its folder's where the file is `report.html`.
         """
         from buckler.mbs.files.report import write_html
 

@@ -35,11 +35,11 @@ class IdealMotion(NamedTuple):
 
 @dataclass(frozen=True)
 class FourBar:
-    """Crank-rocker of uniform bars, turned at constant speed, with play in its joints.
+    """Crank-rocker of uniform bars, turned at constant speed, with clearance in its joints.
 
     O = (0, 0) joins frame and crank, A crank and coupler, B coupler and rocker, C = (frame, 0) rocker and frame; B lies to
     the left of the line from A to C (open branch). Bars point O to A, A to B, B to C. The rotation of the crank is
-    prescribed; with play at O its centre is free.
+    prescribed; with clearance at O its centre is free.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ class FourBar:
     gap : float or four floats
         Radial clearance at O, A, B, C, m; 0 makes a joint ideal.
     law, friction : NormalLaw, FrictionLaw
-        Of every joint with play.
+        Of every joint with clearance.
     turned : str
         Joints whose pin is on the body that by default carries the bush, such as "BC"; see `BODIES`.
     gravity : (float, float)
@@ -153,7 +153,7 @@ class FourBar:
         return 2 * pi / abs(self.speed) if self.speed else inf
 
     def ideal(self, t: Any) -> IdealMotion:
-        """Motion without play at times t, shape (...): loop closure in closed form, in complex numbers."""
+        """Motion without clearance at times t, shape (...): loop closure in closed form, in complex numbers."""
         angle = self.start + self.speed * np.asarray(t, dtype=float)
         a = self.crank * np.exp(1j * angle)
         chord = self.frame - a

@@ -1,4 +1,4 @@
-"""Crank-rocker with play: where its motion repeats and where it is chaos, over clearance, speed or contact damping.
+"""Crank-rocker with clearance: where its motion repeats and where it is chaos, over clearance, speed or contact damping.
 
 Above, the place of one pin in its bush each time the crank passes one angle: a motion that repeats shows points, chaos a
 cloud. Below, the largest Lyapunov exponent: the rate at which two motions part that began almost alike, by the method of

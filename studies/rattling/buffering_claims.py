@@ -1,6 +1,6 @@
 """Does a flexible rocker buffer? Each claim of the paper on rattling joints, held against means of many runs.
 
-Four joints with play at 300 r/min, rigid rocker against one with its lowest bending and axial modes, over clearances, both
+Four joints with clearance at 300 r/min, rigid rocker against one with its lowest bending and axial modes, over clearances, both
 bending planes of the 20 mm x 5 mm bars and both readings of c_max. `studies/buffering_measures.py` has the numbers each
 claim is judged by and the rule. The runs are those of the compiled reference (`buckler.mbs.reference`).
 
@@ -181,7 +181,7 @@ def _numbers(name: str, found: Ensemble) -> dict[str, Metric]:
 
 
 def _compared(p: Parameters, case: ClaimCase, rigid: Ensemble, flexible: Ensemble, ideal: Any, count: int) -> dict[str, Metric]:
-    """Ratios of the two, their verdicts; and what play does with the rigid rocker, over ideal joints."""
+    """Ratios of the two, their verdicts; and what clearance does with the rigid rocker, over ideal joints."""
     numbers = {}
     for claim in CLAIMS:
         found, name = ratio(mean(flexible, claim), mean(rigid, claim)), f"{case.name}.{claim.name}"
@@ -219,7 +219,7 @@ def _table(metrics: Mapping[str, Metric], p: Parameters, unit: str, depth: float
             row.append(f"{found.value:.3f} ± {found.value * (found.error or 0):.3f} {_verdict(metrics, case, claim.name)}{mark}")
         rows.append(row)
     title = f"flexible/rigid, ± standard error; c_max = 253 {unit}, {1e3 * depth:g} mm in the plane"
-    notes = f"* suspect: energy balance above {BALANCED:g}, or a pin deeper in than it has play" if "*" in str(rows) else ""
+    notes = f"* suspect: energy balance above {BALANCED:g}, or a pin deeper in than the clearance" if "*" in str(rows) else ""
     return Table(["claim", *(f"c = {1e3 * gap:g} mm" for gap in p.clearance)], rows, title, notes)
 
 
@@ -241,7 +241,7 @@ def _summary(metrics: Mapping[str, Metric], p: Parameters, wrong: Sequence[str])
     notes = (
         f"A reduction counts from {100 * p.margin:g} %; the chance that any verdict is wrong is below {100 * p.level:g} %. "
         f"{p.members} runs of {p.cycles} turns a rocker and case{'; suspect cases left out' if wrong else ''}.\n"
-        f"Play itself, rigid rocker, times what ideal joints have: {spans}.\n{p.stated()}."
+        f"Clearance itself, rigid rocker, times what ideal joints have: {spans}.\n{p.stated()}."
     )
     heads = [f"{unit}: holds / does not / undecided" for unit in p.damping_unit]
     return Table(["claim", *heads, "overall"], rows, "What the claims come to", notes)
@@ -278,7 +278,7 @@ def _over_clearance(result: StudyResult) -> Figure:
     for ax, family in zip(axes[0], FAMILIES, strict=True):
         ax.set_title(SHORT[family], fontsize=8)
     for ax in axes[-1]:
-        ax.set(xscale="log", xlabel="play c [mm]")
+        ax.set(xscale="log", xlabel="clearance c [mm]")
         ticks = [1e3 * gap for gap in p.clearance]
         ax.set_xticks(ticks, [f"{tick:g}".removeprefix("0") for tick in ticks])
         ax.set_xticks([], minor=True)

@@ -105,7 +105,7 @@ class EnsembleParameters(Assumptions):
     workers: int = integer(2, 1, 64, "threads", "numerics")
 
     def fourbar(self, unit: str, depth: float, gap: float, modes: Any = None) -> FourBar:
-        """Crank-rocker with play, in one reading of c_max, by its bars' side in the plane and clearance, m."""
+        """Crank-rocker with clearance, in one reading of c_max, by its bars' side in the plane and clearance, m."""
         return FourBar(
             law=READINGS[unit], thickness=depth, width=BAR_AREA / depth, gap=gap, modes=modes, pin=self.pin, gravity=self.pull,
             friction=AdamsFriction(0.3, 0.1, *self.thresholds), turned=self.turned,
@@ -230,7 +230,7 @@ def overall(verdicts: Sequence[str]) -> str:
 
 
 def trouble(name: str, found: Ensemble) -> list[str]:
-    """Why a case is suspect, one line each: the energy balance of a member, or a pin deeper in its bush than it has play."""
+    """Why a case is suspect, one line each: the energy balance of a member, or a pin deeper in its bush than the clearance."""
     lines = []
     if not max(found.balances) <= BALANCED:
         lines.append(f"{name}: ENERGY, balance {max(found.balances):.1e}, more than {BALANCED:g}")
@@ -238,5 +238,5 @@ def trouble(name: str, found: Ensemble) -> list[str]:
         deep, gap = found.cycles["depth"].max(), max(found.fourbar.gaps)
         many = sum(outcome is not Outcome.OK for outcome in found.outcomes)
         runs = f"{many} of {len(found.outcomes)} runs"
-        lines.append(f"{name}: PENETRATION, {deep:.2g} m with {gap:.2g} m of play, in {runs}: no law holds there")
+        lines.append(f"{name}: PENETRATION, {deep:.2g} m with {gap:.2g} m of clearance, in {runs}: no law holds there")
     return lines

@@ -1,4 +1,4 @@
-"""Crank-rocker with play in all joints: error against run time of rigid, beam and modal rocker, and of rivals.
+"""Crank-rocker with clearance in all joints: error against run time of rigid, beam and modal rocker, and of rivals.
 
 The engine runs it by tolerance, in equal steps, explicitly and implicitly, with several elements; rivals are the compiled
 reference, scipy's DOP853 on the same compiled right-hand side, the engine with its contact law in Python, and that with the
@@ -320,7 +320,7 @@ def _runs_table(found: Mapping[str, Series], notes: str) -> Table:
                 counts = [point.work.get(what) for what in ("steps", "jacobians")]
                 rows.append([model, name, key, error, f"{1e3 * point.wall_s:.3g}", *counts, mark(point)])
     headers = ["rocker", "run", "setting", "error [clearances]", "time [ms]", "steps", "Jacobians", "front"]
-    return Table(headers, rows, "Crank-rocker with play: distance from the reference over the first 10 ms", notes)
+    return Table(headers, rows, "Crank-rocker with clearance: distance from the reference over the first 10 ms", notes)
 
 
 def _statistics_table(compared: Mapping[str, Comparison]) -> Table:

@@ -1,4 +1,4 @@
-"""What `clearance-precision` runs: the crank-rocker with play on the engine, compiled without it, by scipy, and plainly.
+"""What `clearance-precision` runs: the crank-rocker with clearance on the engine, compiled without it, by scipy, and plainly.
 
 Every run gives the same: the path of the bars' centres at times of its own, to be held against a fine run of the reference.
 """
@@ -65,7 +65,7 @@ class BarPaths:
 
 
 def mechanism(p: CrankRockerParameters, rocker: Any, *, law: Any = None, ramp: bool = False) -> Mechanism:
-    """The crank-rocker with play in all joints; a ramp that does not rise takes it to the implicit integrator."""
+    """The crank-rocker with clearance in all joints; a ramp that does not rise takes it to the implicit integrator."""
 
     def play(point: str, first: str, second: str) -> Clearance:
         return replace(p.play(point, first, second), law=law or p.law)

@@ -1,10 +1,10 @@
-"""Crank-rocker with play over clearance and crank speed: peak forces, accelerations, penetration, with standard errors.
+"""Crank-rocker with clearance over clearance and crank speed: peak forces, accelerations, penetration, with standard errors.
 
 Every point is an ensemble of the compiled reference: members that start 1e-9 m apart, some turns discarded, means over the
 turns of all members. One point is run on the engine as well, which shares no equation of motion with the reference, and
 must give the same means within their errors.
 
-A pin deeper in its bush than it has play is beyond every contact law: such points carry the name PENETRATION, are drawn
+A pin deeper in its bush than the clearance is beyond every contact law: such points carry the name PENETRATION, are drawn
 hollow, and enter no fit. Forces are also given over those of ideal joints, which go with the square of the speed.
 """
 

@@ -1,4 +1,4 @@
-"""The crank-rocker with play in all joints as the compiled reference runs it: parameters of the studies that use it."""
+"""The crank-rocker with clearance in all joints as the compiled reference runs it: parameters of the studies that use it."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ from buckler.mbs.library import PAPER, PAPER_STOP
 from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import quantity
 from buckler.studies.kit.published import CONTACT_FORCES, IMPACT_FORCE, IMPACT_SPEED
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, relative
 from buckler.studies.kit.style import subplots
 from buckler.studies.striking import impact, impact_models
 from buckler.studies.striking.impact import ImpactParameters, ModelRun, Reading
@@ -105,18 +105,19 @@ def _metrics(run: ModelRun, reading: Reading, p: Parameters) -> dict[str, Metric
 
 
 def _table(metrics: Mapping[str, Metric], runs: Sequence[ModelRun], notes: Sequence[str]) -> Table:
-    """Published, exact and computed side by side, each with its error; run time and steps below."""
+    """Published, exact and computed side by side, each with its relative error; run time and steps below."""
     models = [run.model for run in runs]
     names = [name.partition(".")[2] for name in metrics if name.startswith(f"{models[0]}.")]
     rows: list[list[Any]] = []
     for name in names:
         found = [metrics[f"{model}.{name}"] for model in models]
-        known = [found[0].unit, found[0].published, found[0].exact]
-        rows.append([name, *known, *(x for metric in found for x in (metric.value, _error(metric)))])
+        scale, unit = (1e6, "MPa") if found[0].unit == "Pa" else (1.0, found[0].unit)
+        known = [unit, *(None if x is None else x / scale for x in (found[0].published, found[0].exact))]
+        rows.append([name, *known, *(x for metric in found for x in (metric.value / scale, _error(metric)))])
     for name, unit in (("wall_s", "s"), ("steps", "1"), ("error", "1")):
         if any(name in run.work for run in runs):  # the error, where an accuracy was asked for
             rows.append([name, unit, None, None, *(x for run in runs for x in (run.work.get(name), None))])
-    headers = ["", "unit", "published", "exact", *(x for model in models for x in (model, "error"))]
+    headers = ["", "unit", "published", "exact", *(x for model in models for x in (model, f"{model}, relative error"))]
     return Table(headers, rows, "One turn of the crank", "\n".join([NOTES, *notes]))
 
 
@@ -124,7 +125,7 @@ def _error(metric: Metric) -> str | None:
     error = metric.error
     if error is None and metric.published:
         error = abs(metric.value / metric.published - 1)
-    return None if error is None else f"{error:.1e}"
+    return None if error is None else relative(error)
 
 
 def figure(result: StudyResult) -> Figure:

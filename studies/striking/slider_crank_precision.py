@@ -235,7 +235,7 @@ def _runs_table(
             wall = [1e3 * point.wall_s, f"{point.speedup(baseline):.2f}", one.work.get("steps")]
             rows.append([name, setting, point.error, *_numbers(one.reading), *wall, mark(point, one.status)])
     headers = [
-        "model", "setting", "error", "peak [N]", "impulse [N s]", "F(180) [N]", "plateau off", "release [deg]",
+        "model", "setting", "relative error", "peak [N]", "impulse [N s]", "F(180) [N]", "plateau off", "release [deg]",
         "time [ms]", "plain/time", "steps", "front",
     ]  # fmt: skip
     notes = f"plateau off: largest deviation from the exact elastica over 150 to 210 deg.\n{notes}"

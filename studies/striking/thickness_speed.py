@@ -26,7 +26,7 @@ import numpy as np
 from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import StudyParameters, choices, integer, quantities, quantity
 from buckler.studies.kit.published import CONTACT_FORCES
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, relative
 from buckler.studies.kit.style import COLOURS, subplots
 from buckler.studies.striking import slider_crank
 from buckler.studies.striking.impact import MODELS
@@ -211,9 +211,14 @@ def _cube_table(p: Parameters, metrics: Mapping[str, Metric]) -> Table:
         found = [metrics[f"{model}.cube.{1e3 * h:g}mm"] for model in p.models]
         ratio = f"{published / base:.2f}" if published and base else ""
         rows.append(
-            [f"{1e3 * h:g}", f"{found[0].exact:g}", ratio, *(x for f in found for x in (f"{f.value:.4f}", f"{f.error:.1e}"))]
+            [
+                f"{1e3 * h:g}",
+                f"{found[0].exact:g}",
+                ratio,
+                *(x for f in found for x in (f"{f.value:.4f}", relative(f.error or 0.0))),
+            ]
         )
-    headers = ["h [mm]", "cube", "published", *(x for model in p.models for x in (model, "error"))]
+    headers = ["h [mm]", "cube", "published", *(x for model in p.models for x in (model, f"{model}, relative error"))]
     title = f"Force at the dead centre over that of the thinnest strip, at {p.slow:g} rad/s"
     return Table(headers, rows, title)
 

@@ -2,7 +2,7 @@
 
 The slider-crank in closed form: contact force F = p(u) E I cos(phi)/L^2 at the dead centre, of the exact elastica, and
 impact force m (1 + e) v/dt, of the published model. Its strut model on the engine gives the impact force once more. The
-crank-rocker with play comes from the compiled reference; where its joints rattle, a run is one draw of many.
+crank-rocker with clearance comes from the compiled reference; where its joints rattle, a run is one draw of many.
 
 References
 ----------

@@ -175,7 +175,7 @@ def _table(series: Series, curves: Mapping[str, LoadCurve], plain: Point, notes:
         for name, part in series.items()
         for n, p in part.items()
     ]  # fmt: skip
-    headers = ["model", "elements", "error", "time [ms]", "time/plain", "Newton steps", "off elastica", "front"]
+    headers = ["model", "elements", "relative error", "time [ms]", "time/plain", "Newton steps", "off elastica", "front"]
     return Table(headers, rows, "Post-buckling of the pinned strip, 20 end shortenings", notes)
 
 

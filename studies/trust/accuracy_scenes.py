@@ -1,8 +1,8 @@
 """Scenes of the accuracy study: drawn at random, each with a reference that does not come from an accuracy asked for.
 
 The slider-cranks are held against `elastica.moving` (flexible), loop closure (rigid) and an equation of motion (strut), the
-crank-rockers with play against the compiled reference. Where these are not at hand, a run of far more steps and elements must
-do: of couplers that buckle, of beams with play, and of flexible couplers beyond `AXIAL_WAVES`.
+crank-rockers with clearance against the compiled reference. Where these are not at hand, a run of far more steps and
+elements must do: of couplers that buckle, of beams with clearance, and of flexible couplers beyond `AXIAL_WAVES`.
 """
 
 from __future__ import annotations
@@ -89,7 +89,7 @@ def _strip(section: Section, mass: float, speed: float | Ramp, terms: int) -> Mo
     )  # fmt: skip
 
 
-# --- without play -----------------------------------------------------------------------------------------------------
+# --- without clearance -----------------------------------------------------------------------------------------------------
 
 
 def _bending(draw: Draw) -> tuple[Section, float, float]:
@@ -188,7 +188,7 @@ def strut(draw: Draw, asked: float) -> DrawnCase:
     return DrawnCase(mechanism, float(time[-1]), _against(time, **_slider(found.y[0])))
 
 
-# --- with play --------------------------------------------------------------------------------------------------------
+# --- with clearance --------------------------------------------------------------------------------------------------------
 
 
 def _play(draw: Draw, rocker: str) -> tuple[Mechanism, Any]:
@@ -230,13 +230,13 @@ def _offset(mechanism: Mechanism, p: Any) -> float:
 
 
 def rigid_play(draw: Draw, asked: float) -> DrawnCase:
-    """Crank-rocker with play, of rigid bars."""
+    """Crank-rocker with clearance, of rigid bars."""
     mechanism, p = _play(draw, "rigid")
     return DrawnCase(mechanism, PREDICTABLE, _compiled(p, mechanism, None))
 
 
 def modal_play(draw: Draw, asked: float) -> DrawnCase:
-    """Crank-rocker with play, its rocker of modes; the reference takes the same."""
+    """Crank-rocker with clearance, its rocker of modes; the reference takes the same."""
     mechanism, p = _play(draw, "modal")
     body = mechanism.link("rocker").body
     assert isinstance(body, Modal)
@@ -246,7 +246,7 @@ def modal_play(draw: Draw, asked: float) -> DrawnCase:
 
 
 def beam_play(draw: Draw, asked: float) -> DrawnCase:
-    """Crank-rocker with play, its rocker a beam: against a run of a far smaller tolerance."""
+    """Crank-rocker with clearance, its rocker a beam: against a run of a far smaller tolerance."""
     mechanism, _ = _play(draw, "beam")
     tight = simulate(
         mechanism, PREDICTABLE, solver=Exudyn(Controlled(tolerance=1e-5 * asked, max_step=1e-5), spectral_radius=0.95)

@@ -2,7 +2,7 @@
 
 static: twenty loads of a buckled strip, against the engine used plainly, error of the load. smooth: slider-crank with a
 bending coupler, against plain uniform steps, error of its deflection. buckling: slider-crank striking its stop, against
-plain uniform steps, error of four numbers of its force. rigid play, beam play: crank-rocker with play in four joints for a
+plain uniform steps, error of four numbers of its force. rigid play, beam play: crank-rocker with clearance in four joints for a
 turn, against the compiled reference (a modal rocker for the beam's, damped mode by mode), error of the coupler's path over
 the first 10 ms (5 ms), in clearances. smooth and rigid play are asked for an accuracy and name no setting: their time holds
 all the runs that the estimate of their error takes. Times never make the run SUSPECT; errors do.
@@ -169,7 +169,7 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
         sentences.append(verdict(ours, baseline))
         if not ours.error <= job.largest:
             wrong.append(f"{name}: error {ours.error:.1e}, allowed {job.largest:g}")
-    headers = ["job", "error", "time [ms]", "baseline's error", "baseline's [ms]", "baseline/ours"]
+    headers = ["job", "Buckler's error", "Buckler's time [ms]", "baseline's error", "baseline's time [ms]", "baseline/ours"]
     return StudyResult(
         parameters=parameters,
         status="SUSPECT" if wrong else "OK",

@@ -56,7 +56,7 @@ KINDS: dict[str, Kind] = {
     "place": Kind(1e-3, "of the longest link: what a drawing of the mechanism can show"),
     "path": Kind(5e-3, "of the longest link, where something strikes: a rebound at 5 % wrong speed errs by so much"),
     "acceleration": Kind(0.05, "of the largest: forces are as good as accelerations"),
-    "journal": Kind(0.1, "place of a link, of the play: the pin is on the right side of its bush", mean_square),
+    "journal": Kind(0.1, "place of a link, of the clearance: the pin is on the right side of its bush", mean_square),
     "speed": Kind(0.05, "of a link, of the largest: it jumps at impacts, and they shift a little", mean_square),
 }
 """Kinds of measures; a measure is called `kind` or `kind of what`."""

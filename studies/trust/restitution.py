@@ -112,7 +112,7 @@ def striker(law: NormalLaw, speed: float, clearance: float, section: Section) ->
 
     No gravity, nothing else acts on the bar, and the impact is central: an exact impact of one mass at this speed.
     """
-    reaches = 0.5 * clearance / speed  # s; a quarter of the play is used up by then
+    reaches = 0.5 * clearance / speed  # s; a quarter of the clearance is used up by then
     return Mechanism(
         points={"P": (0.0, 0.0), "Q": (-LENGTH, 0.0), "R": (LENGTH, 0.0)},
         links=[Link("bar", "P", "Q", Rigid(section)), Link("block", "P", "R", Rigid(section))],
@@ -123,7 +123,7 @@ def striker(law: NormalLaw, speed: float, clearance: float, section: Section) ->
 
 
 def drop(name: str, law: NormalLaw, asked: float, speed: float, p: Parameters) -> Drop:
-    """Let a law be struck once; the run ends when the pin should have moved off by a tenth of the play."""
+    """Let a law be struck once; the run ends when the pin should have moved off by a tenth of the clearance."""
     tally, exact = Tally(law), delivered(law, p.mass, speed)
     unit = p.clearance / speed
     result = mbs.simulate(

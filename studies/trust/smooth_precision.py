@@ -176,7 +176,7 @@ def _table(series: Series, baseline: Point, notes: str) -> Table:
             counts = [point.work.get(name) for name in ("steps", "newton_iterations", "jacobians")]
             speed = f"{point.speedup(baseline):.2f}"
             rows.append([model, key, point.error, 1e3 * point.wall_s, speed, *counts, mark(point)])
-    headers = ["model", "tolerance, steps", "error", "time [ms]", "plain/time", "steps", "Newton", "Jacobians", "front"]
+    headers = ["model", "tolerance, steps", "relative error", "time [ms]", "plain/time", "steps", "Newton", "Jacobians", "front"]
     return Table(headers, rows, "Smooth slider-crank: relative L2 error of the deflection", f"plain: {baseline.name}\n{notes}")
 
 
