@@ -544,6 +544,6 @@ def test_a_drive_bears_motor_spring_and_mass():
     """Power of the drive: what the energies change by, less what the motor gave; to the trapezoidal rule."""
     loads = [Force("A", (0, -2.0)), Motor("crank", 12.0, 0.8, 0.05, inertia=1e-4, gear=5.0), Spring("A", "ground:P", 50.0, 1.0)]
     mechanism = crank(*loads, masses=[Mass("A", 0.3, 0.01)], gravity=(0, -G))
-    mechanism = replace(mechanism, drives=[Drive("crank", Ramp(2.0, 5.0, 0.4))])
+    mechanism = replace(mechanism, drives=[Drive("crank", Ramp(2.0, 5.0, 0.6))])
     result = fine(simulate(mechanism, 0.5, solver=Exudyn(Equal(4000)), ledger=True))
     assert result.energy_balance < 1e-6
