@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from buckler.mbs.spectral.markers import place_markers
-
-if TYPE_CHECKING:
-    from buckler.mbs.spectral.scene import Scene
 
 Array = np.ndarray[Any, Any]
 SINGULAR = 1e-9
@@ -23,7 +20,7 @@ class Balance(NamedTuple):
     multipliers: Array
 
 
-def start_rates(scene: Scene, given: list[tuple[Array, float]] | None = None) -> Array:
+def start_rates(scene: Any, given: list[tuple[Array, float]] | None = None) -> Array:
     """Rates at t = 0: every link moves as if rigid, pins with clearance as if ideal, with least kinetic energy.
 
     What the rigid links cannot do (a strip that a drive bends from the start) is then added with least kinetic energy.
@@ -59,7 +56,7 @@ def start_rates(scene: Scene, given: list[tuple[Array, float]] | None = None) ->
     return v
 
 
-def _inner(scene: Scene, i: int) -> bool:
+def _inner(scene: Any, i: int) -> bool:
     """Whether a coordinate is one of a strip's."""
     s = scene.tables
     return any(i in s.places[first : first + (3 - kind) * nb] for kind, nb, _, first, _ in s.strips)
@@ -76,7 +73,7 @@ def least_energy(mass: Array, rows: Array, values: Array) -> Array:
     return back @ np.linalg.lstsq(rows @ back, values, rcond=SINGULAR)[0]
 
 
-def slopes(scene: Scene, marker: int, q: Array) -> Array:
+def slopes(scene: Any, marker: int, q: Array) -> Array:
     """Derivatives of a marker's (x, y, angle) by the coordinates, shape (3, n)."""
     place_markers(scene.tables, scene.work, q, np.zeros(scene.size))
     _, _, _, first, count, _ = scene.tables.markers[marker]
@@ -86,7 +83,7 @@ def slopes(scene: Scene, marker: int, q: Array) -> Array:
     return out
 
 
-def balance(scene: Scene, q: Array, v: Array, t: float = 0.0, memory: Array | None = None) -> Balance:
+def balance(scene: Any, q: Array, v: Array, t: float = 0.0, memory: Array | None = None) -> Balance:
     """Accelerations and multipliers: M a + G^T lambda = f, G a = change; least multipliers where rows are redundant."""
     lam = np.zeros(len(scene.tables.rows))
     for _ in range(20):
@@ -102,6 +99,6 @@ def balance(scene: Scene, q: Array, v: Array, t: float = 0.0, memory: Array | No
     return Balance(inverse_rows[:, 0] - inverse_rows[:, 1:] @ lam, lam)
 
 
-def _rubs(scene: Scene) -> bool:
+def _rubs(scene: Any) -> bool:
     """Whether a force depends on a constraint's own."""
     return bool((scene.tables.forces[:, 5] >= 0).any())
