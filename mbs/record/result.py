@@ -295,7 +295,7 @@ class Result:
         ----------
         path : str or Path
         title : str
-            Heading; by default the file's name.
+            Heading; by default the file's name, or its folder's where the file is `report.html`.
         """
         write_html = upper("files.report", "write_html")
 

@@ -16,6 +16,7 @@ import numpy as np
 
 from buckler import mbs
 from buckler.mbs import Beam, Clearance, Mechanism, Modal, Result, Rigid, Section, crank_rocker
+from buckler.mbs.accuracy.difference import FINEST
 from buckler.mbs.laws import AdamsFriction, Impact
 from buckler.mbs.library import STEEL_CRANK_ROCKER
 from buckler.mbs.modal import CraigBampton, reduced
@@ -124,6 +125,8 @@ class CrankRockerParameters(PlayParameters, Assumptions):
 
     def check(self) -> None:
         """Check parameters against each other; build what will be run."""
+        if 0 < self.accuracy < FINEST:
+            raise ValueError(f"accuracy = {self.accuracy:g}: must be 0, for none asked, or lie in [{FINEST:g}, 0.1]")
         if len({label(rocker) for rocker in self.rocker}) < len(self.rocker):
             raise ValueError(f"rocker = {','.join(self.rocker)}: name one flexible rocker at most")
         if "modal" not in self.rocker and (self.modal_damping, self.modes_of) != ("constant", "free"):

@@ -14,6 +14,7 @@ import numpy as np
 
 from buckler.elastica import pinned
 from buckler.mbs import Section
+from buckler.mbs.accuracy.difference import FINEST
 from buckler.mbs.library import PAPER, PAPER_STOP
 from buckler.studies.kit.parameters import StudyParameters, choices, integer, quantity
 from buckler.studies.kit.published import STRIP_WIDTH
@@ -45,6 +46,11 @@ class ImpactParameters(StudyParameters):
     tolerance: float = quantity(1e-5, "1", 1e-9, 1e-3, "position error allowed a step, over the length", "numerics")
     accuracy: float = quantity(0, "1", 0, 0.1, "error of the motion asked for, instead of elements and tolerance", "numerics")
     timeout: float = quantity(120, "s", 0.01, 86400, "longest time a model may take", "numerics")
+
+    def check(self) -> None:
+        """Raise a ValueError at an accuracy that cannot be asked for."""
+        if 0 < self.accuracy < FINEST:
+            raise ValueError(f"accuracy = {self.accuracy:g}: must be 0, for none asked, or lie in [{FINEST:g}, 0.1]")
 
     @property
     def section(self) -> Section:

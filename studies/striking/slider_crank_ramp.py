@@ -54,6 +54,7 @@ class Parameters(ImpactParameters):
 
     def check(self) -> None:
         """There must be a whole turn to look at."""
+        super().check()
         if self.ramp.position(self.duration) < 2 * pi:
             raise ValueError(f"duration = {self.duration:g} s: the crank does not complete a turn; longer, or faster")
 

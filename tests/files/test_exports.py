@@ -115,7 +115,7 @@ def test_paraview_shows_forces_as_vectors(tmp_path):
     assert mesh.point_data["force"][k] == pytest.approx([result.at("B.contact_force", 2.5), 0.0, 0.0], rel=1e-6)
 
 
-@pytest.mark.parametrize("name", ["modal", "loose", "pendulum", "strut", "failed"])
+@pytest.mark.parametrize("name", ["modal", "loose", "pendulum", "strut", "loaded", "failed"])
 def test_paraview_takes_every_kind(name, tmp_path):
     collection = run(name).write_paraview(tmp_path, [0.0, 0.01])
     for part in ("links", "symbols"):
