@@ -85,9 +85,9 @@ def _smooth() -> Job:
         exact = study.reference(p, p.terms)
     mechanism, duration = p.mechanism(Cable(p.section)), float(p.times[-1])
 
-    def ours() -> study.Outcome:
+    def ours() -> study.DeflectionRun:
         result = simulate(mechanism, duration, SMOOTH, timeout=120)
-        return study.Outcome(result.at("coupler.deflection", p.times), result.status, result.work)
+        return study.DeflectionRun(result.at("coupler.deflection", p.times), result.status, result.work)
 
     return Job(
         ours,
