@@ -57,6 +57,8 @@ FURTHER = {
 """Readings that could still be taken, each with its error."""
 DOUBTFUL = 4.0
 """N: how far a strike at the best point may be from the posterior's mean before the emulator is doubted there."""
+LONGEST = 12.0
+"""Difference of log evidence at which a bar ends."""
 WITHIN = 1.0
 """N: how near a force must come to count as explained."""
 
@@ -247,9 +249,9 @@ def figure(result: StudyResult) -> Figure:
     logs = {each.name: result.metrics[f"{each.name}.log_evidence"].value for each in every}
     names = sorted(logs, key=lambda name: logs[name])
     top = max(logs.values())
-    right.barh(range(len(names)), [max(logs[name] - top, -12) for name in names], color=COLOURS[0])
+    right.barh(range(len(names)), [max(logs[name] - top, -LONGEST) for name in names], color=COLOURS[0])
     right.set_yticks(range(len(names)), [n.replace("dead_band", "dead band").replace("_", " + ") for n in names], fontsize=7)
-    right.set(xlabel="log evidence, less the best's", xlim=(-12, 0))
+    right.set(xlabel="log evidence, less the best's", xlim=(-min(LONGEST, 1.1 * (top - min(logs.values())) + 0.5), 0))
     right.grid(visible=False, axis="y")
     return fig
 
