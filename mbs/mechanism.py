@@ -16,6 +16,7 @@ from typing import Any
 from buckler.mbs.elements import KINDS, Drive, Guide, Link
 from buckler.mbs.elements.element import GROUND, Element, known, place
 from buckler.mbs.elements.frozen import Frozen
+from buckler.mbs.upper import upper
 from buckler.mbs.validate import number, pair, sequence_of
 
 Pair = tuple[float, float]
@@ -115,7 +116,7 @@ class Mechanism:
 
     def to_dict(self) -> dict[str, Any]:
         """Return a description of plain dictionaries, lists, numbers and names; see `buckler.mbs.files`."""
-        from buckler.mbs.files.encode import document
+        document = upper("files.encode", "document")
 
         return document(self)
 
@@ -128,7 +129,7 @@ class Mechanism:
         ValueError
             In one line that begins with the place, such as `links.coupler.body.section.thickness`.
         """
-        from buckler.mbs.files.decode import mechanism
+        mechanism = upper("files.decode", "mechanism")
 
         return mechanism(content)
 
@@ -140,7 +141,7 @@ class Mechanism:
         ValueError
             If the ending is another, or the mechanism holds what a file has no name for, such as a Python function.
         """
-        from buckler.mbs.files.document import save
+        save = upper("files.document", "save")
 
         return save(self, path)
 
@@ -153,7 +154,7 @@ class Mechanism:
         ValueError
             In one line: the file, the place in it, what is wrong.
         """
-        from buckler.mbs.files.document import load
+        load = upper("files.document", "load")
 
         return load(path)
 
@@ -171,7 +172,7 @@ class Mechanism:
         -------
         matplotlib Axes
         """
-        from buckler.mbs.files.plot import plot_mechanism
+        plot_mechanism = upper("files.plot", "plot_mechanism")
 
         return plot_mechanism(self, axes, names)
 
@@ -196,7 +197,7 @@ class Mechanism:
             If an element needs functions or solids of Buckler: stops, clearances, struts, modal links, motions of any form,
             springs with laws. It names them.
         """
-        from buckler.mbs.engine.script import exudyn_script
+        exudyn_script = upper("engine.script", "exudyn_script")
 
         path = Path(path)
         text = exudyn_script(self, duration, steps, f"{path.stem}.csv")
@@ -206,7 +207,7 @@ class Mechanism:
 
     def _repr_html_(self) -> str:
         """Picture and parts, for notebooks."""
-        from buckler.mbs.files.notebook import mechanism_html
+        mechanism_html = upper("files.notebook", "mechanism_html")
 
         return mechanism_html(self)
 

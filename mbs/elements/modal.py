@@ -11,6 +11,7 @@ import numpy as np
 from buckler.mbs.elements.body import Body
 from buckler.mbs.elements.element import Energy, Recorded, Signal, since_start
 from buckler.mbs.elements.section import Section
+from buckler.mbs.upper import upper
 from buckler.mbs.validate import number, positive, whole
 
 Array = np.ndarray[Any, Any]
@@ -242,7 +243,7 @@ class Modal(Body):
 
         The other modes that it names have no part in the motion. `buckler.mbs.modal.reduced` tells all of them.
         """
-        from buckler.mbs.modal.reduction import reduced
+        reduced = upper("modal.reduction", "reduced")
 
         return reduced(self, length).planar().frequency / (2 * np.pi)
 

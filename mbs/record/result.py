@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from buckler.mbs.upper import upper
 from buckler.mbs.validate import positive
 
 Array = np.ndarray[Any, Any]
@@ -254,13 +255,13 @@ class Result:
         ValueError
             If a name is unknown; it names those near it.
         """
-        from buckler.mbs.files.plot import plot_signals
+        plot_signals = upper("files.plot", "plot_signals")
 
         return plot_signals(self, names, axes)
 
     def plot_energy(self, axes: Any = None) -> Any:
         """Draw the energy ledger over time, J; the run needs `ledger=True`."""
-        from buckler.mbs.files.plot import plot_energy
+        plot_energy = upper("files.plot", "plot_energy")
 
         return plot_energy(self, axes)
 
@@ -283,7 +284,7 @@ class Result:
         RuntimeError
             If ffmpeg is needed and not there.
         """
-        from buckler.mbs.files.plot import animate
+        animate = upper("files.plot", "animate")
 
         return animate(self.movie, path, positive("seconds", seconds, "s"), positive("width", width, "pixels"))
 
@@ -296,13 +297,13 @@ class Result:
         title : str
             Heading; by default the file's name, or its folder's where the file is `report.html`.
         """
-        from buckler.mbs.files.report import write_html
+        write_html = upper("files.report", "write_html")
 
         return write_html(self, path, title)
 
     def _repr_html_(self) -> str:
         """The report, in a frame, for notebooks."""
-        from buckler.mbs.files.report import framed
+        framed = upper("files.report", "framed")
 
         return framed(self)
 
@@ -322,31 +323,31 @@ class Result:
         path : Path
             The `.pvd` file to open.
         """
-        from buckler.mbs.files.paraview import write_paraview
+        write_paraview = upper("files.paraview", "write_paraview")
 
         return write_paraview(self, folder, times)
 
     def to_dataframe(self) -> Any:
         """Signals as a pandas data frame, one column each, by time."""
-        from buckler.mbs.files.tables import to_dataframe
+        to_dataframe = upper("files.tables", "to_dataframe")
 
         return to_dataframe(self)
 
     def to_xarray(self) -> Any:
         """Signals as an xarray data set with their units."""
-        from buckler.mbs.files.tables import to_xarray
+        to_xarray = upper("files.tables", "to_xarray")
 
         return to_xarray(self)
 
     def write_csv(self, path: str | Path) -> Path:
         """Write signals as comma-separated values; the first line holds names and units."""
-        from buckler.mbs.files.tables import write_csv
+        write_csv = upper("files.tables", "write_csv")
 
         return write_csv(self, path)
 
     def write_parquet(self, path: str | Path) -> Path:
         """Write signals as a Parquet file, units in the columns' metadata."""
-        from buckler.mbs.files.tables import write_parquet
+        write_parquet = upper("files.tables", "write_parquet")
 
         return write_parquet(self, path)
 
@@ -355,9 +356,7 @@ def _film(arrays: Mapping[str, Array]) -> Any:
     """The film a file holds, if it does."""
     if not arrays:
         return None
-    from buckler.mbs.files.movie import Film, Movie
-
-    return Film(None, Movie.of(arrays))
+    return upper("files.movie", "Film")(None, upper("files.movie", "Movie").of(arrays))
 
 
 OUTSIDE = 1e-9

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from buckler.mbs.kinematics.start import start
 from buckler.mbs.spectral.markers import place_markers
-
-if TYPE_CHECKING:
-    from buckler.mbs.spectral.scene import Scene
 
 Array = np.ndarray[Any, Any]
 ROUNDING = 1e-12
@@ -25,7 +22,7 @@ class Balance(NamedTuple):
     multipliers: Array
 
 
-def start_rates(scene: Scene) -> Array:
+def start_rates(scene: Any) -> Array:
     """Rates of all coordinates at t = 0: links as `kinematics.start` has them, rigid where they can be.
 
     What rigid links cannot do (a strip that a drive bends from the start) is then added with least kinetic energy.
@@ -63,7 +60,7 @@ def least_energy(mass: Array, rows: Array, values: Array) -> Array:
     return back @ np.linalg.lstsq(rows @ back, values, rcond=SINGULAR)[0]
 
 
-def slopes(scene: Scene, marker: int, q: Array) -> Array:
+def slopes(scene: Any, marker: int, q: Array) -> Array:
     """Derivatives of a marker's (x, y, angle) by the coordinates, shape (3, n)."""
     place_markers(scene.tables, scene.work, q, np.zeros(scene.size))
     _, _, _, first, count, _ = scene.tables.markers[marker]
@@ -73,7 +70,7 @@ def slopes(scene: Scene, marker: int, q: Array) -> Array:
     return out
 
 
-def balance(scene: Scene, q: Array, v: Array, t: float = 0.0, memory: Array | None = None) -> Balance:
+def balance(scene: Any, q: Array, v: Array, t: float = 0.0, memory: Array | None = None) -> Balance:
     """Accelerations and multipliers: M a + G^T lambda = f, G a = change; least multipliers where rows are redundant."""
     lam = np.zeros(len(scene.tables.rows))
     for _ in range(20):
@@ -89,6 +86,6 @@ def balance(scene: Scene, q: Array, v: Array, t: float = 0.0, memory: Array | No
     return Balance(inverse_rows[:, 0] - inverse_rows[:, 1:] @ lam, lam)
 
 
-def _rubs(scene: Scene) -> bool:
+def _rubs(scene: Any) -> bool:
     """Whether a force depends on a constraint's own."""
     return bool((scene.tables.forces[:, 5] >= 0).any())
