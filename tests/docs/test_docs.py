@@ -6,7 +6,13 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGES = ("README.md", "docs/tutorial.md", "docs/how-to-add-a-mechanism.md", "docs/how-to-look.md")
+PAGES = (
+    "README.md",
+    "docs/tutorial.md",
+    "docs/how-to-add-a-mechanism.md",
+    "docs/how-to-bring-your-own-mechanism.md",
+    "docs/how-to-look.md",
+)
 ALL_PAGES = ("README.md", *sorted(f"docs/{path.name}" for path in (ROOT / "docs").glob("*.md")))
 BLOCK = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
