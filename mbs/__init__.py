@@ -4,24 +4,31 @@ from typing import TYPE_CHECKING, Any
 
 from buckler.mbs.elements import (
     STEEL,
+    AdamsDamping,
     Beam,
     Cable,
     Clearance,
     Drive,
+    Force,
     Guide,
     GuideFriction,
     Link,
+    Mass,
     Material,
     Modal,
     Motion,
+    Motor,
     Ramp,
     Revolute,
     Rigid,
     Section,
     Slider,
     Slot,
+    Spring,
     Stop,
     Strut,
+    Torque,
+    TorsionSpring,
     Weld,
 )
 from buckler.mbs.engine.settings import Controlled, Equal, Exudyn
@@ -35,10 +42,10 @@ if TYPE_CHECKING:
     from buckler.mbs.statics import equilibrium, frequencies, path
 
 __all__ = [
-    "STEEL", "Beam", "Cable", "Clearance", "Controlled", "Drive", "Equal", "Exudyn", "Guide", "GuideFriction", "Link",
-    "Material", "Mechanism", "Modal", "Motion", "Ramp", "Result", "Revolute", "Rigid", "Section", "Slider", "Slot",
-    "Status", "Stop", "Strut", "Weld", "build", "crank_rocker", "equilibrium", "frequencies", "path", "simulate",
-    "slider_crank",
+    "STEEL", "AdamsDamping", "Beam", "Cable", "Clearance", "Controlled", "Drive", "Equal", "Exudyn", "Force", "Guide",
+    "GuideFriction", "Link", "Mass", "Material", "Mechanism", "Modal", "Motion", "Motor", "Ramp", "Result", "Revolute", "Rigid",
+    "Section", "Slider", "Slot", "Spring", "Status", "Stop", "Strut", "Torque", "TorsionSpring", "Weld", "build", "crank_rocker",
+    "equilibrium", "frequencies", "path", "simulate", "slider_crank",
 ]  # fmt: skip
 
 _ENGINE = {

@@ -123,7 +123,7 @@ def crank_rocker(
     lengths: CrankRocker = STEEL_CRANK_ROCKER,
     angle: float = 0.5,
 ) -> Mechanism:
-    """Return the crank-rocker with play in any of its joints, its journals centred at the start.
+    """Return the crank-rocker with clearance in any of its joints, its journals centred at the start.
 
     Parameters
     ----------

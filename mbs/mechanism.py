@@ -19,16 +19,18 @@ from buckler.mbs.elements.frozen import Frozen
 from buckler.mbs.validate import number, pair, sequence_of
 
 Pair = tuple[float, float]
+AGREE = 1e-9
+"""Distance, in lengths of the link, within which the place given of an inner point agrees with the link's."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Mechanism:
     """A planar mechanism, checked for consistency when made.
 
     Parameters
     ----------
     points : mapping of str to (float, float)
-        Named points at t = 0, m.
+        Named points at t = 0, m. Those that a link carries at a fraction of its length may be left out: their places follow.
     links : sequence of Link
     joints : sequence of Revolute or Clearance
     guides : sequence of Guide
@@ -43,7 +45,8 @@ class Mechanism:
     Raises
     ------
     ValueError
-        If a name is unknown or doubled, a link has no length, a joint's link does not reach its point, and so on.
+        If a name is unknown or doubled, a link has no length, a joint's link does not reach its point, a point that a link
+        carries at a fraction of its length lies elsewhere, and so on.
     """
 
     points: Mapping[str, Pair]
@@ -58,14 +61,27 @@ class Mechanism:
     gravity: Pair = field(default=(0.0, 0.0))
 
     def __post_init__(self) -> None:
+        if not isinstance(self.points, Mapping):
+            raise ValueError(f"points = {self.points!r}: must be a mapping of names to (x, y), m")
         object.__setattr__(self, "points", Frozen({k: pair(f"points['{k}']", v, "m") for k, v in dict(self.points).items()}))
         for name, kinds in KINDS.items():
             object.__setattr__(self, name, sequence_of(name, getattr(self, name), kinds))
         object.__setattr__(self, "gravity", pair("gravity", self.gravity, "m/s^2"))
+        object.__setattr__(self, "points", Frozen(_with_inner(dict(self.points), self.links)))
         _check_names(self)
         object.__setattr__(self, "velocities", Frozen(_velocities(self)))
         for element in self.elements().values():
             element.check(self)
+
+    def __str__(self) -> str:
+        """Return what it is made of, in a line."""
+        links = ", ".join(f"{link.name} ({type(link.body).__name__})" for link in self.links)
+        rest = [f"{len(found)} {kind}" for kind in KINDS if kind != "links" and (found := getattr(self, kind))]
+        return f"Mechanism of {len(self.points)} points, links {links}" + "".join(f", {part}" for part in rest)
+
+    def __repr__(self) -> str:
+        """Return the line that `str` gives: all fields of a mechanism fill pages."""
+        return f"<{self}>"
 
     def link(self, name: str) -> Link:
         """The link of that name; KeyError if there is none."""
@@ -193,6 +209,21 @@ class Mechanism:
         from buckler.mbs.files.notebook import mechanism_html
 
         return mechanism_html(self)
+
+
+def _with_inner(points: dict[str, Pair], links: Sequence[Link]) -> dict[str, Pair]:
+    """Complete the points with those that links carry at a fraction of their length."""
+    for link in links:
+        if link.start not in points or link.end not in points:
+            continue  # the link's own check names it
+        start, end = points[link.start], points[link.end]
+        for point, (x, y) in link.inner(start, end).items():
+            off = hypot(points[point][0] - x, points[point][1] - y) if point in points else 0.0
+            if off > AGREE * hypot(end[0] - start[0], end[1] - start[1]):
+                right = f"link '{link.name}' carries it at ({x:.9g}, {y:.9g}) m; leave it out"
+                raise ValueError(f"points['{point}'] = {points[point]!r} m: {right}")
+            points[point] = (x, y)
+    return points
 
 
 def _velocities(mechanism: Mechanism) -> dict[str, Any]:

@@ -72,6 +72,7 @@ def simulate(
     ValueError
         On wrong input, before any engine call.
     """
+    one_of("mechanism", mechanism, (Mechanism,))
     positive("duration", duration, "s")
     if timeout is not None:
         positive("timeout", timeout, "s")

@@ -51,6 +51,13 @@ def whole(name: str, value: int, low: int, high: int) -> int:
     return int(value)
 
 
+def word(name: str, value: Any) -> str:
+    """Return `value` if it is a name; ValueError otherwise."""
+    if not isinstance(value, str) or not value:
+        raise ValueError(f"{name} = {_short(value)}: must be a name")
+    return value
+
+
 def pair(name: str, value: Any, unit: str) -> tuple[float, float]:
     """Return `value` as two finite floats; ValueError otherwise."""
     if isinstance(value, str) or not isinstance(value, Iterable) or len(values := tuple(value)) != 2:

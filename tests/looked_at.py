@@ -1,4 +1,4 @@
-"""Runs that several tests look at: six mechanisms, and the names of what they show."""
+"""Runs that several tests look at: seven mechanisms, and the names of what they show."""
 
 from dataclasses import replace
 from functools import cache
@@ -11,15 +11,21 @@ from buckler.mbs import (
     Controlled,
     Drive,
     Exudyn,
+    Force,
     Guide,
     Link,
+    Mass,
     Mechanism,
     Modal,
+    Motor,
     Revolute,
     Rigid,
     Section,
+    Spring,
     Stop,
     Strut,
+    Torque,
+    TorsionSpring,
     crank_rocker,
     simulate,
     slider_crank,
@@ -62,12 +68,37 @@ def loose():
     return replace(crank_rocker(Rigid(Section(0.02, 0.005)), speed=10.0, play=play), gravity=(0.0, -9.81))
 
 
+def loaded():
+    """A four-bar linkage with one of each load, a mass, and a weight that slides on its coupler."""
+    return Mechanism(
+        points={"O": (0, 0), "A": (0.1, 0.1), "B": (0.4, 0.15), "C": (0.35, 0), "P": (0.1, 0.3), "Q": (0.5, 0.25)},
+        links=[Link("crank", "O", "A", BAR), Link("coupler", "A", "B", BAR, carries=["Q"]), Link("rocker", "C", "B", BAR)],
+        joints=[
+            Revolute("O", "ground", "crank"),
+            Revolute("A", "crank", "coupler"),
+            Revolute("B", "coupler", "rocker"),
+            Revolute("C", "ground", "rocker"),
+        ],
+        loads=[
+            Spring("A", "ground:P", 50.0, damping=0.1),
+            TorsionSpring("ground", "rocker", 0.1),
+            Force("Q", (0.0, -2.0)),
+            Force("A", (1.0, 1.0), follows="crank"),
+            Torque("rocker", 0.01),
+            Motor("crank", voltage=2.0, resistance=1.0, constant=0.1),
+        ],
+        masses=[Mass("Q", 0.2)],
+        gravity=(0.0, -9.81),
+    )
+
+
 MECHANISMS = {
     "strip": (lambda: slider_crank(Beam(STRIP, elements=8), law=ExactRestitution(1e5, 0.8), mass=0.3, speed=1.25), 5.0, {}),
     "strut": (lambda: slider_crank(Strut(STRIP), law=ExactRestitution(1e5, 0.8), mass=0.3, speed=1.25), 5.0, {}),
     "modal": (lambda: crank_rocker(Modal(Section(0.02, 0.005)), speed=10.0), 0.7, {}),
     "loose": (loose, 0.65, {"solver": Exudyn(Controlled(tolerance=1e-2))}),
     "pendulum": (pendulum, 1.5, {}),
+    "loaded": (loaded, 0.5, {}),
     "failed": (pushed, 2.0, {"solver": Exudyn(Controlled(max_steps=150))}),
 }
 

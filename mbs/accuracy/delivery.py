@@ -1,8 +1,8 @@
 """Runs until an accuracy is reached: a fine run, a coarser one beside it, and more of both while the estimate asks for it.
 
-Without play a run is made of equal steps, shorter ones only about impacts, so that its error is a power series in the step:
+Without clearance a run is made of equal steps, shorter ones only about impacts, so that its error is a power series in the step:
 A run of N steps and one of 2N give the solution extrapolated to no step at all, and one on half the elements that on infinitely
-many. With play only the tolerance is there to be lowered. `docs/theory-precision.md` gives the reasons and the measurements.
+many. With clearance only the tolerance is there to be lowered. `docs/theory-precision.md` gives the reasons and the measurements.
 """
 
 from __future__ import annotations
@@ -43,8 +43,8 @@ SECOND_ORDER = 2.5
 IGNORED = 0.1
 """Differences below this share of the accuracy asked for need not converge: they may be round-off."""
 PLAY_SHARE, PLAY_FACTOR, PLAY_SHRINKS = 0.5, 8.0, 4.0
-"""Error of the finest of three runs with play at least, of the difference to the one before, or that one's over what it should
-shrink by; and the ratio of their tolerances."""
+"""Error of the finest of three runs with clearance at least, of the difference to the one before, or that one's over what it
+should shrink by; and the ratio of their tolerances."""
 
 
 @dataclass(frozen=True)
@@ -117,7 +117,7 @@ def _result(run: Run) -> Result:
     return Result(Status.OK, "", run.record.time, signals, units, run.work)
 
 
-# --- without play -----------------------------------------------------------------------------------------------------
+# --- without clearance -----------------------------------------------------------------------------------------------------
 
 
 class _Extrapolation(_Delivering):
@@ -191,8 +191,10 @@ class _Extrapolation(_Delivering):
 def _in_time(fine: Result, coarse: Result, coarsest: Result, plan: Plan) -> tuple[Result, float]:
     """Extrapolate from three runs, each of half the steps of the one before, if they converge as they should; the error left."""
     first, second = differences(coarse, coarsest), differences(fine, coarse)
-    slow = {name for name, d in second.items() if d > IGNORED * plan.asked and first[name] < SECOND_ORDER * d}
-    impulses = {name: STRUCK * max(d, first[name] / 2) for name, d in second.items() if name.endswith(".impulse")}  # as they are
+    slow = {name for name, d in second.items() if d > IGNORED * plan.asked and first.get(name, 0.0) < SECOND_ORDER * d}
+    impulses = {
+        name: STRUCK * max(d, first.get(name, 0.0) / 2) for name, d in second.items() if name.endswith(".impulse")
+    }  # as they are
     if slow - set(impulses):
         return fine, max((second | impulses).values())
     better, before = _corrected(fine, fine, coarse, 3.0), _corrected(coarse, coarse, coarsest, 3.0)
@@ -222,7 +224,7 @@ def _corrected(result: Result, finer: Result, coarser: Result, divisor: float) -
     return replace(result, signals=result.signals | better)
 
 
-# --- with play --------------------------------------------------------------------------------------------------------
+# --- with clearance --------------------------------------------------------------------------------------------------------
 
 
 class _Tolerance(_Delivering):

@@ -4,8 +4,9 @@ The measure looks at what a mechanism does, not at what is derived from it by di
 largest of these relative differences, each an L2 norm over the time both runs cover:
 
 - the mid-span deflection of each flexible link about its chord (a strut's end shortening), over its own norm, or over the
-  smallest clearance where joints have play and that is larger. The end shortening of a strip that bends follows from its shape;
-  what it has besides is axial vibration, micrometres at kilohertz, which only a run a hundred times dearer resolves, and which
+  smallest clearance where joints have clearance and that is larger. The end shortening of a strip that bends follows from
+  its shape; what it has besides is axial vibration, micrometres at kilohertz, which only a run a hundred times dearer
+  resolves, and which
   moves a point by no more;
 - the place of each point, over its range;
 - the impulse of each stop's force up to each time, over its norm;
@@ -77,7 +78,7 @@ def _times(a: _Motion, b: _Motion) -> Array:
 
 
 class _Motion:
-    """The part of a result that is compared, by part; cut to the predictable time where joints have play."""
+    """The part of a result that is compared, by part; cut to the predictable time where joints have clearance."""
 
     def __init__(self, result: Result) -> None:
         signals = result.signals

@@ -46,9 +46,10 @@ LOOSE = 1e-3
 
 
 PLAY, PLAY_ORDER, PLAY_FINEST = (0.5, 2e-3), (1.0, 1.4), 1e-9
-"""Tolerance with play for an accuracy of 1: explicit (rigid links), implicit; the power of the accuracy it goes by; the least."""
+"""Tolerance with clearance for an accuracy of 1: explicit (rigid links), implicit; the power of the accuracy it goes by; the
+least."""
 PLAY_STEPS, PLAY_RADIUS = 200, 0.9
-"""Steps at least, in all, with play, and the spectral radius of implicit ones."""
+"""Steps at least, in all, with clearance, and the spectral radius of implicit ones."""
 
 
 @dataclass(frozen=True)
@@ -68,12 +69,12 @@ class Plan:
 
     @property
     def play(self) -> bool:
-        """Whether joints have play."""
+        """Whether joints have clearance."""
         return bool(clearances(self.mechanism))
 
     @cached_property
     def smooth(self) -> bool:
-        """Whether nothing in the scene has a kink: no stop, no play, no strut, no friction."""
+        """Whether nothing in the scene has a kink: no stop, no clearance, no strut, no friction."""
         m = self.mechanism
         struts = any(link.body.massless for link in m.links)
         return not (self.play or m.stops or struts or any(guide.friction for guide in m.guides))
@@ -215,7 +216,7 @@ class Plan:
         return replace(self.mechanism, links=links)
 
     def with_play(self, finer: float) -> Exudyn:
-        """Settings with play, for a tolerance so many times finer than that of the first run."""
+        """Settings with clearance, for a tolerance so many times finer than that of the first run."""
         flexible = any(link.body.flexible for link in self.mechanism.links)
         tolerance = PLAY[flexible] * self.asked ** PLAY_ORDER[flexible] / finer
         return Exudyn(Controlled(max(PLAY_FINEST, tolerance), self.duration / PLAY_STEPS), spectral_radius=PLAY_RADIUS)

@@ -13,6 +13,7 @@ An element that turns far in itself is wrong beyond that (a strip's exact load, 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -55,46 +56,49 @@ def mesh_error(record: Record, name: str) -> float:
     looks = np.interp(np.linspace(0, record.time[-1], SAMPLES), record.time, np.arange(len(record.time)))
     strip = chosen(record.links[name], np.unique(looks.astype(int)))
     bending = strip.strains()[-1]
-    h, points = strip.pieces.max(), bending.value.shape[-1]
-    kappa = bending.value.reshape(len(bending.value), -1)
+    points = bending.value.shape[-1]
     turns = np.abs((bending.value * bending.weights).sum(axis=-1))
-    turn = float(turns.max())
     if turns.sum(axis=1).max() < BENT:
         return 0.0
-    starts = np.concatenate([[0.0], np.cumsum(strip.pieces)])
-    inner = np.outer(strip.pieces, (np.polynomial.legendre.leggauss(points)[0] + 1) / 2)
-    places = np.concatenate([[0.0], (starts[:-1, None] + inner).ravel(), starts[-1:]])
-    kappa = _with_ends(kappa, places, [_clamped(record, name, end) for end in (0, 1)])
-    slope = np.diff(kappa, axis=1) / np.diff(places)
-    if points == 1:
-        missed = h**2 / 6 * _mean_square(slope, np.diff(places))
-    else:
-        between = (places[2:] - places[:-2]) / 2
-        missed = h**4 / 360 * _mean_square(np.diff(slope, axis=1) / between, between)
+    values, weights = [], []
+    for kappa, places in _stretches(record, name, bending.value, strip.pieces):
+        slope = np.diff(kappa, axis=1) / np.diff(places)
+        if points == 1:
+            values.append(slope)
+            weights.append(np.diff(places))
+        else:
+            between = (places[2:] - places[:-2]) / 2
+            values.append(np.diff(slope, axis=1) / between)
+            weights.append(between)
+    h = strip.pieces.max()
+    missed = (h**2 / 6 if points == 1 else h**4 / 360) * _mean_square(np.hstack(values), np.concatenate(weights))
+    all_of_it = bending.value.reshape(len(bending.value), -1)
+    turn = float(turns.max())
     c, order = strip.body.worth.far
-    return missed / _mean_square(kappa[:, 1:-1], np.ones(kappa.shape[1] - 2)) + c * turn**order
+    return missed / _mean_square(all_of_it, np.ones(all_of_it.shape[1])) + c * turn**order
 
 
-def _clamped(record: Record, name: str, end: int) -> bool:
-    """Whether a joint holds the angle of a link's start or end."""
-    point = record.mechanism.link(name).points[end]
-    joints = [joint for joint in record.mechanism.joints if joint.point == point and name in (joint.first, joint.second)]
-    return any(joint.keeps_angle for joint in joints)
+def _stretches(record: Record, name: str, curvature: Array, pieces: Array) -> Iterator[tuple[Array, Array]]:
+    """Yield curvatures (times, k) at places (k,), m, between neighbouring points of a link, where nothing acts on it.
 
-
-def _with_ends(kappa: Array, places: Array, clamped: list[bool]) -> Array:
-    """Add the curvature at both ends: none, as pins carry no moment, or where clamped on the line through the next two."""
-    kappa = np.pad(kappa, ((0, 0), (1, 1)))
-    if kappa.shape[1] < 4:
-        return kappa
-    for k, on in zip((0, -1), clamped, strict=True):
-        if on:
-            a, b = (1, 2) if k == 0 else (-2, -3)
-            share = (places[k] - places[a]) / (places[b] - places[a])
-            kappa[:, k] = kappa[:, a] + share * (kappa[:, b] - kappa[:, a])
-    return kappa
+    Where no element exerts a moment at an end of the link, the curvature is zero there.
+    """
+    link, elements = record.mechanism.link(name), record.mechanism.elements().values()
+    turned = {at for element in elements for at in element.moments(record.mechanism)}
+    body: Any = link.body
+    cuts = sorted({node // body.step for node in record.links[name].nodes.values()})
+    gauss = (np.polynomial.legendre.leggauss(curvature.shape[-1])[0] + 1) / 2
+    edges = np.concatenate([[0.0], np.cumsum(pieces)])
+    for a, b in pairwise(cuts):
+        kappa = curvature[:, a:b].reshape(len(curvature), -1)
+        places = (edges[a:b, None] + np.outer(pieces[a:b], gauss)).ravel()
+        if a == 0 and f"{name}:{link.start}" not in turned:
+            kappa, places = np.pad(kappa, ((0, 0), (1, 0))), np.concatenate([edges[:1], places])
+        if b == len(pieces) and f"{name}:{link.end}" not in turned:
+            kappa, places = np.pad(kappa, ((0, 0), (0, 1))), np.concatenate([places, edges[-1:]])
+        yield kappa, places
 
 
 def _mean_square(values: Array, weights: Array) -> float:
-    """Mean of squares over all times and places."""
-    return float((values**2 @ weights).sum() / weights.sum())
+    """Mean of squares over all times and places; 0 of none."""
+    return float((values**2 @ weights).sum() / weights.sum()) if len(weights) else 0.0

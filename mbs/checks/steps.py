@@ -28,7 +28,7 @@ SHARE, FEWEST, MOST = 40, 10, 100
 FORCE = 0.05
 """Change of the largest force of a contact beyond which steps are too long, equal ones at half of it, for halving them shows but
 half of an error of first order. Where a contact is damped, force jumps at its onset and decays: its peak falls between steps.
-Default steps miss up to 4 % of it (crank-rocker with play, rigid or a beam); its contact law is known no better."""
+Default steps miss up to 4 % of it (crank-rocker with clearance, rigid or a beam); its contact law is known no better."""
 IMPULSE = 0.05
 """The same for the impulse: it changes speeds, as a coefficient of restitution 5 % wrong would."""
 SPEED = 0.05
@@ -36,7 +36,7 @@ SPEED = 0.05
 PLACE = 1e-3
 """The same for the place of a point, relative to the mechanism's size."""
 LOOSEST = 0.1
-"""Tolerance, with play, beyond which a step is allowed the error of a whole run, a tenth of the play; it is PLACE without."""
+"""Tolerance, with clearance, beyond which a step is allowed the error of a whole run, a tenth of it; it is PLACE without."""
 CONTACT = ("contact_force", "normal_force")
 
 

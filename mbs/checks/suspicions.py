@@ -13,7 +13,7 @@ import numpy as np
 from buckler.mbs.checks.branch import branches
 from buckler.mbs.checks.closure import closures
 from buckler.mbs.checks.contact import pulls
-from buckler.mbs.checks.energy import BALANCE, OF_ACCURACY, unbalanced
+from buckler.mbs.checks.energy import BALANCE, OF_ACCURACY, at_rest, unbalanced
 from buckler.mbs.checks.mesh import meshes
 from buckler.mbs.checks.penetration import pierced
 from buckler.mbs.checks.steps import steps
@@ -43,12 +43,13 @@ def suspicions(run: Run, result: Result) -> Iterator[str]:
         return
     mechanism = run.record.mechanism
     if result.energy or run.solver.steps.record_every == 1:  # work cannot be summed over steps that were not recorded
-        yield from unbalanced(result.energy or ledger(run.record), max(BALANCE, OF_ACCURACY * result.asked))
+        least = at_rest(mechanism, float(result.time[-1] - result.time[0]) or 1.0)
+        yield from unbalanced(result.energy or ledger(run.record), max(BALANCE, OF_ACCURACY * result.asked), least)
     yield from pulls(result)
     yield from pierced(mechanism, result)
     yield from branches(run.record, result)
     yield from closures(run.record)
     yield from meshes(run.record)
-    halved = result.error >= 0 and not clearances(mechanism)  # whole runs were, to estimate the error; with play 10 ms only
+    halved = result.error >= 0 and not clearances(mechanism)  # whole runs were, to estimate the error; with clearance 10 ms only
     if not halved:
         yield from steps(run, result)

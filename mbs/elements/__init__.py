@@ -4,15 +4,21 @@ from buckler.mbs.elements.beam import Beam, Cable
 from buckler.mbs.elements.body import Body
 from buckler.mbs.elements.clearance import Clearance
 from buckler.mbs.elements.drive import Drive, Motion, Ramp
+from buckler.mbs.elements.force import Force
 from buckler.mbs.elements.guide import Guide, GuideFriction
 from buckler.mbs.elements.link import Link
-from buckler.mbs.elements.modal import Modal
+from buckler.mbs.elements.mass import Mass
+from buckler.mbs.elements.modal import AdamsDamping, Modal
+from buckler.mbs.elements.motor import Motor
 from buckler.mbs.elements.revolute import Revolute
 from buckler.mbs.elements.rigid import Inertia, Rigid
 from buckler.mbs.elements.section import STEEL, Material, Section
 from buckler.mbs.elements.slider import Slider, Slot
+from buckler.mbs.elements.spring import Spring
 from buckler.mbs.elements.stop import Stop
 from buckler.mbs.elements.strut import Strut
+from buckler.mbs.elements.torque import Torque
+from buckler.mbs.elements.torsion_spring import TorsionSpring
 from buckler.mbs.elements.weld import Weld
 
 KINDS: dict[str, tuple[type, ...]] = {
@@ -21,13 +27,13 @@ KINDS: dict[str, tuple[type, ...]] = {
     "guides": (Guide,),
     "stops": (Stop,),
     "drives": (Drive,),
-    "loads": (),
-    "masses": (),
+    "loads": (Force, Torque, Motor, Spring, TorsionSpring),
+    "masses": (Mass,),
 }
 """Kinds of element, by the list of a mechanism that holds them."""
 
 __all__ = [
-    "KINDS", "STEEL", "Beam", "Body", "Cable", "Clearance", "Drive", "Guide", "GuideFriction", "Inertia", "Link", "Material",
-    "Modal", "Motion", "Ramp", "Revolute", "Rigid", "Section", "Slider", "Slot", "Stop", "Strut",
-    "Weld",
+    "KINDS", "STEEL", "AdamsDamping", "Beam", "Body", "Cable", "Clearance", "Drive", "Force", "Guide", "GuideFriction", "Inertia",
+    "Link", "Mass", "Material", "Modal", "Motion", "Motor", "Ramp", "Revolute", "Rigid", "Section", "Slider", "Slot", "Spring",
+    "Stop", "Strut", "Torque", "TorsionSpring", "Weld",
 ]  # fmt: skip

@@ -15,6 +15,8 @@ from buckler.mbs.validate import number, one_of, whole
 
 DEFAULT_ELEMENTS = 8
 """Elements of a flexible link where neither its maker nor an accuracy asks for a number."""
+PANELS = 64
+"""Pieces over which the place of an inner point of a curved strip is integrated."""
 Shape = Sequence[tuple[float, float]] | Callable[[float], tuple[float, float]]
 
 
@@ -100,6 +102,13 @@ class Flexible(Body):
         if self.shape is None:
             return _bow(chord, self.imperfection)
         return _spline(chord, self.shape)
+
+    def along(self, chord: float, fraction: float) -> tuple[float, float]:
+        """Place at a fraction of the stress-free arc length, m, in the link's frame, for a distance of its ends, m."""
+        if not self.curved:
+            return chord * fraction, 0.0
+        x, y = self.curve(chord).places(np.linspace(0.0, fraction, PANELS + 1))[-1]
+        return float(x), float(y)
 
     def signals(self, link: Any, record: Recorded) -> Iterator[Signal]:
         """Yield end shortening, m, axial force, N, tension positive, and deflection of mid-length from the chord, m."""

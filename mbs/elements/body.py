@@ -44,6 +44,10 @@ class Body:
         """Mass, kg, inertia about the centre of mass, kg m^2, and that centre, m, of the undeformed link."""
         return self.section.bar(length)
 
+    def along(self, chord: float, fraction: float) -> tuple[float, float]:
+        """Place at a fraction of the stress-free length, m, in the link's frame, for a distance of its ends, m."""
+        return chord * fraction, 0.0
+
     def first_frequency(self, _length: float) -> float:
         """Of the first bending vibration with mass between pinned ends, rad/s; 0 if it has none."""
         return 0.0

@@ -8,7 +8,7 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from buckler.mbs.elements.element import Array, Depth, Energy, Joint, Recorded, Signal, left
+from buckler.mbs.elements.element import GROUND, Array, Depth, Energy, Joint, Recorded, Signal, left
 from buckler.mbs.elements.journal import BRISTLE, ONSET, SINCE, SLIDING
 from buckler.mbs.elements.rows import Row, meets
 from buckler.mbs.laws import BristleLaw, FrictionLaw, NoFriction, NormalLaw
@@ -17,7 +17,7 @@ from buckler.mbs.validate import follows, positive
 
 @dataclass(frozen=True)
 class Clearance(Joint):
-    """A pin of the first body in a bush of the second, with play between them, contact and friction.
+    """A pin of the first body in a bush of the second, with clearance between them, contact and friction.
 
     Parameters
     ----------
@@ -26,7 +26,7 @@ class Clearance(Joint):
     pin : float
         Radius of the pin, m.
     gap : float
-        Radial clearance, m: bush radius minus pin radius. A joint without play is a `Revolute`.
+        Radial clearance, m: bush radius minus pin radius. A joint without clearance is a `Revolute`.
     law : NormalLaw
         Of `buckler.mbs.laws`, with depth in m.
     friction : FrictionLaw or BristleLaw
@@ -46,11 +46,20 @@ class Clearance(Joint):
     def __post_init__(self) -> None:
         positive("pin", self.pin, "m")
         if self.gap == 0:
-            raise ValueError(f"gap = 0 m at '{self.point}': must be positive; a joint without play is a Revolute")
+            raise ValueError(f"gap = 0 m at '{self.point}': must be positive; a joint without clearance is a Revolute")
         positive("gap", self.gap, "m")
         follows(f"clearance at '{self.point}': law", self.law, NormalLaw, "Impact(...)")
         rubs = BristleLaw if hasattr(self.friction, "after") else FrictionLaw
         follows(f"clearance at '{self.point}': friction", self.friction, rubs, "Coulomb(0.1)")
+
+    def check(self, mechanism: Any) -> None:
+        """As any joint; and a clearance smaller than what it joins."""
+        super().check(mechanism)
+        lengths = [mechanism.length(name) for name in (self.first, self.second) if name != GROUND]
+        if self.gap >= min(lengths):
+            raise ValueError(
+                f"gap = {self.gap:g} m at '{self.point}': must be below the length of what it joins, {min(lengths):g} m"
+            )
 
     def rows(self, mechanism: Any) -> Iterator[Row]:
         """Yield that the pin is centred in its bush at the start."""

@@ -10,7 +10,7 @@ from typing import Any
 from buckler.mbs.elements.element import GROUND, Array, Element, Energy, Place, Recorded, Signal, known, since_start
 from buckler.mbs.elements.rows import Along, Row, Turn
 from buckler.mbs.functions import Expression, Table
-from buckler.mbs.validate import function, number, one_of, positive
+from buckler.mbs.validate import function, number, one_of, positive, word
 
 
 @dataclass(frozen=True)
@@ -122,6 +122,7 @@ class Drive(Element):
     speed: float | Ramp | Motion | Expression | Table
 
     def __post_init__(self) -> None:
+        word("target of a drive", self.target)
         if isinstance(self.speed, Expression | Table):
             object.__setattr__(self, "speed", Motion(self.speed.integral(), self.speed))
         if not isinstance(self.speed, int | float) or isinstance(self.speed, bool):
@@ -138,6 +139,8 @@ class Drive(Element):
         """A rigid link or a guided point."""
         rigid = {link.name for link in mechanism.links if not link.body.flexible}
         known("rigid link or guided point", self.target, rigid | {guide.point for guide in mechanism.guides}, "drive")
+        if sum(drive.target == self.target for drive in mechanism.drives) > 1:
+            raise ValueError(f"drive of '{self.target}': it is driven twice")
 
     def check_run(self, duration: float, name: str) -> None:
         """Its motion must be consistent within the run."""

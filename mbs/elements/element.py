@@ -30,8 +30,8 @@ class Energy(NamedTuple):
     kind : str
         'held' now, 'taken' from the mechanism since t = 0, or 'given' to it since t = 0.
     name : str
-        What it is added to in the ledger: `kinetic`, `strain`, `contact`, `weight`, `spring`; `damping`, `friction`, `contact`;
-        `drive`, `load`.
+        What it is added to in the ledger: `kinetic`, `strain`, `contact`, `weight`, `spring`; `damping`, `friction`, `contact`,
+        `resistance`; `drive`, `load`, `motor`.
     values : array, shape (times,)
     """
 
@@ -48,7 +48,7 @@ class Burden(NamedTuple):
     inertia: float
 
 
-class Motion(Protocol):
+class LinkMotion(Protocol):
     """What a link or block did, as plain arrays."""
 
     @property
@@ -142,16 +142,20 @@ class Element:
         """Yield how deep its contacts may be; nothing by default."""
         yield from ()
 
-    def burdens(self, mechanism: Any) -> Iterator[Burden]:
-        """Yield the masses it adds to bodies; none by default."""
-        yield from ()
-
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield its signals in a run; none by default."""
         yield from ()
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
         """Yield its energies in a run; none by default."""
+        yield from ()
+
+    def burdens(self, mechanism: Any) -> Iterator[Burden]:
+        """Yield the masses it adds to bodies; none by default."""
+        yield from ()
+
+    def moments(self, mechanism: Any) -> Iterator[str]:
+        """Yield the point references 'link:point' at which it exerts a moment on a link; none by default."""
         yield from ()
 
 
@@ -180,6 +184,45 @@ def reaches(mechanism: Any, name: str, point: str, where: str) -> None:
     known("link", name, links, where)
     if point not in links[name].points:
         raise ValueError(f"{where}: link '{name}' does not reach it; its points: {', '.join(links[name].points)}")
+
+
+def refers(mechanism: Any, at: str, where: str) -> None:
+    """Raise a ValueError if a point reference names an unknown point or link, or a link that does not reach its point."""
+    body, point = place(at)
+    known("point", point, mechanism.points, where)
+    if body and body != GROUND:
+        reaches(mechanism, body, point, where)
+
+
+def holder(mechanism: Any, at: str) -> str:
+    """Body that a load at a point reference acts on: a link with coordinates, a guide's block (by its point) or 'ground'.
+
+    The end of a strut, which has no mass, is held by what it is pinned to, there or through other struts.
+
+    Raises
+    ------
+    ValueError
+        If nothing with mass holds it.
+    """
+    body, point = place(at)
+    links = {link.name: link for link in mechanism.links}
+    if not body:
+        carriers = [link for link in mechanism.links if point in link.points]
+        body = next((link.name for link in carriers if not link.body.massless), carriers[0].name if carriers else GROUND)
+    if body == GROUND or not links[body].body.massless:
+        return body
+    pinned, found = [body], {body}
+    for each in pinned:
+        if each == GROUND or not links[each].body.massless:
+            return each
+        if any(guide.point == point and guide.link == each for guide in mechanism.guides):
+            return point
+        for joint in mechanism.joints:
+            if joint.point == point and each in (joint.first, joint.second):
+                pinned += sorted({joint.first, joint.second} - found)
+                found |= {joint.first, joint.second}
+    needed = "a link with mass, a guide or ground"
+    raise ValueError(f"link '{body}': a Strut is massless, so '{point}' must be pinned to {needed}")
 
 
 def takes_moments(mechanism: Any, names: tuple[str, ...], where: str) -> None:
@@ -228,6 +271,11 @@ class Joint(Element):
         ends = {self.first, self.second}
         if sum(joint.point == self.point and {joint.first, joint.second} == ends for joint in mechanism.joints) > 1:
             raise ValueError(f"{where}: joins {' and '.join(sorted(ends))} twice")
+
+    def moments(self, mechanism: Any) -> Iterator[str]:
+        """Yield both sides where it keeps the angle; the moment of friction is small."""
+        if self.keeps_angle:
+            yield from (f"{body}:{self.point}" for body in (self.first, self.second))
 
 
 def since_start(time: Array, power: Array) -> Array:

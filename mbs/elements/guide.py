@@ -8,10 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs.elements.element import GROUND, Array, Element, Energy, Recorded, known, reaches, since_start
+from buckler.mbs.elements.element import GROUND, Array, Element, Energy, Recorded, Signal, known, reaches, since_start
+from buckler.mbs.elements.journal import BRISTLE
 from buckler.mbs.elements.link import weight
 from buckler.mbs.elements.rows import Row, on_line
-from buckler.mbs.validate import direction, non_negative, number, one_of, positive
+from buckler.mbs.laws import BristleLaw, FrictionLaw
+from buckler.mbs.validate import direction, follows, non_negative, number, positive
 
 
 @dataclass(frozen=True)
@@ -77,20 +79,22 @@ class Guide(Element):
         Direction of the line; need not be a unit vector.
     mass : float
         Of the block, kg.
-    friction : GuideFriction, optional
+    friction : GuideFriction, FrictionLaw or BristleLaw, optional
+        Given forces, or a law of `buckler.mbs.laws`, as joints have: its coefficient times the guide's own lateral reaction.
     """
 
     point: str
     link: str
     along: tuple[float, float] = (1.0, 0.0)
     mass: float = 0.0
-    friction: GuideFriction | None = None
+    friction: GuideFriction | FrictionLaw | BristleLaw | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "along", direction(f"guide of '{self.point}': along", self.along))
         non_negative("mass", self.mass, "kg")
-        if self.friction is not None:
-            one_of(f"guide of '{self.point}': friction", self.friction, (GuideFriction,))
+        if self.friction is not None and not isinstance(self.friction, GuideFriction):
+            rubs = BristleLaw if hasattr(self.friction, "after") else FrictionLaw
+            follows(f"guide of '{self.point}': friction", self.friction, rubs, "GuideFriction(2.0) or Coulomb(0.1)")
 
     @property
     def key(self) -> str:
@@ -109,15 +113,19 @@ class Guide(Element):
         """Yield that the point stays on the line."""
         return on_line(self.point, self.link, GROUND, self.along)
 
-    def reactions(self, multipliers: Array) -> dict[str, Array]:
-        """Return nothing: no signal needs it."""
-        return {}
+    def reactions(self, multipliers: Array) -> dict[str, Array] | None:
+        """Return the guide's lateral force; None where friction follows it, for it is not known before."""
+        follows_it = self.friction is not None and not isinstance(self.friction, GuideFriction)
+        return None if follows_it else {"reaction": multipliers}
 
-    def pushes(self, name: str, record: Recorded) -> Iterator[tuple[str, Array, Array]]:
-        """Yield its friction."""
-        if self.friction is not None:
-            drag = self.friction.force(record.blocks[self.point].speed)
-            yield f"{self.link}:{self.point}", np.outer(-drag, self.along), np.zeros_like(drag)
+    def pushes(self, name: str, record: Recorded) -> Iterator[tuple[str, Array, Array]] | None:
+        """Return its friction; None if that follows the reaction, which nobody knows before."""
+        if self.friction is None:
+            return iter(())
+        if not isinstance(self.friction, GuideFriction):
+            return None
+        drag = self.friction.force(record.blocks[self.point].speed)
+        return iter([(f"{self.link}:{self.point}", np.outer(-drag, self.along), np.zeros_like(drag))])
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
         """Yield the block's kinetic energy and weight, and what friction took."""
@@ -125,5 +133,45 @@ class Guide(Element):
         yield Energy("held", "kinetic", block.kinetic())
         yield from weight(block, record)
         if self.friction is not None:
-            speed = block.speed
-            yield Energy("taken", "friction", since_start(record.time, self.friction.force(speed) * speed))
+            held = self._held(name, record)
+            yield Energy("held", "contact", held)
+            rubbed = since_start(record.time, self._drag(name, record) * block.speed)
+            yield Energy("taken", "friction", rubbed - (held - held[0]))
+
+    def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
+        """Yield the guide's force on the block to the left of its direction, friction against the speed, and its limit, N."""
+        reaction = record.channel(name, "reaction")
+        if reaction.size:
+            yield Signal(f"{self.point}.guide_force", reaction[:, 0], "N")
+        if self.friction is None:
+            return
+        owner = self.point if not self._shared(record.mechanism) else name
+        yield Signal(f"{owner}.friction_force", self._drag(name, record), "N")
+        limit = getattr(self.friction, "limit", None)
+        if limit is not None:
+            yield Signal(f"{owner}.friction_limit", limit(record.blocks[self.point].speed) * np.abs(reaction[:, 0]), "N")
+
+    def _shared(self, mechanism: Any) -> bool:
+        """Whether a joint at the point has friction of its own, whose signals bear the point's name."""
+        return any(joint.point == self.point and not joint.ideal for joint in mechanism.joints)
+
+    def _drag(self, name: str, record: Recorded) -> Array:
+        """Friction force against the speed, N."""
+        friction, speed = self.friction, record.blocks[self.point].speed
+        if isinstance(friction, GuideFriction):
+            return friction.force(speed)
+        normal = np.abs(record.channel(name, "reaction")[:, 0])
+        if isinstance(friction, BristleLaw):
+            found: Array = friction.coefficient(speed, record.channel(name, "memory")[:, BRISTLE]) * normal
+        else:
+            found = friction.coefficient(speed) * normal  # type: ignore[union-attr]
+        return found
+
+    def _held(self, name: str, record: Recorded) -> Array:
+        """Energy of a bent bristle, J."""
+        if not isinstance(self.friction, BristleLaw):
+            return np.zeros_like(record.time)
+        held: Array = np.abs(record.channel(name, "reaction")[:, 0]) * self.friction.stored(
+            record.channel(name, "memory")[:, BRISTLE]
+        )
+        return held

@@ -1,4 +1,4 @@
-"""A pin in a bush with play: where they touch and what they exert, moment-exact, as plain functions of floats and arrays.
+"""A pin in a bush with clearance: where they touch and what they exert, moment-exact, as plain functions of floats and arrays.
 
 Pin on the first body, bush on the second; centres r_p, r_b; e = r_p - r_b, n = e/|e|, penetration depth d = |e| - c. Both
 bodies feel the force at the one point P = r_p + R_p n, so force and moment balance hold to the last digit:

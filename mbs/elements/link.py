@@ -14,7 +14,7 @@ from buckler.mbs.elements.frozen import Frozen
 from buckler.mbs.elements.modal import Modal
 from buckler.mbs.elements.rigid import Rigid
 from buckler.mbs.elements.strut import Strut
-from buckler.mbs.validate import number, one_of, positive
+from buckler.mbs.validate import number, one_of, positive, word
 
 BODIES = (Rigid, Strut, Beam, Cable, Modal)
 """Kinds of body, one line a kind."""
@@ -42,6 +42,8 @@ class Link(Element):
     carries: Sequence[str] | Mapping[str, float] = ()
 
     def __post_init__(self) -> None:
+        for what in ("name", "start", "end"):
+            word(f"{what} of a link", getattr(self, what))
         one_of(f"body of link '{self.name}'", self.body, BODIES)
         if isinstance(self.carries, str):
             raise ValueError(f"carries of link '{self.name}' = {self.carries!r}: must be a sequence of names or a mapping")
@@ -65,12 +67,26 @@ class Link(Element):
         """Known points, some distance apart."""
         for point in self.points:
             known("point", point, mechanism.points, f"link '{self.name}'")
-        positive(f"length of link '{self.name}'", mechanism.length(self.name), "m")
+        length = positive(f"length of link '{self.name}'", mechanism.length(self.name), "m")
+        thickness = self.body.section.thickness if self.body.flexible else 0.0
+        if thickness >= length:
+            what = f"thickness of flexible link '{self.name}' = {thickness:g} m"
+            raise ValueError(f"{what}: must be below its length, {length:g} m; it is no strip")
 
     @property
     def points(self) -> tuple[str, ...]:
         """All points on the link: start, end, carried."""
         return (self.start, self.end, *self.carries)
+
+    def inner(self, start: tuple[float, float], end: tuple[float, float]) -> dict[str, tuple[float, float]]:
+        """Places, m, of the points carried at a fraction of the length, for places of its ends."""
+        fractions = {point: part for point, part in self.carries.items() if part is not None}  # type: ignore[union-attr]
+        chord = hypot(end[0] - start[0], end[1] - start[1])
+        if not fractions or chord == 0:
+            return {}
+        ax, ay = (end[0] - start[0]) / chord, (end[1] - start[1]) / chord
+        local = {point: self.body.along(chord, part) for point, part in fractions.items()}
+        return {point: (start[0] + ax * x - ay * y, start[1] + ay * x + ax * y) for point, (x, y) in local.items()}
 
     def mass(self, length: float) -> float:
         """Mass of the link, kg, for a distance of its ends, m; a strut's is that of its strip, which its model leaves out."""

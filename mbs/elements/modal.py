@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -170,6 +170,30 @@ def _check_numbers(modes: Any) -> None:
 
 
 @dataclass(frozen=True)
+class AdamsDamping:
+    """Damping ratios that MSC ADAMS gives the modes of a flexible body by default: by frequency, in three bands.
+
+    Parameters
+    ----------
+    low, middle, high : float
+        Damping ratio of modes below 100 Hz, from there to 1 kHz, and above: 1 %, 10 % and critical.
+    """
+
+    low: float = 0.01
+    middle: float = 0.1
+    high: float = 1.0
+
+    def __post_init__(self) -> None:
+        for name in ("low", "middle", "high"):
+            number(name, getattr(self, name), 0.0, 10.0, "1")
+
+    def ratios(self, frequencies: Any) -> Array:
+        """Damping ratios of modes of these frequencies, Hz."""
+        f = np.asarray(frequencies, dtype=float)
+        return np.where(f < 100.0, self.low, np.where(f <= 1000.0, self.middle, self.high))
+
+
+@dataclass(frozen=True)
 class Modal(Body):
     """A link of chosen modes of a solid.
 
@@ -179,8 +203,8 @@ class Modal(Body):
         Thickness in the plane, width normal to it, material.
     modes : FreeModes or CraigBampton
         By default the three lowest free modes in the plane.
-    damping : float or sequence of float
-        Damping ratio of all modes, or one for each number in `modes`.
+    damping : float, sequence of float, or AdamsDamping
+        Damping ratio of all modes, one for each number in `modes`, or by frequency as ADAMS does: `AdamsDamping()`.
     mesh : Box or MeshFile
     interface : callable
         Which nodes the joints hold: `EndFace`, `PinHole`, `Nearest`, or any (nodes, joint) -> mask in link axes.
@@ -190,7 +214,7 @@ class Modal(Body):
 
     section: Section
     modes: FreeModes | CraigBampton = field(default_factory=lambda: FreeModes((1, 2, 3), counting="in-plane"))
-    damping: float | tuple[float, ...] = 0.01
+    damping: float | tuple[float, ...] | AdamsDamping = 0.01
     mesh: Box | MeshFile = field(default_factory=Box)
     interface: Interface = field(default_factory=EndFace)
     order: int = 2
@@ -202,15 +226,25 @@ class Modal(Body):
     def __post_init__(self) -> None:
         if not isinstance(self.modes, FreeModes | CraigBampton):
             raise ValueError(f"modes = {self.modes!r}: must be FreeModes(numbers) or CraigBampton(numbers)")
-        if not isinstance(self.damping, int | float):
+        if isinstance(self.damping, Iterable):
             object.__setattr__(self, "damping", tuple(self.damping))
             if self.modes.numbers is None or len(self.damping) != len(self.modes.numbers):
                 each = f"one for each of modes.numbers = {self.modes.numbers}"
                 raise ValueError(f"damping = {self.damping!r}: must be one ratio, or {each}")
-        for ratio in self.damping if isinstance(self.damping, tuple) else (self.damping,):
-            number("damping", ratio, 0.0, 10.0, "1")
+        if not isinstance(self.damping, AdamsDamping):
+            for ratio in self.damping if isinstance(self.damping, tuple) else (self.damping,):
+                number("damping", ratio, 0.0, 10.0, "1")
         number("poisson", self.section.material.poisson, -0.999, 0.499, "1")
         whole("order", self.order, 1, 2)
+
+    def frequencies(self, length: float) -> Array:
+        """Natural frequencies of its modes in the plane, Hz, (modes,), of a link this long [m]: free, or as its modes are made.
+
+        The other modes that it names have no part in the motion. `buckler.mbs.modal.reduced` tells all of them.
+        """
+        from buckler.mbs.modal.reduction import reduced
+
+        return reduced(self, length).planar().frequency / (2 * np.pi)
 
     def signals(self, link: Any, record: Recorded) -> Iterator[Signal]:
         """Yield end shortening and deflection of mid-length from the chord, m."""

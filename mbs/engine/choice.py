@@ -8,12 +8,12 @@ from buckler.mbs.mechanism import Mechanism
 STIFF = 1e5
 """Decay rate of contact damping, 1/s, from which the implicit integrator is the faster one."""
 WITHOUT_PLAY, WITH_PLAY, DAMPED_PLAY = 1e-5, 1e-3, 3e-5
-"""Default tolerances of scenes without and with play in joints, and with play that is stiffly damped: there an impact's
+"""Default tolerances of scenes without and with clearance in joints, and with clearance that is stiffly damped: there an impact's
 force jumps and decays within a microsecond; a quarter of it may be missed at 1e-3, 2 % at 3e-5."""
 
 
 def is_loose(mechanism: Mechanism) -> bool:
-    """True if an explicit integrator suits: rigid links, play in all joints, no stiff damper, constant drive speed."""
+    """True if an explicit integrator suits: rigid links, clearance in all joints, no stiff damper, constant drive speed."""
     return (
         bool(mechanism.joints)
         and len(clearances(mechanism)) == len(mechanism.joints)
@@ -25,7 +25,7 @@ def is_loose(mechanism: Mechanism) -> bool:
 
 
 def stiffly_damped(mechanism: Mechanism) -> bool:
-    """True if a joint with play damps the lightest link at a rate beyond `STIFF`; there must be one."""
+    """True if a joint with clearance damps the lightest link at a rate beyond `STIFF`; there must be one."""
     lightest = min(link.mass(mechanism.length(link.name)) for link in mechanism.links)
     depth, speed = 1e-5, 1e-3
     laws = [joint.law for joint in clearances(mechanism)]

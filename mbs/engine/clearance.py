@@ -30,7 +30,7 @@ def kernel(law: Any, friction: Any) -> Kernel:
 
 
 class ClearanceGroup:
-    """Joints with play that share their laws: one user element of the engine, moment-exact and without mass.
+    """Joints with clearance that share their laws: one user element of the engine, moment-exact and without mass.
 
     Attributes
     ----------
@@ -110,8 +110,8 @@ def connect(scene: Any, joints: dict[str, Clearance]) -> None:
         chosen = [joints[name] for name in names]
         ends = [(_end(scene, joint.first, joint.point, nodes), _end(scene, joint.second, joint.point, nodes)) for joint in chosen]
         group = ClearanceGroup(names, chosen, ends, nodes)
-        g = len(scene.clearances)
-        scene.clearances.append(group)
+        g = len(scene.remembering)
+        scene.remembering.append(group)
         add_clearances(scene, group)
         for k, name in enumerate(names):
             scene.reads(name, "memory", lambda run, _record, g=g, k=k: run.memory[g][:, k])
@@ -141,7 +141,7 @@ def tables(joints: list[Clearance], ends: list[tuple[End, End]]) -> tuple[Array,
 
 
 def add_clearances(scene: Any, group: ClearanceGroup) -> int:
-    """Add joints with play as one user element over their bodies' nodes."""
+    """Add joints with clearance as one user element over their bodies' nodes."""
     size = 3 * len(group.nodes)
     forces = group.kernel.callback(group.memory, group.places, group.numbers, size, group.latest)
     if not group.kernel.compiled:

@@ -1,4 +1,4 @@
-"""Laws and the clearance kernel through Numba. Imported only where Numba is installed and a scene has joints with play.
+"""Laws and the clearance kernel through Numba. Imported only where Numba is installed and a scene has joints with clearance.
 
 The kernel takes the laws as pointers to machine code: it is compiled once and kept on disk. Laws, whose numbers are constants
 of their code, are compiled for each scene that has others.

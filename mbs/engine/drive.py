@@ -8,7 +8,10 @@ import exudyn.itemInterface as eii
 
 from buckler.mbs.elements.clearance import moment_on
 from buckler.mbs.elements.drive import Drive
+from buckler.mbs.elements.element import Array
+from buckler.mbs.elements.load import moment_of_loads
 from buckler.mbs.engine.watched import watched
+from buckler.mbs.record.record import Record
 
 FLYWHEEL = 1e12
 """Moment of inertia, kg m^2, of a link turned at constant speed in a scene without constraints."""
@@ -19,12 +22,17 @@ def connect(scene: Any, drives: dict[str, Drive]) -> None:
     for name, drive in drives.items():
         if scene.loose:  # an explicit integrator takes no constraint: constant speed is a flywheel no contact can brake
             scene.system.SetObjectParameter(scene.placed[drive.target].objects[0], "inertia", FLYWHEEL)
-            scene.reads(name, "effort", lambda _run, record, drive=drive: -moment_on(record, drive.target)[:, None])
+            scene.reads(name, "effort", lambda _run, record, drive=drive: _effort(record, drive)[:, None])
         else:
             coordinate = scene.coordinate(drive.target, 2 if drive.target not in scene.mechanism.points else 0)
             scene.constraints[name] = add_drive(scene.system, drive, coordinate, scene.ground, scene)
             scene.reads(name, "effort", scene.multiplier(name))
         scene.parts["Drive"] += 1
+
+
+def _effort(record: Record, drive: Drive) -> Array:
+    """Torque that keeps a flywheel's speed against contacts and loads, N m, (times,)."""
+    return -moment_on(record, drive.target) - moment_of_loads(record, drive.target)
 
 
 def add_drive(system: Any, drive: Drive, coordinate: int, ground: int, scene: Any = None) -> int:

@@ -15,6 +15,7 @@ from buckler.mbs.engine.settings import Exudyn
 from buckler.mbs.engine.stop import StopContact
 from buckler.mbs.kinematics.closure import turning_speed
 from buckler.mbs.kinematics.determined import Ended, Follower
+from buckler.mbs.kinematics.diagnosis import remarks
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.record import Record
 from buckler.mbs.record.result import Status
@@ -53,9 +54,9 @@ def run_exactly(mechanism: Mechanism, duration: float, solver: Exudyn, timeout: 
         channels[name] = {"force": _forces(stop, record)[:, None]}
     channels.update(follower.reactions(course, record))
     work = {"wall_s": perf_counter() - begin, "steps": float(len(grid) - 1), "newton_iterations": 0.0, "jacobians": 0.0}
-    notes = [f"redundant, and left out: {', '.join(map(repr, follower.dropped))}"] if follower.dropped else []
+    notes = remarks(mechanism, follower.dropped)
     failure = None if ended is None else (ended.status, ended.sentence)
-    return Run(solver, record, failure, work | {"rejected": 0.0}, summary, notes=tuple(notes))
+    return Run(solver, record, failure, work | {"rejected": 0.0}, summary, notes=notes)
 
 
 def sample_times(mechanism: Mechanism, duration: float, solver: Exudyn) -> Array:

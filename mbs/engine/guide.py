@@ -3,15 +3,25 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import exudyn.itemInterface as eii
 import numpy as np
 
 from buckler.mbs.elements.element import Array
-from buckler.mbs.elements.guide import Guide
+from buckler.mbs.elements.guide import Guide, GuideFriction
+from buckler.mbs.elements.journal import BRISTLE, MEMORY, SINCE, SLIDING
+from buckler.mbs.elements.strut import StrutLaw, state
+from buckler.mbs.engine.history import History
 from buckler.mbs.engine.placed import Placed, States
+from buckler.mbs.engine.watched import watched
+from buckler.mbs.laws import BristleLaw
 from buckler.mbs.record.motion import BlockMotion
+from buckler.mbs.record.record import Record
+
+SMALLEST_SHARE, LARGEST_SHARE = 0.1, 5.0
+"""Of the change of a reaction that friction takes over from one Newton iteration to the next."""
 
 
 @dataclass(frozen=True)
@@ -25,6 +35,11 @@ class PlacedBlock(Placed):
         column = self.columns(system)[0, 0]
         travel = (values[:, column] for values in states)
         return BlockMotion(self.body.mass, self.origin, self.body.along, *travel)
+
+    def attach(self, scene: Any, _point: str, mass: float, _inertia: float) -> bool:
+        """Add to the mass of its coordinate."""
+        scene.system.AddObject(eii.ObjectGenericODE2(nodeNumbers=[self.nodes[0]], massMatrix=np.array([[mass]])))
+        return True
 
     def weights(self, system: Any) -> Array:
         """1."""
@@ -53,17 +68,48 @@ def connect(scene: Any, guides: dict[str, Guide]) -> None:
     for name, guide in guides.items():
         if guide.link not in scene.strut_links:
             scene.constrain(name, scene.marker(guide.point, guide.point), scene.marker(guide.link, guide.point))
+            scene.reads(name, "reaction", partial(_reaction, scene, name, guide))
         elif guide.mass == 0:
             raise ValueError(f"guide of '{guide.point}': mass = 0 kg: must be positive where a Strut leans on it")
-        if guide.friction is not None:
-            _add_friction(scene, guide)
-            scene.parts["GuideFriction"] += 1
+        else:
+            scene.reads(name, "reaction", partial(_under_strut, guide))
+        if guide.friction is None:
+            continue
+        scene.parts["GuideFriction"] += 1
+        if isinstance(guide.friction, GuideFriction):
+            _add_friction(scene, guide, guide.friction)
+        else:
+            _add_rubbing(scene, name, guide)
 
 
-def _add_friction(scene: Any, guide: Guide) -> None:
-    """Add a guide's friction on its block's coordinate: a native element without a data node."""
-    friction = guide.friction
-    assert friction is not None
+def _weight(scene: Any, guide: Guide) -> float:
+    """Of the block, to the left of the guide's direction, N."""
+    gx, gy = scene.mechanism.gravity
+    return guide.mass * (guide.along[0] * gy - guide.along[1] * gx)
+
+
+def _reaction(scene: Any, name: str, guide: Guide, run: History, _record: Record) -> Array:
+    """Force of the guide on the block, to the left of its direction, N: what the pin and the weight need."""
+    force = run.multipliers[:, scene.multipliers(name)]
+    return (guide.along[1] * force[:, :1] - guide.along[0] * force[:, 1:]) - _weight(scene, guide)
+
+
+def _under_strut(guide: Guide, _run: History, record: Record) -> Array:
+    """The same where a strut leans on the block."""
+    mechanism = record.mechanism
+    link = mechanism.link(guide.link)
+    law = StrutLaw(link.body, mechanism.length(link.name))  # type: ignore[arg-type]
+    tension = np.array([law.force(float(e), float(v)) for e, v in zip(*state(link, record), strict=True)])
+    other = link.end if guide.point == link.start else link.start
+    pull = record.point(other)[0] - record.point(guide.point)[0]
+    pull *= (tension / np.hypot(*pull.T))[:, None]
+    ax, ay = guide.along
+    gx, gy = mechanism.gravity
+    return (ay * pull[:, 0] - ax * pull[:, 1] - guide.mass * (ax * gy - ay * gx))[:, None]
+
+
+def _add_friction(scene: Any, guide: Guide, friction: GuideFriction) -> None:
+    """Add a guide's given friction on its block's coordinate: a native element without a data node."""
     scene.system.AddObject(
         eii.ObjectConnectorCoordinateSpringDamperExt(
             markerNumbers=[scene.ground, scene.coordinate(guide.point, 0)],
@@ -74,3 +120,90 @@ def _add_friction(scene: Any, guide: Guide) -> None:
             frictionProportionalZone=friction.regularisation,
         )
     )
+
+
+class Rubbing:
+    """Friction of one guide from its lateral reaction, as the constraint's multipliers of the same Newton iteration give it.
+
+    Attributes
+    ----------
+    memory : array, shape (1, 4)
+        As of joints with clearance, of the last accepted step: bristle, travel in the place of the sliding speed, time.
+    remembers : bool
+        True if the law bends a bristle.
+    """
+
+    def __init__(self, scene: Any, name: str, guide: Guide) -> None:
+        self.scene, self.name, self.guide, self.law = scene, name, guide, guide.friction
+        self.memory, self.latest = np.zeros((1, len(MEMORY))), np.zeros(2)
+        self.remembers = isinstance(self.law, BristleLaw)
+        self.column, self.rows = 0, np.zeros(2, dtype=int)
+        self.time, self.seen, self.used, self.gap, self.share = -1.0, 0.0, 0.0, 0.0, 1.0
+
+    def normal(self, t: float, reaction: float) -> float:
+        """Reaction to reckon with, N, one for all calls of a Newton iteration: by Aitken's secant.
+
+        Newton's matrix does not know that friction follows the multipliers. Friction from the last iteration's converges only
+        while the reaction answers it weakly, and slowly near a wedge.
+        """
+        if t != self.time:
+            self.time, self.seen, self.used, self.gap = t, reaction, reaction, 0.0
+        elif reaction != self.seen:
+            gap = reaction - self.used
+            if self.gap not in (0.0, gap):
+                self.share = min(LARGEST_SHARE, max(SMALLEST_SHARE, self.share * self.gap / (self.gap - gap)))
+            self.seen, self.gap = reaction, gap
+            self.used += self.share * gap
+        return abs(self.used)
+
+    def locate(self, system: Any) -> None:
+        """Take down where coordinate and multipliers lie, once the system is assembled."""
+        self.data = system.systemData
+        self.column = int(self.scene.placed[self.guide.point].columns(system)[0, 0])
+        self.rows = self.scene.multipliers(self.name)
+        self.weight = _weight(self.scene, self.guide)
+
+    def bristle(self, t: float, travel: float, speed: float) -> float:
+        """Bristle now, m, from the way made since the last accepted step: a body that comes back finds it as it was."""
+        _, bent, before, since = self.memory[0]
+        passed = t - since
+        bristle: float = self.law.after(bent, (travel - before) / passed if passed > 0 else speed, max(passed, 0.0))  # type: ignore[union-attr]
+        return bristle
+
+    def __call__(self, _system: Any, t: float, _item: int, travel: float, speed: float, *_: float) -> float:
+        """Engine callback: friction against the speed, N."""
+        fx, fy = self.data.GetAECoordinates()[self.rows]
+        normal = self.normal(t, self.guide.along[1] * fx - self.guide.along[0] * fy - self.weight)
+        if self.remembers:
+            coefficient = self.law.coefficient(speed, self.bristle(t, travel, speed))  # type: ignore[union-attr, call-arg]
+        else:
+            coefficient = self.law.coefficient(speed)  # type: ignore[union-attr, call-arg]
+        return float(coefficient * normal)
+
+    def accept(self, q: Array, q_t: Array, t: float) -> Array:
+        """Take over an accepted step; a copy of the memory."""
+        travel, speed = float(q[self.column]), float(q_t[self.column])
+        self.memory[0, [BRISTLE, SLIDING, SINCE]] = self.bristle(t, travel, speed), travel, t
+        return self.memory.copy()
+
+
+def _add_rubbing(scene: Any, name: str, guide: Guide) -> None:
+    """Add friction that follows the guide's reaction.
+
+    Raises
+    ------
+    ValueError
+        If a strut leans on the block: the guide then has no constraint of its own.
+    """
+    if guide.link in scene.strut_links:
+        raise ValueError(f"guide of '{guide.point}': friction from the reaction needs a link with mass there, not a Strut")
+    rubbing, g = Rubbing(scene, name, guide), len(scene.remembering)
+    scene.remembering.append(rubbing)
+    scene.starts_smooth |= not rubbing.remembers
+    force = watched(scene, f"the friction law of the guide of '{guide.point}'", rubbing)
+    scene.system.AddObject(
+        eii.ObjectConnectorCoordinateSpringDamper(
+            markerNumbers=[scene.ground, scene.coordinate(guide.point, 0)], stiffness=1.0, springForceUserFunction=force
+        )
+    )
+    scene.reads(name, "memory", lambda run, _record: run.memory[g][:, 0])

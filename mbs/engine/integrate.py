@@ -8,6 +8,7 @@ import exudyn as exu
 import exudyn.itemInterface as eii
 import numpy as np
 
+from buckler.mbs.elements.clearance import clearances
 from buckler.mbs.engine.choice import position_error
 from buckler.mbs.engine.recording import Recorder
 from buckler.mbs.engine.scene import SPARSE_FROM, Scene
@@ -41,7 +42,7 @@ def run_engine(scene: Scene, control: Recorder, engine: Any, settings: Any) -> t
             complaint = error
     if control.raised is not None:
         raise control.raised
-    if any(np.isinf(group.latest[1]) for group in scene.clearances):
+    if any(np.isinf(group.latest[1]) for group in scene.remembering):
         return _diverged(control, "a step is rejected again and again, however short: look at the contact law")
     told = control.failure or scene.stopped
     if told is not None or finished:
@@ -107,7 +108,7 @@ def implicit_settings(scene: Scene, solver: Exudyn, duration: float) -> Any:
     integration.adaptiveStepRecoverySteps = 2**31 - 1  # growing the step again is StepControl's business
     integration.generalizedAlpha.spectralRadius = solver.spectral_radius
     integration.newton.useModifiedNewton = True
-    keep = solver.reuse_jacobian or (bool(scene.clearances) and solver.steps.adaptive)
+    keep = solver.reuse_jacobian or (bool(clearances(scene.mechanism)) and solver.steps.adaptive)
     integration.newton.modifiedNewtonJacUpdatePerStep = not keep  # a new step size needs a new Jacobian
     integration.newton.relativeTolerance = solver.newton_relative
     integration.newton.absoluteTolerance = solver.newton_absolute or _reachable_residual(scene)

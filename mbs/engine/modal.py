@@ -106,7 +106,7 @@ def add(scene: Any, link: Link, rates: Array) -> PlacedModal:
 
 
 def add_anchor(system: Any, placed: PlacedModal, point: str) -> int:
-    """Node (x, y, theta) that moves with an end's cross-section: for joints that act on nodes, as those with play do.
+    """Node (x, y, theta) that moves with an end's cross-section: for joints that act on nodes, as those with clearance do.
 
     It has no mass; a pin ties its place, and a linear constraint its angle, theta + sum psi_k q_k.
     """

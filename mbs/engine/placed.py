@@ -58,6 +58,19 @@ class Placed:
         """How far one unit of each coordinate moves the link, m, shape as `columns`: a norm for step errors."""
         raise NotImplementedError
 
+    def attach(self, scene: Any, point: str, mass: float, inertia: float) -> bool:
+        """Add a mass, kg, with a moment of inertia, kg m^2, at a point; false if the body was built with it.
+
+        It is a constant block of a node's mass matrix.
+        """
+        if inertia:
+            node, size = self.contact_node(scene, point)[0], 3
+        else:
+            node, size, _ = self.place_node(scene, point)
+        attached = np.diag([mass, mass, inertia, 0.0][:size])
+        scene.system.AddObject(eii.ObjectGenericODE2(nodeNumbers=[node], massMatrix=attached))
+        return True
+
     def rigid_marker(self, scene: Any, point: str) -> int:
         """Marker with place and turn of the body at a point."""
         node, _ = self.contact_node(scene, point)

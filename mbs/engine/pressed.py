@@ -95,6 +95,8 @@ def pinned_strip(body: Beam | Cable, length: float, shortenings: Any, *, toleran
     positive("length", length, "m")
     positive("tolerance", tolerance, "1")
     u = np.atleast_1d(np.asarray(shortenings, dtype=float))
+    if not u.size:
+        raise ValueError("shortenings = []: must be one at least, in [1e-06, 1.5]")
     if not ((u >= 1e-6) & (u <= 1.5)).all():
         raise ValueError(f"shortenings = {u[~((u >= 1e-6) & (u <= 1.5))][0]!r}: must lie in [1e-06, 1.5]")
     start = perf_counter()

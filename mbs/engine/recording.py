@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from buckler.mbs.elements.journal import SINCE
-from buckler.mbs.engine.clearance import ClearanceGroup
+from buckler.mbs.engine.history import History, Remembering
 from buckler.mbs.engine.placed import States
-from buckler.mbs.engine.scene import History, Scene
+from buckler.mbs.engine.scene import Scene
 from buckler.mbs.engine.settings import Exudyn
 from buckler.mbs.engine.stop import StopContact
 from buckler.mbs.engine.watched import failed
@@ -40,8 +40,10 @@ class Rows:
         """Stack them."""
         count = len(self.time)
         q, q_t, q_tt, forces = (np.array(part).reshape(count, -1) for part in (self.q, self.q_t, self.q_tt, self.multipliers))
+        if scene.starts_smooth and count > 1:
+            forces[0] = forces[1]
         kept = iter(np.array(part) for part in zip(*self.memory, strict=True))
-        memory = [next(kept) if group.remembers else np.tile(group.memory, (count, 1, 1)) for group in scene.clearances]
+        memory = [next(kept) if group.remembers else np.tile(group.memory, (count, 1, 1)) for group in scene.remembering]
         time = np.array(self.time)
         for part in memory:
             part[:, :, SINCE] = time[:, None]
@@ -69,7 +71,7 @@ class Recorder:
     def __init__(self, scene: Scene, solver: Exudyn, duration: float, timeout: float | None, progress: Any) -> None:
         self.solver, self.duration, self.data = solver, duration, scene.system.systemData
         self.stops = [StopState(contact) for contact in scene.stops.values()]
-        self.groups: list[ClearanceGroup] = [group for group in scene.clearances if group.remembers]
+        self.groups: list[Remembering] = [group for group in scene.remembering if group.remembers]
         self.constrained = self.data.AEsize() > 0
         self.record = Rows()
         self.deadline = perf_counter() + timeout if timeout else None

@@ -6,7 +6,25 @@ from collections.abc import Callable
 from typing import Any
 
 from buckler.mbs import elements
-from buckler.mbs.engine import clearance, drive, guide, modal, revolute, rigid, slider, stop, strip, strut, weld
+from buckler.mbs.engine import (
+    clearance,
+    drive,
+    force,
+    guide,
+    mass,
+    modal,
+    motor,
+    revolute,
+    rigid,
+    slider,
+    spring,
+    stop,
+    strip,
+    strut,
+    torque,
+    torsion_spring,
+    weld,
+)
 
 BODIES: dict[type, Callable[..., Any]] = {
     elements.Rigid: rigid.add,
@@ -27,5 +45,11 @@ CONNECTORS: dict[type, Callable[..., None]] = {
     elements.Strut: strut.connect,
     elements.Stop: stop.connect,
     elements.Drive: drive.connect,
+    elements.Force: force.connect,
+    elements.Torque: torque.connect,
+    elements.Motor: motor.connect,
+    elements.Spring: spring.connect,
+    elements.TorsionSpring: torsion_spring.connect,
+    elements.Mass: mass.connect,
 }
 """Adds all elements of a kind once the bodies stand: (scene, elements by name)."""

@@ -8,7 +8,7 @@ from typing import Any
 import exudyn.itemInterface as eii
 import numpy as np
 
-from buckler.mbs.elements.element import Array
+from buckler.mbs.elements.element import Array, left, place, turned
 from buckler.mbs.elements.link import Link
 from buckler.mbs.engine.placed import Placed, States
 from buckler.mbs.record.motion import RigidMotion
@@ -16,27 +16,51 @@ from buckler.mbs.record.motion import RigidMotion
 
 @dataclass(frozen=True)
 class PlacedRigid(Placed):
-    """A rigid link; its coordinates are the place of its centre of mass and its direction."""
+    """A rigid link; its coordinates are the place of the centre of mass, with all it bears, and its direction.
+
+    Attributes
+    ----------
+    mass, inertia : float
+        Of the link alone.
+    arms : dict of str to array
+        From the link's own centre of mass to the points at t = 0, m.
+    radius : float
+        Half its length, m.
+    own : array, shape (2,)
+        From the node to the link's own centre of mass at t = 0, m.
+    """
 
     mass: float
     inertia: float
     arms: dict[str, Array]
     radius: float
+    own: Array
 
     def motion(self, system: Any, states: States) -> RigidMotion:
-        """Of its centre of mass."""
+        """Of its own centre of mass."""
         columns = self.columns(system)[0]
-        place = states.q[:, columns] + np.array([*self.reference[0, :2], 0.0])
-        return RigidMotion(self.mass, self.inertia, self.arms, place, states.q_t[:, columns], states.q_tt[:, columns])
+        q = states.q[:, columns] + np.array([*self.reference[0, :2], 0.0])
+        q_t, q_tt = states.q_t[:, columns], states.q_tt[:, columns]
+        if self.own.any():
+            arm = turned(q[:, 2], self.own)
+            spin, swing = q_t[:, 2:3], q_tt[:, 2:3]
+            q = np.column_stack([q[:, :2] + arm, q[:, 2]])
+            q_tt = np.column_stack([q_tt[:, :2] + swing * left(arm) - spin**2 * arm, q_tt[:, 2]])
+            q_t = np.column_stack([q_t[:, :2] + spin * left(arm), q_t[:, 2]])
+        return RigidMotion(self.mass, self.inertia, self.arms, q, q_t, q_tt)
 
     def weights(self, system: Any) -> Array:
         """Of places 1, of the turn half the link's length."""
         return np.array([[1.0, 1.0, self.radius]])
 
+    def attach(self, _scene: Any, _point: str, _mass: float, _inertia: float) -> bool:
+        """Do nothing: it was built with all it bears."""
+        return False
+
     def rigid_marker(self, scene: Any, point: str) -> int:
         """On the body, at any point of the mechanism as it lies at t = 0."""
         c, s = np.cos(self.direction(point)), np.sin(self.direction(point))
-        local = np.array([[c, s], [-s, c]]) @ self.arms[point]
+        local = np.array([[c, s], [-s, c]]) @ (self.arms[point] + self.own)
         return int(scene.system.AddMarker(eii.MarkerBodyRigid(bodyNumber=self.objects[0], localPosition=[*local, 0.0])))
 
     def direction(self, _point: str) -> float:
@@ -61,15 +85,35 @@ def add(scene: Any, link: Link, velocity: Array) -> PlacedRigid:
     direction = float(np.arctan2(*(end - start)[::-1]))
     mass, inertia, centre = link.body.inertia(length)
     along = (end - start) / length
-    arm = centre[0] * along + centre[1] * np.array([-along[1], along[0]])
+    own = start + centre[0] * along + centre[1] * np.array([-along[1], along[0]])
+    total, moment, middle = _with_burdens(scene, link, mass, inertia, own)
+    arm = middle - start
     rates = [velocity[0] - velocity[2] * arm[1], velocity[1] + velocity[2] * arm[0], velocity[2]]
-    reference = np.array([[*(start + arm), direction]])
+    reference = np.array([[*middle, direction]])
     node = system.AddNode(eii.NodeRigidBody2D(referenceCoordinates=[*reference[0]], initialVelocities=rates))
-    body = system.AddObject(eii.ObjectRigidBody2D(mass=mass, inertia=inertia, nodeNumber=node))
+    body = system.AddObject(eii.ObjectRigidBody2D(mass=total, inertia=moment, nodeNumber=node))
     turn = np.array([[np.cos(direction), np.sin(direction)], [-np.sin(direction), np.cos(direction)]])
-    arms = {point: np.subtract(place, start + arm) for point, place in mechanism.points.items()}
+    arms = {point: np.subtract(at, own) for point, at in mechanism.points.items()}
     ends = {
-        point: system.AddMarker(eii.MarkerBodyPosition(bodyNumber=body, localPosition=[*(turn @ arms[point]), 0.0]))
+        point: system.AddMarker(
+            eii.MarkerBodyPosition(bodyNumber=body, localPosition=[*(turn @ (arms[point] + own - middle)), 0.0])
+        )
         for point in link.points
     }
-    return PlacedRigid(link.name, link.body, (node,), (body,), reference, ends, mass, inertia, arms, length / 2)
+    parts = mass, inertia, arms, length / 2, own - middle
+    return PlacedRigid(link.name, link.body, (node,), (body,), reference, ends, *parts)
+
+
+def _with_burdens(scene: Any, link: Link, mass: float, inertia: float, centre: Array) -> tuple[float, float, Array]:
+    """Mass, inertia and centre of mass of a link with all it bears (parallel axes)."""
+    parts = [(mass, inertia, centre)]
+    for at, more, turning in scene.burdens:
+        body, point = place(at)
+        if body == link.name:
+            parts.append((more, turning, np.array(scene.mechanism.points[point])))
+    if len(parts) == 1:
+        return parts[0]
+    total = sum(part[0] for part in parts)
+    middle = sum((part[0] * part[2] for part in parts), np.zeros(2)) / total
+    moment = sum(part[1] + part[0] * float((part[2] - middle) @ (part[2] - middle)) for part in parts)
+    return total, moment, middle

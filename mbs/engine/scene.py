@@ -14,10 +14,11 @@ os.environ.setdefault("EXUDYN_NO_USER_SETTINGS", "1")
 import exudyn as exu
 import exudyn.itemInterface as eii
 
-from buckler.mbs.elements.element import GROUND, Array
+from buckler.mbs.elements.element import GROUND, Array, Burden
 from buckler.mbs.engine import guide as guides
 from buckler.mbs.engine.choice import is_loose
-from buckler.mbs.engine.clearance import ClearanceGroup
+from buckler.mbs.engine.history import History, Remembering
+from buckler.mbs.engine.mass import attach
 from buckler.mbs.engine.placed import Placed, States
 from buckler.mbs.engine.registry import BODIES, CONNECTORS
 from buckler.mbs.engine.stop import StopContact
@@ -34,29 +35,6 @@ SPARSE_FROM = 40
 """Coordinates from which the engine's sparse solver is the faster one."""
 
 
-@dataclass(frozen=True)
-class History:
-    """What the engine's steps left behind, as arrays.
-
-    Attributes
-    ----------
-    time : array, shape (times,)
-    states : States
-        Coordinates and rates, each (times, coordinates).
-    multipliers : array, shape (times, constraints)
-    contact : array, shape (times, stops)
-        Contact forces, N.
-    memory : list of array, shape (times, joints, 4)
-        What `journal.MEMORY` names, of each group of joints with clearance.
-    """
-
-    time: Array
-    states: States
-    multipliers: Array
-    contact: Array
-    memory: list[Array]
-
-
 @dataclass
 class Scene:
     """An assembled system with the places of its parts; it does not outlive the run.
@@ -70,12 +48,17 @@ class Scene:
         Links (not struts) by name and blocks by point.
     stops : dict of str to StopContact
     struts : dict of str to StrutSpring
-    clearances : list of ClearanceGroup
-        Joints with clearance, grouped by their laws.
+    remembering : list of Remembering
+        What keeps a memory from step to step: joints with clearance, grouped by their laws, and guides whose friction follows
+        their reaction.
     constraints : dict of str to int
         Engine object numbers by element.
+    burdens : list of Burden
+        Masses and rotors that elements add to the bodies.
     start : Start
         Velocities at t = 0.
+    starts_smooth : bool
+        True if friction follows a reaction at once: the engine's forces at t = 0 are those without it.
     redundant : list of str
         Elements that say what others say already.
     stopped : (Status, str) or None
@@ -89,9 +72,10 @@ class Scene:
     placed: dict[str, Placed] = field(default_factory=dict)
     stops: dict[str, StopContact] = field(default_factory=dict)
     struts: dict[str, StrutSpring] = field(default_factory=dict)
-    clearances: list[ClearanceGroup] = field(default_factory=list)
+    remembering: list[Remembering] = field(default_factory=list)
     constraints: dict[str, int] = field(default_factory=dict)
     start: Start | None = None
+    starts_smooth: bool = False
     redundant: list[str] = field(default_factory=list)
     stopped: tuple[Status, str] | None = None
     parts: Counter[str] = field(default_factory=Counter)
@@ -99,6 +83,7 @@ class Scene:
 
     def __post_init__(self) -> None:
         self.strut_links = {link.name for link in self.mechanism.links if link.body.massless}
+        self.burdens: list[Burden] = [b for each in self.mechanism.elements().values() for b in each.burdens(self.mechanism)]
 
     def summary(self) -> dict[str, int]:
         """What was built, part by part, and how many coordinates, constraints and engine items it has."""
@@ -115,7 +100,7 @@ class Scene:
 
     @property
     def loose(self) -> bool:
-        """True if rigid links hang together by joints with play only: no constraints, so an explicit integrator can run it."""
+        """True if rigid links hang together by clearance joints only: no constraints, an explicit integrator can run it."""
         return is_loose(self.mechanism)
 
     # --- what connectors ask for ----------------------------------------------------------------------------------------
@@ -139,6 +124,11 @@ class Scene:
             return self.ground
         node, _ = self.placed[body].contact_node(self, point)
         return int(self.system.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node, coordinate=2)))
+
+    def angle(self, body: str, point: str) -> float:
+        """Angle turned since t = 0 by a body at a point, rad, in the state the engine asks for."""
+        q = self.system.systemData.GetODE2Coordinates()[None]
+        return float(self.placed[body].motion(self.system, States(q, q, q)).turn(point)[0][0])
 
     def constrain(self, name: str, first: int, second: int) -> None:
         """Pin two position markers to each other."""
@@ -193,6 +183,8 @@ def build(mechanism: Mechanism) -> Scene:
         velocity = begun.velocity(guide.link, guide.point)
         scene.placed[guide.point] = guides.place(scene, guide, float(velocity @ guide.along))
         scene.parts["Guide"] += 1
+    for burden in scene.burdens:
+        attach(scene, burden)
     node = scene.system.AddNode(eii.NodePointGround())
     scene.ground = scene.system.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node, coordinate=0))
     for kind, connect in CONNECTORS.items():
@@ -200,7 +192,7 @@ def build(mechanism: Mechanism) -> Scene:
         connect(scene, found)
     _add_gravity(scene)
     scene.system.Assemble()
-    for group in scene.clearances:
+    for group in scene.remembering:
         group.locate(scene.system)
     for contact in scene.stops.values():
         contact.locate(scene)

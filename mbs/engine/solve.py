@@ -18,10 +18,13 @@ from buckler.mbs.engine.stepping import implicit_control
 from buckler.mbs.engine.window import half_steps
 from buckler.mbs.kinematics.closure import determined
 from buckler.mbs.kinematics.determined import answered
-from buckler.mbs.kinematics.diagnosis import stuck
+from buckler.mbs.kinematics.diagnosis import remarks, stuck
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.result import Status
 from buckler.mbs.record.run import Run
+
+UNFINISHED = 1e-9
+"""Of the duration: what may be missing of it at the end."""
 
 
 def once(mechanism: Mechanism, duration: float, solver: Exudyn, timeout: float | None, progress: Any) -> Run:
@@ -48,8 +51,9 @@ def once(mechanism: Mechanism, duration: float, solver: Exudyn, timeout: float |
     record = scene.record(history)
     if failure is not None and failure[0] is Status.NEWTON_DIVERGED:
         failure = stuck(record) or failure
-    notes = [f"redundant, and left out: {', '.join(map(repr, scene.redundant))}"] if scene.redundant else []
-    return Run(solver, record, failure, work, scene.summary(), again, notes)
+    if failure is None and solver.steps.record_every == 1 and record.time[-1] < duration * (1 - UNFINISHED):
+        failure = Status.ENGINE_ERROR, f"the run ended at t = {record.time[-1]:.6g} s of {duration:.6g} s without a reason"
+    return Run(solver, record, failure, work, scene.summary(), again, remarks(mechanism, scene.redundant))
 
 
 def _run_implicit(scene: Scene, solver: Exudyn, duration: float, timeout: float | None, progress: Any) -> Any:

@@ -123,7 +123,7 @@ class Mesh:
 
 
 def mesh(link: Link, chord: float) -> Mesh:
-    """Divide a strip into elements so that each of its points is a node between two of them."""
+    """Divide a strip into elements so that each of its points is a node between two of them, and lies where it should."""
     body: Any = link.body
     step = body.step
     inner = sorted((part, point) for point, part in link.carries.items())  # type: ignore[union-attr]
@@ -133,9 +133,10 @@ def mesh(link: Link, chord: float) -> Mesh:
     stations = np.concatenate([[0.0], *(np.linspace(a, b, step + 1)[1:] for a, b in pairwise(edges))])
     curve = body.curve(chord)
     places, directions, pieces = curve.places(stations), curve.direction(stations), curve.length * np.diff(edges)
-    if body.turns:
-        places, directions, pieces = _stress_free(step, chord, places, directions, pieces)
     nodes = np.concatenate([[0], step * np.cumsum(counts)])
+    if body.turns:
+        held = np.array([(0.0, 0.0), *(body.along(chord, part) for part, _ in inner), (chord, 0.0)])
+        places, directions, pieces = _stress_free(step, places, directions, pieces, nodes, held)
     at = {link.start: 0, link.end: len(stations) - 1}
     return Mesh(places, directions, pieces, at | {point: int(node) for (_, point), node in zip(inner, nodes[1:-1], strict=True)})
 
@@ -148,11 +149,12 @@ def _shares(parts: Array, count: int) -> list[int]:
     return [int(n) for n in shares]
 
 
-def _stress_free(step: int, chord: float, places: Array, theta: Array, pieces: Array) -> tuple[Array, Array, Array]:
-    """Move a beam's nodes so that no element has a strain at its integration points.
+def _stress_free(step: int, places: Array, theta: Array, pieces: Array, nodes: Array, held: Array) -> tuple[Array, Array, Array]:
+    """Move a beam's nodes so that no element has a strain at its integration points, and some `nodes` lie at places `held`.
 
     The interpolated slope has length 1 there if the element is as long as its chord c (2 nodes), or sqrt(c^2 + 16/3 d^2)
     with its middle node d above mid-chord (3 nodes); the curvature is constant if the middle direction is the mean one.
+    Turning and scaling what lies between two held nodes keeps that: strains are taken against this line.
     """
     place = places[:, 0] + 1j * places[:, 1]
     ends = place[::step]
@@ -168,8 +170,13 @@ def _stress_free(step: int, chord: float, places: Array, theta: Array, pieces: A
     place[::step] = ends
     if step == 2:
         place[1::2] = (ends[:-1] + ends[1:]) / 2 + 1j * sag * chords
-    scale = chord / float(ends[-1].real)
-    return np.column_stack([place.real, place.imag]) * scale, theta, share * scale
+    targets, fitted, pieces = held @ (1, 1j), place.copy(), share.copy()
+    for (a, b), (start, end) in zip(pairwise(nodes), pairwise(targets), strict=True):
+        factor = (end - start) / (place[b] - place[a])
+        fitted[a : b + 1] = start + (place[a : b + 1] - place[a]) * factor
+        fitted[b] = end
+        pieces[a // step : b // step] *= abs(factor)
+    return np.column_stack([fitted.real, fitted.imag]), theta, pieces
 
 
 def add(scene: Any, link: Link, velocity: Array) -> PlacedStrip:

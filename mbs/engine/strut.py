@@ -6,7 +6,7 @@ from typing import Any
 
 import exudyn.itemInterface as eii
 
-from buckler.mbs.elements.element import Array
+from buckler.mbs.elements.element import Array, holder
 from buckler.mbs.elements.link import Link
 from buckler.mbs.elements.strut import Strut, StrutLaw
 from buckler.mbs.engine.watched import watched
@@ -53,18 +53,4 @@ def connect(scene: Any, links: dict[str, Link]) -> None:
 
 def _host(scene: Any, link: Link, point: str) -> int:
     """Marker of the body a strut's end acts on: a block, a link or the ground it is pinned to, there or through other struts."""
-    mechanism = scene.mechanism
-    pinned, found = [link.name], {link.name}
-    for body in pinned:
-        if body not in scene.strut_links:
-            return int(scene.marker(body, point))
-        for guide in mechanism.guides:
-            if guide.point == point and guide.link == body:
-                return int(scene.marker(point, point))
-        for joint in mechanism.joints:
-            if joint.point == point and body in (joint.first, joint.second):
-                new = {joint.first, joint.second} - found
-                pinned += sorted(new)
-                found |= new
-    needed = "a link with mass, a guide or ground"
-    raise ValueError(f"link '{link.name}': a Strut is massless, so '{point}' must be pinned to {needed}")
+    return int(scene.marker(holder(scene.mechanism, f"{link.name}:{point}"), point))

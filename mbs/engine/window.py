@@ -9,10 +9,11 @@ import exudyn as exu
 import numpy as np
 
 from buckler.mbs.engine.choice import usual_tolerance
+from buckler.mbs.engine.history import History
 from buckler.mbs.engine.integrate import explicit_settings, implicit_settings, run_engine
 from buckler.mbs.engine.placed import States
 from buckler.mbs.engine.recording import Recorder
-from buckler.mbs.engine.scene import History, Scene, build
+from buckler.mbs.engine.scene import Scene, build
 from buckler.mbs.engine.settings import Exudyn
 from buckler.mbs.engine.stepping import implicit_control
 from buckler.mbs.mechanism import Mechanism
@@ -65,7 +66,7 @@ def _place(scene: Scene, history: History, first: int) -> None:
     data.SetODE2Coordinates(history.states.q[first], configuration=initial)
     data.SetODE2Coordinates_t(history.states.q_t[first], configuration=initial)
     data.SetODE2Coordinates_tt(history.states.q_tt[first], configuration=initial)
-    for group, memory in zip(scene.clearances, history.memory, strict=True):
+    for group, memory in zip(scene.remembering, history.memory, strict=True):
         group.memory[:] = memory[first]
     for contact in scene.stops.values():
         for q, q_t in zip(history.states.q[: first + 1], history.states.q_t[: first + 1], strict=True):

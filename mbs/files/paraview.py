@@ -15,7 +15,7 @@ from buckler.mbs.elements.element import Array
 from buckler.mbs.files.drawing import INKS, Arrow, Disc, Mark, Path
 from buckler.mbs.files.movie import Movie, filmed, placed
 
-HEXAHEDRON, VERTEX, POLYGON = 12, 1, 7
+HEXAHEDRON, TETRA, VERTEX, POLYGON = 12, 10, 1, 7
 SIDES = 24
 """Corners of a disc."""
 
@@ -30,9 +30,10 @@ def write_paraview(result: Any, folder: str | FilePath, times: Any = None) -> Fi
             raise ValueError("times: a result from a file holds its movie's times only")
         movie = filmed(result.film.record, np.atleast_1d(np.asarray(times, dtype=float)))
     forces = [mark for mark in movie.marks if isinstance(mark, Arrow) and all(name in result.signals for name in mark.signals)]
+    deformed = solids(result.film.record, movie.time)
     entries = []
     for k, t in enumerate(movie.time):
-        parts = {"links": links(movie, k), "symbols": symbols(movie, k), "forces": _forces(result, movie, forces, k)}
+        parts = {"links": links(movie, k, deformed), "symbols": symbols(movie, k), "forces": _forces(result, movie, forces, k)}
         for number, (name, grid) in enumerate(parts.items()):
             if len(grid.points):
                 file = f"{name}_{k:05d}.vtu"
@@ -58,15 +59,56 @@ class Grid(NamedTuple):
     of_cells: dict[str, Array]
 
 
-def links(movie: Movie, k: int) -> Grid:
-    """All links as solids, with curvature, axial force and stress; rigid ones have zeros."""
+class Deformed(NamedTuple):
+    """A modal link's mesh: cells by the numbers of their corners and their VTK type; corners (times, n, 2), z (n,), m."""
+
+    cells: Array
+    kind: int
+    corners: Array
+    height: Array
+
+
+def solids(record: Any, times: Array) -> dict[str, Deformed]:
+    """Meshes of modal links over time, by link: r = R + A(theta) (X + sum phi_k q_k) at the corners of their cells.
+
+    Without a record, as in a result from a file, there are none, and such a link is drawn along its line.
+    """
+    found: dict[str, Deformed] = {}
+    if record is None or len(record.time) < 2:
+        return found
+    for name, motion in record.at(times).links.items():
+        if hasattr(motion, "model"):
+            found[name] = _deformed(record.mechanism, name, motion.q)
+    return found
+
+
+def _deformed(mechanism: Any, name: str, q: Array) -> Deformed:
+    from scipy.spatial import cKDTree
+
+    from buckler.mbs.modal.reduction import reduced, solid_mesh
+
+    body, length = mechanism.link(name).body, mechanism.length(name)
+    mesh, model = solid_mesh(body, length), reduced(body, length)
+    hexahedra = mesh.kind.startswith("hexahedron")
+    used, cells = np.unique(mesh.cells[:, : 8 if hexahedra else 4], return_inverse=True)
+    nodes = cKDTree(model.nodes).query(mesh.points[used])[1]
+    modes = model.modes[model.moves_in_plane][:, nodes, :2]
+    local = mesh.points[used, :2] - model.centre[:2] + np.einsum("kna,tk->tna", modes, q[:, 3:])
+    c, s = np.cos(q[:, 2])[:, None], np.sin(q[:, 2])[:, None]
+    x, y = local[..., 0], local[..., 1]
+    corners = q[:, None, :2] + np.stack([c * x - s * y, s * x + c * y], axis=-1)
+    return Deformed(cells.reshape(len(mesh.cells), -1), HEXAHEDRON if hexahedra else TETRA, corners, mesh.points[used, 2])
+
+
+def links(movie: Movie, k: int, deformed: dict[str, Deformed]) -> Grid:
+    """All links as solids, with curvature, axial force and stress of strips; others have zeros."""
     points: list[Array] = []
     cells: list[Array] = []
     kinds: list[int] = []
     values: dict[str, list[Array]] = {"curvature": [], "axial_force": [], "stress": []}
     owners: list[int] = []
     first = 0
-    for number, (corners, own, kind, data) in enumerate(_solids(movie, k)):
+    for number, (corners, own, kind, data) in enumerate(_solids(movie, k, deformed)):
         points.append(corners)
         cells += [cell + first for cell in own]
         kinds += [kind] * len(own)
@@ -80,12 +122,16 @@ def links(movie: Movie, k: int) -> Grid:
     return Grid(np.concatenate(points), cells, kinds, joined, {"link": np.array(owners, dtype=float)})
 
 
-def _solids(movie: Movie, k: int) -> Any:
+def _solids(movie: Movie, k: int, deformed: dict[str, Deformed]) -> Any:
     for mark in movie.marks:
         if isinstance(mark, Path) and mark.closed and mark.width > 0:
             outline = placed(movie.frames[mark.frame][k], mark.points)
             yield *_prism(outline, mark.width), POLYGON, {}
-    for band in movie.bands.values():
+    for solid in deformed.values():
+        yield np.column_stack([solid.corners[k], solid.height]), list(solid.cells), solid.kind, {}
+    for name, band in movie.bands.items():
+        if name in deformed:
+            continue
         line = band.points[k]
         along = np.gradient(line, axis=0)
         left = np.stack([-along[:, 1], along[:, 0]], axis=1) / np.maximum(np.hypot(*along.T), 1e-300)[:, None]
@@ -95,7 +141,7 @@ def _solids(movie: Movie, k: int) -> Any:
         base = 4 * np.arange(len(line) - 1)[:, None]
         hexahedra = base + np.array([0, 4, 5, 1, 2, 6, 7, 3])
         data = {"curvature": band.bending[k], "axial_force": band.axial_force[k], "stress": band.stress[k]}
-        yield corners.reshape(-1, 3), list(hexahedra), HEXAHEDRON, {name: np.repeat(column, 4) for name, column in data.items()}
+        yield corners.reshape(-1, 3), list(hexahedra), HEXAHEDRON, {key: np.repeat(column, 4) for key, column in data.items()}
 
 
 def _prism(outline: Array, width: float) -> tuple[Array, list[Array]]:

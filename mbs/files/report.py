@@ -35,7 +35,7 @@ def write_html(result: Any, path: str | Path, title: str = "") -> Path:
     """Write the report; see `Result.write_html`."""
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(page(result, title or path.stem), encoding="utf-8")
+    path.write_text(page(result, title or (path.stem if path.stem != "report" else path.resolve().parent.name)), encoding="utf-8")
     return path
 
 

@@ -95,3 +95,39 @@ def independent_rows(matrix: Array) -> list[int]:
             basis = np.vstack([basis, rest / np.linalg.norm(rest)])
             kept.append(k)
     return kept
+
+
+def remarks(mechanism: Mechanism, redundant_ones: list[str]) -> list[str]:
+    """What is worth knowing of a mechanism, in sentences: what is redundant, and what looks forgotten."""
+    found = []
+    if redundant_ones:
+        found.append(f"redundant, and left out: {', '.join(map(repr, redundant_ones))}; the forces they share are not determined")
+    held = _groups(mechanism)
+    for drive in mechanism.drives:
+        if drive.target not in mechanism.points and GROUND not in held[drive.target]:
+            found.append(f"nothing ties the driven link '{drive.target}' to the ground: no joint, no guide")
+    spoken = " ".join(repr(element) for element in (*mechanism.loads, *mechanism.stops))
+    for point in mechanism.points:
+        links = [link.name for link in mechanism.links if point in link.points]
+        apart = [name for name in links[1:] if name not in _groups(mechanism, point)[links[0]]]
+        if apart and f"{point}'" not in spoken:
+            found.append(
+                f"links '{links[0]}' and '{apart[0]}' share the point '{point}' without a joint there: they pass each other"
+            )
+    reach = sum(mechanism.length(link.name) for link in mechanism.links)
+    for stop in mechanism.stops:
+        if stop.carrier == GROUND and abs(stop.face(mechanism)) > 2 * reach:
+            found.append(f"the stop of '{stop.point}' lies farther than the links reach: nothing can touch it")
+    return found
+
+
+def _groups(mechanism: Mechanism, point: str | None = None) -> dict[str, set[str]]:
+    """Bodies that joints and guides tie to each body, everywhere or at one point only."""
+    groups = {name: {name} for name in (GROUND, *(link.name for link in mechanism.links))}
+    ties = [(joint.first, joint.second) for joint in mechanism.joints if point in (None, joint.point)]
+    ties += [(guide.link, GROUND) for guide in mechanism.guides if point is None]
+    for first, second in ties:
+        together = groups[first] | groups[second]
+        for name in together:
+            groups[name] = together
+    return groups

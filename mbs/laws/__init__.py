@@ -38,6 +38,7 @@ from buckler.mbs.laws.rebound import (
     restitution_integrated,
     restitution_linear,
 )
+from buckler.mbs.laws.stiction import Stiction
 
 __all__ = [
     "AdamsFriction",
@@ -62,6 +63,7 @@ __all__ = [
     "NoFriction",
     "NormalLaw",
     "PowerLaw",
+    "Stiction",
     "Stribeck",
     "Threlfall",
     "ZhiyingQishao",

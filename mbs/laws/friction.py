@@ -253,6 +253,10 @@ class LuGre:
         keep(self, "1/m", "bristle_stiffness", open_low=True)
         keep(self, "s/m", "bristle_damping", "viscous")
 
+    def limit(self, speed: Reals) -> Reals:
+        """Largest coefficient [1] of steady sliding at a speed [m/s], without the viscous part; a stuck body creeps below it."""
+        return stribeck_level(speed, self.static, self.dynamic, self.v_stribeck, 2.0)
+
     def rate(self, bristle: Reals, speed: Reals) -> Reals:
         """dz/dt [m/s] at bristle deflection z [m] and speed [m/s]."""
         level = stribeck_level(speed, self.static, self.dynamic, self.v_stribeck, 2.0)

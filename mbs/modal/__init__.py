@@ -6,7 +6,18 @@ the plane of motion sees. The deformation is linear: a modal link vibrates but n
 
 from typing import TYPE_CHECKING, Any
 
-from buckler.mbs.elements.modal import Box, CraigBampton, EndFace, FreeModes, Interface, MeshFile, Modal, Nearest, PinHole
+from buckler.mbs.elements.modal import (
+    AdamsDamping,
+    Box,
+    CraigBampton,
+    EndFace,
+    FreeModes,
+    Interface,
+    MeshFile,
+    Modal,
+    Nearest,
+    PinHole,
+)
 
 if TYPE_CHECKING:
     from buckler.mbs.modal.modes import MOTIONS
@@ -14,8 +25,8 @@ if TYPE_CHECKING:
     from buckler.mbs.modal.reduction import ReducedModel, reduced
 
 __all__ = [
-    "MOTIONS", "Box", "CraigBampton", "EndFace", "FreeModes", "Interface", "MeshFile", "Modal", "Nearest", "PinHole",
-    "PlanarModel", "ReducedModel", "reduced",
+    "MOTIONS", "AdamsDamping", "Box", "CraigBampton", "EndFace", "FreeModes", "Interface", "MeshFile", "Modal", "Nearest",
+    "PinHole", "PlanarModel", "ReducedModel", "reduced",
 ]  # fmt: skip
 
 _HEAVY = {"MOTIONS": "modes", "PlanarModel": "planar", "ReducedModel": "reduction", "reduced": "reduction"}

@@ -16,7 +16,7 @@ Array = np.ndarray[Any, Any]
 STATIONS = ("start", "end", "centre")
 
 
-class Motion(NamedTuple):
+class FrameMotion(NamedTuple):
     """Of a station: position, velocity, acceleration (times, 2); angle, angular velocity and acceleration (times,)."""
 
     position: Array
@@ -107,7 +107,7 @@ class PlanarModel:
         inertia = self.inertia + 2 * amount @ self.radial + np.einsum("ti,ij,tj->t", amount, self.gram, amount)
         return inertia * q_t[:, 2] + np.einsum("ti,ij,tj->t", amount, self.gyration, q_t[:, 3:])
 
-    def motion(self, station: str, q: Array, q_t: Array | None = None, q_tt: Array | None = None) -> Motion:
+    def motion(self, station: str, q: Array, q_t: Array | None = None, q_tt: Array | None = None) -> FrameMotion:
         """Motion of a station; rates that are not given count as zero."""
         shape = self.shapes[STATIONS.index(station)]
         rate = np.zeros_like(q) if q_t is None else q_t
@@ -115,7 +115,7 @@ class PlanarModel:
         arm = self.place(station) + q[:, 3:] @ shape[:2].T
         slip, push = rate[:, 3:] @ shape[:2].T, second[:, 3:] @ shape[:2].T
         spin, swing = rate[:, 2:3], second[:, 2:3]
-        return Motion(
+        return FrameMotion(
             q[:, :2] + _turned(q[:, 2], arm),
             rate[:, :2] + _turned(q[:, 2], slip + spin * _left(arm)),
             second[:, :2] + _turned(q[:, 2], push + 2 * spin * _left(slip) + swing * _left(arm) - spin**2 * arm),
@@ -177,7 +177,7 @@ class ModalHistory:
         motion = self.motion(name)
         return motion.angle - self.direction, motion.spin
 
-    def motion(self, point: str) -> Motion:
+    def motion(self, point: str) -> FrameMotion:
         """Motion of a point at an end, or of the 'centre', half-way between the joints."""
         return self.model.motion(self.stations.get(point, point), self.q, self.q_t, self.q_tt)
 

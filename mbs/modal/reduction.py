@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs.elements.modal import CraigBampton, FreeModes, Interface, MeshFile, Modal
+from buckler.mbs.elements.modal import AdamsDamping, CraigBampton, FreeModes, Interface, MeshFile, Modal
 from buckler.mbs.modal.modes import MOTIONS, craig_bampton, free_modes, participation, rigid_fit, slices
 from buckler.mbs.modal.planar import PlanarModel
 from buckler.mbs.modal.solid import Solid, SolidMesh, assemble, box_mesh, read_mesh, rigid_motions
@@ -148,7 +148,7 @@ def reduce_solid(solid: Solid, modal: Modal) -> ReducedModel:
     interfaces = _interfaces(solid, joints, modal.interface)
     omega, modes = _all_modes(solid, modal.modes, interfaces)
     shares = participation(solid, modes)
-    chosen, damping = _choose(modal, plane_part(shares))
+    chosen, damping = _choose(modal, plane_part(shares), omega)
     omega, modes, shares = omega[chosen], modes[chosen], shares[chosen]
     middle = (joints[0] + joints[1]) / 2
     places = [*zip(interfaces, joints, strict=True), (_section_at(solid, middle), middle)]
@@ -185,20 +185,27 @@ def _all_modes(solid: Solid, wanted: FreeModes | CraigBampton, interfaces: tuple
         count *= 2
 
 
-def _choose(modal: Modal, seen: Array) -> tuple[Array, Array]:
+def _choose(modal: Modal, seen: Array, omega: Array) -> tuple[Array, Array]:
     """Indices of the chosen modes among the flexible ones, and their damping ratios; rigid modes drop out."""
     wanted = modal.modes
     if wanted.numbers is None:
         chosen = np.flatnonzero(seen)
-        return chosen, np.full(len(chosen), modal.damping)
+        return chosen, np.broadcast_to(_ratios(modal, omega[chosen]), chosen.shape).astype(float)
     have = np.flatnonzero(seen) if wanted.counting == "in-plane" else np.arange(len(seen))
     numbers = np.array(wanted.numbers) - (RIGID if wanted.counting == "free" else 0)
     most = len(have) + (RIGID if wanted.counting == "free" else 0)
     if numbers.max() > len(have):
         where = f"with counting = {wanted.counting!r} on this mesh"
         raise ValueError(f"numbers = {wanted.numbers!r}: must lie in [1, {most}] {where}")
-    damping = np.broadcast_to(modal.damping, numbers.shape)
-    return have[numbers[numbers > 0] - 1], damping[numbers > 0].astype(float)
+    chosen = have[numbers[numbers > 0] - 1]
+    if isinstance(modal.damping, AdamsDamping):
+        return chosen, _ratios(modal, omega[chosen])
+    return chosen, np.broadcast_to(modal.damping, numbers.shape)[numbers > 0].astype(float)
+
+
+def _ratios(modal: Modal, omega: Array) -> Any:
+    """Damping ratio of all modes, or one for each of their angular frequencies, rad/s."""
+    return modal.damping.ratios(omega / (2 * np.pi)) if isinstance(modal.damping, AdamsDamping) else modal.damping
 
 
 def _interfaces(solid: Solid, joints: tuple[Array, Array], interface: Interface) -> tuple[Array, Array]:

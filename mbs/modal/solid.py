@@ -16,6 +16,7 @@ import numpy as np
 from scipy import sparse
 
 from buckler.mbs.elements.section import Material
+from buckler.mbs.modal.conforming import hanging
 from buckler.mbs.validate import number, positive, whole
 
 Array = np.ndarray[Any, Any]
@@ -131,7 +132,7 @@ def read_mesh(
     ------
     ValueError
         If the file has no solid cells, several kinds of them or unsupported ones, if the joints coincide or the normal
-        is not square to the link, or if the mesh falls into parts.
+        is not square to the link, if the mesh falls into parts, or if touching cells do not share whole faces.
     """
     import meshio
 
@@ -144,6 +145,13 @@ def read_mesh(
     used, compact = np.unique(cells, return_inverse=True)  # files keep points that no cell uses
     cells = compact.reshape(cells.shape)
     _check_connected(cells, str(path))
+    loose = hanging(points[used], cells, kind)
+    if len(loose):
+        x, y, z = mesh.points[used][loose[0]]
+        raise ValueError(
+            f"mesh '{path}': hanging nodes = {len(loose)}, one at ({x:.6g}, {y:.6g}, {z:.6g}) in the file's axes: must be 0; "
+            "touching cells are to share whole faces"
+        )
     return SolidMesh(points[used], cells, kind, length)
 
 

@@ -16,7 +16,8 @@ def ledger(record: Record) -> dict[str, Array]:
     dict
         Held: `kinetic`, `strain`, `contact`, `weight`. Taken since t = 0: `taken_contact`, `taken_friction`, `taken_damping`.
         Given since t = 0: `given_drive`. `error` = change of what is held + taken - given. `throughput`: the most that was
-        held and taken by then, the measure for the error. Of each joint with play `<point>.taken_contact` and `.taken_friction`.
+        held and taken by then, the measure for the error. Of each joint with clearance `<point>.taken_contact` and
+    `.taken_friction`.
     """
     zero = np.zeros_like(record.time)
     held = {"kinetic": zero, "strain": zero}
@@ -32,6 +33,6 @@ def ledger(record: Record) -> dict[str, Array]:
             column[key] = column.get(key, zero) + values
     total, lost = sum(held.values(), zero), sum(taken.values(), zero)
     error = total - total[0] + lost - sum(given.values(), zero)
-    active = sum((value - value.min() if name == "weight" else value) for name, value in held.items())
+    active = sum((value - value.min() if name in ("weight", "spring") else value) for name, value in held.items())
     throughput = np.maximum.accumulate(active + lost)
     return {**held, **taken, **given, "error": error, "throughput": throughput, **single}

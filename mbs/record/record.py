@@ -80,8 +80,10 @@ class Record:
     def _carrier(self, body: str, point: str) -> Any:
         if body == GROUND:
             return None
-        if body:
-            return self.links.get(body, self.blocks.get(body))
+        if body in self.links:
+            return self.links[body]
+        if body in self.blocks:
+            return self.blocks[body]
         if point in self.blocks:
             return self.blocks[point]
         return next(

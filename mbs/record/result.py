@@ -56,7 +56,13 @@ class Shape:
     thickness: float
 
 
-@dataclass(frozen=True)
+class UnknownSignalError(ValueError, KeyError):
+    """A result has no signal of that name."""
+
+    __str__ = Exception.__str__  # a KeyError would quote its sentence
+
+
+@dataclass(frozen=True, repr=False)
 class Result:
     """Outcome of `simulate`; no engine handles, so it pickles.
 
@@ -107,12 +113,50 @@ class Result:
         """True if the run finished and passed its checks."""
         return self.status is Status.OK
 
-    def at(self, name: str, times: Any) -> Array:
-        """Signal `name` at other times, linear between steps; what `SMOOTH` names is cubic where an accuracy was asked for."""
-        values = self.signals[name]
+    def __getitem__(self, name: str) -> Array:
+        """Signal of that name at the accepted steps, (samples,); UnknownSignalError, naming those near it, if there is none."""
+        if name not in self.signals:
+            raise UnknownSignalError(_unknown(name, list(self.signals)))
+        return self.signals[name]
+
+    def __repr__(self) -> str:
+        """Return status, message, span and what there is, in a few lines at most."""
+        said = self.message if len(self.message) <= 120 else f"{self.message[:117]}..."
+        error = f", error {self.error:.2g} of {self.asked:.2g} asked" if self.asked > 0 else ""
+        what = f"{len(self.signals)} signals" + (", energy ledger" if self.energy else "") + (", shapes" if self.shapes else "")
+        end = f"{self.time[-1]:g} s" if len(self.time) else "no time"
+        return f"<Result {self.status}{f': {said}' if said else ''}; {len(self.time)} samples to t = {end}{error}; {what}>"
+
+    def at(self, name: str, times: Any, outside: float | None = None) -> Array:
+        """Signal `name` at other times, linear between steps; what `SMOOTH` names is cubic where an accuracy was asked for.
+
+        Parameters
+        ----------
+        name : str
+        times : array_like
+            s, within the run.
+        outside : float, optional
+            What stands for times outside the run, as a run that failed has them; by default they are an error.
+
+        Raises
+        ------
+        UnknownSignalError
+            If there is no such signal.
+        ValueError
+            If a time lies outside the run.
+        """
+        values, times = self[name], np.asarray(times, dtype=float)
+        off = OUTSIDE * (self.time[-1] - self.time[0])
+        wrong = ~((times >= self.time[0] - off) & (times <= self.time[-1] + off))
+        if wrong.any() and outside is not None:
+            return np.where(wrong, outside, self.at(name, np.clip(times, self.time[0], self.time[-1])))
+        if wrong.any():
+            first, last = self.time[[0, -1]]
+            raise ValueError(f"'{name}' at t = {times[wrong][0]:g} s: the run covers [{first:g}, {last:g}] s ({self.status})")
         if self.asked > 0 and name.rpartition(".")[2] in SMOOTH and len(self.time) > 2:
-            return cubic(self.time, values, np.asarray(times, dtype=float))
-        return np.interp(times, self.time, values)
+            return cubic(self.time, values, times)
+        found: Array = np.interp(times, self.time, values)
+        return found
 
     def mean(self, name: str) -> float:
         """Time-weighted mean of a signal."""
@@ -250,7 +294,7 @@ class Result:
         ----------
         path : str or Path
         title : str
-            Heading; by default the file's name.
+            Heading; by default the file's name, or its folder's where the file is `report.html`.
         """
         from buckler.mbs.files.report import write_html
 
@@ -314,6 +358,20 @@ def _film(arrays: Mapping[str, Array]) -> Any:
     from buckler.mbs.files.movie import Film, Movie
 
     return Film(None, Movie.of(arrays))
+
+
+OUTSIDE = 1e-9
+"""Of the run: how far from its ends a time still counts as within."""
+
+
+def _unknown(name: str, names: list[str]) -> str:
+    """Sentence on a signal that is not there."""
+    from difflib import get_close_matches
+
+    owner = str(name).rpartition(".")[0]
+    near = [*dict.fromkeys([*get_close_matches(str(name), names, 3), *(n for n in names if n.rpartition(".")[0] == owner)])][:8]
+    some = f"near it: {', '.join(near)}" if near else f"there are {', '.join(names[:8])}{', ...' if len(names) > 8 else ''}"
+    return f"no signal '{name}'; {some}"
 
 
 def cubic(time: Array, values: Array, times: Array) -> Array:

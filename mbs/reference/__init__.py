@@ -1,4 +1,4 @@
-"""The crank-rocker with play, rigid or with a flexible rocker, without the engine: a second opinion, compiled.
+"""The crank-rocker with clearance, rigid or with a flexible rocker, without the engine: a second opinion, compiled.
 
 It shares the contact laws with the rest of `mbs` and nothing else. `FourBar`, `ModalData` and `beam_modes` need numpy and
 scipy only; `simulate` and `ensemble` need Numba (the extra `fast`), which is imported when they are asked for.

@@ -1,4 +1,4 @@
-"""Statistics of the crank-rocker with play: many runs from almost the same start, cycle by cycle.
+"""Statistics of the crank-rocker with clearance: many runs from almost the same start, cycle by cycle.
 
 Motion with rattling joints is chaotic: an offset of 1e-12 m grows to 1e-4 m within some 40 ms. Single trajectories then mean
 nothing beyond that; means over cycles do, with their standard errors. Where joints stay closed the members agree, and the

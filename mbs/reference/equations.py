@@ -1,4 +1,4 @@
-"""Accelerations, joint forces and powers of the crank-rocker with play: compiled, explicit, one pass.
+"""Accelerations, joint forces and powers of the crank-rocker with clearance: compiled, explicit, one pass.
 
 Coordinates q = (crank x, y | coupler x, y, theta | rocker x, y, theta | modal coordinates of the rocker): centres in the
 plane, m and rad. The state is (q, q_t, ledger). A joint with a gap is a contact: pin on the first body, bush on the second

@@ -25,7 +25,7 @@ CLOSED = Impact(PAPER_STIFFNESS, damping=253e3, damping_depth=1e-5)
 """The same with c_max read as 253 N s/mm: the joints stay closed."""
 
 
-class Motion(NamedTuple):
+class IdealMotion(NamedTuple):
     """Crank, coupler and rocker of the ideal mechanism: centres x, y and direction theta, each array of shape (..., 3, 3)."""
 
     place: Array
@@ -35,11 +35,11 @@ class Motion(NamedTuple):
 
 @dataclass(frozen=True)
 class FourBar:
-    """Crank-rocker of uniform bars, turned at constant speed, with play in its joints.
+    """Crank-rocker of uniform bars, turned at constant speed, with clearance in its joints.
 
     O = (0, 0) joins frame and crank, A crank and coupler, B coupler and rocker, C = (frame, 0) rocker and frame; B lies to
     the left of the line from A to C (open branch). Bars point O to A, A to B, B to C. The rotation of the crank is
-    prescribed; with play at O its centre is free.
+    prescribed; with clearance at O its centre is free.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ class FourBar:
     gap : float or four floats
         Radial clearance at O, A, B, C, m; 0 makes a joint ideal.
     law, friction : NormalLaw, FrictionLaw
-        Of every joint with play.
+        Of every joint with clearance.
     turned : str
         Joints whose pin is on the body that by default carries the bush, such as "BC"; see `BODIES`.
     gravity : (float, float)
@@ -152,8 +152,8 @@ class FourBar:
         """Of the crank, s."""
         return 2 * pi / abs(self.speed) if self.speed else inf
 
-    def ideal(self, t: Any) -> Motion:
-        """Motion without play at times t, shape (...): loop closure in closed form, in complex numbers."""
+    def ideal(self, t: Any) -> IdealMotion:
+        """Motion without clearance at times t, shape (...): loop closure in closed form, in complex numbers."""
         angle = self.start + self.speed * np.asarray(t, dtype=float)
         a = self.crank * np.exp(1j * angle)
         chord = self.frame - a
@@ -175,7 +175,7 @@ class FourBar:
             velocity.append(_planar(speed + flow / 2, spin))
             acceleration.append(_planar(change + rush / 2, turn))
             end, speed, change = end + bar, speed + flow, change + rush
-        return Motion(np.stack(place, axis=-2), np.stack(velocity, axis=-2), np.stack(acceleration, axis=-2))
+        return IdealMotion(np.stack(place, axis=-2), np.stack(velocity, axis=-2), np.stack(acceleration, axis=-2))
 
 
 def _planar(z: Array, angle: Any) -> Array:

@@ -1,4 +1,4 @@
-"""Run the crank-rocker with play: from numbers to arrays, with the energy balance."""
+"""Run the crank-rocker with clearance: from numbers to arrays, with the energy balance."""
 
 from __future__ import annotations
 

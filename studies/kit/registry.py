@@ -60,17 +60,17 @@ STUDIES: dict[str, Entry] = {
         "buckler.studies.trust.restitution", "restitution asked for and delivered: every contact law in drop tests"
     ),
     "crank-rocker": Entry(
-        "buckler.studies.rattling.crank_rocker", "crank-rocker with play in its joints, rocker rigid or flexible"
+        "buckler.studies.rattling.crank_rocker", "crank-rocker with clearance in its joints, rocker rigid or flexible"
     ),
     "clearance-precision": Entry(
         "buckler.studies.rattling.clearance_precision",
-        "crank-rocker with play: error against run time of rigid, beam and modal rocker",
+        "crank-rocker with clearance: error against run time of rigid, beam and modal rocker",
     ),
     "clearance-speed": Entry(
-        "buckler.studies.rattling.clearance_speed", "crank-rocker with play over clearance and speed: forces, penetration"
+        "buckler.studies.rattling.clearance_speed", "crank-rocker with clearance joints, over gap and speed: forces, penetration"
     ),
     "bifurcation": Entry(
-        "buckler.studies.rattling.bifurcation", "crank-rocker with play: order or chaos over clearance, speed, damping"
+        "buckler.studies.rattling.bifurcation", "crank-rocker with clearance: order or chaos over clearance, speed, damping"
     ),
     "uncertainty": Entry("buckler.studies.striking.uncertainty", "tolerances: distributions of forces and whose variance it is"),
     "buffering-claims": Entry(

@@ -114,13 +114,24 @@ class StudyResult:
 
 def metrics_table(metrics: Mapping[str, Metric]) -> Table:
     """One row a metric; columns nobody fills are left out."""
-    rows = [
-        (name, m.value, m.unit, m.published, m.exact, None if m.error is None else f"{m.error:.2g}")
-        for name, m in metrics.items()
-    ]
+    rows = [(name, *_printed(m), None if m.error is None else relative(m.error)) for name, m in metrics.items()]
     headers = ("metric", "value", "unit", "published", "exact", "relative error")
     kept = [i for i in range(len(headers)) if i < 3 or any(row[i] is not None for row in rows)]
     return Table([headers[i] for i in kept], [[row[i] for i in kept] for row in rows])
+
+
+def relative(error: float) -> str:
+    """A relative error as people read it: per cent, or a power of ten below a thousandth."""
+    return f"{100 * error:.2g} %" if 1e-3 <= error < 10 else f"{error:.1e}"
+
+
+def _printed(metric: Metric) -> tuple[Any, ...]:
+    """Value, unit, published and exact value; a stress in MPa."""
+    values = metric.value, metric.published, metric.exact
+    if metric.unit != "Pa":
+        return values[0], metric.unit, *values[1:]
+    mega = [None if value is None else value / 1e6 for value in values]
+    return mega[0], "MPa", *mega[1:]
 
 
 class Progress:

@@ -75,7 +75,7 @@ def _page(result: Any, parameters: Parameters, folder: Path, chosen: argparse.Na
     if not hasattr(result, "write_html"):
         return
     try:
-        path = result.write_html(folder / "report.html") or folder / "report.html"
+        path = result.write_html(folder / "report.html", title=parameters.name)
     except Exception as error:
         print(f"{parameters.name}: no report page: {type(error).__name__}: {error}", file=sys.stderr)
         return

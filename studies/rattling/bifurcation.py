@@ -1,4 +1,4 @@
-"""Crank-rocker with play: where its motion repeats and where it is chaos, over clearance, speed or contact damping.
+"""Crank-rocker with clearance: where its motion repeats and where it is chaos, over clearance, speed or contact damping.
 
 Above, the place of one pin in its bush each time the crank passes one angle: a motion that repeats shows points, chaos a
 cloud. Below, the largest Lyapunov exponent: the rate at which two motions part that began almost alike, by the method of
@@ -35,8 +35,8 @@ from buckler.studies.rattling.bifurcation_points import (
     REPEATS_TO,
     SURE,
     WINDOW,
+    DiagramPoint,
     Growth,
-    Point,
     SectionParameters,
     agreement,
     fastest,
@@ -81,7 +81,7 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     )
 
 
-def _metrics(p: Parameters, base: FourBar, points: Sequence[Point], growth: Growth) -> dict[str, Metric]:
+def _metrics(p: Parameters, base: FourBar, points: Sequence[DiagramPoint], growth: Growth) -> dict[str, Metric]:
     here = exponent(growth.rate * base.period / growth.rate.shape[-1], base.period)
     exponents = [x.exponent for x in points]
     ends = {"smallest": min(exponents), "largest": max(exponents)}
@@ -97,7 +97,7 @@ def _metrics(p: Parameters, base: FourBar, points: Sequence[Point], growth: Grow
     }
 
 
-def _signals(p: Parameters, fourbars: Sequence[FourBar], points: Sequence[Point], growth: Growth) -> dict[str, Array]:
+def _signals(p: Parameters, fourbars: Sequence[FourBar], points: Sequence[DiagramPoint], growth: Growth) -> dict[str, Array]:
     return {
         p.over: p.values,
         "section": np.stack([x.section for x in points]),
@@ -113,7 +113,7 @@ def _signals(p: Parameters, fourbars: Sequence[FourBar], points: Sequence[Point]
     }
 
 
-def _table(p: Parameters, fourbars: Sequence[FourBar], points: Sequence[Point]) -> Table:
+def _table(p: Parameters, fourbars: Sequence[FourBar], points: Sequence[DiagramPoint]) -> Table:
     label, factor, _ = AXES[p.over]
     rows = [
         [

@@ -83,7 +83,7 @@ class SectionParameters(FourBarParameters):
         return max(50, ceil(fourbar.period / self.interval))
 
 
-class Point(NamedTuple):
+class DiagramPoint(NamedTuple):
     """What one value gives.
 
     Attributes
@@ -126,7 +126,7 @@ def member(p: SectionParameters, fourbar: FourBar, seed: int) -> tuple[Array, Ar
     return section, growth, f"PENETRATION: {run.message}" if not run.ok else ""
 
 
-def read(p: SectionParameters, fourbar: FourBar, members: Sequence[tuple[Array, Array, str]]) -> Point:
+def read(p: SectionParameters, fourbar: FourBar, members: Sequence[tuple[Array, Array, str]]) -> DiagramPoint:
     """Join what the seeds gave."""
     section, growth = (np.stack([each[i] for each in members]) for i in (0, 1))
     found = exponent(growth, fourbar.period)
@@ -140,7 +140,7 @@ def read(p: SectionParameters, fourbar: FourBar, members: Sequence[tuple[Array, 
         notes.append(f"CONTRADICTION: parts at {found.value:.3g}/s, yet repeats after {period} turns")
     if not period and found.value < -SURE * found.error and p.turns > LONGEST_PERIOD:
         notes.append(f"NOT_SETTLED: comes together at {-found.value:.3g}/s, yet does not repeat; raise `settle`")
-    return Point(section, found, period, spread, tuple(notes))
+    return DiagramPoint(section, found, period, spread, tuple(notes))
 
 
 def repeats(section: Array) -> int:

@@ -1,6 +1,6 @@
 """Does a flexible rocker buffer? Each claim of the paper on rattling joints, held against means of many runs.
 
-Four joints with play at 300 r/min, rigid rocker against one with its lowest bending and axial modes, over clearances, both
+Four joints with clearance at 300 r/min, rigid rocker against one with its lowest bending and axial modes, over clearances, both
 bending planes of the 20 mm x 5 mm bars and both readings of c_max. `studies/buffering_measures.py` has the numbers each
 claim is judged by and the rule. The runs are those of the compiled reference (`buckler.mbs.reference`).
 
@@ -81,7 +81,7 @@ class Parameters(EnsembleParameters):
             raise ValueError("bending = 0 with axial = 0: the flexible rocker needs one mode at least")
 
 
-class Case(NamedTuple):
+class ClaimCase(NamedTuple):
     """One reading of c_max, side in the plane and clearance, m."""
 
     unit: str
@@ -94,9 +94,9 @@ class Case(NamedTuple):
         return f"c_max[{self.unit}].h{1e3 * self.depth:g}mm.c{1e6 * self.gap:g}um"
 
 
-def cases(p: Parameters) -> list[Case]:
+def cases(p: Parameters) -> list[ClaimCase]:
     """All of them."""
-    return [Case(*each) for each in product(p.damping_unit, p.in_plane_depth, p.clearance)]
+    return [ClaimCase(*each) for each in product(p.damping_unit, p.in_plane_depth, p.clearance)]
 
 
 def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
@@ -153,7 +153,7 @@ def _over_worlds(p: Parameters, progress: Progress) -> _Over:
     return _Over(world_shares.metrics(found) | {"worlds.seconds": seconds}, signals, [shown])
 
 
-def _measured(p: Parameters, case: Case, rocker: str) -> Ensemble:
+def _measured(p: Parameters, case: ClaimCase, rocker: str) -> Ensemble:
     """Run one rocker; the two have other seeds, so their errors are independent."""
     if rocker == "rigid":
         return p.ensemble(p.fourbar(*case))
@@ -180,8 +180,8 @@ def _numbers(name: str, found: Ensemble) -> dict[str, Metric]:
     }
 
 
-def _compared(p: Parameters, case: Case, rigid: Ensemble, flexible: Ensemble, ideal: Any, count: int) -> dict[str, Metric]:
-    """Ratios of the two, their verdicts; and what play does with the rigid rocker, over ideal joints."""
+def _compared(p: Parameters, case: ClaimCase, rigid: Ensemble, flexible: Ensemble, ideal: Any, count: int) -> dict[str, Metric]:
+    """Ratios of the two, their verdicts; and what clearance does with the rigid rocker, over ideal joints."""
     numbers = {}
     for claim in CLAIMS:
         found, name = ratio(mean(flexible, claim), mean(rigid, claim)), f"{case.name}.{claim.name}"
@@ -193,7 +193,7 @@ def _compared(p: Parameters, case: Case, rigid: Ensemble, flexible: Ensemble, id
     return numbers
 
 
-def _verdict(metrics: Mapping[str, Metric], case: Case, claim: str) -> str:
+def _verdict(metrics: Mapping[str, Metric], case: ClaimCase, claim: str) -> str:
     """In words."""
     number = metrics[f"{case.name}.{claim}.verdict"].value
     return next(verdict for verdict, known in VERDICTS.items() if known == number)
@@ -202,14 +202,14 @@ def _verdict(metrics: Mapping[str, Metric], case: Case, claim: str) -> str:
 # --- tables -----------------------------------------------------------------------------------------------------------
 
 
-def _marked(case: Case, wrong: Sequence[str]) -> bool:
+def _marked(case: ClaimCase, wrong: Sequence[str]) -> bool:
     """True if a rocker of this case is suspect."""
     return any(line.startswith(f"{case.name}.") for line in wrong)
 
 
 def _table(metrics: Mapping[str, Metric], p: Parameters, unit: str, depth: float, wrong: Sequence[str]) -> Table:
     """One row a claim, one column a clearance: ratio, its standard error, verdict."""
-    here = [Case(unit, depth, gap) for gap in p.clearance]
+    here = [ClaimCase(unit, depth, gap) for gap in p.clearance]
     rows = []
     for claim in CLAIMS:
         row = [claim.text]
@@ -219,7 +219,7 @@ def _table(metrics: Mapping[str, Metric], p: Parameters, unit: str, depth: float
             row.append(f"{found.value:.3f} ± {found.value * (found.error or 0):.3f} {_verdict(metrics, case, claim.name)}{mark}")
         rows.append(row)
     title = f"flexible/rigid, ± standard error; c_max = 253 {unit}, {1e3 * depth:g} mm in the plane"
-    notes = f"* suspect: energy balance above {BALANCED:g}, or a pin deeper in than it has play" if "*" in str(rows) else ""
+    notes = f"* suspect: energy balance above {BALANCED:g}, or a pin deeper in than the clearance" if "*" in str(rows) else ""
     return Table(["claim", *(f"c = {1e3 * gap:g} mm" for gap in p.clearance)], rows, title, notes)
 
 
@@ -241,7 +241,7 @@ def _summary(metrics: Mapping[str, Metric], p: Parameters, wrong: Sequence[str])
     notes = (
         f"A reduction counts from {100 * p.margin:g} %; the chance that any verdict is wrong is below {100 * p.level:g} %. "
         f"{p.members} runs of {p.cycles} turns a rocker and case{'; suspect cases left out' if wrong else ''}.\n"
-        f"Play itself, rigid rocker, times what ideal joints have: {spans}.\n{p.stated()}."
+        f"Clearance itself, rigid rocker, times what ideal joints have: {spans}.\n{p.stated()}."
     )
     heads = [f"{unit}: holds / does not / undecided" for unit in p.damping_unit]
     return Table(["claim", *heads, "overall"], rows, "What the claims come to", notes)
@@ -273,12 +273,12 @@ def _over_clearance(result: StudyResult) -> Figure:
             ax.axhline(1, color="#999999", linewidth=0.8, zorder=1)
             claims = [claim for claim in CLAIMS if claim.family == family]
             for i, claim in enumerate(claims):
-                _draw(ax, result.metrics, [Case(unit, depth, gap) for gap in p.clearance], claim, 0.06 * (i - 1))
+                _draw(ax, result.metrics, [ClaimCase(unit, depth, gap) for gap in p.clearance], claim, 0.06 * (i - 1))
         line[0].set_ylabel(f"{unit}, {1e3 * depth:g} mm\nflexible/rigid")
     for ax, family in zip(axes[0], FAMILIES, strict=True):
         ax.set_title(SHORT[family], fontsize=8)
     for ax in axes[-1]:
-        ax.set(xscale="log", xlabel="play c [mm]")
+        ax.set(xscale="log", xlabel="clearance c [mm]")
         ticks = [1e3 * gap for gap in p.clearance]
         ax.set_xticks(ticks, [f"{tick:g}".removeprefix("0") for tick in ticks])
         ax.set_xticks([], minor=True)
@@ -293,7 +293,7 @@ def _over_clearance(result: StudyResult) -> Figure:
     return fig
 
 
-def _draw(ax: Any, metrics: Mapping[str, Metric], here: Sequence[Case], claim: Any, shift: float) -> None:
+def _draw(ax: Any, metrics: Mapping[str, Metric], here: Sequence[ClaimCase], claim: Any, shift: float) -> None:
     """One claim's ratios with bars of two standard errors; the marks tell the verdicts."""
     found = [metrics[f"{case.name}.{claim.name}.ratio"] for case in here]
     gap = np.array([1e3 * case.gap for case in here]) * np.exp(shift)

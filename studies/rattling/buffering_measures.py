@@ -27,13 +27,12 @@ from scipy.stats import t as student
 from buckler.mbs.laws import AdamsFriction
 from buckler.mbs.reference import CLOSED, RATTLING, Ensemble, FourBar, Outcome, Run, ensemble
 from buckler.studies.kit.parameters import choices, integer, quantities, quantity
+from buckler.studies.kit.published import BAR_AREA
 from buckler.studies.rattling.assumptions import Assumptions
 
 Array = np.ndarray[Any, Any]
 READINGS = {"N.s/m": RATTLING, "N.s/mm": CLOSED}
 """Contact laws by how the unit of the published c_max = 253 is read."""
-AREA = 0.020 * 0.005
-"""Of the bars' section, m^2."""
 SAMPLES = 2000
 """Of a turn, 0.1 ms apart at 300 r/min; what `curves` measures is read off them."""
 SPREAD = 0.1
@@ -106,9 +105,9 @@ class EnsembleParameters(Assumptions):
     workers: int = integer(2, 1, 64, "threads", "numerics")
 
     def fourbar(self, unit: str, depth: float, gap: float, modes: Any = None) -> FourBar:
-        """Crank-rocker with play, in one reading of c_max, by its bars' side in the plane and clearance, m."""
+        """Crank-rocker with clearance, in one reading of c_max, by its bars' side in the plane and clearance, m."""
         return FourBar(
-            law=READINGS[unit], thickness=depth, width=AREA / depth, gap=gap, modes=modes, pin=self.pin, gravity=self.pull,
+            law=READINGS[unit], thickness=depth, width=BAR_AREA / depth, gap=gap, modes=modes, pin=self.pin, gravity=self.pull,
             friction=AdamsFriction(0.3, 0.1, *self.thresholds), turned=self.turned,
         )  # fmt: skip
 
@@ -231,7 +230,7 @@ def overall(verdicts: Sequence[str]) -> str:
 
 
 def trouble(name: str, found: Ensemble) -> list[str]:
-    """Why a case is suspect, one line each: the energy balance of a member, or a pin deeper in its bush than it has play."""
+    """Why a case is suspect, one line each: the energy balance of a member, or a pin deeper in its bush than the clearance."""
     lines = []
     if not max(found.balances) <= BALANCED:
         lines.append(f"{name}: ENERGY, balance {max(found.balances):.1e}, more than {BALANCED:g}")
@@ -239,5 +238,5 @@ def trouble(name: str, found: Ensemble) -> list[str]:
         deep, gap = found.cycles["depth"].max(), max(found.fourbar.gaps)
         many = sum(outcome is not Outcome.OK for outcome in found.outcomes)
         runs = f"{many} of {len(found.outcomes)} runs"
-        lines.append(f"{name}: PENETRATION, {deep:.2g} m with {gap:.2g} m of play, in {runs}: no law holds there")
+        lines.append(f"{name}: PENETRATION, {deep:.2g} m with {gap:.2g} m of clearance, in {runs}: no law holds there")
     return lines

@@ -1,4 +1,4 @@
-"""What the studies of joints with play share: the crank-rocker's parameters, its variants, and what is read off a run.
+"""What the studies of joints with clearance share: the crank-rocker's parameters, its variants, and what is read off a run.
 
 The mechanism is that of a paper that leaves much unsaid: clearance, pins, friction speeds, the plane in which the bars
 bend. Each of these is a parameter here. The unit of its largest contact damping, 253 "N×S/m", decides the physics
@@ -15,23 +15,18 @@ from typing import Any
 import numpy as np
 
 from buckler import mbs
-from buckler.mbs import Beam, Clearance, Material, Mechanism, Modal, Result, Rigid, Section, crank_rocker
+from buckler.mbs import Beam, Clearance, Mechanism, Modal, Result, Rigid, Section, crank_rocker
+from buckler.mbs.accuracy.difference import FINEST
 from buckler.mbs.laws import AdamsFriction, Impact
 from buckler.mbs.library import STEEL_CRANK_ROCKER
 from buckler.mbs.modal import CraigBampton, reduced
 from buckler.studies.kit.parameters import choice, choices, integer, quantity
+from buckler.studies.kit.published import BAR_AREA, CONTACT_DAMPING, CONTACT_STIFFNESS, DAMPING_UNITS, STEEL
 from buckler.studies.rattling.assumptions import DAMPINGS, Assumptions, JointAssumptions
 
 Array = np.ndarray[Any, Any]
-STEEL = Material(modulus=207e9, density=7850.0, poisson=0.29)
-AREA = 0.020 * 0.005
-"""Of the bars' section, m^2."""
-STIFFNESS = 2.53e5 * 1e3**1.5
-"""Published K, N/m^1.5: 2.53e5 "N/mm", read as N/mm^1.5."""
-DAMPING_UNITS = {"N.s/m": 1.0, "N.s/mm": 1e3}
-"""Readings of c_max, each in N s/m."""
 WITH_PLAY = ("", "B", "BC", "ABC", "OABC")
-"""Joints that get play as their number grows: first those that are looked at, coupler–rocker and rocker–frame."""
+"""Joints that get clearance as their number grows: first those that are looked at, coupler–rocker and rocker–frame."""
 START_OFFSET = 1e-9
 """Scale, rad, of the chance offset of the start: far below all errors, yet rattling joints soon move otherwise."""
 STEPS_A_TURN = 720
@@ -81,13 +76,13 @@ class InPython:
 
 @dataclass(frozen=True)
 class PlayParameters(JointAssumptions):
-    """The crank-rocker's bars, joints with play, contact and drive, on the engine and in the compiled reference."""
+    """The crank-rocker's bars, joints with clearance, contact and drive, on the engine and in the compiled reference."""
 
     in_plane_depth: float = quantity(20e-3, "m", 5e-3, 20e-3, "side of the 20 mm x 5 mm bars in the plane", "bars")
     clearance: float = quantity(2.5e-4, "m", 1e-7, 2e-3, "radial clearance", "joints")
     pin: float = quantity(5e-3, "m", 1e-3, 1e-2, "radius of the pins", "joints")
-    stiffness: float = quantity(STIFFNESS, "N/m^1.5", 1e6, 1e14, "contact stiffness K", "contact")
-    damping: float = quantity(253.0, "1", 0, 1e5, "largest contact damping c_max, in damping_unit", "contact")
+    stiffness: float = quantity(CONTACT_STIFFNESS, "N/m^1.5", 1e6, 1e14, "contact stiffness K", "contact")
+    damping: float = quantity(CONTACT_DAMPING, "1", 0, 1e5, "largest contact damping c_max, in damping_unit", "contact")
     damping_unit: str = choice("N.s/m", tuple(DAMPING_UNITS), "how the published unit of c_max is read", "contact")
     damping_depth: float = quantity(1e-5, "m", 1e-8, 1e-3, "depth d_max at which the damping is full", "contact")
     static_friction: float = quantity(0.3, "1", 0, 2, "static Coulomb coefficient", "contact")
@@ -114,11 +109,11 @@ class PlayParameters(JointAssumptions):
 
 @dataclass(frozen=True)
 class CrankRockerParameters(PlayParameters, Assumptions):
-    """Parameters of every study of the crank-rocker with play on the engine."""
+    """Parameters of every study of the crank-rocker with clearance on the engine."""
 
     rocker: tuple[str, ...] = choices(("rigid", "beam"), tuple(ROCKERS), "rockers to run, at most one flexible", "bars")
     rocker_damping: float = quantity(0.01, "1", 0, 1, "damping ratio: first pinned mode (beam), all (modal)", "bars")
-    clearance_joints: int = integer(4, 0, 4, "joints with play: B, C, A, O in this order", "joints")
+    clearance_joints: int = integer(4, 0, 4, "joints with clearance: B, C, A, O in this order", "joints")
     start_angle: float = quantity(0.5, "rad", -7, 7, "crank angle at the start", "drive")
     duration: float = quantity(0.2, "s", 1e-4, 1e3, "length of a run", "numerics")
     settle: float = quantity(0.02, "s", 0, 1e3, "time left out of the metrics: journals start centred", "numerics")
@@ -130,6 +125,8 @@ class CrankRockerParameters(PlayParameters, Assumptions):
 
     def check(self) -> None:
         """Check parameters against each other; build what will be run."""
+        if 0 < self.accuracy < FINEST:
+            raise ValueError(f"accuracy = {self.accuracy:g}: must be 0, for none asked, or lie in [{FINEST:g}, 0.1]")
         if len({label(rocker) for rocker in self.rocker}) < len(self.rocker):
             raise ValueError(f"rocker = {','.join(self.rocker)}: name one flexible rocker at most")
         if "modal" not in self.rocker and (self.modal_damping, self.modes_of) != ("constant", "free"):
@@ -143,21 +140,21 @@ class CrankRockerParameters(PlayParameters, Assumptions):
     @property
     def section(self) -> Section:
         """Of all bars, without damping."""
-        return Section(width=AREA / self.in_plane_depth, thickness=self.in_plane_depth, material=STEEL)
+        return Section(width=BAR_AREA / self.in_plane_depth, thickness=self.in_plane_depth, material=STEEL)
 
     @property
     def with_play(self) -> str:
-        """Points of the joints with play."""
+        """Points of the joints with clearance."""
         return WITH_PLAY[self.clearance_joints]
 
     def play(self, point: str, first: str, second: str) -> Clearance:
-        """Joint with play at a point, pin on the first body, bush on the second, or the other way round by `pin_on`."""
+        """Joint with clearance at a point, pin on the first body, bush on the second, or the other way round by `pin_on`."""
         if point in self.turned:
             first, second = second, first
         return Clearance(point, first, second, self.pin, self.clearance, self.law, self.friction)
 
     def mechanism(self, rocker: str, with_play: str | None = None) -> Mechanism:
-        """Crank-rocker with this rocker and play in these joints; by default in as many as `clearance_joints` says."""
+        """Crank-rocker with this rocker and clearance in these joints; by default in as many as `clearance_joints` says."""
         offset = START_OFFSET * float(np.random.default_rng(self.seed).standard_normal())
         made = crank_rocker(
             ROCKERS[rocker](self),
@@ -184,7 +181,7 @@ class CrankRockerParameters(PlayParameters, Assumptions):
 
 @dataclass(frozen=True)
 class Variant:
-    """One run: what it is filed under, the mechanism's joints with play, and what came of it."""
+    """One run: what it is filed under, the mechanism's joints with clearance, and what came of it."""
 
     name: str
     with_play: str
@@ -192,7 +189,7 @@ class Variant:
 
 
 def run_variants(parameters: CrankRockerParameters, progress: Any) -> list[Variant]:
-    """Run the rigid mechanism with ideal joints, as `ideal`, and each rocker asked for with play."""
+    """Run the rigid mechanism with ideal joints, as `ideal`, and each rocker asked for with clearance."""
     cases = [("ideal", "rigid", "")] + [(label(r), r, parameters.with_play) for r in parameters.rocker]
     return [
         Variant(name, with_play, simulate(parameters, rocker, with_play))
@@ -258,7 +255,7 @@ def read(variant: Variant, ideal: Variant, settle: float) -> dict[str, tuple[flo
         found[f"peak_force_{joint}"] = (largest(joint_force(result, joint)), "N")
     for link in ("coupler", "rocker"):
         signals = result.signals
-        off = signals[f"{link}.vx"] - ideal.result.at(f"{link}.vx", result.time)
+        off = signals[f"{link}.vx"] - ideal.result.at(f"{link}.vx", result.time, outside=np.nan)
         found[f"peak_ax_{link}"] = (largest(signals[f"{link}.ax"]), "m/s^2")
         found[f"rms_ax_{link}"] = (mean_square(signals[f"{link}.ax"]), "m/s^2")
         found[f"rms_vx_error_{link}"] = (mean_square(off), "m/s")
@@ -280,7 +277,7 @@ def samples(variant: Variant) -> dict[str, Array]:
 
 
 def verdict(variants: Iterable[Variant]) -> dict[str, str]:
-    """Status and message of a study, those of its worst run: SUSPECT also where a pin is deeper in than it has play."""
+    """Status and message of a study, those of its worst run: SUSPECT also where a pin is deeper in than the clearance."""
     wrong = [variant for variant in variants if not variant.result.ok]
     status = min((v.result.status for v in wrong), key=lambda status: status == "SUSPECT", default="OK")
     return {"status": str(status), "message": "; ".join(f"{v.name}: {v.result.message}" for v in wrong)}

@@ -1,4 +1,4 @@
-"""Crank-rocker with play in all joints: error against run time of rigid, beam and modal rocker, and of rivals.
+"""Crank-rocker with clearance in all joints: error against run time of rigid, beam and modal rocker, and of rivals.
 
 The engine runs it by tolerance, in equal steps, explicitly and implicitly, with several elements; rivals are the compiled
 reference, scipy's DOP853 on the same compiled right-hand side, the engine with its contact law in Python, and that with the
@@ -16,25 +16,37 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from buckler.mbs.accuracy.precision import Point, time_for, verdict, work_precision
+from buckler.mbs.accuracy.precision import Point, time_for, verdict
 from buckler.mbs.engine.choice import usual_tolerance
 from buckler.mbs.library import STEEL_CRANK_ROCKER
 from buckler.mbs.reference import beam_modes
 from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import choice, choices, integer, quantities, quantity, specs
+from buckler.studies.kit.precision import (
+    Runs,
+    Series,
+    as_signals,
+    by_steps,
+    by_tolerance,
+    draw,
+    footnote,
+    mark,
+    measure,
+    points_of,
+    power,
+    series_in,
+)
+from buckler.studies.kit.published import DAMPING_UNITS
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
 from buckler.studies.kit.style import subplots
 from buckler.studies.rattling.assumptions import Assumptions
-from buckler.studies.rattling.clearance import DAMPING_UNITS, CrankRockerParameters, InPython
+from buckler.studies.rattling.clearance import CrankRockerParameters, InPython
 from buckler.studies.rattling.clearance_precision_cycles import QUANTITIES, Comparison, compare
 from buckler.studies.rattling.clearance_precision_runs import (
     MODES,
-    Outcome,
-    Runs,
+    BarPaths,
     beam,
     by_scipy,
-    by_steps,
-    by_tolerance,
     compiled,
     finest,
     fourbar,
@@ -43,11 +55,11 @@ from buckler.studies.rattling.clearance_precision_runs import (
     modes_of_beam,
     on_engine,
     plainly,
-    power,
     rigid,
+    with_equal_steps,
+    with_tolerance,
 )
 from buckler.studies.rattling.fourbar import modes_of_solid
-from buckler.studies.strips.static_precision import as_signals, draw, footnote
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -59,7 +71,7 @@ FEWER = 4
 """Bending and as many axial modes of the reference where the beam's turns are averaged."""
 
 
-class Ratio(NamedTuple):
+class TimeRatio(NamedTuple):
     """Run time of one run over that of another, each a series and a setting of one model, and what is asked of it."""
 
     model: str
@@ -80,11 +92,11 @@ YARDSTICK = f"reference, {MODES} + {MODES} modes"
 RIVALS = ("reference", "scipy", "Python law", "engine's own")
 """How the names of runs begin that do not stand for the engine as we use it."""
 RATIOS = {
-    "dop853_over_reference": Ratio("rigid", ("scipy DOP853", EQUAL), ("reference", EQUAL), ">=", 25),
-    "rigid_over_reference": Ratio("rigid", ("Rigid", DEFAULT), ("reference", EQUAL), "<=", 12),
-    "python_law_over_rigid": Ratio("rigid", ("Python law", DEFAULT), ("Rigid", DEFAULT), ">=", 5),
-    "own_settings_over_rigid": Ratio("rigid", ("engine's own, Python law", OWN_STEP), ("Rigid", DEFAULT), ">=", 5),
-    "beam_over_modal_reference": Ratio("beam", ("Beam x 4", DEFAULT), ("reference, 2 + 1 modes", EQUAL), "<=", 10),
+    "dop853_over_reference": TimeRatio("rigid", ("scipy DOP853", EQUAL), ("reference", EQUAL), ">=", 25),
+    "rigid_over_reference": TimeRatio("rigid", ("Rigid", DEFAULT), ("reference", EQUAL), "<=", 12),
+    "python_law_over_rigid": TimeRatio("rigid", ("Python law", DEFAULT), ("Rigid", DEFAULT), ">=", 5),
+    "own_settings_over_rigid": TimeRatio("rigid", ("engine's own, Python law", OWN_STEP), ("Rigid", DEFAULT), ">=", 5),
+    "beam_over_modal_reference": TimeRatio("beam", ("Beam x 4", DEFAULT), ("reference, 2 + 1 modes", EQUAL), "<=", 10),
 }
 """What is asked of run times; they depend on the machine and make no run SUSPECT."""
 BALANCE, UNLIKELY = 1e-3, 1e-3
@@ -136,7 +148,7 @@ class Model:
     """
 
     runs: Runs
-    error: Callable[[Outcome], float]
+    error: Callable[[BarPaths], float]
     statistics: Callable[..., Comparison]
     chosen: str
 
@@ -152,7 +164,7 @@ def _rigid(p: Parameters) -> Model:
         "scipy DOP853": {EQUAL: partial(dop, span, float(EQUAL))},
         "Rigid": _both(free, p),
         "Rigid, implicit": _both(held, p),
-        "Rigid, equal steps": by_steps(free, span, p.steps),
+        "Rigid, equal steps": by_steps(partial(with_equal_steps, free, span), p.steps),
         "Python law": {DEFAULT: partial(on_engine, slow, span)},
         "engine's own, Python law": {OWN_STEP: partial(plainly, plain, span, round(span / 20e-6))},
     }
@@ -167,7 +179,7 @@ def _beam(p: Parameters) -> Model:
         YARDSTICK: {power(TOLERANCES[0]): partial(compiled, bar, span, TOLERANCES[0])},
         "reference, 2 + 1 modes": {EQUAL: partial(compiled, few, span, float(EQUAL))},
         **{f"Beam x {n}": _both(mechanism(bars, beam(bars, n)), p) for n in sorted({4, *map(int, p.elements)})},
-        "Beam x 4, equal steps": by_steps(mechanism(bars, beam(bars, 4)), span, p.steps),
+        "Beam x 4, equal steps": by_steps(partial(with_equal_steps, mechanism(bars, beam(bars, 4)), span), p.steps),
     }
     model = _model(p, runs, bar, beam(bars, 4), "Beam x 4")
     like = fourbar(bars, modes_of_beam(bars, FEWER))  # what an axial mode of 60 kHz adds to a turn is less than chance does
@@ -180,17 +192,18 @@ def _modal(p: Parameters) -> Model:
     runs: Runs = {
         "reference, same modes": {power(x): partial(compiled, bar, span, x) for x in TOLERANCES},
         "Modal": _both(mechanism(bars, body), p),
-        "Modal, equal steps": by_steps(mechanism(bars, body), span, (min(p.steps),)),
+        "Modal, equal steps": by_steps(partial(with_equal_steps, mechanism(bars, body), span), (min(p.steps),)),
     }
     return _model(p, runs, bar, body, "Modal")
 
 
-def _both(made: Any, p: Parameters) -> dict[str, Callable[[], Outcome]]:
+def _both(made: Any, p: Parameters) -> dict[str, Callable[[], BarPaths]]:
     """By tolerance, and without settings at its place among them."""
     usual = usual_tolerance(made)
     coarser, finer = ([x for x in p.tolerances if (x > usual) == side] for side in (True, False))
     default = {DEFAULT: partial(on_engine, made, p.span)}
-    return by_tolerance(made, p.span, coarser) | default | by_tolerance(made, p.span, finer)
+    run = partial(with_tolerance, made, p.span)
+    return by_tolerance(run, coarser) | default | by_tolerance(run, finer)
 
 
 def _model(p: Parameters, runs: Runs, bar: Any, rocker: Any, chosen: str) -> Model:
@@ -204,7 +217,6 @@ def _model(p: Parameters, runs: Runs, bar: Any, rocker: Any, chosen: str) -> Mod
 
 
 MODELS: dict[str, Callable[[Parameters], Model]] = {"rigid": _rigid, "beam": _beam, "modal": _modal}
-Series = Mapping[str, Mapping[str, Point]]
 
 
 def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
@@ -216,12 +228,11 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     compared: dict[str, Comparison] = {}
     for name in p.rockers:
         model = MODELS[name](p)
-        found[name] = series = _measure(model, p, partial(progress, label=f"{name}: runs"))
+        found[name] = series = _measure(model, p, progress, f"{name}: runs")
         compared[name] = model.statistics(progress=partial(progress, label=f"{name}: turns"))
         chosen = series[model.chosen][DEFAULT]
         metrics |= _metrics(name, chosen, compared[name])
-        own = {f"{name}: {key}": [*part.values()] for key, part in series.items()}
-        signals |= as_signals(own) | {f"{name}: {key}.setting": np.array([*part]) for key, part in series.items()}
+        signals |= as_signals({f"{name}: {key}": part for key, part in series.items()})
     metrics |= {name: Metric(_ratio(found, name), "1") for name in RATIOS if RATIOS[name].model in found}
     if "rigid" in found:
         metrics["dop853_over_reference_at_equal_error"] = Metric(_at_equal_error(found["rigid"]), "1")
@@ -239,15 +250,15 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     )  # fmt: skip
 
 
-def _measure(model: Model, p: Parameters, progress: Any) -> Series:
+def _measure(model: Model, p: Parameters, progress: Progress, label: str) -> Series:
     """Errors and times of a model's runs; the front is that of the engine as we use it."""
-    calls = {f"{name}, {key}": call for name, part in model.runs.items() for key, call in part.items()}
-    points = {point.name: point for point in work_precision(calls, model.error, p.repeats, progress=progress)}
-    ours = [point for name, point in points.items() if not name.startswith(RIVALS)]
-    for name, point in points.items():
-        front = point in ours and isfinite(point.error) and not any(other.beats(point) for other in ours)
-        points[name] = replace(point, front=front)
-    return {name: {key: points[f"{name}, {key}"] for key in part} for name, part in model.runs.items()}
+    series = measure(model.runs, model.error, p.repeats, progress, label)
+    ours = points_of({name: part for name, part in series.items() if not name.startswith(RIVALS)})
+
+    def leads(point: Point) -> bool:
+        return point in ours and isfinite(point.error) and not any(other.beats(point) for other in ours)
+
+    return {name: {key: replace(point, front=leads(point)) for key, point in part.items()} for name, part in series.items()}
 
 
 def _metrics(name: str, chosen: Point, found: Comparison) -> dict[str, Metric]:
@@ -307,9 +318,9 @@ def _runs_table(found: Mapping[str, Series], notes: str) -> Table:
             for key, point in part.items():
                 error = f"{point.error:.1e}" if isfinite(point.error) else "failed"
                 counts = [point.work.get(what) for what in ("steps", "jacobians")]
-                rows.append([model, name, key, error, f"{1e3 * point.wall_s:.3g}", *counts, "*" if point.front else ""])
+                rows.append([model, name, key, error, f"{1e3 * point.wall_s:.3g}", *counts, mark(point)])
     headers = ["rocker", "run", "setting", "error [clearances]", "time [ms]", "steps", "Jacobians", "front"]
-    return Table(headers, rows, "Crank-rocker with play: distance from the reference over the first 10 ms", notes)
+    return Table(headers, rows, "Crank-rocker with clearance: distance from the reference over the first 10 ms", notes)
 
 
 def _statistics_table(compared: Mapping[str, Comparison]) -> Table:
@@ -339,14 +350,13 @@ def _bars_table(metrics: Mapping[str, Metric]) -> Table:
 
 def figure(result: StudyResult) -> Figure:
     """Error over run time, a panel a rocker."""
-    names = [name.removesuffix(".setting") for name in result.signals if name.endswith(".setting")]
+    names = series_in(result.signals)
     models = list(dict.fromkeys(name.partition(": ")[0] for name in names))
     fig, axes = subplots(rows=len(models), height=80.0 * len(models), squeeze=False)
     for model, ax in zip(models, axes[:, 0], strict=True):
         own = {name: name.partition(": ")[2] for name in names if name.startswith(f"{model}: ") and not name.endswith(YARDSTICK)}
-        marks = {name: result.signals[f"{name}.setting"] for name in own}
         below = [name for name, label in own.items() if label.startswith(RIVALS) or label == "Beam x 8"]
-        draw(ax, result.signals, own, marks, "tolerance, or steps", below)
+        draw(ax, result.signals, own, below=below)
         ax.legend(title="at the points:\ntolerance, or steps", loc="center left", bbox_to_anchor=(1.0, 0.5), alignment="left")
         ax.set(title=f"{model} rocker", ylabel="distance over the first 10 ms\n[clearances]")
     return fig

@@ -1,13 +1,12 @@
-"""What `clearance-precision` runs: the crank-rocker with play on the engine, compiled without it, by scipy, and plainly.
+"""What `clearance-precision` runs: the crank-rocker with clearance on the engine, compiled without it, by scipy, and plainly.
 
 Every run gives the same: the path of the bars' centres at times of its own, to be held against a fine run of the reference.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -48,7 +47,7 @@ MODES = 12
 
 
 @dataclass(frozen=True)
-class Outcome:
+class BarPaths:
     """Path of the centres of coupler and rocker, how the run ended, what it counted.
 
     Attributes
@@ -66,7 +65,7 @@ class Outcome:
 
 
 def mechanism(p: CrankRockerParameters, rocker: Any, *, law: Any = None, ramp: bool = False) -> Mechanism:
-    """The crank-rocker with play in all joints; a ramp that does not rise takes it to the implicit integrator."""
+    """The crank-rocker with clearance in all joints; a ramp that does not rise takes it to the implicit integrator."""
 
     def play(point: str, first: str, second: str) -> Clearance:
         return replace(p.play(point, first, second), law=law or p.law)
@@ -118,31 +117,41 @@ def modes_of_beam(p: CrankRockerParameters, count: int = MODES) -> ModalData:
 # --- runs -------------------------------------------------------------------------------------------------------------
 
 
-def on_engine(made: Mechanism, duration: float, solver: Exudyn | None = None, ledger: bool = False) -> Outcome:
+def on_engine(made: Mechanism, duration: float, solver: Exudyn | None = None, ledger: bool = False) -> BarPaths:
     """By `simulate`."""
     result = simulate(made, duration, solver=solver, ledger=ledger, timeout=300)
     path = np.stack([result.signals[f"{bar}.{axis}"] for bar in CENTRES for axis in "xy"], axis=1)
-    return Outcome(result.time, path, result.status, result.work, result.energy_balance if ledger else float("nan"))
+    return BarPaths(result.time, path, result.status, result.work, result.energy_balance if ledger else float("nan"))
 
 
-def compiled(bar: FourBar, duration: float, tolerance: float) -> Outcome:
+def with_tolerance(made: Mechanism, duration: float, tolerance: float) -> BarPaths:
+    """By `simulate`, with that tolerance."""
+    return on_engine(made, duration, Exudyn(Controlled(tolerance)))
+
+
+def with_equal_steps(made: Mechanism, duration: float, count: int) -> BarPaths:
+    """By `simulate`, in equal steps."""
+    return on_engine(made, duration, Exudyn(Equal(count)))
+
+
+def compiled(bar: FourBar, duration: float, tolerance: float) -> BarPaths:
     """By the compiled reference."""
     samples = round(duration / SEEN) + 1
     run = reference.simulate(bar, duration, rtol=tolerance, atol=tolerance, samples=samples)
-    return Outcome(run.time, run.q[:, [2, 3, 5, 6]], run.status, run.work, run.energy_balance)
+    return BarPaths(run.time, run.q[:, [2, 3, 5, 6]], run.status, run.work, run.energy_balance)
 
 
-def by_scipy(bar: FourBar) -> Callable[[float, float], Outcome]:
+def by_scipy(bar: FourBar) -> Callable[[float, float], BarPaths]:
     """The reference's right-hand side, as compiled, through scipy's DOP853; of duration and tolerance."""
     rates, start = _right_hand_side(bar), reference.ideal_state(bar)
     rates(0.0, start)  # compiled now, not in the first run
     options: Any = {"max_step": bar.period / 100, "first_step": 1e-7}
 
-    def run(duration: float, tolerance: float) -> Outcome:
+    def run(duration: float, tolerance: float) -> BarPaths:
         times = np.linspace(0, duration, round(duration / SEEN) + 1)
         found = solve_ivp(rates, (0, duration), start, "DOP853", times, rtol=tolerance, atol=tolerance, **options)
         path, work = found.y[[2, 3, 5, 6]].T, {"evaluations": found.nfev}
-        return Outcome(found.t, path, "OK" if found.success else found.message, work)
+        return BarPaths(found.t, path, "OK" if found.success else found.message, work)
 
     return run
 
@@ -167,25 +176,25 @@ def _right_hand_side(bar: FourBar) -> Callable[[float, Array], Array]:
     return lambda t, y: move(t, y, full, rates, *given, seen, watch)
 
 
-def plainly(made: Mechanism, duration: float, steps: int) -> Outcome:
+def plainly(made: Mechanism, duration: float, steps: int) -> BarPaths:
     """By the engine's own default settings, in equal steps; their number is the one thing that has no default that works."""
     from buckler.mbs.engine.defaults import with_default_settings  # loads the engine
 
     time, bars, message = with_default_settings(made, duration, steps)
     places = [bars[bar].point(point)[0] for bar, ends in (("coupler", "AB"), ("rocker", "CB")) for point in ends]
     path = np.hstack([(places[0] + places[1]) / 2, (places[2] + places[3]) / 2])
-    return Outcome(time, path, message or "OK", {"steps": float(len(time))})
+    return BarPaths(time, path, message or "OK", {"steps": float(len(time))})
 
 
 # --- how far apart ----------------------------------------------------------------------------------------------------
 
 
-def finest(bar: FourBar, compared: float) -> Callable[[Outcome], float]:
+def finest(bar: FourBar, compared: float) -> Callable[[BarPaths], float]:
     """Distance from a run of the reference at `FINEST`: largest of a bar's centre within the time compared, m; nan if failed."""
     run = reference.simulate(bar, compared, rtol=FINEST, atol=FINEST, samples=round(compared / SAMPLE) + 1)
     path = CubicHermiteSpline(run.time, run.q[:, [2, 3, 5, 6]], run.q_t[:, [2, 3, 5, 6]])
 
-    def distance(outcome: Outcome) -> float:
+    def distance(outcome: BarPaths) -> float:
         early = outcome.time <= compared
         if not run.ok or outcome.status not in ("OK", "SUSPECT") or early.all():
             return float("nan")
@@ -193,26 +202,3 @@ def finest(bar: FourBar, compared: float) -> Callable[[Outcome], float]:
         return float(np.hypot(off[:, ::2], off[:, 1::2]).max())
 
     return distance
-
-
-Runs = dict[str, dict[str, Callable[[], Outcome]]]
-
-
-def power(tolerance: float) -> str:
-    """1e-5 for 1e-05."""
-    return f"{tolerance:.0e}".replace("e-0", "e-")
-
-
-def thousands(steps: float) -> str:
-    """20k for 20000."""
-    return f"{steps / 1000:g}k"
-
-
-def by_tolerance(made: Mechanism, duration: float, tolerances: Sequence[float]) -> dict[str, Callable[[], Outcome]]:
-    """Runs of the engine by tolerance, coarsest first."""
-    return {power(x): partial(on_engine, made, duration, Exudyn(Controlled(x))) for x in sorted(tolerances, reverse=True)}
-
-
-def by_steps(made: Mechanism, duration: float, steps: Sequence[float]) -> dict[str, Callable[[], Outcome]]:
-    """Runs of the engine by number of equal steps."""
-    return {thousands(n): partial(on_engine, made, duration, Exudyn(Equal(int(n)))) for n in sorted(steps)}

@@ -1,10 +1,10 @@
-"""Crank-rocker with play over clearance and crank speed: peak forces, accelerations, penetration, with standard errors.
+"""Crank-rocker with clearance over clearance and crank speed: peak forces, accelerations, penetration, with standard errors.
 
 Every point is an ensemble of the compiled reference: members that start 1e-9 m apart, some turns discarded, means over the
 turns of all members. One point is run on the engine as well, which shares no equation of motion with the reference, and
 must give the same means within their errors.
 
-A pin deeper in its bush than it has play is beyond every contact law: such points carry the name PENETRATION, are drawn
+A pin deeper in its bush than the clearance is beyond every contact law: such points carry the name PENETRATION, are drawn
 hollow, and enter no fit. Forces are also given over those of ideal joints, which go with the square of the speed.
 """
 
@@ -73,7 +73,7 @@ class Parameters(FourBarParameters):
             raise ValueError("engine_members = 1: one member has no standard error; 0, or 2 and more")
 
 
-class Point(NamedTuple):
+class SpeedPoint(NamedTuple):
     """What an ensemble gives.
 
     Attributes
@@ -93,13 +93,13 @@ class Point(NamedTuple):
     notes: tuple[str, ...] = ()
 
 
-def measure(p: Parameters, fourbar: FourBar) -> Point:
+def measure(p: Parameters, fourbar: FourBar) -> SpeedPoint:
     """One point of the grid."""
     seeds = range(p.seed, p.seed + p.members)
     try:
         found = ensemble(fourbar, p.cycles, seeds, settle=p.settle, samples=1, rtol=p.tolerance, atol=p.tolerance)
     except RuntimeError as failure:
-        return Point(np.full(len(MEASURES), nan), np.full(len(MEASURES), nan), notes=(f"FAILED: {failure}",))
+        return SpeedPoint(np.full(len(MEASURES), nan), np.full(len(MEASURES), nan), notes=(f"FAILED: {failure}",))
     mean, error = (
         np.array([float(part(name)[column]) for name, column, *_ in MEASURES.values()]) for part in (found.mean, found.error)
     )
@@ -109,7 +109,7 @@ def measure(p: Parameters, fourbar: FourBar) -> Point:
         notes.append(f"PENETRATION: a pin is {depth:.2g} clearances deep in its bush")
     if max(found.balances) > BALANCED:
         notes.append(f"ENERGY: balance {max(found.balances):.1e}, allowed {BALANCED:g}")
-    return Point(mean, error, depth, float(found.mean("impacts")[JOINT]), tuple(notes))
+    return SpeedPoint(mean, error, depth, float(found.mean("impacts")[JOINT]), tuple(notes))
 
 
 def ideal(p: Parameters, speed: float) -> Array:
@@ -180,7 +180,7 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
 
 
 def _metrics(
-    p: Parameters, grid: Sequence[tuple[float, float]], points: Sequence[Point], here: Point, engine: Array
+    p: Parameters, grid: Sequence[tuple[float, float]], points: Sequence[SpeedPoint], here: SpeedPoint, engine: Array
 ) -> tuple[dict[str, Metric], list[str]]:
     """Numbers of the point that the engine runs too, powers of clearance and speed; and what is wrong."""
     found, wrong = {}, [f"at {1e3 * p.clearance:g} mm: {note}" for note in here.notes]
@@ -219,7 +219,7 @@ def _powers(name: str, at: Array, values: Array) -> dict[str, Metric]:
 # --- tables -----------------------------------------------------------------------------------------------------------
 
 
-def _table(p: Parameters, grid: Sequence[tuple[float, float]], points: Sequence[Point], rigid: Array) -> Table:
+def _table(p: Parameters, grid: Sequence[tuple[float, float]], points: Sequence[SpeedPoint], rigid: Array) -> Table:
     rows = []
     for (clearance, speed), x, still in zip(grid, points, rigid, strict=True):
         numbers = [f"{m:.4g} ± {e:.2g}" for m, e in zip(x.mean, x.error, strict=True)]

@@ -1,4 +1,4 @@
-"""Crank-rocker with play in up to four joints, its rocker rigid or flexible: what Figs 5 to 10 of the paper show.
+"""Crank-rocker with clearance in up to four joints, its rocker rigid or flexible: what Figs 5 to 10 of the paper show.
 
 One turn of the crank, journals centred at the start. Both rockers are held against the rigid mechanism with ideal
 joints. With `damping_unit` N.s/m the joints rattle and the motion is chaotic: a run is one draw of many, `seed` gives
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 COLOURS = {"ideal": "#000000", "rigid": "#D55E00", "flexible": "#0072B2"}
 JOINTS = {"O": "crank–frame", "A": "crank–coupler", "B": "coupler–rocker", "C": "rocker–frame"}
 NOTES = """\
-ideal: rigid bars, no play. rms over time, of centres of mass; rms_vx_error against ideal. From `settle` on.
+ideal: rigid bars, no clearance. rms over time, of centres of mass; rms_vx_error against ideal. From `settle` on.
 Peaks of single runs scatter by tens of percent where joints rattle (damping_unit N.s/m): compare means over `seed`.
 In N.s/mm they are repeatable, but last microseconds: some percent too small, less with a smaller `tolerance`."""
 
@@ -67,7 +67,7 @@ def _table(metrics: Mapping[str, Metric], variants: list[str], p: Parameters) ->
             row.append(flexible / rigid if rigid and name != "energy_balance" else None)
         rows.append(row)
     headers = ["", "unit", *variants, *(["flexible/rigid"] if both else [])]
-    title = f"{p.clearance_joints} joints with {1e3 * p.clearance:g} mm play, c_max = {p.damping:g} {p.damping_unit}"
+    title = f"{p.clearance_joints} joints with {1e3 * p.clearance:g} mm clearance, c_max = {p.damping:g} {p.damping_unit}"
     return Table(headers, rows, title, f"{NOTES}\n{p.stated()}.")
 
 
@@ -89,7 +89,7 @@ def figure(result: StudyResult) -> dict[str, Figure]:
 
 
 def _variants(result: StudyResult) -> list[str]:
-    """Those with play, in the order run."""
+    """Those with clearance, in the order run."""
     return [name for name in ("rigid", "flexible") if f"{name}.time" in result.signals]
 
 

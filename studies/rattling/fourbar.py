@@ -1,4 +1,4 @@
-"""The crank-rocker with play in all joints as the compiled reference runs it: parameters of the studies that use it."""
+"""The crank-rocker with clearance in all joints as the compiled reference runs it: parameters of the studies that use it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ import numpy as np
 from buckler.mbs import Modal
 from buckler.mbs.reference import JOINTS, FourBar, ModalData
 from buckler.studies.kit.parameters import integer, quantity
-from buckler.studies.rattling.clearance import AREA, PlayParameters
+from buckler.studies.kit.published import BAR_AREA
+from buckler.studies.rattling.clearance import PlayParameters
 
 Array = np.ndarray[Any, Any]
 
@@ -29,7 +30,7 @@ class FourBarParameters(PlayParameters):
     def fourbar(self, **changes: Any) -> FourBar:
         """The crank-rocker, some of its own fields changed."""
         given: dict[str, Any] = {
-            "width": AREA / self.in_plane_depth, "thickness": self.in_plane_depth, "gap": self.clearance, "pin": self.pin,
+            "width": BAR_AREA / self.in_plane_depth, "thickness": self.in_plane_depth, "gap": self.clearance, "pin": self.pin,
             "law": self.law, "friction": self.friction, "speed": self.speed, "turned": self.turned, "gravity": self.pull,
         }  # fmt: skip
         return FourBar(**given | changes)

@@ -15,9 +15,8 @@ from buckler.mbs import Modal, Section
 from buckler.mbs.library import STEEL_CRANK_ROCKER
 from buckler.mbs.modal import Box, CraigBampton, FreeModes, PlanarModel, ReducedModel, reduced
 from buckler.mbs.reference import ModalData, beam_modes
+from buckler.studies.kit.published import BAR_AREA, STEEL
 from buckler.studies.rattling.assumptions import DAMPINGS
-from buckler.studies.rattling.buffering_measures import AREA
-from buckler.studies.rattling.clearance import STEEL
 
 Array = np.ndarray[Any, Any]
 LENGTH = STEEL_CRANK_ROCKER.rocker
@@ -54,7 +53,7 @@ NAMES = {
 
 def section(depth: float) -> Section:
     """Of all bars, with this side in the plane, m."""
-    return Section(width=AREA / depth, thickness=depth, material=STEEL)
+    return Section(width=BAR_AREA / depth, thickness=depth, material=STEEL)
 
 
 def counted(depth: float) -> ReducedModel:
@@ -64,7 +63,7 @@ def counted(depth: float) -> ReducedModel:
 
 def beam_frequencies(depth: float, shear: bool = True) -> dict[str, Array]:
     """Eight bending and eight axial frequencies of the free bar, Hz, by kind: Timoshenko, or Euler–Bernoulli without shear."""
-    found = beam_modes(LENGTH, AREA / depth, depth, bending=8, axial=8, shear=shear).frequency / (2 * np.pi)
+    found = beam_modes(LENGTH, BAR_AREA / depth, depth, bending=8, axial=8, shear=shear).frequency / (2 * np.pi)
     return {BENDING: found[:8], AXIAL: found[8:]}
 
 
@@ -95,7 +94,7 @@ def flexibility(depth: float, name: str, damping: float) -> ModalData | None:
 def rocker_modes(kind: str, depth: float, bending: int = 3, axial: int = 1) -> ModalData:
     """Modes of the rocker without damping, by `KINDS`: so many free ones from beam theory, or all of Craig and Bampton's."""
     if kind == "free":
-        return beam_modes(LENGTH, AREA / depth, depth, bending=bending, axial=axial, damping=0.0)
+        return beam_modes(LENGTH, BAR_AREA / depth, depth, bending=bending, axial=axial, damping=0.0)
     return modal_data(held(depth), np.arange(len(held(depth))), 0.0)
 
 

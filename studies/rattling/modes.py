@@ -85,7 +85,7 @@ class Parameters(EnsembleParameters):
 # --- runs -------------------------------------------------------------------------------------------------------------
 
 
-class Case(NamedTuple):
+class ModeCase(NamedTuple):
     """One reading of c_max and side in the plane, m."""
 
     unit: str
@@ -97,16 +97,16 @@ class Case(NamedTuple):
         return f"c_max[{self.unit}].h{1e3 * self.depth:g}mm"
 
 
-def cases(p: Parameters) -> list[Case]:
+def cases(p: Parameters) -> list[ModeCase]:
     """All of them."""
-    return [Case(*each) for each in product(p.damping_unit, p.in_plane_depth)]
+    return [ModeCase(*each) for each in product(p.damping_unit, p.in_plane_depth)]
 
 
 def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Count the modes, run every set in every case, compare; run one on the engine."""
     p = parameters
     metrics = {name: metric for depth in p.in_plane_depth for name, metric in _counted_metrics(depth).items()}
-    found: dict[tuple[Case, str], Ensemble] = {}
+    found: dict[tuple[ModeCase, str], Ensemble] = {}
     wrong: list[str] = []
     for case, name in progress(list(product(cases(p), p.chosen)), label="ensembles"):
         modes = flexibility(case.depth, name, p.rocker_damping)
@@ -219,7 +219,7 @@ def _modes_table(depth: float) -> Table:
     return Table(heads, rows, f"Modes of the free rocker, {1e3 * depth:g} mm in the plane, by the number they have", notes)
 
 
-def _table(metrics: Mapping[str, Metric], p: Parameters, case: Case) -> Table:
+def _table(metrics: Mapping[str, Metric], p: Parameters, case: ModeCase) -> Table:
     """One row a set, one column a number: over the rigid rocker's, and whether it is the fullest set's."""
     rows = []
     marks = {number: mark for mark, number in MARKS.items()}

@@ -1,4 +1,5 @@
-"""One world of the crank-rocker with play: everything that the paper leaves open has one value; does the rocker buffer in it?
+"""One world of the crank-rocker with clearance: everything that the paper leaves open has one value; does the rocker buffer
+in it?
 
 Rigid and flexible rocker, each by an ensemble whose members differ in what is unknown: the crank's angle at the start, drawn
 over the turn, and the journals' places, drawn over the clearance. `buffering-claims` sweeps it over many worlds.
@@ -78,7 +79,7 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
         if not max(one.balances) <= BALANCED:
             wrong.append(f"{name}: ENERGY, balance {max(one.balances):.1e}, more than {BALANCED:g}")
         if not one.ok:
-            wrong.append(f"{name}: PENETRATION, a pin deeper in its bush than it has play")
+            wrong.append(f"{name}: PENETRATION, a pin deeper in its bush than the clearance")
     for claim in CLAIMS:
         means = {name: mean(one, claim) for name, one in found.items()}
         metrics |= {f"{name}.{claim.name}": Metric(m.value, claim.unit, error=m.error / m.value) for name, m in means.items()}

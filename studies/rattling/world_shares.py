@@ -23,7 +23,7 @@ Holds: the flexible rocker's number is lower by {margin:g} % at least. Interval:
 within two standard errors of that bound. decided by: the question that divides the worlds best, none if it divides shuffled
 answers as well; its number in metrics.json is its place in the list above, from 0; -1 for none.
 {count} worlds, {suspect} left out as suspect; of each rocker {members} runs of {cycles} turns, starts drawn over turn and
-play."""
+clearance."""
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,7 @@ import numpy as np
 from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import StudyParameters, choices, integer, quantity
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
-from buckler.studies.striking.design_check import MODELS, Numerics, Outcome, check, random_wishes
+from buckler.studies.striking.design_check import MODELS, CheckedTurn, Numerics, check, random_wishes
 from buckler.studies.striking.inverse import Design, Given, Wish, design
 from buckler.studies.striking.inverse_limits import NothingNearError, binding, broken, feasible, limits, nearest
 
@@ -145,7 +145,7 @@ def _possible(asked: Design) -> tuple[Design, str]:
     return design(found, asked.given), f"{binding(asked)}{also}; nearest wish that can be had: {wanted}"
 
 
-def off(d: Design, outcome: Outcome) -> dict[str, float]:
+def off(d: Design, outcome: CheckedTurn) -> dict[str, float]:
     """How far a simulation is off the wish: relative for the forces, rad for the angle."""
     return {
         "contact_force": outcome.contact_force / d.wish.contact_force - 1,
@@ -154,7 +154,7 @@ def off(d: Design, outcome: Outcome) -> dict[str, float]:
     }
 
 
-def _verdict(d: Design, outcomes: Sequence[Outcome]) -> dict[str, str]:
+def _verdict(d: Design, outcomes: Sequence[CheckedTurn]) -> dict[str, str]:
     """A run that failed gives its status; `strut` beyond its bars makes the design suspect; `beam` may be where it is."""
     for outcome in outcomes:
         if outcome.status != "OK":
@@ -171,7 +171,7 @@ def _verdict(d: Design, outcomes: Sequence[Outcome]) -> dict[str, str]:
 # --- numbers and tables -----------------------------------------------------------------------------------------------
 
 
-def _metrics(d: Design, outcomes: Sequence[Outcome]) -> dict[str, Metric]:
+def _metrics(d: Design, outcomes: Sequence[CheckedTurn]) -> dict[str, Metric]:
     wish = {"contact_force": (d.wish.contact_force, "N"), "impact_force": (d.wish.impact_force, "N")}
     wish["contact_angle"] = (degrees(d.wish.contact_angle), "deg")
     found = {f"wish.{name}": Metric(float(value), unit) for name, (value, unit) in wish.items()}
@@ -208,7 +208,7 @@ def _mechanism(d: Design, instead: bool) -> Table:
     return Table(["", "value", "unit", ""], rows, f"{'Nearest that can be had: ' if instead else ''}{title} in contact")
 
 
-def _comparison(d: Design, outcomes: Sequence[Outcome], p: Parameters) -> Table:
+def _comparison(d: Design, outcomes: Sequence[CheckedTurn], p: Parameters) -> Table:
     """What was asked for and what each model does."""
     asked = {"contact_force": d.wish.contact_force, "impact_force": d.wish.impact_force, "contact_angle": d.wish.contact_angle}
     rows: list[list[Any]] = []
@@ -237,7 +237,7 @@ def _limits(d: Design) -> Table:
     return Table(["limit", "", "value", "", "bound", "unit", "used"], rows, "Limits")
 
 
-Around = Sequence[tuple[Design, Sequence[Outcome]]]
+Around = Sequence[tuple[Design, Sequence[CheckedTurn]]]
 
 
 def _errors(around: Around, name: str, model: str) -> Any:

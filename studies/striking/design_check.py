@@ -15,17 +15,15 @@ import numpy as np
 from buckler import mbs
 from buckler.mbs import Beam, GuideFriction, Material, Mechanism, Section, Strut, slider_crank
 from buckler.mbs.laws import CarvalhoMartins
+from buckler.studies.striking.impact_models import AXIAL_DAMPING
 from buckler.studies.striking.inverse import Design, Wish, design
 from buckler.studies.striking.inverse_limits import feasible
+from buckler.studies.striking.strikes import strikes
 
 Array = np.ndarray[Any, Any]
 MODELS = ("strut", "beam")
 DENSITY = 7850.0
 """Of the strip, kg/m^3; only the beam has inertia."""
-AXIAL_DAMPING = 9e-5
-"""Retardation time of a taut strut's axial force, s."""
-BUCKLED_FROM = 1e-3
-"""Relative end shortening from which a strip on its way to the stop counts as buckled."""
 
 AFTER_RELEASE = np.radians(2.0)
 """How far the crank turns on after the release, rad."""
@@ -52,7 +50,7 @@ class Numerics:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class CheckedTurn:
     """What a simulated turn of the crank did; nan where it did not happen.
 
     Attributes
@@ -104,7 +102,7 @@ def mechanism(model: str, design: Design, numerics: Numerics) -> Mechanism:
     )
 
 
-def check(model: str, design: Design, numerics: Numerics | None = None) -> Outcome:
+def check(model: str, design: Design, numerics: Numerics | None = None) -> CheckedTurn:
     """Simulate a designed slider-crank from crank angle 0 until it has left the stop, and read it."""
     numerics = Numerics() if numerics is None else numerics
     result = mbs.simulate(
@@ -117,30 +115,27 @@ def check(model: str, design: Design, numerics: Numerics | None = None) -> Outco
     signals = result.signals
     angle, force = signals["drive.position"], signals["B.contact_force"]
     shortening = signals["coupler.end_shortening"] / float(design.given.coupler)
-    return Outcome(
+    return CheckedTurn(
         model, str(result.status), result.message, **_read(angle, force, shortening),
         energy_balance=result.energy_balance, wall_s=result.work["wall_s"], angle=angle, force=force,
     )  # fmt: skip
 
 
 def _read(angle: Array, force: Array, shortening: Array) -> dict[str, Any]:
-    touching = np.flatnonzero(force > 0)
-    if not touching.size:
+    found = strikes(force)
+    if not found:
         nothing = dict.fromkeys(("contact_force", "impact_force", "contact_angle", "settled"), nan)
         return {**nothing, "rebounds": False, "buckled": float(shortening.max())}
-    first, last = touching[0], touching[-1]
-    free = first + np.flatnonzero(force[first:] <= 0)
-    before = free[angle[free] < pi]
-    end = before[0] if before.size else len(force)
+    one, last = found[0], found[-1].last
     rests = np.interp(pi, angle, force, right=nan) > 0 and angle[last] > pi
-    start = before[-1] + 1 if before.size else first
+    start = [strike.first for strike in found if strike is one or angle[strike.before] < pi][-1]
     return {
         "contact_force": float(np.interp(pi, angle, force, right=nan)),
-        "impact_force": float(force[first:end].max()),
-        "contact_angle": float(angle[last] - angle[first]),
+        "impact_force": one.peak(force),
+        "contact_angle": float(angle[last] - angle[one.first]),
         "settled": float(angle[start]) if rests else nan,
-        "rebounds": bool(before.size),
-        "buckled": float(shortening[: first + 1].max()),
+        "rebounds": bool(one.after > one.last and angle[one.after] < pi),
+        "buckled": float(shortening[: one.first + 1].max()),
     }
 
 

@@ -14,22 +14,19 @@ import numpy as np
 
 from buckler.elastica import pinned
 from buckler.mbs import Section
+from buckler.mbs.accuracy.difference import FINEST
 from buckler.mbs.library import PAPER, PAPER_STOP
 from buckler.studies.kit.parameters import StudyParameters, choices, integer, quantity
+from buckler.studies.kit.published import STRIP_WIDTH
+from buckler.studies.striking.strikes import strikes
 
 Array = np.ndarray[Any, Any]
 MODELS = ("stitched", "strut", "beam")
 COLOURS = {"stitched": "#E69F00", "strut": "#0072B2", "beam": "#D55E00", "exact": "#000000", "published": "#009E73"}
-WIDTH = 0.030
-"""Of the strip, m (Table 1)."""
 PLATEAU = np.radians((150.0, 210.0))
 """Crank angles between which the contact force is held against the elastica."""
 DEAD_CENTRE = np.radians((165.0, 195.0))
 """Crank angles between which the largest contact force is looked for."""
-IMPACT_SPEED, IMPACT_FORCE = 1.25, 27.0
-"""Crank speed, rad/s, and published impact force, N (Fig. 5)."""
-CONTACT_FORCES = {1e-4: 0.0655, 3e-4: 1.7684, 5e-4: 8.1871}
-"""Published largest contact force, N, of a strip thickness, m (Table 2)."""
 
 
 @dataclass(frozen=True)
@@ -50,10 +47,15 @@ class ImpactParameters(StudyParameters):
     accuracy: float = quantity(0, "1", 0, 0.1, "error of the motion asked for, instead of elements and tolerance", "numerics")
     timeout: float = quantity(120, "s", 0.01, 86400, "longest time a model may take", "numerics")
 
+    def check(self) -> None:
+        """Raise a ValueError at an accuracy that cannot be asked for."""
+        if 0 < self.accuracy < FINEST:
+            raise ValueError(f"accuracy = {self.accuracy:g}: must be 0, for none asked, or lie in [{FINEST:g}, 0.1]")
+
     @property
     def section(self) -> Section:
         """Of the strip, without damping."""
-        return Section(WIDTH, self.thickness)
+        return Section(STRIP_WIDTH, self.thickness)
 
     @property
     def friction_force(self) -> float:
@@ -163,20 +165,19 @@ def read(run: ModelRun, parameters: ImpactParameters, turn: int = 0) -> Reading:
 
 
 class _Turn:
-    """Samples of one turn, and its contacts: of each the sample before it and the last one in it."""
+    """Samples of one turn, and its contacts."""
 
     def __init__(self, run: ModelRun, turn: int) -> None:
         self.run, turned = run, 2 * pi * turn
         self.part = slice(*np.searchsorted(run.angle, (turned, turned + 2 * pi)))
         self.time, self.angle = run.time[self.part], run.angle[self.part] - turned
         self.force, self.speed = run.force[self.part], run.speed[self.part]
-        touching = self.force > 0
-        touching[[0, -1]] = False  # what begins before or ends after the turn belongs to another
-        changes = np.flatnonzero(touching[1:] != touching[:-1])
-        self.before, self.last = changes[::2], changes[1::2]
+        own = self.force.copy()
+        own[[0, -1]] = 0.0  # what begins before or ends after the turn belongs to another
+        self.strikes = strikes(own)
 
     def approach(self) -> dict[str, Any]:
-        until = self.before[0] + 2 if self.before.size else None
+        until = self.strikes[0].first + 1 if self.strikes else None
         return {
             "force_180": float(np.interp(pi, self.angle, self.force, right=nan)),
             "shortening": float(self.run.shortening[self.part].max()),
@@ -184,35 +185,34 @@ class _Turn:
         }
 
     def impact(self) -> dict[str, Any]:
-        if not self.before.size:
+        if not self.strikes:
             return {}
-        time, angle, force, speed, last = self.time, self.angle, self.force, self.speed, self.last
-        start = self.before[0] + 1
-        pulse = slice(start - 1, last[0] + 2)  # with the unloaded samples on both sides
+        time, angle, force, speed = self.time, self.angle, self.force, self.speed
+        one, released = self.strikes[0], self.strikes[-1].last
         return {
-            "contact_angle": float(angle[start]),
-            "release_angle": float(angle[last[-1]]),
-            "contact_time": float(time[last[-1]] - time[start]),
-            "impact_speed": float(speed[start - 1]),
-            "rebound_ratio": -float(speed[last[0] + 1] / speed[start - 1]) if angle[last[0]] < pi else nan,
-            "impact_peak": float(force[pulse].max()),
-            "impact_impulse": float(np.trapezoid(force[pulse], time[pulse])),
-            "impact_time": float(time[last[0]] - time[start]),
+            "contact_angle": float(angle[one.first]),
+            "release_angle": float(angle[released]),
+            "contact_time": float(time[released] - time[one.first]),
+            "impact_speed": float(speed[one.before]),
+            "rebound_ratio": -float(speed[one.after] / speed[one.before]) if angle[one.last] < pi else nan,
+            "impact_peak": one.peak(force),
+            "impact_impulse": one.impulse(time, force),
+            "impact_time": float(time[one.last] - time[one.first]),
         }
 
     def rest(self, parameters: ImpactParameters) -> dict[str, Any]:
-        inwards = np.flatnonzero(self.angle[self.before] < PLATEAU[1])  # contacts that begin later are the way out
-        if not inwards.size:
+        inwards = [one for one in self.strikes if self.angle[one.before] < PLATEAU[1]]  # those that begin later are the way out
+        if not inwards:
             return {}
         rebounds, angle, force = len(inwards) - 1, self.angle, self.force
-        start, end = self.before[rebounds] + 1, self.last[rebounds]
+        start, end = inwards[-1].first, inwards[-1].last
         if not angle[start] < pi <= angle[end]:
             return {"rebounds": rebounds}
         resting = (angle >= max(angle[start], PLATEAU[0])) & (angle <= PLATEAU[1])
         top = (angle >= max(angle[start], DEAD_CENTRE[0])) & (angle <= DEAD_CENTRE[1])
         return {
             "rebounds": rebounds,
-            "settling_time": float(self.time[start] - self.time[self.before[0] + 1]),
+            "settling_time": float(self.time[start] - self.time[self.strikes[0].first]),
             "contact_max": float(force[top].max()),
             "force_error": float(np.abs(force[resting] / exact_force(parameters, angle[resting]) - 1).max()),
         }

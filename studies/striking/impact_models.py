@@ -17,7 +17,8 @@ from buckler import mbs
 from buckler.mbs import Beam, GuideFriction, Mechanism, Ramp, Strut, slider_crank
 from buckler.mbs.laws import CarvalhoMartins
 from buckler.mbs.library import PAPER, PAPER_STOP
-from buckler.studies.striking.impact import IMPACT_FORCE, IMPACT_SPEED, ImpactParameters, ModelRun, read
+from buckler.studies.kit.published import IMPACT_FORCE, IMPACT_SPEED
+from buckler.studies.striking.impact import ImpactParameters, ModelRun, read
 from buckler.studies.striking.stitched import Stitched, follow
 
 AXIAL_DAMPING = 9e-5

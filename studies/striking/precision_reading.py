@@ -12,6 +12,7 @@ import numpy as np
 from buckler.elastica import pinned
 from buckler.mbs.library import PAPER_STOP
 from buckler.studies.striking import slider_crank as main_study
+from buckler.studies.striking.strikes import strikes
 from buckler.studies.strips.contact_force_table import Press
 
 Array = np.ndarray[Any, Any]
@@ -25,7 +26,7 @@ EXACT = Press(JOB.thickness, PAPER_STOP).force(pinned.load, PLATEAU)
 """Force of the exact elastica there, in equilibrium and without friction, N."""
 
 
-class Reading(NamedTuple):
+class PrecisionReading(NamedTuple):
     """What is read off a contact force; nan where the run failed or there was no contact.
 
     Attributes
@@ -47,35 +48,32 @@ class Reading(NamedTuple):
     plateau_error: float = nan
     release: float = nan
 
-    def off(self, other: Reading) -> dict[str, float]:
+    def off(self, other: PrecisionReading) -> dict[str, float]:
         """Relative differences of the four numbers that make the error of a run."""
         return {name: abs(getattr(self, name) / getattr(other, name) - 1) for name in self._fields[:4]}
 
 
 @dataclass(frozen=True)
-class Outcome:
+class ReadRun:
     """Reading of a run, with its status and work."""
 
-    reading: Reading
+    reading: PrecisionReading
     status: str
     work: Mapping[str, float]
     energy_balance: float = nan
 
 
-def read(time: Array, force: Array) -> Reading:
+def read(time: Array, force: Array) -> PrecisionReading:
     """Read a contact force, N, sampled at times, s, over one turn."""
-    touching = np.flatnonzero(force > 0)
-    if not touching.size:
-        return Reading()
-    first = touching[0]
-    free = np.flatnonzero(force[first:] <= 0)
-    strike = slice(max(first - 1, 0), first + free[0] + 1 if free.size else None)
+    found = strikes(force)
+    if not found:
+        return PrecisionReading()
     plateau = np.interp(PLATEAU, JOB.speed * time, force)
-    return Reading(
-        peak=float(force[strike].max()),
-        impulse=float(np.trapezoid(force[strike], time[strike])),
+    return PrecisionReading(
+        peak=found[0].peak(force),
+        impulse=found[0].impulse(time, force),
         settled=float(np.interp(pi, PLATEAU, plateau)),
         mean=float(np.trapezoid(plateau, PLATEAU) / np.ptp(PLATEAU)),
         plateau_error=float(np.abs(plateau / EXACT - 1).max()),
-        release=float(np.degrees(JOB.speed * time[touching[-1]])),
+        release=float(np.degrees(JOB.speed * time[found[-1].last])),
     )

@@ -21,7 +21,8 @@ from buckler.elastica import pinned
 from buckler.mbs.library import PAPER, PAPER_STOP
 from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import quantity
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
+from buckler.studies.kit.published import CONTACT_FORCES, IMPACT_FORCE, IMPACT_SPEED
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, relative
 from buckler.studies.kit.style import subplots
 from buckler.studies.striking import impact, impact_models
 from buckler.studies.striking.impact import ImpactParameters, ModelRun, Reading
@@ -43,7 +44,7 @@ stiffness of strut. impact_peak and impact_impulse: from first contact until the
 class Parameters(ImpactParameters):
     """Parameters of the study."""
 
-    speed: float = quantity(impact.IMPACT_SPEED, "rad/s", 0.1, 60, "speed of the crank", "drive")
+    speed: float = quantity(IMPACT_SPEED, "rad/s", 0.1, 60, "speed of the crank", "drive")
     stop_stiffness: float = quantity(7.2e4, "N/m", 1e3, 1e8, "stiffness of the stop (strut, beam)", "slider and stop")
     impact_duration: float = quantity(3.775e-3, "s", 1e-5, 1, "duration of an impact (stitched)", "slider and stop")
 
@@ -80,18 +81,16 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
 
 def _metrics(run: ModelRun, reading: Reading, p: Parameters) -> dict[str, Metric]:
     """Every number of one model, with what was published and what is exact."""
-    at_27 = p.speed == impact.IMPACT_SPEED and p.thickness == 3e-4
+    at_27 = p.speed == IMPACT_SPEED and p.thickness == 3e-4
     deepest = float(PAPER.shortening(pi, PAPER_STOP))
     stress, exact_stress = (
         float(pinned.surface_stress(min(max(u, 0.0), 1.0), p.thickness, PAPER.coupler, p.section.material.modulus))
         for u in (reading.shortening, deepest)
     )
     return {
-        "contact_force_180": Metric(
-            reading.force_180, "N", impact.CONTACT_FORCES.get(p.thickness), float(impact.exact_force(p, pi))
-        ),
+        "contact_force_180": Metric(reading.force_180, "N", CONTACT_FORCES.get(p.thickness), float(impact.exact_force(p, pi))),
         "contact_force_error": Metric(reading.force_error, "1"),
-        "impact_peak": Metric(reading.impact_peak, "N", impact.IMPACT_FORCE if at_27 else None),
+        "impact_peak": Metric(reading.impact_peak, "N", IMPACT_FORCE if at_27 else None),
         "impact_impulse": Metric(reading.impact_impulse, "N.s"),
         "impact_time": Metric(reading.impact_time, "s"),
         "rebound_ratio": Metric(reading.rebound_ratio, "1"),
@@ -106,18 +105,19 @@ def _metrics(run: ModelRun, reading: Reading, p: Parameters) -> dict[str, Metric
 
 
 def _table(metrics: Mapping[str, Metric], runs: Sequence[ModelRun], notes: Sequence[str]) -> Table:
-    """Published, exact and computed side by side, each with its error; run time and steps below."""
+    """Published, exact and computed side by side, each with its relative error; run time and steps below."""
     models = [run.model for run in runs]
     names = [name.partition(".")[2] for name in metrics if name.startswith(f"{models[0]}.")]
     rows: list[list[Any]] = []
     for name in names:
         found = [metrics[f"{model}.{name}"] for model in models]
-        known = [found[0].unit, found[0].published, found[0].exact]
-        rows.append([name, *known, *(x for metric in found for x in (metric.value, _error(metric)))])
+        scale, unit = (1e6, "MPa") if found[0].unit == "Pa" else (1.0, found[0].unit)
+        known = [unit, *(None if x is None else x / scale for x in (found[0].published, found[0].exact))]
+        rows.append([name, *known, *(x for metric in found for x in (metric.value / scale, _error(metric)))])
     for name, unit in (("wall_s", "s"), ("steps", "1"), ("error", "1")):
         if any(name in run.work for run in runs):  # the error, where an accuracy was asked for
             rows.append([name, unit, None, None, *(x for run in runs for x in (run.work.get(name), None))])
-    headers = ["", "unit", "published", "exact", *(x for model in models for x in (model, "error"))]
+    headers = ["", "unit", "published", "exact", *(x for model in models for x in (model, f"{model}, relative error"))]
     return Table(headers, rows, "One turn of the crank", "\n".join([NOTES, *notes]))
 
 
@@ -125,7 +125,7 @@ def _error(metric: Metric) -> str | None:
     error = metric.error
     if error is None and metric.published:
         error = abs(metric.value / metric.published - 1)
-    return None if error is None else f"{error:.1e}"
+    return None if error is None else relative(error)
 
 
 def figure(result: StudyResult) -> Figure:
@@ -155,8 +155,8 @@ def _draw_turn(ax: Any, result: StudyResult) -> None:
     for model, _, angle, force in _curves(result):
         ax.semilogy(angle, np.maximum(force, floor / 2), color=impact.COLOURS[model], lw=WIDTHS[model], label=model)
     ax.semilogy(np.degrees(result.signals["exact.angle"]), exact, "--", color=impact.COLOURS["exact"], label="elastica")
-    if speed == impact.IMPACT_SPEED:
-        _published(ax, impact.IMPACT_FORCE, "Fig. 5: 27 N", at=190)
+    if speed == IMPACT_SPEED:
+        _published(ax, IMPACT_FORCE, "Fig. 5: 27 N", at=190)
     ax.set(xlim=(110, 250), ylim=(floor, None), xlabel="crank angle [deg]", ylabel="force on the stop [N]")
     top = ax.secondary_xaxis("top", functions=(lambda a: np.radians(a) / speed, lambda t: np.degrees(t * speed)))
     top.set_xlabel("time [s]")
@@ -174,8 +174,8 @@ def _draw_impact(ax: Any, result: StudyResult) -> None:
         if touching.size:
             ax.plot(1e3 * (time - time[touching[0]]), force, color=impact.COLOURS[model], lw=WIDTHS[model])
     p: Any = result.parameters
-    if p.speed == impact.IMPACT_SPEED:
-        _published(ax, impact.IMPACT_FORCE)
+    if p.speed == IMPACT_SPEED:
+        _published(ax, IMPACT_FORCE)
     ax.set(xlim=(-0.05 * longest, 1.3 * longest), ylim=(0, None), title="first impact")
     ax.set(xlabel="time since first contact [ms]", ylabel="force on the stop [N]")
 
@@ -186,7 +186,7 @@ def _draw_contact(ax: Any, result: StudyResult) -> None:
     exact = result.signals["exact.force"]
     ax.plot(np.degrees(result.signals["exact.angle"]), exact, "--", color=impact.COLOURS["exact"])
     p: Any = result.parameters
-    published = impact.CONTACT_FORCES.get(p.thickness)
+    published = CONTACT_FORCES.get(p.thickness)
     if published:
         _published(ax, published, f"Table 2: {published} N", at=195)
     low, high = exact.min(), exact.max()

@@ -10,25 +10,37 @@ second opinion on that one.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
-from math import isfinite, nan, pi
+from math import nan, pi
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from buckler.mbs import Beam, Cable, Controlled, Exudyn, GuideFriction, Mechanism, simulate, slider_crank
-from buckler.mbs.accuracy.precision import Point, fastest, time_for, verdict, work_precision
+from buckler.mbs.accuracy.precision import Point, fastest, time_for, verdict
 from buckler.mbs.laws import CarvalhoMartins
 from buckler.mbs.library import PAPER
 from buckler.mbs.record.result import Status
 from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import StudyParameters, integer, quantities, quantity
+from buckler.studies.kit.precision import (
+    Runs,
+    Series,
+    as_signals,
+    by_tolerance,
+    figure_of,
+    footnote,
+    mark,
+    measure,
+    outcomes,
+    points_of,
+    power,
+    thousands,
+)
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
-from buckler.studies.kit.style import subplots
-from buckler.studies.striking.precision_reading import EXACT, JOB, PLATEAU, TURN, Outcome, Reading, read
-from buckler.studies.strips.static_precision import as_signals, draw, footnote
+from buckler.studies.striking.precision_reading import EXACT, JOB, PLATEAU, TURN, PrecisionReading, ReadRun, read
 from buckler.studies.trust import plain
 
 if TYPE_CHECKING:
@@ -94,32 +106,29 @@ def with_coupler(kind: type[Beam] | type[Cable], elements: int) -> Mechanism:
     )
 
 
-def simulated(mechanism: Mechanism, steps: Controlled, ledger: bool = False) -> Outcome:
+def simulated(mechanism: Mechanism, steps: Controlled, ledger: bool = False) -> ReadRun:
     """One turn with error-controlled steps."""
     result = simulate(mechanism, TURN, solver=Exudyn(steps), ledger=ledger)
     ended = result.status in (Status.OK, Status.SUSPECT)
-    reading = read(result.time, result.signals["B.contact_force"]) if ended else Reading()
-    return Outcome(reading, result.status, result.work, result.energy_balance)
+    reading = read(result.time, result.signals["B.contact_force"]) if ended else PrecisionReading()
+    return ReadRun(reading, result.status, result.work, result.energy_balance)
 
 
-def plainly(mechanism: Mechanism, steps: float, newton: float) -> Outcome:
+def plainly(mechanism: Mechanism, steps: float, newton: float) -> ReadRun:
     """One turn by a plain run in uniform steps."""
     found = plain.slider_crank(mechanism, TURN, int(steps), newton)
-    return Outcome(read(found.x, found.force) if found.x.size else Reading(), found.message or "OK", found.work)
+    return ReadRun(read(found.x, found.force) if found.x.size else PrecisionReading(), found.message or "OK", found.work)
 
 
-Runs = Mapping[str, Mapping[str, Callable[[], Outcome]]]
-Series = Mapping[str, Mapping[str, Point]]
+def _with_tolerance(mechanism: Mechanism, tolerance: float) -> ReadRun:
+    return simulated(mechanism, Controlled(tolerance))
 
 
 def _our_runs(p: Parameters) -> Runs:
     """Runs by model and setting: tolerances, and for the chosen one also steps an impact."""
     models = [(Beam, max(2, p.elements // 2)), (Beam, p.elements), (Cable, p.elements)]
     found = {
-        f"{kind.__name__} x {n}": {
-            _power(tolerance): partial(simulated, with_coupler(kind, n), Controlled(tolerance))
-            for tolerance in sorted(p.tolerances, reverse=True)
-        }
+        f"{kind.__name__} x {n}": by_tolerance(partial(_with_tolerance, with_coupler(kind, n)), p.tolerances)
         for kind, n in models
     }
     found[f"Beam x {p.elements}, steps an impact"] = {
@@ -134,18 +143,10 @@ def _plain_runs(p: Parameters) -> Runs:
     coarse, fine = with_coupler(Cable, p.elements), with_coupler(Cable, 2 * p.elements)
     steps, tuned = sorted(p.steps), p.plain_newton
     return {
-        f"plain ANCF x {p.elements}": {_thousands(n): partial(plainly, coarse, n, tuned) for n in steps},
-        f"plain ANCF x {2 * p.elements}": {_thousands(n): partial(plainly, fine, n, tuned) for n in steps[-2:]},
-        f"plain, Newton {_power(UNTUNED)}": {_thousands(p.plain_steps): partial(plainly, coarse, p.plain_steps, UNTUNED)},
+        f"plain ANCF x {p.elements}": {thousands(n): partial(plainly, coarse, n, tuned) for n in steps},
+        f"plain ANCF x {2 * p.elements}": {thousands(n): partial(plainly, fine, n, tuned) for n in steps[-2:]},
+        f"plain, Newton {power(UNTUNED)}": {thousands(p.plain_steps): partial(plainly, coarse, p.plain_steps, UNTUNED)},
     }
-
-
-def _power(tolerance: float) -> str:
-    return f"{tolerance:.0e}".replace("e-0", "e-")
-
-
-def _thousands(steps: float) -> str:
-    return f"{steps / 1000:g}k"
 
 
 def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
@@ -155,31 +156,23 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     second = plainly(with_coupler(Cable, 2 * p.elements), 8 * p.plain_steps, UNTUNED).reading
     chosen = simulated(with_coupler(Beam, p.elements), Controlled(p.tolerance), ledger=True)
     ours, theirs = _our_runs(p), _plain_runs(p)
-    calls = {f"{model}, {key}": call for model, part in {**ours, **theirs}.items() for key, call in part.items()}
-    outcomes = {name: call() for name, call in calls.items()}  # untimed: the first call of anything is slow
-    points = work_precision(
-        calls,
-        lambda outcome: max(outcome.reading.off(reference).values()),
-        p.repeats,
-        progress=lambda names: progress(names, label="runs"),
-    )
-    by_name = {point.name: point for point in points}
-    mine, plains = ({m: {k: by_name[f"{m}, {k}"] for k in part} for m, part in runs.items()} for runs in (ours, theirs))
+    runs = {**ours, **theirs}
+    found = outcomes(runs)
+    series = measure(runs, lambda outcome: max(outcome.reading.off(reference).values()), p.repeats, progress)
+    mine, plains = ({name: series[name] for name in part} for part in (ours, theirs))
     times, sentence = _compare(p, mine, plains)
     metrics = _reading_metrics(chosen, reference, second) | times
     missed = [name for name, (bar, *_) in BARS.items() if not metrics[name].value <= bar]
     checks: dict[str, Any] = {"message": sentence}
     if missed:
         checks = {"status": "SUSPECT", "message": f"the chosen run misses its bars: {', '.join(missed)}"}
-    series = {**mine, **plains}
-    baseline = plains[f"plain ANCF x {p.elements}"][_thousands(p.plain_steps)]
+    baseline = plains[f"plain ANCF x {p.elements}"][thousands(p.plain_steps)]
     return StudyResult(
         parameters=p,
         metrics=metrics,
-        signals=as_signals({name: [*part.values()] for name, part in series.items()})
-        | {f"{name}.setting": np.array([*part]) for name, part in series.items()},
+        signals=as_signals(series),
         tables=[
-            _runs_table(series, baseline, outcomes, reference, f"{sentence}\n{footnote(p)}"),
+            _runs_table(series, baseline, found, reference, f"{sentence}\n{footnote(p)}"),
             _bars_table(metrics),
         ],
         **checks,
@@ -189,7 +182,7 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
 # --- what is reported -------------------------------------------------------------------------------------------------
 
 
-def _reading_metrics(chosen: Outcome, reference: Reading, second: Reading) -> dict[str, Metric]:
+def _reading_metrics(chosen: ReadRun, reference: PrecisionReading, second: PrecisionReading) -> dict[str, Metric]:
     """What the chosen run reads, and how far it is off."""
     found, off = chosen.reading, chosen.reading.off(reference)
     exact = float(np.interp(pi, PLATEAU, EXACT))
@@ -212,10 +205,10 @@ def _reading_metrics(chosen: Outcome, reference: Reading, second: Reading) -> di
 
 def _compare(p: Parameters, ours: Series, theirs: Series) -> tuple[dict[str, Metric], str]:
     """The chosen run, and the fastest that is no less accurate, against plain runs: numbers and sentences."""
-    chosen = ours[f"Beam x {p.elements}"][_power(p.tolerance)]
+    chosen = ours[f"Beam x {p.elements}"][power(p.tolerance)]
     tuned, twice, untuned = theirs.values()
-    key = _thousands(p.plain_steps)
-    equal = fastest([point for part in ours.values() for point in part.values()], tuned[key].error)
+    key = thousands(p.plain_steps)
+    equal = fastest(points_of(ours), tuned[key].error)
     as_accurate = time_for([*tuned.values(), *twice.values()], chosen.error)
     metrics = {
         "error": Metric(chosen.error, "1"),
@@ -232,23 +225,24 @@ def _compare(p: Parameters, ours: Series, theirs: Series) -> tuple[dict[str, Met
     return metrics, " ".join(verdict(point, tuned[key]) for point in pair)
 
 
-def _runs_table(series: Series, baseline: Point, outcomes: Mapping[str, Outcome], reference: Reading, notes: str) -> Table:
+def _runs_table(
+    series: Series, baseline: Point, found: Mapping[str, Mapping[str, ReadRun]], reference: PrecisionReading, notes: str
+) -> Table:
     rows: list[list[Any]] = [["finer run", "", None, *_numbers(reference), None, None, None, ""]]
     for name, part in series.items():
         for setting, point in part.items():
-            found = outcomes[point.name]
-            wall = [1e3 * point.wall_s, f"{point.speedup(baseline):.2f}", found.work.get("steps")]
-            mark = ("*" if point.front else "") if isfinite(point.error) else f"failed: {found.status}"
-            rows.append([name, setting, point.error, *_numbers(found.reading), *wall, mark])
+            one = found[name][setting]
+            wall = [1e3 * point.wall_s, f"{point.speedup(baseline):.2f}", one.work.get("steps")]
+            rows.append([name, setting, point.error, *_numbers(one.reading), *wall, mark(point, one.status)])
     headers = [
-        "model", "setting", "error", "peak [N]", "impulse [N s]", "F(180) [N]", "plateau off", "release [deg]",
+        "model", "setting", "relative error", "peak [N]", "impulse [N s]", "F(180) [N]", "plateau off", "release [deg]",
         "time [ms]", "plain/time", "steps", "front",
     ]  # fmt: skip
     notes = f"plateau off: largest deviation from the exact elastica over 150 to 210 deg.\n{notes}"
     return Table(headers, rows, f"Slider-crank, one turn at {JOB.speed:g} rad/s", notes)
 
 
-def _numbers(reading: Reading) -> list[float]:
+def _numbers(reading: PrecisionReading) -> list[float]:
     return [reading.peak, reading.impulse, reading.settled, reading.plateau_error, reading.release]
 
 
@@ -266,13 +260,8 @@ def _bars_table(metrics: Mapping[str, Metric]) -> Table:
 
 def figure(result: StudyResult) -> Figure:
     """Error over run time of every series."""
-    names = [name.removesuffix(".setting") for name in result.signals if name.endswith(".setting")]
-    fig, ax = subplots(height=110)
-    marks = {name: result.signals[f"{name}.setting"] for name in names}
-    below = [name for name in names if name.endswith("steps an impact")]
-    draw(ax, result.signals, {name: name for name in names}, marks, "tolerance, or steps", below)
-    ax.set(ylabel="largest relative error of peak, impulse,\nforce at 180° and mean force")
-    return fig
+    label = "largest relative error of peak, impulse,\nforce at 180° and mean force"
+    return figure_of(result.signals, label, lambda name: name.endswith("steps an impact"))[0]
 
 
 if __name__ == "__main__":

@@ -23,6 +23,7 @@ from buckler.mbs import Ramp
 from buckler.mbs.library import PAPER, PAPER_STOP
 from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import quantity
+from buckler.studies.kit.published import IMPACT_FORCE, IMPACT_SPEED
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, metrics_table
 from buckler.studies.kit.style import subplots
 from buckler.studies.striking import impact, impact_models
@@ -53,6 +54,7 @@ class Parameters(ImpactParameters):
 
     def check(self) -> None:
         """There must be a whole turn to look at."""
+        super().check()
         if self.ramp.position(self.duration) < 2 * pi:
             raise ValueError(f"duration = {self.duration:g} s: the crank does not complete a turn; longer, or faster")
 
@@ -229,7 +231,7 @@ def _draw_turns(axes: Any, result: StudyResult) -> None:
     slider = abs(float(PAPER.slider_rate(CONTACT)))
     speeds = np.array([0, slider * p.end])
     green = {"color": impact.COLOURS["published"], "linestyle": ":"}
-    axes[0].plot(speeds, impact.IMPACT_FORCE * speeds / (slider * impact.IMPACT_SPEED), **green)
+    axes[0].plot(speeds, IMPACT_FORCE * speeds / (slider * IMPACT_SPEED), **green)
     axes[0].text(0.05, 0.97, "dotted: in proportion,\n27 N at 1.25 rad/s", va="top", transform=axes[0].transAxes, fontsize=8)
     axes[1].axhline(float(impact.exact_force(p, pi)), color="black", linestyle="--")
     axes[0].set(xlabel="slider speed [m/s]", ylabel="impact force [N]", ylim=(0, None), xlim=(0, None))

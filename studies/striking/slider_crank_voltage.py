@@ -22,17 +22,16 @@ import numpy as np
 
 from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import quantities, quantity
+from buckler.studies.kit.published import IMPACT_FORCE, IMPACT_SPEED, VOLTAGE_FORCES
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
 from buckler.studies.kit.style import subplots
 from buckler.studies.striking import impact
-from buckler.studies.striking.impact import IMPACT_FORCE, IMPACT_SPEED, ImpactParameters, ModelRun
+from buckler.studies.striking.impact import ImpactParameters, ModelRun
 from buckler.studies.striking.impact_models import Fit, NotCalibratedError, calibrate, strike
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-PUBLISHED = {2.5: 25.0, 3.0: 30.0, 4.4: 44.18}
-"""Impact force, N, at a voltage, V: Figs 10 and 11, and the range of the sensor at the highest voltage."""
 VARIED = {"friction": (0.0, 0.9), "mass": (0.01, 10.0), "restitution": (0.1, 1.0)}
 """Parameters whose influence is measured, and their ranges."""
 
@@ -53,7 +52,7 @@ class Parameters(ImpactParameters):
         return IMPACT_SPEED * voltage / self.reference_voltage
 
 
-class Case(NamedTuple):
+class VoltageCase(NamedTuple):
     """One model, or the beam with a bowed strip, with its own stop."""
 
     name: str
@@ -73,7 +72,7 @@ class _Bench:
     def __init__(self) -> None:
         self.runs: list[ModelRun] = []
 
-    def force(self, case: Case, speed: float, **changes: Any) -> float:
+    def force(self, case: VoltageCase, speed: float, **changes: Any) -> float:
         """Impact force at a crank speed, the stop held, N; nan without impact."""
         parameters = replace(case.parameters, **changes)
         self.runs.append(strike(case.model, parameters, case.fit.stop, speed))
@@ -84,7 +83,7 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Calibrate each case, predict the forces, vary the parameters."""
     bench = _Bench()
     try:
-        cases = [Case(*case, calibrate(*case[1:])) for case in progress(_uncalibrated(parameters), label="calibration")]
+        cases = [VoltageCase(*case, calibrate(*case[1:])) for case in progress(_uncalibrated(parameters), label="calibration")]
     except NotCalibratedError as error:
         return StudyResult(parameters=parameters, status="NOT_CALIBRATED", message=str(error))
     speeds = [parameters.speed(voltage) for voltage in parameters.voltages]
@@ -111,7 +110,7 @@ def _uncalibrated(p: Parameters) -> list[tuple[str, str, Parameters]]:
     ]
 
 
-def _sensitivity(case: Case, bench: _Bench) -> dict[str, float]:
+def _sensitivity(case: VoltageCase, bench: _Bench) -> dict[str, float]:
     """Logarithmic slopes d ln F/d ln parameter at 1.25 rad/s, by central differences but for the ends of a range."""
     slopes = {}
     for name, (least, most) in VARIED.items():
@@ -131,13 +130,15 @@ def exponent(voltages: Sequence[float], forces: Sequence[float]) -> float:
     return log(forces[high] / forces[low]) / log(voltages[high] / voltages[low]) if low != high else nan
 
 
-def _metrics(case: Case, forces: Mapping[str, Sequence[float]], slopes: Mapping[str, Mapping[str, float]]) -> dict[str, Metric]:
+def _metrics(
+    case: VoltageCase, forces: Mapping[str, Sequence[float]], slopes: Mapping[str, Mapping[str, float]]
+) -> dict[str, Metric]:
     voltages = case.parameters.voltages
     stop, unit = case.stop
     found = {stop: Metric(case.fit.stop, unit), "force_calibrated": Metric(case.fit.trials[-1][1], "N", IMPACT_FORCE)}
     for voltage, force in zip(voltages, forces[case.name], strict=True):
-        found[f"force_{voltage:g}V"] = Metric(force, "N", PUBLISHED.get(voltage))
-    published = exponent(list(PUBLISHED), list(PUBLISHED.values()))
+        found[f"force_{voltage:g}V"] = Metric(force, "N", VOLTAGE_FORCES.get(voltage))
+    published = exponent(list(VOLTAGE_FORCES), list(VOLTAGE_FORCES.values()))
     found["exponent"] = Metric(exponent(voltages, forces[case.name]), "1", published)
     found |= {f"slope_{name}": Metric(slope, "1") for name, slope in slopes.get(case.name, {}).items()}
     return {f"{case.name}.{name}": metric for name, metric in found.items()}
@@ -146,21 +147,21 @@ def _metrics(case: Case, forces: Mapping[str, Sequence[float]], slopes: Mapping[
 # --- tables -----------------------------------------------------------------------------------------------------------
 
 
-def _forces_table(cases: Sequence[Case], forces: Mapping[str, Sequence[float]]) -> Table:
+def _forces_table(cases: Sequence[VoltageCase], forces: Mapping[str, Sequence[float]]) -> Table:
     p = cases[0].parameters
     headers = ["voltage [V]", "crank [rad/s]", "published [N]"]
     for case in cases:
         headers += [f"{case.name} [N]", "off"]
     rows = []
     for i, voltage in enumerate(p.voltages):
-        published = PUBLISHED.get(voltage)
+        published = VOLTAGE_FORCES.get(voltage)
         row = [f"{voltage:g}", f"{p.speed(voltage):.4f}", published]
         for case in cases:
             force = forces[case.name][i]
             row += [f"{force:.2f}", f"{force / published - 1:+.1%}" if published else None]
         rows.append(row)
     ends = [f"{exponent(p.voltages, forces[case.name]):.3f}" for case in cases]
-    published_exponent = f"{exponent(list(PUBLISHED), list(PUBLISHED.values())):.3f}"
+    published_exponent = f"{exponent(list(VOLTAGE_FORCES), list(VOLTAGE_FORCES.values())):.3f}"
     rows.append(["exponent", None, published_exponent, *(x for end in ends for x in (end, None))])
     notes = (
         f"assumed: speed proportional to voltage, {IMPACT_SPEED:g} rad/s at {p.reference_voltage:g} V; "
@@ -170,7 +171,7 @@ def _forces_table(cases: Sequence[Case], forces: Mapping[str, Sequence[float]]) 
     return Table(headers, rows, "Predicted impact forces", notes)
 
 
-def _calibration_table(cases: Sequence[Case]) -> Table:
+def _calibration_table(cases: Sequence[VoltageCase]) -> Table:
     rows = [
         [case.name, *case.stop, f"{case.fit.stop:.4g}", "; ".join(f"{k:.4g}: {f:.2f} N" for k, f in case.fit.trials)]
         for case in cases
@@ -206,7 +207,7 @@ def _draw_forces(ax: Any, result: StudyResult) -> None:
         order = np.argsort(voltages)
         look = {"color": impact.COLOURS[name]} if name in impact.COLOURS else {"color": "#777777", "linestyle": next(strokes)}
         ax.plot(voltages[order], forces[order], marker=".", label=_label(name), **look)
-    ax.plot(list(PUBLISHED), list(PUBLISHED.values()), "k*", markersize=8, label="published")
+    ax.plot(list(VOLTAGE_FORCES), list(VOLTAGE_FORCES.values()), "k*", markersize=8, label="published")
     ax.plot(p.reference_voltage, IMPACT_FORCE, "ko", markerfacecolor="white", markersize=6, label="calibrated on")
     ax.set(xlabel="voltage [V]", ylabel="impact force [N]")
     ax.yaxis.get_major_locator().set_params(integer=True)

@@ -25,10 +25,11 @@ import numpy as np
 
 from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import StudyParameters, choices, integer, quantities, quantity
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
+from buckler.studies.kit.published import CONTACT_FORCES
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, relative
 from buckler.studies.kit.style import COLOURS, subplots
 from buckler.studies.striking import slider_crank
-from buckler.studies.striking.impact import CONTACT_FORCES, MODELS
+from buckler.studies.striking.impact import MODELS
 from buckler.studies.sweeping.sweep import sweep
 
 if TYPE_CHECKING:
@@ -89,7 +90,7 @@ class Parameters(StudyParameters):
         ]
 
 
-class Case(NamedTuple):
+class GridCase(NamedTuple):
     """What one case gives; nan where it does not happen.
 
     Attributes
@@ -118,7 +119,7 @@ class Case(NamedTuple):
     message: str = ""
 
 
-def read(row: Any, model: str, speed: float) -> Case:
+def read(row: Any, model: str, speed: float) -> GridCase:
     """Read a row of the sweep."""
 
     def value(name: str) -> float:
@@ -126,15 +127,15 @@ def read(row: Any, model: str, speed: float) -> Case:
 
     balance = value("energy_balance")
     if row.status != "OK":
-        return Case("SUSPECT", energy_balance=balance, message=f"{row.status}: {row.message}")
+        return GridCase("SUSPECT", energy_balance=balance, message=f"{row.status}: {row.message}")
     exact = row.metrics[f"{model}.contact_force_180"].exact
     turned = np.radians(value("release_angle") - value("contact_angle"))
     if not isfinite(turned):
-        return Case("no contact", exact=exact, energy_balance=balance)
+        return GridCase("no contact", exact=exact, energy_balance=balance)
     rests = isfinite(value("settling_time"))
     state = "buckled" if value("buckles_before_stop") else "pressed" if rests else "in the air"
     force = value("contact_force_180") if rests else nan
-    return Case(state, force, exact, value("impact_peak"), turned / speed, turned, balance)
+    return GridCase(state, force, exact, value("impact_peak"), turned / speed, turned, balance)
 
 
 def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
@@ -143,10 +144,10 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     given = p.cases()
     rows = sweep("slider-crank", given, workers=p.workers, progress=progress)
     cases = [read(row, case.models[0], case.speed) for row, case in zip(rows, given, strict=True)]
-    grid = np.array(cases, dtype=object).reshape(len(p.models), len(p.thicknesses), 1 + len(p.speeds), len(Case._fields))
+    grid = np.array(cases, dtype=object).reshape(len(p.models), len(p.thicknesses), 1 + len(p.speeds), len(GridCase._fields))
     metrics, wrong = _metrics(p, grid)
     checks: dict[str, Any] = {"status": "SUSPECT", "message": "; ".join(wrong)} if wrong else {}
-    kept = {name: grid[..., i].astype(float) for i, name in enumerate(Case._fields) if name not in ("state", "message")}
+    kept = {name: grid[..., i].astype(float) for i, name in enumerate(GridCase._fields) if name not in ("state", "message")}
     return StudyResult(
         parameters=p,
         **checks,
@@ -158,7 +159,7 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
 
 
 def _column(grid: Array, name: str) -> Array:
-    return np.asarray(grid[..., Case._fields.index(name)])
+    return np.asarray(grid[..., GridCase._fields.index(name)])
 
 
 def _metrics(p: Parameters, grid: Array) -> tuple[dict[str, Metric], list[str]]:
@@ -210,9 +211,14 @@ def _cube_table(p: Parameters, metrics: Mapping[str, Metric]) -> Table:
         found = [metrics[f"{model}.cube.{1e3 * h:g}mm"] for model in p.models]
         ratio = f"{published / base:.2f}" if published and base else ""
         rows.append(
-            [f"{1e3 * h:g}", f"{found[0].exact:g}", ratio, *(x for f in found for x in (f"{f.value:.4f}", f"{f.error:.1e}"))]
+            [
+                f"{1e3 * h:g}",
+                f"{found[0].exact:g}",
+                ratio,
+                *(x for f in found for x in (f"{f.value:.4f}", relative(f.error or 0.0))),
+            ]
         )
-    headers = ["h [mm]", "cube", "published", *(x for model in p.models for x in (model, "error"))]
+    headers = ["h [mm]", "cube", "published", *(x for model in p.models for x in (model, f"{model}, relative error"))]
     title = f"Force at the dead centre over that of the thinnest strip, at {p.slow:g} rad/s"
     return Table(headers, rows, title)
 
@@ -221,7 +227,7 @@ def _table(p: Parameters, grid: Array, model: str) -> Table:
     rows, told = [], []
     for i, h in enumerate(p.thicknesses):
         for k, speed in enumerate((p.slow, *p.speeds)):
-            case = Case(*grid[i, k])
+            case = GridCase(*grid[i, k])
             numbers = (case.force, case.force / case.exact - 1, case.impact, case.duration, degrees(case.turned))
             shown = [f"{x:.4g}" if isfinite(x) else "-" for x in numbers]
             rows.append([f"{1e3 * h:g}", f"{speed:g}", *shown, f"{case.energy_balance:.1e}", STATES[case.state][0]])

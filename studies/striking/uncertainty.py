@@ -4,8 +4,9 @@ Slider-crank: thickness, modulus and length of the strip, place of the stop, res
 force at the dead centre (exact elastica) and to the impact force (published model; the strut model on the engine, by a
 fit). As F goes with h^3, the share of the thickness in the contact force is also known exactly, and must come out.
 
-Crank-rocker with play: clearance, contact damping (or restitution) and friction, to peak force and rms acceleration, from the
-compiled reference. Where its joints rattle a run is one draw of many. The seed is an input like any other here: its total
+Crank-rocker with clearance joints: gap, contact damping (or restitution) and friction, to peak force and rms acceleration,
+from the compiled reference.
+Where its joints rattle a run is one draw of many. The seed is an input like any other here: its total
 index is the share of chance, which no tolerance takes away and a longer run does. It is part of the total index of every
 other input too, as any change of an input draws another motion; `total - chance` leaves it out.
 
@@ -26,9 +27,9 @@ from scipy import stats
 from buckler.mbs.library import PAPER_STOP
 from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import choice, choices, integer, quantity
+from buckler.studies.kit.published import DAMPING_UNITS
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
 from buckler.studies.kit.style import COLOURS, subplots
-from buckler.studies.rattling.clearance import DAMPING_UNITS
 from buckler.studies.rattling.fourbar import FourBarParameters
 from buckler.studies.striking.uncertainty_models import (
     MEASURES,
@@ -198,7 +199,7 @@ def slider_crank(p: Parameters, progress: Progress = QUIET) -> Part:
 
 
 def crank_rocker(p: Parameters, progress: Progress = QUIET) -> Part:
-    """The crank-rocker with play, its seed one of the inputs."""
+    """The crank-rocker with clearance, its seed one of the inputs."""
     inputs = p.inputs("crank-rocker")
     rattler = Rattler(p, p.contact, p.cycles, p.settle)
     wrong: list[Array] = []

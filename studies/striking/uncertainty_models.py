@@ -2,7 +2,7 @@
 
 The slider-crank in closed form: contact force F = p(u) E I cos(phi)/L^2 at the dead centre, of the exact elastica, and
 impact force m (1 + e) v/dt, of the published model. Its strut model on the engine gives the impact force once more. The
-crank-rocker with play comes from the compiled reference; where its joints rattle, a run is one draw of many.
+crank-rocker with clearance comes from the compiled reference; where its joints rattle, a run is one draw of many.
 
 References
 ----------
@@ -27,8 +27,8 @@ from buckler.mbs import GuideFriction, Section, Strut, slider_crank
 from buckler.mbs.kinematics.slidercrank import SliderCrank
 from buckler.mbs.laws import AdamsFriction, CarvalhoMartins, ExactRestitution, Impact
 from buckler.mbs.library import PAPER
+from buckler.studies.kit.published import STRIP_WIDTH
 from buckler.studies.rattling.fourbar import FourBarParameters
-from buckler.studies.striking.impact import WIDTH
 from buckler.studies.striking.impact_models import AXIAL_DAMPING, IMPACT_UNTIL
 
 Array = np.ndarray[Any, Any]
@@ -129,7 +129,7 @@ def linear_shares(slope: Array, inputs: Sequence[Input]) -> Array:
     return parts / parts.sum(axis=1, keepdims=True)
 
 
-class Fit(NamedTuple):
+class Surrogate(NamedTuple):
     """Logarithms of an output as a linear function of those of the inputs, by least squares.
 
     Attributes
@@ -145,14 +145,14 @@ class Fit(NamedTuple):
     explained: float
 
 
-def fit(inputs: Array, output: Array) -> Fit:
+def fit(inputs: Array, output: Array) -> Surrogate:
     """Fit one output, shape (n,), to inputs of shape (d, n)."""
     x, y = np.log(inputs), np.log(output)
     x, y = (x - x.mean(axis=1, keepdims=True)).T, y - y.mean()
     slope, *_ = np.linalg.lstsq(x, y, rcond=None)
     left = y - x @ slope
     variance = left @ left / (len(y) - x.shape[1] - 1)
-    return Fit(slope, np.sqrt(variance * np.diag(np.linalg.inv(x.T @ x))), float(1 - left @ left / (y @ y)))
+    return Surrogate(slope, np.sqrt(variance * np.diag(np.linalg.inv(x.T @ x))), float(1 - left @ left / (y @ y)))
 
 
 # --- the slider-crank -------------------------------------------------------------------------------------------------
@@ -172,7 +172,7 @@ class Striker:
         """Contact force at the dead centre and impact force, N, shape (2, n)."""
         thickness, modulus, length, stop, restitution, _, mass = x
         crank = PAPER.crank
-        rigidity = modulus * WIDTH * thickness**3 / 12
+        rigidity = modulus * STRIP_WIDTH * thickness**3 / 12
         contact = pinned.load(1 - (stop - crank) / length) * rigidity / length**2
         angle = np.arccos((length**2 - stop**2 - crank**2) / (2 * stop * crank))
         speed = -self.speed * SliderCrank(crank, length).slider_rate(angle)
@@ -181,7 +181,7 @@ class Striker:
     def strut(self, x: Array) -> tuple[float, str]:
         """Impact force, N, of the strut model on the engine at one x, shape (d,), and what spoke against the run."""
         thickness, modulus, length, stop, restitution, friction, mass = (float(value) for value in x)
-        section = Section(WIDTH, thickness)
+        section = Section(STRIP_WIDTH, thickness)
         material = replace(section.material, modulus=modulus, axial_damping=AXIAL_DAMPING)
         mechanism = slider_crank(
             Strut(replace(section, material=material)),

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from buckler.studies.kit.report import Metric, Table
-from buckler.studies.striking.uncertainty_models import MEASURES, Fit, Indices, Input
+from buckler.studies.striking.uncertainty_models import MEASURES, Indices, Input, Surrogate
 
 Array = np.ndarray[Any, Any]
 OUTPUTS = {
@@ -53,7 +53,7 @@ def shares(mechanism: str, inputs: Sequence[Input], found: Indices) -> dict[str,
     return metrics
 
 
-def slope_metrics(name: str, inputs: Sequence[Input], fitted: Fit) -> dict[str, Metric]:
+def slope_metrics(name: str, inputs: Sequence[Input], fitted: Surrogate) -> dict[str, Metric]:
     """D ln y/d ln x of each input, and the share of the variance that they explain."""
     found = {f"{name}.explained": Metric(fitted.explained, "1")}
     for given, slope, error in zip(inputs, fitted.slope.tolist(), fitted.error.tolist(), strict=True):
@@ -86,7 +86,7 @@ def _around(value: float, limits: Array) -> str:
     return f"{value:.3f} ± {np.ptp(limits) / 2:.3f}"
 
 
-def striker_table(inputs: Sequence[Input], found: Indices, slope: Array, shares: Array, fitted: Fit, exact: float) -> Table:
+def striker_table(inputs: Sequence[Input], found: Indices, slope: Array, shares: Array, fitted: Surrogate, exact: float) -> Table:
     """Slope, first-order index and its value for small tolerances, of both forces; slope of the strut model."""
     rows = []
     for d, given in enumerate(inputs):
@@ -104,7 +104,9 @@ def striker_table(inputs: Sequence[Input], found: Indices, slope: Array, shares:
     return Table(headers, rows, "Whose variance it is", notes)
 
 
-def rattler_table(p: Any, inputs: Sequence[Input], found: Indices, fits: Sequence[Fit], chance: Array, error: Array) -> Table:
+def rattler_table(
+    p: Any, inputs: Sequence[Input], found: Indices, fits: Sequence[Surrogate], chance: Array, error: Array
+) -> Table:
     """Slopes and indices of each output, the share of chance among them; `error` is the standard error of `chance`."""
     rows = []
     for s, name in enumerate(MEASURES):

@@ -25,6 +25,7 @@ from buckler.mbs.library import PAPER
 from buckler.mbs.record.result import Status
 from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import StudyParameters, integer, quantities, quantity
+from buckler.studies.kit.published import CONTACT_FORCES, STRIP_WIDTH
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
 from buckler.studies.kit.style import subplots
 
@@ -32,10 +33,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Array = np.ndarray[Any, Any]
-WIDTH = 0.030
-"""Of the strip, m (Table 1)."""
-PUBLISHED = {1e-4: 0.0655, 3e-4: 1.7684, 5e-4: 8.1871}
-"""Largest contact force, N, of a strip thickness, m (Table 2)."""
 KNOWN = 3e-4
 """Thickness, m, whose printed force places the stop of Table 2."""
 MODELS = ("quartic", "exact", "rod", "beam")
@@ -64,7 +61,7 @@ class Press:
     @property
     def section(self) -> Section:
         """Of the strip."""
-        return Section(WIDTH, self.thickness)
+        return Section(STRIP_WIDTH, self.thickness)
 
     @property
     def unit(self) -> float:
@@ -90,7 +87,7 @@ class Press:
 
 def table_2_stop() -> float:
     """Place of the stop, m, at which the exact elastica gives the printed force of the `KNOWN` strip at dead centre."""
-    load = PUBLISHED[KNOWN] / Press(KNOWN, -PAPER.coupler).unit
+    load = CONTACT_FORCES[KNOWN] / Press(KNOWN, -PAPER.coupler).unit
     return -(PAPER.crank + PAPER.coupler * (1 - pinned.shortening(load)))
 
 
@@ -131,7 +128,7 @@ def _models(thickness: float, elements: int, failures: set[str]) -> Mapping[str,
     """Load p(u) of each model; rod and beam give nan below `STRAIGHTEST`, failures of the beam are collected."""
     from buckler.mbs.engine.pressed import pinned_strip  # loads the engine
 
-    section, length = Section(WIDTH, thickness), PAPER.coupler
+    section, length = Section(STRIP_WIDTH, thickness), PAPER.coupler
     unit = section.bending_stiffness / length**2
     strip = Rod(section.axial_stiffness / unit, section.shear_stiffness / unit)
 
@@ -173,13 +170,13 @@ def _metrics(
 ) -> dict[str, Metric]:
     """`F_h<mm>_<stop>`: the beam's largest force against the closed form and Table 2; ratios, stresses, the stop."""
     found = {
-        f"F_h{_mm(h)}_{name}": Metric(forces["beam"], "N", PUBLISHED.get(h), forces["exact"])
+        f"F_h{_mm(h)}_{name}": Metric(forces["beam"], "N", CONTACT_FORCES.get(h), forces["exact"])
         for (h, name), forces in largest.items()
     }
     first = min(h for h, _ in largest)
     name = next(iter(largest))[1]
     for h in sorted({h for h, _ in largest} - {first}):
-        published = PUBLISHED[h] / PUBLISHED[first] if {h, first} <= PUBLISHED.keys() else None
+        published = CONTACT_FORCES[h] / CONTACT_FORCES[first] if {h, first} <= CONTACT_FORCES.keys() else None
         ratio = largest[h, name]["beam"] / largest[first, name]["beam"]
         found[f"ratio_h{_mm(h)}_h{_mm(first)}"] = Metric(ratio, "1", published, (h / first) ** 3)
     found["stop_eTable2"] = Metric(-stop, "m")
@@ -194,7 +191,7 @@ def _metrics(
 def _largest_table(largest: Mapping[Any, Mapping[str, float]], presses: Mapping[Any, Press], yielding: str) -> Table:
     rows = []
     for (h, stop), forces in largest.items():
-        press, printed = presses[h, stop], PUBLISHED.get(h)
+        press, printed = presses[h, stop], CONTACT_FORCES.get(h)
         off = f"{100 * (printed / forces['exact'] - 1):+.2f}" if printed else None
         row = [1e3 * h, f"{1e3 * press.stop:.1f}", f"{np.degrees(PAPER.contact_angle(press.stop)):.2f}", printed, off]
         rows.append(row + [f"{forces[name]:.5f}" for name in MODELS] + [f"{press.stress / 1e6:.0f}"])
@@ -249,9 +246,9 @@ def _thickness_axes(ax: Any, result: StudyResult) -> None:
         ax.axhline(level, color=line[:2], linestyle=line[2:], linewidth=0.8)
         values = [metric.value / units[x] for x, metric in zip(h, found, strict=True)]
         ax.plot(1e3 * np.array(h), values, mark, fillstyle="none", label=f"beam, {label}")
-    printed = [x for x in h if x in PUBLISHED]
+    printed = [x for x in h if x in CONTACT_FORCES]
     if printed:
-        ax.plot(1e3 * np.array(printed), [PUBLISHED[x] / units[x] for x in printed], "kx", label="printed in Table 2")
+        ax.plot(1e3 * np.array(printed), [CONTACT_FORCES[x] / units[x] for x in printed], "kx", label="printed in Table 2")
     ax.margins(0.15, 0.35)
     ax.set(xlabel="thickness [mm]", ylabel="largest contact force $F L^2/(E I)$")
     ax.legend(loc="center")

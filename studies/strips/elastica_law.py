@@ -24,6 +24,7 @@ from buckler.mbs.elements.section import Section
 from buckler.mbs.library import PAPER
 from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import StudyParameters, integer, quantity
+from buckler.studies.kit.published import QUARTIC, STRIP_WIDTH
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
 from buckler.studies.kit.style import subplots
 
@@ -31,10 +32,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Array = np.ndarray[Any, Any]
-WIDTH = 0.030
-"""Of the strip, m (Table 1)."""
-QUARTIC = (7.1908239, -6.201618, 6.2531, 4.3898032, 9.8879488)
-"""The published coefficients, highest power first (eq. 11); `buckler.elastica.law.quartic` also checks its range."""
 ROD_LIMIT, FAST_LIMIT = 1e-10, 1e-12
 """Largest relative differences from the closed form that the inextensible rod and the fast law may show."""
 
@@ -52,7 +49,7 @@ class Parameters(StudyParameters):
     @property
     def section(self) -> Section:
         """Of the strip."""
-        return Section(WIDTH, self.thickness)
+        return Section(STRIP_WIDTH, self.thickness)
 
 
 def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:

@@ -9,8 +9,8 @@ elastica" is the same against the inextensible closed form, from which the theor
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -19,19 +19,19 @@ import numpy as np
 from buckler.elastica import pinned
 from buckler.elastica.rod import Rod
 from buckler.mbs import Beam, Cable, Section
-from buckler.mbs.accuracy.precision import Point, fastest, rate, verdict, work_precision
+from buckler.mbs.accuracy.precision import Point, fastest, rate, verdict
 from buckler.mbs.library import PAPER
 from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import StudyParameters, integer, quantity
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, provenance
+from buckler.studies.kit.precision import Series, as_signals, draw, footnote, mark, measure, outcomes
+from buckler.studies.kit.published import STRIP_WIDTH
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
 from buckler.studies.kit.style import subplots
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Array = np.ndarray[Any, Any]
-WIDTH = 0.030
-"""Of the strip, m."""
 SHORTENINGS = np.concatenate([[1e-3], np.linspace(0.05, 0.95, 19)])
 OFF_BRANCH = 0.5
 """Relative distance from the exact load beyond which a value is not on the buckled branch."""
@@ -57,11 +57,11 @@ class Parameters(StudyParameters):
     @property
     def section(self) -> Section:
         """Of the strip."""
-        return Section(WIDTH, self.thickness)
+        return Section(STRIP_WIDTH, self.thickness)
 
 
 @dataclass(frozen=True)
-class Curve:
+class LoadCurve:
     """Normalised loads of one run, with the exact ones of its theory."""
 
     load: Array
@@ -82,31 +82,31 @@ class Curve:
 
 def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Run every element once for its loads, then all of them in turn for their times."""
-    variants = _variants(parameters)
-    runs = {f"{SERIES[series]} x {n}": call for series, calls in variants.items() for n, call in calls.items()}
-    curves = {name: call() for name, call in runs.items()}  # untimed: the first call of anything is slow
-    points = work_precision(
-        runs, lambda curve: curve.error, parameters.repeats, progress=lambda names: progress(names, label="runs")
-    )
-    by_name = iter(points)
-    series = {name: {n: next(by_name) for n in calls} for name, calls in variants.items()}
-    beam, plain = series["beam3"][parameters.elements], series["plain"][parameters.plain_elements]
+    runs = _variants(parameters)
+    found = outcomes(runs)
+    curves = {_title(name, n): curve for name, part in found.items() for n, curve in part.items()}
+    series = measure(runs, lambda curve: curve.error, parameters.repeats, progress)
+    series = {name: {n: replace(p, name=_title(name, n)) for n, p in part.items()} for name, part in series.items()}
+    beam, plain = series["beam3"][str(parameters.elements)], series["plain"][str(parameters.plain_elements)]
     equal = fastest([p for name in ORDERS for p in series[name].values()], plain.error)
     sentence = " ".join(verdict(point, plain) for point in dict.fromkeys(filter(None, (beam, equal))))
     lost = [f"{name}: {c.message or 'off the buckled branch'}" for name, c in curves.items() if c.on_branch < 1]
     signals = {"shortening": SHORTENINGS, **{f"load.{name}": curve.load for name, curve in curves.items()}}
-    signals |= {f"{name}.elements": np.array([*part]) for name, part in series.items()}
     return StudyResult(
         parameters=parameters,
         status="SUSPECT" if lost else "OK",
         message="; ".join(lost) or sentence,
         metrics=_metrics(series, curves, beam, plain, equal),
-        signals=signals | as_signals({name: [*part.values()] for name, part in series.items()}),
+        signals=signals | as_signals(series, ".elements", int),
         tables=[_table(series, curves, plain, f"{sentence}\n{footnote(parameters)}")],
     )
 
 
-def _variants(p: Parameters) -> Mapping[str, Mapping[int, Callable[[], Curve]]]:
+def _title(series: str, elements: str) -> str:
+    return f"{SERIES[series]} x {elements}"
+
+
+def _variants(p: Parameters) -> Mapping[str, Mapping[str, Callable[[], LoadCurve]]]:
     """Runs by series and number of elements."""
     from buckler.mbs.engine.pressed import pinned_strip  # loads the engine
     from buckler.studies.trust import plain
@@ -117,28 +117,28 @@ def _variants(p: Parameters) -> Mapping[str, Mapping[int, Callable[[], Curve]]]:
     rods = Rod(axial, shear), Rod(axial)
     beam, cable = (np.array([rod.at_shortening(u).load for u in SHORTENINGS]) for rod in rods)
 
-    def ours(body: Beam | Cable) -> Curve:
+    def ours(body: Beam | Cable) -> LoadCurve:
         found = pinned_strip(body, length, SHORTENINGS)
-        return Curve(found.load, beam if isinstance(body, Beam) else cable, found.message, found.work)
+        return LoadCurve(found.load, beam if body.turns else cable, found.message, found.work)
 
-    def theirs(n: int) -> Curve:
+    def theirs(n: int) -> LoadCurve:
         found = plain.buckled_strip(section, length, SHORTENINGS, n)
-        return Curve(found.force / unit, cable, found.message, found.work)
+        return LoadCurve(found.force / unit, cable, found.message, found.work)
 
     counts = [2**k for k in range(2, p.finest.bit_length()) if 2**k <= p.finest]
     quadratic, linear = sorted({*counts, p.elements}), [n for n in counts if n >= 16]
     plains = sorted({*linear, p.plain_elements})
     return {
-        "beam3": {n: partial(ours, Beam(section, n)) for n in quadratic},
-        "beam2": {n: partial(ours, Beam(section, n, nodes=2)) for n in linear},
-        "cable": {n: partial(ours, Cable(section, n)) for n in counts},
-        "plain": {n: partial(theirs, n) for n in plains},
+        "beam3": {str(n): partial(ours, Beam(section, n)) for n in quadratic},
+        "beam2": {str(n): partial(ours, Beam(section, n, nodes=2)) for n in linear},
+        "cable": {str(n): partial(ours, Cable(section, n)) for n in counts},
+        "plain": {str(n): partial(theirs, n) for n in plains},
     }
 
 
 def _metrics(
-    series: Mapping[str, Mapping[int, Point]],
-    curves: Mapping[str, Curve],
+    series: Series,
+    curves: Mapping[str, LoadCurve],
     beam: Point,
     plain: Point,
     equal: Point | None,
@@ -156,26 +156,26 @@ def _metrics(
     if equal is not None:
         found["time_ratio_at_plain_error"] = Metric(1 / equal.speedup(plain), "1")
     for name, order in ORDERS.items():
-        converging = {1 / n: point.error for n, point in series[name].items() if point.error < CONVERGING}
+        converging = {1 / int(n): point.error for n, point in series[name].items() if point.error < CONVERGING}
         if len(converging) > 1:
             found[f"rate_{name}"] = Metric(rate([*converging], [*converging.values()]), "1", exact=order)
     return found
 
 
-def _off_elastica(curve: Curve) -> float:
+def _off_elastica(curve: LoadCurve) -> float:
     return float(np.abs(curve.load / pinned.load(SHORTENINGS) - 1).max())
 
 
-def _table(series: Mapping[str, Mapping[int, Point]], curves: Mapping[str, Curve], plain: Point, notes: str) -> Table:
+def _table(series: Series, curves: Mapping[str, LoadCurve], plain: Point, notes: str) -> Table:
     rows = [
         [
-            SERIES[name], n, f"{p.error:.1e}", f"{1e3 * p.wall_s:.3g}", f"{1 / p.speedup(plain):.2f}",
-            p.work.get("newton_iterations"), f"{_off_elastica(curves[p.name]):.1e}", "*" if p.front else "",
+            SERIES[name], int(n), f"{p.error:.1e}", f"{1e3 * p.wall_s:.3g}", f"{1 / p.speedup(plain):.2f}",
+            p.work.get("newton_iterations"), f"{_off_elastica(curves[p.name]):.1e}", mark(p),
         ]
         for name, part in series.items()
         for n, p in part.items()
     ]  # fmt: skip
-    headers = ["model", "elements", "error", "time [ms]", "time/plain", "Newton steps", "off elastica", "front"]
+    headers = ["model", "elements", "relative error", "time [ms]", "time/plain", "Newton steps", "off elastica", "front"]
     return Table(headers, rows, "Post-buckling of the pinned strip, 20 end shortenings", notes)
 
 
@@ -184,7 +184,7 @@ def figure(result: StudyResult) -> Figure:
     p: Any = result.parameters
     s = result.signals
     fig, ax = subplots(height=95)
-    draw(ax, s, SERIES, {name: s[f"{name}.elements"] for name in SERIES}, "elements", below=("beam3", "plain"))
+    draw(ax, s, SERIES, "elements", below=("beam3", "plain"), setting=".elements")
     time = 1e3 * TIME_BAR * s["plain.wall_s"][list(s["plain.elements"]).index(p.plain_elements)]
     ax.axhline(ERROR_BAR, xmax=1, color="0.5", linestyle=":", linewidth=0.8)
     ax.axvline(time, color="0.5", linestyle=":", linewidth=0.8)
@@ -200,62 +200,6 @@ def figure(result: StudyResult) -> Figure:
     )
     ax.set(ylabel="largest relative error of the load")
     return fig
-
-
-# --- shared by the studies of precision -------------------------------------------------------------------------------
-
-
-def as_signals(series: Mapping[str, Sequence[Point]]) -> dict[str, Array]:
-    """Errors, times and front of each series as arrays."""
-    return {
-        f"{name}.{what}": np.array([getattr(point, what) for point in points])
-        for name, points in series.items()
-        for what in ("error", "wall_s", "front")
-    }
-
-
-def draw(
-    ax: Any,
-    signals: Mapping[str, Array],
-    labels: Mapping[str, str],
-    marks: Mapping[str, Array],
-    what: str,
-    below: Sequence[str] = (),
-) -> None:
-    """Draw error over run time on log-log axes, each point with its mark (`what`), the Pareto front behind them.
-
-    Marks stand at the upper right of their points; those of the series named in `below` at the lower left.
-    """
-    from matplotlib.patheffects import withStroke
-    from matplotlib.ticker import LogLocator, NullFormatter
-
-    front: list[tuple[float, float]] = []
-    for k, (name, label) in enumerate(labels.items()):
-        time, error = 1e3 * signals[f"{name}.wall_s"], signals[f"{name}.error"]
-        ax.loglog(time, error, "so^Dv<>"[k] + "-", color=f"C{k}", label=label)
-        under = name in below
-        beside, align = ((-4, -4), ("right", "top")) if under else ((3, 2), ("left", "bottom"))
-        for x, y, mark in zip(time, error, marks[name], strict=True):
-            text = ax.annotate(str(mark), (x, y), xytext=beside, textcoords="offset points", fontsize=7, color=f"C{k}")
-            text.set(ha=align[0], va=align[1], path_effects=[withStroke(linewidth=2, foreground="white")])
-        on = signals[f"{name}.front"]
-        front += [*zip(time[on], error[on], strict=True)]
-    x, y = np.array(sorted(front)).T
-    ax.step(x, y, where="post", color="0.8", linewidth=5, zorder=0, label="Pareto front")
-    ax.set(xlabel="run time [ms]")
-    ax.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
-    ax.xaxis.set_major_formatter("{x:g}")
-    ax.xaxis.set_minor_formatter(NullFormatter())
-    ax.legend(title=f"at the points: {what}", title_fontsize=8, alignment="left")
-
-
-def footnote(parameters: StudyParameters) -> str:
-    """Machine, versions and repetitions a table of run times stands on."""
-    origin = provenance(parameters)
-    versions = ", ".join(f"{name} {version}" for name, version in origin["versions"].items() if version)
-    machine = f"{origin['machine']['cpu']}, {origin['machine']['cores']} cores"
-    repeats = origin["parameters"]["repeats"]
-    return f"Medians of {repeats} runs taken in turn; {machine}; {versions}; commit {origin['commit']}."
 
 
 if __name__ == "__main__":

@@ -45,7 +45,7 @@ class Parameters(StudyParameters):
     timeout: float = quantity(60.0, "s", 0.1, 3600, "longest time a run may take", "numerics")
 
 
-class Outcome(NamedTuple):
+class Delivered(NamedTuple):
     """What came of one mechanism: what was asked for, found and estimated, how the run ended, and how long it took, s."""
 
     scene: str
@@ -67,7 +67,7 @@ class Outcome(NamedTuple):
         return self.status != "OK"
 
 
-def _outcomes(p: Parameters, progress: Progress) -> Iterator[Outcome]:
+def _outcomes(p: Parameters, progress: Progress) -> Iterator[Delivered]:
     jobs = [(name, asked, k) for k in range(p.cases) for name in p.scenes for asked in p.accuracies]
     for name, asked, k in progress(jobs, label="mechanisms"):
         case = SCENES[name](np.random.default_rng([p.seed, list(SCENES).index(name), k]), asked)
@@ -76,7 +76,7 @@ def _outcomes(p: Parameters, progress: Progress) -> Iterator[Outcome]:
         wall = perf_counter() - start
         ended = result.time.size > 0 and result.time[-1] >= case.duration * (1 - 1e-6)
         error = case.error(result) if ended else float("inf")
-        yield Outcome(name, asked, error, result.error, str(result.status), result.message, wall)
+        yield Delivered(name, asked, error, result.error, str(result.status), result.message, wall)
 
 
 def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
@@ -109,12 +109,12 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     )
 
 
-def _within(outcomes: Sequence[Outcome]) -> float:
+def _within(outcomes: Sequence[Delivered]) -> float:
     """Share of results as accurate as asked."""
     return float(np.mean([o.ratio <= 1 for o in outcomes]))
 
 
-def _table(p: Parameters, groups: dict[str, list[Outcome]]) -> Table:
+def _table(p: Parameters, groups: dict[str, list[Delivered]]) -> Table:
     rows: list[list[Any]] = []
     for name, group in groups.items():
         for asked in p.accuracies:

@@ -1,8 +1,8 @@
 """Scenes of the accuracy study: drawn at random, each with a reference that does not come from an accuracy asked for.
 
 The slider-cranks are held against `elastica.moving` (flexible), loop closure (rigid) and an equation of motion (strut), the
-crank-rockers with play against the compiled reference. Where these are not at hand, a run of far more steps and elements must
-do: of couplers that buckle, of beams with play, and of flexible couplers beyond `AXIAL_WAVES`.
+crank-rockers with clearance against the compiled reference. Where these are not at hand, a run of far more steps and
+elements must do: of couplers that buckle, of beams with clearance, and of flexible couplers beyond `AXIAL_WAVES`.
 """
 
 from __future__ import annotations
@@ -36,11 +36,10 @@ from buckler.mbs.accuracy.difference import PREDICTABLE, difference
 from buckler.mbs.kinematics.slidercrank import SliderCrank
 from buckler.mbs.laws import KelvinVoigt
 from buckler.mbs.library import PAPER, PAPER_STOP
+from buckler.studies.kit.published import STRIP_WIDTH
 
 Array = np.ndarray[Any, Any]
 Draw = np.random.Generator
-WIDTH = 0.030
-"""Of the strips, m."""
 STOP_STIFFNESS = 1e5
 """Of the stops, N/m, with critical damping."""
 SAMPLES = 2001
@@ -51,7 +50,7 @@ AXIAL_WAVES, AXIAL_STEP = 5e-4, 0.04
 these times its frequency, rad, on 16 elements."""
 
 
-class Case(NamedTuple):
+class DrawnCase(NamedTuple):
     """A mechanism, how long it is run, s, and the error of a result."""
 
     mechanism: Mechanism
@@ -90,7 +89,7 @@ def _strip(section: Section, mass: float, speed: float | Ramp, terms: int) -> Mo
     )  # fmt: skip
 
 
-# --- without play -----------------------------------------------------------------------------------------------------
+# --- without clearance -----------------------------------------------------------------------------------------------------
 
 
 def _bending(draw: Draw) -> tuple[Section, float, float]:
@@ -98,53 +97,53 @@ def _bending(draw: Draw) -> tuple[Section, float, float]:
 
     Damping, 0.3 to 3 % in the first mode, keeps axial vibration, which nobody resolves, from exciting high modes.
     """
-    section = Section(WIDTH, draw.uniform(1.5e-3, 3e-3)).damped(10 ** draw.uniform(-2.5, -1.5), PAPER.coupler)
+    section = Section(STRIP_WIDTH, draw.uniform(1.5e-3, 3e-3)).damped(10 ** draw.uniform(-2.5, -1.5), PAPER.coupler)
     mass, share = draw.uniform(0.1, 0.5), draw.uniform(0.02, 0.3)
     return section, mass, sqrt(share * section.euler_load(PAPER.coupler) / (mass * PAPER.crank))
 
 
-def smooth(draw: Draw, asked: float) -> Case:
+def smooth(draw: Draw, asked: float) -> DrawnCase:
     """Slider-crank with a bending coupler, no stop, a third of a turn to a turn."""
     section, mass, speed = _bending(draw)
     return _smooth(section, mass, speed, draw.uniform(0.33, 1.0) * 2 * pi / speed, asked)
 
 
-def ramp(draw: Draw, asked: float) -> Case:
+def ramp(draw: Draw, asked: float) -> DrawnCase:
     """The same from rest, its speed rising over half the run."""
     section, mass, speed = _bending(draw)
     duration = draw.uniform(0.5, 1.2) * 2 * pi / speed
     return _smooth(section, mass, Ramp(0.0, speed, duration / 2), duration, asked)
 
 
-def _smooth(section: Section, mass: float, speed: float | Ramp, duration: float, asked: float) -> Case:
+def _smooth(section: Section, mass: float, speed: float | Ramp, duration: float, asked: float) -> DrawnCase:
     mechanism = slider_crank(Cable(section), law=None, mass=mass, speed=speed)
     if asked < AXIAL_WAVES:
         fine = slider_crank(Cable(section, 16), law=None, mass=mass, speed=speed)
         steps = ceil(duration * sqrt(section.axial_stiffness / (PAPER.coupler * mass)) / AXIAL_STEP)
         tight = simulate(fine, duration, solver=Exudyn(Equal(steps, record_every=8), spectral_radius=0.95))
-        return Case(mechanism, duration, lambda result: difference(result, tight))
+        return DrawnCase(mechanism, duration, lambda result: difference(result, tight))
     time = np.linspace(0.0, duration, SAMPLES)
     with np.errstate(over="ignore", invalid="ignore"):  # of steps that are tried and rejected
         found = _strip(section, mass, speed, terms=7).move(time, rtol=1e-8, atol=1e-9)
-    return Case(mechanism, duration, _against(time, coupler__deflection=found.deflection, **_slider(found.x)))
+    return DrawnCase(mechanism, duration, _against(time, coupler__deflection=found.deflection, **_slider(found.x)))
 
 
-def rigid(draw: Draw, asked: float) -> Case:
+def rigid(draw: Draw, asked: float) -> DrawnCase:
     """Slider-crank of rigid links, of any lengths, one or two turns."""
     lengths = SliderCrank(draw.uniform(0.05, 0.2), draw.uniform(0.25, 0.6))
-    speed, body = draw.uniform(1.0, 100.0), Rigid(Section(WIDTH, 5e-3))
+    speed, body = draw.uniform(1.0, 100.0), Rigid(Section(STRIP_WIDTH, 5e-3))
     mechanism = slider_crank(body, law=None, mass=draw.uniform(0.1, 1.0), speed=speed, lengths=lengths)
     time = np.linspace(0.0, draw.uniform(1.0, 2.0) * 2 * pi / speed, SAMPLES)
-    return Case(mechanism, float(time[-1]), _against(time, **_slider(lengths.slider(speed * time))))
+    return DrawnCase(mechanism, float(time[-1]), _against(time, **_slider(lengths.slider(speed * time))))
 
 
 def _striking(draw: Draw) -> tuple[Section, float, float, KelvinVoigt]:
     """Section, mass, speed and stop of a slider-crank that buckles."""
-    section, mass = Section(WIDTH, draw.uniform(2e-4, 5e-4)), draw.uniform(0.2, 0.5)
+    section, mass = Section(STRIP_WIDTH, draw.uniform(2e-4, 5e-4)), draw.uniform(0.2, 0.5)
     return section, mass, draw.uniform(2.0, 6.0), KelvinVoigt(STOP_STIFFNESS, 2 * sqrt(STOP_STIFFNESS * mass))
 
 
-def buckling(draw: Draw, asked: float) -> Case:
+def buckling(draw: Draw, asked: float) -> DrawnCase:
     """Slider-crank whose damped, bowed coupler buckles while its slider is on the stop; it ends pressed, or after release.
 
     The reference has other elements, twice as many, and many more steps, none of them extrapolated.
@@ -159,10 +158,10 @@ def buckling(draw: Draw, asked: float) -> Case:
     steps = section.first_frequency(PAPER.coupler) * duration / (TIGHT_STEP * sqrt(asked))
     solver = Exudyn(Controlled(tolerance=1e-7, max_step=duration / steps, contact_resolution=1000), spectral_radius=0.9)
     tight = simulate(reference, duration, solver=solver)
-    return Case(mechanism, duration, lambda result: difference(result, tight))
+    return DrawnCase(mechanism, duration, lambda result: difference(result, tight))
 
 
-def strut(draw: Draw, asked: float) -> Case:
+def strut(draw: Draw, asked: float) -> DrawnCase:
     """The same with a massless strut for its coupler, against the equation of motion of its slider."""
     section, mass, speed, law = _striking(draw)
     body = Strut(section)
@@ -186,10 +185,10 @@ def strut(draw: Draw, asked: float) -> Case:
 
     start = np.array([float(PAPER.slider(0.0)), 0.0])
     found = solve_ivp(rates, (0.0, time[-1]), start, method="DOP853", t_eval=time, rtol=1e-9, atol=1e-12, max_step=time[-1] / 500)
-    return Case(mechanism, float(time[-1]), _against(time, **_slider(found.y[0])))
+    return DrawnCase(mechanism, float(time[-1]), _against(time, **_slider(found.y[0])))
 
 
-# --- with play --------------------------------------------------------------------------------------------------------
+# --- with clearance --------------------------------------------------------------------------------------------------------
 
 
 def _play(draw: Draw, rocker: str) -> tuple[Mechanism, Any]:
@@ -214,7 +213,9 @@ def _compiled(p: Any, mechanism: Mechanism, modes: Any) -> Callable[[Result], fl
 
     def error(result: Result) -> float:
         off = [
-            result.at(f"{name}.{axis}", run.time) - run.q[:, k + i] for name, k in centres.items() for i, axis in enumerate("xy")
+            result.at(f"{name}.{axis}", run.time, outside=np.nan) - run.q[:, k + i]
+            for name, k in centres.items()
+            for i, axis in enumerate("xy")
         ]
         squares = np.mean(np.square(off), axis=1).reshape(2, 2).sum(axis=1)
         return float(np.sqrt(squares.max())) / p.clearance
@@ -228,32 +229,32 @@ def _offset(mechanism: Mechanism, p: Any) -> float:
     return float((np.arctan2(y, x) - p.start_angle + pi) % (2 * pi) - pi)
 
 
-def rigid_play(draw: Draw, asked: float) -> Case:
-    """Crank-rocker with play, of rigid bars."""
+def rigid_play(draw: Draw, asked: float) -> DrawnCase:
+    """Crank-rocker with clearance, of rigid bars."""
     mechanism, p = _play(draw, "rigid")
-    return Case(mechanism, PREDICTABLE, _compiled(p, mechanism, None))
+    return DrawnCase(mechanism, PREDICTABLE, _compiled(p, mechanism, None))
 
 
-def modal_play(draw: Draw, asked: float) -> Case:
-    """Crank-rocker with play, its rocker of modes; the reference takes the same."""
+def modal_play(draw: Draw, asked: float) -> DrawnCase:
+    """Crank-rocker with clearance, its rocker of modes; the reference takes the same."""
     mechanism, p = _play(draw, "modal")
     body = mechanism.link("rocker").body
     assert isinstance(body, Modal)
     from buckler.studies.rattling.fourbar import modes_of_solid
 
-    return Case(mechanism, PREDICTABLE, _compiled(p, mechanism, modes_of_solid(body, mechanism.length("rocker"))))
+    return DrawnCase(mechanism, PREDICTABLE, _compiled(p, mechanism, modes_of_solid(body, mechanism.length("rocker"))))
 
 
-def beam_play(draw: Draw, asked: float) -> Case:
-    """Crank-rocker with play, its rocker a beam: against a run of a far smaller tolerance."""
+def beam_play(draw: Draw, asked: float) -> DrawnCase:
+    """Crank-rocker with clearance, its rocker a beam: against a run of a far smaller tolerance."""
     mechanism, _ = _play(draw, "beam")
     tight = simulate(
         mechanism, PREDICTABLE, solver=Exudyn(Controlled(tolerance=1e-5 * asked, max_step=1e-5), spectral_radius=0.95)
     )
-    return Case(mechanism, PREDICTABLE, lambda result: difference(result, tight))
+    return DrawnCase(mechanism, PREDICTABLE, lambda result: difference(result, tight))
 
 
-SCENES: dict[str, Callable[[Draw, float], Case]] = {
+SCENES: dict[str, Callable[[Draw, float], DrawnCase]] = {
     "smooth": smooth,
     "ramp": ramp,
     "rigid": rigid,

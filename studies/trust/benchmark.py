@@ -2,7 +2,7 @@
 
 static: twenty loads of a buckled strip, against the engine used plainly, error of the load. smooth: slider-crank with a
 bending coupler, against plain uniform steps, error of its deflection. buckling: slider-crank striking its stop, against
-plain uniform steps, error of four numbers of its force. rigid play, beam play: crank-rocker with play in four joints for a
+plain uniform steps, error of four numbers of its force. rigid play, beam play: crank-rocker with clearance in four joints for a
 turn, against the compiled reference (a modal rocker for the beam's, damped mode by mode), error of the coupler's path over
 the first 10 ms (5 ms), in clearances. smooth and rigid play are asked for an accuracy and name no setting: their time holds
 all the runs that the estimate of their error takes. Times never make the run SUSPECT; errors do.
@@ -22,9 +22,11 @@ from buckler.mbs.accuracy.precision import Point, verdict, work_precision
 from buckler.mbs.library import PAPER
 from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import StudyParameters, choices, integer
+from buckler.studies.kit.precision import footnote
+from buckler.studies.kit.published import STRIP_WIDTH
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
 from buckler.studies.kit.style import subplots
-from buckler.studies.strips.static_precision import SHORTENINGS, WIDTH, footnote
+from buckler.studies.strips.static_precision import SHORTENINGS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -38,7 +40,7 @@ START = np.linspace(0.0, 0.01, 101)
 """Rattling is chaotic: paths are compared in the first 10 ms only, s."""
 
 
-class Job(NamedTuple):
+class TimedJob(NamedTuple):
     """Ours and the baseline, the error of an outcome, and the largest that is accepted of ours."""
 
     ours: Callable[[], Any]
@@ -60,16 +62,16 @@ class Parameters(StudyParameters):
     repeats: int = integer(5, 1, 1000, "repetitions, ours and baseline in turn", "numerics")
 
 
-def _static() -> Job:
+def _static() -> TimedJob:
     from buckler.elastica.rod import Rod
     from buckler.mbs.engine.pressed import pinned_strip
     from buckler.studies.trust import plain
 
-    section, length = Section(WIDTH, 3e-4), PAPER.coupler
+    section, length = Section(STRIP_WIDTH, 3e-4), PAPER.coupler
     unit = section.bending_stiffness / length**2
     axial, shear = section.axial_stiffness / unit, section.shear_stiffness / unit
     beam, cable = (np.array([rod.at_shortening(u).load for u in SHORTENINGS]) for rod in (Rod(axial, shear), Rod(axial)))
-    return Job(
+    return TimedJob(
         lambda: pinned_strip(Beam(section, 20), length, SHORTENINGS).load / beam,
         lambda: plain.buckled_strip(section, length, SHORTENINGS, 64).force / unit / cable,
         lambda ratio: float(np.abs(ratio - 1).max()),
@@ -77,7 +79,7 @@ def _static() -> Job:
     )
 
 
-def _smooth() -> Job:
+def _smooth() -> TimedJob:
     from buckler.studies.trust import smooth_precision as study
 
     p = study.Parameters()
@@ -85,11 +87,11 @@ def _smooth() -> Job:
         exact = study.reference(p, p.terms)
     mechanism, duration = p.mechanism(Cable(p.section)), float(p.times[-1])
 
-    def ours() -> study.Outcome:
+    def ours() -> study.DeflectionRun:
         result = simulate(mechanism, duration, SMOOTH, timeout=120)
-        return study.Outcome(result.at("coupler.deflection", p.times), result.status, result.work)
+        return study.DeflectionRun(result.at("coupler.deflection", p.times, outside=np.nan), result.status, result.work)
 
-    return Job(
+    return TimedJob(
         ours,
         partial(study.plainly, p, 4, 800, 1e-5, 1e-8),
         lambda outcome: float(np.sqrt(((outcome.deflection - exact) ** 2).sum() / (exact**2).sum())),
@@ -97,11 +99,11 @@ def _smooth() -> Job:
     )
 
 
-def _buckling() -> Job:
+def _buckling() -> TimedJob:
     from buckler.studies.striking import slider_crank_precision as study
 
     reference = study.simulated(study.with_coupler(Beam, 16), Controlled(1e-8)).reading
-    return Job(
+    return TimedJob(
         partial(study.simulated, study.with_coupler(Beam, 8), Controlled(1e-5)),
         partial(study.plainly, study.with_coupler(Cable, 8), 10_000, 1e-4),
         lambda outcome: max(outcome.reading.off(reference).values()),
@@ -109,7 +111,7 @@ def _buckling() -> Job:
     )
 
 
-def _with_play(beam: bool) -> Job:
+def _with_play(beam: bool) -> TimedJob:
     from buckler.mbs.reference import FourBar, beam_modes
     from buckler.mbs.reference import simulate as compiled
     from buckler.studies.rattling.clearance import CrankRockerParameters
@@ -124,9 +126,9 @@ def _with_play(beam: bool) -> Job:
     compared = len(START) // 2 if beam else len(START)
 
     def path(result: Any) -> Array:
-        return np.stack([result.at("coupler.x", START), result.at("coupler.y", START)], axis=1)
+        return np.stack([result.at("coupler.x", START, outside=np.nan), result.at("coupler.y", START, outside=np.nan)], axis=1)
 
-    return Job(
+    return TimedJob(
         lambda: path(simulate(mechanism, TURN, None if beam else PLAY, timeout=120)),
         lambda: compiled(bar, TURN, samples=len(START) * 20 - 19).q[: len(START), 2:4],
         lambda found: float(np.abs(found - exact)[:compared].max()) / p.clearance,
@@ -134,7 +136,7 @@ def _with_play(beam: bool) -> Job:
     )
 
 
-JOBS: dict[str, Callable[[], Job]] = {
+JOBS: dict[str, Callable[[], TimedJob]] = {
     "static": _static,
     "smooth": _smooth,
     "buckling": _buckling,
@@ -143,7 +145,7 @@ JOBS: dict[str, Callable[[], Job]] = {
 }
 
 
-def _measure(p: Parameters, progress: Progress) -> Iterator[tuple[str, Job, Point, Point]]:
+def _measure(p: Parameters, progress: Progress) -> Iterator[tuple[str, TimedJob, Point, Point]]:
     for name in progress(p.jobs, label="jobs"):
         job = JOBS[name]()
         job.ours(), job.baseline()  # untimed: the first call of anything is slow
@@ -169,7 +171,7 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
         sentences.append(verdict(ours, baseline))
         if not ours.error <= job.largest:
             wrong.append(f"{name}: error {ours.error:.1e}, allowed {job.largest:g}")
-    headers = ["job", "error", "time [ms]", "baseline's error", "baseline's [ms]", "baseline/ours"]
+    headers = ["job", "Buckler's error", "Buckler's time [ms]", "baseline's error", "baseline's time [ms]", "baseline/ours"]
     return StudyResult(
         parameters=parameters,
         status="SUSPECT" if wrong else "OK",

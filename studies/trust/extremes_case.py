@@ -56,7 +56,7 @@ KINDS: dict[str, Kind] = {
     "place": Kind(1e-3, "of the longest link: what a drawing of the mechanism can show"),
     "path": Kind(5e-3, "of the longest link, where something strikes: a rebound at 5 % wrong speed errs by so much"),
     "acceleration": Kind(0.05, "of the largest: forces are as good as accelerations"),
-    "journal": Kind(0.1, "place of a link, of the play: the pin is on the right side of its bush", mean_square),
+    "journal": Kind(0.1, "place of a link, of the clearance: the pin is on the right side of its bush", mean_square),
     "speed": Kind(0.05, "of a link, of the largest: it jumps at impacts, and they shift a little", mean_square),
 }
 """Kinds of measures; a measure is called `kind` or `kind of what`."""
@@ -67,7 +67,7 @@ PATIENCE = 120.0
 
 
 @dataclass(frozen=True)
-class Outcome:
+class CaseOutcome:
     """How a run ended, and what was read off it; a scale where the reference's largest value is none."""
 
     status: str
@@ -83,7 +83,7 @@ class Case:
     ----------
     family, name : str
     run : callable
-        Gives an Outcome, or raises ValueError.
+        Gives an CaseOutcome, or raises ValueError.
     reference : callable, optional
         Gives the measures that are right, from another method, or None if that failed; None where a run cannot be right.
     scales : dict of str to float
@@ -92,7 +92,7 @@ class Case:
 
     family: str
     name: str
-    run: Callable[[float], Outcome]
+    run: Callable[[float], CaseOutcome]
     reference: Callable[[], Measures | None] | None = None
     scales: Mapping[str, float] = field(default_factory=dict)
 
@@ -130,7 +130,7 @@ def judge(case: Case, timeout: float) -> Finding:
     return Finding(case.family, case.name, verdict, float(off), worst, _text(outcome), perf_counter() - start)
 
 
-def _text(outcome: Outcome) -> str:
+def _text(outcome: CaseOutcome) -> str:
     return "" if outcome.status == Status.OK else f"{outcome.status}: {outcome.message}"
 
 
@@ -149,13 +149,13 @@ def compare(found: Measures, right: Measures, scales: Mapping[str, float]) -> tu
 
 def simulated(
     mechanism: Callable[[], Mechanism], duration: float, solver: Exudyn, read: Callable[[Result], Measures]
-) -> Callable[[float], Outcome]:
+) -> Callable[[float], CaseOutcome]:
     """Make the run of a case: build the mechanism, simulate it, read its measures."""
 
-    def run(timeout: float) -> Outcome:
+    def run(timeout: float) -> CaseOutcome:
         result = simulate(mechanism(), duration, solver=solver, timeout=timeout)
         ended = result.status in (Status.OK, Status.SUSPECT)
-        return Outcome(str(result.status), result.message, read(result) if ended else {})
+        return CaseOutcome(str(result.status), result.message, read(result) if ended else {})
 
     return run
 

@@ -10,7 +10,7 @@ import numpy as np
 from buckler.mbs import Controlled, Equal, Exudyn, Mechanism, Result, Rigid, Section
 from buckler.mbs.library import CrankRocker, crank_rocker
 from buckler.mbs.reference import FourBar
-from buckler.studies.rattling.clearance import STEEL
+from buckler.studies.kit.published import STEEL
 from buckler.studies.trust.extremes_case import DEFAULT, Case, Measures, simulated
 
 BARS = Section(0.005, 0.020, STEEL)
@@ -27,11 +27,15 @@ def ideal(name: str, lengths: CrankRocker, angle: float, turn: float, speed: flo
     times = SAMPLES * duration
 
     def read(result: Result) -> Measures:
-        signals = {f"{link}.{what}": result.at(f"{link}.{what}", times) for link in ("coupler", "rocker") for what in ("x", "ax")}
+        signals = {
+            f"{link}.{what}": result.at(f"{link}.{what}", times, outside=np.nan)
+            for link in ("coupler", "rocker")
+            for what in ("x", "ax")
+        }
         return {
             "place": np.stack([signals["coupler.x"], signals["rocker.x"]]),
             "acceleration": np.stack([signals["coupler.ax"], signals["rocker.ax"]]),
-            "force": result.at("drive.torque", times),
+            "force": result.at("drive.torque", times, outside=np.nan),
         }
 
     def reference() -> Measures:

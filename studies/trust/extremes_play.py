@@ -1,6 +1,7 @@
-"""Cases of the study `extremes` with play in the joints of a four-bar: play, laws, friction, speed, steps, flexible rockers.
+"""Cases of the study `extremes` with clearance in the joints of a four-bar: clearance, laws, friction, speed, steps,
+flexible rockers.
 
-Rattling is chaotic: a motion is compared with its reference until a play a thousandth larger would make another one of it.
+Rattling is chaotic: a motion is compared with its reference until a clearance a thousandth larger would make another one of it.
 """
 
 from __future__ import annotations
@@ -16,7 +17,8 @@ from buckler.mbs import Beam, Cable, Clearance, Controlled, Equal, Exudyn, Mecha
 from buckler.mbs.laws import AdamsFriction, Coulomb, FrictionLaw, Hertz, HuntCrossley, Impact, KelvinVoigt, NoFriction, NormalLaw
 from buckler.mbs.library import crank_rocker
 from buckler.mbs.reference import CLOSED, RATTLING, FourBar
-from buckler.studies.rattling.clearance import STEEL, InPython
+from buckler.studies.kit.published import STEEL
+from buckler.studies.rattling.clearance import InPython
 from buckler.studies.trust.extremes_case import DEFAULT, KINDS, Case, Measures, finer, simulated
 from buckler.studies.trust.extremes_linkages import BARS, SPEED
 
@@ -28,7 +30,7 @@ SAMPLES = np.linspace(0.02, 0.98, 49)
 DURATION = 0.010
 """Of a run at the paper's speed, s: a twentieth of a turn."""
 KNOWN = 1e-3
-"""How well the play is taken to be known, relative."""
+"""How well the clearance is taken to be known, relative."""
 ADAMS = AdamsFriction(static=0.3, dynamic=0.1)
 STIFFNESS = RATTLING.stiffness
 LAWS: dict[str, NormalLaw] = {"rattling": RATTLING, "closed": CLOSED}
@@ -36,7 +38,7 @@ LAWS: dict[str, NormalLaw] = {"rattling": RATTLING, "closed": CLOSED}
 
 @dataclass(frozen=True)
 class Play:
-    """The paper's crank-rocker with play; `with_play` names its joints, `share` scales the time run."""
+    """The paper's crank-rocker with clearance; `with_play` names its joints, `share` scales the time run."""
 
     gap: float = 2.5e-4
     law: NormalLaw = RATTLING
@@ -72,8 +74,8 @@ class Play:
         normal = [result.signals[f"{p}.normal_force"] for p in self.with_play]
         along = [result.signals[f"{p}.friction_force"] for p in self.with_play]
         return {
-            "journal": np.stack([result.at(name, times) for name in links]),
-            "speed": np.stack([result.at(name, times) for name in speeds]),
+            "journal": np.stack([result.at(name, times, outside=np.nan) for name in links]),
+            "speed": np.stack([result.at(name, times, outside=np.nan) for name in speeds]),
             "force": np.array([max(np.hypot(n, t).max() for n, t in zip(normal, along, strict=True))]),
             "impulse": np.array([max(np.trapezoid(n, result.time) for n in normal)]),
         }
@@ -123,7 +125,7 @@ class Play:
 
 
 def plays() -> Iterator[Case]:
-    """Number of joints, play, stiffness, damping, friction, speed, laws, steps."""
+    """Number of joints, clearance, stiffness, damping, friction, speed, laws, steps."""
     for name, law in LAWS.items():
         for joints in ("B", "BC", "ABC", "OABC"):
             yield Play(with_play=joints, law=law).case(f"{joints}, {name}")

@@ -32,7 +32,8 @@ from buckler.mbs import (
 from buckler.mbs.engine.pressed import pinned_strip
 from buckler.mbs.laws import CarvalhoMartins
 from buckler.mbs.library import PAPER, slider_crank
-from buckler.studies.trust.extremes_case import DEFAULT, Case, Measures, Outcome, finer, simulated
+from buckler.studies.kit.published import STRIP_WIDTH
+from buckler.studies.trust.extremes_case import DEFAULT, Case, CaseOutcome, Measures, finer, simulated
 
 LENGTH, MASS, TURN = PAPER.coupler, 0.3, 0.56
 """Of the coupler, m; of the slider, kg; how much of a turn is run: until 200 degrees, contact began at 120."""
@@ -60,7 +61,7 @@ class Corner:
 
     def mechanism(self, kind: str, **mesh: int) -> Mechanism:
         """The slider-crank with a Strut, Beam or Cable for a coupler."""
-        section = Section(0.030, self.thickness, Material(210e9, 7850.0, axial_damping=9e-5 if kind == "strut" else 0.0))
+        section = Section(STRIP_WIDTH, self.thickness, Material(210e9, 7850.0, axial_damping=9e-5 if kind == "strut" else 0.0))
         wet: Any = {"section": section.damped(self.damping, LENGTH), "imperfection": -self.bow * LENGTH} | mesh
         return slider_crank(
             Strut(section) if kind == "strut" else Beam(**wet) if kind == "beam" else Cable(**wet),
@@ -76,7 +77,7 @@ class Corner:
         return {
             "force": np.array([force.max()]),
             "impulse": np.array([np.trapezoid(force, result.time)]),
-            "path": result.at("B.x", SAMPLES * self.duration),
+            "path": result.at("B.x", SAMPLES * self.duration, outside=np.nan),
         }
 
 
@@ -159,10 +160,10 @@ def static_strips() -> Iterator[Case]:
         yield Case("static strip", name, _pressed_still(mesh, thickness, u), lambda u=u: {"load": pinned.load(np.array(u))})  # type: ignore[misc]
 
 
-def _pressed_still(mesh: str, thickness: float, u: tuple[float, ...]) -> Callable[[float], Outcome]:
-    def run(_timeout: float) -> Outcome:
-        states = pinned_strip(STRIPS[mesh](Section(0.030, thickness)), LENGTH, u)
-        return Outcome(str(states.status), states.message, {"load": states.load})
+def _pressed_still(mesh: str, thickness: float, u: tuple[float, ...]) -> Callable[[float], CaseOutcome]:
+    def run(_timeout: float) -> CaseOutcome:
+        states = pinned_strip(STRIPS[mesh](Section(STRIP_WIDTH, thickness)), LENGTH, u)
+        return CaseOutcome(str(states.status), states.message, {"load": states.load})
 
     return run
 
@@ -188,7 +189,7 @@ def pressed(body: Beam | Cable | Strut, share: float, duration: float) -> Mechan
 
 def pressed_strips() -> Iterator[Case]:
     """Straight, hardly bowed and bowed strips, pressed slowly: the elastica at the end."""
-    section = Section(0.030, 3e-4)
+    section = Section(STRIP_WIDTH, 3e-4)
     wet = section.damped(0.5, LENGTH)
     bodies = {
         "straight": Beam(section), "straight cable": Cable(section), "straight strut": Strut(section),

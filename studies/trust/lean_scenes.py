@@ -41,9 +41,10 @@ from buckler.mbs.laws import AdamsFriction, CarvalhoMartins, Coulomb, FrictionLa
 from buckler.mbs.record.signals import collect
 from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import StudyParameters, choices, integer
+from buckler.studies.kit.precision import footnote
+from buckler.studies.kit.published import CONTACT_DAMPING, CONTACT_STIFFNESS, STRIP_WIDTH
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
 from buckler.studies.kit.style import COLOURS, subplots
-from buckler.studies.strips.static_precision import footnote
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -53,14 +54,14 @@ OVER = {"static friction": "friction"}
 """What a part is measured over, where that is not the scene without any."""
 AFTER = ("signals", "contact signals", "self-checks")
 """What is made after the engine's work."""
-STRIP, BARS = Section(0.030, 3e-4), Section(0.005, 0.020)
+STRIP, BARS = Section(STRIP_WIDTH, 3e-4), Section(0.005, 0.020)
 LENGTH, MASS, SPEED = 0.310, 0.3, 1.25
 ITEMS = ("objects", "nodes", "loads", "sensors")
 PULL = (0.0, -9.81)
 
 
 @dataclass(frozen=True)
-class Variant:
+class LeanScene:
     """A scene with or without a part: what is built, how long it runs, what is asked of the run."""
 
     mechanism: Mechanism
@@ -73,14 +74,14 @@ class Variant:
         return build(self.mechanism).summary()
 
 
-Variants = dict[str, Variant]
+Variants = dict[str, LeanScene]
 
 
 def striking(coupler: Any) -> Variants:
     """The slider-crank, half a turn; its stop is a part."""
-    plain = Variant(slider(coupler, law=None, mass=MASS, speed=SPEED), pi / SPEED)
+    plain = LeanScene(slider(coupler, law=None, mass=MASS, speed=SPEED), pi / SPEED)
 
-    def made(law: Any = None, friction: GuideFriction | None = None) -> Variant:
+    def made(law: Any = None, friction: GuideFriction | None = None) -> LeanScene:
         return replace(plain, mechanism=slider(coupler, law=law, mass=MASS, speed=SPEED, friction=friction))
 
     return {
@@ -95,20 +96,20 @@ def striking(coupler: Any) -> Variants:
 def turning(rocker: Any, with_play: str) -> Variants:
     """The crank-rocker, a tenth of a turn; friction of its joints is a part."""
 
-    def made(friction: FrictionLaw) -> Variant:
+    def made(friction: FrictionLaw) -> LeanScene:
         def play(point: str, first: str, second: str) -> Clearance:
-            return Clearance(point, first, second, 5e-3, 2.5e-4, Impact(2.53e5 * 1e3**1.5, 253.0, 1e-5), friction)
+            return Clearance(point, first, second, 5e-3, 2.5e-4, Impact(CONTACT_STIFFNESS, CONTACT_DAMPING, 1e-5), friction)
 
         speed = 10 * pi
         made = crank_rocker(rocker, speed=speed, play=play, with_play=with_play, section=BARS, angle=0.5)
-        return Variant(made, 0.2 * pi / speed)
+        return LeanScene(made, 0.2 * pi / speed)
 
     plain = made(NoFriction())
     frictions = {"friction": made(Coulomb(0.1, 0.1)), "static friction": made(AdamsFriction(0.3, 0.1))} if with_play else {}
     return {BASE: plain, **frictions, **_asked(plain, rocker.flexible)}
 
 
-def _asked(plain: Variant, flexible: bool) -> Variants:
+def _asked(plain: LeanScene, flexible: bool) -> Variants:
     """What any scene can be asked for."""
     shapes = {"shapes": list(np.linspace(0.0, plain.duration, 101))}
     return {
@@ -212,7 +213,7 @@ def _timed(work: Callable[[], Any]) -> tuple[float, Any]:
     return process_time() - start, made
 
 
-def _after(variant: Variant, result: Result) -> dict[str, float]:
+def _after(variant: LeanScene, result: Result) -> dict[str, float]:
     """Seconds of what is made after the engine's work."""
     run = once(variant.mechanism, variant.duration, Exudyn(), None, None)
     found = {

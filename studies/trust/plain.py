@@ -19,7 +19,7 @@ os.environ.setdefault("EXUDYN_NO_USER_SETTINGS", "1")
 import exudyn as exu
 import exudyn.itemInterface as eii
 
-from buckler.mbs.elements import Cable
+from buckler.mbs.elements import Cable, GuideFriction
 from buckler.mbs.elements.section import Section
 from buckler.mbs.laws import HysteresisLaw
 from buckler.mbs.mechanism import Mechanism
@@ -253,7 +253,7 @@ def _add_slider(job: _System, mechanism: Mechanism, end: int) -> int:
         job.fix(fixed, 1)
     along = job.marker(node, 0)
     added = job.system.AddObject(eii.CoordinateConstraint(markerNumbers=[along, job.marker(end, 0)]))
-    if guide.friction is not None:
+    if isinstance(guide.friction, GuideFriction):
         job.system.AddObject(
             eii.ObjectConnectorCoordinateSpringDamperExt(
                 markerNumbers=[job.ground, along],

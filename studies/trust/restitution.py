@@ -18,9 +18,9 @@ from buckler.mbs import Clearance, Drive, Guide, Link, Mechanism, Ramp, Rigid, S
 from buckler.mbs.laws import Hertz, Impact, KelvinVoigt, NormalLaw, delivered
 from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import StudyParameters, choices, quantities, quantity
+from buckler.studies.kit.published import CONTACT_DAMPING, DAMPING_UNITS
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
 from buckler.studies.kit.style import COLOURS, subplots
-from buckler.studies.rattling.clearance import DAMPING_UNITS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -34,8 +34,6 @@ LAWS = (*HYSTERESIS, "KelvinVoigt")
 """Laws that can be asked for a restitution."""
 LENGTH = 0.1
 """Of the bar, m."""
-PUBLISHED_DAMPING = 253.0
-"""Largest damping c_max of the law Impact, in either reading of its unit."""
 AGREES_TO = 1e-3
 """Difference of drop test and closed form beyond which the study is suspect."""
 MARKS = "os^vDP*Xhd"
@@ -114,7 +112,7 @@ def striker(law: NormalLaw, speed: float, clearance: float, section: Section) ->
 
     No gravity, nothing else acts on the bar, and the impact is central: an exact impact of one mass at this speed.
     """
-    reaches = 0.5 * clearance / speed  # s; a quarter of the play is used up by then
+    reaches = 0.5 * clearance / speed  # s; a quarter of the clearance is used up by then
     return Mechanism(
         points={"P": (0.0, 0.0), "Q": (-LENGTH, 0.0), "R": (LENGTH, 0.0)},
         links=[Link("bar", "P", "Q", Rigid(section)), Link("block", "P", "R", Rigid(section))],
@@ -125,7 +123,7 @@ def striker(law: NormalLaw, speed: float, clearance: float, section: Section) ->
 
 
 def drop(name: str, law: NormalLaw, asked: float, speed: float, p: Parameters) -> Drop:
-    """Let a law be struck once; the run ends when the pin should have moved off by a tenth of the play."""
+    """Let a law be struck once; the run ends when the pin should have moved off by a tenth of the clearance."""
     tally, exact = Tally(law), delivered(law, p.mass, speed)
     unit = p.clearance / speed
     result = mbs.simulate(
@@ -148,7 +146,7 @@ def cases(p: Parameters) -> list[tuple[str, NormalLaw, float, float]]:
     found = [(f"{name}.{e:g}", p.law(name, e), e, p.speed) for name in p.laws for e in p.restitution]
     found.append(("Hertz", Hertz(p.stiffness), nothing, p.speed))
     for unit, factor in DAMPING_UNITS.items():
-        law = Impact(p.stiffness, PUBLISHED_DAMPING * factor, p.damping_depth)
+        law = Impact(p.stiffness, CONTACT_DAMPING * factor, p.damping_depth)
         found += [(f"Impact[{unit}].{v:g}", law, nothing, v) for v in p.speeds]
     return found
 
@@ -185,7 +183,7 @@ def _asked_table(metrics: Mapping[str, Metric], p: Parameters) -> Table:
 def _impact_table(metrics: Mapping[str, Metric], p: Parameters, off: float) -> Table:
     """The laws that cannot be asked: one row each, one column a speed."""
     rows = [
-        [f"c_max = {PUBLISHED_DAMPING:g} {unit}", *(metrics[f"Impact[{unit}].{v:g}.delivered"].value for v in p.speeds)]
+        [f"c_max = {CONTACT_DAMPING:g} {unit}", *(metrics[f"Impact[{unit}].{v:g}.delivered"].value for v in p.speeds)]
         for unit in DAMPING_UNITS
     ]
     title = f"Restitution Impact delivers to {p.mass:.4g} kg"

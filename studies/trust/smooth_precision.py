@@ -8,7 +8,6 @@ that of the deflection of mid-span from the chord, relative L2 norm over 401 tim
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from math import pi
@@ -18,13 +17,13 @@ import numpy as np
 
 from buckler.elastica.moving import MovingStrip, turning_crank
 from buckler.mbs import Beam, Cable, Controlled, Exudyn, Mechanism, Section, simulate, slider_crank
-from buckler.mbs.accuracy.precision import Point, fastest, verdict, work_precision
+from buckler.mbs.accuracy.precision import Point, fastest, verdict
 from buckler.mbs.library import PAPER
 from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import StudyParameters, integer, quantities, quantity
+from buckler.studies.kit.precision import Runs, Series, as_signals, by_tolerance, figure_of, footnote, mark, measure, points_of
+from buckler.studies.kit.published import STRIP_WIDTH
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
-from buckler.studies.kit.style import subplots
-from buckler.studies.strips.static_precision import as_signals, draw, footnote
 from buckler.studies.trust import plain
 
 if TYPE_CHECKING:
@@ -57,7 +56,7 @@ class Parameters(StudyParameters):
     @property
     def section(self) -> Section:
         """Of the coupler, without damping."""
-        return Section(width=0.030, thickness=self.thickness)
+        return Section(width=STRIP_WIDTH, thickness=self.thickness)
 
     @property
     def times(self) -> Array:
@@ -70,7 +69,7 @@ class Parameters(StudyParameters):
 
 
 @dataclass(frozen=True)
-class Outcome:
+class DeflectionRun:
     """Deflection at the study's times, m, how the run ended and its work."""
 
     deflection: Array
@@ -95,38 +94,28 @@ def reference(p: Parameters, terms: int) -> Array:
     return strip.move(p.times, rtol=1e-7, atol=1e-9).deflection
 
 
-def simulated(p: Parameters, coupler: Beam | Cable, steps: Controlled) -> Outcome:
+def simulated(p: Parameters, coupler: Beam | Cable, tolerance: float) -> DeflectionRun:
     """The deflection by `simulate` with error-controlled steps."""
-    result = simulate(p.mechanism(coupler), float(p.times[-1]), solver=Exudyn(steps), timeout=300)
-    return Outcome(result.at("coupler.deflection", p.times), result.status, result.work)
+    result = simulate(p.mechanism(coupler), float(p.times[-1]), solver=Exudyn(Controlled(tolerance)), timeout=300)
+    return DeflectionRun(result.at("coupler.deflection", p.times, outside=np.nan), result.status, result.work)
 
 
-def plainly(p: Parameters, elements: int, steps: int, relative: float, absolute: float) -> Outcome:
+def plainly(p: Parameters, elements: int, steps: int, relative: float, absolute: float) -> DeflectionRun:
     """The deflection by a plain run in uniform steps."""
     cable = p.mechanism(Cable(p.section, elements=elements))
     found = plain.smooth_slider_crank(cable, float(p.times[-1]), max(1, round(steps * p.turns)), relative, absolute)
     deflection = np.interp(p.times, found.x, found.force) if found.x.size else np.full(TIMES, np.nan)
-    return Outcome(deflection, found.message or "OK", found.work)
-
-
-Runs = dict[str, dict[str, Callable[[], Outcome]]]
+    return DeflectionRun(deflection, found.message or "OK", found.work)
 
 
 def variants(p: Parameters) -> Runs:
     """Every run by model and setting."""
-    tolerances = sorted(p.tolerances, reverse=True)
-    runs: Runs = {
-        f"Beam x {n:g}": {_power(x): partial(simulated, p, Beam(p.section, elements=int(n)), Controlled(x)) for x in tolerances}
-        for n in p.elements
-    }
-    runs["Cable x 4"] = {_power(x): partial(simulated, p, Cable(p.section, elements=4), Controlled(x)) for x in tolerances}
+    couplers: dict[str, Beam | Cable] = {f"Beam x {n:g}": Beam(p.section, elements=int(n)) for n in p.elements}
+    couplers["Cable x 4"] = Cable(p.section, elements=4)
+    runs = {name: by_tolerance(partial(simulated, p, coupler), p.tolerances) for name, coupler in couplers.items()}
     for label, relative, absolute in (("tuned", 1e-5, 1e-8), ("default Newton", 1e-8, 1e-10)):
         runs[f"plain ANCF x 4, {label}"] = {f"{n:g}": partial(plainly, p, 4, int(n), relative, absolute) for n in sorted(p.steps)}
     return runs
-
-
-def _power(tolerance: float) -> str:
-    return f"{tolerance:.0e}".replace("e-0", "e-")
 
 
 def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
@@ -140,14 +129,11 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
 
     own = off(reference(p, p.terms - 1))
     runs = variants(p)
-    calls = {f"{model}, {key}": call for model, part in runs.items() for key, call in part.items()}
-    points = {
-        point.name: point
-        for point in work_precision(calls, lambda o: off(o.deflection), p.repeats, progress=lambda n: progress(n, label="runs"))
-    }
-    series = {model: [points[f"{model}, {key}"] for key in part] for model, part in runs.items()}
-    ours = [point for model, part in series.items() if not model.startswith("plain") for point in part]
-    plains = [point for model, part in series.items() if model.startswith("plain") for point in part]
+    series = measure(runs, lambda outcome: off(outcome.deflection), p.repeats, progress)
+    ours, plains = (
+        points_of({model: part for model, part in series.items() if model.startswith("plain") == plain})
+        for plain in (False, True)
+    )
     best = min(ours, key=lambda point: point.error)
     metrics = {
         "best_error": Metric(best.error, "1"),
@@ -158,8 +144,8 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     return StudyResult(
         parameters=p,
         metrics=metrics,
-        signals=as_signals(series) | {f"{model}.setting": np.array([*part]) for model, part in runs.items()},
-        tables=[_table(runs, points, min(plains, key=lambda point: point.error), footnote(p))],
+        signals=as_signals(series),
+        tables=[_table(series, min(plains, key=lambda point: point.error), footnote(p))],
         status="SUSPECT" if wrong else "OK",
         message=f"engine and reference differ by {best.error:.1e}" if wrong else _sentence(ours, plains),
     )
@@ -183,24 +169,20 @@ def _sentence(ours: list[Point], plains: list[Point]) -> str:
     return verdict(mine, rival)
 
 
-def _table(runs: Runs, points: dict[str, Point], baseline: Point, notes: str) -> Table:
+def _table(series: Series, baseline: Point, notes: str) -> Table:
     rows: list[list[Any]] = []
-    for model, part in runs.items():
-        for key in part:
-            point = points[f"{model}, {key}"]
+    for model, part in series.items():
+        for key, point in part.items():
             counts = [point.work.get(name) for name in ("steps", "newton_iterations", "jacobians")]
             speed = f"{point.speedup(baseline):.2f}"
-            rows.append([model, key, point.error, 1e3 * point.wall_s, speed, *counts, "*" if point.front else ""])
-    headers = ["model", "tolerance, steps", "error", "time [ms]", "plain/time", "steps", "Newton", "Jacobians", "front"]
+            rows.append([model, key, point.error, 1e3 * point.wall_s, speed, *counts, mark(point)])
+    headers = ["model", "tolerance, steps", "relative error", "time [ms]", "plain/time", "steps", "Newton", "Jacobians", "front"]
     return Table(headers, rows, "Smooth slider-crank: relative L2 error of the deflection", f"plain: {baseline.name}\n{notes}")
 
 
 def figure(result: StudyResult) -> Figure:
     """Error over run time of every series."""
-    names = [name.removesuffix(".setting") for name in result.signals if name.endswith(".setting")]
-    fig, ax = subplots(height=110)
-    draw(ax, result.signals, {n: n for n in names}, {n: result.signals[f"{n}.setting"] for n in names}, "tolerance, or steps")
-    ax.set(ylabel="relative L2 error of the deflection")
+    fig, ax = figure_of(result.signals, "relative L2 error of the deflection")
     ax.legend(
         title="at the points: tolerance, or steps", title_fontsize=8, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3
     )

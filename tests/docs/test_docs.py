@@ -11,6 +11,7 @@ PAGES = (
     "docs/tutorial.md",
     "docs/how-to-add-a-mechanism.md",
     "docs/how-to-bring-your-own-mechanism.md",
+    "docs/how-to-clamp-and-guide.md",
     "docs/how-to-look.md",
 )
 ALL_PAGES = ("README.md", *sorted(f"docs/{path.name}" for path in (ROOT / "docs").glob("*.md")))

@@ -86,6 +86,24 @@ def test_paraview_shows_links_in_their_true_size(tmp_path):
     assert set(bent.cell_data["link"][0]) <= {0.0, 1.0}
 
 
+def test_paraview_shows_a_modal_link_as_its_deformed_solid(tmp_path):
+    result = run("modal")
+    t = float(result.time[np.argmax(abs(result.signals["rocker.deflection"]))])
+    ((file,),) = [files_of(result.write_paraview(tmp_path, [t]), "links")[1]]
+    mesh = meshio.read(file)
+    assert volume(mesh) == pytest.approx(0.175 * 0.02 * 0.005, rel=1e-6)
+    block = next(block.data for block in mesh.cells if block.type == "hexahedron")
+    corners = mesh.points[np.unique(block)]
+    places = {point: np.array([result.at(f"{point}.{axis}", t) for axis in "xy"]) for point in "BC"}
+    for at in places.values():  # the joints lie in the middle of the end faces
+        near = corners[np.argsort(np.hypot(*(corners[:, :2] - at).T))[:6], :2]
+        assert near.mean(axis=0) == pytest.approx(at, abs=1e-7)
+    straight = (places["B"] - places["C"]) / np.hypot(*(places["B"] - places["C"]))
+    off = (corners[:, :2] - places["C"]) @ (-straight[1], straight[0])
+    middle = abs((corners[:, :2] - places["C"]) @ straight - 0.0875) < 1e-3
+    assert off[middle].mean() == pytest.approx(result.at("rocker.deflection", t), rel=0.02)
+
+
 def test_paraview_shows_forces_as_vectors(tmp_path):
     result = run("strip")
     collection = result.write_paraview(tmp_path, [2.5])
@@ -97,7 +115,7 @@ def test_paraview_shows_forces_as_vectors(tmp_path):
     assert mesh.point_data["force"][k] == pytest.approx([result.at("B.contact_force", 2.5), 0.0, 0.0], rel=1e-6)
 
 
-@pytest.mark.parametrize("name", ["modal", "loose", "pendulum", "strut", "failed"])
+@pytest.mark.parametrize("name", ["modal", "loose", "pendulum", "strut", "loaded", "failed"])
 def test_paraview_takes_every_kind(name, tmp_path):
     collection = run(name).write_paraview(tmp_path, [0.0, 0.01])
     for part in ("links", "symbols"):

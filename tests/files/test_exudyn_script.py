@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from looked_at import BAR, MECHANISMS, STRIP, pendulum
+from looked_at import BAR, MECHANISMS, STRIP, loaded, pendulum
 
 from buckler.mbs import Beam, Cable, Drive, Equal, Exudyn, GuideFriction, Motion, Ramp, Rigid, Section, simulate, slider_crank
 
@@ -19,6 +19,7 @@ def driven(body, speed, **options):
 
 CASES = {
     "pendulum": (pendulum(), 0.5, 100),
+    "masses": (replace(loaded(), loads=[]), 0.3, 100),
     "rigid": (driven(BAR, 5.0, friction=GuideFriction(0.4, viscous=0.1)), 0.5, 200),
     "ramp": (driven(BAR, Ramp(0.0, 6.0, 0.2)), 0.4, 200),
     "beam": (driven(Beam(STRIP, elements=3, imperfection=-3e-5), 1.25), 0.3, 150),

@@ -4,12 +4,12 @@ import pickle
 
 import numpy as np
 import pytest
-from looked_at import MECHANISMS, STRIP, loose, pendulum, pushed, run
+from looked_at import MECHANISMS, STRIP, loaded, loose, pendulum, pushed, run
 
 from buckler.elastica import pinned
 from buckler.mbs import Mechanism, Result
 from buckler.mbs.elements import KINDS
-from buckler.mbs.files.drawing import INKS, Arrow, Disc, Label, Path, Strip
+from buckler.mbs.files.drawing import INKS, Arrow, Disc, Label, Path, Span, Strip
 from buckler.mbs.files.movie import Film, Movie, filmed, placed, still
 from buckler.mbs.files.symbols import SYMBOLS, Sheet, symbol, unknown
 from buckler.mbs.record.record import Record
@@ -124,6 +124,19 @@ def test_a_run_that_went_wrong_is_shown_up_to_its_last_finite_state():
 def test_every_kind_has_a_symbol():
     kinds = [kind.__name__ for row in KINDS.values() for kind in row if kind.__name__ != "Link"]
     assert kinds and set(kinds) <= set(SYMBOLS)
+
+
+def test_loads_are_drawn_where_they_act():
+    movie, points = run("loaded").movie, loaded().points
+    (spring,) = [mark for mark in movie.marks if isinstance(mark, Span)]
+    assert movie.frames[spring.frame][:, :2] == pytest.approx(movie.frames["A"][:, :2])
+    assert movie.frames[spring.other][:, :2] == pytest.approx(np.tile(points["P"], (len(movie.time), 1)))
+    arrows = {mark.signals: movie.frames[mark.frame] for mark in movie.marks if isinstance(mark, Arrow)}
+    assert arrows["force.Q.fx", "force.Q.fy"][:, :2] == pytest.approx(movie.frames["Q"][:, :2])
+    down = next(mark for mark in movie.marks if isinstance(mark, Path) and mark.ink == "load" and mark.frame == "=Q")
+    (x0, y0), (x1, y1) = down.points
+    assert x0 == pytest.approx(x1) and y0 > y1
+    assert not [mark for mark in movie.marks if getattr(mark, "ink", "") == "other" and mark.frame]  # but gravity
 
 
 def test_a_kind_without_a_symbol_gets_a_neutral_mark():

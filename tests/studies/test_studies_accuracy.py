@@ -7,7 +7,7 @@ from buckler.mbs.library import PAPER
 from buckler.studies.kit import registry
 from buckler.studies.trust import accuracy, accuracy_scenes
 from buckler.studies.trust.accuracy import Parameters, run
-from buckler.studies.trust.accuracy_scenes import SCENES, Case
+from buckler.studies.trust.accuracy_scenes import SCENES, DrawnCase
 
 
 @pytest.fixture(scope="module")
@@ -30,7 +30,7 @@ def off_by(factor):
 
     def scene(draw, asked):
         case = SCENES["strut"](draw, asked)
-        return Case(case.mechanism, case.duration, lambda result: factor * asked)
+        return DrawnCase(case.mechanism, case.duration, lambda result: factor * asked)
 
     return scene
 

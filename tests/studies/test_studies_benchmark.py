@@ -4,7 +4,7 @@ import pytest
 
 from buckler.studies.kit import registry
 from buckler.studies.trust import benchmark
-from buckler.studies.trust.benchmark import Job, Parameters, run
+from buckler.studies.trust.benchmark import Parameters, TimedJob, run
 
 
 @pytest.fixture(scope="module")
@@ -24,7 +24,7 @@ def test_it_is_drawn(short):
 
 
 def test_a_wrong_answer_is_suspect(monkeypatch):
-    monkeypatch.setitem(benchmark.JOBS, "static", lambda: Job(lambda: 2.0, lambda: 1.25, lambda x: x - 1, 0.5))
+    monkeypatch.setitem(benchmark.JOBS, "static", lambda: TimedJob(lambda: 2.0, lambda: 1.25, lambda x: x - 1, 0.5))
     result = run(Parameters(jobs=("static",), repeats=1))
     assert result.status == "SUSPECT" and result.message == "static: error 1.0e+00, allowed 0.5"
 

@@ -10,7 +10,7 @@ pytest.importorskip("numba")
 from buckler.mbs.reference import CLOSED, RATTLING, Ensemble, FourBar, Outcome, beam_modes, ideal_state, simulate
 from buckler.studies.kit import registry
 from buckler.studies.rattling import buffering_claims, buffering_measures
-from buckler.studies.rattling.buffering_claims import Case, Parameters
+from buckler.studies.rattling.buffering_claims import ClaimCase, Parameters
 from buckler.studies.rattling.buffering_measures import (
     CLAIMS,
     FAILS,
@@ -26,7 +26,7 @@ from buckler.studies.rattling.buffering_measures import (
 
 MODES = beam_modes(thickness=0.005, width=0.020, bending=2, axial=1)
 ONE = {"clearance": 2.5e-4, "in_plane_depth": 20e-3, "damping_unit": "N.s/mm"}
-CLOSED_CASE = Case("N.s/mm", 20e-3, 2.5e-4)
+CLOSED_CASE = ClaimCase("N.s/mm", 20e-3, 2.5e-4)
 
 
 # --- measures ---------------------------------------------------------------------------------------------------------

@@ -12,7 +12,7 @@ from buckler.studies.kit import registry
 from buckler.studies.kit.cli import main
 from buckler.studies.kit.style import house_style
 from buckler.studies.rattling import clearance_speed
-from buckler.studies.rattling.clearance_speed import MEASURES, Point, ideal, measure, on_engine
+from buckler.studies.rattling.clearance_speed import MEASURES, SpeedPoint, ideal, measure, on_engine
 
 SMALL = {"clearances": "5um,0.2mm,0.5mm", "speeds": "20,40", "members": 2, "cycles": 1, "settle": 0}
 
@@ -119,7 +119,7 @@ def made_up(p, monkeypatch, engine, points=None):
     def point(_, fourbar):
         gap = fourbar.gaps[0]
         found = points(gap) if points else None
-        return found or Point(np.array([1e6 * gap * fourbar.speed, 10.0, 20.0]), np.array([10.0, 0.1, 0.2]), 0.5, 30.0)
+        return found or SpeedPoint(np.array([1e6 * gap * fourbar.speed, 10.0, 20.0]), np.array([10.0, 0.1, 0.2]), 0.5, 30.0)
 
     monkeypatch.setattr(clearance_speed, "measure", point)
     monkeypatch.setattr(clearance_speed, "on_engine", lambda _, seed: np.array(engine) * (1 + 0.01 * seed))
@@ -140,7 +140,7 @@ def test_an_engine_that_is_apart_is_suspect(monkeypatch):
 
 
 def test_a_point_that_fails_is_suspect_and_drawn(monkeypatch):
-    lost = Point(np.full(3, np.nan), np.full(3, np.nan), notes=("FAILED: seed 0: no more",))
+    lost = SpeedPoint(np.full(3, np.nan), np.full(3, np.nan), notes=("FAILED: seed 0: no more",))
     result = made_up(parameters(), monkeypatch, [], lambda gap: lost if gap == 5e-4 else None)
     assert result.status == "SUSPECT"
     assert result.message == "FAILED: 0.5 mm, 20 rad/s; FAILED: 0.5 mm, 40 rad/s"

@@ -145,7 +145,7 @@ def test_fine_run_prints_a_table_and_writes_every_file(dummy, capsys):
     out, err = capsys.readouterr()
     assert err == ""
     assert re.search(r"metric +value +unit +published +exact +relative error\n", out)
-    assert re.search(r"force +1\.7 +N +1\.7684 +1\.72465 +0\.014\n", out)
+    assert re.search(r"force +1\.7 +N +1\.7684 +1\.72465 +1\.4 %\n", out)
     assert {path.name for path in dummy.folder.iterdir()} == {
         "metrics.json", "signals.npz", "history.png", "history.pdf",
     }  # fmt: skip

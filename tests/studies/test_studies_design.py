@@ -13,7 +13,7 @@ from buckler.studies.kit.cli import main
 from buckler.studies.kit.style import house_style
 from buckler.studies.striking import design as study
 from buckler.studies.striking import design_check, design_figure
-from buckler.studies.striking.design_check import Outcome, random_wishes
+from buckler.studies.striking.design_check import CheckedTurn, random_wishes
 from buckler.studies.striking.inverse import design
 from buckler.studies.striking.inverse_limits import feasible, limits
 
@@ -147,7 +147,7 @@ def test_reading_of_a_slider_that_never_meets_the_stop():
     angle = np.linspace(0, 6, 50)
     read = design_check._read(angle, np.zeros(50), np.zeros(50))
     assert np.isnan([read["contact_force"], read["impact_force"], read["contact_angle"], read["settled"]]).all()
-    outcome = Outcome("strut", "OK", "", energy_balance=0, wall_s=0, angle=angle, force=np.zeros(50), **read)
+    outcome = CheckedTurn("strut", "OK", "", energy_balance=0, wall_s=0, angle=angle, force=np.zeros(50), **read)
     d = design(study.Parameters().wish, study.Parameters().given)
     assert study._verdict(d, [outcome])["status"] == "SUSPECT"
 

@@ -19,7 +19,7 @@ from buckler.studies.trust.extremes_case import (
     WITHIN,
     WRONG,
     Case,
-    Outcome,
+    CaseOutcome,
     compare,
     judge,
 )
@@ -31,7 +31,7 @@ def ended(status, force=1.0, right=1.0, reference=True):
     return Case(
         "made up",
         "case",
-        lambda _timeout: Outcome(str(status), "why", {"force": np.array([force])}),
+        lambda _timeout: CaseOutcome(str(status), "why", {"force": np.array([force])}),
         (lambda: None if right is None else {"force": np.array([right])}) if reference else None,
     )
 

@@ -39,7 +39,7 @@ def test_friction_of_joints_adds_no_item_and_no_play_no_contact():
     assert variants["friction"].summary == variants[lean_scenes.BASE].summary
     ideal = lean_scenes.SCENES["crank-rocker-ideal"]()
     assert "friction" not in ideal and "Clearance" not in ideal[lean_scenes.BASE].summary
-    assert build(ideal[lean_scenes.BASE].mechanism).clearances == []
+    assert build(ideal[lean_scenes.BASE].mechanism).remembering == []
 
 
 @pytest.fixture(scope="module")

@@ -92,8 +92,8 @@ def test_reading_without_contact_and_with_contact_to_the_end():
 
 
 def test_off_compares_four_numbers():
-    one = slider_crank_precision.Reading(100.0, 1.0, 1.7, 1.6, 0.5, 239.0)
-    other = slider_crank_precision.Reading(101.0, 1.0, 1.7, 1.6, 0.1, 230.0)
+    one = slider_crank_precision.PrecisionReading(100.0, 1.0, 1.7, 1.6, 0.5, 239.0)
+    other = slider_crank_precision.PrecisionReading(101.0, 1.0, 1.7, 1.6, 0.1, 230.0)
     assert other.off(one) == pytest.approx({"peak": 0.01, "impulse": 0, "settled": 0, "mean": 0})
 
 

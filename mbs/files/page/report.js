@@ -482,7 +482,7 @@ function showVerdict() {
   element("strong", kind === "doubt" ? "The run finished, but its checks failed. Do not trust its numbers." : "The run failed.", $("alert"));
   const failed = data.checks.filter((row) => row.verdict === "failed");
   const list = element("ul", "", $("alert"));
-  for (const text of failed.length ? failed.map((row) => `${row.name}: ${row.said}`) : [data.message]) element("li", text, list);
+  for (const text of failed.length ? failed.map((row) => (row.name === "OTHER" ? row.said : `${row.name}: ${row.said}`)) : [data.message]) element("li", text, list);
 }
 
 function showChecks() {

@@ -1,0 +1,88 @@
+"""Forces on points."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from buckler.mbs.elements.element import GROUND, Array, Energy, Recorded, Signal, holder, place, refers, since_start
+from buckler.mbs.elements.load import Load, Push, check_turning, held_at, sampled, turning
+from buckler.mbs.validate import function, pair
+
+Pair = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Force(Load):
+    """A force on a point of a link, or on a guide's block: constant, or a function of time.
+
+    Parameters
+    ----------
+    point : str
+        A point reference: 'A', or 'coupler:A' for that point as part of that link. On the end of a strut it acts on what the
+        strut is pinned to.
+    value : (float, float) or callable
+        N, or a function of t, s, that returns it. Kinks of the function are its maker's: steps do not look for them.
+    follows : str, optional
+        A link with which the force turns: then `value` is the force in the pose at t = 0. A flexible link's angle is that at the
+        point if it reaches it, or else at its start; 'beam:B' names another point.
+    """
+
+    point: str
+    value: Pair | Callable[[float], Pair]
+    follows: str | None = None
+
+    def __post_init__(self) -> None:
+        where = f"value of the force on '{self.point}'"
+        if callable(self.value):
+            pair(f"{where} at t = 0", function(where, self.value, 0.0)(0.0), "N")
+        else:
+            object.__setattr__(self, "value", pair(where, self.value, "N"))
+
+    @property
+    def key(self) -> str:
+        """'force.A'."""
+        return f"force.{place(self.point).point}"
+
+    def check(self, mechanism: Any) -> None:
+        """A point of a body, and a link that turns."""
+        where = f"force on '{self.point}'"
+        refers(mechanism, self.point, where)
+        if holder(mechanism, self.point) == GROUND:
+            raise ValueError(f"{where}: it acts on the ground; name a point of a link")
+        if self.follows is not None:
+            check_turning(mechanism, self.follows, where)
+
+    def turns_with(self, mechanism: Any) -> str | None:
+        """The point reference whose angle it follows."""
+        return None if self.follows is None else turning(mechanism, self.follows, place(self.point).point)
+
+    def acting(self, record: Recorded) -> Array:
+        """The force, N, (times, 2)."""
+        values = sampled(self.value, record.time) if callable(self.value) else np.tile(self.value, (len(record.time), 1))
+        at = self.turns_with(record.mechanism)
+        if at is None:
+            return values
+        angle = record.turn(at)[0]
+        c, s = np.cos(angle), np.sin(angle)
+        return np.column_stack([c * values[:, 0] - s * values[:, 1], s * values[:, 0] + c * values[:, 1]])
+
+    def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
+        """Yield the force."""
+        yield Push(held_at(record.mechanism, self.point), self.acting(record), np.zeros_like(record.time))
+
+    def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
+        """Yield its components, N."""
+        for letter, values in zip("xy", self.acting(record).T, strict=True):
+            yield Signal(f"{name}.f{letter}", values, "N")
+
+    def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
+        """Yield the work it gave."""
+        if callable(self.value) or self.follows is not None:
+            yield Energy("given", "load", since_start(record.time, self.power(name, record)))
+            return
+        path = record.point(held_at(record.mechanism, self.point))[0]
+        yield Energy("given", "load", (path - path[0]) @ np.array(self.value))

@@ -1,0 +1,132 @@
+"""Direct-current motors."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from math import inf
+from typing import Any
+
+import numpy as np
+
+from buckler.mbs.elements.element import Array, Burden, Energy, Recorded, Signal, since_start
+from buckler.mbs.elements.load import Load, Push, check_turning, sampled, turning
+from buckler.mbs.validate import function, non_negative, number, positive
+
+CREEP = 1e-3
+"""Speed of the rotor, rad/s, below which its friction falls linearly to zero."""
+
+
+@dataclass(frozen=True)
+class Motor(Load):
+    """A DC motor without inductance that turns a link against the ground through a gear.
+
+    With the rotor's speed w = gear times the link's: i = (u - constant w)/resistance, torque on the link
+    gear (constant i - friction sign(w)). The rotor's inertia turns with the link, as inertia gear^2.
+
+    Parameters
+    ----------
+    link : str
+        Any but a Strut. On a flexible one it acts at the start; 'beam:B' names another of its points.
+    voltage : float or callable
+        V, or a function of t, s, that returns it.
+    resistance : float
+        Ohm, positive.
+    constant : float
+        Torque constant, N m/A, which is the voltage constant in V s/rad; positive.
+    inertia : float
+        Of the rotor, kg m^2.
+    gear : float
+        Turns of the rotor for one of the link, not zero; negative if they turn in opposite senses.
+    friction : float
+        Torque that opposes the rotor's turning, N m; below `CREEP` of the rotor's speed it falls to zero.
+    dead_band : float
+        V. The voltage acts less this, and not at all below it.
+    """
+
+    link: str
+    voltage: float | Callable[[float], float]
+    resistance: float
+    constant: float
+    inertia: float = 0.0
+    gear: float = 1.0
+    friction: float = 0.0
+    dead_band: float = 0.0
+
+    def __post_init__(self) -> None:
+        where = f"voltage of the motor on '{self.link}'"
+        if callable(self.voltage):
+            number(f"{where} at t = 0", function(where, self.voltage, 0.0)(0.0), -inf, inf, "V")
+        else:
+            number(where, self.voltage, -inf, inf, "V")
+        positive("resistance", self.resistance, "Ohm")
+        positive("constant", self.constant, "N m/A")
+        non_negative("inertia", self.inertia, "kg m^2")
+        if number("gear", self.gear, -inf, inf, "1") == 0:
+            raise ValueError("gear = 0: must not be zero")
+        non_negative("friction", self.friction, "N m")
+        non_negative("dead_band", self.dead_band, "V")
+
+    @property
+    def key(self) -> str:
+        """'motor.crank'."""
+        return f"motor.{self.link.partition(':')[0]}"
+
+    def check(self, mechanism: Any) -> None:
+        """A link with an angle."""
+        check_turning(mechanism, self.link, f"motor on '{self.link}'")
+
+    def moments(self, mechanism: Any) -> Iterator[str]:
+        """Yield where it acts."""
+        yield self.at(mechanism)
+
+    def at(self, mechanism: Any) -> str:
+        """The point reference at which it acts."""
+        return turning(mechanism, self.link)
+
+    def burdens(self, mechanism: Any) -> Iterator[Burden]:
+        """Yield the rotor's inertia as the link feels it."""
+        if self.inertia:
+            yield Burden(self.at(mechanism), 0.0, self.inertia * self.gear**2)
+
+    def effective(self, voltage: Any) -> Any:
+        """Voltage that acts, V: less the dead band."""
+        return voltage - np.clip(voltage, -self.dead_band, self.dead_band)
+
+    def current(self, voltage: Any, speed: Any) -> Any:
+        """Current, A, for a voltage, V, and the link's speed, rad/s."""
+        return (self.effective(voltage) - self.constant * self.gear * speed) / self.resistance
+
+    def rubbing(self, speed: Any) -> Any:
+        """Torque of friction against the rotor's turning, N m, for the link's speed, rad/s."""
+        return self.friction * np.clip(self.gear * speed / CREEP, -1.0, 1.0)
+
+    def torque(self, voltage: Any, speed: Any) -> Any:
+        """Torque on the link, N m."""
+        return self.gear * (self.constant * self.current(voltage, speed) - self.rubbing(speed))
+
+    def _run(self, record: Recorded) -> tuple[Array, Array]:
+        """Voltage and the link's speed, each (times,)."""
+        given = sampled(self.voltage, record.time) if callable(self.voltage) else np.full_like(record.time, self.voltage)
+        return given, record.turn(self.at(record.mechanism))[1]
+
+    def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
+        """Yield the torque; the rotor's own inertia is left to the link."""
+        yield Push(self.at(record.mechanism), np.zeros((len(record.time), 2)), self.torque(*self._run(record)))
+
+    def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
+        """Yield torque on the link, N m, current, A, and voltage, V."""
+        voltage, speed = self._run(record)
+        yield Signal(f"{name}.torque", self.torque(voltage, speed), "N m")
+        yield Signal(f"{name}.current", self.current(voltage, speed), "A")
+        yield Signal(f"{name}.voltage", voltage, "V")
+
+    def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
+        """Yield kinetic energy of the rotor, electric work behind the dead band, heat of the resistance, and friction."""
+        voltage, speed = self._run(record)
+        current = self.current(voltage, speed)
+        yield Energy("held", "kinetic", 0.5 * self.inertia * (self.gear * speed) ** 2)
+        yield Energy("given", "motor", since_start(record.time, self.effective(voltage) * current))
+        yield Energy("taken", "resistance", since_start(record.time, self.resistance * current**2))
+        if self.friction:
+            yield Energy("taken", "friction", since_start(record.time, self.rubbing(speed) * self.gear * speed))

@@ -1,0 +1,96 @@
+"""Springs with dampers between two points."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import inf
+from typing import Any
+
+import numpy as np
+
+from buckler.mbs.elements.element import GROUND, Array, Energy, Recorded, Signal, holder, place, refers, since_start
+from buckler.mbs.elements.load import Elastic, Law, Load, Push, distance, held_at, unit
+from buckler.mbs.validate import function, non_negative, number
+
+
+@dataclass(frozen=True)
+class Spring(Elastic, Load):
+    """A spring with a damper on the line between two points.
+
+    Parameters
+    ----------
+    a, b : str
+        Point references: 'A', 'coupler:A' or 'ground:P'.
+    stiffness : float
+        N/m. With a law it is not used and may be 0.
+    damping : float
+        N s/m.
+    free_length : float, optional
+        Distance without force, m; that at t = 0 by default.
+    law : callable, optional
+        Tension, N, instead, as a function of elongation (distance less free length), m, and its rate, m/s. What it gives at
+        rest is taken for elastic, the rest for damping.
+    """
+
+    a: str
+    b: str
+    stiffness: float
+    damping: float = 0.0
+    free_length: float | None = None
+    law: Law | None = None
+
+    def __post_init__(self) -> None:
+        number("stiffness", self.stiffness, -inf, inf, "N/m")
+        non_negative("damping", self.damping, "N s/m")
+        if self.free_length is not None:
+            non_negative("free_length", self.free_length, "m")
+        if self.law is not None:
+            where = f"law of the spring from '{self.a}' to '{self.b}'"
+            number(f"{where} at (0, 0)", function(where, self.law, 0.0, 0.0)(0.0, 0.0), -inf, inf, "N")
+
+    @property
+    def key(self) -> str:
+        """'spring.A-P'."""
+        return f"spring.{place(self.a).point}-{place(self.b).point}"
+
+    def check(self, mechanism: Any) -> None:
+        """Two points of different bodies, apart where the spring has a length."""
+        where = f"spring from '{self.a}' to '{self.b}'"
+        for at in (self.a, self.b):
+            refers(mechanism, at, where)
+        if holder(mechanism, self.a) == holder(mechanism, self.b) == GROUND:
+            raise ValueError(f"{where}: both its ends are on the ground")
+        if self.free(mechanism) > 0 and distance(mechanism, self.a, self.b) == 0:
+            raise ValueError(f"{where}: its ends coincide, so it has no direction; only a free length of 0 can start there")
+
+    def free(self, mechanism: Any) -> float:
+        """Free length, m."""
+        return distance(mechanism, self.a, self.b) if self.free_length is None else self.free_length
+
+    def stretch(self, record: Recorded) -> tuple[Array, Array, Array]:
+        """Elongation, m, its rate, m/s, each (times,), and the direction from a to b, (times, 2)."""
+        (a, a_t), (b, b_t) = (record.point(held_at(record.mechanism, at)) for at in (self.a, self.b))
+        length, along = unit(b - a)
+        return length - self.free(record.mechanism), ((b_t - a_t) * along).sum(axis=1), along
+
+    def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
+        """Yield the tension on both ends."""
+        value, rate, along = self.stretch(record)
+        force = self.tension(value, rate)[:, None] * along
+        for at, sign in ((self.a, 1.0), (self.b, -1.0)):
+            held = held_at(record.mechanism, at)
+            if place(held).body != GROUND:
+                yield Push(held, sign * force, np.zeros_like(record.time))
+
+    def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
+        """Yield tension, N, and elongation, m."""
+        value, rate, _ = self.stretch(record)
+        yield Signal(f"{name}.force", self.tension(value, rate), "N")
+        yield Signal(f"{name}.elongation", value, "m")
+
+    def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
+        """Yield what it stores, and what damping took."""
+        value, rate, _ = self.stretch(record)
+        yield Energy("held", "spring", self.stored(value))
+        yield Energy("taken", "damping", since_start(record.time, self.lost(value, rate)))

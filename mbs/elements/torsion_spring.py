@@ -1,0 +1,100 @@
+"""Torsion springs with dampers between two links."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import inf
+from typing import Any
+
+import numpy as np
+
+from buckler.mbs.elements.element import GROUND, Array, Energy, Recorded, Signal, since_start
+from buckler.mbs.elements.load import Elastic, Law, Load, Push, check_turning, turning
+from buckler.mbs.validate import function, non_negative, number
+
+
+@dataclass(frozen=True)
+class TorsionSpring(Elastic, Load):
+    """A torsion spring with a damper between two links, or a link and the ground.
+
+    Parameters
+    ----------
+    first, second : str
+        Any links but struts, or 'ground'. On a flexible one it acts at the joint of the two, or else at the start; 'beam:B'
+        names another of its points.
+    stiffness : float
+        N m/rad. With a law it is not used and may be 0.
+    damping : float
+        N m s/rad.
+    free_angle : float, optional
+        Angle without torque, rad: what `second` has then turned against `first` since t = 0; 0 by default.
+    law : callable, optional
+        Torque, N m, instead, as a function of the angle less the free one, rad, and its rate, rad/s: that on `first`, against
+        that on `second`. What it gives at rest is taken for elastic, the rest for damping.
+    """
+
+    first: str
+    second: str
+    stiffness: float
+    damping: float = 0.0
+    free_angle: float | None = None
+    law: Law | None = None
+
+    def __post_init__(self) -> None:
+        number("stiffness", self.stiffness, -inf, inf, "N m/rad")
+        non_negative("damping", self.damping, "N m s/rad")
+        if self.free_angle is not None:
+            number("free_angle", self.free_angle, -inf, inf, "rad")
+        if self.law is not None:
+            where = f"law of the torsion spring of '{self.first}' and '{self.second}'"
+            number(f"{where} at (0, 0)", function(where, self.law, 0.0, 0.0)(0.0, 0.0), -inf, inf, "N m")
+
+    @property
+    def key(self) -> str:
+        """'torsion.crank-coupler'."""
+        return f"torsion.{self.first.partition(':')[0]}-{self.second.partition(':')[0]}"
+
+    def check(self, mechanism: Any) -> None:
+        """Two different bodies with an angle."""
+        where = f"torsion spring of '{self.first}' and '{self.second}'"
+        bodies = [at.partition(":")[0] for at in (self.first, self.second)]
+        if bodies[0] == bodies[1] and ":" not in self.first + self.second:
+            raise ValueError(f"{where}: two different links, or a link and 'ground', are needed")
+        for at, body in zip((self.first, self.second), bodies, strict=True):
+            if body != GROUND:
+                check_turning(mechanism, at, where)
+
+    def moments(self, mechanism: Any) -> Iterator[str]:
+        """Yield both ends."""
+        yield from self.ends(mechanism)
+
+    def ends(self, mechanism: Any) -> tuple[str, str]:
+        """The point references at which it acts."""
+        bodies = {at.partition(":")[0] for at in (self.first, self.second)}
+        shared = next((joint.point for joint in mechanism.joints if {joint.first, joint.second} == bodies), None)
+        return turning(mechanism, self.first, shared), turning(mechanism, self.second, shared)
+
+    def twist(self, record: Recorded) -> tuple[Array, Array]:
+        """Angle from the free one, rad, and its rate, rad/s, each (times,)."""
+        (first, first_t), (second, second_t) = (record.turn(at) for at in self.ends(record.mechanism))
+        return second - first - (self.free_angle or 0.0), second_t - first_t
+
+    def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
+        """Yield the torque on both."""
+        torque, none = self.tension(*self.twist(record)), np.zeros((len(record.time), 2))
+        for at, sign in zip(self.ends(record.mechanism), (1.0, -1.0), strict=True):
+            if at.partition(":")[0] != GROUND:
+                yield Push(at, none, sign * torque)
+
+    def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
+        """Yield the torque on the first, N m, and the angle from the free one, rad."""
+        value, rate = self.twist(record)
+        yield Signal(f"{name}.torque", self.tension(value, rate), "N m")
+        yield Signal(f"{name}.angle", value, "rad")
+
+    def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
+        """Yield what it stores, and what damping took."""
+        value, rate = self.twist(record)
+        yield Energy("held", "spring", self.stored(value))
+        yield Energy("taken", "damping", since_start(record.time, self.lost(value, rate)))

@@ -1,0 +1,41 @@
+"""Forces in the engine."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import cos, sin
+from typing import Any
+
+import exudyn.itemInterface as eii
+
+from buckler.mbs.elements.element import place
+from buckler.mbs.elements.force import Force
+from buckler.mbs.elements.load import held_at
+from buckler.mbs.engine.guarded import Guarded
+
+
+def connect(scene: Any, loads: dict[str, Force]) -> None:
+    """Load each point; a constant force needs no callback."""
+    for name, load in loads.items():
+        marker = scene.marker(*place(held_at(scene.mechanism, load.point)))
+        follows = load.turns_with(scene.mechanism)
+        if callable(load.value) or follows is not None:
+            item = eii.LoadForceVector(markerNumber=marker, loadVectorUserFunction=_function(scene, name, load, follows))
+        else:
+            item = eii.LoadForceVector(markerNumber=marker, loadVector=[*load.value, 0.0])
+        scene.system.AddLoad(item)
+        scene.parts["Force"] += 1
+
+
+def _function(scene: Any, name: str, load: Force, follows: str | None) -> Callable[..., list[float]]:
+    value = Guarded(scene, name, load.value).pair if callable(load.value) else lambda _t, _u: load.value
+
+    def vector(_system: Any, t: float, _load: Any) -> list[float]:
+        fx, fy = value(t, t)
+        if follows is None:
+            return [fx, fy, 0.0]
+        angle = scene.angle(*place(follows))
+        c, s = cos(angle), sin(angle)
+        return [c * fx - s * fy, s * fx + c * fy, 0.0]
+
+    return vector

@@ -1,0 +1,26 @@
+"""Masses and rotors in the engine: what elements add to the mass matrix of bodies."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import exudyn.itemInterface as eii
+
+from buckler.mbs.elements.element import Burden, place
+
+
+def connect(scene: Any, masses: dict[str, Any]) -> None:
+    """They are built with the bodies."""
+    if masses:
+        scene.parts["Mass"] += len(masses)
+
+
+def attach(scene: Any, burden: Burden) -> None:
+    """Add a burden to a body, with its weight where the body's own weight does not count it in."""
+    body, point = place(burden.at)
+    placed = scene.placed[body]
+    if not placed.attach(scene, point, burden.mass, burden.inertia):
+        return
+    gx, gy = (burden.mass * g for g in scene.mechanism.gravity)
+    if gx or gy:
+        scene.system.AddLoad(eii.LoadForceVector(markerNumber=placed.ends[point], loadVector=[gx, gy, 0.0]))

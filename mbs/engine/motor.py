@@ -1,0 +1,23 @@
+"""Motors in the engine; the rotor's inertia is a burden of the link."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from buckler.mbs.elements.element import place
+from buckler.mbs.elements.motor import Motor
+from buckler.mbs.engine.guarded import Guarded
+from buckler.mbs.engine.torque import add_torque
+
+
+def connect(scene: Any, loads: dict[str, Motor]) -> None:
+    """Let each motor turn its link."""
+    for name, load in loads.items():
+        given: Any = load.voltage
+        voltage = Guarded(scene, name, given).number if callable(given) else lambda _t, _u, given=given: given
+
+        def torque(t: float, _u: float, _angle: float, speed: float, load: Motor = load, voltage: Any = voltage) -> float:
+            return float(load.torque(voltage(t, t), speed))
+
+        add_torque(scene, scene.turning(*place(load.at(scene.mechanism))), torque)
+        scene.parts["Motor"] += 1

@@ -1,0 +1,36 @@
+"""Springs in the engine."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import exudyn.itemInterface as eii
+
+from buckler.mbs.elements.element import place
+from buckler.mbs.elements.load import held_at
+from buckler.mbs.elements.spring import Spring
+from buckler.mbs.engine.guarded import Guarded
+
+
+def connect(scene: Any, loads: dict[str, Spring]) -> None:
+    """Join the points; only a law needs a callback."""
+    for name, load in loads.items():
+        markers = [scene.marker(*place(held_at(scene.mechanism, at))) for at in (load.a, load.b)]
+        scene.system.AddObject(
+            eii.ObjectConnectorSpringDamper(
+                markerNumbers=markers, referenceLength=load.free(scene.mechanism), **pull(scene, name, load)
+            )
+        )
+        scene.parts["Spring"] += 1
+
+
+def pull(scene: Any, name: str, load: Any) -> dict[str, Any]:
+    """The engine's parameters of what pulls a coordinate back: stiffness and damping, or a law of (value, rate)."""
+    if load.law is None:
+        return {"stiffness": load.stiffness, "damping": load.damping}
+    law = Guarded(scene, name, load.law).number
+
+    def force(_system: Any, t: float, _item: int, value: float, rate: float, *_: float) -> float:
+        return law(t, value, rate)
+
+    return {"stiffness": 1.0, "springForceUserFunction": force}

@@ -1,0 +1,35 @@
+"""Torques in the engine."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import exudyn.itemInterface as eii
+
+from buckler.mbs.elements.element import place
+from buckler.mbs.elements.torque import Torque
+from buckler.mbs.engine.guarded import Guarded
+
+
+def connect(scene: Any, loads: dict[str, Torque]) -> None:
+    """Load the angle of each link; a constant torque needs no callback."""
+    for name, load in loads.items():
+        marker = scene.turning(*place(load.at(scene.mechanism)))
+        if callable(load.value):
+            add_torque(scene, marker, Guarded(scene, name, load.value).number)
+        else:
+            scene.system.AddLoad(eii.LoadCoordinate(markerNumber=marker, load=load.value))
+        scene.parts["Torque"] += 1
+
+
+def add_torque(scene: Any, marker: int, torque: Any) -> None:
+    """Add a torque of (t, t, angle, speed) on an angle: the engine's connectors, unlike its loads, enter the Jacobian."""
+
+    def resisting(_system: Any, t: float, _item: int, angle: float, speed: float, *_: float) -> float:
+        return -float(torque(t, t, angle, speed))
+
+    scene.system.AddObject(
+        eii.ObjectConnectorCoordinateSpringDamper(
+            markerNumbers=[scene.ground, marker], stiffness=1.0, springForceUserFunction=resisting
+        )
+    )

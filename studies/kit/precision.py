@@ -1,0 +1,140 @@
+"""The skeleton of a study of precision: runs by series and setting, their errors and times, the figure of one over the other."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from math import isfinite
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from buckler.mbs.accuracy.precision import Point, work_precision
+from buckler.studies.kit.parameters import StudyParameters
+from buckler.studies.kit.report import Progress, provenance
+from buckler.studies.kit.style import subplots
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Array = np.ndarray[Any, Any]
+Runs = Mapping[str, Mapping[str, Callable[[], Any]]]
+"""What makes a run, by series and setting."""
+Series = Mapping[str, Mapping[str, Point]]
+"""What came of it."""
+SETTING = ".setting"
+
+
+def power(tolerance: float) -> str:
+    """1e-5 for 1e-05."""
+    return f"{tolerance:.0e}".replace("e-0", "e-")
+
+
+def thousands(steps: float) -> str:
+    """20k for 20000."""
+    return f"{steps / 1000:g}k"
+
+
+def by_tolerance(run: Callable[[float], Any], tolerances: Sequence[float]) -> dict[str, Callable[[], Any]]:
+    """Runs by tolerance, coarsest first; `run(tolerance)` makes one."""
+    return {power(x): partial(run, x) for x in sorted(tolerances, reverse=True)}
+
+
+def by_steps(run: Callable[[int], Any], steps: Sequence[float]) -> dict[str, Callable[[], Any]]:
+    """Runs by number of equal steps; `run(count)` makes one."""
+    return {thousands(n): partial(run, int(n)) for n in sorted(steps)}
+
+
+def outcomes(runs: Runs) -> dict[str, dict[str, Any]]:
+    """Run everything once, untimed: the first call of anything is slow."""
+    return {series: {key: call() for key, call in part.items()} for series, part in runs.items()}
+
+
+def measure(runs: Runs, error: Callable[[Any], float], repeats: int, progress: Progress, label: str = "runs") -> Series:
+    """Run everything several times in turn for its error and its times; see `work_precision`."""
+    calls = {f"{series}, {key}": call for series, part in runs.items() for key, call in part.items()}
+    points = work_precision(calls, error, repeats, progress=lambda names: progress(names, label=label))
+    found = {point.name: point for point in points}
+    return {series: {key: found[f"{series}, {key}"] for key in part} for series, part in runs.items()}
+
+
+def points_of(series: Series) -> list[Point]:
+    """All points."""
+    return [point for part in series.values() for point in part.values()]
+
+
+def mark(point: Point, status: str = "") -> str:
+    """What stands in a table's last column: how a run failed, or whether nothing is both faster and more accurate."""
+    if not isfinite(point.error):
+        return f"failed: {status}" if status else "failed"
+    return "*" if point.front else ""
+
+
+def as_signals(series: Series, setting: str = SETTING, kind: type = str) -> dict[str, Array]:
+    """Errors, times, front and settings (as what `kind` makes of them) of each series as arrays."""
+    found = {}
+    for name, part in series.items():
+        for what in ("error", "wall_s", "front"):
+            found[f"{name}.{what}"] = np.array([getattr(point, what) for point in part.values()])
+        found[f"{name}{setting}"] = np.array([kind(key) for key in part])
+    return found
+
+
+def series_in(signals: Mapping[str, Array], setting: str = SETTING) -> list[str]:
+    """Names of the series in a study's signals."""
+    return [name.removesuffix(setting) for name in signals if name.endswith(setting)]
+
+
+def draw(
+    ax: Any,
+    signals: Mapping[str, Array],
+    labels: Mapping[str, str],
+    what: str = "tolerance, or steps",
+    below: Sequence[str] = (),
+    setting: str = SETTING,
+) -> None:
+    """Draw error over run time on log-log axes, each point with its setting (`what`), the Pareto front behind them.
+
+    Settings stand at the upper right of their points; those of the series named in `below` at the lower left.
+    """
+    from matplotlib.patheffects import withStroke
+    from matplotlib.ticker import LogLocator, NullFormatter
+
+    front: list[tuple[float, float]] = []
+    for k, (name, label) in enumerate(labels.items()):
+        time, error = 1e3 * signals[f"{name}.wall_s"], signals[f"{name}.error"]
+        ax.loglog(time, error, "so^Dv<>"[k] + "-", color=f"C{k}", label=label)
+        under = name in below
+        beside, align = ((-4, -4), ("right", "top")) if under else ((3, 2), ("left", "bottom"))
+        for x, y, text_of in zip(time, error, signals[f"{name}{setting}"], strict=True):
+            text = ax.annotate(str(text_of), (x, y), xytext=beside, textcoords="offset points", fontsize=7, color=f"C{k}")
+            text.set(ha=align[0], va=align[1], path_effects=[withStroke(linewidth=2, foreground="white")])
+        on = signals[f"{name}.front"]
+        front += [*zip(time[on], error[on], strict=True)]
+    x, y = np.array(sorted(front)).T
+    ax.step(x, y, where="post", color="0.8", linewidth=5, zorder=0, label="Pareto front")
+    ax.set(xlabel="run time [ms]")
+    ax.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    ax.xaxis.set_major_formatter("{x:g}")
+    ax.xaxis.set_minor_formatter(NullFormatter())
+    ax.legend(title=f"at the points: {what}", title_fontsize=8, alignment="left")
+
+
+def footnote(parameters: StudyParameters) -> str:
+    """Machine, versions and repetitions a table of run times stands on."""
+    origin = provenance(parameters)
+    versions = ", ".join(f"{name} {version}" for name, version in origin["versions"].items() if version)
+    machine = f"{origin['machine']['cpu']}, {origin['machine']['cores']} cores"
+    repeats = origin["parameters"]["repeats"]
+    return f"Medians of {repeats} runs taken in turn; {machine}; {versions}; commit {origin['commit']}."
+
+
+def figure_of(
+    signals: Mapping[str, Array], ylabel: str, below: Callable[[str], bool] = lambda _name: False
+) -> tuple[Figure, Any]:
+    """Error over run time of every series, and its axes."""
+    names = series_in(signals)
+    fig, ax = subplots(height=110)
+    draw(ax, signals, {name: name for name in names}, below=[name for name in names if below(name)])
+    ax.set(ylabel=ylabel)
+    return fig, ax
