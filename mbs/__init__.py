@@ -35,6 +35,7 @@ from buckler.mbs.engine.settings import Controlled, Equal, Exudyn
 from buckler.mbs.library import crank_rocker, slider_crank
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.result import Result, Status
+from buckler.mbs.spectral.solver import Spectral
 
 if TYPE_CHECKING:
     from buckler.mbs.engine.scene import build
@@ -44,8 +45,8 @@ if TYPE_CHECKING:
 __all__ = [
     "STEEL", "AdamsDamping", "Beam", "Cable", "Clearance", "Controlled", "Drive", "Equal", "Exudyn", "Force", "Guide",
     "GuideFriction", "Link", "Mass", "Material", "Mechanism", "Modal", "Motion", "Motor", "Ramp", "Result", "Revolute", "Rigid",
-    "Section", "Slider", "Slot", "Spring", "Status", "Stop", "Strut", "Torque", "TorsionSpring", "Weld", "build", "crank_rocker",
-    "equilibrium", "frequencies", "path", "simulate", "slider_crank",
+    "Section", "Slider", "Slot", "Spectral", "Spring", "Status", "Stop", "Strut", "Torque", "TorsionSpring", "Weld", "build",
+    "crank_rocker",    "equilibrium", "frequencies", "path", "simulate", "slider_crank",
 ]  # fmt: skip
 
 _ENGINE = {

@@ -23,9 +23,18 @@ from buckler.mbs.record.energy import ledger as energy_ledger
 from buckler.mbs.record.result import Result, Status
 from buckler.mbs.record.run import Run
 from buckler.mbs.record.signals import shapes_at
+from buckler.mbs.spectral.solver import Spectral
 from buckler.mbs.validate import number, one_of, positive
 
-SOLVERS: dict[type, Callable[..., Run]] = {Exudyn: once}
+
+def _compiled(*arguments: Any) -> Run:
+    """Run with the compiled solver, which takes a second to load."""
+    from buckler.mbs.spectral.run import once as run
+
+    return run(*arguments)
+
+
+SOLVERS: dict[type, Callable[..., Run]] = {Exudyn: once, Spectral: _compiled}
 """What runs a mechanism once, by the type of the solver: `run(mechanism, duration, solver, timeout, progress)`."""
 
 
@@ -34,7 +43,7 @@ def simulate(
     duration: float,
     accuracy: float | None = None,
     *,
-    solver: Exudyn | None = None,
+    solver: Exudyn | Spectral | None = None,
     ledger: bool = False,
     shapes: Sequence[float] = (),
     timeout: float | None = None,
@@ -51,7 +60,7 @@ def simulate(
         Largest relative error of the motion, as `mbs.accuracy.difference` measures it, 1e-6 to 0.1: the integrator, its steps and
         tolerances and the elements of flexible links that name no number are chosen to keep it, and the result's `error` tells
         what was delivered. It takes several runs. A result that misses it is SUSPECT, ACCURACY in the message.
-    solver : Exudyn, optional
+    solver : Exudyn or Spectral, optional
         Solver and its settings, instead of an accuracy; `Exudyn()` by default, whose settings suit any scene.
     ledger : bool
         Also keep the energy ledger, and mark a run whose balance fails as SUSPECT.
@@ -98,7 +107,7 @@ def simulate(
     return _result(delivery.run, delivery, ledger, times, perf_counter() - start)
 
 
-def _once(mechanism: Mechanism, duration: float, solver: Exudyn, timeout: float | None, progress: Any) -> Run:
+def _once(mechanism: Mechanism, duration: float, solver: Exudyn | Spectral, timeout: float | None, progress: Any) -> Run:
     """One pass of the solver that was asked for."""
     return SOLVERS[type(solver)](mechanism, duration, solver, timeout, progress)
 

@@ -105,9 +105,10 @@ class Builder:
     laws: list[tuple[int, int, int, int]] = field(default_factory=list)
     law_numbers: list[list[float]] = field(default_factory=list)
     data: list[float] = field(default_factory=list)
-    ideal: list[tuple[int, int]] = field(default_factory=list)
+    loose: list[tuple[int, str, str, bool]] = field(default_factory=list)
     owners: list[Any] = field(default_factory=list)
     units: dict[int, float] = field(default_factory=dict)
+    elastic: list[tuple[int, int, int]] = field(default_factory=list)
     _law_rows: dict[Any, int] = field(default_factory=dict)
     _marker_rows: dict[Any, int] = field(default_factory=dict)
 
@@ -139,6 +140,11 @@ class Builder:
         return first
 
     # --- markers and measures -----------------------------------------------------------------------------------------
+
+    def deforms(self, one: Sequence[int], other: Sequence[int] | None = None) -> None:
+        """Say which coordinates tell how a body deforms, one by one or in pairs; they share a unit."""
+        group = 1 + max((g for _, _, g in self.elastic), default=-1)
+        self.elastic += [(int(i), int(j), group) for i, j in zip(one, other or [-1] * len(one), strict=True)]
 
     def add_marker(self, kind: int, offset: int, size: int, places: Sequence[int], numbers: Any) -> int:
         """Add a marker, or find the same one."""
@@ -211,18 +217,15 @@ class Builder:
             self._law_rows[key] = len(self.laws) - 1
         return len(self.laws) - 1
 
-    def add_motion(self, drive: Any, name: str) -> int:
-        """Add a drive's motion: a constant speed, a ramp, or functions of time."""
-        speed = drive.speed
-        if isinstance(speed, int | float):
+    def add_motion(self, motion: Any, name: str) -> int:
+        """Add a drive's motion: a ramp of its speed, or functions of time."""
+        if all(hasattr(motion, each) for each in ("start", "end", "duration")):
             self.motions.append((k.RAMP, 0, 0))
-            self.ramps.append((float(speed), float(speed), 1.0))
-        elif all(hasattr(speed, each) for each in ("start", "end", "duration")):
-            self.motions.append((k.RAMP, 0, 0))
-            self.ramps.append((speed.start, speed.end, speed.duration))
-            self.kinks.append(speed.duration)
+            self.ramps.append((motion.start, motion.end, motion.duration))
+            if motion.start != motion.end:
+                self.kinks.append(motion.duration)
         else:
-            functions = [function_pointer(f, 1) for f in (speed.position, speed.speed)]
+            functions = [function_pointer(f, 1) for f in (motion.position, motion.speed)]
             if not all(p.compiled for p in functions):
                 self.told.append(f"the motion of {name} is not plain arithmetic: it is called back in Python")
             self.owners += functions
@@ -271,6 +274,7 @@ class Builder:
             ramps=_real(self.ramps, 3),
             forces=_whole(forces, 7),
             factors=np.ones(len(forces) + 1),
+            elastic=_whole(self.elastic, 3),
             laws=_whole(self.laws, 4),
             law_numbers=_real(self.law_numbers, 8),
             data=np.array(self.data, dtype=float),

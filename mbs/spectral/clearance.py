@@ -6,13 +6,11 @@ from typing import Any
 
 from buckler.mbs.spectral.builder import Builder
 from buckler.mbs.spectral.laws import add_friction, add_normal
-from buckler.mbs.spectral.revolute import name_of
 from buckler.mbs.spectral.tables import JOURNAL
 
 
-def add_clearance(builder: Builder, joint: Any) -> None:
+def add_clearance(builder: Builder, name: str, joint: Any) -> None:
     """Add the contact of the first body's pin in the second's bush; at the start they are concentric."""
     a, b = builder.marker(joint.first, joint.point), builder.marker(joint.second, joint.point)
     law, friction = add_normal(builder, joint.law), add_friction(builder, joint.friction)
-    builder.ideal.append((a, b))
-    builder.add_force(name_of(joint), JOURNAL, a, b, law=law, friction=friction, numbers=(joint.pin, joint.gap))
+    builder.add_force(name, JOURNAL, a, b, law=law, friction=friction, numbers=(joint.pin, joint.gap))

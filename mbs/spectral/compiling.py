@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numba
@@ -12,7 +12,38 @@ from numba import float64, int64
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-jit: Callable[..., Any] = partial(numba.njit, error_model="numpy", nogil=True, cache=True)
+from buckler.mbs.spectral.tables import Tables, Work
+
+COMPILED = ("compiling", "tables", "markers", "lawtable", "strips", "forces", "kernel", "implicit", "explicit", "recording")
+"""Files that hold compiled functions."""
+
+
+def _stamp() -> tuple[tuple[str, float, int], ...]:
+    """Names, times and sizes of the files that hold compiled functions."""
+    files = [Path(__file__).with_name(f"{name}.py") for name in COMPILED]
+    return tuple((file.name, file.stat().st_mtime, file.stat().st_size) for file in files)
+
+
+STAMP = _stamp()
+
+
+def jit(function: Callable[..., Any]) -> Any:
+    """Compile for the types it is first called with, and keep that on disk as long as none of these files changes.
+
+    Numba looks only at the file of the function itself, but its machine code holds that of the functions it calls.
+    """
+    compiled = numba.njit(error_model="numpy", nogil=True)(function)
+    try:
+        compiled.enable_caching()
+        compiled._cache._cache_file._source_stamp = STAMP
+    except (RuntimeError, AttributeError):  # nowhere to keep it, or another Numba
+        compiled = numba.njit(error_model="numpy", nogil=True)(function)
+    return compiled
+
+
+def inner(function: Callable[..., Any]) -> Any:
+    """Compile a function that only compiled ones call: no door for Python, nothing kept on disk, half the time."""
+    return numba.njit(error_model="numpy", nogil=True, no_cpython_wrapper=True, no_cfunc_wrapper=True)(function)
 
 
 def _call(arguments: int) -> Any:
@@ -58,3 +89,22 @@ def borrowed(_typing: Any, array: Any) -> Any:
         return view._getvalue()
 
     return array(array), codegen
+
+
+@inner
+def lend_tables(s):
+    """The tables without their shares in the memory's reference counts."""
+    return Tables(
+        borrowed(s.mass), borrowed(s.weight), borrowed(s.modal), borrowed(s.strips), borrowed(s.markers), borrowed(s.places),
+        borrowed(s.measures), borrowed(s.directions), borrowed(s.rows), borrowed(s.values), borrowed(s.motions),
+        borrowed(s.ramps), borrowed(s.forces), borrowed(s.factors), borrowed(s.elastic),
+        borrowed(s.laws), borrowed(s.law_numbers), borrowed(s.data),
+    )  # fmt: skip
+
+
+@inner
+def lend_work(w):
+    """The room to work in, likewise."""
+    return Work(
+        borrowed(w.state), borrowed(w.slope), borrowed(w.drift), borrowed(w.small), borrowed(w.element), borrowed(w.reports)
+    )

@@ -4,26 +4,25 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-
+from buckler.mbs.elements.load import held_at
 from buckler.mbs.laws.compiled import function_pointer
-from buckler.mbs.spectral.builder import GROUND, Builder
-from buckler.mbs.spectral.reference import marker_of, marker_of_link, numbered
+from buckler.mbs.spectral.builder import Builder
+from buckler.mbs.spectral.reference import marker_at
 from buckler.mbs.spectral.tables import GIVEN, PUSH
 
 
-def add_force(builder: Builder, load: Any) -> None:
+def add_force(builder: Builder, name: str, load: Any) -> None:
     """Add a force, constant or given in time; its direction is fixed, or turns with a link."""
-    a = marker_of(builder, load.point)
-    b = marker_of_link(builder, load.follows or GROUND)
-    name, law, numbers = numbered(builder, f"force.{load.point}"), -1, [0.0, 0.0]
-    if callable(load.force):
-        parts = [function_pointer(_component(load.force, i), 1) for i in range(2)]
+    turns = load.turns_with(builder.mechanism)
+    a = marker_at(builder, held_at(builder.mechanism, load.point))
+    b = builder.ground((0.0, 0.0)) if turns is None else marker_at(builder, turns)
+    law, numbers = -1, [0.0, 0.0]
+    if callable(load.value):
+        parts = [function_pointer(_component(load.value, i), 1) for i in range(2)]
         law = builder.add_law(None, GIVEN, (), parts, f"the function of {name}")
     else:
-        numbers = [float(x) for x in load.force]
-    angle = 0.0 if load.follows in (None, GROUND) else builder.angle_of(b)
-    builder.add_force(name, PUSH, a, b, law=law, numbers=[*numbers, angle])
+        numbers = [float(x) for x in load.value]
+    builder.add_force(name, PUSH, a, b, law=law, numbers=[*numbers, 0.0 if turns is None else builder.angle_of(b)])
 
 
 def _component(function: Any, i: int) -> Any:
@@ -32,6 +31,4 @@ def _component(function: Any, i: int) -> Any:
     def component(t: float) -> float:
         return function(t)[i]  # type: ignore[no-any-return]
 
-    component.__name__ = f"component{i}"
-    assert np.shape(function(0.0)) == (2,)
     return component

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from buckler.mbs.spectral.compiling import call1, call3, jit
+from buckler.mbs.spectral.compiling import call1, call2, call3, inner
 from buckler.mbs.spectral.lawtable import normal_force, normal_slopes, rubbing, rubbing_slope
 from buckler.mbs.spectral.markers import (
     add_force,
@@ -48,7 +48,7 @@ from buckler.mbs.spectral.tables import (
 )  # fmt: skip
 
 
-@jit
+@inner
 def dry(speed, p):
     """Friction given as a force: dynamic, static minus dynamic, viscous, regularisation and Stribeck speeds."""
     fast = abs(speed) - p[3]
@@ -57,7 +57,7 @@ def dry(speed, p):
     return np.sign(speed) * (p[0] + p[1] * np.exp(-fast / p[4]) + p[2] * fast)
 
 
-@jit
+@inner
 def strut(value, rate, p, address):
     """Tension of a post-buckled strut; p: length, rigidity, unit load, compliance, critical load, damping."""
     stretch = value - p[0]
@@ -71,7 +71,7 @@ def strut(value, rate, p, address):
     return -p[2] * call1(address, u)
 
 
-@jit
+@inner
 def motor(t, speed, p, address):
     """Torque of a DC motor on its link; p: voltage, resistance, constant, gear, friction, dead band, regularisation."""
     voltage = p[0] if address == 0 else call1(address, t)
@@ -81,7 +81,7 @@ def motor(t, speed, p, address):
     return p[3] * (p[2] * current - p[4] * min(max(fast / p[6], -1.0), 1.0))
 
 
-@jit
+@inner
 def value_along(s, k, t, value, rate, mem, since, reaction):
     """Force of row k along its measure; reaction is the multiplier of the constraint it rubs on."""
     kind, number = s.forces[k, 0], s.forces[k, NUMBERS]
@@ -96,16 +96,18 @@ def value_along(s, k, t, value, rate, mem, since, reaction):
     if kind == SEAT:
         return -rubbing(s, s.forces[k, FRICTION_OF], rate, mem, since)[0] * abs(reaction)
     if kind == STRUT:
-        return strut(value, rate, p, s.laws[s.forces[k, LAW_OF], 1])
+        return -strut(value, rate, p, s.laws[s.forces[k, LAW_OF], 1])
     if kind == GIVEN:
         address = s.laws[s.forces[k, LAW_OF], 1] if s.forces[k, LAW_OF] >= 0 else 0
         return p[0] if address == 0 else call1(address, t)
     if kind == MOTOR:
         return motor(t, rate, p, s.laws[s.forces[k, LAW_OF], 1] if s.forces[k, LAW_OF] >= 0 else 0)
+    if p[0] == 1.0:  # a spring's law
+        return -call2(s.laws[s.forces[k, LAW_OF], 1], value - p[2], rate)
     return call3(s.laws[s.forces[k, LAW_OF], 1], t, value - p[2], rate)
 
 
-@jit
+@inner
 def slopes_along(s, k, t, value, rate, mem, since, reaction):
     """Derivatives of the force along a measure by the measure and its rate."""
     kind, number = s.forces[k, 0], s.forces[k, NUMBERS]
@@ -136,7 +138,7 @@ def slopes_along(s, k, t, value, rate, mem, since, reaction):
     return by_value, by_rate
 
 
-@jit
+@inner
 def _along(s, w, k, t, q, lam, mem, since, f, stiff, damp, cross, want):
     """A force along a measure."""
     number, grad, hess, row = s.forces[k, 1], w.small[6], w.small[:6], s.forces[k, ROW_OF]
@@ -172,7 +174,7 @@ def _along(s, w, k, t, q, lam, mem, since, f, stiff, damp, cross, want):
         add_gradient(s, w, number, grad, force / reaction, cross[row])
 
 
-@jit
+@inner
 def touch(s, w, k, mem, since, out):
     """Pin in a bush: fill out with normal and tangential force, depth, rate, sliding, bristle, normal's direction.
 
@@ -194,7 +196,7 @@ def touch(s, w, k, mem, since, out):
         out[5] = mem[BRISTLE]
 
 
-@jit
+@inner
 def _journal(s, w, k, q, mem, since, f, stiff, damp, want):
     """A pin in a bush."""
     ma, mb, number, out = s.forces[k, 1], s.forces[k, 2], s.forces[k, NUMBERS], w.reports[k]
@@ -240,7 +242,7 @@ def _journal(s, w, k, q, mem, since, f, stiff, damp, want):
     add_geometric(s, w, mb, q, fx, fy, -(e + radius) * drag, stiff)
 
 
-@jit
+@inner
 def _push(s, w, k, t, q, f, stiff, want):
     """A force at marker a, whose direction turns with marker b."""
     a, b, number, law = s.forces[k, 1], s.forces[k, 2], s.forces[k, NUMBERS], s.forces[k, LAW_OF]
@@ -260,7 +262,7 @@ def _push(s, w, k, t, q, f, stiff, want):
         add_pair(s, w, a, b, h, -1.0, stiff)
 
 
-@jit
+@inner
 def add_forces(s, w, t, q, lam, mem, since, f, stiff, damp, cross, want):
     """Add all forces between markers to f; if asked for, -df/dq to stiff, -df/dv to damp, df/dlambda_r to cross[r].
 

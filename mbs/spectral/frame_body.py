@@ -45,10 +45,10 @@ class FrameBody:
         """Marker of a point on it."""
         return self.marker_at(builder, np.array(builder.mechanism.points[point]), self.shapes.get(point))
 
-    def marker_at(self, builder: Builder, place: Array, shape: Array | None = None) -> int:
-        """Marker of the place where it is at t = 0."""
+    def marker_at(self, builder: Builder, place: Array, shape: Array | None = None, turned: bool = False) -> int:
+        """Marker of the place where it is at t = 0; `turned`: its angle is that turned since then."""
         arm, c, s = place - self.centre, np.cos(self.angle), np.sin(self.angle)
-        local = [c * arm[0] + s * arm[1], -s * arm[0] + c * arm[1], 0.0]
+        local = [c * arm[0] + s * arm[1], -s * arm[0] + c * arm[1], -self.angle if turned else 0.0]
         modes = np.zeros((self.modes, 3)) if shape is None else shape
         o = self.offset
         return builder.add_marker(k.FRAME, o, self.modes, range(o, o + 3 + self.modes), [*local, *modes.ravel()])
@@ -84,9 +84,10 @@ def add_frame(builder: Builder, link: Any, mass: float, centre: Array, inertia: 
     return FrameBody(o, middle, angle, total, turning, start)
 
 
-def add_block(builder: Builder, marker: int, each: Attached, name: str) -> None:
+def add_block(builder: Builder, marker: int, each: Attached, link: str) -> None:
     """Add a mass at a marker of a body that cannot take it: a body of its own, pinned or welded there."""
-    place = builder.mechanism.points[each.point]
+    place, name = builder.mechanism.points[each.point], f"mass.{each.point}"
+    builder.loose.append((len(builder.q), link, each.point, bool(each.inertia)))
     if not each.inertia:
         builder.pin(name, builder.point(*place, each.mass), marker)
         return

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from buckler.mbs.spectral.compiling import jit
+from buckler.mbs.spectral.compiling import inner, jit
 from buckler.mbs.spectral.forces import add_forces
 from buckler.mbs.spectral.lawtable import motion
 from buckler.mbs.spectral.markers import add_geometric, add_gradient, add_pair, bias_of, measure, place_markers
@@ -15,7 +15,7 @@ from buckler.mbs.spectral.strips import add_strips
 from buckler.mbs.spectral.tables import ANGLE, DISTANCE, KIND, TURNING
 
 
-@jit
+@inner
 def add_modal(s, q, v, f, stiff, damp, want):
     """Elastic, damping and gyroscopic forces of modal links (mean axes): see docs/theory-modal.md."""
     for row in range(s.modal.shape[0]):

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from buckler.mbs.spectral.compiling import call1, call2, call3, jit
+from buckler.mbs.spectral.compiling import call1, call2, call3, inner
 from buckler.mbs.spectral.tables import (
     ADAMS,
     AMBROSIO,
@@ -26,7 +26,7 @@ from buckler.mbs.spectral.tables import (
 )  # fmt: skip
 
 
-@jit
+@inner
 def power(x, n):
     """x^n for x >= 0, quick for the usual exponents."""
     if n == 1.5:
@@ -36,14 +36,14 @@ def power(x, n):
     return x**n
 
 
-@jit
+@inner
 def cubic_step(x, x0, h0, x1, h1):
     """The ADAMS function STEP."""
     part = min(max((x - x0) / (x1 - x0), 0.0), 1.0)
     return h0 + (h1 - h0) * part * part * (3.0 - 2.0 * part)
 
 
-@jit
+@inner
 def normal_force(s, law, depth, rate, onset):
     """Force >= 0 of a normal law at a depth > 0, its rate and its onset speed."""
     kind, p = s.laws[law, 0], s.law_numbers[law]
@@ -56,7 +56,7 @@ def normal_force(s, law, depth, rate, onset):
     return call3(s.laws[law, 1], depth, rate, onset)
 
 
-@jit
+@inner
 def normal_slopes(s, law, depth, rate, onset):
     """Derivatives of the normal force by depth and rate, by central differences of the scalar law."""
     hd, hr = 1e-5 * depth, 1e-5 * (abs(rate) + onset)
@@ -65,13 +65,13 @@ def normal_slopes(s, law, depth, rate, onset):
     return by_depth / (2.0 * hd), by_rate / (2.0 * hr)
 
 
-@jit
+@inner
 def _level(speed, p):
     """mu_d + (mu_s - mu_d) exp(-|v/v_str|^delta); p: static, dynamic, v_stribeck, exponent."""
     return p[1] + (p[0] - p[1]) * np.exp(-((abs(speed) / p[2]) ** p[3]))
 
 
-@jit
+@inner
 def bristle_rate(s, law, bristle, speed):
     """dz/dt of a bristle; zero for a law without."""
     kind, p = s.laws[law, 0], s.law_numbers[law]
@@ -83,7 +83,7 @@ def bristle_rate(s, law, bristle, speed):
     return 0.0
 
 
-@jit
+@inner
 def bristle_after(s, law, bristle, speed, time):
     """Bristle after a time at constant speed."""
     kind, p = s.laws[law, 0], s.law_numbers[law]
@@ -95,7 +95,7 @@ def bristle_after(s, law, bristle, speed, time):
     return 0.0
 
 
-@jit
+@inner
 def friction(s, law, speed, bristle):
     """Signed friction coefficient."""
     kind, p = s.laws[law, 0], s.law_numbers[law]
@@ -120,7 +120,7 @@ def friction(s, law, speed, bristle):
     return call2(s.laws[law, 1], speed, bristle)
 
 
-@jit
+@inner
 def rubbing(s, law, speed, mem, since):
     """Coefficient and bristle now: the bristle bent since the last step, or as it stands where since < 0 (it is a state)."""
     kind = s.laws[law, 0]
@@ -132,14 +132,14 @@ def rubbing(s, law, speed, mem, since):
     return friction(s, law, speed, bristle), bristle
 
 
-@jit
+@inner
 def rubbing_slope(s, law, speed, mem, since):
     """Derivative of the coefficient by the speed, by central differences."""
     h = 1e-6 * max(abs(speed), 1e-4)
     return (rubbing(s, law, speed + h, mem, since)[0] - rubbing(s, law, speed - h, mem, since)[0]) / (2.0 * h)
 
 
-@jit
+@inner
 def motion(s, k, t):
     """Travel of drive k at time t, its speed and acceleration."""
     kind = s.motions[k, 0]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from buckler.mbs.spectral.compiling import jit
+from buckler.mbs.spectral.compiling import inner, jit
 from buckler.mbs.spectral.tables import (
     ANGLE,
     AX,
@@ -32,7 +32,7 @@ from buckler.mbs.spectral.tables import (
 )  # fmt: skip
 
 
-@jit
+@inner
 def _place_frame(s, w, m, q, v):
     """A point of a body with a frame: r = R + A(theta)(l + sum phi_k eta_k)."""
     o, size, first, d = s.markers[m, OFFSET], s.markers[m, SIZE], s.markers[m, FIRST], s.markers[m, DATA]
@@ -56,7 +56,7 @@ def _place_frame(s, w, m, q, v):
         dj[0, i], dj[1, i] = -spin * j[1, i], spin * j[0, i]
 
 
-@jit
+@inner
 def _place_linear(s, w, m, q, v):
     """Place x = sum N_i x_i, y and angle likewise; the slopes are constants."""
     size, first, d = s.markers[m, SIZE], s.markers[m, FIRST], s.markers[m, DATA]
@@ -68,7 +68,7 @@ def _place_linear(s, w, m, q, v):
         w.state[m, row], w.state[m, VX + row] = value, rate
 
 
-@jit
+@inner
 def _place_curve(s, w, m, q, v):
     """Place x = sum N_i x_i, y likewise; the angle is that of (x', y')."""
     size, first, d = s.markers[m, SIZE], s.markers[m, FIRST], s.markers[m, DATA]
@@ -103,7 +103,7 @@ def place_markers(s, w, q, v):
             _place_curve(s, w, m, q, v)
 
 
-@jit
+@inner
 def add_force(s, w, m, fx, fy, turning, out):
     """Add the generalised force of (fx, fy) and a torque at a marker."""
     first = s.markers[m, FIRST]
@@ -111,7 +111,7 @@ def add_force(s, w, m, fx, fy, turning, out):
         out[s.places[i]] += fx * w.slope[0, i] + fy * w.slope[1, i] + turning * w.slope[2, i]
 
 
-@jit
+@inner
 def add_geometric(s, w, m, q, fx, fy, turning, out):
     """Add to out the second derivatives of fx x + fy y + turning angle of a marker."""
     kind, first, size, d = s.markers[m, KIND], s.markers[m, FIRST], s.markers[m, SIZE], s.markers[m, DATA]
@@ -140,7 +140,7 @@ def add_geometric(s, w, m, q, fx, fy, turning, out):
                 out[b, f] -= hxx * dd
 
 
-@jit
+@inner
 def add_block(s, w, a, b, h, row, columns, factor, out):
     """Add factor J_a^T h J_b to out, h the 3 x 3 block at `row` and `columns`; J_b of the rates if factor is nan."""
     fa, fb = s.markers[a, FIRST], s.markers[b, FIRST]
@@ -154,7 +154,7 @@ def add_block(s, w, a, b, h, row, columns, factor, out):
                 out[k, s.places[j]] += tx * w.slope[0, j] + ty * w.slope[1, j] + ta * w.slope[2, j]
 
 
-@jit
+@inner
 def add_drift(s, w, a, b, h, row, columns, factor, out):
     """Likewise with the derivatives of b's rates by the coordinates on the right."""
     fa, fb = s.markers[a, FIRST], s.markers[b, FIRST]
@@ -183,7 +183,7 @@ def measure(s, w, k, grad, hess, second):
     dx, dy, value = s.directions[k, 0], s.directions[k, 1], 0.0
     grad[2], grad[5] = 0.0, 0.0
     if kind == DISTANCE:
-        value = np.sqrt(ex * ex + ey * ey)
+        value = max(np.sqrt(ex * ex + ey * ey), 1e-300)
         dx, dy = ex / value, ey / value
         if second:
             hxx, hxy, hyy = dy * dy / value, -dx * dy / value, dx * dx / value
@@ -206,14 +206,14 @@ def measure(s, w, k, grad, hess, second):
     return value, dx * (pa[VX] - pb[VX]) + dy * (pa[VY] - pb[VY]) + grad[5] * pb[SPIN]
 
 
-@jit
+@inner
 def add_gradient(s, w, k, grad, factor, out):
     """Add factor times the gradient of measure k by the coordinates."""
     add_force(s, w, s.measures[k, 1], factor * grad[0], factor * grad[1], factor * grad[2], out)
     add_force(s, w, s.measures[k, 2], factor * grad[3], factor * grad[4], factor * grad[5], out)
 
 
-@jit
+@inner
 def add_pair(s, w, a, b, h, factor, out):
     """Add factor J^T h J of the two markers, h of shape (6, 6)."""
     add_block(s, w, a, a, h, 0, 0, factor, out)
@@ -222,7 +222,7 @@ def add_pair(s, w, a, b, h, factor, out):
     add_block(s, w, b, b, h, 3, 3, factor, out)
 
 
-@jit
+@inner
 def add_pair_drift(s, w, a, b, h, factor, out):
     """Likewise with the derivatives of the rates by the coordinates on the right."""
     add_drift(s, w, a, a, h, 0, 0, factor, out)
@@ -231,13 +231,13 @@ def add_pair_drift(s, w, a, b, h, factor, out):
     add_drift(s, w, b, b, h, 3, 3, factor, out)
 
 
-@jit
+@inner
 def rate_of(w, a, b, k):
     """Component k of the six rates of markers a and b."""
     return w.state[a, VX + k] if k < 3 else w.state[b, VX + k - 3]
 
 
-@jit
+@inner
 def bias_of(s, w, k, grad, hess):
     """Second rate of measure k at zero coordinate acceleration."""
     a, b, total = s.measures[k, 1], s.measures[k, 2], 0.0

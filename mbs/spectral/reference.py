@@ -1,41 +1,23 @@
-"""References to points: "A" (on the link that carries it), "coupler:A", "ground:P"."""
+"""Point references that loads and masses give, "body:point": body a link, a guide's block by its point, or the ground."""
 
 from __future__ import annotations
 
-from buckler.mbs.spectral.builder import GROUND, Builder
+from buckler.mbs.elements.element import GROUND, place
+from buckler.mbs.spectral.builder import Builder
+from buckler.mbs.spectral.connect import marker_of
 
 
-def split(builder: Builder, reference: str, link: str | None = None) -> tuple[str, str]:
-    """Link (or 'ground') and point of a reference."""
-    if ":" in reference:
-        owner, point = reference.split(":", 1)
-        return owner, point
-    if link is not None:
-        return link, reference
-    for each in builder.mechanism.links:
-        if reference in each.points and builder.bodies[each.name].offset >= 0:
-            return each.name, reference
-    for each in builder.mechanism.links:
-        if reference in each.points:
-            return each.name, reference
-    return GROUND, reference
+def link_of(builder: Builder, reference: str) -> tuple[str, str]:
+    """Link, or the ground, and point; a block is part of the link it is pinned to."""
+    body, point = place(reference)
+    if body != GROUND and body not in {link.name for link in builder.mechanism.links}:
+        return builder.mechanism.guide(body).link, point
+    return body, point
 
 
-def marker_of(builder: Builder, reference: str, link: str | None = None) -> int:
-    """Marker of a reference."""
-    return builder.marker(*split(builder, reference, link))
-
-
-def marker_of_link(builder: Builder, link: str) -> int:
-    """Marker that turns with a link: at its start; one of the ground."""
-    if link == GROUND:
+def marker_at(builder: Builder, reference: str) -> int:
+    """Marker of a reference; 'ground:ground' is any place of the ground."""
+    link, point = link_of(builder, reference)
+    if link == GROUND and point == GROUND:
         return builder.ground((0.0, 0.0))
-    return builder.marker(link, builder.mechanism.link(link).start)
-
-
-def numbered(builder: Builder, name: str) -> str:
-    """The name, or name.2 and so on where forces of that name are there already."""
-    taken = {force.name for force in builder.forces}
-    if name not in taken:
-        return name
-    return next(f"{name}.{i}" for i in range(2, 10_000) if f"{name}.{i}" not in taken)
+    return marker_of(builder, link, point)

@@ -13,6 +13,7 @@ from buckler.mbs.spectral.drive import add_drive
 from buckler.mbs.spectral.force import add_force
 from buckler.mbs.spectral.guide import add_guide
 from buckler.mbs.spectral.modal import add_modal
+from buckler.mbs.spectral.motor import add_motor
 from buckler.mbs.spectral.revolute import add_revolute
 from buckler.mbs.spectral.rigid import add_rigid
 from buckler.mbs.spectral.slider import add_slider
@@ -30,24 +31,26 @@ BODIES: dict[str, Callable[[Builder, Any], Body]] = {
     "Modal": add_modal,
     "Strut": add_strut,
 }
-ELEMENTS: dict[str, Callable[[Builder, Any], None]] = {
+ELEMENTS: dict[str, Callable[[Builder, str, Any], None]] = {
     "Revolute": add_revolute,
     "Clearance": add_clearance,
     "Weld": add_weld,
     "Slider": add_slider,
+    "Slot": add_slider,
     "Guide": add_guide,
     "Stop": add_stop,
     "Force": add_force,
     "Torque": add_torque,
+    "Motor": add_motor,
     "Spring": add_spring,
     "TorsionSpring": add_torsion_spring,
     "Drive": add_drive,
 }
 
 
-def add_element(builder: Builder, element: Any) -> None:
-    """Add a joint, guide, stop, load or drive."""
-    _of(ELEMENTS, element)(builder, element)
+def add_element(builder: Builder, name: str, element: Any) -> None:
+    """Add a joint, guide, stop, load or drive of this name."""
+    _of(ELEMENTS, element)(builder, name, element)
 
 
 def add_body(builder: Builder, link: Any) -> Body:

@@ -14,6 +14,7 @@ import numpy as np
 from buckler.mbs.spectral import kernel, markers
 from buckler.mbs.spectral import tables as k
 from buckler.mbs.spectral.builder import Attached, Builder
+from buckler.mbs.spectral.reference import link_of
 from buckler.mbs.spectral.registry import add_body, add_element
 from buckler.mbs.spectral.strut import StrutBody, find_hosts, join_strut
 from buckler.mbs.spectral.tables import Tables, Work, work_for
@@ -115,8 +116,8 @@ class Scene:
                 find_hosts(builder, body)
         for body in struts:
             join_strut(builder, body)
-        for element in elements_of(mechanism):
-            add_element(builder, element)
+        for name, element in elements_of(mechanism).items():
+            add_element(builder, name, element)
         tables = builder.pack()
         scene = cls(
             mechanism, builder.degree, builder, tables, np.array(builder.q, dtype=float),
@@ -193,7 +194,7 @@ class Scene:
         count = len(self.builder.markers)
         marker = self.builder.marker(link, point)
         if len(self.builder.markers) > count:
-            self._repack()
+            self.refresh()
         return marker
 
     def read(self, marker: int, q: Array, v: Array | None = None) -> Place:
@@ -234,7 +235,7 @@ class Scene:
     def summary(self) -> dict[str, int]:
         """What was built, part by part, and how many coordinates and constraints it has."""
         parts = Counter(type(link.body).__name__ for link in self.mechanism.links)
-        parts.update(type(element).__name__ for element in elements_of(self.mechanism))
+        parts.update(type(element).__name__ for element in elements_of(self.mechanism).values())
         if any(self.mechanism.gravity):
             parts["gravity"] += 1
         return {**parts, "coordinates": self.size, "constraints": len(self.tables.rows), "forces": len(self.tables.forces)}
@@ -246,7 +247,8 @@ class Scene:
                 row.value = self.measured(row.measure, self.q0)
                 self.tables.values[r] = row.value
 
-    def _repack(self) -> None:
+    def refresh(self) -> None:
+        """Take markers into the tables that were added since."""
         values, factors = self.tables.values.copy(), self.tables.factors.copy()
         numbers = len(self.builder.data)
         self.tables = self.builder.pack()
@@ -255,20 +257,22 @@ class Scene:
         self.work = work_for(self.tables)
 
 
-def elements_of(mechanism: Any) -> list[Any]:
-    """Joints, guides, stops, loads and drives of a mechanism, in this order."""
-    drives = getattr(mechanism, "drives", None)
-    if drives is None:
-        drives = () if mechanism.drive is None else (mechanism.drive,)
-    return [*mechanism.joints, *mechanism.guides, *mechanism.stops, *getattr(mechanism, "loads", ()), *drives]
+def elements_of(mechanism: Any) -> dict[str, Any]:
+    """Joints, guides, stops, loads and drives of a mechanism by name; links and masses are bodies."""
+    bodies = {*map(id, mechanism.links), *map(id, mechanism.masses)}
+    return {name: element for name, element in mechanism.elements().items() if id(element) not in bodies}
 
 
 def _attach_masses(builder: Builder) -> None:
-    """Give each link the masses it carries: guided blocks and point masses."""
+    """Give each link the masses it carries: guided blocks, point masses, rotors."""
     mechanism = builder.mechanism
+
+    def attach(link: str, point: str, mass: float, inertia: float) -> None:
+        if mass or inertia:
+            builder.attached.setdefault(link, []).append(Attached(point, mass, inertia))
+
     for guide in mechanism.guides:
-        if guide.mass:
-            builder.attached.setdefault(guide.link, []).append(Attached(guide.point, guide.mass))
-    for mass in getattr(mechanism, "masses", ()):
-        link = mass.link or next(link.name for link in mechanism.links if mass.point in link.points)
-        builder.attached.setdefault(link, []).append(Attached(mass.point, mass.mass, mass.inertia))
+        attach(guide.link, guide.point, guide.mass, 0.0)
+    for element in mechanism.elements().values():
+        for at, mass, inertia in element.burdens(mechanism):
+            attach(*link_of(builder, at), mass, inertia)

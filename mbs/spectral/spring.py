@@ -1,32 +1,26 @@
-"""Springs for the compiled solver: between two points, and between two links' angles."""
+"""Springs for the compiled solver: between two points."""
 
 from __future__ import annotations
 
-from math import dist
 from typing import Any
 
-from buckler.mbs.laws.compiled import function_pointer, method_pointer
+from buckler.mbs.elements.load import held_at
+from buckler.mbs.laws.compiled import function_pointer
 from buckler.mbs.spectral.builder import Builder
-from buckler.mbs.spectral.reference import marker_of, numbered, split
+from buckler.mbs.spectral.reference import marker_at
 from buckler.mbs.spectral.tables import DISTANCE, LAW, LINE_SPRING
 
 
-def add_spring(builder: Builder, load: Any) -> None:
+def add_spring(builder: Builder, name: str, load: Any) -> None:
     """Add a spring and damper between two points, linear or with a law."""
-    places = [builder.mechanism.points[split(builder, p)[1]] for p in (load.a, load.b)]
-    free = dist(*places) if load.free_length is None else load.free_length
-    measure = builder.add_measure(DISTANCE, marker_of(builder, load.a), marker_of(builder, load.b))
-    add_line(builder, load, f"spring.{load.a}-{load.b}", measure, free)
+    a, b = (marker_at(builder, held_at(builder.mechanism, at)) for at in (load.a, load.b))
+    add_line(builder, name, load, builder.add_measure(DISTANCE, a, b), load.free(builder.mechanism))
 
 
-def add_line(builder: Builder, load: Any, name: str, measure: int, free: float) -> None:
-    """Add the force of a spring along a measure: -k (l - l0) - c l', or that of its law of (l - l0, l')."""
-    name = numbered(builder, name)
+def add_line(builder: Builder, name: str, load: Any, measure: int, free: float) -> None:
+    """Add the force of a spring along a measure: -k (l - l0) - c l', or less that of its law of (l - l0, l')."""
     if load.law is None:
         builder.add_force(name, LINE_SPRING, measure, numbers=(load.stiffness, load.damping, free))
         return
-    law = load.law
-    force = (lambda _t, x, r: -law(x, r)) if callable(law) else None
-    pointer = function_pointer(force, 3) if force else method_pointer(law, "force", 3)
-    row = builder.add_law(None, LAW, (), [pointer], f"the law of {name}")
-    builder.add_force(name, LAW, measure, law=row, numbers=(0.0, 0.0, free))
+    row = builder.add_law(None, LAW, (), [function_pointer(load.law, 2)], f"the law of {name}")
+    builder.add_force(name, LAW, measure, law=row, numbers=(1.0, 0.0, free))

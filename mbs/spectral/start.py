@@ -6,12 +6,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from buckler.mbs.kinematics.start import start
 from buckler.mbs.spectral.markers import place_markers
 
 if TYPE_CHECKING:
     from buckler.mbs.spectral.scene import Scene
 
 Array = np.ndarray[Any, Any]
+ROUNDING = 1e-12
 SINGULAR = 1e-9
 """Singular values below this, of the largest, count as zero."""
 
@@ -23,46 +25,31 @@ class Balance(NamedTuple):
     multipliers: Array
 
 
-def start_rates(scene: Scene, given: list[tuple[Array, float]] | None = None) -> Array:
-    """Rates at t = 0: every link moves as if rigid, pins with clearance as if ideal, with least kinetic energy.
+def start_rates(scene: Scene) -> Array:
+    """Rates of all coordinates at t = 0: links as `kinematics.start` has them, rigid where they can be.
 
-    What the rigid links cannot do (a strip that a drive bends from the start) is then added with least kinetic energy.
+    What rigid links cannot do (a strip that a drive bends from the start) is then added with least kinetic energy.
 
-    Parameters
-    ----------
-    scene : Scene
-    given : list of (row, value), optional
-        Further linear conditions row . v = value: velocities the mechanism asks for.
+    Raises
+    ------
+    KinematicsError
+        If what drives and given velocities ask for is impossible.
     """
-    n, q = scene.size, scene.q0
-    a = scene.assemble(q, tangents=False)
-    rows, values = [*a.jacobian], [*a.speed]
-    for pin, bush in scene.builder.ideal:
-        rows += list(slopes(scene, pin, q)[:2] - slopes(scene, bush, q)[:2])
-        values += [0.0, 0.0]
-    for row, value in given or ():
-        rows.append(row)
-        values.append(value)
-    rows, values = np.array(rows).reshape(-1, n), np.array(values)
-    motions = [body.rigid_motion(scene.builder) for body in scene.builder.bodies.values()]
-    basis = np.hstack([m for m in motions if m.shape[1]]) if motions else np.zeros((n, 0))
-    loose = np.flatnonzero(~basis.any(axis=1))
-    if scene.tables.modal.size:
-        loose = np.array([i for i in loose if not any(o + 3 <= i < o + 3 + m for o, m, _ in scene.tables.modal)], dtype=int)
-    loose = np.array([i for i in loose if not _inner(scene, i)], dtype=int)
-    basis = np.hstack([basis, np.eye(n)[:, loose]])
-    mass = scene.mass
-    v = basis @ least_energy(basis.T @ mass @ basis, rows @ basis, values)
-    rest = values - rows @ v
-    if np.abs(rest).max(initial=0.0) > 1e-9 * (1e-6 + np.abs(values).max(initial=0.0)):
-        v = v + least_energy(mass, rows, rest)
+    found = start(scene.mechanism)
+    v = np.zeros(scene.size)
+    for name, body in scene.builder.bodies.items():
+        motion = body.rigid_motion(scene.builder)
+        if motion.shape[1]:
+            v += motion @ found.rates[found.closure.index[name]]
+    for offset, link, point, turns in scene.builder.loose:
+        v[offset : offset + 2] = found.velocity(link, point)
+        if turns:
+            v[offset + 2] = found.rates[found.closure.index[link], 2]
+    a = scene.assemble(scene.q0, tangents=False)
+    rest = a.speed - a.jacobian @ v
+    if np.abs(rest).max(initial=0.0) > ROUNDING * max(1.0, np.abs(a.speed).max(initial=0.0)):
+        v = v + least_energy(scene.mass, a.jacobian, rest)
     return v
-
-
-def _inner(scene: Scene, i: int) -> bool:
-    """Whether a coordinate is one of a strip's."""
-    s = scene.tables
-    return any(i in s.places[first : first + (3 - kind) * nb] for kind, nb, _, first, _ in s.strips)
 
 
 def least_energy(mass: Array, rows: Array, values: Array) -> Array:

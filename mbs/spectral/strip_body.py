@@ -15,6 +15,7 @@ from buckler.mbs.spectral.builder import Attached, Builder
 from buckler.mbs.spectral.frame_body import add_block, line_of
 
 Array = np.ndarray[Any, Any]
+Line = Callable[[Array], tuple[Array, Array, Array]]
 
 
 @dataclass
@@ -89,32 +90,10 @@ class StripBody:
         return out
 
 
-def bowed(length: float, bow: float) -> tuple[Callable[[Array], tuple[Array, Array, Array]], float]:
-    """Stress-free half-sine bow with the given chord: (x, y, angle) as functions of the fraction of the arc; the arc's length.
-
-    The angle is A cos(pi s/l) along the arc, so that |r'| = 1 exactly; A = pi bow/length.
-    """
-    amplitude = np.pi * bow / length
-    nodes, weights = gauss(20)
-
-    def integrals(fraction: Array) -> tuple[Array, Array]:
-        half = np.asarray(fraction)[:, None] / 2
-        angle = amplitude * np.cos(np.pi * half * (1 + nodes))
-        return (np.cos(angle) * weights * half).sum(axis=1), (np.sin(angle) * weights * half).sum(axis=1)
-
-    arc = length / float(integrals(np.ones(1))[0][0])
-
-    def line(fraction: Array) -> tuple[Array, Array, Array]:
-        x, y = integrals(fraction)
-        return x * arc, y * arc, amplitude * np.cos(np.pi * np.asarray(fraction))
-
-    return line, arc
-
-
 def add_strip(builder: Builder, link: Any, kind: int) -> StripBody:
     """Add a `Beam` (Reissner) or `Cable` (Kirchhoff) link in its stress-free shape."""
     start, _, chord, angle = line_of(builder, link)
-    line, arc, fractions = shape_of(builder, link, chord)
+    line, arc, fractions = shape_of(link, chord)
     breaks = sorted({0.0, 1.0, *fractions.values()})
     fields = 3 if kind == k.REISSNER else 2
     degree = builder.degree if len(breaks) == 2 else max(4, builder.degree - 2)
@@ -140,6 +119,9 @@ def add_strip(builder: Builder, link: Any, kind: int) -> StripBody:
                     builder.angles(int(places[i, j]))
                 rigid.append([[rate, 0, -other], [0, rate, one], [0, 0, rate]][i])
         shared = places[:, 1].tolist()
+        builder.deforms(places[0, 2:].tolist(), places[1, 2:].tolist())
+        if fields == 3:
+            builder.deforms(places[2, 2:].tolist())
         elements.append(Element(left * arc, right * arc, places))
     stations = {point: fraction * arc for point, fraction in fractions.items()}
     body = StripBody(first, kind, elements, stations, arc, start, np.array(rigid), link.body.section)
@@ -149,14 +131,27 @@ def add_strip(builder: Builder, link: Any, kind: int) -> StripBody:
             a, b = (body.marker_at(builder, element.start, piece) for piece in (i - 1, i))
             builder.add_row(f"{link.name}.slope", builder.add_measure(k.ANGLE, a, b))
     for each in builder.attached.get(link.name, ()):
-        _attach(builder, body, each)
+        _attach(builder, body, each, link.name)
     return body
 
 
-def shape_of(builder: Builder, link: Any, chord: float) -> tuple[Any, float, dict[str, float]]:
-    """Stress-free line of a link in its frame, arc length, and the fraction of the arc at which each point lies."""
-    line, arc = bowed(chord, link.body.imperfection)
-    return line, arc, {link.start: 0.0, link.end: 1.0}
+def shape_of(link: Any, chord: float) -> tuple[Line, float, dict[str, float]]:
+    """Stress-free line of a link in its frame, (x, y, angle) of the fraction of the arc; its length; fractions of its points."""
+    curve = link.body.curve(chord)
+    grid = np.linspace(0.0, 1.0, 257)
+    known = curve.places(grid)
+    nodes, weights = gauss(8)
+
+    def line(fraction: Array) -> tuple[Array, Array, Array]:
+        fraction = np.atleast_1d(np.asarray(fraction, dtype=float))
+        left = np.minimum((fraction * 256).astype(int), 255)
+        half = (fraction - grid[left])[:, None] / 2
+        angle = curve.direction(grid[left][:, None] + half * (1 + nodes))
+        x, y = (known[left, i] + curve.length * (f(angle) * weights * half).sum(axis=1) for i, f in ((0, np.cos), (1, np.sin)))
+        return x, y, np.asarray(curve.direction(fraction))
+
+    inner = {point: float(part) for point, part in dict(link.carries).items()}
+    return line, float(curve.length), {link.start: 0.0, link.end: 1.0, **inner}
 
 
 def _fitted(line: Any, left: float, right: float, degree: int, kind: int) -> Array:
@@ -206,12 +201,12 @@ def strains_of(kind: int, q: Array, values: list[Array]) -> tuple[Array, Array, 
     return c * x + s * y - 1.0, -s * x + c * y, d @ q[2]
 
 
-def _attach(builder: Builder, body: StripBody, each: Attached) -> None:
+def _attach(builder: Builder, body: StripBody, each: Attached, link: str) -> None:
     """Add a mass at a point: into the constant mass matrix where the marker is linear."""
     marker = body.marker(builder, each.point)
     kind, _, size, first, _, data = builder.markers[marker]
     if kind != k.LINEAR and each.inertia:
-        add_block(builder, marker, each, f"mass.{each.point}")
+        add_block(builder, marker, each, link)
         return
     value = np.array(builder.data[data : data + size])
     gravity = builder.mechanism.gravity

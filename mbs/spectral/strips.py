@@ -19,11 +19,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from buckler.mbs.spectral.compiling import jit
+from buckler.mbs.spectral.compiling import inner
 from buckler.mbs.spectral.tables import REISSNER
 
 
-@jit
+@inner
 def strains(kind, z, e, ez, ezz, second):
     """Strains (eps, gamma, kappa) in e, their gradients by z in ez (3, 4), Hessians in ezz (3, 4, 4) if asked for."""
     if second:
@@ -60,7 +60,7 @@ def strains(kind, z, e, ez, ezz, second):
         ezz[2, 1, 3] = ezz[2, 3, 1] = -2.0 * q * x * y
 
 
-@jit
+@inner
 def add_strips(s, w, q, v, f, stiff, damp, want):
     """Add elastic and damping forces of all strips to f; if asked for, -df/dq to stiff and -df/dv to damp."""
     z, r, e = np.zeros(4), np.zeros(4), np.zeros(3)
@@ -134,7 +134,7 @@ def add_strips(s, w, q, v, f, stiff, damp, want):
                         damp[at[a], at[c]] += ce[a, c]
 
 
-@jit
+@inner
 def _spread(data, member, order, block, ng, g, nb, h, out):
     """Add sum_ik A_i^T h_ik A_k to out, A_i the members (or their derivatives) at point g."""
     for i in range(4):

@@ -78,6 +78,8 @@ class Tables(NamedTuple):
     forces : array of int, shape (k, 7)
     factors : array, shape (k + 1,)
         Each force is multiplied by its factor, gravity by the last. Statics moves them.
+    elastic : array of int, shape (k, 3)
+        Inner coordinates of strips and modes: one, or two that are a vector (else -1), and the group that shares a unit.
     laws : array of int, shape (k, 4)
         Kind, addresses.
     law_numbers : array, shape (k, 8)
@@ -99,6 +101,7 @@ class Tables(NamedTuple):
     ramps: Array
     forces: Array
     factors: Array
+    elastic: Array
     laws: Array
     law_numbers: Array
     data: Array

@@ -189,6 +189,7 @@ class _Follower:
         """Where between the two the lowest eigenvalue is zero, by bisection on the arc; and its shape."""
         apart = self.problem._vector(new) - self.problem._vector(rest)
         a, b, best = 0.0, float(self.metric * direction @ apart), new
+        fine = 1e-7 * b
         for _ in range(40):
             middle = 0.5 * (a + b)
             try:
@@ -199,7 +200,7 @@ class _Follower:
                 a = middle
             else:
                 b = middle
-            if b - a < 1e-9:
+            if b - a < fine:
                 break
         return best, self.problem.stability(best)[1][:, 0]
 

@@ -15,6 +15,7 @@ from buckler.mbs import (
     Drive,
     Equal,
     Exudyn,
+    Guide,
     Link,
     Mechanism,
     Modal,
@@ -354,6 +355,32 @@ def reactions(mechanism, closure):
     names = np.array(closure.names)
     return {name: element.reactions(multipliers[None, names == name])
             for name, element in mechanism.elements().items() if name in closure.names}  # fmt: skip
+
+
+def test_forces_of_a_linkage_that_is_held_are_those_of_statics():
+    """Constraints alone decide it: a bar welded to a held crank; a bead on a held rod, its centre of mass 20 mm ahead."""
+    bar = Rigid.of(mass=2.0, inertia=0.01, centre=(0.1, 0.0))
+    arm = Mechanism(
+        points={"O": (0, 0), "A": (0.3, 0), "B": (0.5, 0)},
+        links=[Link("crank", "O", "A", Rigid(BAR)), Link("bar", "A", "B", bar)],
+        joints=[Revolute("O", "ground", "crank"), Weld("A", "crank", "bar")],
+        drives=[Drive("crank", 0.0)],
+        gravity=(0, -G),
+    )
+    run = simulate(arm, 0.1).signals
+    assert run["A.crank-bar.fy"] == pytest.approx(2.0 * G, rel=1e-9)
+    assert run["A.crank-bar.moment"] == pytest.approx(2.0 * G * 0.1, rel=1e-9)
+    bead = Mechanism(
+        points={"O": (0, 0), "E": (1, 0), "P": (0.4, 0), "Q": (0.5, 0)},
+        links=[Link("rod", "O", "E", Rigid(BAR)), Link("bead", "P", "Q", Rigid.of(mass=0.3, inertia=1e-3, centre=(0.02, 0)))],
+        joints=[Revolute("O", "ground", "rod"), Slider("P", "bead", "rod", along=(1, 0))],
+        guides=[Guide("P", "bead", along=(0, 1))],
+        drives=[Drive("rod", 0.0)],
+        gravity=(0, -G),
+    )
+    run = simulate(bead, 0.1).signals
+    assert run["P.bead-rod.normal_force"] == pytest.approx(-0.3 * G, rel=1e-9)
+    assert run["P.bead-rod.moment"] == pytest.approx(-0.3 * G * 0.02, rel=1e-9)
 
 
 # --- what is refused --------------------------------------------------------------------------------------------------

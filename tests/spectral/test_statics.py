@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
@@ -13,9 +11,8 @@ from scipy.linalg import expm
 from scipy.optimize import brentq
 
 from buckler.elastica import law
-from buckler.mbs import Beam, Cable, Drive, Guide, Link, Revolute
-from buckler.mbs.elements.section import Section
-from buckler.mbs.spectral.scene import Scene
+from buckler.mbs.elements import Beam, Cable, Drive, Force, Guide, Link, Revolute, Section, Weld
+from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.statics.follow import path
 from buckler.mbs.statics.rest import equilibrium
 from buckler.mbs.statics.vibration import frequencies
@@ -23,30 +20,15 @@ from buckler.mbs.statics.vibration import frequencies
 LENGTH = 0.5
 
 
-class Weld(SimpleNamespace):
-    pass
-
-
-class Force(SimpleNamespace):
-    pass
-
-
-def mechanism(points, links, **parts):
-    """What a Mechanism offers the scene, with kinds that it does not have yet."""
-    empty = {"joints": (), "guides": (), "stops": (), "loads": (), "masses": (), "drives": (), "gravity": (0.0, 0.0)}
-    made = SimpleNamespace(points=points, links=links, **(empty | parts))
-    made.link = lambda name: {link.name: link for link in links}[name]
-    made.length = lambda name: float(np.hypot(*np.subtract(points[made.link(name).end], points[made.link(name).start])))
-    return made
-
-
 def clamp(point):
-    return Weld(point=point, first="ground", second="strip")
+    return Weld(point, "ground", "strip")
 
 
-def strip(body, joints, guides=(), **parts):
-    points = {"O": (0.0, 0.0), "A": (LENGTH, 0.0)}
-    return mechanism(points, [Link("strip", "O", "A", body)], joints=joints, guides=guides, **parts)
+def strip(body, joints, guides=(), drives=(), loads=()):
+    points = {"O": (0.0, 0.0), "A": (LENGTH, 0.0), "M": (LENGTH / 2, 0.0)}
+    carries = {} if isinstance(body, Beam | Cable) and not guides else {"M": 0.5}
+    link = Link("strip", "O", "A", body, carries)
+    return Mechanism(points, [link], joints=joints, guides=guides, drives=drives, loads=loads)
 
 
 def timoshenko(section, ends, near, shear=True):
@@ -103,7 +85,7 @@ def test_cantilever_elastica(body) -> None:
     """Tip of a cantilever under P L^2/(E I) = 2: deflection 0.49346 L, shortening 0.16064 L (Mattiasson 1981)."""
     section = Section(0.03, 0.0005)
     load = 2 * section.bending_stiffness / LENGTH**2
-    rest = equilibrium(strip(body(section), [clamp("O")], loads=[Force(point="A", force=(0.0, -load), follows=None)]), degree=14)
+    rest = equilibrium(strip(body(section), [clamp("O")], loads=[Force("A", (0.0, -load))]), degree=14)
     x, y = rest.point("strip", "A").position / LENGTH
     assert rest.stable
     assert (1 - x, -y) == pytest.approx((0.16064, 0.49346), abs=6e-6)
@@ -113,11 +95,9 @@ def test_cantilever_elastica(body) -> None:
 def test_path_buckles_and_follows_the_elastica(body, tolerance) -> None:
     """Shorten a straight pinned strip: it leaves the straight path at Euler's load and then carries the elastica's."""
     section = Section(0.03, 0.0003)
-    made = strip(body(section), [Revolute("O", "ground", "strip")], [Guide("A", "strip")], drives=[Drive("A", 1.0)])
-    scene = Scene.of(made)
-    half = scene.builder.bodies["strip"].length / 2
-    original = type(scene.builder.bodies["strip"]).marker
-    followed = _with_middle(made, half, original, body)
+    made = strip(body(section), [Revolute("O", "ground", "strip")], [Guide("A", "strip")], [Drive("A", 1.0)])
+    branch = ("strip", "M", (0.0, 1.0))
+    followed = path(made, drive="drive", to=-0.9 * LENGTH, degree=14, branch=branch, step=1e-4, longest=0.05)
     unit = section.bending_stiffness / LENGTH**2
     assert followed.branchings[0] == pytest.approx(-(np.pi**2) * unit / section.axial_stiffness * LENGTH, rel=2e-3)
     u, force = -followed.parameter / LENGTH, followed.reaction("drive")[:, 0] / unit
@@ -125,19 +105,3 @@ def test_path_buckles_and_follows_the_elastica(body, tolerance) -> None:
     assert bent.sum() > 10
     assert np.abs(force[bent] / [law.fast(x) for x in u[bent]] - 1).max() < tolerance
     assert followed.stable[bent].all()
-
-
-def _with_middle(made, half, original, body):
-    """Follow with the branch chosen at mid-span, which no point names yet."""
-    from buckler.mbs.spectral.strip_body import StripBody
-
-    def marker(self, builder, point):
-        return self.marker_at(builder, half) if point == "middle" else original(self, builder, point)
-
-    StripBody.marker = marker
-    try:
-        return path(
-            made, drive="drive", to=-0.9 * LENGTH, degree=14, branch=("strip", "middle", (0.0, 1.0)), step=1e-4, longest=0.05
-        )
-    finally:
-        StripBody.marker = original

@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
+from truths import arches, princeton
 
 from buckler.elastica.member import Member
 from buckler.elastica.vibration import beam_frequencies, portal_frequencies
-from buckler.mbs import STEEL, Beam, Guide, Link, Mechanism, Revolute, Section, Weld
-from buckler.mbs.statics import frequencies
+from buckler.mbs import STEEL, Beam, Force, Guide, Link, Material, Mechanism, Revolute, Section, Weld
+from buckler.mbs.statics import equilibrium, frequencies, path
 
 LENGTH, BAR = 0.5, Section(0.020, 0.050, STEEL)
 
@@ -53,6 +54,42 @@ def test_frequencies_of_a_portal_frame():
     )  # fmt: skip
     found = frequencies(mechanism, degree=14, count=5).angular
     assert found == pytest.approx(portal_frequencies(member(section, height), member(section, width), 5), rel=1e-6)
+
+
+@pytest.mark.parametrize("load", [4.448, 8.896, 13.345])
+def test_cantilever_bends_as_the_exact_elastica(load):
+    """The Princeton beam in its plane, with shear and stretching."""
+    section = Section(princeton.WIDTH, princeton.THICKNESS, Material(princeton.MODULUS, 2804.0, princeton.POISSON))
+    mechanism = Mechanism(
+        points={"A": (0.0, 0.0), "B": (princeton.LENGTH, 0.0)},
+        links=[Link("beam", "A", "B", Beam(section))],
+        joints=[Weld("A", "ground", "beam")],
+        loads=[Force("B", (0.0, -load))],
+    )
+    x, y = equilibrium(mechanism, degree=14).point("beam", "B").position
+    assert (princeton.LENGTH - x, -y) == pytest.approx(princeton.tip(load), rel=1e-6)
+
+
+def circle(fraction):
+    """The arch of the truths as a function of the fraction of its arc."""
+    half = 2.0 * np.arctan(2.0 * arches.RISE / arches.SPAN)
+    radius = arches.SPAN / 2 / np.sin(half)
+    turn = half * (2 * fraction - 1)
+    return arches.SPAN / 2 + radius * np.sin(turn), radius * (np.cos(turn) - np.cos(half))
+
+
+@pytest.mark.parametrize("ends", ["pinned", "clamped"])
+def test_shallow_arch_passes_both_limit_points(ends):
+    section = Section(arches.WIDTH, arches.THICKNESS, Material(arches.MODULUS, arches.DENSITY, arches.POISSON))
+    hold = Revolute if ends == "pinned" else Weld
+    mechanism = Mechanism(
+        points={"A": (0.0, 0.0), "B": (arches.SPAN, 0.0)},
+        links=[Link("arch", "A", "B", Beam(section, shape=circle), carries={"M": 0.5})],
+        joints=[hold("A", "ground", "arch"), hold("B", "ground", "arch")],
+        loads=[Force("M", (0.0, -1.0))],
+    )
+    followed = path(mechanism, load="force.M", to=120.0, degree=14, steps=400)
+    assert followed.limits[:2] == pytest.approx(arches.snap("circle", ends).loads, rel=1e-6)
 
 
 def test_a_strip_held_at_its_ends_has_no_guide_to_give_way():

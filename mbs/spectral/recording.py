@@ -1,0 +1,139 @@
+"""From the compiled solver's coordinates to a Record: motions of links and blocks, channels of elements."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from buckler.mbs.modal.planar import ModalHistory
+from buckler.mbs.record.motion import BlockMotion, RigidMotion
+from buckler.mbs.record.record import Record
+from buckler.mbs.spectral.compiling import jit, lend_tables, lend_work
+from buckler.mbs.spectral.forces import add_forces
+from buckler.mbs.spectral.frame_body import FrameBody
+from buckler.mbs.spectral.implicit import Output
+from buckler.mbs.spectral.markers import place_markers
+from buckler.mbs.spectral.motion import Piece, SpectralStrip
+from buckler.mbs.spectral.scene import Scene
+from buckler.mbs.spectral.strip_body import StripBody
+from buckler.mbs.spectral.tables import CONTACT, JOURNAL
+
+Array = np.ndarray[Any, Any]
+
+
+class Trace(NamedTuple):
+    """Of one marker over time: x, y, angle, each (times, 3), with rates and second rates."""
+
+    q: Array
+    q_t: Array
+    q_tt: Array
+
+
+@jit
+def follow(s, w, time, q, v, a, lam, memory, traces, reports):
+    """Fill traces (times, markers, 9) with markers' states and second rates, and reports (times, forces, 8) with forces."""
+    s, w = lend_tables(s), lend_work(w)
+    f, none = np.zeros(q.shape[1]), np.zeros((1, 1))
+    for i in range(q.shape[0]):
+        place_markers(s, w, q[i], v[i])
+        for m in range(s.markers.shape[0]):
+            for c in range(6):
+                traces[i, m, c] = w.state[m, c]
+            first, count = s.markers[m, 3], s.markers[m, 4]
+            for c in range(3):
+                total = w.state[m, 6 + c]
+                for j in range(first, first + count):
+                    total += w.slope[c, j] * a[i, s.places[j]]
+                traces[i, m, 6 + c] = total
+        since = time[i] - memory[i, 0, 3] if memory.shape[1] > 0 else 0.0
+        add_forces(s, w, time[i], q[i], lam[i], memory[i], since, f, none, none, none, False)
+        reports[i] = w.reports
+
+
+def record_of(scene: Scene, out: Output) -> Record:
+    """Turn what a run left into plain arrays of links, blocks and elements."""
+    mechanism, builder = scene.mechanism, scene.builder
+    guides = {guide.point: scene.marker(guide.link, guide.point) for guide in mechanism.guides}
+    frames = {}
+    for link in mechanism.links:
+        body = builder.bodies[link.name]
+        if isinstance(body, FrameBody) and not hasattr(body, "model"):
+            frames[link.name] = _own_centre(scene, link, body)
+    scene.refresh()
+    traces, reports = _follow(scene, out)
+
+    def trace(marker: int) -> Trace:
+        t = traces[:, marker]
+        return Trace(t[:, :3], t[:, 3:6], t[:, 6:])
+
+    links: dict[str, Any] = {}
+    for link in mechanism.links:
+        body = builder.bodies[link.name]
+        if link.name in frames:
+            marker, mass, inertia, centre = frames[link.name]
+            found = trace(marker)
+            arms = {name: np.subtract(place, centre) for name, place in mechanism.points.items()}
+            links[link.name] = RigidMotion(mass, inertia, arms, *found)
+        elif isinstance(body, FrameBody):
+            links[link.name] = _modal(link, body, out)
+        elif isinstance(body, StripBody):
+            links[link.name] = _strip(scene, body, out)
+    blocks = {point: _block(mechanism, point, trace(marker)) for point, marker in guides.items()}
+    roughness = np.abs(np.diff(out.a, axis=0)).max(axis=1, initial=0.0) * np.diff(out.time) ** 2
+    return Record(mechanism, out.time, links, blocks, _channels(scene, out, reports), roughness)
+
+
+def _follow(scene: Scene, out: Output) -> tuple[Array, Array]:
+    times = len(out.time)
+    traces, reports = np.zeros((times, len(scene.tables.markers), 9)), np.zeros((times, len(scene.tables.forces), 8))
+    follow(scene.tables, scene.work, out.time, out.q, out.v, out.a, out.lam, out.memory, traces, reports)
+    return traces, reports
+
+
+def _own_centre(scene: Scene, link: Any, body: FrameBody) -> tuple[int, float, float, Array]:
+    """Marker at a rigid link's own centre of mass, without what is attached to it; its mass, inertia, place at t = 0."""
+    mass, inertia, (x, y) = link.body.inertia(scene.mechanism.length(link.name))
+    c, s = np.cos(body.angle), np.sin(body.angle)
+    centre = body.start + np.array([c * x - s * y, s * x + c * y])
+    return body.marker_at(scene.builder, centre, turned=True), mass, inertia, centre
+
+
+def _modal(link: Any, body: Any, out: Output) -> ModalHistory:
+    columns = slice(body.offset, body.offset + 3 + body.modes)
+    stations = {link.start: "start", link.end: "end"}
+    return ModalHistory(body.model, out.q[:, columns], out.v[:, columns], out.a[:, columns], stations, body.angle)
+
+
+def _strip(scene: Scene, body: StripBody, out: Output) -> SpectralStrip:
+    places = np.unique(np.concatenate([element.places.ravel() for element in body.elements]))
+    pieces = [Piece(e.start, e.end, np.searchsorted(places, e.places)) for e in body.elements]
+    states = (out.q[:, places], out.v[:, places], out.a[:, places])
+    return SpectralStrip(body.section, pieces, body.stations, scene.q0[places], *states)
+
+
+def _block(mechanism: Any, point: str, trace: Trace) -> BlockMotion:
+    guide = mechanism.guide(point)
+    along, origin = np.array(guide.along), mechanism.points[point]
+    return BlockMotion(
+        guide.mass, origin, guide.along, (trace.q[:, :2] - origin) @ along, trace.q_t[:, :2] @ along, trace.q_tt[:, :2] @ along
+    )
+
+
+def _channels(scene: Scene, out: Output, reports: Array) -> dict[str, dict[str, Array]]:
+    """What elements ask for: reactions of constraints, forces of stops and loads, memories of joints with clearance."""
+    channels: dict[str, dict[str, Array]] = {}
+    names, elements = np.array(scene.row_names), scene.mechanism.elements()
+    for name in dict.fromkeys(scene.row_names):
+        found = elements[name].reactions(-out.lam[:, names == name]) if name in elements else None
+        channels[name] = dict(found or {})
+    for i, name in enumerate(scene.force_names):
+        kind = scene.tables.forces[i, 0]
+        found = channels.setdefault(name, {})
+        if kind == JOURNAL:
+            found["memory"] = out.memory[:, i]
+        elif kind == CONTACT:
+            found["force"] = np.abs(reports[:, i, :1])
+        else:
+            found["value"] = reports[:, i, :1]
+    return channels

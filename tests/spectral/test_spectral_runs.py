@@ -1,0 +1,87 @@
+"""Integrators of the compiled solver: rates, energy, constraints; known errors, ensembles, exponents."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+pytest.importorskip("numba")
+
+from spectral_scenes import play
+
+from buckler.mbs.elements import Beam, Link, Revolute, Rigid, Section
+from buckler.mbs.engine.settings import Controlled, Equal
+from buckler.mbs.laws import Coulomb, Impact
+from buckler.mbs.library import crank_rocker, slider_crank
+from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.spectral.accuracy import known
+from buckler.mbs.spectral.chaos import lyapunov, poincare
+from buckler.mbs.spectral.ensembles import ensemble
+from buckler.mbs.spectral.run import integrate, once
+from buckler.mbs.spectral.scene import Scene
+from buckler.mbs.spectral.solver import Spectral
+
+BAR = Section(0.02, 0.005)
+PENDULUM = Mechanism(
+    {"O": (0.0, 0.0), "A": (1.0, 0.0)},
+    [Link("rod", "O", "A", Rigid(BAR))],
+    [Revolute("O", "ground", "rod")],
+    gravity=(0.0, -9.81),
+)
+
+
+def test_second_order_on_a_pendulum() -> None:
+    """Equal steps: the error falls as their square. A uniform rod released level: w^2 = 3 g sin(angle)/L below it."""
+    angles = []
+    for steps in (200, 400, 800, 6400):
+        record = once(PENDULUM, 1.0, Spectral(Equal(steps))).record
+        angles.append(record.turn("rod:A")[0][-1])
+    errors = np.abs(np.array(angles[:-1]) - angles[-1])
+    rates = np.log2(errors[:-1] / errors[1:])
+    assert errors[-1] < 1e-4
+    assert rates == pytest.approx(2.0, abs=0.15)
+
+
+@pytest.mark.parametrize("method", ["implicit", "explicit"])
+def test_pendulum_keeps_its_energy_and_constraints(method: str) -> None:
+    scene = Scene.of(PENDULUM)
+    out, failure, _ = integrate(scene, 5.0, Spectral(Controlled(tolerance=1e-7), spectral_radius=1.0, method=method))
+    assert failure is None
+    first = sum(scene.energy(out.q[0], out.v[0]).values())
+    drift = max(abs(sum(scene.energy(q, v).values()) - first) for q, v in zip(out.q[::20], out.v[::20], strict=True))
+    assert drift < 1e-3 * max(scene.energy(out.q[i], out.v[i])["kinetic"] for i in range(0, len(out.q), 20))
+    last = scene.assemble(out.q[-1], out.v[-1], out.time[-1], tangents=False)
+    assert np.abs(last.residual).max() < 1e-9
+    assert np.abs(last.jacobian @ out.v[-1] - last.speed).max() < 1e-9
+
+
+def test_error_known_is_error_delivered() -> None:
+    from buckler.mbs.accuracy.difference import difference
+    from buckler.mbs.record.result import Result, Status
+
+    mechanism = slider_crank(Beam(Section(0.03, 0.002)), law=None, mass=0.3, speed=60.0)
+    found = known(mechanism, 0.05, 1e-2)
+    truth = once(mechanism, 0.05, Spectral(Controlled(tolerance=1e-10), degree=14))
+    ours, exact = (Result(Status.OK, "", r.record.time, *r.signals, r.work) for r in (found.run, truth))
+    delivered = difference(ours, exact)
+    assert found.error <= 1e-2
+    assert delivered <= 3 * found.error
+
+
+def _rattling() -> Mechanism:
+    return crank_rocker(Rigid(BAR), speed=30.0, play=play(Impact(1e8, 1e3, 1e-4), Coulomb(0.1)))
+
+
+def test_ensemble_in_threads_is_the_ensemble() -> None:
+    def last(_scene, member):
+        return member.out.q[-1]
+
+    one, two = (ensemble(_rattling(), 0.003, range(4), last, workers=workers) for workers in (1, 2))
+    assert np.array_equal(one, two)
+    assert np.ptp(np.array(one), axis=0).max() > 0.0
+
+
+def test_rattling_is_chaotic_and_a_damped_pendulum_is_not() -> None:
+    assert lyapunov(_rattling(), 0.01, 3).value > 20.0
+    sections = poincare(PENDULUM, 0.1, 3, solver=Spectral(Controlled(tolerance=1e-8)))
+    assert sections[0].shape == (3, 3)
