@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from buckler.mbs.elements.element import Array
+from buckler.mbs.elements.load import Load
 from buckler.mbs.elements.stop import Stop
 from buckler.mbs.engine.scene import build
 from buckler.mbs.engine.settings import Exudyn
@@ -49,6 +50,11 @@ def run_exactly(mechanism: Mechanism, duration: float, solver: Exudyn, timeout: 
         grid = _with_contacts(follower, grid)
     course = follower.at(grid)
     record = follower.record(course)
+    spoilt = _spoilt(record)
+    if spoilt is not None:
+        ended, grid = spoilt, grid[grid < spoilt.time]
+        course = follower.at(grid)
+        record = follower.record(course)
     channels: dict[str, dict[str, Array]] = record.channels  # type: ignore[assignment]
     for name, stop in _stops(mechanism).items():
         channels[name] = {"force": _forces(stop, record)[:, None]}
@@ -57,6 +63,21 @@ def run_exactly(mechanism: Mechanism, duration: float, solver: Exudyn, timeout: 
     notes = remarks(mechanism, follower.dropped)
     failure = None if ended is None else (ended.status, ended.sentence)
     return Run(solver, record, failure, work | {"rejected": 0.0}, summary, notes=notes)
+
+
+def _spoilt(record: Record) -> Ended | None:
+    """When and where a load's function first fails: it raises, or returns what is no number."""
+    found = None
+    for name, load in record.mechanism.elements().items():
+        if isinstance(load, Load):
+            for push in load.pushes(name, record):
+                lost = ~(np.isfinite(push.force).all(axis=1) & np.isfinite(push.torque))
+                k = int(np.argmax(lost))
+                if lost[k] and k > 0 and (found is None or record.time[k] < found.time):
+                    t = float(record.time[k])
+                    reason = f"at t = {t:.6g} s the function of '{name}' raised, or returned what is no number"
+                    found = Ended(t, Status.FUNCTION_FAILED, reason)
+    return found
 
 
 def sample_times(mechanism: Mechanism, duration: float, solver: Exudyn) -> Array:

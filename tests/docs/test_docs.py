@@ -11,6 +11,7 @@ PAGES = (
     "docs/tutorial.md",
     "docs/how-to-add-a-mechanism.md",
     "docs/how-to-bring-your-own-mechanism.md",
+    "docs/how-to-load-a-mechanism.md",
     "docs/how-to-clamp-and-guide.md",
     "docs/how-to-look.md",
 )
@@ -51,3 +52,12 @@ def test_links_lead_somewhere(page):
     path = ROOT / page
     links = re.findall(r"\]\(([^)#:\s]+)(?:#[^)]*)?\)", path.read_text(encoding="utf-8"))
     assert [link for link in links if not (path.parent / link).exists()] == []
+
+
+EXCERPT = re.compile(r"^<!-- (\S+) -->\n```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+
+
+def test_excerpts_are_those_of_the_files():
+    found = EXCERPT.findall((ROOT / "docs/how-to-add-an-element.md").read_text(encoding="utf-8"))
+    assert len(found) >= 5
+    assert [path for path, text in found if text not in (ROOT / path).read_text(encoding="utf-8")] == []

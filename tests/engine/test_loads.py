@@ -25,6 +25,7 @@ from buckler.mbs import (
     Mechanism,
     Modal,
     Motor,
+    Ramp,
     Revolute,
     Rigid,
     Section,
@@ -54,7 +55,7 @@ def tight(steps):
 def crank(*loads, masses=(), gravity=(0.0, 0.0), body=CRANK, joints=None):
     """A link with its centre of mass off its line, on a pin."""
     return Mechanism(
-        points={"O": (0, 0), "A": TIP},
+        points={"O": (0, 0), "A": TIP, "P": (0.5, 0.5)},
         links=[Link("crank", "O", "A", body)],
         joints=[Revolute("O", "ground", "crank")] if joints is None else joints,
         loads=loads, masses=masses, gravity=gravity,
@@ -525,3 +526,24 @@ def test_a_function_that_fails_ends_the_run_by_name(load, name, what):
     assert result.status is Status.FUNCTION_FAILED, result.message
     assert f"the function of '{name}'" in result.message and what in result.message
     assert 0 < result.time[-1] < 1.0 and np.isfinite(result.signals["A.x"]).all()
+
+
+@pytest.mark.parametrize(
+    "load", [Force("A", later(None)), Torque("crank", later(math.nan)), Motor("crank", later(math.inf), 1.0, 0.1)]
+)
+def test_a_function_that_fails_ends_a_driven_run_by_name(load):
+    """Where constraints alone decide the motion nothing is integrated; the run ends all the same."""
+    mechanism = replace(crank(load), drives=[Drive("crank", 2.0)])
+    result = simulate(mechanism, 0.5)
+    assert result.status is Status.FUNCTION_FAILED, result.message
+    assert f"the function of '{load.key}'" in result.message
+    assert result.time[-1] <= 0.1 and np.isfinite(result.signals["drive.torque"]).all()
+
+
+def test_a_drive_bears_motor_spring_and_mass():
+    """Power of the drive: what the energies change by, less what the motor gave; to the trapezoidal rule."""
+    loads = [Force("A", (0, -2.0)), Motor("crank", 12.0, 0.8, 0.05, inertia=1e-4, gear=5.0), Spring("A", "ground:P", 50.0, 1.0)]
+    mechanism = crank(*loads, masses=[Mass("A", 0.3, 0.01)], gravity=(0, -G))
+    mechanism = replace(mechanism, drives=[Drive("crank", Ramp(2.0, 5.0, 0.6))])
+    result = fine(simulate(mechanism, 0.5, solver=Exudyn(Equal(4000)), ledger=True))
+    assert result.energy_balance < 1e-6

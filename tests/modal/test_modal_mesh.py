@@ -11,7 +11,8 @@ pytest.importorskip("skfem")
 import meshio
 
 from buckler.mbs.elements.section import Material, Section
-from buckler.mbs.modal import CraigBampton, EndFace, FreeModes, MeshFile, Modal, PinHole, reduced
+from buckler.mbs.modal import AdamsDamping, CraigBampton, EndFace, FreeModes, MeshFile, Modal, PinHole, reduced
+from buckler.mbs.modal.conforming import hanging
 from buckler.mbs.modal.modes import free_modes
 from buckler.mbs.modal.solid import EDGES, SolidMesh, assemble, box_mesh, read_mesh, rigid_motions
 
@@ -159,3 +160,51 @@ def test_wrong_meshes_are_named(tmp_path):
         reduced(Modal(TALL, mesh=MeshFile(str(bar), start, end)), 0.2)
     with pytest.raises(ValueError, match=r"interface = EndFace.*: 0 nodes at the end joint"):
         reduced(Modal(TALL, mesh=MeshFile(str(bar), start, (0.15, 0, 0)), interface=EndFace()), 0.15)
+
+
+# --- cells that do not share faces -----------------------------------------------------------------------------------
+
+
+def split(points, cells, cell):
+    """The mesh with one tetrahedron cut in two across an edge: the new node hangs in its neighbours' edge."""
+    a, b, c, d = cells[cell]
+    middle = len(points)
+    halves = [[a, middle, c, d], [middle, b, c, d]]
+    return np.vstack([points, (points[a] + points[b]) / 2]), np.vstack([np.delete(cells, cell, axis=0), halves])
+
+
+def test_hanging_nodes_are_refused(tmp_path):
+    points, cells = bent_box("tetra", (4, 2, 1))
+    assert len(hanging(points, cells, "tetra")) == 0
+    inside = [k for k in range(len(cells)) if len(hanging(*split(points, cells, k), "tetra"))]
+    assert len(inside) > len(cells) / 2  # the others' cut edge lies on the surface of their own cell alone
+    more, cut = split(points, cells, inside[0])
+    assert list(hanging(more, cut, "tetra")) == [len(points)]
+    meshio.Mesh(more, [("tetra", cut)]).write(tmp_path / "cut.vtu")
+    with pytest.raises(ValueError, match=r"hanging nodes = 1, one at .*: must be 0; touching cells are to share whole faces"):
+        read_mesh(tmp_path / "cut.vtu", (0, 0, 0), (LENGTH, 0, 0))
+
+
+def test_cells_of_other_kinds_are_matched_too():
+    for kind in ("tetra10", "hexahedron", "hexahedron20", "hexahedron27"):
+        points, cells = bent_box(kind, (4, 2, 1), bow=0.4)
+        assert len(hanging(points, cells, kind)) == 0
+    points, cells = bent_box("hexahedron", (4, 2, 1))
+    fine, small = bent_box("hexahedron", (8, 4, 2))
+    fine = np.add(fine, [LENGTH, 0, 0])  # a box of small cells on the end of one of large ones, corners shared
+    both = np.vstack([points, fine])
+    _, first, same = np.unique(both.round(9), axis=0, return_index=True, return_inverse=True)
+    joined = same.ravel()[np.vstack([cells, small + len(points)])]
+    assert len(hanging(both[first], joined, "hexahedron")) == 5 * 3 - 3 * 2
+
+
+def test_adams_damps_by_frequency():
+    """1 % below 100 Hz, 10 % to 1 kHz, critical above; of the bar's own frequencies, which are public."""
+    np.testing.assert_array_equal(AdamsDamping().ratios([50.0, 99.9, 100.1, 999.0, 1001.0]), [0.01, 0.01, 0.1, 0.1, 1.0])
+    bar = Modal(Section(0.02, 0.005, STEEL), FreeModes((1, 2, 3, 4), "in-plane"), damping=AdamsDamping())
+    found = bar.frequencies(0.5)
+    clamped = np.array([4.73004074, 7.85320462, 10.9956078]) ** 2 / (2 * pi * 0.5**2)  # Euler-Bernoulli, free ends
+    np.testing.assert_allclose(found[:3], clamped * np.sqrt(STEEL.modulus / STEEL.density * 0.005**2 / 12), rtol=0.015)
+    model = reduced(bar, 0.5).planar()
+    np.testing.assert_array_equal(model.damping, AdamsDamping().ratios(found))
+    assert set(model.damping) == {0.1} | ({0.01} if found[0] < 100 else set()) | ({1.0} if found[-1] > 1000 else set())
