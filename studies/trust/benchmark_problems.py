@@ -1,4 +1,5 @@
-"""Published benchmark problems as mechanisms, with the values they are held against; docs/benchmarks.md tells where they are from.
+"""Published benchmark problems as mechanisms, with the values they are held against; docs/benchmarks.md tells where they
+are from.
 
 Angles and places are those of the sources. Nothing here solves anything.
 """
@@ -45,9 +46,10 @@ def andrews() -> Mechanism:
         "K6": places["E"] - 0.01421 * _ray(omega + epsilon),
         "K7": places["A"] + 0.01228 * _ray(epsilon - pi / 2) + 0.00449 * _ray(epsilon),
     }
-    ends = {"K1": "OF", "K2": "FE", "K3": "BE", "K4": "GE", "K5": "AG", "K6": "HE", "K7": "AH"}
+    ends = dict(zip(ANDREWS_BODIES, ("OF", "FE", "BE", "GE", "AG", "HE", "AH"), strict=True))
     links = []
-    for name, (start, end) in ends.items():
+    for name, pair in ends.items():
+        start, end = pair[0], pair[1]
         mass, inertia = ANDREWS_BODIES[name]
         along = places[end] - places[start]
         centre = (centres[name] - places[start]) * along.conjugate() / abs(along)
