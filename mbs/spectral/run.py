@@ -23,6 +23,8 @@ GRAZE = 0.05
 """Share of a stop's fastest approach so far that slower ones are taken for; see `buckler.mbs.engine.stop`."""
 CLOSE = 2e-2
 """Last Newton step, of the local error allowed."""
+CLOSEST = 1e-11
+"""The same of equal steps, whose error nothing watches: what is left of a place is, divided by the step, an error of a speed."""
 ROWS = 2000
 """Steps between looks at the clock."""
 
@@ -105,7 +107,7 @@ def _controls(duration: float, solver: Spectral) -> Array:
         (implicit.TOLERANCE, solver.tolerance), (implicit.RADIUS, solver.spectral_radius), (implicit.LONGEST, longest),
         (implicit.FIRST_STEP, first), (implicit.BUDGET, solver.steps.max_steps), (implicit.FLOOR, SLOWEST_ONSET),
         (implicit.GRAZE, GRAZE), (implicit.CONTACT_TOLERANCE, solver.contact_tolerance),
-        (implicit.FIXED_STEPS, float(equal)), (implicit.CLOSE, CLOSE),
+        (implicit.FIXED_STEPS, float(equal)), (implicit.CLOSE, CLOSEST / solver.tolerance if equal else CLOSE),
         (implicit.EVERY, solver.steps.record_every),
     ):  # fmt: skip
         out[place] = value
