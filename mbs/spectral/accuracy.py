@@ -1,8 +1,8 @@
 """A run of the compiled solver that knows its error: it is compared with the coarser run that led to it.
 
 Each run of the series has a tolerance 8 times smaller than the one before, and so steps half as long, and strips of two degrees
-more. The finer of two neighbours is told to have their whole difference as its error: enough for any rate from the first order up.
-All runs but the last cost as much together as the last.
+more. The finer of two neighbours is told to have their whole difference as its error, which suffices for any rate from the
+first order up. All runs but the last cost as much together as the last.
 """
 
 from __future__ import annotations
