@@ -24,7 +24,8 @@ GRAZE = 0.05
 CLOSE = 2e-2
 """Last Newton step, of the local error allowed."""
 CLOSEST = 1e-13
-"""The same of equal steps, whose error nothing watches: what is left of a place, over the step squared, is an error of an acceleration."""
+"""The same of equal steps, whose error nothing watches:
+what is left of a place, over the step squared, is an error of an acceleration."""
 ROWS = 2000
 """Steps between looks at the clock."""
 
