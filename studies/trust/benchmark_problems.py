@@ -130,7 +130,7 @@ def simeon() -> Mechanism:
 # --- pendulums: M. Gonzalez et al., doi 10.1007/s11044-006-9020-8, and 40 digits computed here
 
 DOUBLE_PENDULUM = (1.138543796671879686150706605895795612078, 1.244379927750255840387175540727982093898)
-"""Angles from the downward vertical 5 s after two uniform rods of 1 m and 1 kg were let go level, rad: Taylor series, 40 digits."""
+"""Angles from the downward vertical, rad, 5 s after two uniform rods of 1 m and 1 kg were let go level: Taylor series."""
 
 
 def double_pendulum() -> Mechanism:
