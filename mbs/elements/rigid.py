@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from buckler.mbs.elements.body import Body
+from buckler.mbs.elements.element import Recorded, Signal
 from buckler.mbs.elements.section import Section
 from buckler.mbs.validate import one_of, pair, positive
 
@@ -62,3 +64,9 @@ class Rigid(Body):
         if isinstance(self.section, Inertia):
             return self.section.mass, self.section.inertia, self.section.centre or (length / 2, 0.0)
         return self.section.bar(length)
+
+    def signals(self, link: Any, record: Recorded) -> Iterator[Signal]:
+        """Yield the angle turned since t = 0, rad, and its rate, rad/s."""
+        angle, spin = record.turn(f"{link.name}:{link.start}")
+        yield Signal(f"{link.name}.angle", angle, "rad")
+        yield Signal(f"{link.name}.spin", spin, "rad/s")

@@ -63,6 +63,8 @@ def read(path: Path) -> dict[str, Any]:
         found = tomllib.loads(content) if ending == ".toml" else json.loads(content, object_pairs_hook=_no_doubles)
     except (ValueError, RecursionError) as error:  # RecursionError: brackets without end
         reason = " ".join(str(error).split())
+        if ending == ".toml" and "after a statement" in reason:
+            reason += '; a number with a unit, and every name, needs quotes: "0.3 mm"'
         raise ValueError(f"{path}: no valid {ending[1:].upper()}: {reason}") from None
     if not isinstance(found, dict):
         raise ValueError(f"{path}: must be a table, not a {type(found).__name__}")

@@ -18,7 +18,7 @@ from buckler.mbs.validate import positive
 Array = np.ndarray[Any, Any]
 
 
-SMOOTH = ("x", "y", "deflection", "end_shortening")
+SMOOTH = ("x", "y", "angle", "deflection", "end_shortening")
 """Signals that have a velocity, whatever strikes: last part of their names."""
 
 

@@ -42,7 +42,7 @@ from buckler.mbs.spectral.implicit import (
     lend_output,
     rate_of_depth,
 )  # fmt: skip
-from buckler.mbs.spectral.kernel import constraints, forces, mass_matrix
+from buckler.mbs.spectral.kernel import constraints, forces, mass_matrix, solve_small, spread_rows
 from buckler.mbs.spectral.lawtable import bristle_rate
 from buckler.mbs.spectral.tables import BRISTLE, CONTACT, FASTEST, FRICTION_OF, JOURNAL, ONSET, SEAT, SLIDING
 
@@ -111,52 +111,6 @@ def _lend(x):
 
 
 @inner
-def solve_small(a, b, n):
-    """Solve a x = b in place by Gauss elimination with pivots, n unknowns; a pivot of nothing gives nothing."""
-    for c in range(n):
-        p = c
-        for i in range(c + 1, n):
-            if abs(a[i, c]) > abs(a[p, c]):
-                p = i
-        if p != c:
-            for j in range(c, n):
-                a[c, j], a[p, j] = a[p, j], a[c, j]
-            b[c], b[p] = b[p], b[c]
-        if abs(a[c, c]) < 1e-300:
-            continue
-        for i in range(c + 1, n):
-            factor = a[i, c] / a[c, c]
-            if factor != 0.0:
-                for j in range(c, n):
-                    a[i, j] -= factor * a[c, j]
-                b[i] -= factor * b[c]
-    for c in range(n - 1, -1, -1):
-        total = b[c]
-        for j in range(c + 1, n):
-            total -= a[c, j] * b[j]
-        b[c] = total / a[c, c] if abs(a[c, c]) > 1e-300 else 0.0
-
-
-@inner
-def _spread_rows(s, x):
-    """Fill spread with G M^-1 and schur with G M^-1 G^T."""
-    n, r = x.force.size, x.lam.size
-    for k in range(r):
-        for i in range(n):
-            total = 0.0
-            for j in range(n):
-                if x.jacobian[k, j] != 0.0:
-                    total += x.jacobian[k, j] * x.inverse[j, i]
-            x.spread[k, i] = total
-    for k in range(r):
-        for m in range(r):
-            total = 0.0
-            for i in range(n):
-                total += x.spread[k, i] * x.jacobian[m, i]
-            x.schur[k, m] = total
-
-
-@inner
 def rates_at(s, w, x, t, y, out):
     """Rates of a state: velocities, accelerations, bristles'."""
     n, r = x.force.size, x.lam.size
@@ -174,7 +128,7 @@ def rates_at(s, w, x, t, y, out):
         out[i], out[n + i] = v[i], total
     if r > 0:
         constraints(s, w, t, x.residual, x.jacobian, x.speed, x.change)
-        _spread_rows(s, x)
+        spread_rows(x.jacobian, x.inverse, x.spread, x.schur)
         for k in range(r):
             total = -x.change[k]
             for i in range(n):
@@ -208,7 +162,7 @@ def _put_back(s, w, x, t):
                 x.right[k] = -x.speed[k]
                 for i in range(n):
                     x.right[k] += x.jacobian[k, i] * y[n + i]
-        _spread_rows(s, x)
+        spread_rows(x.jacobian, x.inverse, x.spread, x.schur)
         solve_small(x.schur, x.right, r)
         for k in range(r):
             for i in range(n):

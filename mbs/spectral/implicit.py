@@ -3,8 +3,8 @@
     q1 = q + h v + h^2 ((1/2 - beta) b + beta b1),   v1 = v + h ((1 - gamma) b + gamma b1),
     (1 - am) b1 + am b = (1 - af) a1 + af a,         M a1 = f - G^T lambda1,   g(q1, t1) = 0,
 
-then v1 is moved by -S^-1 G^T mu, S the Newton matrix, onto G v = dg/dt's drive part. So a wrong acceleration dies out by
-(1/2 - beta)/beta a step, whatever the steps do, and the stiff axial motions are not excited.
+then v1 and a1 are moved by M^-1 G^T mu onto G v = dg/dt and G a = the like of the drives. So a wrong acceleration dies out by
+(1/2 - beta)/beta a step, whatever the steps do.
 
 The local error of q1 is (beta - 1/6) h^3 q''' to leading order; it is taken from q1 - q - h (v + v1)/2 = -h^3 q'''/12, in which
 accelerations, and so the slow decay of their errors, do not appear. Steps follow the largest of the last ones, so that they stay
@@ -25,7 +25,15 @@ import numpy as np
 
 from buckler.mbs.spectral.compiling import borrowed, inner, jit, lend_tables, lend_work
 from buckler.mbs.spectral.forces import add_forces
-from buckler.mbs.spectral.kernel import add_mass_slope, add_multipliers, constraints, forces, mass_matrix
+from buckler.mbs.spectral.kernel import (
+    add_mass_slope,
+    add_multipliers,
+    constraints,
+    forces,
+    mass_matrix,
+    solve_small,
+    spread_rows,
+)
 from buckler.mbs.spectral.markers import place_markers
 from buckler.mbs.spectral.tables import BRISTLE, CONTACT, FASTEST, JOURNAL, NUMBERS, ONSET, SEAT, SLIDING
 
@@ -90,6 +98,9 @@ class Room(NamedTuple):
     dlam: Array
     largest: Array
     past: Array
+    light: Array
+    spread: Array
+    schur: Array
     rest: Array
     whole: Array
     amount: Array
@@ -109,7 +120,7 @@ class Output(NamedTuple):
     memory: Array
 
 
-def room_for(q: Array, v: Array, a: Array, lam: Array, memory: Array, units: Array) -> Room:
+def room_for(q: Array, v: Array, a: Array, lam: Array, memory: Array, mass: Array, units: Array) -> Room:
     """Make room for a run from this state."""
     n, r, k = len(q), len(lam), len(memory)
     vectors = [np.array(x, dtype=float) for x in (q, v, a, a, lam)]
@@ -117,7 +128,8 @@ def room_for(q: Array, v: Array, a: Array, lam: Array, memory: Array, units: Arr
         *vectors, *(x.copy() for x in vectors), np.zeros(n), np.zeros(r), np.zeros(r), np.zeros(r), np.zeros((r, n)),
         np.zeros((n, n)), np.zeros((n, n)), np.zeros((r, n)), np.zeros((n, n)), np.zeros((n + r, n + r)),
         np.zeros((n + r, n + r)), np.zeros(n + r), memory.copy(), np.zeros((k, 8)), np.zeros(n), np.zeros(r), np.zeros(k),
-        memory[:, 1:3].copy(), np.array(q), np.array(units, dtype=float), np.zeros(n), np.array(units, dtype=float),
+        memory[:, 1:3].copy(), np.linalg.inv(mass), np.zeros((r, n)), np.zeros((r, r)), np.array(q),
+        np.array(units, dtype=float), np.zeros(n), np.array(units, dtype=float),
     )  # fmt: skip
 
 
@@ -220,22 +232,31 @@ def _newton(s, w, x, t, h, before, radius, close, fresh, counts):
 
 
 @inner
-def _project(x):
-    """Move the new velocities and accelerations onto the constraints, in the metric of the Newton matrix."""
+def _project(s, x):
+    """Move the new velocities and accelerations onto the constraints, with the least change in the metric of the mass.
+
+    The constraints' directions are the present ones: with those of a kept Newton matrix the motion along them would be wrong.
+    """
     n, r = x.q.size, x.lam.size
+    if r == 0:
+        return
+    if s.modal.shape[0] > 0:
+        x.light[:] = np.linalg.inv(x.mass)
     for k in range(r):
         slip, swing = -x.speed[k], -x.change[k]
         for i in range(n):
             slip += x.jacobian[k, i] * x.v1[i]
             swing += x.jacobian[k, i] * x.a1[i]
         x.speed[k], x.change[k] = slip, swing
-    for i in range(n):
-        for k in range(r):
-            x.v1[i] -= x.inverse[i, n + k] * x.speed[k]
-            x.a1[i] -= x.inverse[i, n + k] * x.change[k]
-    for i in range(r):
-        for k in range(r):
-            x.lam1[i] -= x.inverse[n + i, n + k] * x.change[k]
+    spread_rows(x.jacobian, x.light, x.spread, x.schur)
+    solve_small(x.schur, x.speed, r)
+    spread_rows(x.jacobian, x.light, x.spread, x.schur)
+    solve_small(x.schur, x.change, r)
+    for k in range(r):
+        x.lam1[k] += x.change[k]
+        for i in range(n):
+            x.v1[i] -= x.spread[k, i] * x.speed[k]
+            x.a1[i] -= x.spread[k, i] * x.change[k]
 
 
 @inner
@@ -407,7 +428,7 @@ def _lend(x):
         borrowed(x.change), borrowed(x.jacobian), borrowed(x.stiffness), borrowed(x.damping), borrowed(x.cross),
         borrowed(x.mass), borrowed(x.matrix), borrowed(x.inverse), borrowed(x.right), borrowed(x.memory), borrowed(x.before),
         borrowed(x.da), borrowed(x.dlam), borrowed(x.largest),
-        borrowed(x.past), borrowed(x.rest),
+        borrowed(x.past), borrowed(x.light), borrowed(x.spread), borrowed(x.schur), borrowed(x.rest),
         borrowed(x.whole), borrowed(x.amount), borrowed(x.units),
     )  # fmt: skip
 
@@ -476,7 +497,7 @@ def run_implicit(s, w, x, clock, end, stops, controls, out, counts):
             if wanted < shortest:
                 counts[STATUS] = UNDERFLOW if np.isfinite(x.right.sum()) else NOT_FINITE
             continue
-        _project(x)
+        _project(s, x)
         if s.forces.shape[0] > 0:
             place_markers(s, w, x.q1, x.v1)
             add_forces(s, w, at, x.q1, x.lam1, x.memory, h, x.force, x.stiffness, x.damping, x.cross, False)

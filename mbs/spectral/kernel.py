@@ -124,3 +124,49 @@ def add_multipliers(s, w, q, lam, stiff):
             add_pair(s, w, a, b, hess, lam[r], stiff)
         add_geometric(s, w, a, q, lam[r] * grad[0], lam[r] * grad[1], lam[r] * grad[2], stiff)
         add_geometric(s, w, b, q, lam[r] * grad[3], lam[r] * grad[4], lam[r] * grad[5], stiff)
+
+
+@inner
+def solve_small(a, b, n):
+    """Solve a x = b in place by Gauss elimination with pivots, n unknowns; a pivot of nothing gives nothing."""
+    for c in range(n):
+        p = c
+        for i in range(c + 1, n):
+            if abs(a[i, c]) > abs(a[p, c]):
+                p = i
+        if p != c:
+            for j in range(c, n):
+                a[c, j], a[p, j] = a[p, j], a[c, j]
+            b[c], b[p] = b[p], b[c]
+        if abs(a[c, c]) < 1e-300:
+            continue
+        for i in range(c + 1, n):
+            factor = a[i, c] / a[c, c]
+            if factor != 0.0:
+                for j in range(c, n):
+                    a[i, j] -= factor * a[c, j]
+                b[i] -= factor * b[c]
+    for c in range(n - 1, -1, -1):
+        total = b[c]
+        for j in range(c + 1, n):
+            total -= a[c, j] * b[j]
+        b[c] = total / a[c, c] if abs(a[c, c]) > 1e-300 else 0.0
+
+
+@inner
+def spread_rows(jacobian, inverse, spread, schur):
+    """Fill spread with G M^-1 and schur with G M^-1 G^T."""
+    r, n = jacobian.shape
+    for k in range(r):
+        for i in range(n):
+            spread[k, i] = 0.0
+        for j in range(n):
+            if jacobian[k, j] != 0.0:
+                for i in range(n):
+                    spread[k, i] += jacobian[k, j] * inverse[j, i]
+    for k in range(r):
+        for m in range(r):
+            total = 0.0
+            for i in range(n):
+                total += spread[k, i] * jacobian[m, i]
+            schur[k, m] = total

@@ -23,6 +23,9 @@ GRAZE = 0.05
 """Share of a stop's fastest approach so far that slower ones are taken for; see `buckler.mbs.engine.stop`."""
 CLOSE = 2e-2
 """Last Newton step, of the local error allowed."""
+CLOSEST = 1e-13
+"""The same of equal steps, whose error nothing watches:
+what is left of a place, over the step squared, is an error of an acceleration."""
 ROWS = 2000
 """Steps between looks at the clock."""
 
@@ -69,7 +72,9 @@ def integrate(
         room: Any = explicit.flight_for(state.q, state.v, rest.multipliers, state.memory, scene.mass_at(state.q), scene.units)
         run = explicit.run_explicit
     else:
-        room = implicit.room_for(state.q, state.v, rest.acceleration, rest.multipliers, state.memory, scene.units)
+        room = implicit.room_for(
+            state.q, state.v, rest.acceleration, rest.multipliers, state.memory, scene.mass_at(state.q), scene.units
+        )
         run = implicit.run_implicit
     controls, counts = _controls(end - state.time, solver), np.zeros(implicit.COUNTERS, dtype=np.int64)
     clock = np.array([state.time, controls[implicit.FIRST_STEP], 0.0, 0.0, 0.0, 0.0])
@@ -105,7 +110,7 @@ def _controls(duration: float, solver: Spectral) -> Array:
         (implicit.TOLERANCE, solver.tolerance), (implicit.RADIUS, solver.spectral_radius), (implicit.LONGEST, longest),
         (implicit.FIRST_STEP, first), (implicit.BUDGET, solver.steps.max_steps), (implicit.FLOOR, SLOWEST_ONSET),
         (implicit.GRAZE, GRAZE), (implicit.CONTACT_TOLERANCE, solver.contact_tolerance),
-        (implicit.FIXED_STEPS, float(equal)), (implicit.CLOSE, CLOSE),
+        (implicit.FIXED_STEPS, float(equal)), (implicit.CLOSE, CLOSEST / solver.tolerance if equal else CLOSE),
         (implicit.EVERY, solver.steps.record_every),
     ):  # fmt: skip
         out[place] = value

@@ -43,6 +43,7 @@ STUDIES: dict[str, Entry] = {
     "dynamic-buckling": Entry(
         "buckler.studies.strips.dynamic_buckling", "strip compressed at constant speed: peak force over speed and bow"
     ),
+    "benchmarks": Entry("buckler.studies.trust.benchmarks", "published benchmark problems: reference, result, error, run time"),
     "lean-scenes": Entry("buckler.studies.trust.lean_scenes", "what each scene is made of, and what each optional part costs"),
     "extremes": Entry(
         "buckler.studies.trust.extremes", "over 200 stiff and extreme cases: is any run reported fine that is wrong?"

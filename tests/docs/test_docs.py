@@ -10,6 +10,7 @@ PAGES = (
     "README.md",
     "docs/tutorial.md",
     "docs/how-to-add-a-mechanism.md",
+    "docs/how-to-bring-your-own-mechanism.md",
     "docs/how-to-load-a-mechanism.md",
     "docs/how-to-clamp-and-guide.md",
     "docs/how-to-look.md",

@@ -25,7 +25,7 @@ def sections():
     materials = st.builds(
         elements.Material, floats(1e6, 1e12), floats(1, 2e4), floats(-0.9, 0.45), floats(0, 1e-2), floats(0, 1e-2)
     )
-    return st.builds(Section, floats(1e-4, 0.1), floats(1e-5, 0.05), materials) | st.builds(Section, LENGTH, LENGTH)
+    return st.builds(Section, floats(1e-4, 0.1), floats(1e-5, 0.05), materials) | st.builds(Section, LENGTH, floats(1e-5, 0.05))
 
 
 def of_time():

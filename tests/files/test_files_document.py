@@ -173,6 +173,11 @@ def test_a_table_without_kind_is_known_by_its_keys_or_asked_for_it():
     ("name", "content", "message"),
     [
         ("m.toml", "points = [", "m.toml: no valid TOML"),
+        (
+            "m.toml",
+            "x = 0.3mm",
+            "m.toml: no valid TOML: Expected newline or end of document after a statement (at line 1, column 8); a nu",
+        ),
         ("m.json", "{", "m.json: no valid JSON"),
         ("m.json", '{"a": 1, "a": 2}', "m.json: no valid JSON: the key 'a' stands twice"),
         ("m.json", "[1]", "m.json: must be a table, not a list"),

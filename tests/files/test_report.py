@@ -48,13 +48,15 @@ def test_a_page_fits_its_size_and_needs_no_network(name, tmp_path):
 def test_a_page_is_written_at_once(name, tmp_path):
     result = run(name)
     result.write_html(tmp_path / "report.html")  # templates, and whatever is imported when first used
-    times = []
+    ratios = []
     for _ in range(5):
         fresh = replace(result, film=type(result.film)(result.film.record))  # the movie too
         start = perf_counter()
         fresh.write_html(tmp_path / "report.html")
-        times.append(perf_counter() - start)
-    assert median(times) < 0.1  # on a quiet machine 0.02; twice the bar, as tests share theirs
+        written = perf_counter() - start
+        result.save(tmp_path / "run.npz")
+        ratios.append(written / (perf_counter() - start - written))
+    assert median(ratios) < 2.0  # of the time in which the same run is packed into a file
 
 
 @pytest.mark.parametrize("name", MECHANISMS)
@@ -64,12 +66,12 @@ def test_peaks_survive(name):
     table = {row["name"]: row for row in found["signals"]["rows"]}
     bins = found["signals"]["bins"]
     for signal, values in result.signals.items():
-        row, size = table[signal], np.ptp(values)
+        row, allowed = table[signal], LEVEL * np.ptp(values) + 1e-13 * np.abs(values).max(initial=1e-2)
         assert row["unit"] == result.units[signal]
         low, high = read(row["low"], bins), read(row["high"], bins)
-        assert [low.min(), high.max()] == pytest.approx([values.min(), values.max()], abs=LEVEL * size + 1e-15)
+        assert [low.min(), high.max()] == pytest.approx([values.min(), values.max()], abs=allowed)
         edges = np.linspace(result.time[0], result.time[-1], bins + 1)
-        assert read(row["at"], bins + 1) == pytest.approx(np.interp(edges, result.time, values), abs=LEVEL * size + 1e-15)
+        assert read(row["at"], bins + 1) == pytest.approx(np.interp(edges, result.time, values), abs=allowed)
 
 
 def test_bins_hold_what_lies_in_them():
