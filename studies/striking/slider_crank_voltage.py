@@ -155,10 +155,11 @@ def _forces_table(cases: Sequence[VoltageCase], forces: Mapping[str, Sequence[fl
     rows = []
     for i, voltage in enumerate(p.voltages):
         published = VOLTAGE_FORCES.get(voltage)
-        row = [f"{voltage:g}", f"{p.speed(voltage):.4f}", published]
+        bound = voltage == max(VOLTAGE_FORCES)  # the sensor's range, no reading: nothing is off it
+        row = [f"{voltage:g}", f"{p.speed(voltage):.4f}", f"at most {published}" if bound else published]
         for case in cases:
             force = forces[case.name][i]
-            row += [f"{force:.2f}", f"{force / published - 1:+.1%}" if published else None]
+            row += [f"{force:.2f}", f"{force / published - 1:+.1%}" if published and not bound else None]
         rows.append(row)
     ends = [f"{exponent(p.voltages, forces[case.name]):.3f}" for case in cases]
     published_exponent = f"{exponent(list(VOLTAGE_FORCES), list(VOLTAGE_FORCES.values())):.3f}"

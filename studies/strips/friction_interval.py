@@ -80,17 +80,20 @@ class Pressed:
         """
         bristles = isinstance(law, LuGre)
         hold = held * law.dynamic
-        depth = float(self.push(start) - hold * self.weight) / self.stiffness
+        depth = max(float(self.push(start) - hold * self.weight), 0.0) / self.stiffness
         damping = 2 * DAMPING_RATIO * sqrt(self.stiffness * self.mass)
+
+        def stop(x: float, v: float) -> float:
+            return max(self.stiffness * x + damping * v, 0.0) if x > 0 else 0.0  # it presses only
 
         def rates(t: float, y: Array) -> list[float]:
             x, v, z = y
             mu = law.coefficient(v, z) if bristles else law.coefficient(v)
-            total = self.push(start + self.speed * t, x) - self.stiffness * x - damping * v - mu * self.weight
+            total = self.push(start + self.speed * t, x) - stop(x, v) - mu * self.weight
             return [v, float(total) / self.mass, float(law.rate(z, v)) if bristles else 0.0]
 
         begin = [depth, 0.0, hold / law.bristle_stiffness if bristles else 0.0]
         run = solve_ivp(rates, (0.0, (end - start) / self.speed), begin, "Radau", rtol=1e-8, atol=[1e-13, 1e-12, 1e-14])
         if not run.success:
             raise RuntimeError(run.message)
-        return float(self.stiffness * run.y[0, -1] + damping * run.y[1, -1])
+        return stop(float(run.y[0, -1]), float(run.y[1, -1]))

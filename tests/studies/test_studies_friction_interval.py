@@ -45,6 +45,15 @@ def test_every_law_ends_within_the_interval_and_remembers_in_order(name):
     assert (forces[2] - forces[0] > 0.2) == (name != "regularised_1e-3")
 
 
+def test_a_stop_does_not_pull():
+    """The 0.1 mm strip pushes by less than friction can hold: held off, its slider rests without a force on the stop."""
+    thin = Pressed(0.014175 / 27)
+    low, high = friction_interval(thin.push(np.pi), 0.1 * thin.weight)
+    assert low == 0.0
+    for held in (1.0, 0.0, -1.0):
+        assert 0.0 <= thin.settled(Coulomb(0.1, 1e-6), FROM, np.pi, held) <= high + 1e-3
+
+
 def test_stiff_bristles_stick():
     """Pressed by less than the bristles can hold, the stop's force hardly changes: they carry the strip's."""
     stiff = LuGre(0.5, 0.5, 1e-4, bristle_stiffness=1e8, bristle_damping=1e4)
