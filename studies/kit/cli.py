@@ -10,25 +10,16 @@ import contextlib
 import os
 import sys
 import time
-import traceback
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
 from pathlib import Path
-from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from buckler.studies.kit import registry
 from buckler.studies.kit.options import Parser, read_options, study_parser, writable, wrong_input
+from buckler.studies.kit.running import MECHANISMS, attempt, finish, program
 
 if TYPE_CHECKING:
     import argparse
-
-    from matplotlib.figure import Figure
-
-    from buckler.studies.kit.report import StudyResult
-
-MECHANISMS = (".toml", ".json")
-"""Endings of a mechanism's file."""
 
 
 def main(study: str | None = None, argv: Sequence[str] | None = None) -> int:
@@ -58,11 +49,6 @@ def main(study: str | None = None, argv: Sequence[str] | None = None) -> int:
     except BrokenPipeError:  # whoever read what is printed has gone, as `head` does
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # nor is anything left to be printed at exit
         return 141
-
-
-def program() -> str:
-    """What to call the command: as it was called."""
-    return "buckler" if Path(sys.argv[0]).stem == "buckler" else "python -m studies"
 
 
 def _dispatch(study: str | None, words: list[str]) -> int:
@@ -244,73 +230,3 @@ def run_study(name: str, argv: Sequence[str], prog: str) -> int:
 
 
 # --- the run ----------------------------------------------------------------------------------------------------------
-
-
-def attempt(run: Callable[..., StudyResult], parameters: Any, options: argparse.Namespace) -> StudyResult:
-    """Run a study; whatever it raises becomes a result with status ERROR, its traceback on stderr."""
-    from buckler.studies.kit.report import Progress, StudyResult
-
-    begin = time.perf_counter()
-    with _aside(options):
-        try:
-            result = run(parameters, progress=Progress(options.quiet))
-        except Exception as error:
-            traceback.print_exc()
-            result = StudyResult(parameters=parameters, status="ERROR", message=_named(error))
-    return replace(result, work={"wall_s": time.perf_counter() - begin, **result.work})
-
-
-def finish(name: str, study: Any, result: StudyResult, folder: Path, options: argparse.Namespace, wall: float) -> int:
-    """Draw, write and print what a run found, the status always; return the exit status."""
-    from buckler.studies.kit.report import write
-
-    with _aside(options):
-        result, figures = _draw(study, result)
-    trusted = options.trust and result.status == "SUSPECT"
-    try:
-        text = write(result, folder, figures, trusted)
-    except OSError as error:
-        print(f"{name}: cannot write results: {error}", file=sys.stderr)
-        return 1
-    if options.json:
-        print(text, end="")
-    elif not options.quiet:
-        more = f"{_work(result)}\n" if options.verbose else ""
-        print(f"{result}\n\n{more}{name}: {result.status} in {wall:.2g} s, written to {folder}")
-    if result.status != "OK":
-        print(f"{name}: {result.status}{' (allowed)' if trusted else ''}: {result.message}", file=sys.stderr)
-    return 0 if result.status == "OK" or trusted else 1
-
-
-def _aside(options: argparse.Namespace) -> Any:
-    """With --json, whatever the study or the engine prints must not mix with the JSON."""
-    return contextlib.redirect_stdout(sys.stderr) if options.json else contextlib.nullcontext()
-
-
-def _work(result: StudyResult) -> str:
-    """What the run took, and what it ran on."""
-    from buckler.studies.kit.versions import versions
-
-    took = ", ".join(
-        f"{name} {value:.6g}" if isinstance(value, float) else f"{name} {value}" for name, value in result.work.items()
-    )
-    return f"{took}\n{', '.join(f'{name} {version}' for name, version in versions().items())}"
-
-
-def _draw(study: ModuleType, result: StudyResult) -> tuple[StudyResult, Mapping[str, Figure]]:
-    """Draw the result, if there is anything to draw; figures that fail leave the numbers and the status ERROR."""
-    from buckler.studies.kit.style import house_style
-
-    if not (result.signals or result.metrics):
-        return result, {}
-    try:
-        with house_style():
-            figures = study.figure(result)
-    except Exception as error:
-        traceback.print_exc()
-        return replace(result, status="ERROR", message=f"drawing the figures: {_named(error)}"), {}
-    return result, figures if isinstance(figures, Mapping) else {"figure": figures}
-
-
-def _named(error: Exception) -> str:
-    return f"{type(error).__name__}: {error}"

@@ -29,6 +29,10 @@ STUDIES: dict[str, Entry] = {
     "slider-crank-voltage": Entry(
         "buckler.studies.striking.slider_crank_voltage", "the same, its crank turned by a motor at given voltage"
     ),
+    "identify": Entry(
+        "buckler.studies.striking.identify", "which cause explains the measured impact forces, and what would tell causes apart"
+    ),
+    "strike": Entry("buckler.studies.striking.strike", "one strike of the slider-crank: force, pulse, torque, rebound"),
     "thickness-speed": Entry("buckler.studies.striking.thickness_speed", "the slider-crank over strip thickness and crank speed"),
     "design": Entry(
         "buckler.studies.striking.design", "the slider-crank designed backwards: wanted forces in, strip, stop and speed out"

@@ -42,7 +42,7 @@ def options(parser: argparse.ArgumentParser) -> None:
 
 def run_file(path: Path, argv: Sequence[str], prog: str) -> int:
     """Simulate the mechanism of a file, print and file what came out; return the exit status."""
-    from buckler.studies.kit.cli import attempt, finish
+    from buckler.studies.kit.running import attempt, finish
 
     try:
         parser = Parser(prog=prog, usage=f"{prog} [options]", description="Simulate the mechanism of a file.", allow_abbrev=False)

@@ -112,16 +112,18 @@ def figure(found: dict[str, Share], ratios: Array) -> Figure:
         one = found[claim.name]
         share, (low, high) = one.hits / max(one.of, 1), one.interval
         right.errorbar(share, place, xerr=[[share - low], [high - share]], fmt="o", color=COLOURS[1], capsize=2)
-        right.annotate(one.decided_by, (1.03, place), va="center", fontsize=7, annotation_clip=False)
+        right.annotate(
+            one.decided_by.replace("c_max in", "unit of c_max"), (1.03, place), va="center", fontsize=7, annotation_clip=False
+        )
     left.axvline(1, color="#999999", linewidth=0.8)
-    left.set(xscale="log", xlabel="flexible/rigid, one point a world; bar: median")
+    left.set(xscale="log", xlabel="flexible/rigid; bar: median")
     ticks = (0.2, 0.5, 1, 2, 5)
     left.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
     left.set_xticks([], minor=True)
     left.set_yticks(places, [_short(claim.text) for claim in CLAIMS], fontsize=7)
     right.axvline(0.5, color="#999999", linewidth=0.8)
-    right.set(xlim=(0, 1), xlabel="share of worlds in which it holds")
-    right.set_title("decided by", loc="right", fontsize=8)
+    right.set(xlim=(0, 1), xlabel="share of worlds")
+    right.annotate("decided by:", (1.03, len(CLAIMS) - 0.3), va="center", fontsize=7, annotation_clip=False)
     return fig
 
 

@@ -20,8 +20,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from buckler.studies.kit.cli import main
-from buckler.studies.kit.parameters import StudyParameters, choices, integer, quantity
+from buckler.studies.kit.parameters import choices, integer, quantity, specs
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
+from buckler.studies.striking.assumptions import StrikeAssumptions
 from buckler.studies.striking.design_check import MODELS, CheckedTurn, Numerics, check, random_wishes
 from buckler.studies.striking.inverse import Design, Given, Wish, design
 from buckler.studies.striking.inverse_limits import NothingNearError, binding, broken, feasible, limits, nearest
@@ -40,7 +41,7 @@ up to {friction:g} N off the contact force of a slider at rest, or add it; the c
 
 
 @dataclass(frozen=True)
-class Parameters(StudyParameters):
+class Parameters(StrikeAssumptions):
     """Parameters of the study."""
 
     contact_force: float = quantity(2.0, "N", 1e-3, 1e4, "largest force of the buckled strip, crank at 180 deg", "wish")
@@ -107,7 +108,9 @@ class Parameters(StudyParameters):
     @property
     def numerics(self) -> Numerics:
         """How designs are simulated."""
-        return Numerics(self.damping, self.imperfection, self.elements, self.tolerance, self.timeout)
+        given: dict[str, Any] = {name: getattr(self, name) for name in specs(StrikeAssumptions)}
+        assumed = StrikeAssumptions(**given)
+        return Numerics(self.damping, self.imperfection, self.elements, self.tolerance, self.timeout, assumed)
 
 
 def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
@@ -221,7 +224,12 @@ def _comparison(d: Design, outcomes: Sequence[CheckedTurn], p: Parameters) -> Ta
     rows.append(["rests from", "deg", None, *(x for o in outcomes for x in (f"{degrees(o.settled):.1f}", None))])
     rows.append(["status", None, None, *(x for o in outcomes for x in (o.status, None))])
     headers = ["", "unit", "wish", *(x for o in outcomes for x in (o.model, "off"))]
-    return Table(headers, rows, "Full simulation of the design", NOTES.format(bow=p.imperfection, friction=p.friction_force))
+    return Table(
+        headers,
+        rows,
+        "Full simulation of the design",
+        f"{NOTES.format(bow=p.imperfection, friction=p.friction_force)}\n{p.stated()}.",
+    )
 
 
 def _off(name: str, value: float) -> str:

@@ -6,7 +6,7 @@ elastica. `beam` gives the coupler its inertia, as a geometrically exact beam.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from math import nan, pi
 from typing import Any
 
@@ -15,6 +15,7 @@ import numpy as np
 from buckler import mbs
 from buckler.mbs import Beam, GuideFriction, Material, Mechanism, Section, Strut, slider_crank
 from buckler.mbs.laws import CarvalhoMartins
+from buckler.studies.striking.assumptions import StrikeAssumptions, crank_angle
 from buckler.studies.striking.impact_models import AXIAL_DAMPING
 from buckler.studies.striking.inverse import Design, Wish, design
 from buckler.studies.striking.inverse_limits import feasible
@@ -40,6 +41,7 @@ class Numerics:
     elements : of the beam
     tolerance : position error allowed a step, over the length
     timeout : s
+    assumptions : gravity and motor
     """
 
     damping: float = 0.05
@@ -47,6 +49,7 @@ class Numerics:
     elements: int = 8
     tolerance: float = 1e-5
     timeout: float = 120.0
+    assumptions: StrikeAssumptions = field(default_factory=StrikeAssumptions)
 
 
 @dataclass(frozen=True)
@@ -91,7 +94,7 @@ def mechanism(model: str, design: Design, numerics: Numerics) -> Mechanism:
     if model == "beam":
         taut = Section(design.width, design.thickness, replace(material, axial_damping=0.0)).damped(numerics.damping, length)
         coupler = Beam(taut, elements=numerics.elements, imperfection=-numerics.imperfection * length)
-    return slider_crank(
+    made = slider_crank(
         coupler,
         law=CarvalhoMartins(design.stiffness, float(given.restitution), exponent=1.0),
         mass=design.mass,
@@ -100,6 +103,7 @@ def mechanism(model: str, design: Design, numerics: Numerics) -> Mechanism:
         stop=design.stop,
         lengths=given.lengths,
     )
+    return numerics.assumptions.under(made)
 
 
 def check(model: str, design: Design, numerics: Numerics | None = None) -> CheckedTurn:
@@ -113,7 +117,7 @@ def check(model: str, design: Design, numerics: Numerics | None = None) -> Check
         timeout=numerics.timeout,
     )
     signals = result.signals
-    angle, force = signals["drive.position"], signals["B.contact_force"]
+    angle, force = crank_angle(result), signals["B.contact_force"]
     shortening = signals["coupler.end_shortening"] / float(design.given.coupler)
     return CheckedTurn(
         model, str(result.status), result.message, **_read(angle, force, shortening),

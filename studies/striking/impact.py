@@ -16,8 +16,9 @@ from buckler.elastica import pinned
 from buckler.mbs import Section
 from buckler.mbs.accuracy.difference import FINEST
 from buckler.mbs.library import PAPER, PAPER_STOP
-from buckler.studies.kit.parameters import StudyParameters, choices, integer, quantity
+from buckler.studies.kit.parameters import choices, integer, quantity
 from buckler.studies.kit.published import STRIP_WIDTH
+from buckler.studies.striking.assumptions import StrikeAssumptions
 from buckler.studies.striking.strikes import strikes
 
 Array = np.ndarray[Any, Any]
@@ -30,7 +31,7 @@ DEAD_CENTRE = np.radians((165.0, 195.0))
 
 
 @dataclass(frozen=True)
-class ImpactParameters(StudyParameters):
+class ImpactParameters(StrikeAssumptions):
     """Parameters of every slider-crank study; each adds its drive."""
 
     models: tuple[str, ...] = choices(MODELS, MODELS, "models to run side by side", "models")
@@ -59,8 +60,13 @@ class ImpactParameters(StudyParameters):
 
     @property
     def friction_force(self) -> float:
-        """Coulomb friction of the slider, N; gravity is normal to the plane of motion."""
+        """Coulomb friction of the slider, N, by its weight on the guide, whichever way gravity acts on strip and links."""
         return self.friction * self.mass * 9.81
+
+    def stated(self) -> str:
+        """One sentence for a table."""
+        told = f"{super().stated()}; bow {self.imperfection:g} of the length; slider {self.mass:g} kg"
+        return told + ("; stitched knows neither gravity nor motor" if self.gravity or self.motor else "")
 
 
 # --- a run -------------------------------------------------------------------------------------------------------

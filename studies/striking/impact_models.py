@@ -18,6 +18,7 @@ from buckler.mbs import Beam, GuideFriction, Mechanism, Ramp, Strut, slider_cran
 from buckler.mbs.laws import CarvalhoMartins
 from buckler.mbs.library import PAPER, PAPER_STOP
 from buckler.studies.kit.published import IMPACT_FORCE, IMPACT_SPEED
+from buckler.studies.striking.assumptions import crank_angle
 from buckler.studies.striking.impact import ImpactParameters, ModelRun, read
 from buckler.studies.striking.stitched import Stitched, follow
 
@@ -62,7 +63,7 @@ def run_model(model: str, parameters: ImpactParameters, stop: float, speed: floa
     shortening = signals["coupler.end_shortening"] / PAPER.coupler
     return ModelRun(
         model, str(result.status), result.message,
-        result.time, signals["drive.position"], signals["B.contact_force"], -signals["B.vx"],
+        result.time, crank_angle(result), signals["B.contact_force"], -signals["B.vx"],
         shortening, shortening / BUCKLED_FROM,
         result.energy_balance,
         {name: result.work[name] for name in ("wall_s", "steps")} | ({"error": result.error} if parameters.accuracy else {}),
@@ -102,13 +103,14 @@ def mechanism(model: str, parameters: ImpactParameters, stiffness: float, speed:
         damped = section.damped(parameters.damping, length)
         elements = None if parameters.accuracy else parameters.elements
         coupler = Beam(damped, elements=elements, imperfection=-parameters.imperfection * length)
-    return slider_crank(
+    made = slider_crank(
         coupler,
         law=CarvalhoMartins(stiffness, parameters.restitution, exponent=1.0),
         mass=parameters.mass,
         speed=speed,
         friction=GuideFriction(parameters.friction_force) if parameters.friction else None,
     )
+    return parameters.under(made)
 
 
 def strike(model: str, parameters: ImpactParameters, stop: float, speed: float) -> ModelRun:

@@ -75,7 +75,7 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
         metrics=metrics,
         signals={**exact, **{name: values for run in runs for name, values in run.signals.items()}},
         work=impact.work(runs),
-        tables=[_table(metrics, runs, notes)],
+        tables=[_table(metrics, runs, notes, parameters)],
     )
 
 
@@ -104,7 +104,7 @@ def _metrics(run: ModelRun, reading: Reading, p: Parameters) -> dict[str, Metric
     }
 
 
-def _table(metrics: Mapping[str, Metric], runs: Sequence[ModelRun], notes: Sequence[str]) -> Table:
+def _table(metrics: Mapping[str, Metric], runs: Sequence[ModelRun], notes: Sequence[str], p: Parameters) -> Table:
     """Published, exact and computed side by side, each with its relative error; run time and steps below."""
     models = [run.model for run in runs]
     names = [name.partition(".")[2] for name in metrics if name.startswith(f"{models[0]}.")]
@@ -118,7 +118,7 @@ def _table(metrics: Mapping[str, Metric], runs: Sequence[ModelRun], notes: Seque
         if any(name in run.work for run in runs):  # the error, where an accuracy was asked for
             rows.append([name, unit, None, None, *(x for run in runs for x in (run.work.get(name), None))])
     headers = ["", "unit", "published", "exact", *(x for model in models for x in (model, f"{model}, relative error"))]
-    return Table(headers, rows, "One turn of the crank", "\n".join([NOTES, *notes]))
+    return Table(headers, rows, "One turn of the crank", "\n".join([NOTES, f"{p.stated()}.", *notes]))
 
 
 def _error(metric: Metric) -> str | None:

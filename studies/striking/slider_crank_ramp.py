@@ -92,7 +92,7 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
         metrics=metrics,
         signals=_signals(runs, readings, parameters),
         work=impact.work(runs),
-        tables=[_turns_table(readings, parameters), _trends_table(metrics, notes)],
+        tables=[_turns_table(readings, parameters), _trends_table(metrics, [f"{parameters.stated()}.", *notes])],
     )
 
 

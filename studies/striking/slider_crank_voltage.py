@@ -155,10 +155,11 @@ def _forces_table(cases: Sequence[VoltageCase], forces: Mapping[str, Sequence[fl
     rows = []
     for i, voltage in enumerate(p.voltages):
         published = VOLTAGE_FORCES.get(voltage)
-        row = [f"{voltage:g}", f"{p.speed(voltage):.4f}", published]
+        bound = voltage == max(VOLTAGE_FORCES)  # the sensor's range, no reading: nothing is off it
+        row = [f"{voltage:g}", f"{p.speed(voltage):.4f}", f"at most {published}" if bound else published]
         for case in cases:
             force = forces[case.name][i]
-            row += [f"{force:.2f}", f"{force / published - 1:+.1%}" if published else None]
+            row += [f"{force:.2f}", f"{force / published - 1:+.1%}" if published and not bound else None]
         rows.append(row)
     ends = [f"{exponent(p.voltages, forces[case.name]):.3f}" for case in cases]
     published_exponent = f"{exponent(list(VOLTAGE_FORCES), list(VOLTAGE_FORCES.values())):.3f}"
@@ -166,7 +167,9 @@ def _forces_table(cases: Sequence[VoltageCase], forces: Mapping[str, Sequence[fl
     notes = (
         f"assumed: speed proportional to voltage, {IMPACT_SPEED:g} rad/s at {p.reference_voltage:g} V; "
         "predicted: the forces; exponent: of force against speed.\n"
-        "44.18 N is the range of the force sensor; beam_bow: strip bowed by this part of its length, unloaded."
+        "44.18 N is the range of the force sensor: a bound, no reading; beam_bow: strip bowed by this part of its length, "
+        "unloaded.\n"
+        f"{p.stated()}."
     )
     return Table(headers, rows, "Predicted impact forces", notes)
 
@@ -207,7 +210,11 @@ def _draw_forces(ax: Any, result: StudyResult) -> None:
         order = np.argsort(voltages)
         look = {"color": impact.COLOURS[name]} if name in impact.COLOURS else {"color": "#777777", "linestyle": next(strokes)}
         ax.plot(voltages[order], forces[order], marker=".", label=_label(name), **look)
-    ax.plot(list(VOLTAGE_FORCES), list(VOLTAGE_FORCES.values()), "k*", markersize=8, label="published")
+    voltage, bound = max(VOLTAGE_FORCES.items())
+    ax.plot(
+        *zip(*(pair for pair in VOLTAGE_FORCES.items() if pair[0] != voltage), strict=True), "k*", markersize=8, label="published"
+    )
+    ax.errorbar(voltage, bound, yerr=[[0.06 * bound], [0]], uplims=True, color="black", capsize=3, label="bound: sensor range")
     ax.plot(p.reference_voltage, IMPACT_FORCE, "ko", markerfacecolor="white", markersize=6, label="calibrated on")
     ax.set(xlabel="voltage [V]", ylabel="impact force [N]")
     ax.yaxis.get_major_locator().set_params(integer=True)

@@ -24,11 +24,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from buckler.studies.kit.cli import main
-from buckler.studies.kit.parameters import StudyParameters, choices, integer, quantities, quantity
+from buckler.studies.kit.parameters import choices, integer, quantities, quantity, specs
 from buckler.studies.kit.published import CONTACT_FORCES
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, relative
 from buckler.studies.kit.style import COLOURS, subplots
 from buckler.studies.striking import slider_crank
+from buckler.studies.striking.assumptions import StrikeAssumptions
 from buckler.studies.striking.impact import MODELS
 from buckler.studies.sweeping.sweep import sweep
 
@@ -53,7 +54,7 @@ LINES = {"strut": "solid", "beam": "dashed", "stitched": "dotted"}
 
 
 @dataclass(frozen=True)
-class Parameters(StudyParameters):
+class Parameters(StrikeAssumptions):
     """Parameters of the study."""
 
     thicknesses: tuple[float, ...] = quantities(
@@ -67,6 +68,7 @@ class Parameters(StudyParameters):
     restitution: float = quantity(0.8, "1", 0.1, 1, "restitution of the stop", "slider and stop")
     stop_stiffness: float = quantity(7.2e4, "N/m", 1e3, 1e8, "stiffness of the stop (strut, beam)", "slider and stop")
     damping: float = quantity(0.05, "1", 0, 1, "damping ratio of the strip's first bending mode (beam)", "strip")
+    imperfection: float = quantity(1e-4, "1", -0.05, 0.05, "bow of the unloaded strip over its length (beam)", "strip")
     elements: int = integer(8, 2, 64, "elements of the beam", "numerics")
     tolerance: float = quantity(1e-5, "1", 1e-9, 1e-3, "position error allowed a step, over the length", "numerics")
     timeout: float = quantity(120, "s", 0.01, 86400, "longest time a case may take", "numerics")
@@ -80,7 +82,8 @@ class Parameters(StudyParameters):
 
     def cases(self) -> list[slider_crank.Parameters]:
         """One for each model, thickness and speed, in this order; the slow speed first."""
-        shared = ("mass", "friction", "restitution", "stop_stiffness", "damping", "elements", "tolerance", "timeout")
+        shared = ("mass", "friction", "restitution", "stop_stiffness", "damping", "elements", "tolerance", "timeout",
+                  "imperfection", *specs(StrikeAssumptions))  # fmt: skip
         given: dict[str, Any] = {name: getattr(self, name) for name in shared}
         return [
             slider_crank.Parameters(models=(model,), thickness=thickness, speed=speed, **given)
@@ -220,7 +223,8 @@ def _cube_table(p: Parameters, metrics: Mapping[str, Metric]) -> Table:
         )
     headers = ["h [mm]", "cube", "published", *(x for model in p.models for x in (model, f"{model}, relative error"))]
     title = f"Force at the dead centre over that of the thinnest strip, at {p.slow:g} rad/s"
-    return Table(headers, rows, title)
+    stated = f"{p.stated()}; bow {p.imperfection:g} of the length; slider {p.mass:g} kg."
+    return Table(headers, rows, title, stated)
 
 
 def _table(p: Parameters, grid: Array, model: str) -> Table:

@@ -5,6 +5,9 @@ stiffness, and geometrically exact beam elements in static equilibrium. Two stop
 crank angle of 120 degrees, and the one its Table 2 was computed with. The second follows from one printed number, that
 of the 0.3 mm strip, and predicts the other two.
 
+Dry friction of the slider leaves the force open by its limit, either way: the interval, and where friction laws end in it,
+stand in a table of their own.
+
 References
 ----------
 B. Demirel et al., Compliant Impact Generator for Required Impact and Contact Force, doi 10.1115/IMECE2008-68796.
@@ -28,6 +31,7 @@ from buckler.studies.kit.parameters import StudyParameters, integer, quantities,
 from buckler.studies.kit.published import CONTACT_FORCES, STRIP_WIDTH
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
 from buckler.studies.kit.style import subplots
+from buckler.studies.strips.friction_interval import Pressed, friction_interval, laws
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -36,6 +40,12 @@ Array = np.ndarray[Any, Any]
 KNOWN = 3e-4
 """Thickness, m, whose printed force places the stop of Table 2."""
 MODELS = ("quartic", "exact", "rod", "beam")
+GRAVITY = 9.81
+"""Presses the slider on its guide, m/s^2."""
+PRESSED_FROM = np.radians(150.0)
+"""Crank angle, rad, from which the slider is followed with friction."""
+MEMORIES = {-1.0: "helped", 0.0: "fresh", 1.0: "held_off"}
+"""Share of the friction that acts at first, positive against the strip, and what it is called."""
 STRAIGHTEST = 1e-4
 """End shortening from which rod and beam are asked: below it the strip may not have buckled yet."""
 
@@ -47,8 +57,16 @@ class Parameters(StudyParameters):
     thicknesses: tuple[float, ...] = quantities((1e-4, 3e-4, 5e-4), "m", 5e-5, 5e-3, "thicknesses of the strip", "strip")
     yield_strength: float = quantity(1e9, "Pa", 1e6, 1e10, "stress at which the strip yields; spring steel", "strip")
     stop_angle: float = quantity(2 * np.pi / 3, "rad", 1.6, 3.0, "crank angle at which the slider meets the stop", "stop")
+    mass: float = quantity(0.3, "kg", 1e-3, 10, "mass of the slider", "friction")
+    friction: float = quantity(0.1, "1", 0.001, 0.9, "Coulomb coefficient of the slider by its weight", "friction")
+    static_friction: float = quantity(0.15, "1", 0.001, 0.9, "the same of a slider at rest", "friction")
     elements: int = integer(20, 2, 200, "beam elements, three nodes each", "numerics")
     angles: int = integer(31, 2, 1000, "crank angles from the stop to dead centre", "numerics")
+
+    def check(self) -> None:
+        """Static friction is no less than dynamic."""
+        if self.static_friction < self.friction:
+            raise ValueError(f"static_friction = {self.static_friction:g}: must be at least friction = {self.friction:g}")
 
 
 @dataclass(frozen=True)
@@ -110,12 +128,17 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     checks: dict[str, Any] = {"message": yielding}
     if failures:
         checks = {"status": "SUSPECT", "message": "; ".join(sorted(failures))}
+    settled = {h: _settled(h, parameters) for h in parameters.thicknesses}
     signals = {f"F_h{_mm(h)}.{name}": force for h, curve in curves.items() for name, force in curve.items()}
     return StudyResult(
         parameters=parameters,
-        metrics=_metrics(largest, presses, stops["eTable2"]),
+        metrics=_metrics(largest, presses, stops["eTable2"]) | {k: m for each in settled.values() for k, m in each.items()},
         signals={"angle": angle, **signals},
-        tables=[_largest_table(largest, presses, yielding), _angle_table(curves, stops[described])],
+        tables=[
+            _largest_table(largest, presses, yielding),
+            _angle_table(curves, stops[described]),
+            _friction_table(settled, parameters),
+        ],
         **checks,
     )
 
@@ -185,6 +208,21 @@ def _metrics(
     return found | stresses
 
 
+def _settled(thickness: float, p: Parameters) -> dict[str, Metric]:
+    """Interval of the force at dead centre under dry friction, and where laws end in it, by what the slider remembers."""
+    weight = p.mass * GRAVITY
+    slider = Pressed(Section(STRIP_WIDTH, thickness).bending_stiffness, mass=p.mass, weight=weight)
+    exact = float(slider.push(np.pi))
+    low, high = friction_interval(exact, p.static_friction * weight)
+    name = f"friction_h{_mm(thickness)}"
+    found = {f"{name}.low": Metric(float(low), "N"), f"{name}.high": Metric(float(high), "N")}
+    for kind, made in laws(p.static_friction, p.friction).items():
+        for held, memory in MEMORIES.items():
+            force = slider.settled(made, PRESSED_FROM, np.pi, held)
+            found[f"{name}.{kind}.{memory}"] = Metric(force, "N", exact=exact)
+    return found
+
+
 # --- tables and figure ------------------------------------------------------------------------------------------------
 
 
@@ -213,6 +251,31 @@ def _angle_table(curves: Mapping[float, Mapping[str, Array]], stop: float) -> Ta
         rows.append([f"{name} off by", *(f"{value:.1e}" for value in off)])
     headers = ["crank angle [deg]", *(f"h = {_mm(h)} mm: F [N]" for h in curves)]
     return Table(headers, rows, "Contact force by the closed form, first stop", "off by: largest relative difference.")
+
+
+def _friction_table(settled: Mapping[float, Mapping[str, Metric]], p: Parameters) -> Table:
+    """One row a strip and law: the interval of true friction, and the force by what the slider remembers."""
+    rows = []
+    for h, found in settled.items():
+        name = f"friction_h{_mm(h)}"
+        low, high = (found[f"{name}.{end}"].value for end in ("low", "high"))
+        for kind in laws(p.static_friction, p.friction):
+            forces = [found[f"{name}.{kind}.{memory}"] for memory in MEMORIES.values()]
+            row = [_mm(h), f"{forces[0].exact:.4f}", f"{low:.4f} to {high:.4f}", kind.replace("_", " ")]
+            rows.append([*row, *(f"{force.value:.4f}" for force in forces)])
+    heads = [
+        "h [mm]",
+        "without friction [N]",
+        "true friction allows [N]",
+        "law",
+        *(f"{m.replace('_', ' ')} [N]" for m in MEMORIES.values()),
+    ]
+    notes = (
+        f"The interval is the answer: a slider of {p.mass:g} kg at rest, coefficients {p.static_friction:g} and {p.friction:g}"
+        f" of its weight, holds any of these forces, by what went before.\nLaws: pressed from {np.degrees(PRESSED_FROM):g} deg "
+        "on at 1.25 rad/s against a stop of 72 kN/m, friction at first helping the strip, absent, or holding the slider off."
+    )
+    return Table(heads, rows, "Force on the stop at 180 deg with dry friction, first stop", notes)
 
 
 def figure(result: StudyResult) -> Figure:

@@ -18,10 +18,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from buckler.studies.kit import registry
-from buckler.studies.kit.cli import MECHANISMS, program
 from buckler.studies.kit.options import Parser, answers, check_words, noted, read_options, study_parser, writable, wrong_input
 from buckler.studies.kit.parameters import specs
 from buckler.studies.kit.report import Metric, Progress, StudyResult, write
+from buckler.studies.kit.running import MECHANISMS, program
 from buckler.studies.kit.style import house_style
 from buckler.studies.sweeping.executors import Dask, Here, Local, SweepError, Workers
 from buckler.studies.sweeping.figure import figures

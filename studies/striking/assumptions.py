@@ -1,0 +1,72 @@
+"""What the paper on the striking slider-crank leaves open, as parameters: gravity in its plane and the motor of its crank.
+
+The paper's figures fit gravity normal to the plane and a crank of prescribed speed no better than others: see `identify`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import cos, pi, sin
+from typing import Any
+
+import numpy as np
+
+from buckler.mbs import Mechanism, Motion, Motor, Ramp, Result
+from buckler.studies.kit.parameters import StudyParameters, quantity
+
+Array = np.ndarray[Any, Any]
+CONSTANT = 1.0
+"""Torque constant of the motor, N m/A; only the slope of torque over speed matters, its square over the resistance."""
+
+
+@dataclass(frozen=True)
+class StrikeAssumptions(StudyParameters):
+    """Gravity and motor of every study of the striking slider-crank."""
+
+    gravity: float = quantity(0.0, "m/s^2", 0, 100, "gravity in the plane; 0: normal to it (strip and links)", "left open")
+    gravity_angle: float = quantity(-pi / 2, "rad", -7, 7, "its direction from the slider's line", "left open")
+    motor: float = quantity(
+        0.0, "N.m.s/rad", 0, 1e4, "DC motor at the crank: fall of its torque over speed; 0: speed prescribed", "left open"
+    )
+    motor_inertia: float = quantity(0.02, "kg.m^2", 0, 10, "of the motor's rotor at the crank", "left open")
+
+    @property
+    def pull(self) -> tuple[float, float]:
+        """Gravity as a vector, m/s^2."""
+        if not self.gravity:
+            return (0.0, 0.0)
+        return (self.gravity * cos(self.gravity_angle), self.gravity * sin(self.gravity_angle))
+
+    def under(self, made: Mechanism) -> Mechanism:
+        """The same mechanism under gravity, and with its crank turned by the motor instead of driven at its speed.
+
+        The voltage is the one at which the motor without load has that speed; it starts with it.
+        """
+        if self.gravity:
+            made = replace(made, gravity=self.pull)
+        if not self.motor:
+            return made
+        (drive,) = made.drives
+        speed = drive.speed
+        if isinstance(speed, int | float):
+            voltage: Any = CONSTANT * speed
+            first = voltage
+        elif isinstance(speed, Ramp | Motion):
+            voltage, first = (lambda t: CONSTANT * speed.speed(t)), CONSTANT * speed.speed(0.0)
+        else:
+            raise ValueError(f"drive = {speed!r}: a motor takes a speed, Ramp or Motion instead")
+        motor = Motor("crank", voltage, resistance=CONSTANT**2 / self.motor, constant=CONSTANT, inertia=self.motor_inertia)
+        return replace(made, drives=(), loads=(*made.loads, motor), velocities={"crank": float(first) / CONSTANT})
+
+    def stated(self) -> str:
+        """One sentence for a table."""
+        down = f"{self.gravity:g} m/s² at {np.degrees(self.gravity_angle):.4g} deg" if self.gravity else "none in the plane"
+        drive = f"DC motor of {self.motor:g} N m s, {self.motor_inertia:g} kg m²" if self.motor else "speed prescribed"
+        return f"Left open by the paper: gravity {down}; crank: {drive}"
+
+
+def crank_angle(result: Result) -> Array:
+    """Crank angle from 0 at the start, rad: of the drive, or where a motor has turned the crank."""
+    if "drive.position" in result.signals:
+        return np.asarray(result.signals["drive.position"])
+    return np.unwrap(np.arctan2(result.signals["crank.y"], result.signals["crank.x"]))

@@ -1,0 +1,128 @@
+"""One strike of the slider-crank, its coupler a beam: impact force, and what else one could measure of it.
+
+`identify` sweeps it over the stiffness of the stop, the speed, the bow, gravity, the motor and the drive's compliance.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import nan, pi
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from buckler import mbs
+from buckler.mbs import Link, Mechanism, Revolute, Rigid, TorsionSpring
+from buckler.mbs.library import PAPER
+from buckler.studies.kit.cli import main
+from buckler.studies.kit.parameters import choices, quantity
+from buckler.studies.kit.published import IMPACT_SPEED
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, metrics_table
+from buckler.studies.kit.style import subplots
+from buckler.studies.striking import impact_models
+from buckler.studies.striking.assumptions import crank_angle
+from buckler.studies.striking.impact import ImpactParameters
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Array = np.ndarray[Any, Any]
+UNTIL = np.radians(190.0)
+"""Crank angle, rad, at which a run ends, if its crank keeps to its speed."""
+SLOWED = 1.2
+"""How much longer a run takes whose crank a motor turns."""
+HUB = 0.05
+"""Length of the arm that the drive holds at its speed and that turns the crank by a spring, m."""
+TORQUES = ("motor.crank.torque", "torsion.hub-crank.torque", "drive.torque")
+"""Signals of the torque on the crank; the first that there is."""
+UNITS = {"peak": "N", "pulse": "s", "torque": "N.m", "between": "s", "force_180": "N"}
+"""What is read off a strike: largest force of the first impact, its duration, the largest torque on the crank until it ends,
+the time from its end to the next contact, the force at the dead centre."""
+
+
+@dataclass(frozen=True)
+class Parameters(ImpactParameters):
+    """Parameters of the study."""
+
+    models: tuple[str, ...] = choices(("beam",), ("beam",), "model of the coupler", "models")
+    speed: float = quantity(IMPACT_SPEED, "rad/s", 0.1, 60, "speed of the crank", "drive")
+    compliance: float = quantity(0.0, "rad/N/m", 0, 100, "of the drive: its twist by torque; 0: rigid", "drive")
+    stop_stiffness: float = quantity(7.2e4, "N/m", 1e2, 1e8, "stiffness of the stop", "slider and stop")
+
+    def check(self) -> None:
+        """One or the other drive."""
+        if self.motor and self.compliance:
+            raise ValueError(f"motor = {self.motor:g}, compliance = {self.compliance:g}: one of them must be 0")
+
+
+def mechanism(p: Parameters) -> Mechanism:
+    """The slider-crank, its crank turned through a spring if the drive is compliant, damped to a tenth of critical."""
+    made = impact_models.mechanism("beam", p, p.stop_stiffness, p.speed)
+    if not p.compliance:
+        return made
+    (drive,) = made.drives
+    stiffness = 1 / p.compliance
+    inertia = 7850.0 * 0.030 * 0.005 * PAPER.crank**3 / 3  # of the crank about its pivot
+    spring = TorsionSpring("hub", "crank", stiffness, damping=0.2 * float(np.sqrt(stiffness * inertia)), free_angle=0.0)
+    return replace(
+        made,
+        points={**made.points, "H": (HUB, 0.0)},
+        links=(*made.links, Link("hub", "O", "H", Rigid.of(mass=0.01, inertia=1e-6, centre=(0.0, 0.0)))),
+        joints=(*made.joints, Revolute("O", "ground", "hub")),
+        loads=(*made.loads, spring),
+        drives=(replace(drive, target="hub"),),
+    )
+
+
+def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
+    """Strike once and read it."""
+    p = parameters
+    solver = mbs.Exudyn(mbs.Controlled(tolerance=p.tolerance, max_step=pi / 180 / p.speed))
+    duration = UNTIL / p.speed * (SLOWED if p.motor else 1.0)
+    result = mbs.simulate(mechanism(p), duration, solver=solver, timeout=p.timeout)
+    found = read(result)
+    metrics = {name: Metric(found.get(name, nan), unit) for name, unit in UNITS.items()}
+    return StudyResult(
+        parameters=p,
+        status=str(result.status) if result.status != "SUSPECT" else "OK",
+        message=result.message,
+        metrics=metrics,
+        signals={"time": result.time, "force": result.signals["B.contact_force"]},
+        work={name: result.work[name] for name in ("wall_s", "steps")},
+        tables=[replace(metrics_table(metrics), notes=f"{p.stated()}.")],
+    )
+
+
+def read(result: mbs.Result) -> dict[str, float]:
+    """Numbers of `UNITS` as far as they happen."""
+    time, force = result.time, result.signals["B.contact_force"]
+    touching = np.concatenate([[False], force > 0, [False]])
+    begins, ends = np.flatnonzero(touching[1:] & ~touching[:-1]), np.flatnonzero(~touching[1:] & touching[:-1]) - 1
+    if not begins.size:
+        return {}
+    first, last = int(begins[0]), int(ends[0])
+    angle = crank_angle(result)
+    torque = next(result.signals[name] for name in TORQUES if name in result.signals)
+    found = {
+        "peak": float(force[first : last + 1].max()),
+        "pulse": float(time[last] - time[first]),
+        "torque": float(np.abs(torque[first : last + 2]).max()),
+        "force_180": float(np.interp(pi, angle, force, right=nan)),
+    }
+    if begins.size > 1:
+        found["between"] = float(time[begins[1]] - time[last])
+    return found
+
+
+def figure(result: StudyResult) -> Figure:
+    """Force over time from shortly before the first contact."""
+    fig, ax = subplots(height=80)
+    time, force = result.signals["time"], result.signals["force"]
+    start = time[np.argmax(force > 0)]
+    ax.plot(1e3 * (time - start), force)
+    ax.set(xlim=(-5, 1e3 * (time[-1] - start)), xlabel="time since first contact [ms]", ylabel="force on the stop [N]")
+    return fig
+
+
+if __name__ == "__main__":
+    raise SystemExit(main("strike"))
