@@ -14,6 +14,7 @@ import numpy as np
 
 from buckler.mbs.accuracy.delivery import Delivery, deliver
 from buckler.mbs.accuracy.difference import COARSEST, FINEST
+from buckler.mbs.accuracy.verify import verify as compare
 from buckler.mbs.checks.suspicions import suspicions
 from buckler.mbs.engine.settings import Exudyn
 from buckler.mbs.engine.solve import once
@@ -44,6 +45,7 @@ def simulate(
     accuracy: float | None = None,
     *,
     solver: Exudyn | Spectral | None = None,
+    verify: bool = False,
     ledger: bool = False,
     shapes: Sequence[float] = (),
     timeout: float | None = None,
@@ -62,6 +64,10 @@ def simulate(
         what was delivered. It takes several runs. A result that misses it is SUSPECT, ACCURACY in the message.
     solver : Exudyn or Spectral, optional
         Solver and its settings, instead of an accuracy; `Exudyn()` by default, whose settings suit any scene.
+    verify : bool
+        Also run the other solver, `Spectral` for `Exudyn` and the other way, and put the difference into the result's
+        `verified`. One beyond the sum of both estimates, or without an accuracy beyond 5 %, is SUSPECT, SOLVERS in the message.
+        With clearance the first 10 ms are compared.
     ledger : bool
         Also keep the energy ledger, and mark a run whose balance fails as SUSPECT.
     shapes : sequence of float
@@ -92,19 +98,22 @@ def simulate(
         number("shapes", float(t), 0.0, duration, "s")
     if solver is not None:
         one_of("solver", solver, tuple(SOLVERS))
-    if accuracy is None:
-        return _result(_once(mechanism, duration, solver or Exudyn(), timeout, progress), None, ledger, times)
-    number("accuracy", accuracy, FINEST, COARSEST, "1")
-    if solver is not None:
-        raise ValueError(f"accuracy = {accuracy:g} and solver: give one of them; an accuracy chooses the settings itself")
     start = perf_counter()
 
-    def run(mechanism: Mechanism, span: float, solver: Exudyn) -> Run:
+    def run(mechanism: Mechanism, span: float, solver: Exudyn | Spectral) -> Run:
         left = None if timeout is None else max(1e-3, timeout - (perf_counter() - start))
         return _once(mechanism, span, solver, left, progress)
 
+    def checked(result: Result) -> Result:
+        return compare(result, mechanism, duration, solver or Exudyn(), run) if verify else result
+
+    if accuracy is None:
+        return checked(_result(run(mechanism, duration, solver or Exudyn()), None, ledger, times))
+    number("accuracy", accuracy, FINEST, COARSEST, "1")
+    if solver is not None:
+        raise ValueError(f"accuracy = {accuracy:g} and solver: give one of them; an accuracy chooses the settings itself")
     delivery = deliver(mechanism, duration, accuracy, run)
-    return _result(delivery.run, delivery, ledger, times, perf_counter() - start)
+    return checked(_result(delivery.run, delivery, ledger, times, perf_counter() - start))
 
 
 def _once(mechanism: Mechanism, duration: float, solver: Exudyn | Spectral, timeout: float | None, progress: Any) -> Run:

@@ -268,6 +268,8 @@ def facts(result: Any) -> list[tuple[str, list[tuple[str, str]]]]:
         error.append(("estimated by", result.error_kind))
     if not result.asked > 0:
         error = [("estimated error of the motion", "not asked for; simulate(..., accuracy=1e-3) tells it")]
+    if result.verified >= 0:
+        error.append(("difference from the other solver", share(result.verified)))
     if result.energy:
         error.append(("error of the energy balance", share(result.energy_balance)))
     work = [(name.replace("_", " ").replace("wall s", "wall time, s"), f"{value:.6g}") for name, value in result.work.items()]

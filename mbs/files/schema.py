@@ -49,7 +49,13 @@ def _run() -> Schema:
     return {
         "type": "object",
         "description": "How `buckler run` runs it.",
-        "properties": {"duration": quantity, "accuracy": quantity, "ledger": {"type": "boolean"}, "measure": formulas},
+        "properties": {
+            "duration": quantity,
+            "accuracy": quantity,
+            "verify": {"type": "boolean"},
+            "ledger": {"type": "boolean"},
+            "measure": formulas,
+        },
         "additionalProperties": False,
     }
 

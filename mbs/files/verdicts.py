@@ -18,6 +18,7 @@ QUESTIONS = {
     "MESH": "Are there enough elements?",
     "STEPS": "Does half the step size give the same?",
     "ACCURACY": "Was the accuracy asked for reached?",
+    "SOLVERS": "Does the other solver say the same?",
 }
 """What each check asks, by the word its sentences begin with."""
 
@@ -44,7 +45,7 @@ def verdicts(result: Any) -> list[Verdict]:
     rows = []
     finished = result.status in ("OK", "SUSPECT")
     for name, question in ({name: "" for name in reasons} | QUESTIONS).items():
-        if name == "ACCURACY" and not result.asked > 0:
+        if (name == "ACCURACY" and not result.asked > 0) or (name == "SOLVERS" and not result.verified >= 0):
             continue
         verdict = "failed" if name in reasons else "no complaint" if finished else "not run"
         rows.append(Verdict(name, question, verdict, "; ".join(reasons.get(name, []))))

@@ -93,6 +93,9 @@ class Result:
         What the estimate is made of, in words; empty without one.
     film : Film, optional
         The motion, for pictures; `movie` makes it.
+    verified : float
+        Difference from the other solver, in the sense of `mbs.accuracy.difference`; nan where it was not asked for or could
+        not be had: then `provenance["notes"]` tells why.
     """
 
     status: Status
@@ -108,6 +111,7 @@ class Result:
     error: float = nan
     error_kind: str = ""
     film: Any = field(default=None, compare=False, repr=False)
+    verified: float = nan
 
     @property
     def ok(self) -> bool:
@@ -124,6 +128,7 @@ class Result:
         """Return status, message, span and what there is, in a few lines at most."""
         said = self.message if len(self.message) <= 120 else f"{self.message[:117]}..."
         error = f", error {self.error:.2g} of {self.asked:.2g} asked" if self.asked > 0 else ""
+        error += f", {self.verified:.2g} from the other solver" if self.verified >= 0 else ""
         what = f"{len(self.signals)} signals" + (", energy ledger" if self.energy else "") + (", shapes" if self.shapes else "")
         end = f"{self.time[-1]:g} s" if len(self.time) else "no time"
         return f"<Result {self.status}{f': {said}' if said else ''}; {len(self.time)} samples to t = {end}{error}; {what}>"
@@ -182,7 +187,7 @@ class Result:
         path = path if path.suffix == ".npz" else path.with_name(path.name + ".npz")
         head: dict[str, Any] = {"status": self.status, "message": self.message, "units": self.units, "work": self.work}
         head["provenance"] = self.provenance
-        head |= {"asked": self.asked, "error": self.error, "error_kind": self.error_kind}
+        head |= {"asked": self.asked, "error": self.error, "error_kind": self.error_kind, "verified": self.verified}
         head["thickness"] = {name: shape.thickness for name, shape in self.shapes.items()}
         arrays: dict[str, Array] = {"time": self.time, "head": np.array(json.dumps(head, default=str))}
         arrays |= {f"signal/{k}": v for k, v in self.signals.items()} | {f"energy/{k}": v for k, v in self.energy.items()}
@@ -219,6 +224,7 @@ class Result:
             Status(head["status"]), head["message"], arrays["time"], _group(arrays, "signal/"), head["units"], head["work"],
             _group(arrays, "energy/"), shapes, head["provenance"],
             head.get("asked", nan), head.get("error", nan), head.get("error_kind", ""), _film(_group(arrays, "movie/")),
+            head.get("verified", nan),
         )  # fmt: skip
 
     # --- to look at ---------------------------------------------------------------------------------------------------

@@ -7,6 +7,7 @@ first order up. All runs but the last cost as much together as the last.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -32,7 +33,9 @@ class Known:
     runs: int
 
 
-def known(mechanism: Any, duration: float, accuracy: float, solver: Spectral | None = None) -> Known:
+def known(
+    mechanism: Any, duration: float, accuracy: float, solver: Spectral | None = None, run: Callable[..., Run] = once
+) -> Known:
     """Run a mechanism so that its error is below the accuracy asked for, and known.
 
     Parameters
@@ -44,6 +47,8 @@ def known(mechanism: Any, duration: float, accuracy: float, solver: Spectral | N
         Largest relative error of the motion, 1e-7 to 0.1.
     solver : Spectral, optional
         Its steps and degree are chosen here, the rest stays.
+    run : callable
+        `run(mechanism, duration, solver)` makes one run; one that ends for want of time ends the series.
 
     Returns
     -------
@@ -53,20 +58,22 @@ def known(mechanism: Any, duration: float, accuracy: float, solver: Spectral | N
     positive("duration", duration, "s"), number("accuracy", accuracy, 1e-7, 0.1, "1")
     solver = solver or Spectral()
     before: Result | None = None
-    run, error = None, float("inf")
+    found, error = None, float("inf")
     for k in range(MOST):
         degree = min(COARSEST_DEGREE + 2 * k, HIGHEST_DEGREE)
         steps = Controlled(tolerance=FIRST / SHORTER**k, max_step=duration / (100 * 2 ** (k / 2)))
         share = solver.contact_tolerance / 2**k
-        run = once(mechanism, duration, replace(solver, steps=steps, degree=degree, contact_tolerance=share))
-        if run.failure is not None:
+        found = run(mechanism, duration, replace(solver, steps=steps, degree=degree, contact_tolerance=share))
+        if found.failure is not None:
             before, error = None, float("inf")
+            if found.failure[0] is Status.TIMED_OUT:
+                break
             continue
-        now = Result(Status.OK, "", run.record.time, *run.signals, run.work)
+        now = Result(Status.OK, "", found.record.time, *found.signals, found.work)
         if before is not None:
             error = SHARE * difference(before, now)
             if error <= accuracy:
-                return Known(run, error, k + 1)
+                return Known(found, error, k + 1)
         before = now
-    assert run is not None
-    return Known(run, error, MOST)
+    assert found is not None
+    return Known(found, error, k + 1)

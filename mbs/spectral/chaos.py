@@ -8,11 +8,11 @@ doi 10.1103/PhysRevA.14.2338.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from buckler.mbs.engine.settings import Controlled
 from buckler.mbs.spectral.run import State, integrate
 from buckler.mbs.spectral.scene import SLOWEST_ONSET, Scene
 from buckler.mbs.spectral.solver import Spectral
@@ -123,8 +123,7 @@ def poincare(
 
 
 def _fine() -> Spectral:
-    solver = Spectral()
-    return replace(solver, steps=replace(solver.steps, tolerance=1e-11))
+    return Spectral(Controlled(tolerance=1e-11))
 
 
 def _allowed(scene: Scene, state: State, shift: Array) -> Array:

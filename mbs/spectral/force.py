@@ -29,6 +29,6 @@ def _component(function: Any, i: int) -> Any:
     """One component of a function of time with two."""
 
     def component(t: float) -> float:
-        return function(t)[i]  # type: ignore[no-any-return]
+        return function(t)[i]
 
     return component

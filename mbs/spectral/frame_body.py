@@ -86,12 +86,12 @@ def add_frame(builder: Builder, link: Any, mass: float, centre: Array, inertia: 
 
 def add_block(builder: Builder, marker: int, each: Attached, link: str) -> None:
     """Add a mass at a marker of a body that cannot take it: a body of its own, pinned or welded there."""
-    place, name = builder.mechanism.points[each.point], f"mass.{each.point}"
+    (x, y), name = builder.mechanism.points[each.point], f"mass.{each.point}"
     builder.loose.append((len(builder.q), link, each.point, bool(each.inertia)))
     if not each.inertia:
-        builder.pin(name, builder.point(*place, each.mass), marker)
+        builder.pin(name, builder.point(x, y, each.mass), marker)
         return
-    o = builder.coordinates((*place, 0.0))
+    o = builder.coordinates((x, y, 0.0))
     builder.angles(o + 2)
     builder.mass((o, o + 1, o + 2), np.diag([each.mass, each.mass, each.inertia]))
     builder.weigh((o, o + 1), each.mass * np.array(builder.mechanism.gravity))

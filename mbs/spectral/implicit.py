@@ -124,18 +124,19 @@ def room_for(q: Array, v: Array, a: Array, lam: Array, memory: Array, mass: Arra
     """Make room for a run from this state."""
     n, r, k = len(q), len(lam), len(memory)
     vectors = [np.array(x, dtype=float) for x in (q, v, a, a, lam)]
-    return Room(
+    return Room._make((
         *vectors, *(x.copy() for x in vectors), np.zeros(n), np.zeros(r), np.zeros(r), np.zeros(r), np.zeros((r, n)),
         np.zeros((n, n)), np.zeros((n, n)), np.zeros((r, n)), np.zeros((n, n)), np.zeros((n + r, n + r)),
         np.zeros((n + r, n + r)), np.zeros(n + r), memory.copy(), np.zeros((k, 8)), np.zeros(n), np.zeros(r), np.zeros(k),
         memory[:, 1:3].copy(), np.linalg.inv(mass), np.zeros((r, n)), np.zeros((r, r)), np.array(q),
         np.array(units, dtype=float), np.zeros(n), np.array(units, dtype=float),
-    )  # fmt: skip
+    ))  # fmt: skip
 
 
 def output_for(rows: int, n: int, r: int, k: tuple[int, ...]) -> Output:
     """Make room for what so many steps leave of n coordinates, r multipliers, memories of shape k."""
-    return Output(np.zeros(rows), *(np.zeros((rows, n)) for _ in range(3)), np.zeros((rows, r)), np.zeros((rows, *k)))
+    q, v, a = (np.zeros((rows, n)) for _ in range(3))
+    return Output(np.zeros(rows), q, v, a, np.zeros((rows, r)), np.zeros((rows, *k)))
 
 
 @inner

@@ -79,9 +79,10 @@ class StripBody:
         value = basis(degree, x)[0]
         if self.kind == k.KIRCHHOFF:
             slope = basis(degree, x, 1)[0] / element.jacobian
-            return builder.add_marker(k.CURVE, 0, degree + 1, element.places.ravel(), [*value, *slope])
+            return builder.add_marker(k.CURVE, 0, degree + 1, element.places.ravel().tolist(), [*value, *slope])
         used = np.flatnonzero(np.abs(value) > 1e-15)
-        return builder.add_marker(k.LINEAR, 0, len(used), element.places[:, used].ravel(), np.tile(value[used], 3))
+        places = element.places[:, used].ravel().tolist()
+        return builder.add_marker(k.LINEAR, 0, len(used), places, np.tile(value[used], 3))
 
     def rigid_motion(self, builder: Builder) -> Array:
         """Rates for unit rates of the start (x, y) and of the angle."""

@@ -68,6 +68,6 @@ def join_strut(builder: Builder, body: StrutBody) -> None:
     load = function_pointer(link.body.load, 1)
     law = builder.add_law(("strut", link.body.load), k.STRUT, (), [load], f"the load of strut '{link.name}'")
     rigidity, unit = section.axial_stiffness / length, section.bending_stiffness / length**2
-    measure = builder.add_measure(k.DISTANCE, *(body.marker(builder, p) for p in (link.start, link.end)))
+    measure = builder.add_measure(k.DISTANCE, body.marker(builder, link.start), body.marker(builder, link.end))
     numbers = (length, rigidity, unit, unit / section.axial_stiffness, critical, rigidity * section.material.axial_damping)
     builder.add_force(f"strut.{link.name}", k.STRUT, measure, law=law, numbers=numbers)

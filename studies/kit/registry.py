@@ -54,6 +54,9 @@ STUDIES: dict[str, Entry] = {
     "accuracy": Entry(
         "buckler.studies.trust.accuracy", "accuracy asked for against accuracy delivered, random mechanisms of every kind"
     ),
+    "two-solvers": Entry(
+        "buckler.studies.trust.two_solvers", "two solvers that share no equation: difference against estimates, run times"
+    ),
     "smooth-precision": Entry(
         "buckler.studies.trust.smooth_precision", "slider-crank without a stop: error against run time, against a spectral strip"
     ),

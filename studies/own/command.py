@@ -17,7 +17,7 @@ from buckler.studies.own.places import set_all, spec, to_json
 from buckler.studies.own.study import Family, Parameters
 
 Made = TypeVar("Made")
-SETTINGS = ("duration", "accuracy", "ledger", "measure")
+SETTINGS = ("duration", "accuracy", "verify", "ledger", "measure")
 """What the table [run] of a file may hold; options of the same names override it."""
 DEFAULT_DURATION = 1.0
 
@@ -32,6 +32,7 @@ def options(parser: argparse.ArgumentParser) -> None:
         metavar="NUMBER",
         help="largest relative error of the motion, 1e-6 to 0.1; the settings are chosen to keep it",
     )
+    add("--verify", action="store_true", default=None, help="run the other solver, too, and tell the difference")
     add("--ledger", action="store_true", default=None, help="keep the energy ledger and check its balance")
     add("--set", action="append", default=[], metavar="PATH=VALUE", dest="changes",
         help="another value at a place of the file, as links.coupler.body.section.thickness=0.2mm; may be repeated")  # fmt: skip
@@ -66,6 +67,8 @@ def run_file(path: Path, argv: Sequence[str], prog: str) -> int:
     result = attempt(run, parameters, chosen)
     status = finish(path.stem, study, result, folder, chosen, time.perf_counter() - begin)
     if kept:
+        for note in kept[0].provenance.get("notes", ()) if parameters.verify else ():
+            print(f"{parameters.name}: {note}", file=sys.stderr)
         _page(kept[0], parameters, folder, chosen)
     return status
 
@@ -101,9 +104,7 @@ def _settings(path: Path, chosen: argparse.Namespace) -> tuple[dict[str, Any], d
         check(str(text))
     duration = _quantity("duration", chosen.duration, run, "s")
     accuracy = _quantity("accuracy", chosen.accuracy, run, "1")
-    ledger = run.get("ledger", False) if chosen.ledger is None else chosen.ledger
-    if not isinstance(ledger, bool):
-        raise ValueError(f"{RUN}.ledger = {ledger!r}: must be true or false")
+    ledger, verify = _switch("ledger", chosen, run), _switch("verify", chosen, run)
     return {
         "name": path.stem,
         "document": to_json(document),
@@ -111,7 +112,17 @@ def _settings(path: Path, chosen: argparse.Namespace) -> tuple[dict[str, Any], d
         "accuracy": accuracy,
         "ledger": ledger,
         "measures": tuple(map(str, measures)),
+        "verify": verify,
     }, changes
+
+
+def _switch(name: str, chosen: argparse.Namespace, run: dict[str, Any]) -> bool:
+    """A setting of the command line, or else of the file's [run], that is on or off."""
+    option = getattr(chosen, name)
+    value = run.get(name, False) if option is None else option
+    if not isinstance(value, bool):
+        raise ValueError(f"{RUN}.{name} = {value!r}: must be true or false")
+    return value
 
 
 def _quantity(name: str, option: str | None, run: dict[str, Any], unit: str) -> float | None:

@@ -43,6 +43,8 @@ class Parameters(StudyParameters):
         Largest relative error of the motion.
     ledger : bool
         Whether to keep the energy ledger.
+    verify : bool
+        Whether to run the other solver, too.
     measures : sequence of str
         What to read off; see `measure`.
     changes : sequence of (str, value)
@@ -61,6 +63,7 @@ class Parameters(StudyParameters):
     ledger: bool = False
     measures: Sequence[str] = ()
     changes: Sequence[tuple[str, Any]] = ()
+    verify: bool = False
 
     def __post_init__(self) -> None:
         positive("duration", self.duration, "s")
@@ -83,6 +86,7 @@ class Parameters(StudyParameters):
     def plain(self) -> dict[str, Any]:
         """What a store and a file keep of it: the mechanism by a hash of its document."""
         run = {"duration": self.duration, "accuracy": self.accuracy, "ledger": self.ledger, "measures": list(self.measures)}
+        run |= {"verify": True} if self.verify else {}
         return {"mechanism": f"{self.name} {digest(self.document)}", **run, **dict(self.changes)}
 
 
@@ -122,7 +126,7 @@ def simulated(parameters: Parameters, progress: Progress = QUIET) -> Result:
     from buckler.mbs.simulation import simulate
 
     p = parameters
-    return simulate(p.mechanism(), p.duration, p.accuracy, ledger=p.ledger)
+    return simulate(p.mechanism(), p.duration, p.accuracy, ledger=p.ledger, verify=p.verify)
 
 
 def read_off(parameters: Parameters, result: Result) -> StudyResult:
@@ -146,6 +150,8 @@ def _metrics(parameters: Parameters, result: Result) -> dict[str, Metric]:
         found[text] = Metric(value, unit)
     if parameters.accuracy is not None:
         found["relative error"] = Metric(result.error, "1")
+    if parameters.verify:
+        found["difference from the other solver"] = Metric(result.verified, "1")
     if parameters.ledger:
         found["energy balance"] = Metric(result.energy_balance, "1")
     return found

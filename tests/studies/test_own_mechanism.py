@@ -330,3 +330,11 @@ def test_old_names_of_options_work_with_a_note(pendulum, capsys):
 
 def test_mechanisms_of_python_and_of_files_are_the_same(pendulum):
     assert Mechanism.load("pendulum.json") == Mechanism.from_dict(PENDULUM)
+
+
+def test_verify_tells_the_other_solvers_difference(pendulum, capsys):
+    pytest.importorskip("numba")
+    assert main(argv=["run", "pendulum.json", "--verify", "--out", "runs"]) == 0
+    found = metrics(pendulum / "runs" / "pendulum")["metrics"]["difference from the other solver"]["value"]
+    assert 0 < found < 1e-2
+    assert "difference from the other solver" in capsys.readouterr().out

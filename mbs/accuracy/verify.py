@@ -1,0 +1,88 @@
+"""A run held against the other solver: Exudyn against the compiled one, which share the elements and none of the equations."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from buckler.mbs.accuracy.difference import FINEST, PREDICTABLE, difference
+from buckler.mbs.elements.clearance import clearances
+from buckler.mbs.engine.settings import Exudyn
+from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.record.result import Result, Status
+from buckler.mbs.record.run import Run
+from buckler.mbs.spectral.solver import Spectral
+
+APART = 0.05
+"""Difference allowed of two runs of which one has no estimate of its error."""
+NAMES: dict[type, str] = {Exudyn: "Exudyn", Spectral: "the compiled solver"}
+
+
+def verify(result: Result, mechanism: Mechanism, duration: float, solver: Any, run: Callable[..., Run]) -> Result:
+    """Run the other solver and put the difference into the result; SUSPECT, SOLVERS in the message, where it is too large.
+
+    Without clearance the whole run is compared; with clearance the first `PREDICTABLE` seconds, as rattling is chaotic.
+
+    Parameters
+    ----------
+    result : Result
+        A run that is to be trusted; a failed one is given back as it is.
+    mechanism : Mechanism
+    duration : float
+        s.
+    solver : Exudyn or Spectral
+        Which made it.
+    run : callable
+        `run(mechanism, duration, solver)` makes one `Run`.
+
+    Returns
+    -------
+    Result
+        With `verified`; where the other solver does not know the mechanism or does not finish, with a note that says so.
+    """
+    if result.status not in (Status.OK, Status.SUSPECT):
+        return result
+    mine, other = (Exudyn, Spectral) if isinstance(solver, Exudyn) else (Spectral, Exudyn)
+    span = min(duration, PREDICTABLE) if clearances(mechanism) else duration
+    start = perf_counter()
+    try:
+        found, error = _run(mechanism, span, other, result.asked, run)
+    except (ValueError, NotImplementedError, ImportError) as reason:
+        return _noted(result, f"not verified: {NAMES[other]} does not take this mechanism: {reason}")
+    result = replace(result, work=result.work | {"verify_s": perf_counter() - start})
+    if found.failure is not None:
+        return _noted(result, f"not verified: {NAMES[other]} ended as {found.failure[0]}: {found.failure[1]}")
+    compared = Result(Status.OK, "", found.record.time, *found.signals, found.work)
+    if not all(np.isfinite(values).all() for one in (result, compared) for values in one.signals.values()):
+        return _noted(result, "not verified: a signal is not finite")
+    apart, (limit, why) = difference(result, compared), _limit(result.error, error)
+    result = replace(result, verified=apart)
+    if apart <= limit:
+        return result
+    return result.suspect(f"SOLVERS: {NAMES[mine]} and {NAMES[other]} are {apart:.2g} apart, allowed {limit:.2g}, {why}")
+
+
+def _run(mechanism: Mechanism, span: float, other: type, asked: float, run: Callable[..., Run]) -> tuple[Run, float]:
+    """The other solver's run, and the estimate of its error; nan without one."""
+    if other is Spectral and asked > 0:
+        from buckler.mbs.spectral.accuracy import known  # loads the compiled solver
+
+        found = known(mechanism, span, asked, run=run)
+        return found.run, found.error
+    return run(mechanism, span, other()), float("nan")
+
+
+def _limit(first: float, second: float) -> tuple[float, str]:
+    """Difference allowed, and what it is."""
+    if np.isfinite(first) and np.isfinite(second):
+        return max(first + second, FINEST), "the sum of their estimated errors"
+    return APART, "for want of an estimate of either error"
+
+
+def _noted(result: Result, note: str) -> Result:
+    notes = [*result.provenance.get("notes", ()), note]
+    return replace(result, provenance=result.provenance | {"notes": notes})

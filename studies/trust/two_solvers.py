@@ -1,0 +1,175 @@
+"""Two solvers that share the elements and none of the equations, on the same mechanisms: is their difference what both estimate?
+
+Exudyn with an accuracy asked for, and the compiled solver with a known error, run the ready mechanisms, published problems
+and mechanisms drawn at random. The difference of the two must stay within the sum of their estimates.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import islice
+from time import perf_counter
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from buckler.mbs import Result, Status, simulate
+from buckler.mbs.accuracy.difference import FINEST, difference, differences
+from buckler.studies.kit.cli import main
+from buckler.studies.kit.parameters import StudyParameters, integer, quantity
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
+from buckler.studies.kit.style import subplots
+from buckler.studies.trust.two_solvers_scenes import Pair, drawn, known
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+BEYOND = 3.0
+"""Difference over the sum of the estimates from which the two contradict each other."""
+FINER = 1e-3
+"""Accuracy of the run that explains a difference, of the one asked for."""
+READY = 11
+"""Ready mechanisms and published problems."""
+NOTES = """\
+difference: of the two runs, in the measure of an accuracy, and where it is largest. estimate: what each solver says its error is.
+A run that misses its accuracy, fails or is SUSPECT says so itself; its case counts where both have ended with an estimate.
+Where the two are farther apart than both estimates, a finer run tells which of them errs."""
+
+
+@dataclass(frozen=True)
+class Parameters(StudyParameters):
+    """Parameters of the study."""
+
+    cases: int = integer(23, 1, 10_000, "mechanisms: the 11 ready ones and published problems first, then random ones", "scenes")
+    seed: int = integer(0, 0, 2**31 - 1, "draws the random mechanisms", "scenes")
+    accuracy: float = quantity(1e-2, "1", 1e-5, 0.1, "asked of both solvers", "numerics")
+    timeout: float = quantity(8.0, "s", 0.1, 3600, "longest time a solver may take for a case", "numerics")
+
+
+class Compared(NamedTuple):
+    """What two solvers made of one mechanism."""
+
+    name: str
+    difference: float
+    where: str
+    engine: float
+    compiled: float
+    engine_s: float
+    compiled_s: float
+    said: str
+
+    @property
+    def ratio(self) -> float:
+        """Difference over the sum of the estimates; nan where one has none."""
+        return self.difference / max(self.engine + self.compiled, FINEST)
+
+
+def pairs(p: Parameters) -> Iterator[Pair]:
+    """The ready mechanisms first, then those drawn."""
+    yield from islice(known(), p.cases)
+    for k in range(p.cases - READY):
+        yield drawn(p.seed, k)
+
+
+def compare(pair: Pair, p: Parameters) -> Compared:
+    """Run both solvers; the compiled one once more where the first run of a process compiled a law."""
+    begin = perf_counter()
+    ours = simulate(pair.mechanism, pair.duration, p.accuracy, timeout=p.timeout)
+    engine_s = perf_counter() - begin
+    other, error, compiled_s, failed = _compiled(pair, p, p.accuracy)
+    said = "; ".join(filter(None, ("" if ours.ok else f"Exudyn {ours.status}: {ours.message}", failed)))
+    if failed or ours.status not in (Status.OK, Status.SUSPECT):
+        return Compared(pair.name, float("nan"), "", ours.error, error, engine_s, compiled_s, said)
+    found = differences(ours, other)
+    where = max(found, key=lambda name: found[name], default="")
+    case = Compared(pair.name, found.get(where, 0.0), where, ours.error, error, engine_s, compiled_s, said)
+    return case._replace(said="; ".join(filter(None, (said, _explained(pair, p, ours, other))))) if case.ratio > 1 else case
+
+
+def _explained(pair: Pair, p: Parameters, ours: Result, other: Result) -> str:
+    """Which of the two errs: both against a finer run of the compiled solver."""
+    finer, error, _, failed = _compiled(pair, p, p.accuracy * FINER)
+    if failed:
+        return f"no finer run: {failed}"
+    return (
+        f"from a finer run ({error:.1g}) Exudyn is {difference(ours, finer):.1g}, the compiled one {difference(other, finer):.1g}"
+    )
+
+
+def _compiled(pair: Pair, p: Parameters, accuracy: float) -> tuple[Result, float, float, str]:
+    """The compiled solver's run, its known error, its time, and how it failed if so."""
+    from buckler.mbs.spectral.accuracy import known
+    from buckler.mbs.spectral.run import once
+    from buckler.mbs.spectral.solver import Spectral
+
+    once(pair.mechanism, 1e-6 * pair.duration, Spectral())  # compiles the mechanism's own functions
+    begin = perf_counter()
+
+    def run(mechanism: Any, duration: float, solver: Spectral) -> Any:
+        return once(mechanism, duration, solver, max(1e-3, p.timeout - (perf_counter() - begin)))
+
+    found = known(pair.mechanism, pair.duration, max(accuracy, FINEST), run=run)
+    wall = perf_counter() - begin
+    result = Result(Status.OK, "", found.run.record.time, *found.run.signals, found.run.work)
+    failure = found.run.failure
+    return result, found.error, wall, "" if failure is None else f"compiled {failure[0]}: {failure[1]}"
+
+
+def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
+    """Run both solvers on each mechanism."""
+    jobs = list(pairs(parameters))
+    found = [compare(pair, parameters) for pair in progress(jobs, label="mechanisms")]
+    judged = [c for c in found if np.isfinite(c.ratio)]
+    beyond = [c for c in judged if c.ratio > BEYOND]
+    times = [c.engine_s / c.compiled_s for c in judged]
+    median = float(np.median(times)) if times else float("nan")
+    metrics = {
+        "cases": Metric(float(len(found)), "1"),
+        "compared": Metric(float(len(judged)), "1"),
+        "within_estimates": Metric(float(np.mean([c.ratio <= 1 for c in judged])) if judged else float("nan"), "1"),
+        "beyond_three": Metric(float(len(beyond)), "1"),
+        "median_ratio": Metric(median, "1"),
+    }
+    wrong = [f"{c.name}: {c.difference:.1e} apart in {c.where}, estimates {c.engine:.1e} and {c.compiled:.1e}" for c in beyond]
+    told = f"{len(judged)} of {len(found)} mechanisms compared, {len(judged) - len(beyond)} no farther apart than 3 estimates"
+    names = ("difference", "engine", "compiled", "engine_s", "compiled_s", "ratio")
+    return StudyResult(
+        parameters=parameters,
+        status="SUSPECT" if wrong or not judged else "OK",
+        message="; ".join(wrong) or told,
+        metrics=metrics,
+        signals={name: np.array([getattr(c, name) for c in found]) for name in names},
+        tables=[_table(found)],
+    )
+
+
+def _table(found: list[Compared]) -> Table:
+    def shown(value: float) -> str:
+        return f"{value:.2g}"
+
+    rows = [
+        [c.name, shown(c.difference), c.where, shown(c.engine), shown(c.compiled), shown(c.ratio),
+         f"{1e3 * c.engine_s:.3g}", f"{1e3 * c.compiled_s:.3g}", c.said]
+        for c in found
+    ]  # fmt: skip
+    estimates = ["Exudyn's estimate", "compiled's", "difference/sum"]
+    headers = ["mechanism", "difference", "of", *estimates, "Exudyn [ms]", "compiled [ms]", "note"]
+    return Table(headers, rows, "Two solvers of the same mechanisms", NOTES)
+
+
+def figure(result: StudyResult) -> Figure:
+    """Difference over the sum of the estimates, a mark a mechanism; the line is where both say they should be."""
+    s = result.signals
+    fig, ax = subplots(height=90)
+    both = np.maximum(s["engine"] + s["compiled"], FINEST)
+    ax.loglog(both, np.maximum(s["difference"], 1e-12), "o")
+    line = np.array([FINEST, 0.1])
+    ax.loglog(line, line, color="#000000", linewidth=0.8)
+    ax.loglog(line, BEYOND * line, color="#000000", linewidth=0.8, linestyle=":")
+    ax.set(xlabel="sum of both estimates", ylabel="difference of the solvers")
+    return fig
+
+
+if __name__ == "__main__":
+    raise SystemExit(main("two-solvers"))

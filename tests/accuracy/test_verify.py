@@ -1,0 +1,84 @@
+"""A run held against the other solver: they agree, a flipped sign is caught, what cannot be compared says so."""
+
+from dataclasses import replace
+from math import isnan
+
+import pytest
+
+pytest.importorskip("numba")
+
+from buckler.mbs import Beam, Force, Link, Mechanism, Result, Revolute, Rigid, Section, Spring, simulate
+from buckler.mbs.files.verdicts import verdicts
+from buckler.mbs.library import slider_crank
+from buckler.mbs.spectral import registry
+from buckler.mbs.spectral.solver import Spectral
+
+PENDULUM = Mechanism(
+    {"O": (0.0, 0.0), "A": (1.0, 0.0)},
+    [Link("rod", "O", "A", Rigid(Section(0.02, 0.005)))],
+    [Revolute("O", "ground", "rod")],
+    loads=[Force("A", (3.0, 0.0))],
+    gravity=(0.0, -9.81),
+)
+SPRUNG = replace(PENDULUM, points={**PENDULUM.points, "P": (1.0, 1.0)}, loads=[Spring("A", "ground:P", stiffness=5.0)])
+
+
+def flipped(monkeypatch, kind, **values):
+    """The compiled solver's file of one kind with the sign of some values flipped."""
+    right = registry.ELEMENTS[kind]
+
+    def wrong(builder, name, element):
+        right(builder, name, replace(element, **{key: flip(getattr(element, key)) for key, flip in values.items()}))
+
+    monkeypatch.setitem(registry.ELEMENTS, kind, wrong)
+
+
+def test_solvers_agree_on_a_pendulum(tmp_path):
+    """With an accuracy the difference is within the sum of both estimates."""
+    result = simulate(PENDULUM, 1.0, 1e-4, verify=True)
+    assert result.ok, result.message
+    assert 0 < result.verified < 2e-4
+    assert "from the other solver" in repr(result)
+    assert Result.load(result.save(tmp_path / "run")).verified == result.verified
+    assert [row.verdict for row in verdicts(result) if row.name == "SOLVERS"] == ["no complaint"]
+
+
+def test_solvers_agree_on_a_beam():
+    """Either solver may be the first; without an accuracy 5 % are allowed."""
+    mechanism = slider_crank(Beam(Section(0.03, 0.002).damped(0.01, 0.31)), law=None, mass=0.3, speed=20.0)
+    for solver in (None, Spectral()):
+        result = simulate(mechanism, 0.1, solver=solver, verify=True)
+        assert result.ok, result.message
+        assert 0 < result.verified < 0.03
+        assert result.work["verify_s"] > 0
+
+
+@pytest.mark.parametrize(
+    ("mechanism", "kind", "values"),
+    [
+        (SPRUNG, "Spring", {"stiffness": lambda k: -k}),
+        (PENDULUM, "Force", {"value": lambda f: (-f[0], -f[1])}),
+    ],
+    ids=["spring", "force"],
+)
+@pytest.mark.parametrize("accuracy", [None, 1e-3])
+def test_a_flipped_sign_is_caught(monkeypatch, mechanism, kind, values, accuracy):
+    assert simulate(mechanism, 0.5, accuracy, verify=True).ok
+    flipped(monkeypatch, kind, **values)
+    result = simulate(mechanism, 0.5, accuracy, verify=True)
+    assert result.status == "SUSPECT"
+    assert "SOLVERS: Exudyn and the compiled solver are" in result.message
+    assert result.verified > 0.05
+
+
+def test_a_kind_the_other_does_not_know_is_a_note(monkeypatch):
+    monkeypatch.delitem(registry.ELEMENTS, "Force")
+    result = simulate(PENDULUM, 0.1, verify=True)
+    assert result.ok and isnan(result.verified)
+    assert "Force: the compiled solver does not know this kind" in result.provenance["notes"][-1]
+
+
+def test_nothing_is_compared_unasked():
+    result = simulate(PENDULUM, 0.1)
+    assert isnan(result.verified)
+    assert "SOLVERS" not in {row.name for row in verdicts(result)}

@@ -1,0 +1,45 @@
+"""The study of two solvers: they agree, and a flipped sign in either is seen."""
+
+from dataclasses import replace
+
+import pytest
+
+pytest.importorskip("numba")
+
+from buckler.mbs.spectral import registry
+from buckler.studies.trust import two_solvers
+from buckler.studies.trust.two_solvers import READY, Parameters, compare, figure, run
+from buckler.studies.trust.two_solvers_scenes import Pair, drawn, known, problems
+
+
+@pytest.fixture(scope="module")
+def found():
+    return run(Parameters(cases=6))
+
+
+def test_solvers_agree_within_their_estimates(found):
+    assert found.status == "OK", found.message
+    assert found.metrics["cases"].value == found.metrics["compared"].value == 6
+    assert found.metrics["within_estimates"].value >= 0.8
+    assert found.metrics["beyond_three"].value == 0
+    assert found.metrics["median_ratio"].value > 0
+    assert figure(found).axes
+
+
+def test_random_mechanisms_are_the_seeds_own():
+    assert len(list(known())) == READY
+    assert drawn(3, 5).mechanism == drawn(3, 5).mechanism
+    assert drawn(3, 5).mechanism != drawn(4, 5).mechanism
+
+
+@pytest.mark.parametrize("kind", ["Spring", "Torque"])
+def test_a_flipped_sign_is_beyond_three(monkeypatch, kind):
+    """Andrews' mechanism with its spring or torque turned round in the compiled solver alone."""
+    right, name = registry.ELEMENTS[kind], {"Spring": "stiffness", "Torque": "value"}[kind]
+    monkeypatch.setitem(
+        registry.ELEMENTS, kind, lambda b, key, load: right(b, key, replace(load, **{name: -getattr(load, name)}))
+    )
+    andrews = Pair("Andrews", problems.andrews(), 0.005)
+    assert compare(andrews, Parameters()).ratio > two_solvers.BEYOND
+    monkeypatch.setattr(two_solvers, "pairs", lambda _p: [andrews])
+    assert run(Parameters(cases=1)).status == "SUSPECT"
