@@ -1,7 +1,10 @@
 """What all tests share: a quiet engine and figures without a display, both settled before anything is imported."""
 
 import os
+import signal
 
 # A user's own Exudyn settings must not reach the tests; the engine reads this when it is imported.
 os.environ["EXUDYN_NO_USER_SETTINGS"] = "1"
 os.environ["MPLBACKEND"] = "Agg"
+# A shell that starts the tests in the background has Ctrl-C ignored, and their processes inherit that; tests send it.
+signal.signal(signal.SIGINT, signal.default_int_handler)

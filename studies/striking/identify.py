@@ -81,7 +81,7 @@ class Parameters(StudyParameters):
     samples: int = integer(400, 10, 10**5, "samples of each posterior", "numerics")
     seed: int = integer(0, 0, 2**31 - 1, "draws the points", "numerics")
     workers: int = integer(2, 0, 256, "processes, 0 for none but this", "numerics")
-    store: str = text("results/identify-strikes.sqlite", "file that keeps the simulated strikes; none: memory only", "numerics")
+    strikes_store: str = text("results/identify-strikes.sqlite", "file of the simulated strikes; none: memory only", "numerics")
 
     @property
     def hypotheses(self) -> list[Hypothesis]:
@@ -97,7 +97,7 @@ class Parameters(StudyParameters):
 def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Simulate the grid, weigh every hypothesis, simulate its best point, look for readings that would tell them apart."""
     p = parameters
-    store = Path(p.store) if p.store else None
+    store = Path(p.strikes_store) if p.strikes_store else None
     if store:
         store.parent.mkdir(parents=True, exist_ok=True)
     wanted = grids(p.causes, p.pairs == "yes", p.stiffnesses, p.speeds, p.bows, p.others)

@@ -272,7 +272,7 @@ def test_a_law_of_ones_own_runs_in_a_joint_with_play():
 
 
 @pytest.mark.parametrize(("change", "message"), [
-    ({"gap": 0.0}, r"gap = 0 m at 'B': must be positive; a joint without play is a Revolute"),
+    ({"gap": 0.0}, r"gap = 0 m at 'B': must be positive; a joint without clearance is a Revolute"),
     ({"gap": -1e-4}, r"gap = -0.0001 m: must lie in \(0, inf\) m"),
     ({"pin": 0.0}, r"pin = 0.0 m: must lie in \(0, inf\) m"),
     ({"law": 8e9}, r"clearance at 'B': law = .* is not a NormalLaw"),

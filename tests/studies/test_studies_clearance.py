@@ -114,7 +114,7 @@ def test_default_variants_and_all_their_numbers(short):
         assert 0 < short.metrics[f"{variant}.penetration"].value < short.parameters.clearance
     ideal, rigid = (short.metrics[f"{v}.peak_force_coupler_rocker"].value for v in ("ideal", "rigid"))
     assert rigid > 2 * ideal
-    assert str(short).startswith("4 joints with 0.25 mm play, c_max = 253 N.s/m\n")
+    assert str(short).startswith("4 joints with 0.25 mm clearance, c_max = 253 N.s/m\n")
 
 
 def test_metrics_follow_from_the_signals(short):
@@ -196,7 +196,7 @@ def test_run_that_fails_at_once_leaves_its_name_and_no_numbers(short):
         energy_balance = float("nan")
         signals = {name.removeprefix("rigid."): v[:1] for name, v in short.signals.items() if name.startswith("rigid.")}
         signals |= {f"{p}.{name}": np.zeros(1) for p in "OABC" for name in ("penetration", "contacts")}
-        at = staticmethod(lambda name, times: np.zeros_like(times))
+        at = staticmethod(lambda name, times, outside=None: np.zeros_like(times))
 
     failed = Variant("rigid", "OABC", Failed())
     found = clearance.read(failed, failed, 0.01)

@@ -128,7 +128,7 @@ def test_gravity_and_motor_strike_as_found_by_the_referee():
 def test_the_study_on_few_strikes(tmp_path):
     p = identify.Parameters(
         causes=("gravity",), pairs="no", stiffnesses=4, speeds=4, held_out=1, points=64, samples=20, workers=0,
-        store=str(tmp_path / "new" / "strikes.sqlite"),
+        strikes_store=str(tmp_path / "new" / "strikes.sqlite"),
     )  # fmt: skip
     result = identify.run(p)
     assert result.status == "OK", result.message
