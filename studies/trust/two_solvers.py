@@ -29,6 +29,8 @@ BEYOND = 3.0
 """Difference over the sum of the estimates from which the two contradict each other."""
 FINER = 1e-3
 """Accuracy of the run that explains a difference, of the one asked for."""
+FINEST_KNOWN = 1e-7
+"""Smallest error the compiled solver can be asked for."""
 READY = 11
 """Ready mechanisms and published problems."""
 NOTES = """\
@@ -84,12 +86,13 @@ def compare(pair: Pair, p: Parameters) -> Compared:
     found = differences(ours, other)
     where = max(found, key=lambda name: found[name], default="")
     case = Compared(pair.name, found.get(where, 0.0), where, ours.error, error, engine_s, compiled_s, said)
-    return case._replace(said="; ".join(filter(None, (said, _explained(pair, p, ours, other))))) if case.ratio > 1 else case
+    return case._replace(said="; ".join(filter(None, (said, _explained(pair, p, ours, other, case))))) if case.ratio > 1 else case
 
 
-def _explained(pair: Pair, p: Parameters, ours: Result, other: Result) -> str:
+def _explained(pair: Pair, p: Parameters, ours: Result, other: Result, case: Compared) -> str:
     """Which of the two errs: both against a finer run of the compiled solver."""
-    finer, error, _, failed = _compiled(pair, p, p.accuracy * FINER)
+    accuracy = min(p.accuracy * FINER, case.difference / 30, case.compiled / 4)  # so that it is another run than the one judged
+    finer, error, _, failed = _compiled(pair, p, accuracy)
     if failed:
         return f"no finer run: {failed}"
     return (
@@ -109,7 +112,7 @@ def _compiled(pair: Pair, p: Parameters, accuracy: float) -> tuple[Result, float
     def run(mechanism: Any, duration: float, solver: Spectral) -> Any:
         return once(mechanism, duration, solver, max(1e-3, p.timeout - (perf_counter() - begin)))
 
-    found = known(pair.mechanism, pair.duration, max(accuracy, FINEST), run=run)
+    found = known(pair.mechanism, pair.duration, max(accuracy, FINEST_KNOWN), run=run)
     wall = perf_counter() - begin
     result = Result(Status.OK, "", found.run.record.time, *found.run.signals, found.run.work)
     failure = found.run.failure
