@@ -171,10 +171,10 @@ def solve(matrix: Array, right: Array) -> Array:
     """Solve; by least squares where the matrix is singular (redundant constraints, free motions)."""
     try:
         with np.errstate(all="ignore"):
-            out = scipy.linalg.solve(matrix, right, check_finite=False)
+            out = np.linalg.solve(matrix, right)  # near a limit point it is ill-conditioned: the residual decides
         if np.isfinite(out).all() and np.abs(matrix @ out - right).max() <= 1e-6 * max(np.abs(right).max(), 1e-300):
             return np.asarray(out)
-    except (np.linalg.LinAlgError, scipy.linalg.LinAlgWarning):
+    except np.linalg.LinAlgError:
         pass
     return np.asarray(np.linalg.lstsq(matrix, right, rcond=1e-12)[0])
 
