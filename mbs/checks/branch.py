@@ -15,7 +15,7 @@ BUCKLED_FROM = 5e-3
 GROWTH = 14.0
 """Exponent by which a disturbance of a strip pressed beyond its critical load must have grown: a millionth becomes one."""
 UNBENT = 1e-3
-"""Deflection, relative to the length, up to which the strip is still straight then."""
+"""Change of its deflection, relative to the length, up to which the strip has not bent then."""
 HELD = {0: 1.0, 1: 2.0457, 2: 4.0}
 """Critical load over Euler's by the number of clamped ends (S. Timoshenko, J. Gere, Theory of Elastic Stability, section 2.4)."""
 ENDS_MET = 0.02
@@ -58,8 +58,9 @@ def _overloaded_strips(record: Record, result: Result) -> Iterator[str]:
         rate = frequency * np.sqrt(np.maximum(_mean(result.time, pressed, np.pi / (2 * frequency)) - 1, 0.0))
         grown = np.concatenate([[0.0], np.cumsum(np.diff(result.time) * (rate[1:] + rate[:-1]) / 2)])
         grown -= np.maximum.accumulate(np.where(rate > 0, 0.0, grown))  # since the present overload began
-        deflection = np.abs(result.signals[f"{link.name}.deflection"])
-        straight = (grown > GROWTH) & (deflection < UNBENT * length)
+        deflection = result.signals[f"{link.name}.deflection"]
+        unbent = np.abs(deflection - deflection[0]) < UNBENT * length  # an arch that passes its chord has bent
+        straight = (grown > GROWTH) & unbent
         if straight.any():
             k = int(np.argmax(straight))
             beyond = f"{pressed[k]:.3g} times its critical load"

@@ -98,7 +98,7 @@ def _from_text(content: str, hint: Any, path: str) -> Any:
     if takes_function(hint) and text in FUNCTIONS:
         return FUNCTIONS[text]
     reason = ""
-    if takes(hint, float):
+    if takes(hint, float) and not (takes_function(hint) and multiplied(text)):
         try:
             return measured(text)
         except ValueError as error:
@@ -134,10 +134,17 @@ def _from_list(content: Sequence[Any], hint: Any, path: str) -> Any:
     raise ValueError(f"{path} = {short(content)}: must be {wanted(hint)}")
 
 
+def multiplied(text: str) -> bool:
+    """Whether a text multiplies the variable t or s: '0.1*s' is a formula, '0.1 s' a time."""
+    return bool(re.search(r"(\*\s*[ts]\b)|(\b[ts]\s*\*)", text))
+
+
 def is_function(content: Any) -> bool:
     """Whether an entry of a list can only be a function: a table with a kind, or a text that is no number."""
     if not isinstance(content, str):
         return isinstance(content, Mapping)
+    if multiplied(content):
+        return True
     try:
         measured(content)
     except ValueError:

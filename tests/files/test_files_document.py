@@ -330,3 +330,13 @@ def test_tables_are_what_they_were_given():
     for times, values in [((0,), (1,)), ((0, 0), (1, 2)), ((0, 1), (1,))]:
         with pytest.raises(ValueError, match="times"):
             Table(times, values)
+
+
+def test_a_multiple_of_the_variable_is_a_formula_and_no_time():
+    """'0.1*s' once was read as 0.1 s: the arch of the examples was straight."""
+    from buckler.studies.kit.cli import EXAMPLES
+
+    body = Mechanism.load(EXAMPLES / "arch.toml").link("left").body
+    assert body.shape(0.5) == pytest.approx((0.05, 0.01 * np.sin(np.pi / 4)))
+    middle = body.curve(0.1005).places(np.linspace(0, 1, 3))[1]
+    assert abs(middle[1]) > 1e-3
