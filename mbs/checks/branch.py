@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from buckler.mbs.elements.element import Array
+from buckler.mbs.elements.element import Array, since_start
 from buckler.mbs.record.record import Record
 from buckler.mbs.record.result import Result
 
@@ -56,7 +56,7 @@ def _overloaded_strips(record: Record, result: Result) -> Iterator[str]:
         frequency = section.first_frequency(length) * HELD[clamped] ** 0.5
         pressed = -result.signals[f"{link.name}.axial_force"] / (section.euler_load(length) * HELD[clamped])
         rate = frequency * np.sqrt(np.maximum(_mean(result.time, pressed, np.pi / (2 * frequency)) - 1, 0.0))
-        grown = np.concatenate([[0.0], np.cumsum(np.diff(result.time) * (rate[1:] + rate[:-1]) / 2)])
+        grown = since_start(result.time, rate)
         grown -= np.maximum.accumulate(np.where(rate > 0, 0.0, grown))  # since the present overload began
         deflection = result.signals[f"{link.name}.deflection"]
         unbent = np.abs(deflection - deflection[0]) < UNBENT * length  # an arch that passes its chord has bent
@@ -69,7 +69,7 @@ def _overloaded_strips(record: Record, result: Result) -> Iterator[str]:
 
 def _mean(time: Array, values: Array, span: float) -> Array:
     """Mean over the last `span` seconds, or since the start."""
-    total = np.concatenate([[0.0], np.cumsum(np.diff(time) * (values[1:] + values[:-1]) / 2)])
+    total = since_start(time, values)
     since = np.maximum(time - span, time[0])
     return np.where(time > since, (total - np.interp(since, time, total)) / np.maximum(time - since, 1e-300), values)
 

@@ -48,26 +48,6 @@ class Burden(NamedTuple):
     inertia: float
 
 
-class LinkMotion(Protocol):
-    """What a link or block did, as plain arrays."""
-
-    @property
-    def mass(self) -> float:
-        """Kg."""
-
-    def point(self, name: str) -> tuple[Array, Array]:
-        """Place and velocity of one of its points, each (times, 2), m and m/s."""
-
-    def turn(self, name: str) -> tuple[Array, Array]:
-        """Angle turned there since t = 0 and its rate, each (times,), rad and rad/s."""
-
-    def centre(self) -> tuple[Array, Array, Array]:
-        """Place, velocity and acceleration of the centre of mass, each (times, 2)."""
-
-    def kinetic(self) -> Array:
-        """Kinetic energy, J, (times,)."""
-
-
 class Depth(NamedTuple):
     """How deep a contact may be: signal, depth, m, beyond which its law does not hold, what is so deep, and in what."""
 
