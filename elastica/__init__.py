@@ -13,6 +13,14 @@ All quantities but those of `moving` and `vibration` are normalised by the strip
 u = U/L, load p = P L^2/(E I). Needs numpy and scipy only.
 """
 
-from buckler.elastica import law, moving, path, pinned, rod, shapes, strip, vibration
+from importlib import import_module
+from typing import Any
 
 __all__ = ["law", "moving", "path", "pinned", "rod", "shapes", "strip", "vibration"]
+
+
+def __getattr__(name: str) -> Any:
+    """Load a module when it is first asked for: most need scipy, which takes longer to load than many runs."""
+    if name in __all__:
+        return import_module(f"buckler.elastica.{name}")
+    raise AttributeError(f"module 'buckler.elastica' has no attribute '{name}'")

@@ -23,7 +23,7 @@ from math import exp, isfinite
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy
 
 from buckler.elastica.collocation import Array, newton, require
 from buckler.elastica.rod import NewtonDivergedError
@@ -189,7 +189,7 @@ class _Track(NamedTuple):
                 )
             return point
 
-        return tried(brentq(lambda part: value(tried(part)), 0.0, length, xtol=1e-15, rtol=1e-14))
+        return tried(scipy.optimize.brentq(lambda part: value(tried(part)), 0.0, length, xtol=1e-15, rtol=1e-14))
 
     def equilibrium(self, point: _Point) -> Equilibrium:
         return self.strip.at_unknowns(self.load, point.factor, point.u[:-1])

@@ -61,6 +61,8 @@ def parse(text: str, variables: Iterable[str], functions: Mapping[str, Any] = FU
     ValueError
         If it is none, or holds what is not allowed; says what.
     """
+    if not isinstance(text, str):
+        raise ValueError(f"formula = {text!r}: must be text")
     if len(text) > LONGEST:
         raise ValueError(f"a formula of {len(text)} characters; allowed: {LONGEST}")
     try:

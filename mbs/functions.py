@@ -12,13 +12,14 @@ from __future__ import annotations
 import ast
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from buckler.mbs.expressions import compiled, derivative, names_in, parse
 from buckler.mbs.units import Measured
-from buckler.mbs.validate import number
+from buckler.mbs.validate import listed, number
 
 Array = np.ndarray[Any, Any]
 SIGNATURES = (("t",), ("s",), ("x",), ("x", "v"), ("t", "angle", "speed"))
@@ -26,6 +27,12 @@ SIGNATURES = (("t",), ("s",), ("x",), ("x", "v"), ("t", "angle", "speed"))
 rate; time, angle and speed of a link."""
 PANEL, NODES = 1 / 128, 12
 """Width, s, of the pieces over which a formula is integrated, and Gauss points in each."""
+
+
+def kinks(function: Any) -> tuple[float, ...]:
+    """Times, s, at which a function of time is known to have a kink: the points of tables joined by straight lines."""
+    found: tuple[float, ...] = getattr(function, "kinks", ())
+    return found
 
 
 class Given:
@@ -102,9 +109,9 @@ class Table(Given):
     smooth: bool = False
 
     def __post_init__(self) -> None:
-        times = tuple(number(f"times[{k}]", t, -np.inf, np.inf, "s") for k, t in enumerate(self.times))
+        times = tuple(number(f"times[{k}]", t, -np.inf, np.inf, "s") for k, t in enumerate(listed("times", self.times)))
         object.__setattr__(self, "times", times)
-        object.__setattr__(self, "values", tuple(_finite(f"values[{k}]", v) for k, v in enumerate(self.values)))
+        object.__setattr__(self, "values", tuple(_finite(f"values[{k}]", v) for k, v in enumerate(listed("values", self.values))))
         if len(self.times) < 2 or len(self.times) != len(self.values):
             raise ValueError(f"times: {len(self.times)}, values: {len(self.values)}; must be two at least, and as many of each")
         if not np.all(np.diff(self.times) > 0):
@@ -123,6 +130,11 @@ class Table(Given):
         else:
             found = np.interp(t, self.times, self.values)
         return found if isinstance(t, np.ndarray) else float(found)
+
+    @property
+    def kinks(self) -> tuple[float, ...]:
+        """Its points, or its ends where it is smooth between them."""
+        return (self.times[0], self.times[-1]) if self.smooth else tuple(self.times)
 
     def derivative(self) -> Slope:
         """By time; ValueError unless the table is smooth."""
@@ -147,6 +159,11 @@ class Slope(Given):
         found = np.where(inside, self.of._curve(t, 1), 0.0)  # type: ignore[attr-defined]
         return found if isinstance(t, np.ndarray) else float(found)
 
+    @property
+    def kinks(self) -> tuple[float, ...]:
+        """The ends of the table."""
+        return self.of.kinks
+
     def integral(self) -> Callable[..., Any]:
         """From 0: the table, where it starts at zero."""
         return self.of if abs(self.of(0.0)) == 0.0 else Integral(self)
@@ -163,7 +180,19 @@ class Integral(Given):
         object.__setattr__(self, "_rule", (0.5 * (nodes + 1.0), 0.5 * weights))
         object.__setattr__(self, "_sums", [0.0])
 
+    @property
+    def kinks(self) -> tuple[float, ...]:
+        """Those of what was integrated."""
+        return kinks(self.of)
+
     def _piece(self, start: float, end: float) -> float:
+        inner = [t for t in self.kinks if start < t < end]
+        if inner:  # the rule holds for smooth pieces
+            edges = [start, *inner, end]
+            return sum(self._smooth(a, b) for a, b in pairwise(edges))
+        return self._smooth(start, end)
+
+    def _smooth(self, start: float, end: float) -> float:
         nodes, weights = self._rule  # type: ignore[attr-defined]
         return float(sum(w * self.of(start + x * (end - start)) for x, w in zip(nodes, weights, strict=True)) * (end - start))
 
@@ -198,6 +227,11 @@ class Components(Given):
     def __post_init__(self) -> None:
         parts = tuple(part if callable(part) else _finite(f"parts[{k}]", part) for k, part in enumerate(self.parts))
         object.__setattr__(self, "parts", parts)
+
+    @property
+    def kinks(self) -> tuple[float, ...]:
+        """Those of all parts."""
+        return tuple(t for part in self.parts for t in kinks(part))
 
     def __call__(self, *values: Any) -> tuple[Any, ...]:
         """Values at the variables."""

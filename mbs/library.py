@@ -24,7 +24,7 @@ from buckler.mbs.elements import (
 )
 from buckler.mbs.kinematics.errors import KinematicsError
 from buckler.mbs.kinematics.slidercrank import SliderCrank
-from buckler.mbs.laws import NormalLaw
+from buckler.mbs.laws import Impact, NormalLaw
 from buckler.mbs.mechanism import Mechanism
 
 PAPER = SliderCrank(crank=0.140, coupler=0.310)
@@ -109,6 +109,12 @@ class CrankRocker(NamedTuple):
 BAR = Section(width=0.020, thickness=0.005, material=Material(modulus=207e9, density=7850.0, poisson=0.29))
 """The crank-rocker's links, 20 x 5 mm of steel, bending over their 5 mm."""
 STEEL_CRANK_ROCKER = CrankRocker()
+PAPER_STIFFNESS = 2.53e5 * 1e3**1.5
+"""K of the crank-rocker paper, 2.53e5 N/mm^1.5, in N/m^1.5."""
+RATTLING = Impact(PAPER_STIFFNESS, damping=253.0, damping_depth=1e-5)
+"""Its contact law with c_max read as 253 N s/m: the joints rattle."""
+CLOSED = Impact(PAPER_STIFFNESS, damping=253e3, damping_depth=1e-5)
+"""The same with c_max read as 253 N s/mm: the joints stay closed."""
 Play = Callable[[str, str, str], Clearance]
 """Makes the joint of a point, its pin's body and its bush's body."""
 

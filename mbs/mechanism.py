@@ -17,7 +17,7 @@ from buckler.mbs.elements import KINDS, Drive, Guide, Link
 from buckler.mbs.elements.element import GROUND, Element, known, place
 from buckler.mbs.elements.frozen import Frozen
 from buckler.mbs.upper import upper
-from buckler.mbs.validate import number, pair, sequence_of
+from buckler.mbs.validate import names_of, number, pair, sequence_of, short
 
 Pair = tuple[float, float]
 AGREE = 1e-9
@@ -63,10 +63,12 @@ class Mechanism:
 
     def __post_init__(self) -> None:
         if not isinstance(self.points, Mapping):
-            raise ValueError(f"points = {self.points!r}: must be a mapping of names to (x, y), m")
+            raise ValueError(f"points = {short(self.points)}: must be a mapping of names to (x, y), m")
         object.__setattr__(self, "points", Frozen({k: pair(f"points['{k}']", v, "m") for k, v in dict(self.points).items()}))
         for name, kinds in KINDS.items():
             object.__setattr__(self, name, sequence_of(name, getattr(self, name), kinds))
+            for k, element in enumerate(getattr(self, name)):
+                names_of(f"{name}[{k}]", element)
         object.__setattr__(self, "gravity", pair("gravity", self.gravity, "m/s^2"))
         object.__setattr__(self, "points", Frozen(_with_inner(dict(self.points), self.links)))
         _check_names(self)

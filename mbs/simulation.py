@@ -4,28 +4,33 @@ from __future__ import annotations
 
 import platform
 from collections.abc import Callable, Sequence
-from dataclasses import fields, is_dataclass
-from functools import cache
+from dataclasses import fields, is_dataclass, replace
+from functools import cache, partial
 from importlib import metadata
+from math import inf
 from time import perf_counter
 from typing import Any
 
 import numpy as np
 
-from buckler.mbs.accuracy.delivery import Delivery, deliver
+from buckler.mbs.accuracy.aim import PLACES, Aim
+from buckler.mbs.accuracy.delivery import Task, judged
 from buckler.mbs.accuracy.difference import COARSEST, FINEST
+from buckler.mbs.accuracy.refine import refine, refined
 from buckler.mbs.accuracy.verify import verify as compare
-from buckler.mbs.checks.suspicions import suspicions
+from buckler.mbs.accuracy.ways import deliver
+from buckler.mbs.checks.suspicions import idle, suspicions
 from buckler.mbs.engine.settings import Exudyn
 from buckler.mbs.engine.solve import once
 from buckler.mbs.files.movie import Film
+from buckler.mbs.files.verdicts import IDLE
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.energy import ledger as energy_ledger
 from buckler.mbs.record.result import Result, Status
 from buckler.mbs.record.run import Run
 from buckler.mbs.record.signals import shapes_at
 from buckler.mbs.spectral.solver import Spectral
-from buckler.mbs.validate import number, one_of, positive
+from buckler.mbs.validate import listed, number, one_of, positive
 
 
 def _compiled(*arguments: Any) -> Run:
@@ -44,6 +49,7 @@ def simulate(
     duration: float,
     accuracy: float | None = None,
     *,
+    of: str | Sequence[str] = PLACES,
     solver: Exudyn | Spectral | None = None,
     verify: bool = False,
     ledger: bool = False,
@@ -59,9 +65,12 @@ def simulate(
     duration : float
         s, positive.
     accuracy : float, optional
-        Largest relative error of the motion, as `mbs.accuracy.difference` measures it, 1e-6 to 0.1: the integrator, its steps and
-        tolerances and the elements of flexible links that name no number are chosen to keep it, and the result's `error` tells
-        what was delivered. It takes several runs. A result that misses it is SUSPECT, ACCURACY in the message.
+        Largest relative error of what `of` names, 1e-6 to 0.1: the solver, its steps and tolerances and the elements of flexible
+        links that name no number are chosen to keep it, and the result's `error` tells what was delivered, of the motion and
+        of each signal. It takes several runs. A result that misses it is SUSPECT, ACCURACY in the message.
+    of : str or sequence of str
+        What the accuracy is asked of: "places", the motion, as `mbs.accuracy.difference` measures it; "forces", all forces and
+        torques; or signals by their names, as `mbs.accuracy.by_signal` measures them.
     solver : Exudyn or Spectral, optional
         Solver and its settings, instead of an accuracy; `Exudyn()` by default, whose settings suit any scene.
     verify : bool
@@ -88,32 +97,39 @@ def simulate(
         On wrong input, before any engine call.
     """
     one_of("mechanism", mechanism, (Mechanism,))
-    positive("duration", duration, "s")
+    duration = float(positive("duration", duration, "s"))
+    aim = Aim(of)
+    if accuracy is None and not aim.motion:
+        raise ValueError(f"of = {of!r}: without an accuracy; give accuracy = 1e-3, or another from {FINEST:g} to {COARSEST:g}")
     if timeout is not None:
         positive("timeout", timeout, "s")
     for name, element in mechanism.elements().items():
         element.check_run(duration, name)
-    times = np.atleast_1d(np.asarray(shapes, dtype=float))
-    for t in times:
-        number("shapes", float(t), 0.0, duration, "s")
+    each = (shapes,) if isinstance(shapes, int | float) else listed("shapes", shapes)
+    times = np.array([number(f"shapes[{k}]", t, 0.0, duration, "s") for k, t in enumerate(each)])
     if solver is not None:
         one_of("solver", solver, tuple(SOLVERS))
     start = perf_counter()
 
-    def run(mechanism: Mechanism, span: float, solver: Exudyn | Spectral) -> Run:
-        left = None if timeout is None else max(1e-3, timeout - (perf_counter() - start))
-        return _once(mechanism, span, solver, left, progress)
+    def run(mechanism: Mechanism, span: float, solver: Exudyn | Spectral, limit: float = inf, told: Any = progress) -> Run:
+        left = min(limit, inf if timeout is None else max(1e-3, timeout - (perf_counter() - start)))
+        return _once(mechanism, span, solver, left if left < inf else None, told)
 
-    def checked(result: Result) -> Result:
-        return compare(result, mechanism, duration, solver or Exudyn(), run) if verify else result
+    def checked(made: Run, complete: Callable[[Result], Result] | None = None) -> Result:
+        result = _result(made, complete, ledger, times)
+        return compare(result, mechanism, duration, made.solver, run) if verify else result
 
+    if accuracy is None and solver is not None:
+        return checked(run(mechanism, duration, solver))
     if accuracy is None:
-        return checked(_result(run(mechanism, duration, solver or Exudyn()), None, ledger, times))
+        found, usual = refine(mechanism, duration, run, partial(run, told=None))
+        return checked(found.run, lambda result: refined(result, found, usual, perf_counter() - start))
     number("accuracy", accuracy, FINEST, COARSEST, "1")
     if solver is not None:
         raise ValueError(f"accuracy = {accuracy:g} and solver: give one of them; an accuracy chooses the settings itself")
-    delivery = deliver(mechanism, duration, accuracy, run)
-    return checked(_result(delivery.run, delivery, ledger, times, perf_counter() - start))
+    task = Task(mechanism, duration, accuracy, aim)
+    delivery = deliver(task, run)
+    return checked(delivery.run, lambda result: judged(result, delivery, task, perf_counter() - start))
 
 
 def _once(mechanism: Mechanism, duration: float, solver: Exudyn | Spectral, timeout: float | None, progress: Any) -> Run:
@@ -121,8 +137,8 @@ def _once(mechanism: Mechanism, duration: float, solver: Exudyn | Spectral, time
     return SOLVERS[type(solver)](mechanism, duration, solver, timeout, progress)
 
 
-def _result(run: Run, delivery: Delivery | None, ledger: bool, times: Any, wall: float = 0.0) -> Result:
-    """Signals, energies and checks of a run; with what the accuracy asked for made of it, and the time that took."""
+def _result(run: Run, complete: Callable[[Result], Result] | None, ledger: bool, times: Any) -> Result:
+    """Signals, energies and checks of a run; `complete` adds what is known of its error before it is checked."""
     record = run.record
     signals, units = run.signals
     status, message = run.failure or (Status.OK, "")
@@ -138,8 +154,9 @@ def _result(run: Run, delivery: Delivery | None, ledger: bool, times: Any, wall:
         _provenance(run),
         film=Film(record),
     )
-    if delivery is not None:
-        result = delivery.complete(result, wall)
+    if complete is not None:
+        result = complete(result)
+    result = replace(result, provenance=result.provenance | {IDLE: idle(run, result)})
     for reason in suspicions(run, result):
         result = result.suspect(reason)
     return result
@@ -154,7 +171,9 @@ def _versions() -> dict[str, str]:
 def _provenance(run: Run) -> dict[str, Any]:
     """Versions, what was built, the settings it ran with, and what is worth knowing of the mechanism."""
     found = {**_versions(), "scene": dict(run.summary), "settings": _settings(run.solver)}
-    return found | ({"notes": list(run.notes)} if run.notes else {})
+    elements = run.record.mechanism.elements().items()
+    notes = [*run.notes, *(note for name, element in elements for note in element.remarks(name, run.signals[0]))]
+    return found | ({"notes": notes} if notes else {})
 
 
 def _settings(value: Any) -> dict[str, Any]:

@@ -35,6 +35,7 @@ SYMBOLS: dict[str, Unit] = {
     "J": Unit(1, 0, (2, 1, -2, 0, 0)),
     "W": Unit(1, 0, (2, 1, -3, 0, 0)),
     "V": Unit(1, 0, (2, 1, -3, -1, 0)),
+    "Ohm": Unit(1, 0, (2, 1, -3, -2, 0)),
     "min": Unit(60, 0, (0, 0, 1, 0, 0)),
     "deg": Unit(math.pi / 180, 0, (0, 0, 0, 0, 1)),
     "r": Unit(2 * math.pi, 0, (0, 0, 0, 0, 1)),
@@ -43,7 +44,7 @@ SYMBOLS: dict[str, Unit] = {
 }
 PREFIXES = {"n": -9, "u": -6, "m": -3, "c": -2, "k": 3, "M": 6, "G": 9}
 NEVER_PREFIXED = {"1", "%", "min", "deg", "r", "rev", "rpm"}
-SPELLINGS = str.maketrans({"·": ".", "*": ".", "µ": "u", "μ": "u", "²": "2", "³": "3", "°": "deg"})
+SPELLINGS = str.maketrans({"·": ".", "*": ".", "µ": "u", "μ": "u", "²": "2", "³": "3", "°": "deg", "Ω": "Ohm"})
 
 NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+))(?:[eE]([+-]?\d+))?\s*")
 FACTOR = re.compile(r"\s*([./]?)\s*([A-Za-z]+|%|1)(?:\^?(-?\d+(?:\.\d+)?))?\s*")

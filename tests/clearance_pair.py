@@ -1,4 +1,4 @@
-"""The crank-rocker with play twice, from one set of numbers: in the engine, and compiled without it."""
+"""The crank-rocker with play on both solvers, from one set of numbers."""
 
 from dataclasses import replace
 from math import nan
@@ -8,11 +8,11 @@ from scipy.interpolate import CubicHermiteSpline
 
 from buckler.mbs import Clearance, Material, Rigid, Section, crank_rocker
 from buckler.mbs.library import CrankRocker
-from buckler.mbs.reference import beam_modes
+from buckler.mbs.modal import BarModes, Modal
 
 JOINTS = {"O": "ground-crank", "A": "crank-coupler", "B": "coupler-rocker", "C": "ground-rocker"}
 CENTRES = {"crank": 0, "coupler": 2, "rocker": 5}
-"""First column of each bar's centre among the reference's coordinates."""
+"""First column of each bar's centre among the coordinates of a run."""
 
 
 def section(bar):
@@ -21,7 +21,7 @@ def section(bar):
 
 
 def mechanism(bar, rocker=None, speed=None):
-    """The mechanism of a `reference.FourBar`, its rocker another body if given."""
+    """The mechanism of a `FourBar`, its rocker another body if given."""
     gaps = dict(zip("OABC", bar.gaps, strict=True))
 
     def play(point, first, second):
@@ -39,7 +39,7 @@ def mechanism(bar, rocker=None, speed=None):
 
 
 def distance(result, run):
-    """Largest distance of a bar's centre from the reference's at each of the engine's steps, m, shape (times,)."""
+    """Largest distance of a bar's centre from the compiled solver's at each of the engine's steps, m, shape (times,)."""
     return np.max([np.hypot(*(_apart(result, run, bar, k, axis) for axis in (0, 1))) for bar, k in CENTRES.items()], axis=0)
 
 
@@ -61,12 +61,15 @@ def damped_section(bar):
     return replace(damped, material=replace(damped.material, axial_damping=damped.material.bending_damping))
 
 
+def beam_modes(*, thickness=0.020, width=0.005, bending=2, axial=1, damping=0.01, density=7850.0, modulus=207e9, shear=True):
+    """A rocker of modes of beam theory."""
+    section = Section(width, thickness, Material(modulus=modulus, density=density, poisson=0.29))
+    return Modal(section, BarModes(bending, axial, shear), damping)
+
+
 def damped_modes(damped, bending, axial, length=0.175):
-    """Timoshenko modes of a bar of that section for the reference, each with the material's damping, tau omega / 2."""
+    """Rocker of Timoshenko modes of a bar of that section, each with the material's damping, tau omega / 2."""
     material = damped.material
-    modes = beam_modes(
-        length, damped.width, damped.thickness, bending=bending, axial=axial, degree=40,
-        density=material.density, modulus=material.modulus, poisson=material.poisson,
-    )  # fmt: skip
+    body = Modal(damped, BarModes(bending, axial), 0.0)
     rates = np.repeat([material.bending_damping, material.axial_damping], [bending, axial])
-    return replace(modes, damping=rates * modes.frequency / 2)
+    return replace(body, damping=tuple((rates * body.planar(length).frequency / 2).tolist()))

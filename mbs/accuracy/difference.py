@@ -19,7 +19,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from scipy.integrate import cumulative_trapezoid
+import scipy
 
 from buckler.mbs.record.result import Result, cubic
 
@@ -99,7 +99,7 @@ class _Motion:
             elif kind == "vx" and f"{owner}.ax" not in signals:  # links have an acceleration, too: points suffice
                 add(f"{owner}.place", f"{owner}.x", f"{owner}.y")
             elif kind == "contact_force":
-                impulse = cumulative_trapezoid(signals[name][:last], self.time, initial=0.0)
+                impulse = scipy.integrate.cumulative_trapezoid(signals[name][:last], self.time, initial=0.0)
                 self.parts[f"{owner}.impulse"] = impulse[:, None]
         for name in names:
             add(f"{name}.journal", f"{name}.journal_x", f"{name}.journal_y")

@@ -9,6 +9,7 @@ from typing import Any
 
 from buckler.mbs.elements.clearance import clearances
 from buckler.mbs.elements.drive import Ramp
+from buckler.mbs.engine.choice import is_loose
 from buckler.mbs.engine.settings import Controlled, Equal, Exudyn
 from buckler.mbs.kinematics.closure import turning_speed
 from buckler.mbs.mechanism import Mechanism
@@ -46,8 +47,8 @@ LOOSE = 1e-3
 
 
 PLAY, PLAY_ORDER, PLAY_FINEST = (0.5, 2e-3), (1.0, 1.4), 1e-9
-"""Tolerance with clearance for an accuracy of 1: explicit (rigid links), implicit; the power of the accuracy it goes by; the
-least."""
+"""Tolerance with clearance for an accuracy of 1: explicit (see `engine.choice.is_loose`), implicit; the power of the accuracy it
+goes by; the least."""
 PLAY_STEPS, PLAY_RADIUS = 200, 0.9
 """Steps at least, in all, with clearance, and the spectral radius of implicit ones."""
 
@@ -217,9 +218,10 @@ class Plan:
 
     def with_play(self, finer: float) -> Exudyn:
         """Settings with clearance, for a tolerance so many times finer than that of the first run."""
-        flexible = any(link.body.flexible for link in self.mechanism.links)
-        tolerance = PLAY[flexible] * self.asked ** PLAY_ORDER[flexible] / finer
-        return Exudyn(Controlled(max(PLAY_FINEST, tolerance), self.duration / PLAY_STEPS), spectral_radius=PLAY_RADIUS)
+        implicit = not is_loose(self.mechanism)
+        tolerance = PLAY[implicit] * self.asked ** PLAY_ORDER[implicit] / finer
+        longest = self.duration / (PLAY_STEPS * max(finer, 1.0) ** (1 / 3))
+        return Exudyn(Controlled(max(PLAY_FINEST, tolerance), longest), spectral_radius=PLAY_RADIUS)
 
     def _mass(self) -> float:
         """Of sliders and links, kg."""

@@ -4,15 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from math import nan
 from time import perf_counter
 from typing import Any
 
 import numpy as np
 
+from buckler.mbs.accuracy.delivery import Delivery, Task, comparable
 from buckler.mbs.accuracy.difference import FINEST, PREDICTABLE, difference
+from buckler.mbs.accuracy.ways import by_exudyn, compiled
 from buckler.mbs.elements.clearance import clearances
 from buckler.mbs.engine.settings import Exudyn
 from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.record.errors import Errors
 from buckler.mbs.record.result import Result, Status
 from buckler.mbs.record.run import Run
 from buckler.mbs.spectral.solver import Spectral
@@ -50,30 +54,28 @@ def verify(result: Result, mechanism: Mechanism, duration: float, solver: Any, r
     span = min(duration, PREDICTABLE) if clearances(mechanism) else duration
     start = perf_counter()
     try:
-        found, error = _run(mechanism, span, other, result.asked, run)
+        delivery = _run(mechanism, span, other, result.asked, run)
     except (ValueError, NotImplementedError, ImportError) as reason:
         return _noted(result, f"not verified: {NAMES[other]} does not take this mechanism: {reason}")
     result = replace(result, work=result.work | {"verify_s": perf_counter() - start})
-    if found.failure is not None:
-        return _noted(result, f"not verified: {NAMES[other]} ended as {found.failure[0]}: {found.failure[1]}")
-    compared = Result(Status.OK, "", found.record.time, *found.signals, found.work)
+    failure = delivery.run.failure
+    if failure is not None:
+        return _noted(result, f"not verified: {NAMES[other]} ended as {failure[0]}: {failure[1]}")
+    compared = delivery.complete(comparable(delivery.run), 0.0)
     if not all(np.isfinite(values).all() for one in (result, compared) for values in one.signals.values()):
         return _noted(result, "not verified: a signal is not finite")
-    apart, (limit, why) = difference(result, compared), _limit(result.error, error)
+    apart, (limit, why) = difference(result, compared), _limit(result.error.motion, delivery.errors.motion)
     result = replace(result, verified=apart)
     if apart <= limit:
         return result
     return result.suspect(f"SOLVERS: {NAMES[mine]} and {NAMES[other]} are {apart:.2g} apart, allowed {limit:.2g}, {why}")
 
 
-def _run(mechanism: Mechanism, span: float, other: type, asked: float, run: Callable[..., Run]) -> tuple[Run, float]:
-    """The other solver's run, and the estimate of its error; nan without one."""
-    if other is Spectral and asked > 0:
-        from buckler.mbs.spectral.accuracy import known  # loads the compiled solver
-
-        found = known(mechanism, span, asked, run=run)
-        return found.run, found.error
-    return run(mechanism, span, other()), float("nan")
+def _run(mechanism: Mechanism, span: float, other: type, asked: float, run: Callable[..., Run]) -> Delivery:
+    """The other solver's run, with an estimate of its error where an accuracy was asked for."""
+    if asked > 0:
+        return (compiled if other is Spectral else by_exudyn(mechanism))(Task(mechanism, span, asked), run)
+    return Delivery(run(mechanism, span, other()), nan, Errors())
 
 
 def _limit(first: float, second: float) -> tuple[float, str]:

@@ -10,38 +10,29 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs.kinematics.closure import Closure, determined, solved
+from buckler.mbs.checks.check import Check
+from buckler.mbs.checks.dead_centre import dead_centre, followed, not_determined
+from buckler.mbs.kinematics.closure import solved
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.record import Record
+from buckler.mbs.record.result import Result
+from buckler.mbs.record.run import Run
 
 Array = np.ndarray[Any, Any]
-SINGULAR = 1e-3
-"""Determinant of the constraints, relative to its largest, below which a linkage is at a dead centre."""
 CLOSURE = 0.035
 """Error of a speed or an acceleration, relative to the largest of the run, beyond which a run is suspect."""
 JUMP, SETTLED = 0.2, 20
 """A drive's acceleration that changes by this share of its largest within a step has jumped; so many steps later that is over."""
 
 
-def closures(record: Record) -> Iterator[str]:
-    """Yield what a driven linkage does that it cannot, in words; nothing where constraints alone do not decide its motion.
-
-    The determinant of the constraints keeps its sign: it is zero at a dead centre only, where the motion is not determined, and
-    beyond which lies the other way of assembling the linkage.
-    """
+def _closed(run: Run, _result: Result) -> Iterator[str]:
+    """Nothing is said where constraints alone do not decide the motion."""
+    record = run.record
     mechanism = record.mechanism
-    if not determined(mechanism):
+    known = followed(record)
+    if known is None or dead_centre(known) is not None:
         return
-    closure, places = Closure(mechanism), _places(record)
-    jacobian = closure.system(places, np.zeros_like(places))[1]
-    square = jacobian.shape[1] == jacobian.shape[2]
-    size = np.linalg.det(jacobian) if square else np.sqrt(np.abs(np.linalg.det(jacobian.mT @ jacobian)))
-    reached = size * np.sign(size[0])
-    low = ~(reached > SINGULAR * np.abs(size).max())
-    if low.any():
-        k = int(np.argmax(low))
-        yield f"BRANCH: at t = {record.time[k]:.4g} s the linkage meets a dead centre: what follows is not determined"
-        return
+    closure, places, jacobian = known
     driven = closure.acceleration(record.time)
     speed = solved(jacobian, closure.speed(record.time))
     acceleration = solved(jacobian, closure.system(places, speed.reshape(places.shape))[2] + driven)
@@ -55,7 +46,7 @@ def closures(record: Record) -> Iterator[str]:
         if off.max() > CLOSURE * scale:
             k = int(np.argmax(off))
             share = f"{off[k] / scale:.2g} of the largest in the run"
-            yield f"CLOSURE: at t = {record.time[k]:.4g} s loop closure gives another {what}, by {share}: lower max_step"
+            yield f"at t = {record.time[k]:.4g} s loop closure gives another {what}, by {share}: lower max_step"
 
 
 def _apart(mechanism: Mechanism, found: Array, right: Array, speed: Array) -> tuple[Array, float]:
@@ -92,11 +83,10 @@ def _after_jumps(driven: Array) -> Array:
     return after
 
 
-def _places(record: Record) -> Array:
-    """Places of all links' starts and their directions, shape (times, links, 3)."""
-    start = Closure(record.mechanism).reference
-    rows = [
-        np.column_stack([record.links[link.name].point(link.start)[0], record.links[link.name].turn()[0] + at[2]])
-        for link, at in zip(record.mechanism.links, start, strict=True)
-    ]
-    return np.stack(rows, axis=1)
+CHECK = Check(
+    "CLOSURE",
+    "failed when a driven linkage has other speeds or accelerations than its own loops allow",
+    _closed,
+    {"of the largest": CLOSURE, "jump": JUMP, "steps after a jump": SETTLED},
+    not_determined,
+)

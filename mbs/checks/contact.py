@@ -6,23 +6,39 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from buckler.mbs.checks.check import Check
+from buckler.mbs.elements.element import Array
 from buckler.mbs.record.result import Result
+from buckler.mbs.record.run import Run
 
 ROUNDING = 1e-9
 """Of the largest force: a pull smaller than that is none."""
 
 
-def pulls(result: Result) -> Iterator[str]:
-    """A contact pushes while it is closed, outwards on the bush, and does nothing while it is open."""
+def _pulls(_run: Run, result: Result) -> Iterator[str]:
     signals = result.signals
-    for name, force in signals.items():
-        point, _, kind = name.rpartition(".")
-        if kind not in ("contact_force", "normal_force") or f"{point}.penetration" not in signals:
-            continue  # the force of a slider may have either sign
+    for point, force in _contacts(result):
         allowed = ROUNDING * float(np.abs(force).max(initial=0.0))
         pulling = force < -allowed
         apart = (np.abs(force) > allowed) & (signals[f"{point}.penetration"] <= 0)
         for wrong, what in ((pulling, "pulls"), (apart, "acts without touching")):
             if wrong.any():
                 k = int(np.argmax(wrong))
-                yield f"CONTACT: '{point}' {what} with {force[k]:.3g} N at t = {result.time[k]:.4g} s"
+                yield f"'{point}' {what} with {force[k]:.3g} N at t = {result.time[k]:.4g} s"
+
+
+def _contacts(result: Result) -> Iterator[tuple[str, Array]]:
+    """Name and force of every contact; the force of a slider, which may have either sign, is none."""
+    for name, force in result.signals.items():
+        point, _, kind = name.rpartition(".")
+        if kind in ("contact_force", "normal_force") and f"{point}.penetration" in result.signals:
+            yield point, force
+
+
+def _idle(_run: Run, result: Result) -> str:
+    return "" if any(_contacts(result)) else "no stop and no joint with clearance"
+
+
+CHECK = Check(
+    "CONTACT", "failed when a contact pulls, or acts without touching", _pulls, {"share of the largest force": ROUNDING}, _idle
+)

@@ -18,8 +18,12 @@ from typing import Any
 
 import numpy as np
 
+from buckler.mbs.checks.check import Check
+from buckler.mbs.checks.unbuckled import no_strip
 from buckler.mbs.record.motion import chosen
 from buckler.mbs.record.record import Record
+from buckler.mbs.record.result import Result
+from buckler.mbs.record.run import Run
 
 Array = np.ndarray[Any, Any]
 MESH = 0.05
@@ -33,8 +37,9 @@ BENT = 0.02
 """Turn of a strip from end to end, rad, below which it is too straight for its mesh to matter to the motion."""
 
 
-def meshes(record: Record) -> Iterator[str]:
-    """Yield the strips with too few elements, in words."""
+def _too_coarse(run: Run, _result: Result) -> Iterator[str]:
+    """The strips with too few elements."""
+    record = run.record
     struck = {stop.point for stop in record.mechanism.stops}
     for link in record.mechanism.links:
         if link.body.meshed:
@@ -44,7 +49,7 @@ def meshes(record: Record) -> Iterator[str]:
             error = own() if own else mesh_error(record, link.name)
             if error > allowed:
                 count = "this degree" if own else f"{motion.body.count} elements"
-                yield f"MESH: with {count} the bending load of '{link.name}' is off by about {error:.1g}, allowed {allowed:g}"
+                yield f"with {count} the bending load of '{link.name}' is off by about {error:.1g}, allowed {allowed:g}"
 
 
 def mesh_error(record: Record, name: str) -> float:
@@ -104,3 +109,12 @@ def _stretches(record: Record, name: str, curvature: Array, pieces: Array) -> It
 def _mean_square(values: Array, weights: Array) -> float:
     """Mean of squares over all times and places; 0 of none."""
     return float((values**2 @ weights).sum() / weights.sum()) if len(weights) else 0.0
+
+
+CHECK = Check(
+    "MESH",
+    "failed when a strip has too few elements for its own curvature",
+    _too_coarse,
+    {"bending load": MESH, "bending load of what strikes": STRUCK, "bent": BENT},
+    no_strip,
+)

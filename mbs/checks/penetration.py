@@ -1,17 +1,37 @@
-"""Self-check of contact laws: they do not hold beyond a depth."""
+"""Self-check of contacts: their laws do not hold beyond a depth."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
-from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.checks.check import Check
 from buckler.mbs.record.result import Result
+from buckler.mbs.record.run import Run
 
 
-def pierced(mechanism: Mechanism, result: Result) -> Iterator[str]:
-    """Yield the contacts that are deeper than their laws hold: a share of the mechanism, or the clearance of a joint."""
+def _pierced(run: Run, result: Result) -> Iterator[str]:
+    """Each element knows how deep its contacts may be: `depths`."""
+    for depth in _depths(run):
+        deepest = float(result.signals[depth.signal].max(initial=0.0))
+        if deepest > depth.allowed:
+            yield f"{depth.what} is {deepest:.3g} m {depth.where}"
+
+
+def _depths(run: Run) -> Iterator[Any]:
+    mechanism = run.record.mechanism
     for name, element in mechanism.elements().items():
-        for depth in element.depths(name, mechanism):
-            deepest = float(result.signals[depth.signal].max(initial=0.0))
-            if deepest > depth.allowed:
-                yield f"PENETRATION: {depth.what} is {deepest:.3g} m {depth.where}"
+        yield from element.depths(name, mechanism)
+
+
+def _idle(run: Run, _result: Result) -> str:
+    return "" if any(_depths(run)) else "no stop and no joint with clearance"
+
+
+CHECK = Check(
+    "PENETRATION",
+    "failed when a point is deeper in its stop than a share of the mechanism, or a pin in its bush than both its clearance and a "
+    "share of its radius: a law of surfaces does not hold there",
+    _pierced,
+    idle=_idle,
+)

@@ -13,6 +13,8 @@ from typing import Any
 
 import numpy as np
 
+from buckler.mbs.accuracy.difference import PREDICTABLE
+from buckler.mbs.checks.check import Check
 from buckler.mbs.elements.clearance import clearances
 from buckler.mbs.engine.choice import usual_tolerance
 from buckler.mbs.kinematics.closure import determined
@@ -35,19 +37,19 @@ SPEED = 0.05
 """The same for the speed of a point, relative to the fastest point of the run."""
 PLACE = 1e-3
 """The same for the place of a point, relative to the mechanism's size."""
+MOVED = 1e-4
+"""Way of a point in the whole run, relative to the mechanism's size, below which nobody asks how fast it was."""
 LOOSEST = 0.1
 """Tolerance, with clearance, beyond which a step is allowed the error of a whole run, a tenth of it; it is PLACE without."""
 CONTACT = ("contact_force", "normal_force")
 
 
-def steps(run: Run, result: Result) -> Iterator[str]:
-    """Yield what changes when the steps are halved, in words."""
+def _too_long(run: Run, result: Result) -> Iterator[str]:
+    """What changes when the steps are halved."""
     record, taken, mechanism = run.record, run.solver.steps, run.record.mechanism
-    if len(record.time) < 3 or determined(mechanism):
-        return  # where constraints alone decide the motion, steps cannot make it wrong
     loosest = LOOSEST if clearances(mechanism) else PLACE
     if (taken.tolerance or 0.0) > loosest:
-        yield f"STEPS: tolerance = {taken.tolerance:g} allows each step the error of a whole run; it must be {loosest:g} at most"
+        yield f"tolerance = {taken.tolerance:g} allows each step the error of a whole run; it must be {loosest:g} at most"
         return
     striking = any(_of_contact(name, result) for name in result.signals)
     fewest = MOST if taken.coarser_than(usual_tolerance(mechanism)) else FEWEST
@@ -55,7 +57,7 @@ def steps(run: Run, result: Result) -> Iterator[str]:
         span = f"from t = {record.time[first]:.4g} s to {record.time[last]:.4g} s"
         finer = run.again(first, last)
         if finer is None:
-            yield f"STEPS: with half the steps the engine does not get {span}"
+            yield f"with half the steps the engine does not get {span}"
             continue
         after = collect(finer)[0]
         window = slice(first, last + 1)
@@ -63,7 +65,17 @@ def steps(run: Run, result: Result) -> Iterator[str]:
         changes |= dict(_motion(mechanism, result, last, after, speeds=bool(names) or not striking))
         if changes:
             name = max(changes, key=lambda name: changes[name])
-            yield f"STEPS: half the steps {span} change {name} by {changes[name]:.2g}"
+            yield f"half the steps {span} change {name} by {changes[name]:.2g}"
+
+
+def _idle(run: Run, result: Result) -> str:
+    """Where a whole finer run was compared, or constraints alone decide the motion, halved steps tell nothing more."""
+    mechanism = run.record.mechanism
+    if determined(mechanism):
+        return "the drives alone decide the motion"
+    if result.error.known and (result.time[-1] <= PREDICTABLE or not clearances(mechanism)):
+        return "a whole finer run was compared"
+    return "fewer than two steps" if len(run.record.time) < 3 else ""
 
 
 def _stretches(record: Record, result: Result, fewest: int) -> dict[tuple[int, int], list[str]]:
@@ -116,8 +128,18 @@ def _motion(
     at_rest = PLACE * size / (result.time[-1] - result.time[0])  # a speed that moves nothing by more than it may
     fastest = max(at_rest, *(float(np.hypot(before[f"{p}.vx"], before[f"{p}.vy"]).max()) for p in mechanism.points))
     for point in mechanism.points:
+        moved = max(float(np.ptp(before[f"{point}.{axis}"])) for axis in "xy") > MOVED * size
         looks = [("place", ("x", "y"), size, PLACE), ("speed", ("vx", "vy"), fastest, SPEED)]
-        for what, axes, scale, allowed in looks if speeds else looks[:1]:
+        for what, axes, scale, allowed in looks if speeds and moved else looks[:1]:
             off = np.hypot(*(after[f"{point}.{axis}"][-1] - before[f"{point}.{axis}"][last] for axis in axes))
             if off > allowed * scale:
                 yield f"the {what} of {point}", float(off / scale)
+
+
+CHECK = Check(
+    "STEPS",
+    "failed when half the steps, over the hardest stretches, give other forces, impulses, places or speeds",
+    _too_long,
+    {"largest force": FORCE, "impulse": IMPULSE, "speed": SPEED, "place": PLACE, "way of rest": MOVED, "tolerance": LOOSEST},
+    _idle,
+)

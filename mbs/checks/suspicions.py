@@ -8,19 +8,32 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-import numpy as np
-
-from buckler.mbs.checks.branch import branches
-from buckler.mbs.checks.closure import closures
-from buckler.mbs.checks.contact import pulls
-from buckler.mbs.checks.energy import BALANCE, OF_ACCURACY, at_rest, unbalanced
-from buckler.mbs.checks.mesh import meshes
-from buckler.mbs.checks.penetration import pierced
-from buckler.mbs.checks.steps import steps
-from buckler.mbs.elements.clearance import clearances
-from buckler.mbs.record.energy import ledger
+from buckler.mbs.checks import clock, closure, contact, crossed, dead_centre, energy, finite, mesh, penetration, steps, unbuckled
+from buckler.mbs.checks.check import Check
 from buckler.mbs.record.result import Result, Status
 from buckler.mbs.record.run import Run
+
+READABLE: tuple[Check, ...] = (finite.CHECK, clock.CHECK)
+"""Checks without which no other means anything."""
+CHECKS: tuple[Check, ...] = (
+    *READABLE, energy.CHECK, contact.CHECK, penetration.CHECK, unbuckled.CHECK, crossed.CHECK, dead_centre.CHECK, closure.CHECK,
+    mesh.CHECK, steps.CHECK,
+)  # fmt: skip
+"""All checks, in the order in which they look."""
+
+
+def idle(run: Run, result: Result) -> dict[str, str]:
+    """The checks that have nothing to look at in a run, and why, in words.
+
+    Parameters
+    ----------
+    run : Run
+    result : Result
+        Of that run; of a failed one nothing is said.
+    """
+    if result.status is not Status.OK:
+        return {}
+    return {check.name: why for check in CHECKS if (why := check.idle(run, result))}
 
 
 def suspicions(run: Run, result: Result) -> Iterator[str]:
@@ -35,21 +48,9 @@ def suspicions(run: Run, result: Result) -> Iterator[str]:
     """
     if result.status is not Status.OK:
         return
-    if not all(np.isfinite(values).all() for values in result.signals.values()):
-        yield "NOT_FINITE: a signal is not finite"
-        return
-    if len(result.time) > 1 and not (np.diff(result.time) > 0).all():
-        yield "TIME: time does not increase"
-        return
-    mechanism = run.record.mechanism
-    if result.energy or run.solver.steps.record_every == 1:  # work cannot be summed over steps that were not recorded
-        least = at_rest(mechanism, float(result.time[-1] - result.time[0]) or 1.0)
-        yield from unbalanced(result.energy or ledger(run.record), max(BALANCE, OF_ACCURACY * result.asked), least)
-    yield from pulls(result)
-    yield from pierced(mechanism, result)
-    yield from branches(run.record, result)
-    yield from closures(run.record)
-    yield from meshes(run.record)
-    halved = result.error >= 0 and not clearances(mechanism)  # whole runs were, to estimate the error; with clearance 10 ms only
-    if not halved:
-        yield from steps(run, result)
+    for check in READABLE:
+        for said in check(run, result):
+            yield said
+            return
+    for check in CHECKS[len(READABLE) :]:
+        yield from check(run, result)

@@ -9,9 +9,9 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from buckler.mbs.elements.body import Body
-from buckler.mbs.elements.element import Array, Energy, Recorded, Signal, since_start
+from buckler.mbs.elements.element import Array, Energy, Recorded, Signal
 from buckler.mbs.elements.section import Section
-from buckler.mbs.validate import number, one_of, whole
+from buckler.mbs.validate import listed, number, one_of, pair, whole
 
 DEFAULT_ELEMENTS = 8
 """Elements of a flexible link where neither its maker nor an accuracy asks for a number."""
@@ -58,7 +58,8 @@ class Flexible(Body):
             if self.imperfection:
                 raise ValueError(f"imperfection = {self.imperfection:g} m and shape: give one of them")
             if not callable(self.shape):
-                object.__setattr__(self, "shape", tuple((float(x), float(y)) for x, y in self.shape))
+                points = listed("shape", self.shape)
+                object.__setattr__(self, "shape", tuple(pair(f"shape[{k}]", point, "m") for k, point in enumerate(points)))
                 if len(self.shape) < 3:
                     raise ValueError(f"shape: {len(self.shape)} points; it needs at least 3")
 
@@ -126,7 +127,7 @@ class Flexible(Body):
         strains = record.links[link.name].strains()
         zero = np.zeros_like(record.time)
         yield Energy("held", "strain", sum((strain.energy for strain in strains), zero))
-        yield Energy("taken", "damping", since_start(record.time, sum((strain.power for strain in strains), zero)))
+        yield Energy("taken", "damping", record.work(sum((strain.power for strain in strains), zero)))
 
 
 @dataclass(frozen=True)
@@ -141,7 +142,7 @@ class Beam(Flexible):
     nodes : int
         Nodes an element, 2 (linear) or 3 (quadratic; far more accurate for its price).
     imperfection : float
-        Stress-free half-sine bow, m, at mid-span; positive to the left of the direction from start to end.
+        Stress-free half-sine bow, m, at mid-span, in [-1, 1]; positive to the left of the direction from start to end.
     shape : sequence of (float, float), or callable, optional
         Stress-free shape instead of a bow: points in the link's frame from start to end, or a function of the fraction of the
         arc length, in [0, 1], that returns (x, y). It is turned and scaled so that its ends are the link's points.
@@ -178,7 +179,7 @@ class Cable(Flexible):
     elements : int, optional
         Number of elements, 1 to 1000. By default as many as the accuracy asked of a run takes, or 8 where none is asked.
     imperfection : float
-        Stress-free half-sine bow, m, at mid-span; positive to the left of the direction from start to end.
+        Stress-free half-sine bow, m, at mid-span, in [-1, 1]; positive to the left of the direction from start to end.
     shape : sequence of (float, float), or callable, optional
         Stress-free shape instead of a bow; see `Beam`.
     """

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, NamedTuple
 
@@ -14,6 +14,9 @@ from buckler.mbs.elements.rows import Row, meets
 from buckler.mbs.laws import BristleLaw, FrictionLaw, NoFriction, NormalLaw
 from buckler.mbs.validate import follows, positive
 
+PIERCED = 0.05
+"""Depth of a pin in its bush, relative to its radius, up to which a depth beyond the clearance is remarked, not suspected."""
+
 
 @dataclass(frozen=True)
 class Clearance(Joint):
@@ -24,9 +27,9 @@ class Clearance(Joint):
     point, first, second : str
         The point and the two bodies, links or 'ground'; the pin is the first's, the bush the second's.
     pin : float
-        Radius of the pin, m.
+        Radius of the pin, m, positive.
     gap : float
-        Radial clearance, m: bush radius minus pin radius. A joint without clearance is a `Revolute`.
+        Radial clearance, m, positive: bush radius minus pin radius. A joint without clearance is a `Revolute`.
     law : NormalLaw
         Of `buckler.mbs.laws`, with depth in m.
     friction : FrictionLaw or BristleLaw
@@ -66,9 +69,19 @@ class Clearance(Joint):
         return meets(self.point, self.first, self.second, start_only=True)
 
     def depths(self, name: str, mechanism: Any) -> Iterator[Depth]:
-        """Yield its depth and the clearance."""
-        where = f"in its bush, more than its clearance {self.gap:.3g} m"
-        yield Depth(f"{self.point}.penetration", self.gap, f"pin '{self.point}'", where)
+        """Yield its depth, and the clearance or a share of the pin, whichever is more."""
+        allowed = max(self.gap, PIERCED * self.pin)
+        where = f"in its bush, more than {allowed:.3g} m, its clearance or {PIERCED:g} of its radius"
+        yield Depth(f"{self.point}.penetration", allowed, f"pin '{self.point}'", where)
+
+    def remarks(self, name: str, signals: Mapping[str, Array]) -> Iterator[str]:
+        """Yield that the pin is deeper than its clearance, where the theory of two cylinders has ended."""
+        deepest = float(signals[f"{self.point}.penetration"].max(initial=0.0))
+        if deepest > self.gap:
+            yield (
+                f"pin '{self.point}' is {deepest:.3g} m deep in its bush, more than its clearance {self.gap:.3g} m: its law was "
+                "followed, but no theory of contact holds so deep"
+            )
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield the force on the second body, what contact and friction exert, N, and where the pin is in its bush."""

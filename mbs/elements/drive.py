@@ -7,15 +7,23 @@ from dataclasses import dataclass
 from math import inf
 from typing import Any
 
-from buckler.mbs.elements.element import GROUND, Array, Element, Energy, Place, Recorded, Signal, known, since_start
+from buckler.mbs.elements.element import GROUND, Array, Element, Energy, Place, Recorded, Signal, known
 from buckler.mbs.elements.rows import Along, Row, Turn
-from buckler.mbs.functions import Expression, Table
+from buckler.mbs.functions import Expression, Table, kinks
 from buckler.mbs.validate import function, number, one_of, positive, word
 
 
 @dataclass(frozen=True)
 class Ramp:
-    """Speed that changes linearly from `start` to `end` (rad/s or m/s) over `duration` seconds, then stays."""
+    """Speed that changes linearly and then stays.
+
+    Parameters
+    ----------
+    start, end : float
+        rad/s or m/s.
+    duration : float
+        s, positive: of the change.
+    """
 
     start: float
     end: float
@@ -63,29 +71,38 @@ class Motion:
     def check_run(self, duration: float, where: str) -> None:
         """Raise a ValueError if within a run `speed` is not the derivative of `position`, or one of them is no number."""
         times = [share * duration for share in SAMPLES]
-        steps = [min(STEP, 0.01 * duration)] * len(times)
-        slopes = []
-        for t, h in zip(times, steps, strict=True):
-            places = [_asked(f"{where}: position", self.position, t + k * h) for k in (-1, 1)]
-            slopes.append((places[1] - places[0]) / (2 * h))
         speeds = [_asked(f"{where}: speed", self.speed, t) for t in times]
+        slopes = [self._slope(t, speed, min(STEP, 0.01 * duration), where) for t, speed in zip(times, speeds, strict=True)]
         largest = max(map(abs, slopes + speeds))
         for t, slope, speed in zip(times, slopes, speeds, strict=True):
             if abs(slope - speed) > SAME * (abs(slope) + abs(speed)) + SAME**2 * largest + 1e-12:
                 raise ValueError(f"{where}: speed({t:g}) = {speed:g} is not the derivative of position: {slope:g}")
 
+    def _slope(self, t: float, speed: float, step: float, where: str) -> float:
+        """Difference of the position, over the step of three that comes closest to the speed: an oscillation may be fast."""
+        found = []
+        for h in (step, step / 10, step / 100):
+            places = [_asked(f"{where}: position", self.position, t + k * h) for k in (-1, 1)]
+            found.append((places[1] - places[0]) / (2 * h))
+        return min(found, key=lambda slope: abs(slope - speed))
+
     def acceleration(self, t: float, last: float = inf) -> float:
-        """Difference of the speed over 2e-4 s, of second order; nothing is asked for before t = 0 or beyond `last`."""
-        h = min(STEP, last / 4) if last > 0 else STEP
-        if t < h:
+        """Difference of the speed over 2e-4 s, of second order, to one side of a kink; at a kink, of what follows.
+
+        Nothing is asked for before t = 0 or beyond `last`.
+        """
+        known = self.kinks(last)
+        start, end = max((k for k in known if k <= t), default=0.0), min((k for k in known if k > t), default=last)
+        h = min(STEP, (end - start) / 4) if end > start else STEP
+        if t - h < start:
             return (4 * self.speed(t + h) - 3 * self.speed(t) - self.speed(t + 2 * h)) / (2 * h)
-        if t + h > last:
+        if t + h > end:
             return (3 * self.speed(t) - 4 * self.speed(t - h) + self.speed(t - 2 * h)) / (2 * h)
         return (self.speed(t + h) - self.speed(t - h)) / (2 * h)
 
     def kinks(self, duration: float) -> tuple[float, ...]:
-        """None that are known."""
-        return ()
+        """Times in (0, duration), s, at which its tables have points; None are known of other functions."""
+        return tuple(sorted({t for f in (self.position, self.speed) for t in kinks(f) if 0 < t < duration}))
 
 
 STEP, SAME = 1e-4, 1e-3
@@ -142,6 +159,10 @@ class Drive(Element):
         if sum(drive.target == self.target for drive in mechanism.drives) > 1:
             raise ValueError(f"drive of '{self.target}': it is driven twice")
 
+    def kinks(self, duration: float) -> tuple[float, ...]:
+        """Times in a run at which its acceleration jumps."""
+        return self.motion.kinks(duration)
+
     def check_run(self, duration: float, name: str) -> None:
         """Its motion must be consistent within the run."""
         self.motion.check_run(duration, name)
@@ -176,7 +197,7 @@ class Drive(Element):
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
         """Yield the work it gave."""
         power = record.channel(name, "effort")[:, 0] * self._driven(record)[1]
-        yield Energy("given", "drive", since_start(record.time, power))
+        yield Energy("given", "drive", record.work(power))
 
     def _driven(self, record: Recorded) -> tuple[Array, Array]:
         """The driven coordinate and its rate."""

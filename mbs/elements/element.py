@@ -85,6 +85,9 @@ class Recorded(Protocol):
     def turn(self, at: str) -> tuple[Array, Array]:
         """Angle turned since t = 0 of the body at a point reference, and its rate."""
 
+    def work(self, power: Array) -> Array:
+        """Work, J, of a power, W, since t = 0, each (times,)."""
+
 
 class Element:
     """A kind of thing a mechanism is made of: what it is called, whether it fits, its signals, its energies."""
@@ -108,6 +111,11 @@ class Element:
         """
         return None
 
+    @property
+    def rubs_on_reaction(self) -> bool:
+        """Whether it rubs by its own reaction, so that nobody knows its forces before the motion is solved."""
+        return False
+
     def pushes(self, name: str, record: Recorded) -> Iterator[tuple[str, Array, Array]] | None:
         """Forces it exerts in a motion that is known: (point reference, force (times, 2), moment (times,)).
 
@@ -118,8 +126,16 @@ class Element:
     def check_run(self, duration: float, name: str) -> None:
         """Raise a ValueError if it cannot run that long, s; nothing by default."""
 
+    def kinks(self, duration: float) -> tuple[float, ...]:
+        """Times in (0, duration), s, at which what it prescribes is known to have a kink or jump; none by default."""
+        return ()
+
     def depths(self, name: str, mechanism: Any) -> Iterator[Depth]:
         """Yield how deep its contacts may be; nothing by default."""
+        yield from ()
+
+    def remarks(self, name: str, signals: Mapping[str, Array]) -> Iterator[str]:
+        """Yield what is worth knowing of it in a run; nothing by default."""
         yield from ()
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
@@ -137,6 +153,11 @@ class Element:
     def moments(self, mechanism: Any) -> Iterator[str]:
         """Yield the point references 'link:point' at which it exerts a moment on a link; none by default."""
         yield from ()
+
+
+def kinks_of(mechanism: Any, duration: float) -> tuple[float, ...]:
+    """Times in (0, duration), s, at which something that acts on a mechanism has a kink or jump, in order."""
+    return tuple(sorted({t for element in mechanism.elements().values() for t in element.kinks(duration)}))
 
 
 class Place(NamedTuple):
@@ -256,12 +277,6 @@ class Joint(Element):
         """Yield both sides where it keeps the angle; the moment of friction is small."""
         if self.keeps_angle:
             yield from (f"{body}:{self.point}" for body in (self.first, self.second))
-
-
-def since_start(time: Array, power: Array) -> Array:
-    """Work, J, of a power, W, since t = 0, by the trapezoidal rule."""
-    steps = np.diff(time) * (power[1:] + power[:-1]) / 2
-    return np.concatenate([[0.0], np.cumsum(steps)])
 
 
 def turned(angle: Array, vector: Any) -> Array:

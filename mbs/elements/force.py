@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs.elements.element import GROUND, Array, Energy, Recorded, Signal, holder, place, refers, since_start
+from buckler.mbs.elements.element import GROUND, Array, Energy, Recorded, Signal, holder, place, refers
 from buckler.mbs.elements.load import Load, Push, check_turning, held_at, sampled, turning
+from buckler.mbs.functions import kinks
 from buckler.mbs.validate import function, pair
 
 Pair = tuple[float, float]
@@ -41,6 +42,10 @@ class Force(Load):
             pair(f"{where} at t = 0", function(where, self.value, 0.0)(0.0), "N")
         else:
             object.__setattr__(self, "value", pair(where, self.value, "N"))
+
+    def kinks(self, duration: float) -> tuple[float, ...]:
+        """Points in a run of the tables it is made of."""
+        return tuple(t for t in kinks(self.value) if 0 < t < duration)
 
     @property
     def key(self) -> str:
@@ -82,7 +87,7 @@ class Force(Load):
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
         """Yield the work it gave."""
         if callable(self.value) or self.follows is not None:
-            yield Energy("given", "load", since_start(record.time, self.power(name, record)))
+            yield Energy("given", "load", record.work(self.power(name, record)))
             return
         path = record.point(held_at(record.mechanism, self.point))[0]
         yield Energy("given", "load", (path - path[0]) @ np.array(self.value))

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs.elements.element import GROUND, Array, Element, Energy, Recorded, Signal, known, reaches, since_start
+from buckler.mbs.elements.element import GROUND, Array, Element, Energy, Recorded, Signal, known, reaches
 from buckler.mbs.elements.journal import BRISTLE
 from buckler.mbs.elements.link import weight
 from buckler.mbs.elements.rows import Row, on_line
@@ -26,11 +26,11 @@ class GuideFriction:
     Parameters
     ----------
     dynamic, static : float
-        Friction forces, N; `static` at least `dynamic` (default: equal).
+        Friction forces, N, not negative; `static` at least `dynamic` (default: equal).
     viscous : float
-        N s/m.
+        N s/m, not negative.
     regularisation, stribeck : float
-        Speeds v_r and v_s, m/s.
+        Speeds v_r and v_s, m/s, positive.
     """
 
     dynamic: float
@@ -78,7 +78,7 @@ class Guide(Element):
     along : (float, float)
         Direction of the line; need not be a unit vector.
     mass : float
-        Of the block, kg.
+        Of the block, kg, not negative.
     friction : GuideFriction, FrictionLaw or BristleLaw, optional
         Given forces, or a law of `buckler.mbs.laws`, as joints have: its coefficient times the guide's own lateral reaction.
     """
@@ -113,10 +113,14 @@ class Guide(Element):
         """Yield that the point stays on the line."""
         return on_line(self.point, self.link, GROUND, self.along)
 
-    def reactions(self, multipliers: Array) -> dict[str, Array] | None:
-        """Return the guide's lateral force; None where friction follows it, for it is not known before."""
-        follows_it = self.friction is not None and not isinstance(self.friction, GuideFriction)
-        return None if follows_it else {"reaction": multipliers}
+    def reactions(self, multipliers: Array) -> dict[str, Array]:
+        """Return the guide's lateral force."""
+        return {"reaction": multipliers}
+
+    @property
+    def rubs_on_reaction(self) -> bool:
+        """Whether its friction is a law of the reaction."""
+        return self.friction is not None and not isinstance(self.friction, GuideFriction)
 
     def pushes(self, name: str, record: Recorded) -> Iterator[tuple[str, Array, Array]] | None:
         """Return its friction; None if that follows the reaction, which nobody knows before."""
@@ -135,7 +139,7 @@ class Guide(Element):
         if self.friction is not None:
             held = self._held(name, record)
             yield Energy("held", "contact", held)
-            rubbed = since_start(record.time, self._drag(name, record) * block.speed)
+            rubbed = record.work(self._drag(name, record) * block.speed)
             yield Energy("taken", "friction", rubbed - (held - held[0]))
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:

@@ -8,7 +8,8 @@ the bush's.
 What a contact remembers of the last accepted step, `MEMORY`, gives a law its onset speed and its bristle: since then the
 bristle has bent at the mean of the sliding speed then and now.
 
-The laws come as functions of floats, so that Numba can compile all of it: `buckler.mbs.engine.compiled`.
+The laws come as functions of the joint's row of numbers and of floats, so that Numba can compile all of it once for all laws:
+`buckler.mbs.engine.compiled`.
 """
 
 from __future__ import annotations
@@ -55,10 +56,11 @@ def _state(offset: int, x: float, y: float, ax: float, ay: float, q: Array, v: A
 
 
 def _contact(
-    normal: Any, friction: Any, bend: Any, pin: tuple[float, ...], bush: tuple[float, ...], radius: float, gap: float,
+    normal: Any, friction: Any, bend: Any, numbers: Array, pin: tuple[float, ...], bush: tuple[float, ...],
     t: float, past: Array,
 ) -> tuple[float, ...]:  # fmt: skip
-    """What `COLUMNS` names, for one joint whose ends have these states and whose memory is `past`."""
+    """What `COLUMNS` names, for one joint with its row of numbers, whose ends have these states and whose memory is `past`."""
+    radius, gap = numbers[8], numbers[9]
     ex, ey = pin[0] - bush[0], pin[1] - bush[1]
     e = np.sqrt(ex * ex + ey * ey)
     if e < 1e-300:
@@ -70,9 +72,9 @@ def _contact(
     sliding = nx * uy - ny * ux + pin[6] * radius - bush[6] * (e + radius)
     if depth <= 0.0:
         return 0.0, 0.0, depth, rate, sliding, 0.0, 0.0, 0.0, nx, ny
-    force = normal(depth, rate, past[ONSET])
-    bristle = bend(past[BRISTLE], 0.5 * (past[SLIDING] + sliding), t - past[SINCE])
-    drag = friction(sliding, bristle) * force
+    force = normal(numbers, depth, rate, past[ONSET])
+    bristle = bend(numbers, past[BRISTLE], 0.5 * (past[SLIDING] + sliding), t - past[SINCE])
+    drag = friction(numbers, sliding, bristle) * force
     return force, drag, depth, rate, sliding, bristle, -force * nx + drag * ny, -force * ny - drag * nx, nx, ny
 
 
@@ -84,7 +86,7 @@ def report(
         n = numbers[j]
         pin = _state(places[j, 0], n[0], n[1], n[2], n[3], q, v)
         bush = _state(places[j, 1], n[4], n[5], n[6], n[7], q, v)
-        out[j] = _contact(normal, friction, bend, pin, bush, n[8], n[9], t, memory[j])
+        out[j] = _contact(normal, friction, bend, n, pin, bush, t, memory[j])
 
 
 def forces(
@@ -96,7 +98,7 @@ def forces(
         n = numbers[j]
         pin = _state(places[j, 0], n[0], n[1], n[2], n[3], q, v)
         bush = _state(places[j, 1], n[4], n[5], n[6], n[7], q, v)
-        c = _contact(normal, friction, bend, pin, bush, n[8], n[9], t, memory[j])
+        c = _contact(normal, friction, bend, n, pin, bush, t, memory[j])
         if c[0] == 0.0:
             continue
         fx, fy = c[6], c[7]

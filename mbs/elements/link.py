@@ -14,7 +14,7 @@ from buckler.mbs.elements.frozen import Frozen
 from buckler.mbs.elements.modal import Modal
 from buckler.mbs.elements.rigid import Rigid
 from buckler.mbs.elements.strut import Strut
-from buckler.mbs.validate import number, one_of, positive, word
+from buckler.mbs.validate import number, one_of, positive, sequence_of, word
 
 BODIES = (Rigid, Strut, Beam, Cable, Modal)
 """Kinds of body, one line a kind."""
@@ -47,7 +47,9 @@ class Link(Element):
         one_of(f"body of link '{self.name}'", self.body, BODIES)
         if isinstance(self.carries, str):
             raise ValueError(f"carries of link '{self.name}' = {self.carries!r}: must be a sequence of names or a mapping")
-        along = self.carries if isinstance(self.carries, Mapping) else dict.fromkeys(self.carries)
+        if not isinstance(self.carries, Mapping):
+            names = sequence_of(f"carries of link '{self.name}'", self.carries, (str,))
+        along = self.carries if isinstance(self.carries, Mapping) else dict.fromkeys(names)
         object.__setattr__(self, "carries", Frozen(along))
         for point, part in along.items():
             if part is not None:

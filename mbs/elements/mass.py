@@ -24,7 +24,7 @@ class Mass(Element):
     mass : float
         kg, positive.
     inertia : float
-        About the point, kg m^2; it turns with the link. A block, which does not turn, takes none.
+        About the point, kg m^2, not negative; it turns with the link. A block, which does not turn, takes none.
     link : str, optional
         Which of the links at the point carries it; by default the first that has mass.
     """

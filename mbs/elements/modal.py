@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
 from buckler.mbs.elements.body import Body
-from buckler.mbs.elements.element import Energy, Recorded, Signal, since_start
+from buckler.mbs.elements.element import Energy, Recorded, Signal
 from buckler.mbs.elements.section import Section
 from buckler.mbs.upper import upper
-from buckler.mbs.validate import number, positive, whole
+from buckler.mbs.validate import listed, number, one_of, positive, whole
 
 Array = np.ndarray[Any, Any]
 COUNTINGS = ("flexible", "free", "in-plane")
@@ -24,9 +24,18 @@ Point3 = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class EndFace:
-    """All nodes in the cross-section through the joint's centre, within `tolerance`, m."""
+    """All nodes in the cross-section through the joint's centre.
+
+    Parameters
+    ----------
+    tolerance : float
+        m, positive: how far from it they may be.
+    """
 
     tolerance: float = 1e-7
+
+    def __post_init__(self) -> None:
+        positive("tolerance", self.tolerance, "m")
 
     def __call__(self, nodes: Array, joint: Array) -> Array:
         """Mask of the nodes."""
@@ -35,7 +44,13 @@ class EndFace:
 
 @dataclass(frozen=True)
 class PinHole:
-    """All nodes on the wall of a hole of this radius, m, about the joint's axis (1 % more: walls are faceted)."""
+    """All nodes on the wall of a hole about the joint's axis (1 % more: walls are faceted).
+
+    Parameters
+    ----------
+    radius : float
+        Of the hole, m, positive.
+    """
 
     radius: float
 
@@ -79,7 +94,7 @@ class Box:
     elements: tuple[int, int, int] = (16, 2, 1)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "elements", tuple(self.elements))
+        object.__setattr__(self, "elements", listed("elements", self.elements))
         if len(self.elements) != 3:
             raise ValueError(f"elements = {self.elements!r}: must be three numbers: along length, depth, width")
         for k, count in enumerate(self.elements):
@@ -132,8 +147,14 @@ class FreeModes:
     numbers: tuple[int, ...]
     counting: str = "flexible"
 
+    of_solid: ClassVar[bool] = True
+
     def __post_init__(self) -> None:
         _check_numbers(self)
+
+    def planar(self, modal: Modal, length: float) -> Any:
+        """What the plane of motion sees of a link of these modes."""
+        return upper("modal.reduction", "reduced")(modal, length).planar()
 
 
 @dataclass(frozen=True)
@@ -154,14 +175,52 @@ class CraigBampton:
     fixed: int = 12
     counting: str = "flexible"
 
+    of_solid: ClassVar[bool] = True
+
     def __post_init__(self) -> None:
         whole("fixed", self.fixed, 0, 1000)
         if self.numbers is not None:
             _check_numbers(self)
 
+    def planar(self, modal: Modal, length: float) -> Any:
+        """What the plane of motion sees of a link of these modes."""
+        return upper("modal.reduction", "reduced")(modal, length).planar()
+
+
+@dataclass(frozen=True)
+class BarModes:
+    """The lowest free modes of the section as a uniform bar, from beam theory: no mesh is made.
+
+    Parameters
+    ----------
+    bending, axial : int
+        Number of modes of each kind, those in bending first.
+    shear : bool
+        Timoshenko's theory (shear deformation and rotary inertia); otherwise Euler and Bernoulli's, without either.
+    """
+
+    bending: int = 2
+    axial: int = 1
+    shear: bool = True
+
+    of_solid: ClassVar[bool] = False
+
+    def __post_init__(self) -> None:
+        whole("bending", self.bending, 0, 13), whole("axial", self.axial, 0, 13)
+        whole("bending + axial", self.bending + self.axial, 1, 26)
+
+    @property
+    def numbers(self) -> tuple[int, ...]:
+        """From 1 on."""
+        return tuple(range(1, self.bending + self.axial + 1))
+
+    def planar(self, modal: Modal, length: float) -> Any:
+        """What the plane of motion sees of a link of these modes."""
+        return upper("modal.bar", "bar_model")(modal, self, length)
+
 
 def _check_numbers(modes: Any) -> None:
-    object.__setattr__(modes, "numbers", tuple(modes.numbers))
+    object.__setattr__(modes, "numbers", listed("numbers", modes.numbers))
     if not modes.numbers or len(set(modes.numbers)) < len(modes.numbers):
         raise ValueError(f"numbers = {modes.numbers!r}: must be one mode at least, none of them twice")
     for n in modes.numbers:
@@ -177,7 +236,7 @@ class AdamsDamping:
     Parameters
     ----------
     low, middle, high : float
-        Damping ratio of modes below 100 Hz, from there to 1 kHz, and above: 1 %, 10 % and critical.
+        Damping ratio of modes below 100 Hz, from there to 1 kHz, and above, in [0, 10]: 1 %, 10 % and critical.
     """
 
     low: float = 0.01
@@ -202,10 +261,10 @@ class Modal(Body):
     ----------
     section : Section
         Thickness in the plane, width normal to it, material.
-    modes : FreeModes or CraigBampton
-        By default the three lowest free modes in the plane.
+    modes : FreeModes, CraigBampton or BarModes
+        By default the three lowest free modes in the plane. `BarModes` need no solid: mesh, interface and order do not count.
     damping : float, sequence of float, or AdamsDamping
-        Damping ratio of all modes, one for each number in `modes`, or by frequency as ADAMS does: `AdamsDamping()`.
+        Damping ratio of all modes, in [0, 10], one for each number in `modes`, or by frequency as ADAMS does: `AdamsDamping()`.
     mesh : Box or MeshFile
     interface : callable
         Which nodes the joints hold: `EndFace`, `PinHole`, `Nearest`, or any (nodes, joint) -> mask in link axes.
@@ -214,7 +273,7 @@ class Modal(Body):
     """
 
     section: Section
-    modes: FreeModes | CraigBampton = field(default_factory=lambda: FreeModes((1, 2, 3), counting="in-plane"))
+    modes: FreeModes | CraigBampton | BarModes = field(default_factory=lambda: FreeModes((1, 2, 3), counting="in-plane"))
     damping: float | tuple[float, ...] | AdamsDamping = 0.01
     mesh: Box | MeshFile = field(default_factory=Box)
     interface: Interface = field(default_factory=EndFace)
@@ -225,16 +284,20 @@ class Modal(Body):
         return self.section.first_frequency(length)
 
     def __post_init__(self) -> None:
-        if not isinstance(self.modes, FreeModes | CraigBampton):
-            raise ValueError(f"modes = {self.modes!r}: must be FreeModes(numbers) or CraigBampton(numbers)")
+        if not isinstance(self.modes, FreeModes | CraigBampton | BarModes):
+            raise ValueError(f"modes = {self.modes!r}: must be FreeModes(numbers), CraigBampton(numbers) or BarModes()")
         if isinstance(self.damping, Iterable):
-            object.__setattr__(self, "damping", tuple(self.damping))
+            object.__setattr__(self, "damping", listed("damping", self.damping))
             if self.modes.numbers is None or len(self.damping) != len(self.modes.numbers):
                 each = f"one for each of modes.numbers = {self.modes.numbers}"
                 raise ValueError(f"damping = {self.damping!r}: must be one ratio, or {each}")
         if not isinstance(self.damping, AdamsDamping):
             for ratio in self.damping if isinstance(self.damping, tuple) else (self.damping,):
                 number("damping", ratio, 0.0, 10.0, "1")
+        one_of("section", self.section, (Section,))
+        one_of("mesh", self.mesh, (Box, MeshFile))
+        if not callable(self.interface):
+            raise ValueError(f"interface = {self.interface!r}: must be a function of nodes and joint, as EndFace()")
         number("poisson", self.section.material.poisson, -0.999, 0.499, "1")
         whole("order", self.order, 1, 2)
 
@@ -243,9 +306,15 @@ class Modal(Body):
 
         The other modes that it names have no part in the motion. `buckler.mbs.modal.reduced` tells all of them.
         """
-        reduced = upper("modal.reduction", "reduced")
+        return np.asarray(self.planar(length).frequency / (2 * np.pi))
 
-        return reduced(self, length).planar().frequency / (2 * np.pi)
+    def planar(self, length: float) -> Any:
+        """What the plane of motion sees of a link this long [m]: a `PlanarModel`."""
+        return self.modes.planar(self, positive("length", length, "m"))
+
+    def ratios(self, omega: Any) -> Any:
+        """Damping ratio of all modes, or one for each of their angular frequencies, rad/s."""
+        return self.damping.ratios(omega / (2 * np.pi)) if isinstance(self.damping, AdamsDamping) else self.damping
 
     def signals(self, link: Any, record: Recorded) -> Iterator[Signal]:
         """Yield end shortening and deflection of mid-length from the chord, m."""
@@ -257,4 +326,4 @@ class Modal(Body):
         """Yield strain energy and what damping took."""
         (strain,) = record.links[link.name].strains()
         yield Energy("held", "strain", strain.energy)
-        yield Energy("taken", "damping", since_start(record.time, strain.power))
+        yield Energy("taken", "damping", record.work(strain.power))

@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs.elements.element import Array, Burden, Energy, Recorded, Signal, since_start
+from buckler.mbs.elements.element import Array, Burden, Energy, Recorded, Signal
 from buckler.mbs.elements.load import Load, Push, check_turning, sampled, turning
+from buckler.mbs.functions import kinks
 from buckler.mbs.validate import function, non_negative, number, positive
 
 CREEP = 1e-3
@@ -35,13 +36,13 @@ class Motor(Load):
     constant : float
         Torque constant, N m/A, which is the voltage constant in V s/rad; positive.
     inertia : float
-        Of the rotor, kg m^2.
+        Of the rotor, kg m^2, not negative.
     gear : float
         Turns of the rotor for one of the link, not zero; negative if they turn in opposite senses.
     friction : float
-        Torque that opposes the rotor's turning, N m; below `CREEP` of the rotor's speed it falls to zero.
+        Torque that opposes the rotor's turning, N m, not negative; below `CREEP` of the rotor's speed it falls to zero.
     dead_band : float
-        V. The voltage acts less this, and not at all below it.
+        V, not negative. The voltage acts less this, and not at all below it.
     """
 
     link: str
@@ -66,6 +67,10 @@ class Motor(Load):
             raise ValueError("gear = 0: must not be zero")
         non_negative("friction", self.friction, "N m")
         non_negative("dead_band", self.dead_band, "V")
+
+    def kinks(self, duration: float) -> tuple[float, ...]:
+        """Points in a run of the tables it is made of."""
+        return tuple(t for t in kinks(self.voltage) if 0 < t < duration)
 
     @property
     def key(self) -> str:
@@ -126,7 +131,7 @@ class Motor(Load):
         voltage, speed = self._run(record)
         current = self.current(voltage, speed)
         yield Energy("held", "kinetic", 0.5 * self.inertia * (self.gear * speed) ** 2)
-        yield Energy("given", "motor", since_start(record.time, self.effective(voltage) * current))
-        yield Energy("taken", "resistance", since_start(record.time, self.resistance * current**2))
+        yield Energy("given", "motor", record.work(self.effective(voltage) * current))
+        yield Energy("taken", "resistance", record.work(self.resistance * current**2))
         if self.friction:
-            yield Energy("taken", "friction", since_start(record.time, self.rubbing(speed) * self.gear * speed))
+            yield Energy("taken", "friction", record.work(self.rubbing(speed) * self.gear * speed))

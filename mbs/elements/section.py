@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from math import pi, sqrt
 
-from buckler.mbs.validate import non_negative, number, positive
+from buckler.mbs.validate import non_negative, number, one_of, positive, size
 
 
 @dataclass(frozen=True)
@@ -15,14 +15,14 @@ class Material:
     Parameters
     ----------
     modulus : float
-        Young's modulus, Pa.
+        Young's modulus, Pa, positive.
     density : float
-        kg/m^3.
+        kg/m^3, positive.
     poisson : float
-        Poisson's ratio, in [-1, 0.5].
+        Poisson's ratio, in (-1, 0.5].
     bending_damping, axial_damping : float
-        Retardation times, s: the bending moment is EI (kappa + bending_damping dkappa/dt), the normal force likewise.
-        They are two numbers because a strip's measured bending losses (air, joints) say nothing of its axial ones.
+        Retardation times, s, not negative: the bending moment is EI (kappa + bending_damping dkappa/dt), the normal force
+        likewise. They are two numbers because a strip's measured bending losses (air, joints) say nothing of its axial ones.
 
     Raises
     ------
@@ -54,15 +54,15 @@ class Section:
     Parameters
     ----------
     width : float
-        Out of the plane of motion, m.
+        Out of the plane of motion, m, in [1e-9, 1e6].
     thickness : float
-        In the plane of motion, m: what bends.
+        In the plane of motion, m, in [1e-9, 1e6]: what bends.
     material : Material
 
     Raises
     ------
     ValueError
-        If a length is not positive.
+        If a length is not in [1e-9, 1e6] m.
     """
 
     width: float
@@ -70,8 +70,9 @@ class Section:
     material: Material = field(default=STEEL)
 
     def __post_init__(self) -> None:
-        positive("width", self.width, "m")
-        positive("thickness", self.thickness, "m")
+        size("width", self.width, "m")
+        size("thickness", self.thickness, "m")
+        one_of("material", self.material, (Material,))
 
     @property
     def area(self) -> float:

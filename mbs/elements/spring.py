@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs.elements.element import GROUND, Array, Energy, Recorded, Signal, holder, place, refers, since_start
+from buckler.mbs.elements.element import GROUND, Array, Energy, Recorded, Signal, holder, place, refers
 from buckler.mbs.elements.load import Elastic, Law, Load, Push, distance, held_at, unit
 from buckler.mbs.validate import function, non_negative, number
 
@@ -25,9 +25,9 @@ class Spring(Elastic, Load):
     stiffness : float
         N/m. With a law it is not used and may be 0.
     damping : float
-        N s/m.
+        N s/m, not negative.
     free_length : float, optional
-        Distance without force, m; that at t = 0 by default.
+        Distance without force, m, not negative; that at t = 0 by default.
     law : callable, optional
         Tension, N, instead, as a function of elongation (distance less free length), m, and its rate, m/s. What it gives at
         rest is taken for elastic, the rest for damping.
@@ -93,4 +93,4 @@ class Spring(Elastic, Load):
         """Yield what it stores, and what damping took."""
         value, rate, _ = self.stretch(record)
         yield Energy("held", "spring", self.stored(value))
-        yield Energy("taken", "damping", since_start(record.time, self.lost(value, rate)))
+        yield Energy("taken", "damping", record.work(self.lost(value, rate)))

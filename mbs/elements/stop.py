@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,7 +20,6 @@ from buckler.mbs.elements.element import (
     left,
     place,
     reaches,
-    since_start,
     takes_moments,
     turned,
 )
@@ -43,7 +42,7 @@ class Stop(Element):
     point : str
         A guided point, or any point of a link.
     at : float
-        Where the face is along its direction, m. The point starts on one side of it and is kept there.
+        Where the face is along its direction, m, in [-1e6, 1e6]. The point starts on one side of it and is kept there.
     law : NormalLaw
         Contact law of `buckler.mbs.laws`.
     along : (float, float), optional
@@ -85,12 +84,13 @@ class Stop(Element):
     def check(self, mechanism: Any) -> None:
         """A guided point, or a point of a link with a direction; a body that can carry the face."""
         where = f"stop at '{self.point}'"
-        guided = {guide.point for guide in mechanism.guides}
-        if self.along is None:
-            known("guided point", self.point, guided, "stop without a direction (along)" if self.link else "stop")
+        known("point", self.point, mechanism.points, where)
+        if self.along is None and self.point not in {guide.point for guide in mechanism.guides}:
+            raise ValueError(
+                f"{where}: along: must be given where no guide tells it: the direction square to the face, as (1, 0)"
+            )
         if self.guided:
             return
-        known("point", self.point, mechanism.points, where)
         reaches(mechanism, self.body(mechanism), self.point, where)
         takes_moments(mechanism, (self.body(mechanism), self.carrier), where)
         if self.carrier == GROUND:
@@ -106,6 +106,15 @@ class Stop(Element):
                 f"{where}: on = '{self.on}': a flexible link turns differently along it; give a point, as 'link:point'"
             )
         reaches(mechanism, self.carrier, place(self.on).point, f"{where}: on")
+
+    def remarks(self, name: str, signals: Mapping[str, Array]) -> Iterator[str]:
+        """Yield that nothing was struck, which may be meant."""
+        if not (signals[f"{name}.penetration"] > 0).any():
+            near = ""
+            if self.along is not None and self.on == GROUND:
+                way = signals[f"{self.point}.x"] * self.along[0] + signals[f"{self.point}.y"] * self.along[1]
+                near = f"; it came within {float(abs(way - self.at).min(initial=np.inf)):.3g} m"
+            yield f"'{self.point}' never reached its stop{near}"
 
     def body(self, mechanism: Any) -> str:
         """The link whose point it is."""
@@ -191,6 +200,6 @@ class Stop(Element):
         """Yield the elastic potential, and what damping took."""
         depth, rate = self.approach(record)
         potential = self.law.potential(depth)
-        work = since_start(record.time, record.channel(name, "force")[:, 0] * rate)
+        work = record.work(record.channel(name, "force")[:, 0] * rate)
         yield Energy("held", "contact", potential)
         yield Energy("taken", "contact", work - (potential - potential[0]))

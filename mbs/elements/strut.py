@@ -10,9 +10,9 @@ import numpy as np
 
 from buckler.elastica import law
 from buckler.mbs.elements.body import Body
-from buckler.mbs.elements.element import Array, Energy, Recorded, Signal, since_start
+from buckler.mbs.elements.element import Array, Energy, Recorded, Signal
 from buckler.mbs.elements.section import Section
-from buckler.mbs.validate import one_of
+from buckler.mbs.validate import function, one_of
 
 POINTS = 400
 """Pieces over which the work of a strut's force is integrated."""
@@ -39,6 +39,7 @@ class Strut(Body):
 
     def __post_init__(self) -> None:
         one_of("section", self.section, (Section,))
+        function("load", self.load, 0.0)
 
     def signals(self, link: Any, record: Recorded) -> Iterator[Signal]:
         """Yield end shortening, m, and compression without damping, N."""
@@ -52,7 +53,7 @@ class Strut(Body):
         elongation, rate = state(link, record)
         spring = StrutLaw(self, record.mechanism.length(link.name))
         yield Energy("held", "strain", spring.stored(elongation))
-        yield Energy("taken", "damping", since_start(record.time, spring.damping_power(elongation, rate)))
+        yield Energy("taken", "damping", record.work(spring.damping_power(elongation, rate)))
 
 
 def state(link: Any, record: Recorded) -> tuple[Array, Array]:

@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs.elements.element import Array, Energy, Recorded, Signal, since_start
+from buckler.mbs.elements.element import Array, Energy, Recorded, Signal
 from buckler.mbs.elements.load import Load, Push, check_turning, sampled, turning
+from buckler.mbs.functions import kinks
 from buckler.mbs.validate import function, number
 
 
@@ -35,6 +36,10 @@ class Torque(Load):
             number(f"{where} at t = 0", function(where, self.value, 0.0, 0.0, 0.0)(0.0, 0.0, 0.0), -inf, inf, "N m")
         else:
             number(where, self.value, -inf, inf, "N m")
+
+    def kinks(self, duration: float) -> tuple[float, ...]:
+        """Points in a run of the tables it is made of."""
+        return tuple(t for t in kinks(self.value) if 0 < t < duration)
 
     @property
     def key(self) -> str:
@@ -70,6 +75,6 @@ class Torque(Load):
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
         """Yield the work it gave."""
         if callable(self.value):
-            yield Energy("given", "load", since_start(record.time, self.power(name, record)))
+            yield Energy("given", "load", record.work(self.power(name, record)))
         else:
             yield Energy("given", "load", self.value * record.turn(self.at(record.mechanism))[0])

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs.elements.element import GROUND, Array, Energy, Recorded, Signal, since_start
+from buckler.mbs.elements.element import GROUND, Array, Energy, Recorded, Signal
 from buckler.mbs.elements.load import Elastic, Law, Load, Push, check_turning, turning
 from buckler.mbs.validate import function, non_negative, number
 
@@ -26,7 +26,7 @@ class TorsionSpring(Elastic, Load):
     stiffness : float
         N m/rad. With a law it is not used and may be 0.
     damping : float
-        N m s/rad.
+        N m s/rad, not negative.
     free_angle : float, optional
         Angle without torque, rad: what `second` has then turned against `first` since t = 0; 0 by default.
     law : callable, optional
@@ -97,4 +97,4 @@ class TorsionSpring(Elastic, Load):
         """Yield what it stores, and what damping took."""
         value, rate = self.twist(record)
         yield Energy("held", "spring", self.stored(value))
-        yield Energy("taken", "damping", since_start(record.time, self.lost(value, rate)))
+        yield Energy("taken", "damping", record.work(self.lost(value, rate)))

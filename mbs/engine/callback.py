@@ -55,16 +55,19 @@ _function.restype, _function.argtypes = ctypes.py_object, (POINTER(_Method), cty
 
 
 def engine_call(
-    forces: Any, normal: Any, friction: Any, bend: Any
+    forces: Any, normal: Any, friction: Any, bend: Any, width: int
 ) -> Callable[[Array, Array, Array, int, Array], Callable[..., Any]]:
-    """Compile the compiled `forces` of the clearance kernel with its laws into a maker of user functions; see `Kernel`."""
+    """Compile the compiled `forces` of the clearance kernel with its laws into a maker of user functions; see `Kernel`.
+
+    Each joint has `width` numbers.
+    """
 
     @cfunc(types.voidptr(types.voidptr, types.voidptr))
     def call(own: Any, given: Any) -> Any:
         joints, n = as_size(tuple_item(own, 0)), as_size(tuple_item(own, 1))
         memory = carray(as_floats(tuple_item(own, 2)), (joints, 4))
         places = carray(as_integers(tuple_item(own, 3)), (joints, 2))
-        numbers = carray(as_floats(tuple_item(own, 4)), (joints, 10))
+        numbers = carray(as_floats(tuple_item(own, 4)), (joints, width))
         q, v = carray(as_floats(tuple_item(own, 5)), n), carray(as_floats(tuple_item(own, 6)), n)
         out = carray(as_floats(tuple_item(own, 7)), n)
         latest = carray(as_floats(tuple_item(own, 8)), 2)  # time, and calls since that is the latest

@@ -131,13 +131,13 @@ def _end(scene: Any, body: str, point: str, nodes: list[int]) -> End:
 
 
 def tables(joints: list[Clearance], ends: list[tuple[End, End]]) -> tuple[Array, Array]:
-    """Pack ends and radii for the kernel: int table (joints, 2), float table (joints, 10)."""
+    """Pack ends, radii and laws for the kernel: int table (joints, 2), float table (joints, 10 and the kernel's constants)."""
     places = np.array([[pin.offset, bush.offset] for pin, bush in ends], dtype=np.int64).reshape(-1, 2)
     numbers = [
-        [*pin.place, *pin.arm, *bush.place, *bush.arm, joint.pin, joint.gap]
+        [*pin.place, *pin.arm, *bush.place, *bush.arm, joint.pin, joint.gap, *kernel(joint.law, joint.friction).constants]
         for joint, (pin, bush) in zip(joints, ends, strict=True)
     ]
-    return places, np.array(numbers, dtype=float).reshape(-1, 10)
+    return places, np.array(numbers, dtype=float)
 
 
 def add_clearances(scene: Any, group: ClearanceGroup) -> int:

@@ -1,40 +1,106 @@
 """Laws and the clearance kernel through Numba. Imported only where Numba is installed and a scene has joints with clearance.
 
-The kernel takes the laws as pointers to machine code: it is compiled once and kept on disk. Laws, whose numbers are constants
-of their code, are compiled for each scene that has others.
+The kernel is compiled once for all laws: the laws of `buckler.mbs.laws` are numbers of a joint's row, as they are rows of the
+table of the compiled solver, whose functions it calls. A user's own law is compiled for itself and is an address there.
 """
 
 from __future__ import annotations
 
-import types
-from collections.abc import Callable
+import types as python_types
+from collections.abc import Callable, Sequence
 from functools import cache, lru_cache, partial
-from typing import Any
+from typing import Any, NamedTuple
 
 import numba
-from numba import float64, int64, void
+import numpy as np
+from numba import float64, int64, types, void
+from numba.extending import intrinsic
+from numba.np.arrayobj import populate_array
 
 from buckler.mbs.elements import journal
 from buckler.mbs.engine.callback import engine_call
-from buckler.mbs.engine.kernel import Kernel, has_bristle
-from buckler.mbs.laws.compiled import LAW_ERRORS, compile_method
+from buckler.mbs.engine.kernel import Kernel
+from buckler.mbs.laws.compiled import Pointer
+from buckler.mbs.spectral.laws import add_friction, add_normal
+from buckler.mbs.spectral.lawtable import bristle_after, friction, normal_force
 
-PAIR, TRIPLE = float64(float64, float64), float64(float64, float64, float64)
-LAWS = numba.types.FunctionType(TRIPLE), numba.types.FunctionType(PAIR), numba.types.FunctionType(TRIPLE)
-"""Normal force, friction coefficient, bristle."""
+Array = np.ndarray[Any, Any]
 V, T, PLACES = float64[::1], float64[:, ::1], int64[:, ::1]
+PAIR, TRIPLE = float64(V, float64, float64), float64(V, float64, float64, float64)
+LAWS = types.FunctionType(TRIPLE), types.FunctionType(PAIR), types.FunctionType(TRIPLE)
+"""Normal force, friction coefficient, bristle."""
 SIGNATURES = {
     "forces": void(*LAWS, float64, V, V, T, PLACES, T, V),
     "report": void(*LAWS, float64, V, V, T, PLACES, T, T),
 }
+GEOMETRY, CODES, NUMBERS = 10, 4, 8
+"""Numbers of a joint's places and radii; codes and numbers of a law. The codes of both laws follow the geometry, as the bits of
+whole numbers, and the numbers of both laws follow them."""
+BETWEEN, ALL = GEOMETRY + 2 * CODES, GEOMETRY + 2 * (CODES + NUMBERS)
+NORMAL, FRICTION = 0, 1
+
+
+class _Table(NamedTuple):
+    """Both laws of a joint, as the compiled solver's table has them."""
+
+    laws: Array
+    law_numbers: Array
+
+
+def _block(first: int, columns: int, scalar: Any) -> Any:
+    """Make what reads two rows of so many columns, from a place in a joint's row on; the row must outlive them.
+
+    A slice and a reshape do the same, and take as long as the law itself.
+    """
+    kind = types.Array(scalar, 2, "C")
+
+    @intrinsic
+    def block(_typing: Any, numbers: Any) -> Any:
+        def codegen(context: Any, builder: Any, _signature: Any, values: Any) -> Any:
+            row, found = context.make_array(numbers)(context, builder, values[0]), context.make_array(kind)(context, builder)
+            size = context.get_constant
+            data = builder.bitcast(builder.gep(row.data, [size(types.intp, first)]), found.data.type)
+            shape, strides = ([size(types.intp, k) for k in pair] for pair in ((2, columns), (8 * columns, 8)))
+            populate_array(found, data=data, shape=shape, strides=strides, itemsize=size(types.intp, 8), meminfo=None)
+            return found._getvalue()
+
+        return kind(numbers), codegen
+
+    return block
+
+
+_codes, _numbers = _block(GEOMETRY, CODES, int64), _block(BETWEEN, NUMBERS, float64)
+
+
+@numba.njit(error_model="numpy")
+def _laws_of(numbers):  # type: ignore[no-untyped-def]
+    return _Table(_codes(numbers), _numbers(numbers))
+
+
+@cache
+def _laws() -> tuple[Any, Any, Any]:
+    """Normal force, friction coefficient and bristle of the laws in a joint's row of numbers."""
+
+    def normal(numbers, depth, rate, onset):  # type: ignore[no-untyped-def]
+        return normal_force(_laws_of(numbers), NORMAL, depth, rate, onset)
+
+    def rubbing(numbers, speed, bristle):  # type: ignore[no-untyped-def]
+        return friction(_laws_of(numbers), FRICTION, speed, bristle)
+
+    def bend(numbers, bristle, speed, time):  # type: ignore[no-untyped-def]
+        return bristle_after(_laws_of(numbers), FRICTION, bristle, speed, time)
+
+    return tuple(numba.njit(kind, error_model="numpy")(law) for kind, law in ((TRIPLE, normal), (PAIR, rubbing), (TRIPLE, bend)))
 
 
 @cache
 def _compiled(function: Callable[..., Any]) -> Any:
     """Compile one of the journal's functions after those it calls; with one of `SIGNATURES`, at once and kept on disk."""
     names = function.__code__.co_names
-    calls = {k: _compiled(v) if isinstance(v, types.FunctionType) else v for k, v in function.__globals__.items() if k in names}
-    plain = types.FunctionType(function.__code__, calls | {"__name__": function.__module__}, function.__name__)
+    calls = {
+        k: _compiled(v) if isinstance(v, python_types.FunctionType) else v for k, v in function.__globals__.items() if k in names
+    }
+    plain = python_types.FunctionType(function.__code__, calls | {"__name__": function.__module__}, function.__name__)
     signature = SIGNATURES.get(function.__name__)
     if signature is None:
         return numba.njit(plain, error_model="numpy")
@@ -44,24 +110,37 @@ def _compiled(function: Callable[..., Any]) -> Any:
         return numba.njit(signature, error_model="numpy")(plain)
 
 
-@lru_cache(maxsize=32)
-def compile_kernel(law: Any, friction: Any) -> Kernel | None:
-    """Compile the kernel for these laws; None if they do not compile."""
-    try:
-        laws = _laws(law, friction)
-    except LAW_ERRORS:
-        return None
+@cache
+def _functions() -> tuple[Any, Any, Any]:
+    """The kernel with the laws, and what makes the engine's user functions of it; once for all laws."""
+    laws = _laws()
     forces, report = (partial(_compiled(getattr(journal, name)), *laws) for name in SIGNATURES)
-    return Kernel(forces, report, engine_call(forces.func, *laws), compiled=True)
+    return forces, report, engine_call(forces.func, *laws, ALL)
 
 
-def _laws(law: Any, friction: Any) -> tuple[Any, Any, Any]:
-    """Normal force of (depth, rate, onset), friction of (speed, bristle), bristle of (bristle, speed, time)."""
-    force, coefficient = compile_method(law, "force"), compile_method(friction, "coefficient")
-    normal = numba.njit(TRIPLE)(lambda depth, rate, onset: force(depth, rate, onset))
-    if not has_bristle(friction):
-        sliding = numba.njit(PAIR)(lambda speed, bristle: coefficient(speed))
-        return normal, sliding, numba.njit(TRIPLE)(lambda bristle, speed, time: 0.0)
-    after = compile_method(friction, "after")
-    rubbing = numba.njit(PAIR)(lambda speed, bristle: coefficient(speed, bristle))
-    return normal, rubbing, numba.njit(TRIPLE)(lambda bristle, speed, time: after(bristle, speed, time))
+@lru_cache(maxsize=256)
+def compile_kernel(law: Any, friction: Any) -> Kernel | None:
+    """Build the kernel for these laws; None if a law does more than arithmetic on its arguments and its own numbers."""
+    rows = _Rows()
+    add_normal(rows, law)  # type: ignore[arg-type]
+    add_friction(rows, friction)  # type: ignore[arg-type]
+    if not all(pointer.compiled for pointer in rows.pointers):
+        return None
+    constants = np.concatenate([np.array(rows.codes, dtype=np.int64).ravel().view(float), np.array(rows.numbers).ravel()])
+    return Kernel(*_functions(), compiled=True, constants=constants, owners=tuple(rows.pointers))
+
+
+class _Rows:
+    """What the functions that describe laws to the compiled solver write into."""
+
+    def __init__(self) -> None:
+        self.codes: list[list[int]] = []
+        self.numbers: list[list[float]] = []
+        self.pointers: list[Pointer] = []
+
+    def add_law(self, _key: Any, kind: int, numbers: Sequence[float], pointers: Sequence[Pointer] = (), _about: str = "") -> int:
+        addresses = [pointer.address for pointer in pointers]
+        self.codes.append([kind, *addresses, *[0] * (CODES - 1 - len(addresses))])
+        self.numbers.append([*map(float, numbers), *[0.0] * (NUMBERS - len(numbers))])
+        self.pointers += pointers
+        return len(self.codes) - 1

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs.elements.element import Array
+from buckler.mbs.elements.element import Array, kinks_of
 from buckler.mbs.elements.load import Load
 from buckler.mbs.elements.stop import Stop
 from buckler.mbs.engine.scene import build
@@ -81,14 +81,21 @@ def _spoilt(record: Record) -> Ended | None:
 
 
 def sample_times(mechanism: Mechanism, duration: float, solver: Exudyn) -> Array:
-    """Equal steps as asked for, or 400 a turn and both sides of each kink of a drive, s."""
+    """Equal steps as asked for, or 400 a turn and both sides of each kink of a drive or load, s.
+
+    Only as many as the limit of steps lets through, and one more, that shows that the limit was passed.
+    """
     steps = solver.steps
     if not steps.adaptive:
         return np.linspace(0.0, duration, steps.number(duration) + 1)[:: steps.record_every]
     turns = turning_speed(mechanism, duration) * duration / (2 * pi)
     count = ceil(max(duration / steps.longest(duration), TURN * turns))
-    kinks = np.array([t for drive in mechanism.drives for t in drive.motion.kinks(duration)])
-    times = np.concatenate([np.linspace(0.0, duration, count + 1), kinks, kinks - BEFORE * duration])
+    even = duration / count * np.arange(min(count, steps.max_steps + 1) + 1)
+    if count <= steps.max_steps:
+        even[-1] = duration
+    kinks = np.array(kinks_of(mechanism, duration))
+    kinks = kinks[kinks <= even[-1]]
+    times = np.concatenate([even, kinks, kinks - BEFORE * duration])
     times = np.unique(times)
     keep = np.append(np.diff(times) > BEFORE * duration / 2, True)
     return times[keep]

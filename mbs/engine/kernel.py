@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
@@ -25,7 +25,7 @@ class NoStepError(RuntimeError):
 
 @dataclass(frozen=True)
 class Kernel:
-    """The functions for one pair of laws, and whether Numba made them.
+    """The functions for one pair of laws, whether Numba made them, and what they find of the laws in a joint's row of numbers.
 
     Attributes
     ----------
@@ -34,12 +34,18 @@ class Kernel:
     callback : callable
         Of memory, tables and number of coordinates: makes `forces` a user function of the engine.
     compiled : bool
+    constants : array
+        What follows the places and radii in each joint's row of numbers.
+    owners : tuple
+        What keeps the machine code alive whose addresses are among them.
     """
 
     forces: Callable[..., None]
     report: Callable[..., None]
     callback: Callable[[Array, Array, Array, int, Array], Callable[..., Any]]
     compiled: bool
+    constants: Array = field(default_factory=lambda: np.empty(0))
+    owners: tuple[Any, ...] = ()
 
 
 def has_bristle(friction: Any) -> bool:
@@ -49,10 +55,17 @@ def has_bristle(friction: Any) -> bool:
 
 def plain(law: Any, friction: Any) -> Kernel:
     """Make the functions in plain Python."""
-    if has_bristle(friction):
-        laws = law.force, friction.coefficient, friction.after
-    else:
-        laws = law.force, lambda speed, _bristle: friction.coefficient(speed), lambda _bristle, _speed, _time: 0.0
+
+    def normal(_numbers: Array, depth: float, rate: float, onset: float) -> Any:
+        return law.force(depth, rate, onset)
+
+    def rubbing(_numbers: Array, speed: float, bristle: float) -> Any:
+        return friction.coefficient(speed, bristle) if has_bristle(friction) else friction.coefficient(speed)
+
+    def bend(_numbers: Array, bristle: float, speed: float, time: float) -> Any:
+        return friction.after(bristle, speed, time) if has_bristle(friction) else 0.0
+
+    laws = normal, rubbing, bend
     forces = partial(journal.forces, *laws)
 
     def callback(memory: Array, places: Array, numbers: Array, size: int, latest: Array) -> Callable[..., Any]:

@@ -17,7 +17,6 @@ from buckler.mbs.elements.element import Array
 from buckler.mbs.elements.link import Link
 from buckler.mbs.engine.placed import Placed, States
 from buckler.mbs.modal.planar import STATIONS, ModalHistory, PlanarModel
-from buckler.mbs.modal.reduction import ReducedModel, reduced
 
 ARM = 0.05
 """Half width of the crosses of virtual points, of the link's length; any value gives the same motion."""
@@ -36,8 +35,6 @@ class PlacedModal(Placed):
     Attributes
     ----------
     model : PlanarModel
-    solid : ReducedModel
-        The same in space, with the mode shapes.
     initial : array, shape (3,)
         Velocity (vx, vy, omega) of the frame at t = 0.
     stations : dict of str to str
@@ -47,7 +44,6 @@ class PlacedModal(Placed):
     """
 
     model: PlanarModel = field(kw_only=True)
-    solid: ReducedModel = field(kw_only=True)
     initial: Array = field(kw_only=True)
     stations: dict[str, str] = field(kw_only=True)
     anchors: dict[str, int] = field(default_factory=dict, kw_only=True)
@@ -89,8 +85,7 @@ def add(scene: Any, link: Link, rates: Array) -> PlacedModal:
     """Add a modal link, undeformed, moving as a rigid body; `rates` is the velocity of its start, (vx, vy, omega)."""
     mechanism, system = scene.mechanism, scene.system
     body_spec: Any = link.body  # a Modal, as the caller knows
-    solid = reduced(body_spec, mechanism.length(link.name))
-    model = solid.planar()
+    model = body_spec.planar(mechanism.length(link.name))
     start, end = (np.array(mechanism.points[p]) for p in (link.start, link.end))
     along = (end - start) / mechanism.length(link.name)
     arm = model.centre[0] * along + model.centre[1] * np.array([-along[1], along[0]])
@@ -101,7 +96,7 @@ def add(scene: Any, link: Link, rates: Array) -> PlacedModal:
     ends = {point: _position_marker(system, model, body, station) for point, station in stations.items()}
     return PlacedModal(
         link.name, link.body, nodes, (body,), reference[None], ends,
-        model=model, solid=solid, initial=initial, stations=stations,
+        model=model, initial=initial, stations=stations,
     )  # fmt: skip
 
 

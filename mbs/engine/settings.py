@@ -155,3 +155,4 @@ class Exudyn:
         positive("newton_relative", self.newton_relative, "1")
         if self.newton_absolute is not None:
             positive("newton_absolute", self.newton_absolute, "N")
+        one_of("reuse_jacobian", self.reuse_jacobian, (bool,))

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from buckler.mbs.elements.element import kinks_of
 from buckler.mbs.engine.choice import position_error
 from buckler.mbs.engine.recording import Recorder, StopState
 from buckler.mbs.engine.scene import Scene
@@ -25,6 +26,11 @@ FORCE_ERROR = 1e-3
 """Local error allowed a step of the force of a lasting contact, relative to it."""
 OVERSHOT = 1e3
 """Error of a long step that ends inside a stop, in units of the limit: large enough to shrink it fivefold."""
+FIRST = 1e-3
+"""First step of a run, of the longest. After a kink of a drive such a step would err most: multipliers jump by the jump of the
+acceleration over the square of the step."""
+LANDED = 1.5
+"""A step that would leave less than half of itself up to a kink goes there."""
 STRIKING = 0.2
 """A contact moves fast if, at its speed, it would cross this share of its depth in the time an impact lasts."""
 
@@ -41,6 +47,7 @@ class StepControl(Recorder):
         stops = [_StopWatch(state, steps) for state in self.stops]
         struts = [_StrutWatch(scene, name, spring, steps, self.limit) for name, spring in scene.struts.items()]
         self.watched: list[_StopWatch | _StrutWatch] = [*stops, *struts]
+        self.kinks = [*kinks_of(scene.mechanism, duration), np.inf]
         self.accelerations: Array | None = None
         self.candidate: Array | None = None
         self.error = self.tried = 0.0
@@ -72,15 +79,26 @@ class StepControl(Recorder):
         h = self.engine.it.currentStepSize
         if self.accelerations is None:  # the start: nothing is known yet
             self.accelerations = self.data.GetODE2Coordinates_tt() * self.weights
-            self.engine.it.currentStepSize = max(self.min_step, 1e-3 * self.max_step)
+            self.engine.it.currentStepSize = max(self.min_step, FIRST * self.max_step)
             return
         self.accelerations = self.candidate
         wanted = min(self.max_step, h * _factor(self.error))
         for watched in self.watched:
             wanted = min(wanted, watched.step_limit(q, q_t, wanted))
-        if not 0.8 * h < wanted < 1.25 * h or wanted > self.max_step:
+        left = self._to_kink()
+        landing = left < LANDED * wanted
+        if landing:
+            wanted = left
+        if landing or not 0.8 * h < wanted < 1.25 * h or wanted > self.max_step:
             self.engine.it.currentStepSize = max(self.min_step, wanted)
             self.engine.conv.jacobianUpdateRequested = True  # it is that of the step size before
+
+    def _to_kink(self) -> float:
+        """Time to the next kink of what drives or loads the mechanism, s."""
+        now = self.record.time[-1]
+        if now >= self.kinks[0] - self.min_step:
+            self.kinks.pop(0)
+        return self.kinks[0] - now
 
 
 def implicit_control(

@@ -190,37 +190,25 @@ def add(scene: Any, link: Link, velocity: Array) -> PlacedStrip:
     places = start + np.outer(x, along) + np.outer(y, np.array([-along[1], along[0]]))
     directions = found.directions + np.arctan2(along[1], along[0])
     arms = places - start
-    speeds = velocity[:2] + velocity[2] * np.column_stack([-arms[:, 1], arms[:, 0]]) + _bending(scene, link, found, along)
+    speeds = np.column_stack(
+        [velocity[0] - velocity[2] * arms[:, 1], velocity[1] + velocity[2] * arms[:, 0], np.full(len(x), velocity[2])]
+    )
+    if scene.start:
+        chordwise = np.maximum.accumulate(x)
+        speeds += scene.start.bending(link, {point: chordwise[node] for point, node in found.at.items()}, chordwise)
     adding = _add_beam if body.turns else _add_cable
-    nodes, objects, reference = adding(system, body, places, directions, speeds, float(velocity[2]), found.pieces)
+    nodes, objects, reference = adding(system, body, places, directions, speeds, found.pieces)
     ends = {point: system.AddMarker(eii.MarkerNodePosition(nodeNumber=nodes[node])) for point, node in found.at.items()}
     return PlacedStrip(link.name, body, tuple(nodes), tuple(objects), reference, ends, found.pieces, found.at)
 
 
-def _bending(scene: Any, link: Link, found: Mesh, along: Array) -> Array:
-    """What the nodes move besides as the link's points do not move rigidly: along it linear, across cubic, (nodes, 2), m/s."""
-    from scipy.interpolate import CubicHermiteSpline
-
-    bends = scene.start.bends.get(link.name) if scene.start else None
-    if bends is None:
-        return np.zeros((len(found.places), 2))
-    x = np.maximum.accumulate(found.places[:, 0])
-    points = sorted(found.at, key=lambda point: found.at[point])
-    places = x[[found.at[point] for point in points]]
-    moved = np.array([bends[point] for point in points])
-    across = np.array([-along[1], along[0]])
-    axial = np.interp(x, places, moved[:, :2] @ along)
-    lateral = CubicHermiteSpline(places, moved[:, :2] @ across, moved[:, 2])(x)
-    return np.outer(axial, along) + np.outer(lateral, across)
-
-
 def _add_beam(
-    system: Any, body: Any, places: Array, directions: Array, speeds: Array, turning: float, pieces: Array
+    system: Any, body: Any, places: Array, directions: Array, speeds: Array, pieces: Array
 ) -> tuple[list[int], list[int], Array]:
     section = body.section
     reference = np.column_stack([places, directions])
     nodes = [
-        system.AddNode(eii.NodeRigidBody2D(referenceCoordinates=[*row], initialVelocities=[*v, turning]))
+        system.AddNode(eii.NodeRigidBody2D(referenceCoordinates=[*row], initialVelocities=[*v]))
         for row, v in zip(reference, speeds, strict=True)
     ]
     step = body.nodes - 1
@@ -245,14 +233,14 @@ def _add_beam(
 
 
 def _add_cable(
-    system: Any, body: Any, places: Array, directions: Array, speeds: Array, turning: float, pieces: Array
+    system: Any, body: Any, places: Array, directions: Array, speeds: Array, pieces: Array
 ) -> tuple[list[int], list[int], Array]:
     tangents = np.column_stack([np.cos(directions), np.sin(directions)])
     reference = np.column_stack([places, tangents])
-    spins = turning * np.column_stack([-tangents[:, 1], tangents[:, 0]])
+    spins = speeds[:, 2:] * np.column_stack([-tangents[:, 1], tangents[:, 0]])
     nodes = [
         system.AddNode(eii.NodePoint2DSlope1(referenceCoordinates=[*row], initialVelocities=[*v, *w]))
-        for row, v, w in zip(reference, speeds, spins, strict=True)
+        for row, v, w in zip(reference, speeds[:, :2], spins, strict=True)
     ]
     objects = [
         system.AddObject(

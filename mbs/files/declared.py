@@ -130,7 +130,7 @@ def _unit(header: str, text: str) -> str:
 
 
 def _is_unit(text: str) -> bool:
-    if not re.fullmatch(r"1|(?:k?[A-Z][a-z]?|kg|rad|m|s|1)(?:[ /^\d.n-]+(?:kg|rad|[a-zA-Z]{1,2})?)*", text.strip()):
+    if not re.fullmatch(r"1|(?:k?[A-Z][a-z]?|Ohm|kg|rad|m|s|1)(?:[ /^\d.n-]+(?:kg|rad|[a-zA-Z]{1,2})?)*", text.strip()):
         return False
     try:
         parse_unit(text.strip().replace("^n", ""))

@@ -17,7 +17,8 @@ import numpy as np
 
 from buckler.mbs.elements.element import Array
 from buckler.mbs.files.drawing import Mark, Path, packed, unpacked
-from buckler.mbs.files.symbols import FIXED, MIDDLE, Sheet
+from buckler.mbs.files.sheet import FIXED, MIDDLE, Sheet
+from buckler.mbs.files.symbols import drawn
 from buckler.mbs.record.motion import chosen
 from buckler.mbs.record.record import Record
 
@@ -204,7 +205,7 @@ def _movie(record: Record, source: Record) -> Movie:
     """The movie of a record at the movie's times; `source` holds the solver's own."""
     mechanism = record.mechanism
     sheet = Sheet(mechanism, record)
-    marks = tuple(sheet.marks())
+    marks = tuple(drawn(sheet))
     for point in mechanism.points:
         sheet.frame(point)
     frames = {name: _frame(record, name, *spec) for name, spec in sheet.frames.items()}
@@ -234,7 +235,7 @@ def _frame(record: Record, name: str, ref: str, pin: str, factor: float) -> Arra
 def _band(record: Record, source: Record, link: Any) -> Band | None:
     """A link that bends; None for one that does not."""
     motion, body = record.links.get(link.name), link.body
-    if hasattr(motion, "strains") and hasattr(motion, "pieces"):
+    if hasattr(motion, "arcs"):
         found = _strip(motion, source.links[link.name], source.time, record.time)
     elif hasattr(motion, "model"):
         found = _modal(motion)
@@ -251,23 +252,22 @@ def _band(record: Record, source: Record, link: Any) -> Band | None:
 
 
 def _strip(motion: Any, own: Any, time: Array, times: Array) -> tuple[Array, Array, Array]:
-    """Line and strains of finite elements, strains taken from the integration points to the line's stations.
+    """Line and strains of elements or polynomials, strains taken from the integration points to the line's stations.
 
     Strains are those of the solver's own times, linear between them: a strip is so stiff along its line that the small errors
     of interpolated places would be seen in its axial force.
     """
-    per = max(2, min(8, round(32 / len(motion.pieces))))
+    per = max(2, min(8, round(32 / (len(motion.arcs(1)) - 1))))
     line = motion.line(per)
     k = np.clip(np.searchsorted(time, times, side="right") - 1, 0, len(time) - 2)
     share = ((times - time[k]) / (time[k + 1] - time[k]))[:, None]
     rows, where = np.unique(np.concatenate([k, k + 1]), return_inverse=True)
     strains = chosen(own, rows).strains()
-    edges = np.concatenate([[0.0], np.cumsum(motion.pieces)])
-    stations = np.append((edges[:-1, None] + np.outer(motion.pieces, np.arange(per) / per)).ravel(), edges[-1])
+    stations = motion.arcs(per)
 
     def spread(strain: Any) -> Array:
-        weights = strain.weights
-        middles = (edges[:-1, None] + np.cumsum(weights, axis=1) - weights / 2).ravel()
+        weights = strain.weights.ravel()
+        middles = np.cumsum(weights) - weights / 2
         unit = np.array([np.interp(stations, middles, row) for row in np.eye(len(middles))])
         values = strain.value.reshape(len(rows), -1) @ unit
         return np.asarray((1 - share) * values[where[: len(k)]] + share * values[where[len(k) :]])

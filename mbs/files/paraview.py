@@ -77,7 +77,7 @@ def solids(record: Any, times: Array) -> dict[str, Deformed]:
     if record is None or len(record.time) < 2:
         return found
     for name, motion in record.at(times).links.items():
-        if hasattr(motion, "model"):
+        if hasattr(motion, "model") and record.mechanism.link(name).body.modes.of_solid:
             found[name] = _deformed(record.mechanism, name, motion.q)
     return found
 

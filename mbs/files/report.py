@@ -18,7 +18,7 @@ import numpy as np
 from buckler.mbs.elements.element import Array
 from buckler.mbs.files.drawing import INKS, Arrow, packed
 from buckler.mbs.files.movie import Movie, filmed
-from buckler.mbs.files.verdicts import verdicts
+from buckler.mbs.files.verdicts import IDLE, verdicts
 from buckler.mbs.record.energy import ledger
 
 MOTION, SIGNALS = 190_000, 180_000
@@ -263,11 +263,11 @@ def summary(result: Any) -> str:
 
 def facts(result: Any) -> list[tuple[str, list[tuple[str, str]]]]:
     """Tables of the page: heading, then rows of name and value."""
-    error = [("estimated error of the motion", share(result.error)), ("asked", share(result.asked))]
-    if result.error_kind:
-        error.append(("estimated by", result.error_kind))
-    if not result.asked > 0:
-        error = [("estimated error of the motion", "not asked for; simulate(..., accuracy=1e-3) tells it")]
+    error = [("estimated error of the motion", "not asked for; simulate(..., accuracy=1e-3) tells it")]
+    if result.asked > 0 or result.error.known:
+        error = [("estimated error of the motion", share(result.error.motion)), ("asked", share(result.asked))]
+    if result.error.kind:
+        error.append(("estimated by", result.error.kind))
     if result.verified >= 0:
         error.append(("difference from the other solver", share(result.verified)))
     if result.energy:
@@ -275,8 +275,10 @@ def facts(result: Any) -> list[tuple[str, list[tuple[str, str]]]]:
     work = [(name.replace("_", " ").replace("wall s", "wall time, s"), f"{value:.6g}") for name, value in result.work.items()]
     versions = [(name, str(value)) for name, value in result.provenance.items() if isinstance(value, str | int | float)]
     groups = [("Error", error), ("Work", work)]
+    if notes := result.provenance.get("notes"):
+        groups.insert(0, ("Notes", [("worth knowing", note) for note in notes]))
     for name, value in result.provenance.items():
-        if isinstance(value, dict):
+        if isinstance(value, dict) and name != IDLE:  # that stands among the checks
             groups.append((name.capitalize(), list(flat(value))))
     return [*groups, ("Run on", versions)]
 

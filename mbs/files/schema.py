@@ -52,6 +52,8 @@ def _run() -> Schema:
         "properties": {
             "duration": quantity,
             "accuracy": quantity,
+            "of": formulas,
+            "solver": {"anyOf": [{"enum": ["exudyn", "spectral"]}, {"type": "object"}]},
             "verify": {"type": "boolean"},
             "ledger": {"type": "boolean"},
             "measure": formulas,

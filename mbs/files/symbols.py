@@ -6,8 +6,8 @@ subclass of a known kind is drawn as that one, and a kind need not be there to h
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from math import atan2, cos, hypot, pi, sin
+from collections.abc import Callable, Iterator
+from math import cos, hypot, pi, sin
 from typing import Any
 
 import numpy as np
@@ -15,90 +15,28 @@ import numpy as np
 from buckler.mbs.elements.element import GROUND, place
 from buckler.mbs.elements.link import Link
 from buckler.mbs.elements.section import Section
-from buckler.mbs.files.drawing import LINKS, Arrow, Disc, Label, Mark, Path, Points, Span, Strip
-
-FIXED = "="
-"""Before a frame's name: it follows the point but does not turn."""
-MIDDLE = "@"
-"""Before a flexible link's name: the frame of the middle of its line."""
-UNIT = 0.027
-"""Size of a symbol, of the mechanism's extent."""
-Pair = tuple[float, float]
-
-
-class Sheet:
-    """What a picture is drawn on: the mechanism, the size of a symbol, the frames that symbols asked for.
-
-    Attributes
-    ----------
-    mechanism : Mechanism
-    record : Record
-        Where the points are, at the picture's times.
-    unit : float
-        Size of a symbol, m.
-    frames : dict of str to (str, str, float)
-        Of each frame the point reference it follows, and, for a pin drawn off its bush, the pin's and how far it is enlarged.
-    """
-
-    def __init__(self, mechanism: Any, record: Any) -> None:
-        self.mechanism, self.record = mechanism, record
-        places = np.array(list(mechanism.points.values()))
-        self.extent = float(max(np.ptp(places, axis=0).max(), 1e-9))
-        self.unit = UNIT * self.extent
-        self.frames: dict[str, tuple[str, str, float]] = {"": ("", "", 0.0)}
-        self.inks = {link.name: f"link{k % len(LINKS)}" for k, link in enumerate(mechanism.links)}
-
-    def at(self, body: str, point: str) -> str:
-        """Frame of a point as part of a body, '' for whatever carries it."""
-        ref = f"{body}:{point}" if body == GROUND or body in self.record.links else point
-        return self.frame(ref)
-
-    def frame(self, ref: str) -> str:
-        """Frame of a point reference."""
-        self.frames.setdefault(ref, (ref.removeprefix(FIXED), "", 0.0))
-        return ref
-
-    def inside(self, bush: str, pin: str, factor: float) -> str:
-        """Frame of a pin whose distance from its bush is drawn enlarged."""
-        name = f"{bush}~{pin}"
-        self.frames[name] = (bush, pin, factor)
-        return name
-
-    def body(self, name: str) -> str:
-        """Frame of a link, '' for the ground."""
-        return "" if name == GROUND else self.at(name, self.mechanism.link(name).start)
-
-    def origin(self, name: str) -> Pair:
-        """Where a link's frame is at t = 0."""
-        if name == GROUND:
-            return (0.0, 0.0)
-        x, y = self.mechanism.points[self.mechanism.link(name).start]
-        return x, y
-
-    def travel(self, point: str, along: Pair) -> tuple[float, float]:
-        """Least and largest travel of a point in a direction since t = 0, m."""
-        moved = (self.record.point(point)[0] - self.mechanism.points[point]) @ np.array(along)
-        moved = moved[np.isfinite(moved)]
-        return float(moved.min(initial=0.0)), float(moved.max(initial=0.0))
-
-    def marks(self) -> list[Mark]:
-        """All marks: links below, then what joins and loads them, names on top."""
-        found: list[Mark] = []
-        for name, element in self.mechanism.elements().items():
-            found += symbol(element.body if isinstance(element, Link) else element)(self, name, element)
-            found += _forces(self, name, element)
-        found += _gravity(self)
-        joints = {joint.point for joint in self.mechanism.joints} | {guide.point for guide in self.mechanism.guides}
-        for point in self.mechanism.points:
-            frame = self.frame(FIXED + point)
-            if point not in joints and any(point in link.points for link in self.mechanism.links):
-                found.append(Disc(frame, "pin", (0.0, 0.0), 0.16 * self.unit))
-            found.append(Label(frame, point, (0.75 * self.unit, 0.75 * self.unit), "point"))
-        order = {Label: 2, Arrow: 1}
-        return sorted(found, key=lambda mark: order.get(type(mark), 0))
-
+from buckler.mbs.files.drawing import Arrow, Disc, Label, Mark, Path, Span, Strip
+from buckler.mbs.files.sheet import FIXED, MIDDLE, Pair, Sheet
+from buckler.mbs.files.strokes import arrow, capsule, hatching, hull, turned, turning
 
 Symbol = Callable[[Sheet, str, Any], Iterator[Mark]]
+
+
+def drawn(sheet: Sheet) -> list[Mark]:
+    """All marks: links below, then what joins and loads them, names on top."""
+    found: list[Mark] = []
+    for name, element in sheet.mechanism.elements().items():
+        found += symbol(element.body if isinstance(element, Link) else element)(sheet, name, element)
+        found += _forces(sheet, name, element)
+    found += _gravity(sheet)
+    joints = {joint.point for joint in sheet.mechanism.joints} | {guide.point for guide in sheet.mechanism.guides}
+    for point in sheet.mechanism.points:
+        frame = sheet.frame(FIXED + point)
+        if point not in joints and any(point in link.points for link in sheet.mechanism.links):
+            found.append(Disc(frame, "pin", (0.0, 0.0), 0.16 * sheet.unit))
+        found.append(Label(frame, point, (0.75 * sheet.unit, 0.75 * sheet.unit), "point"))
+    order = {Label: 2, Arrow: 1}
+    return sorted(found, key=lambda mark: order.get(type(mark), 0))
 
 
 def symbol(element: Any) -> Symbol:
@@ -107,58 +45,6 @@ def symbol(element: Any) -> Symbol:
         if kind.__name__ in SYMBOLS:
             return SYMBOLS[kind.__name__]
     return unknown
-
-
-# --- shapes -----------------------------------------------------------------------------------------------------------
-
-
-def turned(points: Sequence[Pair], along: Pair, scale: float = 1.0, origin: Pair = (0.0, 0.0)) -> Points:
-    """Points with their x axis laid along a unit vector, enlarged, moved."""
-    (ax, ay), (x0, y0) = along, origin
-    return tuple((x0 + scale * (ax * x - ay * y), y0 + scale * (ay * x + ax * y)) for x, y in points)
-
-
-def capsule(start: Pair, end: Pair, radius: float) -> Points:
-    """Outline of a bar with round ends."""
-    lean = atan2(end[1] - start[1], end[0] - start[0])
-    half = [pi * k / 8 for k in range(9)]
-    there = [(end[0] + radius * cos(lean - pi / 2 + a), end[1] + radius * sin(lean - pi / 2 + a)) for a in half]
-    back = [(start[0] + radius * cos(lean + pi / 2 + a), start[1] + radius * sin(lean + pi / 2 + a)) for a in half]
-    return (*there, *back)
-
-
-def arc(radius: float, first: float, last: float, steps: int = 24) -> Points:
-    """Part of a circle, angles in rad."""
-    angles = [first + (last - first) * k / steps for k in range(steps + 1)]
-    return tuple((radius * cos(a), radius * sin(a)) for a in angles)
-
-
-def arrow(frame: str, ink: str, tail: Pair, tip: Pair, head: float) -> Iterator[Mark]:
-    """A line with a filled head."""
-    length = hypot(tip[0] - tail[0], tip[1] - tail[1])
-    along = ((tip[0] - tail[0]) / length, (tip[1] - tail[1]) / length)
-    yield Path(frame, ink, (tail, tip))
-    yield Path(frame, ink, turned(((-1.0, 0.45), (0.0, 0.0), (-1.0, -0.45)), along, head, tip))
-
-
-def turning(frame: str, ink: str, radius: float, centre: Pair = (0.0, 0.0)) -> Iterator[Mark]:
-    """An arrow that turns to the left about a place."""
-    (x, y), bend = centre, arc(radius, -0.9, 3.6)
-    yield Path(frame, ink, tuple((x + a, y + b) for a, b in bend))
-    (a, b), along = bend[-1], (-sin(3.7), cos(3.7))
-    yield Path(frame, ink, turned(((-1.0, 0.45), (0.0, 0.0), (-1.0, -0.45)), along, 0.55 * radius, (x + a, y + b)))
-
-
-def hatching(frame: str, start: Pair, end: Pair, size: float, ink: str = "ground") -> Iterator[Mark]:
-    """A line with short strokes on its right: the ground."""
-    length = hypot(end[0] - start[0], end[1] - start[1])
-    along = ((end[0] - start[0]) / length, (end[1] - start[1]) / length)
-    count = max(3, min(60, round(length / (0.8 * size))))
-    comb = [(0.0, 0.0)]  # one line: along, down a stroke, back up
-    for k in range(count):
-        s = length * (k + 0.5) / count
-        comb += [(s, 0.0), (s - 0.5 * size, -0.6 * size), (s, 0.0)]
-    yield Path(frame, ink, turned([*comb, (length, 0.0)], along, 1.0, start))
 
 
 # --- links ------------------------------------------------------------------------------------------------------------
@@ -189,25 +75,6 @@ def bar(sheet: Sheet, name: str, link: Any) -> Iterator[Mark]:
         yield Disc(frame, "mass", centre, 0.1 * sheet.unit)
     middle = (sum(x for x, _ in local) / len(local), sum(y for _, y in local) / len(local))
     yield Label(frame, name, middle, "link")
-
-
-def hull(points: Sequence[Pair]) -> Points:
-    """Convex hull, counter-clockwise (Andrew's monotone chain)."""
-    ordered = sorted(set(points))
-
-    def half(row: Sequence[Pair]) -> list[Pair]:
-        kept: list[Pair] = []
-        for p in row:
-            while len(kept) > 1 and _left_of(kept[-2], kept[-1], p) <= 0:
-                kept.pop()
-            kept.append(p)
-        return kept[:-1]
-
-    return (*half(ordered), *half(ordered[::-1]))
-
-
-def _left_of(a: Pair, b: Pair, c: Pair) -> float:
-    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 
 
 def strip(sheet: Sheet, name: str, link: Any) -> Iterator[Mark]:

@@ -21,6 +21,9 @@ QUESTIONS = {
     "SOLVERS": "Does the other solver say the same?",
 }
 """What each check asks, by the word its sentences begin with."""
+ORDER = ("failed", "no complaint", "not applicable", "not run")
+IDLE = "not_applicable"
+"""Of a result's provenance: the checks that had nothing to look at, and why."""
 
 
 BEGINNING = re.compile(r"; (?=[A-Z_]{3,}: )")
@@ -28,7 +31,7 @@ BEGINNING = re.compile(r"; (?=[A-Z_]{3,}: )")
 
 
 class Verdict(NamedTuple):
-    """One check: its name, what it asks, 'failed', 'no complaint' or 'not run', and what it said."""
+    """One check: its name, what it asks, 'failed', 'no complaint', 'not applicable' or 'not run', and what it said."""
 
     name: str
     question: str
@@ -42,11 +45,14 @@ def verdicts(result: Any) -> list[Verdict]:
     for reason in BEGINNING.split(result.message) if result.status == "SUSPECT" and result.message else ():
         name, _, said = reason.partition(": ") if BEGINNING.match("; " + reason) else ("OTHER", "", reason)
         reasons.setdefault(name, []).append(said)
-    rows = []
+    rows, idle = [], result.provenance.get(IDLE, {})
     finished = result.status in ("OK", "SUSPECT")
     for name, question in ({name: "" for name in reasons} | QUESTIONS).items():
         if (name == "ACCURACY" and not result.asked > 0) or (name == "SOLVERS" and not result.verified >= 0):
             continue
-        verdict = "failed" if name in reasons else "no complaint" if finished else "not run"
-        rows.append(Verdict(name, question, verdict, "; ".join(reasons.get(name, []))))
-    return sorted(rows, key=lambda row: row.verdict != "failed")
+        verdict = (
+            "failed" if name in reasons else "not run" if not finished else "not applicable" if name in idle else "no complaint"
+        )
+        said = idle[name] if verdict == "not applicable" else "; ".join(reasons.get(name, []))
+        rows.append(Verdict(name, question, verdict, said))
+    return sorted(rows, key=lambda row: ORDER.index(row.verdict))

@@ -18,6 +18,7 @@ from buckler.mbs.kinematics.diagnosis import blocked, independent_rows
 from buckler.mbs.kinematics.inertias import carried
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.motion import BlockMotion, RigidMotion
+from buckler.mbs.record.quadrature import corrected
 from buckler.mbs.record.record import Record
 from buckler.mbs.record.result import Status
 
@@ -44,6 +45,8 @@ def answered(mechanism: Mechanism) -> bool:
         return False
     nothing = np.empty((0, 3))
     for element in mechanism.elements().values():
+        if element.rubs_on_reaction:
+            return False
         if any(True for _ in element.rows(mechanism)) and element.reactions(nothing) is None:
             return False
     forces = (*mechanism.stops, *mechanism.loads)
@@ -237,7 +240,7 @@ class Follower:
             acceleration = course.q_tt[:, i, :2] + change * _left(arm) - spin**2 * arm
             travels = ((place_ - origin) @ along, velocity @ along, acceleration @ along)
             blocks[guide.point] = BlockMotion(guide.mass, (origin[0], origin[1]), guide.along, *travels)
-        return Record(mechanism, course.time, links, blocks, {}, np.zeros(max(0, len(course.time) - 1)))
+        return Record(mechanism, course.time, links, blocks, {}, np.zeros(max(0, len(course.time) - 1)), corrected)
 
     def reactions(self, course: Course, record: Record) -> dict[str, dict[str, Array]]:
         """Channels of all elements that hold the linkage: multipliers of J^T mu = M q_tt - f; none of dropped rows."""

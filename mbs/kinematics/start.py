@@ -46,6 +46,24 @@ class Start:
         rigid = self.closure.velocity(link, point, self.closure.reference, self.rates)
         return rigid + self.bends[link][point][:2] if link in self.bends else rigid
 
+    def bending(self, link: Any, at: Mapping[str, float], x: Array) -> Array:
+        """What a flexible link moves besides at x along its chord, m: (vx, vy, spin), shape (n, 3).
+
+        Between its points, which are at `at` along the chord, it is linear along the link and cubic across.
+        """
+        if link.name not in self.bends:
+            return np.zeros((len(x), 3))
+        from scipy.interpolate import CubicHermiteSpline
+
+        (x0, y0), (x1, y1) = (self.closure.mechanism.points[p] for p in (link.start, link.end))
+        along = np.array([x1 - x0, y1 - y0]) / np.hypot(x1 - x0, y1 - y0)
+        across = np.array([-along[1], along[0]])
+        points = sorted(at, key=lambda point: at[point])
+        places, moved = [at[point] for point in points], np.array([self.bends[link.name][point] for point in points])
+        lateral = CubicHermiteSpline(places, moved[:, :2] @ across, moved[:, 2])
+        moves = np.outer(np.interp(x, places, moved[:, :2] @ along), along) + np.outer(lateral(x), across)
+        return np.column_stack([moves, lateral(x, 1)])
+
 
 class Stations:
     """The points of flexible links with velocities of their own: three columns each, in the link's axes, stiffness-weighted."""

@@ -18,8 +18,7 @@ T. Schwager, T. Poeschel, "Coefficient of restitution and linear-dashpot model r
 import math
 
 import numpy as np
-from scipy.integrate import solve_ivp
-from scipy.optimize import brentq
+import scipy
 
 from buckler.mbs.laws.protocol import NormalLaw
 from buckler.mbs.validate import non_negative, number, positive
@@ -68,7 +67,7 @@ def chi_exact(e: float) -> float:
     """
     e = number("restitution", e, 0.0, 1.0, "1", open_low=True)
     highest = 1.001 / e  # chi e < 1
-    return float(brentq(lambda chi: restitution(chi) - e, 0.0, highest, xtol=1e-300, rtol=_ROUNDING))
+    return float(scipy.optimize.brentq(lambda chi: restitution(chi) - e, 0.0, highest, xtol=1e-300, rtol=_ROUNDING))
 
 
 def restitution_linear(damping_ratio: float) -> float:
@@ -101,7 +100,7 @@ def damping_ratio(e: float) -> float:
     """
     e = number("restitution", e, 0.0, 1.0, "1", open_low=True)
     highest = 1.0 + 0.5 / math.sqrt(e)  # beyond zeta = 1, e < 1 / (4 (zeta - 1)^2)
-    return float(brentq(lambda zeta: restitution_linear(zeta) - e, 0.0, highest, xtol=1e-300, rtol=_ROUNDING))
+    return float(scipy.optimize.brentq(lambda zeta: restitution_linear(zeta) - e, 0.0, highest, xtol=1e-300, rtol=_ROUNDING))
 
 
 def delivered(law: NormalLaw, mass: float | None = None, speed: float | None = None) -> float:
@@ -189,7 +188,7 @@ def restitution_integrated(law: NormalLaw, mass: float, speed: float) -> float:
         return float(state[0])
 
     out.terminal, out.direction = True, -1.0  # type: ignore[attr-defined]
-    run = solve_ivp(motion, (0.0, _LONGEST), (1e-13, 1.0), method="LSODA", events=out, rtol=1e-10, atol=1e-13)
+    run = scipy.integrate.solve_ivp(motion, (0.0, _LONGEST), (1e-13, 1.0), method="LSODA", events=out, rtol=1e-10, atol=1e-13)
     if run.status != 1:
         raise RuntimeError(f"{law} at mass = {mass} kg, speed = {speed} m/s: no rebound found; {run.message}")
     return float(-run.y_events[0][0, 1])

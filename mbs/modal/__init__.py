@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from buckler.mbs.elements.modal import (
     AdamsDamping,
+    BarModes,
     Box,
     CraigBampton,
     EndFace,
@@ -25,8 +26,8 @@ if TYPE_CHECKING:
     from buckler.mbs.modal.reduction import ReducedModel, reduced
 
 __all__ = [
-    "MOTIONS", "AdamsDamping", "Box", "CraigBampton", "EndFace", "FreeModes", "Interface", "MeshFile", "Modal", "Nearest",
-    "PinHole", "PlanarModel", "ReducedModel", "reduced",
+    "MOTIONS", "AdamsDamping", "BarModes", "Box", "CraigBampton", "EndFace", "FreeModes", "Interface", "MeshFile", "Modal",
+    "Nearest", "PinHole", "PlanarModel", "ReducedModel", "reduced",
 ]  # fmt: skip
 
 _HEAVY = {"MOTIONS": "modes", "PlanarModel": "planar", "ReducedModel": "reduction", "reduced": "reduction"}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from scipy.spatial import cKDTree
+import scipy
 
 Array = np.ndarray[Any, Any]
 TETRA = ((0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3))
@@ -40,7 +40,7 @@ def hanging(points: Array, cells: Array, kind: str) -> Array:
     a, b, c = (points[triangles[:, k]] for k in range(3))
     middle = (a + b + c) / 3
     radius = np.max([np.linalg.norm(corner - middle, axis=1) for corner in (a, b, c)], axis=0)
-    near = cKDTree(points[corners]).query_ball_point(middle, radius * (1 + ON))
+    near = scipy.spatial.cKDTree(points[corners]).query_ball_point(middle, radius * (1 + ON))
     face = np.repeat(np.arange(len(triangles)), [len(found) for found in near])
     node = corners[np.concatenate([np.asarray(found, dtype=int) for found in near])]
     foreign = (owners[face] != node[:, None]).all(axis=1)

@@ -8,8 +8,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from scipy import linalg
-from scipy.sparse import linalg as sparse_linalg
+import scipy
 
 from buckler.mbs.modal.solid import Solid, rigid_motions
 
@@ -35,7 +34,7 @@ def free_modes(solid: Solid, count: int) -> tuple[Array, Array]:
     stiffness, mass = solid.stiffness, solid.full_mass
     speed = np.sqrt(solid.material.modulus / solid.material.density)
     shift = -1e-4 * (speed / solid.length) ** 2  # below all of them; the unshifted stiffness is singular
-    squares, vectors = _lowest(stiffness, mass, count + 6, shift, sparse_linalg.splu((stiffness - shift * mass).tocsc()))
+    squares, vectors = _lowest(stiffness, mass, count + 6, shift, scipy.sparse.linalg.splu((stiffness - shift * mass).tocsc()))
     order = np.argsort(squares)
     return _tidy(solid, np.sqrt(squares[order[6:]]), vectors[:, order[6:]])
 
@@ -59,10 +58,10 @@ def craig_bampton(solid: Solid, interfaces: tuple[Array, Array], fixed: int) -> 
     boundary = np.concatenate(held)
     inner = np.setdiff1d(np.arange(3 * len(solid.nodes)), boundary)
     centred = (solid.nodes[nodes] - solid.nodes[nodes].mean(axis=0) for nodes in interfaces)
-    motion = linalg.block_diag(*map(rigid_motions, centred))
+    motion = scipy.linalg.block_diag(*map(rigid_motions, centred))
     stiffness, mass = solid.stiffness.tocsr(), solid.full_mass.tocsr()
     inside = stiffness[inner][:, inner].tocsc()
-    factors = sparse_linalg.splu(inside)
+    factors = scipy.sparse.linalg.splu(inside)
     basis = np.zeros((3 * len(solid.nodes), 12 + fixed))
     basis[boundary, :12] = motion
     basis[inner, :12] = -factors.solve(stiffness[inner][:, boundary] @ motion)
@@ -70,15 +69,15 @@ def craig_bampton(solid: Solid, interfaces: tuple[Array, Array], fixed: int) -> 
         _, basis[inner, 12:] = _lowest(inside, mass[inner][:, inner].tocsc(), fixed, 0.0, factors)
     scale = np.sqrt(np.einsum("ij,ij->j", basis, mass @ basis))
     basis = basis / scale
-    squares, mix = linalg.eigh(basis.T @ (stiffness @ basis), basis.T @ (mass @ basis))
+    squares, mix = scipy.linalg.eigh(basis.T @ (stiffness @ basis), basis.T @ (mass @ basis))
     return _tidy(solid, np.sqrt(squares[6:]), basis @ mix[:, 6:])
 
 
 def _lowest(stiffness: Any, mass: Any, count: int, shift: float, factors: Any) -> tuple[Array, Array]:
     """Eigenvalues next to the shift, which the factors have in them, and eigenvectors."""
-    inverse = sparse_linalg.LinearOperator(stiffness.shape, factors.solve)
+    inverse = scipy.sparse.linalg.LinearOperator(stiffness.shape, factors.solve)
     start = np.cos(np.arange(mass.shape[0]))  # any fixed vector: the modes are the same in each run
-    found: tuple[Array, Array] = sparse_linalg.eigsh(stiffness, count, mass, shift, v0=start, OPinv=inverse)
+    found: tuple[Array, Array] = scipy.sparse.linalg.eigsh(stiffness, count, mass, shift, v0=start, OPinv=inverse)
     return found
 
 

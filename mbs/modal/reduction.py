@@ -146,7 +146,8 @@ def reduce_solid(solid: Solid, modal: Modal) -> ReducedModel:
     """Reduce an assembled link."""
     joints = (np.zeros(3), np.array([solid.length, 0.0, 0.0]))
     interfaces = _interfaces(solid, joints, modal.interface)
-    omega, modes = _all_modes(solid, modal.modes, interfaces)
+    wanted: Any = modal.modes  # of a solid, or there would be none to reduce
+    omega, modes = _all_modes(solid, wanted, interfaces)
     shares = participation(solid, modes)
     chosen, damping = _choose(modal, plane_part(shares), omega)
     omega, modes, shares = omega[chosen], modes[chosen], shares[chosen]
@@ -187,10 +188,10 @@ def _all_modes(solid: Solid, wanted: FreeModes | CraigBampton, interfaces: tuple
 
 def _choose(modal: Modal, seen: Array, omega: Array) -> tuple[Array, Array]:
     """Indices of the chosen modes among the flexible ones, and their damping ratios; rigid modes drop out."""
-    wanted = modal.modes
+    wanted: Any = modal.modes
     if wanted.numbers is None:
         chosen = np.flatnonzero(seen)
-        return chosen, np.broadcast_to(_ratios(modal, omega[chosen]), chosen.shape).astype(float)
+        return chosen, np.broadcast_to(modal.ratios(omega[chosen]), chosen.shape).astype(float)
     have = np.flatnonzero(seen) if wanted.counting == "in-plane" else np.arange(len(seen))
     numbers = np.array(wanted.numbers) - (RIGID if wanted.counting == "free" else 0)
     most = len(have) + (RIGID if wanted.counting == "free" else 0)
@@ -199,13 +200,8 @@ def _choose(modal: Modal, seen: Array, omega: Array) -> tuple[Array, Array]:
         raise ValueError(f"numbers = {wanted.numbers!r}: must lie in [1, {most}] {where}")
     chosen = have[numbers[numbers > 0] - 1]
     if isinstance(modal.damping, AdamsDamping):
-        return chosen, _ratios(modal, omega[chosen])
+        return chosen, modal.ratios(omega[chosen])
     return chosen, np.broadcast_to(modal.damping, numbers.shape)[numbers > 0].astype(float)
-
-
-def _ratios(modal: Modal, omega: Array) -> Any:
-    """Damping ratio of all modes, or one for each of their angular frequencies, rad/s."""
-    return modal.damping.ratios(omega / (2 * np.pi)) if isinstance(modal.damping, AdamsDamping) else modal.damping
 
 
 def _interfaces(solid: Solid, joints: tuple[Array, Array], interface: Interface) -> tuple[Array, Array]:

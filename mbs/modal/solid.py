@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy import sparse
+import scipy
 
 from buckler.mbs.elements.section import Material
 from buckler.mbs.modal.conforming import hanging
@@ -73,7 +73,7 @@ class Solid:
     @cached_property
     def full_mass(self) -> Any:
         """Mass matrix of all coordinates, shape (3 n, 3 n)."""
-        return sparse.kron(self.mass, sparse.identity(3), format="csc")
+        return scipy.sparse.kron(self.mass, scipy.sparse.identity(3), format="csc")
 
     @cached_property
     def weights(self) -> Array:
@@ -180,8 +180,8 @@ def _link_axes(start: Sequence[float], end: Sequence[float], normal: Sequence[fl
 def _check_connected(cells: Array, path: str) -> None:
     count = int(cells.max()) + 1
     first = np.repeat(cells[:, 0], cells.shape[1])
-    links = sparse.coo_matrix((np.ones(cells.size), (first, cells.ravel())), (count, count))
-    parts, _ = sparse.csgraph.connected_components(links, directed=False)
+    links = scipy.sparse.coo_matrix((np.ones(cells.size), (first, cells.ravel())), (count, count))
+    parts, _ = scipy.sparse.csgraph.connected_components(links, directed=False)
     if parts != 1:
         raise ValueError(f"mesh '{path}': parts = {parts}: must be 1; touching cells are to share their nodes")
 
@@ -243,14 +243,14 @@ def assemble(mesh: SolidMesh, material: Material, order: int = 2) -> Solid:
             gradients[j, i] = gradients[i, j].T
     lame, shear = material.modulus * nu / ((1 + nu) * (1 - 2 * nu)), material.modulus / (2 * (1 + nu))
     trace = gradients[0, 0] + gradients[1, 1] + gradients[2, 2]
-    stiffness = sparse.kron(shear * trace, sparse.identity(3))
+    stiffness = scipy.sparse.kron(shear * trace, scipy.sparse.identity(3))
     for (i, j), block in gradients.items():
-        stiffness = stiffness + sparse.kron(lame * block + shear * gradients[j, i], _unit(i, j))
+        stiffness = stiffness + scipy.sparse.kron(lame * block + shear * gradients[j, i], _unit(i, j))
     return Solid(basis.doflocs.T.copy(), mass.tocsr(), stiffness.tocsc(), mesh.length, material)
 
 
 def _unit(i: int, j: int) -> Any:
-    return sparse.coo_matrix(([1.0], ([i], [j])), (3, 3))
+    return scipy.sparse.coo_matrix(([1.0], ([i], [j])), (3, 3))
 
 
 def rigid_motions(places: Array) -> Array:

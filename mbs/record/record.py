@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -11,6 +11,7 @@ import numpy as np
 from buckler.mbs.elements.element import GROUND, Array, place
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.motion import between
+from buckler.mbs.record.quadrature import trapezoidal
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,6 +31,8 @@ class Record:
         What was recorded of each element besides, by the element's name and the channel's, each (times, columns).
     roughness : array, shape (times - 1,)
         Local error of each step in the solver's own measure: where it is largest, the steps were hardest.
+    rule : callable
+        Integral over time that suits how the motion was found, as in `buckler.mbs.record.quadrature`.
     """
 
     mechanism: Mechanism
@@ -38,6 +41,7 @@ class Record:
     blocks: Mapping[str, Any]
     channels: Mapping[str, Mapping[str, Array]] = field(default_factory=dict)
     roughness: Array = field(default_factory=lambda: np.empty(0))
+    rule: Callable[[Array, Array], Array] = trapezoidal
 
     def channel(self, element: str, name: str) -> Array:
         """What was recorded of an element; no columns if nothing was."""
@@ -62,6 +66,10 @@ class Record:
             angles: tuple[Array, Array] = motion.turn(point)
             return angles
         return np.zeros_like(self.time), np.zeros_like(self.time)
+
+    def work(self, power: Array) -> Array:
+        """Work, J, of a power, W, since t = 0, each (times,)."""
+        return self.rule(self.time, power)
 
     def at(self, times: Array) -> Record:
         """Places and velocities at other times, s, within the run; without channels.

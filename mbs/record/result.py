@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from buckler.mbs.record.errors import Errors
 from buckler.mbs.upper import upper
 from buckler.mbs.validate import positive
 
@@ -86,11 +87,11 @@ class Result:
         Flexible links at the times asked for.
     provenance : dict
         Versions and what was built.
-    asked, error : float
-        The accuracy asked for, and the estimate of what was delivered, both in the sense of `mbs.accuracy.difference`; nan
-        where no accuracy was asked for.
-    error_kind : str
-        What the estimate is made of, in words; empty without one.
+    asked : float
+        The accuracy asked for; nan where none was.
+    error : Errors
+        What is thought to be wrong: `error.motion` of all of it, `error["B.contact_force"]` of a signal. An accuracy estimates
+        it, and a run without settings where it looked at itself with another run.
     film : Film, optional
         The motion, for pictures; `movie` makes it.
     verified : float
@@ -108,8 +109,7 @@ class Result:
     shapes: dict[str, Shape] = field(default_factory=dict)
     provenance: dict[str, Any] = field(default_factory=dict)
     asked: float = nan
-    error: float = nan
-    error_kind: str = ""
+    error: Errors = field(default_factory=Errors)
     film: Any = field(default=None, compare=False, repr=False)
     verified: float = nan
 
@@ -121,20 +121,21 @@ class Result:
     def __getitem__(self, name: str) -> Array:
         """Signal of that name at the accepted steps, (samples,); UnknownSignalError, naming those near it, if there is none."""
         if name not in self.signals:
-            raise UnknownSignalError(_unknown(name, list(self.signals)))
+            raise unknown(name, list(self.signals))
         return self.signals[name]
 
     def __repr__(self) -> str:
         """Return status, message, span and what there is, in a few lines at most."""
         said = self.message if len(self.message) <= 120 else f"{self.message[:117]}..."
-        error = f", error {self.error:.2g} of {self.asked:.2g} asked" if self.asked > 0 else ""
+        asked = f" of {self.asked:.2g} asked" if self.asked > 0 else ""
+        error = f", error {self.error.motion:.2g}{asked}" if self.asked > 0 or self.error.known else ""
         error += f", {self.verified:.2g} from the other solver" if self.verified >= 0 else ""
         what = f"{len(self.signals)} signals" + (", energy ledger" if self.energy else "") + (", shapes" if self.shapes else "")
         end = f"{self.time[-1]:g} s" if len(self.time) else "no time"
         return f"<Result {self.status}{f': {said}' if said else ''}; {len(self.time)} samples to t = {end}{error}; {what}>"
 
     def at(self, name: str, times: Any, outside: float | None = None) -> Array:
-        """Signal `name` at other times, linear between steps; what `SMOOTH` names is cubic where an accuracy was asked for.
+        """Signal `name` at other times, linear between steps; what `SMOOTH` names is cubic where the error is known.
 
         Parameters
         ----------
@@ -159,7 +160,7 @@ class Result:
         if wrong.any():
             first, last = self.time[[0, -1]]
             raise ValueError(f"'{name}' at t = {times[wrong][0]:g} s: the run covers [{first:g}, {last:g}] s ({self.status})")
-        if self.asked > 0 and name.rpartition(".")[2] in SMOOTH and len(self.time) > 2:
+        if self.error.known and name.rpartition(".")[2] in SMOOTH and len(self.time) > 2:
             return cubic(self.time, values, times)
         found: Array = np.interp(times, self.time, values)
         return found
@@ -187,7 +188,7 @@ class Result:
         path = path if path.suffix == ".npz" else path.with_name(path.name + ".npz")
         head: dict[str, Any] = {"status": self.status, "message": self.message, "units": self.units, "work": self.work}
         head["provenance"] = self.provenance
-        head |= {"asked": self.asked, "error": self.error, "error_kind": self.error_kind, "verified": self.verified}
+        head |= {"asked": self.asked, "error": self.error.plain(), "verified": self.verified}
         head["thickness"] = {name: shape.thickness for name, shape in self.shapes.items()}
         arrays: dict[str, Array] = {"time": self.time, "head": np.array(json.dumps(head, default=str))}
         arrays |= {f"signal/{k}": v for k, v in self.signals.items()} | {f"energy/{k}": v for k, v in self.energy.items()}
@@ -223,8 +224,7 @@ class Result:
         return cls(
             Status(head["status"]), head["message"], arrays["time"], _group(arrays, "signal/"), head["units"], head["work"],
             _group(arrays, "energy/"), shapes, head["provenance"],
-            head.get("asked", nan), head.get("error", nan), head.get("error_kind", ""), _film(_group(arrays, "movie/")),
-            head.get("verified", nan),
+            head.get("asked", nan), _errors(head), _film(_group(arrays, "movie/")), head.get("verified", nan),
         )  # fmt: skip
 
     # --- to look at ---------------------------------------------------------------------------------------------------
@@ -358,6 +358,12 @@ class Result:
         return write_parquet(self, path)
 
 
+def _errors(head: Mapping[str, Any]) -> Errors:
+    """The errors a file holds: those of an older version are the motion's."""
+    found = head.get("error", nan)
+    return Errors.of(found) if isinstance(found, dict) else Errors(float(found), {}, head.get("error_kind", ""))
+
+
 def _film(arrays: Mapping[str, Array]) -> Any:
     """The film a file holds, if it does."""
     if not arrays:
@@ -369,14 +375,14 @@ OUTSIDE = 1e-9
 """Of the run: how far from its ends a time still counts as within."""
 
 
-def _unknown(name: str, names: list[str]) -> str:
-    """Sentence on a signal that is not there."""
+def unknown(name: str, names: list[str]) -> UnknownSignalError:
+    """Make the error of a signal that is not there; it names those near it."""
     from difflib import get_close_matches
 
     owner = str(name).rpartition(".")[0]
     near = [*dict.fromkeys([*get_close_matches(str(name), names, 3), *(n for n in names if n.rpartition(".")[0] == owner)])][:8]
     some = f"near it: {', '.join(near)}" if near else f"there are {', '.join(names[:8])}{', ...' if len(names) > 8 else ''}"
-    return f"no signal '{name}'; {some}"
+    return UnknownSignalError(f"no signal '{name}'; {some}")
 
 
 def cubic(time: Array, values: Array, times: Array) -> Array:
@@ -390,7 +396,7 @@ def cubic(time: Array, values: Array, times: Array) -> Array:
         Finite.
     times : array, shape (times,) or a float
     """
-    from scipy.interpolate import CubicSpline  # where an accuracy was asked for only
+    from scipy.interpolate import CubicSpline  # it takes a while to load, and few need it
 
     found: Array = CubicSpline(time, values)(np.clip(times, time[0], time[-1]))
     return found

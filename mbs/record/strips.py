@@ -146,6 +146,12 @@ class StripMotion:
         inner = place[:, :, :-1].reshape(len(place), -1, 2)
         return np.concatenate([inner, place[:, -1:, -1]], axis=1)
 
+    def arcs(self, per_element: int = 4) -> Array:
+        """Stress-free arc length, m, at each place of `line`."""
+        edges = np.concatenate([[0.0], np.cumsum(self.pieces)])
+        parts = np.outer(self.pieces, np.arange(per_element) / per_element)
+        return np.append((edges[:-1, None] + parts).ravel(), edges[-1])
+
 
 class BeamMotion(StripMotion):
     """A link of geometrically exact beams; nodes have (x, y, theta)."""

@@ -1,41 +1,59 @@
-"""A run of the compiled solver that knows its error: it is compared with the coarser run that led to it.
+"""Runs of the compiled solver until an error is known and small enough: each is compared with the coarser one before it.
 
-Each run of the series has a tolerance 8 times smaller than the one before, and so steps half as long, and strips of two degrees
-more. The finer of two neighbours is told to have their whole difference as its error, which suffices for any rate from the
-first order up. All runs but the last cost as much together as the last.
+The finer of two neighbours is told to have their whole difference as its error, or half of it where three runs shrink it as a
+method of second order does. With clearance three runs must tell: two may agree by chance. Two kinds of series:
+
+- implicit: a tolerance 8 times smaller each, and so steps half as long, and strips of two degrees more;
+- explicit, of fifth order, for scenes in which nothing is stiff but contacts: a tolerance 30 times smaller each.
+
+Where the explicit series fails, as it does at singular poses, the implicit one is tried. With clearance the time that can be
+predicted is compared, and the finest run goes all the way.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from math import inf, log, nan
 from typing import Any
 
-from buckler.mbs.accuracy.difference import difference
+import numpy as np
+from numba.core.errors import NumbaError
+
+from buckler.mbs.accuracy.aim import MOTION
+from buckler.mbs.accuracy.by_signal import by_energy, by_signal
+from buckler.mbs.accuracy.delivery import Delivering, Delivery, Task, comparable
+from buckler.mbs.accuracy.difference import PREDICTABLE, difference
+from buckler.mbs.accuracy.tolerance import left_with_play
+from buckler.mbs.elements.clearance import clearances
 from buckler.mbs.engine.settings import Controlled
-from buckler.mbs.record.result import Result, Status
+from buckler.mbs.laws import BristleLaw, FrictionLaw
+from buckler.mbs.record.errors import Errors
+from buckler.mbs.record.result import Status
 from buckler.mbs.record.run import Run
-from buckler.mbs.spectral.run import once
+from buckler.mbs.spectral.run import explicitly, once
+from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.solver import Spectral
+from buckler.mbs.spectral.tables import DRY, SEAT, STRUT
 from buckler.mbs.validate import number, positive
 
-FIRST, SHORTER, MOST, SHARE = 1e-5, 8.0, 9, 1.0
-"""First tolerance, ratio of neighbours, most runs, share of the difference that is told."""
+FIRST, FIRST_FOR, SHORTER, MOST = 1e-5, 1e-2, 8.0, 9
+"""Implicit series: first tolerance for this accuracy, ratio of neighbours, most runs. Errors go by the tolerance to 2/3."""
 COARSEST_DEGREE, HIGHEST_DEGREE = 4, 24
-
-
-@dataclass(frozen=True)
-class Known:
-    """A run, the estimate of its error in the sense of `mbs.accuracy.difference`, and how many runs it took."""
-
-    run: Run
-    error: float
-    runs: int
+EXPLICIT, STRICTER, MOST_EXPLICIT = 1e-2, 30.0, 6
+"""Explicit series: first tolerance, over the accuracy; ratio of neighbours; most runs."""
+BESIDE = 1e-7
+"""Tolerance of one run beside another solver's, explicit or with stops."""
+SECOND_ORDER, SHARE = 2.5, 0.5
+"""Ratio of the differences of three runs from which this share of the last one is told as the error."""
+GIVEN_UP = (Status.TIMED_OUT, Status.TOO_MANY_STEPS, Status.FUNCTION_FAILED)
+"""Failures that no finer run cures."""
 
 
 def known(
-    mechanism: Any, duration: float, accuracy: float, solver: Spectral | None = None, run: Callable[..., Run] = once
-) -> Known:
+    mechanism: Any, duration: float, accuracy: float, solver: Spectral | None = None,
+    run: Callable[..., Run] = once, aim: Any = MOTION, patience: float = inf,
+) -> Delivery:  # fmt: skip
     """Run a mechanism so that its error is below the accuracy asked for, and known.
 
     Parameters
@@ -44,36 +62,130 @@ def known(
     duration : float
         s.
     accuracy : float
-        Largest relative error of the motion, 1e-7 to 0.1.
+        Largest relative error, 1e-7 to 0.1.
     solver : Spectral, optional
         Its steps and degree are chosen here, the rest stays.
     run : callable
         `run(mechanism, duration, solver)` makes one run; one that ends for want of time ends the series.
+    aim : Aim or Usual
+        What the accuracy is asked of.
+    patience : float
+        Wall time, s, that all runs may take.
 
     Returns
     -------
-    Known
-        The last run; its error is larger than asked where the series ended first, and infinite where a run failed.
+    Delivery
+        The last run; its error is larger than asked where the series ended first, and not known where runs failed.
     """
     positive("duration", duration, "s"), number("accuracy", accuracy, 1e-7, 0.1, "1")
-    solver = solver or Spectral()
-    before: Result | None = None
-    found, error = None, float("inf")
-    for k in range(MOST):
-        degree = min(COARSEST_DEGREE + 2 * k, HIGHEST_DEGREE)
-        steps = Controlled(tolerance=FIRST / SHORTER**k, max_step=duration / (100 * 2 ** (k / 2)))
-        share = solver.contact_tolerance / 2**k
-        found = run(mechanism, duration, replace(solver, steps=steps, degree=degree, contact_tolerance=share))
-        if found.failure is not None:
-            before, error = None, float("inf")
-            if found.failure[0] is Status.TIMED_OUT:
-                break
-            continue
-        now = Result(Status.OK, "", found.record.time, *found.signals, found.work)
-        if before is not None:
-            error = SHARE * difference(before, now)
-            if error <= accuracy:
-                return Known(found, error, k + 1)
-        before = now
-    assert found is not None
-    return Known(found, error, k + 1)
+    solver, task = solver or Spectral(), Task(mechanism, duration, accuracy, aim, patience)
+    if not _nothing_stiff(mechanism, solver):
+        return _Implicit(task, run, solver).deliver()
+    found = _Explicit(task, run, replace(solver, method="explicit")).deliver()
+    failure = found.run.failure
+    if found.kept(accuracy) or (failure is not None and failure[0] is Status.TIMED_OUT):
+        return found
+    return _Implicit(task, run, replace(solver, method="implicit")).deliver().after(found)
+
+
+def beside(mechanism: Any, duration: float) -> Spectral:
+    """Settings of one run that stands beside another solver's."""
+    if _nothing_stiff(mechanism, Spectral()):
+        return Spectral(Controlled(tolerance=BESIDE, max_step=duration / 200), method="explicit")
+    return Spectral(Controlled(tolerance=BESIDE)) if mechanism.stops else Spectral()
+
+
+def takes(mechanism: Any) -> bool:
+    """Whether the compiled solver answers for all kinds of a mechanism, and can compile its functions."""
+    if any(isinstance(guide.friction, FrictionLaw | BristleLaw) for guide in mechanism.guides):
+        return False  # it runs them, but the energy of bristles does not add up, and near a wedge it starts wrongly
+    try:
+        Scene.of(mechanism)
+    except (ValueError, NotImplementedError, NumbaError):
+        return False
+    return True
+
+
+def _nothing_stiff(mechanism: Any, solver: Spectral) -> bool:
+    """Whether the explicit integrator suits: no strips, no struts, no friction that sticks."""
+    scene = Scene.of(mechanism, solver.degree)
+    if solver.method != "chosen" or explicitly(scene, solver):
+        return solver.method != "implicit"
+    kinds = scene.tables.forces[:, 0]
+    return not len(scene.tables.strips) and not len(scene.tables.modal) and not np.isin(kinds, (STRUT, SEAT, DRY)).any()
+
+
+class _Series(Delivering):
+    """Runs finer and finer until two neighbours agree."""
+
+    most: int
+
+    def __init__(self, task: Task, run: Callable[..., Run], solver: Spectral) -> None:
+        super().__init__(task, run)
+        self.solver = solver
+        self.play = bool(clearances(task.mechanism))
+        self.span = min(task.duration, PREDICTABLE) if self.play else task.duration
+
+    def settings(self, k: int) -> Spectral:
+        """Of the k-th run."""
+        raise NotImplementedError
+
+    def deliver(self) -> Delivery:
+        asked, aim = self.task.asked, self.task.aim
+        before: Run | None = None
+        best: tuple[float, Run, Run, float] | None = None
+        last = inf
+        for k in range(self.most):
+            found = self.run(self.task.mechanism, self.span, self.settings(k))
+            if found.failure is not None:
+                before, last = None, inf
+                if found.failure[0] in GIVEN_UP:
+                    break
+                continue
+            if before is not None:
+                off = aim.apart(comparable(before), comparable(found))
+                share = SHARE if off * SECOND_ORDER < last < inf else 1.0
+                error = left_with_play(off, last, asked) if self.play else share * off
+                last = off
+                if best is None or error <= best[0]:
+                    best = error, found, before, share
+                if error <= asked:
+                    break
+            before = found
+        if best is None:
+            return Delivery(found, nan if found.failure else inf, Errors(), {}, self.runs)
+        reached, fine, coarse, share = best
+        told = self._errors(fine, coarse, share)
+        if self.span < self.task.duration:
+            fine = self.run(self.task.mechanism, self.task.duration, fine.solver)
+        return Delivery(fine, reached if fine.failure is None else nan, told, {}, self.runs)
+
+    def _errors(self, fine: Run, coarse: Run, share: float) -> Errors:
+        """Of the motion and of all signals."""
+        a, b = comparable(coarse), comparable(fine)
+        signals = by_signal(a, b) | by_energy(coarse, fine)
+        over = f", over the first {1e3 * self.span:g} ms" if self.span < self.task.duration else ""
+        kind = f"two runs of the compiled solver{over}"
+        return Errors(share * difference(a, b), {name: share * d for name, d in signals.items()}, kind)
+
+
+class _Implicit(_Series):
+    """Steps half as long each, and strips of two degrees more."""
+
+    most = MOST
+
+    def settings(self, k: int) -> Spectral:
+        n = k + max(0, int(1.5 * log(FIRST_FOR / self.task.asked) / log(SHORTER)))
+        steps = Controlled(tolerance=FIRST / SHORTER**n, max_step=self.span / (100 * 2 ** (n / 2)))
+        degree = min(COARSEST_DEGREE + 2 * n, HIGHEST_DEGREE)
+        return replace(self.solver, steps=steps, degree=degree, contact_tolerance=self.solver.contact_tolerance / 2**n)
+
+
+class _Explicit(_Series):
+    """Tolerances that fall faster."""
+
+    most = MOST_EXPLICIT
+
+    def settings(self, k: int) -> Spectral:
+        tolerance = max(1e-13, EXPLICIT * self.task.asked / STRICTER**k)
+        return replace(self.solver, steps=Controlled(tolerance=tolerance, max_step=self.span / (100 * 2 ** (k / 2))))

@@ -100,7 +100,6 @@ class Builder:
     rows: list[Row] = field(default_factory=list)
     motions: list[tuple[int, int, int]] = field(default_factory=list)
     ramps: list[tuple[float, float, float]] = field(default_factory=list)
-    kinks: list[float] = field(default_factory=list)
     forces: list[Force] = field(default_factory=list)
     laws: list[tuple[int, int, int, int]] = field(default_factory=list)
     law_numbers: list[list[float]] = field(default_factory=list)
@@ -108,7 +107,7 @@ class Builder:
     loose: list[tuple[int, str, str, bool]] = field(default_factory=list)
     owners: list[Any] = field(default_factory=list)
     units: dict[int, float] = field(default_factory=dict)
-    elastic: list[tuple[int, int, int]] = field(default_factory=list)
+    elastic: list[tuple[int, ...]] = field(default_factory=list)
     _law_rows: dict[Any, int] = field(default_factory=dict)
     _marker_rows: dict[Any, int] = field(default_factory=dict)
 
@@ -141,10 +140,11 @@ class Builder:
 
     # --- markers and measures -----------------------------------------------------------------------------------------
 
-    def deforms(self, one: Sequence[int], other: Sequence[int] | None = None) -> None:
-        """Say which coordinates tell how a body deforms, one by one or in pairs; they share a unit."""
-        group = 1 + max((g for _, _, g in self.elastic), default=-1)
-        self.elastic += [(int(i), int(j), group) for i, j in zip(one, other or [-1] * len(one), strict=True)]
+    def deforms(self, one: Sequence[int], other: Sequence[int] | None = None, chord: Sequence[int] = (-1,) * 4) -> None:
+        """Say which coordinates tell how a body deforms, one by one or in pairs across a chord; they share a unit."""
+        group = 1 + max((row[2] for row in self.elastic), default=-1)
+        pairs = zip(one, other or [-1] * len(one), strict=True)
+        self.elastic += [(int(i), int(j), group, *map(int, chord)) for i, j in pairs]
 
     def add_marker(self, kind: int, offset: int, size: int, places: Sequence[int], numbers: Any) -> int:
         """Add a marker, or find the same one."""
@@ -222,8 +222,6 @@ class Builder:
         if all(hasattr(motion, each) for each in ("start", "end", "duration")):
             self.motions.append((k.RAMP, 0, 0))
             self.ramps.append((motion.start, motion.end, motion.duration))
-            if motion.start != motion.end:
-                self.kinks.append(motion.duration)
         else:
             functions = [function_pointer(f, 1) for f in (motion.position, motion.speed)]
             if not all(p.compiled for p in functions):
@@ -274,7 +272,7 @@ class Builder:
             ramps=_real(self.ramps, 3),
             forces=_whole(forces, 7),
             factors=np.ones(len(forces) + 1),
-            elastic=_whole(self.elastic, 3),
+            elastic=_whole(self.elastic, 7),
             laws=_whole(self.laws, 4),
             law_numbers=_real(self.law_numbers, 8),
             data=np.array(self.data, dtype=float),

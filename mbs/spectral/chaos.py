@@ -8,6 +8,7 @@ doi 10.1103/PhysRevA.14.2338.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -48,7 +49,7 @@ def last_state(scene: Scene, state: State, end: float, solver: Spectral) -> Stat
 
 def lyapunov(
     mechanism: Any, interval: float, count: int, *, settle: int = 1, size: float = 1e-9, seed: int = 0,
-    solver: Spectral | None = None,
+    solver: Spectral | None = None, state: State | None = None, lengths: Array | None = None,
 ) -> Exponent:  # fmt: skip
     """Largest Lyapunov exponent: let two motions part for an interval, draw the second back along the offset, repeat.
 
@@ -62,11 +63,16 @@ def lyapunov(
     settle : int
         Intervals before, in which the offset finds its direction.
     size : float
-        Of the offset, in the longest link's length and rad.
+        Of the offset, root of the sum of squares of its components in their units.
     seed : int
         Draws the first direction.
     solver : Spectral, optional
         Its tolerance is well below the size of the offset: 1e-11 by default.
+    state : State, optional
+        Where it begins, by default the start. Forces that remember go on remembering.
+    lengths : array, shape (2 n,), optional
+        Units of coordinates and rates: by default the longest link's length and 1 rad, and the same times the fastest rate at the
+        start. They decide single intervals, not the mean of many.
 
     Raises
     ------
@@ -76,28 +82,79 @@ def lyapunov(
     positive("interval", interval, "s"), whole("count", count, 1, 10_000_000), whole("settle", settle, 0, 10_000_000)
     solver = solver or _fine()
     scene = Scene.of(mechanism, solver.degree)
-    state = State(0.0, scene.q0, scene.v0, scene.memory())
-    pace = max(1.0 / interval, float(np.abs(state.v / scene.units).max()))
-    units = np.concatenate([scene.units, scene.units * pace])
-    direction = np.random.default_rng(seed).standard_normal(2 * scene.size)
-    growth = []
-    for k in range(settle + count):
-        shift = _allowed(scene, state, units * direction)
-        shift *= size / np.linalg.norm(shift / units)
-        n = scene.size
-        other = state._replace(q=state.q + shift[:n], v=state.v + shift[n:])
-        end = (k + 1) * interval
-        state, other = last_state(scene, state, end, solver), last_state(scene, other, end, solver)
-        apart = np.concatenate([other.q - state.q, other.v - state.v]) / units
-        grown = float(np.linalg.norm(apart))
-        if not 0.0 < grown < 1e-2:
-            raise RuntimeError(f"interval {k}: the offset of {size:g} became {grown:g}; take shorter intervals, or another size")
-        direction = apart / grown
-        if k >= settle:
-            growth.append(np.log(grown / size) / interval)
-    found = np.array(growth)
-    error = float(found.std(ddof=1) / np.sqrt(count)) if count > 1 else float("nan")
-    return Exponent(float(found.mean()), error, found)
+    state = state or State(0.0, scene.q0, scene.v0, scene.memory())
+    begin, pace = state.time, max(1.0 / interval, float(np.abs(state.v / scene.units).max()))
+    units = np.concatenate([scene.units, scene.units * pace]) if lengths is None else lengths
+    n = scene.size
+
+    def flow(state: State, k: int) -> State:
+        return last_state(scene, state, begin + (k + 1) * interval, solver)
+
+    def moved(state: State, shift: Array) -> State:
+        return state._replace(q=state.q + shift[:n], v=state.v + shift[n:])
+
+    found = stretching(
+        flow, state, settle + count, offset=size, scale=1 / units, seed=seed, read=lambda s: np.concatenate([s.q, s.v]),
+        moved=moved, allowed=lambda state, shift: _allowed(scene, state, shift),
+    )  # fmt: skip
+    grown = size * np.exp(found)
+    if grown.max() > 1e-2:
+        k = int(grown.argmax())
+        text = f"interval {k}: the offset of {size:g} became {grown[k]:g}; take shorter intervals, or another size"
+        raise RuntimeError(text)
+    rates = found[settle:] / interval
+    error = float(rates.std(ddof=1) / np.sqrt(count)) if count > 1 else float("nan")
+    return Exponent(float(rates.mean()), error, rates)
+
+
+def stretching(
+    flow: Callable[[Any, int], Any], state: Any, steps: int, *, offset: float, scale: Array | float = 1.0, seed: int = 0,
+    read: Callable[[Any], Array] = np.asarray, moved: Callable[[Any, Array], Any] = np.add,
+    allowed: Callable[[Any, Array], Array] = lambda _, shift: shift,
+) -> Array:  # fmt: skip
+    """Logarithm of how much a small offset grows in each step, the offset drawn back to its size after each.
+
+    The first few steps turn the offset into the direction of fastest growth: leave them out of a mean.
+
+    Parameters
+    ----------
+    flow : callable
+        `flow(state, k)` is the state after step k = 0, 1, ... of one that was `state` before it.
+    state : anything
+        `read(state)` are its numbers, shape (n,); `moved(state, shift)` is the state that a shift of these makes of it.
+    steps : int
+    offset : float
+        Size of the offset, root of the sum of squares of its scaled components; large against the errors of `flow`, small
+        against whatever bends it.
+    scale : float or array, shape (n,)
+        Each component is multiplied by it to compare like with like. It decides single steps, not the mean of many.
+    seed : int
+        Draws the first direction.
+    allowed : callable
+        (state, shift) -> the part of a shift that is allowed.
+
+    Returns
+    -------
+    array, shape (steps,)
+        ln(size after the step / offset).
+
+    Raises
+    ------
+    ArithmeticError
+        If the two become the same, or not finite.
+    """
+    positive("offset", offset, "1"), whole("steps", steps, 1, 10_000_000)
+    apart, growth = np.random.default_rng(seed).standard_normal(len(read(state))), np.empty(steps)
+    for k in range(steps):
+        shift = allowed(state, apart / scale)
+        shift = shift * (offset / np.linalg.norm(scale * shift))
+        other, state = flow(moved(state, shift), k), flow(state, k)
+        apart = scale * (read(other) - read(state))
+        size = float(np.linalg.norm(apart))
+        if not 0.0 < size < np.inf:
+            raise ArithmeticError(f"step {k}: the offset of {offset:g} became {size:g}; a larger one, or shorter steps")
+        growth[k] = np.log(size / offset)
+    return growth
 
 
 def poincare(

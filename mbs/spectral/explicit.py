@@ -12,12 +12,18 @@ J. R. Dormand, P. J. Prince, J. Comput. Appl. Math. 6 (1980) 19-26, doi 10.1016/
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from buckler.mbs.spectral.compiling import borrowed, inner, jit, lend_tables, lend_work
-from buckler.mbs.spectral.implicit import (
+from buckler.mbs.spectral.compiling import borrowed, close, inner, jit, lend_tables, lend_work
+from buckler.mbs.spectral.contacts import first_onset, remember_onset, touches
+from buckler.mbs.spectral.forces import add_one
+from buckler.mbs.spectral.kernel import add_modal, constraint, invert_modal, solve_small, spread_rows
+from buckler.mbs.spectral.lawtable import bristle_rate
+from buckler.mbs.spectral.markers import place_marker
+from buckler.mbs.spectral.output import (
     BUDGET,
     COUNTERS,
     EVERY,
@@ -37,14 +43,10 @@ from buckler.mbs.spectral.implicit import (
     TOO_MANY,
     UNDERFLOW,
     Output,
-    crossing,
-    depth_of,
     lend_output,
-    rate_of_depth,
 )  # fmt: skip
-from buckler.mbs.spectral.kernel import constraints, forces, mass_matrix, solve_small, spread_rows
-from buckler.mbs.spectral.lawtable import bristle_rate
-from buckler.mbs.spectral.tables import BRISTLE, CONTACT, FASTEST, FRICTION_OF, JOURNAL, ONSET, SEAT, SLIDING
+from buckler.mbs.spectral.strips import add_strips
+from buckler.mbs.spectral.tables import BRISTLE, FASTEST, FRICTION_OF, JOURNAL, ONSET, SEAT, SLIDING
 
 Array = np.ndarray[Any, Any]
 NODES = np.array([0.0, 0.2, 0.3, 0.8, 8.0 / 9.0, 1.0, 1.0])
@@ -59,6 +61,8 @@ WEIGHTS = np.array(
         [35.0 / 384.0, 0.0, 500.0 / 1113.0, 125.0 / 192.0, -2187.0 / 6784.0, 11.0 / 84.0],
     ]
 )
+STAYS = 1e-4
+"""How far off its constraints a state may stay, of the tolerance; further off it is put back."""
 ERRORS = np.array([71.0 / 57600.0, 0.0, -71.0 / 16695.0, 71.0 / 1920.0, -17253.0 / 339200.0, 22.0 / 525.0, -1.0 / 40.0])
 
 
@@ -79,7 +83,7 @@ class Flight(NamedTuple):
     spread: Array
     schur: Array
     right: Array
-    mass: Array
+    near: Array
     none: Array
     memory: Array
     before: Array
@@ -87,25 +91,26 @@ class Flight(NamedTuple):
     units: Array
 
 
-def flight_for(q: Array, v: Array, lam: Array, memory: Array, mass: Array, units: Array) -> Flight:
-    """Make room for a run from this state."""
+def flight_for(q: Array, v: Array, lam: Array, memory: Array, mass: Array, units: Array, coupled: Array) -> Flight:
+    """Make room for a run from this state; `coupled` tells which places of the mass matrix may be filled, (n, n)."""
     n, r, k = len(q), len(lam), len(memory)
     y = np.concatenate([q, v, memory[:, BRISTLE]])
+    near = np.array([(min(at), max(at) + 1) for at in map(np.flatnonzero, coupled)])
     pace = np.array([max(1e-3, np.abs(v / units).max(initial=0.0))])
     return Flight(
         y, y.copy(), y.copy(), np.zeros((7, len(y))), np.array(lam, dtype=float), np.zeros(n), np.zeros(r), np.zeros(r),
-        np.zeros(r), np.zeros((r, n)), np.linalg.inv(mass), np.zeros((r, n)), np.zeros((r, r)), np.zeros(n + r), mass.copy(),
+        np.zeros(r), np.zeros((r, n)), np.linalg.inv(mass), np.zeros((r, n)), np.zeros((r, r)), np.zeros(n + r), near,
         np.zeros((1, 1)), memory.copy(), np.zeros((k, 8)), pace, np.array(units, dtype=float),
     )  # fmt: skip
 
 
-@inner
-def _lend(x):
+@close
+def lend_flight(x):
     """The room without its shares in the memory's reference counts."""
     return Flight(
         borrowed(x.y), borrowed(x.new), borrowed(x.trial), borrowed(x.rates), borrowed(x.lam), borrowed(x.force),
         borrowed(x.residual), borrowed(x.speed), borrowed(x.change), borrowed(x.jacobian), borrowed(x.inverse),
-        borrowed(x.spread), borrowed(x.schur), borrowed(x.right), borrowed(x.mass), borrowed(x.none), borrowed(x.memory),
+        borrowed(x.spread), borrowed(x.schur), borrowed(x.right), borrowed(x.near), borrowed(x.none), borrowed(x.memory),
         borrowed(x.before), borrowed(x.pace), borrowed(x.units),
     )  # fmt: skip
 
@@ -113,21 +118,30 @@ def _lend(x):
 @inner
 def rates_at(s, w, x, t, y, out):
     """Rates of a state: velocities, accelerations, bristles'."""
+    s, w, x, y, out = lend_tables(s), lend_work(w), lend_flight(x), borrowed(y), borrowed(out)
     n, r = x.force.size, x.lam.size
     q, v = y[:n], y[n : 2 * n]
     for k in range(s.forces.shape[0]):
         x.memory[k, BRISTLE] = y[2 * n + k]
-    forces(s, w, t, q, v, x.lam, x.memory, -1.0, x.force, x.none, x.none, x.none, False)
+    for m in range(s.markers.shape[0]):
+        place_marker(s, w, m, q, v)
+    for i in range(n):
+        x.force[i] = s.factors[-1] * s.weight[i]
+    if s.strips.shape[0] > 0:
+        add_strips(s, w, q, v, x.force, x.none, x.none, False)
     if s.modal.shape[0] > 0:
-        mass_matrix(s, q, x.mass)
-        x.inverse[:] = np.linalg.inv(x.mass)
+        add_modal(s, q, v, x.force, x.none, x.none, False)
+        invert_modal(s, q, x.inverse)
+    for k in range(s.forces.shape[0]):
+        add_one(s, w, k, t, q, x.lam, x.memory, -1.0, x.force, x.none, x.none, x.none, False)
     for i in range(n):
         total = 0.0
-        for j in range(n):
+        for j in range(x.near[i, 0], x.near[i, 1]):
             total += x.inverse[i, j] * x.force[j]
         out[i], out[n + i] = v[i], total
+    for k in range(r):
+        constraint(s, w, k, t, x.residual, x.jacobian, x.speed, x.change)
     if r > 0:
-        constraints(s, w, t, x.residual, x.jacobian, x.speed, x.change)
         spread_rows(x.jacobian, x.inverse, x.spread, x.schur)
         for k in range(r):
             total = -x.change[k]
@@ -146,12 +160,36 @@ def rates_at(s, w, x, t, y, out):
             out[2 * n + k] = bristle_rate(s, law, y[2 * n + k], w.reports[k, 4])
 
 
-@inner
+@jit
+def look(s, w, x, time, q, v, memory, a, lam, reports):
+    """Fill a (times, n), lam (times, r) and reports (times, forces, 8) from the equations of motion at given states."""
+    s, w, x = lend_tables(s), lend_work(w), lend_flight(x)
+    n = x.force.size
+    for i in range(time.size):
+        x.trial[:n], x.trial[n : 2 * n] = q[i], v[i]
+        for k in range(s.forces.shape[0]):
+            x.memory[k, ONSET] = memory[i, k, ONSET]
+            x.trial[2 * n + k] = memory[i, k, BRISTLE]
+        rates_at(s, w, x, time[i], x.trial, x.rates[1])
+        a[i], lam[i], reports[i] = x.rates[1, n : 2 * n], x.lam, w.reports
+
+
+@close
+def _is_off(x, allowed):
+    """Whether the new state is off its constraints by more than is allowed, of the units of coordinates and of their rates."""
+    n, worst = x.force.size, 0.0
+    for k in range(x.lam.size):
+        slip = -x.speed[k]
+        for i in range(n):
+            slip += x.jacobian[k, i] * x.new[n + i]
+        worst = max(worst, abs(x.residual[k]), abs(slip) / x.pace[0])
+    return worst > allowed * x.units.min()
+
+
+@close
 def _put_back(s, w, x, t):
     """Move the new state onto the constraints, positions by one Newton step in the metric of the mass, then velocities."""
     n, r = x.force.size, x.lam.size
-    if r == 0:
-        return
     y = x.new
     for level in range(2):
         if level == 0:
@@ -169,20 +207,21 @@ def _put_back(s, w, x, t):
                 y[level * n + i] -= x.spread[k, i] * x.right[k]
 
 
-@inner
+@close
 def _stages(s, w, x, t, h):
     """The seven stages; x.new becomes the fifth-order solution, and reports are those of its end."""
     for stage in range(1, 7):
         target = x.new if stage == 6 else x.trial
         for i in range(x.y.size):
-            total = 0.0
-            for j in range(stage):
-                total += WEIGHTS[stage, j] * x.rates[j, i]
-            target[i] = x.y[i] + h * total
+            target[i] = x.y[i]
+        for j in range(stage):
+            share = h * WEIGHTS[stage, j]
+            for i in range(x.y.size):
+                target[i] += share * x.rates[j, i]
         rates_at(s, w, x, t + NODES[stage] * h, target, x.rates[stage])
 
 
-@inner
+@close
 def _error(x, h, tolerance):
     """Embedded error over what is allowed: of coordinates, in their units, and of rates, in units a largest rate so far."""
     n, worst = x.force.size, 0.0
@@ -190,17 +229,20 @@ def _error(x, h, tolerance):
         e = 0.0
         for j in range(7):
             e += ERRORS[j] * x.rates[j, i]
-        worst = max(worst, abs(h * e) / (x.units[i] if i < n else x.units[i - n] * x.pace[0]))
+        share = abs(h * e) / (x.units[i] if i < n else x.units[i - n] * x.pace[0])
+        if not share < math.inf:
+            return math.inf  # not a number is larger than nothing
+        worst = max(worst, share)
     return worst / tolerance
 
 
 @jit
 def run_explicit(s, w, x, clock, end, stops, controls, out, counts):
     """Go on from the state to the end, or until out is full; as `run_implicit`."""
-    s, w, x, out = lend_tables(s), lend_work(w), _lend(x), lend_output(out)
+    s, w, x, out = lend_tables(s), lend_work(w), lend_flight(x), lend_output(out)
     t, wanted, held, skipped = clock[0], clock[1], clock[2], int(clock[5])
     tolerance, fixed, n = controls[TOLERANCE], controls[FIXED_STEPS] > 0.0, x.force.size
-    shortest, landing = 1e-15 * end, 1e-3 * tolerance * x.units.max()
+    shortest, landing = 1e-15 * end, max(1e-3 * tolerance, 1e-12) * x.units.max()
     row, every, nstop = 0, int(controls[EVERY]), 0
     if counts[STEPS] == 0:
         rates_at(s, w, x, t, x.y, x.rates[0])
@@ -225,13 +267,7 @@ def run_explicit(s, w, x, clock, end, stops, controls, out, counts):
             if wanted < shortest:
                 counts[STATUS] = UNDERFLOW if error < 1e300 else NOT_FINITE
             continue
-        first = 2.0
-        for k in range(s.forces.shape[0]):
-            kind = s.forces[k, 0]
-            if kind == CONTACT or kind == JOURNAL:
-                d0, d1 = depth_of(s, x.before, k), depth_of(s, w.reports, k)
-                if d0 < -landing and not (-landing <= d1 <= landing):
-                    first = min(first, crossing(h, d0, rate_of_depth(s, x.before, k), d1, rate_of_depth(s, w.reports, k)))
+        first = first_onset(s, x.before, w.reports, h, landing)
         if first < 1.0 and h * first > shortest:
             counts[REJECTED] += 1
             held = max(held, h)
@@ -239,8 +275,10 @@ def run_explicit(s, w, x, clock, end, stops, controls, out, counts):
             continue
         before, t = t, (target if h >= target - t else t + h)
         changed = _remember(s, w, x, controls[FLOOR], controls[GRAZE], counts)
-        _put_back(s, w, x, t)
-        if x.lam.size > 0 or changed or t == target:
+        off = _is_off(x, STAYS * tolerance)
+        if off:
+            _put_back(s, w, x, t)
+        if off or changed or t == target:
             x.y[:] = x.new
             rates_at(s, w, x, t, x.y, x.rates[0])
         else:
@@ -263,30 +301,25 @@ def run_explicit(s, w, x, clock, end, stops, controls, out, counts):
     counts[SAMPLES] = row
 
 
-@inner
+@close
 def _remember(s, w, x, floor, graze, counts):
     """Onset speeds of contacts that are about to close or have just closed; whether one has changed."""
     changed = False
     n = x.force.size
     for k in range(s.forces.shape[0]):
-        kind, m = s.forces[k, 0], x.memory[k]
-        if kind == CONTACT or kind == JOURNAL:
-            old, new, rate = depth_of(s, x.before, k), depth_of(s, w.reports, k), rate_of_depth(s, w.reports, k)
-            if new <= 0.0 or old <= 0.0:
-                m[ONSET] = max(rate, floor, graze * m[FASTEST])
-            if new > 0.0 and old <= 0.0:
-                if kind == CONTACT:
-                    m[FASTEST] = max(m[FASTEST], m[ONSET])
+        m = x.memory[k]
+        if touches(s, k):
+            event = remember_onset(s, x.before, w.reports, k, m, floor, graze)
+            changed = changed or event != 0
+            if event > 0:
                 counts[ONSETS] += 1
-                changed = True
-            if new <= 0.0 and old > 0.0:
-                changed = True
+            elif event < 0:
                 x.new[2 * n + k] = 0.0
         m[SLIDING] = w.reports[k, 4]
     return changed
 
 
-@inner
+@close
 def _write(x, out, i, t, before):
     """Write the state as row i; bristles as they stand, with no time since."""
     n = x.force.size

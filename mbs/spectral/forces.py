@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from buckler.mbs.spectral.compiling import call1, call2, call3, inner
+from buckler.mbs.spectral.compiling import call1, call2, call3, close, inner
 from buckler.mbs.spectral.lawtable import normal_force, normal_slopes, rubbing, rubbing_slope
 from buckler.mbs.spectral.markers import (
     add_force,
@@ -138,11 +138,11 @@ def slopes_along(s, k, t, value, rate, mem, since, reaction):
     return by_value, by_rate
 
 
-@inner
+@close
 def _along(s, w, k, t, q, lam, mem, since, f, stiff, damp, cross, want):
     """A force along a measure."""
     number, grad, hess, row = s.forces[k, 1], w.small[6], w.small[:6], s.forces[k, ROW_OF]
-    a, b, factor = s.measures[number, 1], s.measures[number, 2], s.factors[k]
+    factor = s.factors[k]
     value, rate = measure(s, w, number, grad, hess, want)
     reaction = lam[row] if row >= 0 else 0.0
     force = factor * value_along(s, k, t, value, rate, mem[k], since, reaction)
@@ -151,8 +151,16 @@ def _along(s, w, k, t, q, lam, mem, since, f, stiff, damp, cross, want):
     if s.forces[k, 0] == SEAT:
         out[5] = rubbing(s, s.forces[k, FRICTION_OF], rate, mem[k], since)[1]
     add_gradient(s, w, number, grad, force, f)
-    if not want:
-        return
+    if want:
+        _bend_along(s, w, k, t, q, mem, since, reaction, stiff, damp, cross)
+
+
+@inner
+def _bend_along(s, w, k, t, q, mem, since, reaction, stiff, damp, cross):
+    """Derivatives of a force along a measure, whose value, gradient and Hessian are at hand."""
+    number, grad, hess, row = s.forces[k, 1], w.small[6], w.small[:6], s.forces[k, ROW_OF]
+    a, b, factor = s.measures[number, 1], s.measures[number, 2], s.factors[k]
+    force, value, rate = w.reports[k, 0], w.reports[k, 2], w.reports[k, 3]
     by_value, by_rate = slopes_along(s, k, t, value, rate, mem[k], since, reaction)
     h, c = w.small[8:14], w.small[:6, 8:14]
     for i in range(6):
@@ -174,7 +182,7 @@ def _along(s, w, k, t, q, lam, mem, since, f, stiff, damp, cross, want):
         add_gradient(s, w, number, grad, force / reaction, cross[row])
 
 
-@inner
+@close
 def touch(s, w, k, mem, since, out):
     """Pin in a bush: fill out with normal and tangential force, depth, rate, sliding, bristle, normal's direction.
 
@@ -196,7 +204,7 @@ def touch(s, w, k, mem, since, out):
         out[5] = mem[BRISTLE]
 
 
-@inner
+@close
 def _journal(s, w, k, q, mem, since, f, stiff, damp, want):
     """A pin in a bush."""
     ma, mb, number, out = s.forces[k, 1], s.forces[k, 2], s.forces[k, NUMBERS], w.reports[k]
@@ -209,8 +217,18 @@ def _journal(s, w, k, q, mem, since, f, stiff, damp, want):
     fx, fy = -push * nx - drag * tx, -push * ny - drag * ty
     add_force(s, w, ma, fx, fy, -radius * drag, f)
     add_force(s, w, mb, -fx, -fy, (e + radius) * drag, f)
-    if not want:
-        return
+    if want:
+        _bend_journal(s, w, k, q, mem, since, stiff, damp)
+
+
+@inner
+def _bend_journal(s, w, k, q, mem, since, stiff, damp):
+    """Derivatives of the force of a pin in a bush, which is at hand."""
+    ma, mb, number, out = s.forces[k, 1], s.forces[k, 2], s.forces[k, NUMBERS], w.reports[k]
+    factor, radius = s.factors[k], s.data[number]
+    e, nx, ny, push, drag = out[2] + s.data[number + 1], out[6], out[7], factor * out[0], factor * out[1]
+    tx, ty = -ny, nx
+    fx, fy = -push * nx - drag * tx, -push * ny - drag * ty
     by_depth, by_rate = normal_slopes(s, s.forces[k, LAW_OF], out[2], out[3], mem[k, ONSET])
     coefficient = drag / push if push != 0.0 else 0.0
     by_slide = push * rubbing_slope(s, s.forces[k, FRICTION_OF], out[4], mem[k], since)
@@ -242,7 +260,7 @@ def _journal(s, w, k, q, mem, since, f, stiff, damp, want):
     add_geometric(s, w, mb, q, fx, fy, -(e + radius) * drag, stiff)
 
 
-@inner
+@close
 def _push(s, w, k, t, q, f, stiff, want):
     """A force at marker a, whose direction turns with marker b."""
     a, b, number, law = s.forces[k, 1], s.forces[k, 2], s.forces[k, NUMBERS], s.forces[k, LAW_OF]
@@ -262,6 +280,18 @@ def _push(s, w, k, t, q, f, stiff, want):
         add_pair(s, w, a, b, h, -1.0, stiff)
 
 
+@close
+def add_one(s, w, k, t, q, lam, mem, since, f, stiff, damp, cross, want):
+    """Add force k; see `add_forces`."""
+    kind = s.forces[k, 0]
+    if kind == JOURNAL:
+        _journal(s, w, k, q, mem, since, f, stiff, damp, want)
+    elif kind == PUSH:
+        _push(s, w, k, t, q, f, stiff, want)
+    else:
+        _along(s, w, k, t, q, lam, mem, since, f, stiff, damp, cross, want)
+
+
 @inner
 def add_forces(s, w, t, q, lam, mem, since, f, stiff, damp, cross, want):
     """Add all forces between markers to f; if asked for, -df/dq to stiff, -df/dv to damp, df/dlambda_r to cross[r].
@@ -270,10 +300,4 @@ def add_forces(s, w, t, q, lam, mem, since, f, stiff, damp, cross, want):
     placed.
     """
     for k in range(s.forces.shape[0]):
-        kind = s.forces[k, 0]
-        if kind == JOURNAL:
-            _journal(s, w, k, q, mem, since, f, stiff, damp, want)
-        elif kind == PUSH:
-            _push(s, w, k, t, q, f, stiff, want)
-        else:
-            _along(s, w, k, t, q, lam, mem, since, f, stiff, damp, cross, want)
+        add_one(s, w, k, t, q, lam, mem, since, f, stiff, damp, cross, want)

@@ -60,6 +60,10 @@ class FrameBody:
         out[self.offset : self.offset + 3] = [[1, 0, -arm[1]], [0, 1, arm[0]], [0, 0, 1]]
         return out
 
+    def bent(self, builder: Builder, _start: Any, _link: Any) -> Array:
+        """None at the start: the modes of a modal link are at rest, or moved by the constraints."""
+        return np.zeros(len(builder.q))
+
 
 def line_of(builder: Builder, link: Any) -> tuple[Array, Array, float, float]:
     """Start and end of a link at t = 0, its length and direction."""
@@ -85,16 +89,15 @@ def add_frame(builder: Builder, link: Any, mass: float, centre: Array, inertia: 
 
 
 def add_block(builder: Builder, marker: int, each: Attached, link: str) -> None:
-    """Add a mass at a marker of a body that cannot take it: a body of its own, pinned or welded there."""
+    """Add a mass at a marker of a body whose mass matrix cannot take it: a point pinned there, a rotor that turns with it."""
     (x, y), name = builder.mechanism.points[each.point], f"mass.{each.point}"
-    builder.loose.append((len(builder.q), link, each.point, bool(each.inertia)))
-    if not each.inertia:
+    if each.mass:
+        builder.loose.append((len(builder.q), link, each.point, False))
         builder.pin(name, builder.point(x, y, each.mass), marker)
-        return
-    o = builder.coordinates((x, y, 0.0))
-    builder.angles(o + 2)
-    builder.mass((o, o + 1, o + 2), np.diag([each.mass, each.mass, each.inertia]))
-    builder.weigh((o, o + 1), each.mass * np.array(builder.mechanism.gravity))
-    own = builder.add_marker(k.FRAME, o, 0, (o, o + 1, o + 2), [0.0, 0.0, 0.0])
-    builder.pin(name, own, marker)
-    builder.add_row(name, builder.add_measure(k.ANGLE, own, marker))
+    if each.inertia:
+        builder.loose.append((len(builder.q), link, each.point, True))
+        o = builder.coordinates((0.0,))
+        builder.angles(o)
+        builder.mass((o,), np.array([[each.inertia]]))
+        own = builder.add_marker(k.LINEAR, o, 1, (o, o, o), [0.0, 0.0, 1.0])
+        builder.add_row(name, builder.add_measure(k.ANGLE, own, marker))

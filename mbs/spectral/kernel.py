@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from buckler.mbs.spectral.compiling import inner, jit
+from buckler.mbs.spectral.compiling import close, inner, jit
 from buckler.mbs.spectral.forces import add_forces
-from buckler.mbs.spectral.lawtable import motion
+from buckler.mbs.spectral.lawtable import motion, second_rate
 from buckler.mbs.spectral.markers import add_geometric, add_gradient, add_pair, bias_of, measure, place_markers
 from buckler.mbs.spectral.strips import add_strips
 from buckler.mbs.spectral.tables import ANGLE, DISTANCE, KIND, TURNING
@@ -91,23 +91,59 @@ def forces(s, w, t, q, v, lam, mem, since, f, stiff, damp, cross, want):
     add_forces(s, w, t, q, lam, mem, since, f, stiff, damp, cross, want)
 
 
+@close
+def row_at(s, w, r, t, g, jacobian, speed):
+    """Residual, row of the Jacobian and right side of G v = speed of constraint r. Markers are placed."""
+    grad, hess = w.small[6], w.small[:6]
+    k, drive = s.rows[r, 0], s.rows[r, 1]
+    value, _ = measure(s, w, k, grad, hess, False)
+    travel, rate = 0.0, 0.0
+    if drive >= 0:
+        travel, rate = motion(s, drive, t)
+    g[r], speed[r] = value - s.values[r] - travel, rate
+    if s.measures[k, KIND] == ANGLE:
+        g[r] -= 2.0 * np.pi * np.round(g[r] / (2.0 * np.pi))
+    for i in range(jacobian.shape[1]):
+        jacobian[r, i] = 0.0
+    add_gradient(s, w, k, grad, 1.0, jacobian[r])
+
+
+@close
+def change_at(s, w, r, t, change):
+    """Right side of G a = change of constraint r. Markers are placed."""
+    grad, hess = w.small[6], w.small[:6]
+    k, drive = s.rows[r, 0], s.rows[r, 1]
+    kind = s.measures[k, KIND]
+    measure(s, w, k, grad, hess, kind == DISTANCE or kind == TURNING)
+    change[r] = (second_rate(s, drive, t) if drive >= 0 else 0.0) - bias_of(s, w, k, grad, hess)
+
+
+@inner
+def rows_at(s, w, t, g, jacobian, speed):
+    """The same of all constraints."""
+    for r in range(s.rows.shape[0]):
+        row_at(s, w, r, t, g, jacobian, speed)
+
+
+@inner
+def changes_at(s, w, t, change):
+    """Right sides of G a = change. Markers are placed."""
+    for r in range(s.rows.shape[0]):
+        change_at(s, w, r, t, change)
+
+
+@close
+def constraint(s, w, r, t, g, jacobian, speed, change):
+    """Residual, row of the Jacobian and right sides of constraint r; see `constraints`."""
+    row_at(s, w, r, t, g, jacobian, speed)
+    change_at(s, w, r, t, change)
+
+
 @jit
 def constraints(s, w, t, g, jacobian, speed, change):
     """Residuals g, Jacobian G, and right sides of G v = speed, G a = change. Markers are placed."""
-    grad, hess = w.small[6], w.small[:6]
     for r in range(s.rows.shape[0]):
-        k, drive = s.rows[r]
-        kind = s.measures[k, KIND]
-        value, _ = measure(s, w, k, grad, hess, kind == DISTANCE or kind == TURNING)
-        travel, rate, second = 0.0, 0.0, 0.0
-        if drive >= 0:
-            travel, rate, second = motion(s, drive, t)
-        g[r] = value - s.values[r] - travel
-        if kind == ANGLE:
-            g[r] -= 2.0 * np.pi * np.round(g[r] / (2.0 * np.pi))
-        jacobian[r] = 0.0
-        add_gradient(s, w, k, grad, 1.0, jacobian[r])
-        speed[r], change[r] = rate, second - bias_of(s, w, k, grad, hess)
+        constraint(s, w, r, t, g, jacobian, speed, change)
 
 
 @jit
@@ -126,9 +162,41 @@ def add_multipliers(s, w, q, lam, stiff):
         add_geometric(s, w, b, q, lam[r] * grad[3], lam[r] * grad[4], lam[r] * grad[5], stiff)
 
 
+@jit
+def invert_modal(s, q, inverse):
+    """Renew the blocks of modal links in the inverse of the mass matrix, whose other blocks are constant.
+
+    Modes couple with the frame's angle only: of [J, c^T; c, D] with D diagonal the inverse follows from J - c^T D^-1 c.
+    """
+    for row in range(s.modal.shape[0]):
+        o, m, d = s.modal[row, 0], s.modal[row, 1], s.modal[row, 2]
+        turn, e = o + 2, o + 3
+        rest = s.mass[turn, turn]
+        for i in range(m):
+            gram, swirl = 2.0 * s.data[d + i], 0.0
+            for j in range(m):
+                gram += s.data[d + m + i * m + j] * q[e + j]
+                swirl -= s.data[d + m + m * m + i * m + j] * q[e + j]
+            share = swirl / s.mass[e + i, e + i]
+            rest += gram * q[e + i] - swirl * share
+            inverse[turn, e + i] = -share
+        inverse[turn, turn] = 1.0 / rest
+        for i in range(m):
+            share = inverse[turn, e + i]
+            for j in range(m):
+                inverse[e + i, e + j] = share * inverse[turn, e + j] / rest if j != i else 0.0
+            inverse[e + i, e + i] = 1.0 / s.mass[e + i, e + i] + share * share / rest
+        for i in range(m):
+            inverse[turn, e + i] /= rest
+            inverse[e + i, turn] = inverse[turn, e + i]
+
+
 @inner
 def solve_small(a, b, n):
-    """Solve a x = b in place by Gauss elimination with pivots, n unknowns; a pivot of nothing gives nothing."""
+    """Solve a x = b in place by Gauss elimination with pivots, n unknowns; a pivot of rounding gives nothing."""
+    least = 0.0
+    for c in range(n):
+        least = max(least, 1e-13 * abs(a[c, c]))
     for c in range(n):
         p = c
         for i in range(c + 1, n):
@@ -138,7 +206,7 @@ def solve_small(a, b, n):
             for j in range(c, n):
                 a[c, j], a[p, j] = a[p, j], a[c, j]
             b[c], b[p] = b[p], b[c]
-        if abs(a[c, c]) < 1e-300:
+        if abs(a[c, c]) <= least:
             continue
         for i in range(c + 1, n):
             factor = a[i, c] / a[c, c]
@@ -150,7 +218,7 @@ def solve_small(a, b, n):
         total = b[c]
         for j in range(c + 1, n):
             total -= a[c, j] * b[j]
-        b[c] = total / a[c, c] if abs(a[c, c]) > 1e-300 else 0.0
+        b[c] = total / a[c, c] if abs(a[c, c]) > least else 0.0
 
 
 @inner
@@ -161,12 +229,14 @@ def spread_rows(jacobian, inverse, spread, schur):
         for i in range(n):
             spread[k, i] = 0.0
         for j in range(n):
-            if jacobian[k, j] != 0.0:
+            factor = jacobian[k, j]
+            if factor != 0.0:
+                row, weights = spread[k], inverse[j]
                 for i in range(n):
-                    spread[k, i] += jacobian[k, j] * inverse[j, i]
+                    row[i] += factor * weights[i]
     for k in range(r):
-        for m in range(r):
-            total = 0.0
+        for m in range(k + 1):
+            total, row, other = 0.0, spread[k], jacobian[m]
             for i in range(n):
-                total += spread[k, i] * jacobian[m, i]
-            schur[k, m] = total
+                total += row[i] * other[i]
+            schur[k, m] = schur[m, k] = total

@@ -141,18 +141,27 @@ def rubbing_slope(s, law, speed, mem, since):
 
 @inner
 def motion(s, k, t):
-    """Travel of drive k at time t, its speed and acceleration."""
+    """Travel of drive k at time t, and its speed."""
     kind = s.motions[k, 0]
     if kind == RAMP:
         start, end, duration = s.ramps[k, 0], s.ramps[k, 1], s.ramps[k, 2]
         r, slope = min(t, duration), (end - start) / duration
-        travel = start * r + 0.5 * slope * r * r + end * (t - r)
-        return travel, start + slope * r, (slope if t < duration else 0.0)
+        return start * r + 0.5 * slope * r * r + end * (t - r), start + slope * r
     if kind == STEADY:
-        return 0.0, 0.0, 0.0
-    position, speed, h = s.motions[k, 1], s.motions[k, 2], 1e-4
+        return 0.0, 0.0
+    return call1(s.motions[k, 1], t), call1(s.motions[k, 2], t)
+
+
+@inner
+def second_rate(s, k, t):
+    """Acceleration of drive k at time t."""
+    kind = s.motions[k, 0]
+    if kind == RAMP:
+        start, end, duration = s.ramps[k, 0], s.ramps[k, 1], s.ramps[k, 2]
+        return (end - start) / duration if t < duration else 0.0
+    if kind == STEADY:
+        return 0.0
+    speed, h = s.motions[k, 2], 1e-4
     if t < h:
-        bend = (4.0 * call1(speed, t + h) - 3.0 * call1(speed, t) - call1(speed, t + 2.0 * h)) / (2.0 * h)
-    else:
-        bend = (call1(speed, t + h) - call1(speed, t - h)) / (2.0 * h)
-    return call1(position, t), call1(speed, t), bend
+        return (4.0 * call1(speed, t + h) - 3.0 * call1(speed, t) - call1(speed, t + 2.0 * h)) / (2.0 * h)
+    return (call1(speed, t + h) - call1(speed, t - h)) / (2.0 * h)

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from buckler.mbs.spectral.compiling import inner, jit
+from buckler.mbs.spectral.compiling import close, inner, jit
 from buckler.mbs.spectral.tables import (
     ANGLE,
     AX,
     AY,
+    COS,
     COUNT,
     CURVE,
     DATA,
@@ -20,6 +21,7 @@ from buckler.mbs.spectral.tables import (
     KIND,
     LINEAR,
     OFFSET,
+    SIN,
     SIZE,
     SPIN,
     TURN,
@@ -32,7 +34,7 @@ from buckler.mbs.spectral.tables import (
 )  # fmt: skip
 
 
-@inner
+@close
 def _place_frame(s, w, m, q, v):
     """A point of a body with a frame: r = R + A(theta)(l + sum phi_k eta_k)."""
     o, size, first, d = s.markers[m, OFFSET], s.markers[m, SIZE], s.markers[m, FIRST], s.markers[m, DATA]
@@ -41,9 +43,13 @@ def _place_frame(s, w, m, q, v):
         px, py, pa, eta, rate = s.data[d + 3 + 3 * k], s.data[d + 4 + 3 * k], s.data[d + 5 + 3 * k], q[o + 3 + k], v[o + 3 + k]
         lx, ly, angle = lx + px * eta, ly + py * eta, angle + pa * eta
         rx, ry, turn = rx + px * rate, ry + py * rate, turn + pa * rate
-    c, sn, spin = np.cos(q[o + 2]), np.sin(q[o + 2]), v[o + 2]
+    p, j, dj, spin = w.state[m], w.slope, w.drift, v[o + 2]
+    if m > 0 and s.markers[m - 1, KIND] == FRAME and s.markers[m - 1, OFFSET] == o:
+        p[COS], p[SIN] = w.state[m - 1, COS], w.state[m - 1, SIN]
+    else:
+        p[COS], p[SIN] = np.cos(q[o + 2]), np.sin(q[o + 2])
+    c, sn = p[COS], p[SIN]
     ax, ay, ux, uy = c * lx - sn * ly, sn * lx + c * ly, c * rx - sn * ry, sn * rx + c * ry
-    p, j, dj = w.state[m], w.slope, w.drift
     p[X], p[Y], p[TURN] = q[o] + ax, q[o + 1] + ay, angle
     p[VX], p[VY], p[SPIN] = v[o] - spin * ay + ux, v[o + 1] + spin * ax + uy, spin + turn
     p[AX], p[AY] = -spin * spin * ax - 2.0 * spin * uy, -spin * spin * ay + 2.0 * spin * ux
@@ -56,7 +62,7 @@ def _place_frame(s, w, m, q, v):
         dj[0, i], dj[1, i] = -spin * j[1, i], spin * j[0, i]
 
 
-@inner
+@close
 def _place_linear(s, w, m, q, v):
     """Place x = sum N_i x_i, y and angle likewise; the slopes are constants."""
     size, first, d = s.markers[m, SIZE], s.markers[m, FIRST], s.markers[m, DATA]
@@ -68,7 +74,7 @@ def _place_linear(s, w, m, q, v):
         w.state[m, row], w.state[m, VX + row] = value, rate
 
 
-@inner
+@close
 def _place_curve(s, w, m, q, v):
     """Place x = sum N_i x_i, y likewise; the angle is that of (x', y')."""
     size, first, d = s.markers[m, SIZE], s.markers[m, FIRST], s.markers[m, DATA]
@@ -90,20 +96,26 @@ def _place_curve(s, w, m, q, v):
         dj[2, first + i], dj[2, first + size + i] = (hxx * rx + hxy * ry) * dn, (hxy * rx - hxx * ry) * dn
 
 
+@close
+def place_marker(s, w, m, q, v):
+    """State of marker m and its derivatives, at coordinates q and rates v."""
+    kind = s.markers[m, KIND]
+    if kind == FRAME:
+        _place_frame(s, w, m, q, v)
+    elif kind == LINEAR:
+        _place_linear(s, w, m, q, v)
+    elif kind == CURVE:
+        _place_curve(s, w, m, q, v)
+
+
 @jit
 def place_markers(s, w, q, v):
-    """State of all markers and its derivatives, at coordinates q and rates v."""
+    """The same of all markers, in their order."""
     for m in range(s.markers.shape[0]):
-        kind = s.markers[m, KIND]
-        if kind == FRAME:
-            _place_frame(s, w, m, q, v)
-        elif kind == LINEAR:
-            _place_linear(s, w, m, q, v)
-        elif kind == CURVE:
-            _place_curve(s, w, m, q, v)
+        place_marker(s, w, m, q, v)
 
 
-@inner
+@close
 def add_force(s, w, m, fx, fy, turning, out):
     """Add the generalised force of (fx, fy) and a torque at a marker."""
     first = s.markers[m, FIRST]
@@ -169,7 +181,7 @@ def add_drift(s, w, a, b, h, row, columns, factor, out):
             out[k, s.places[j]] += tx * w.drift[0, j] + ty * w.drift[1, j] + ta * w.drift[2, j]
 
 
-@jit
+@close
 def measure(s, w, k, grad, hess, second):
     """Length or angle k and its rate, its gradient by (x, y, angle) of markers a and b, and its Hessian if asked for."""
     kind, pa, pb = s.measures[k, KIND], w.state[s.measures[k, 1]], w.state[s.measures[k, 2]]
@@ -206,7 +218,13 @@ def measure(s, w, k, grad, hess, second):
     return value, dx * (pa[VX] - pb[VX]) + dy * (pa[VY] - pb[VY]) + grad[5] * pb[SPIN]
 
 
-@inner
+@jit
+def measured(s, w, k, grad, hess):
+    """Length or angle k, its gradient and Hessian, for Python."""
+    return measure(s, w, k, grad, hess, True)[0]
+
+
+@close
 def add_gradient(s, w, k, grad, factor, out):
     """Add factor times the gradient of measure k by the coordinates."""
     add_force(s, w, s.measures[k, 1], factor * grad[0], factor * grad[1], factor * grad[2], out)
@@ -231,13 +249,13 @@ def add_pair_drift(s, w, a, b, h, factor, out):
     add_drift(s, w, b, b, h, 3, 3, factor, out)
 
 
-@inner
+@close
 def rate_of(w, a, b, k):
     """Component k of the six rates of markers a and b."""
     return w.state[a, VX + k] if k < 3 else w.state[b, VX + k - 3]
 
 
-@inner
+@close
 def bias_of(s, w, k, grad, hess):
     """Second rate of measure k at zero coordinate acceleration."""
     a, b, total = s.measures[k, 1], s.measures[k, 2], 0.0

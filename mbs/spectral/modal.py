@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from buckler.mbs.modal.planar import STATIONS
-from buckler.mbs.modal.reduction import reduced
 from buckler.mbs.spectral.builder import Builder
 from buckler.mbs.spectral.frame_body import FrameBody, add_block, line_of
 
@@ -15,7 +14,7 @@ from buckler.mbs.spectral.frame_body import FrameBody, add_block, line_of
 def add_modal(builder: Builder, link: Any) -> FrameBody:
     """Add a `Modal` link, undeformed at t = 0."""
     start, _, length, angle = line_of(builder, link)
-    model = reduced(link.body, length).planar()
+    model = link.body.planar(length)
     c, s, m = np.cos(angle), np.sin(angle), len(model)
     centre = start + np.array([c * model.centre[0] - s * model.centre[1], s * model.centre[0] + c * model.centre[1]])
     o = builder.coordinates((*centre, angle, *np.zeros(m)))

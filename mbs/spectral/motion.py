@@ -180,10 +180,14 @@ class SpectralStrip:
     def line(self, per_element: int = 4) -> Array:
         """Positions along the link at equal distances along the arc, 8 `per_element` + 1 of them, (times, stations, 2)."""
         found = []
-        for arc in np.linspace(0.0, self.length, 8 * per_element + 1):
+        for arc in self.arcs(per_element):
             piece, x = self._at(float(arc))
             found.append(self._fields(self.q, piece, np.array([x]))[:, 0, :2])
         return np.stack(found, axis=1)
+
+    def arcs(self, per_element: int = 4) -> Array:
+        """Stress-free arc length, m, at each place of `line`."""
+        return np.linspace(0.0, self.length, 8 * per_element + 1)
 
 
 def _reissner(q: list[Array], v: list[Array]) -> tuple[list[Array], list[Array]]:

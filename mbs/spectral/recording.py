@@ -12,12 +12,12 @@ from buckler.mbs.record.record import Record
 from buckler.mbs.spectral.compiling import jit, lend_tables, lend_work
 from buckler.mbs.spectral.forces import add_forces
 from buckler.mbs.spectral.frame_body import FrameBody
-from buckler.mbs.spectral.implicit import Output
 from buckler.mbs.spectral.markers import place_markers
 from buckler.mbs.spectral.motion import Piece, SpectralStrip
+from buckler.mbs.spectral.output import Output
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.strip_body import StripBody
-from buckler.mbs.spectral.tables import CONTACT, JOURNAL
+from buckler.mbs.spectral.tables import CONTACT, JOURNAL, SEAT
 
 Array = np.ndarray[Any, Any]
 
@@ -123,15 +123,19 @@ def _block(mechanism: Any, point: str, trace: Trace) -> BlockMotion:
 def _channels(scene: Scene, out: Output, reports: Array) -> dict[str, dict[str, Array]]:
     """What elements ask for: reactions of constraints, forces of stops and loads, memories of joints with clearance."""
     channels: dict[str, dict[str, Array]] = {}
-    names, elements = np.array(scene.row_names), scene.mechanism.elements()
-    for name in dict.fromkeys(scene.row_names):
-        found = elements[name].reactions(-out.lam[:, names == name]) if name in elements else None
+    names, elements = np.array(scene.asked), scene.mechanism.elements()
+    multipliers = np.zeros((len(out.time), len(names)))
+    multipliers[:, scene.kept] = out.lam
+    for name in dict.fromkeys(scene.asked):
+        found = elements[name].reactions(-multipliers[:, names == name]) if name in elements else None
         channels[name] = dict(found or {})
     for i, name in enumerate(scene.force_names):
         kind = scene.tables.forces[i, 0]
         found = channels.setdefault(name, {})
-        if kind == JOURNAL:
+        if kind in (JOURNAL, SEAT):
             found["memory"] = out.memory[:, i]
+        elif kind == SEAT:
+            found["memory"], found["reaction"] = out.memory[:, i], -multipliers[:, names == name]
         elif kind == CONTACT:
             found["force"] = np.abs(reports[:, i, :1])
         else:

@@ -7,25 +7,29 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from buckler.mbs.kinematics.diagnosis import remarks
 from buckler.mbs.record.record import Record
 from buckler.mbs.record.result import Status
 from buckler.mbs.record.run import Run
-from buckler.mbs.spectral import explicit, implicit
-from buckler.mbs.spectral.implicit import Output
+from buckler.mbs.spectral import explicit, implicit, output
+from buckler.mbs.spectral.output import Output
 from buckler.mbs.spectral.recording import record_of
+from buckler.mbs.spectral.room import room_for
 from buckler.mbs.spectral.scene import SLOWEST_ONSET, Scene
 from buckler.mbs.spectral.solver import Spectral
 from buckler.mbs.spectral.start import balance
 from buckler.mbs.spectral.tables import DRY, FASTEST, JOURNAL, ONSET, SEAT, STRUT
+from buckler.mbs.spectral.threads import one_thread
 
 Array = np.ndarray[Any, Any]
 GRAZE = 0.05
 """Share of a stop's fastest approach so far that slower ones are taken for; see `buckler.mbs.engine.stop`."""
-CLOSE = 2e-2
-"""Last Newton step, of the local error allowed."""
-CLOSEST = 1e-13
-"""The same of equal steps, whose error nothing watches:
-what is left of a place, over the step squared, is an error of an acceleration."""
+CLOSE = 1e-4
+"""Last Newton step, of the local error allowed: what is left of a place, over the step, is left of a speed, and adds up."""
+CLOSEST = 1e-12
+"""The same of equal steps, whose error nothing watches."""
+ARRIVED = 1.1e-12
+"""Of the end: a run this near to it is over; the integrators themselves stop 1e-12 before it."""
 ROWS = 2000
 """Steps between looks at the clock."""
 
@@ -46,10 +50,10 @@ def once(mechanism: Any, duration: float, solver: Spectral, timeout: float | Non
     out, failure, counts = integrate(scene, duration, solver, timeout, progress)
     work = {
         "wall_s": perf_counter() - start,
-        "steps": float(counts[implicit.STEPS]),
-        "newton_iterations": float(counts[implicit.ITERATIONS]),
-        "jacobians": float(counts[implicit.JACOBIANS]),
-        "rejected": float(counts[implicit.REJECTED]),
+        "steps": float(counts[output.STEPS]),
+        "newton_iterations": float(counts[output.ITERATIONS]),
+        "jacobians": float(counts[output.JACOBIANS]),
+        "rejected": float(counts[output.REJECTED]),
     }
 
     def again(first: int, last: int) -> Record | None:
@@ -59,7 +63,7 @@ def once(mechanism: Any, duration: float, solver: Spectral, timeout: float | Non
         finer, failed, _ = integrate(scene, float(out.time[last]), solver.finer(out.time), timeout, None, state)
         return None if failed else record_of(scene, finer)
 
-    return Run(solver, record_of(scene, out), failure, work, scene.summary(), again)
+    return Run(solver, record_of(scene, out), failure, work, scene.summary(), again, remarks(mechanism, scene.redundant))
 
 
 def integrate(
@@ -69,23 +73,30 @@ def integrate(
     state = state or State(0.0, scene.q0, scene.v0, scene.memory())
     rest = balance(scene, state.q, state.v, state.time, state.memory)
     if explicitly(scene, solver):
-        room: Any = explicit.flight_for(state.q, state.v, rest.multipliers, state.memory, scene.mass_at(state.q), scene.units)
+        room: Any = explicit.flight_for(
+            state.q, state.v, rest.multipliers, state.memory, scene.mass_at(state.q), scene.units, scene.coupled
+        )
         run = explicit.run_explicit
     else:
-        room = implicit.room_for(
-            state.q, state.v, rest.acceleration, rest.multipliers, state.memory, scene.mass_at(state.q), scene.units
+        room = room_for(
+            state.q, state.v, rest.acceleration, rest.multipliers, state.memory, scene.mass_at(state.q), scene.units, scene.tables
         )
         run = implicit.run_implicit
-    controls, counts = _controls(end - state.time, solver), np.zeros(implicit.COUNTERS, dtype=np.int64)
-    clock = np.array([state.time, controls[implicit.FIRST_STEP], 0.0, 0.0, 0.0, 0.0])
+    controls, counts = _controls(end - state.time, solver), np.zeros(output.COUNTERS, dtype=np.int64)
+    clock = np.array([state.time, controls[output.FIRST_STEP], 0.0, 0.0, 0.0, 0.0])
     stops = np.array([t for t in scene.kinks if state.time < t < end])
     deadline = perf_counter() + timeout if timeout else np.inf
     parts, failure = [], None
-    while clock[0] < end * (1 - 1e-14) and failure is None:
-        out = implicit.output_for(ROWS, scene.size, len(rest.multipliers), state.memory.shape)
-        run(scene.tables, scene.work, room, clock, end, stops, controls, out, counts)
-        parts.append(Output(*(x[: counts[implicit.SAMPLES]] for x in out)))
-        failure = _failure(counts, clock[0], solver)
+    while clock[0] < end * (1 - ARRIVED) and failure is None:
+        out = output.output_for(ROWS, scene.size, len(rest.multipliers), state.memory.shape)
+        try:
+            with one_thread():
+                run(scene.tables, scene.work, room, clock, end, stops, controls, out, counts)
+            failure = _failure(counts, clock[0], solver)
+        except np.linalg.LinAlgError:
+            counts[output.SAMPLES] = int(np.argmax(out.time)) + 1
+            failure = Status.SINGULAR, f"the constraints' matrix is singular after t = {out.time.max():.6g} s"
+        parts.append(Output(*(x[: counts[output.SAMPLES]] for x in out)))
         if progress is not None:
             progress(clock[0] / end)
         if failure is None and perf_counter() > deadline:
@@ -103,29 +114,29 @@ def explicitly(scene: Scene, solver: Spectral) -> bool:
 
 
 def _controls(duration: float, solver: Spectral) -> Array:
-    out = np.zeros(implicit.CONTROLS)
+    out = np.zeros(output.CONTROLS)
     longest, equal = solver.longest(duration), solver.count is not None
     first = longest if equal else duration * 1e-5
     for place, value in (
-        (implicit.TOLERANCE, solver.tolerance), (implicit.RADIUS, solver.spectral_radius), (implicit.LONGEST, longest),
-        (implicit.FIRST_STEP, first), (implicit.BUDGET, solver.steps.max_steps), (implicit.FLOOR, SLOWEST_ONSET),
-        (implicit.GRAZE, GRAZE), (implicit.CONTACT_TOLERANCE, solver.contact_tolerance),
-        (implicit.FIXED_STEPS, float(equal)), (implicit.CLOSE, CLOSEST / solver.tolerance if equal else CLOSE),
-        (implicit.EVERY, solver.steps.record_every),
+        (output.TOLERANCE, solver.tolerance), (output.LONGEST, longest),
+        (output.FIRST_STEP, first), (output.BUDGET, solver.steps.max_steps), (output.FLOOR, SLOWEST_ONSET),
+        (output.GRAZE, GRAZE), (output.CONTACT_TOLERANCE, solver.contact_tolerance),
+        (output.FIXED_STEPS, float(equal)), (output.CLOSE, CLOSEST / solver.tolerance if equal else CLOSE),
+        (output.EVERY, solver.steps.record_every),
     ):  # fmt: skip
         out[place] = value
     return out
 
 
 def _failure(counts: Array, t: float, solver: Spectral) -> tuple[Status, str] | None:
-    status = counts[implicit.STATUS]
-    if status == implicit.UNDERFLOW:
+    status = counts[output.STATUS]
+    if status == output.UNDERFLOW:
         return Status.NEWTON_DIVERGED, f"no convergence after t = {t:.6g} s, however short the step"
-    if status == implicit.NOT_FINITE:
+    if status == output.NOT_FINITE:
         return (
             Status.NOT_FINITE,
             f"coordinates are not finite after t = {t:.6g} s: a law or a motion returned nan, or a force grew",
         )
-    if status == implicit.TOO_MANY:
+    if status == output.TOO_MANY:
         return Status.TOO_MANY_STEPS, f"more than max_steps = {solver.steps.max_steps} steps by t = {t:.6g} s"
     return None

@@ -7,10 +7,13 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass, field
+from math import inf
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from buckler.mbs.elements.element import kinks_of
+from buckler.mbs.kinematics.diagnosis import independent_rows, redundancies
 from buckler.mbs.spectral import kernel, markers
 from buckler.mbs.spectral import tables as k
 from buckler.mbs.spectral.builder import Attached, Builder
@@ -80,6 +83,12 @@ class Scene:
         Coordinates at t = 0: links where the points are, strips stress-free.
     row_names, force_names : list of str
         Of the constraints' rows and of the forces.
+    asked : list of str
+        Names of all rows the elements ask for.
+    kept : list of int
+        Which of them are in the tables: those that say something the others do not.
+    redundant : list of str
+        Elements that lack rows so.
     kinks : list of float
         Times at which a drive's acceleration jumps, s.
     told : list of str
@@ -95,6 +104,9 @@ class Scene:
     force_names: list[str]
     kinks: list[float]
     told: list[str]
+    asked: list[str]
+    kept: list[int]
+    redundant: list[str]
     work: Work = field(repr=False)
 
     @classmethod
@@ -119,12 +131,16 @@ class Scene:
         for name, element in elements_of(mechanism).items():
             add_element(builder, name, element)
         tables = builder.pack()
+        redundant = redundancies(mechanism)
         scene = cls(
             mechanism, builder.degree, builder, tables, np.array(builder.q, dtype=float),
             [row.name for row in builder.rows], [force.name for force in builder.forces],
-            sorted(set(builder.kinks)), list(dict.fromkeys(builder.told)), work_for(tables),
+            list(kinks_of(mechanism, inf)), list(dict.fromkeys(builder.told)), [row.name for row in builder.rows],
+            list(range(len(builder.rows))), redundant, work_for(tables),
         )  # fmt: skip
         scene._hold_start()
+        if redundant:
+            scene._leave_out()
         return scene
 
     @property
@@ -156,6 +172,14 @@ class Scene:
     def mass(self) -> Array:
         """Mass matrix at t = 0, shape (n, n)."""
         return self.mass_at(self.q0)
+
+    @property
+    def coupled(self) -> Array:
+        """Which places of the mass matrix may be filled, shape (n, n)."""
+        filled = self.tables.mass != 0.0
+        for o, m, _ in self.tables.modal:
+            filled[o + 2 : o + 3 + m, o + 2 : o + 3 + m] = True
+        return filled
 
     def mass_at(self, q: Array) -> Array:
         """Mass matrix M(q), shape (n, n); it is constant without modal links."""
@@ -206,8 +230,7 @@ class Scene:
     def measured(self, measure: int, q: Array) -> float:
         """Value of a measure at coordinates q."""
         markers.place_markers(self.tables, self.work, q, np.zeros(self.size))
-        value, _ = markers.measure(self.tables, self.work, measure, np.zeros(6), np.zeros((6, 6)), False)
-        return float(value)
+        return float(markers.measured(self.tables, self.work, measure, np.zeros(6), np.zeros((6, 6))))
 
     def energy(self, q: Array, v: Array) -> dict[str, float]:
         """Kinetic energy, strain energy of strips and modes, and potential of gravity, J."""
@@ -247,13 +270,29 @@ class Scene:
                 row.value = self.measured(row.measure, self.q0)
                 self.tables.values[r] = row.value
 
+    def _leave_out(self) -> None:
+        """Leave out rows of redundant elements that say nothing that the rows kept do not; drives and friction's rows stay."""
+        rows = self.builder.rows
+        rubbed = {force.row for force in self.builder.forces}
+        order = sorted(range(len(rows)), key=lambda r: (rows[r].motion < 0 and r not in rubbed, rows[r].name in self.redundant))
+        unit = np.abs(self.units)
+        independent = independent_rows(self.assemble(self.q0, tangents=False).jacobian[order] * unit)
+        kept = sorted(r for k, r in enumerate(order) if k in independent or rows[r].name not in self.redundant)
+        number = {old: new for new, old in enumerate(kept)}
+        for force in self.builder.forces:
+            force.row = number.get(force.row, -1)
+        self.builder.rows, self.kept = [rows[r] for r in kept], kept
+        self.tables.values[: len(kept)] = self.tables.values[kept]
+        self.row_names = [self.row_names[r] for r in kept]
+        self.refresh()
+
     def refresh(self) -> None:
         """Take markers into the tables that were added since."""
         values, factors = self.tables.values.copy(), self.tables.factors.copy()
         numbers = len(self.builder.data)
         self.tables = self.builder.pack()
         del self.builder.data[numbers:]
-        self.tables.values[:], self.tables.factors[:] = values, factors
+        self.tables.values[:], self.tables.factors[:] = values[: len(self.tables.values)], factors
         self.work = work_for(self.tables)
 
 

@@ -25,7 +25,7 @@ class Balance(NamedTuple):
 def start_rates(scene: Any) -> Array:
     """Rates of all coordinates at t = 0: links as `kinematics.start` has them, rigid where they can be.
 
-    What rigid links cannot do (a strip that a drive bends from the start) is then added with least kinetic energy.
+    What is left of the constraints (a pin inside a curved strip) is then met with least kinetic energy.
 
     Raises
     ------
@@ -38,10 +38,13 @@ def start_rates(scene: Any) -> Array:
         motion = body.rigid_motion(scene.builder)
         if motion.shape[1]:
             v += motion @ found.rates[found.closure.index[name]]
+        if name in found.bends:
+            v += body.bent(scene.builder, found, scene.mechanism.link(name))
     for offset, link, point, turns in scene.builder.loose:
-        v[offset : offset + 2] = found.velocity(link, point)
         if turns:
-            v[offset + 2] = found.rates[found.closure.index[link], 2]
+            v[offset] = found.rates[found.closure.index[link], 2]
+        else:
+            v[offset : offset + 2] = found.velocity(link, point)
     a = scene.assemble(scene.q0, tangents=False)
     rest = a.speed - a.jacobian @ v
     if np.abs(rest).max(initial=0.0) > ROUNDING * max(1.0, np.abs(a.speed).max(initial=0.0)):

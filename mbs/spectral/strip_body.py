@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from buckler.mbs.kinematics.start import Start
 from buckler.mbs.spectral import tables as k
 from buckler.mbs.spectral.basis import basis, fit, gauss
 from buckler.mbs.spectral.builder import Attached, Builder
@@ -90,6 +91,21 @@ class StripBody:
         out[self.offset : self.offset + len(self.rigid)] = self.rigid
         return out
 
+    def bent(self, builder: Builder, start: Start, link: Any) -> Array:
+        """Rates with which it gives way at the start, where it must."""
+        out = np.zeros(len(builder.q))
+        line, arc, fractions = shape_of(link, builder.mechanism.length(link.name))
+        at = {point: float(line(np.array([fraction]))[0][0]) for point, fraction in fractions.items()}
+        for element in self.elements:
+            degree = element.places.shape[1] - 1
+            for i, places in enumerate(element.places):
+
+                def moves(x: Array, i: int = i, element: Element = element) -> Array:
+                    return start.bending(link, at, line((element.start + (x + 1) * element.jacobian) / arc)[0])[:, i]
+
+                out[places] = fit(degree, moves, tuple(moves(np.array([-1.0, 1.0]))))
+        return out
+
 
 def add_strip(builder: Builder, link: Any, kind: int) -> StripBody:
     """Add a `Beam` (Reissner) or `Cable` (Kirchhoff) link in its stress-free shape."""
@@ -120,9 +136,7 @@ def add_strip(builder: Builder, link: Any, kind: int) -> StripBody:
                     builder.angles(int(places[i, j]))
                 rigid.append([[rate, 0, -other], [0, rate, one], [0, 0, rate]][i])
         shared = places[:, 1].tolist()
-        builder.deforms(places[0, 2:].tolist(), places[1, 2:].tolist())
-        if fields == 3:
-            builder.deforms(places[2, 2:].tolist())
+        builder.deforms(places[0, 2:].tolist(), places[1, 2:].tolist(), places[:2, :2].T.ravel().tolist())
         elements.append(Element(left * arc, right * arc, places))
     stations = {point: fraction * arc for point, fraction in fractions.items()}
     body = StripBody(first, kind, elements, stations, arc, start, np.array(rigid), link.body.section)

@@ -10,9 +10,20 @@ The strains are functions of z,
 less their stress-free values; the energy is 1/2 integral of EA eps^2 + GA gamma^2 + EI kappa^2, and Kelvin-Voigt damping adds
 its time times the strain's rate to eps and kappa.
 
+Mixed forces take the stresses n of the Gauss points as unknowns of their own. With B = d(strain)/dz and B0 that of the matrix
+last made, each asks for n = D strain(z), and of these equations the increments are taken out:
+
+    force: B^T n + B0^T (D strain - n),    n <- D strain + D B0 dz.
+
+A strip is a million times stiffer along than across. Where B has turned since the matrix was made, D strain would act across
+with that factor; n does not, so that a kept matrix serves until B has turned by some tenths of a radian.
+
 References
 ----------
 E. Reissner, On one-dimensional finite-strain beam theory: the plane problem, ZAMP 23 (1972) 795-804, doi 10.1007/BF01602645.
+D. Magisano, L. Leonetti, G. Garcea, How to improve efficiency and robustness of the Newton method in geometrically non-linear
+structural problem discretized via displacement-based finite elements, Comput. Methods Appl. Mech. Engrg. 313 (2017) 986-1005,
+doi 10.1016/j.cma.2016.10.023.
 """
 
 from __future__ import annotations
@@ -24,114 +35,174 @@ from buckler.mbs.spectral.tables import REISSNER
 
 
 @inner
-def strains(kind, z, e, ez, ezz, second):
-    """Strains (eps, gamma, kappa) in e, their gradients by z in ez (3, 4), Hessians in ezz (3, 4, 4) if asked for."""
-    if second:
-        ezz[:] = 0.0
+def _slopes(kind, z0, z1, z2, z3, ez):
+    """Strains (eps, gamma, kappa), and their gradients by z in ez (3, 4), whose other entries are and stay zero."""
     if kind == REISSNER:
-        c, s = np.cos(z[2]), np.sin(z[2])
-        axial, shear = c * z[0] + s * z[1], -s * z[0] + c * z[1]
-        e[0], e[1], e[2] = axial - 1.0, shear, z[3]
+        c, s = np.cos(z2), np.sin(z2)
+        axial, shear = c * z0 + s * z1, -s * z0 + c * z1
         ez[0, 0], ez[0, 1], ez[0, 2], ez[1, 0], ez[1, 1], ez[1, 2], ez[2, 3] = c, s, shear, -s, c, -axial, 1.0
-        if second:
-            ezz[0, 0, 2] = ezz[0, 2, 0] = -s
-            ezz[0, 1, 2] = ezz[0, 2, 1] = c
-            ezz[0, 2, 2], ezz[1, 2, 2] = -axial, -shear
-            ezz[1, 0, 2] = ezz[1, 2, 0] = -c
-            ezz[1, 1, 2] = ezz[1, 2, 1] = -s
+        return axial - 1.0, shear, z3
+    p = 1.0 / (z0 * z0 + z1 * z1)
+    r, k = np.sqrt(p), (z0 * z3 - z1 * z2) * p
+    ez[0, 0], ez[0, 1] = z0 * r, z1 * r
+    ez[2, 0], ez[2, 1], ez[2, 2], ez[2, 3] = p * (z3 - 2.0 * k * z0), p * (-z2 - 2.0 * k * z1), -z1 * p, z0 * p
+    return 1.0 / r - 1.0, 0.0, k
+
+
+@inner
+def _bends(kind, x, y, xx, yy, ez, ezz):
+    """Second derivatives of the strains by z, (3, 4, 4); ez are the first."""
+    ezz[:] = 0.0
+    if kind == REISSNER:
+        c, s, shear, axial = ez[0, 0], ez[0, 1], ez[0, 2], -ez[1, 2]
+        ezz[0, 0, 2] = ezz[0, 2, 0] = -s
+        ezz[0, 1, 2] = ezz[0, 2, 1] = c
+        ezz[0, 2, 2], ezz[1, 2, 2] = -axial, -shear
+        ezz[1, 0, 2] = ezz[1, 2, 0] = -c
+        ezz[1, 1, 2] = ezz[1, 2, 1] = -s
         return
-    x, y, xx, yy = z[0], z[1], z[2], z[3]
     p = 1.0 / (x * x + y * y)
-    r, cross = np.sqrt(p), x * yy - y * xx
-    k = cross * p
-    e[0], e[1], e[2] = 1.0 / r - 1.0, 0.0, k
-    ez[0, 0], ez[0, 1] = x * r, y * r
-    ez[2, 0], ez[2, 1], ez[2, 2], ez[2, 3] = p * (yy - 2.0 * k * x), p * (-xx - 2.0 * k * y), -y * p, x * p
-    if second:
-        ezz[0, 0, 0], ezz[0, 1, 1] = r * y * y * p, r * x * x * p
-        ezz[0, 0, 1] = ezz[0, 1, 0] = -r * x * y * p
-        q = p * p
-        ezz[2, 0, 0] = -4.0 * q * yy * x - 2.0 * k * p + 8.0 * k * q * x * x
-        ezz[2, 1, 1] = 4.0 * q * xx * y - 2.0 * k * p + 8.0 * k * q * y * y
-        ezz[2, 0, 1] = ezz[2, 1, 0] = 2.0 * q * (xx * x - yy * y) + 8.0 * k * q * x * y
-        ezz[2, 0, 2] = ezz[2, 2, 0] = 2.0 * q * x * y
-        ezz[2, 1, 2] = ezz[2, 2, 1] = p * (2.0 * p * y * y - 1.0)
-        ezz[2, 0, 3] = ezz[2, 3, 0] = p * (1.0 - 2.0 * p * x * x)
-        ezz[2, 1, 3] = ezz[2, 3, 1] = -2.0 * q * x * y
+    r, k, q = np.sqrt(p), (x * yy - y * xx) * p, p * p
+    ezz[0, 0, 0], ezz[0, 1, 1] = r * y * y * p, r * x * x * p
+    ezz[0, 0, 1] = ezz[0, 1, 0] = -r * x * y * p
+    ezz[2, 0, 0] = -4.0 * q * yy * x - 2.0 * k * p + 8.0 * k * q * x * x
+    ezz[2, 1, 1] = 4.0 * q * xx * y - 2.0 * k * p + 8.0 * k * q * y * y
+    ezz[2, 0, 1] = ezz[2, 1, 0] = 2.0 * q * (xx * x - yy * y) + 8.0 * k * q * x * y
+    ezz[2, 0, 2] = ezz[2, 2, 0] = 2.0 * q * x * y
+    ezz[2, 1, 2] = ezz[2, 2, 1] = p * (2.0 * p * y * y - 1.0)
+    ezz[2, 0, 3] = ezz[2, 3, 0] = p * (1.0 - 2.0 * p * x * x)
+    ezz[2, 1, 3] = ezz[2, 3, 1] = -2.0 * q * x * y
+
+
+@inner
+def _fields(kind, nb):
+    """Of a strip: its coordinates; where the four arguments' members begin in them; which derivative of the basis each takes."""
+    if kind == REISSNER:
+        return 3 * nb, (0, nb, 2 * nb, 2 * nb), (1, 1, 0, 1)
+    return 2 * nb, (0, nb, 0, nb), (1, 1, 2, 2)
+
+
+@inner
+def _sum(data, m, x, first, nb):
+    """Sum of nb members at m, each times its coordinate."""
+    total = 0.0
+    for a in range(nb):
+        total += data[m + a] * x[first + a]
+    return total
 
 
 @inner
 def add_strips(s, w, q, v, f, stiff, damp, want):
-    """Add elastic and damping forces of all strips to f; if asked for, -df/dq to stiff and -df/dv to damp."""
-    z, r, e = np.zeros(4), np.zeros(4), np.zeros(3)
-    ez, ezz, h, b = np.zeros((3, 4)), np.zeros((3, 4, 4)), np.zeros((4, 4)), np.zeros((4, 4))
-    fz, modulus, lag = np.zeros(4), np.zeros(3), np.zeros(3)
-    block, order = np.zeros(4, np.int64), np.zeros(4, np.int64)
+    """Add elastic and damping forces of all strips to f; if asked for, -df/dq to stiff and -df/dv to damp.
+
+    Mixed forces if w.mixed says so: stresses from w.stress, what they lack in w.slack, B0 in w.held; the latter is renewed with
+    the tangents.
+    """
+    ez, point = np.zeros((3, 4)), 0
+    mixed = w.mixed[0] > 0.0
     for strip in range(s.strips.shape[0]):
         kind, nb, ng, first, d = s.strips[strip]
-        modulus[:] = s.data[d : d + 3]
-        lag[0], lag[2] = s.data[d + 4], s.data[d + 3]
-        block[1], order[0], order[1] = nb, 1, 1
-        if kind == REISSNER:
-            size = 3 * nb
-            block[2], block[3], order[2], order[3] = 2 * nb, 2 * nb, 0, 1
-        else:
-            size = 2 * nb
-            block[2], block[3], order[2], order[3] = 0, nb, 2, 2
+        size, block, order = _fields(kind, nb)
         at, member = s.places[first : first + size], d + 5 + 4 * ng
-        local = w.element[:size]
-        local[:] = 0.0
-        ke = w.element[size : size + size * size].reshape(size, size)
-        ce = w.element[size + size * size : size + 2 * size * size].reshape(size, size)
-        if want:
-            ke[:], ce[:] = 0.0, 0.0
-        damped = lag[0] > 0.0 or lag[2] > 0.0
+        x, rate, local = w.element[:size], w.element[size : 2 * size], w.element[2 * size : 3 * size]
+        for a in range(size):
+            x[a], rate[a], local[a] = q[at[a]], v[at[a]], 0.0
+        lag_axial, lag_bending = s.data[d + 4], s.data[d + 3]
+        damped = lag_axial > 0.0 or lag_bending > 0.0
+        ez[:] = 0.0
         for g in range(ng):
-            for i in range(4):
-                m, value, rate = member + (order[i] * ng + g) * nb, 0.0, 0.0
-                for a in range(nb):
-                    k = at[block[i] + a]
-                    value, rate = value + s.data[m + a] * q[k], rate + s.data[m + a] * v[k]
-                z[i], r[i] = value, rate
-            strains(kind, z, e, ez, ezz, want)
-            weight = s.data[d + 5 + g]
-            fz[:] = 0.0
-            if want:
-                h[:], b[:] = 0.0, 0.0
-            for j in range(3):
-                rate = ez[j, 0] * r[0] + ez[j, 1] * r[1] + ez[j, 2] * r[2] + ez[j, 3] * r[3]
-                stress = weight * modulus[j] * (e[j] - s.data[d + 5 + (1 + j) * ng + g] + lag[j] * rate)
-                for i in range(4):
-                    fz[i] += stress * ez[j, i]
+            m0, m1, m2, m3 = (
+                member + (order[0] * ng + g) * nb, member + (order[1] * ng + g) * nb,
+                member + (order[2] * ng + g) * nb, member + (order[3] * ng + g) * nb,
+            )  # fmt: skip
+            z0, z1 = _sum(s.data, m0, x, block[0], nb), _sum(s.data, m1, x, block[1], nb)
+            z2, z3 = _sum(s.data, m2, x, block[2], nb), _sum(s.data, m3, x, block[3], nb)
+            e0, e1, e2 = _slopes(kind, z0, z1, z2, z3, ez)
+            free = d + 5 + ng + g
+            e0, e1, e2 = e0 - s.data[free], e1 - s.data[free + ng], e2 - s.data[free + 2 * ng]
+            if damped:
+                r0, r1 = _sum(s.data, m0, rate, block[0], nb), _sum(s.data, m1, rate, block[1], nb)
+                r2, r3 = _sum(s.data, m2, rate, block[2], nb), _sum(s.data, m3, rate, block[3], nb)
+                e0 += lag_axial * (ez[0, 0] * r0 + ez[0, 1] * r1 + ez[0, 2] * r2)
+                e2 += lag_bending * (ez[2, 0] * r0 + ez[2, 1] * r1 + ez[2, 2] * r2 + ez[2, 3] * r3)
+            n0, n1, n2 = s.data[d] * e0, s.data[d + 1] * e1, s.data[d + 2] * e2
+            weight, p = s.data[d + 5 + g], point + g
+            if mixed:
                 if want:
-                    stiffness = weight * modulus[j]
-                    for i in range(4):
-                        for k in range(4):
-                            h[i, k] += stiffness * ez[j, i] * ez[j, k] + stress * ezz[j, i, k]
-                    if lag[j] > 0.0:
-                        for k in range(4):
-                            bend = ezz[j, k, 0] * r[0] + ezz[j, k, 1] * r[1] + ezz[j, k, 2] * r[2] + ezz[j, k, 3] * r[3]
-                            for i in range(4):
-                                h[i, k] += stiffness * lag[j] * ez[j, i] * bend
-                                b[i, k] += stiffness * lag[j] * ez[j, i] * ez[j, k]
-            for i in range(4):
-                m = member + (order[i] * ng + g) * nb
-                for a in range(nb):
-                    local[block[i] + a] -= s.data[m + a] * fz[i]
+                    w.held[p] = ez
+                b, held, slack = w.stress[p], w.held[p], w.slack[p]
+                slack[0], slack[1], slack[2] = n0 - b[0], n1 - b[1], n2 - b[2]
+                n0, n1, n2 = b[0], b[1], b[2]
+                f0 = slack[0] * held[0, 0] + slack[1] * held[1, 0] + slack[2] * held[2, 0]
+                f1 = slack[0] * held[0, 1] + slack[1] * held[1, 1] + slack[2] * held[2, 1]
+                f2 = slack[0] * held[0, 2] + slack[1] * held[1, 2] + slack[2] * held[2, 2]
+                f3 = slack[2] * held[2, 3]
+            else:
+                f0, f1, f2, f3 = 0.0, 0.0, 0.0, 0.0
+            f0 = weight * (f0 + n0 * ez[0, 0] + n1 * ez[1, 0] + n2 * ez[2, 0])
+            f1 = weight * (f1 + n0 * ez[0, 1] + n1 * ez[1, 1] + n2 * ez[2, 1])
+            f2 = weight * (f2 + n0 * ez[0, 2] + n1 * ez[1, 2] + n2 * ez[2, 2])
+            f3 = weight * (f3 + n2 * ez[2, 3])
+            for a in range(nb):
+                local[block[0] + a] -= s.data[m0 + a] * f0
+                local[block[1] + a] -= s.data[m1 + a] * f1
+            for a in range(nb):
+                local[block[2] + a] -= s.data[m2 + a] * f2
+            for a in range(nb):
+                local[block[3] + a] -= s.data[m3 + a] * f3
             if want:
-                _spread(s.data, member, order, block, ng, g, nb, h, ke)
-                if damped:
-                    _spread(s.data, member, order, block, ng, g, nb, b, ce)
+                w.strain[p, 0], w.strain[p, 1], w.strain[p, 2], w.strain[p, 3] = z0, z1, z2, z3
+                w.force[p, 0], w.force[p, 1], w.force[p, 2] = weight * n0, weight * n1, weight * n2
         for a in range(size):
             f[at[a]] += local[a]
         if want:
-            for a in range(size):
-                for c in range(size):
-                    stiff[at[a], at[c]] += ke[a, c]
-            if damped:
-                for a in range(size):
-                    for c in range(size):
-                        damp[at[a], at[c]] += ce[a, c]
+            _add_tangent(s, w, strip, point, stiff, damp)
+        point += ng
+
+
+@inner
+def _add_tangent(s, w, strip, point, stiff, damp):
+    """Add a strip's tangents: its arguments and weighted stresses are in w, its coordinates' rates in w.element."""
+    kind, nb, ng, first, d = s.strips[strip]
+    size, block, order = _fields(kind, nb)
+    ez, ezz, h, b = np.zeros((3, 4)), np.zeros((3, 4, 4)), np.zeros((4, 4)), np.zeros((4, 4))
+    r, lag = np.zeros(4), np.zeros(3)
+    lag[0], lag[2] = s.data[d + 4], s.data[d + 3]
+    at, member, rate = s.places[first : first + size], d + 5 + 4 * ng, w.element[size : 2 * size]
+    ke = w.element[3 * size : 3 * size + size * size].reshape(size, size)
+    ce = w.element[3 * size + size * size : 3 * size + 2 * size * size].reshape(size, size)
+    ke[:], ce[:] = 0.0, 0.0
+    damped = lag[0] > 0.0 or lag[2] > 0.0
+    for g in range(ng):
+        p = point + g
+        z = w.strain[p]
+        _slopes(kind, z[0], z[1], z[2], z[3], ez)
+        _bends(kind, z[0], z[1], z[2], z[3], ez, ezz)
+        h[:], b[:] = 0.0, 0.0
+        if damped:
+            for i in range(4):
+                r[i] = _sum(s.data, member + (order[i] * ng + g) * nb, rate, block[i], nb)
+        for j in range(3):
+            stress, stiffness = w.force[p, j], s.data[d + 5 + g] * s.data[d + j]
+            for i in range(4):
+                for k in range(4):
+                    h[i, k] += stiffness * ez[j, i] * ez[j, k] + stress * ezz[j, i, k]
+            if lag[j] > 0.0:
+                for k in range(4):
+                    bend = ezz[j, k, 0] * r[0] + ezz[j, k, 1] * r[1] + ezz[j, k, 2] * r[2] + ezz[j, k, 3] * r[3]
+                    for i in range(4):
+                        h[i, k] += stiffness * lag[j] * ez[j, i] * bend
+                        b[i, k] += stiffness * lag[j] * ez[j, i] * ez[j, k]
+        _spread(s.data, member, order, block, ng, g, nb, h, ke)
+        if damped:
+            _spread(s.data, member, order, block, ng, g, nb, b, ce)
+    for a in range(size):
+        for c in range(size):
+            stiff[at[a], at[c]] += ke[a, c]
+    if damped:
+        for a in range(size):
+            for c in range(size):
+                damp[at[a], at[c]] += ce[a, c]
 
 
 @inner
@@ -148,3 +219,40 @@ def _spread(data, member, order, block, ng, g, nb, h, out):
                 factor, row = data[mi + a] * h[i, k], out[block[i] + a, block[k] : block[k] + nb]
                 for c in range(nb):
                     row[c] += factor * right[c]
+
+
+@inner
+def carry_stresses(s, w, dq, dv, stress, slack):
+    """Stresses after an increment (dq, dv) of the coordinates and rates: n + slack + D B0 (dz + lag dz')."""
+    point = 0
+    for strip in range(s.strips.shape[0]):
+        kind, nb, ng, first, d = s.strips[strip]
+        size, block, order = _fields(kind, nb)
+        at, member = s.places[first : first + size], d + 5 + 4 * ng
+        x, axial, bending = w.element[:size], w.element[size : 2 * size], w.element[2 * size : 3 * size]
+        for a in range(size):
+            x[a] = dq[at[a]]
+            axial[a], bending[a] = x[a] + s.data[d + 4] * dv[at[a]], x[a] + s.data[d + 3] * dv[at[a]]
+        for g in range(ng):
+            p = point + g
+            for i in range(4):
+                m = member + (order[i] * ng + g) * nb
+                dz = _sum(s.data, m, x, block[i], nb)
+                da = _sum(s.data, m, axial, block[i], nb) if s.data[d + 4] > 0.0 else dz
+                db = _sum(s.data, m, bending, block[i], nb) if s.data[d + 3] > 0.0 else dz
+                stress[p, 0] += s.data[d] * w.held[p, 0, i] * da
+                stress[p, 1] += s.data[d + 1] * w.held[p, 1, i] * dz
+                stress[p, 2] += s.data[d + 2] * w.held[p, 2, i] * db
+            for j in range(3):
+                stress[p, j] += slack[p, j]
+        point += ng
+
+
+@inner
+def elastic_stresses(s, w, q, v, stress):
+    """Fill stress (points, 3) with those of this state."""
+    f, none, mixed = np.zeros(q.size), np.zeros((1, 1)), w.mixed[0]
+    w.stress[:], w.mixed[0] = 0.0, 1.0
+    add_strips(s, w, q, v, f, none, none, False)
+    stress[:] = w.slack
+    w.mixed[0] = mixed

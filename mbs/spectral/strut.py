@@ -32,6 +32,10 @@ class StrutBody:
         """None: it has no coordinates."""
         return np.zeros((len(builder.q), 0))
 
+    def bent(self, builder: Builder, _start: Any, _link: Any) -> Array:
+        """None: it has no coordinates."""
+        return np.zeros(len(builder.q))
+
 
 def add_strut(builder: Builder, link: Any) -> StrutBody:
     """Add a `Strut` link: its blocks only, as its neighbours may come later; see `join_strut`."""

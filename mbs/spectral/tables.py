@@ -39,8 +39,8 @@ A, B = 1, 2
 """Of measures and forces, after the kind: markers; for forces along a measure, A is the measure."""
 LAW_OF, FRICTION_OF, ROW_OF, NUMBERS = 3, 4, 5, 6
 """Of forces: law rows, a constraint row, where its numbers begin."""
-X, Y, TURN, VX, VY, SPIN, AX, AY, TURNING_BIAS = 0, 1, 2, 3, 4, 5, 6, 7, 8
-"""Of a marker's state: place, angle, their rates, and their second rates at zero coordinate acceleration."""
+X, Y, TURN, VX, VY, SPIN, AX, AY, TURNING_BIAS, COS, SIN = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10
+"""Of a marker's state: place, angle, their rates, their second rates at zero coordinate acceleration, direction of the frame."""
 ONSET, BRISTLE, SLIDING, FASTEST = 0, 1, 2, 3
 """Of a force's memory: onset speed, bristle, sliding speed at the last accepted step, fastest onset so far."""
 
@@ -78,8 +78,9 @@ class Tables(NamedTuple):
     forces : array of int, shape (k, 7)
     factors : array, shape (k + 1,)
         Each force is multiplied by its factor, gravity by the last. Statics moves them.
-    elastic : array of int, shape (k, 3)
-        Inner coordinates of strips and modes: one, or two that are a vector (else -1), and the group that shares a unit.
+    elastic : array of int, shape (k, 7)
+        Inner coordinates of strips and modes: one, or two that are a vector (else -1), the group that shares a unit, and for
+        vectors the coordinates (x, y, x, y) of the two ends of the chord across which they deform.
     laws : array of int, shape (k, 4)
         Kind, addresses.
     law_numbers : array, shape (k, 8)
@@ -112,7 +113,7 @@ class Work(NamedTuple):
 
     Attributes
     ----------
-    state : array, shape (markers, 9)
+    state : array, shape (markers, 11)
     slope : array, shape (3, places)
         Derivatives of (x, y, angle) of a marker by its coordinates.
     drift : array, shape (3, places)
@@ -120,7 +121,15 @@ class Work(NamedTuple):
     small : array, shape (16, 16)
         Gradient, Hessian and the like of one measure.
     element : array
-        One strip's coordinates, rates and matrices.
+        One strip's coordinates, rates, forces and matrices.
+    mixed : array, shape (1,)
+        1 where strips' stresses are unknowns of their own, see `strips`.
+    stress, slack : array, shape (points, 3)
+        Stresses at all strips' Gauss points, and what these lack.
+    held : array, shape (points, 3, 4)
+        Gradients of the strains when tangents were last made.
+    strain, force : array, shape (points, 4), (points, 3)
+        Arguments of the strains and weighted stresses, from forces to tangents.
     reports : array, shape (forces, 8)
         Of each force: value, second value (friction), measure or depth, rate, sliding speed, bristle, fx, fy.
     """
@@ -130,18 +139,30 @@ class Work(NamedTuple):
     drift: Array
     small: Array
     element: Array
+    mixed: Array
+    stress: Array
+    slack: Array
+    held: Array
+    strain: Array
+    force: Array
     reports: Array
 
 
 def work_for(tables: Tables) -> Work:
     """Make room for these tables."""
-    strip = int(tables.strips[:, 1].max(initial=1))
+    strip, points = int(tables.strips[:, 1].max(initial=1)), int(tables.strips[:, 2].sum())
     work = Work(
-        np.zeros((len(tables.markers), 9)),
+        np.zeros((len(tables.markers), 11)),
         np.zeros((3, len(tables.places))),
         np.zeros((3, len(tables.places))),
         np.zeros((16, 16)),
-        np.zeros((2 * 3 * strip + 2) * (3 * strip)),
+        np.zeros((2 * 3 * strip + 3) * (3 * strip)),
+        np.zeros(1),
+        np.zeros((points, 3)),
+        np.zeros((points, 3)),
+        np.zeros((points, 3, 4)),
+        np.zeros((points, 4)),
+        np.zeros((points, 3)),
         np.zeros((len(tables.forces), 8)),
     )
     for i, (kind, _, size, first, _, data) in enumerate(tables.markers):

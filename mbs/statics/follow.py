@@ -111,6 +111,10 @@ def path(
         problem.set(1.0 if problem.row < 0 else 0.0)
 
 
+NEAR = 1e-9
+"""Arc, in the measure of the path, that is not told apart from none."""
+
+
 class _Follower:
     """Bordered Newton steps along a path."""
 
@@ -165,9 +169,11 @@ class _Follower:
         moved = problem._vector(rest) + step * direction
         guess = Rest(moved[:n], moved[n:-1], float(moved[-1]))
         new = problem.newton(guess, (normal, value, abs(self.to)))
-        apart = problem._vector(new) - moved
-        if np.sqrt(float(self.metric @ apart**2)) > 0.5 * step + 1e-9:
-            raise StaticsError("too far from where the path was expected")
+        way, apart = step * direction, problem._vector(new) - moved
+        for part in (slice(None), slice(n)):  # places on their own too: beside a large load their way is short
+            expected, off = (float(np.sqrt(self.metric[part] @ x[part] ** 2)) for x in (way, apart))
+            if off > 0.5 * expected + NEAR:
+                raise StaticsError("too far from where the path was expected")
         return new
 
     def _direction(self, rest: Rest, before: Array | None) -> Array:

@@ -1,4 +1,4 @@
-"""The command line: `buckler list`, `new`, `show`, `run`, `sweep`, `export`, `schema`; `python -m studies` is the same.
+"""The command line: `buckler list`, `new`, `show`, `run`, `sweep`, `merge`, `export`, `schema`; `python -m studies` is the same.
 
 Exit status: 0 fine, or suspect and allowed; 1 the run failed or is suspect; 2 wrong input; 130 interrupted. Nothing
 heavy is imported before a study or a file is known by name, so that `list` and `--help` answer at once.
@@ -6,7 +6,6 @@ heavy is imported before a study or a file is known by name, so that `list` and 
 
 from __future__ import annotations
 
-import contextlib
 import os
 import sys
 import time
@@ -67,10 +66,9 @@ def _dispatch(study: str | None, words: list[str]) -> int:
         return sweep_study(words[1], words[2:])
     parser = _parser()
     if "_ARGCOMPLETE" in os.environ:
-        with contextlib.suppress(ImportError):
-            import argcomplete
+        from buckler.studies.kit.completion import complete
 
-            argcomplete.autocomplete(parser)
+        complete(parser)
     if words[:1] == ["--version"]:
         return _version()
     try:
@@ -107,6 +105,10 @@ def _parser() -> argparse.ArgumentParser:
     export.add_argument("--out", metavar="FILE", type=Path, required=True, help="FILE.csv or FILE.parquet")
     export.add_argument("--signals", metavar="DIR", type=Path, help="also write each case's signals there, as npz")
     export.set_defaults(answer=lambda options: _export(options.store, options.out, options.signals))
+    merge = commands.add_parser("merge", help="put the stores of a sweep's parts together; refuses contradictions")
+    merge.add_argument("parts", metavar="FILE", nargs="+", type=Path, help="stores that `sweep ... --part I/N` has written")
+    merge.add_argument("--out", metavar="FILE", type=Path, required=True, help="where to; if it is there, it takes what it lacks")
+    merge.set_defaults(answer=_merge)
     schema = commands.add_parser("schema", help="print the JSON schema of mechanism files, for editors")
     schema.set_defaults(answer=_schema)
     return parser
@@ -208,6 +210,21 @@ def _export(store: Path, out: Path, signals: Path | None) -> int:
         print(f"cannot write {error.filename or out}: {error.strerror}", file=sys.stderr)
         return 1
     print(f"{len(rows)} cases written to {out}" + (f", the signals of {count} to {signals}" if signals else ""))
+    return 0
+
+
+def _merge(options: argparse.Namespace) -> int:
+    """Put stores together."""
+    from buckler.studies.sweeping.merge import merge
+
+    try:
+        found = merge(options.parts, options.out)
+    except ValueError as error:
+        return wrong_input(error)
+    except OSError as error:
+        return wrong_input(ValueError(f"{error.filename or options.out}: {error.strerror}"))
+    left = f"; {found.cases - found.ended} have not ended" if found.cases > found.ended else ""
+    print(f"{len(options.parts)} stores, {found.cases} cases, merged into {options.out}{left}")
     return 0
 
 

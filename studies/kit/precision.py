@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from buckler.mbs.accuracy.precision import Point, work_precision
+from buckler.studies.kit.labels import Label, write_labels
 from buckler.studies.kit.parameters import StudyParameters
 from buckler.studies.kit.report import Progress, provenance
 from buckler.studies.kit.style import subplots
@@ -90,25 +91,19 @@ def draw(
     signals: Mapping[str, Array],
     labels: Mapping[str, str],
     what: str = "tolerance, or steps",
-    below: Sequence[str] = (),
     setting: str = SETTING,
 ) -> None:
-    """Draw error over run time on log-log axes, each point with its setting (`what`), the Pareto front behind them.
-
-    Settings stand at the upper right of their points; those of the series named in `below` at the lower left.
-    """
-    from matplotlib.patheffects import withStroke
+    """Draw error over run time on log-log axes, each point with its setting (`what`), the Pareto front behind them."""
     from matplotlib.ticker import LogLocator, NullFormatter
 
     front: list[tuple[float, float]] = []
+    texts: list[Label] = []
+    lines: list[Array] = []
     for k, (name, label) in enumerate(labels.items()):
         time, error = 1e3 * signals[f"{name}.wall_s"], signals[f"{name}.error"]
         ax.loglog(time, error, "so^Dv<>"[k] + "-", color=f"C{k}", label=label)
-        under = name in below
-        beside, align = ((-4, -4), ("right", "top")) if under else ((3, 2), ("left", "bottom"))
-        for x, y, text_of in zip(time, error, signals[f"{name}{setting}"], strict=True):
-            text = ax.annotate(str(text_of), (x, y), xytext=beside, textcoords="offset points", fontsize=7, color=f"C{k}")
-            text.set(ha=align[0], va=align[1], path_effects=[withStroke(linewidth=2, foreground="white")])
+        texts += [Label(x, y, str(of), f"C{k}") for x, y, of in zip(time, error, signals[f"{name}{setting}"], strict=True)]
+        lines.append(np.column_stack([time, error]))
         on = signals[f"{name}.front"]
         front += [*zip(time[on], error[on], strict=True)]
     x, y = np.array(sorted(front)).T
@@ -118,6 +113,7 @@ def draw(
     ax.xaxis.set_major_formatter("{x:g}")
     ax.xaxis.set_minor_formatter(NullFormatter())
     ax.legend(title=f"at the points: {what}", title_fontsize=8, alignment="left")
+    write_labels(ax, texts, lines)
 
 
 def footnote(parameters: StudyParameters) -> str:
@@ -129,12 +125,10 @@ def footnote(parameters: StudyParameters) -> str:
     return f"Medians of {repeats} runs taken in turn; {machine}; {versions}; commit {origin['commit']}."
 
 
-def figure_of(
-    signals: Mapping[str, Array], ylabel: str, below: Callable[[str], bool] = lambda _name: False
-) -> tuple[Figure, Any]:
+def figure_of(signals: Mapping[str, Array], ylabel: str) -> tuple[Figure, Any]:
     """Error over run time of every series, and its axes."""
     names = series_in(signals)
     fig, ax = subplots(height=110)
-    draw(ax, signals, {name: name for name in names}, below=[name for name in names if below(name)])
     ax.set(ylabel=ylabel)
+    draw(ax, signals, {name: name for name in names})
     return fig, ax

@@ -2,13 +2,13 @@
 
 The compliant slider-crank: B. Demirel et al., Compliant Impact Generator for Required Impact and Contact Force, 2008,
 doi 10.1115/IMECE2008-68796; its lengths are `buckler.mbs.library.PAPER`. The crank-rocker with clearance joints: its lengths are
-`buckler.mbs.library.STEEL_CRANK_ROCKER`, its contact laws `RATTLING` and `CLOSED` of `buckler.mbs.reference`.
+`buckler.mbs.library.STEEL_CRANK_ROCKER`, its contact laws `RATTLING` and `CLOSED` of the same.
 """
 
 from __future__ import annotations
 
 from buckler.mbs import Material
-from buckler.mbs.reference.fourbar import PAPER_STIFFNESS
+from buckler.mbs.library import PAPER_STIFFNESS
 
 # --- the compliant slider-crank ---------------------------------------------------------------------------------------
 

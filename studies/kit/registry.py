@@ -29,10 +29,16 @@ STUDIES: dict[str, Entry] = {
     "slider-crank-voltage": Entry(
         "buckler.studies.striking.slider_crank_voltage", "the same, its crank turned by a motor at given voltage"
     ),
+    "paper-figures": Entry(
+        "buckler.studies.striking.paper_figures", "Figs 5, 6, 10, 11 of the slider-crank paper on their own axes"
+    ),
     "identify": Entry(
         "buckler.studies.striking.identify", "which cause explains the measured impact forces, and what would tell causes apart"
     ),
     "strike": Entry("buckler.studies.striking.strike", "one strike of the slider-crank: force, pulse, torque, rebound"),
+    "impact-map": Entry(
+        "buckler.studies.striking.impact_map", "strikes of a beam over speed, bow, stop and mass: regimes and their borders"
+    ),
     "thickness-speed": Entry("buckler.studies.striking.thickness_speed", "the slider-crank over strip thickness and crank speed"),
     "design": Entry(
         "buckler.studies.striking.design", "the slider-crank designed backwards: wanted forces in, strip, stop and speed out"
@@ -46,7 +52,7 @@ STUDIES: dict[str, Entry] = {
     "benchmarks": Entry("buckler.studies.trust.benchmarks", "published benchmark problems: reference, result, error, run time"),
     "lean-scenes": Entry("buckler.studies.trust.lean_scenes", "what each scene is made of, and what each optional part costs"),
     "extremes": Entry(
-        "buckler.studies.trust.extremes", "over 200 stiff and extreme cases: is any run reported fine that is wrong?"
+        "buckler.studies.trust.extremes", "extreme cases, listed and drawn: is any run reported fine that is wrong?"
     ),
     "benchmark": Entry(
         "buckler.studies.trust.benchmark", "each kind of job once, ours against a plain baseline: errors, medians, ratios"
@@ -56,6 +62,9 @@ STUDIES: dict[str, Entry] = {
     ),
     "two-solvers": Entry(
         "buckler.studies.trust.two_solvers", "two solvers that share no equation: difference against estimates, run times"
+    ),
+    "solver-speed": Entry(
+        "buckler.studies.trust.solver_speed", "the compiled solver beside hand-tuned plain runs of the engine: errors, run times"
     ),
     "smooth-precision": Entry(
         "buckler.studies.trust.smooth_precision", "slider-crank without a stop: error against run time, against a spectral strip"
@@ -73,6 +82,9 @@ STUDIES: dict[str, Entry] = {
     "clearance-precision": Entry(
         "buckler.studies.rattling.clearance_precision",
         "crank-rocker with clearance: error against run time of rigid, beam and modal rocker",
+    ),
+    "nonsmooth": Entry(
+        "buckler.studies.rattling.nonsmooth", "smooth contact laws against published trajectories of nonsmooth dynamics"
     ),
     "clearance-speed": Entry(
         "buckler.studies.rattling.clearance_speed", "crank-rocker with clearance joints, over gap and speed: forces, penetration"

@@ -94,6 +94,8 @@ class StudyResult:
         Steps, Jacobians, evaluations; `wall_s` is added if it is not there.
     tables : sequence of Table
         Printed instead of the table of metrics.
+    pages : dict of str
+        Whole HTML pages by file name.
     """
 
     parameters: StudyParameters
@@ -103,6 +105,7 @@ class StudyResult:
     signals: Mapping[str, np.ndarray] = field(default_factory=dict)
     work: Mapping[str, Any] = field(default_factory=dict)
     tables: Sequence[Table] = ()
+    pages: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if self.status != "OK" and not self.message:
@@ -180,6 +183,8 @@ def write(result: StudyResult, folder: Path, figures: Mapping[str, Figure], trus
     for name, figure in figures.items():
         for kind in ("png", "pdf"):
             writers[f"{name}.{kind}"] = partial(_save, figure, kind)
+    for name, page in result.pages.items():
+        writers[name] = partial(_write_text, page)
     _remove_earlier(folder)
     for name, writer in writers.items():
         with atomic(folder / name) as file:
@@ -198,6 +203,10 @@ def write(result: StudyResult, folder: Path, figures: Mapping[str, Figure], trus
     with atomic(folder / "metrics.json") as file:
         file.write(text.encode())
     return text
+
+
+def _write_text(text: str, file: IO[bytes]) -> None:
+    file.write(text.encode())
 
 
 def _save(figure: Figure, kind: str, file: IO[bytes]) -> None:

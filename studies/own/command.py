@@ -10,16 +10,20 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
+from buckler.mbs.accuracy.aim import ALL_FORCES, PLACES, Aim
 from buckler.mbs.files.decode import RUN, mechanism
 from buckler.mbs.files.document import changed, read
 from buckler.studies.kit.options import Parser, answers, check_words, noted, writable, wrong_input
+from buckler.studies.own import solver as solvers
 from buckler.studies.own.places import set_all, spec, to_json
 from buckler.studies.own.study import Family, Parameters
 
 Made = TypeVar("Made")
-SETTINGS = ("duration", "accuracy", "verify", "ledger", "measure")
+SETTINGS = ("duration", "accuracy", "of", "solver", "verify", "ledger", "measure")
 """What the table [run] of a file may hold; options of the same names override it."""
 DEFAULT_DURATION = 1.0
+REPORTS = "reports"
+"""Folder of the cases' own pages, beside the sweep's."""
 
 
 def options(parser: argparse.ArgumentParser) -> None:
@@ -32,12 +36,31 @@ def options(parser: argparse.ArgumentParser) -> None:
         metavar="NUMBER",
         help="largest relative error of the motion, 1e-6 to 0.1; the settings are chosen to keep it",
     )
+    add("--of", action="append", default=[], metavar="WHAT",
+        help="what the accuracy is asked of: places, forces, or a signal as B.contact_force; may be repeated")  # fmt: skip
     add("--verify", action="store_true", default=None, help="run the other solver, too, and tell the difference")
     add("--ledger", action="store_true", default=None, help="keep the energy ledger and check its balance")
     add("--set", action="append", default=[], metavar="PATH=VALUE", dest="changes",
         help="another value at a place of the file, as links.coupler.body.section.thickness=0.2mm; may be repeated")  # fmt: skip
     add("--measure", action="append", default=[], metavar="FORMULA",
         help="a number to read off, as 'max(B.contact_force)'; may be repeated; default the peaks of all forces")  # fmt: skip
+    about = "the solver, instead of an accuracy, and its settings"
+    add = parser.add_argument_group("the solver", about).add_argument
+    add("--solver", choices=tuple(solvers.SOLVERS), help="default exudyn")
+    for name, setting in solvers.settings().items():
+        of = [known for known, kind in solvers.SOLVERS.items() if kind in setting.homes]
+        about = setting.about.help.partition(". ")[0].rstrip(".")
+        text = f"{about}{f'; of {of[0]}' if len(of) == 1 else ''}"
+        unit = setting.about.unit if setting.about.unit not in ("", "1") else "VALUE"
+        add(f"--{name.replace('_', '-')}", metavar=unit, dest=name, help=text.replace("%", "%%"))
+
+
+def parser(_name: str, prog: str) -> Parser:
+    """The options of `run FILE`."""
+    found = Parser(prog=prog, usage=f"{prog} [options]", description="Simulate the mechanism of a file.", allow_abbrev=False)
+    options(found)
+    answers(found)
+    return found
 
 
 def run_file(path: Path, argv: Sequence[str], prog: str) -> int:
@@ -45,13 +68,12 @@ def run_file(path: Path, argv: Sequence[str], prog: str) -> int:
     from buckler.studies.kit.running import attempt, finish
 
     try:
-        parser = Parser(prog=prog, usage=f"{prog} [options]", description="Simulate the mechanism of a file.", allow_abbrev=False)
-        options(parser)
-        answers(parser)
-        chosen, unknown = parser.parse_known_args(noted(argv))
+        chosen, unknown = parser(path.name, prog).parse_known_args(noted(argv))
         check_words(unknown, chosen)
         base, changes = _settings(path, chosen)
         parameters = Parameters(**base, changes=tuple(changes.items()))
+        if not isinstance(parameters.of, str):
+            probe(parameters)
         folder = writable(Path(chosen.out) / path.stem)
     except (ValueError, OSError) as error:
         return wrong_input(_named(error, path))
@@ -67,8 +89,8 @@ def run_file(path: Path, argv: Sequence[str], prog: str) -> int:
     result = attempt(run, parameters, chosen)
     status = finish(path.stem, study, result, folder, chosen, time.perf_counter() - begin)
     if kept:
-        for note in kept[0].provenance.get("notes", ()) if parameters.verify else ():
-            print(f"{parameters.name}: {note}", file=sys.stderr)
+        for note in () if chosen.quiet else kept[0].provenance.get("notes", ()):
+            print(f"{parameters.name}: note: {note}", file=sys.stderr)
         _page(kept[0], parameters, folder, chosen)
     return status
 
@@ -102,18 +124,51 @@ def _settings(path: Path, chosen: argparse.Namespace) -> tuple[dict[str, Any], d
 
     for text in measures:
         check(str(text))
+    if chosen.accuracy is not None:  # either of the two on the command line takes the place of the other in the file
+        run.pop("solver", None)
+    if chosen.solver or any(getattr(chosen, name) is not None for name in solvers.settings()):
+        run.pop("accuracy", None), run.pop("of", None)
     duration = _quantity("duration", chosen.duration, run, "s")
     accuracy = _quantity("accuracy", chosen.accuracy, run, "1")
+    of = chosen.of or run.get("of", PLACES)
+    solver = _solver(chosen, run)
     ledger, verify = _switch("ledger", chosen, run), _switch("verify", chosen, run)
     return {
         "name": path.stem,
         "document": to_json(document),
         "duration": DEFAULT_DURATION if duration is None else duration,
         "accuracy": accuracy,
+        "of": _of(of, accuracy),
         "ledger": ledger,
         "measures": tuple(map(str, measures)),
         "verify": verify,
+        "solver": tuple(solver.items()),
     }, changes
+
+
+def _of(given: Any, accuracy: float | None) -> Any:
+    """What an accuracy is asked of: a word, or names of signals."""
+    names = [given] if isinstance(given, str) else given
+    word = names[0] if isinstance(names, list) and len(names) == 1 and names[0] in (PLACES, ALL_FORCES) else None
+    aim = Aim(word or names)
+    if accuracy is None and not aim.motion:
+        raise ValueError("--of: without --accuracy; give both")
+    return aim.of
+
+
+def _solver(chosen: argparse.Namespace, run: dict[str, Any]) -> dict[str, Any]:
+    """The solver's settings: those of the file, unless another solver is asked for, and over them those of the command line."""
+    found = solvers.of_file(run["solver"]) if "solver" in run else {}
+    if chosen.solver and chosen.solver != found.get(solvers.KIND, chosen.solver):
+        found = {}
+    found |= {solvers.KIND: chosen.solver} if chosen.solver else {}
+    for name in solvers.settings():
+        text = getattr(chosen, name)
+        try:
+            found |= {} if text is None else {name: solvers.read(name, text)}
+        except ValueError as error:
+            raise ValueError(f"--{name.replace('_', '-')} = {text}: {error}") from None
+    return found
 
 
 def _switch(name: str, chosen: argparse.Namespace, run: dict[str, Any]) -> bool:
@@ -150,16 +205,20 @@ def family(path: Path, chosen: argparse.Namespace) -> Family:
             places[name] = spec(document, name)
         except ValueError as error:
             raise ValueError(f"--vary {name}: {error}") from None
-    return Family({**base, "changes": tuple(changes.items())}, places)
+    reports = str(writable(Path(chosen.out) / f"{path.stem}-sweep" / REPORTS).resolve()) if chosen.reports else ""
+    return Family({**base, "changes": tuple(changes.items()), "reports": reports}, places)
 
 
 def probe(parameters: Parameters) -> None:
-    """Refuse measures that name signals the mechanism does not have, before any case runs."""
+    """Refuse measures, and what an accuracy is asked of, that name signals the mechanism does not have, before any case runs."""
     from buckler.mbs.simulation import simulate
     from buckler.studies.own.measure import check
 
-    if parameters.measures:
+    asked = () if isinstance(parameters.of, str) else parameters.of
+    if parameters.measures or asked:
         result = simulate(parameters.mechanism(), min(parameters.duration, 1e-4))
+        for name in asked if result.signals else ():
+            _ = result[name]
         for text in parameters.measures if result.signals else ():
             check(text, result.signals)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import tomllib
 from collections.abc import Mapping
@@ -59,7 +60,7 @@ def spec(document: Mapping[str, Any], path: str) -> Spec:
         if about is None:
             raise ValueError(f"{path}: not in the file") from None
         now = about.default
-    unit = about.unit if about else "1"
+    unit = _fitting(about.unit, now) if about else "1"
     number = (isinstance(now, int | float) and not isinstance(now, bool)) or (isinstance(now, str) and _is_quantity(now))
     if not number and not (about and about.unit and now is None):
         return Spec(lambda x: typed(x) if isinstance(x, str) else x, str, "what the file takes there", "VALUE", path, "varied")
@@ -77,6 +78,15 @@ def spec(document: Mapping[str, Any], path: str) -> Spec:
         return f"{value:.12g}" if unit in ("", "1") else f"{value:.12g} {unit}"
 
     return Spec(read, show, "what the file takes there", unit or "N", about.help if about else path, "varied", known)
+
+
+def _fitting(unit: str, now: Any) -> str:
+    """Of several units, as `rad/s or m/s` of a drive's speed, that of the value there; all of them where it has none."""
+    for each in unit.split(" or ") if isinstance(now, str) else ():
+        with contextlib.suppress(ValueError):
+            parse_quantity(now, each)
+            return each
+    return unit
 
 
 def _is_quantity(text: str) -> bool:

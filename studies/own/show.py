@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import importlib.util
 from collections.abc import Iterator
 from math import pi
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from buckler.mbs.elements import KINDS
 from buckler.mbs.mechanism import Mechanism
@@ -32,7 +33,9 @@ def show(path: Path, out: Path | None = None) -> str:
         If the file holds no mechanism.
     """
     mechanism = Mechanism.load(path)
-    parts = [str(links(mechanism)), *others(mechanism), mobility(mechanism), lowest(mechanism)]
+    found, drives = mobility(mechanism), len(mechanism.drives)
+    held = found is not None and found.free <= drives and not any(link.body.flexible for link in mechanism.links)
+    parts = [str(links(mechanism)), *others(mechanism), told(found, drives), "" if held else lowest(mechanism)]
     drawing = draw(mechanism, out or path.with_suffix(".png"))
     return "\n".join(part for part in (*parts, drawing and f"\ndrawn in {drawing}") if part)
 
@@ -57,31 +60,47 @@ def others(mechanism: Mechanism) -> Iterator[str]:
             yield f"{name}: {'; '.join(names)}"
 
 
-def mobility(mechanism: Mechanism) -> str:
-    """Coordinates, constraints and mobility of the ideal linkage, drives not counted; '' where they are not known.
+class Mobility(NamedTuple):
+    """Of the ideal linkage, drives not counted: all links rigid, joints with clearance as pins."""
 
-    All links are taken as rigid and joints with clearance as pins.
-    """
-    try:
-        from buckler.mbs.kinematics import closure, start
-    except ImportError:
-        return ""
+    coordinates: int
+    constraints: int
+    rank: int
+
+    @property
+    def free(self) -> int:
+        """Ways in which it can move."""
+        return self.coordinates - self.rank
+
+
+def mobility(mechanism: Mechanism) -> Mobility | None:
+    """Count coordinates and constraints; None where the linkage cannot be assembled."""
+    from buckler.mbs.kinematics import closure, start
+
     try:
         undriven = Mechanism(**{**vars(mechanism), "drives": (), "velocities": {}})
         _, rows, _ = start.jacobian(undriven)
-        rank = closure.rank(rows)
+        return Mobility(rows.shape[1], rows.shape[0], closure.rank(rows))
     except (ValueError, AttributeError):
+        return None
+
+
+def told(found: Mobility | None, drives: int) -> str:
+    """The mobility in words; '' where it is not known."""
+    if found is None:
         return ""
-    count, coordinates = rows.shape
-    extra = f", {count - rank} of them redundant" if count > rank else ""
-    free = coordinates - rank
-    drives = len(mechanism.drives)
-    means = "" if free == drives else f"; {drives} driven" if drives else "; none driven"
-    return f"as an ideal rigid linkage: coordinates {coordinates}, constraints {count}{extra}, mobility {free}{means}"
+    extra = f", {found.constraints - found.rank} of them redundant" if found.constraints > found.rank else ""
+    means = "" if found.free == drives else f"; {drives} driven" if drives else "; none driven"
+    return (
+        f"as an ideal rigid linkage: coordinates {found.coordinates}, constraints {found.constraints}{extra}, "
+        f"mobility {found.free}{means}"
+    )
 
 
 def lowest(mechanism: Mechanism) -> str:
-    """The lowest natural frequencies with the drives held; '' where the solver for them is not installed or refuses."""
+    """The lowest natural frequencies with the drives held, or what it takes to tell them; '' where the statics refuses."""
+    if importlib.util.find_spec("numba") is None:
+        return "lowest frequencies: not told; they need pip install 'buckler[fast]'"
     try:
         from buckler.mbs import frequencies
 

@@ -6,14 +6,18 @@ import hashlib
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from buckler.mbs.accuracy.aim import PLACES, Aim
 from buckler.mbs.files.document import changed
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.validate import number, positive
 from buckler.studies.kit.parameters import Spec, StudyParameters
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult
 from buckler.studies.own.measure import measure
+from buckler.studies.own.solver import solver
+from buckler.studies.sweeping.rows import report_name
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -40,7 +44,9 @@ class Parameters(StudyParameters):
     duration : float
         s.
     accuracy : float, optional
-        Largest relative error of the motion.
+        Largest relative error of what `of` names.
+    of : str or sequence of str
+        "places", "forces", or signals' names; see `buckler.mbs.simulate`.
     ledger : bool
         Whether to keep the energy ledger.
     verify : bool
@@ -49,6 +55,10 @@ class Parameters(StudyParameters):
         What to read off; see `measure`.
     changes : sequence of (str, value)
         Places in the document with the values they have instead.
+    solver : sequence of (str, value)
+        The solver's kind and settings; see `solver`.
+    reports : str
+        Folder for the run's report page, '' for none; it changes no number, and no store keeps it.
 
     Raises
     ------
@@ -60,15 +70,23 @@ class Parameters(StudyParameters):
     document: str = field(repr=False)
     duration: float
     accuracy: float | None = None
+    of: str | Sequence[str] = PLACES
     ledger: bool = False
     measures: Sequence[str] = ()
     changes: Sequence[tuple[str, Any]] = ()
     verify: bool = False
+    solver: Sequence[tuple[str, Any]] = ()
+    reports: str = ""
 
     def __post_init__(self) -> None:
         positive("duration", self.duration, "s")
         if self.accuracy is not None:
             number("accuracy", self.accuracy, 1e-6, 0.1, "1")
+        object.__setattr__(self, "of", Aim(self.of).of)
+        if solver(dict(self.solver)) is not None and self.accuracy is not None:
+            raise ValueError(
+                f"accuracy = {self.accuracy:g} and solver: give one of them; an accuracy chooses the settings itself"
+            )
         self.mechanism()
 
     def __getattr__(self, path: str) -> Any:
@@ -85,8 +103,11 @@ class Parameters(StudyParameters):
 
     def plain(self) -> dict[str, Any]:
         """What a store and a file keep of it: the mechanism by a hash of its document."""
-        run = {"duration": self.duration, "accuracy": self.accuracy, "ledger": self.ledger, "measures": list(self.measures)}
+        run: dict[str, Any] = {"duration": self.duration, "accuracy": self.accuracy, "ledger": self.ledger}
+        run |= {"measures": list(self.measures)}
         run |= {"verify": True} if self.verify else {}
+        run |= {"solver": dict(self.solver)} if self.solver else {}
+        run |= {} if Aim(self.of).motion else {"of": Aim(self.of).words}
         return {"mechanism": f"{self.name} {digest(self.document)}", **run, **dict(self.changes)}
 
 
@@ -117,8 +138,11 @@ class Family:
 
 
 def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
-    """Simulate, and read the numbers off."""
-    return read_off(parameters, simulated(parameters, progress))
+    """Simulate, read the numbers off, and write the report page if one is asked for."""
+    result = simulated(parameters, progress)
+    if parameters.reports:
+        result.write_html(Path(parameters.reports) / report_name(parameters.plain()), title=parameters.name)
+    return read_off(parameters, result)
 
 
 def simulated(parameters: Parameters, progress: Progress = QUIET) -> Result:
@@ -126,7 +150,8 @@ def simulated(parameters: Parameters, progress: Progress = QUIET) -> Result:
     from buckler.mbs.simulation import simulate
 
     p = parameters
-    return simulate(p.mechanism(), p.duration, p.accuracy, ledger=p.ledger, verify=p.verify)
+    chosen = solver(dict(p.solver))
+    return simulate(p.mechanism(), p.duration, p.accuracy, of=p.of, solver=chosen, ledger=p.ledger, verify=p.verify)
 
 
 def read_off(parameters: Parameters, result: Result) -> StudyResult:
@@ -149,12 +174,18 @@ def _metrics(parameters: Parameters, result: Result) -> dict[str, Metric]:
         value, unit = measure(text, result.time, result.signals, result.units)
         found[text] = Metric(value, unit)
     if parameters.accuracy is not None:
-        found["relative error"] = Metric(result.error, "1")
+        found["relative error"] = Metric(result.error.motion, "1")
+        found |= {f"relative error of {name}": Metric(result.error[name], "1") for name in _asked(parameters)}
     if parameters.verify:
         found["difference from the other solver"] = Metric(result.verified, "1")
     if parameters.ledger:
         found["energy balance"] = Metric(result.energy_balance, "1")
     return found
+
+
+def _asked(parameters: Parameters) -> tuple[str, ...]:
+    """The signals an accuracy was asked of by name."""
+    return () if isinstance(parameters.of, str) else tuple(parameters.of)
 
 
 def peaks(signals: Mapping[str, Any]) -> list[str]:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from time import perf_counter
 from typing import Any
 
 from buckler.mbs.mechanism import Mechanism
@@ -17,7 +18,9 @@ from buckler.studies.own.places import spec, to_json
 from buckler.studies.own.study import Family
 from buckler.studies.sweeping import sweep as cases
 from buckler.studies.sweeping.executors import Workers
+from buckler.studies.sweeping.report import Heading, summary, worst, write_page
 from buckler.studies.sweeping.rows import Row
+from buckler.studies.sweeping.table import points
 from buckler.studies.sweeping.vary import Grid, plan
 
 
@@ -35,6 +38,7 @@ def sweep(
     signals: bool = False,
     retry: bool = False,
     progress: Progress = QUIET,
+    report: Path | None = None,
 ) -> list[Row]:
     """Run a mechanism with other values at some of its places, each combined with each.
 
@@ -52,6 +56,8 @@ def sweep(
         What a store calls the mechanism.
     workers, store, signals, retry, progress
         As in `buckler.studies.sweeping.sweep`.
+    report : Path, optional
+        Where to write a page with a table, maps and the numbers of each case.
 
     Returns
     -------
@@ -71,15 +77,21 @@ def sweep(
     base = {"name": name, "document": to_json(document), "duration": duration, "accuracy": accuracy}
     family = Family({**base, "ledger": ledger, "measures": measures}, places)
     grids = [Grid(path, tuple(places[path].read(each) for each in found)) for path, found in values.items()]
-    cases_of = plan(family, {}, grids).cases  # type: ignore[arg-type]  # it makes cases, as a class does
-    return cases.sweep(
+    chosen = plan(family, {}, grids)  # type: ignore[arg-type]  # it makes cases, as a class does
+    units, begin = {path: each.unit for path, each in places.items()}, perf_counter()
+    rows = cases.sweep(
         study,
-        cases_of,
+        chosen.cases,
         workers=workers,
         store=store,
         signals=signals,
         retry=retry,
         progress=progress,
         name=f"{name} {study.digest(to_json(document))}",
-        units={path: each.unit for path, each in places.items()},
+        units=units,
     )
+    if report is not None:
+        found = points(chosen, rows)
+        told = Heading(name, worst(rows), summary(found, perf_counter() - begin), f"buckler run {name}.toml", True, [])
+        write_page(report, told, chosen, found, units)
+    return rows

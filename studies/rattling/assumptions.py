@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs.reference import BODIES, JOINTS
 from buckler.studies.kit.parameters import StudyParameters, choice, choices, quantity
+from buckler.studies.rattling.linkage import BODIES, JOINTS
 
 Array = np.ndarray[Any, Any]
 PINS = tuple(f"{joint}.{body}" for joint in JOINTS for body in BODIES[joint])

@@ -23,8 +23,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from buckler.mbs.reference import FourBar
-from buckler.mbs.reference.lyapunov import exponent
 from buckler.studies.kit.cli import main
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
 from buckler.studies.kit.style import COLOURS, subplots
@@ -44,6 +42,8 @@ from buckler.studies.rattling.bifurcation_points import (
     member,
     read,
 )
+from buckler.studies.rattling.linkage import FourBar
+from buckler.studies.rattling.parting import exponent
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

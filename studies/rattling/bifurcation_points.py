@@ -13,10 +13,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from buckler.mbs.laws import Impact
-from buckler.mbs.reference import JOINTS, FourBar, simulate
-from buckler.mbs.reference.lyapunov import Exponent, exponent, separation, settled, turn_growth
 from buckler.studies.kit.parameters import choice, integer, quantities, quantity
-from buckler.studies.rattling.fourbar import FourBarParameters, journals
+from buckler.studies.rattling.fourbar import RockerParameters, journals
+from buckler.studies.rattling.linkage import JOINTS, FourBar
+from buckler.studies.rattling.parting import Exponent, exponent, last, separation, settled, turn_by_turn, turn_growth
 
 Array = np.ndarray[Any, Any]
 LONGEST_PERIOD = 8
@@ -38,7 +38,7 @@ AXES = {
 
 
 @dataclass(frozen=True)
-class SectionParameters(FourBarParameters):
+class SectionParameters(RockerParameters):
     """Parameters of the study `bifurcation`."""
 
     over: str = choice("damping", tuple(AXES), "what is varied", "range")
@@ -53,12 +53,13 @@ class SectionParameters(FourBarParameters):
     exponent_turns: int = integer(4, 1, 10**6, "turns for the exponent, for each seed, after one for its direction", "exponent")
     offset: float = quantity(1e-9, "m", 1e-12, 1e-6, "size to which the offset is drawn back", "exponent")
     interval: float = quantity(2e-3, "s", 1e-5, 1, "longest time between drawing back", "exponent")
-    exponent_tolerance: float = quantity(1e-10, "1", 1e-13, 1e-5, "of the integrator while motions part", "exponent")
+    exponent_tolerance: float = quantity(1e-11, "1", 1e-13, 1e-5, "of the integrator while motions part", "exponent")
     seeds: int = integer(2, 1, 10**4, "members, each from its own offset of 1e-9 m at the start", "numerics")
     seed: int = integer(0, 0, 2**31 - 1, "the first of them", "numerics")
 
     def check(self) -> None:
         """Check the range; build what is at its ends."""
+        super().check()
         for name in ("clearances", "speeds", "dampings"):
             ends = getattr(self, name)
             if len(ends) != 2 or not ends[0] < ends[1]:
@@ -113,17 +114,16 @@ class DiagramPoint(NamedTuple):
 def member(p: SectionParameters, fourbar: FourBar, seed: int) -> tuple[Array, Array, str]:
     """Section, growth of an offset and what went wrong, of one seed: settle, follow the section, go on from there."""
     state, gap = settled(fourbar, p.settle, seed), fourbar.gaps[0]
-    run = simulate(
-        fourbar, p.turns * fourbar.period, samples=p.turns + 1, state=state, rtol=p.tolerance, atol=p.tolerance, most=2**60
-    )
-    if len(run.time) <= p.turns:
-        raise RuntimeError(f"{run.status}: {run.message}")
-    section = journals(fourbar, run.q)[1:, JOINTS.index(p.joint)] / gap
-    state = np.concatenate([run.q[-1], run.q_t[-1]])
+    places, deep = [], ""
+    for run in turn_by_turn(fourbar, state, p.turns, p.tolerance):
+        places.append(run.q[-1])
+        deep = deep or run.message
+        state = last(run)
+    section = journals(fourbar, np.array(places))[:, JOINTS.index(p.joint)] / gap
     growth = turn_growth(
-        fourbar, state, p.exponent_turns + 1, seed, steps=p.steps(fourbar), offset=p.offset, rtol=p.exponent_tolerance
+        fourbar, state, p.exponent_turns + 1, seed, steps=p.steps(fourbar), offset=p.offset, tolerance=p.exponent_tolerance
     )[1:]
-    return section, growth, f"PENETRATION: {run.message}" if not run.ok else ""
+    return section, growth, f"PENETRATION: {deep}" if deep else ""
 
 
 def read(p: SectionParameters, fourbar: FourBar, members: Sequence[tuple[Array, Array, str]]) -> DiagramPoint:
@@ -175,7 +175,7 @@ def growth_over_turn(p: SectionParameters, fourbar: FourBar, seed: int) -> tuple
     """One member's part of `Growth`: rate (turns, steps), alone and drawn (steps + 1,)."""
     state, steps = settled(fourbar, p.settle, seed), p.steps(fourbar)
     alone = separation(fourbar, state, LEFT_ALONE, seed, steps=steps)
-    growth = turn_growth(fourbar, state, p.exponent_turns + 1, seed, steps=steps, offset=p.offset, rtol=p.exponent_tolerance)
+    growth = turn_growth(fourbar, state, p.exponent_turns + 1, seed, steps=steps, offset=p.offset, tolerance=p.exponent_tolerance)
     drawn = LEFT_ALONE * np.exp(np.concatenate([[0.0], np.cumsum(growth[0])]))
     return growth[1:] * steps / fourbar.period, alone, drawn
 

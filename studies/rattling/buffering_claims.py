@@ -2,7 +2,7 @@
 
 Four joints with clearance at 300 r/min, rigid rocker against one with its lowest bending and axial modes, over clearances, both
 bending planes of the 20 mm x 5 mm bars and both readings of c_max. `studies/buffering_measures.py` has the numbers each
-claim is judged by and the rule. The runs are those of the compiled reference (`buckler.mbs.reference`).
+claim is judged by and the rule. The runs are those of the compiled solver (`studies/rattling/turns.py`).
 
 Then the same in many worlds, each with one value of everything that the paper leaves open (`studies/rattling/worlds.py`): the
 share of them in which a claim holds, and which assumption decides it. `worlds_store` keeps them, so that a run can go on.
@@ -23,8 +23,6 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from buckler.mbs.reference import Ensemble, simulate
-from buckler.mbs.reference.ensembles import by_cycle
 from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import integer, quantities, text
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
@@ -44,7 +42,9 @@ from buckler.studies.rattling.buffering_measures import (
     ratio,
     trouble,
 )  # fmt: skip
+from buckler.studies.rattling.cycles import Ensemble, by_cycle
 from buckler.studies.rattling.mode_sets import damped, rocker_modes
+from buckler.studies.rattling.turns import simulate
 from buckler.studies.rattling.worlds import drawn
 from buckler.studies.sweeping.sweep import sweep
 
@@ -164,7 +164,7 @@ def _measured(p: Parameters, case: ClaimCase, rocker: str) -> Ensemble:
 def _ideal(p: Parameters, depth: float) -> Mapping[str, Any]:
     """Measures of one turn with ideal joints."""
     bar = p.fourbar(p.damping_unit[0], depth, 0.0)
-    turn = simulate(bar, bar.period, samples=SAMPLES + 1, rtol=p.tolerance, atol=p.tolerance)
+    turn = simulate(bar, bar.period, samples=SAMPLES + 1, tolerance=p.tolerance)
     return {name: values[0] for name, values in (by_cycle(turn, 1) | curves(turn, 1)).items()}
 
 

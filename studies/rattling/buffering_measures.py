@@ -24,11 +24,15 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.stats import t as student
 
+from buckler.mbs import Status
 from buckler.mbs.laws import AdamsFriction
-from buckler.mbs.reference import CLOSED, RATTLING, Ensemble, FourBar, Outcome, Run, ensemble
+from buckler.mbs.library import CLOSED, RATTLING
 from buckler.studies.kit.parameters import choices, integer, quantities, quantity
 from buckler.studies.kit.published import BAR_AREA
 from buckler.studies.rattling.assumptions import Assumptions
+from buckler.studies.rattling.cycles import Ensemble, ensemble
+from buckler.studies.rattling.linkage import FourBar
+from buckler.studies.rattling.turns import Run
 
 Array = np.ndarray[Any, Any]
 READINGS = {"N.s/m": RATTLING, "N.s/mm": CLOSED}
@@ -101,7 +105,7 @@ class EnsembleParameters(Assumptions):
     seed: int = integer(0, 0, 2**30, "first of the seeds of the runs' starts", "statistics")
     level: float = quantity(0.05, "1", 1e-9, 0.5, "chance that any verdict of the table is wrong", "statistics")
     margin: float = quantity(0.05, "1", 0, 0.5, "least reduction that counts as buffering", "statistics")
-    tolerance: float = quantity(1e-7, "1", 1e-12, 1e-4, "relative and absolute tolerance of a step", "numerics")
+    tolerance: float = quantity(1e-8, "1", 1e-12, 1e-4, "of a step, of the longest bar and a radian", "numerics")
     workers: int = integer(2, 1, 64, "threads", "numerics")
 
     def fourbar(self, unit: str, depth: float, gap: float, modes: Any = None) -> FourBar:
@@ -124,8 +128,7 @@ class EnsembleParameters(Assumptions):
             range(first, first + self.members),
             settle=self.settle,
             spread=SPREAD * max(fourbar.gaps),
-            rtol=self.tolerance,
-            atol=self.tolerance,
+            tolerance=self.tolerance,
             samples=SAMPLES,
             workers=self.workers,
             measure=curves,
@@ -139,7 +142,7 @@ def velocities(run: Run) -> Array:
     """x-velocities of the `PLACES`, m/s, shape (samples, 3)."""
     middle = run.q_t[:, 5].copy()
     if run.fourbar.modes is not None:
-        shape = run.fourbar.modes.shapes[2, :2].T
+        shape = run.fourbar.modes.planar(run.fourbar.rocker).shapes[2, :2].T
         moved, flow = run.q[:, 8:] @ shape, run.q_t[:, 8:] @ shape
         c, s = np.cos(run.q[:, 7]), np.sin(run.q[:, 7])
         middle += c * flow[:, 0] - s * flow[:, 1] - run.q_t[:, 7] * (s * moved[:, 0] + c * moved[:, 1])
@@ -236,7 +239,7 @@ def trouble(name: str, found: Ensemble) -> list[str]:
         lines.append(f"{name}: ENERGY, balance {max(found.balances):.1e}, more than {BALANCED:g}")
     if not found.ok:
         deep, gap = found.cycles["depth"].max(), max(found.fourbar.gaps)
-        many = sum(outcome is not Outcome.OK for outcome in found.outcomes)
+        many = sum(outcome is not Status.OK for outcome in found.outcomes)
         runs = f"{many} of {len(found.outcomes)} runs"
         lines.append(f"{name}: PENETRATION, {deep:.2g} m with {gap:.2g} m of clearance, in {runs}: no law holds there")
     return lines

@@ -76,7 +76,7 @@ class InPython:
 
 @dataclass(frozen=True)
 class PlayParameters(JointAssumptions):
-    """The crank-rocker's bars, joints with clearance, contact and drive, on the engine and in the compiled reference."""
+    """The crank-rocker's bars, joints with clearance, contact and drive, on both solvers."""
 
     in_plane_depth: float = quantity(20e-3, "m", 5e-3, 20e-3, "side of the 20 mm x 5 mm bars in the plane", "bars")
     clearance: float = quantity(2.5e-4, "m", 1e-7, 2e-3, "radial clearance", "joints")
@@ -276,7 +276,7 @@ def samples(variant: Variant) -> dict[str, Array]:
     return {f"{variant.name}.{name}": values for name, values in {"time": variant.result.time, **signals}.items()}
 
 
-def verdict(variants: Iterable[Variant]) -> dict[str, str]:
+def verdict(variants: Iterable[Variant]) -> dict[str, Any]:
     """Status and message of a study, those of its worst run: SUSPECT also where a pin is deeper in than the clearance."""
     wrong = [variant for variant in variants if not variant.result.ok]
     status = min((v.result.status for v in wrong), key=lambda status: status == "SUSPECT", default="OK")

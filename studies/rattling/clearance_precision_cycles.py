@@ -1,4 +1,4 @@
-"""Statistics of rattling joints on the engine against those of the reference: many starts, means over turns, standard errors."""
+"""Statistics of rattling joints on the engine against the compiled solver: many starts, means over turns, standard errors."""
 
 from __future__ import annotations
 
@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 from scipy.stats import ttest_ind
 
-from buckler.mbs import Controlled, Exudyn, Result, reference, simulate
-from buckler.mbs.reference import FourBar
+from buckler.mbs import Controlled, Exudyn, Result, simulate
 from buckler.studies.rattling.clearance import FORCES, STEPS_A_TURN, CrankRockerParameters, joint_force
 from buckler.studies.rattling.clearance_precision_runs import mechanism
+from buckler.studies.rattling.cycles import ensemble
+from buckler.studies.rattling.linkage import FourBar
 
 Array = np.ndarray[Any, Any]
 QUANTITIES = {
@@ -50,7 +51,7 @@ class Comparison:
 
     @property
     def relative_error(self) -> Array:
-        """Standard error of the difference over the reference's mean, shape (5,)."""
+        """Standard error of the difference over the compiled solver's mean, shape (5,)."""
         return np.asarray(self._error / self.compiled.mean(axis=0))
 
     @property
@@ -62,7 +63,7 @@ class Comparison:
 def compare(
     p: CrankRockerParameters, rocker: Any, bar: FourBar, members: int, cycles: int, progress: Callable[..., Any] = iter
 ) -> Comparison:
-    """Run the engine at its default tolerance and the reference four times as often, each member from a start of its own."""
+    """Run the engine at its default tolerance, the compiled solver four times as often; each member has a start of its own."""
     rows, balances = [], []
     for seed in progress(range(members)):
         made = mechanism(replace(p, seed=seed), rocker)
@@ -72,7 +73,7 @@ def compare(
             raise RuntimeError(f"seed {seed}: {result.status}, {result.message}")
         rows.append(by_turn(result, 1 + cycles, bar.period).mean(axis=0))
         balances.append(result.energy_balance)
-    found = reference.ensemble(bar, cycles, range(4 * members), workers=1).cycles
+    found = ensemble(bar, cycles, range(4 * members), workers=1).cycles
     lost = (found["contact"] + found["friction"]).sum(axis=2)
     parts = [found["force"][..., 2], found["force"][..., 3], found["rms_a"][..., 0], found["rms_a"][..., 1], lost]
     return Comparison(np.stack(rows), np.stack(parts, axis=-1).mean(axis=1), max(balances))

@@ -1,6 +1,6 @@
-"""What `clearance-precision` runs: the crank-rocker with clearance on the engine, compiled without it, by scipy, and plainly.
+"""What `clearance-precision` runs: the crank-rocker with clearance on both solvers, by scipy, and plainly.
 
-Every run gives the same: the path of the bars' centres at times of its own, to be held against a fine run of the reference.
+Every run gives the same: the path of the bars' centres at times of its own, to be held against a fine run of the compiled solver.
 """
 
 from __future__ import annotations
@@ -24,26 +24,31 @@ from buckler.mbs import (
     Ramp,
     Rigid,
     crank_rocker,
-    reference,
     simulate,
 )
 from buckler.mbs.library import STEEL_CRANK_ROCKER
-from buckler.mbs.reference import FourBar, ModalData, beam_modes
+from buckler.mbs.modal import BarModes
+from buckler.mbs.spectral.dense import right_hand_side
+from buckler.mbs.spectral.output import STEPS
+from buckler.mbs.spectral.run import integrate
+from buckler.studies.rattling import turns
 from buckler.studies.rattling.clearance import CrankRockerParameters
+from buckler.studies.rattling.linkage import FourBar
+from buckler.studies.rattling.turns import Model, solver
 
 Array = np.ndarray[Any, Any]
 CENTRES = {"coupler": 2, "rocker": 5}
-"""First column of a bar's centre among the reference's coordinates."""
+"""First column of a bar's centre among the coordinates of a run."""
 FINEST = 1e-12
 """Tolerance of the run that others are held against."""
 SAMPLE = 1e-6
 """Time between its samples, s: read between them, it is as good as at them."""
 SEEN = 1e-4
-"""Time between the samples of the reference's runs that are timed, s."""
+"""Time between the samples of scipy's runs, s."""
 LENGTH = STEEL_CRANK_ROCKER.rocker
 """Of the rocker, m."""
 MODES = 12
-"""Bending and as many axial modes of the reference that stands for the beam."""
+"""Bending and as many axial modes of the rocker that stands for the beam."""
 
 
 @dataclass(frozen=True)
@@ -93,8 +98,8 @@ def modal(p: CrankRockerParameters) -> Modal:
     return p.modal()
 
 
-def fourbar(p: CrankRockerParameters, modes: ModalData | None = None) -> FourBar:
-    """The same for the reference."""
+def fourbar(p: CrankRockerParameters, modes: Modal | None = None) -> FourBar:
+    """The same for the compiled solver."""
     place = p.mechanism("rigid").points["A"]
     return FourBar(
         width=p.section.width, thickness=p.section.thickness, density=p.section.material.density, speed=p.speed,
@@ -103,23 +108,20 @@ def fourbar(p: CrankRockerParameters, modes: ModalData | None = None) -> FourBar
     )  # fmt: skip
 
 
-def modes_of_beam(p: CrankRockerParameters, count: int = MODES) -> ModalData:
-    """Timoshenko modes with the material damping of `beam`, of each mode tau omega / 2."""
+def modes_of_beam(p: CrankRockerParameters, count: int = MODES) -> Modal:
+    """Rocker of Timoshenko modes with the material damping of `beam`, of each mode tau omega / 2."""
     section = beam(p, 1).section
-    material = section.material
-    modes = beam_modes(
-        LENGTH, section.width, section.thickness, bending=count, axial=count, degree=40,
-        density=material.density, modulus=material.modulus, poisson=material.poisson,
-    )  # fmt: skip
-    return replace(modes, damping=material.bending_damping * modes.frequency / 2)
+    body = Modal(section, BarModes(count, count), 0.0)
+    ratios = section.material.bending_damping * body.planar(LENGTH).frequency / 2
+    return replace(body, damping=tuple(ratios.tolist()))
 
 
 # --- runs -------------------------------------------------------------------------------------------------------------
 
 
 def on_engine(made: Mechanism, duration: float, solver: Exudyn | None = None, ledger: bool = False) -> BarPaths:
-    """By `simulate`."""
-    result = simulate(made, duration, solver=solver, ledger=ledger, timeout=300)
+    """By the engine alone: a run without a solver might be another's."""
+    result = simulate(made, duration, solver=solver or Exudyn(), ledger=ledger, timeout=300)
     path = np.stack([result.signals[f"{bar}.{axis}"] for bar in CENTRES for axis in "xy"], axis=1)
     return BarPaths(result.time, path, result.status, result.work, result.energy_balance if ledger else float("nan"))
 
@@ -135,45 +137,27 @@ def with_equal_steps(made: Mechanism, duration: float, count: int) -> BarPaths:
 
 
 def compiled(bar: FourBar, duration: float, tolerance: float) -> BarPaths:
-    """By the compiled reference."""
-    samples = round(duration / SEEN) + 1
-    run = reference.simulate(bar, duration, rtol=tolerance, atol=tolerance, samples=samples)
-    return BarPaths(run.time, run.q[:, [2, 3, 5, 6]], run.status, run.work, run.energy_balance)
+    """By the compiled solver, at its own steps."""
+    model = Model.of(bar)
+    out, failure, counts = integrate(model.scene, duration, solver(bar, tolerance))
+    path = out.q[:, model.columns[[2, 3, 5, 6]]]
+    return BarPaths(out.time, path, str(failure[0]) if failure else "OK", {"steps": float(counts[STEPS])})
 
 
 def by_scipy(bar: FourBar) -> Callable[[float, float], BarPaths]:
-    """The reference's right-hand side, as compiled, through scipy's DOP853; of duration and tolerance."""
-    rates, start = _right_hand_side(bar), reference.ideal_state(bar)
+    """The compiled solver's right-hand side through scipy's DOP853; of duration and tolerance."""
+    model = Model.of(bar)
+    rates, start = right_hand_side(model.scene), np.concatenate([model.scene.q0, model.scene.v0])
     rates(0.0, start)  # compiled now, not in the first run
     options: Any = {"max_step": bar.period / 100, "first_step": 1e-7}
 
     def run(duration: float, tolerance: float) -> BarPaths:
         times = np.linspace(0, duration, round(duration / SEEN) + 1)
         found = solve_ivp(rates, (0, duration), start, "DOP853", times, rtol=tolerance, atol=tolerance, **options)
-        path, work = found.y[[2, 3, 5, 6]].T, {"evaluations": found.nfev}
+        path, work = found.y[model.columns[[2, 3, 5, 6]]].T, {"evaluations": found.nfev}
         return BarPaths(found.t, path, "OK" if found.success else found.message, work)
 
     return run
-
-
-def _right_hand_side(bar: FourBar) -> Callable[[float, Array], Array]:
-    import numba
-
-    from buckler.mbs.reference import run
-    from buckler.mbs.reference.equations import LEDGER, REPORT, WATCHED, motion
-
-    normal, friction = run.laws_of(bar)
-    given = run.numbers(bar), run.table(bar), np.full(4, bar.slowest_onset)
-    n = reference.ideal_state(bar).size
-    full, rates, seen, watch = np.zeros(n + LEDGER), np.zeros(n + LEDGER), np.zeros(REPORT), np.zeros(WATCHED)
-
-    @numba.njit
-    def move(t, y, full, rates, bar, modes, onset, seen, watch):  # type: ignore[no-untyped-def]
-        full[: y.size] = y
-        motion(t, full, rates, bar, modes, onset, seen, watch, normal, friction)
-        return rates[: y.size].copy()
-
-    return lambda t, y: move(t, y, full, rates, *given, seen, watch)
 
 
 def plainly(made: Mechanism, duration: float, steps: int) -> BarPaths:
@@ -190,8 +174,8 @@ def plainly(made: Mechanism, duration: float, steps: int) -> BarPaths:
 
 
 def finest(bar: FourBar, compared: float) -> Callable[[BarPaths], float]:
-    """Distance from a run of the reference at `FINEST`: largest of a bar's centre within the time compared, m; nan if failed."""
-    run = reference.simulate(bar, compared, rtol=FINEST, atol=FINEST, samples=round(compared / SAMPLE) + 1)
+    """Distance from the compiled solver at `FINEST`: largest of a bar's centre within the time compared, m; nan if failed."""
+    run = turns.simulate(bar, compared, tolerance=FINEST, samples=round(compared / SAMPLE) + 1)
     path = CubicHermiteSpline(run.time, run.q[:, [2, 3, 5, 6]], run.q_t[:, [2, 3, 5, 6]])
 
     def distance(outcome: BarPaths) -> float:

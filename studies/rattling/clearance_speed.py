@@ -1,7 +1,7 @@
 """Crank-rocker with clearance over clearance and crank speed: peak forces, accelerations, penetration, with standard errors.
 
-Every point is an ensemble of the compiled reference: members that start 1e-9 m apart, some turns discarded, means over the
-turns of all members. One point is run on the engine as well, which shares no equation of motion with the reference, and
+Every point is an ensemble of the compiled solver: members that start 1e-9 m apart, some turns discarded, means over the
+turns of all members. One point is run on the engine as well, which shares no equation of motion with it, and
 must give the same means within their errors.
 
 A pin deeper in its bush than the clearance is beyond every contact law: such points carry the name PENETRATION, are drawn
@@ -18,15 +18,17 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from buckler.mbs.reference import FourBar, ensemble, simulate
 from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import integer, quantities, specs
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
 from buckler.studies.kit.style import COLOURS, subplots
-from buckler.studies.rattling.assumptions import JointAssumptions
+from buckler.studies.rattling.assumptions import Assumptions
 from buckler.studies.rattling.clearance import CrankRockerParameters, joint_force, rms
 from buckler.studies.rattling.clearance import simulate as simulate_on_engine
-from buckler.studies.rattling.fourbar import FourBarParameters
+from buckler.studies.rattling.cycles import ensemble
+from buckler.studies.rattling.fourbar import RockerParameters
+from buckler.studies.rattling.linkage import FourBar
+from buckler.studies.rattling.turns import simulate
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -42,17 +44,17 @@ MEASURES = {
 """Means over turns: measure of an ensemble, its column, unit and name."""
 SHARED = (
     "in_plane_depth", "clearance", "pin", "stiffness", "damping", "damping_unit", "damping_depth", "speed",
-    "static_friction", "dynamic_friction", "stiction_speed", "friction_speed", *specs(JointAssumptions),
+    "static_friction", "dynamic_friction", "stiction_speed", "friction_speed", *specs(Assumptions),
 )  # fmt: skip
 """Parameters that mean the same on the engine."""
 AGREES = 5.0
-"""Standard errors by which engine and reference may differ; those of the engine come from few members."""
+"""Standard errors by which the two solvers may differ; those of the engine come from few members."""
 BALANCED = 1e-3
 """Energy balance beyond which a point is suspect."""
 
 
 @dataclass(frozen=True)
-class Parameters(FourBarParameters):
+class Parameters(RockerParameters):
     """Parameters of the study; `clearance` and `speed` are those of the point that the engine runs too."""
 
     clearances: tuple[float, ...] = quantities(
@@ -67,6 +69,7 @@ class Parameters(FourBarParameters):
 
     def check(self) -> None:
         """Build every point."""
+        super().check()
         for clearance in self.clearances:
             self.fourbar(gap=clearance)
         if self.engine_members == 1:
@@ -97,7 +100,7 @@ def measure(p: Parameters, fourbar: FourBar) -> SpeedPoint:
     """One point of the grid."""
     seeds = range(p.seed, p.seed + p.members)
     try:
-        found = ensemble(fourbar, p.cycles, seeds, settle=p.settle, samples=1, rtol=p.tolerance, atol=p.tolerance)
+        found = ensemble(fourbar, p.cycles, seeds, settle=p.settle, samples=1, tolerance=p.tolerance)
     except RuntimeError as failure:
         return SpeedPoint(np.full(len(MEASURES), nan), np.full(len(MEASURES), nan), notes=(f"FAILED: {failure}",))
     mean, error = (
@@ -113,8 +116,8 @@ def measure(p: Parameters, fourbar: FourBar) -> SpeedPoint:
 
 
 def ideal(p: Parameters, speed: float) -> Array:
-    """The same three numbers of ideal joints, shape (3,)."""
-    fourbar = p.fourbar(gap=0.0, speed=speed)
+    """The same three numbers of ideal joints and a rigid rocker, shape (3,)."""
+    fourbar = p.fourbar(gap=0.0, speed=speed, modes=None)
     run = simulate(fourbar, fourbar.period, samples=721)
     square = np.sqrt(run.squares[-1] / fourbar.period)
     return np.array([run.peak_force[:, JOINT].max(), square[0], square[1]])
@@ -131,9 +134,9 @@ def on_engine(p: Parameters, seed: int) -> Array:
     turn = p.fourbar().period
     given: dict[str, Any] = {name: getattr(p, name) for name in SHARED}
     case = CrankRockerParameters(
-        **given, rocker=("rigid",), start_angle=0.0, seed=seed, settle=0.0, duration=(p.settle + p.cycles) * turn, timeout=300
+        **given, rocker=(p.rocker,), start_angle=0.0, seed=seed, settle=0.0, duration=(p.settle + p.cycles) * turn, timeout=300
     )
-    result = simulate_on_engine(case, "rigid", case.with_play)
+    result = simulate_on_engine(case, p.rocker, case.with_play)
     if not result.ok:
         raise RuntimeError(f"engine, seed {seed}: {result.message}")
     time, force = result.time, joint_force(result, "coupler_rocker")
@@ -195,7 +198,7 @@ def _metrics(
             found[f"engine.{name}"] = Metric(mean, unit, error=error / mean)
             found[f"engine.{name}.apart"] = Metric(apart, "1")
             if not abs(apart) < AGREES:
-                wrong.append(f"ENGINE: {name} {mean:.4g} {unit}, reference {here.mean[i]:.4g}: {apart:.1f} standard errors apart")
+                wrong.append(f"ENGINE: {name} {mean:.4g} {unit}, compiled {here.mean[i]:.4g}: {apart:.1f} standard errors apart")
         if min(len(set(np.array(grid)[valid, k])) for k in (0, 1)) > 1 and valid.sum() > 4:
             found |= _powers(name, np.array(grid)[valid], np.array([x.mean[i] for x in points])[valid])
     return found, wrong
@@ -253,7 +256,7 @@ def _engine_table(p: Parameters, metrics: Mapping[str, Metric]) -> Table:
         shown = [f"{m.value:.4g} ± {m.value * (m.error or 0):.2g}" for m in both]
         rows.append([name, unit, *shown, f"{metrics[f'engine.{name}.apart'].value:.1f}"])
     title = f"Reference and engine at {1e3 * p.clearance:g} mm and {p.speed:.4g} rad/s"
-    return Table(["", "unit", "reference", "engine", "apart, in standard errors"], rows, title)
+    return Table(["", "unit", "compiled solver", "engine", "apart, in standard errors"], rows, title)
 
 
 # --- figures ----------------------------------------------------------------------------------------------------------
@@ -288,7 +291,7 @@ def _lines(result: StudyResult) -> Figure:
 
 def _maps(result: StudyResult) -> Figure:
     s = result.signals
-    fig, axes = subplots(1, 3, height=78, sharey=True)
+    fig, axes = subplots(3, 1, height=185, sharex=True)
     names = ["force, joint B, over ideal", "rms $a_x$, coupler, over ideal", "rms $a_x$, rocker, over ideal"]
     for i, (ax, name) in enumerate(zip(axes, names, strict=True)):
         over = s["mean"][..., i].T / s["ideal"][:, i, None]
@@ -298,13 +301,15 @@ def _maps(result: StudyResult) -> Figure:
             bright = np.log10(over[k, c]) > np.nanmean(np.log10(over)) + 0.3 * np.nanstd(np.log10(over))
             colour = "#000000" if bright else "#ffffff"
             text = f"{over[k, c]:.3g}" if s["valid"][c, k] else f"({over[k, c]:.3g})"
-            ax.text(c, k, text, ha="center", va="center", fontsize=5, color=colour)
-        ax.set(title=name, xlabel="radial clearance [mm]")
-        ax.set_xticks(range(len(s["clearance"])), [f"{1e3 * c:g}" for c in s["clearance"]], rotation=60, fontsize=7)
+            ax.text(c, k, text, ha="center", va="center", fontsize=7, color=colour)
+        ax.set(title=name, ylabel="crank [rad/s]")
+        ax.set_xticks(
+            range(len(s["clearance"])),
+            [f"{1e3 * c:g}" for c in s["clearance"]],
+        )
         ax.set_yticks(range(len(s["speed"])), [f"{w:g}" for w in s["speed"]])
-        fig.colorbar(image, ax=ax, location="top", shrink=0.9, label="log10")
-    axes[0].set_ylabel("speed of the crank [rad/s]")
-    fig.supxlabel("in brackets: PENETRATION", fontsize=7)
+        fig.colorbar(image, ax=ax, label="log10")
+    axes[-1].set_xlabel("radial clearance [mm]; in brackets: PENETRATION, deeper than the clearance")
     return fig
 
 

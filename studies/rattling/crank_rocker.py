@@ -1,57 +1,99 @@
 """Crank-rocker with clearance in up to four joints, its rocker rigid or flexible: what Figs 5 to 10 of the paper show.
 
 One turn of the crank, journals centred at the start. Both rockers are held against the rigid mechanism with ideal
-joints. With `damping_unit` N.s/m the joints rattle and the motion is chaotic: a run is one draw of many, `seed` gives
-others, and only their mean and scatter can say whether the flexible rocker buffers. N.s/mm is nearly repeatable.
+joints. With `damping_unit` N.s/m the joints rattle and the motion is chaotic: a run is one draw of many. The numbers are means
+over `members` runs with their standard errors, seeds apart; the figures show one run, as the paper does, in front of the band in
+which two thirds of the runs lie. N.s/mm is nearly repeatable.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from buckler.studies.kit.cli import main
+from buckler.studies.kit.parameters import integer
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
 from buckler.studies.kit.style import subplots
-from buckler.studies.rattling.clearance import FORCES, CrankRockerParameters, read, run_variants, samples, verdict
+from buckler.studies.rattling.clearance import (
+    FORCES,
+    SAMPLES,
+    CrankRockerParameters,
+    Variant,
+    read,
+    run_variants,
+    samples,
+    verdict,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+Array = np.ndarray[Any, Any]
+BAND = 2001
+"""Times at which the members' band is drawn."""
 COLOURS = {"ideal": "#000000", "rigid": "#D55E00", "flexible": "#0072B2"}
 JOINTS = {"O": "crank–frame", "A": "crank–coupler", "B": "coupler–rocker", "C": "rocker–frame"}
 NOTES = """\
 ideal: rigid bars, no clearance. rms over time, of centres of mass; rms_vx_error against ideal. From `settle` on.
-Peaks of single runs scatter by tens of percent where joints rattle (damping_unit N.s/m): compare means over `seed`.
-In N.s/mm they are repeatable, but last microseconds: some percent too small, less with a smaller `tolerance`."""
+± standard error of the mean over {members} members, seeds from {seed}. Peaks of single runs scatter by tens of percent
+where joints rattle (damping_unit N.s/m). In N.s/mm they are repeatable, but last microseconds: some percent too small,
+less with a smaller `tolerance`."""
 
 
 @dataclass(frozen=True)
 class Parameters(CrankRockerParameters):
     """Parameters of the study."""
 
+    members: int = integer(4, 1, 10_000, "runs of each rocker with clearance; the first one is drawn", "numerics")
+
 
 def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Run the mechanism with ideal joints and with each rocker, and read them."""
-    variants = run_variants(parameters, progress)
-    found = {v.name: read(v, variants[0], parameters.settle) for v in variants}
-    if parameters.accuracy:
-        for v in variants:
-            found[v.name] |= {"error": (v.result.error, "1"), "wall_s": (v.result.work["wall_s"], "s")}
-    metrics = {
-        f"{name}.{metric}": Metric(value, unit) for name, numbers in found.items() for metric, (value, unit) in numbers.items()
-    }
+    p = parameters
+    runs = [run_variants(replace(p, seed=p.seed + k), QUIET if k else progress) for k in range(p.members)]
+    first = runs[0]
+    found = [{v.name: read(v, variants[0], p.settle) for v in variants} for variants in runs]
+    metrics: dict[str, Metric] = {}
+    for v in first:
+        for name, (_, unit) in found[0][v.name].items():
+            metrics[f"{v.name}.{name}"] = _mean([each[v.name][name][0] for each in found], unit)
+        if p.accuracy:
+            metrics[f"{v.name}.error"] = Metric(v.result.error.motion, "1")
+            metrics[f"{v.name}.wall_s"] = Metric(v.result.work["wall_s"], "s")
+    bands = {name: band for v in first for name, band in _bands(v.name, [run[first.index(v)] for run in runs]).items()}
     return StudyResult(
         parameters=parameters,
-        **verdict(variants),
+        **verdict([v for run in runs for v in run]),
         metrics=metrics,
-        signals={name: values for v in variants for name, values in samples(v).items()},
-        work={f"{v.name}.{name}": v.result.work[name] for v in variants for name in ("wall_s", "steps")},
-        tables=[_table(metrics, list(found), parameters)],
+        signals={name: values for v in first for name, values in samples(v).items()} | bands,
+        work={f"{v.name}.{name}": v.result.work[name] for v in first for name in ("wall_s", "steps")},
+        tables=[_table(metrics, [v.name for v in first], p)],
     )
+
+
+def _mean(values: Sequence[float], unit: str) -> Metric:
+    """Mean of the members, and its relative standard error."""
+    mean = float(np.mean(values))
+    if len(values) < 2 or not mean:
+        return Metric(mean, unit)
+    return Metric(mean, unit, error=float(np.std(values, ddof=1) / np.sqrt(len(values)) / abs(mean)))
+
+
+def _bands(name: str, members: Sequence[Variant]) -> dict[str, Array]:
+    """The middle two thirds of the members at `BAND` times alike: for every signal that is drawn."""
+    if len(members) < 3 or name == "ideal":
+        return {}
+    each = [samples(v) for v in members]
+    time = np.linspace(0, min(s[f"{name}.time"][-1] for s in each), BAND)
+    found = {f"{name}.band.time": time}
+    for signal in (*SAMPLES, *(f"{start}.fx" for start in FORCES.values())):
+        values = [np.interp(time, s[f"{name}.time"], s[f"{name}.{signal}"]) for s in each]
+        found[f"{name}.band.{signal}"] = np.quantile(values, (1 / 6, 5 / 6), axis=0)
+    return found
 
 
 def _table(metrics: Mapping[str, Metric], variants: list[str], p: Parameters) -> Table:
@@ -61,14 +103,24 @@ def _table(metrics: Mapping[str, Metric], variants: list[str], p: Parameters) ->
     both = {"rigid", "flexible"} <= set(variants)
     for name in names:
         values = [metrics[f"{variant}.{name}"] for variant in variants]
-        row = [name, values[0].unit, *(m.value for m in values)]
+        row: list[Any] = [name, values[0].unit, *(_shown(m) for m in values)]
         if both:
-            rigid, flexible = metrics[f"rigid.{name}"].value, metrics[f"flexible.{name}"].value
-            row.append(flexible / rigid if rigid and name != "energy_balance" else None)
+            rigid, flexible = metrics[f"rigid.{name}"], metrics[f"flexible.{name}"]
+            row.append(_ratio(flexible, rigid) if rigid.value and name != "energy_balance" else None)
         rows.append(row)
     headers = ["", "unit", *variants, *(["flexible/rigid"] if both else [])]
     title = f"{p.clearance_joints} joints with {1e3 * p.clearance:g} mm clearance, c_max = {p.damping:g} {p.damping_unit}"
-    return Table(headers, rows, title, f"{NOTES}\n{p.stated()}.")
+    return Table(headers, rows, title, f"{NOTES.format(members=p.members, seed=p.seed)}\n{p.stated()}.")
+
+
+def _shown(m: Metric) -> str:
+    return f"{m.value:.4g}" + (f" ± {abs(m.value) * m.error:.2g}" if m.error else "")
+
+
+def _ratio(flexible: Metric, rigid: Metric) -> str:
+    ratio = flexible.value / rigid.value
+    error = np.hypot(flexible.error or 0.0, rigid.error or 0.0)
+    return f"{ratio:.3g}" + (f" ± {ratio * error:.2g}" if error else "")
 
 
 # --- figures ----------------------------------------------------------------------------------------------------------
@@ -101,6 +153,9 @@ def _histories(result: StudyResult, rows: Mapping[str, str]) -> Figure:
         for ax, variant in zip(line, variants, strict=True):
             for case, style in ((variant, "-"), ("ideal", "--")):
                 time, values = 1e3 * s[f"{case}.time"], s[f"{case}.{signal}"]
+                if f"{case}.band.time" in s:
+                    low, high = s[f"{case}.band.{signal}"]
+                    ax.fill_between(1e3 * s[f"{case}.band.time"], low, high, color=COLOURS[case], alpha=0.25, linewidth=0)
                 ax.plot(time, values, style, color=COLOURS[case], linewidth=0.7, label=_name(case), rasterized=True)
             ax.label_outer()
         line[0].set_ylabel(name)

@@ -1,4 +1,4 @@
-"""The crank-rocker with clearance in all joints as the compiled reference runs it: parameters of the studies that use it."""
+"""The crank-rocker with clearance in all joints as the compiled solver runs it: parameters of the studies that use it."""
 
 from __future__ import annotations
 
@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs import Modal
-from buckler.mbs.reference import JOINTS, FourBar, ModalData
-from buckler.studies.kit.parameters import integer, quantity
+from buckler.studies.kit.parameters import choice, integer, quantity
 from buckler.studies.kit.published import BAR_AREA
+from buckler.studies.rattling.assumptions import Assumptions, JointAssumptions
 from buckler.studies.rattling.clearance import PlayParameters
+from buckler.studies.rattling.linkage import JOINTS, FourBar
+from buckler.studies.rattling.mode_sets import damped, rocker_modes
 
 Array = np.ndarray[Any, Any]
 
@@ -20,7 +21,7 @@ Array = np.ndarray[Any, Any]
 class FourBarParameters(PlayParameters):
     """Parameters of every study of the compiled crank-rocker, named as those of `crank-rocker`."""
 
-    tolerance: float = quantity(1e-7, "1", 1e-12, 1e-3, "of the integrator, relative and, in SI units, absolute", "numerics")
+    tolerance: float = quantity(1e-8, "1", 1e-12, 1e-3, "of a step, of the longest bar and a radian", "numerics")
     workers: int = integer(2, 1, 256, "threads", "numerics")
 
     def check(self) -> None:
@@ -36,21 +37,29 @@ class FourBarParameters(PlayParameters):
         return FourBar(**given | changes)
 
 
-def modes_of_solid(body: Modal, length: float) -> ModalData:
-    """A modal link's planar modes as the reference takes them, whose bar runs the other way, from B to C.
+@dataclass(frozen=True)
+class RockerParameters(FourBarParameters, Assumptions):
+    """The same of studies whose rocker is rigid, or one of modes."""
 
-    Half a turn of the frame changes the sign of displacements and places, not of turns.
-    """
-    from buckler.mbs.modal.reduction import reduced
+    rocker: str = choice("rigid", ("rigid", "modal"), "rocker", "bars")
 
-    model = reduced(body, length).planar()
-    return ModalData(
-        length, model.mass, model.inertia,
-        shapes=model.shapes[[1, 0, 2]] * np.array([-1.0, -1.0, 1.0])[:, None],
-        frequency=model.frequency, damping=model.damping, modal_mass=np.ones(len(model)),
-        translation=-model.translation, turning=model.turning, radial=model.radial,
-        gyration=(model.gyration - model.gyration.T) / 2,
-    )  # fmt: skip
+    def check(self) -> None:
+        """A rigid rocker has no modes."""
+        if self.rocker == "rigid" and (self.modal_damping, self.modes_of) != ("constant", "free"):
+            asked = f"modal_damping = {self.modal_damping}, modes_of = {self.modes_of}"
+            raise ValueError(f"{asked}: only a rocker of modes can have them; choose rocker = modal")
+        self.fourbar()
+
+    def fourbar(self, **changes: Any) -> FourBar:
+        """The crank-rocker, some of its own fields changed."""
+        if self.rocker == "rigid":
+            return super().fourbar(**changes)
+        modes = damped(rocker_modes(self.modes_of, self.in_plane_depth), self.modal_damping, self.rocker_damping)
+        return super().fourbar(**{"modes": modes} | changes)
+
+    def stated(self) -> str:
+        """One sentence for a table."""
+        return super().stated() if self.rocker == "modal" else f"{JointAssumptions.stated(self)}; rocker rigid"
 
 
 def _sides(fourbar: FourBar) -> Array:
@@ -64,8 +73,7 @@ def journals(fourbar: FourBar, q: Array) -> Array:
     Parameters
     ----------
     fourbar : FourBar
-        With a rigid rocker.
-    q : array, shape (samples, 8)
+    q : array, shape (samples, 8 + modes)
         Coordinates at times from crank angles that are those of the start: whole turns.
 
     Returns
@@ -76,7 +84,11 @@ def journals(fourbar: FourBar, q: Array) -> Array:
     crank = 0.5 * fourbar.crank * np.exp(1j * np.full(len(q), fourbar.start))
     coupler, rocker = 0.5 * fourbar.coupler * np.exp(1j * q[:, 4]), 0.5 * fourbar.rocker * np.exp(1j * q[:, 7])
     a, b, c = (q[:, i] + 1j * q[:, i + 1] for i in (0, 2, 5))
+    start, end = -rocker, rocker  # of the rocker, at C and B, seen from its centre
+    if fourbar.modes is not None:
+        moved = np.einsum("sxm,nm->sxn", fourbar.modes.planar(fourbar.rocker).shapes[:2, :2], q[:, 8:])
+        start, end = (x + (u[0] + 1j * u[1]) * np.exp(1j * q[:, 7]) for x, u in zip((start, end), moved, strict=True))
     apart = _sides(fourbar) * np.stack(
-        [crank - a, a + crank - b + coupler, b + coupler - c + rocker, fourbar.frame - c - rocker], axis=1
+        [crank - a, a + crank - b + coupler, b + coupler - c - end, fourbar.frame - c - start], axis=1
     )
     return np.stack([apart.real, apart.imag], axis=-1)

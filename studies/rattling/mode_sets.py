@@ -13,8 +13,7 @@ import numpy as np
 
 from buckler.mbs import Modal, Section
 from buckler.mbs.library import STEEL_CRANK_ROCKER
-from buckler.mbs.modal import Box, CraigBampton, FreeModes, PlanarModel, ReducedModel, reduced
-from buckler.mbs.reference import ModalData, beam_modes
+from buckler.mbs.modal import BarModes, Box, CraigBampton, FreeModes, ReducedModel, reduced
 from buckler.studies.kit.published import BAR_AREA, STEEL
 from buckler.studies.rattling.assumptions import DAMPINGS
 
@@ -63,13 +62,8 @@ def counted(depth: float) -> ReducedModel:
 
 def beam_frequencies(depth: float, shear: bool = True) -> dict[str, Array]:
     """Eight bending and eight axial frequencies of the free bar, Hz, by kind: Timoshenko, or Euler–Bernoulli without shear."""
-    found = beam_modes(LENGTH, BAR_AREA / depth, depth, bending=8, axial=8, shear=shear).frequency / (2 * np.pi)
+    found = Modal(section(depth), BarModes(8, 8, shear)).frequencies(LENGTH)
     return {BENDING: found[:8], AXIAL: found[8:]}
-
-
-def held(depth: float) -> PlanarModel:
-    """Craig and Bampton's modes that move in the plane: of a rocker whose ends are held, and its static shapes."""
-    return reduced(Modal(section(depth), CraigBampton(), mesh=MESH), LENGTH).planar()
 
 
 def numbers(depth: float, name: str) -> tuple[int, ...]:
@@ -82,34 +76,24 @@ def numbers(depth: float, name: str) -> tuple[int, ...]:
     return tuple(found[mode[0]][int(mode[1:]) - 1] for mode in wanted)
 
 
-def flexibility(depth: float, name: str, damping: float) -> ModalData | None:
-    """What a set of modes brings into the plane, by rising frequency; None if nothing."""
+def flexibility(depth: float, name: str, damping: float) -> Modal | None:
+    """A rocker of what a set of modes brings into the plane, by rising frequency; None if nothing."""
     if isinstance(SETS[name], CraigBampton):
-        return modal_data(held(depth), np.arange(len(held(depth))), damping)
-    model, wanted = counted(depth).planar(), numbers(depth, name)
-    chosen = np.flatnonzero(np.isin(model.numbers, wanted))
-    return modal_data(model, chosen, damping) if len(chosen) else None
+        return Modal(section(depth), SETS[name], damping, MESH)
+    wanted = tuple(sorted(numbers(depth, name)))
+    return Modal(section(depth), FreeModes(wanted), damping, MESH) if wanted else None
 
 
-def rocker_modes(kind: str, depth: float, bending: int = 3, axial: int = 1) -> ModalData:
-    """Modes of the rocker without damping, by `KINDS`: so many free ones from beam theory, or all of Craig and Bampton's."""
+def rocker_modes(kind: str, depth: float, bending: int = 3, axial: int = 1) -> Modal:
+    """Rocker of modes without damping, by `KINDS`: so many free ones from beam theory, or all of Craig and Bampton's."""
     if kind == "free":
-        return beam_modes(LENGTH, BAR_AREA / depth, depth, bending=bending, axial=axial, damping=0.0)
-    return modal_data(held(depth), np.arange(len(held(depth))), 0.0)
+        return Modal(section(depth), BarModes(bending, axial), 0.0)
+    return Modal(section(depth), CraigBampton(), 0.0, MESH)
 
 
-def damped(modes: ModalData, kind: str, ratio: float) -> ModalData:
-    """The same modes with damping ratios by `DAMPINGS`."""
-    return replace(modes, damping=DAMPINGS[kind](modes.frequency / (2 * np.pi), ratio))
-
-
-def modal_data(model: PlanarModel, chosen: Array, damping: float) -> ModalData:
-    """What the reference asks for, from some of a solid's modes in the plane; modal masses are 1.
-
-    The reference leaves pairs of modes and lateral contraction out of the moment of inertia: 4e-3 of a second-order term.
-    """
-    one, k = np.ones(len(chosen)), chosen
-    return ModalData(
-        model.length, model.mass, model.inertia, model.shapes[:, :, k], model.frequency[k], damping * one, one,
-        model.translation[:, k], model.turning[k], model.radial[k], model.gyration[np.ix_(k, k)],
-    )  # fmt: skip
+def damped(rocker: Modal, kind: str, ratio: float) -> Modal:
+    """The same rocker with damping ratios by `DAMPINGS`."""
+    model = rocker.planar(LENGTH)
+    ratios = tuple(DAMPINGS[kind](model.frequency / (2 * np.pi), ratio).tolist())
+    modes = CraigBampton(tuple(model.numbers.tolist())) if isinstance(rocker.modes, CraigBampton) else rocker.modes
+    return replace(rocker, modes=modes, damping=ratios)

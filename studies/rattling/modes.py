@@ -2,8 +2,8 @@
 
 The paper gives its rocker "modes four, five and six" and does not say how they are counted. `mbs.modal` says what each number
 is: of the free body's modes, the first six of which are rigid; of its flexible modes in space; of those in the plane; or
-of its bending modes. The compiled reference runs the crank-rocker with each set, and one short run on the engine, with the
-same modes, is held against the reference before chaos parts them.
+of its bending modes. The compiled solver runs the crank-rocker with each set, and one short run on the engine, with the
+same modes, is held against it before chaos parts them.
 
 The default takes about two minutes; the table of docs/buffering-claims.md is that of `--members 12 --cycles 8`.
 """
@@ -11,7 +11,7 @@ The default takes about two minutes; the table of docs/buffering-claims.md is th
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import product
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -19,16 +19,15 @@ import numpy as np
 
 from buckler import mbs
 from buckler.mbs import Modal
-from buckler.mbs.modal import FreeModes, reduced
-from buckler.mbs.reference import Ensemble, simulate
+from buckler.mbs.modal import FreeModes
 from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import choices, integer, quantity
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
 from buckler.studies.kit.style import COLOURS, subplots
 from buckler.studies.rattling.buffering_measures import CLAIMS, Claim, EnsembleParameters, Ratio, mean, ratio, trouble
+from buckler.studies.rattling.cycles import Ensemble
 from buckler.studies.rattling.mode_sets import (
     BENDING,
-    LENGTH,
     MESH,
     NAMES,
     SETS,
@@ -36,9 +35,9 @@ from buckler.studies.rattling.mode_sets import (
     counted,
     damped,
     flexibility,
-    modal_data,
     section,
 )
+from buckler.studies.rattling.turns import simulate
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -56,7 +55,7 @@ AGREES, DIFFERS, UNDECIDED = "=", "≠", "?"
 MARKS = {AGREES: 1.0, UNDECIDED: 0.0, DIFFERS: -1.0}
 """How a set compares with the fullest one, and as the number in metrics.json."""
 ALIKE = 1e-3
-"""Distance of engine and reference, over the clearance, beyond which the study is suspect."""
+"""Distance of the two solvers, over the clearance, beyond which the study is suspect."""
 
 
 @dataclass(frozen=True)
@@ -121,7 +120,7 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
         apart = cross_check(p, depth)
         metrics[f"h{1e3 * depth:g}mm.engine_distance_over_clearance"] = Metric(apart, "1")
         if not apart <= ALIKE:
-            wrong.append(f"h{1e3 * depth:g}mm: engine and reference {apart:.1e} clearances apart, more than {ALIKE:g}")
+            wrong.append(f"h{1e3 * depth:g}mm: engine and compiled solver {apart:.1e} clearances apart, more than {ALIKE:g}")
     tables = [_modes_table(depth) for depth in p.in_plane_depth]
     return StudyResult(
         parameters=p,
@@ -171,24 +170,15 @@ def sameness(found: Ratio, level: float, margin: float) -> str:
 
 
 def cross_check(p: Parameters, depth: float) -> float:
-    """Largest distance of engine and reference in the centres of coupler and rocker, over the clearance.
+    """Largest distance of the two solvers in the centres of coupler and rocker, over the clearance.
 
     Same modes (three lowest in the plane, of the same damping ratio), law and start; rattling joints, as far as chaos lets
     trajectories be compared.
     """
     modal = Modal(section(depth), FreeModes((1, 2, 3), "in-plane"), p.rocker_damping, MESH)
-    flexible = modal_data(reduced(modal, LENGTH).planar(), np.arange(3), p.rocker_damping)
-    bar = p.fourbar("N.s/m", depth, p.clearance, flexible)
-    ours = simulate(bar, p.cross_check, rtol=1e-10, atol=1e-12, samples=10_001)
-
-    def play(point: str, first: str, second: str) -> mbs.Clearance:
-        if point in bar.turned:
-            first, second = second, first
-        return mbs.Clearance(point, first, second, bar.pin, p.clearance, bar.law, bar.friction)
-
-    mechanism = mbs.crank_rocker(modal, speed=bar.speed, play=play, section=section(depth), angle=bar.start)
-    mechanism = replace(mechanism, gravity=bar.gravity)
-    engine = mbs.simulate(mechanism, p.cross_check, solver=mbs.Exudyn(mbs.Controlled(tolerance=1e-6)), timeout=120)
+    bar = p.fourbar("N.s/m", depth, p.clearance, modal)
+    ours = simulate(bar, p.cross_check, tolerance=1e-10, samples=10_001)
+    engine = mbs.simulate(bar.mechanism(), p.cross_check, solver=mbs.Exudyn(mbs.Controlled(tolerance=1e-6)), timeout=120)
     if not engine.ok:
         return float("nan")
     away = []
@@ -239,10 +229,10 @@ def _table(metrics: Mapping[str, Metric], p: Parameters, case: ModeCase) -> Tabl
 
 
 def _check_table(metrics: Mapping[str, Metric], p: Parameters) -> list[Table]:
-    """Engine against reference, if that was asked for."""
+    """Engine against compiled solver, if that was asked for."""
     planes = [f"h{1e3 * depth:g}mm" for depth in p.in_plane_depth]
     rows = [[name, f"{metrics[f'{name}.engine_distance_over_clearance'].value:.1e}"] for name in planes if p.cross_check]
-    title = f"engine against reference, same modes, after {1e3 * p.cross_check:g} ms"
+    title = f"engine against compiled solver, same modes, after {1e3 * p.cross_check:g} ms"
     return [Table(["plane", "distance/clearance"], rows, title)] if rows else []
 
 

@@ -14,14 +14,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from buckler.mbs.reference import Ensemble, FourBar, ensemble
 from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import integer
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, metrics_table
 from buckler.studies.kit.style import subplots
 from buckler.studies.rattling.assumptions import Assumptions
 from buckler.studies.rattling.buffering_measures import BALANCED, CLAIMS, SAMPLES, curves, mean, ratio
+from buckler.studies.rattling.cycles import Ensemble, ensemble
 from buckler.studies.rattling.fourbar import FourBarParameters
+from buckler.studies.rattling.linkage import FourBar
 from buckler.studies.rattling.mode_sets import damped, rocker_modes
 
 if TYPE_CHECKING:
@@ -55,7 +56,7 @@ def measured(p: Parameters, fourbar: FourBar, seeds: Sequence[int]) -> Ensemble:
         start = float(np.random.default_rng([seed, 1]).uniform(0, 2 * np.pi))
         return ensemble(
             replace(fourbar, start=start), p.cycles, [seed], settle=p.settle, spread=JOURNALS * p.clearance,
-            rtol=p.tolerance, atol=p.tolerance, samples=SAMPLES, measure=curves,
+            tolerance=p.tolerance, samples=SAMPLES, measure=curves,
         )  # fmt: skip
 
     with ThreadPoolExecutor(p.workers) as pool:

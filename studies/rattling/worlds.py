@@ -19,10 +19,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.stats import norm, qmc
 
-from buckler.mbs.reference import BODIES, JOINTS
 from buckler.studies.kit.published import DAMPING_UNITS
 from buckler.studies.rattling import world
 from buckler.studies.rattling.assumptions import DAMPINGS, KINDS
+from buckler.studies.rattling.linkage import BODIES, JOINTS
 
 Array = np.ndarray[Any, Any]
 DIRECTIONS = {"-y": -pi / 2, "+y": pi / 2, "-x": pi, "+x": 0.0}

@@ -2,7 +2,9 @@
 
 The exact elastica and the closed-form peak of the stop's law give the design; full simulations check it. `strut`, the coupler a
 massless exact elastica, is the model the closed form is about. `beam` gives the coupler its inertia: straight, it buckles late
-and strikes far harder, which is reported and not designed for. A wish that cannot be had is answered by the nearest that can.
+and strikes far harder. With `hold_for = beam` the design is corrected by simulated turns until the beam does what is asked for
+(`studies.striking.design_beam`); a wish that no strip can do is told with the reason. With `strut` a wish that cannot be had is
+answered by the nearest that can.
 Of thickness and width, and of speed, mass and stop stiffness, one each is 0: the one that is solved for.
 
 References
@@ -12,18 +14,19 @@ B. Demirel et al., Compliant Impact Generator for Required Impact and Contact Fo
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from math import degrees, isfinite, nan, pi
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from buckler.studies.kit.cli import main
-from buckler.studies.kit.parameters import choices, integer, quantity, specs
+from buckler.studies.kit.parameters import choice, choices, integer, quantity, specs
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
+from buckler.studies.striking import design_beam
 from buckler.studies.striking.assumptions import StrikeAssumptions
-from buckler.studies.striking.design_check import MODELS, CheckedTurn, Numerics, check, random_wishes
+from buckler.studies.striking.design_check import MODELS, CheckedTurn, Numerics, check, drawn_wishes, random_wishes
 from buckler.studies.striking.inverse import Design, Given, Wish, design
 from buckler.studies.striking.inverse_limits import NothingNearError, binding, broken, feasible, limits, nearest
 
@@ -32,6 +35,8 @@ if TYPE_CHECKING:
 
 BARS = {"contact_force": (5e-3, "0.5 %"), "impact_force": (2e-2, "2 %"), "contact_angle": (np.radians(0.5), "0.5 deg")}
 """How far `strut` may be off what was asked for: relative for the forces, absolute for the angle."""
+BEAM_BARS = {name: (design_beam.BARS[name], shown) for name, shown in zip(BARS, ("0.5 %", "5 %", "0.5 deg"), strict=True)}
+"""How far `beam` may be, if the design is to hold for it, in a turn of twice the elements and a hundredth of the tolerance."""
 SOLVED = (("thickness", "width"), ("speed", "mass", "stop_stiffness"))
 """Groups of parameters of which one is 0, to be solved for."""
 NOTES = """\
@@ -66,6 +71,7 @@ class Parameters(StrikeAssumptions):
     speed: float = quantity(0, "rad/s", 0, 1e3, "speed of the crank; 0: solved for", "drive")
     slowest: float = quantity(0.1, "rad/s", 1e-3, 1e3, "slowest the drive can run", "drive")
     fastest: float = quantity(10, "rad/s", 1e-3, 1e3, "fastest the drive can run", "drive")
+    hold_for: str = choice("strut", MODELS, "model that the design must hold for", "check")
     models: tuple[str, ...] = choices(MODELS, MODELS, "models the design is checked with", "check")
     wishes: int = integer(10, 0, 1000, "random wishes around this one that are designed and checked alike", "check")
     seed: int = integer(1, 0, 2**31, "of the random wishes", "check")
@@ -86,6 +92,8 @@ class Parameters(StrikeAssumptions):
             least, most = getattr(self, low), getattr(self, high)
             if least > most:
                 raise ValueError(f"{low} = {least:g} {unit}: must not exceed {high} = {most:g} {unit}")
+        if self.hold_for == "beam" and "beam" not in self.models:
+            raise ValueError(f"hold_for = beam: must be one of models = {','.join(self.models)}")
         self.given  # noqa: B018 - refuses a crank that cannot turn
 
     @property
@@ -115,6 +123,8 @@ class Parameters(StrikeAssumptions):
 
 def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Design, or find the nearest wish that can be had and design that; then simulate."""
+    if parameters.hold_for == "beam":
+        return _run_beam(parameters, progress)
     asked = design(parameters.wish, parameters.given)
     try:
         d, message = _possible(asked)
@@ -126,7 +136,7 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
               for other in progress(random_wishes(d, parameters.wishes, parameters.seed), label="random wishes")]  # fmt: skip
     tables = [_mechanism(d, bool(message)), _comparison(d, outcomes, parameters), _limits(d)]
     signals = {f"{o.model}.{name}": getattr(o, name) for o in outcomes for name in ("angle", "force")}
-    status = {"status": "INFEASIBLE", "message": message} if message else _verdict(d, outcomes)
+    status: dict[str, Any] = {"status": "INFEASIBLE", "message": message} if message else _verdict(d, outcomes)
     return StudyResult(
         parameters=parameters,
         **status,
@@ -135,6 +145,47 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
         work={f"{o.model}.wall_s": o.wall_s for o in outcomes},
         tables=[*tables, *([_statistics(around)] if around else [])],
     )
+
+
+def _run_beam(p: Parameters, progress: Progress) -> StudyResult:
+    """Design for the beam, simulate that more finely, and do the same for random wishes."""
+    finer = replace(p.numerics, elements=2 * p.elements, tolerance=p.tolerance / 100)
+    found = design_beam.for_beam(p.wish, p.given, p.numerics)
+    d = found.design
+    if found.reason:
+        metrics = {"feasible": Metric(0.0, "1"), "turns": Metric(float(found.turns), "1")}
+        message = f"no strip can: {found.reason}"
+        return StudyResult(parameters=p, status="INFEASIBLE", message=message, metrics=metrics, tables=[_limits(d)])
+    outcomes = [check(model, d, finer if model == "beam" else p.numerics) for model in progress(p.models, label="models")]
+    wishes = drawn_wishes(p.wish, p.wishes, p.seed)
+    others = [design_beam.for_beam(wish, p.given, p.numerics) for wish in progress(wishes, label="random wishes")]
+    around = [(x.design, [check("beam", x.design, finer)]) for x in others if not x.reason]
+    bad = [f"{name} off by more than {shown}" for name, (bar, shown) in BEAM_BARS.items()
+           if not all(abs(off(x, o)[name]) <= bar for x, (*_, o) in [(d, outcomes[-1:]), *around])]  # fmt: skip
+    asked = f"{len(around)} of {len(others)} random wishes can be had"
+    return StudyResult(
+        parameters=p,
+        status="SUSPECT" if bad else "OK",
+        message=f"beam: {', '.join(bad)}" if bad else asked,
+        metrics={
+            "feasible": Metric(1.0, "1"), "turns": Metric(float(found.turns), "1"), **_metrics(d, outcomes), **_spread(around),
+            "around.asked": Metric(float(len(others)), "1"),
+        },
+        signals={f"{o.model}.{name}": getattr(o, name) for o in outcomes for name in ("angle", "force")},
+        work={f"{o.model}.wall_s": o.wall_s for o in outcomes},
+        tables=[_mechanism(d, False), _comparison(d, outcomes, p), *([_statistics(around, BEAM_BARS)] if around else []),
+                *([_reasons(others)] if len(around) < len(others) else [])],
+    )  # fmt: skip
+
+
+def _reasons(others: Sequence[design_beam.BeamDesign]) -> Table:
+    """Random wishes that no strip can do, and why."""
+    rows = [
+        [f"{x.design.wish.contact_force:.3g}", f"{x.design.wish.impact_force:.3g}",
+         f"{degrees(x.design.wish.contact_angle):.3g}", x.reason]
+        for x in others if x.reason
+    ]  # fmt: skip
+    return Table(["contact [N]", "impact [N]", "angle [deg]", "why"], rows, "Random wishes that no strip can do")
 
 
 def _possible(asked: Design) -> tuple[Design, str]:
@@ -157,7 +208,7 @@ def off(d: Design, outcome: CheckedTurn) -> dict[str, float]:
     }
 
 
-def _verdict(d: Design, outcomes: Sequence[CheckedTurn]) -> dict[str, str]:
+def _verdict(d: Design, outcomes: Sequence[CheckedTurn]) -> dict[str, Any]:
     """A run that failed gives its status; `strut` beyond its bars makes the design suspect; `beam` may be where it is."""
     for outcome in outcomes:
         if outcome.status != "OK":
@@ -265,10 +316,10 @@ def _spread(around: Around) -> dict[str, Metric]:
     return found
 
 
-def _statistics(around: Around) -> Table:
+def _statistics(around: Around, bars: Mapping[str, tuple[float, str]] = BARS) -> Table:
     rows = []
     for model in dict.fromkeys(o.model for _, outcomes in around for o in outcomes):
-        for name, (bar, shown) in BARS.items():
+        for name, (bar, shown) in bars.items():
             errors = _errors(around, name, model)
             row = [f"{q:.0f} %" for q in [100 * np.mean(errors <= bar) if errors.size else nan]]
             within = [_off(name, float(x))[1:] for x in (np.median(errors), errors.max())] if errors.size else [None, None]

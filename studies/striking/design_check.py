@@ -157,10 +157,16 @@ def random_wishes(around: Design, count: int, seed: int, spread: float = 4.0) ->
     """
     if not count:
         return []
-    generator = np.random.default_rng(seed)
-    factors = np.exp(generator.uniform(-1, 1, (3, 200 * count)) * np.log(spread) * np.array([[1], [1], [0.5]]))
-    wish = around.wish
-    angle = np.minimum(wish.contact_angle * factors[2], 2 * pi - 1e-3)
-    force, impact = wish.contact_force * factors[0], wish.impact_force * factors[1]
+    wishes = drawn_wishes(around.wish, 200 * count, seed, spread)
+    force, impact, angle = np.array([(w.contact_force, w.impact_force, w.contact_angle) for w in wishes]).T
     kept = np.flatnonzero(feasible(design(Wish(force, impact, angle), around.given)))[:count]
-    return [design(Wish(float(force[i]), float(impact[i]), float(angle[i])), around.given) for i in kept]
+    return [design(wishes[i], around.given) for i in kept]
+
+
+def drawn_wishes(wish: Wish, count: int, seed: int, spread: float = 4.0) -> list[Wish]:
+    """Wishes drawn around one: forces within a factor, the angle within its square root."""
+    generator = np.random.default_rng(seed)
+    factors = np.exp(generator.uniform(-1, 1, (3, count)) * np.log(spread) * np.array([[1], [1], [0.5]]))
+    angles = np.minimum(wish.contact_angle * factors[2], 2 * pi - 1e-3)
+    forces, impacts = wish.contact_force * factors[0], wish.impact_force * factors[1]
+    return [Wish(float(f), float(i), float(a)) for f, i, a in zip(forces, impacts, angles, strict=True)]

@@ -1,7 +1,8 @@
 """Numbers of a strike between those simulated: tables over stop stiffness, speed and a third and fourth axis, interpolated.
 
 Every table is a grid of runs of the study `strike`, kept by the sweep engine. Logarithms are interpolated over logarithms by
-cubic splines. `held_out` runs strikes at points of no grid and tells how far the interpolation is off.
+cubic splines. Where it matters, further strikes (`refine`) correct the tables by what they are off there, faded out away from
+them. `off` runs strikes at other points and tells how far the tables are off.
 """
 
 from __future__ import annotations
@@ -14,8 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import RegularGridInterpolator
-from scipy.stats import qmc
+from scipy.interpolate import RBFInterpolator, RegularGridInterpolator
 
 from buckler.studies.kit.report import QUIET, Progress
 from buckler.studies.striking import strike
@@ -41,6 +41,8 @@ GRAVITY: dict[str, dict[str, Any]] = {
     "-y": {"gravity": STANDARD, "gravity_angle": -pi / 2},
     "+y": {"gravity": STANDARD, "gravity_angle": pi / 2},
 }
+REACH, NOISE = 0.3, 1e-3
+"""How far a further strike corrects a table, over its axes' ranges; and how exactly it is met."""
 FLOOR = 1e-3
 """Least force, N, time, s, or torque, N m, in a table; where a strike does not happen."""
 
@@ -111,6 +113,8 @@ class Emulator:
         rows = sweep("strike", cases, workers=workers, store=store, progress=progress)
         self.failed = sum(row.status != "OK" for row in rows)
         self.tables: dict[str, dict[str, RegularGridInterpolator]] = {}
+        self.further: dict[str, list[tuple[Mapping[str, float], Any]]] = {name: [] for name in grids}
+        self.corrections: dict[str, dict[str, RBFInterpolator]] = {}
         begin = 0
         for name, grid in grids.items():
             axes = [np.log(values) for values in grid.values.values()]
@@ -121,33 +125,63 @@ class Emulator:
 
     def __call__(self, table: str, what: str, **point: Any) -> Array:
         """A number of `UNITS` at points, one array for each axis of the table; within its ranges, else at their ends."""
-        columns = []
-        for name, _ in self.grids[table].axes:
-            low, high = RANGES[name]
-            columns.append(np.log(np.clip(point[name], low, high)))
-        return np.asarray(np.exp(self.tables[table][what](np.stack(np.broadcast_arrays(*columns), axis=-1))))
+        logs = self._logs(table, point)
+        found = self.tables[table][what](logs)
+        if table in self.corrections:
+            found = found + self.corrections[table][what](self._unit(table, logs))
+        return np.asarray(np.exp(found)).reshape(np.broadcast_shapes(*(np.shape(x) for x in point.values())))
 
-    def held_out(self, count: int, seed: int, progress: Progress = QUIET) -> Array:
-        """Relative errors of the peak at so many points of every table, drawn over its axes; shape (tables, count)."""
-        errors = []
-        for name, grid in self.grids.items():
-            unit = qmc.Sobol(len(grid.axes), rng=np.random.default_rng(seed)).random_base2(max(0, (count - 1).bit_length()))
-            names = [axis for axis, _ in grid.axes]
-            points = [{axis: _between(*RANGES[axis], x) for axis, x in zip(names, row, strict=True)} for row in unit[:count]]
-            cases = [grid.case(point, **self.numerics) for point in points]
-            rows = sweep("strike", cases, workers=self.workers, progress=progress)
-            told = np.array([self(name, "peak", **point).item() for point in points])
-            errors.append(told / np.array([row.value("peak") for row in rows]) - 1)
-        return np.array(errors)
+    def _logs(self, table: str, point: Mapping[str, Any]) -> Array:
+        """Logarithms of points, shape (points, axes)."""
+        columns = [np.log(np.clip(point[name], *RANGES[name])) for name, _ in self.grids[table].axes]
+        return np.stack([np.ravel(x) for x in np.broadcast_arrays(*columns)], axis=-1)
 
+    def _unit(self, table: str, logs: Array) -> Array:
+        """The same over the axes' ranges."""
+        low, high = np.log(np.array([RANGES[name] for name, _ in self.grids[table].axes])).T
+        return np.asarray((logs - low) / (high - low))
 
-def _between(low: float, high: float, x: float) -> float:
-    """Alike in its logarithm."""
-    return float(low * (high / low) ** x)
+    def strikes(self, points: Mapping[str, Sequence[Mapping[str, float]]], progress: Progress = QUIET) -> dict[str, list[Any]]:
+        """Rows of further strikes, at points by table."""
+        cases = {name: [self.grids[name].case(point, **self.numerics) for point in some] for name, some in points.items()}
+        alone = list(dict.fromkeys(case for some in cases.values() for case in some))
+        rows = dict(zip(alone, sweep("strike", alone, workers=self.workers, progress=progress), strict=True))
+        self.runs += len(alone)
+        return {name: [rows[case] for case in some] for name, some in cases.items()}
+
+    def off(self, points: Mapping[str, Sequence[Mapping[str, float]]], progress: Progress = QUIET) -> dict[str, Array]:
+        """Relative errors of the peak at points by table."""
+        found = {}
+        for name, rows in self.strikes(points, progress).items():
+            told = np.array([self(name, "peak", **point).item() for point in points[name]])
+            found[name] = told / np.array([row.value("peak") for row in rows]) - 1
+        return found
+
+    def refine(self, points: Mapping[str, Sequence[Mapping[str, float]]], progress: Progress = QUIET) -> None:
+        """Correct tables by further strikes at points: by radial functions of what the grid is off there."""
+        for name, rows in self.strikes(points, progress).items():
+            self.further[name] += [pair for pair in zip(points[name], rows, strict=True) if pair[1].value("peak") > FLOOR]
+            if not self.further[name]:
+                continue
+            axes = [axis for axis, _ in self.grids[name].axes]
+            at = {axis: np.array([point[axis] for point, _ in self.further[name]]) for axis in axes}
+            logs = self._logs(name, at)
+            self.corrections[name] = {
+                what: RBFInterpolator(
+                    self._unit(name, logs), _logarithms([row.value(what) for _, row in self.further[name]])
+                    - self.tables[name][what](logs), kernel="gaussian", epsilon=1 / REACH, degree=-1, smoothing=NOISE,
+                )
+                for what in UNITS
+            }  # fmt: skip
 
 
 def _table(axes: Sequence[Array], values: Sequence[float], shape: tuple[int, ...]) -> RegularGridInterpolator:
     """Of logarithms."""
-    filled = np.log(np.maximum(np.nan_to_num(np.array(values, dtype=float), nan=FLOOR), FLOOR)).reshape(shape)
+    filled = _logarithms(values).reshape(shape)
     method = "cubic" if min(shape) > 3 else "linear"
     return RegularGridInterpolator(axes, filled, method=method)
+
+
+def _logarithms(values: Sequence[float]) -> Array:
+    """Of numbers of strikes; of those that do not happen, of the floor."""
+    return np.asarray(np.log(np.maximum(np.nan_to_num(np.array(values, dtype=float), nan=FLOOR), FLOOR)))

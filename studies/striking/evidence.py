@@ -61,12 +61,6 @@ class Hypothesis:
         return "_".join(self.causes) or "stop"
 
     @property
-    def tables(self) -> tuple[str, ...]:
-        """Of the emulator, that its predictions come from."""
-        drive = next((cause for cause in self.causes if cause in ("motor", "compliance")), "rigid")
-        return tuple(f"{drive}{g}" for g in ("-y", "+y")) if "gravity" in self.causes else (drive,)
-
-    @property
     def axes(self) -> tuple[str, ...]:
         """What is unknown, in the order of the unit cube."""
         return ("stop_stiffness", *self.causes)
@@ -101,20 +95,37 @@ def crank_speed(voltage: float | None, dead_band: Any, reference: float) -> Any:
     return IMPACT_SPEED * (voltage - dead_band) / (reference - dead_band)
 
 
-def predicted(
-    emulator: Emulator, values: Mapping[str, Array], voltage: float | None, reference: float, what: str = "peak"
-) -> Array:
-    """A number of a strike, for each of the values of a hypothesis, shape (points,)."""
+def asked(values: Mapping[str, Array], voltage: float | None, reference: float) -> tuple[str, dict[str, Array]]:
+    """Table of the emulator, without gravity, and points of its axes, for values of a hypothesis at a reading."""
     some = values["stop_stiffness"]
     point = {"stop_stiffness": some, "speed": crank_speed(voltage, values.get("dead_band", 0.0 * some), reference)}
     point["bow"] = values.get("bow", np.full_like(some, STRAIGHT))
     drive = next((name for name in ("motor", "compliance") if name in values), "")
     if drive:
         point[drive] = values[drive]
-    table = drive or "rigid"
+    return drive or "rigid", point
+
+
+def predicted(
+    emulator: Emulator, values: Mapping[str, Array], voltage: float | None, reference: float, what: str = "peak"
+) -> Array:
+    """A number of a strike, for each of the values of a hypothesis, shape (points,)."""
+    table, point = asked(values, voltage, reference)
     if "gravity" not in values:
         return emulator(table, what, **point)
     return np.where(values["gravity"] < 0, *(emulator(f"{table}{g}", what, **point) for g in ("-y", "+y")))
+
+
+def where(found: Posterior, count: int, reference: float, seed: int) -> list[tuple[str, dict[str, float]]]:
+    """Strikes that a posterior is about: table and point, for so many of its samples at every reading."""
+    chosen = np.random.default_rng(seed).choice(len(found.values["stop_stiffness"]), count, replace=False)
+    strikes = []
+    for reading in READINGS:
+        table, point = asked(found.values, reading.voltage, reference)
+        for i in chosen:
+            sign = {-1.0: "-y", 1.0: "+y"}.get(float(found.values["gravity"][i]), "") if "gravity" in found.values else ""
+            strikes.append((f"{table}{sign}", {name: float(x[i]) for name, x in point.items()}))
+    return strikes
 
 
 def log_likelihood(forces: Sequence[Array], sd: float, model_error: float) -> Array:

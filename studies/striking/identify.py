@@ -2,8 +2,9 @@
 
 A stop of unknown stiffness alone, or with a bow of the strip, gravity in the plane, a DC motor that gives way, a voltage below
 which the motor stands still, a compliant drive, or two of these. Each is held against the readings with an error of 1 N; 44.18 N
-at 4.4 V is the range of the sensor, which a force did not exceed. Strikes are simulated on a grid and interpolated; the best
-point of every hypothesis is simulated once more. Then: which further reading would tell the causes apart?
+at 4.4 V is the range of the sensor, which a force did not exceed. Strikes are simulated on a grid and interpolated; then, twice
+by default, strikes are simulated where the posteriors lie and correct the interpolation there, and at last others tell how far
+it is still off. The best point of every hypothesis is simulated once more. Then: which further reading would tell them apart?
 
 References
 ----------
@@ -12,7 +13,7 @@ B. Demirel et al., Compliant Impact Generator for Required Impact and Contact Fo
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -37,6 +38,7 @@ from buckler.studies.striking.evidence import (
     posterior,
     predicted,
     probabilities,
+    where,
 )
 from buckler.studies.striking.strike import Parameters as Strike
 from buckler.studies.sweeping.sweep import sweep
@@ -57,6 +59,10 @@ FURTHER = {
 """Readings that could still be taken, each with its error."""
 DOUBTFUL = 4.0
 """N: how far a strike at the best point may be from the posterior's mean before the emulator is doubted there."""
+EXACT = 0.02
+"""Relative error of the interpolation above which evidence is told as a span."""
+UNREFINED = 0.03
+"""Relative error of the interpolation before it is known."""
 LONGEST = 12.0
 """Difference of log evidence at which a bar ends."""
 WITHIN = 1.0
@@ -76,7 +82,9 @@ class Parameters(StudyParameters):
     speeds: int = integer(5, 4, 40, "speeds of the crank that are simulated", "emulator")
     bows: int = integer(5, 2, 40, "bows of the strip that are simulated", "emulator")
     others: int = integer(4, 2, 40, "motors and compliances that are simulated", "emulator")
-    held_out: int = integer(4, 0, 1000, "further strikes a table that the interpolation is held against", "emulator")
+    rounds: int = integer(2, 0, 20, "corrections by strikes where the posteriors lie", "emulator")
+    refined: int = integer(6, 1, 1000, "samples of every posterior that a correction simulates, each at all readings", "emulator")
+    held_out: int = integer(4, 0, 1000, "samples that the corrected interpolation is held against", "emulator")
     points: int = integer(2048, 16, 2**20, "Sobol' points of each of 8 sets over the priors, a power of two", "numerics")
     samples: int = integer(400, 10, 10**5, "samples of each posterior", "numerics")
     seed: int = integer(0, 0, 2**31 - 1, "draws the points", "numerics")
@@ -102,21 +110,18 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
         store.parent.mkdir(parents=True, exist_ok=True)
     wanted = grids(p.causes, p.pairs == "yes", p.stiffnesses, p.speeds, p.bows, p.others)
     emulator = Emulator(wanted, p.workers, store, progress, mass=p.mass)
-    off = emulator.held_out(p.held_out, p.seed + 1, progress) if p.held_out else np.zeros((1, 1))
-    errors = dict(zip(wanted, np.sqrt(np.nanmean(off**2, axis=1)) if p.held_out else np.zeros(len(wanted)), strict=True))
-    numerics: dict[str, Any] = {"points": p.points, "samples": p.samples, "sd": p.reading_error, "seed": p.seed}
-    found = [
-        posterior(emulator, hypothesis, model_error=_error(errors, hypothesis), reference=p.reference_voltage, **numerics)
-        for hypothesis in p.hypotheses
-    ]
+    found, errors = _posteriors(emulator, p, progress)
+    spans = _spans(emulator, p, found, errors)
     engine = at_best(p, found, progress)
     told = _further(emulator, p, found)
     metrics = _metrics(found, engine, told) | {
         "emulator.error": Metric(float(np.mean(list(errors.values()))), "1"),
-        **{f"emulator.{table}.error": Metric(float(error), "1") for table, error in errors.items()},
-        "emulator.worst": Metric(float(np.nanmax(np.abs(off))), "1"),
+        **{f"emulator.{name}.error": Metric(float(error), "1") for name, error in errors.items()},
+        "emulator.worst": Metric(float(max(errors.values())), "1"),
         "emulator.failed": Metric(float(emulator.failed), "1"),
-    }
+        **{f"{name}.log_evidence.{end}": Metric(x, "1") for name, span in spans.items()
+           for end, x in zip(("low", "high"), span, strict=True)},
+    }  # fmt: skip
     suspect = f"EMULATOR: {emulator.failed} of {emulator.runs} strikes failed" if emulator.failed > 0.01 * emulator.runs else ""
     return StudyResult(
         parameters=p,
@@ -125,13 +130,55 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
         metrics=metrics,
         signals={f"{each.hypothesis.name}.forces": each.forces for each in found},
         work={"strikes": emulator.runs},
-        tables=[_table(found, engine, errors, p), _further_table(told)],
+        tables=[_table(found, engine, errors, spans, p), _further_table(told)],
     )
 
 
-def _error(errors: Mapping[str, float], hypothesis: Hypothesis) -> float:
-    """Relative error of the emulator for a hypothesis: root mean square over its tables."""
-    return float(np.sqrt(np.mean([errors[table] ** 2 for table in hypothesis.tables])))
+def _posteriors(emulator: Emulator, p: Parameters, progress: Progress) -> tuple[list[Posterior], dict[str, float]]:
+    """Posteriors of all hypotheses on an interpolation that was corrected where they lie, and its error there for each."""
+    numerics: dict[str, Any] = {"points": p.points, "samples": p.samples, "sd": p.reading_error, "seed": p.seed}
+
+    def weighed(errors: Mapping[str, float]) -> list[Posterior]:
+        return [
+            posterior(emulator, h, model_error=errors[h.name], reference=p.reference_voltage, **numerics) for h in p.hypotheses
+        ]
+
+    errors = dict.fromkeys((h.name for h in p.hypotheses), UNREFINED)
+    found = weighed(errors)
+    for k in range(p.rounds):
+        emulator.refine(_gathered(where(each, p.refined, p.reference_voltage, p.seed + k) for each in found), progress)
+        found = weighed(errors)
+    if p.held_out:
+        wanted = [where(each, p.held_out, p.reference_voltage, p.seed + 100) for each in found]
+        off = emulator.off(_gathered(wanted), progress)
+        place = {table: iter(values) for table, values in off.items()}
+        for each, some in zip(found, wanted, strict=True):
+            errors[each.hypothesis.name] = float(np.sqrt(np.nanmean([next(place[table]) ** 2 for table, _ in some])))
+        found = weighed(errors)
+    return found, errors
+
+
+def _spans(
+    emulator: Emulator, p: Parameters, found: Sequence[Posterior], errors: Mapping[str, float]
+) -> dict[str, tuple[float, float]]:
+    """Log evidence from none to twice the interpolation's error, of hypotheses where that is more than `EXACT`."""
+    numerics: dict[str, Any] = {"points": p.points, "samples": p.samples, "sd": p.reading_error, "seed": p.seed}
+    spans = {}
+    for each in found:
+        h, error = each.hypothesis, errors[each.hypothesis.name]
+        if error > EXACT:
+            others = [posterior(emulator, h, model_error=e, reference=p.reference_voltage, **numerics) for e in (0.0, 2 * error)]
+            logs = [each.log_evidence, *(other.log_evidence for other in others)]
+            spans[h.name] = (min(logs), max(logs))
+    return spans
+
+
+def _gathered(some: Iterable[Sequence[tuple[str, dict[str, float]]]]) -> dict[str, list[dict[str, float]]]:
+    """Points by table, in their order."""
+    found: dict[str, list[dict[str, float]]] = {}
+    for table, point in (pair for each in some for pair in each):
+        found.setdefault(table, []).append(point)
+    return found
 
 
 def at_best(p: Parameters, found: Sequence[Posterior], progress: Progress) -> Array:
@@ -184,13 +231,24 @@ def _unit(axis: str) -> str:
 # --- tables -----------------------------------------------------------------------------------------------------------
 
 
+def _words(name: str) -> str:
+    """Of a hypothesis."""
+    return name.replace("dead_band", "dead band").replace("_", " + ")
+
+
 def _explains(simulated: Array) -> bool:
     """Whether the best point is within 1 N of all readings and below the bound."""
     off = [force - reading.force for reading, force in zip(READINGS, simulated, strict=True)]
     return all(x <= WITHIN and (reading.bound or x >= -WITHIN) for reading, x in zip(READINGS, off, strict=True))
 
 
-def _table(found: Sequence[Posterior], engine: Array, errors: Mapping[str, float], p: Parameters) -> Table:
+def _table(
+    found: Sequence[Posterior],
+    engine: Array,
+    errors: Mapping[str, float],
+    spans: Mapping[str, tuple[float, float]],
+    p: Parameters,
+) -> Table:
     """One row a hypothesis, the likeliest first."""
     rows = []
     chances = probabilities(found)
@@ -199,21 +257,24 @@ def _table(found: Sequence[Posterior], engine: Array, errors: Mapping[str, float
         best = ", ".join(f"{axis.replace('_', ' ')} {value:.3g}" for axis, value in each.best.items())
         forces = [f"{mean:.1f} ({checked:.1f})" for mean, checked in zip(each.forces.mean(axis=1), simulated, strict=True)]
         evidence = f"{each.log_evidence:.2f} ± {each.error:.2f}"
-        name = each.hypothesis.name.replace("dead_band", "dead band").replace("_", " + ")
+        name = _words(each.hypothesis.name)
+        if each.hypothesis.name in spans:
+            evidence += " ({:.1f} to {:.1f})".format(*spans[each.hypothesis.name])
         if np.abs(each.forces.mean(axis=1) - simulated).max() > DOUBTFUL:
             name += " *"
         rows.append([name, evidence, f"{chances[k]:.3f}", *forces, "yes" if _explains(simulated) else "no", best])
     heads = ["cause", "log evidence", "probability", "1.25 rad/s: 27 N", "2.5 V: 25 N", "3 V: 30 N", "4.4 V: at most 44.18 N",
              "within 1 N", "best point"]  # fmt: skip
     low, high = RANGES["stop_stiffness"]
-    told = ", ".join(f"{table} {100 * error:.1f} %" for table, error in errors.items())
+    told = ", ".join(f"{_words(name)} {100 * error:.1f} %" for name, error in errors.items())
     notes = (
         "forces: mean over the posterior, N; in brackets simulated at the best point. Readings: standard deviation "
         f"{p.reading_error:g} N, 44.18 N a bound.\nPriors, uniform in the logarithm: stop {low:g} to {high:g} N/m, bow "
         f"{BOW[0]:g} to {BOW[1]:g} L, motor {RANGES['motor'][0]:g} to {RANGES['motor'][1]:g} N m s with 0.02 kg m2,\ncompliance "
         f"{RANGES['compliance'][0]:g} to {RANGES['compliance'][1]:g} rad/(N m); uniform: dead band {DEAD_BAND[0]:g} to "
-        f"{DEAD_BAND[1]:g} V; gravity along -y or +y.\nEmulator, root mean square at strikes it has not seen, which "
-        f"widens the readings' error:\n{told}.\n* the strike at the best point is more than {DOUBTFUL:g} N from the mean: raise "
+        f"{DEAD_BAND[1]:g} V; gravity along -y or +y.\nInterpolation, root mean square at strikes of the posterior "
+        f"that it has not seen, which widens the readings' error:\n{told}."
+        f"\n* the strike at the best point is more than {DOUBTFUL:g} N from the mean: raise "
         f"the emulator's numbers before this row is believed. Slider {p.mass:g} kg."
     )
     return Table(heads, rows, "Causes of the measured impact forces", notes)
@@ -250,7 +311,7 @@ def figure(result: StudyResult) -> Figure:
     names = sorted(logs, key=lambda name: logs[name])
     top = max(logs.values())
     right.barh(range(len(names)), [max(logs[name] - top, -LONGEST) for name in names], color=COLOURS[0])
-    right.set_yticks(range(len(names)), [n.replace("dead_band", "dead band").replace("_", " + ") for n in names], fontsize=7)
+    right.set_yticks(range(len(names)), [_words(name) for name in names], fontsize=7)
     right.set(xlabel="log evidence, less the best's", xlim=(-min(LONGEST, 1.1 * (top - min(logs.values())) + 0.5), 0))
     right.grid(visible=False, axis="y")
     return fig

@@ -249,7 +249,7 @@ def findings(run: ModelRun, readings: Iterable[Reading]) -> list[str]:
     return [f"{run.model}: {text}" for text in found]
 
 
-def verdict(runs: Iterable[ModelRun], notes: Iterable[str] = ()) -> dict[str, str]:
+def verdict(runs: Iterable[ModelRun], notes: Iterable[str] = ()) -> dict[str, Any]:
     """Status and message of a study: those of its worst run, and all that was found."""
     runs = list(runs)
     wrong = [run for run in runs if run.status != "OK"]

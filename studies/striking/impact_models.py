@@ -66,7 +66,8 @@ def run_model(model: str, parameters: ImpactParameters, stop: float, speed: floa
         result.time, crank_angle(result), signals["B.contact_force"], -signals["B.vx"],
         shortening, shortening / BUCKLED_FROM,
         result.energy_balance,
-        {name: result.work[name] for name in ("wall_s", "steps")} | ({"error": result.error} if parameters.accuracy else {}),
+        {name: result.work[name] for name in ("wall_s", "steps")}
+        | ({"error": result.error.motion} if parameters.accuracy else {}),
     )  # fmt: skip
 
 

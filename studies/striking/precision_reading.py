@@ -39,6 +39,8 @@ class PrecisionReading(NamedTuple):
         Largest relative deviation from the exact elastica over 150 to 210 degrees.
     release : float
         Crank angle at the last sample in contact, deg.
+    plateau : array, shape (601,), or None
+        Force at the angles of `PLATEAU`, N.
     """
 
     peak: float = nan
@@ -47,6 +49,7 @@ class PrecisionReading(NamedTuple):
     mean: float = nan
     plateau_error: float = nan
     release: float = nan
+    plateau: Array | None = None
 
     def off(self, other: PrecisionReading) -> dict[str, float]:
         """Relative differences of the four numbers that make the error of a run."""
@@ -63,17 +66,30 @@ class ReadRun:
     energy_balance: float = nan
 
 
-def read(time: Array, force: Array) -> PrecisionReading:
-    """Read a contact force, N, sampled at times, s, over one turn."""
+def read(time: Array, force: Array, angle: Array | None = None, standard: Array = EXACT) -> PrecisionReading:
+    """Read a contact force, N, sampled at times, s, over one turn.
+
+    Parameters
+    ----------
+    time, force : array, shape (samples,)
+    angle : array, shape (samples,), optional
+        Crank angle, rad; by default at the job's speed. What comes after one turn is not read.
+    standard : array, shape (601,)
+        What the force between 150 and 210 degrees is held against, N.
+    """
+    angle = JOB.speed * time if angle is None else angle
+    turn = angle <= 2 * pi * (1 + 1e-9)
+    time, force, angle = time[turn], force[turn], angle[turn]
     found = strikes(force)
     if not found:
         return PrecisionReading()
-    plateau = np.interp(PLATEAU, JOB.speed * time, force)
+    plateau = np.interp(PLATEAU, angle, force)
     return PrecisionReading(
         peak=found[0].peak(force),
         impulse=found[0].impulse(time, force),
         settled=float(np.interp(pi, PLATEAU, plateau)),
         mean=float(np.trapezoid(plateau, PLATEAU) / np.ptp(PLATEAU)),
-        plateau_error=float(np.abs(plateau / EXACT - 1).max()),
-        release=float(np.degrees(JOB.speed * time[found[-1].last])),
+        plateau_error=float(np.abs(plateau / standard - 1).max()),
+        release=float(np.degrees(angle[found[-1].last])),
+        plateau=plateau,
     )

@@ -6,12 +6,15 @@ with ANCF elements and uniform steps (studies/plain.py). The error of a run is t
 impact peak, impact impulse, force at 180 degrees and mean force over 150 to 210 degrees, against a finer run: twice the
 elements, a thousandth of the smallest tolerance. A plain run with eight times the steps and twice the elements is the
 second opinion on that one.
+
+What the paper leaves open is a parameter here too. The exact elastica knows neither gravity in the plane nor a bow: with
+gravity, or a bow above the default, the settled force is held against the finer run instead.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from math import nan, pi
 from typing import TYPE_CHECKING, Any
@@ -24,7 +27,7 @@ from buckler.mbs.laws import CarvalhoMartins
 from buckler.mbs.library import PAPER
 from buckler.mbs.record.result import Status
 from buckler.studies.kit.cli import main
-from buckler.studies.kit.parameters import StudyParameters, integer, quantities, quantity
+from buckler.studies.kit.parameters import integer, quantities, quantity, specs
 from buckler.studies.kit.precision import (
     Runs,
     Series,
@@ -40,6 +43,8 @@ from buckler.studies.kit.precision import (
     thousands,
 )
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
+from buckler.studies.striking import slider_crank as main_study
+from buckler.studies.striking.assumptions import StrikeAssumptions, crank_angle
 from buckler.studies.striking.precision_reading import EXACT, JOB, PLATEAU, TURN, PrecisionReading, ReadRun, read
 from buckler.studies.trust import plain
 
@@ -53,12 +58,14 @@ FINER = 1e-3
 BARS = {
     "peak_error": (1e-2, "1", "impact peak against the finer run"),
     "impulse_error": (1e-2, "1", "impact impulse against the finer run"),
-    "settled_error": (1e-3, "1", "force at 180 deg against the exact elastica"),
-    "plateau_error": (5e-3, "1", "force over 150 to 210 deg against the exact elastica"),
+    "settled_error": (1e-3, "1", "force at 180 deg against the exact elastica (under gravity or bowed: the finer run)"),
+    "plateau_error": (5e-3, "1", "force over 150 to 210 deg, likewise"),
     "release_error": (0.05, "deg", "release angle against the finer run"),
     "energy_balance": (1e-3, "1", "energy balance"),
 }
 """What is asked of the chosen run, with its unit and meaning; it is SUSPECT if it misses one."""
+SLOWED = 1.1
+"""How much longer a run takes whose crank a motor turns."""
 SPEEDUP_BAR = 4.0
 """Times faster than plain that is asked at equal error; run times depend on the machine and make no run SUSPECT."""
 SPEEDUPS = {
@@ -68,9 +75,14 @@ SPEEDUPS = {
 
 
 @dataclass(frozen=True)
-class Parameters(StudyParameters):
+class Parameters(StrikeAssumptions):
     """Parameters of the study."""
 
+    imperfection: float = quantity(
+        JOB.imperfection, "1", -0.05, 0.05, "bow of the unloaded strip over its length, to the side its inertia bends it",
+        "left open",
+    )  # fmt: skip
+    mass: float = quantity(JOB.mass, "kg", 0.01, 10, "mass of the slider", "left open")
     elements: int = integer(8, 2, 64, "Beam elements of the chosen run; half as many are run too", "numerics")
     tolerance: float = quantity(1e-5, "1", 1e-7, 1e-3, "tolerance of the chosen run", "numerics")
     tolerances: tuple[float, ...] = quantities((1e-4, 1e-5, 1e-6), "1", 1e-7, 1e-3, "tolerances to run", "numerics")
@@ -90,34 +102,56 @@ class Parameters(StudyParameters):
                 raise ValueError(f"{name} = {value:g}: must be one of {', '.join(f'{x:g}' for x in among)}")
         self.check_counts("steps", "resolutions")
 
+    @property
+    def job(self) -> main_study.Parameters:
+        """The main job under these assumptions."""
+        given: dict[str, Any] = {name: getattr(self, name) for name in (*specs(StrikeAssumptions), "imperfection", "mass")}
+        return replace(JOB, **given)
+
+    @property
+    def exact(self) -> bool:
+        """Whether the exact elastica is what the settled force must be."""
+        return not self.gravity and abs(self.imperfection) <= abs(JOB.imperfection)
+
+    def stated(self) -> str:
+        """One sentence for a table."""
+        return f"{super().stated()}; bow {self.imperfection:g} of the length; slider {self.mass:g} kg"
+
 
 # --- the runs ---------------------------------------------------------------------------------------------------------
 
 
-def with_coupler(kind: type[Beam] | type[Cable], elements: int) -> Mechanism:
-    """The mechanism of the main job, its coupler of that kind."""
-    section = JOB.section.damped(JOB.damping, PAPER.coupler)
-    return slider_crank(
-        kind(section, elements=elements, imperfection=-JOB.imperfection * PAPER.coupler),
-        law=CarvalhoMartins(JOB.stop_stiffness, JOB.restitution, exponent=1.0),
-        mass=JOB.mass,
-        speed=JOB.speed,
-        friction=GuideFriction(JOB.friction_force),
+def with_coupler(kind: type[Beam] | type[Cable], elements: int, job: main_study.Parameters = JOB) -> Mechanism:
+    """The mechanism of the job, its coupler of that kind."""
+    section = job.section.damped(job.damping, PAPER.coupler)
+    made = slider_crank(
+        kind(section, elements=elements, imperfection=-job.imperfection * PAPER.coupler),
+        law=CarvalhoMartins(job.stop_stiffness, job.restitution, exponent=1.0),
+        mass=job.mass,
+        speed=job.speed,
+        friction=GuideFriction(job.friction_force),
     )
+    return job.under(made)
+
+
+def duration(mechanism: Mechanism) -> float:
+    """Time in which the crank surely turns once, s."""
+    return TURN if mechanism.drives else SLOWED * TURN
 
 
 def simulated(mechanism: Mechanism, steps: Controlled, ledger: bool = False) -> ReadRun:
     """One turn with error-controlled steps."""
-    result = simulate(mechanism, TURN, solver=Exudyn(steps), ledger=ledger)
+    result = simulate(mechanism, duration(mechanism), solver=Exudyn(steps), ledger=ledger)
     ended = result.status in (Status.OK, Status.SUSPECT)
-    reading = read(result.time, result.signals["B.contact_force"]) if ended else PrecisionReading()
+    reading = read(result.time, result.signals["B.contact_force"], crank_angle(result)) if ended else PrecisionReading()
     return ReadRun(reading, result.status, result.work, result.energy_balance)
 
 
 def plainly(mechanism: Mechanism, steps: float, newton: float) -> ReadRun:
     """One turn by a plain run in uniform steps."""
-    found = plain.slider_crank(mechanism, TURN, int(steps), newton)
-    return ReadRun(read(found.x, found.force) if found.x.size else PrecisionReading(), found.message or "OK", found.work)
+    found = plain.slider_crank(mechanism, duration(mechanism), int(steps), newton)
+    reading = read(found.x, found.force, found.angle) if found.x.size else PrecisionReading()
+    return ReadRun(reading, found.message or "OK", found.work)
 
 
 def _with_tolerance(mechanism: Mechanism, tolerance: float) -> ReadRun:
@@ -128,11 +162,11 @@ def _our_runs(p: Parameters) -> Runs:
     """Runs by model and setting: tolerances, and for the chosen one also steps an impact."""
     models = [(Beam, max(2, p.elements // 2)), (Beam, p.elements), (Cable, p.elements)]
     found = {
-        f"{kind.__name__} x {n}": by_tolerance(partial(_with_tolerance, with_coupler(kind, n)), p.tolerances)
+        f"{kind.__name__} x {n}": by_tolerance(partial(_with_tolerance, with_coupler(kind, n, p.job)), p.tolerances)
         for kind, n in models
     }
     found[f"Beam x {p.elements}, steps an impact"] = {
-        f"{n:g}": partial(simulated, with_coupler(Beam, p.elements), Controlled(p.tolerance, contact_resolution=int(n)))
+        f"{n:g}": partial(simulated, with_coupler(Beam, p.elements, p.job), Controlled(p.tolerance, contact_resolution=int(n)))
         for n in sorted(p.resolutions)
     }
     return found
@@ -140,7 +174,7 @@ def _our_runs(p: Parameters) -> Runs:
 
 def _plain_runs(p: Parameters) -> Runs:
     """Plain runs by model and steps: tuned, tuned with twice the elements, not tuned."""
-    coarse, fine = with_coupler(Cable, p.elements), with_coupler(Cable, 2 * p.elements)
+    coarse, fine = with_coupler(Cable, p.elements, p.job), with_coupler(Cable, 2 * p.elements, p.job)
     steps, tuned = sorted(p.steps), p.plain_newton
     return {
         f"plain ANCF x {p.elements}": {thousands(n): partial(plainly, coarse, n, tuned) for n in steps},
@@ -152,16 +186,16 @@ def _plain_runs(p: Parameters) -> Runs:
 def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Run the references, then every variant once for its reading, then all of them in turn for their times."""
     p = parameters
-    reference = simulated(with_coupler(Beam, 2 * p.elements), Controlled(FINER * min(p.tolerances))).reading
-    second = plainly(with_coupler(Cable, 2 * p.elements), 8 * p.plain_steps, UNTUNED).reading
-    chosen = simulated(with_coupler(Beam, p.elements), Controlled(p.tolerance), ledger=True)
+    reference = simulated(with_coupler(Beam, 2 * p.elements, p.job), Controlled(FINER * min(p.tolerances))).reading
+    second = plainly(with_coupler(Cable, 2 * p.elements, p.job), 8 * p.plain_steps, UNTUNED).reading
+    chosen = simulated(with_coupler(Beam, p.elements, p.job), Controlled(p.tolerance), ledger=True)
     ours, theirs = _our_runs(p), _plain_runs(p)
     runs = {**ours, **theirs}
     found = outcomes(runs)
     series = measure(runs, lambda outcome: max(outcome.reading.off(reference).values()), p.repeats, progress)
     mine, plains = ({name: series[name] for name in part} for part in (ours, theirs))
     times, sentence = _compare(p, mine, plains)
-    metrics = _reading_metrics(chosen, reference, second) | times
+    metrics = _reading_metrics(p, chosen, reference, second) | times
     missed = [name for name, (bar, *_) in BARS.items() if not metrics[name].value <= bar]
     checks: dict[str, Any] = {"message": sentence}
     if missed:
@@ -172,7 +206,7 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
         metrics=metrics,
         signals=as_signals(series),
         tables=[
-            _runs_table(series, baseline, found, reference, f"{sentence}\n{footnote(p)}"),
+            _runs_table(series, baseline, found, reference, f"{sentence}\n{p.stated()}.\n{footnote(p)}"),
             _bars_table(metrics),
         ],
         **checks,
@@ -182,20 +216,22 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
 # --- what is reported -------------------------------------------------------------------------------------------------
 
 
-def _reading_metrics(chosen: ReadRun, reference: PrecisionReading, second: PrecisionReading) -> dict[str, Metric]:
+def _reading_metrics(p: Parameters, chosen: ReadRun, reference: PrecisionReading, second: PrecisionReading) -> dict[str, Metric]:
     """What the chosen run reads, and how far it is off."""
     found, off = chosen.reading, chosen.reading.off(reference)
-    exact = float(np.interp(pi, PLATEAU, EXACT))
+    standard = EXACT if p.exact or reference.plateau is None else reference.plateau
+    settled = float(np.interp(pi, PLATEAU, standard))
+    plateau_error = nan if found.plateau is None else float(np.abs(found.plateau / standard - 1).max())
     return {
         "peak": Metric(found.peak, "N", error=off["peak"]),
         "impulse": Metric(found.impulse, "N.s", error=off["impulse"]),
-        "settled": Metric(found.settled, "N", exact=exact),
+        "settled": Metric(found.settled, "N", exact=settled if p.exact else None),
         "mean": Metric(found.mean, "N", error=off["mean"]),
         "release": Metric(found.release, "deg"),
         "peak_error": Metric(off["peak"], "1"),
         "impulse_error": Metric(off["impulse"], "1"),
-        "settled_error": Metric(abs(found.settled / exact - 1), "1"),
-        "plateau_error": Metric(found.plateau_error, "1"),
+        "settled_error": Metric(abs(found.settled / settled - 1), "1"),
+        "plateau_error": Metric(plateau_error, "1"),
         "release_error": Metric(abs(found.release - reference.release), "deg"),
         "energy_balance": Metric(chosen.energy_balance, "1"),
         "references_differ": Metric(max(second.off(reference).values()), "1"),
@@ -261,7 +297,7 @@ def _bars_table(metrics: Mapping[str, Metric]) -> Table:
 def figure(result: StudyResult) -> Figure:
     """Error over run time of every series."""
     label = "largest relative error of peak, impulse,\nforce at 180° and mean force"
-    return figure_of(result.signals, label, lambda name: name.endswith("steps an impact"))[0]
+    return figure_of(result.signals, label)[0]
 
 
 if __name__ == "__main__":

@@ -42,6 +42,7 @@ class Parameters(ImpactParameters):
 
     voltages: tuple[float, ...] = quantities((2.5, 3.0, 4.4), "V", 0.5, 12, "voltages of the motor", "drive")
     reference_voltage: float = quantity(2.7, "V", 0.5, 12, "voltage at which the crank turns at 1.25 rad/s", "drive")
+    dead_band: float = quantity(0.0, "V", 0, 2.4, "voltage below which the motor does not turn", "left open")
     bows: tuple[float, ...] = quantities(
         (0.003, 0.01), "1", -0.05, 0.05, "bows of further strips over their length (beam)", "strip"
     )
@@ -49,7 +50,13 @@ class Parameters(ImpactParameters):
 
     def speed(self, voltage: float) -> float:
         """Crank speed at a voltage, rad/s."""
-        return IMPACT_SPEED * voltage / self.reference_voltage
+        return IMPACT_SPEED * (voltage - self.dead_band) / (self.reference_voltage - self.dead_band)
+
+    def check(self) -> None:
+        """Every voltage turns the motor."""
+        super().check()
+        if not self.dead_band < min(*self.voltages, self.reference_voltage):
+            raise ValueError(f"dead_band = {self.dead_band:g} V: must lie below every voltage")
 
 
 class VoltageCase(NamedTuple):

@@ -39,6 +39,10 @@ UNITS = {"peak": "N", "pulse": "s", "torque": "N.m", "between": "s", "force_180"
 """What is read off a strike: largest force of the first impact, its duration, the largest torque on the crank until it ends,
 the time from its end to the next contact, the force at the dead centre."""
 
+PUSH = {"compression": "N", "early": "1"}
+"""What the strip does: its largest compression until the first impact ends; how its end shortening changes on the way, over
+its length."""
+
 
 @dataclass(frozen=True)
 class Parameters(ImpactParameters):
@@ -81,7 +85,7 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     duration = UNTIL / p.speed * (SLOWED if p.motor else 1.0)
     result = mbs.simulate(mechanism(p), duration, solver=solver, timeout=p.timeout)
     found = read(result)
-    metrics = {name: Metric(found.get(name, nan), unit) for name, unit in UNITS.items()}
+    metrics = {name: Metric(found.get(name, nan), unit) for name, unit in (UNITS | PUSH).items()}
     return StudyResult(
         parameters=p,
         status=str(result.status) if result.status != "SUSPECT" else "OK",
@@ -94,7 +98,7 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
 
 
 def read(result: mbs.Result) -> dict[str, float]:
-    """Numbers of `UNITS` as far as they happen."""
+    """Numbers of `UNITS` and `PUSH` as far as they happen."""
     time, force = result.time, result.signals["B.contact_force"]
     touching = np.concatenate([[False], force > 0, [False]])
     begins, ends = np.flatnonzero(touching[1:] & ~touching[:-1]), np.flatnonzero(~touching[1:] & touching[:-1]) - 1
@@ -108,6 +112,8 @@ def read(result: mbs.Result) -> dict[str, float]:
         "pulse": float(time[last] - time[first]),
         "torque": float(np.abs(torque[first : last + 2]).max()),
         "force_180": float(np.interp(pi, angle, force, right=nan)),
+        "compression": float(-result.signals["coupler.axial_force"][first : last + 1].min()),
+        "early": float(np.ptp(result.signals["coupler.end_shortening"][: first + 1]) / PAPER.coupler),
     }
     if begins.size > 1:
         found["between"] = float(time[begins[1]] - time[last])

@@ -31,6 +31,7 @@ from buckler.studies.kit.style import COLOURS, subplots
 from buckler.studies.striking import slider_crank
 from buckler.studies.striking.assumptions import StrikeAssumptions
 from buckler.studies.striking.impact import MODELS
+from buckler.studies.sweeping.report import study_page
 from buckler.studies.sweeping.sweep import sweep
 
 if TYPE_CHECKING:
@@ -157,6 +158,7 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
         metrics=metrics,
         signals={"state": _column(grid, "state").astype(str), **kept},
         work={"cases": len(cases), "cases_wall_s": sum(row.wall_s for row in rows)},
+        pages={"report.html": study_page("thickness-speed", "slider-crank", given, ("models", "thickness", "speed"), rows)},
         tables=[_cube_table(p, metrics), *(_table(p, grid[m], model) for m, model in enumerate(p.models))],
     )
 

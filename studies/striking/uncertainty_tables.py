@@ -73,8 +73,8 @@ def spread_table(p: Any, mechanism: str, metrics: Mapping[str, Metric]) -> Table
     columns = ("mean", "sd", "5%", "50%", "95%")
     rows = [[name, unit, *(metrics[f"{name}.{c}"].value for c in columns)] for name, unit in OUTPUTS[mechanism].items()]
     if mechanism == "slider-crank":
-        values = [metrics[f"strut.impact_force.{c}"].value for c in ("mean", "sd")]
-        rows.append(["impact_force, strut", "N", *values])
+        values = [metrics[f"simulated.impact_force.{c}"].value for c in ("mean", "sd")]
+        rows.append([f"impact_force, {p.coupler} simulated", "N", *values])
     titles = {
         "slider-crank": f"Slider-crank at {p.slider_speed:g} rad/s, h = {1e3 * p.thickness:g} mm",
         "crank-rocker": f"Crank-rocker, c = {1e3 * p.clearance:g} mm, {p.speed:.4g} rad/s: means over {p.cycles} turns a run",
@@ -86,8 +86,10 @@ def _around(value: float, limits: Array) -> str:
     return f"{value:.3f} ± {np.ptp(limits) / 2:.3f}"
 
 
-def striker_table(inputs: Sequence[Input], found: Indices, slope: Array, shares: Array, fitted: Surrogate, exact: float) -> Table:
-    """Slope, first-order index and its value for small tolerances, of both forces; slope of the strut model."""
+def striker_table(
+    inputs: Sequence[Input], found: Indices, slope: Array, shares: Array, fitted: Surrogate, exact: float, stated: str
+) -> Table:
+    """Slope, first-order index and its value for small tolerances, of both forces; slope of the simulated impact."""
     rows = []
     for d, given in enumerate(inputs):
         row = [given.name, f"{given.sd / given.mean:.2%}"]
@@ -95,11 +97,11 @@ def striker_table(inputs: Sequence[Input], found: Indices, slope: Array, shares:
             row += [f"{slope[s, d]:.2f}", _around(found.first[s, d], found.first_range[s, d]), f"{shares[s, d]:.3f}"]
         rows.append([*row, f"{fitted.slope[d]:.2f} ± {fitted.error[d]:.2f}"])
     force = ("slope", "first order", "linear")
-    headers = ["", "sd", *(f"contact: {x}" for x in force), *(f"impact: {x}" for x in force), "strut impact: slope"]
+    headers = ["", "sd", *(f"contact: {x}" for x in force), *(f"impact: {x}" for x in force), "simulated impact: slope"]
     notes = (
         "slope: d ln F/d ln x. linear: (slope sd)^2 over their sum. The share of the thickness in the contact force is exactly "
-        f"{exact:.4f}.\n± half a {LEVEL:.0%} interval (first order), standard error (strut, whose fit explains "
-        f"{fitted.explained:.1%} of its variance)."
+        f"{exact:.4f}.\n± half a {LEVEL:.0%} interval (first order), standard error (simulation, whose fit "
+        f"explains {fitted.explained:.1%} of its variance).\n{stated}"
     )
     return Table(headers, rows, "Whose variance it is", notes)
 
@@ -120,7 +122,8 @@ def rattler_table(
     notes = (
         f"slope: d ln y/d ln x by least squares, its standard error. ± half a {LEVEL:.0%} interval. chance: the seed; its total "
         f"index is what no tolerance\ntakes away; at the mean: of {p.repeats} runs that differ by their seed only. Means over m "
-        "times as many turns have 1/m of its variance.\nContact and friction laws take 8 values each, alike in probability."
+        f"times as many turns have 1/m of its variance.\nContact and friction laws take 8 values each, alike in "
+        f"probability.\n{p.stated()}."
     )
     return Table(["", "input", "sd", "slope", "first order", "total", "total - chance"], rows, "Whose variance it is", notes)
 

@@ -184,7 +184,7 @@ def figure(result: StudyResult) -> Figure:
     p: Any = result.parameters
     s = result.signals
     fig, ax = subplots(height=95)
-    draw(ax, s, SERIES, "elements", below=("beam3", "plain"), setting=".elements")
+    draw(ax, s, SERIES, "elements", setting=".elements")
     time = 1e3 * TIME_BAR * s["plain.wall_s"][list(s["plain.elements"]).index(p.plain_elements)]
     ax.axhline(ERROR_BAR, xmax=1, color="0.5", linestyle=":", linewidth=0.8)
     ax.axvline(time, color="0.5", linestyle=":", linewidth=0.8)

@@ -15,6 +15,7 @@ import time
 from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any, Protocol
 
 from buckler.studies.sweeping import worker
@@ -204,17 +205,17 @@ class Dask:
 
     Parameters
     ----------
-    address : str
-        Of its scheduler, such as tcp://127.0.0.1:8786.
+    address : str or Path
+        Of its scheduler, such as tcp://127.0.0.1:8786, or the file in which the scheduler has written it.
     patience : float
         How long, s, it may be without workers.
     """
 
     fall_together = False
 
-    def __init__(self, address: str, patience: float = PATIENCE) -> None:
+    def __init__(self, address: str | Path, patience: float = PATIENCE) -> None:
         self.address, self.patience, self._alone_since = address, patience, 0.0
-        self.where = f"the Dask cluster at {address}"
+        self.where = f"the Dask cluster {'of' if isinstance(address, Path) else 'at'} {address}"
 
     def start(self) -> Executor:
         """Connect.
@@ -232,7 +233,8 @@ class Dask:
         for name in ("distributed.client", "distributed.core", "distributed.comm", "tornado.application"):
             logging.getLogger(name).setLevel(logging.CRITICAL + 1)  # pages of traceback for what is said here in one line
         try:
-            self._client: Any = distributed.Client(self.address, timeout=10)
+            where = {"scheduler_file": str(self.address)} if isinstance(self.address, Path) else {"address": self.address}
+            self._client: Any = distributed.Client(timeout=self.patience if isinstance(self.address, Path) else 10, **where)
         except (OSError, ValueError) as error:
             raise SweepError(f"no Dask scheduler at {self.address}: {' '.join(str(error).split())[:200]}") from None
         try:

@@ -41,13 +41,13 @@ def read(path: Path) -> tuple[list[Row], dict[str, str]]:
     StoreError
         If it is not there, in use, damaged, or no store.
     """
-    with _reading(path) as connection:
+    with reading(path) as connection:
         (units,) = connection.execute("SELECT value FROM about WHERE name = 'units'").fetchone() or ("{}",)
         return list(read_rows(connection)), json.loads(units)
 
 
 @contextmanager
-def _reading(path: Path) -> Iterator[sqlite3.Connection]:
+def reading(path: Path) -> Iterator[sqlite3.Connection]:
     """A connection that only reads; errors name the file."""
     if not path.is_file():
         raise StoreError(f"{path}: no such file")
@@ -134,7 +134,7 @@ def write_signals(path: Path, folder: Path) -> int:
     """Write the signals a store keeps, case-000012.npz for case 12; how many there were."""
     folder.mkdir(parents=True, exist_ok=True)
     count = 0
-    with _reading(path) as connection:
+    with reading(path) as connection:
         for number, content in connection.execute("SELECT number, signals FROM cases WHERE signals IS NOT NULL"):
             with atomic(folder / f"case-{number:06d}.npz") as file:
                 file.write(content)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import io
 import json
 import math
@@ -67,6 +68,11 @@ class Row:
 def canonical(parameters: StudyParameters) -> str:
     """Parameters as JSON, equal for equal values however they were given."""
     return to_json(parameters.plain())
+
+
+def report_name(parameters: Mapping[str, Any]) -> str:
+    """File name of a case's own report page: the same for equal parameters."""
+    return f"{hashlib.sha256(to_json(parameters).encode()).hexdigest()[:12]}.html"
 
 
 def read_rows(connection: sqlite3.Connection, signals: bool = False) -> Iterator[Row]:

@@ -166,7 +166,7 @@ class Store:
                 raise StoreError(f"{self.path} holds another sweep, {_differs(stored, keys)}; name another file")
             many("INSERT OR REPLACE INTO about VALUES (?, ?)", [(k, json.dumps(v)) for k, v in asdict(about).items()])
             new = [(i, key) for i, key in enumerate(keys) if key not in stored]
-            if new and stored:  # it grows: every case may have another place now
+            if stored:  # it grows, or was merged: every case may have another place now
                 many("UPDATE cases SET number = ? WHERE parameters = ?", list(enumerate(keys)))
             many("INSERT INTO cases (number, parameters) VALUES (?, ?)", new)
             if retry:

@@ -22,7 +22,7 @@ from contextlib import closing
 from datetime import UTC, datetime
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, NamedTuple
 
 from buckler.studies.kit import registry
 from buckler.studies.kit.parameters import StudyParameters, specs
@@ -33,13 +33,34 @@ from buckler.studies.sweeping.rows import Row
 from buckler.studies.sweeping.store import About, Store, StoreError
 from buckler.studies.sweeping.worker import Job, run_case, sources, stamp
 
-__all__ = ["sweep", "Row", "StoreError", "SweepError"]
+__all__ = ["sweep", "Part", "Row", "StoreError", "SweepError"]
 
 TRIES = 3
 """How often a case may take its process down, from the second time on alone in a fresh pool, before it is given up."""
 PAUSE = 5.0
 """Seconds without a result after which the workers are asked whether they are still there."""
 LOG = logging.getLogger("buckler.studies.sweeping.sweep")
+
+
+class Part(NamedTuple):
+    """One of several jobs that share the cases of a sweep: every `of`-th case, from the `number`-th on."""
+
+    number: int
+    of: int
+
+    @classmethod
+    def read(cls, text: str) -> Part:
+        """Read `2/8`.
+
+        Raises
+        ------
+        ValueError
+            If it is no such thing.
+        """
+        number, _, of = text.partition("/")
+        if not (number.isdigit() and of.isdigit() and 1 <= int(number) <= int(of)):
+            raise ValueError(f"{text}: write I/N, such as 2/8 for the second of eight parts")
+        return cls(int(number), int(of))
 
 
 def sweep(
@@ -53,6 +74,7 @@ def sweep(
     progress: Progress = QUIET,
     name: str = "",
     units: Mapping[str, str] | None = None,
+    part: Part | None = None,
 ) -> list[Row]:
     """Run a study for many parameters.
 
@@ -75,11 +97,13 @@ def sweep(
         What the store calls it; by default the study's name.
     units : dict of str to str, optional
         Of the parameters; by default those the study declares.
+    part : Part, optional
+        Run only this part of the cases; `merge` puts the stores of all parts together.
 
     Returns
     -------
     rows : list of Row
-        One a case, in their order. A case that fails is a row with its status and message.
+        One a case, in their order, or one a case of the part. A case that fails is a row with its status and message.
 
     Raises
     ------
@@ -98,10 +122,11 @@ def sweep(
     if units is None:
         units = {key: spec.unit for key, spec in specs(module.Parameters).items()}
     with Store(store) as book:
-        pending = set(book.plan(About(name, versions(), units, signals), cases, retry))
+        mine = set(range(len(cases)) if part is None else range(part.number - 1, len(cases), part.of))
+        pending = mine.intersection(book.plan(About(name, versions(), units, signals), cases, retry))
         if book.sources() - {sources()}:
             LOG.warning("%s has cases that other sources of Buckler have computed; a new file would not mix them", store)
-        LOG.info("%d cases, %d of them stored already", len(cases), len(cases) - len(pending))
+        LOG.info("%d cases, %d of them stored already", len(mine), len(mine) - len(pending))
         try:
             if pending:
                 jobs = [Job(number, module.__name__, cases[number], signals) for number in sorted(pending)]
@@ -113,9 +138,9 @@ def sweep(
                         pending.remove(row.number)
         except BaseException:
             if store:
-                LOG.warning("%d of %d cases are stored in %s", len(cases) - len(pending), len(cases), store)
+                LOG.warning("%d of %d cases are stored in %s", len(mine) - len(pending), len(mine), store)
             raise
-        return book.rows(signals)
+        return [row for row in book.rows(signals) if row.number in mine]
 
 
 def _record(book: Store, row: Row) -> None:

@@ -76,7 +76,7 @@ def _outcomes(p: Parameters, progress: Progress) -> Iterator[Delivered]:
         wall = perf_counter() - start
         ended = result.time.size > 0 and result.time[-1] >= case.duration * (1 - 1e-6)
         error = case.error(result) if ended else float("inf")
-        yield Delivered(name, asked, error, result.error, str(result.status), result.message, wall)
+        yield Delivered(name, asked, error, result.error.motion, str(result.status), result.message, wall)
 
 
 def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:

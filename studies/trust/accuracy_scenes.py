@@ -1,7 +1,7 @@
 """Scenes of the accuracy study: drawn at random, each with a reference that does not come from an accuracy asked for.
 
-The slider-cranks are held against `elastica.moving` (flexible), loop closure (rigid) and an equation of motion (strut), the
-crank-rockers with clearance against the compiled reference. Where these are not at hand, a run of far more steps and
+The slider-cranks are held against the compiled solver (flexible), loop closure (rigid) and an equation of motion (strut), the
+crank-rockers with clearance against the compiled solver. Where these are not enough, a run of far more steps and
 elements must do: of couplers that buckle, of beams with clearance, and of flexible couplers beyond `AXIAL_WAVES`.
 """
 
@@ -14,7 +14,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from buckler.elastica.moving import MovingStrip, Pin
 from buckler.mbs import (
     Beam,
     Cable,
@@ -27,6 +26,7 @@ from buckler.mbs import (
     Result,
     Rigid,
     Section,
+    Spectral,
     Status,
     Strut,
     simulate,
@@ -43,11 +43,13 @@ Draw = np.random.Generator
 STOP_STIFFNESS = 1e5
 """Of the stops, N/m, with critical damping."""
 SAMPLES = 2001
+SPECTRAL = 1e-8
+"""Tolerance of the compiled solver's runs: they err by 1e-4."""
 TIGHT_STEP = 0.3
 """Steps of a reference of second order, times the first bending frequency, rad, for an accuracy of 1: errs by its tenth."""
 AXIAL_WAVES, AXIAL_STEP = 5e-4, 0.04
-"""Accuracy below which the strip's uniform strain is not enough of a reference, but a run of steps that resolve axial vibration,
-these times its frequency, rad, on 16 elements."""
+"""Accuracy below which the compiled solver at `SPECTRAL` is not enough of a reference, but a run of steps that resolve
+axial vibration, these times its frequency, rad, on 16 elements."""
 
 
 class DrawnCase(NamedTuple):
@@ -68,25 +70,6 @@ def _against(time: Array, **signals: Array) -> Callable[[Result], float]:
 def _slider(x: Array) -> dict[str, Array]:
     """Signals of the slider that tell its place."""
     return {"B__x": x, "B__y": 0 * x, "B__vx": 0 * x, "B__vy": 0 * x}
-
-
-def _pin(speed: float | Ramp) -> Pin:
-    """Crank pin of a slider-crank that starts at angle 0."""
-    ramp = speed if isinstance(speed, Ramp) else Ramp(speed, speed, 1.0)
-
-    def pin(t: float) -> tuple[tuple[float, float], tuple[float, float], tuple[float, float]]:
-        r, angle, rate, change = PAPER.crank, ramp.position(t), ramp.speed(t), ramp.acceleration(t)
-        c, s = r * np.cos(angle), r * np.sin(angle)
-        return (c, s), (-rate * s, rate * c), (-(rate**2) * c - change * s, -(rate**2) * s + change * c)
-
-    return pin
-
-
-def _strip(section: Section, mass: float, speed: float | Ramp, terms: int) -> MovingStrip:
-    return MovingStrip(
-        _pin(speed), PAPER.coupler, section.bending_stiffness, section.mass_per_length, mass, terms=terms,
-        axial_stiffness=section.axial_stiffness, strain_terms=1, bending_damping=section.material.bending_damping,
-    )  # fmt: skip
 
 
 # --- without clearance -----------------------------------------------------------------------------------------------------
@@ -122,10 +105,8 @@ def _smooth(section: Section, mass: float, speed: float | Ramp, duration: float,
         steps = ceil(duration * sqrt(section.axial_stiffness / (PAPER.coupler * mass)) / AXIAL_STEP)
         tight = simulate(fine, duration, solver=Exudyn(Equal(steps, record_every=8), spectral_radius=0.95))
         return DrawnCase(mechanism, duration, lambda result: difference(result, tight))
-    time = np.linspace(0.0, duration, SAMPLES)
-    with np.errstate(over="ignore", invalid="ignore"):  # of steps that are tried and rejected
-        found = _strip(section, mass, speed, terms=7).move(time, rtol=1e-8, atol=1e-9)
-    return DrawnCase(mechanism, duration, _against(time, coupler__deflection=found.deflection, **_slider(found.x)))
+    strip = simulate(mechanism, duration, solver=Spectral(Controlled(SPECTRAL), degree=11), timeout=300)
+    return DrawnCase(mechanism, duration, lambda result: difference(result, strip))
 
 
 def rigid(draw: Draw, asked: float) -> DrawnCase:
@@ -202,13 +183,13 @@ def _play(draw: Draw, rocker: str) -> tuple[Mechanism, Any]:
 
 
 def _compiled(p: Any, mechanism: Mechanism, modes: Any) -> Callable[[Result], float]:
-    """Distance of the bars' centres from those of the compiled reference, over the clearance, L2 over the compared time."""
-    from buckler.mbs.reference import FourBar
-    from buckler.mbs.reference import simulate as compiled
+    """Distance of the bars' centres from those of the compiled solver, over the clearance, L2 over the compared time."""
+    from buckler.studies.rattling.linkage import FourBar
+    from buckler.studies.rattling.turns import simulate as compiled
 
     start = p.start_angle + _offset(mechanism, p)
     bar = FourBar(modes=modes, law=p.law, friction=p.friction, gap=p.clearance, pin=p.pin, speed=p.speed, start=start)
-    run = compiled(bar, PREDICTABLE, rtol=1e-11, atol=1e-11, samples=SAMPLES)
+    run = compiled(bar, PREDICTABLE, tolerance=1e-11, samples=SAMPLES)
     centres = {"coupler": 2, "rocker": 5}
 
     def error(result: Result) -> float:
@@ -240,9 +221,7 @@ def modal_play(draw: Draw, asked: float) -> DrawnCase:
     mechanism, p = _play(draw, "modal")
     body = mechanism.link("rocker").body
     assert isinstance(body, Modal)
-    from buckler.studies.rattling.fourbar import modes_of_solid
-
-    return DrawnCase(mechanism, PREDICTABLE, _compiled(p, mechanism, modes_of_solid(body, mechanism.length("rocker"))))
+    return DrawnCase(mechanism, PREDICTABLE, _compiled(p, mechanism, body))
 
 
 def beam_play(draw: Draw, asked: float) -> DrawnCase:

@@ -3,7 +3,7 @@
 static: twenty loads of a buckled strip, against the engine used plainly, error of the load. smooth: slider-crank with a
 bending coupler, against plain uniform steps, error of its deflection. buckling: slider-crank striking its stop, against
 plain uniform steps, error of four numbers of its force. rigid play, beam play: crank-rocker with clearance in four joints for a
-turn, against the compiled reference (a modal rocker for the beam's, damped mode by mode), error of the coupler's path over
+turn, against the compiled solver (a modal rocker for the beam's, damped mode by mode), error of the coupler's path over
 the first 10 ms (5 ms), in clearances. smooth and rigid play are asked for an accuracy and name no setting: their time holds
 all the runs that the estimate of their error takes. Times never make the run SUSPECT; errors do.
 """
@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from buckler.mbs import Beam, Cable, Controlled, Section, crank_rocker, simulate
+from buckler.mbs import Beam, Cable, Controlled, Modal, Section, crank_rocker, simulate
 from buckler.mbs.accuracy.precision import Point, verdict, work_precision
 from buckler.mbs.library import PAPER
 from buckler.studies.kit.cli import main
@@ -25,7 +25,7 @@ from buckler.studies.kit.parameters import StudyParameters, choices, integer
 from buckler.studies.kit.precision import footnote
 from buckler.studies.kit.published import STRIP_WIDTH
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
-from buckler.studies.kit.style import subplots
+from buckler.studies.kit.style import COLOURS, subplots
 from buckler.studies.strips.static_precision import SHORTENINGS
 
 if TYPE_CHECKING:
@@ -83,8 +83,7 @@ def _smooth() -> TimedJob:
     from buckler.studies.trust import smooth_precision as study
 
     p = study.Parameters()
-    with np.errstate(over="ignore", invalid="ignore"):  # of steps that are tried and rejected
-        exact = study.reference(p, p.terms)
+    exact = study.reference(p, p.degree)
     mechanism, duration = p.mechanism(Cable(p.section)), float(p.times[-1])
 
     def ours() -> study.DeflectionRun:
@@ -112,16 +111,17 @@ def _buckling() -> TimedJob:
 
 
 def _with_play(beam: bool) -> TimedJob:
-    from buckler.mbs.reference import FourBar, beam_modes
-    from buckler.mbs.reference import simulate as compiled
+    from buckler.mbs.modal import BarModes
     from buckler.studies.rattling.clearance import CrankRockerParameters
+    from buckler.studies.rattling.linkage import FourBar
+    from buckler.studies.rattling.turns import simulate as compiled
 
     p = CrankRockerParameters(start_angle=0.0)
-    modes = beam_modes(damping=p.rocker_damping) if beam else None
+    modes = Modal(p.section, BarModes(2, 1), p.rocker_damping) if beam else None
     bar = FourBar(modes=modes, law=p.law, friction=p.friction, gap=p.clearance, pin=p.pin)
     body = Beam(p.section, elements=4) if beam else p.mechanism("rigid").link("rocker").body
     mechanism = crank_rocker(body, speed=p.speed, play=p.play, section=p.section, angle=0.0)
-    exact = compiled(bar, START[-1], rtol=1e-10, atol=1e-10, samples=len(START)).q[:, 2:4]
+    exact = compiled(bar, START[-1], tolerance=1e-10, samples=len(START)).q[:, 2:4]
 
     compared = len(START) // 2 if beam else len(START)
 
@@ -143,6 +143,16 @@ JOBS: dict[str, Callable[[], TimedJob]] = {
     "rigid play": partial(_with_play, False),
     "beam play": partial(_with_play, True),
 }
+
+
+ERROR = {
+    "static": "largest error of the load [1]",
+    "smooth": "L2 error of the deflection [1]",
+    "buckling": "largest error of four readings [1]",
+    "rigid play": "distance in 10 ms [clearances]",
+    "beam play": "distance in 5 ms [clearances]",
+}
+"""What the error of each job is."""
 
 
 def _measure(p: Parameters, progress: Progress) -> Iterator[tuple[str, TimedJob, Point, Point]]:
@@ -182,15 +192,24 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
 
 
 def figure(result: StudyResult) -> Figure:
-    """Error over run time, an arrow from each baseline to ours."""
-    fig, ax = subplots(height=100)
-    for k, (name, *numbers) in enumerate(result.tables[0].rows):
+    """Error over run time, a panel a job as each has its own error; an arrow from the baseline to ours."""
+    rows = result.tables[0].rows
+    lines = (len(rows) + 2) // 3
+    fig, axes = subplots(lines, 3, height=25 + 55 * lines, squeeze=False)
+    for ax, (name, *numbers) in zip(axes.flat, rows, strict=False):
         error, time, their_error, their_time = (float(x) for x in numbers[:4])
-        ax.annotate("", (time, error), (their_time, their_error), arrowprops={"arrowstyle": "->", "color": f"C{k}"})
-        ax.loglog(time, error, "o", color=f"C{k}", label=name)
-        ax.loglog(their_time, their_error, "x", color=f"C{k}")
-    ax.set(xlabel="run time [ms]", ylabel="error, as each job defines it")
-    ax.legend(title="o ours, x baseline", alignment="left")
+        ax.annotate("", (time, error), (their_time, their_error), arrowprops={"arrowstyle": "->", "color": "0.5"})
+        ax.loglog(their_time, their_error, "x", color=COLOURS[1], ms=6, label="baseline")
+        ax.loglog(time, error, "o", color=COLOURS[0], label="ours")
+        ax.set(title=name, ylabel=ERROR[name])
+        ax.margins(0.3)
+        for axis, values in ((ax.xaxis, (their_time, time)), (ax.yaxis, (their_error, error))):
+            axis.set_ticks(values, [f"{value:.3g}" for value in values])
+            axis.set_ticks([], minor=True)
+    for ax in axes.flat[len(rows) :]:
+        ax.remove()
+    fig.supxlabel("run time [ms]", fontsize=9)
+    fig.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper right", ncols=2)
     return fig
 
 

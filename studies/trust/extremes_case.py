@@ -14,11 +14,12 @@ from buckler.mbs import Controlled, Exudyn, Mechanism, Result, Status, simulate
 Array = np.ndarray[Any, Any]
 Measures = Mapping[str, Any]
 DEFAULT = Exudyn()
-WITHIN, REFUSED, FAILED, SUSPECT, FALSE_ALARM, WRONG, OPEN = (
+WITHIN, REFUSED, FAILED, SUSPECT, FALSE_ALARM, WRONG, UNFINISHED, OPEN = (
     "within tolerance", "refused before the run", "failed by name", "suspect by name", "suspect, yet within tolerance",
-    "silently wrong", "no reference",
+    "silently wrong", "unfinished", "no reference",
 )  # fmt: skip
-"""Verdicts. OPEN is a case reported fine whose reference itself failed."""
+"""Verdicts. UNFINISHED ran out of time; OPEN was reported fine, and its reference itself failed."""
+VERDICTS = (WITHIN, REFUSED, FAILED, SUSPECT, FALSE_ALARM, WRONG, UNFINISHED, OPEN)
 
 
 def largest(values: Array) -> float:
@@ -68,11 +69,12 @@ PATIENCE = 120.0
 
 @dataclass(frozen=True)
 class CaseOutcome:
-    """How a run ended, and what was read off it; a scale where the reference's largest value is none."""
+    """How a run ended, what was read off it, and how long it took, s, where that is known without what came before it."""
 
     status: str
     message: str
     measures: Measures = field(default_factory=dict)
+    wall_s: float = float("nan")
 
 
 @dataclass(frozen=True)
@@ -88,6 +90,8 @@ class Case:
         Gives the measures that are right, from another method, or None if that failed; None where a run cannot be right.
     scales : dict of str to float
         By measure; the largest value of the reference where there is none.
+    plain : callable, optional
+        Runs the same once, with nothing checked or refined: what the price is held against.
     """
 
     family: str
@@ -95,10 +99,15 @@ class Case:
     run: Callable[[float], CaseOutcome]
     reference: Callable[[], Measures | None] | None = None
     scales: Mapping[str, float] = field(default_factory=dict)
+    plain: Callable[[], None] | None = None
 
 
 class Finding(NamedTuple):
-    """What became of a case; `off` is the largest error over what is allowed, nan where nothing was compared."""
+    """What became of a case.
+
+    `off` is the largest error over what is allowed, nan where nothing was compared; `price` is the run's time over a plain
+    one's, nan where none was run.
+    """
 
     family: str
     name: str
@@ -107,27 +116,38 @@ class Finding(NamedTuple):
     worst: str
     message: str
     wall_s: float
+    price: float = float("nan")
 
 
 def judge(case: Case, timeout: float) -> Finding:
     """Run a case and its reference, and say what became of it."""
     start = perf_counter()
+
+    def found(verdict: str, off: float = np.nan, worst: str = "", said: str = "", price: float = np.nan) -> Finding:
+        return Finding(case.family, case.name, verdict, float(off), worst, said, perf_counter() - start, price)
+
     try:
         outcome = case.run(timeout)
     except ValueError as error:  # KinematicsError among them
-        return Finding(case.family, case.name, REFUSED, np.nan, "", " ".join(str(error).split()), perf_counter() - start)
-    fine, suspect = outcome.status == Status.OK, outcome.status == Status.SUSPECT
+        return found(REFUSED, said=" ".join(str(error).split()))
+    fine, suspect, said = outcome.status == Status.OK, outcome.status == Status.SUSPECT, _text(outcome)
+    if outcome.status == Status.TIMED_OUT:
+        return found(UNFINISHED, said=said)
     if not fine and not suspect:
-        return Finding(case.family, case.name, FAILED, np.nan, "", _text(outcome), perf_counter() - start)
+        return found(FAILED, said=said)
+    price = np.nan if case.plain is None else outcome.wall_s / _timed(case.plain)
     right = case.reference() if case.reference else None
-    off, worst = compare(outcome.measures, right, case.scales) if right is not None else (np.inf, "no run of it can be right")
     if right is None and case.reference:
-        verdict, off = (OPEN if fine else SUSPECT), np.nan
-    elif fine:
-        verdict = WITHIN if off <= 1 else WRONG
-    else:
-        verdict = FALSE_ALARM if off <= 1 else SUSPECT
-    return Finding(case.family, case.name, verdict, float(off), worst, _text(outcome), perf_counter() - start)
+        return found(OPEN if fine else SUSPECT, said=said, price=price)
+    off, worst = compare(outcome.measures, right, case.scales) if right is not None else (np.inf, "no run of it can be right")
+    good = WITHIN if fine else FALSE_ALARM
+    return found(good if off <= 1 else WRONG if fine else SUSPECT, off, worst, said, price)
+
+
+def _timed(run: Callable[[], None]) -> float:
+    start = perf_counter()
+    run()
+    return perf_counter() - start
 
 
 def _text(outcome: CaseOutcome) -> str:
@@ -138,7 +158,7 @@ def compare(found: Measures, right: Measures, scales: Mapping[str, float]) -> tu
     """Largest error of all measures over what is allowed, and the measure's name."""
     errors = {}
     for name, value in right.items():
-        scale, kind = scales.get(name) or largest(value), KINDS[name.partition(" ")[0]]
+        scale, kind = scales.get(name) or largest(value), KINDS[name.partition(" ")[0].rstrip(",")]
         compared = np.asarray(found[name])[
             ..., : np.shape(value)[-1]
         ]  # a reference may end where motion is one trajectory no longer

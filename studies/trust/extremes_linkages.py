@@ -9,8 +9,8 @@ import numpy as np
 
 from buckler.mbs import Controlled, Equal, Exudyn, Mechanism, Result, Rigid, Section
 from buckler.mbs.library import CrankRocker, crank_rocker
-from buckler.mbs.reference import FourBar
 from buckler.studies.kit.published import STEEL
+from buckler.studies.rattling.linkage import FourBar
 from buckler.studies.trust.extremes_case import DEFAULT, Case, Measures, simulated
 
 BARS = Section(0.005, 0.020, STEEL)

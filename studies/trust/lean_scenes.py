@@ -187,7 +187,7 @@ def _costs(variants: Variants, summaries: Mapping[str, Mapping[str, int]], repea
     after: dict[str, list[float]] = {part: [] for part in AFTER}
     for k in range(repeats + 1):
         for part, variant in list(variants.items())[:: 1 if k % 2 else -1]:
-            seconds, result = _timed(lambda v=variant: simulate(v.mechanism, v.duration, **v.asked))  # type: ignore[misc]
+            seconds, result = _timed(lambda v=variant: simulate(v.mechanism, v.duration, solver=Exudyn(), **v.asked))  # type: ignore[misc]
             if k:
                 whole[part].append(seconds)
                 step[part].append(seconds / result.work["steps"])

@@ -19,9 +19,9 @@ os.environ.setdefault("EXUDYN_NO_USER_SETTINGS", "1")
 import exudyn as exu
 import exudyn.itemInterface as eii
 
-from buckler.mbs.elements import Cable, GuideFriction
+from buckler.mbs.elements import Cable, GuideFriction, Motor, Rigid
 from buckler.mbs.elements.section import Section
-from buckler.mbs.laws import HysteresisLaw
+from buckler.mbs.laws import HysteresisLaw, KelvinVoigt
 from buckler.mbs.mechanism import Mechanism
 
 exu.config.printToConsole = False
@@ -42,12 +42,15 @@ class Plain:
         What the engine said, if it failed.
     work : dict
         newton_iterations.
+    angle : array, shape (values,), or None
+        Crank angle from the start, rad, of a run whose crank a motor turns.
     """
 
     x: Array
     force: Array
     message: str = ""
     work: dict[str, float] = field(default_factory=dict)
+    angle: Array | None = None
 
 
 class _System:
@@ -66,8 +69,13 @@ class _System:
         markers = [self.ground, self.marker(node, coordinate)]
         return self.system.AddObject(eii.CoordinateConstraint(markerNumbers=markers, **motion))
 
-    def cable(self, section: Section, length: float, nodes: list[int], **more: Any) -> None:
-        for pair in pairwise(nodes):
+    def weight(self, body: int, gravity: tuple[float, float]) -> None:
+        if any(gravity):
+            marker = self.system.AddMarker(eii.MarkerBodyMass(bodyNumber=body))
+            self.system.AddLoad(eii.LoadMassProportional(markerNumber=marker, loadVector=[*gravity, 0.0]))
+
+    def cable(self, section: Section, length: float, nodes: list[int], **more: Any) -> list[int]:
+        return [
             self.system.AddObject(
                 eii.ObjectANCFCable2D(
                     nodeNumbers=list(pair),
@@ -79,6 +87,8 @@ class _System:
                     **more,
                 )
             )
+            for pair in pairwise(nodes)
+        ]
 
 
 def _settings() -> Any:
@@ -141,9 +151,10 @@ def _half_sine_nodes(job: _System, length: float, shortening: float, elements: i
 
 
 def slider_crank(mechanism: Mechanism, duration: float, steps: int, newton: float) -> Plain:
-    """Contact force of `buckler.mbs.library.slider_crank` with a `Cable` coupler, at constant speed, in uniform steps.
+    """Contact force of `buckler.mbs.library.slider_crank` with a `Cable` coupler, in uniform steps.
 
-    The only callback is the stop's force. It samples every step, for the peak.
+    Its crank turns at constant speed, or by a motor of constant voltage. The only callback is the stop's force. It samples every
+    step, for the peak.
 
     Parameters
     ----------
@@ -155,24 +166,27 @@ def slider_crank(mechanism: Mechanism, duration: float, steps: int, newton: floa
         Relative and absolute tolerance of Newton's method.
     """
     job = _System()
-    speed = float(mechanism.drives[0].speed)  # type: ignore[arg-type]
+    speed = float(mechanism.drives[0].speed if mechanism.drives else mechanism.velocities["crank"])  # type: ignore[arg-type]
     coupler = _moving_strip(job, mechanism, speed)
-    _add_crank(job, mechanism, speed, coupler[0])
+    crank = (_add_crank if mechanism.drives else _add_motor)(job, mechanism, speed, coupler[0])
     contact = _add_slider(job, mechanism, coupler[-1])
+    stored: dict[str, Any] = {"storeInternal": True, "writeToFile": False}
     force = job.system.AddSensor(
-        eii.SensorObject(
-            objectNumber=contact, outputVariableType=exu.OutputVariableType.Force, storeInternal=True, writeToFile=False
-        )
+        eii.SensorObject(objectNumber=contact, outputVariableType=exu.OutputVariableType.Force, **stored)
+    )
+    turned = job.system.AddSensor(
+        eii.SensorNode(nodeNumber=crank, outputVariableType=exu.OutputVariableType.Coordinates, **stored)
     )
     failure, work = _solve(job, duration, steps, newton, newton)
     if failure:
         return Plain(np.empty(0), np.empty(0), failure)
     time, forces = np.asarray(job.system.GetSensorStoredData(force)).T
-    return Plain(time, np.abs(forces), work=work)
+    angle = None if mechanism.drives else np.asarray(job.system.GetSensorStoredData(turned))[:, 3]
+    return Plain(time, np.abs(forces), work=work, angle=angle)
 
 
 def smooth_slider_crank(mechanism: Mechanism, duration: float, steps: int, relative: float, absolute: float) -> Plain:
-    """Deflection of the coupler's middle in the same mechanism without a stop, no callback at all; a sample a step."""
+    """Deflection of the coupler's middle in the same mechanism, a sample a step; without a stop there is no callback at all."""
     job = _System()
     speed = float(mechanism.drives[0].speed)  # type: ignore[arg-type]
     coupler = _moving_strip(job, mechanism, speed)
@@ -227,12 +241,39 @@ def _moving_strip(job: _System, mechanism: Mechanism, speed: float) -> list[int]
         velocity = [-turning * place[1], speed * radius - turning * s, -turning * along[1], turning * along[0]]
         nodes.append(job.system.AddNode(eii.NodePoint2DSlope1(referenceCoordinates=[*place, *along], initialVelocities=velocity)))
     damping = body.section.bending_stiffness * body.section.material.bending_damping
-    job.cable(body.section, length, nodes, bendingDamping=damping, strainIsRelativeToReference=1.0)
+    for part in job.cable(body.section, length, nodes, bendingDamping=damping, strainIsRelativeToReference=1.0):
+        job.weight(part, mechanism.gravity)
     return nodes
 
 
-def _add_crank(job: _System, mechanism: Mechanism, speed: float, pin: int) -> None:
-    """A rigid crank about the origin whose speed is prescribed; its mass does not matter."""
+def _add_motor(job: _System, mechanism: Mechanism, speed: float, pin: int) -> int:
+    """A crank with mass, turned by a torque that falls in proportion to its speed and is 0 at `speed`; its node."""
+    (motor,) = (load for load in mechanism.loads if isinstance(load, Motor))
+    crank, radius = mechanism.link("crank").body, mechanism.length("crank")
+    assert isinstance(crank, Rigid)
+    mass, inertia, (centre, _) = crank.inertia(radius)
+    node = job.system.AddNode(
+        eii.NodeRigidBody2D(referenceCoordinates=[centre, 0, 0], initialVelocities=[0, speed * centre, speed])
+    )
+    body = job.system.AddObject(eii.ObjectRigidBody2D(mass=mass, inertia=inertia + motor.inertia, nodeNumber=node))
+    job.weight(body, mechanism.gravity)
+    ground = job.system.AddObject(eii.ObjectGround())
+    places = ((ground, 0.0), (body, -centre), (body, radius - centre))
+    pivot, start, end = (
+        job.system.AddMarker(eii.MarkerBodyPosition(bodyNumber=which, localPosition=[x, 0, 0])) for which, x in places
+    )
+    carried = job.system.AddMarker(eii.MarkerNodePosition(nodeNumber=pin))
+    for pair in ([pivot, start], [end, carried]):
+        job.system.AddObject(eii.ObjectJointRevolute2D(markerNumbers=pair))
+    slope = motor.constant**2 / motor.resistance
+    turning = job.marker(node, 2)
+    job.system.AddObject(eii.ObjectConnectorCoordinateSpringDamper(markerNumbers=[job.ground, turning], damping=slope))
+    job.system.AddLoad(eii.LoadCoordinate(markerNumber=turning, load=slope * speed))
+    return int(node)
+
+
+def _add_crank(job: _System, mechanism: Mechanism, speed: float, pin: int) -> int:
+    """A rigid crank about the origin whose speed is prescribed; its mass does not matter. Its node."""
     node = job.system.AddNode(eii.NodeRigidBody2D(referenceCoordinates=[0, 0, 0], initialVelocities=[0, 0, speed]))
     body = job.system.AddObject(eii.ObjectRigidBody2D(mass=0.1, inertia=1e-3, nodeNumber=node))
     for coordinate in (0, 1):
@@ -241,6 +282,7 @@ def _add_crank(job: _System, mechanism: Mechanism, speed: float, pin: int) -> No
     end = job.system.AddMarker(eii.MarkerBodyPosition(bodyNumber=body, localPosition=[mechanism.length("crank"), 0, 0]))
     start = job.system.AddMarker(eii.MarkerNodePosition(nodeNumber=pin))
     job.system.AddObject(eii.ObjectJointRevolute2D(markerNumbers=[end, start]))
+    return int(node)
 
 
 def _add_slider(job: _System, mechanism: Mechanism, end: int) -> int:
@@ -248,7 +290,7 @@ def _add_slider(job: _System, mechanism: Mechanism, end: int) -> int:
     guide = mechanism.guide("B")
     start, _ = mechanism.points["B"]
     node = job.system.AddNode(eii.NodePoint2D(referenceCoordinates=[start, 0]))
-    job.system.AddObject(eii.ObjectMassPoint2D(mass=guide.mass, nodeNumber=node))
+    job.weight(job.system.AddObject(eii.ObjectMassPoint2D(mass=guide.mass, nodeNumber=node)), (mechanism.gravity[0], 0.0))
     for fixed in (node, end):
         job.fix(fixed, 1)
     along = job.marker(node, 0)
@@ -273,7 +315,11 @@ def _add_slider(job: _System, mechanism: Mechanism, end: int) -> int:
 
 
 def _stop_force(law: Any, face: float) -> Any:
-    """max(0, K d (1 + chi d'/v0)) as a callback; v0 is the last speed seen before contact."""
+    """Force of the stop as a callback: max(0, K d + c d'), or max(0, K d (1 + chi d'/v0)), v0 the last speed before contact."""
+    if isinstance(law, KelvinVoigt):
+        return lambda _system, _t, _item, travel, speed, *_: (
+            -max(0.0, law.stiffness * (face - travel) - law.damping * speed) if travel < face else 0.0
+        )
     assert isinstance(law, HysteresisLaw) and law.exponent == 1
     stiffness, chi, onset = law.stiffness, law.chi, [1e-4]
 

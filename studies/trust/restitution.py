@@ -160,9 +160,10 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     metrics["largest_difference"] = Metric(float(np.nanmax(off)), "1")
     metrics["energy_balance"] = Metric(max(d.energy_balance for d in drops), "1")
     wrong = [f"{d.name}: {d.message or f'off by {o:.1e}'}" for d, o in zip(drops, off, strict=True) if not o <= AGREES_TO]
+    checks: dict[str, Any] = {"status": "SUSPECT", "message": "; ".join(wrong)} if wrong else {}
     return StudyResult(
         parameters=parameters,
-        **({"status": "SUSPECT", "message": "; ".join(wrong)} if wrong else {}),
+        **checks,
         metrics=metrics,
         signals={name: np.array([getattr(d, name) for d in drops]) for name in ("asked", "found", "exact")},
         work={name: sum(getattr(d, name) for d in drops) for name in ("steps", "evaluations")},

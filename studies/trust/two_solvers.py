@@ -7,15 +7,18 @@ and mechanisms drawn at random. The difference of the two must stay within the s
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from buckler.mbs import Result, Status, simulate
+from buckler.mbs import Result, Status
+from buckler.mbs.accuracy.delivery import Task, comparable, judged
 from buckler.mbs.accuracy.difference import FINEST, difference, differences
+from buckler.mbs.accuracy.ways import by_exudyn
+from buckler.mbs.simulation import SOLVERS
 from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import StudyParameters, integer, quantity
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
@@ -76,16 +79,14 @@ def pairs(p: Parameters) -> Iterator[Pair]:
 
 def compare(pair: Pair, p: Parameters) -> Compared:
     """Run both solvers; the compiled one once more where the first run of a process compiled a law."""
-    begin = perf_counter()
-    ours = simulate(pair.mechanism, pair.duration, p.accuracy, timeout=p.timeout)
-    engine_s = perf_counter() - begin
+    ours, engine_s = _engine(pair, p)
     other, error, compiled_s, failed = _compiled(pair, p, p.accuracy)
     said = "; ".join(filter(None, ("" if ours.ok else f"Exudyn {ours.status}: {ours.message}", failed)))
     if failed or ours.status not in (Status.OK, Status.SUSPECT):
-        return Compared(pair.name, float("nan"), "", ours.error, error, engine_s, compiled_s, said)
+        return Compared(pair.name, float("nan"), "", ours.error.motion, error, engine_s, compiled_s, said)
     found = differences(ours, other)
     where = max(found, key=lambda name: found[name], default="")
-    case = Compared(pair.name, found.get(where, 0.0), where, ours.error, error, engine_s, compiled_s, said)
+    case = Compared(pair.name, found.get(where, 0.0), where, ours.error.motion, error, engine_s, compiled_s, said)
     return case._replace(said="; ".join(filter(None, (said, _explained(pair, p, ours, other, case))))) if case.ratio > 1 else case
 
 
@@ -100,6 +101,20 @@ def _explained(pair: Pair, p: Parameters, ours: Result, other: Result, case: Com
     )
 
 
+def _engine(pair: Pair, p: Parameters) -> tuple[Result, float]:
+    """Exudyn's result, with its estimate, and its time."""
+    begin = perf_counter()
+
+    def run(mechanism: Any, duration: float, solver: Any, limit: float) -> Any:
+        return SOLVERS[type(solver)](mechanism, duration, solver, limit, None)
+
+    task = Task(pair.mechanism, pair.duration, p.accuracy, patience=p.timeout)
+    found = by_exudyn(pair.mechanism)(task, run)
+    wall = perf_counter() - begin
+    status, message = found.run.failure or (Status.OK, "")
+    return judged(replace(comparable(found.run), status=status, message=message), found, task, wall), wall
+
+
 def _compiled(pair: Pair, p: Parameters, accuracy: float) -> tuple[Result, float, float, str]:
     """The compiled solver's run, its known error, its time, and how it failed if so."""
     from buckler.mbs.spectral.accuracy import known
@@ -108,15 +123,11 @@ def _compiled(pair: Pair, p: Parameters, accuracy: float) -> tuple[Result, float
 
     once(pair.mechanism, 1e-6 * pair.duration, Spectral())  # compiles the mechanism's own functions
     begin = perf_counter()
-
-    def run(mechanism: Any, duration: float, solver: Spectral) -> Any:
-        return once(mechanism, duration, solver, max(1e-3, p.timeout - (perf_counter() - begin)))
-
-    found = known(pair.mechanism, pair.duration, max(accuracy, FINEST_KNOWN), run=run)
+    found = known(pair.mechanism, pair.duration, max(accuracy, FINEST_KNOWN), patience=p.timeout)
     wall = perf_counter() - begin
     result = Result(Status.OK, "", found.run.record.time, *found.run.signals, found.run.work)
     failure = found.run.failure
-    return result, found.error, wall, "" if failure is None else f"compiled {failure[0]}: {failure[1]}"
+    return result, found.errors.motion, wall, "" if failure is None else f"compiled {failure[0]}: {failure[1]}"
 
 
 def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from math import pi
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -15,26 +16,46 @@ from buckler.mbs import (
     Drive,
     Force,
     Guide,
+    GuideFriction,
     Link,
     Mass,
     Mechanism,
+    Modal,
+    Motor,
     Ramp,
     Revolute,
     Rigid,
     Section,
+    Slider,
+    Slot,
     Spring,
+    Stop,
     Strut,
     Torque,
     TorsionSpring,
     Weld,
 )
-from buckler.mbs.laws import AdamsFriction, CarvalhoMartins, Impact
+from buckler.mbs.functions import Expression
+from buckler.mbs.laws import (
+    AdamsFriction,
+    CarvalhoMartins,
+    Coulomb,
+    Flores,
+    Hertz,
+    HuntCrossley,
+    Impact,
+    KelvinVoigt,
+    NoFriction,
+)
 from buckler.mbs.library import BAR, PAPER, CrankRocker, crank_rocker, slider_crank
+from buckler.mbs.modal import BarModes
 from buckler.studies.kit.published import STRIP_WIDTH
 from buckler.studies.trust import benchmark_problems as problems
 
 Draw = np.random.Generator
 WEIGHT = (0.0, -9.81)
+PLAYED = 5e-3
+"""Time of a run with clearance, s: its motion is one trajectory for so long."""
 STOP = CarvalhoMartins(1e5, 0.5, exponent=1.0)
 LIGHTEST_STRIP = Section(STRIP_WIDTH, 3e-4)
 STRIP = Section(STRIP_WIDTH, 2e-3).damped(0.01, PAPER.coupler)
@@ -77,6 +98,11 @@ def drawn(seed: int, k: int) -> Pair:
     return Pair(f"{name} {seed}.{k}", mechanism, duration)
 
 
+def _one(draw: Draw, *options: Any) -> Any:
+    """One of them, alike."""
+    return options[int(draw.integers(len(options)))]
+
+
 def _bar(draw: Draw) -> Rigid:
     return Rigid(Section(draw.uniform(0.01, 0.03), draw.uniform(3e-3, 1e-2)))
 
@@ -112,7 +138,7 @@ def four_bar(draw: Draw) -> tuple[Mechanism, float]:
     """A crank-rocker of other lengths, its speed constant or a ramp, its rocker rigid or a strip."""
     lengths = CrankRocker(*(side * draw.uniform(0.93, 1.07) for side in CrankRocker()))
     strip = Section(STRIP_WIDTH, draw.uniform(1e-3, 3e-3)).damped(0.02, lengths.rocker)
-    rocker = [_bar(draw), Beam(strip), Cable(strip)][int(draw.integers(3))]
+    rocker = _one(draw, _bar(draw), Beam(strip), Cable(strip))
     fast = draw.uniform(5, 20)
     duration = draw.uniform(0.3, 0.8) * 2 * pi / fast
     speed = Ramp(0.0, fast, duration / 2) if draw.random() < 0.5 else fast
@@ -123,7 +149,7 @@ def slider(draw: Draw) -> tuple[Mechanism, float]:
     """A slider-crank without a stop whose coupler is rigid or a strip, damped and bowed."""
     strip = Section(STRIP_WIDTH, draw.uniform(1.5e-3, 3e-3)).damped(10 ** draw.uniform(-2, -1.5), PAPER.coupler)
     bow = draw.uniform(-1e-3, 1e-3)
-    coupler = [_bar(draw), Beam(strip, imperfection=bow), Cable(strip, imperfection=bow)][int(draw.integers(3))]
+    coupler = _one(draw, _bar(draw), Beam(strip, imperfection=bow), Cable(strip, imperfection=bow))
     fast = draw.uniform(5, 25)
     return slider_crank(coupler, law=None, mass=draw.uniform(0.1, 0.5), speed=fast), draw.uniform(0.3, 0.8) * 2 * pi / fast
 
@@ -167,6 +193,107 @@ def guided(draw: Draw) -> tuple[Mechanism, float]:
     ), draw.uniform(0.1, 0.3)
 
 
+def rattling(draw: Draw) -> tuple[Mechanism, float]:
+    """A crank-rocker with clearance in some joints, of any law and friction, its rocker rigid or of modes."""
+    play = _any_play(draw)
+    some = "".join(joint for joint in "OABC" if draw.random() < 0.5) or "B"
+    bar = Section(draw.uniform(5e-3, 2e-2), draw.uniform(5e-3, 2e-2))
+    rocker = _one(draw, Rigid(bar), Modal(bar, BarModes(2, 1), draw.uniform(0.01, 0.05)))
+    made = crank_rocker(rocker, speed=draw.uniform(10, 40), play=play, with_play=some, section=bar, angle=draw.uniform(-pi, pi))
+    return replace(made, gravity=WEIGHT if draw.random() < 0.5 else (0.0, 0.0)), PLAYED
+
+
+def _any_play(draw: Draw) -> Callable[[str, str, str], Clearance]:
+    """Joints with clearance of one law and friction."""
+    stiff, gap = 10 ** draw.uniform(7.5, 9), 10 ** draw.uniform(-4.3, -3.5)
+    law = _one(draw, Impact(stiff, draw.uniform(100, 2e3), 1e-5), Flores(stiff, draw.uniform(0.3, 0.9)), Hertz(stiff))
+    rough = draw.uniform(0.05, 0.3)
+    friction = _one(draw, AdamsFriction(1.5 * rough, rough), Coulomb(rough, 0.05), NoFriction())
+    return lambda point, pin, bush: Clearance(point, pin, bush, 5e-3, gap, law, friction)
+
+
+def sliding(draw: Draw) -> tuple[Mechanism, float]:
+    """A swinging bar in whose slot or along which a block on a bar slides, pulled by a spring, turned by a motor or a torque."""
+    length, turn = draw.uniform(0.2, 0.4), draw.uniform(-0.4, 0.4)
+    points = {
+        "O": (0.0, 0.0), "A": (length, 0.0), "B": (0.6 * length, 0.0),
+        "C": (0.6 * length + 0.15 * np.sin(turn), -0.15 * np.cos(turn)), "Q": (draw.uniform(0, 0.3), draw.uniform(-0.5, -0.3)),
+    }  # fmt: skip
+    joint = (Slot if draw.random() < 0.5 else Slider)("B", "bob", "arm", along=(1.0, 0.0))
+    push: Any = Motor("arm", voltage=draw.uniform(2, 12), resistance=2.0, constant=0.05, inertia=1e-5, gear=draw.uniform(1, 3))
+    loads: list[Any] = [
+        Spring("B", "ground:O", stiffness=draw.uniform(100, 500), damping=draw.uniform(0, 2), free_length=0.6 * length),
+        Spring("C", "ground:Q", stiffness=draw.uniform(5, 50), free_length=0.1),
+        TorsionSpring("arm", "bob", stiffness=draw.uniform(0.05, 0.5), damping=draw.uniform(0, 0.01)),
+        push if draw.random() < 0.5 else Torque("arm", draw.uniform(-0.1, 0.1)),
+    ]
+    return Mechanism(
+        points,
+        [Link("arm", "O", "A", _bar(draw)), Link("bob", "B", "C", _bar(draw))],
+        [Revolute("O", "ground", "arm"), joint],
+        loads=[loads[0], *(load for load in loads[1:] if draw.random() < 0.6)],
+        masses=[Mass("C", draw.uniform(0.02, 0.2), draw.uniform(0, 1e-5))] if draw.random() < 0.5 else [],
+        gravity=WEIGHT,
+    ), draw.uniform(0.1, 0.25)
+
+
+def two_drives(draw: Draw) -> tuple[Mechanism, float]:
+    """A five-bar turned by two drives, constant, ramped or swinging, its links rigid or one of modes."""
+    low, fast = draw.uniform(0.08, 0.12), draw.uniform(3, 12)
+    points = {"O": (0.0, 0.0), "A": (0.0, low), "P": (0.3, 0.0), "D": (0.3, low), "B": (0.15, low + draw.uniform(0.15, 0.2))}
+    bar = Section(0.02, draw.uniform(4e-3, 8e-3))
+    middle = _one(draw, _bar(draw), Modal(bar, BarModes(2, 1), 0.02))
+    duration = draw.uniform(0.2, 0.5) / fast * 2
+    swing = draw.uniform(0.1, 0.3)
+    drives: list[Any] = [
+        Drive("left", _one(draw, fast, Ramp(0.0, fast, duration / 2))),
+        Drive("right", Expression(f"{swing * fast!r}*cos({fast!r}*t)")),
+    ]
+    return Mechanism(
+        points,
+        [
+            Link("left", "O", "A", _bar(draw)), Link("right", "P", "D", _bar(draw)), Link("one", "A", "B", middle),
+            Link("two", "D", "B", _bar(draw)),
+        ],
+        [
+            Revolute("O", "ground", "left"), Revolute("P", "ground", "right"), Revolute("A", "left", "one"),
+            Revolute("D", "right", "two"), Revolute("B", "one", "two"),
+        ],
+        loads=[Force("B", (draw.uniform(-2, 2), draw.uniform(-2, 2)))] if draw.random() < 0.5 else [],
+        drives=drives,
+        gravity=WEIGHT,
+    ), duration  # fmt: skip
+
+
+def rubbing(draw: Draw) -> tuple[Mechanism, float]:
+    """A slider-crank of rigid links, driven or let go, whose guide rubs, by its own reaction or as given."""
+    fast = draw.uniform(5, 20)
+    made = slider_crank(_bar(draw), law=None, mass=draw.uniform(0.1, 0.5), speed=fast)
+    guide = replace(
+        made.guides[0], friction=Coulomb(draw.uniform(0.05, 0.4), 0.05) if draw.random() < 0.6 else GuideFriction(1.0)
+    )
+    if draw.random() < 0.6:
+        made = replace(made, drives=[], velocities={"crank": fast}, loads=[Torque("crank", draw.uniform(-1, 1))])
+    return replace(made, guides=[guide], gravity=WEIGHT), draw.uniform(0.2, 0.8) * 2 * pi / fast
+
+
+def landing(draw: Draw) -> tuple[Mechanism, float]:
+    """A pendulum, rigid or a clamped strip, let go or bent by a force, that lands with a point on a stop of the ground."""
+    length = draw.uniform(0.2, 0.4)
+    points = {"O": (0.0, 0.0), "A": (length, 0.0), "M": (0.6 * length, 0.0)}
+    law = _one(draw, CarvalhoMartins(1e4, 0.6, exponent=1.0), KelvinVoigt(1e4, draw.uniform(5, 50)), HuntCrossley(1e5, 0.3))
+    strip = draw.random() < 0.5
+    section = Section(STRIP_WIDTH, draw.uniform(1.5e-3, 2.5e-3)).damped(0.02, length)
+    link = (
+        Link("bar", "O", "A", Beam(section), carries={"M": 0.6}) if strip else Link("bar", "O", "A", _bar(draw), carries=("M",))
+    )
+    stop = Stop("M", at=-draw.uniform(1e-3, 1e-2), law=law, along=(0.0, 1.0))
+    return Mechanism(
+        points, [link], [(Weld if strip else Revolute)("O", "ground", "bar")], stops=[stop],
+        loads=[Force("A", (0.0, -draw.uniform(1, 10)))], gravity=WEIGHT,
+    ), draw.uniform(0.1, 0.2)  # fmt: skip
+
+
 FAMILIES: dict[str, Callable[[Draw], tuple[Mechanism, float]]] = {
     "chain": chain,
     "four-bar": four_bar,
@@ -174,4 +301,9 @@ FAMILIES: dict[str, Callable[[Draw], tuple[Mechanism, float]]] = {
     "struck": struck,
     "cantilever": cantilever,
     "guided": guided,
+    "rattling": rattling,
+    "sliding": sliding,
+    "two drives": two_drives,
+    "rubbing": rubbing,
+    "landing": landing,
 }

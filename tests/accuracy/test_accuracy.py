@@ -122,7 +122,7 @@ def test_delivered_is_as_asked(scene, asked):
     case = SCENES[scene](np.random.default_rng(5), asked)
     result = simulate(case.mechanism, case.duration, asked)
     assert result.status is Status.OK, result.message
-    assert case.error(result) <= asked and result.error <= asked == result.asked and result.error_kind
+    assert case.error(result) <= asked and result.error.motion <= asked == result.asked and result.error.kind
     assert result.work["runs"] >= 2 and 0 < result.work["share"] < 1
 
 
@@ -159,12 +159,12 @@ def test_an_accuracy_out_of_reach_is_told():
     mechanism = slider_crank(Cable(THICK), law=None, mass=0.3, speed=5.0)
     result = simulate(mechanism, 1.0, 1e-5)
     assert result.status is Status.SUSPECT and "ACCURACY: asked 1e-05, reached" in result.message
-    assert result.error > 1e-5
+    assert result.error.motion > 1e-5
 
 
 def test_a_step_halving_that_shows_a_difference_is_told(monkeypatch):
     """Without a second try the estimate says what the first one missed."""
-    monkeypatch.setattr("buckler.mbs.accuracy.delivery.ROUNDS", 1)
+    monkeypatch.setattr("buckler.mbs.accuracy.extrapolation.ROUNDS", 1)
     monkeypatch.setattr("buckler.mbs.accuracy.plan.STRIKING_PHASE", 0.2)
     coupler = Cable(STRIP.damped(0.02, LENGTH), imperfection=1e-3)
     mechanism = slider_crank(coupler, law=KelvinVoigt(1e5, 300.0), mass=0.3, speed=6.0)
@@ -187,7 +187,7 @@ def test_accuracies_out_of_range_are_named(accuracy):
 def test_time_is_shared_by_all_runs():
     mechanism = slider_crank(Cable(THICK), law=None, mass=0.3, speed=1.25)
     result = simulate(mechanism, 50.0, 1e-5, timeout=0.3)
-    assert result.status is Status.TIMED_OUT and np.isnan(result.error)
+    assert result.status is Status.TIMED_OUT and np.isnan(result.error.motion)
 
 
 def half_law(u):
@@ -199,15 +199,15 @@ def half_law(u):
 def test_a_failed_run_keeps_its_name():
     """Pressed further than the law of its strut goes: no number of steps helps."""
     result = simulate(pressed(Strut(STRIP, load=half_law), 0.5 * LENGTH, 1.0), 1.0, 1e-2)
-    assert result.status is Status.STRUT_OUT_OF_RANGE and np.isnan(result.error) and result.asked == 1e-2
+    assert result.status is Status.STRUT_OUT_OF_RANGE and np.isnan(result.error.motion) and result.asked == 1e-2
     assert result.work["runs"] == 1
 
 
 def test_scenes_nothing_moves_in_or_without_a_drive():
     still = simulate(block(), 0.1, 1e-3)
-    assert still.ok and still.error == 0
+    assert still.ok and still.error.motion == 0
     swing = simulate(pendulum(0.3), 1.0, 1e-4)
-    assert swing.ok and swing.error <= 1e-4
+    assert swing.ok and swing.error.motion <= 1e-4
     pushed = simulate(block(speed=0.3), 0.1, 1e-3)
     assert pushed.ok and pushed.at("A.x", 0.05) == pytest.approx(0.015, abs=1e-9)
 
@@ -216,15 +216,15 @@ def test_checks_do_not_halve_again_what_was_halved(monkeypatch):
     def never(*_):
         raise AssertionError("steps were halved once more")
 
-    monkeypatch.setattr("buckler.mbs.checks.suspicions.steps", never)
+    monkeypatch.setattr("buckler.mbs.checks.steps._stretches", never)
     assert simulate(slider_crank(Cable(THICK), law=None, mass=0.3, speed=40.0), 0.02, 1e-2).ok
     with pytest.raises(AssertionError, match="once more"):
-        simulate(slider_crank(Cable(THICK), law=None, mass=0.3, speed=40.0), 0.02)
+        simulate(slider_crank(Cable(THICK), law=None, mass=0.3, speed=40.0), 0.02, solver=Exudyn())
 
 
 def test_what_was_asked_and_found_is_saved(tmp_path):
     result = simulate(slider_crank(Rigid(THICK), law=None, mass=0.3, speed=40.0), 0.1, 1e-3)
     again = Result.load(result.save(tmp_path / "run"))
-    assert (again.asked, again.error, again.error_kind) == (result.asked, result.error, result.error_kind)
+    assert (again.asked, again.error) == (result.asked, result.error)
     times = np.linspace(0, 0.1, 7)
     np.testing.assert_allclose(again.at("B.x", times), result.at("B.x", times), rtol=0, atol=0)

@@ -66,7 +66,9 @@ def test_number_names_parameter_value_range_and_unit(value):
 def test_open_ends_are_shown_and_kept():
     with pytest.raises(ValueError, match=r"mass = 0.0 kg: must lie in \(0, inf\) kg"):
         positive("mass", 0.0, "kg")
-    assert positive("mass", 5e-324, "kg") > 0
+    assert positive("mass", 1e-29, "kg") > 0
+    with pytest.raises(ValueError, match="as good as zero"):
+        positive("mass", 5e-324, "kg")
     assert non_negative("mass", 0.0, "kg") == 0
     with pytest.raises(ValueError, match=r"mass = -1 kg: must lie in \[0, inf\) kg"):
         non_negative("mass", -1, "kg")
@@ -177,7 +179,7 @@ INCONSISTENT = {  # what is changed in a consistent mechanism -> words of the me
     "two guides": (dict(guides=[*GUIDES, Guide("B", "rod")]), ["at most one guide"]),
     "stop of a free point": (
         dict(stops=[Stop("A", at=0.5, law=LAW)]),
-        ["stop", "unknown guided point 'A'", "known: B"],
+        ["stop at 'A'", "along: must be given", "as (1, 0)"],
     ),
     "drive of nothing": (dict(drives=[Drive("arm", 1.0)]), ["drive", "'arm'", "B, crank"]),
     "drive of a strut": (dict(drives=[Drive("rod", 1.0)]), ["drive", "rigid link", "'rod'"]),
@@ -333,6 +335,15 @@ def test_own_motion_is_taken_with_its_derivative():
 def test_wrong_derivative_of_a_motion_is_refused(factor):
     with pytest.raises(ValueError, match=r"drive: speed\(0.05\) = .* is not the derivative of position"):
         Motion(lambda t: math.sin(t), lambda t: factor * math.cos(t)).check_run(1.0, "drive")
+
+
+@pytest.mark.parametrize("frequency", [50.0, 300.0, 2000.0])
+def test_a_fast_oscillation_is_the_derivative_of_itself(frequency):
+    """Its difference over 2e-4 s is 0.6 % off at 300 Hz."""
+    w = 2 * math.pi * frequency
+    Motion(lambda t: math.sin(w * t) / w, lambda t: math.cos(w * t)).check_run(1.0, "drive")
+    with pytest.raises(ValueError, match="is not the derivative"):
+        Motion(lambda t: math.sin(w * t) / w, lambda t: 1.01 * math.cos(w * t)).check_run(1.0, "drive")
 
 
 # --- sections ---------------------------------------------------------------------------------------------------------

@@ -152,9 +152,9 @@ def test_compiled_kernel_equals_plain_python(law, friction, monkeypatch):
         assert not kernel(law, friction).compiled
         plain = made.forces(), made.report()
     assert np.abs(plain[0]).max() > 1
-    assert compiled[0] == pytest.approx(plain[0], rel=1e-15, abs=1e-15 * np.abs(plain[0]).max())
+    assert compiled[0] == pytest.approx(plain[0], rel=1e-13, abs=1e-13 * np.abs(plain[0]).max())  # other order of sums
     for name in COLUMNS:
-        assert compiled[1][name] == pytest.approx(plain[1][name], rel=1e-15, abs=1e-300)
+        assert compiled[1][name] == pytest.approx(plain[1][name], rel=1e-13, abs=1e-300)
 
 
 def test_every_normal_law_uses_one_of_the_formulas_compiled_above():
@@ -188,6 +188,7 @@ def test_law_that_asks_itself_for_its_force_runs_in_python():
     made = kernel(Halved(8e9), NoFriction())
     assert not made.compiled
     states, out, whole = Bodies(Halved(8e9), NoFriction()), np.zeros(6), np.zeros(6)
-    given = states.t[0], states.q[0], states.q_t[0], states.memory[0], states.places, states.numbers
-    made.forces(*given, out), kernel(Hertz(8e9), NoFriction()).forces(*given, whole)
+    given = states.t[0], states.q[0], states.q_t[0], states.memory[0], states.places
+    made.forces(*given, states.numbers, out)
+    kernel(Hertz(8e9), NoFriction()).forces(*given, Bodies(Hertz(8e9), NoFriction()).numbers, whole)
     assert np.abs(out).max() > 0 and out == pytest.approx(0.5 * whole, rel=1e-12)

@@ -23,7 +23,8 @@ from buckler.mbs import (
     simulate,
 )
 from buckler.mbs.laws import Impact, LuGre
-from buckler.mbs.reference import CLOSED, RATTLING, FourBar
+from buckler.mbs.library import CLOSED, RATTLING
+from buckler.studies.rattling.linkage import FourBar
 
 BAR = Section(width=0.020, thickness=0.005)
 PIN, GAP = 5e-3, 1e-4

@@ -73,7 +73,7 @@ def test_a_force_the_ledger_does_not_know_is_suspect(monkeypatch):
         return force
 
     monkeypatch.setattr(StopState, "accept", booked)
-    result = simulate(block(G, Hertz(1e8)), 0.3, ledger=True)
+    result = simulate(block(G, Hertz(1e8)), 0.3, solver=Exudyn(), ledger=True)
     assert result.status is Status.SUSPECT and "ENERGY" in result.message
 
 

@@ -130,6 +130,12 @@ def test_the_verdict_comes_first(report):
         assert tab.run("document.getElementById('alert').getBoundingClientRect().bottom") < bottom
 
 
+def test_a_run_that_failed_opens_where_it_ended(tab, tmp_path):
+    for name, share in (("failed", 1.0), ("pendulum", 0.0)):
+        tab.open(run(name).write_html(tmp_path / f"{name}.html"))
+        assert tab.run("report.state().time") == pytest.approx(share * run(name).time[-1])
+
+
 def test_controls_have_names(report):
     _, tab = report
     unnamed = """[...document.querySelectorAll('button, input, select, canvas[role]')].filter((control) =>

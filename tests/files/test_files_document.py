@@ -147,7 +147,7 @@ def test_a_python_function_is_refused_with_its_place():
         ({"points.A": [1, "2 s"]}, "points.A.y = 2 s: must be in m"),
         ({"joints[0].point": "Q"}, "joints[0].point: joint at 'Q': unknown point 'Q'"),
         ({"joints[0].second": "alm"}, "joints[0].second: joint at 'O': unknown link 'alm'"),
-        ({"joints[0].kind": "Clearance"}, "joints[0]: lacks 'pin' (Radius of the pin, m)"),
+        ({"joints[0].kind": "Clearance"}, "joints[0]: lacks 'pin' (Radius of the pin, m, positive)"),
         ({"joints": 3}, "joints = 3: must be a list of tables"),
         ({"gravity": "9.81"}, "gravity = '9.81'"),
         ({"pionts": {}}, "pionts: unknown key, did you mean 'points'?"),

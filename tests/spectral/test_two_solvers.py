@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -27,6 +28,7 @@ from buckler.mbs.elements import (
     Section,
     Slot,
     Spring,
+    Stop,
     Strut,
     Torque,
     TorsionSpring,
@@ -34,9 +36,10 @@ from buckler.mbs.elements import (
 )  # fmt: skip
 from buckler.mbs.elements.modal import Box
 from buckler.mbs.engine.settings import Controlled, Equal, Exudyn
-from buckler.mbs.laws import AdamsFriction, Impact, LuGre
+from buckler.mbs.laws import AdamsFriction, Coulomb, Impact, KelvinVoigt, LuGre
 from buckler.mbs.library import crank_rocker, slider_crank
 from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.record.result import cubic
 from buckler.mbs.spectral.solver import Spectral
 
 BAR = Section(0.02, 0.005)
@@ -104,7 +107,7 @@ def test_both_solvers_agree(name: str) -> None:
     assert compiled.units == engine.units
     times = np.linspace(0.0, duration, 501)
     for signal, bound in bounds.items():
-        ours, theirs = (np.interp(times, r.time, r.signals[signal]) for r in (compiled, engine))
+        ours, theirs = (cubic(r.time, r.signals[signal][:, None], times)[:, 0] for r in (compiled, engine))
         scale = np.sqrt(np.mean((theirs - theirs.mean()) ** 2))
         assert np.sqrt(np.mean((ours - theirs) ** 2)) < bound * scale, signal
     assert compiled.energy_balance < 1e-3
@@ -118,5 +121,66 @@ def test_strips_on_a_stop_agree() -> None:
     engine = simulate(mechanism, 0.5, solver=Exudyn(Equal(8000)))
     ours, theirs = (r.mean("B.contact_force") for r in (compiled, engine))
     assert theirs > 1.0
+    assert ours == pytest.approx(theirs, rel=1e-2)
+    assert compiled.energy_balance < 1e-3
+
+
+@pytest.mark.parametrize("kind", [Beam, Cable])
+def test_a_strip_struck_in_its_middle_starts_alike(kind):
+    """Pinned at both ends it must give way: both solvers give it the same shape of velocities, and the one that was asked for."""
+    mechanism = Mechanism(
+        points={"A": (0, 0), "B": (0.3, 0.1)},
+        links=[Link("rod", "A", "B", kind(Section(0.02, 0.002)), carries={"M": 0.4})],
+        joints=[Revolute("A", "ground", "rod"), Revolute("B", "ground", "rod")],
+        masses=[Mass("M", 0.05)],
+        velocities={"M": (-0.1, 0.3)},
+    )
+    runs = [
+        simulate(mechanism, 1e-3, solver=solver, ledger=True) for solver in (Exudyn(Controlled(1e-8)), Spectral(Controlled(1e-8)))
+    ]
+    for run in runs:
+        assert (run["M.vx"][0], run["M.vy"][0]) == pytest.approx((-0.1, 0.3), abs=1e-9)
+    assert runs[0].energy["kinetic"][0] == pytest.approx(runs[1].energy["kinetic"][0], rel=2e-2)  # the engine's mesh is coarse
+
+
+def _let_go(friction: Any) -> Mechanism:
+    """A slider-crank that a torque turns, its block heavy on its line."""
+    made = slider_crank(Rigid(BAR), law=None, mass=0.3, speed=1.0)
+    guide = replace(made.guides[0], friction=friction)
+    return replace(made, drives=[], guides=[guide], velocities={"crank": 8.0}, loads=[Torque("crank", 0.3)], gravity=(0.0, -9.81))
+
+
+def test_friction_of_the_guides_own_reaction_is_that_of_the_engine() -> None:
+    mechanism, times = _let_go(Coulomb(0.3, 0.05)), np.linspace(0.05, 0.4, 401)
+    compiled = simulate(mechanism, 0.4, solver=Spectral(Controlled(tolerance=1e-8)), ledger=True)
+    engine = simulate(mechanism, 0.4, solver=Exudyn(Equal(8000)))
+    free = simulate(_let_go(None), 0.4, solver=Spectral(Controlled(tolerance=1e-8)))
+    for signal, bound in {"B.x": 1e-4, "B.friction_force": 2e-2, "B.guide_force": 1e-2}.items():
+        ours, theirs = (np.interp(times, r.time, r.signals[signal]) for r in (compiled, engine))
+        assert np.sqrt(np.mean((ours - theirs) ** 2)) < bound * np.std(theirs), signal
+    assert np.abs(compiled.at("B.x", times) - free.at("B.x", times)).max() > 1e-2  # or the friction went unseen
+    assert compiled.energy_balance < 1e-3
+
+
+def test_a_stop_on_the_section_of_a_strip_is_that_of_the_engine() -> None:
+    """A heavy bar falls with its end onto a clamped strip's middle section, which turns under it."""
+    mechanism = Mechanism(
+        points={"O": (0.0, 0.0), "M": (0.1, 0.0), "T": (0.2, 0.0), "P": (-0.05, 0.06), "E": (0.1, 0.01)},
+        links=[
+            Link("strip", "O", "T", Beam(Section(0.03, 2e-3).damped(0.02, 0.2)), carries={"M": 0.5}),
+            Link("bar", "P", "E", Rigid(BAR)),
+        ],
+        joints=[Weld("O", "ground", "strip"), Revolute("P", "ground", "bar")],
+        stops=[Stop("E", at=0.0, law=KelvinVoigt(2e4, 20.0), along=(0.0, 1.0), on="strip:M", link="bar")],
+        gravity=(0.0, -9.81),
+    )
+    times = np.linspace(0.0, 0.15, 301)
+    compiled = simulate(mechanism, 0.15, solver=Spectral(Controlled(tolerance=1e-8)), ledger=True)
+    engine = simulate(mechanism, 0.15, solver=Exudyn(Equal(12000)))
+    assert engine.signals["E.contact_force"].max() > 1.0
+    for signal, bound in {"E.y": 5e-3, "strip.deflection": 5e-2}.items():
+        ours, theirs = (np.interp(times, r.time, r.signals[signal]) for r in (compiled, engine))
+        assert np.sqrt(np.mean((ours - theirs) ** 2)) < bound * np.std(theirs), signal
+    ours, theirs = (np.trapezoid(r.signals["E.contact_force"], r.time) for r in (compiled, engine))
     assert ours == pytest.approx(theirs, rel=1e-2)
     assert compiled.energy_balance < 1e-3

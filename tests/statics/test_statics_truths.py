@@ -1,5 +1,7 @@
 """Statics and vibration of mechanisms against exact solutions made without finite elements: `buckler.elastica`."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from truths import arches, princeton
@@ -8,6 +10,7 @@ from buckler.elastica.member import Member
 from buckler.elastica.vibration import beam_frequencies, portal_frequencies
 from buckler.mbs import STEEL, Beam, Force, Guide, Link, Material, Mechanism, Revolute, Section, Weld
 from buckler.mbs.statics import equilibrium, frequencies, path
+from buckler.mbs.statics.problem import places
 
 LENGTH, BAR = 0.5, Section(0.020, 0.050, STEEL)
 
@@ -92,6 +95,22 @@ def test_shallow_arch_passes_both_limit_points(ends):
     assert followed.limits[:2] == pytest.approx(arches.snap("circle", ends).loads, rel=1e-6)
 
 
+@pytest.mark.parametrize("to", [30.0, 120.0, 1000.0])
+def test_a_path_stays_on_its_branch_whatever_the_load_is_measured_by(to):
+    """Beside a large load the way of the places is short: a step must not reach over to another branch."""
+    section = Section(0.020, 0.002, STEEL)
+    mechanism = Mechanism(
+        points={"A": (0, 0), "B": (0.5, 0)},
+        links=[Link("arch", "A", "B", Beam(section, imperfection=0.005), carries={"M": 0.5})],
+        joints=[Revolute("A", "ground", "arch"), Revolute("B", "ground", "arch")],
+        loads=[Force("M", (0, -1.0))],
+    )
+    followed = path(mechanism, load="force.M", to=to, degree=10, steps=120)
+    heights = [places(followed.scene, q, "arch", "M").position[1] for q in followed.q]
+    assert followed.limits[:2] == pytest.approx([23.67, -23.40], rel=1e-3)
+    assert np.abs(np.diff(heights)).max() < 2e-3
+
+
 def test_a_strip_held_at_its_ends_has_no_guide_to_give_way():
     """A guide lets the far end slide: the same bar is softer, and not by rounding."""
     points = {"A": (0.0, 0.0), "B": (LENGTH, 0.0)}
@@ -99,3 +118,34 @@ def test_a_strip_held_at_its_ends_has_no_guide_to_give_way():
     sliding = Mechanism(points, held.links, [Revolute("A", "ground", "bar")], [Guide("B", "bar")])
     stiff, soft = (frequencies(m, degree=14, count=1).angular[0] for m in (held, sliding))
     assert stiff > 1.05 * soft
+
+
+def quarter(fraction):
+    """A quarter of a circle that starts along x."""
+    turn = fraction * np.pi / 2
+    return LENGTH * np.sin(turn), LENGTH * (1 - np.cos(turn))
+
+
+def test_curved_cantilever_gives_way_as_castigliano_says():
+    """F R^3/(E I) (3 pi/4 - 2) + F R pi/4 (1/E A + 1/G A) down, F R^3/(2 E I) + F R/2 (1/G A - 1/E A) along."""
+    force, bar = 1.0, Section(0.020, 0.020, STEEL)
+    bending, axial, shear = (
+        force * LENGTH**3 / bar.bending_stiffness,
+        force * LENGTH / bar.axial_stiffness,
+        force * LENGTH / bar.shear_stiffness,
+    )
+    exact = [bending / 2 + (shear - axial) / 2, -bending * (3 * np.pi / 4 - 2) - (axial + shear) * np.pi / 4]
+    errors = []
+    for degree in (2, 3, 4, 5, 8):
+        tips = []
+        for down in (force, -force):  # the mean of both is free of what is quadratic in the load
+            mechanism = Mechanism(
+                points={"A": (0, 0), "B": (LENGTH, LENGTH)},
+                links=[Link("bow", "A", "B", Beam(bar, shape=quarter))],
+                joints=[Weld("A", "ground", "bow")],
+                loads=[Force("B", (0, -down))],
+            )
+            tips.append(equilibrium(mechanism, degree=degree).point("bow", "B").position)
+        errors.append(np.abs((tips[0] - tips[1]) / 2 / exact - 1).max())
+    assert errors[-1] < 2e-8  # what is cubic in the load
+    assert all(fine < coarse / 20 for coarse, fine in pairwise(errors[:4]))

@@ -100,6 +100,7 @@ EDGES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["beam", "strut"])
 @pytest.mark.parametrize("edge", EDGES)
 def test_the_edges_of_the_range_too(edge, kind):

@@ -9,12 +9,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from buckler.mbs import Mechanism, slider_crank
 from buckler.mbs.elements import Rigid, Section
 from buckler.mbs.laws import CarvalhoMartins
 from buckler.studies.kit.cli import main
 from buckler.studies.own.measure import check, measure
+from buckler.studies.own.solver import of_file
 from buckler.studies.own.sweep import sweep
 from buckler.studies.sweeping import export
 
@@ -127,12 +129,22 @@ def test_a_changed_mass_falls_as_the_formula_says(pendulum):
     ("words", "message"),
     [
         (["--duration", "-1"], "error: duration = -1.0 s: must lie in (0, inf) s"),
+        (["--accuracy", "1e-3", "--of", "speeds"], "error: pendulum.json: of = ['speeds']: must be 'places', 'forces', or"),
+        (["--accuracy", "1e-3", "--of", "A.z"], "error: pendulum.json: no signal 'A.z'; near it: A.y"),
+        (["--of", "forces"], "error: --of: without --accuracy; give both"),
         (["--duration", "1 kg"], "error: --duration = 1 kg: 'kg' is no unit for a quantity in s"),
         (["--durtion", "1"], "error: unknown parameter '--durtion'; did you mean --duration?"),
         (["--set", "links.arm.body.mas=1"], "error: --set links.arm.body.mas=1: links.arm.body.mas: unknown key, did you"),
         (["--set", "links.arm.body.mass=-1kg"], "error: --set links.arm.body.mass=-1kg: links.arm.body.mass = -1kg: must lie"),
         (["--set", "links.arm.body.mass"], "error: --set links.arm.body.mass: write PATH=VALUE"),
         (["--measure", "maxx(A.y)"], "error: --measure maxx(A.y): unknown function 'maxx'"),
+        (["--solver", "abaqus"], "error: argument --solver: invalid choice: 'abaqus'"),
+        (["--degree", "4"], "error: pendulum.json: solver: degree is a setting of spectral, not of exudyn"),
+        (["--tolerance", "1e-6", "--steps", "9"], "error: pendulum.json: solver: tolerance is for controlled steps: leave out"),
+        (["--steps", "1e3"], "error: --steps = 1e3: must be a whole number"),
+        (["--tolerance", "3 mm"], "error: --tolerance = 3 mm: "),
+        (["--solver", "spectral", "--degree", "99"], "error: pendulum.json: degree = 99: must be a whole number in [2, 60]"),
+        (["--solver", "spectral", "--accuracy", "1e-3"], "error: accuracy = 0.001 and solver: give one of them"),
     ],
 )  # fmt: skip
 def test_wrong_words_are_one_line_and_exit_2(pendulum, capsys, words, message):
@@ -140,6 +152,40 @@ def test_wrong_words_are_one_line_and_exit_2(pendulum, capsys, words, message):
     out, err = capsys.readouterr()
     assert out == "" and err.startswith(message) and err.count("\n") == 1
     assert not (pendulum / "results").exists()
+
+
+@pytest.mark.parametrize(("solver", "setting", "value"), [("exudyn", "spectral_radius", 0.5), ("spectral", "degree", 6)])
+def test_the_solver_and_its_settings_are_options(pendulum, solver, setting, value):
+    words = ["--solver", solver, "--steps", "200", f"--{setting.replace('_', '-')}", str(value), "--measure", "end(A.y)", "-q"]
+    assert main(argv=["run", "pendulum.json", *words]) == 0
+    found = metrics(pendulum / "results" / "pendulum")
+    assert found["provenance"]["parameters"]["solver"] == {"kind": solver, "steps": 200, setting: value}
+    assert found["work"]["steps"] == 200
+    falls = solve_ivp(lambda _, y: (y[1], -9.81 * 0.5 / 0.35 * np.cos(y[0])), (0, 0.5), (0.0, 0.0), rtol=1e-10, atol=1e-12)
+    assert found["metrics"]["end(A.y)"]["value"] == pytest.approx(np.sin(falls.y[0, -1]), abs=1e-3)
+
+
+def test_the_solver_of_the_file_gives_way_to_the_command_line(pendulum):
+    content = PENDULUM | {"run": PENDULUM["run"] | {"solver": {"kind": "spectral", "degree": 5, "max_step": "1 ms"}}}
+    (pendulum / "pendulum.json").write_text(json.dumps(content))
+
+    def ran_with(*words):
+        assert main(argv=["run", "pendulum.json", "-q", *words]) == 0
+        return metrics(pendulum / "results" / "pendulum")["provenance"]["parameters"]["solver"]
+
+    assert ran_with() == {"kind": "spectral", "degree": 5, "max_step": 1e-3}
+    assert ran_with("--degree", "6") == {"kind": "spectral", "degree": 6, "max_step": 1e-3}
+    assert ran_with("--solver", "exudyn") == {"kind": "exudyn"}
+    assert main(argv=["run", "pendulum.json", "-q", "--accuracy", "1e-2"]) == 0
+    assert metrics(pendulum / "results" / "pendulum")["provenance"]["parameters"]["accuracy"] == 1e-2
+    (pendulum / "pendulum.json").write_text(json.dumps(PENDULUM | {"run": {"duration": 0.1, "accuracy": 1e-2}}))
+    assert ran_with("--steps", "50") == {"steps": 50}
+    for wrong, message in (
+        ({"degre": 5}, "run.solver.degre: unknown key"),
+        ({"max_step": "1 kg"}, "run.solver.max_step = 1 kg: "),
+    ):
+        with pytest.raises(ValueError, match=re.escape(message)):
+            of_file(wrong)
 
 
 def test_wrong_files_are_one_line_and_exit_2(pendulum, capsys):

@@ -1,11 +1,9 @@
 """The study of accuracy: each scene's reference is right, what is silent is found out, and it is drawn."""
 
-import numpy as np
 import pytest
 
-from buckler.mbs.library import PAPER
 from buckler.studies.kit import registry
-from buckler.studies.trust import accuracy, accuracy_scenes
+from buckler.studies.trust import accuracy
 from buckler.studies.trust.accuracy import Parameters, run
 from buckler.studies.trust.accuracy_scenes import SCENES, DrawnCase
 
@@ -41,16 +39,6 @@ def test_what_is_silently_wrong_is_found_out(monkeypatch, factor, silent, within
     result = run(Parameters(scenes=("rigid",), accuracies=(1e-2,), cases=1))
     assert (result.metrics["silent"].value, result.metrics["within"].value) == (silent, within)
     assert (result.status == "OK") == (within == 1) and ("not told" in result.message) == bool(silent)
-
-
-def test_the_pin_of_a_crank_moves_as_its_derivatives_say():
-    from buckler.mbs import Ramp
-
-    pin, t, h = accuracy_scenes._pin(Ramp(1.0, 5.0, 0.4)), 0.2, 1e-5
-    before, (place, speed, push), after = (np.array(pin(x)) for x in (t - h, t, t + h))
-    assert np.hypot(*place) == pytest.approx(PAPER.crank)
-    np.testing.assert_allclose((after[0] - before[0]) / (2 * h), speed, rtol=1e-7)
-    np.testing.assert_allclose((after[1] - before[1]) / (2 * h), push, rtol=1e-6)
 
 
 def test_it_is_on_the_list():

@@ -7,22 +7,27 @@ import pytest
 
 pytest.importorskip("numba")
 
+from clearance_pair import beam_modes
+
 from buckler.mbs.laws import Coulomb, NoFriction
-from buckler.mbs.reference import CLOSED, FourBar, beam_modes, ideal_state, simulate
+from buckler.mbs.library import CLOSED
 from buckler.studies.kit.parameters import specs
 from buckler.studies.rattling import bifurcation, buffering_claims, clearance_precision, clearance_speed, crank_rocker, modes
 from buckler.studies.rattling.assumptions import DAMPINGS, FIRST, PINS, JointAssumptions
 from buckler.studies.rattling.clearance import simulate as on_engine
 from buckler.studies.rattling.fourbar import FourBarParameters, journals
-from buckler.studies.rattling.mode_sets import LENGTH, damped, held, rocker_modes
+from buckler.studies.rattling.linkage import FourBar
+from buckler.studies.rattling.mode_sets import LENGTH, damped, rocker_modes
+from buckler.studies.rattling.turns import ideal_state, simulate
 
 OTHER = ("O.crank", "A.coupler", "B.rocker", "C.rocker")
-FAR = 10.0
+FAR = np.inf
 
 
 # --- pins -------------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_pin_on_the_rocker_grips_at_the_other_side_of_the_radius():
     """Joint C: without friction the side of the pin is not felt. The rocker's surface slides otherwise by w (e + 2 R).
 
@@ -32,7 +37,7 @@ def test_pin_on_the_rocker_grips_at_the_other_side_of_the_radius():
     bar = FourBar(gap=(FAR, FAR, FAR, 0.25e-3), law=CLOSED, friction=NoFriction(), speed=0.0)
     state = ideal_state(bar)
     state[13:16] = 0.3 * np.array([np.cos(state[7]), np.sin(state[7]), 40.0])
-    plain, turned = (simulate(replace(bar, turned=t), 0.02, state=state, rtol=1e-10, atol=1e-13) for t in ("", "C"))
+    plain, turned = (simulate(replace(bar, turned=t), 0.02, state=state, tolerance=1e-10) for t in ("", "C"))
     np.testing.assert_allclose(plain.q, turned.q, atol=1e-9)
     np.testing.assert_allclose(plain.force[:, 3], turned.force[:, 3], atol=1e-3)
     touched = plain.normal[:, 3] > 1
@@ -41,9 +46,9 @@ def test_pin_on_the_rocker_grips_at_the_other_side_of_the_radius():
     gap, spin = 0.25e-3 + plain.depth[touched, 3], np.abs(plain.q_t[touched, 7])
     np.testing.assert_allclose(apart, (gap + 2 * bar.pin) * spin, rtol=1e-4)
     rough = replace(bar, friction=Coulomb(0.2, 1e-3))
-    one, two = (simulate(replace(rough, turned=t), 0.02, state=state, rtol=1e-10, atol=1e-13, samples=100_001) for t in ("", "C"))
+    one, two = (simulate(replace(rough, turned=t), 0.02, state=state, tolerance=1e-10, samples=1_000_001) for t in ("", "C"))
     for run in (one, two):
-        assert run.energy_balance < 1e-8 and run.taken_friction[-1, 3] > 1e-4
+        assert run.energy_balance < 2e-7 and run.taken_friction[-1, 3] > 1e-4
         dp = np.trapezoid(-run.force[:, 3], run.time, axis=0)
         np.testing.assert_allclose(dp, run.fourbar.masses[2] * (run.q_t[-1, 5:7] - run.q_t[0, 5:7]), rtol=0.02, atol=1e-4)
     assert abs(one.q_t[-1, 7] - two.q_t[-1, 7]) > 1e-3
@@ -57,12 +62,12 @@ def test_engine_and_reference_agree_on_either_body(pins):
     made = on_engine(p, "rigid", "OABC")
     bar = FourBarParameters(**given).fourbar(start=float(np.arctan2(*p.mechanism("rigid").points["A"][::-1])))
     assert bar.turned == ("OABC" if pins == OTHER else "") and bar.gravity[1] == pytest.approx(-9.81)
-    run = simulate(bar, 8e-3, rtol=1e-10, atol=1e-12, samples=16_001)
+    run = simulate(bar, 8e-3, tolerance=1e-10, samples=16_001)
     for link, column in (("coupler", 2), ("rocker", 5)):
         for k, axis in enumerate("xy"):
             ours = np.interp(made.time, run.time, run.q[:, column + k])
             assert abs(made.signals[f"{link}.{axis}"] - ours).max() < 1e-3 * 2.5e-4
-    ideal = simulate(replace(bar, turned="" if bar.turned else "OABC"), 8e-3, rtol=1e-10, atol=1e-12, samples=16_001)
+    ideal = simulate(replace(bar, turned="" if bar.turned else "OABC"), 8e-3, tolerance=1e-10, samples=16_001)
     assert abs(ideal.q - run.q).max() > 1e-6  # or the pins' side went untested
 
 
@@ -111,17 +116,17 @@ def test_damping_ratios_by_frequency():
     alpha, beta = 2 * np.linalg.solve([[1 / (2 * np.pi * x), 2 * np.pi * x] for x in f[:2]], [0.02, 0.02])
     np.testing.assert_allclose(ratios, alpha / (4 * np.pi * f) + beta * np.pi * f)
     assert ratios[2] > 0.1
-    assert damped(beam_modes(), "ADAMS", 0.01).damping.tolist() == [1.0] * 3
+    assert damped(beam_modes(), "ADAMS", 0.01).damping == (1.0,) * 3
 
 
 def test_craig_bampton_answers_a_static_load_where_free_modes_do_not():
     """Its static shapes hold what ends under load do: compliance of the bar along its axis, L/(3 E A), free of mean axes."""
-    free, made = rocker_modes("free", 0.02), rocker_modes("Craig-Bampton", 0.02)
+    free, made = (rocker_modes(kind, 0.02).planar(LENGTH) for kind in ("free", "Craig-Bampton"))
     exact = LENGTH / (3 * 207e9 * 1e-4)
     for each, (low, high) in ((free, (0.2, 0.6)), (made, (0.0, 0.05))):
         found = (each.shapes[1, 0] ** 2 / each.stiffness).sum()
         assert low * exact <= abs(found - exact) <= high * exact
-    assert len(made) == len(held(0.02)) > len(free)
+    assert len(made) > len(free)
 
 
 def test_modal_rockers_on_the_engine_take_damping_and_kind():

@@ -20,7 +20,9 @@ def test_ours_and_baseline_are_right(short):
 
 
 def test_it_is_drawn(short):
-    assert len(benchmark.figure(short).axes) == 1
+    axes = benchmark.figure(short).axes
+    assert [ax.get_title() for ax in axes] == ["static", "rigid play"]
+    assert len({ax.get_ylabel() for ax in axes}) == 2  # each its own kind of error
 
 
 def test_a_wrong_answer_is_suspect(monkeypatch):

@@ -8,13 +8,16 @@ import pytest
 pytest.importorskip("numba")
 
 from buckler.mbs.laws import CarvalhoMartins
-from buckler.mbs.reference import CLOSED, FourBar, simulate
-from buckler.mbs.reference.lyapunov import Exponent, exponent, separation, settled, stretching, turn_growth
+from buckler.mbs.library import CLOSED
+from buckler.mbs.spectral.chaos import stretching
 from buckler.studies.kit import registry
 from buckler.studies.kit.style import house_style
 from buckler.studies.rattling import bifurcation
 from buckler.studies.rattling.bifurcation_points import Growth, SectionParameters, agreement, fastest, read, repeats
 from buckler.studies.rattling.fourbar import journals
+from buckler.studies.rattling.linkage import FourBar
+from buckler.studies.rattling.parting import Exponent, exponent, separation, settled, turn_growth
+from buckler.studies.rattling.turns import simulate
 
 DAMPED = FourBar(law=replace(CLOSED, damping=17e3))
 """A crank-rocker that repeats itself each turn."""
@@ -94,6 +97,7 @@ def test_offset_that_is_lost_is_an_error():
 # --- the crank-rocker by other ways -----------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_growth_added_up_is_that_of_an_offset_left_alone():
     """Of joints that stay closed over a whole turn and four decades down; of rattling ones over five decades up."""
     state = settled(DAMPED, 6, 0)
@@ -108,15 +112,17 @@ def test_growth_added_up_is_that_of_an_offset_left_alone():
     np.testing.assert_allclose(np.log(alone[1:][small] / 1e-12), np.cumsum(growth[0])[small], atol=1.0)
 
 
+@pytest.mark.slow
 def test_repeating_motion_comes_together_as_its_section_does():
     """Differences of successive sections shrink by exp(lambda T) a turn: no second trajectory, no renormalisation."""
-    run = simulate(DAMPED, 5 * DAMPED.period, samples=6, rtol=1e-11, atol=1e-13)
+    run = simulate(DAMPED, 5 * DAMPED.period, samples=6, tolerance=1e-11)
     steps = np.linalg.norm(np.diff(journals(DAMPED, run.q), axis=0).reshape(5, -1), axis=1)
     rate = np.diff(np.log(steps[1:4])).mean() / DAMPED.period
     found = exponent(turn_growth(DAMPED, settled(DAMPED, 4, 0), 4, 0, steps=50)[2:], DAMPED.period)
     assert found.value == pytest.approx(rate, rel=0.05) and found.value < -15
 
 
+@pytest.mark.slow
 def test_rattling_joints_are_chaotic_in_one_part_of_the_turn():
     """An offset of 1e-12 m is seen to grow to 1e-4 m within some 40 ms: the rate of that part, not the mean of a turn."""
     bar = FourBar()
@@ -132,14 +138,14 @@ def test_journals_are_where_the_depth_says():
     bar = FourBar(gap=(2e-4, 1e-4, 3e-4, 2.5e-4), start=0.7)
     run = simulate(bar, 2 * bar.period, samples=3)
     np.testing.assert_allclose(np.linalg.norm(journals(bar, run.q), axis=2) - bar.gaps, run.depth, atol=1e-12)
-    pin_c = np.array([bar.frame, 0]) - run.q[-1, 5:7] - bar.rocker / 2 * np.array([np.cos(run.q[-1, 7]), np.sin(run.q[-1, 7])])
+    pin_c = np.array([bar.frame, 0]) - run.q[-1, 5:7] + bar.rocker / 2 * np.array([np.cos(run.q[-1, 7]), np.sin(run.q[-1, 7])])
     np.testing.assert_allclose(journals(bar, run.q)[-1, 3], pin_c, atol=1e-15)
 
 
-def test_laws_that_remember_and_cranks_that_stand_are_refused():
+def test_laws_that_remember_may_and_cranks_that_stand_may_not():
     state = settled(DAMPED, 0, 0)
-    with pytest.raises(ValueError, match="CarvalhoMartins: remembers the onset"):
-        turn_growth(FourBar(law=CarvalhoMartins(8e9, 0.8)), state, 1, 0)
+    growth = turn_growth(FourBar(law=CarvalhoMartins(8e9, 0.8)), state, 1, 0, steps=200)
+    assert np.isfinite(growth).all() and growth.min() < -0.1 < 0.1 < growth.max()
     with pytest.raises(ValueError, match="speed = 0 rad/s"):
         turn_growth(FourBar(speed=0.0), state, 1, 0)
 
@@ -183,6 +189,7 @@ def test_speed_and_clearance_may_be_varied(over, unit):
     assert low.law.damping == high.law.damping == 20e3 and unit in bifurcation.AXES[over][0]
 
 
+@pytest.mark.slow
 def test_pin_deeper_in_than_it_has_play_is_suspect():
     result = bifurcation.run(bifurcation.Parameters(**COARSE | {"turns": 2}, over="clearance", clearances="2um,1mm"))
     assert result.status == "SUSPECT" and result.message.startswith("clearance = 2e-06: PENETRATION: pin")

@@ -23,7 +23,7 @@ NUMBERS = {
 
 
 def ran(**parameters):
-    return crank_rocker.run(crank_rocker.Parameters(**parameters))
+    return crank_rocker.run(crank_rocker.Parameters(**{"members": 1, **parameters}))
 
 
 @pytest.fixture(scope="module")
@@ -182,10 +182,10 @@ def test_depth_in_the_plane_keeps_the_mass(depth):
     assert p.speed == 10 * pi and p.pin == 5e-3 and p.law.stiffness == pytest.approx(8.0006e9, rel=1e-4)
 
 
-def test_pin_deeper_in_than_it_has_play_is_suspect():
+def test_pin_deeper_in_than_it_has_play_is_told_and_no_suspicion():
+    """Its law is followed; a depth beyond the clearance is a remark about the law."""
     result = ran(**SHORT, rocker="rigid", clearance="5um")
-    assert result.status == "SUSPECT" and "rigid: PENETRATION" in result.message
-    assert result.metrics["rigid.penetration"].value > 5e-6
+    assert result.status == "OK" and result.metrics["rigid.penetration"].value > 5e-6
 
 
 def test_run_that_fails_at_once_leaves_its_name_and_no_numbers(short):

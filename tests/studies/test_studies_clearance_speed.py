@@ -60,11 +60,14 @@ def test_ideal_joints_are_those_of_inverse_dynamics(speed):
 
 
 def test_engine_and_reference_agree_where_nothing_is_left_to_chance():
-    """Heavily damped, the joints hardly open and the motion is no chaos: the same turn on both."""
+    """Heavily damped, the joints hardly open and the motion is no chaos: the same turn on both.
+
+    The engine's peaks are those at its steps, 1.4 % below the tops that the compiled solver looks for within steps.
+    """
     p = parameters(damping_unit="N.s/mm", clearance="0.1mm", settle=1)
     turn = measure(p, p.fourbar())
     assert turn.notes == () and turn.impacts < 3
-    assert on_engine(p, p.seed) == pytest.approx(turn.mean, rel=0.01)
+    assert on_engine(p, p.seed) == pytest.approx(turn.mean, rel=0.02)
     assert on_engine(p, p.seed)[1:] == pytest.approx(turn.mean[1:], rel=4e-3)
 
 
@@ -134,7 +137,7 @@ def test_an_engine_that_is_apart_is_suspect(monkeypatch):
     assert good.metrics["peak_force.power_of_clearance"].value == pytest.approx(1, abs=1e-12)
     bad = made_up(p, monkeypatch, [1000.0, 11.0, 20.0])
     assert bad.status == "SUSPECT"
-    assert bad.message.startswith("ENGINE: rms_ax_coupler 11.05 m/s^2, reference 10: ") and "\n" not in bad.message
+    assert bad.message.startswith("ENGINE: rms_ax_coupler 11.05 m/s^2, compiled 10: ") and "\n" not in bad.message
     assert "rms_ax_rocker" not in bad.message
     assert "apart, in standard errors" in str(bad)
 

@@ -51,6 +51,38 @@ def test_list_names_every_study_and_imports_nothing_heavy():
     assert all(entry.summary in done.stdout for entry in registry.STUDIES.values())
 
 
+def test_the_library_loads_scipy_and_figures_only_where_they_are_needed():
+    """Loading them takes longer than a rigid mechanism takes to run."""
+    code = (
+        "import sys, buckler.mbs.simulation, buckler.studies.own.command\n"
+        "heavy = {'scipy.special', 'scipy.integrate', 'scipy.sparse', 'scipy.linalg', 'matplotlib', 'numba'} & set(sys.modules)\n"
+        "raise SystemExit(f'imported {sorted(heavy)}' if heavy else 0)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.parametrize(
+    ("line", "found"),
+    [
+        ("buckler sh", {"show"}),
+        ("buckler run crank-", {"crank-rocker"}),
+        ("buckler run slider-crank --thi", {"--thickness"}),
+        ("buckler run m.toml --duration 1 --sol", {"--solver"}),
+        ("buckler run m.toml --solver spec", {"spectral"}),
+        ("buckler sweep slider-crank --vary thickness=1mm --sched", {"--scheduler", "--scheduler-file"}),
+        ("buckler run no-such-study --x", set()),
+    ],
+)
+def test_a_shell_completes(line, found, tmp_path):
+    pytest.importorskip("argcomplete")
+    out = tmp_path / "words"
+    asked = {"_ARGCOMPLETE": "1", "COMP_LINE": line, "COMP_POINT": str(len(line)), "_ARGCOMPLETE_STDOUT_FILENAME": str(out)}
+    code = "import sys; sys.argv = ['buckler']; from buckler.studies.kit.cli import main; main()"
+    subprocess.run([sys.executable, "-c", code], cwd=tmp_path, env=os.environ | asked | {"_ARGCOMPLETE_IFS": " "}, timeout=60)
+    assert set(out.read_text().split()) == found
+
+
 def test_python_m_studies_is_the_command_line():
     done = subprocess.run([sys.executable, "-m", "studies", "list"], cwd=ROOT, capture_output=True, text=True)
     assert done.returncode == 0

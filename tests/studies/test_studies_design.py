@@ -202,10 +202,11 @@ BLOCKS = re.findall(r"^```(\w*)\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL)
 
 def test_commands_of_the_how_to_end_as_it_says(tmp_path, capsys):
     commands = [shlex.split(line)[3:] for kind, block in BLOCKS if kind == "sh" for line in block.splitlines()]
-    assert [command[:2] for command in commands] == [["run", "design"]] * 2
+    assert [command[:2] for command in commands] == [["run", "design"]] * 3
     quick = ["--models", "strut", "--wishes", "0", "--out", str(tmp_path)]
     assert main(argv=[*commands[0], *quick]) == 0
     assert main(argv=[*commands[1], *quick]) == 1
+    assert main(argv=[*commands[2], "--models", "beam", *quick[2:]]) == 0
     promised = re.search(r"`INFEASIBLE: (.*?)`", PAGE, re.DOTALL)[1]
     assert " ".join(promised.split()) in capsys.readouterr().err
 

@@ -1,12 +1,20 @@
 """The two studies of error against run time, of strips in equilibrium and of the slider-crank."""
 
+import itertools
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 from drawing import drawn
 
 from buckler.mbs import Cable, Controlled
+from buckler.studies.kit.labels import Label, write_labels
+from buckler.studies.kit.style import subplots
 from buckler.studies.striking import slider_crank_precision
 from buckler.studies.strips import static_precision
+
+ROOT = Path(__file__).resolve().parents[2]
 
 # --- static-precision -------------------------------------------------------------------------------------------------
 
@@ -86,7 +94,7 @@ def test_reading_of_a_made_up_force():
 
 def test_reading_without_contact_and_with_contact_to_the_end():
     time = np.linspace(0, slider_crank_precision.TURN, 1001)
-    assert np.isnan(slider_crank_precision.read(time, np.zeros_like(time))).all()
+    assert np.isnan(slider_crank_precision.read(time, np.zeros_like(time))[:-1]).all()
     pressed = slider_crank_precision.read(time, np.ones_like(time))
     assert pressed.impulse == pytest.approx(slider_crank_precision.TURN)
 
@@ -194,3 +202,21 @@ def test_bars_of_the_slider_crank_are_reached():
             break
     assert result.metrics["speedup_at_own_error"].value > 3
     assert result.metrics["speedup_at_plain_error"].value > 2
+
+
+def test_labels_of_points_close_together_keep_apart():
+    """Four points within a millimetre or two: no label lies on another."""
+    _, ax = subplots(height=60)
+    points = np.array([[1.0, 1.0], [1.02, 1.03], [1.04, 1.0], [1.02, 0.97], [3.0, 3.0]])
+    ax.loglog(*points.T, "o-")
+    write_labels(ax, [Label(x, y, "1e-5", "C0") for x, y in points], [points])
+    boxes = [text.get_window_extent() for text in ax.texts]
+    assert len(boxes) == 5 and not any(a.overlaps(b) for a, b in itertools.combinations(boxes, 2))
+
+
+def test_no_text_of_a_figure_is_below_seven_points():
+    """Of sources: studies that run long are not drawn in the tests."""
+    small = re.compile(r"(?:fontsize|labelsize|titlesize|font\.size)[\"']?\s*[=:]\s*([\d.]+)")
+    sources = [path for room in ("studies", "mbs/files") for path in (ROOT / room).rglob("*.py")]
+    found = [(path.name, size) for path in sources for size in small.findall(path.read_text(encoding="utf-8")) if float(size) < 7]
+    assert found == []

@@ -7,7 +7,7 @@ from buckler.studies.kit import registry
 from buckler.studies.trust import smooth_precision
 from buckler.studies.trust.smooth_precision import Parameters, run
 
-SHORT = {"turns": 0.25, "elements": (4,), "tolerances": (1e-6, 1e-7), "steps": (400, 1600), "repeats": 1, "terms": 5}
+SHORT = {"turns": 0.25, "elements": (4,), "tolerances": (1e-6, 1e-7), "steps": (400, 1600), "repeats": 1, "degree": 10}
 
 
 @pytest.fixture(scope="module")

@@ -8,6 +8,7 @@ from scipy.stats import binom, binomtest
 
 pytest.importorskip("numba")
 
+from buckler.mbs.modal import BarModes
 from buckler.studies.kit import registry
 from buckler.studies.rattling import buffering_claims, world, world_shares, worlds
 from buckler.studies.rattling.buffering_measures import CLAIMS
@@ -54,9 +55,10 @@ def test_values_reach_the_mechanism(many):
             pull = {"off": (0, 0), "-y": (0, -9.81), "+y": (0, 9.81), "-x": (-9.81, 0), "+x": (9.81, 0)}[values["gravity"]]
             np.testing.assert_allclose(bar.gravity, pull, atol=1e-12)
             assert ("A" in bar.turned) == (values["pin A"] == "coupler")
-        assert bars["rigid"].modes is None and (len(bars["flexible"].modes) == 4) == (values["modes"] == "free")
+        rocker = bars["flexible"].modes
+        assert bars["rigid"].modes is None and isinstance(rocker.modes, BarModes) == (values["modes"] == "free")
         if values["modal damping"] == "constant":
-            np.testing.assert_allclose(bars["flexible"].modes.damping, values["damping ratio"])
+            np.testing.assert_allclose(rocker.damping, values["damping ratio"])
 
 
 def test_members_start_all_over_the_turn_and_the_play():
@@ -146,6 +148,7 @@ def test_a_world_says_what_its_ensembles_do():
     assert world.figure(result).axes and "Left open" in result.tables[0].notes
 
 
+@pytest.mark.slow
 def test_the_study_goes_on_where_it_stopped(tmp_path, monkeypatch):
     """Two worlds, then four: the first two are not run again; shares over the worlds that there are."""
     given = {"clearance": 2.5e-4, "in_plane_depth": 20e-3, "damping_unit": "N.s/m", "members": 2, "cycles": 1, "settle": 0}

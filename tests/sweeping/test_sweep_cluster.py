@@ -79,7 +79,8 @@ def test_cluster_gives_the_rows_of_this_process_though_a_worker_dies(cluster, tm
                     first.kill()
 
     cases = [Parameters(length=c.length, ending=e, noise=1) for c in toys(12) for e in ("fine", "suspect", "raises")]
-    rows = sweep(sweep_toy, cases, workers=Dask(cluster.address), store=path, progress=Killing())
+    by_file = Dask(cluster.folder / "scheduler.json")
+    rows = sweep(sweep_toy, cases, workers=by_file, store=path, progress=Killing())
     assert same(rows) == stored(path) == same(sweep(sweep_toy, cases, workers=0))
     assert {row.status for row in rows} == {"OK", "SUSPECT", "ERROR"}
 

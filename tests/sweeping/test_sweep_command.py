@@ -54,7 +54,7 @@ def test_a_table_of_units_values_and_files(toy, capsys):
     assert [[float(x) for x in line] for line in lines_of(out)] == [[0.1, 1, 2], [0.1, 2, 5], [0.2, 1, 3], [0.2, 2, 6]]
     assert f"written to {toy.folder}, cases in {toy.store}" in out
     assert {p.name for p in toy.folder.iterdir()} == {
-        "cases.sqlite", "metrics.json", "signals.npz", "strut.force.png", "strut.force.pdf",
+        "cases.sqlite", "metrics.json", "report.html", "signals.npz", "strut.force.png", "strut.force.pdf",
     }  # fmt: skip
     content = metrics_of(toy.folder)
     assert (content["status"], content["metrics"]["cases"]["value"]) == ("OK", 4)
@@ -177,7 +177,7 @@ def test_help_helps(toy, capsys, argv):
     text = capsys.readouterr().out
     assert "sweep" in text
     if "toy" in argv:
-        assert all(f"--{name}" in text for name in (*OPTIONS, "length", "speed"))
+        assert all(f"--{name.replace('_', '-')}" in text for name in (*OPTIONS, "length", "speed"))
 
 
 def test_options_of_a_sweep_hide_no_parameter_that_only_the_command_line_can_give():
@@ -185,7 +185,7 @@ def test_options_of_a_sweep_hide_no_parameter_that_only_the_command_line_can_giv
     hidden = set()
     for name in registry.STUDIES:
         hidden |= set(specs(registry.load(name).Parameters)) & set(OPTIONS)
-    assert hidden <= {"samples", "workers", "draw"}
+    assert hidden <= {"samples", "workers", "draw", "store"}
 
 
 # --- figures ------------------------------------------------------------------------------------------------------------

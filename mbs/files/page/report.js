@@ -625,7 +625,8 @@ function update() {
 
 showVerdict(); showChecks(); showEnergy(); showFacts(); makeList(); makeControls(); makePlots();
 listeners.push(update);
-seek(Number(new URLSearchParams(location.hash.slice(1)).get("t")) || start); // report.html#t=1.7 opens there
+const asked = Number(new URLSearchParams(location.hash.slice(1)).get("t")); // report.html#t=1.7 opens there
+seek(asked || (data.ok || data.status === "SUSPECT" ? start : end)); // a run that failed, where it ended
 drawLegend();
 window.addEventListener("resize", () => { update(); drawLegend(); });
 

@@ -1,0 +1,127 @@
+"""Pages of the site that come from code: the gallery, from its scripts, and the elements, from their declarations."""
+
+from __future__ import annotations
+
+import runpy
+from collections.abc import Iterator
+from pathlib import Path
+
+from pages_api import PAGES, page_of
+
+from buckler.mbs import laws
+from buckler.mbs.elements import KINDS
+from buckler.mbs.files.declared import Declared, declared
+from buckler.mbs.files.kinds import known
+
+MADE = "made"
+"""Folder of these pages; it is not kept."""
+ORDER = (
+    "buckling_slider_crank", "six_bar_with_strip", "rattling_crank_rocker", "straight_line_linkage", "snapping_truss",
+    "double_pendulum", "ringing_cantilever", "bouncing_block", "starting_motor", "braking_block",
+)  # fmt: skip
+"""Scripts of the gallery."""
+
+
+def write_pages(docs: Path) -> None:
+    """Write all of them; a picture only where its script has changed."""
+    folder = docs / MADE
+    folder.mkdir(exist_ok=True)
+    scripts = [docs / "gallery" / f"{name}.py" for name in ORDER]
+    for script in scripts:
+        _write(folder / f"{script.stem}.md", "\n".join(_example(script, folder)))
+    _write(folder / "gallery.md", "\n".join(_gallery(scripts)))
+    _write(folder / "elements.md", "\n".join(_elements()))
+    for page in PAGES:
+        _write(folder / f"api-{page.name}.md", "\n".join(page_of(page)) + "\n")
+
+
+def _write(path: Path, text: str) -> None:
+    """Leave a page alone that is as it should be, so that the site is built anew only where it must."""
+    if not path.exists() or path.read_text(encoding="utf-8") != text:
+        path.write_text(text, encoding="utf-8")
+
+
+# --- gallery ----------------------------------------------------------------------------------------------------------
+
+
+def _head(script: Path) -> tuple[str, str, str]:
+    """Title, what it is about, and the code of a script."""
+    _, said, code = script.read_text(encoding="utf-8").split('"""', 2)
+    title, _, about = said.partition("\n\n")
+    return title.rstrip("."), " ".join(about.split()), code.strip()
+
+
+def _example(script: Path, folder: Path) -> Iterator[str]:
+    """The page of a script, its animation drawn if it is older."""
+    title, about, code = _head(script)
+    picture = folder / f"{script.stem}.gif"
+    if not picture.exists() or picture.stat().st_mtime < script.stat().st_mtime:
+        runpy.run_path(str(script))["result"].animate(picture, seconds=5.0, width=560)
+    yield from (f"# {title}", "", about, "", f"![{title}]({picture.name})", "", "```python", code, "```", "")
+
+
+def _gallery(scripts: list[Path]) -> Iterator[str]:
+    """The page of all, and their order."""
+    yield from (
+        "# Gallery",
+        "",
+        "Ten mechanisms, each a short script that asserts one physical number. The tests run them all.",
+        "",
+    )
+    yield "::::{grid} 1 2 2 3"
+    yield ":gutter: 3"
+    for script in scripts:
+        title, about, _ = _head(script)
+        yield from (
+            "",
+            f":::{{grid-item-card}} {title}",
+            f":img-top: {script.stem}.gif",
+            f":link: {script.stem}",
+            ":link-type: doc",
+            "",
+        )
+        yield from (about.partition(". ")[0].rstrip(".") + ".", ":::")
+    yield from ("::::", "", "```{toctree}", ":hidden:", "", *(script.stem for script in scripts), "```", "")
+
+
+# --- elements ---------------------------------------------------------------------------------------------------------
+
+
+def _elements() -> Iterator[str]:
+    """Every kind that a file may name: its fields with unit, range, default and help."""
+    yield "# Elements and laws, field by field"
+    yield ""
+    yield "Made from the declarations that the file reader, the JSON schema and the messages of wrong input are made from."
+    listed = {kind for kinds in KINDS.values() for kind in kinds}
+    groups = [*((name, [k for k in known().values() if k in kinds]) for name, kinds in KINDS.items())]
+    groups.append(("laws", [kind for name, kind in known().items() if name in laws.__all__]))
+    done = listed | {kind for _, kinds in groups for kind in kinds}
+    groups.append(("bodies and parts", [kind for kind in known().values() if kind not in done]))
+    for title, kinds in groups:
+        yield from ("", f"## {title.capitalize()}", "")
+        for kind in kinds:
+            about = (kind.__doc__ or "").strip().partition("\n\n")[0]
+            yield from (f"### {kind.__name__}", "", _plain(" ".join(about.split())), "")
+            rows = list(declared(kind).values())
+            if rows:
+                yield from ("| field | unit | range | default | |", "|---|---|---|---|---|", *map(_row, rows), "")
+
+
+def _row(field: Declared) -> str:
+    default = "" if field.required else f"`{field.default!r}`" if len(repr(field.default)) < 40 else "see the class"
+    unit = "" if field.unit in ("", "1") else field.unit
+    return f"| `{field.name}` | {_plain(unit)} | {_plain(_range(field))} | {default} | {_plain(field.help)} |"
+
+
+def _range(field: Declared) -> str:
+    """The range in words."""
+    low = "" if field.low is None else f"{'>' if field.open_low else '≥'} {field.low:g}"
+    high = "" if field.high is None else f"≤ {field.high:g}"
+    return ", ".join(part for part in (low, high) if part)
+
+
+def _plain(text: str) -> str:
+    """Text in which nothing stands for markup of a table."""
+    for sign in "\\|<>*_[]$":
+        text = text.replace(sign, f"\\{sign}")
+    return text

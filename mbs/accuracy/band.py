@@ -1,0 +1,70 @@
+"""Forces of mechanisms with strips, as means over the period of the strips' axial vibration.
+
+A strip is a spring of stiffness E A/L along itself. With the masses it holds it rings at kilohertz, started by each jump of an
+acceleration, and hardly damped: how long and how much is a matter of the steps and of the integrator's damping, which no run at
+an affordable step tells. What is given is the force without it: the mean over a period T of its mean over a period T, of which
+(sin(pi f T)/(pi f T))^2 is left of a vibration of frequency f. Forces of contacts stay as they are: peaks are asked of an impact.
+"""
+
+from __future__ import annotations
+
+from math import pi, sqrt
+from typing import Any
+
+import numpy as np
+
+from buckler.mbs.accuracy.aim import FORCES
+from buckler.mbs.mechanism import Mechanism
+
+Array = np.ndarray[Any, Any]
+OF_CONTACT = ("contact_force", "normal_force", "friction_force", "force")
+
+
+def mechanism_mass(mechanism: Mechanism) -> float:
+    """Mass of all links, sliders and point masses, kg."""
+    links = [link.mass(mechanism.length(link.name)) for link in mechanism.links if not link.body.massless]
+    return sum(links) + sum(guide.mass for guide in mechanism.guides) + sum(mass.mass for mass in mechanism.masses)
+
+
+def axial_period(mechanism: Mechanism) -> float:
+    """Longest period of axial vibration, s: of a strip as a spring that holds all mass there is; 0 without strips."""
+    mass = mechanism_mass(mechanism)
+    bodies: list[tuple[Any, float]] = [(link.body, mechanism.length(link.name)) for link in mechanism.links]
+    strips = [(body.section.axial_stiffness, length) for body, length in bodies if body.meshed]
+    return max((2 * pi * sqrt(mass * length / stiffness) for stiffness, length in strips), default=0.0)
+
+
+def told(mechanism: Mechanism) -> str:
+    """What is done to the forces, in a sentence."""
+    period = axial_period(mechanism)
+    return (
+        f"forces of joints, guides, drives and strips are means, twice over {period:.2g} s, which leaves frequencies below about"
+        f" {0.25 / period:.2g} Hz: the axial vibration of strips is not resolved; solver=Exudyn() gives them as computed"
+    )
+
+
+def banded(mechanism: Mechanism, time: Array, signals: dict[str, Array], units: dict[str, str]) -> dict[str, Array]:
+    """The forces that ring, averaged; empty where nothing rings.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    time : array, shape (samples,)
+        s.
+    signals, units
+        All signals of a run.
+    """
+    period = axial_period(mechanism)
+    if not period > 0 or len(time) < 3 or any(name.endswith(".journal_x") for name in signals):
+        return {}
+    ringing = [name for name, unit in units.items() if unit in FORCES and name.rpartition(".")[2] not in OF_CONTACT]
+    return {name: averaged(time, averaged(time, signals[name], period), period) for name in ringing}
+
+
+def averaged(time: Array, values: Array, period: float) -> Array:
+    """Mean over a period about each time; about the nearest time of which a whole period lies within the run."""
+    total = np.concatenate([[0.0], np.cumsum((values[1:] + values[:-1]) / 2 * np.diff(time))])
+    period = min(period, float(time[-1] - time[0]))
+    middle = np.clip(time, time[0] + period / 2, time[-1] - period / 2)
+    found: Array = (np.interp(middle + period / 2, time, total) - np.interp(middle - period / 2, time, total)) / period
+    return found

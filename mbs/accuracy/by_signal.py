@@ -1,0 +1,170 @@
+"""How far apart two runs of one mechanism are, signal by signal.
+
+- Places, m and rad: the L2 norm over time of the difference over the range of the signal, or of the larger one where two belong
+  to a point.
+- Speeds, accelerations and all else: the same over the largest magnitude of the signal, or of the larger one of its pair.
+- Forces and torques: the largest of three differences, each over that of the signal itself or the larger one of its pair: the
+  largest magnitude, the root of the mean square, and the impulse, with its sign or without, over that without. So an impact
+  that comes a step later is as good; the places tell when it comes.
+- Times of the first touch of a contact, over the run's.
+- Each at least over `SMALL` of the largest signal of its unit: joint forces that cancel, the speed of a bearing. Places at least
+  over `SMALL` of the mechanism's size, speeds over that in the time of the run: what moves less rests.
+
+With clearance in joints only the first `PREDICTABLE` seconds are looked at, as in `mbs.accuracy.difference`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+import scipy
+
+from buckler.mbs.accuracy.aim import FORCES
+from buckler.mbs.accuracy.difference import GRID, PREDICTABLE
+from buckler.mbs.record.energy import ledger
+from buckler.mbs.record.result import SMOOTH, Result, cubic
+from buckler.mbs.record.run import Run
+
+Array = np.ndarray[Any, Any]
+PLACES = ("m", "rad")
+PAIRS = {"x": "y", "vx": "vy", "ax": "ay", "fx": "fy", "journal_x": "journal_y"}
+"""Last parts of the names of the components of a vector: one may be none while the other is all."""
+SMALL = 0.01
+"""Of the largest signal of the same unit, or of the mechanism: smaller ones are measured by so much."""
+
+
+def by_signal(a: Result, b: Result) -> dict[str, float]:
+    """Difference of each signal of run a from that of run b, relative; see above.
+
+    Parameters
+    ----------
+    a, b : Result
+        Of the same mechanism and duration, whatever their elements, steps and solver; b has units.
+
+    Returns
+    -------
+    dict of str to float
+        By signal, of forces `.peak`, `.rms`, `.impulse` too, and of contacts `.onset`; infinite where a run has no finite value.
+    """
+    mine, other = _Signals(a), _Signals(b)
+    times = np.union1d(mine.time, other.time)
+    times = times[times <= min(mine.time[-1], other.time[-1])]
+    if len(times) > GRID:
+        times = times[np.unique(np.linspace(0, len(times) - 1, GRID).astype(int))]
+    found: dict[str, float] = {}
+    for name, unit in b.units.items():
+        if name in a.signals and name in b.signals:
+            found |= {key: value if np.isfinite(value) else np.inf for key, value in _apart(name, unit, mine, other, times)}
+    return found
+
+
+def by_energy(a: Run, b: Run) -> dict[str, float]:
+    """Differences of the energies of run a from those of run b, over the energy put through, by `energy.` and their names."""
+    mine, other = ledger(a.record), ledger(b.record)
+    through = max(float(other["throughput"][-1]), np.finfo(float).tiny)
+    kinds = [name for name in other if name in mine and name not in ("error", "throughput")]
+    times = np.clip(b.record.time, *a.record.time[[0, -1]])
+
+    def there(name: str) -> Array:
+        if len(a.record.time) < 3 or not np.isfinite(mine[name]).all():
+            return np.interp(times, a.record.time, mine[name])
+        # it does not swing where an impact takes energy
+        found: Array = scipy.interpolate.PchipInterpolator(a.record.time, mine[name])(times)
+        return found
+
+    off = {name: np.abs(there(name) - other[name]).max() for name in kinds}
+    return {f"energy.{name}": float(value) / through for name, value in off.items()}
+
+
+class _Signals:
+    """Signals of a result, cut to the predictable time where joints have clearance."""
+
+    def __init__(self, result: Result) -> None:
+        play = any(name.endswith(".journal_x") for name in result.signals)
+        end = min(float(result.time[-1]), PREDICTABLE) if play else float(result.time[-1])
+        last = min(len(result.time), int(np.searchsorted(result.time, end)) + 1)
+        self.time = result.time[:last]
+        self.values = {name: values[:last] for name, values in result.signals.items()}
+        self.largest: dict[str, float] = {}
+        for name, values in self.values.items():
+            unit = result.units.get(name, "")
+            self.largest[unit] = max(self.largest.get(unit, 0.0), float(np.abs(values).max(initial=0.0)))
+
+    def at(self, name: str, times: Array) -> Array:
+        """A signal at other times: cubic what is smooth, linear the rest."""
+        values = self.values[name]
+        if len(times) == len(self.time) and (times == self.time).all():
+            return values
+        if name.rpartition(".")[2] in SMOOTH and len(self.time) > 2 and np.isfinite(values).all():
+            return cubic(self.time, values, times)
+        return np.interp(times, self.time, values)
+
+    def pair(self, name: str) -> list[str]:
+        """The signal and its partner in a vector."""
+        owner, _, kind = name.rpartition(".")
+        partner = (PAIRS | {second: first for first, second in PAIRS.items()}).get(kind)
+        names = [name, f"{owner}.{partner}"] if partner else [name]
+        return [each for each in names if each in self.values]
+
+
+def _apart(name: str, unit: str, a: _Signals, b: _Signals, times: Array) -> Iterator[tuple[str, float]]:
+    """The differences of one signal."""
+    least = max(SMALL * b.largest.get(unit, 0.0), np.finfo(float).tiny)
+    if unit in FORCES:
+        parts = _of_force(a, b, name, least)
+        yield name, float(max(parts.values()))
+        yield from ((f"{name}.{key}", float(value)) for key, value in parts.items())
+        if name.endswith(("contact_force", "normal_force")):
+            yield f"{name}.onset", _onset(a, b, name)
+        return
+    off = _norm(times, a.at(name, times) - b.at(name, times))
+    if unit in PLACES:
+        scale = max(*(float(np.ptp(b.values[each])) for each in b.pair(name)), SMALL * _size(b), np.finfo(float).tiny)
+    else:
+        slow = _size(b) / (float(times[-1] - times[0]) or 1.0) if unit == "m/s" else 0.0
+        scale = max(least, SMALL * slow, *(float(np.abs(b.values[each]).max()) for each in b.pair(name)))
+    yield name, off / scale
+
+
+def _size(b: _Signals) -> float:
+    """Largest distance of points along an axis, at any times, m."""
+    found = 0.0
+    for axis in (".x", ".y"):
+        ends = [end for name, x in b.values.items() if name.endswith(axis) for end in (float(x.min()), float(x.max()))]
+        found = max(found, max(ends, default=0.0) - min(ends, default=0.0))
+    return found
+
+
+def _norm(times: Array, values: Array) -> float:
+    if len(times) < 2:
+        return float(np.abs(values).max(initial=0.0))
+    return float(np.sqrt(np.trapezoid(values * values, times) / (times[-1] - times[0])))
+
+
+def _of_force(a: _Signals, b: _Signals, name: str, least: float) -> dict[str, float]:
+    """Differences of the largest magnitude, of the root of the mean square, and of the impulse."""
+    pair = b.pair(name)
+    peak = abs(np.abs(a.values[name]).max() - np.abs(b.values[name]).max())
+    rms = abs(_norm(a.time, a.values[name]) - _norm(b.time, b.values[name]))
+    (mine, size), (other, total) = ((_integral(run, name), _integral(run, name, np.abs)) for run in (a, b))
+    impulse = max(abs(mine - other), abs(size - total))
+    span = float(b.time[-1] - b.time[0]) or 1.0
+    return {
+        "peak": peak / max(least, *(float(np.abs(b.values[each]).max()) for each in pair)),
+        "rms": rms / max(least, *(_norm(b.time, b.values[each]) for each in pair)),
+        "impulse": impulse / max(least * span, *(_integral(b, each, np.abs) for each in pair)),
+    }
+
+
+def _integral(run: _Signals, name: str, of: Callable[[Array], Array] = np.asarray) -> float:
+    return float(np.trapezoid(of(run.values[name]), run.time))
+
+
+def _onset(a: _Signals, b: _Signals, name: str) -> float:
+    """Difference of the times of the first touch over the run's; infinite where but one run has any."""
+    first = [run.time[np.argmax(run.values[name] > 0)] if (run.values[name] > 0).any() else None for run in (a, b)]
+    if first[0] is None or first[1] is None:
+        return 0.0 if first[0] is first[1] else np.inf
+    return float(abs(first[0] - first[1]) / (b.time[-1] - b.time[0]))

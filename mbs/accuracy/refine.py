@@ -1,0 +1,135 @@
+"""A run without settings looks at itself: another run stands beside it, and where the two differ it is made finer until it holds.
+
+The run is Exudyn's with its default settings. Beside it runs the compiled solver, which shares none of the equations; or Exudyn
+with a tenth of the tolerance, shorter steps and less damping, where that solver does not take the mechanism, would have to
+compile a function in Python, or would answer for other elements than those that are named. With clearance the time that can be
+predicted is compared. If the two agree in all that `mbs.accuracy.usual` allows, the run stands, with their difference as its
+error. If not, the mechanism is delivered as with an accuracy, until all is within what is allowed or the time is over; what is
+far beyond even then is SUSPECT. With clearance it is a note: rattling may be one of many trajectories from the first impacts on.
+
+Linkages that are determined are not integrated: only where a drive is a function of time are the samples doubled.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import nan
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from buckler.mbs.accuracy.by_signal import by_energy, by_signal
+from buckler.mbs.accuracy.delivery import Delivering, Delivery, Runner, Task, comparable
+from buckler.mbs.accuracy.difference import PREDICTABLE, difference
+from buckler.mbs.accuracy.usual import ASKED, BOUND, Usual
+from buckler.mbs.accuracy.ways import compilable, deliver, named, own_functions
+from buckler.mbs.elements.clearance import clearances
+from buckler.mbs.elements.drive import Ramp
+from buckler.mbs.engine.choice import usual_tolerance
+from buckler.mbs.engine.settings import Controlled, Exudyn
+from buckler.mbs.kinematics.determined import answered
+from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.record.errors import Errors
+from buckler.mbs.record.result import Result
+from buckler.mbs.record.run import Run
+
+TIMES, LEAST = 20.0, 5.0
+"""Limit of the time for a finer run: so many times that of the first one, but at least this, s."""
+RESTS = 1e-5
+"""Way of a point, in lengths of the largest link, below which it rests."""
+STRICTER, SHORTER, RADIUS = 10.0, 2.15, 0.9
+"""Exudyn's run beside: tolerance and longest step divided by this, and its spectral radius."""
+
+
+def refine(mechanism: Mechanism, duration: float, first_run: Runner, run: Runner) -> tuple[Delivery, Usual | None]:
+    """Run with default settings, look at it, and make it finer where it misses what is allowed.
+
+    Returns
+    -------
+    delivery : Delivery
+        The run that is handed back; its errors are not known where nothing could stand beside it.
+    usual : Usual or None
+        What it was held to.
+    """
+    own = Delivering(Task(mechanism, duration, ASKED), run)
+    begin = perf_counter()
+    first = first_run(mechanism, duration, Exudyn())
+    own.runs["exudyn"] = 1
+    spent = perf_counter() - begin
+    alone = Delivery(first, nan, Errors(), {}, own.runs)
+    if first.failure is not None or len(first.record.time) < 3:
+        return alone, None
+    mine = comparable(first)
+    if _rests(mechanism, mine):
+        return alone, None
+    usual = Usual.of(mechanism, mine)
+    other = _beside(own, first)
+    if other is None:
+        return alone, None
+    told, reached = _compared(mine, first, comparable(other), other, usual)
+    held = Delivery(first, reached, told, {}, own.runs)
+    if reached <= ASKED:
+        return held, usual
+    task = Task(mechanism, duration, ASKED, usual, patience=max(LEAST, TIMES * spent))
+    found = deliver(task, run)
+    return found.after(held), usual
+
+
+def _rests(mechanism: Mechanism, result: Result) -> bool:
+    """Whether nothing moves: what does is round-off, or a bristle that bends."""
+    size = max(mechanism.length(link.name) for link in mechanism.links)
+    return all(float(np.ptp(result.signals[f"{point}.{axis}"])) < RESTS * size for point in mechanism.points for axis in "xy")
+
+
+def _compared(mine: Result, first: Run, theirs: Result, other: Run, usual: Usual) -> tuple[Errors, float]:
+    """Errors of the first run by the other one, and how much of what is allowed they are, times `ASKED`."""
+    signals, energies = by_signal(mine, theirs), {}
+    if first.solver.steps.record_every == 1 and not clearances(first.record.mechanism):
+        energies = by_energy(first, other)
+    kind = f"a run of {type(other.solver).__name__} beside it"
+    found = signals | energies
+    return Errors(difference(mine, theirs), found, kind), usual.largest(found, theirs.units)
+
+
+def _beside(own: Delivering, first: Run) -> Run | None:
+    """Another run of the same mechanism; None if there is none to be had, or none is needed."""
+    mechanism, duration = own.task.mechanism, own.task.duration
+    if answered(mechanism):
+        if all(isinstance(drive.motion, Ramp) for drive in mechanism.drives):
+            return None
+        steps = Controlled(max_step=duration / (2 * (len(first.record.time) - 1)))
+        return _ended(own.run(mechanism, duration, Exudyn(steps)))
+    span = min(duration, PREDICTABLE) if clearances(mechanism) else duration
+    if not (named(mechanism) or own_functions(mechanism)) and compilable(mechanism):
+        found = _ended(own.run(mechanism, span, _compiled(mechanism, span)))
+        if found is not None:
+            return found
+    steps = Controlled(
+        usual_tolerance(mechanism) / STRICTER, span / (200 * SHORTER), contact_resolution=2 * Controlled().contact_resolution
+    )
+    return _ended(own.run(mechanism, span, Exudyn(steps, spectral_radius=RADIUS)))
+
+
+def _ended(run: Run) -> Run | None:
+    return run if run.failure is None else None
+
+
+def _compiled(mechanism: Mechanism, span: float) -> Any:
+    """Settings of the compiled solver's run beside."""
+    from buckler.mbs.spectral.accuracy import beside
+
+    return beside(mechanism, span)
+
+
+def refined(result: Result, delivery: Delivery, usual: Usual | None, wall: float) -> Result:
+    """The result of a run without settings; SUSPECT, ACCURACY in the message, where it misses what is allowed."""
+    result = delivery.complete(result, wall)
+    if usual is None or delivery.reached <= BOUND * ASKED or not delivery.errors.known:
+        return result
+    name, error, allowed = usual.worst(delivery.errors)
+    said = f"'{name}' is off by about {error:.2g} after {sum(delivery.runs.values())} runs, allowed {allowed:.2g}"
+    if clearances(delivery.run.record.mechanism):  # rattling may be one of many trajectories from the first impacts on
+        note = f"the motion cannot be predicted: {said}; read what is the same in many runs"
+        return replace(result, provenance=result.provenance | {"notes": [*result.provenance.get("notes", ()), note]})
+    return result.suspect(f"ACCURACY: {said}")

@@ -1,0 +1,41 @@
+"""What a check is: a name, when it fails, the numbers that decide, and who looks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+
+from buckler.mbs.record.result import Result
+from buckler.mbs.record.run import Run
+
+
+@dataclass(frozen=True)
+class Check:
+    """One check of a finished run.
+
+    Attributes
+    ----------
+    name : str
+        The word its sentences begin with.
+    fails : str
+        When it fails, in words: 'failed when ...'.
+    look : callable
+        `look(run, result)` yields what is wrong, in words without the name; nothing in a run that may be trusted.
+    thresholds : mapping of str to float
+        The numbers that decide, by what they are.
+    idle : callable
+        `idle(run, result)` says in words why there is nothing to look at; '' where there is.
+    """
+
+    name: str
+    fails: str
+    look: Callable[[Run, Result], Iterator[str]]
+    thresholds: Mapping[str, float] = field(default_factory=dict)
+    idle: Callable[[Run, Result], str] = lambda _run, _result: ""
+
+    def __call__(self, run: Run, result: Result) -> Iterator[str]:
+        """Yield its sentences, name first."""
+        if self.idle(run, result):
+            return
+        for said in self.look(run, result):
+            yield f"{self.name}: {said}"

@@ -1,0 +1,110 @@
+"""Contacts over a step, compiled: when they close and let go, and what they remember of it."""
+
+from __future__ import annotations
+
+from buckler.mbs.spectral.compiling import inner
+from buckler.mbs.spectral.tables import CONTACT, FASTEST, JOURNAL, NUMBERS, ONSET
+
+
+@inner
+def touches(s, k):
+    """Whether force k is a contact."""
+    return s.forces[k, 0] == CONTACT or s.forces[k, 0] == JOURNAL
+
+
+@inner
+def depth_of(s, reports, k):
+    """Depth of contact k, from its report."""
+    if s.forces[k, 0] == JOURNAL:
+        return reports[k, 2]
+    side, face = s.data[s.forces[k, NUMBERS]], s.data[s.forces[k, NUMBERS] + 1]
+    return side * (reports[k, 2] - face)
+
+
+@inner
+def rate_of_depth(s, reports, k):
+    """Its rate."""
+    return reports[k, 3] if s.forces[k, 0] == JOURNAL else s.data[s.forces[k, NUMBERS]] * reports[k, 3]
+
+
+@inner
+def hermite(x, h, d0, v0, d1, v1):
+    """Cubic with these values and slopes at the ends of a step of length h, at the fraction x."""
+    return (1.0 - x) ** 2 * ((1.0 + 2.0 * x) * d0 + x * h * v0) + x * x * ((3.0 - 2.0 * x) * d1 + (x - 1.0) * h * v1)
+
+
+@inner
+def crossing(h, d0, v0, d1, v1):
+    """First fraction of the step at which the cubic, negative at its start, passes zero; 2 if it does not."""
+    high = 2.0
+    if d1 > 0.0:
+        high = 1.0
+    elif v0 > 0.0 and v1 < 0.0:
+        # both ends outside, in between perhaps inside: look at the top
+        a, b = 0.0, 1.0
+        for _ in range(40):
+            m1, m2 = a + (b - a) / 3.0, b - (b - a) / 3.0
+            if hermite(m1, h, d0, v0, d1, v1) < hermite(m2, h, d0, v0, d1, v1):
+                a = m1
+            else:
+                b = m2
+        if hermite(0.5 * (a + b), h, d0, v0, d1, v1) > 0.0:
+            high = 0.5 * (a + b)
+    if high > 1.0:
+        return 2.0
+    low = 0.0
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        if hermite(middle, h, d0, v0, d1, v1) > 0.0:
+            high = middle
+        else:
+            low = middle
+    return high
+
+
+@inner
+def first_onset(s, before, reports, h, landing):
+    """Fraction of the step at which the first open contact closes; 2 if none does."""
+    first = 2.0
+    for k in range(s.forces.shape[0]):
+        if touches(s, k):
+            d0, d1 = depth_of(s, before, k), depth_of(s, reports, k)
+            if d0 < -landing and not (-landing <= d1 <= landing):
+                first = min(first, crossing(h, d0, rate_of_depth(s, before, k), d1, rate_of_depth(s, reports, k)))
+    return first
+
+
+@inner
+def lets_go(s, before, reports, largest, share):
+    """Whether a contact that pushed with more than a share of its largest force so far pushes no more: a kink to be cut out."""
+    for k in range(s.forces.shape[0]):
+        if touches(s, k) and reports[k, 0] == 0.0 and abs(before[k, 0]) > share * largest[k]:
+            return True
+    return False
+
+
+@inner
+def remember_onset(s, before, reports, k, m, floor, graze):
+    """Take over what contact k did in a step into its memory m: 1 if it closed, -1 if it let go, else 0."""
+    old, new, rate = depth_of(s, before, k), depth_of(s, reports, k), rate_of_depth(s, reports, k)
+    if new <= 0.0 or old <= 0.0:
+        m[ONSET] = max(rate, floor, graze * m[FASTEST])
+    if new > 0.0 and old <= 0.0:
+        if s.forces[k, 0] == CONTACT:
+            m[FASTEST] = max(m[FASTEST], m[ONSET])
+        return 1
+    return -1 if new <= 0.0 and old > 0.0 else 0
+
+
+@inner
+def error_of_depth(s, before, reports, shifted, h, k, least):
+    """Error of contact k's depth over that depth, or over its way in the step, or the least that counts.
+
+    `shifted` are reports at the error's end.
+    """
+    old, new = depth_of(s, before, k), depth_of(s, reports, k)
+    deep = max(old, new)
+    if deep <= 0.0:
+        return 0.0
+    way = h * max(abs(rate_of_depth(s, before, k)), abs(rate_of_depth(s, reports, k)))
+    return abs(depth_of(s, shifted, k) - new) / max(deep, way, least)

@@ -1,0 +1,78 @@
+"""Runs of the explicit integrator between their steps: states at any times, and what acts then."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from buckler.mbs.spectral.explicit import flight_for, look
+from buckler.mbs.spectral.output import Output
+from buckler.mbs.spectral.scene import Scene
+from buckler.mbs.spectral.tables import BRISTLE
+
+Array = np.ndarray[Any, Any]
+
+
+class Dense(NamedTuple):
+    """States and what acts then.
+
+    Attributes
+    ----------
+    time : array, shape (times,)
+    q, v, a : arrays, shape (times, n)
+    lam : array, shape (times, r)
+    reports : array, shape (times, forces, 8)
+        See `buckler.mbs.spectral.tables.Work`.
+    """
+
+    time: Array
+    q: Array
+    v: Array
+    a: Array
+    lam: Array
+    reports: Array
+
+
+def at_times(scene: Scene, out: Output, times: Array) -> Dense:
+    """States at times within a run: polynomials of fifth degree through places, rates and second rates at both ends of a step."""
+    step = np.clip(np.searchsorted(out.time, times, side="right") - 1, 0, max(0, len(out.time) - 2))
+    nxt = np.minimum(step + 1, len(out.time) - 1)
+    h = out.time[nxt] - out.time[step]
+    x = np.divide(times - out.time[step], h, out=np.zeros_like(h), where=h > 0)
+    q, v = _between(out, step, nxt, h[:, None], x[:, None])
+    memory = out.memory[step].copy()
+    memory[:, :, BRISTLE] += x[:, None] * (out.memory[nxt, :, BRISTLE] - memory[:, :, BRISTLE])
+    return _seen(scene, np.asarray(times, dtype=float), q, v, memory)
+
+
+def right_hand_side(scene: Scene) -> Callable[[float, Array], Array]:
+    """Rates of (q, v) as a function for other integrators; contacts know no onset speed but the slowest."""
+    n, memory = scene.size, scene.memory()[None]
+
+    def rates(t: float, y: Array) -> Array:
+        seen = _seen(scene, np.array([t]), y[None, :n], y[None, n:], memory)
+        return np.concatenate([y[n:], seen.a[0]])
+
+    return rates
+
+
+def _seen(scene: Scene, time: Array, q: Array, v: Array, memory: Array) -> Dense:
+    n, r, k = scene.size, len(scene.tables.rows), len(scene.tables.forces)
+    room = flight_for(scene.q0, np.zeros(n), np.zeros(r), scene.memory(), scene.mass, scene.units, scene.coupled)
+    a, lam, reports = np.empty((len(time), n)), np.empty((len(time), r)), np.empty((len(time), k, 8))
+    look(scene.tables, scene.work, room, time, q, v, np.ascontiguousarray(memory), a, lam, reports)
+    return Dense(time, q, v, a, lam, reports)
+
+
+def _between(out: Output, i: Array, j: Array, h: Array, x: Array) -> tuple[Array, Array]:
+    """Places and rates a fraction x into steps of length h from row i to row j."""
+    q, v, a, drift = out.q[i], h * out.v[i], 0.5 * h**2 * out.a[i], out.q[j] - out.q[i]
+    # q + v x + a x^2 + c3 x^3 + c4 x^4 + c5 x^5 with place, rate and second rate at x = 1
+    place, rate, bend = drift - v - a, h * out.v[j] - v - 2 * a, h**2 * out.a[j] - 2 * a
+    c3, c4, c5 = 10 * place - 4 * rate + 0.5 * bend, -15 * place + 7 * rate - bend, 6 * place - 3 * rate + 0.5 * bend
+    at = q + x * (v + x * (a + x * (c3 + x * (c4 + x * c5))))
+    speed = v + x * (2 * a + x * (3 * c3 + x * (4 * c4 + 5 * x * c5)))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return at, np.where(h > 0, speed / h, out.v[i])

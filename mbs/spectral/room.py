@@ -1,0 +1,107 @@
+"""The room in which the implicit integrator works: its state, a step's unknowns, matrices. See `radau`."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from buckler.mbs.spectral.compiling import borrowed, inner
+
+Array = np.ndarray[Any, Any]
+
+
+class Room(NamedTuple):
+    """A state (q, v, a, lam, stress), the step's unknowns at the nodes, and room to work in.
+
+    `weight` is one over the unit of each coordinate, zero for those of vectors, whose units along and across their chord are
+    `whole` and `across`; `turn` is the chord's direction.
+    """
+
+    q: Array
+    v: Array
+    a: Array
+    lam: Array
+    stress: Array
+    places: Array
+    rates: Array
+    seconds: Array
+    multipliers: Array
+    stresses: Array
+    slacks: Array
+    past: Array
+    past_lam: Array
+    past_stress: Array
+    residual: Array
+    inertia: Array
+    right: Array
+    step: Array
+    pair: Array
+    swirl: Array
+    dq: Array
+    dv: Array
+    matrix: Array
+    inverse: Array
+    twisted: Array
+    untwisted: Array
+    force: Array
+    gap: Array
+    speed: Array
+    change: Array
+    jacobian: Array
+    base: Array
+    stiffness: Array
+    damping: Array
+    cross: Array
+    mass: Array
+    light: Array
+    spread: Array
+    schur: Array
+    memory: Array
+    before: Array
+    shifted: Array
+    largest: Array
+    old: Array
+    rest: Array
+    whole: Array
+    amount: Array
+    weight: Array
+    across: Array
+    turn: Array
+    ease: Array
+
+
+def room_for(q: Array, v: Array, a: Array, lam: Array, memory: Array, mass: Array, units: Array, tables: Any) -> Room:
+    """Make room for a run from this state."""
+    n, r, k, e, p = len(q), len(lam), len(memory), len(tables.elastic), int(tables.strips[:, 2].sum())
+    m, z = n + r, np.zeros
+    return Room(
+        q=np.array(q, float), v=np.array(v, float), a=np.array(a, float), lam=np.array(lam, float), stress=z((p, 3)),
+        places=z((3, n)), rates=z((3, n)), seconds=z((3, n)), multipliers=z((3, r)),
+        stresses=z((3, p, 3)), slacks=z((3, p, 3)), past=z((4, n)), past_lam=z(r), past_stress=z((p, 3)),
+        residual=z((3, m)), inertia=z((3, n)), right=z(m), step=z(m),
+        pair=z(m, dtype=complex), swirl=z(m, dtype=complex), dq=z((3, n)), dv=z((3, n)), matrix=z((m, m)), inverse=z((m, m)),
+        twisted=z((m, m), dtype=complex), untwisted=z((m, m), dtype=complex), force=z(n), gap=z(r), speed=z(r), change=z(r),
+        jacobian=z((r, n)), base=z((r, n)), stiffness=z((n, n)), damping=z((n, n)), cross=z((r, n)), mass=z((n, n)),
+        light=np.linalg.inv(mass), spread=z((r, n)), schur=z((2, r, r)), memory=memory.copy(), before=z((k, 8)),
+        shifted=z((k, 8)),
+        largest=z(k), old=memory[:, 1:3].copy(), rest=z(e), whole=np.array(units, dtype=float), amount=z(e), weight=z(n),
+        across=z(e), turn=z((e, 2)), ease=np.ones(1),
+    )  # fmt: skip
+
+
+@inner
+def lend_room(x):
+    """The room without its shares in the memory's reference counts."""
+    return Room(
+        borrowed(x.q), borrowed(x.v), borrowed(x.a), borrowed(x.lam), borrowed(x.stress), borrowed(x.places), borrowed(x.rates),
+        borrowed(x.seconds), borrowed(x.multipliers), borrowed(x.stresses), borrowed(x.slacks), borrowed(x.past),
+        borrowed(x.past_lam), borrowed(x.past_stress),
+        borrowed(x.residual), borrowed(x.inertia), borrowed(x.right), borrowed(x.step), borrowed(x.pair), borrowed(x.swirl),
+        borrowed(x.dq), borrowed(x.dv), borrowed(x.matrix), borrowed(x.inverse), borrowed(x.twisted), borrowed(x.untwisted),
+        borrowed(x.force), borrowed(x.gap), borrowed(x.speed), borrowed(x.change), borrowed(x.jacobian), borrowed(x.base),
+        borrowed(x.stiffness), borrowed(x.damping), borrowed(x.cross), borrowed(x.mass), borrowed(x.light), borrowed(x.spread),
+        borrowed(x.schur), borrowed(x.memory), borrowed(x.before), borrowed(x.shifted), borrowed(x.largest), borrowed(x.old),
+        borrowed(x.rest), borrowed(x.whole), borrowed(x.amount), borrowed(x.weight), borrowed(x.across), borrowed(x.turn),
+        borrowed(x.ease),
+    )  # fmt: skip

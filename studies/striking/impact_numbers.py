@@ -1,0 +1,174 @@
+"""One strike of a beam in dimensionless numbers: what decides the strip's push, and the borders of its regimes, in closed form.
+
+P is the strip's Euler load, w1 its first frequency, g its radius of gyration, v the slider's speed at contact, phi the lean of
+the chord there, K' the stop's stiffness with the strip's own behind it.
+
+    s  = K' v/(P w1 cos phi)     rise of the strip's compression in Euler loads over a radian of its first vibration
+    b  = a_1/g                   its first-mode deflection before contact: bow, weight, inertia, all grown by friction
+    S  = v sqrt(K m)/P           force of the slider's mass alone
+    W  = max (f - m x'')/(P cos phi) on the way: above 1 the strip buckles before it arrives
+    r  = K'/(cos(phi)^2 E A/L)   stiffness of the stop over that of the strip
+    q  = sqrt(K/m)/w1            frequency of the slider on its stop over that of the strip
+    u  = v T cos phi/L           shortening that the impact asks for, T = pi/(q w1) its duration
+
+**Late buckling.** While the compression p = s tau rises, the n-th sine mode grows at
+
+    sigma_n(p) = -z n^4 + sqrt(z^2 n^8 + n^2 (p - n^2)),                                                              (1)
+
+z the damping ratio of the first, from its deflection a_n as a_n cosh G, G the integral of sigma_n over tau. Bending shortens the
+strip by n^2 pi^2 a^2/(4 L); a light slider goes with it against the stop, a heavy one leaves it slack, which lessens p by
+R n^2 (a^2 - a_n^2)/(4 g^2), R = r [1 + (2 sigma_n/q)^2], at most 1. The strip gives way when that rises as fast as s tau,
+
+    sinh 2G = 4 s g^2/(R n^2 sigma_n a_n^2),     s G = integral of sigma_n from n^2 to p,                             (2)
+
+at the least p of all n. Without damping, n free, that is p = 2 sqrt(A s): the square root of speed and stiffness. A bowed strip
+gives way in its first mode: p = (3 A s/2)^(2/3), A the logarithm.
+
+**Sagging.** A strip whose bow a_1 is not small against what the impact asks for is a spring that never reaches its Euler load,
+
+    p = 1 - a_1/sqrt(a_1^2 + 4 L^2 u/pi^2).                                                                         (3)
+
+**Plateau.** Else it pushes with its Euler load, and the peak is that of the massless strip (`buckler.mbs.laws.peak`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.optimize import brentq
+
+from buckler.mbs.laws import CarvalhoMartins
+from buckler.mbs.laws.peak import peak_factors
+from buckler.studies.striking.inverse import second_rate
+from buckler.studies.striking.sine_strip import SineStrip
+
+Array = np.ndarray[Any, Any]
+LATE, SAGS = 1.5, 0.95
+"""Compression over the Euler load above which buckling is late, and below which the strip sags."""
+REGIMES = ("late buckling", "plateau", "sagging", "swing")
+
+
+@dataclass(frozen=True)
+class ImpactNumbers:
+    """The numbers above.
+
+    Attributes
+    ----------
+    euler : P, N
+    rate, bow, strength, way, asked : s, b, S, W, u
+    ratio, slider : r, q
+    lean : cos phi
+    friction : of the slider over the Euler load
+    seeds : array, deflection of each mode before contact over the radius of gyration; the first is b
+    damping, chi : of the strip's first mode, of the stop
+    span : L/g
+    """
+
+    euler: float
+    rate: float
+    strength: float
+    way: float
+    asked: float
+    ratio: float
+    slider: float
+    lean: float
+    friction: float
+    seeds: Array
+    damping: float
+    chi: float
+    span: float
+
+    @classmethod
+    def of(cls, strip: SineStrip) -> ImpactNumbers:
+        """Of a slider-crank."""
+        lengths, section = strip.lengths, strip.section
+        angle = float(lengths.contact_angle(strip.stop))
+        lean = float(lengths.lean_cosine(angle, strip.stop))
+        speed = -float(lengths.slider_rate(angle)) * strip.speed
+        euler, gyration = section.euler_load(lengths.coupler), section.thickness / np.sqrt(12)
+        axial = section.axial_stiffness / lengths.coupler
+        stiffness = 1 / (1 / strip.stiffness + lean**2 / axial)
+        places = np.linspace(0.0, angle, 200)
+        leans = np.sqrt(1 - (lengths.crank / lengths.coupler * np.sin(places)) ** 2)
+        loads = (strip.friction - strip.mass * second_rate(lengths, places) * strip.speed**2) / leans
+        return cls(
+            euler, stiffness * speed / (euler * strip.frequency * lean), speed * np.sqrt(strip.stiffness * strip.mass) / euler,
+            float(loads.max() / euler), speed * np.pi * np.sqrt(strip.mass / strip.stiffness) * lean / lengths.coupler,
+            stiffness / (lean**2 * axial) if stiffness < lean**2 * axial else 1.0,
+            float(np.sqrt(strip.stiffness / strip.mass)) / strip.frequency, lean,
+            strip.friction / euler, np.abs(strip.before()) / gyration, strip.damping,
+            float(CarvalhoMartins.hysteresis(strip.restitution)), lengths.coupler / gyration,
+        )  # fmt: skip
+
+    @property
+    def bow(self) -> float:
+        """B."""
+        return float(self.seeds[0])
+
+    def late(self) -> float:
+        """Compression at which the strip gives way, over its Euler load: the least of all modes."""
+        return min(self._gives_way(n, seed) for n, seed in enumerate(self.seeds, 1))
+
+    def _gives_way(self, n: int, seed: float) -> float:
+        """Largest compression of equation (2) if only mode n grew."""
+
+        def relief(p: float) -> tuple[float, float]:
+            growth = _growth(n, p, self.damping)
+            ratio = min(1.0, self.ratio * (1 + (2 * growth / self.slider) ** 2))
+            return ratio, 0.5 * float(np.arcsinh(4 * self.rate / (ratio * n**2 * growth * seed**2)))
+
+        def lacking(p: float) -> float:
+            return _grown(n, p, self.damping) - self.rate * relief(p)[1]
+
+        low, high = n**2 * (1 + 1e-6), n**2 + 1e5
+        if lacking(low) >= 0 or lacking(high) <= 0:
+            return float(low if lacking(low) >= 0 else high)
+        p = float(brentq(lacking, low, high))
+        ratio, grown = relief(p)
+        return p - ratio * (n * seed * np.sinh(grown)) ** 2 / 4
+
+    def sagging(self) -> float:
+        """Compression that the bowed strip reaches as the impact shortens it, over its Euler load, equation (3)."""
+        return float(1 - self.bow / np.sqrt(self.bow**2 + 4 * self.span**2 * self.asked / np.pi**2))
+
+    def compression(self) -> float:
+        """Largest compression of the strip over its Euler load."""
+        late = self.late()
+        return late if late > LATE else min(late, self.sagging())
+
+    def peak(self) -> float:
+        """Largest force on the stop over the Euler load, of the slider's mass and the push behind it.
+
+        Late, the push is over when the mass has its say: the root of the sum of squares. Else it stays behind it.
+        """
+        c0, c1 = peak_factors(self.chi)
+        late = self.compression() * self.lean - self.friction
+        steady = c1 * (min(self.compression(), 1.0) * self.lean - self.friction)
+        inertia = c0 * self.strength
+        return float(max(np.hypot(late, inertia), steady + np.hypot(steady, inertia)))
+
+    def regime(self) -> str:
+        """By the closed forms."""
+        return regime(self.compression(), self.way > 1.0)
+
+
+def regime(compression: float, early: bool) -> str:
+    """Of a compression over the Euler load; `early`: the strip buckles before contact, or there is none."""
+    if early or not np.isfinite(compression):
+        return "swing"
+    return "late buckling" if compression > LATE else "plateau" if compression > SAGS else "sagging"
+
+
+def _growth(n: int, p: float, damping: float) -> float:
+    """Equation (1)."""
+    held = damping * n**4
+    return float(-held + np.sqrt(held**2 + n**2 * (p - n**2)))
+
+
+def _grown(n: int, p: float, damping: float) -> float:
+    """Integral of (1) over p from n^2."""
+    held = damping * n**4
+    root = np.sqrt(held**2 + n**2 * (p - n**2))
+    return float(-held * (p - n**2) + 2 * (root**3 - held**3) / (3 * n**2))

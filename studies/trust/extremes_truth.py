@@ -1,0 +1,158 @@
+"""What is right in a drawn case of the study `extremes`: the compiled solver twice, or a closed form.
+
+A measure counts where two runs of the compiled solver agree in it: one with steps and meshes finer than the other. With clearance
+a third one, with a clearance a thousandth larger, tells how long the motion is one trajectory.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from buckler.mbs import Controlled, Exudyn, Mechanism, Result, Spectral, Status, simulate
+from buckler.mbs.accuracy.band import banded
+from buckler.mbs.elements.clearance import clearances
+from buckler.mbs.engine.solve import once
+from buckler.studies.trust.extremes_case import KINDS, Case, CaseOutcome, Measures, largest
+from buckler.studies.trust.extremes_drawn import FAMILIES, Drawn
+
+Array = np.ndarray[Any, Any]
+SAMPLES = np.linspace(0.02, 0.98, 49)
+"""When places are compared, of the run's length."""
+AGREED = 0.3
+"""Difference of the two reference runs, of what is allowed, up to which they are one truth."""
+KNOWN = 1e-3
+"""How well a clearance is taken to be known, relative."""
+SMALL = 0.02
+"""Forces below this share of the largest in the mechanism are not judged."""
+PATIENCE = 30.0
+"""Longest time, s, of a reference run."""
+ACCURACIES = (None, None, None, 1e-2, 1e-3)
+"""What is asked of a run; most often nothing."""
+
+
+def drawn_case(family: str, seed: int, number: int) -> Case:
+    """The case of a family, of a seed, of a number."""
+    draw = np.random.default_rng([seed, list(FAMILIES).index(family), number])
+    made = FAMILIES[family](draw)
+    asked = ACCURACIES[int(draw.integers(len(ACCURACIES)))]
+    name = f"{seed}.{number}" + (f", accuracy {asked:g}" if asked else "")
+    mechanism, duration = made.mechanism, made.duration
+
+    def run(timeout: float) -> CaseOutcome:
+        once(mechanism, 1e-3 * duration, Exudyn(), None, None)  # laws are compiled now, not in the time that is measured
+        start = perf_counter()
+        result = simulate(mechanism, duration, asked, timeout=timeout)
+        wall, ended = perf_counter() - start, result.status in (Status.OK, Status.SUSPECT)
+        return CaseOutcome(str(result.status), result.message, _read(made, result) if ended else {}, wall)
+
+    scales = dict(_scales(mechanism, asked))
+    return Case(family, name, run, lambda: _right(made, scales), scales, lambda: _plain(mechanism, duration))
+
+
+def _plain(mechanism: Mechanism, duration: float) -> None:
+    once(mechanism, duration, Exudyn(), PATIENCE, None)
+
+
+def _scales(mechanism: Mechanism, asked: float | None) -> Iterator[tuple[str, float]]:
+    """Lengths that places are compared with; an accuracy of 1 % allows ten times what the status does."""
+    size = max(mechanism.length(link.name) for link in mechanism.links)
+    yield "place", size * max(1.0, (asked or 0.0) / KINDS["place"].allowed)
+    yield "path", size * max(1.0, (asked or 0.0) / KINDS["path"].allowed)
+    if clearances(mechanism):
+        yield "journal", min(joint.gap for joint in clearances(mechanism))
+
+
+def _read(made: Drawn, result: Result) -> Measures:
+    """What is compared of a result."""
+    mechanism, duration = made.mechanism, made.duration
+    if made.load is not None:
+        return {"force of the push": np.array([_push(result)])}
+    kind = "journal" if clearances(mechanism) else "path" if mechanism.stops else "place"
+    names = [f"{point}.{axis}" for point in mechanism.points for axis in "xy"]
+    found: dict[str, Array] = {kind: np.stack([result.at(name, SAMPLES * duration, outside=np.nan) for name in names])}
+    span = result.time[-1] - result.time[0]
+    for name, values in result.signals.items():
+        if result.units[name] in ("N", "N m") and not name.endswith(("friction_limit", "friction_force")):
+            found[f"force, rms of {name}"] = np.array([np.sqrt(np.trapezoid(values**2, result.time) / span)])
+            found[f"force, peak of {name}"] = np.array([largest(values)])
+            if name.endswith(("contact_force", "normal_force")):
+                found[f"impulse of {name}"] = np.array([np.trapezoid(values, result.time)])
+    return found
+
+
+def _push(result: Result) -> float:
+    """Force of the drive at the end, the block's inertia taken off."""
+    late = result.time > 0.999 * result.time[-1]
+    inertia = 0.1 * np.gradient(result.signals["A.vx"], result.time)
+    return float(np.mean((result.signals["drive.force"] - inertia)[late]))
+
+
+def _right(made: Drawn, scales: Mapping[str, float]) -> Measures | None:
+    """The measures that are known; None if none is."""
+    if made.load is not None:
+        return {"force of the push": np.array([made.load])}
+    if made.swing is not None:
+        return {"place": _pendulum(made)}
+    coarse, fine = (_reference(made, k) for k in (0, 1))
+    if coarse is None or fine is None:
+        return None
+    until = len(SAMPLES)
+    if clearances(made.mechanism):
+        joints = [joint if joint.ideal else replace(joint, gap=(1 + KNOWN) * joint.gap) for joint in made.mechanism.joints]
+        other = _reference(made._replace(mechanism=replace(made.mechanism, joints=joints)), 0)
+        if other is None:
+            return None
+        apart = np.abs(other["journal"] - fine["journal"]).max(axis=0) > KINDS["journal"].allowed * scales["journal"]
+        until = int(np.argmax(apart)) if apart.any() else until
+    found = dict(_agreed(coarse, fine, scales, until))
+    return found or None
+
+
+def _agreed(coarse: Measures, fine: Measures, scales: Mapping[str, float], until: int) -> Iterator[tuple[str, Array]]:
+    """Measures in which the references agree; forces only where the motion is one trajectory throughout."""
+    biggest = max((largest(v) for name, v in fine.items() if name.startswith("force")), default=0.0)
+    for name, value in fine.items():
+        kind, motion = KINDS[name.partition(" ")[0].rstrip(",")], name in ("place", "path", "journal")
+        if not motion and (until < len(SAMPLES) or (name.startswith("force") and largest(value) < SMALL * biggest)):
+            continue
+        first, second = (coarse[name][..., :until], value[..., :until]) if motion else (coarse[name], value)
+        if second.shape[-1] == 0:
+            continue
+        scale = scales.get(name) or max(largest(second), 1e-12)
+        if kind.norm(first - second) / scale <= AGREED * kind.allowed:
+            yield name, second
+
+
+def _reference(made: Drawn, finer: int) -> Measures | None:
+    """One run of the compiled solver; its steps and strips are finer the second time."""
+    steps = Controlled(tolerance=10.0 ** (-8 - finer), max_step=made.duration / (800 * 2**finer))
+    solver = Spectral(steps, degree=9 + 3 * finer, contact_tolerance=1e-3 / 2**finer)
+    try:
+        simulate(made.mechanism, 1e-6 * made.duration, solver=solver)  # what is not compiled yet is compiled now
+        result = simulate(made.mechanism, made.duration, solver=solver, timeout=PATIENCE)
+    except (ValueError, NotImplementedError):
+        return None
+    means = banded(made.mechanism, result.time, result.signals, result.units)  # as runs without settings give them
+    ended = result.status in (Status.OK, Status.SUSPECT)
+    return _read(made, replace(result, signals=result.signals | means)) if ended else None
+
+
+def _pendulum(made: Drawn) -> Array:
+    """Places of the two points of a bar that swings about the first: its equation to 1e-12."""
+    assert made.swing is not None
+    angle, length = made.swing
+    (bar,) = made.mechanism.links
+    mass, inertia, _ = bar.body.inertia(length)
+    times, pull = SAMPLES * made.duration, mass * 9.81 * length / 2 / (inertia + mass * length**2 / 4)
+    found = solve_ivp(
+        lambda _t, y: (y[1], -pull * np.sin(y[0])),
+        (0, made.duration), (angle, 0.0), method="DOP853", t_eval=times, rtol=1e-12, atol=1e-12,
+    )  # fmt: skip
+    still = np.zeros_like(times)
+    return np.stack([still, still, length * np.sin(found.y[0]), -length * np.cos(found.y[0])])

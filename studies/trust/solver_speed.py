@@ -1,0 +1,214 @@
+"""The compiled solver beside hand-tuned plain runs of the engine: error and run time of one run each, on three works.
+
+All three are the slider-crank with a bending coupler, one turn of its crank, and compare the deflection of mid-span from the
+chord, relative L2 norm over 401 times, with a finer run of the compiled solver (more degrees, a tighter tolerance):
+
+- fast: 2 mm at 62.8 rad/s, undamped; the coupler follows inertia, and starts with a jolt that rings on along it;
+- slow: 2 mm at 1.25 rad/s, undamped; it only rings on from the start, for 244 periods of its first mode;
+- stop: 0.3 mm at 1.25 rad/s with 1 % damping; it strikes a stop, buckles, and lets go.
+
+Plain runs are those of `plain`, their settings the best found for these works. Times are of the processor, everything from the
+mechanism to the signals included on our side, from the first item to the last step on the other; runs are taken in turn.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from math import pi, sqrt
+from statistics import median
+from time import process_time
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from buckler.mbs import Beam, Cable, Controlled, Mechanism, Section, simulate, slider_crank
+from buckler.mbs.laws import KelvinVoigt
+from buckler.mbs.library import PAPER
+from buckler.mbs.record.result import cubic
+from buckler.mbs.spectral.solver import Spectral
+from buckler.studies.kit.cli import main
+from buckler.studies.kit.parameters import StudyParameters, choices, integer, quantity
+from buckler.studies.kit.precision import footnote
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
+from buckler.studies.kit.style import subplots
+from buckler.studies.trust import plain
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Array = np.ndarray[Any, Any]
+TIMES = 401
+MASS, STIFFNESS = 0.3, 1e5
+"""Of the slider, kg; of the stop, N/m, which is damped critically."""
+
+
+class Work(NamedTuple):
+    """One job: thickness, m, and speed, rad/s; whether there is a stop; settings of ours, of its reference, of the plain run."""
+
+    thickness: float
+    speed: float
+    stop: bool
+    tolerance: float
+    degree: int
+    fine: float
+    fine_degree: int
+    plain: tuple[int, int, float, float]
+    bar: float
+
+    @property
+    def duration(self) -> float:
+        """One turn, s."""
+        return 2 * pi / self.speed
+
+    @property
+    def times(self) -> Array:
+        """When deflections are compared, s."""
+        return np.linspace(0.0, self.duration, TIMES)
+
+    def mechanism(self, kind: type, **more: Any) -> Mechanism:
+        """The slider-crank with a coupler of this kind."""
+        section = Section(0.030, self.thickness)
+        if self.stop:
+            section = section.damped(0.01, PAPER.coupler)
+            more["imperfection"] = PAPER.coupler / 1000
+        law = KelvinVoigt(STIFFNESS, 2 * sqrt(STIFFNESS * MASS)) if self.stop else None
+        return slider_crank(kind(section, **more), law=law, mass=MASS, speed=self.speed)
+
+
+WORKS = {
+    "fast": Work(2e-3, 62.8, False, 1e-4, 5, 1e-8, 8, (4, 800, 1e-5, 1e-8), 3.0),
+    "slow": Work(2e-3, 1.25, False, 1e-7, 6, 1e-9, 8, (4, 64_000, 1e-6, 1e-6), 8.0),
+    "stop": Work(3e-4, 1.25, True, 3e-5, 8, 1e-7, 10, (8, 10_000, 1e-6, 1e-6), 6.0),
+}
+
+
+@dataclass(frozen=True)
+class Parameters(StudyParameters):
+    """Parameters of the study."""
+
+    works: tuple[str, ...] = choices(("fast", "slow", "stop"), tuple(WORKS), "which works", "works")
+    repeats: int = integer(5, 1, 1000, "repetitions, taken in turn", "numerics")
+    known: int = integer(1, 0, 1, "1 to time a call with `accuracy=` too, at the plain run's error", "numerics")
+    timeout: float = quantity(60.0, "s", 1.0, 3600, "longest time of that call", "numerics")
+
+
+def ours(work: Work, tolerance: float, degree: int) -> tuple[Array, dict[str, float]]:
+    """Deflection by the compiled solver, and its work."""
+    from buckler.mbs.spectral.run import once  # takes a second to load
+
+    run = once(work.mechanism(Beam), work.duration, Spectral(Controlled(tolerance), degree=degree))
+    signals, _ = run.signals
+    if run.failure is not None:
+        return np.full(TIMES, np.nan), run.work
+    return cubic(run.record.time, signals["coupler.deflection"], work.times), run.work
+
+
+def plainly(work: Work) -> tuple[Array, dict[str, float]]:
+    """Deflection by a plain run."""
+    elements, steps, relative, absolute = work.plain
+    found = plain.smooth_slider_crank(work.mechanism(Cable, elements=elements), work.duration, steps, relative, absolute)
+    if not found.x.size:
+        return np.full(TIMES, np.nan), found.work
+    return np.interp(work.times, found.x, found.force), found.work
+
+
+def timed(calls: dict[str, Callable[[], Any]], repeats: int) -> dict[str, tuple[float, Any]]:
+    """Median time of the processor, s, and last outcome of each call, taken in turn after one that is not timed."""
+    spent: dict[str, list[float]] = {name: [] for name in calls}
+    outcomes = {name: call() for name, call in calls.items()}
+    for _ in range(repeats):
+        for name, call in calls.items():
+            begin = process_time()
+            outcomes[name] = call()
+            spent[name].append(process_time() - begin)
+    return {name: (median(times), outcomes[name]) for name, times in spent.items()}
+
+
+class Row(NamedTuple):
+    """What one work came to: errors, times in s, and what a call with a known error delivered and took."""
+
+    error: float
+    time: float
+    steps: float
+    plain_error: float
+    plain_time: float
+    known_error: float = float("nan")
+    known_time: float = float("nan")
+
+
+def compare(work: Work, p: Parameters) -> Row:
+    """Run one work both ways."""
+    exact, _ = ours(work, work.fine, work.fine_degree)
+    size = float(np.linalg.norm(exact))
+
+    def off(deflection: Array) -> float:
+        return float(min(np.linalg.norm(sign * deflection - exact) for sign in (1, -1))) / size
+
+    found = timed({"ours": partial(ours, work, work.tolerance, work.degree), "plain": partial(plainly, work)}, p.repeats)
+    (time, (deflection, done)), (plain_time, (other, _)) = found["ours"], found["plain"]
+    row = Row(off(deflection), time, done["steps"], off(other), plain_time)
+    if not p.known:
+        return row
+    begin = process_time()
+    result = simulate(work.mechanism(Beam), work.duration, accuracy=max(row.plain_error, 1e-6), timeout=p.timeout)
+    spent = process_time() - begin
+    return row._replace(known_error=off(result.at("coupler.deflection", work.times, outside=np.nan)), known_time=spent)
+
+
+def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
+    """Run every work."""
+    p = parameters
+    rows = {name: compare(WORKS[name], p) for name in progress(p.works, label="works")}
+    metrics = {}
+    for name, row in rows.items():
+        metrics[f"{name}_error"] = Metric(row.error, "1")
+        metrics[f"{name}_plain_error"] = Metric(row.plain_error, "1")
+        metrics[f"{name}_ratio"] = Metric(row.plain_time / row.time, "1")
+        metrics[f"{name}_known_ratio"] = Metric(row.plain_time / row.known_time, "1")
+    table = [
+        [
+            name, row.error, 1e3 * row.time, int(row.steps), row.plain_error, 1e3 * row.plain_time, row.plain_time / row.time,
+            WORKS[name].bar, row.known_error, row.plain_time / row.known_time,
+        ]
+        for name, row in rows.items()
+    ]  # fmt: skip
+    headers = [
+        "work",
+        "error",
+        "time [ms]",
+        "steps",
+        "plain error",
+        "plain [ms]",
+        "plain/time",
+        "bar",
+        "known: error",
+        "plain/known",
+    ]
+    worse = [name for name, row in rows.items() if not row.error <= row.plain_error]
+    lost = [name for name, row in rows.items() if not np.isfinite(row.error + row.plain_error)]
+    return StudyResult(
+        parameters=p,
+        metrics=metrics,
+        signals={"work": np.array(list(rows)), "ratio": np.array([row.plain_time / row.time for row in rows.values()])},
+        tables=[Table(headers, table, "One run each: relative L2 error of the deflection, time of the processor", footnote(p))],
+        status="SUSPECT" if lost else "OK",
+        message=f"no result: {', '.join(lost)}" if lost else f"less accurate than the plain run: {', '.join(worse) or 'none'}",
+    )
+
+
+def figure(result: StudyResult) -> Figure:
+    """Ratios beside their bars."""
+    fig, ax = subplots(height=70)
+    names = result.signals["work"].tolist()
+    at = np.arange(len(names))
+    ax.bar(at, result.signals["ratio"], width=0.5, label="found")
+    ax.plot(at, [WORKS[name].bar for name in names], "k_", markersize=30, label="bar")
+    ax.set(xticks=at, xticklabels=names, xlabel="work", ylabel="plain run's time over ours")
+    ax.legend()
+    return fig
+
+
+if __name__ == "__main__":
+    raise SystemExit(main("solver-speed"))

@@ -1,0 +1,66 @@
+"""Runs that are disturbed: by Ctrl-C, which ends them, and by each other in threads, which changes nothing."""
+
+import os
+import signal
+import threading
+
+import numpy as np
+import pytest
+from simulations import pendulum
+
+from buckler.mbs import Exudyn, Rigid, Section, Spectral, crank_rocker, simulate
+from buckler.studies.kit import cli
+from buckler.studies.rattling import modes
+from buckler.studies.trust.extremes_drawn import FAMILIES
+
+BAR = Rigid(Section(0.005, 0.020))
+HOURS = 1e5
+"""Duration, s, of a run that would take hours."""
+LONG = {
+    "Exudyn": lambda: simulate(pendulum(2.0), HOURS, solver=Exudyn()),
+    "compiled": lambda: simulate(pendulum(2.0), HOURS, solver=Spectral()),
+    "closure": lambda: simulate(crank_rocker(BAR, speed=30.0), HOURS),
+    "accuracy": lambda: simulate(pendulum(2.0), HOURS, 1e-4),
+}
+
+
+@pytest.mark.parametrize("kind", LONG)
+def test_ctrl_c_ends_any_run(kind):
+    """Of the engine, of the compiled solver, of closure, and of several runs for an accuracy: all of them, not one."""
+    simulate(pendulum(2.0), 1e-3, solver=Spectral())  # compiled before the clock runs
+    clock = threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT))
+    clock.start()
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            LONG[kind]()
+    finally:
+        clock.cancel()
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+@pytest.mark.parametrize("solver", [Exudyn(), Spectral()], ids=["Exudyn", "compiled"])
+def test_runs_in_threads_do_not_disturb_each_other(solver):
+    """Bit for bit what they are one after the other."""
+    names = ("clearance", "strip on a stop", "strut", "kinks")
+    drawn = [FAMILIES[name](np.random.default_rng(k)) for k, name in enumerate(names)]
+    alone = [simulate(d.mechanism, d.duration / 4, solver=solver) for d in drawn]
+    together = [None] * len(drawn)
+
+    def work(k):
+        together[k] = simulate(drawn[k].mechanism, drawn[k].duration / 4, solver=solver)
+
+    threads = [threading.Thread(target=work, args=(k,)) for k in range(len(drawn))]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    for one, other in zip(alone, together, strict=True):
+        assert (one.status, one.message) == (other.status, other.message)
+        assert all(np.array_equal(values, other.signals[name]) for name, values in one.signals.items())
+
+
+@pytest.mark.parametrize("given", [["--seed", "x"], ["--seed", "-1"], ["--seed", "1.5"]])
+def test_a_wrong_parameter_is_refused_before_the_study_runs(given, monkeypatch, capsys):
+    monkeypatch.setattr(modes, "run", lambda *_: pytest.fail("the study ran"))
+    assert cli.main(None, ["run", "modes", *given]) == 2
+    assert "seed" in capsys.readouterr().err

@@ -1,0 +1,436 @@
+"""Each check on both sides of each of its thresholds: a run that just trips it, and one that just does not.
+
+The runs are right ones, spoilt by hand by a stated amount. The numbers stand here once more: a threshold that moves is seen.
+"""
+
+from dataclasses import replace
+from functools import cache
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from simulations import LENGTH, STRIP, G, block, pendulum
+
+from buckler.mbs import Beam, Clearance, Controlled, Exudyn, Link, Mechanism, Revolute, Rigid, Section, Strut, Weld, crank_rocker
+from buckler.mbs.checks import closure, dead_centre, steps
+from buckler.mbs.checks.mesh import mesh_error
+from buckler.mbs.checks.suspicions import CHECKS
+from buckler.mbs.elements.stop import PIERCED
+from buckler.mbs.engine.solve import once
+from buckler.mbs.files.verdicts import QUESTIONS
+from buckler.mbs.laws import Hertz, Stiction
+from buckler.mbs.record.energy import ledger
+from buckler.mbs.record.result import Result, Status
+
+CHECK = {check.name: check for check in CHECKS}
+NEAR = {}
+"""By check and threshold: `made(side)` gives what the check says of a run that is wrong (True) or right (False)."""
+
+
+def near(name, threshold=""):
+    def keep(function):
+        NEAR[name, threshold] = function
+        return function
+
+    return keep
+
+
+@cache
+def right(kind):
+    """A run that is right, and its result."""
+    bar = Rigid(Section(0.005, 0.020))
+    strip = Beam(STRIP.damped(0.5, LENGTH), elements=4)
+    held = {"points": {"A": (0, 0), "B": (LENGTH, 0)}, "gravity": (0.0, -1e-3)}
+    made = {
+        "fallen": lambda: (block(G, Hertz(1e8)), 0.3),
+        "swing": lambda: (pendulum(0.5), 1.0),
+        "rocker": lambda: (crank_rocker(bar, speed=30.0, section=bar.section, angle=0.5), 0.2),
+        "strip": lambda: (Mechanism(links=[Link("s", "A", "B", strip)], joints=[Revolute("A", "ground", "s")], **held), 1.0),
+        "clamped": lambda: (Mechanism(links=[Link("s", "A", "B", strip)], joints=[Weld("A", "ground", "s")], **held), 1.0),
+        "built in": lambda: (
+            Mechanism(links=[Link("s", "A", "B", strip)], joints=[Weld(end, "ground", "s") for end in "AB"], **held),
+            1.0,
+        ),
+    }
+    mechanism, duration = made[kind]()
+    run = once(mechanism, duration, Exudyn(), None, None)
+    assert run.failure is None
+    return run, Result(Status.OK, "", run.record.time, *run.signals, run.work)
+
+
+def said(name, run, result, **signals):
+    """What a check says of a run some of whose signals were replaced."""
+    return list(CHECK[name](run, replace(result, signals=result.signals | signals)))
+
+
+# --- numbers and time ----------------------------------------------------------------------------------------------------
+
+
+@near("NOT_FINITE")
+def _(wrong):
+    run, result = right("fallen")
+    values = result.signals["A.x"].copy()
+    values[7] = np.inf if wrong else 1e300
+    return said("NOT_FINITE", run, result, **{"A.x": values})
+
+
+@near("TIME")
+def _(wrong):
+    run, result = right("fallen")
+    time = result.time.copy()
+    time[7] = time[6] if wrong else np.nextafter(time[6], 1.0)
+    return said("TIME", run, replace(result, time=time))
+
+
+# --- energy --------------------------------------------------------------------------------------------------------------
+
+
+def unbalanced(error, through=1.0, kind="fallen", asked=np.nan, **changed):
+    """What ENERGY says of a ledger that is off by so much of what was put through, J."""
+    run, result = right(kind)
+    nothing = np.zeros_like(result.time)
+    kept = {"error": nothing + error * through, "throughput": nothing + through, "taken_friction": nothing}
+    return said("ENERGY", run, replace(result, energy=kept | changed, asked=asked))
+
+
+@near("ENERGY", "balance")
+def _(wrong):
+    return unbalanced(1.3e-2 if wrong else 0.8e-2)
+
+
+@near("ENERGY", "of an accuracy")
+def _(wrong):
+    return unbalanced(3.5e-2 if wrong else 2.5e-2, asked=1e-2)
+
+
+def test_energy_that_comes_back():
+    time = right("fallen")[1].time
+    for back, named in ((1.3e-2, True), (0.8e-2, False)):
+        taken = np.where(np.arange(len(time)) < 100, 1.0, 1.0 - back)
+        assert any("gives back" in text for text in unbalanced(0.0, taken_friction=taken)) == named
+
+
+def test_energy_of_places_that_were_extrapolated():
+    """A ledger 2.5 % off is that of a run whose places were changed by 1 % of its length of 0.5 m; not where nothing was."""
+    run, result = right("swing")
+    nothing = np.zeros_like(result.time)
+    off = replace(result, energy={"error": nothing + 2.5e-2, "throughput": nothing + 1.0})
+    assert said("ENERGY", run, off)
+    assert not said("ENERGY", run, off, **{"A.x": result.signals["A.x"] + 1e-2 * 0.5})
+    assert said("ENERGY", run, off, **{"A.x": result.signals["A.x"] + 5e-3 * 0.5})
+
+
+@near("ENERGY", "way of rest")
+def _(wrong):
+    """All that is put through moves the bar by 5e-7 or 5e-8 of its length in the run, and none of it balances."""
+    run, result = right("swing")
+    mass, length = sum(link.mass(0.5) for link in run.record.mechanism.links), 0.5
+    speed = (5e-7 if wrong else 5e-8) * length / result.time[-1]
+    return unbalanced(1.0, through=mass * speed**2 / 2, kind="swing")
+
+
+@near("ENERGY", "unseen stretch")
+def _(wrong):
+    """The energy of an axial strain of 3e-5 or 3e-6 is missing."""
+    run, result = right("strip")
+    strain, stiffness = 3e-5 if wrong else 3e-6, STRIP.axial_stiffness
+    energy = stiffness * LENGTH * strain**2 / 2
+    nothing = np.zeros_like(result.time)
+    off = replace(result, energy={"error": nothing + energy, "throughput": nothing + energy})
+    return said("ENERGY", run, off, **{"s.axial_force": nothing + stiffness * strain})
+
+
+@near("ENERGY", "unseen bristle")
+def _(wrong):
+    """A slider of 0.1 m that rests on bristles bent by 3e-5 or 3e-6 m: the energy that they hold is missing."""
+    return bent(3e-5 if wrong else 3e-6)
+
+
+def bent(way):
+    """What ENERGY says of a slider on bristles bent by so much, m, whose energy is missing."""
+    push = 2.0
+    mechanism = replace(block(0.0, friction=Stiction(0.3, 0.3, 1e-2, 1e3)), gravity=(0.0, -G))
+    run = once(mechanism, 0.1, Exudyn(), None, None)
+    time = run.record.time
+    memory = np.zeros((len(time), 4))
+    memory[:, 1] = way
+    law = mechanism.guide("A").friction
+    normal = push / law.coefficient(np.zeros(1), np.array([way]))
+    channels = dict(run.record.channels) | {"guide A": {"reaction": np.full((len(time), 1), normal), "memory": memory}}
+    run = replace(run, record=replace(run.record, channels=channels))
+    result = Result(Status.OK, "", time, *run.signals, run.work)
+    held = float(mechanism.guide("A")._held("guide A", run.record)[0])
+    assert held == pytest.approx(push * way / 2) and result.signals["A.friction_force"].max() == pytest.approx(push)
+    nothing = np.zeros_like(time)
+    return said("ENERGY", run, replace(result, energy={"error": nothing + held, "throughput": nothing + held}))
+
+
+# --- contacts ------------------------------------------------------------------------------------------------------------
+
+
+@near("CONTACT", "share of the largest force")
+def _(wrong):
+    run, result = right("fallen")
+    force = result.signals["A.contact_force"].copy()
+    force[0] = -(3e-9 if wrong else 3e-10) * force.max()
+    return said("CONTACT", run, result, **{"A.contact_force": force})
+
+
+@near("PENETRATION")
+def _(wrong):
+    """A twentieth of the bar's 0.1 m."""
+    run, result = right("fallen")
+    return said("PENETRATION", run, result, **{"A.penetration": np.full_like(result.time, 6e-3 if wrong else 4e-3)})
+
+
+@pytest.mark.parametrize(("gap", "wrong", "fine"), [(1e-6, 3e-4, 2e-4), (1e-3, 1.1e-3, 0.9e-3)])
+def test_a_pin_may_be_as_deep_as_its_clearance_or_a_twentieth_of_its_radius(gap, wrong, fine):
+    joint = Clearance("A", "ground", "bar", 5e-3, gap, Hertz(1e9))
+    (depth,) = joint.depths("A", None)
+    assert fine < depth.allowed < wrong and PIERCED == 0.05
+    notes = list(joint.remarks("A", {"A.penetration": np.array([1.2 * gap])}))
+    assert len(notes) == 1 and f"more than its clearance {gap:.3g} m" in notes[0]
+    assert not list(joint.remarks("A", {"A.penetration": np.array([0.8 * gap])}))
+
+
+# --- strips --------------------------------------------------------------------------------------------------------------
+
+
+def pressed_strip(shortening, strain, deflection=0.01, kind="strip", lasts=1.0):
+    """What UNBUCKLED says of a strip short by a share of its length, of which some is axial strain, that bends by a share."""
+    run, result = right(kind)
+    nothing = np.zeros_like(result.time)
+    signals = {
+        "s.end_shortening": nothing + shortening * LENGTH,
+        "s.axial_force": nothing - strain * STRIP.axial_stiffness,
+        "s.deflection": np.where(result.time > 0, deflection * LENGTH, 0.0),
+    }
+    return said("UNBUCKLED", run, replace(result, time=lasts * result.time), **signals)
+
+
+@near("UNBUCKLED", "end shortening")
+def _(wrong):
+    return pressed_strip(7e-3, 5e-3) if wrong else pressed_strip(4e-3, 3e-3)
+
+
+@near("UNBUCKLED", "axial share")
+def _(wrong):
+    return pressed_strip(2e-2, 1.1e-2 if wrong else 0.9e-2)
+
+
+def pressed_by(load, growth, deflection=0.0, kind="strip"):
+    """The same under so many Euler loads, for as long as the first bending mode at two of them takes to grow by exp(growth)."""
+    strain = load * STRIP.euler_load(LENGTH) / STRIP.axial_stiffness
+    run_time = right(kind)[1].time[-1]
+    return pressed_strip(0.0, strain, deflection, kind, growth / STRIP.first_frequency(LENGTH) / run_time)
+
+
+@near("UNBUCKLED", "growth, exponent")
+def _(wrong):
+    return pressed_by(2.0, 18.0 if wrong else 11.0)
+
+
+@near("UNBUCKLED", "deflection that is none")
+def _(wrong):
+    return pressed_by(2.0, 60.0, 3e-4 if wrong else 3e-3)
+
+
+@pytest.mark.parametrize(("kind", "below", "beyond"), [("strip", 0.95, 1.5), ("clamped", 1.9, 2.8), ("built in", 3.8, 5.5)])
+def test_a_strip_is_overloaded_beyond_its_own_critical_load(kind, below, beyond):
+    """1 of a strip between pins, 2.0457 of one that is clamped at one end, 4 at both, in Euler loads."""
+    assert pressed_by(beyond, 60.0, kind=kind)
+    assert not pressed_by(below, 60.0, kind=kind)
+
+
+@near("CROSSED", "distance over length")
+def _(wrong):
+    mechanism = replace(pendulum(0.5), links=[Link("bar", "O", "A", Strut(STRIP))])
+    time = np.array([0.0, 1.0])
+    short = np.array([0.0, 0.985 if wrong else 0.975]) * mechanism.length("bar")
+    run = SimpleNamespace(record=SimpleNamespace(mechanism=mechanism))
+    return said("CROSSED", run, Result(Status.OK, "", time, {"bar.end_shortening": short}, {}, {}))
+
+
+class Strip:
+    """A strip that tells its own error."""
+
+    def __init__(self, error):
+        self.space_error = lambda: error
+
+
+@near("MESH", "bending load")
+def _(wrong):
+    run, result = right("strip")
+    return said("MESH", replace(run, record=replace(run.record, links={"s": Strip(0.07 if wrong else 0.03)})), result)
+
+
+@near("MESH", "bending load of what strikes")
+def _(wrong):
+    run, result = right("strip")
+    mechanism = SimpleNamespace(links=run.record.mechanism.links, stops=[SimpleNamespace(point="B")])
+    record = SimpleNamespace(mechanism=mechanism, links={"s": Strip(4e-3 if wrong else 2e-3)})
+    return said("MESH", replace(run, record=record), result)
+
+
+@near("MESH", "bent")
+def _(wrong):
+    """A bow of one element that turns it by 0.03 or 0.015 rad from end to end; its mesh is wrong for either."""
+    run, _ = right("strip")
+    motion = run.record.links["s"]
+    q = np.tile(motion.reference, (len(run.record.time), 1, 1))
+    q[:, :, 2] += (0.03 if wrong else 0.01) / 2 * np.cos(np.pi * np.linspace(0, 1, q.shape[1])) ** 3
+    off = mesh_error(replace(run, record=replace(run.record, links={"s": replace(motion, q=q)})).record, "s")
+    return [f"MESH {off}"] if off > 0 else []
+
+
+# --- linkages ------------------------------------------------------------------------------------------------------------
+
+
+@near("BRANCH", "determinant")
+def _(wrong):
+    run, result = right("rocker")
+    size = np.linspace(1.0, 3e-4 if wrong else 3e-3, len(result.time))
+    known = dead_centre.Followed(None, None, size[:, None, None])
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(dead_centre, "followed", lambda _record: known)
+        return said("BRANCH", run, result)
+
+
+@near("CLOSURE", "of the largest")
+def _(wrong):
+    """All links' speeds are taken too large by a share."""
+    run, result = right("rocker")
+    links = {name: replace(m, q_t=m.q_t * (1.07 if wrong else 1.01)) for name, m in run.record.links.items()}
+    return said("CLOSURE", replace(run, record=replace(run.record, links=links)), result)
+
+
+def test_the_scale_of_accelerations_counts_those_towards_the_centre_of_a_turn():
+    """A link of 0.5 m that turns at 4 rad/s steadily has none along its turn, and 8 m/s^2 towards its centre."""
+    mechanism = pendulum(0.0)
+    speed, nothing = np.array([[0.0, 0.0, 4.0]]), np.zeros((1, 3))
+    off, scale = closure._apart(mechanism, np.array([[0.8]]), nothing, speed)
+    assert off == pytest.approx([0.4]) and scale == pytest.approx(8.0)
+
+
+def excused(jump, after):
+    """Whether a sample so long after a jump of the acceleration, of its largest, is left out."""
+    driven = np.concatenate([[0.0] * 40, np.linspace(0, 1 - jump, 60), [1.0] * 60])[:, None]
+    return bool(closure._after_jumps(driven)[100 + after])
+
+
+@near("CLOSURE", "jump")
+def _(wrong):
+    return [] if excused(0.3, 3) and not excused(0.1, 3) and not wrong else ["CLOSURE a small jump is none"] if wrong else ["no"]
+
+
+@near("CLOSURE", "steps after a jump")
+def _(wrong):
+    return ["CLOSURE"] if not excused(0.5, 30 if wrong else 10) else []
+
+
+# --- steps ---------------------------------------------------------------------------------------------------------------
+
+
+def halved(kind, spoil, solver=None):
+    """What STEPS says where half the steps give what `spoil` makes of the signals of a stretch."""
+    run, result = right(kind)
+    run = replace(run, solver=solver or run.solver)
+    look = {}
+
+    def again(first, last):
+        look["window"] = slice(first, last + 1)
+        return SimpleNamespace(time=result.time[first : last + 1])
+
+    def collected(_finer):
+        return spoil({name: values[look["window"]].copy() for name, values in result.signals.items()}), {}
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(steps, "collect", collected)
+        return said("STEPS", replace(run, again=again), result)
+
+
+@near("STEPS", "largest force")
+def _(wrong):
+    def spoil(signals):
+        force = signals["A.contact_force"]
+        force[np.argmax(force)] *= 1.07 if wrong else 1.03
+        return signals
+
+    return halved("fallen", spoil)
+
+
+@near("STEPS", "impulse")
+def _(wrong):
+    def spoil(signals):
+        force = signals["A.contact_force"]
+        peak = np.argmax(force)
+        kept = force[peak]
+        force *= 0.92 if wrong else 0.97
+        force[peak] = kept
+        return signals
+
+    return halved("fallen", spoil)
+
+
+def moved(name, by):
+    """Change a signal's end by so much."""
+
+    def spoil(signals):
+        signals[name][-1] += by
+        return signals
+
+    return spoil
+
+
+@near("STEPS", "place")
+def _(wrong):
+    return halved("swing", moved("A.x", (1.3e-3 if wrong else 0.7e-3) * 0.5))
+
+
+@near("STEPS", "speed")
+def _(wrong):
+    signals = right("swing")[1].signals
+    fastest = np.hypot(signals["A.vx"], signals["A.vy"]).max()
+    return halved("swing", moved("A.vx", (0.07 if wrong else 0.03) * fastest))
+
+
+@near("STEPS", "way of rest")
+def _(wrong):
+    """A point of a bar of 0.5 m that moves by 2e-4 or 5e-5 of it, and another that moves far: the first one's speed is off."""
+    run, result = right("swing")
+    still = {f"O.{axis}": np.linspace(0, (4e-4 if wrong else 2e-5) * 0.5, len(result.time)) for axis in "xy"}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setitem(globals(), "right", lambda _kind: (run, replace(result, signals=result.signals | still)))
+        return halved("swing", moved("O.vx", 1.0))
+
+
+@near("STEPS", "tolerance")
+def _(wrong):
+    return halved("swing", lambda signals: signals, Exudyn(Controlled(tolerance=3e-3 if wrong else 3e-4)))
+
+
+# --- all of them ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("key", NEAR, ids=" ".join)
+def test_a_run_that_just_trips_a_check_and_one_that_just_does_not(key):
+    wrong, fine = NEAR[key](True), NEAR[key](False)
+    assert len(wrong) >= 1 and all(text.startswith(key[0]) for text in wrong)
+    assert fine == []
+
+
+def test_every_threshold_of_every_check_is_held_from_both_sides():
+    asked = {(check.name, threshold) for check in CHECKS for threshold in check.thresholds or ("",)}
+    assert asked == set(NEAR)
+
+
+def test_every_check_has_a_name_a_meaning_and_a_question():
+    assert len(CHECK) == len(CHECKS) and set(CHECK) <= set(QUESTIONS)
+    assert all(check.fails.startswith("failed when ") for check in CHECKS)
+
+
+def test_right_runs_trip_nothing():
+    for kind in ("fallen", "swing", "rocker", "strip", "clamped"):
+        run, result = right(kind)
+        assert [text for check in CHECKS for text in check(run, result)] == []
+        assert ledger(run.record)["throughput"][-1] >= 0

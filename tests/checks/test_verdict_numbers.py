@@ -1,0 +1,70 @@
+"""Numbers that decide verdicts outside the self-checks, each held from both sides: moved tenfold either way, a test fails."""
+
+import numpy as np
+import pytest
+
+from buckler.mbs import Motion, Rigid, Section, crank_rocker, simulate
+from buckler.studies.striking import thickness_speed
+from buckler.studies.striking.inverse import Given, Wish, design
+from buckler.studies.striking.inverse_limits import limits
+from buckler.studies.trust.extremes_case import KINDS, compare
+
+ALLOWED = {
+    "force": (0.04, 0.06), "impulse": (0.04, 0.06), "load": (0.008, 0.012), "place": (0.8e-3, 1.2e-3), "path": (4e-3, 6e-3),
+    "acceleration": (0.04, 0.06), "journal": (0.08, 0.12), "speed": (0.04, 0.06),
+}  # fmt: skip
+"""Errors that the study of extremes lets pass, and does not, of the scale."""
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_what_the_study_of_extremes_allows(kind):
+    fine, wrong = ALLOWED[kind]
+    right = {kind: np.array([2.0, 2.0])}
+    assert compare({kind: np.array([2.0, 2.0]) * (1 + fine)}, right, {})[0] < 1
+    assert compare({kind: np.array([2.0, 2.0]) * (1 + wrong)}, right, {})[0] > 1
+
+
+def test_a_turn_that_closure_answers_has_four_hundred_samples():
+    bar = Rigid(Section(0.005, 0.020))
+    result = simulate(crank_rocker(bar, speed=30.0), 2 * np.pi / 30)
+    assert 300 < len(result.time) < 500
+
+
+def test_the_acceleration_at_a_start_is_one_sided():
+    """Of a speed 3 t^2 + 2 t that is asked for nothing before t = 0."""
+
+    def speed(t):
+        assert t >= 0
+        return 3 * t**2 + 2 * t
+
+    motion = Motion(lambda t: t**3 + t**2, speed)
+    assert motion.acceleration(0.0) == pytest.approx(2.0, rel=1e-9)
+    assert motion.acceleration(1.0) == pytest.approx(8.0, rel=1e-9)
+
+
+LIMITS = {
+    "depth of the impact over length": (0.018, 0.022), "depth of the contact over shortening": (0.09, 0.11),
+    "change of the slider's speed while it is struck": (0.027, 0.033), "thickness over length": (0.018, 0.022),
+    "compression on the way over the Euler load": (0.7, 0.9), "share of the contact force lost to friction": (1.8e-3, 2.2e-3),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("what", LIMITS)
+def test_what_a_design_may_use(what):
+    fine, wrong = LIMITS[what]
+    (limit,) = [each for each in limits(design(Wish(2.0, 30.0, np.radians(120.0)), Given())) if each.what == what]
+    assert limit._replace(value=fine).use < 1 < limit._replace(value=wrong).use
+
+
+@pytest.mark.parametrize(("off", "named"), [(1.5e-3, False), (3e-3, True)])
+def test_a_cube_that_is_none(off, named):
+    """Forces of three thicknesses at the slow speed, the last one off the cube."""
+    p = thickness_speed.Parameters(models="strut", thicknesses="0.1mm,0.2mm,0.3mm", speeds="1")
+    fields = thickness_speed.GridCase._fields
+    grid = np.empty((1, 3, 2, len(fields)), dtype=object)
+    grid[...] = 1.0
+    grid[..., fields.index("state")] = "pressed"
+    for i, force in enumerate((1.0, 8.0, 27.0 * (1 + off))):
+        grid[0, i, :, fields.index("force")] = grid[0, i, :, fields.index("exact")] = force
+    wrong = thickness_speed._metrics(p, grid)[1]
+    assert [text.startswith("CUBE: strut, 0.3mm") for text in wrong] == [True] * named

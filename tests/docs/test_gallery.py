@@ -1,0 +1,26 @@
+"""The gallery: each script runs, asserts its physical number, and leaves a result of which a page can be made."""
+
+import re
+import runpy
+from pathlib import Path
+
+import pytest
+
+SCRIPTS = sorted((Path(__file__).resolve().parents[2] / "docs" / "gallery").glob("*.py"))
+
+
+def test_there_are_ten_and_the_site_shows_them():
+    order = re.search(r"^ORDER = \((.*?)^\)", (SCRIPTS[0].parents[1] / "pages.py").read_text(), re.MULTILINE | re.DOTALL)[1]
+    assert sorted(re.findall(r'"(\w+)"', order)) == [script.stem for script in SCRIPTS]
+    assert len(SCRIPTS) == 10
+
+
+@pytest.mark.parametrize("script", SCRIPTS, ids=lambda path: path.stem)
+def test_it_gives_its_number(script, capsys):
+    text = script.read_text(encoding="utf-8")
+    assert "\nassert " in text
+    left = runpy.run_path(str(script))
+    assert left["result"].ok, left["result"].message
+    assert left["result"].movie.time[-1] == pytest.approx(left["result"].time[-1])
+    title = left["__doc__"].partition("\n")[0]
+    assert title.startswith("A ") and title.endswith(".") and capsys.readouterr().out.count("\n") >= 1

@@ -1,0 +1,136 @@
+"""Modes of beam theory: frequencies and integrals against closed forms, convergence, bad input."""
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from buckler.mbs import Material, Section
+from buckler.mbs.modal import BarModes, Modal
+from buckler.mbs.modal.bar import bar_model
+
+L, E, RHO, NU = 0.175, 207e9, 7850.0, 0.29
+ROOTS = np.array([4.730040744862704, 7.853204624095838, 10.995607838001671, 14.137165491257464, 17.27875965739948])
+"""cos(x) cosh(x) = 1."""
+
+
+def beam_modes(width=0.005, thickness=0.020, *, bending=2, axial=1, damping=0.01, shear=True, degree=None, length=L):
+    bar = Section(width, thickness, Material(modulus=E, density=RHO, poisson=NU))
+    modal = Modal(bar, BarModes(bending, axial, shear), damping)
+    return bar_model(modal, modal.modes, length, degree)
+
+
+def section(thickness, width):
+    return width * thickness, width * thickness**3 / 12
+
+
+@pytest.mark.parametrize(("thickness", "width"), [(0.020, 0.005), (0.005, 0.020)])
+def test_euler_bernoulli_and_axial_frequencies(thickness, width):
+    area, second = section(thickness, width)
+    data = beam_modes(width, thickness, bending=5, axial=2, shear=False)
+    np.testing.assert_allclose(data.frequency[:5], (ROOTS / L) ** 2 * np.sqrt(E * second / (RHO * area)), rtol=1e-8)
+    np.testing.assert_allclose(data.frequency[5:], np.array([1, 2]) * np.pi / L * np.sqrt(E / RHO), rtol=1e-10)
+
+
+@pytest.mark.parametrize(("thickness", "width"), [(0.020, 0.005), (0.005, 0.020)])
+def test_timoshenko_frequencies_satisfy_the_exact_equation(thickness, width):
+    """Free-free Timoshenko beam: solve its differential equation in closed form, and the ends' conditions for zero."""
+    area, second = section(thickness, width)
+    shear = 10 * (1 + NU) / (12 + 11 * NU) * E / (2 * (1 + NU)) * area
+
+    def ends(w):
+        """Determinant of moment and shear force at both ends, of the four v = exp(k x), turn = g exp(k x)."""
+        a, b = E * second, RHO * second * w**2
+        c = RHO * area * w**2
+        # shear (v' - turn)' + c v = 0,  a turn'' + shear (v' - turn) + b turn = 0
+        roots = np.roots([shear * a, 0, shear * b + c * a, 0, c * (b - shear)])
+        turn = (shear * roots**2 + c) / (shear * roots)
+        rows = []
+        for x in (-L / 2, L / 2):
+            wave = np.exp(roots * x)
+            rows += [turn * roots * wave * L**2, (roots - turn) * wave * L]
+        return np.linalg.det(np.array(rows)) / np.linalg.det(np.vander(roots * L / 10))
+
+    data = beam_modes(width, thickness, bending=5, axial=0)
+    for i, w in enumerate(data.frequency):
+        low, high = ends(0.9999 * w), ends(1.0001 * w)
+        part = np.real if abs(np.real(low)) > abs(np.imag(low)) else np.imag
+        exact = brentq(lambda s, part=part: part(ends(s)), 0.9999 * w, 1.0001 * w, rtol=1e-14)
+        assert part(low) * part(high) < 0
+        assert w == pytest.approx(exact, rel=1e-9), i
+
+
+def test_shear_and_rotary_inertia_matter_where_they_should():
+    """Thick in the plane: the first frequency falls by 4 %; slender: by 0.3 %; ever less for an ever thinner bar."""
+
+    def fall(thickness):
+        thick, thin = (beam_modes(0.005, thickness, bending=1, axial=0, shear=s).frequency[0] for s in (True, False))
+        return 1 - thick / thin
+
+    assert fall(0.020) == pytest.approx(0.0433, abs=2e-4)
+    assert fall(0.005) == pytest.approx(0.0029, abs=1e-4)
+    assert fall(0.0025) / fall(0.005) == pytest.approx(0.25, abs=0.01)
+
+
+def test_convergence_is_exponential():
+    exact = beam_modes(degree=32, bending=3).frequency[:3]
+    errors = [abs(beam_modes(degree=d, bending=3).frequency[:3] / exact - 1).max() for d in (10, 12, 14)]
+    assert errors[0] < 1e-3 and errors[1] < 0.1 * errors[0] and errors[2] < 0.1 * errors[1]
+
+
+def test_integrals_of_the_slender_bar_are_those_of_the_closed_form_shapes():
+    """All integrals, by quadrature of cosh, cos and sin instead of polynomials."""
+    data = beam_modes(0.005, 0.020, bending=3, axial=2, shear=False)
+    x, weights = np.polynomial.legendre.leggauss(60)
+    x, weights = x * L / 2, weights * L / 2 * RHO * 0.005 * 0.020
+    s = x + L / 2
+
+    def bending(k, s):
+        b = k / L
+        ratio = (np.cosh(k) - np.cos(k)) / (np.sinh(k) - np.sin(k))
+        return np.cosh(b * s) + np.cos(b * s) - ratio * (np.sinh(b * s) + np.sin(b * s))
+
+    end = np.concatenate([data.shapes[1, 1, :3], data.shapes[1, 0, 3:]])  # of modes of unit mass
+    v = np.array([bending(k, s) / bending(k, L) for k in ROOTS[:3]])
+    u = np.array([np.cos(n * np.pi * s / L) / np.cos(n * np.pi) for n in (1, 2)])
+    phi = np.zeros((5, 2, 60))
+    phi[:3, 1], phi[3:, 0] = v * end[:3, None], u * end[3:, None]
+    scale = 1.0
+    gram = np.einsum("icx,jcx,x->ij", phi, phi, weights)
+    np.testing.assert_allclose(data.gram, gram, atol=1e-9 * scale)
+    np.testing.assert_allclose(data.radial, phi[:, 0] @ (weights * x), atol=1e-9 * scale * L)
+    cross = phi[:, None, 0] * phi[None, :, 1] - phi[:, None, 1] * phi[None, :, 0]
+    np.testing.assert_allclose(data.gyration, cross @ weights, atol=1e-9 * scale)
+    np.testing.assert_allclose(np.diag(data.gram), 1, rtol=1e-9)
+    assert abs(data.gyration).max() > 0.01 * scale and abs(data.radial).max() > 0.01 * scale * L
+    np.testing.assert_allclose(data.shapes[2, 1, :3] / end[:3], [bending(k, L / 2) / bending(k, L) for k in ROOTS[:3]], atol=1e-7)
+    np.testing.assert_allclose(data.shapes[0, 1, :3] / end[:3], [bending(k, 0) / bending(k, L) for k in ROOTS[:3]], atol=1e-7)
+    slope = [(bending(k, L) - bending(k, L - 1e-6)) / 1e-6 / bending(k, L) for k in ROOTS[:3]]
+    np.testing.assert_allclose(data.shapes[1, 2, :3] / end[:3], slope, rtol=1e-3)
+
+
+@pytest.mark.parametrize("thickness", [0.020, 0.005])
+def test_modes_are_orthogonal_to_rigid_motion(thickness):
+    data = beam_modes(1e-4 / thickness, thickness, bending=4, axial=2)
+    assert abs(data.translation).max() < 1e-11 * np.sqrt(data.mass) and abs(data.turning).max() < 1e-11 * np.sqrt(data.mass) * L
+    np.testing.assert_allclose(data.gram, np.eye(6), atol=1e-9)
+    assert data.mass == pytest.approx(RHO * 1e-4 * L, rel=1e-13)
+    assert data.inertia == pytest.approx(data.mass * (L**2 + thickness**2) / 12, rel=1e-13)
+    for ends in (data.shapes[:2, 1, :4], data.shapes[:2, 0, 4:]):
+        np.testing.assert_allclose(np.abs(ends[0]), np.abs(ends[1]), rtol=1e-9)
+
+
+def test_damping_goes_to_the_modes_in_their_order():
+    assert beam_modes(bending=1, axial=1, damping=(0.02, 0.03)).damping.tolist() == [0.02, 0.03]
+    assert beam_modes(damping=0.02).damping.tolist() == [0.02] * 3
+
+
+def test_bad_input_is_named():
+    bar = Section(0.005, 0.02)
+    with pytest.raises(ValueError, match=r"length = -1"):
+        Modal(bar, BarModes()).planar(-1)
+    with pytest.raises(ValueError, match=r"bending = 14"):
+        BarModes(14)
+    with pytest.raises(ValueError, match=r"bending \+ axial = 0"):
+        BarModes(0, 0)
+    with pytest.raises(ValueError, match="damping"):
+        Modal(bar, BarModes(1, 1), (0.1,))

@@ -1,0 +1,61 @@
+"""The papers' figures on their own axes; ensembles of the crank-rocker with bands."""
+
+import numpy as np
+import pytest
+
+from buckler.studies.kit.style import house_style
+from buckler.studies.rattling import crank_rocker
+from buckler.studies.striking import paper_figures, slider_crank_voltage
+
+
+@pytest.fixture(scope="module")
+def result():
+    return paper_figures.run(paper_figures.Parameters(models="stitched"))
+
+
+def test_published_model_strikes_as_printed_in_every_figure(result):
+    assert result.status == "OK", result.message
+    m = {name: metric.value for name, metric in result.metrics.items()}
+    assert [m[f"fig{k}.stitched.first"] for k in ("5", "10", "11")] == pytest.approx([27, 25, 30], rel=1e-3)
+    assert [m[f"fig{k}.stitched.turns"] for k in ("5", "6", "10", "11")] == [3, 9, 3, 3]
+    assert 28 < m["fig6.stitched.first"] < 40 and 120 < m["fig6.stitched.last"] < 140  # the printed axis ends at 140 N
+
+
+def test_axes_are_the_printed_ones(result):
+    with house_style():
+        axes = paper_figures.figure(result).axes
+    assert [ax.get_xlim()[1] for ax in axes] == [15, 15, 15, 12] and [ax.get_ylim()[1] for ax in axes] == [30, 140, 30, 35]
+    assert all("[s]" in ax.get_xlabel() and "[N]" in ax.get_ylabel() and ax.get_yscale() == "linear" for ax in axes)
+
+
+@pytest.mark.slow
+def test_bowed_beam_strikes_as_printed_at_both_voltages():
+    result = paper_figures.run(paper_figures.Parameters(models="beam", figures="5,10,11"))
+    for k, force in (("5", 27), ("10", 25), ("11", 30)):
+        assert result.metrics[f"fig{k}.beam.first"].value == pytest.approx(force, abs=1)
+
+
+def test_dead_band_turns_the_same_voltage_into_another_speed():
+    p = slider_crank_voltage.Parameters(dead_band=1.43)
+    assert p.speed(2.7) == pytest.approx(1.25) and p.speed(3.7) - p.speed(2.7) == pytest.approx(1.25 / 1.27)
+    with pytest.raises(ValueError, match="must lie below every voltage"):
+        slider_crank_voltage.Parameters(dead_band=2.4, voltages="2.3,3")
+
+
+def test_crank_rocker_gives_means_with_errors_and_bands():
+    result = crank_rocker.run(crank_rocker.Parameters(rocker="rigid", duration=0.012, settle=0.005, members=3))
+    alone = [
+        crank_rocker.run(crank_rocker.Parameters(rocker="rigid", duration=0.012, settle=0.005, members=1, seed=k))
+        for k in range(3)
+    ]
+    name = "rigid.peak_force_coupler_rocker"
+    each = [run.metrics[name].value for run in alone]
+    metric = result.metrics[name]
+    assert metric.value == pytest.approx(np.mean(each)) and alone[0].metrics[name].error is None
+    assert metric.error == pytest.approx(np.std(each, ddof=1) / np.sqrt(3) / np.mean(each))
+    low, high = result.signals["rigid.band.coupler.ax"]
+    assert (low <= high).all() and (high - low).max() > 0
+    assert "± standard error of the mean over 3 members" in str(result)
+    with house_style():
+        figures = crank_rocker.figure(result)
+    assert figures["acceleration"].axes[0].collections and not crank_rocker.figure(alone[0])["acceleration"].axes[0].collections
