@@ -9,11 +9,12 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from buckler.mbs.elements.element import GROUND, Array, Depth, Energy, Joint, Recorded, Signal, left
-from buckler.mbs.elements.journal import BRISTLE, ONSET, SINCE, SLIDING
+from buckler.mbs.elements.journal import BRISTLE, HARMONICS, ONSET, SINCE, SLIDING, profile
 from buckler.mbs.elements.rows import Row, meets
 from buckler.mbs.laws import BristleLaw, FrictionLaw, NoFriction, NormalLaw
 from buckler.mbs.validate import follows, positive
 
+ROUND_ABOUT = np.linspace(0.0, 2 * np.pi, 721)
 PIERCED = 0.05
 """Depth of a pin in its bush, relative to its radius, up to which a depth beyond the clearance is remarked, not suspected."""
 
@@ -34,6 +35,10 @@ class Clearance(Joint):
         Of `buckler.mbs.laws`, with depth in m.
     friction : FrictionLaw or BristleLaw
         Of `buckler.mbs.laws`; none by default.
+    bush_profile, pin_profile : tuple of float
+        Harmonics of what is missing of a round bush and pin, m: cosine and sine amplitude of the first, of the second, and so on,
+        at most eight, over the angle from the x axis while the body lies as it does at t = 0. The clearance in a direction is
+        `gap` and both profiles there. None by default: both are round.
     """
 
     point: str
@@ -43,6 +48,8 @@ class Clearance(Joint):
     gap: float
     law: NormalLaw
     friction: FrictionLaw | BristleLaw = field(default_factory=NoFriction)
+    bush_profile: tuple[float, ...] = ()
+    pin_profile: tuple[float, ...] = ()
 
     ideal: ClassVar[bool] = False
 
@@ -54,6 +61,26 @@ class Clearance(Joint):
         follows(f"clearance at '{self.point}': law", self.law, NormalLaw, "Impact(...)")
         rubs = BristleLaw if hasattr(self.friction, "after") else FrictionLaw
         follows(f"clearance at '{self.point}': friction", self.friction, rubs, "Coulomb(0.1)")
+        for name in ("bush_profile", "pin_profile"):
+            object.__setattr__(self, name, amplitudes(f"clearance at '{self.point}': {name}", getattr(self, name)))
+        least = self.gap + sum(float(profile(side, 0, ROUND_ABOUT)[0].min()) for side in self.profiles)
+        if least <= 0:
+            raise ValueError(f"clearance at '{self.point}': gap and profiles = {least:.3g} m at the least: must be positive")
+
+    @property
+    def profiles(self) -> tuple[Array, Array]:
+        """Of bush and pin, with as many harmonics as the equations take, m."""
+        bush, pin = (np.pad(np.array(side), (0, 2 * HARMONICS - len(side))) for side in (self.bush_profile, self.pin_profile))
+        return bush, pin
+
+    def shape(self) -> tuple[float, ...]:
+        """Return radius, clearance, 1 if all is round, and the harmonics, as the equations read them."""
+        return (self.pin, self.gap, float(self.round), *np.concatenate(self.profiles).tolist())
+
+    @property
+    def round(self) -> bool:
+        """Whether both pin and bush are."""
+        return not (any(self.bush_profile) or any(self.pin_profile))
 
     def check(self, mechanism: Any) -> None:
         """As any joint; and a clearance smaller than what it joins."""
@@ -92,9 +119,8 @@ class Clearance(Joint):
         yield Signal(f"{point}.friction_force", found.tangential, "N")
         yield Signal(f"{point}.penetration", np.maximum(found.depth, 0.0), "m")
         yield Signal(f"{point}.sliding_speed", found.sliding, "m/s")
-        eccentricity = found.depth + self.gap
-        yield Signal(f"{point}.journal_x", eccentricity * found.nx, "m")
-        yield Signal(f"{point}.journal_y", eccentricity * found.ny, "m")
+        yield Signal(f"{point}.journal_x", found.ex, "m")
+        yield Signal(f"{point}.journal_y", found.ey, "m")
         yield Signal(f"{point}.contact_state", contact_state(found.depth), "1")
         touching = found.depth > 0
         yield Signal(f"{point}.contacts", np.cumsum(np.diff(touching, prepend=False) & touching), "1")
@@ -130,6 +156,17 @@ class Clearance(Joint):
         yield Energy("single", f"{self.point}.taken_friction", rubbed)
 
 
+def amplitudes(what: str, given: Any) -> tuple[float, ...]:
+    """Check the harmonics of a profile."""
+    try:
+        found = tuple(float(value) for value in given)
+    except (TypeError, ValueError):
+        found = (np.nan,)
+    if len(found) % 2 or len(found) > 2 * HARMONICS or not np.isfinite(found).all():
+        raise ValueError(f"{what} = {given!r}: must be cosine and sine amplitudes, m, of at most {HARMONICS} harmonics")
+    return found
+
+
 def clearances(mechanism: Any) -> list[Clearance]:
     """Joints with clearance of a mechanism."""
     return [joint for joint in mechanism.joints if not joint.ideal]
@@ -162,7 +199,9 @@ def _half_way(side: Side, h: Array) -> Side:
 
 
 class Touch(NamedTuple):
-    """What the contact does, each (times,): N, N, m, m/s, m/s, m, force on the pin, direction from bush to pin."""
+    """What the contact does, each (times,): N, N, m, m/s, m/s, m, force on the pin, direction of contact from bush to pin, way of
+    the contact along an unround pin, m, place of the pin in the bush, m.
+    """
 
     normal: Array
     tangential: Array
@@ -174,6 +213,9 @@ class Touch(NamedTuple):
     fy: Array
     nx: Array
     ny: Array
+    shift: Array
+    ex: Array
+    ey: Array
 
 
 def contact(joint: Clearance, pin: Side, bush: Side, memory: Array, time: Array) -> Touch:
@@ -189,7 +231,18 @@ def contact(joint: Clearance, pin: Side, bush: Side, memory: Array, time: Array)
     n = np.where(size[:, None] > 0, e / np.maximum(size, 1e-300)[:, None], (1.0, 0.0))
     u = pin.velocity - bush.velocity
     depth, rate = size - joint.gap, (n * u).sum(axis=1)
-    sliding = (left(n) * u).sum(axis=1) + pin.spin * joint.pin - bush.spin * (size + joint.pin)
+    s, shift = np.ones_like(size), np.zeros_like(size)
+    if not joint.round:
+        phi = np.arctan2(n[:, 1], n[:, 0])
+        (b, b_slope), (p, p_slope) = (
+            profile(side, 0, phi - body.angle) for side, body in zip(joint.profiles, (bush, pin), strict=True)
+        )
+        lean = np.where(size > 0, (b_slope + p_slope) / np.maximum(size, 1e-300), 0.0)
+        depth = depth - b - p
+        rate = rate + b_slope * bush.spin + p_slope * pin.spin - lean * (left(n) * u).sum(axis=1)
+        s = np.sqrt(1 + lean**2)
+        n, shift = (n - lean[:, None] * left(n)) / s[:, None], p_slope / s
+    sliding = (left(n) * u).sum(axis=1) + pin.spin * joint.pin - bush.spin * (size / s + joint.pin)
     inside = depth > 0
     normal = np.where(inside, joint.law.force(depth, rate, memory[:, ONSET]), 0.0)
     if isinstance(joint.friction, BristleLaw):
@@ -198,8 +251,8 @@ def contact(joint: Clearance, pin: Side, bush: Side, memory: Array, time: Array)
         drag = joint.friction.coefficient(sliding, bristle) * normal
     else:
         bristle, drag = np.zeros_like(depth), joint.friction.coefficient(sliding) * normal
-    force = -normal[:, None] * n - drag[:, None] * left(n)
-    return Touch(normal, drag, depth, rate, sliding, bristle, force[:, 0], force[:, 1], n[:, 0], n[:, 1])
+    force = -(normal * s)[:, None] * n - drag[:, None] * left(n)
+    return Touch(normal, drag, depth, rate, sliding, bristle, *force.T, *n.T, shift, *e.T)
 
 
 def moment_on(record: Recorded, body: str) -> Array:
@@ -210,7 +263,8 @@ def moment_on(record: Recorded, body: str) -> Array:
         if joint in loose and body in (joint.first, joint.second):
             pin, bush = states(joint, record)
             found = contact(joint, pin, bush, record.channel(name, "memory"), record.time)
-            arm = pin.place + joint.pin * np.column_stack([found.nx, found.ny]) - centre
+            n = np.column_stack([found.nx, found.ny])
+            arm = pin.place + joint.pin * n - found.shift[:, None] * left(n) - centre
             moment = arm[:, 0] * found.fy - arm[:, 1] * found.fx
             total = total + (moment if body == joint.first else -moment)
     return total

@@ -5,6 +5,11 @@ bodies feel the force at the one point P = r_p + R_p n, so force and moment bala
 F = -(F_N n + mu F_N t) on the pin, t = (-n_y, n_x), mu the friction at v_t, the sliding speed of the pin's surface at P over
 the bush's.
 
+Neither need be round: the clearance is c(phi) = c_0 + b(phi - theta_b) + p(phi - theta_p), phi the direction of e, b and p the
+profiles of bush and pin in their bodies. The normal force is that of a potential of d, F_N grad d: along m, the normal of the
+curve |e| = c, which leans by c'/|e| from n, at P = r_p + R_p m - p'/s (-m_y, m_x), s = sqrt(1 + (c'/|e|)^2). So energy balances
+whatever the slopes; friction counts with F_N, where F_N s acts.
+
 What a contact remembers of the last accepted step, `MEMORY`, gives a law its onset speed and its bristle: since then the
 bristle has bent at the mean of the sliding speed then and now.
 
@@ -20,11 +25,19 @@ from typing import Any
 import numpy as np
 
 Array = np.ndarray[Any, Any]
-COLUMNS = ("normal", "tangential", "depth", "rate", "sliding", "bristle", "fx", "fy", "nx", "ny")
-"""What the kernel reports of each joint: N, N, m, m/s, m/s, m, force on the pin, direction from bush to pin."""
+COLUMNS = ("normal", "tangential", "depth", "rate", "sliding", "bristle", "fx", "fy", "nx", "ny", "shift")
+"""What the kernel reports of each joint: N, N, m, m/s, m/s, m, force on the pin, direction of contact, p'/s in m."""
 ONSET, BRISTLE, SLIDING, SINCE = 0, 1, 2, 3
 MEMORY = ("onset", "bristle", "sliding", "since")
 """What is known of each joint's last accepted step: speed at contact onset, m/s; bristle, m; sliding speed, m/s; its time, s."""
+
+
+HARMONICS = 8
+"""Harmonics of a profile at most."""
+PIN, GAP, ROUND, PROFILES = 8, 9, 10, 11
+"""In a joint's row of numbers: radius, clearance, whether both are round; harmonics of the bush, then of the pin."""
+GEOMETRY = PROFILES + 4 * HARMONICS
+"""Numbers before those of the laws."""
 
 
 @dataclass(frozen=True)
@@ -47,12 +60,25 @@ class End:
 
 
 def _state(offset: int, x: float, y: float, ax: float, ay: float, q: Array, v: Array) -> tuple[float, ...]:
-    """Centre (x, y), its velocity, arm in the current configuration and angular velocity of one end."""
+    """Centre (x, y), its velocity, arm in the current configuration, angular velocity and angle of one end."""
     if offset < 0:
-        return x + ax, y + ay, 0.0, 0.0, ax, ay, 0.0
+        return x + ax, y + ay, 0.0, 0.0, ax, ay, 0.0, 0.0
     c, s = np.cos(q[offset + 2]), np.sin(q[offset + 2])
     bx, by, w = c * ax - s * ay, s * ax + c * ay, v[offset + 2]
-    return x + q[offset] + bx, y + q[offset + 1] + by, v[offset] - w * by, v[offset + 1] + w * bx, bx, by, w
+    return x + q[offset] + bx, y + q[offset + 1] + by, v[offset] - w * by, v[offset + 1] + w * bx, bx, by, w, q[offset + 2]
+
+
+def profile(numbers: Any, first: int, angle: Any) -> Any:
+    """Sum of harmonics, whose cosine and sine amplitudes begin at a place among numbers, and its derivative by the angle."""
+    value, slope = 0.0 * angle, 0.0 * angle
+    c1, s1 = np.cos(angle), np.sin(angle)
+    c, s = c1, s1
+    for k in range(1, HARMONICS + 1):
+        a, b = numbers[first + 2 * k - 2], numbers[first + 2 * k - 1]
+        value = value + a * c + b * s
+        slope = slope + k * (b * c - a * s)
+        c, s = c * c1 - s * s1, s * c1 + c * s1
+    return value, slope
 
 
 def _contact(
@@ -60,22 +86,32 @@ def _contact(
     t: float, past: Array,
 ) -> tuple[float, ...]:  # fmt: skip
     """What `COLUMNS` names, for one joint with its row of numbers, whose ends have these states and whose memory is `past`."""
-    radius, gap = numbers[8], numbers[9]
+    radius, gap = numbers[PIN], numbers[GAP]
     ex, ey = pin[0] - bush[0], pin[1] - bush[1]
     e = np.sqrt(ex * ex + ey * ey)
     if e < 1e-300:
-        return 0.0, 0.0, -gap, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0
+        return 0.0, 0.0, -gap, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0
     nx, ny = ex / e, ey / e
     ux, uy = pin[2] - bush[2], pin[3] - bush[3]
-    depth, rate = e - gap, nx * ux + ny * uy
-    # surface speeds at P: the pin's arm is R_p n, the bush's e + R_p along n
-    sliding = nx * uy - ny * ux + pin[6] * radius - bush[6] * (e + radius)
+    depth, rate, s, shift = e - gap, nx * ux + ny * uy, 1.0, 0.0
+    if numbers[ROUND] == 0.0:
+        phi = np.arctan2(ny, nx)
+        b, b_slope = profile(numbers, PROFILES, phi - bush[7])
+        p, p_slope = profile(numbers, PROFILES + 2 * HARMONICS, phi - pin[7])
+        lean = (b_slope + p_slope) / e
+        depth -= b + p
+        rate += b_slope * bush[6] + p_slope * pin[6] - lean * (nx * uy - ny * ux)
+        s = np.sqrt(1.0 + lean * lean)
+        nx, ny, shift = (nx + lean * ny) / s, (ny - lean * nx) / s, p_slope / s
+    # surface speeds at P: along the normal the pin's arm is R_p, the bush's e/s + R_p
+    sliding = nx * uy - ny * ux + pin[6] * radius - bush[6] * (e / s + radius)
     if depth <= 0.0:
-        return 0.0, 0.0, depth, rate, sliding, 0.0, 0.0, 0.0, nx, ny
+        return 0.0, 0.0, depth, rate, sliding, 0.0, 0.0, 0.0, nx, ny, shift
     force = normal(numbers, depth, rate, past[ONSET])
     bristle = bend(numbers, past[BRISTLE], 0.5 * (past[SLIDING] + sliding), t - past[SINCE])
     drag = friction(numbers, sliding, bristle) * force
-    return force, drag, depth, rate, sliding, bristle, -force * nx + drag * ny, -force * ny - drag * nx, nx, ny
+    fx, fy = -force * s * nx + drag * ny, -force * s * ny - drag * nx
+    return force, drag, depth, rate, sliding, bristle, fx, fy, nx, ny, shift
 
 
 def report(
@@ -102,7 +138,7 @@ def forces(
         if c[0] == 0.0:
             continue
         fx, fy = c[6], c[7]
-        px, py = pin[0] + n[8] * c[8], pin[1] + n[8] * c[9]  # the common point P
+        px, py = pin[0] + n[PIN] * c[8] + c[10] * c[9], pin[1] + n[PIN] * c[9] - c[10] * c[8]  # the common point P
         for side in range(2):
             k = places[j, side]
             if k < 0:

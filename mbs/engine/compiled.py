@@ -18,6 +18,7 @@ from numba.extending import intrinsic
 from numba.np.arrayobj import populate_array
 
 from buckler.mbs.elements import journal
+from buckler.mbs.elements.journal import GEOMETRY
 from buckler.mbs.engine.callback import engine_call
 from buckler.mbs.engine.kernel import Kernel
 from buckler.mbs.laws.compiled import Pointer
@@ -33,8 +34,8 @@ SIGNATURES = {
     "forces": void(*LAWS, float64, V, V, T, PLACES, T, V),
     "report": void(*LAWS, float64, V, V, T, PLACES, T, T),
 }
-GEOMETRY, CODES, NUMBERS = 10, 4, 8
-"""Numbers of a joint's places and radii; codes and numbers of a law. The codes of both laws follow the geometry, as the bits of
+CODES, NUMBERS = 4, 8
+"""Codes and numbers of a law. The codes of both laws follow the geometry, as the bits of
 whole numbers, and the numbers of both laws follow them."""
 BETWEEN, ALL = GEOMETRY + 2 * CODES, GEOMETRY + 2 * (CODES + NUMBERS)
 NORMAL, FRICTION = 0, 1
