@@ -252,7 +252,8 @@ def contact(joint: Clearance, pin: Side, bush: Side, memory: Array, time: Array)
     else:
         bristle, drag = np.zeros_like(depth), joint.friction.coefficient(sliding) * normal
     force = -(normal * s)[:, None] * n - drag[:, None] * left(n)
-    return Touch(normal, drag, depth, rate, sliding, bristle, *force.T, *n.T, shift, *e.T)
+    (fx, fy), (nx, ny), (ex, ey) = force.T, n.T, e.T
+    return Touch(normal, drag, depth, rate, sliding, bristle, fx, fy, nx, ny, shift, ex, ey)
 
 
 def moment_on(record: Recorded, body: str) -> Array:

@@ -93,6 +93,9 @@ STUDIES: dict[str, Entry] = {
         "buckler.studies.rattling.bifurcation", "crank-rocker with clearance: order or chaos over clearance, speed, damping"
     ),
     "uncertainty": Entry("buckler.studies.striking.uncertainty", "tolerances: distributions of forces and whose variance it is"),
+    "wear": Entry(
+        "buckler.studies.rattling.wear", "where the crank-rocker's joints wear over a million turns, rocker rigid or flexible"
+    ),
     "buffering-claims": Entry(
         "buckler.studies.rattling.buffering_claims", "does a flexible rocker buffer? each published claim, over many runs"
     ),
