@@ -34,7 +34,8 @@ SIDES = {"bush": BUSH, "pin": PIN}
 TRUSTED = 0.1
 """Relative error of all jumps up to which the numbers are trusted."""
 NOTES = """\
-Depths are the deepest place, volumes of one surface. Error: of all jumps, relative, root mean square around a surface.
+Depths are the deepest place, volumes of one surface. Error: of all jumps, relative, root mean square of
+eight harmonics around a surface.
 Scatter: standard error of a turn's wear over {measured} turns at the end, relative.
 k = {k:g} 1/Pa; the volume of steel on steel, dry, is some 1e-14 to 1e-13 1/Pa, lubricated 1e-18 to 1e-15. {stated}."""
 
@@ -48,7 +49,7 @@ class Parameters(CrankRockerParameters):
     pin_wear: float = quantity(1.0, "1", 0, 100, "wear coefficient of the pins over that of the bushes", "wear")
     bush_length: float = quantity(10e-3, "m", 1e-3, 0.1, "length of pins and bushes", "wear")
     measured_turns: int = integer(3, 1, 1000, "turns whose wear is averaged, after one that settles", "numerics")
-    jump_error: float = quantity(0.02, "1", 1e-4, 1, "error allowed of a jump, over the clearance", "numerics")
+    jump_error: float = quantity(0.01, "1", 1e-4, 1, "error allowed of a jump, over the clearance", "numerics")
     bins: int = integer(180, 36, 3600, "places around a surface", "numerics")
 
     def check(self) -> None:
@@ -84,7 +85,7 @@ def worn_mechanism(mechanism: Mechanism, worn: Mapping[str, Array], gap: float) 
 
 @dataclass
 class Rate:
-    """What a turn takes, from a run of a few turns; keeps how many there were, what was first wrong, and the scatter of the last."""
+    """What a turn takes, from a run of a few; keeps how many there were, what was first wrong, and the scatter of the last."""
 
     p: Parameters
     rocker: str
@@ -196,7 +197,7 @@ def figure(result: StudyResult) -> Figure:
                 axes[0, k].plot(np.degrees(s["direction"]), worn[-1], style, color=colour, lw=0.8)
                 known = {"color": colour, "lw": 0.8, "label": f"{name}, {surface}"}
                 axes[1, k].plot(s[f"{name}.turns"] / 1e6, worn.max(axis=1), style, **known)
-        axes[0, k].set(title=f"{point}: {'–'.join(BODIES[point])}", xlabel="direction in the body [°]", xticks=[0, 180, 360])
+        axes[0, k].set(title=f"{point}: {'–'.join(BODIES[point])}", xlabel="direction [°]", xticks=[0, 180, 360])
         axes[1, k].set(xlabel="turns [million]")
     axes[0, 0].set(ylabel="depth gone [µm]", ylim=(0, None))
     axes[1, 0].set(ylabel="deepest place [µm]", ylim=(0, None))
