@@ -114,7 +114,7 @@ class Jump:
     worn, rate : array
         Depths, m, and what a turn adds at the jump's end.
     error : float
-        Of all jumps up to here: root mean square over a surface, the largest of all surfaces, m.
+        Of all jumps up to here, as `size` measures it, m.
     """
 
     turns: float
@@ -127,7 +127,8 @@ def jumps(rate: Callable[[Array], Array], worn: Array, turns: float, allowed: fl
     """Wear over many turns from the wear of a few: Heun's method, one rate a jump.
 
     The error of a jump j is j^3/12 r'' by the trapezoidal rule and at most j^3/4 r'' by the predictor's rate: j^3/3 r'' is told,
-    r'' from the last three rates. That of the first jump is Euler's.
+    r'' from the last three rates; that of the first jump is Euler's. All places decide how long a jump may be, or grooves dig in
+    by turns; what the contact sees is told.
 
     Parameters
     ----------
@@ -140,24 +141,29 @@ def jumps(rate: Callable[[Array], Array], worn: Array, turns: float, allowed: fl
     """
     now, error, r = 0.0, 0.0, rate(worn)
     before, slope = 0.0, None
-    jump = min(turns, allowed / max(size(r), 1e-300))
+    jump = min(turns, allowed / max(rough(r), 1e-300))
     yield Jump(now, worn, r, error)
     while now < turns * (1 - 1e-12):
         jump = min(jump, turns - now)
         after = rate(worn + jump * r)
         bend = after - r if slope is None else 4 * jump / (3 * (jump + before)) * (after - r - jump * slope)
-        off = jump / 2 * size(bend)
+        off = jump / 2 * rough(bend)
         if off <= allowed or jump <= SHORTEST * turns:
-            worn, now, error = worn + jump * (r + after) / 2, now + jump, error + off
+            worn, now, error = worn + jump * (r + after) / 2, now + jump, error + jump / 2 * size(bend)
             before, slope, r = jump, (after - r) / jump, after
             yield Jump(now, worn, r, error)
         jump *= min(LONGER, max(0.2, 0.9 * float(np.cbrt(allowed / max(off, 1e-300)))))
 
 
-def size(depths: Array) -> float:
-    """Root mean square around a surface, of the most worn one, of what goes back into the contact: mean and `HARMONICS`.
+def rough(depths: Array) -> float:
+    """Root mean square around a surface, of the most worn one."""
+    return float(np.sqrt((depths**2).mean(axis=-1)).max())
 
-    Where in an arc the pin rubs changes from one look to the next, and averages out; a contact does not see it.
+
+def size(depths: Array) -> float:
+    """The same of what goes back into the contact: mean and `HARMONICS`.
+
+    Where in an arc the pin rubs changes from one look to the next, and averages out; the contact does not see it.
     """
     parts = np.abs(np.fft.rfft(depths)[..., : HARMONICS + 1] / depths.shape[-1]) ** 2
     return float(np.sqrt((2 * parts.sum(axis=-1) - parts[..., 0]).max()))
