@@ -49,7 +49,7 @@ class Parameters(CrankRockerParameters):
     pin_wear: float = quantity(1.0, "1", 0, 100, "wear coefficient of the pins over that of the bushes", "wear")
     bush_length: float = quantity(10e-3, "m", 1e-3, 0.1, "length of pins and bushes", "wear")
     measured_turns: int = integer(3, 1, 1000, "turns whose wear is averaged, after one that settles", "numerics")
-    jump_error: float = quantity(0.02, "1", 1e-4, 1, "error allowed of a jump, over the clearance", "numerics")
+    jump_error: float = quantity(0.01, "1", 1e-4, 1, "error allowed of a jump, over the clearance", "numerics")
     bins: int = integer(180, 36, 3600, "places around a surface", "numerics")
 
     def check(self) -> None:
