@@ -139,19 +139,19 @@ def jumps(rate: Callable[[Array], Array], worn: Array, turns: float, allowed: fl
     allowed : float
         Error allowed of one jump, m.
     """
-    now, error, r = 0.0, 0.0, rate(worn)
+    now, error, r = 0.0, np.zeros_like(worn), rate(worn)
     before, slope = 0.0, None
     jump = min(turns, allowed / max(rough(r), 1e-300))
-    yield Jump(now, worn, r, error)
+    yield Jump(now, worn, r, 0.0)
     while now < turns * (1 - 1e-12):
         jump = min(jump, turns - now)
         after = rate(worn + jump * r)
         bend = after - r if slope is None else 4 * jump / (3 * (jump + before)) * (after - r - jump * slope)
         off = jump / 2 * rough(bend)
         if off <= allowed or jump <= SHORTEST * turns:
-            worn, now, error = worn + jump * (r + after) / 2, now + jump, error + jump / 2 * size(bend)
+            worn, now, error = worn + jump * (r + after) / 2, now + jump, error + jump / 2 * bend
             before, slope, r = jump, (after - r) / jump, after
-            yield Jump(now, worn, r, error)
+            yield Jump(now, worn, r, size(error))
         jump *= min(LONGER, max(0.2, 0.9 * float(np.cbrt(allowed / max(off, 1e-300)))))
 
 
