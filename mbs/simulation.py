@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import fields, is_dataclass, replace
 from functools import cache, partial
 from importlib import metadata
+from importlib.util import find_spec
 from math import inf
 from time import perf_counter
 from typing import Any
@@ -35,6 +36,8 @@ from buckler.mbs.validate import listed, number, one_of, positive
 
 def _compiled(*arguments: Any) -> Run:
     """Run with the compiled solver, which takes a second to load."""
+    if find_spec("numba") is None:
+        raise ImportError("the compiled solver needs Numba: pip install 'buckler[fast]'")
     from buckler.mbs.spectral.run import once as run
 
     return run(*arguments)
