@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from math import pi
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from buckler.mbs.elements import KINDS
 from buckler.mbs.mechanism import Mechanism
