@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from ctypes import CFUNCTYPE, c_double
 from typing import Any
 
 
-def same(thing: Any) -> Any:
-    """The thing itself: nothing is compiled, and Python counts references."""
+def plain(function: Callable[..., Any]) -> Any:
+    """The function itself."""
+    return function
+
+
+def owned(thing: Any) -> Any:
+    """The thing itself: Python counts its references."""
     return thing
 
 
-jit = inner = close = borrowed = lend_tables = lend_work = same
+jit = inner = close = plain
+borrowed = lend_tables = lend_work = owned
 
 
 def call1(address: Any, a: Any) -> Any:

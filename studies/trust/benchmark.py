@@ -2,7 +2,7 @@
 
 static: twenty loads of a buckled strip, against the engine used plainly, error of the load. smooth: slider-crank with a
 bending coupler, against plain uniform steps, error of its deflection. buckling: slider-crank striking its stop, against
-plain uniform steps, error of four numbers of its force. rigid clearance, beam clearance: crank-rocker, four such joints, for a
+plain uniform steps, error of four numbers of its force. rigid clearance, beam clearance: crank-rocker with clearance, one
 turn, against the compiled solver (a modal rocker for the beam's, damped mode by mode), error of the coupler's path over
 the first 10 ms (5 ms), in clearances. smooth and rigid clearance are asked for an accuracy and name no setting: their time holds
 all the runs that the estimate of their error takes. Times never make the run SUSPECT; errors do.
