@@ -27,9 +27,10 @@ from buckler.mbs.files.movie import Film
 from buckler.mbs.files.verdicts import IDLE
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.energy import ledger as energy_ledger
-from buckler.mbs.record.result import Result, Status
+from buckler.mbs.record.result import Result
 from buckler.mbs.record.run import Run
 from buckler.mbs.record.signals import shapes_at
+from buckler.mbs.record.status import Status
 from buckler.mbs.spectral.solver import Spectral
 from buckler.mbs.validate import listed, number, one_of, positive
 

@@ -24,7 +24,7 @@ from buckler.mbs.compiler import compiler
 from buckler.mbs.elements.clearance import clearances
 from buckler.mbs.kinematics.determined import answered
 from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.record.result import Status
+from buckler.mbs.record.status import Status
 
 Way = Callable[[Task, Runner], Delivery]
 OURS = "buckler."

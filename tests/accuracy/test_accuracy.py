@@ -11,7 +11,7 @@ from buckler.mbs import Beam, Cable, Exudyn, Ramp, Result, Rigid, Section, Statu
 from buckler.mbs.accuracy.difference import difference, differences
 from buckler.mbs.accuracy.plan import Plan, fitted
 from buckler.mbs.laws import KelvinVoigt
-from buckler.mbs.record.result import cubic
+from buckler.mbs.record.lookup import cubic
 from buckler.studies.trust.accuracy_scenes import SCENES
 
 TIME = np.linspace(0.0, 2.0, 2001)
