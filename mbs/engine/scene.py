@@ -164,7 +164,16 @@ class Scene:
 
 
 def build(mechanism: Mechanism) -> Scene:
-    """Assemble a mechanism.
+    """Assemble a mechanism in Exudyn.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+
+    Returns
+    -------
+    Scene
+        With the engine's system, not yet stepped.
 
     Raises
     ------
