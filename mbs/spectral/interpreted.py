@@ -1,4 +1,4 @@
-"""What `machine` offers, without a compiler: functions stay as they are written."""
+"""What `compiling` offers, without a compiler: functions stay as they are written."""
 
 from __future__ import annotations
 
