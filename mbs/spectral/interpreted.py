@@ -17,8 +17,13 @@ def owned(thing: Any) -> Any:
     return thing
 
 
-jit = inner = close = plain
+jit = inner = aside = close = plain
 borrowed = lend_tables = lend_work = owned
+
+
+def copy(source: Any, target: Any) -> None:
+    """Copy an array into another of its shape."""
+    target[...] = source
 
 
 def call1(address: Any, a: Any) -> Any:
