@@ -34,7 +34,8 @@ from buckler.mbs.elements import (
 from buckler.mbs.engine.settings import Controlled, Equal, Exudyn
 from buckler.mbs.library import crank_rocker, slider_crank
 from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.record.result import Result, Status
+from buckler.mbs.record.result import Result
+from buckler.mbs.record.status import Status
 from buckler.mbs.spectral.solver import Spectral
 
 if TYPE_CHECKING:

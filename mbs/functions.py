@@ -30,7 +30,13 @@ PANEL, NODES = 1 / 128, 12
 
 
 def kinks(function: Any) -> tuple[float, ...]:
-    """Times, s, at which a function of time is known to have a kink: the points of tables joined by straight lines."""
+    """Times, s, at which a function of time is known to have a kink: the points of tables joined by straight lines.
+
+    Parameters
+    ----------
+    function : callable or float
+        Of time; one that is not of this package has none.
+    """
     found: tuple[float, ...] = getattr(function, "kinks", ())
     return found
 

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import fields, is_dataclass, replace
 from functools import cache, partial
 from importlib import metadata
+from importlib.util import find_spec
 from math import inf
 from time import perf_counter
 from typing import Any
@@ -26,15 +27,18 @@ from buckler.mbs.files.movie import Film
 from buckler.mbs.files.verdicts import IDLE
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.energy import ledger as energy_ledger
-from buckler.mbs.record.result import Result, Status
+from buckler.mbs.record.result import Result
 from buckler.mbs.record.run import Run
 from buckler.mbs.record.signals import shapes_at
+from buckler.mbs.record.status import Status
 from buckler.mbs.spectral.solver import Spectral
 from buckler.mbs.validate import listed, number, one_of, positive
 
 
 def _compiled(*arguments: Any) -> Run:
     """Run with the compiled solver, which takes a second to load."""
+    if find_spec("numba") is None:
+        raise ImportError("the compiled solver needs Numba: pip install 'buckler[fast]'")
     from buckler.mbs.spectral.run import once as run
 
     return run(*arguments)

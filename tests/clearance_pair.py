@@ -1,4 +1,4 @@
-"""The crank-rocker with play on both solvers, from one set of numbers."""
+"""The crank-rocker with clearance on both solvers, from one set of numbers."""
 
 from dataclasses import replace
 from math import nan

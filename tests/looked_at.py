@@ -60,7 +60,7 @@ def pushed():
 
 
 def loose():
-    """Crank-rocker with play in its joints."""
+    """Crank-rocker with clearance in its joints."""
 
     def play(point, first, second):
         return Clearance(point, first, second, pin=5e-3, gap=1e-4, law=Impact(1e8, 1e4, 1e-5))

@@ -6,7 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from buckler.mbs.record.result import Result, unknown
+from buckler.mbs.record.lookup import unknown
+from buckler.mbs.record.result import Result
 from buckler.mbs.units import FORCES
 
 PLACES, ALL_FORCES = "places", "forces"

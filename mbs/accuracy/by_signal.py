@@ -23,7 +23,8 @@ import scipy
 
 from buckler.mbs.accuracy.difference import GRID, PREDICTABLE
 from buckler.mbs.record.energy import ledger
-from buckler.mbs.record.result import SMOOTH, Result, cubic
+from buckler.mbs.record.lookup import SMOOTH, cubic
+from buckler.mbs.record.result import Result
 from buckler.mbs.record.run import Run
 from buckler.mbs.units import FORCES
 

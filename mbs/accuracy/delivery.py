@@ -14,8 +14,9 @@ from buckler.mbs.accuracy.aim import MOTION
 from buckler.mbs.accuracy.band import banded, told
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.errors import Errors
-from buckler.mbs.record.result import Result, Status
+from buckler.mbs.record.result import Result
 from buckler.mbs.record.run import Run
+from buckler.mbs.record.status import Status
 
 Array = np.ndarray[Any, Any]
 Runner = Callable[..., Run]

@@ -21,7 +21,8 @@ from typing import Any
 import numpy as np
 import scipy
 
-from buckler.mbs.record.result import Result, cubic
+from buckler.mbs.record.lookup import cubic
+from buckler.mbs.record.result import Result
 
 Array = np.ndarray[Any, Any]
 FINEST, COARSEST = 1e-6, 0.1

@@ -18,7 +18,8 @@ from buckler.mbs.accuracy.delivery import AGAIN, Delivering, Delivery, Runner, T
 from buckler.mbs.accuracy.difference import differences
 from buckler.mbs.accuracy.plan import Plan
 from buckler.mbs.record.errors import Errors
-from buckler.mbs.record.result import SMOOTH, Result, cubic
+from buckler.mbs.record.lookup import SMOOTH, cubic
+from buckler.mbs.record.result import Result
 from buckler.mbs.record.run import Run
 
 Array = np.ndarray[Any, Any]

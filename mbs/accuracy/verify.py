@@ -17,8 +17,9 @@ from buckler.mbs.elements.clearance import clearances
 from buckler.mbs.engine.settings import Exudyn
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.errors import Errors
-from buckler.mbs.record.result import Result, Status
+from buckler.mbs.record.result import Result
 from buckler.mbs.record.run import Run
+from buckler.mbs.record.status import Status
 from buckler.mbs.spectral.solver import Spectral
 
 APART = 0.05

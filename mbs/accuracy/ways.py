@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import fields, is_dataclass, replace
-from importlib.util import find_spec
 from time import perf_counter
 from typing import Any
 
@@ -21,10 +20,11 @@ from buckler.mbs.accuracy.delivery import AGAIN, Delivery, Runner, Task
 from buckler.mbs.accuracy.extrapolation import extrapolated
 from buckler.mbs.accuracy.sampling import sampled
 from buckler.mbs.accuracy.tolerance import tightened
+from buckler.mbs.compiler import compiler
 from buckler.mbs.elements.clearance import clearances
 from buckler.mbs.kinematics.determined import answered
 from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.record.result import Status
+from buckler.mbs.record.status import Status
 
 Way = Callable[[Task, Runner], Delivery]
 OURS = "buckler."
@@ -79,7 +79,7 @@ def compiled(task: Task, run: Runner) -> Delivery:
 
 def compilable(mechanism: Mechanism) -> bool:
     """Whether the compiled solver is there and takes a mechanism."""
-    if find_spec("numba") is None:
+    if not compiler():
         return False
     from buckler.mbs.spectral.accuracy import takes
 

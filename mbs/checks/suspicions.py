@@ -10,8 +10,9 @@ from collections.abc import Iterator
 
 from buckler.mbs.checks import clock, closure, contact, crossed, dead_centre, energy, finite, mesh, penetration, steps, unbuckled
 from buckler.mbs.checks.check import Check
-from buckler.mbs.record.result import Result, Status
+from buckler.mbs.record.result import Result
 from buckler.mbs.record.run import Run
+from buckler.mbs.record.status import Status
 
 READABLE: tuple[Check, ...] = (finite.CHECK, clock.CHECK)
 """Checks without which no other means anything."""

@@ -19,8 +19,8 @@ from buckler.mbs.kinematics.determined import Ended, Follower
 from buckler.mbs.kinematics.diagnosis import remarks
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.record import Record
-from buckler.mbs.record.result import Status
 from buckler.mbs.record.run import Run
+from buckler.mbs.record.status import Status
 
 TURN = 400
 """Samples of a turn of the drive."""

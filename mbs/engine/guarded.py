@@ -7,7 +7,7 @@ from math import isfinite
 from typing import Any
 
 from buckler.mbs.engine.watched import failed
-from buckler.mbs.record.result import Status
+from buckler.mbs.record.status import Status
 
 
 class Guarded:

@@ -15,7 +15,7 @@ from buckler.mbs.engine.scene import SPARSE_FROM, Scene
 from buckler.mbs.engine.settings import Exudyn
 from buckler.mbs.engine.stepping import StepControl
 from buckler.mbs.engine.watched import interruptible
-from buckler.mbs.record.result import Status
+from buckler.mbs.record.status import Status
 
 EXPLICIT_SHARE = 10.0
 """Absolute tolerance of the explicit integrator, fifth order, in units of the position error allowed the implicit one."""

@@ -18,7 +18,7 @@ from buckler.mbs.elements import Beam, Cable, Drive, Guide, Link, Motion, Revolu
 from buckler.mbs.engine.placed import States
 from buckler.mbs.engine.scene import SPARSE_FROM, build
 from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.record.result import Status
+from buckler.mbs.record.status import Status
 from buckler.mbs.validate import one_of, positive
 
 Array = np.ndarray[Any, Any]

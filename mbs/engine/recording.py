@@ -17,7 +17,7 @@ from buckler.mbs.engine.scene import Scene
 from buckler.mbs.engine.settings import Exudyn
 from buckler.mbs.engine.stop import StopContact
 from buckler.mbs.engine.watched import failed
-from buckler.mbs.record.result import Status
+from buckler.mbs.record.status import Status
 
 Array = np.ndarray[Any, Any]
 CHECK_EVERY = 16

@@ -27,7 +27,7 @@ from buckler.mbs.kinematics.diagnosis import redundancies
 from buckler.mbs.kinematics.start import Start, start
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.record import Record
-from buckler.mbs.record.result import Status
+from buckler.mbs.record.status import Status
 
 exu.config.printToConsole = False
 
@@ -164,7 +164,16 @@ class Scene:
 
 
 def build(mechanism: Mechanism) -> Scene:
-    """Assemble a mechanism.
+    """Assemble a mechanism in Exudyn.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+
+    Returns
+    -------
+    Scene
+        With the engine's system, not yet stepped.
 
     Raises
     ------

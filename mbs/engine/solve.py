@@ -20,8 +20,8 @@ from buckler.mbs.kinematics.closure import determined
 from buckler.mbs.kinematics.determined import answered
 from buckler.mbs.kinematics.diagnosis import remarks, stuck
 from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.record.result import Status
 from buckler.mbs.record.run import Run
+from buckler.mbs.record.status import Status
 
 UNFINISHED = 1e-9
 """Of the duration: what may be missing of it at the end."""

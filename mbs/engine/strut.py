@@ -10,7 +10,7 @@ from buckler.mbs.elements.element import Array, holder
 from buckler.mbs.elements.link import Link
 from buckler.mbs.elements.strut import Strut, StrutLaw
 from buckler.mbs.engine.watched import watched
-from buckler.mbs.record.result import Status
+from buckler.mbs.record.status import Status
 
 
 class StrutSpring(StrutLaw):

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from buckler.mbs.record.result import Status
+from buckler.mbs.record.status import Status
 
 
 def watched(scene: Any, what: str, function: Callable[..., Any], out_of_range: Status | None = None) -> Callable[..., Any]:

@@ -11,7 +11,7 @@ from buckler.mbs.kinematics.closure import ROUNDING, Closure, involved
 from buckler.mbs.kinematics.start import jacobian
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.record import Record
-from buckler.mbs.record.result import Status
+from buckler.mbs.record.status import Status
 
 FLAT, WORSE = 0.05, 0.2
 """Smallest singular value of the constraints, and its ratio to that at the start, below which a pose counts as singular."""

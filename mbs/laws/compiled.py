@@ -15,11 +15,7 @@ from collections.abc import Callable
 from functools import lru_cache
 from typing import Any, NamedTuple
 
-import numba
-from numba import float64
-from numba.core.errors import NumbaError
-
-LAW_ERRORS = (NumbaError, AttributeError, TypeError, RecursionError, NotImplementedError, ValueError)
+from buckler.mbs.compiler import compiler
 
 
 class Pointer(NamedTuple):
@@ -30,7 +26,7 @@ class Pointer(NamedTuple):
     owner: Any
 
 
-def compile_method(law: Any, name: str, jit: Callable[..., Any] = numba.njit) -> Callable[..., float]:
+def compile_method(law: Any, name: str, jit: Callable[..., Any]) -> Callable[..., float]:
     """Compile a law's method as a function of floats: `self` becomes a tuple of the numbers and methods it uses.
 
     Parameters
@@ -54,7 +50,7 @@ def compile_method(law: Any, name: str, jit: Callable[..., Any] = numba.njit) ->
     return jit(lambda *arguments: inner(bound, *arguments))
 
 
-def compile_plain(function: Callable[..., Any], jit: Callable[..., Any] = numba.njit) -> Any:
+def compile_plain(function: Callable[..., Any], jit: Callable[..., Any]) -> Any:
     """Compile a plain function after the plain functions it calls."""
     if not isinstance(function, types.FunctionType):
         return function
@@ -87,33 +83,37 @@ def function_pointer(function: Callable[..., Any], arguments: int) -> Pointer:
 
 
 def _method_pointer(law: Any, name: str, arguments: int) -> Pointer:
-    try:
-        return _address(compile_method(law, name), arguments)
-    except LAW_ERRORS:
-        return _python(getattr(law, name), arguments)
+    return _compiled(lambda jit: compile_method(law, name, jit), arguments) or _python(getattr(law, name), arguments)
 
 
 def _function_pointer(function: Callable[..., Any], arguments: int) -> Pointer:
     if isinstance(function, types.MethodType):
         return _method_pointer(function.__self__, function.__name__, arguments)
-    try:
-        return _address(compile_plain(function), arguments)
-    except LAW_ERRORS:
-        return _python(function, arguments)
+    return _compiled(lambda jit: compile_plain(function, jit), arguments) or _python(function, arguments)
 
 
 _kept_method = lru_cache(maxsize=256)(_method_pointer)
 _kept_function = lru_cache(maxsize=256)(_function_pointer)
 
 
-def _address(function: Any, arguments: int) -> Pointer:
-    signature = float64(*[float64] * arguments)
-    wrappers: dict[int, Callable[..., Any]] = {
-        1: lambda a: float(function(a)),
-        2: lambda a, b: float(function(a, b)),
-        3: lambda a, b, c: float(function(a, b, c)),
-    }
-    made = numba.cfunc(signature, error_model="numpy")(wrappers[arguments])
+def _compiled(made_by: Callable[[Any], Any], arguments: int) -> Pointer | None:
+    """Address of what `made_by` compiles with the decorator it gets; None without a compiler, or if it cannot be compiled."""
+    if not compiler():
+        return None
+    import numba
+
+    errors = (numba.core.errors.NumbaError, AttributeError, TypeError, RecursionError, NotImplementedError, ValueError)
+    signature = numba.float64(*[numba.float64] * arguments)
+    try:
+        function = made_by(numba.njit)
+        wrappers: dict[int, Callable[..., Any]] = {
+            1: lambda a: float(function(a)),
+            2: lambda a, b: float(function(a, b)),
+            3: lambda a, b, c: float(function(a, b, c)),
+        }
+        made = numba.cfunc(signature, error_model="numpy")(wrappers[arguments])
+    except errors:
+        return None
     return Pointer(int(made.address), True, made)
 
 

@@ -134,7 +134,16 @@ def needed(name: str, value: float | None, unit: str, law: object) -> float:
 
 
 def elastic_depth(law: NormalLaw, mass: float, speed: float) -> float:
-    """Depth [m] at which the elastic part K d^n has stopped an effective mass [kg] that came at a speed [m/s]."""
+    """Depth, m, at which the elastic part K d^n has stopped a mass: K d^(n+1)/(n+1) = m v^2/2.
+
+    Parameters
+    ----------
+    law : NormalLaw
+    mass : float
+        Effective mass, kg, positive.
+    speed : float
+        Of approach, m/s.
+    """
     n = law.exponent
     return float((0.5 * (n + 1.0) * mass * speed**2 / law.stiffness) ** (1.0 / (n + 1.0)))
 

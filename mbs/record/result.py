@@ -2,66 +2,22 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from enum import StrEnum
 from math import nan
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from buckler.mbs.record import stored
 from buckler.mbs.record.errors import Errors
+from buckler.mbs.record.lookup import OUTSIDE, SMOOTH, cubic, unknown
+from buckler.mbs.record.status import Status
+from buckler.mbs.record.stored import Shape
 from buckler.mbs.upper import upper
 from buckler.mbs.validate import positive
 
 Array = np.ndarray[Any, Any]
-
-
-SMOOTH = ("x", "y", "angle", "deflection", "end_shortening")
-"""Signals that have a velocity, whatever strikes: last part of their names."""
-
-
-class Status(StrEnum):
-    """How a run ended. Anything but OK comes with a sentence a person can act on."""
-
-    OK = "OK"
-    SUSPECT = "SUSPECT"
-    LOCKED = "LOCKED"
-    SINGULAR = "SINGULAR"
-    NEWTON_DIVERGED = "NEWTON_DIVERGED"
-    NOT_FINITE = "NOT_FINITE"
-    TIMED_OUT = "TIMED_OUT"
-    TOO_MANY_STEPS = "TOO_MANY_STEPS"
-    STRUT_OUT_OF_RANGE = "STRUT_OUT_OF_RANGE"
-    FUNCTION_FAILED = "FUNCTION_FAILED"
-    ENGINE_ERROR = "ENGINE_ERROR"
-
-
-@dataclass(frozen=True)
-class Shape:
-    """A flexible link at chosen times.
-
-    Attributes
-    ----------
-    times : array, shape (times,)
-        s.
-    points : array, shape (times, stations, 2)
-        Positions along the link, m.
-    thickness : float
-        In the plane, m.
-    """
-
-    times: Array
-    points: Array
-    thickness: float
-
-
-class UnknownSignalError(ValueError, KeyError):
-    """A result has no signal of that name."""
-
-    __str__ = Exception.__str__  # a KeyError would quote its sentence
 
 
 @dataclass(frozen=True, repr=False)
@@ -184,21 +140,7 @@ class Result:
 
     def save(self, path: str | Path) -> Path:
         """Write everything to one .npz file, readable without this package."""
-        path = Path(path)
-        path = path if path.suffix == ".npz" else path.with_name(path.name + ".npz")
-        head: dict[str, Any] = {"status": self.status, "message": self.message, "units": self.units, "work": self.work}
-        head["provenance"] = self.provenance
-        head |= {"asked": self.asked, "error": self.error.plain(), "verified": self.verified}
-        head["thickness"] = {name: shape.thickness for name, shape in self.shapes.items()}
-        arrays: dict[str, Array] = {"time": self.time, "head": np.array(json.dumps(head, default=str))}
-        arrays |= {f"signal/{k}": v for k, v in self.signals.items()} | {f"energy/{k}": v for k, v in self.energy.items()}
-        for name, shape in self.shapes.items():
-            arrays |= {f"shape/{name}/times": shape.times, f"shape/{name}/points": shape.points}
-        if self.film is not None:
-            arrays |= {f"movie/{k}": v for k, v in self.film.movie().arrays().items()}
-        path.parent.mkdir(parents=True, exist_ok=True)
-        np.savez_compressed(path, **arrays)  # type: ignore[arg-type]
-        return path
+        return stored.write(self, path)
 
     @classmethod
     def load(cls, path: str | Path) -> Result:
@@ -209,23 +151,7 @@ class Result:
         ValueError
             If the file is none.
         """
-        data = np.load(Path(path), allow_pickle=False)
-        if not isinstance(data, np.lib.npyio.NpzFile):
-            raise ValueError(f"{path}: not a saved result (a single array)")
-        with data:
-            head = json.loads(str(data["head"])) if "head" in data.files else {}
-            if not {"status", "message", "units", "work", "thickness", "provenance"} <= set(head):
-                raise ValueError(f"{path}: not a saved result (no 'head' of one)")
-            arrays = {name: data[name] for name in data.files if name != "head"}
-        shapes = {
-            name: Shape(arrays[f"shape/{name}/times"], arrays[f"shape/{name}/points"], thickness)
-            for name, thickness in head["thickness"].items()
-        }
-        return cls(
-            Status(head["status"]), head["message"], arrays["time"], _group(arrays, "signal/"), head["units"], head["work"],
-            _group(arrays, "energy/"), shapes, head["provenance"],
-            head.get("asked", nan), _errors(head), _film(_group(arrays, "movie/")), head.get("verified", nan),
-        )  # fmt: skip
+        return cls(**stored.read(path))
 
     # --- to look at ---------------------------------------------------------------------------------------------------
 
@@ -356,51 +282,3 @@ class Result:
         write_parquet = upper("files.tables", "write_parquet")
 
         return write_parquet(self, path)
-
-
-def _errors(head: Mapping[str, Any]) -> Errors:
-    """The errors a file holds: those of an older version are the motion's."""
-    found = head.get("error", nan)
-    return Errors.of(found) if isinstance(found, dict) else Errors(float(found), {}, head.get("error_kind", ""))
-
-
-def _film(arrays: Mapping[str, Array]) -> Any:
-    """The film a file holds, if it does."""
-    if not arrays:
-        return None
-    return upper("files.movie", "Film")(None, upper("files.movie", "Movie").of(arrays))
-
-
-OUTSIDE = 1e-9
-"""Of the run: how far from its ends a time still counts as within."""
-
-
-def unknown(name: str, names: list[str]) -> UnknownSignalError:
-    """Make the error of a signal that is not there; it names those near it."""
-    from difflib import get_close_matches
-
-    owner = str(name).rpartition(".")[0]
-    near = [*dict.fromkeys([*get_close_matches(str(name), names, 3), *(n for n in names if n.rpartition(".")[0] == owner)])][:8]
-    some = f"near it: {', '.join(near)}" if near else f"there are {', '.join(names[:8])}{', ...' if len(names) > 8 else ''}"
-    return UnknownSignalError(f"no signal '{name}'; {some}")
-
-
-def cubic(time: Array, values: Array, times: Array) -> Array:
-    """Interpolate by a cubic spline, constant beyond the ends.
-
-    Parameters
-    ----------
-    time : array, shape (samples,), samples > 2
-        Increasing.
-    values : array, shape (samples,) or (samples, signals)
-        Finite.
-    times : array, shape (times,) or a float
-    """
-    from scipy.interpolate import CubicSpline  # it takes a while to load, and few need it
-
-    found: Array = CubicSpline(time, values)(np.clip(times, time[0], time[-1]))
-    return found
-
-
-def _group(arrays: Mapping[str, Array], prefix: str) -> dict[str, Array]:
-    return {name.removeprefix(prefix): value for name, value in arrays.items() if name.startswith(prefix)}

@@ -9,8 +9,8 @@ from typing import Any
 
 from buckler.mbs.elements.element import Array
 from buckler.mbs.record.record import Record
-from buckler.mbs.record.result import Status
 from buckler.mbs.record.signals import collect
+from buckler.mbs.record.status import Status
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,7 @@ import numpy as np
 from buckler.mbs.elements.element import Array
 from buckler.mbs.record.motion import between
 from buckler.mbs.record.record import Record
-from buckler.mbs.record.result import Shape
+from buckler.mbs.record.stored import Shape
 
 
 def collect(record: Record) -> tuple[dict[str, Array], dict[str, str]]:

@@ -1,1 +1,13 @@
-"""The compiled second solver: spectral strips in absolute coordinates, a constant mass matrix, joints as constraints."""
+"""The compiled second solver: spectral strips in absolute coordinates, a constant mass matrix, joints as constraints.
+
+Without a compiler `interpreted` stands in for `compiling`: the same functions, as plain Python.
+"""
+
+import sys
+
+from buckler.mbs.compiler import compiler
+
+if not compiler():
+    from buckler.mbs.spectral import interpreted
+
+    sys.modules[f"{__name__}.compiling"] = interpreted

@@ -29,8 +29,8 @@ from buckler.mbs.elements.clearance import clearances
 from buckler.mbs.engine.settings import Controlled
 from buckler.mbs.laws import BristleLaw, FrictionLaw
 from buckler.mbs.record.errors import Errors
-from buckler.mbs.record.result import Status
 from buckler.mbs.record.run import Run
+from buckler.mbs.record.status import Status
 from buckler.mbs.spectral.run import explicitly, once
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.solver import Spectral

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs.record.result import Status
+from buckler.mbs.record.status import Status
 from buckler.mbs.spectral.output import Output
 from buckler.mbs.spectral.run import State, integrate
 from buckler.mbs.spectral.scene import Scene

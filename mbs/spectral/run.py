@@ -9,8 +9,8 @@ import numpy as np
 
 from buckler.mbs.kinematics.diagnosis import remarks
 from buckler.mbs.record.record import Record
-from buckler.mbs.record.result import Status
 from buckler.mbs.record.run import Run
+from buckler.mbs.record.status import Status
 from buckler.mbs.spectral import explicit, implicit, output
 from buckler.mbs.spectral.output import Output
 from buckler.mbs.spectral.recording import record_of

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-import scipy.linalg
 
 from buckler.mbs.spectral.scene import Place, Scene
 
@@ -153,9 +152,9 @@ def modes(stiffness: Array, mass: Array, jacobian: Array, units: Array, count: i
     if not free.shape[1]:
         return np.empty(0), np.empty((len(mass), 0))
     k, m = free.T @ stiffness @ free, free.T @ mass @ free
-    last = min(count, len(k)) - 1
-    values, vectors = scipy.linalg.eigh((k + k.T) / 2, m, subset_by_index=(0, last))
-    return values, free @ vectors
+    lower = np.linalg.cholesky(m)  # M = L L^T: the symmetric problem of L^-1 K L^-T
+    values, vectors = np.linalg.eigh(np.linalg.solve(lower, np.linalg.solve(lower, (k + k.T) / 2).T))
+    return values[:count], free @ np.linalg.solve(lower.T, vectors[:, :count])
 
 
 def null_space(jacobian: Array, units: Array) -> Array:

@@ -38,6 +38,8 @@ def main(study: str | None = None, argv: Sequence[str] | None = None) -> int:
         The exit status.
     """
     words = list(sys.argv[1:] if argv is None else argv)
+    if argv is None and words[:1] == ["show"]:  # all of this process: loading a compiler takes longer than interpreting
+        os.environ.setdefault("NUMBA_DISABLE_JIT", "1")
     try:
         status = _dispatch(study, words)
         sys.stdout.flush()

@@ -10,7 +10,7 @@ import os
 from buckler.studies.kit import registry
 from buckler.studies.kit.running import MECHANISMS, program
 
-PARSERS = {"run": "buckler.studies.own.command", "sweep": "buckler.studies.sweeping.command"}
+PARSERS = {"run": "buckler.studies.own.command", "sweep": "buckler.studies.sweeping.asked"}
 """Where the options of a command are declared, for files; `parser(name, prog)`."""
 
 

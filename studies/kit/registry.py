@@ -134,7 +134,10 @@ def entry(name: str) -> Entry:
     """
     studies = STUDIES if name in STUDIES else everything()
     if name not in studies:
-        raise UnknownStudyError(f"unknown study '{name}'; {hint(name, studies) or 'see `python -m studies list`'}")
+        here = next(
+            (f"did you mean {name}{ending}?" for ending in (".toml", ".json", ".py") if Path(f"{name}{ending}").is_file()), ""
+        )
+        raise UnknownStudyError(f"unknown study '{name}'; {here or hint(name, studies) or '`buckler list` names them'}")
     return studies[name]
 
 

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import importlib.util
 from collections.abc import Iterator
 from math import pi
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from buckler.mbs.elements import KINDS
 from buckler.mbs.mechanism import Mechanism
@@ -37,7 +36,7 @@ def show(path: Path, out: Path | None = None) -> str:
     held = found is not None and found.free <= drives and not any(link.body.flexible for link in mechanism.links)
     parts = [str(links(mechanism)), *others(mechanism), told(found, drives), "" if held else lowest(mechanism)]
     drawing = draw(mechanism, out or path.with_suffix(".png"))
-    return "\n".join(part for part in (*parts, drawing and f"\ndrawn in {drawing}") if part)
+    return "\n".join(part for part in (*parts, f"\ndrawn in {drawing}") if part)
 
 
 def links(mechanism: Mechanism) -> Table:
@@ -98,24 +97,18 @@ def told(found: Mobility | None, drives: int) -> str:
 
 
 def lowest(mechanism: Mechanism) -> str:
-    """The lowest natural frequencies with the drives held, or what it takes to tell them; '' where the statics refuses."""
-    if importlib.util.find_spec("numba") is None:
-        return "lowest frequencies: not told; they need pip install 'buckler[fast]'"
+    """The lowest natural frequencies with the drives held; '' where the statics refuses."""
     try:
         from buckler.mbs import frequencies
 
         found = frequencies(mechanism, count=4)
-    except Exception:  # no equilibrium, no Numba, an element that the statics does not know: show tells the rest all the same
+    except Exception:  # no equilibrium, an element that the statics does not know: show tells the rest all the same
         return ""
     values = [f"{w / (2 * pi):.4g}" for w in found.angular if w == w and w > 1e-3]
     return f"lowest frequencies, drives held: {', '.join(values)} Hz" if values else ""
 
 
-def draw(mechanism: Any, out: Path) -> Path | None:
-    """Draw it, if this version can."""
-    if not hasattr(mechanism, "plot"):
-        return None
-    figure = mechanism.plot()
-    figure = getattr(figure, "figure", figure)
-    figure.savefig(out)
+def draw(mechanism: Mechanism, out: Path) -> Path:
+    """Draw it."""
+    mechanism.plot().figure.savefig(out)
     return out

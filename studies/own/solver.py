@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
+from importlib.util import find_spec
 from typing import Any, NamedTuple
 
 from buckler.mbs.engine.settings import Controlled, Equal, Exudyn
@@ -79,6 +80,8 @@ def solver(given: Mapping[str, Any]) -> Exudyn | Spectral | None:
     name = given.get(KIND, "exudyn")
     if name not in SOLVERS:
         raise ValueError(f"solver = {name}: must be one of {', '.join(SOLVERS)}")
+    if SOLVERS[name] is Spectral and find_spec("numba") is None:
+        raise ValueError(f"solver = {name}: needs Numba: pip install 'buckler[fast]'")
     kind, steps = SOLVERS[name], Equal if "steps" in given else Controlled
     mine: dict[type, dict[str, Any]] = {kind: {}, steps: {}}
     for key, value in given.items():

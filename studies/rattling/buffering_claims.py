@@ -278,7 +278,7 @@ def _over_clearance(result: StudyResult) -> Figure:
     for ax, family in zip(axes[0], FAMILIES, strict=True):
         ax.set_title(SHORT[family], fontsize=8)
     for ax in axes[-1]:
-        ax.set(xscale="log", xlabel="clearance c [mm]")
+        ax.set(xscale="log")
         ticks = [1e3 * gap for gap in p.clearance]
         ax.set_xticks(ticks, [f"{tick:g}".removeprefix("0") for tick in ticks])
         ax.set_xticks([], minor=True)
@@ -289,6 +289,7 @@ def _over_clearance(result: StudyResult) -> Figure:
         ticks = [tick for tick in steps if low <= tick <= high]
         ax.set_yticks(ticks, [f"{tick:g}" for tick in ticks])
         ax.set_yticks([], minor=True)
+    fig.supxlabel("clearance c [mm]", fontsize=9)
     _legend(fig)
     return fig
 

@@ -25,7 +25,7 @@ from buckler.mbs import Beam, Cable, Controlled, Exudyn, GuideFriction, Mechanis
 from buckler.mbs.accuracy.precision import Point, fastest, time_for, verdict
 from buckler.mbs.laws import CarvalhoMartins
 from buckler.mbs.library import PAPER
-from buckler.mbs.record.result import Status
+from buckler.mbs.record.status import Status
 from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import integer, quantities, quantity, specs
 from buckler.studies.kit.precision import (

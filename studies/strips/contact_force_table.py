@@ -25,7 +25,7 @@ from buckler.elastica import law, pinned
 from buckler.elastica.rod import Rod
 from buckler.mbs import Beam, Section
 from buckler.mbs.library import PAPER
-from buckler.mbs.record.result import Status
+from buckler.mbs.record.status import Status
 from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import StudyParameters, integer, quantities, quantity
 from buckler.studies.kit.published import CONTACT_FORCES, STRIP_WIDTH

@@ -92,7 +92,7 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
         "silent": Metric(float(len(silent)), "1"),
     }
     for name, group in groups.items():
-        key = name.replace(" ", "_")
+        key = name.replace(" ", "_").replace("clearance", "play")  # metrics keep their first names
         metrics[f"{key}.within"] = Metric(_within(group), "1")
         metrics[f"{key}.worst_ratio"] = Metric(max(o.ratio for o in group), "1")
     wrong = [f"{o.scene}: {o.error:.1e} where {o.asked:g} was asked, not told" for o in silent]

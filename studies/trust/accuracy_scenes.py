@@ -239,8 +239,8 @@ SCENES: dict[str, Callable[[Draw, float], DrawnCase]] = {
     "rigid": rigid,
     "buckling": buckling,
     "strut": strut,
-    "rigid play": rigid_play,
-    "modal play": modal_play,
-    "beam play": beam_play,
+    "rigid clearance": rigid_play,
+    "modal clearance": modal_play,
+    "beam clearance": beam_play,
 }
 """How the case of each scene is drawn."""

@@ -113,13 +113,13 @@ class Play:
     def case(self, name: str, solver: Exudyn = DEFAULT) -> Case:
         """Make a case of rigid bars, against the compiled reference."""
         run = simulated(self.mechanism, self.duration, solver, self.read)
-        return Case("four-bar with play", name, run, self.reference, {"journal": self.gap})
+        return Case("four-bar with clearance", name, run, self.reference, {"journal": self.gap})
 
     def flexible(self, name: str, fine: Callable[[], Any], solver: Exudyn = DEFAULT) -> Case:
         """Make a case of a flexible rocker, against the engine with a finer rocker and steps a hundred times more exact."""
         run = simulated(self.mechanism, self.duration, solver, self.read)
         reference = finer(replace(self, rocker=fine).mechanism, self.duration, 1e-5, self.read)
-        return Case("four-bar with play, flexible rocker", name, run, reference, {"journal": self.gap})
+        return Case("four-bar with clearance, flexible rocker", name, run, reference, {"journal": self.gap})
 
 
 def plays() -> Iterator[Case]:
@@ -128,7 +128,7 @@ def plays() -> Iterator[Case]:
         for joints in ("B", "BC", "ABC", "OABC"):
             yield Play(with_play=joints, law=law).case(f"{joints}, {name}")
         for gap in (1e-6, 1e-5, 5e-5, 1e-3, 2e-3):
-            yield Play(gap, law).case(f"play {1e3 * gap:g} mm, {name}")
+            yield Play(gap, law).case(f"clearance {1e3 * gap:g} mm, {name}")
         for rpm in (30, 3000):
             yield Play(law=law, speed=rpm * pi / 30, share=min(1.0, rpm / 120)).case(f"{rpm} r/min, {name}")
     for stiffness in (1e-4, 1e-2, 0.1, 10.0, 100.0):

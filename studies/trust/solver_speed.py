@@ -26,7 +26,7 @@ import numpy as np
 from buckler.mbs import Beam, Cable, Controlled, Mechanism, Section, simulate, slider_crank
 from buckler.mbs.laws import KelvinVoigt
 from buckler.mbs.library import PAPER
-from buckler.mbs.record.result import cubic
+from buckler.mbs.record.lookup import cubic
 from buckler.mbs.spectral.solver import Spectral
 from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import StudyParameters, choices, integer, quantity

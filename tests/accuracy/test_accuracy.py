@@ -13,7 +13,7 @@ from buckler.mbs.accuracy.difference import difference, differences
 from buckler.mbs.accuracy.extrapolation import _in_time
 from buckler.mbs.accuracy.plan import Plan, fitted
 from buckler.mbs.laws import KelvinVoigt
-from buckler.mbs.record.result import cubic
+from buckler.mbs.record.lookup import cubic
 from buckler.studies.trust.accuracy_scenes import SCENES
 
 TIME = np.linspace(0.0, 2.0, 2001)
@@ -127,9 +127,9 @@ def test_elements_are_chosen_only_where_none_are_named():
 
 
 @pytest.mark.parametrize("asked", [1e-2, 1e-3])
-@pytest.mark.parametrize("scene", ["smooth", "ramp", "rigid", "strut", "rigid play"])
+@pytest.mark.parametrize("scene", ["smooth", "ramp", "rigid", "strut", "rigid clearance"])
 def test_delivered_is_as_asked(scene, asked):
-    """Against a spectral strip, loop closure, an equation of motion, and compiled equations with play."""
+    """Against a spectral strip, loop closure, an equation of motion, and compiled equations with clearance."""
     case = SCENES[scene](np.random.default_rng(5), asked)
     result = simulate(case.mechanism, case.duration, asked)
     assert result.status is Status.OK, result.message
@@ -138,7 +138,7 @@ def test_delivered_is_as_asked(scene, asked):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("scene", ["buckling", "modal play", "beam play"])
+@pytest.mark.parametrize("scene", ["buckling", "modal clearance", "beam clearance"])
 def test_delivered_is_as_asked_of_dear_scenes(scene):
     case = SCENES[scene](np.random.default_rng(5), 1e-3)
     result = simulate(case.mechanism, case.duration, 1e-3)

@@ -20,7 +20,8 @@ from buckler.mbs.engine.solve import once
 from buckler.mbs.files.verdicts import QUESTIONS
 from buckler.mbs.laws import Hertz, Stiction
 from buckler.mbs.record.energy import ledger
-from buckler.mbs.record.result import Result, Status
+from buckler.mbs.record.result import Result
+from buckler.mbs.record.status import Status
 
 CHECK = {check.name: check for check in CHECKS}
 NEAR = {}

@@ -5,6 +5,7 @@ import subprocess
 import sys
 import tomllib
 from pathlib import Path
+from pkgutil import resolve_name
 
 import pytest
 
@@ -44,6 +45,25 @@ def test_blocks_run_and_end_well(page, tmp_path, monkeypatch):
     if "simulate" in left:  # the last run of the page
         assert left["result"].ok, left["result"].message
         assert left["result"].energy_balance < 1e-2
+
+
+TREE = re.compile(r"\b(?:mbs|studies|elastica|tests)/[\w/.-]+\.py\b")
+DOTTED = re.compile(r"\bbuckler((?:\.[A-Za-z_]\w*)+)")
+TO_COME = "euler_load"
+"""The study that its reader writes."""
+
+
+@pytest.mark.parametrize("page", [*ALL_PAGES, "CONTRIBUTING.md"])
+def test_files_and_names_in_a_page_are_there(page):
+    text = (ROOT / page).read_text(encoding="utf-8")
+    assert [path for path in set(TREE.findall(text)) if not (ROOT / path).exists() and TO_COME not in path] == []
+    dead = []
+    for name in {m for m in DOTTED.findall(text) if m.split(".")[1] in ("mbs", "studies", "elastica") and TO_COME not in m}:
+        try:
+            resolve_name(f"buckler{name}")
+        except (ImportError, AttributeError):
+            dead.append(name)
+    assert dead == []
 
 
 def test_readme_gives_the_force_it_promises(tmp_path, monkeypatch, capsys):

@@ -1,4 +1,4 @@
-"""Joints with play against statics, momentum, virtual work, exact restitution, the other integrator, ideal joints."""
+"""Joints with clearance against statics, momentum, virtual work, exact restitution, the other integrator, ideal joints."""
 
 import re
 import sys

@@ -1,4 +1,4 @@
-"""The kernel of a joint with play: balance, virtual work, geometry, and its compiled form against plain Python."""
+"""The kernel of a joint with clearance: balance, virtual work, geometry, and its compiled form against plain Python."""
 
 import sys
 

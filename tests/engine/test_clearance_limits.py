@@ -1,4 +1,4 @@
-"""Joints with play against momentum, friction and closed-form kinematics, and their limit of no play."""
+"""Joints with clearance against momentum, friction and closed-form kinematics, and their limit of no clearance."""
 
 from math import hypot, pi, sqrt
 
@@ -198,7 +198,7 @@ def test_dead_centre_at_the_start_is_named():
 
 
 def test_crank_that_cannot_turn_stops_by_name():
-    """With ideal joints it locks at the angle of the dead centre; with play pins are torn out of their bushes."""
+    """With ideal joints it locks at the angle of the dead centre; with clearance pins are torn out of their bushes."""
     c = NO_GRASHOF
     near = abs(c.coupler - c.rocker)
     dead = 2 * pi - np.arccos((c.crank**2 + c.frame**2 - near**2) / (2 * c.crank * c.frame))

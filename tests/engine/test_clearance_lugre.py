@@ -1,4 +1,4 @@
-"""LuGre friction in a joint with play against its closed forms: sliding, presliding, and what a rejected step leaves behind."""
+"""LuGre friction in a joint with clearance against its closed forms: sliding, presliding, what a rejected step leaves."""
 
 from math import exp, pi
 

@@ -1,4 +1,4 @@
-"""Joints with play in the engine against the compiled reference, which shares with it the contact laws and nothing else."""
+"""Joints with clearance in the engine against the compiled reference, which shares with it the contact laws and nothing else."""
 
 from dataclasses import replace
 from itertools import pairwise

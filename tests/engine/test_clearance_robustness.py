@@ -1,4 +1,4 @@
-"""Hard cases of joints with play: each run ends, is in balance, and agrees with the reference, or says by name what is wrong.
+"""Hard cases of joints with clearance: each ends, is in balance, and agrees with the reference, or says by name what is wrong.
 
 A quarter of a turn, from small to large in everything that may vary. What a run calls OK is held against the reference: the
 motion of the first tenth (5 ms at 300 r/min) and the forces of the impacts in it. Later a rattling motion is one draw of

@@ -485,7 +485,7 @@ def test_the_explicit_integrator_takes_every_load(driven):
 
 
 def test_torque_of_a_drive_bears_the_loads_of_its_link():
-    """A flywheel driven in a scene with play: a torque on it is one the drive need not give."""
+    """A flywheel driven in a scene with clearance: a torque on it is one the drive need not give."""
     plain, loaded = (
         fine(simulate(loose(*loads, drives=[Drive("crank", 20.0)]), 0.005)) for loads in ((), (Torque("crank", 2.5),))
     )

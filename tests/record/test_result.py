@@ -10,7 +10,7 @@ import pytest
 
 from buckler.mbs import Beam, Cable, Result, Section, Status, simulate, slider_crank
 from buckler.mbs.laws import ExactRestitution
-from buckler.mbs.record.result import Shape
+from buckler.mbs.record.stored import Shape
 
 STRIP = Section(width=0.030, thickness=0.0003).damped(0.02, 0.31)
 

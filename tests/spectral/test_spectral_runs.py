@@ -76,7 +76,8 @@ def test_a_stop_gives_back_what_its_law_says(method: str, bound: float) -> None:
 
 def test_error_known_is_error_delivered() -> None:
     from buckler.mbs.accuracy.difference import difference
-    from buckler.mbs.record.result import Result, Status
+    from buckler.mbs.record.result import Result
+    from buckler.mbs.record.status import Status
 
     mechanism = slider_crank(Beam(Section(0.03, 0.002)), law=None, mass=0.3, speed=60.0)
     found = known(mechanism, 0.05, 1e-2)

@@ -39,7 +39,7 @@ from buckler.mbs.engine.settings import Controlled, Equal, Exudyn
 from buckler.mbs.laws import AdamsFriction, Coulomb, Impact, KelvinVoigt, LuGre
 from buckler.mbs.library import crank_rocker, slider_crank
 from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.record.result import cubic
+from buckler.mbs.record.lookup import cubic
 from buckler.mbs.spectral.solver import Spectral
 
 BAR = Section(0.02, 0.005)

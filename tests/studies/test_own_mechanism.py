@@ -384,3 +384,10 @@ def test_verify_tells_the_other_solvers_difference(pendulum, capsys):
     found = metrics(pendulum / "runs" / "pendulum")["metrics"]["difference from the other solver"]["value"]
     assert 0 < found < 1e-2
     assert "difference from the other solver" in capsys.readouterr().out
+
+
+def test_a_file_named_without_its_ending_is_hinted_at(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(argv=["new", "pendulum"]) == 0
+    assert main(argv=["run", "pendulum"]) == 2
+    assert "unknown study 'pendulum'; did you mean pendulum.toml?" in capsys.readouterr().err

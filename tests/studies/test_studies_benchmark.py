@@ -9,7 +9,7 @@ from buckler.studies.trust.benchmark import Parameters, TimedJob, run
 
 @pytest.fixture(scope="module")
 def short():
-    return run(Parameters(jobs=("static", "rigid play"), repeats=1))
+    return run(Parameters(jobs=("static", "rigid clearance"), repeats=1))
 
 
 def test_ours_and_baseline_are_right(short):
@@ -21,7 +21,7 @@ def test_ours_and_baseline_are_right(short):
 
 def test_it_is_drawn(short):
     axes = benchmark.figure(short).axes
-    assert [ax.get_title() for ax in axes] == ["static", "rigid play"]
+    assert [ax.get_title() for ax in axes] == ["static", "rigid clearance"]
     assert len({ax.get_ylabel() for ax in axes}) == 2  # each its own kind of error
 
 

@@ -1,4 +1,4 @@
-"""The studies of joints with play: against closed forms, against dynamics by hand, and what they promise in words."""
+"""The studies of joints with clearance: against closed forms, against dynamics by hand, and what they promise in words."""
 
 import re
 from math import pi
@@ -101,7 +101,7 @@ def test_ideal_mechanism_is_that_of_loop_closure_and_newton():
     assert "orbits" not in crank_rocker.figure(result)
 
 
-# --- crank-rocker, with play ------------------------------------------------------------------------------------------
+# --- crank-rocker, with clearance -------------------------------------------------------------------------------------
 
 
 def test_default_variants_and_all_their_numbers(short):

@@ -1,4 +1,4 @@
-"""Error against run time with play: engine, reference, scipy and Python agree, and a wrong one is found."""
+"""Error against run time with clearance: engine, reference, scipy and Python agree, and a wrong one is found."""
 
 from dataclasses import replace
 from types import SimpleNamespace

@@ -136,7 +136,7 @@ def test_wrong_input_is_one_line_and_exit_2(dummy, capsys, words, message):
     ("argv", "message"),
     [
         (["run", "slider-krank"], "unknown study 'slider-krank'; did you mean slider-crank?"),
-        (["run", "zzz"], "unknown study 'zzz'; see `python -m studies list`"),
+        (["run", "zzz"], "unknown study 'zzz'; `buckler list` names them"),
         (["run"], "the following arguments are required: NAME"),
         ([], "the following arguments are required: COMMAND"),
     ],

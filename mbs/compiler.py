@@ -1,0 +1,17 @@
+"""Whether there is a compiler."""
+
+from __future__ import annotations
+
+import os
+from functools import cache
+from importlib.util import find_spec
+
+
+@cache
+def compiler() -> bool:
+    """Whether Numba is installed, and is not switched off by its variable NUMBA_DISABLE_JIT.
+
+    Without it the equations run as plain Python: the same numbers, some hundred times slower. A small task such as one
+    equilibrium is then done before Numba would have been loaded.
+    """
+    return os.environ.get("NUMBA_DISABLE_JIT", "0") in ("", "0") and find_spec("numba") is not None

@@ -1,0 +1,104 @@
+"""A result in one .npz file, readable without this package: arrays by name, and all else as JSON in `head`."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import nan
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from buckler.mbs.record.errors import Errors
+from buckler.mbs.record.status import Status
+from buckler.mbs.upper import upper
+
+Array = np.ndarray[Any, Any]
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A flexible link at chosen times.
+
+    Attributes
+    ----------
+    times : array, shape (times,)
+        s.
+    points : array, shape (times, stations, 2)
+        Positions along the link, m.
+    thickness : float
+        In the plane, m.
+    """
+
+    times: Array
+    points: Array
+    thickness: float
+
+
+def write(result: Any, path: str | Path) -> Path:
+    """Write a `Result`; the file's ending is .npz."""
+    path = Path(path)
+    path = path if path.suffix == ".npz" else path.with_name(path.name + ".npz")
+    head = {name: getattr(result, name) for name in ("status", "message", "units", "work", "provenance", "asked", "verified")}
+    head |= {"error": result.error.plain(), "thickness": {name: shape.thickness for name, shape in result.shapes.items()}}
+    arrays: dict[str, Array] = {"time": result.time, "head": np.array(json.dumps(head, default=str))}
+    arrays |= {f"signal/{k}": v for k, v in result.signals.items()} | {f"energy/{k}": v for k, v in result.energy.items()}
+    for name, shape in result.shapes.items():
+        arrays |= {f"shape/{name}/times": shape.times, f"shape/{name}/points": shape.points}
+    if result.film is not None:
+        arrays |= {f"movie/{k}": v for k, v in result.film.movie().arrays().items()}
+    path.parent.mkdir(parents=True, exist_ok=True)
+    np.savez_compressed(path, **arrays)  # type: ignore[arg-type]
+    return path
+
+
+def read(path: str | Path) -> dict[str, Any]:
+    """The fields of the `Result` that a file holds.
+
+    Raises
+    ------
+    ValueError
+        If the file is none.
+    """
+    data = np.load(Path(path), allow_pickle=False)
+    if not isinstance(data, np.lib.npyio.NpzFile):
+        raise ValueError(f"{path}: not a saved result (a single array)")
+    with data:
+        head = json.loads(str(data["head"])) if "head" in data.files else {}
+        if not {"status", "message", "units", "work", "thickness", "provenance"} <= set(head):
+            raise ValueError(f"{path}: not a saved result (no 'head' of one)")
+        arrays = {name: data[name] for name in data.files if name != "head"}
+    shapes = {
+        name: Shape(arrays[f"shape/{name}/times"], arrays[f"shape/{name}/points"], thickness)
+        for name, thickness in head["thickness"].items()
+    }
+    return {name: head[name] for name in ("message", "units", "work", "provenance")} | {
+        "status": Status(head["status"]),
+        "time": arrays["time"],
+        "signals": _group(arrays, "signal/"),
+        "energy": _group(arrays, "energy/"),
+        "shapes": shapes,
+        "asked": head.get("asked", nan),
+        "error": _errors(head),
+        "film": _film(_group(arrays, "movie/")),
+        "verified": head.get("verified", nan),
+    }
+
+
+def _errors(head: Mapping[str, Any]) -> Errors:
+    """The errors a file holds: those of an older version are the motion's."""
+    found = head.get("error", nan)
+    return Errors.of(found) if isinstance(found, dict) else Errors(float(found), {}, head.get("error_kind", ""))
+
+
+def _film(arrays: Mapping[str, Array]) -> Any:
+    """The film a file holds, if it does."""
+    if not arrays:
+        return None
+    return upper("files.movie", "Film")(None, upper("files.movie", "Movie").of(arrays))
+
+
+def _group(arrays: Mapping[str, Array], prefix: str) -> dict[str, Array]:
+    return {name.removeprefix(prefix): value for name, value in arrays.items() if name.startswith(prefix)}
