@@ -62,9 +62,9 @@ def tests_for(known: dict[str, dict[str, object]], file: str, owner: str, names:
     found = [test for test, row in known.items() if wanted & set(row["calls"])]  # type: ignore[call-overload]
     if not found:
         found = [test for test, row in known.items() if any(c.startswith(f"{file} ") for c in row["calls"])]  # type: ignore[attr-defined]
-    if not found:
-        return mirrored(file)
     room = f"tests/{Path(file).parent.name}/"
+    if not any(test.startswith(room) for test in known):
+        return mirrored(file)
     found.sort(key=lambda test: (float(known[test]["time"]) > 2.0, not test.startswith(room), known[test]["time"]))  # type: ignore[arg-type]
     chosen, total = [], 0.0
     for test in found:

@@ -9,13 +9,13 @@ from __future__ import annotations
 ELEMENTS, ENGINE, SPECTRAL = "mbs/elements", "mbs/engine", "mbs/spectral"
 
 MIRRORS = {
-    "rigid": "simulate_rigid", "strip": "simulate_strips inner_points", "modal": "modal_body",
+    "rigid": "spinning_start simulate_rigid loads", "strip": "spinning_start simulate_strips inner_points", "modal": "modal_body",
     "strut": "simulate_strips simulate_contact", "revolute": "joints", "weld": "joints", "slider": "joints",
     "clearance": "clearance_kernel clearance_limits clearance", "guide": "guide_friction simulate_rigid",
     "stop": "free_stops simulate_contact", "force": "loads", "torque": "loads", "motor": "loads", "spring": "loads",
     "torsion_spring": "loads", "mass": "loads", "drive": "simulate_rigid loads clearance",
 }  # fmt: skip
-"""Tests of `tests/engine` for a file of `mbs/engine`, where it is not known which of them call it."""
+"""Tests of `tests/engine` for a file of `mbs/engine`, where those of that folder were not among the callers."""
 
 PLAIN = (
     # what elements say of a run: pushes, signals, energies
