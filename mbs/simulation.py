@@ -77,7 +77,7 @@ def simulate(
     verify : bool
         Also run the other solver, `Spectral` for `Exudyn` and the other way, and put the difference into the result's
         `verified`. One beyond the sum of both estimates, or without an accuracy beyond 5 %, is SUSPECT, SOLVERS in the message.
-        With clearance the first 10 ms are compared.
+        With clearance the first 10 ms are compared, or 18 degrees of the drive.
     ledger : bool
         Also keep the energy ledger, and mark a run whose balance fails as SUSPECT.
     shapes : sequence of float
@@ -129,8 +129,8 @@ def simulate(
         if accuracy is None and solver is not None:
             return checked(run(mechanism, duration, solver))
         if accuracy is None:
-            found, usual = refine(mechanism, duration, run, partial(run, told=None))
-            return checked(found.run, lambda result: refined(result, found, usual, perf_counter() - start))
+            found = refine(mechanism, duration, run, partial(run, told=None))
+            return checked(found.delivery.run, lambda result: refined(result, found, perf_counter() - start))
         task = Task(mechanism, duration, accuracy, aim)
         delivery = deliver(task, run)
         return checked(delivery.run, lambda result: judged(result, delivery, task, perf_counter() - start))

@@ -12,6 +12,7 @@ import numpy as np
 
 from buckler.mbs.accuracy.aim import MOTION
 from buckler.mbs.accuracy.band import banded, told
+from buckler.mbs.accuracy.predictable import cut, predictable
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.errors import Errors
 from buckler.mbs.record.result import Result, Status
@@ -123,7 +124,8 @@ class Delivering:
 
 
 def comparable(run: Run) -> Result:
-    """Signals of a run, to be compared; forces that ring as means."""
+    """Signals of a run, to be compared: forces that ring as means, with clearance for as long as the motion can be predicted."""
     signals, units = run.signals
     means = banded(run.record.mechanism, run.record.time, signals, units)
-    return Result(Status.OK, "", run.record.time, signals | means, units, run.work)
+    whole = Result(Status.OK, "", run.record.time, signals | means, units, run.work)
+    return cut(whole, predictable(run.record.mechanism, float(run.record.time[-1]))) if len(whole.time) > 1 else whole

@@ -23,7 +23,8 @@ from numba.core.errors import NumbaError
 from buckler.mbs.accuracy.aim import MOTION
 from buckler.mbs.accuracy.by_signal import by_energy, by_signal
 from buckler.mbs.accuracy.delivery import Delivering, Delivery, Task, comparable
-from buckler.mbs.accuracy.difference import PREDICTABLE, difference
+from buckler.mbs.accuracy.difference import difference
+from buckler.mbs.accuracy.predictable import predictable
 from buckler.mbs.accuracy.tolerance import left_with_play
 from buckler.mbs.elements.clearance import clearances
 from buckler.mbs.engine.settings import Controlled
@@ -124,7 +125,7 @@ class _Series(Delivering):
         super().__init__(task, run)
         self.solver = solver
         self.play = bool(clearances(task.mechanism))
-        self.span = min(task.duration, PREDICTABLE) if self.play else task.duration
+        self.span = predictable(task.mechanism, task.duration)
 
     def settings(self, k: int) -> Spectral:
         """Of the k-th run."""

@@ -7,10 +7,25 @@ import pytest
 from simulations import LENGTH, STRIP, block, pendulum, pressed, rates
 
 from buckler.elastica import law
-from buckler.mbs import Beam, Cable, Exudyn, Ramp, Result, Rigid, Section, Status, Strut, simulate, slider_crank
+from buckler.mbs import (
+    Beam,
+    Cable,
+    Clearance,
+    Exudyn,
+    Ramp,
+    Result,
+    Rigid,
+    Section,
+    Status,
+    Strut,
+    crank_rocker,
+    simulate,
+    slider_crank,
+)
 from buckler.mbs.accuracy.difference import difference, differences
 from buckler.mbs.accuracy.plan import Plan, fitted
-from buckler.mbs.laws import KelvinVoigt
+from buckler.mbs.accuracy.predictable import cut, predictable
+from buckler.mbs.laws import Hertz, KelvinVoigt
 from buckler.mbs.record.result import cubic
 from buckler.studies.trust.accuracy_scenes import SCENES
 
@@ -49,12 +64,22 @@ def test_impulse_is_measured_not_force():
     assert off == pytest.approx(0.25 * np.sqrt(0.03 + 2 * 0.01 / 3), rel=0.03)
 
 
-def test_play_is_measured_over_the_clearance_and_the_first_ten_milliseconds():
+def test_play_is_measured_over_the_clearance_for_as_long_as_it_can_be_predicted():
     c = 1e-4
     journal = {"P__journal_x": 0 * TIME + c, "P__journal_y": 0 * TIME, "P__penetration": 0 * TIME}
     off = 0.02 * c * (1 + 1e3 * (TIME > 0.0105))
     moved = made(**journal | {"P__journal_y": off})
-    assert difference(moved, made(**journal)) == pytest.approx(0.02, rel=1e-6)
+    assert difference(moved, made(**journal)) > 1.0
+    assert difference(cut(moved, 0.01), cut(made(**journal), 0.01)) == pytest.approx(0.02, rel=1e-6)
+
+
+@pytest.mark.parametrize(("speed", "span"), [(100.0, 0.01), (1.0, 0.1 * pi), (0.01, 5.0), (0.0, 0.01)])
+def test_rattling_is_predicted_for_ten_milliseconds_or_eighteen_degrees(speed, span):
+    def play(*at):
+        return Clearance(*at, 5e-3, 1e-4, Hertz(1e9))
+
+    assert predictable(crank_rocker(Rigid(Section(0.005, 0.02)), speed=speed, play=play), 5.0) == pytest.approx(span)
+    assert predictable(crank_rocker(Rigid(Section(0.005, 0.02)), speed=speed), 5.0) == 5.0
 
 
 def test_a_run_that_ended_early_is_infinitely_off():
