@@ -58,7 +58,8 @@ class Usual:
         push = mechanism_mass(mechanism) * size / float(result.time[-1] - result.time[0]) ** 2
         least = {"N": push, "N m": push * size}
         largest = {unit: max([least[unit], *(sizes[n] for n, u in result.units.items() if u == unit)]) for unit in FORCES}
-        allowed, seen = {}, Signals(result)
+        allowed: dict[str, float] = {}
+        seen = Signals(result)
         for name, unit in result.units.items():
             owner, _, kind = name.rpartition(".")
             if owner in mechanism.points and kind in ("x", "y"):

@@ -9,12 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import chain
+from typing import Any
 
 import numpy as np
 
 from buckler.mbs.checks.check import Check
 from buckler.mbs.checks.unbuckled import GROWTH, grown, recent_mean
-from buckler.mbs.elements.element import Array, place
+from buckler.mbs.elements.element import Array, Joint, place
 from buckler.mbs.elements.modal import MeshFile
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.result import Result
@@ -51,7 +52,8 @@ def _beyond(run: Run, result: Result) -> Iterator[str]:
 
 def _compression(run: Run, result: Result, name: str) -> Array:
     """Of a link, N, by the joints at one of its ends; zero where something else acts at both, or its size is that of a file."""
-    link, motion = run.record.mechanism.link(name), run.record.links[name]
+    link: Any = run.record.mechanism.link(name)
+    motion = run.record.links[name]
     ends = [motion.point(point)[0] for point in (link.start, link.end)]
     along = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0], axis=1)[:, None]
     for point, sign in ((link.start, 1.0), (link.end, -1.0)):
@@ -66,10 +68,9 @@ def _by_joints(mechanism: Mechanism, result: Result, name: str, point: str) -> A
     others = chain(mechanism.guides, mechanism.stops, mechanism.loads, mechanism.masses)
     if point in {place(getattr(each, field, "")).point for each in others for field in ("point", "a", "b")}:
         return None
-    joints = {key: joint for key, joint in mechanism.elements().items() if joint in mechanism.joints}
     parts = []
-    for key, joint in joints.items():
-        if joint.point == point and name in (joint.first, joint.second):
+    for key, joint in mechanism.elements().items():
+        if isinstance(joint, Joint) and joint.point == point and name in (joint.first, joint.second):
             if f"{key}.fx" not in result.signals:
                 return None
             force = np.column_stack([result.signals[f"{key}.f{axis}"] for axis in "xy"])

@@ -144,11 +144,9 @@ def judge(case: Case, timeout: float) -> Finding:
     right = case.reference() if case.reference else None
     if right is None and case.reference:
         return found(OPEN if fine else SUSPECT, said=said, price=price)
-    off, worst = (
-        compare(outcome.measures, right, case.scales, outcome.told)
-        if right is not None
-        else (np.inf, "no run of it can be right")
-    )
+    off, worst = np.inf, "no run of it can be right"
+    if right is not None:
+        off, worst = compare(outcome.measures, right, case.scales, outcome.told)
     good = WITHIN if fine else FALSE_ALARM
     return found(good if off <= 1 else WRONG if fine else SUSPECT, off, worst, said, price)
 

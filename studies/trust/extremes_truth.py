@@ -101,10 +101,8 @@ def _told(result: Result) -> dict[str, float]:
     found: dict[str, float] = {}
     for signal, error in result.error.items():
         name, _, part = signal.rpartition(".")
-        name = name.removesuffix(".fx").removesuffix(".fy")
-        measure = {"peak": f"force, peak of {name}", "rms": f"force, rms of {name}", "impulse": f"impulse of {name}"}.get(
-            part, ""
-        )
+        what = {"peak": "force, peak of", "rms": "force, rms of", "impulse": "impulse of"}.get(part, part)
+        measure = f"{what} {name.removesuffix('.fx').removesuffix('.fy')}"
         found[measure] = max(found.get(measure, 0.0), error)
     return found
 
