@@ -129,3 +129,9 @@ def comparable(run: Run) -> Result:
     means = banded(run.record.mechanism, run.record.time, signals, units)
     whole = Result(Status.OK, "", run.record.time, signals | means, units, run.work)
     return cut(whole, predictable(run.record.mechanism, float(run.record.time[-1]))) if len(whole.time) > 1 else whole
+
+
+def improved(delivery: Delivery) -> Result:
+    """Signals of what was delivered, to be compared, with those that extrapolation improved."""
+    result = comparable(delivery.run)
+    return replace(result, signals=result.signals | dict(delivery.signals))
