@@ -62,7 +62,10 @@ def by_signal(a: Result, b: Result) -> dict[str, float]:
 
 
 def by_energy(a: Run, b: Run) -> dict[str, float]:
-    """Differences of the energies of run a from those of run b, over the energy put through, by `energy.` and their names."""
+    """Differences of the energies of run a from those of run b, L2 norms over time, over the energy put through.
+
+    Their names are `energy.kinetic` and so on. An impact that comes a step later is as good; what it leaves of the energy counts.
+    """
     mine, other = ledger(a.record), ledger(b.record)
     through = max(float(other["throughput"][-1]), np.finfo(float).tiny)
     kinds = [name for name in other if name in mine and name not in ("error", "throughput")]
@@ -75,8 +78,7 @@ def by_energy(a: Run, b: Run) -> dict[str, float]:
         found: Array = scipy.interpolate.PchipInterpolator(a.record.time, mine[name])(times)
         return found
 
-    off = {name: np.abs(there(name) - other[name]).max() for name in kinds}
-    return {f"energy.{name}": float(value) / through for name, value in off.items()}
+    return {f"energy.{name}": _norm(times, there(name) - other[name]) / through for name in kinds}
 
 
 class Signals:

@@ -44,7 +44,7 @@ COARSEST_DEGREE, HIGHEST_DEGREE = 4, 24
 EXPLICIT, STRICTER, MOST_EXPLICIT = 1e-2, 30.0, 6
 """Explicit series: first tolerance, over the accuracy; ratio of neighbours; most runs."""
 BESIDE = 1e-7
-"""Tolerance of one run beside another solver's, explicit or with stops."""
+"""Tolerance of one run beside another solver's, explicit, or where something strikes, snaps or sticks."""
 SECOND_ORDER, SHARE = 2.5, 0.5
 """Ratio of the differences of three runs from which this share of the last one is told as the error."""
 GIVEN_UP = (Status.TIMED_OUT, Status.TOO_MANY_STEPS, Status.FUNCTION_FAILED)
@@ -93,7 +93,9 @@ def beside(mechanism: Any, duration: float) -> Spectral:
     """Settings of one run that stands beside another solver's."""
     if _nothing_stiff(mechanism, Spectral()):
         return Spectral(Controlled(tolerance=BESIDE, max_step=duration / 200), method="explicit")
-    return Spectral(Controlled(tolerance=BESIDE)) if mechanism.stops else Spectral()
+    struts = any(link.body.massless for link in mechanism.links)
+    snaps = struts or mechanism.stops or any(guide.friction for guide in mechanism.guides)  # forces have spikes
+    return Spectral(Controlled(tolerance=BESIDE)) if snaps else Spectral()
 
 
 def takes(mechanism: Any) -> bool:

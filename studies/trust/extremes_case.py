@@ -179,10 +179,10 @@ def compare(
 def simulated(
     mechanism: Callable[[], Mechanism], duration: float, solver: Exudyn, read: Callable[[Result], Measures]
 ) -> Callable[[float], CaseOutcome]:
-    """Make the run of a case: build the mechanism, simulate it, read its measures."""
+    """Make the run of a case: build the mechanism, simulate it, read its measures. The default solver refines itself."""
 
     def run(timeout: float) -> CaseOutcome:
-        result = simulate(mechanism(), duration, solver=solver, timeout=timeout)
+        result = simulate(mechanism(), duration, solver=None if solver is DEFAULT else solver, timeout=timeout)
         ended = result.status in (Status.OK, Status.SUSPECT)
         return CaseOutcome(str(result.status), result.message, read(result) if ended else {})
 

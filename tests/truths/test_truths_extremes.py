@@ -21,11 +21,10 @@ def verdict(case):
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(strict=True, reason="two of the five are reported fine though a journal is 0.1 to 0.3 clearances off")
 def test_a_slow_crank_with_clearance_in_all_joints():
-    """Near 1 rad/s for 0.31 s: the journals of one speed or another are 0.3 clearances off, which of them is chance.
+    """Near 1 rad/s for 0.31 s, 18 degrees: by default tolerances two of the five journals are 0.1 to 0.3 clearances off.
 
-    Three methods agree on where they are.
+    Three methods agree on where they are. What is compared over 10 ms alone does not see it.
     """
     found = [verdict(Play(speed=speed).case(f"{speed:g} rad/s")) for speed in (0.9997, 0.9999, 1.0, 1.0001, 1.0003)]
     assert WRONG not in [each[0] for each in found], found
