@@ -38,6 +38,8 @@ class Task:
         What the accuracy is asked of.
     patience : float
         Wall time, s, that a way may take.
+    begun : Run, optional
+        One of the compiled solver that is there already, for a finer one to be compared with.
     """
 
     mechanism: Mechanism
@@ -45,6 +47,7 @@ class Task:
     asked: float
     aim: Any = MOTION
     patience: float = inf
+    begun: Run | None = None
 
 
 @dataclass(frozen=True)

@@ -85,7 +85,14 @@ def refine(mechanism: Mechanism, duration: float, first_run: Runner, run: Runner
     held = Delivery(first, reached, told, {}, own.runs)
     if reached <= ASKED:
         return Refined(held, usual)
-    task = Task(mechanism, duration, ASKED, usual, patience=max(LEAST, TIMES * spent))
+    task = Task(
+        mechanism,
+        duration,
+        ASKED,
+        usual,
+        patience=max(LEAST, TIMES * spent),
+        begun=None if isinstance(other.solver, Exudyn) else other,
+    )
     found = deliver(task, run)
     best = found.after(held)
     missed = best.run.failure is None and not best.reached <= BOUND * ASKED

@@ -22,8 +22,8 @@ FORCE = 0.05
 JOURNAL = 0.1
 """Error allowed of the place of a journal, over the clearance."""
 SMALL = 0.02
-"""Of the largest force of the mechanism, or of one that would move it by its size in the time of the run: smaller ones are
-measured by so much, torques likewise."""
+"""Of the largest force of the mechanism, or of one that would move it by its size, or its clearance, in the time of the run:
+smaller ones are measured by so much, torques likewise."""
 NONE = 1e-6
 """Of the largest force: what is smaller is round-off."""
 OF_FRICTION = ("friction_force", "friction_limit")
@@ -55,7 +55,8 @@ class Usual:
         lengths = {link.name: mechanism.length(link.name) for link in mechanism.links}
         sizes = {name: float(np.abs(values).max(initial=0.0)) for name, values in result.signals.items()}
         size = max(lengths.values())
-        push = mechanism_mass(mechanism) * size / float(result.time[-1] - result.time[0]) ** 2
+        way = min((joint.gap for joint in clearances(mechanism)), default=size)
+        push = mechanism_mass(mechanism) * way / float(result.time[-1] - result.time[0]) ** 2
         least = {"N": push, "N m": push * size}
         largest = {unit: max([least[unit], *(sizes[n] for n, u in result.units.items() if u == unit)]) for unit in FORCES}
         allowed: dict[str, float] = {}

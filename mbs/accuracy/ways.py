@@ -95,7 +95,7 @@ def compiled(task: Task, run: Runner) -> Delivery:
     """Deliver by the compiled solver."""
     from buckler.mbs.spectral.accuracy import known  # loads the compiled solver
 
-    return known(task.mechanism, task.duration, task.asked, run=run, aim=task.aim, patience=task.patience)
+    return known(task.mechanism, task.duration, task.asked, run=run, aim=task.aim, patience=task.patience, begun=task.begun)
 
 
 def compilable(mechanism: Mechanism) -> bool:

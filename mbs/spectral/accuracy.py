@@ -53,7 +53,7 @@ GIVEN_UP = (Status.TIMED_OUT, Status.TOO_MANY_STEPS, Status.FUNCTION_FAILED)
 
 def known(
     mechanism: Any, duration: float, accuracy: float, solver: Spectral | None = None,
-    run: Callable[..., Run] = once, aim: Any = MOTION, patience: float = inf,
+    run: Callable[..., Run] = once, aim: Any = MOTION, patience: float = inf, begun: Run | None = None,
 ) -> Delivery:  # fmt: skip
     """Run a mechanism so that its error is below the accuracy asked for, and known.
 
@@ -72,6 +72,8 @@ def known(
         What the accuracy is asked of.
     patience : float
         Wall time, s, that all runs may take.
+    begun : Run, optional
+        One that is there already: finer ones go on from it.
 
     Returns
     -------
@@ -79,7 +81,7 @@ def known(
         The last run; its error is larger than asked where the series ended first, and not known where runs failed.
     """
     positive("duration", duration, "s"), number("accuracy", accuracy, 1e-7, 0.1, "1")
-    solver, task = solver or Spectral(), Task(mechanism, duration, accuracy, aim, patience)
+    solver, task = solver or Spectral(), Task(mechanism, duration, accuracy, aim, patience, begun)
     if not _nothing_stiff(mechanism, solver):
         return _Implicit(task, run, solver).deliver()
     found = _Explicit(task, run, replace(solver, method="explicit")).deliver()
@@ -135,10 +137,10 @@ class _Series(Delivering):
 
     def deliver(self) -> Delivery:
         asked, aim = self.task.asked, self.task.aim
-        before: Run | None = None
+        before, first = self.begun()
         best: tuple[float, Run, Run, float] | None = None
         last = inf
-        for k in range(self.most):
+        for k in range(first, self.most):
             found = self.run(self.task.mechanism, self.span, self.settings(k))
             if found.failure is not None:
                 before, last = None, inf
@@ -162,6 +164,15 @@ class _Series(Delivering):
         if self.span < self.task.duration:
             fine = self.run(self.task.mechanism, self.task.duration, fine.solver)
         return Delivery(fine, reached if fine.failure is None else nan, told, {}, self.runs)
+
+    def begun(self) -> tuple[Run | None, int]:
+        """The run that is there already, if it is of this series but for its tolerance, and the number of the first finer one."""
+        run, settings = self.task.begun, [self.settings(k) for k in range(self.most)]
+        if run is None or any(link.body.meshed for link in self.task.mechanism.links):
+            return None, 0  # strips are made finer by their degree, too
+        finer = [k for k, each in enumerate(settings) if each.tolerance < run.solver.tolerance / SHORTER]
+        same = finer and run.solver.method in (settings[0].method, "chosen")
+        return (run, finer[0]) if same else (None, 0)
 
     def _errors(self, fine: Run, coarse: Run, share: float) -> Errors:
         """Of the motion and of all signals."""
