@@ -18,7 +18,8 @@ PLACE, STRUCK_PLACE = 1e-3, 5e-3
 """Error allowed of places: its mean square over their range, or the link's length for what bends, and its largest over the
 longest link; and where something strikes, as a rebound that is 5 % wrong errs by so much."""
 FORCE = 0.05
-"""Error allowed of forces, speeds and energies: contact laws are known no better."""
+"""Error allowed of forces and energies: contact laws are known no better. Speeds are not looked at one by one, as those of strips
+ring: the kinetic energy tells of them."""
 JOURNAL = 0.1
 """Error allowed of the place of a journal, over the clearance."""
 SMALL = 0.02
@@ -70,8 +71,6 @@ class Usual:
                 allowed[name] = place * max(1.0, lengths[owner] / max(span, np.finfo(float).tiny))
             elif kind in ("journal_x", "journal_y"):
                 allowed[name] = JOURNAL
-            elif owner in mechanism.points and kind in ("vx", "vy"):
-                allowed[name] = FORCE
             elif unit in FORCES and kind not in OF_FRICTION:
                 allowed[name] = FORCE * max(1.0, SMALL / max(sizes[name] / largest[unit], NONE) if largest[unit] > 0 else 1.0)
         return cls(allowed)
