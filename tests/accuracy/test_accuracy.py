@@ -31,6 +31,7 @@ from buckler.mbs.accuracy.aim import Aim
 from buckler.mbs.accuracy.band import banded
 from buckler.mbs.accuracy.delivery import Delivery, Task
 from buckler.mbs.accuracy.difference import difference, differences
+from buckler.mbs.accuracy.extrapolation import _in_time
 from buckler.mbs.accuracy.plan import Plan, fitted
 from buckler.mbs.accuracy.predictable import cut, predictable
 from buckler.mbs.functions import Table
@@ -90,6 +91,15 @@ def test_rattling_is_predicted_for_ten_milliseconds_or_eighteen_degrees(speed, s
 
     assert predictable(crank_rocker(Rigid(Section(0.005, 0.02)), speed=speed, play=play), 5.0) == pytest.approx(span)
     assert predictable(crank_rocker(Rigid(Section(0.005, 0.02)), speed=speed), 5.0) == 5.0
+
+
+def test_a_point_may_rest_in_one_run_and_move_in_the_other():
+    """Its range straddles what counts as rest, where it counts as soon as it moves in one."""
+    far = point(TIME, 0 * TIME)
+    runs = [made(**far, Q__x=reach * TIME, Q__y=0 * TIME, Q__vx=0 * TIME, Q__vy=0 * TIME) for reach in (2e-3, 4e-4, 2e-3)]
+    assert differences(runs[1], runs[0])["Q.place"] == pytest.approx(differences(runs[0], runs[1])["Q.place"], rel=1e-12)
+    plan = SimpleNamespace(asked=1e-6, smooth=True, kinked=False)
+    assert _in_time(*runs, plan).error > 1e-4 and _in_time(*runs[1:], runs[1], plan).error > 1e-4
 
 
 def test_a_run_that_ended_early_is_infinitely_off():
@@ -214,7 +224,7 @@ def test_accuracy_and_solver_exclude_each_other():
 
 
 @pytest.mark.parametrize("accuracy", [0.0, -1e-3, 1e-7, 0.2, float("nan")])
-def test_accuracies_out_of_range_are_named(accuracy):
+def test_accuracies_out_of_reachare_named(accuracy):
     with pytest.raises(ValueError, match="accuracy = "):
         simulate(pendulum(0.3), 0.1, accuracy)
 
