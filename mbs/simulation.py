@@ -25,6 +25,7 @@ from buckler.mbs.engine.settings import Exudyn
 from buckler.mbs.engine.solve import once
 from buckler.mbs.files.movie import Film
 from buckler.mbs.files.verdicts import IDLE
+from buckler.mbs.interrupts import Interrupted
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.energy import ledger as energy_ledger
 from buckler.mbs.record.result import Result
@@ -80,7 +81,7 @@ def simulate(
     verify : bool
         Also run the other solver, `Spectral` for `Exudyn` and the other way, and put the difference into the result's
         `verified`. One beyond the sum of both estimates, or without an accuracy beyond 5 %, is SUSPECT, SOLVERS in the message.
-        With clearance the first 10 ms are compared.
+        With clearance the first 10 ms are compared, or 18 degrees of the drive.
     ledger : bool
         Also keep the energy ledger, and mark a run whose balance fails as SUSPECT.
     shapes : sequence of float
@@ -99,6 +100,8 @@ def simulate(
     ------
     ValueError
         On wrong input, before any engine call.
+    Interrupted
+        On Ctrl-C: a KeyboardInterrupt whose `result` is what there is by then.
     """
     one_of("mechanism", mechanism, (Mechanism,))
     duration = float(positive("duration", duration, "s"))
@@ -113,27 +116,44 @@ def simulate(
     times = np.array([number(f"shapes[{k}]", t, 0.0, duration, "s") for k, t in enumerate(each)])
     if solver is not None:
         one_of("solver", solver, tuple(SOLVERS))
-    start = perf_counter()
+    start, made = perf_counter(), list[Run]()
 
     def run(mechanism: Mechanism, span: float, solver: Exudyn | Spectral, limit: float = inf, told: Any = progress) -> Run:
         left = min(limit, inf if timeout is None else max(1e-3, timeout - (perf_counter() - start)))
-        return _once(mechanism, span, solver, left if left < inf else None, told)
+        made.append(_once(mechanism, span, solver, left if left < inf else None, told))
+        if made[-1].failure is not None and made[-1].failure[0] is Status.INTERRUPTED:
+            raise KeyboardInterrupt
+        return made[-1]
 
     def checked(made: Run, complete: Callable[[Result], Result] | None = None) -> Result:
         result = _result(made, complete, ledger, times)
         return compare(result, mechanism, duration, made.solver, run) if verify else result
 
-    if accuracy is None and solver is not None:
-        return checked(run(mechanism, duration, solver))
-    if accuracy is None:
-        found, usual = refine(mechanism, duration, run, partial(run, told=None))
-        return checked(found.run, lambda result: refined(result, found, usual, perf_counter() - start))
-    number("accuracy", accuracy, FINEST, COARSEST, "1")
-    if solver is not None:
-        raise ValueError(f"accuracy = {accuracy:g} and solver: give one of them; an accuracy chooses the settings itself")
-    task = Task(mechanism, duration, accuracy, aim)
-    delivery = deliver(task, run)
-    return checked(delivery.run, lambda result: judged(result, delivery, task, perf_counter() - start))
+    def asked() -> Result:
+        if accuracy is None and solver is not None:
+            return checked(run(mechanism, duration, solver))
+        if accuracy is None:
+            found = refine(mechanism, duration, run, partial(run, told=None))
+            return checked(found.delivery.run, lambda result: refined(result, found, perf_counter() - start))
+        task = Task(mechanism, duration, accuracy, aim)
+        delivery = deliver(task, run)
+        return checked(delivery.run, lambda result: judged(result, delivery, task, perf_counter() - start))
+
+    if accuracy is not None:
+        number("accuracy", accuracy, FINEST, COARSEST, "1")
+        if solver is not None:
+            raise ValueError(f"accuracy = {accuracy:g} and solver: give one of them; an accuracy chooses the settings itself")
+    try:
+        return asked()
+    except KeyboardInterrupt as stop:
+        raise (_interrupted(made) if made else stop) from None
+
+
+def _interrupted(made: Sequence[Run]) -> Interrupted:
+    """What Ctrl-C leaves of several runs: the one that got farthest. No check looks at it."""
+    run = max(reversed(made), key=lambda run: float(run.record.time[-1]))
+    said = run.failure[1] if run.failure else f"Ctrl-C after a run to t = {run.record.time[-1]:.6g} s; nothing checked it"
+    return Interrupted(_result(replace(run, failure=(Status.INTERRUPTED, said)), None, False, np.empty(0)))
 
 
 def _once(mechanism: Mechanism, duration: float, solver: Exudyn | Spectral, timeout: float | None, progress: Any) -> Run:

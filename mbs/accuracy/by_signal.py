@@ -1,7 +1,7 @@
 """How far apart two runs of one mechanism are, signal by signal.
 
 - Places, m and rad: the L2 norm over time of the difference over the range of the signal, or of the larger one where two belong
-  to a point.
+  to a point; and the largest difference over the same, as `.peak`.
 - Speeds, accelerations and all else: the same over the largest magnitude of the signal, or of the larger one of its pair.
 - Forces and torques: the largest of three differences, each over that of the signal itself or the larger one of its pair: the
   largest magnitude, the root of the mean square, and the impulse, with its sign or without, over that without. So an impact
@@ -10,7 +10,7 @@
 - Each at least over `SMALL` of the largest signal of its unit: joint forces that cancel, the speed of a bearing. Places at least
   over `SMALL` of the mechanism's size, speeds over that in the time of the run: what moves less rests.
 
-With clearance in joints only the first `PREDICTABLE` seconds are looked at, as in `mbs.accuracy.difference`.
+Runs with clearance in joints are to be cut first, see `mbs.accuracy.predictable`.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 import scipy
 
-from buckler.mbs.accuracy.difference import GRID, PREDICTABLE
+from buckler.mbs.accuracy.difference import GRID
 from buckler.mbs.record.energy import ledger
 from buckler.mbs.record.lookup import SMOOTH, cubic
 from buckler.mbs.record.result import Result
@@ -47,9 +47,10 @@ def by_signal(a: Result, b: Result) -> dict[str, float]:
     Returns
     -------
     dict of str to float
-        By signal, of forces `.peak`, `.rms`, `.impulse` too, and of contacts `.onset`; infinite where a run has no finite value.
+        By signal, of places `.peak` and of forces `.peak`, `.rms`, `.impulse` too, and of contacts `.onset`; infinite where a run
+        has no finite value.
     """
-    mine, other = _Signals(a), _Signals(b)
+    mine, other = Signals(a), Signals(b)
     times = np.union1d(mine.time, other.time)
     times = times[times <= min(mine.time[-1], other.time[-1])]
     if len(times) > GRID:
@@ -62,7 +63,10 @@ def by_signal(a: Result, b: Result) -> dict[str, float]:
 
 
 def by_energy(a: Run, b: Run) -> dict[str, float]:
-    """Differences of the energies of run a from those of run b, over the energy put through, by `energy.` and their names."""
+    """Differences of the energies of run a from those of run b, L2 norms over time, over the energy put through.
+
+    Their names are `energy.kinetic` and so on. An impact that comes a step later is as good; what it leaves of the energy counts.
+    """
     mine, other = ledger(a.record), ledger(b.record)
     through = max(float(other["throughput"][-1]), np.finfo(float).tiny)
     kinds = [name for name in other if name in mine and name not in ("error", "throughput")]
@@ -75,19 +79,14 @@ def by_energy(a: Run, b: Run) -> dict[str, float]:
         found: Array = scipy.interpolate.PchipInterpolator(a.record.time, mine[name])(times)
         return found
 
-    off = {name: np.abs(there(name) - other[name]).max() for name in kinds}
-    return {f"energy.{name}": float(value) / through for name, value in off.items()}
+    return {f"energy.{name}": _norm(times, there(name) - other[name]) / through for name in kinds}
 
 
-class _Signals:
-    """Signals of a result, cut to the predictable time where joints have clearance."""
+class Signals:
+    """Signals of a result, and the largest of each unit."""
 
     def __init__(self, result: Result) -> None:
-        play = any(name.endswith(".journal_x") for name in result.signals)
-        end = min(float(result.time[-1]), PREDICTABLE) if play else float(result.time[-1])
-        last = min(len(result.time), int(np.searchsorted(result.time, end)) + 1)
-        self.time = result.time[:last]
-        self.values = {name: values[:last] for name, values in result.signals.items()}
+        self.time, self.values = result.time, result.signals
         self.largest: dict[str, float] = {}
         for name, values in self.values.items():
             unit = result.units.get(name, "")
@@ -102,6 +101,10 @@ class _Signals:
             return cubic(self.time, values, times)
         return np.interp(times, self.time, values)
 
+    def extent(self, name: str) -> float:
+        """What a place is measured over: its range, or its partner's, m or rad."""
+        return max(*(float(np.ptp(self.values[each])) for each in self.pair(name)), SMALL * _size(self), np.finfo(float).tiny)
+
     def pair(self, name: str) -> list[str]:
         """The signal and its partner in a vector."""
         owner, _, kind = name.rpartition(".")
@@ -110,7 +113,7 @@ class _Signals:
         return [each for each in names if each in self.values]
 
 
-def _apart(name: str, unit: str, a: _Signals, b: _Signals, times: Array) -> Iterator[tuple[str, float]]:
+def _apart(name: str, unit: str, a: Signals, b: Signals, times: Array) -> Iterator[tuple[str, float]]:
     """The differences of one signal."""
     least = max(SMALL * b.largest.get(unit, 0.0), np.finfo(float).tiny)
     if unit in FORCES:
@@ -120,16 +123,18 @@ def _apart(name: str, unit: str, a: _Signals, b: _Signals, times: Array) -> Iter
         if name.endswith(("contact_force", "normal_force")):
             yield f"{name}.onset", _onset(a, b, name)
         return
-    off = _norm(times, a.at(name, times) - b.at(name, times))
+    apart = a.at(name, times) - b.at(name, times)
+    off = _norm(times, apart)
     if unit in PLACES:
-        scale = max(*(float(np.ptp(b.values[each])) for each in b.pair(name)), SMALL * _size(b), np.finfo(float).tiny)
+        scale = b.extent(name)
+        yield f"{name}.peak", float(np.abs(apart).max(initial=0.0)) / scale
     else:
         slow = _size(b) / (float(times[-1] - times[0]) or 1.0) if unit == "m/s" else 0.0
         scale = max(least, SMALL * slow, *(float(np.abs(b.values[each]).max()) for each in b.pair(name)))
     yield name, off / scale
 
 
-def _size(b: _Signals) -> float:
+def _size(b: Signals) -> float:
     """Largest distance of points along an axis, at any times, m."""
     found = 0.0
     for axis in (".x", ".y"):
@@ -144,7 +149,7 @@ def _norm(times: Array, values: Array) -> float:
     return float(np.sqrt(np.trapezoid(values * values, times) / (times[-1] - times[0])))
 
 
-def _of_force(a: _Signals, b: _Signals, name: str, least: float) -> dict[str, float]:
+def _of_force(a: Signals, b: Signals, name: str, least: float) -> dict[str, float]:
     """Differences of the largest magnitude, of the root of the mean square, and of the impulse."""
     pair = b.pair(name)
     peak = abs(np.abs(a.values[name]).max() - np.abs(b.values[name]).max())
@@ -159,11 +164,11 @@ def _of_force(a: _Signals, b: _Signals, name: str, least: float) -> dict[str, fl
     }
 
 
-def _integral(run: _Signals, name: str, of: Callable[[Array], Array] = np.asarray) -> float:
+def _integral(run: Signals, name: str, of: Callable[[Array], Array] = np.asarray) -> float:
     return float(np.trapezoid(of(run.values[name]), run.time))
 
 
-def _onset(a: _Signals, b: _Signals, name: str) -> float:
+def _onset(a: Signals, b: Signals, name: str) -> float:
     """Difference of the times of the first touch over the run's; infinite where but one run has any."""
     first = [run.time[np.argmax(run.values[name] > 0)] if (run.values[name] > 0).any() else None for run in (a, b)]
     if first[0] is None or first[1] is None:

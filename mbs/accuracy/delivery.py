@@ -12,6 +12,7 @@ import numpy as np
 
 from buckler.mbs.accuracy.aim import MOTION
 from buckler.mbs.accuracy.band import banded, told
+from buckler.mbs.accuracy.predictable import cut, predictable
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.errors import Errors
 from buckler.mbs.record.result import Result
@@ -38,6 +39,8 @@ class Task:
         What the accuracy is asked of.
     patience : float
         Wall time, s, that a way may take.
+    begun : Run, optional
+        One of the compiled solver that is there already, for a finer one to be compared with.
     """
 
     mechanism: Mechanism
@@ -45,6 +48,7 @@ class Task:
     asked: float
     aim: Any = MOTION
     patience: float = inf
+    begun: Run | None = None
 
 
 @dataclass(frozen=True)
@@ -124,7 +128,14 @@ class Delivering:
 
 
 def comparable(run: Run) -> Result:
-    """Signals of a run, to be compared; forces that ring as means."""
+    """Signals of a run, to be compared: forces that ring as means, with clearance for as long as the motion can be predicted."""
     signals, units = run.signals
     means = banded(run.record.mechanism, run.record.time, signals, units)
-    return Result(Status.OK, "", run.record.time, signals | means, units, run.work)
+    whole = Result(Status.OK, "", run.record.time, signals | means, units, run.work)
+    return cut(whole, predictable(run.record.mechanism, float(run.record.time[-1]))) if len(whole.time) > 1 else whole
+
+
+def improved(delivery: Delivery) -> Result:
+    """Signals of what was delivered, to be compared, with those that extrapolation improved."""
+    result = comparable(delivery.run)
+    return replace(result, signals=result.signals | dict(delivery.signals))

@@ -10,8 +10,8 @@ largest of these relative differences, each an L2 norm over the time both runs c
   moves a point by no more;
 - the place of each point, over its range, the larger one of both runs;
 - the impulse of each stop's force up to each time, over its norm;
-- the place of each journal in its bush over the first `PREDICTABLE` seconds, over the clearance. Rattling is chaotic: later
-  trajectories say nothing of the solver, and all of the above is looked at in those seconds only.
+- the place of each journal in its bush, over the clearance. Rattling is chaotic: who compares runs with clearance cuts them to
+  the time that can be predicted first (`mbs.accuracy.predictable`).
 """
 
 from __future__ import annotations
@@ -27,8 +27,6 @@ from buckler.mbs.record.result import Result
 Array = np.ndarray[Any, Any]
 FINEST, COARSEST = 1e-6, 0.1
 """Accuracies that can be asked for."""
-PREDICTABLE = 0.010
-"""Time, s, for which a rattling mechanism's motion is one trajectory."""
 STRAIGHT = 1e-6
 """Norm of a link's shape, relative to the mechanism's size, below which it counts as straight."""
 RESTING = 1e-3
@@ -79,19 +77,17 @@ def _times(a: _Motion, b: _Motion) -> Array:
 
 
 class _Motion:
-    """The part of a result that is compared, by part; cut to the predictable time where joints have clearance."""
+    """The part of a result that is compared, by part."""
 
     def __init__(self, result: Result) -> None:
         signals = result.signals
         names = [name.removesuffix(".journal_x") for name in signals if name.endswith(".journal_x")]
-        self.end = min(float(result.time[-1]), PREDICTABLE) if names else float(result.time[-1])
-        last = min(len(result.time), int(np.searchsorted(result.time, self.end)) + 2)
-        self.time = result.time[:last]
+        self.time, self.end = result.time, float(result.time[-1])
         self.parts: dict[str, Array] = {}
         self.gaps: dict[str, float] = {}
 
         def add(name: str, *columns: str) -> None:
-            self.parts[name] = np.column_stack([signals[column][:last] for column in columns])
+            self.parts[name] = np.column_stack([signals[column] for column in columns])
 
         for name in signals:
             owner, _, kind = name.rpartition(".")
@@ -100,7 +96,7 @@ class _Motion:
             elif kind == "vx" and f"{owner}.ax" not in signals:  # links have an acceleration, too: points suffice
                 add(f"{owner}.place", f"{owner}.x", f"{owner}.y")
             elif kind == "contact_force":
-                impulse = scipy.integrate.cumulative_trapezoid(signals[name][:last], self.time, initial=0.0)
+                impulse = scipy.integrate.cumulative_trapezoid(signals[name], self.time, initial=0.0)
                 self.parts[f"{owner}.impulse"] = impulse[:, None]
         for name in names:
             add(f"{name}.journal", f"{name}.journal_x", f"{name}.journal_y")

@@ -161,7 +161,7 @@ def _in_time(fine: Result, coarse: Result, coarsest: Result, plan: Plan) -> _InT
 
 def _smooth(name: str) -> bool:
     """Whether extrapolation improves a signal."""
-    return name.rpartition(".")[2] in SMOOTH
+    return name.removesuffix(".peak").rpartition(".")[2] in SMOOTH
 
 
 def _of_mesh(part: str) -> float:

@@ -9,6 +9,7 @@ from typing import Any
 
 from buckler.mbs.elements.clearance import clearances
 from buckler.mbs.elements.drive import Ramp
+from buckler.mbs.elements.element import kinks_of
 from buckler.mbs.engine.choice import is_loose
 from buckler.mbs.engine.settings import Controlled, Equal, Exudyn
 from buckler.mbs.kinematics.closure import turning_speed
@@ -77,10 +78,14 @@ class Plan:
 
     @cached_property
     def smooth(self) -> bool:
-        """Whether nothing in the scene has a kink: no stop, no clearance, no strut, no friction."""
+        """Whether nothing in the scene has a kink: no stop, no clearance, no strut, no friction, no table in a drive or load.
+
+        Equal steps do not end at the points of a table; at the end of one ramp they do (`_aligned`).
+        """
         m = self.mechanism
         struts = any(link.body.massless for link in m.links)
-        return not (self.play or m.stops or struts or any(guide.friction for guide in m.guides))
+        kinked = kinks_of(m, self.duration) and not (len(m.drives) == 1 and isinstance(m.drives[0].motion, Ramp))
+        return not (self.play or m.stops or struts or kinked or any(guide.friction for guide in m.guides))
 
     @property
     def meshed(self) -> bool:

@@ -5,7 +5,8 @@ with a tenth of the tolerance, shorter steps and less damping, where that solver
 compile a function in Python, or would answer for other elements than those that are named. With clearance the time that can be
 predicted is compared. If the two agree in all that `mbs.accuracy.usual` allows, the run stands, with their difference as its
 error. If not, the mechanism is delivered as with an accuracy, until all is within what is allowed or the time is over; what is
-far beyond even then is SUSPECT. With clearance it is a note: rattling may be one of many trajectories from the first impacts on.
+far beyond even then is SUSPECT; with clearance only if a clearance a thousandth larger does not change as much: where it does,
+the motion is one of many, which a note says.
 
 Linkages that are determined are not integrated: only where a drive is a function of time are the samples doubled.
 """
@@ -15,13 +16,14 @@ from __future__ import annotations
 from dataclasses import replace
 from math import nan
 from time import perf_counter
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from buckler.mbs.accuracy.by_signal import by_energy, by_signal
 from buckler.mbs.accuracy.delivery import Delivering, Delivery, Runner, Task, comparable
-from buckler.mbs.accuracy.difference import PREDICTABLE, difference
+from buckler.mbs.accuracy.difference import difference
+from buckler.mbs.accuracy.predictable import predictable
 from buckler.mbs.accuracy.usual import ASKED, BOUND, Usual
 from buckler.mbs.accuracy.ways import compilable, deliver, named, own_functions
 from buckler.mbs.elements.clearance import clearances
@@ -38,20 +40,32 @@ TIMES, LEAST = 20.0, 5.0
 """Limit of the time for a finer run: so many times that of the first one, but at least this, s."""
 RESTS = 1e-5
 """Way of a point, in lengths of the largest link, below which it rests."""
+KNOWN = 1e-3
+"""How well a clearance is taken to be known, relative."""
 STRICTER, SHORTER, RADIUS = 10.0, 2.15, 0.9
 """Exudyn's run beside: tolerance and longest step divided by this, and its spectral radius."""
 
 
-def refine(mechanism: Mechanism, duration: float, first_run: Runner, run: Runner) -> tuple[Delivery, Usual | None]:
-    """Run with default settings, look at it, and make it finer where it misses what is allowed.
+class Refined(NamedTuple):
+    """What came of a run without settings.
 
-    Returns
-    -------
+    Attributes
+    ----------
     delivery : Delivery
         The run that is handed back; its errors are not known where nothing could stand beside it.
     usual : Usual or None
         What it was held to.
+    one_of_many : bool
+        Whether its motion is one of many: nothing predicts it.
     """
+
+    delivery: Delivery
+    usual: Usual | None = None
+    one_of_many: bool = False
+
+
+def refine(mechanism: Mechanism, duration: float, first_run: Runner, run: Runner) -> Refined:
+    """Run with default settings, look at it, and make it finer where it misses what is allowed."""
     own = Delivering(Task(mechanism, duration, ASKED), run)
     begin = perf_counter()
     first = first_run(mechanism, duration, Exudyn())
@@ -59,21 +73,41 @@ def refine(mechanism: Mechanism, duration: float, first_run: Runner, run: Runner
     spent = perf_counter() - begin
     alone = Delivery(first, nan, Errors(), {}, own.runs)
     if first.failure is not None or len(first.record.time) < 3:
-        return alone, None
+        return Refined(alone)
     mine = comparable(first)
     if _rests(mechanism, mine):
-        return alone, None
+        return Refined(alone)
     usual = Usual.of(mechanism, mine)
     other = _beside(own, first)
     if other is None:
-        return alone, None
+        return Refined(alone)
     told, reached = _compared(mine, first, comparable(other), other, usual)
     held = Delivery(first, reached, told, {}, own.runs)
     if reached <= ASKED:
-        return held, usual
-    task = Task(mechanism, duration, ASKED, usual, patience=max(LEAST, TIMES * spent))
+        return Refined(held, usual)
+    task = Task(
+        mechanism,
+        duration,
+        ASKED,
+        usual,
+        patience=max(LEAST, TIMES * spent),
+        begun=None if isinstance(other.solver, Exudyn) else other,
+    )
     found = deliver(task, run)
-    return found.after(held), usual
+    best = found.after(held)
+    missed = best.run.failure is None and not best.reached <= BOUND * ASKED
+    return Refined(best, usual, missed and _one_of_many(own, best.run, usual))
+
+
+def _one_of_many(own: Delivering, run: Run, usual: Usual) -> bool:
+    """Whether another clearance, by less than anybody knows it, gives another motion."""
+    mechanism, play = run.record.mechanism, clearances(run.record.mechanism)
+    if not play:
+        return False
+    joints = [replace(joint, gap=(1 + KNOWN) * joint.gap) if joint in play else joint for joint in mechanism.joints]
+    span = predictable(mechanism, own.task.duration)
+    other = own.run(replace(mechanism, joints=joints), span, run.solver)
+    return other.failure is None and usual.apart(comparable(other), comparable(run)) > BOUND * ASKED
 
 
 def _rests(mechanism: Mechanism, result: Result) -> bool:
@@ -100,7 +134,7 @@ def _beside(own: Delivering, first: Run) -> Run | None:
             return None
         steps = Controlled(max_step=duration / (2 * (len(first.record.time) - 1)))
         return _ended(own.run(mechanism, duration, Exudyn(steps)))
-    span = min(duration, PREDICTABLE) if clearances(mechanism) else duration
+    span = predictable(mechanism, duration)
     if not (named(mechanism) or own_functions(mechanism)) and compilable(mechanism):
         found = _ended(own.run(mechanism, span, _compiled(mechanism, span)))
         if found is not None:
@@ -122,14 +156,15 @@ def _compiled(mechanism: Mechanism, span: float) -> Any:
     return beside(mechanism, span)
 
 
-def refined(result: Result, delivery: Delivery, usual: Usual | None, wall: float) -> Result:
+def refined(result: Result, found: Refined, wall: float) -> Result:
     """The result of a run without settings; SUSPECT, ACCURACY in the message, where it misses what is allowed."""
+    delivery, usual = found.delivery, found.usual
     result = delivery.complete(result, wall)
     if usual is None or delivery.reached <= BOUND * ASKED or not delivery.errors.known:
         return result
     name, error, allowed = usual.worst(delivery.errors)
     said = f"'{name}' is off by about {error:.2g} after {sum(delivery.runs.values())} runs, allowed {allowed:.2g}"
-    if clearances(delivery.run.record.mechanism):  # rattling may be one of many trajectories from the first impacts on
+    if found.one_of_many:
         note = f"the motion cannot be predicted: {said}; read what is the same in many runs"
         return replace(result, provenance=result.provenance | {"notes": [*result.provenance.get("notes", ()), note]})
     return result.suspect(f"ACCURACY: {said}")

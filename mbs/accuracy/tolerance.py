@@ -9,8 +9,9 @@ from math import inf, nan
 
 from buckler.mbs.accuracy.by_signal import by_energy, by_signal
 from buckler.mbs.accuracy.delivery import AGAIN, Delivering, Delivery, Runner, Task, comparable
-from buckler.mbs.accuracy.difference import PREDICTABLE, difference
+from buckler.mbs.accuracy.difference import difference
 from buckler.mbs.accuracy.plan import Plan
+from buckler.mbs.accuracy.predictable import predictable
 from buckler.mbs.record.errors import Errors
 from buckler.mbs.record.run import Run
 
@@ -57,7 +58,7 @@ class _Tolerance(Delivering):
     @property
     def span(self) -> float:
         """Time that is compared, s."""
-        return min(self.task.duration, PREDICTABLE)
+        return predictable(self.task.mechanism, self.task.duration)
 
     def start(self, finer: float, mesh: float = 1.0) -> Run:
         """Run over the time that is compared."""

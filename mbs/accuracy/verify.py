@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 
 from buckler.mbs.accuracy.delivery import Delivery, Task, comparable
-from buckler.mbs.accuracy.difference import FINEST, PREDICTABLE, difference
+from buckler.mbs.accuracy.difference import FINEST, difference
+from buckler.mbs.accuracy.predictable import cut, predictable
 from buckler.mbs.accuracy.ways import by_exudyn, compiled
-from buckler.mbs.elements.clearance import clearances
 from buckler.mbs.engine.settings import Exudyn
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.errors import Errors
@@ -30,7 +30,7 @@ NAMES: dict[type, str] = {Exudyn: "Exudyn", Spectral: "the compiled solver"}
 def verify(result: Result, mechanism: Mechanism, duration: float, solver: Any, run: Callable[..., Run]) -> Result:
     """Run the other solver and put the difference into the result; SUSPECT, SOLVERS in the message, where it is too large.
 
-    Without clearance the whole run is compared; with clearance the first `PREDICTABLE` seconds, as rattling is chaotic.
+    Without clearance the whole run is compared; with clearance what can be predicted, as rattling is chaotic.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ def verify(result: Result, mechanism: Mechanism, duration: float, solver: Any, r
     if result.status not in (Status.OK, Status.SUSPECT):
         return result
     mine, other = (Exudyn, Spectral) if isinstance(solver, Exudyn) else (Spectral, Exudyn)
-    span = min(duration, PREDICTABLE) if clearances(mechanism) else duration
+    span = predictable(mechanism, duration)
     start = perf_counter()
     try:
         delivery = _run(mechanism, span, other, result.asked, run)
@@ -65,7 +65,7 @@ def verify(result: Result, mechanism: Mechanism, duration: float, solver: Any, r
     compared = delivery.complete(comparable(delivery.run), 0.0)
     if not all(np.isfinite(values).all() for one in (result, compared) for values in one.signals.values()):
         return _noted(result, "not verified: a signal is not finite")
-    apart, (limit, why) = difference(result, compared), _limit(result.error.motion, delivery.errors.motion)
+    apart, (limit, why) = difference(cut(result, span), compared), _limit(result.error.motion, delivery.errors.motion)
     result = replace(result, verified=apart)
     if apart <= limit:
         return result

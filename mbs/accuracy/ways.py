@@ -3,8 +3,11 @@
 - Constraints alone decide the motion: nothing is integrated, and only the samples must be dense enough.
 - Strips whose elements are named: Exudyn, as the answer is that of those elements.
 - Functions in Python, which the compiled solver would have to compile: Exudyn first.
-- Places of strips: Exudyn first, as extrapolation is the faster one there (measured in docs/theory-precision.md).
+- Places of strips: Exudyn first, as extrapolation is the faster one there (measured in docs/theory-precision.md), unless what
+  drives or loads them has kinks, at which its equal steps do not end.
 - All else: the compiled solver first.
+
+Where both ways miss what is asked, each is held against the other: an error is at least their difference less the other's error.
 """
 
 from __future__ import annotations
@@ -16,12 +19,15 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs.accuracy.delivery import AGAIN, Delivery, Runner, Task
+from buckler.mbs.accuracy.by_signal import by_signal
+from buckler.mbs.accuracy.delivery import AGAIN, Delivery, Runner, Task, improved
+from buckler.mbs.accuracy.difference import difference
 from buckler.mbs.accuracy.extrapolation import extrapolated
 from buckler.mbs.accuracy.sampling import sampled
 from buckler.mbs.accuracy.tolerance import tightened
 from buckler.mbs.compiler import compiler
 from buckler.mbs.elements.clearance import clearances
+from buckler.mbs.elements.element import kinks_of
 from buckler.mbs.kinematics.determined import answered
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.status import Status
@@ -39,17 +45,32 @@ def deliver(task: Task, run: Runner) -> Delivery:
     if exudyn is sampled or named(mechanism):
         return exudyn(task, run)
     begin = perf_counter()
-    extrapolates = task.aim.motion and any(link.body.meshed for link in mechanism.links)
+    smooth = not kinks_of(mechanism, task.duration)
+    extrapolates = smooth and task.aim.motion and any(link.body.meshed for link in mechanism.links)
     if extrapolates or own_functions(mechanism):
         best = exudyn(task, run)
         spent = max(LEAST, perf_counter() - begin)
         if _settled(best, task) or not compilable(mechanism):
             return best
-        return compiled(replace(task, patience=min(spent, task.patience)), run).after(best)
+        return better(compiled(replace(task, patience=min(spent, task.patience)), run), best, task)
     if not compilable(mechanism):
         return exudyn(task, run)
     best = compiled(replace(task, patience=min(PATIENCE, task.patience)), run)
-    return best if _settled(best, task) else exudyn(task, run).after(best)
+    return best if _settled(best, task) else better(exudyn(task, run), best, task)
+
+
+def better(later: Delivery, earlier: Delivery, task: Task) -> Delivery:
+    """The better one of two ways; where they are farther apart than both tell, its errors are so much larger."""
+    best = later.after(earlier)
+    other = earlier if best.run is later.run else later
+    if best.kept(task.asked) or not (best.errors.known and other.errors.known) or other.run.failure is not None:
+        return best
+    mine, theirs = improved(best), improved(other)
+    apart = by_signal(mine, theirs)
+    told = {name: max(error, apart.get(name, 0.0) - other.errors.signals.get(name, 0.0)) for name, error in best.errors.items()}
+    motion = max(best.errors.motion, difference(mine, theirs) - other.errors.motion)
+    reached = motion if task.aim.motion else task.aim.largest(told, theirs.units)
+    return replace(best, reached=max(best.reached, reached), errors=replace(best.errors, motion=motion, signals=told))
 
 
 def named(mechanism: Mechanism) -> bool:
@@ -74,7 +95,7 @@ def compiled(task: Task, run: Runner) -> Delivery:
     """Deliver by the compiled solver."""
     from buckler.mbs.spectral.accuracy import known  # loads the compiled solver
 
-    return known(task.mechanism, task.duration, task.asked, run=run, aim=task.aim, patience=task.patience)
+    return known(task.mechanism, task.duration, task.asked, run=run, aim=task.aim, patience=task.patience, begun=task.begun)
 
 
 def compilable(mechanism: Mechanism) -> bool:

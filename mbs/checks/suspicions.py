@@ -8,7 +8,20 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from buckler.mbs.checks import clock, closure, contact, crossed, dead_centre, energy, finite, mesh, penetration, steps, unbuckled
+from buckler.mbs.checks import (
+    clock,
+    closure,
+    contact,
+    crossed,
+    dead_centre,
+    energy,
+    finite,
+    linear,
+    mesh,
+    penetration,
+    steps,
+    unbuckled,
+)
 from buckler.mbs.checks.check import Check
 from buckler.mbs.record.result import Result
 from buckler.mbs.record.run import Run
@@ -18,7 +31,7 @@ READABLE: tuple[Check, ...] = (finite.CHECK, clock.CHECK)
 """Checks without which no other means anything."""
 CHECKS: tuple[Check, ...] = (
     *READABLE, energy.CHECK, contact.CHECK, penetration.CHECK, unbuckled.CHECK, crossed.CHECK, dead_centre.CHECK, closure.CHECK,
-    mesh.CHECK, steps.CHECK,
+    mesh.CHECK, linear.CHECK, steps.CHECK,
 )  # fmt: skip
 """All checks, in the order in which they look."""
 

@@ -56,19 +56,25 @@ def _overloaded_strips(record: Record, result: Result) -> Iterator[str]:
         clamped = len({joint.point for joint in welds} & {link.start, link.end})
         frequency = section.first_frequency(length) * HELD[clamped] ** 0.5
         pressed = -result.signals[f"{link.name}.axial_force"] / (section.euler_load(length) * HELD[clamped])
-        rate = frequency * np.sqrt(np.maximum(_mean(result.time, pressed, np.pi / (2 * frequency)) - 1, 0.0))
-        grown = trapezoidal(result.time, rate)
-        grown -= np.maximum.accumulate(np.where(rate > 0, 0.0, grown))  # since the present overload began
+        loaded = recent_mean(result.time, pressed, np.pi / (2 * frequency))
         deflection = result.signals[f"{link.name}.deflection"]
         unbent = np.abs(deflection - deflection[0]) < UNBENT * length  # an arch that passes its chord has bent
-        straight = (grown > GROWTH) & unbent
+        straight = (grown(result.time, loaded, frequency) > GROWTH) & unbent
         if straight.any():
             k = int(np.argmax(straight))
             beyond = f"{pressed[k]:.3g} times its critical load"
             yield f"at t = {result.time[k]:.4g} s '{link.name}' carries {beyond}, straight; give it an imperfection"
 
 
-def _mean(time: Array, values: Array, span: float) -> Array:
+def grown(time: Array, loaded: Array, frequency: float) -> Array:
+    """Exponent by which a disturbance of a link has grown since its load, in critical ones, last began to exceed 1."""
+    rate = frequency * np.sqrt(np.maximum(loaded - 1, 0.0))
+    exponent = trapezoidal(time, rate)
+    found: Array = exponent - np.maximum.accumulate(np.where(rate > 0, 0.0, exponent))
+    return found
+
+
+def recent_mean(time: Array, values: Array, span: float) -> Array:
     """Mean over the last `span` seconds, or since the start."""
     total = trapezoidal(time, values)
     since = np.maximum(time - span, time[0])

@@ -187,8 +187,11 @@ class Stop(Element):
             yield self.origin(mechanism), -force, arm[:, 1] * force[:, 0] - arm[:, 0] * force[:, 1]
 
     def depths(self, name: str, mechanism: Any) -> Iterator[Depth]:
-        """Yield its depth and a share of the mechanism's size."""
-        size = max(mechanism.length(link.name) for link in mechanism.links)
+        """Yield its depth and a share of the mechanism's size: of its longest link, or from its points to the face."""
+        way = abs(self.face(mechanism))
+        size = max(
+            way, *(mechanism.length(link.name) for link in mechanism.links), *np.ptp(list(mechanism.points.values()), axis=0)
+        )
         yield Depth(f"{name}.penetration", PIERCED * size, f"'{name}'", "inside its stop; the stop is too soft for this motion")
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:

@@ -14,6 +14,7 @@ from buckler.mbs.elements.stop import Stop
 from buckler.mbs.engine.scene import build
 from buckler.mbs.engine.settings import Exudyn
 from buckler.mbs.engine.stop import StopContact
+from buckler.mbs.interrupts import ctrl_c
 from buckler.mbs.kinematics.closure import turning_speed
 from buckler.mbs.kinematics.determined import Ended, Follower
 from buckler.mbs.kinematics.diagnosis import remarks
@@ -35,7 +36,8 @@ BEFORE = 1e-12
 def run_exactly(mechanism: Mechanism, duration: float, solver: Exudyn, timeout: float | None, progress: Any) -> Run:
     """Follow the linkage, then ask it for places, speeds, accelerations and forces."""
     summary, begin = build(mechanism).summary(), perf_counter()
-    follower = Follower(mechanism, duration, perf_counter() + timeout if timeout else None, progress)
+    with ctrl_c() as interrupted:
+        follower = Follower(mechanism, duration, perf_counter() + timeout if timeout else None, progress, interrupted)
     grid = sample_times(mechanism, duration, solver)
     ended = follower.ended
     if ended is not None:

@@ -14,7 +14,7 @@ from buckler.mbs.engine.recording import Recorder
 from buckler.mbs.engine.scene import SPARSE_FROM, Scene
 from buckler.mbs.engine.settings import Exudyn
 from buckler.mbs.engine.stepping import StepControl
-from buckler.mbs.engine.watched import interruptible
+from buckler.mbs.interrupts import ctrl_c
 from buckler.mbs.record.status import Status
 
 EXPLICIT_SHARE = 10.0
@@ -35,7 +35,7 @@ def run_engine(scene: Scene, control: Recorder, engine: Any, settings: Any) -> t
         scene.system.SetPreStepUserFunction(control.before_step)
     complaint: Exception | None = None
     finished = False
-    with interruptible(control):
+    with ctrl_c() as control.interrupted:
         try:
             finished = engine.SolveSystem(scene.system, settings)
         except exu.ExudynError as error:

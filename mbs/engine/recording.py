@@ -78,13 +78,14 @@ class Recorder:
         self.progress: Callable[[float], None] | None = progress
         self.failure: tuple[Status, str] | None = None
         self.raised: BaseException | None = None
+        self.interrupted: Callable[[], bool] = bool
         self.rejected = 0
 
     def after_step(self, _system: Any, t: float) -> bool:
         """Engine callback; False ends the run. What is raised here is raised again when the engine has let go."""
         try:
             self._accept(t)
-            return self.raised is None and self._may_go_on(t)
+            return self._may_go_on(t)
         except BaseException as error:
             self.raised = error
             return False
@@ -121,7 +122,9 @@ class Recorder:
         count = len(self.record.time)
         if self.failure is not None:
             return False
-        if count > self.solver.steps.max_steps:
+        if self.interrupted():
+            self.failure = (Status.INTERRUPTED, f"Ctrl-C at t = {t:.6g} s of {self.duration:.6g} s")
+        elif count > self.solver.steps.max_steps:
             self.failure = (Status.TOO_MANY_STEPS, f"more than max_steps = {self.solver.steps.max_steps} steps by t = {t:.6g} s")
         elif self.deadline and count % CHECK_EVERY == 0 and perf_counter() > self.deadline:
             self.failure = (Status.TIMED_OUT, f"out of time at t = {t:.6g} s of {self.duration:.6g} s after {count} steps")

@@ -1,11 +1,8 @@
-"""What users give the engine to call: an exception is kept by type and named first; Ctrl-C ends a run after its step."""
+"""What users give the engine to call: an exception is kept by type and named first."""
 
 from __future__ import annotations
 
-import signal
-import threading
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from typing import Any
 
 from buckler.mbs.record.status import Status
@@ -40,24 +37,3 @@ def failed(t: float, what: str, error: Exception, out_of_range: Status | None = 
     if out_of_range is not None and isinstance(error, ValueError):
         return out_of_range, f"at t = {t:.6g} s {what}: {error}"
     return Status.FUNCTION_FAILED, f"at t = {t:.6g} s {what} raised {type(error).__name__}: {error}"
-
-
-@contextmanager
-def interruptible(control: Any) -> Iterator[None]:
-    """Let Ctrl-C end the run after the step it comes in: `control.raised` is a KeyboardInterrupt then.
-
-    Python's own handler would raise it inside one of the engine's callbacks, where the engine makes a failed step of it.
-    """
-    ours = threading.current_thread() is threading.main_thread() and signal.getsignal(signal.SIGINT) is signal.default_int_handler
-    if not ours:
-        yield
-        return
-
-    def end(_number: int, _frame: Any) -> None:
-        control.raised = KeyboardInterrupt()
-
-    signal.signal(signal.SIGINT, end)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, signal.default_int_handler)

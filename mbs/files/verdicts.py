@@ -16,6 +16,7 @@ QUESTIONS = {
     "BRANCH": "Does the linkage stay away from dead centres?",
     "CLOSURE": "Do speeds and accelerations satisfy loop closure?",
     "MESH": "Are there enough elements?",
+    "LINEAR": "Do modal links stay in the range of linear theory?",
     "STEPS": "Does half the step size give the same?",
     "ACCURACY": "Was the accuracy asked for reached?",
     "SOLVERS": "Does the other solver say the same?",

@@ -6,6 +6,7 @@ solve M q_tt = f + J^T mu. All that errs is rounding, and time is only followed 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from time import perf_counter
 from typing import Any, NamedTuple
@@ -93,8 +94,11 @@ class Follower:
         Where it came to an end before the run's.
     """
 
-    def __init__(self, mechanism: Mechanism, duration: float, deadline: float | None = None, progress: Any = None) -> None:
-        self.deadline, self.progress = deadline, progress
+    def __init__(
+        self, mechanism: Mechanism, duration: float,
+        deadline: float | None = None, progress: Any = None, interrupted: Callable[[], bool] = bool,
+    ) -> None:  # fmt: skip
+        self.deadline, self.progress, self.interrupted = deadline, progress, interrupted
         self.closure = closure = Closure(mechanism)
         jacobian = closure.system(closure.reference, np.zeros_like(closure.reference))[1]
         self.kept = independent(closure, jacobian)
@@ -123,6 +127,9 @@ class Follower:
         while t < duration:
             if self.deadline and perf_counter() > self.deadline:
                 self.ended = Ended(t, Status.TIMED_OUT, f"out of time at t = {t:.6g} s of {duration:.6g} s")
+                break
+            if self.interrupted():
+                self.ended = Ended(t, Status.INTERRUPTED, f"Ctrl-C at t = {t:.6g} s of {duration:.6g} s")
                 break
             h = min(h, duration - t)
             if duration - t - h < 1e-12 * duration:

@@ -203,6 +203,13 @@ class ModalHistory:
         shapes = self.model.shapes[:, 1]
         return self.q[:, 3:] @ (shapes[2] - (shapes[0] + shapes[1]) / 2)
 
+    def foreshortening(self) -> Array:
+        """How much nearer to each other its bending brings the joints, m, shape (times,); linear modes leave it out."""
+        x, w = self.model.line[:, 0], self.q[:, 3:] @ self.model.line_shapes[:, 1].T
+        slopes = np.diff(w, axis=1) / np.diff(x)
+        lift = (w[:, -1] - w[:, 0]) ** 2 / (x[-1] - x[0])
+        return np.asarray((slopes**2 @ np.diff(x) - lift) / 2)
+
     def end_shortening(self) -> Array:
         """Length less the distance of the joints, m, shape (times,)."""
         return self.model.length - np.linalg.norm(self.motion("end").position - self.motion("start").position, axis=1)

@@ -27,9 +27,9 @@ class Errors(Mapping[str, float]):
     motion : float
         Of places, shapes, impulses and journals, as `mbs.accuracy.difference` measures it; nan without an estimate.
     signals : mapping of str to float
-        Of each signal by its name, as `mbs.accuracy.by_signal` measures it. Of a force F also `F.peak`, `F.rms` and `F.impulse`,
-        of which its own is the largest; of the force of a contact `F.onset`, the time of the first touch over the run's; of
-        energies `energy.kinetic` and so on, over the energy put through. Empty without an estimate.
+        Of each signal by its name, as `mbs.accuracy.by_signal` measures it. Of a place P also `P.peak`; of a force F `F.peak`,
+        `F.rms` and `F.impulse`, of which its own is the largest; of the force of a contact `F.onset`, the time of the first touch
+        over the run's; of energies `energy.kinetic` and so on, over the energy put through. Empty without an estimate.
     kind : str
         What the estimate is made of, in words.
     """

@@ -23,7 +23,8 @@ from numba.core.errors import NumbaError
 from buckler.mbs.accuracy.aim import MOTION
 from buckler.mbs.accuracy.by_signal import by_energy, by_signal
 from buckler.mbs.accuracy.delivery import Delivering, Delivery, Task, comparable
-from buckler.mbs.accuracy.difference import PREDICTABLE, difference
+from buckler.mbs.accuracy.difference import difference
+from buckler.mbs.accuracy.predictable import predictable
 from buckler.mbs.accuracy.tolerance import left_with_play
 from buckler.mbs.elements.clearance import clearances
 from buckler.mbs.engine.settings import Controlled
@@ -43,7 +44,7 @@ COARSEST_DEGREE, HIGHEST_DEGREE = 4, 24
 EXPLICIT, STRICTER, MOST_EXPLICIT = 1e-2, 30.0, 6
 """Explicit series: first tolerance, over the accuracy; ratio of neighbours; most runs."""
 BESIDE = 1e-7
-"""Tolerance of one run beside another solver's, explicit or with stops."""
+"""Tolerance of one run beside another solver's, explicit, or where something strikes, snaps or sticks."""
 SECOND_ORDER, SHARE = 2.5, 0.5
 """Ratio of the differences of three runs from which this share of the last one is told as the error."""
 GIVEN_UP = (Status.TIMED_OUT, Status.TOO_MANY_STEPS, Status.FUNCTION_FAILED)
@@ -52,7 +53,7 @@ GIVEN_UP = (Status.TIMED_OUT, Status.TOO_MANY_STEPS, Status.FUNCTION_FAILED)
 
 def known(
     mechanism: Any, duration: float, accuracy: float, solver: Spectral | None = None,
-    run: Callable[..., Run] = once, aim: Any = MOTION, patience: float = inf,
+    run: Callable[..., Run] = once, aim: Any = MOTION, patience: float = inf, begun: Run | None = None,
 ) -> Delivery:  # fmt: skip
     """Run a mechanism so that its error is below the accuracy asked for, and known.
 
@@ -71,6 +72,8 @@ def known(
         What the accuracy is asked of.
     patience : float
         Wall time, s, that all runs may take.
+    begun : Run, optional
+        One that is there already: finer ones go on from it.
 
     Returns
     -------
@@ -78,7 +81,7 @@ def known(
         The last run; its error is larger than asked where the series ended first, and not known where runs failed.
     """
     positive("duration", duration, "s"), number("accuracy", accuracy, 1e-7, 0.1, "1")
-    solver, task = solver or Spectral(), Task(mechanism, duration, accuracy, aim, patience)
+    solver, task = solver or Spectral(), Task(mechanism, duration, accuracy, aim, patience, begun)
     if not _nothing_stiff(mechanism, solver):
         return _Implicit(task, run, solver).deliver()
     found = _Explicit(task, run, replace(solver, method="explicit")).deliver()
@@ -92,7 +95,9 @@ def beside(mechanism: Any, duration: float) -> Spectral:
     """Settings of one run that stands beside another solver's."""
     if _nothing_stiff(mechanism, Spectral()):
         return Spectral(Controlled(tolerance=BESIDE, max_step=duration / 200), method="explicit")
-    return Spectral(Controlled(tolerance=BESIDE)) if mechanism.stops else Spectral()
+    struts = any(link.body.massless for link in mechanism.links)
+    snaps = struts or mechanism.stops or any(guide.friction for guide in mechanism.guides)  # forces have spikes
+    return Spectral(Controlled(tolerance=BESIDE)) if snaps else Spectral()
 
 
 def takes(mechanism: Any) -> bool:
@@ -124,7 +129,7 @@ class _Series(Delivering):
         super().__init__(task, run)
         self.solver = solver
         self.play = bool(clearances(task.mechanism))
-        self.span = min(task.duration, PREDICTABLE) if self.play else task.duration
+        self.span = predictable(task.mechanism, task.duration)
 
     def settings(self, k: int) -> Spectral:
         """Of the k-th run."""
@@ -132,10 +137,10 @@ class _Series(Delivering):
 
     def deliver(self) -> Delivery:
         asked, aim = self.task.asked, self.task.aim
-        before: Run | None = None
+        before, first = self.begun()
         best: tuple[float, Run, Run, float] | None = None
         last = inf
-        for k in range(self.most):
+        for k in range(first, self.most):
             found = self.run(self.task.mechanism, self.span, self.settings(k))
             if found.failure is not None:
                 before, last = None, inf
@@ -161,6 +166,15 @@ class _Series(Delivering):
         if self.span < self.task.duration:
             fine = self.run(self.task.mechanism, self.task.duration, fine.solver)
         return Delivery(fine, reached if fine.failure is None else nan, told, {}, self.runs)
+
+    def begun(self) -> tuple[Run | None, int]:
+        """The run that is there already, if it is of this series but for its tolerance, and the number of the first finer one."""
+        run, settings = self.task.begun, [self.settings(k) for k in range(self.most)]
+        if run is None or any(link.body.meshed for link in self.task.mechanism.links):
+            return None, 0  # strips are made finer by their degree, too
+        finer = [k for k, each in enumerate(settings) if each.tolerance < run.solver.tolerance / SHORTER]
+        same = finer and run.solver.method in (settings[0].method, "chosen")
+        return (run, finer[0]) if same else (None, 0)
 
     def _errors(self, fine: Run, coarse: Run, share: float) -> Errors:
         """Of the motion and of all signals."""

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from buckler.mbs.interrupts import ctrl_c
 from buckler.mbs.kinematics.diagnosis import remarks
 from buckler.mbs.record.record import Record
 from buckler.mbs.record.run import Run
@@ -89,20 +90,22 @@ def integrate(
     stops = np.array([t for t in scene.kinks if state.time < t < end])
     deadline = perf_counter() + timeout if timeout else np.inf
     parts, failure = [], None
-    while clock[0] < end * (1 - ARRIVED) and failure is None:
-        out = output.output_for(ROWS, scene.size, len(rest.multipliers), state.memory.shape)
-        try:
-            with one_thread():
-                run(scene.tables, scene.work, room, clock, end, stops, controls, out, counts)
-            failure = _failure(counts, clock[0], solver)
-        except np.linalg.LinAlgError:
-            counts[output.SAMPLES] = int(np.argmax(out.time)) + 1
-            failure = Status.SINGULAR, f"the constraints' matrix is singular after t = {out.time.max():.6g} s"
-        parts.append(Output(*(x[: counts[output.SAMPLES]] for x in out)))
-        if progress is not None:
-            progress(clock[0] / end)
-        if failure is None and perf_counter() > deadline:
-            failure = (Status.TIMED_OUT, f"out of time at t = {clock[0]:.6g} s of {end:.6g} s")
+    with ctrl_c() as interrupted:
+        while clock[0] < end * (1 - ARRIVED) and failure is None:
+            out = output.output_for(ROWS, scene.size, len(rest.multipliers), state.memory.shape)
+            try:
+                with one_thread():
+                    run(scene.tables, scene.work, room, clock, end, stops, controls, out, counts)
+                failure = _failure(counts, clock[0], solver)
+            except np.linalg.LinAlgError:
+                counts[output.SAMPLES] = int(np.argmax(out.time)) + 1
+                failure = Status.SINGULAR, f"the constraints' matrix is singular after t = {out.time.max():.6g} s"
+            parts.append(Output(*(x[: counts[output.SAMPLES]] for x in out)))
+            if progress is not None:
+                progress(clock[0] / end)
+            if failure is None and (interrupted() or perf_counter() > deadline):
+                why = (Status.INTERRUPTED, "Ctrl-C") if interrupted() else (Status.TIMED_OUT, "out of time")
+                failure = why[0], f"{why[1]} at t = {clock[0]:.6g} s of {end:.6g} s"
     return Output(*(np.concatenate(x) for x in zip(*parts, strict=True))), failure, counts
 
 

@@ -13,6 +13,7 @@ from typing import Any, TypeVar
 from buckler.mbs.accuracy.aim import ALL_FORCES, PLACES, Aim
 from buckler.mbs.files.decode import RUN, mechanism
 from buckler.mbs.files.document import changed, read
+from buckler.mbs.interrupts import Interrupted
 from buckler.studies.kit.options import Parser, answers, check_words, noted, writable, wrong_input
 from buckler.studies.own import solver as solvers
 from buckler.studies.own.places import set_all, spec, to_json
@@ -82,7 +83,10 @@ def run_file(path: Path, argv: Sequence[str], prog: str) -> int:
     kept: list[Any] = []
 
     def run(parameters: Parameters, progress: Any) -> Any:
-        kept.append(study.simulated(parameters, progress))
+        try:
+            kept.append(study.simulated(parameters, progress))
+        except Interrupted as stop:  # what there is by then is filed, as INTERRUPTED
+            kept.append(stop.result)
         return study.read_off(parameters, kept[0])
 
     begin = time.perf_counter()

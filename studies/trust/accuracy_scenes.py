@@ -32,7 +32,8 @@ from buckler.mbs import (
     simulate,
     slider_crank,
 )
-from buckler.mbs.accuracy.difference import PREDICTABLE, difference
+from buckler.mbs.accuracy.difference import difference
+from buckler.mbs.accuracy.predictable import PREDICTABLE
 from buckler.mbs.kinematics.slidercrank import SliderCrank
 from buckler.mbs.laws import KelvinVoigt
 from buckler.mbs.library import PAPER, PAPER_STOP

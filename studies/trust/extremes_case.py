@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from time import perf_counter
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -69,12 +70,16 @@ PATIENCE = 120.0
 
 @dataclass(frozen=True)
 class CaseOutcome:
-    """How a run ended, what was read off it, and how long it took, s, where that is known without what came before it."""
+    """How a run ended, what was read off it, and how long it took, s, where that is known without what came before it.
+
+    `told` are errors of measures that the run itself tells to be larger than what is allowed: that is not silent.
+    """
 
     status: str
     message: str
     measures: Measures = field(default_factory=dict)
     wall_s: float = float("nan")
+    told: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -139,7 +144,9 @@ def judge(case: Case, timeout: float) -> Finding:
     right = case.reference() if case.reference else None
     if right is None and case.reference:
         return found(OPEN if fine else SUSPECT, said=said, price=price)
-    off, worst = compare(outcome.measures, right, case.scales) if right is not None else (np.inf, "no run of it can be right")
+    off, worst = np.inf, "no run of it can be right"
+    if right is not None:
+        off, worst = compare(outcome.measures, right, case.scales, outcome.told)
     good = WITHIN if fine else FALSE_ALARM
     return found(good if off <= 1 else WRONG if fine else SUSPECT, off, worst, said, price)
 
@@ -154,15 +161,17 @@ def _text(outcome: CaseOutcome) -> str:
     return "" if outcome.status == Status.OK else f"{outcome.status}: {outcome.message}"
 
 
-def compare(found: Measures, right: Measures, scales: Mapping[str, float]) -> tuple[float, str]:
-    """Largest error of all measures over what is allowed, and the measure's name."""
+def compare(
+    found: Measures, right: Measures, scales: Mapping[str, float], told: Mapping[str, float] = MappingProxyType({})
+) -> tuple[float, str]:
+    """Largest error of all measures over what is allowed, or what the run tells of it, and the measure's name."""
     errors = {}
     for name, value in right.items():
         scale, kind = scales.get(name) or largest(value), KINDS[name.partition(" ")[0].rstrip(",")]
         compared = np.asarray(found[name])[
             ..., : np.shape(value)[-1]
         ]  # a reference may end where motion is one trajectory no longer
-        errors[name] = kind.norm(compared - value) / max(scale, 1e-12) / kind.allowed
+        errors[name] = kind.norm(compared - value) / max(scale, 1e-12) / max(kind.allowed, told.get(name, 0.0))
     worst = max(errors, key=lambda name: np.nan_to_num(errors[name], nan=np.inf))
     return float(np.nan_to_num(errors[worst], nan=np.inf)), worst
 
@@ -170,10 +179,10 @@ def compare(found: Measures, right: Measures, scales: Mapping[str, float]) -> tu
 def simulated(
     mechanism: Callable[[], Mechanism], duration: float, solver: Exudyn, read: Callable[[Result], Measures]
 ) -> Callable[[float], CaseOutcome]:
-    """Make the run of a case: build the mechanism, simulate it, read its measures."""
+    """Make the run of a case: build the mechanism, simulate it, read its measures. The default solver refines itself."""
 
     def run(timeout: float) -> CaseOutcome:
-        result = simulate(mechanism(), duration, solver=solver, timeout=timeout)
+        result = simulate(mechanism(), duration, solver=None if solver is DEFAULT else solver, timeout=timeout)
         ended = result.status in (Status.OK, Status.SUSPECT)
         return CaseOutcome(str(result.status), result.message, read(result) if ended else {})
 

@@ -49,7 +49,8 @@ def drawn_case(family: str, seed: int, number: int) -> Case:
         start = perf_counter()
         result = simulate(mechanism, duration, asked, timeout=timeout)
         wall, ended = perf_counter() - start, result.status in (Status.OK, Status.SUSPECT)
-        return CaseOutcome(str(result.status), result.message, _read(made, result) if ended else {}, wall)
+        told = _told(result) if asked else {}
+        return CaseOutcome(str(result.status), result.message, _read(made, result) if ended else {}, wall, told)
 
     scales = dict(_scales(mechanism, asked))
     return Case(family, name, run, lambda: _right(made, scales), scales, lambda: _plain(mechanism, duration))
@@ -77,12 +78,32 @@ def _read(made: Drawn, result: Result) -> Measures:
     names = [f"{point}.{axis}" for point in mechanism.points for axis in "xy"]
     found: dict[str, Array] = {kind: np.stack([result.at(name, SAMPLES * duration, outside=np.nan) for name in names])}
     span = result.time[-1] - result.time[0]
+    for name, parts in _forces(result).items():
+        found[f"force, rms of {name}"] = np.sqrt(np.trapezoid(parts**2, result.time) / span)
+        found[f"force, peak of {name}"] = np.abs(parts).max(axis=1)
+        if name.endswith(("contact_force", "normal_force")):
+            found[f"impulse of {name}"] = np.trapezoid(parts, result.time)
+    return found
+
+
+def _forces(result: Result) -> dict[str, Array]:
+    """Forces and torques, (1 or 2 components, times): the components of a force are measured over the larger one."""
+    found: dict[str, list[Array]] = {}
     for name, values in result.signals.items():
-        if result.units[name] in ("N", "N m") and not name.endswith(("friction_limit", "friction_force")):
-            found[f"force, rms of {name}"] = np.array([np.sqrt(np.trapezoid(values**2, result.time) / span)])
-            found[f"force, peak of {name}"] = np.array([largest(values)])
-            if name.endswith(("contact_force", "normal_force")):
-                found[f"impulse of {name}"] = np.array([np.trapezoid(values, result.time)])
+        owner, _, kind = name.rpartition(".")
+        if result.units[name] in ("N", "N m") and kind not in ("friction_limit", "friction_force"):
+            found.setdefault(owner if kind in ("fx", "fy") else name, []).append(values)
+    return {name: np.stack(parts) for name, parts in found.items()}
+
+
+def _told(result: Result) -> dict[str, float]:
+    """Errors of forces that a run tells of which only the motion was asked."""
+    found: dict[str, float] = {}
+    for signal, error in result.error.items():
+        name, _, part = signal.rpartition(".")
+        what = {"peak": "force, peak of", "rms": "force, rms of", "impulse": "impulse of"}.get(part, part)
+        measure = f"{what} {name.removesuffix('.fx').removesuffix('.fy')}"
+        found[measure] = max(found.get(measure, 0.0), error)
     return found
 
 

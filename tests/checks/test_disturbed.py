@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from simulations import pendulum
 
-from buckler.mbs import Exudyn, Rigid, Section, Spectral, crank_rocker, simulate
+from buckler.mbs import Exudyn, Rigid, Section, Spectral, Status, crank_rocker, simulate
 from buckler.studies.kit import cli
 from buckler.studies.rattling import modes
 from buckler.studies.trust.extremes_drawn import FAMILIES
@@ -20,6 +20,7 @@ LONG = {
     "Exudyn": lambda: simulate(pendulum(2.0), HOURS, solver=Exudyn()),
     "compiled": lambda: simulate(pendulum(2.0), HOURS, solver=Spectral()),
     "closure": lambda: simulate(crank_rocker(BAR, speed=30.0), HOURS),
+    "itself": lambda: simulate(pendulum(0.1), 1000.0),
     "accuracy": lambda: simulate(pendulum(2.0), HOURS, 1e-4),
 }
 
@@ -31,10 +32,13 @@ def test_ctrl_c_ends_any_run(kind):
     clock = threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT))
     clock.start()
     try:
-        with pytest.raises(KeyboardInterrupt):
+        with pytest.raises(KeyboardInterrupt) as stop:
             LONG[kind]()
     finally:
         clock.cancel()
+    left = stop.value.result
+    assert left.status is Status.INTERRUPTED and "Ctrl-C" in left.message, left
+    assert len(left.time) > 10 and all(len(values) == len(left.time) for values in left.signals.values())
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 

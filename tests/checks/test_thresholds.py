@@ -11,7 +11,22 @@ import numpy as np
 import pytest
 from simulations import LENGTH, STRIP, G, block, pendulum
 
-from buckler.mbs import Beam, Clearance, Controlled, Exudyn, Link, Mechanism, Revolute, Rigid, Section, Strut, Weld, crank_rocker
+from buckler.mbs import (
+    Beam,
+    Clearance,
+    Controlled,
+    Exudyn,
+    Guide,
+    Link,
+    Mechanism,
+    Modal,
+    Revolute,
+    Rigid,
+    Section,
+    Strut,
+    Weld,
+    crank_rocker,
+)
 from buckler.mbs.checks import closure, dead_centre, steps
 from buckler.mbs.checks.mesh import mesh_error
 from buckler.mbs.checks.suspicions import CHECKS
@@ -19,6 +34,7 @@ from buckler.mbs.elements.stop import PIERCED
 from buckler.mbs.engine.solve import once
 from buckler.mbs.files.verdicts import QUESTIONS
 from buckler.mbs.laws import Hertz, Stiction
+from buckler.mbs.modal import BarModes
 from buckler.mbs.record.energy import ledger
 from buckler.mbs.record.result import Result
 from buckler.mbs.record.status import Status
@@ -48,6 +64,15 @@ def right(kind):
         "rocker": lambda: (crank_rocker(bar, speed=30.0, section=bar.section, angle=0.5), 0.2),
         "strip": lambda: (Mechanism(links=[Link("s", "A", "B", strip)], joints=[Revolute("A", "ground", "s")], **held), 1.0),
         "clamped": lambda: (Mechanism(links=[Link("s", "A", "B", strip)], joints=[Weld("A", "ground", "s")], **held), 1.0),
+        "modal": lambda: (
+            Mechanism(
+                links=[Link("s", "A", "B", Modal(STRIP, BarModes(bending=2, axial=0)))],
+                joints=[Revolute("A", "ground", "s")],
+                guides=[Guide("B", "s")],
+                **held,
+            ),
+            1.0,
+        ),
         "built in": lambda: (
             Mechanism(links=[Link("s", "A", "B", strip)], joints=[Weld(end, "ground", "s") for end in "AB"], **held),
             1.0,
@@ -241,6 +266,26 @@ def test_a_strip_is_overloaded_beyond_its_own_critical_load(kind, below, beyond)
     """1 of a strip between pins, 2.0457 of one that is clamped at one end, 4 at both, in Euler loads."""
     assert pressed_by(beyond, 60.0, kind=kind)
     assert not pressed_by(below, 60.0, kind=kind)
+
+
+def linear(load, deflection, growth):
+    """The same of a modal link between a pin and a guide, that bends by a share of its length."""
+    run, result = right("modal")
+    still = np.zeros_like(result.time)
+    signals = {"A.ground-s.fx": still + load * STRIP.euler_load(LENGTH), "A.ground-s.fy": still}
+    signals["s.deflection"] = still + deflection * LENGTH
+    lasts = growth / STRIP.first_frequency(LENGTH) / result.time[-1]
+    return said("LINEAR", run, replace(result, time=lasts * result.time), **signals)
+
+
+@near("LINEAR", "of the length")
+def _(wrong):
+    return linear(0.5, 2.6e-3 if wrong else 1.5e-3, 100.0)
+
+
+@near("LINEAR", "growth, exponent")
+def _(wrong):
+    return linear(2.0, 0.0, 18.0 if wrong else 11.0)
 
 
 @near("CROSSED", "distance over length")

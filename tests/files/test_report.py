@@ -138,6 +138,7 @@ def test_verdicts_tell_failed_from_not_run():
     assert {row.name: row.said for row in verdicts(fine) if row.verdict == "not applicable"} == {
         "CONTACT": "no stop and no joint with clearance", "PENETRATION": "no stop and no joint with clearance",
         "UNBUCKLED": "no beam and no cable", "MESH": "no beam and no cable", "CROSSED": "no strut",
+        "LINEAR": "no modal link",
         "STEPS": "a whole finer run was compared",
         "BRANCH": "not a linkage of which the drives alone decide the motion",
         "CLOSURE": "not a linkage of which the drives alone decide the motion",
@@ -145,6 +146,7 @@ def test_verdicts_tell_failed_from_not_run():
     assert {row.name for row in verdicts(fine) if row.verdict == "no complaint"} == {"NOT_FINITE", "TIME", "ENERGY"}
     assert {row.name for row in verdicts(run("strip")) if row.verdict == "not applicable"} == {
         "CROSSED",
+        "LINEAR",
         "STEPS",
         "BRANCH",
         "CLOSURE",
@@ -152,6 +154,7 @@ def test_verdicts_tell_failed_from_not_run():
     assert {row.name for row in verdicts(run("strut")) if row.verdict == "not applicable"} == {
         "UNBUCKLED",
         "MESH",
+        "LINEAR",
         "STEPS",
         "BRANCH",
         "CLOSURE",

@@ -5,11 +5,15 @@ A mark that is strict turns red when its run has become right: take it away then
 
 import numpy as np
 import pytest
+from simulations import LENGTH, pressed
 
+from buckler.mbs import Beam, Cable, Modal, Section, simulate
+from buckler.mbs.modal import BarModes
 from buckler.studies.trust.extremes_case import FALSE_ALARM, WITHIN, WRONG, judge
 from buckler.studies.trust.extremes_play import Play
 from buckler.studies.trust.extremes_truth import drawn_case
 
+SECTION = Section(0.03, 3e-4)
 WRONG_NOW = pytest.mark.xfail(strict=True, reason="reported fine though a peak force is 1.3 times what is allowed off")
 
 
@@ -21,33 +25,58 @@ def verdict(case):
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(strict=True, reason="two of the five are reported fine though a journal is 0.1 to 0.3 clearances off")
 def test_a_slow_crank_with_clearance_in_all_joints():
-    """Near 1 rad/s for 0.31 s: the journals of one speed or another are 0.3 clearances off, which of them is chance.
+    """Near 1 rad/s for 0.31 s, 18 degrees: by default tolerances two of the five journals are 0.1 to 0.3 clearances off.
 
-    Three methods agree on where they are.
+    Three methods agree on where they are. What is compared over 10 ms alone does not see it.
     """
     found = [verdict(Play(speed=speed).case(f"{speed:g} rad/s")) for speed in (0.9997, 0.9999, 1.0, 1.0001, 1.0003)]
     assert WRONG not in [each[0] for each in found], found
 
 
-QUICK = [("free", 1, 2), ("free", 1, 4)]
-"""Pendulums over many periods: family, seed, number."""
-LONG = [
-    ("axial force", 1, 0), pytest.param("axial force", 1, 1, marks=WRONG_NOW), ("axial force", 1, 2), ("axial force", 1, 4),
-    ("near critical", 1, 0), ("near critical", 1, 1), ("mixed", 1, 0), ("mixed", 1, 1),
-]  # fmt: skip
+QUICK = {
+    "kinks and short ramps": ("kinks", 12, 0),
+    "grazing stops, several stops": ("grazing", 12, 0),
+    "a sixth bounce": ("bouncing", 12, 0),
+    "free motion": ("free", 1, 2),
+    "free motion, many periods": ("free", 1, 4),
+    "free chain, largest error": ("any chain", 11, 1),
+    "clearance, small forces": ("clearance", 12, 1),
+    "rattling, peaks": ("any rattling", 11, 2),
+}
+LONG = {
+    "axial force, four-bar": ("axial force", 1, 0), "axial force, slider-crank": ("axial force", 1, 2),
+    "axial force": ("axial force", 1, 4),
+    "near the critical load": ("near critical", 1, 0), "near it, slowly": ("near critical", 1, 1),
+    "two flexible links": ("mixed", 1, 0), "clearance beside a stop": ("mixed", 1, 1), "strut": ("strut", 12, 0),
+}  # fmt: skip
+"""Families in which runs were silently wrong, with a case each: family, seed, number."""
 
 
-@pytest.mark.parametrize(("family", "seed", "number"), QUICK)
-def test_free_motion_over_many_periods(family, seed, number):
-    assert verdict(drawn_case(family, seed, number))[0] != WRONG
+@pytest.mark.parametrize("row", QUICK)
+def test_a_drawn_case_of_a_family_in_which_runs_were_silently_wrong(row):
+    assert verdict(drawn_case(*QUICK[row]))[0] != WRONG
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("family", "seed", "number"), LONG)
-def test_a_drawn_case_that_was_silently_wrong(family, seed, number):
-    assert verdict(drawn_case(family, seed, number))[0] != WRONG
+@pytest.mark.parametrize("row", LONG)
+def test_a_longer_one(row):
+    assert verdict(drawn_case(*LONG[row]))[0] != WRONG
+
+
+@pytest.mark.slow
+@WRONG_NOW
+def test_a_peak_that_the_default_misses():
+    assert verdict(drawn_case("axial force", 1, 1))[0] != WRONG
+
+
+@pytest.mark.parametrize(
+    "body", [Beam(SECTION), Cable(SECTION), Modal(SECTION, BarModes(2, 1), damping=0.5)], ids=["beam", "cable", "modal"]
+)
+def test_a_straight_link_pressed_beyond_its_critical_load_is_not_fine(body):
+    """Four times its Euler load, and straight: a strip would push back with hardly more than once."""
+    strain = 4 * SECTION.euler_load(LENGTH) / SECTION.axial_stiffness
+    assert "times its critical load" in simulate(pressed(body, strain * LENGTH, 2.0), 2.0).message
 
 
 def test_the_truth_of_the_slow_crank_does_not_depend_on_the_clearance_to_a_thousandth():

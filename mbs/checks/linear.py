@@ -1,0 +1,95 @@
+"""Self-check of modal links: they are linear about their straight shape, and must not be asked for more than that.
+
+A linear link that bends does not become shorter: what its ends miss is the mean of w'^2/2 along it, w the deflection from the
+chord, 2.5 (w_max/L)^2 of a half-sine. Nor does an axial load soften or stiffen it: under a load P it bends too little by P/P_cr,
+and beyond P_cr it stays straight where a strip buckles.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import chain
+from typing import Any
+
+import numpy as np
+
+from buckler.mbs.checks.check import Check
+from buckler.mbs.checks.unbuckled import GROWTH, grown, recent_mean
+from buckler.mbs.elements.element import Array, Joint, place
+from buckler.mbs.elements.modal import MeshFile
+from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.record.result import Result
+from buckler.mbs.record.run import Run
+
+LEFT_OUT = 1e-3
+"""Error of the place of an end, or of mid-length, over the link's length: as much as a place may be off. A half-sine reaches it
+at a deflection of 2 %, and under a tenth of the critical load at 1 %."""
+
+
+def _beyond(run: Run, result: Result) -> Iterator[str]:
+    record = run.record
+    for name in _modal(run):
+        history, section = record.links[name], record.mechanism.link(name).body.section
+        length = record.mechanism.length(name)
+        frequency = section.first_frequency(length)
+        pressed = _compression(run, result, name) / section.euler_load(length)
+        loaded = recent_mean(result.time, pressed, np.pi / (2 * frequency))
+        nearer = history.foreshortening() / length
+        softer = np.abs(result.signals[f"{name}.deflection"] / length * loaded)
+        for missing, what in (
+            (nearer, "bends so far that its ends are nearer"),
+            (softer, "is pressed so far that it bends more"),
+        ):
+            k = int(np.argmax(missing))
+            if missing[k] > LEFT_OUT:
+                said = f"by {missing[k]:.2g} of its length than linear theory has it; make it a Beam"
+                yield f"at t = {result.time[k]:.4g} s '{name}' {what}, {said}"
+        over = grown(result.time, loaded, frequency) > GROWTH
+        if over.any():
+            k = int(np.argmax(over))
+            yield f"at t = {result.time[k]:.4g} s '{name}' carries {loaded[k]:.3g} times its critical load; make it a Beam"
+
+
+def _compression(run: Run, result: Result, name: str) -> Array:
+    """Of a link, N, by the joints at one of its ends; zero where something else acts at both, or its size is that of a file."""
+    link: Any = run.record.mechanism.link(name)
+    motion = run.record.links[name]
+    ends = [motion.point(point)[0] for point in (link.start, link.end)]
+    along = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0], axis=1)[:, None]
+    for point, sign in ((link.start, 1.0), (link.end, -1.0)):
+        force = _by_joints(run.record.mechanism, result, name, point)
+        if force is not None and not isinstance(link.body.mesh, MeshFile):
+            return np.asarray(sign * (force * along).sum(axis=1))
+    return np.zeros(len(result.time))
+
+
+def _by_joints(mechanism: Mechanism, result: Result, name: str, point: str) -> Array | None:
+    """Force of joints on a link at a point, N, (times, 2); None if none acts there, or something else does."""
+    others = chain(mechanism.guides, mechanism.stops, mechanism.loads, mechanism.masses)
+    if point in {place(getattr(each, field, "")).point for each in others for field in ("point", "a", "b")}:
+        return None
+    parts = []
+    for key, joint in mechanism.elements().items():
+        if isinstance(joint, Joint) and joint.point == point and name in (joint.first, joint.second):
+            if f"{key}.fx" not in result.signals:
+                return None
+            force = np.column_stack([result.signals[f"{key}.f{axis}"] for axis in "xy"])
+            parts.append(force if joint.second == name else -force)
+    return np.asarray(sum(parts)) if parts else None
+
+
+def _modal(run: Run) -> list[str]:
+    return [name for name, motion in run.record.links.items() if hasattr(motion, "foreshortening")]
+
+
+def _idle(run: Run, _result: Result) -> str:
+    return "" if _modal(run) else "no modal link"
+
+
+CHECK = Check(
+    "LINEAR",
+    "failed when a modal link bends, or is pressed, so far that what linear theory leaves out can be seen",
+    _beyond,
+    {"of the length": LEFT_OUT, "growth, exponent": GROWTH},
+    _idle,
+)
