@@ -11,6 +11,9 @@ import re
 from functools import lru_cache
 from typing import NamedTuple
 
+FORCES = ("N", "N m")
+"""Units of forces and torques."""
+
 
 class Unit(NamedTuple):
     """One unit in SI: factor * 10**power. The decimal power stays apart so that 300um is exactly the float 3e-4."""

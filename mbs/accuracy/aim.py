@@ -7,10 +7,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from buckler.mbs.record.result import Result, unknown
+from buckler.mbs.units import FORCES
 
 PLACES, ALL_FORCES = "places", "forces"
-FORCES = ("N", "N m")
-"""Units of forces."""
 
 
 @dataclass(frozen=True)

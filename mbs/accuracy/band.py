@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs.accuracy.aim import FORCES
 from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.units import FORCES
 
 Array = np.ndarray[Any, Any]
 OF_CONTACT = ("contact_force", "normal_force", "friction_force", "force")

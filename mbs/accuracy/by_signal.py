@@ -21,11 +21,11 @@ from typing import Any
 import numpy as np
 import scipy
 
-from buckler.mbs.accuracy.aim import FORCES
 from buckler.mbs.accuracy.difference import GRID, PREDICTABLE
 from buckler.mbs.record.energy import ledger
 from buckler.mbs.record.result import SMOOTH, Result, cubic
 from buckler.mbs.record.run import Run
+from buckler.mbs.units import FORCES
 
 Array = np.ndarray[Any, Any]
 PLACES = ("m", "rad")

@@ -8,7 +8,7 @@ largest of these relative differences, each an L2 norm over the time both runs c
   its shape; what it has besides is axial vibration, micrometres at kilohertz, which only a run a hundred times dearer
   resolves, and which
   moves a point by no more;
-- the place of each point, over its range;
+- the place of each point, over its range, the larger one of both runs;
 - the impulse of each stop's force up to each time, over its norm;
 - the place of each journal in its bush over the first `PREDICTABLE` seconds, over the clearance. Rattling is chaotic: later
   trajectories say nothing of the solver, and all of the above is looked at in those seconds only.
@@ -65,7 +65,7 @@ def differences(a: Result, b: Result) -> dict[str, float]:
         return float(np.sqrt(weights @ (values * values).sum(axis=1)))
 
     found = {}
-    for name, scale in second.scales(norm, times).items():
+    for name, scale in second.scales(norm, times, first).items():
         off = norm(first.at(name, times) - second.at(name, times))
         found[name] = off / scale if np.isfinite(off) else float("inf")
     return found
@@ -116,15 +116,15 @@ class _Motion:
             return np.column_stack([np.interp(times, self.time, column) for column in values.T])
         return cubic(self.time, values, times)
 
-    def scales(self, norm: Any, times: Array) -> dict[str, float]:
-        """What each part's difference is relative to; parts without any motion have none."""
+    def scales(self, norm: Any, times: Array, other: _Motion) -> dict[str, float]:
+        """What each part's difference is relative to; parts without any motion, in the other run neither, have none."""
         found = {}
         for name, values in self.parts.items():
             kind = name.rpartition(".")[2]
             if kind == "journal":
                 found[name] = self.gaps[name]
             elif kind == "place":
-                extent = float(np.ptp(values, axis=0).max())
+                extent = float(max(np.ptp(each, axis=0).max() for each in (values, other.parts[name])))
                 if extent > RESTING * self.size:
                     found[name] = extent
             elif kind == "shape":

@@ -30,8 +30,10 @@ RADIUS, LONG_RADIUS = 0.75, 0.9
 """Spectral radius at infinite frequency, below and beyond that phase; 1 leaves the axial waves to Newton's method."""
 LONGEST = 1.3
 """Steps, times the frequency, rad, up to which the fitted density follows them."""
-RESIDUAL, ROUND_OFF = 1e-3, 1e-14
-"""Newton's tolerance: of the accuracy, over the motion's forces; what round-off leaves, over axial stiffness and elements."""
+RESIDUAL, RESIDUAL_FREE, ROUND_OFF = 1e-3, 1e-6, 1e-14
+"""Newton's tolerance: of the accuracy, over the motion's forces, with a drive and without one, where what each step leaves adds
+up, the same in runs of all steps, and their differences do not tell it; what round-off leaves, over axial stiffness and elements.
+"""
 REUSED = 6e-3
 """Turn of the drive a step, rad, below which Newton's Jacobian serves for many."""
 AXIAL = 0.15
@@ -240,7 +242,7 @@ class Plan:
         if not max(forces) > 0:
             return None
         stiff = max([section.axial_stiffness for section, _ in sections], default=0.0)
-        return max(1e-10, ROUND_OFF * mesh * stiff, RESIDUAL * self.asked * max(forces))
+        return max(1e-10, ROUND_OFF * mesh * stiff, (RESIDUAL if self.speed else RESIDUAL_FREE) * self.asked * max(forces))
 
 
 def fitted(step: float, radius: float) -> float:

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from buckler.mbs.accuracy.aim import FORCES
 from buckler.mbs.accuracy.band import mechanism_mass
 from buckler.mbs.elements.clearance import clearances
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.result import Result
+from buckler.mbs.units import FORCES
 
 PLACE, STRUCK_PLACE = 1e-3, 5e-3
 """Error allowed of places, over their range, or the link's length for what bends; and where something strikes, as a rebound

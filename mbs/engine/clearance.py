@@ -112,6 +112,12 @@ def connect(scene: Any, joints: dict[str, Clearance]) -> None:
         group = ClearanceGroup(names, chosen, ends, nodes)
         g = len(scene.remembering)
         scene.remembering.append(group)
+        if not group.kernel.compiled:
+            points = ", ".join(f"'{joint.point}'" for joint in chosen)
+            scene.told.append(
+                f"a law of the clearance at {points} is called back in Python, some twenty times slower: "
+                "it is no plain arithmetic, or Numba is missing"
+            )
         add_clearances(scene, group)
         for k, name in enumerate(names):
             scene.reads(name, "memory", lambda run, _record, g=g, k=k: run.memory[g][:, k])

@@ -61,6 +61,8 @@ class Scene:
         True if friction follows a reaction at once: the engine's forces at t = 0 are those without it.
     redundant : list of str
         Elements that say what others say already.
+    told : list of str
+        Sentences for the summary: laws that could not be compiled.
     stopped : (Status, str) or None
         Why a user's function could not give a value, once it could not.
     """
@@ -77,6 +79,7 @@ class Scene:
     start: Start | None = None
     starts_smooth: bool = False
     redundant: list[str] = field(default_factory=list)
+    told: list[str] = field(default_factory=list)
     stopped: tuple[Status, str] | None = None
     parts: Counter[str] = field(default_factory=Counter)
     readers: list[tuple[str, str, Callable[[History, Record], Array]]] = field(default_factory=list)

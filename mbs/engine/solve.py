@@ -53,7 +53,7 @@ def once(mechanism: Mechanism, duration: float, solver: Exudyn, timeout: float |
         failure = stuck(record) or failure
     if failure is None and solver.steps.record_every == 1 and record.time[-1] < duration * (1 - UNFINISHED):
         failure = Status.ENGINE_ERROR, f"the run ended at t = {record.time[-1]:.6g} s of {duration:.6g} s without a reason"
-    return Run(solver, record, failure, work, scene.summary(), again, remarks(mechanism, scene.redundant))
+    return Run(solver, record, failure, work, scene.summary(), again, [*remarks(mechanism, scene.redundant), *scene.told])
 
 
 def _run_implicit(scene: Scene, solver: Exudyn, duration: float, timeout: float | None, progress: Any) -> Any:

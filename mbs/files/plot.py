@@ -253,7 +253,8 @@ def _write_mp4(path: FilePath, pictures: Iterator[Array], rate: float) -> None:
     size = f"{first.shape[1]}x{first.shape[0]}"
     command = ["ffmpeg", "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s", size, "-r", f"{rate:g}"]
     command += ["-i", "-"]
-    command += ["-an", "-c:v", "libx264", "-pix_fmt", "yuv420p", str(path)]
+    even = "crop=trunc(iw/2)*2:trunc(ih/2)*2"  # the codec wants even sizes
+    command += ["-an", "-vf", even, "-c:v", "libx264", "-pix_fmt", "yuv420p", str(path)]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as process:
         assert process.stdin is not None
         for picture in chain([first], pictures):

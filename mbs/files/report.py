@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import html
-import json
 from base64 import b64encode
 from collections.abc import Iterator
 from dataclasses import replace
-from functools import cache
-from importlib.resources import files
 from math import isfinite
 from pathlib import Path
 from typing import Any
@@ -18,6 +15,7 @@ import numpy as np
 from buckler.mbs.elements.element import Array
 from buckler.mbs.files.drawing import INKS, Arrow, packed
 from buckler.mbs.files.movie import Movie, filmed
+from buckler.mbs.files.shell import filled
 from buckler.mbs.files.verdicts import IDLE, verdicts
 from buckler.mbs.record.energy import ledger
 
@@ -62,12 +60,7 @@ def page(result: Any, title: str) -> str:
         "signals": _signals(result, store),
     }
     data["store"] = store.text()
-    text = json.dumps(data, separators=(",", ":"), allow_nan=False, default=str).replace("<", "\\u003c")
-    mark = "" if result.ok else f"\u25b2 {result.status}: "
-    filled = _template("report.html").replace("{{title}}", html.escape(mark + title))
-    for name in ("report.css", "report.js"):
-        filled = filled.replace("{{" + name + "}}", _template(name))
-    return filled.replace("{{data}}", text)
+    return filled(__package__, "report", data)
 
 
 def with_ledger(result: Any) -> Any:
@@ -77,11 +70,6 @@ def with_ledger(result: Any) -> Any:
     if result.energy or record is None or not every or not 1 < len(record.time) <= LONGEST:
         return result
     return replace(result, energy=ledger(record))
-
-
-@cache
-def _template(name: str) -> str:
-    return files("buckler.mbs.files").joinpath("page", name).read_text(encoding="utf-8")
 
 
 class Store:

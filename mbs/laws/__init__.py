@@ -1,12 +1,12 @@
 """Contact and friction laws: small, frozen, pure objects, one concept each, equation and source in the docstring."""
 
+from buckler.mbs.laws.bristle import LuGre, Stiction
 from buckler.mbs.laws.friction import (
     AdamsFriction,
     Ambrosio,
     BristleLaw,
     Coulomb,
     FrictionLaw,
-    LuGre,
     NoFriction,
     Stribeck,
     Threlfall,
@@ -38,7 +38,6 @@ from buckler.mbs.laws.rebound import (
     restitution_integrated,
     restitution_linear,
 )
-from buckler.mbs.laws.stiction import Stiction
 
 __all__ = [
     "AdamsFriction",

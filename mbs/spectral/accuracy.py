@@ -164,6 +164,8 @@ class _Series(Delivering):
             return Delivery(found, nan if found.failure else inf, Errors(), {}, self.runs)
         reached, fine, coarse, share = best
         told = self._errors(fine, coarse, share)
+        if self.play and aim.motion:
+            told = replace(told, motion=reached)  # the rest of the series, not its last difference alone
         if self.span < self.task.duration:
             fine = self.run(self.task.mechanism, self.task.duration, fine.solver)
         return Delivery(fine, reached if fine.failure is None else nan, told, {}, self.runs)

@@ -85,8 +85,13 @@ def lets_go(s, before, reports, largest, share):
 
 @inner
 def remember_onset(s, before, reports, k, m, floor, graze):
-    """Take over what contact k did in a step into its memory m: 1 if it closed, -1 if it let go, else 0."""
+    """Take over what contact k did in a step into its memory m: 1 if it closed, -1 if it let go, else 0.
+
+    A step ends or begins where a contact closes: the speed there is that of its end which is nearer to the face.
+    """
     old, new, rate = depth_of(s, before, k), depth_of(s, reports, k), rate_of_depth(s, reports, k)
+    if new > -old >= 0.0:
+        rate = rate_of_depth(s, before, k)
     if new <= 0.0 or old <= 0.0:
         m[ONSET] = max(rate, floor, graze * m[FASTEST])
     if new > 0.0 and old <= 0.0:

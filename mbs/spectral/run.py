@@ -63,7 +63,9 @@ def once(mechanism: Any, duration: float, solver: Spectral, timeout: float | Non
         finer, failed, _ = integrate(scene, float(out.time[last]), solver.finer(out.time), timeout, None, state)
         return None if failed else record_of(scene, finer)
 
-    return Run(solver, record_of(scene, out), failure, work, scene.summary(), again, remarks(mechanism, scene.redundant))
+    return Run(
+        solver, record_of(scene, out), failure, work, scene.summary(), again, [*remarks(mechanism, scene.redundant), *scene.told]
+    )
 
 
 def integrate(

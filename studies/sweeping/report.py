@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import html
-import json
 import math
 import os
 import shlex
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+from buckler.mbs.files.shell import filled
 from buckler.studies.kit.parameters import StudyParameters, specs
 from buckler.studies.kit.running import program
 from buckler.studies.kit.versions import versions
@@ -120,19 +117,7 @@ def page(heading: Heading, plan: Plan, found: Sequence[Point], units: Mapping[st
         "rows": [_row(point, list(shown), plan, heading.folder, beside) for point in found[:MOST]],
         "facts": [*heading.facts, *versions().items(), *_left_out(found)],
     }
-    data = json.dumps(content, separators=(",", ":"), allow_nan=False, default=str).replace("<", "\\u003c")
-    mark = "" if heading.status == "OK" else f"\u25b2 {heading.status}: "
-    filled = _part("sweep.html").replace("{{title}}", html.escape(mark + heading.title))
-    shared = files("buckler.mbs.files").joinpath("page", "report.css")
-    filled = filled.replace("{{report.css}}", shared.read_text(encoding="utf-8"))
-    for name in ("sweep.css", "sweep.js"):
-        filled = filled.replace("{{" + name + "}}", _part(name))
-    return filled.replace("{{data}}", data)
-
-
-@cache
-def _part(name: str) -> str:
-    return files("buckler.studies.sweeping").joinpath("page", name).read_text(encoding="utf-8")
+    return filled(__package__, "sweep", content)
 
 
 def summary(found: Sequence[Point], wall: float) -> str:

@@ -100,7 +100,7 @@ def pressed(draw: Draw) -> Drawn:
     share, duration = strain * _log(draw, 20, 1e4), 10.0
     straight = draw.random() < 0.5
     body: Any = _pick(draw, [Beam(section), Cable(section), Modal(section, damping=0.5)])
-    if not straight and not isinstance(body, Modal):
+    if not straight and body.meshed:
         body = replace(body, imperfection=1e-5 * length)  # little beside the deflection, so that the straight strip's load holds
     mechanism = Mechanism(
         points={"A": (0, 0), "B": (length, 0)},
@@ -147,7 +147,7 @@ def kinks(draw: Draw) -> Drawn:
     )
     if draw.random() < 0.5:
         return Drawn(slider_crank(coupler, law=None, mass=draw.uniform(0.1, 0.5), speed=motion), duration)
-    return Drawn(crank_rocker(Rigid(BAR) if isinstance(coupler, Strut) else coupler, speed=motion), duration)
+    return Drawn(crank_rocker(Rigid(BAR) if coupler.massless else coupler, speed=motion), duration)
 
 
 def grazing(draw: Draw) -> Drawn:

@@ -53,7 +53,7 @@ class Parameters(StudyParameters):
 
 
 class Compared(NamedTuple):
-    """What two solvers made of one mechanism."""
+    """What two solvers made of one mechanism; `alone` is how one of them failed, not for want of time, where the other ended."""
 
     name: str
     difference: float
@@ -63,6 +63,7 @@ class Compared(NamedTuple):
     engine_s: float
     compiled_s: float
     said: str
+    alone: str = ""
 
     @property
     def ratio(self) -> float:
@@ -81,9 +82,12 @@ def compare(pair: Pair, p: Parameters) -> Compared:
     """Run both solvers; the compiled one once more where the first run of a process compiled a law."""
     ours, engine_s = _engine(pair, p)
     other, error, compiled_s, failed = _compiled(pair, p, p.accuracy)
-    said = "; ".join(filter(None, ("" if ours.ok else f"Exudyn {ours.status}: {ours.message}", failed)))
-    if failed or ours.status not in (Status.OK, Status.SUSPECT):
-        return Compared(pair.name, float("nan"), "", ours.error.motion, error, engine_s, compiled_s, said)
+    theirs = "" if ours.ok else f"Exudyn {ours.status}: {ours.message}"
+    said = "; ".join(filter(None, (theirs, failed)))
+    unfinished = [each for each in (theirs * (ours.status is not Status.SUSPECT), failed) if each]
+    if unfinished:
+        alone = unfinished[0] if len(unfinished) == 1 and Status.TIMED_OUT not in unfinished[0] else ""
+        return Compared(pair.name, float("nan"), "", ours.error.motion, error, engine_s, compiled_s, said, alone)
     found = differences(ours, other)
     where = max(found, key=lambda name: found[name], default="")
     case = Compared(pair.name, found.get(where, 0.0), where, ours.error.motion, error, engine_s, compiled_s, said)
@@ -146,6 +150,7 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
         "median_ratio": Metric(median, "1"),
     }
     wrong = [f"{c.name}: {c.difference:.1e} apart in {c.where}, estimates {c.engine:.1e} and {c.compiled:.1e}" for c in beyond]
+    wrong += [f"{c.name}: only one solver ended, {c.alone}" for c in found if c.alone]
     told = f"{len(judged)} of {len(found)} mechanisms compared, {len(judged) - len(beyond)} no farther apart than 3 estimates"
     names = ("difference", "engine", "compiled", "engine_s", "compiled_s", "ratio")
     return StudyResult(

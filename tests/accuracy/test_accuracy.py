@@ -1,6 +1,7 @@
 """Accuracy as a parameter: the measure on closed forms, what is delivered against other methods, and what is told."""
 
 from math import pi
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from simulations import LENGTH, STRIP, block, pendulum, pressed, rates
 from buckler.elastica import law
 from buckler.mbs import Beam, Cable, Exudyn, Ramp, Result, Rigid, Section, Status, Strut, simulate, slider_crank
 from buckler.mbs.accuracy.difference import difference, differences
+from buckler.mbs.accuracy.extrapolation import _in_time
 from buckler.mbs.accuracy.plan import Plan, fitted
 from buckler.mbs.laws import KelvinVoigt
 from buckler.mbs.record.result import cubic
@@ -55,6 +57,15 @@ def test_play_is_measured_over_the_clearance_and_the_first_ten_milliseconds():
     off = 0.02 * c * (1 + 1e3 * (TIME > 0.0105))
     moved = made(**journal | {"P__journal_y": off})
     assert difference(moved, made(**journal)) == pytest.approx(0.02, rel=1e-6)
+
+
+def test_a_point_may_rest_in_one_run_and_move_in_the_other():
+    """Its range straddles what counts as rest, where it counts as soon as it moves in one."""
+    far = point(TIME, 0 * TIME)
+    runs = [made(**far, Q__x=reach * TIME, Q__y=0 * TIME, Q__vx=0 * TIME, Q__vy=0 * TIME) for reach in (2e-3, 4e-4, 2e-3)]
+    assert differences(runs[1], runs[0])["Q.place"] == pytest.approx(differences(runs[0], runs[1])["Q.place"], rel=1e-12)
+    plan = SimpleNamespace(asked=1e-6, smooth=True, kinked=False)
+    assert _in_time(*runs, plan).error > 1e-4 and _in_time(*runs[1:], runs[1], plan).error > 1e-4
 
 
 def test_a_run_that_ended_early_is_infinitely_off():
@@ -179,7 +190,7 @@ def test_accuracy_and_solver_exclude_each_other():
 
 
 @pytest.mark.parametrize("accuracy", [0.0, -1e-3, 1e-7, 0.2, float("nan")])
-def test_accuracies_out_of_range_are_named(accuracy):
+def test_accuracies_out_of_reachare_named(accuracy):
     with pytest.raises(ValueError, match="accuracy = "):
         simulate(pendulum(0.3), 0.1, accuracy)
 

@@ -28,6 +28,7 @@ from buckler.mbs import (
     Revolute,
     Rigid,
     Section,
+    Spectral,
     Status,
     Stop,
     Strut,
@@ -383,6 +384,22 @@ def test_what_looks_forgotten_is_noted(case):
     make, words = NOTED[case]
     notes = simulate(make(), 0.05).provenance["notes"]
     assert any(words in note for note in notes), notes
+
+
+class Wordy(Hertz):
+    """A law that asks a dictionary, which Numba cannot compile."""
+
+    def force(self, depth, rate, onset):
+        return {"force": super().force(depth, rate, onset)}["force"]
+
+
+@pytest.mark.parametrize("solver", [Exudyn(), Spectral()], ids=["Exudyn", "Spectral"])
+def test_a_law_that_cannot_be_compiled_is_told(solver):
+    play = [Clearance("A", "crank", "rod", pin=0.01, gap=1e-4, law=law(1e8)) for law in (Wordy, Hertz)]
+    slow, quick = (simulate(made(joints=[Revolute("O", "ground", "crank"), joint]), 1e-4, solver=solver) for joint in play)
+    assert any("called back in Python" in note and "slower" in note for note in slow.provenance["notes"])
+    assert not any("Python" in note for note in quick.provenance.get("notes", ()))
+    assert slow["rod.x"] == pytest.approx(quick["rod.x"])
 
 
 def test_nothing_is_noted_of_a_plain_mechanism():

@@ -158,6 +158,11 @@ def test_static_shapes_are_the_exact_ones():
         assert np.hypot(*np.diff(line, axis=0).T).sum() == pytest.approx(LENGTH, rel=1e-3)
 
 
+def test_no_shortening_at_all_is_refused():
+    with pytest.raises(ValueError, match=r"shortenings = \[\]: must be one at least"):
+        pinned_strip(Beam(STRIP, elements=16), LENGTH, [])
+
+
 def test_too_coarse_a_strip_is_called_off_its_branch():
     found = pinned_strip(Beam(STRIP, elements=2, nodes=2), LENGTH, [0.1])
     assert found.status is Status.SUSPECT and "BRANCH" in found.message and "u = 0.1" in found.message

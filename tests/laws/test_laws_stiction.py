@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from buckler.mbs.laws import BristleLaw, Stiction
+from buckler.mbs.laws import BristleLaw, LuGre, Stiction
 
 LAW = Stiction(0.3, 0.2, 0.01, bristle_stiffness=1e4, bristle_damping=5.0, viscous=0.1)
 SPEEDS = np.linspace(-0.1, 0.1, 41)
@@ -20,6 +20,12 @@ def test_stuck_bristle_is_a_spring_and_does_not_forget():
     assert z == pytest.approx(5e-6, abs=1e-20)
     assert LAW.after(z, 0.0, 1e6) == z
     assert LAW.coefficient(0.0, z) == pytest.approx(1e4 * z, rel=1e-14)
+
+
+@pytest.mark.parametrize("kind", [Stiction, LuGre])
+def test_by_default_a_stuck_body_gives_way_by_micrometres(kind):
+    law = kind(0.3, 0.2, 0.01)
+    assert law.coefficient(0.0, 3e-6) == pytest.approx(0.3, rel=1e-12)
 
 
 @pytest.mark.parametrize("bristle", [-3e-5, -1e-6, 0.0, 2e-5, 3e-5])

@@ -10,9 +10,10 @@ pytest.importorskip("numba")
 
 from spectral_scenes import play
 
-from buckler.mbs.elements import Beam, Link, Revolute, Rigid, Section
+from buckler.mbs.elements import Beam, Link, Revolute, Rigid, Section, Stop
 from buckler.mbs.engine.settings import Controlled, Equal
-from buckler.mbs.laws import Coulomb, Impact
+from buckler.mbs.laws import Coulomb, HuntCrossley, Impact
+from buckler.mbs.laws.rebound import restitution
 from buckler.mbs.library import crank_rocker, slider_crank
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.spectral.accuracy import known, share_told
@@ -58,6 +59,20 @@ def test_pendulum_keeps_its_energy_and_constraints(method: str) -> None:
     last = scene.assemble(out.q[-1], out.v[-1], out.time[-1], tangents=False)
     assert np.abs(last.residual).max() < 1e-9
     assert np.abs(last.jacobian @ out.v[-1] - last.speed).max() < 1e-7
+
+
+@pytest.mark.parametrize(("method", "bound"), [("explicit", 1e-3), ("implicit", 1e-3)])
+def test_a_stop_gives_back_what_its_law_says(method: str, bound: float) -> None:
+    """A free bar flies endwise against a wall, in steps before it that are as long as the contact."""
+    law = HuntCrossley(1e5, 0.3)
+    wall = Stop("A", at=0.21, law=law, along=(1.0, 0.0), link="rod")
+    points, rod = {"O": (0.0, 0.0), "A": (0.2, 0.0)}, Link("rod", "O", "A", Rigid(BAR))
+    mechanism = Mechanism(points, [rod], [], stops=[wall], velocities={"rod": 0.0, "A": (1.0, 0.0)})
+    for tolerance in (1e-5, 1e-6):
+        record = once(mechanism, 0.1, Spectral(Controlled(tolerance=tolerance), method=method)).record
+        speed = record.point("rod:A")[1][-1]
+        assert -speed[0] == pytest.approx(restitution(law.chi), rel=bound)
+        assert speed[1] == 0.0
 
 
 def test_error_known_is_error_delivered() -> None:

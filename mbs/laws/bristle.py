@@ -1,0 +1,116 @@
+"""Friction with a memory, a bristle that bends: LuGre, which creeps, and true stiction, which tells what it holds a body with."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from buckler.mbs.laws.friction import stribeck_level
+from buckler.mbs.laws.pieces import Reals, keep, saturate
+
+
+@dataclass(frozen=True)
+class _Bristled:
+    """What laws of one bristle share: parameters, the Stribeck level, stored energy."""
+
+    static: float
+    dynamic: float
+    v_stribeck: float
+    bristle_stiffness: float = 1e5
+    bristle_damping: float = 0.0
+    viscous: float = 0.0
+
+    def __post_init__(self) -> None:
+        keep(self, "1", "dynamic", open_low=True)
+        keep(self, "1", "static", low=self.dynamic)
+        keep(self, "m/s", "v_stribeck", open_low=True)
+        keep(self, "1/m", "bristle_stiffness", open_low=True)
+        keep(self, "s/m", "bristle_damping", "viscous")
+
+    def limit(self, speed: Reals) -> Reals:
+        """Largest coefficient [1] of sliding at a speed [m/s], without the viscous part; that of a stuck body is below."""
+        return stribeck_level(speed, self.static, self.dynamic, self.v_stribeck, 2.0)
+
+    def stored(self, bristle: Reals) -> Reals:
+        """Energy of the bent bristle, s0 z^2 / 2, per unit of normal force [J/N]."""
+        return 0.5 * self.bristle_stiffness * bristle**2
+
+    def steady(self, speed: Reals) -> Reals:
+        """Signed coefficient [1] of steady sliding at a speed [m/s]."""
+        level = self.limit(speed)
+        return level * np.sign(speed) + self.viscous * speed
+
+
+@dataclass(frozen=True)
+class LuGre(_Bristled):
+    """Bristles of deflection z: dz/dt = v - s0 |v| z/g(v), mu = s0 z + s1 dz/dt + beta v; g as in Stribeck.
+
+    True sticking: below mu_s the bristles bend like a spring. It needs one state a contact: a ``BristleLaw``. ``steady`` is
+    the coefficient it settles at. s0 and s1 are per unit normal force.
+
+    Parameters
+    ----------
+    static : float >= dynamic, 1, mu_s
+    dynamic : float > 0, 1, mu_d
+    v_stribeck : float > 0, m/s
+    bristle_stiffness : float > 0, 1/m, s0
+    bristle_damping : float >= 0, s/m, s1
+    viscous : float >= 0, s/m, beta
+
+    References
+    ----------
+    C. Canudas de Wit, H. Olsson, K. J. Astrom, P. Lischinsky, "A new model for control of systems with friction", IEEE
+    Transactions on Automatic Control 40 (1995) 419-425, doi 10.1109/9.376053.
+    """
+
+    def rate(self, bristle: Reals, speed: Reals) -> Reals:
+        """dz/dt [m/s] at bristle deflection z [m] and speed [m/s]."""
+        level = self.limit(speed)
+        return speed - self.bristle_stiffness * abs(speed) * bristle / level
+
+    def coefficient(self, speed: Reals, bristle: Reals) -> Reals:
+        """Signed coefficient [1] at speed [m/s] and bristle deflection z [m]."""
+        bending = self.bristle_stiffness * bristle + self.bristle_damping * self.rate(bristle, speed)
+        return bending + self.viscous * speed
+
+    def after(self, bristle: Reals, speed: Reals, time: Reals) -> Reals:
+        """Bristle deflection [m] after a time [s] at constant speed [m/s]: the rate is linear in z, so this is exact."""
+        level = self.limit(speed) / self.bristle_stiffness
+        return bristle - np.expm1(-abs(speed) * time / level) * (level * np.sign(speed) - bristle)
+
+
+@dataclass(frozen=True)
+class Stiction(_Bristled):
+    """A bristle that bends elastically and then slips: |s0 z| <= g(v), mu = s0 z + s1 v held between -g and g, plus beta v.
+
+    Stuck, the bristle follows the displacement (dz/dt = v exactly, unlike LuGre's), so a body at rest does not drift however
+    long or often the load on it changes below the limit, and mu is the friction that holds it. It slips at g(v) = mu_d + (mu_s -
+    mu_d) exp(-(v/v_str)^2), and comes to rest under whatever force stops it. A ``BristleLaw``. s0 and s1 are per unit normal
+    force.
+
+    Parameters
+    ----------
+    static : float >= dynamic, 1, mu_s
+    dynamic : float > 0, 1, mu_d
+    v_stribeck : float > 0, m/s, speed over which friction falls from static to dynamic
+    bristle_stiffness : float > 0, 1/m, s0: a stuck body gives way by mu/s0
+    bristle_damping : float >= 0, s/m, s1: lets the stuck body's vibration die
+    viscous : float >= 0, s/m, beta
+
+    References
+    ----------
+    P. Dupont, V. Hayward, B. Armstrong, F. Altpeter, "Single state elastoplastic friction models", IEEE Transactions on
+    Automatic Control 47 (2002) 787-792, doi 10.1109/TAC.2002.1000274: its bristle with the break-away at the limit itself.
+    """
+
+    v_stribeck: float = 1e-2
+
+    def coefficient(self, speed: Reals, bristle: Reals) -> Reals:
+        """Signed coefficient [1] at speed [m/s] and bristle deflection z [m]."""
+        level = self.limit(speed)
+        bending = self.bristle_stiffness * bristle + self.bristle_damping * speed
+        return level * saturate(bending / level) + self.viscous * speed
+
+    def after(self, bristle: Reals, speed: Reals, time: Reals) -> Reals:
+        """Bristle deflection [m] after a time [s] at constant speed [m/s]."""
+        level = self.limit(speed) / self.bristle_stiffness
+        return level * saturate((bristle + speed * time) / level)
