@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
+from hashlib import sha256
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numba
 from llvmlite import ir
 from numba import float64, int64
 from numba.core import cgutils
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler
 from numba.extending import intrinsic
 
 from buckler.mbs.spectral.tables import Tables, Work
@@ -23,38 +28,90 @@ SUMS = {"reassoc", "contract", "arcp", "nsz"}
 """Liberties with the order of sums, which let them be made four at a time; what is not finite is still seen."""
 
 
-def _stamp() -> tuple[tuple[str, float, int], ...]:
-    """Names, times and sizes of the files that hold compiled functions."""
-    files = [Path(__file__).with_name(f"{name}.py") for name in COMPILED]
-    return tuple((file.name, file.stat().st_mtime, file.stat().st_size) for file in files)
-
-
-STAMP = _stamp()
+@cache
+def _stamp(name: str) -> tuple[str, ...]:
+    """Contents, as sums, of a file that holds compiled functions and of those that it imports."""
+    text = Path(__file__).with_name(f"{name}.py").read_text(encoding="utf-8")
+    needed = [other for other in COMPILED if f"spectral.{other} import" in text]
+    return tuple(sorted({sha256(text.encode()).hexdigest(), *(each for other in needed for each in _stamp(other))}))
 
 
 def jit(function: Callable[..., Any]) -> Any:
-    """Compile for the types it is first called with, and keep that on disk as long as none of these files changes.
+    """Compile for the types it is first called with, and keep that on disk as long as no file that it needs changes.
 
     Numba looks only at the file of the function itself, but its machine code holds that of the functions it calls.
     """
     compiled = numba.njit(error_model="numpy", nogil=True, fastmath=SUMS)(function)
     try:
         compiled.enable_caching()
-        compiled._cache._cache_file._source_stamp = STAMP
+        compiled._cache._cache_file._source_stamp = _stamp(function.__module__.rpartition(".")[2])
     except (RuntimeError, AttributeError):  # nowhere to keep it, or another Numba
         compiled = numba.njit(error_model="numpy", nogil=True, fastmath=SUMS)(function)
     return compiled
 
 
-def inner(function: Callable[..., Any]) -> Any:
-    """Compile a function that only compiled ones call: no door for Python, nothing kept on disk, half the time."""
-    return numba.njit(error_model="numpy", nogil=True, fastmath=SUMS, no_cpython_wrapper=True, no_cfunc_wrapper=True)(function)
+class _Draft(JITCodeLibrary):
+    """Code for callers only: it is optimised and translated once, as part of theirs, and not at every level of calls anew."""
+
+    @property
+    def codegen(self) -> Any:
+        """A stand-in that notes no environment: there is no machine code that has one."""
+        return SimpleNamespace(set_env=lambda name, environment: None)
+
+    def _optimize_final_module(self) -> None:
+        pass
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()
+        self._finalized = True
+
+    def get_pointer_to_function(self, name: str) -> int:
+        """None: there is no machine code."""
+        return 0
+
+
+class _Aside(_Draft):
+    """A draft that callers call and do not take in."""
+
+    def finalize(self) -> None:
+        """Mark it, before what it calls is linked to it."""
+        for function in self._final_module.functions:
+            if not function.is_declaration:
+                function.add_function_attribute("noinline")
+        super().finalize()
+
+
+class _Drafting(Compiler):
+    """Numba's compiler that leaves a draft."""
+
+    kind = _Draft
+
+    def compile_extra(self, func: Any) -> Any:
+        """Compile a function."""
+        self.state.library = self.kind(self.state.targetctx.codegen(), func.__qualname__)
+        return super().compile_extra(func)
+
+
+class _DraftingAside(_Drafting):
+    """Numba's compiler that leaves a draft to be called."""
+
+    kind = _Aside
+
+
+def inner(function: Callable[..., Any], compiler: Any = _Drafting, **options: Any) -> Any:
+    """Compile a function that only compiled ones call: no door for Python, nothing kept on disk."""
+    doors = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+    return numba.njit(error_model="numpy", nogil=True, fastmath=SUMS, pipeline_class=compiler, **doors, **options)(function)
+
+
+def aside(function: Callable[..., Any]) -> Any:
+    """Compile a function that is seldom called: once, beside its callers."""
+    return inner(function, _DraftingAside, forceinline=False)  # or it would take over that of the first to call it
 
 
 def close(function: Callable[..., Any]) -> Any:
     """Compile a function into those that call it: handing over all tables in a call takes a tenth of a microsecond."""
-    options = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True, "forceinline": True}
-    return numba.njit(error_model="numpy", nogil=True, fastmath=SUMS, **options)(function)
+    return inner(function, forceinline=True)
 
 
 def _call(arguments: int) -> Any:
@@ -100,6 +157,13 @@ def borrowed(_typing: Any, array: Any) -> Any:
         return view._getvalue()
 
     return array(array), codegen
+
+
+@inner
+def copy(source, target):
+    """Copy an array into another of its shape, both contiguous; the checks of an assignment take long to compile."""
+    for i in range(target.size):
+        target.flat[i] = source.flat[i]
 
 
 @close

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from buckler.mbs.spectral.compiling import inner
+from buckler.mbs.spectral.compiling import aside, inner
 from buckler.mbs.spectral.tables import CONTACT, FASTEST, JOURNAL, NUMBERS, ONSET
 
 
@@ -33,7 +33,7 @@ def hermite(x, h, d0, v0, d1, v1):
     return (1.0 - x) ** 2 * ((1.0 + 2.0 * x) * d0 + x * h * v0) + x * x * ((3.0 - 2.0 * x) * d1 + (x - 1.0) * h * v1)
 
 
-@inner
+@aside
 def crossing(h, d0, v0, d1, v1):
     """First fraction of the step at which the cubic, negative at its start, passes zero; 2 if it does not."""
     high = 2.0

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from buckler.mbs.spectral.compiling import borrowed, close, inner, jit, lend_tables, lend_work
+from buckler.mbs.spectral.compiling import borrowed, close, copy, inner, jit, lend_tables, lend_work
 from buckler.mbs.spectral.contacts import first_onset, remember_onset, touches
 from buckler.mbs.spectral.forces import add_one
 from buckler.mbs.spectral.kernel import add_modal, constraint, invert_modal, solve_small, spread_rows
@@ -84,7 +84,6 @@ class Flight(NamedTuple):
     schur: Array
     right: Array
     near: Array
-    none: Array
     memory: Array
     before: Array
     pace: Array
@@ -100,7 +99,7 @@ def flight_for(q: Array, v: Array, lam: Array, memory: Array, mass: Array, units
     return Flight(
         y, y.copy(), y.copy(), np.zeros((7, len(y))), np.array(lam, dtype=float), np.zeros(n), np.zeros(r), np.zeros(r),
         np.zeros(r), np.zeros((r, n)), np.linalg.inv(mass), np.zeros((r, n)), np.zeros((r, r)), np.zeros(n + r), near,
-        np.zeros((1, 1)), memory.copy(), np.zeros((k, 8)), pace, np.array(units, dtype=float),
+        memory.copy(), np.zeros((k, 8)), pace, np.array(units, dtype=float),
     )  # fmt: skip
 
 
@@ -110,7 +109,7 @@ def lend_flight(x):
     return Flight(
         borrowed(x.y), borrowed(x.new), borrowed(x.trial), borrowed(x.rates), borrowed(x.lam), borrowed(x.force),
         borrowed(x.residual), borrowed(x.speed), borrowed(x.change), borrowed(x.jacobian), borrowed(x.inverse),
-        borrowed(x.spread), borrowed(x.schur), borrowed(x.right), borrowed(x.near), borrowed(x.none), borrowed(x.memory),
+        borrowed(x.spread), borrowed(x.schur), borrowed(x.right), borrowed(x.near), borrowed(x.memory),
         borrowed(x.before), borrowed(x.pace), borrowed(x.units),
     )  # fmt: skip
 
@@ -128,12 +127,12 @@ def rates_at(s, w, x, t, y, out):
     for i in range(n):
         x.force[i] = s.factors[-1] * s.weight[i]
     if s.strips.shape[0] > 0:
-        add_strips(s, w, q, v, x.force, x.none, x.none, False)
+        add_strips(s, w, q, v, x.force)
     if s.modal.shape[0] > 0:
-        add_modal(s, q, v, x.force, x.none, x.none, False)
+        add_modal(s, q, v, x.force)
         invert_modal(s, q, x.inverse)
     for k in range(s.forces.shape[0]):
-        add_one(s, w, k, t, q, x.lam, x.memory, -1.0, x.force, x.none, x.none, x.none, False)
+        add_one(s, w, k, t, x.lam, x.memory, -1.0, x.force)
     for i in range(n):
         total = 0.0
         for j in range(x.near[i, 0], x.near[i, 1]):
@@ -166,12 +165,15 @@ def look(s, w, x, time, q, v, memory, a, lam, reports):
     s, w, x = lend_tables(s), lend_work(w), lend_flight(x)
     n = x.force.size
     for i in range(time.size):
-        x.trial[:n], x.trial[n : 2 * n] = q[i], v[i]
+        for j in range(n):
+            x.trial[j], x.trial[n + j] = q[i, j], v[i, j]
         for k in range(s.forces.shape[0]):
             x.memory[k, ONSET] = memory[i, k, ONSET]
             x.trial[2 * n + k] = memory[i, k, BRISTLE]
         rates_at(s, w, x, time[i], x.trial, x.rates[1])
-        a[i], lam[i], reports[i] = x.rates[1, n : 2 * n], x.lam, w.reports
+        for j in range(n):
+            a[i, j] = x.rates[1, n + j]
+        copy(x.lam, lam[i]), copy(w.reports, reports[i])
 
 
 @close
@@ -246,7 +248,7 @@ def run_explicit(s, w, x, clock, end, stops, controls, out, counts):
     row, every, nstop = 0, int(controls[EVERY]), 0
     if counts[STEPS] == 0:
         rates_at(s, w, x, t, x.y, x.rates[0])
-        x.before[:] = w.reports
+        copy(w.reports, x.before)
         _write(x, out, 0, t, t)
         row = 1
     while t < end - shortest and counts[STATUS] == 0 and row < out.time.size:
@@ -279,14 +281,14 @@ def run_explicit(s, w, x, clock, end, stops, controls, out, counts):
         if off:
             _put_back(s, w, x, t)
         if off or changed or t == target:
-            x.y[:] = x.new
+            copy(x.new, x.y)
             rates_at(s, w, x, t, x.y, x.rates[0])
         else:
             for i in range(x.y.size):
                 x.y[i], x.rates[0, i] = x.new[i], x.rates[6, i]
         for i in range(n):
             x.pace[0] = max(x.pace[0], abs(x.y[n + i]) / x.units[i])
-        x.before[:] = w.reports
+        copy(w.reports, x.before)
         counts[STEPS] += 1
         skipped += 1
         if skipped >= every or changed or t >= end - shortest:
@@ -324,11 +326,12 @@ def _write(x, out, i, t, before):
     """Write the state as row i; bristles as they stand, with no time since."""
     n = x.force.size
     out.time[i] = t
-    out.q[i], out.v[i], out.a[i], out.lam[i] = x.y[:n], x.y[n : 2 * n], x.rates[0, n : 2 * n], x.lam
-    out.memory[i, :, ONSET] = x.memory[:, ONSET]
-    out.memory[i, :, BRISTLE] = x.y[2 * n :]
-    out.memory[i, :, SLIDING] = 0.0
-    out.memory[i, :, FASTEST] = t
+    for j in range(n):
+        out.q[i, j], out.v[i, j], out.a[i, j] = x.y[j], x.y[n + j], x.rates[0, n + j]
+    copy(x.lam, out.lam[i])
+    for k in range(x.memory.shape[0]):
+        m = out.memory[i, k]
+        m[ONSET], m[BRISTLE], m[SLIDING], m[FASTEST] = x.memory[k, ONSET], x.y[2 * n + k], 0.0, t
 
 
 assert COUNTERS > ONSETS

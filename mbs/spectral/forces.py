@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from buckler.mbs.spectral.compiling import call1, call2, call3, close, inner
+from buckler.mbs.spectral.compiling import aside, call1, call2, call3, close, inner
 from buckler.mbs.spectral.lawtable import normal_force, normal_slopes, rubbing, rubbing_slope
 from buckler.mbs.spectral.markers import (
     add_force,
@@ -19,6 +19,7 @@ from buckler.mbs.spectral.markers import (
     add_gradient,
     add_pair,
     add_pair_drift,
+    curve,
     measure,
     rate_of,
 )  # fmt: skip
@@ -107,7 +108,7 @@ def value_along(s, k, t, value, rate, mem, since, reaction):
     return call3(s.laws[s.forces[k, LAW_OF], 1], t, value - p[2], rate)
 
 
-@inner
+@aside
 def slopes_along(s, k, t, value, rate, mem, since, reaction):
     """Derivatives of the force along a measure by the measure and its rate."""
     kind, number = s.forces[k, 0], s.forces[k, NUMBERS]
@@ -139,30 +140,29 @@ def slopes_along(s, k, t, value, rate, mem, since, reaction):
 
 
 @close
-def _along(s, w, k, t, q, lam, mem, since, f, stiff, damp, cross, want):
+def _along(s, w, k, t, lam, mem, since, f):
     """A force along a measure."""
-    number, grad, hess, row = s.forces[k, 1], w.small[6], w.small[:6], s.forces[k, ROW_OF]
-    factor = s.factors[k]
-    value, rate = measure(s, w, number, grad, hess, want)
+    number, grad, row = s.forces[k, 1], w.small[6], s.forces[k, ROW_OF]
+    value, rate = measure(s, w, number, grad)
     reaction = lam[row] if row >= 0 else 0.0
-    force = factor * value_along(s, k, t, value, rate, mem[k], since, reaction)
+    force = s.factors[k] * value_along(s, k, t, value, rate, mem[k], since, reaction)
     out = w.reports[k]
     out[0], out[2], out[3], out[4] = force, value, rate, rate
     if s.forces[k, 0] == SEAT:
         out[5] = rubbing(s, s.forces[k, FRICTION_OF], rate, mem[k], since)[1]
     add_gradient(s, w, number, grad, force, f)
-    if want:
-        _bend_along(s, w, k, t, q, mem, since, reaction, stiff, damp, cross)
 
 
-@inner
-def _bend_along(s, w, k, t, q, mem, since, reaction, stiff, damp, cross):
-    """Derivatives of a force along a measure, whose value, gradient and Hessian are at hand."""
+@aside
+def _bend_along(s, w, k, t, q, lam, mem, since, stiff, damp, cross):
+    """Derivatives of a force along a measure."""
     number, grad, hess, row = s.forces[k, 1], w.small[6], w.small[:6], s.forces[k, ROW_OF]
-    a, b, factor = s.measures[number, 1], s.measures[number, 2], s.factors[k]
-    force, value, rate = w.reports[k, 0], w.reports[k, 2], w.reports[k, 3]
+    a, b, factor, force = s.measures[number, 1], s.measures[number, 2], s.factors[k], w.reports[k, 0]
+    reaction = lam[row] if row >= 0 else 0.0
+    value, rate = measure(s, w, number, grad)
+    curve(s, w, number, grad, hess)
     by_value, by_rate = slopes_along(s, k, t, value, rate, mem[k], since, reaction)
-    h, c = w.small[8:14], w.small[:6, 8:14]
+    h, c = w.small[8:14], w.small[14:20]
     for i in range(6):
         bend = 0.0
         for j in range(6):
@@ -205,7 +205,7 @@ def touch(s, w, k, mem, since, out):
 
 
 @close
-def _journal(s, w, k, q, mem, since, f, stiff, damp, want):
+def _journal(s, w, k, mem, since, f):
     """A pin in a bush."""
     ma, mb, number, out = s.forces[k, 1], s.forces[k, 2], s.forces[k, NUMBERS], w.reports[k]
     touch(s, w, k, mem[k], since, out)
@@ -217,14 +217,14 @@ def _journal(s, w, k, q, mem, since, f, stiff, damp, want):
     fx, fy = -push * nx - drag * tx, -push * ny - drag * ty
     add_force(s, w, ma, fx, fy, -radius * drag, f)
     add_force(s, w, mb, -fx, -fy, (e + radius) * drag, f)
-    if want:
-        _bend_journal(s, w, k, q, mem, since, stiff, damp)
 
 
-@inner
+@aside
 def _bend_journal(s, w, k, q, mem, since, stiff, damp):
-    """Derivatives of the force of a pin in a bush, which is at hand."""
+    """Derivatives of the force of a pin in a bush."""
     ma, mb, number, out = s.forces[k, 1], s.forces[k, 2], s.forces[k, NUMBERS], w.reports[k]
+    if out[2] <= 0.0:
+        return
     factor, radius = s.factors[k], s.data[number]
     e, nx, ny, push, drag = out[2] + s.data[number + 1], out[6], out[7], factor * out[0], factor * out[1]
     tx, ty = -ny, nx
@@ -233,7 +233,7 @@ def _bend_journal(s, w, k, q, mem, since, stiff, damp):
     coefficient = drag / push if push != 0.0 else 0.0
     by_slide = push * rubbing_slope(s, s.forces[k, FRICTION_OF], out[4], mem[k], since)
     sway = (w.state[ma, VX] - w.state[mb, VX]) * tx + (w.state[ma, VY] - w.state[mb, VY]) * ty
-    h, c = w.small[8:14], w.small[:6, 8:14]
+    h, c = w.small[8:14], w.small[14:20]
     for j in range(6):
         # one unit of x_j, then of its rate: changes of e along n and t, of the rates along them, of the spins
         sign = 1.0 if j < 3 else -1.0
@@ -261,7 +261,7 @@ def _bend_journal(s, w, k, q, mem, since, stiff, damp):
 
 
 @close
-def _push(s, w, k, t, q, f, stiff, want):
+def _push(s, w, k, t, f):
     """A force at marker a, whose direction turns with marker b."""
     a, b, number, law = s.forces[k, 1], s.forces[k, 2], s.forces[k, NUMBERS], s.forces[k, LAW_OF]
     px, py = s.data[number], s.data[number + 1]
@@ -272,32 +272,51 @@ def _push(s, w, k, t, q, f, stiff, want):
     fx, fy = s.factors[k] * (c * px - sn * py), s.factors[k] * (sn * px + c * py)
     w.reports[k, 0], w.reports[k, 6], w.reports[k, 7] = np.sqrt(fx * fx + fy * fy), fx, fy
     add_force(s, w, a, fx, fy, 0.0, f)
-    if want:
-        add_geometric(s, w, a, q, -fx, -fy, 0.0, stiff)
-        h = w.small[8:14]
-        h[:6, :6] = 0.0
-        h[0, 5], h[1, 5] = -fy, fx
-        add_pair(s, w, a, b, h, -1.0, stiff)
+
+
+@aside
+def _bend_push(s, w, k, q, stiff):
+    """Derivatives of a force at a marker."""
+    a, b, fx, fy, h = s.forces[k, 1], s.forces[k, 2], w.reports[k, 6], w.reports[k, 7], w.small[8:14]
+    add_geometric(s, w, a, q, -fx, -fy, 0.0, stiff)
+    for i in range(6):
+        for j in range(6):
+            h[i, j] = 0.0
+    h[0, 5], h[1, 5] = -fy, fx
+    add_pair(s, w, a, b, h, -1.0, stiff)
 
 
 @close
-def add_one(s, w, k, t, q, lam, mem, since, f, stiff, damp, cross, want):
+def add_one(s, w, k, t, lam, mem, since, f):
     """Add force k; see `add_forces`."""
     kind = s.forces[k, 0]
     if kind == JOURNAL:
-        _journal(s, w, k, q, mem, since, f, stiff, damp, want)
+        _journal(s, w, k, mem, since, f)
     elif kind == PUSH:
-        _push(s, w, k, t, q, f, stiff, want)
+        _push(s, w, k, t, f)
     else:
-        _along(s, w, k, t, q, lam, mem, since, f, stiff, damp, cross, want)
+        _along(s, w, k, t, lam, mem, since, f)
 
 
 @inner
-def add_forces(s, w, t, q, lam, mem, since, f, stiff, damp, cross, want):
-    """Add all forces between markers to f; if asked for, -df/dq to stiff, -df/dv to damp, df/dlambda_r to cross[r].
+def add_forces(s, w, t, lam, mem, since, f):
+    """Add all forces between markers to f.
 
     `since` is the time since the last accepted step, which bends bristles; negative where bristles are states. Markers are
     placed.
     """
     for k in range(s.forces.shape[0]):
-        add_one(s, w, k, t, q, lam, mem, since, f, stiff, damp, cross, want)
+        add_one(s, w, k, t, lam, mem, since, f)
+
+
+@aside
+def bend_forces(s, w, t, q, lam, mem, since, stiff, damp, cross):
+    """Add -df/dq to stiff, -df/dv to damp, df/dlambda_r to cross[r], of the forces that were added last."""
+    for k in range(s.forces.shape[0]):
+        kind = s.forces[k, 0]
+        if kind == JOURNAL:
+            _bend_journal(s, w, k, q, mem, since, stiff, damp)
+        elif kind == PUSH:
+            _bend_push(s, w, k, q, stiff)
+        else:
+            _bend_along(s, w, k, t, q, lam, mem, since, stiff, damp, cross)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from buckler.mbs.spectral.compiling import inner, jit, lend_tables, lend_work
+from buckler.mbs.spectral.compiling import aside, copy, jit, lend_tables, lend_work
 from buckler.mbs.spectral.contacts import depth_of, error_of_depth, first_onset, lets_go, remember_onset, touches
 from buckler.mbs.spectral.forces import add_forces
 from buckler.mbs.spectral.kernel import changes_at, forces, mass_matrix, rows_at
@@ -35,7 +35,7 @@ from buckler.mbs.spectral.output import (
     UNDERFLOW,
     lend_output,
 )  # fmt: skip
-from buckler.mbs.spectral.radau import PAST, ROUNDING, SLOW, error_of, newton, predict, put_back, size_of
+from buckler.mbs.spectral.radau import PAST, REAL, ROUNDING, SLOW, error_of, newton, predict, put_back, size_of
 from buckler.mbs.spectral.room import lend_room
 from buckler.mbs.spectral.strips import elastic_stresses
 from buckler.mbs.spectral.tables import BRISTLE, FASTEST, JOURNAL, ONSET, SEAT, SLIDING
@@ -48,11 +48,14 @@ MOST_SAMPLES = 40
 """In a step."""
 ORDER = 0.25
 """One over the order of the local error."""
+HARDER, LIGHT, FORGETS = 2.0, 1e-2, 0.8
+"""A contact's force may err by so many times the share that its depth may, and by that of at least so much of its largest force,
+of which it forgets a fifth a step: the end of a long push is small beside the blow that began it, and matters no less."""
 SAFETY, SHORTER, LONGER = 0.85, 0.9, 1.4
 """Share of the length that would just do, and changes of the length between which the old one stays: it costs no new matrix."""
 
 
-@inner
+@aside
 def _follow_units(x, elastic, tolerance):
     """Take the largest deformation across the chord so far as the unit of inner coordinates, as far as rounding allows."""
     least = max(1e-5, 10.0 * ROUNDING / tolerance)
@@ -74,15 +77,16 @@ def _follow_units(x, elastic, tolerance):
             x.weight[i] = 1.0 / unit
 
 
-@inner
+@aside
 def _begin(s, w, x, t, tolerance):
     """Fill in what the first step needs to know of the start."""
     mass_matrix(s, x.q, x.mass)
     elastic_stresses(s, w, x.q, x.v, x.stress)
-    w.mixed[0], w.held[:], w.stress[:] = 1.0, 0.0, x.stress
-    forces(s, w, t, x.q, x.v, x.lam, x.memory, 0.0, x.force, x.stiffness, x.damping, x.cross, False)
+    w.mixed[0], w.held[:] = 1.0, 0.0
+    copy(x.stress, w.stress)
+    forces(s, w, t, x.q, x.v, x.lam, x.memory, 0.0, x.force)
     rows_at(s, w, t, x.gap, x.base, x.speed)
-    x.before[:] = w.reports
+    copy(w.reports, x.before)
     for i in range(x.q.size):
         x.weight[i] = 1.0 / x.whole[i]
     for k in range(s.elastic.shape[0]):
@@ -95,65 +99,74 @@ def _begin(s, w, x, t, tolerance):
     _follow_units(x, s.elastic, tolerance)
 
 
-@inner
+@aside
 def _restart(s, w, x, t):
     """Accelerations and multipliers anew, after a jump of them: from M a + G^T lambda = f, G a = change."""
     n, r = x.q.size, x.lam.size
-    w.stress[:], w.held[:] = x.stress, 0.0
-    forces(s, w, t, x.q, x.v, x.lam, x.memory, 0.0, x.force, x.stiffness, x.damping, x.cross, False)
+    w.held[:] = 0.0
+    copy(x.stress, w.stress)
+    forces(s, w, t, x.q, x.v, x.lam, x.memory, 0.0, x.force)
     rows_at(s, w, t, x.gap, x.base, x.speed)
     changes_at(s, w, t, x.change)
     x.matrix[:] = 0.0
-    x.matrix[:n, :n] = x.mass
+    for i in range(n):
+        for j in range(n):
+            x.matrix[i, j] = x.mass[i, j]
     for k in range(r):
         for i in range(n):
             x.matrix[i, n + k] = x.matrix[n + k, i] = x.base[k, i]
         x.right[n + k] = x.change[k]
     for i in range(n):
         x.right[i] = x.force[i]
-    x.inverse[:] = np.linalg.inv(x.matrix)
+    copy(np.linalg.inv(x.matrix), x.inverse)
     np.dot(x.inverse, x.right, x.step)
     for i in range(n):
         x.a[i] = x.step[i]
     for k in range(r):
         x.lam[k] = x.step[n + k]
-    x.before[:] = w.reports
+    copy(w.reports, x.before)
 
 
-@inner
+@aside
 def _error(s, w, x, t, h, tolerance, contact_tolerance, least):
-    """Local error over what is allowed, of the coordinates and of the depths of closed contacts; reports are those of the end."""
+    """Local error over what is allowed, of the coordinates, and of the depths and forces of closed contacts.
+
+    Reports are those of the end.
+    """
     error = error_of(s, x, h) / tolerance
     put_back(s, w, x, t)
     if s.forces.shape[0] == 0:
         return error
     n, q, v = x.q.size, x.places[2], x.rates[2]
-    add_forces(s, w, t, q, x.multipliers[2], x.memory, h, x.force, x.stiffness, x.damping, x.cross, False)
+    add_forces(s, w, t, x.multipliers[2], x.memory, h, x.force)
     closed = False
     for k in range(s.forces.shape[0]):
         if touches(s, k) and (depth_of(s, w.reports, k) > 0.0 or depth_of(s, x.before, k) > 0.0):
             closed = True
     if closed:
-        x.shifted[:] = w.reports
-        for i in range(n):
-            x.dq[0, i] = q[i] + x.step[i]
-        place_markers(s, w, x.dq[0], v)
-        add_forces(s, w, t, x.dq[0], x.multipliers[2], x.memory, h, x.force, x.stiffness, x.damping, x.cross, False)
+        copy(w.reports, x.shifted)
+        for i in range(n):  # the first row of the error's equation gives that of the rates
+            x.dv[0, i], x.dq[0, i] = v[i] + REAL / h * x.step[i] - x.dq[0, i], q[i] + x.step[i]
+        place_markers(s, w, x.dq[0], x.dv[0])
+        add_forces(s, w, t, x.multipliers[2], x.memory, h, x.force)
         for k in range(s.forces.shape[0]):
             if touches(s, k):
-                error = max(error, error_of_depth(s, x.before, x.shifted, w.reports, h, k, least) / contact_tolerance)
-        w.reports[:] = x.shifted
+                deep = error_of_depth(s, x.before, x.shifted, w.reports, h, k, least)
+                push = max(abs(x.before[k, 0]), abs(x.shifted[k, 0]), LIGHT * x.largest[k], 1e-300)
+                error = max(error, deep / contact_tolerance)
+                error = max(error, abs(w.reports[k, 0] - x.shifted[k, 0]) / (push * HARDER * contact_tolerance))
+        copy(x.shifted, w.reports)
     return error
 
 
-@inner
+@aside
 def _remember(s, w, x, floor, graze, counts):
     """Take over the accepted step: onset speeds of contacts, bristles; whether a contact has closed or let go."""
     changed = False
     for k in range(s.forces.shape[0]):
         kind, m = s.forces[k, 0], x.memory[k]
         x.old[k, 0], x.old[k, 1] = m[BRISTLE], m[SLIDING]
-        x.largest[k] = max(x.largest[k], abs(w.reports[k, 0]))
+        x.largest[k] = max(FORGETS * x.largest[k], abs(w.reports[k, 0]))
         if touches(s, k):
             event = remember_onset(s, x.before, w.reports, k, m, floor, graze)
             changed = changed or event != 0
@@ -164,31 +177,32 @@ def _remember(s, w, x, floor, graze, counts):
     return changed
 
 
-@inner
+@aside
 def _write(x, out, row, t, before):
     """Write the present state as a row; bristles and sliding speeds are those of the step before, at time `before`."""
     out.time[row] = t
-    out.q[row], out.v[row], out.a[row], out.lam[row] = x.q, x.v, x.a, x.lam
+    copy(x.q, out.q[row]), copy(x.v, out.v[row]), copy(x.a, out.a[row]), copy(x.lam, out.lam[row])
     _write_memory(x, out, row, before)
 
 
-@inner
+@aside
 def _write_after_jump(x, out, row, t, moment):
     """Write a row for the moment after a jump of accelerations and multipliers."""
     for i in range(x.q.size):
         out.q[row, i], out.v[row, i] = x.q[i] + moment * x.v[i], x.v[i] + moment * x.a[i]
-    out.time[row], out.a[row], out.lam[row] = t + moment, x.a, x.lam
+    out.time[row] = t + moment
+    copy(x.a, out.a[row]), copy(x.lam, out.lam[row])
     _write_memory(x, out, row, t)
 
 
-@inner
+@aside
 def _write_memory(x, out, row, before):
-    out.memory[row, :, ONSET] = x.memory[:, ONSET]
-    out.memory[row, :, FASTEST] = before
-    out.memory[row, :, BRISTLE : SLIDING + 1] = x.old
+    for k in range(x.old.shape[0]):
+        m = out.memory[row, k]
+        m[ONSET], m[FASTEST], m[BRISTLE], m[SLIDING] = x.memory[k, ONSET], before, x.old[k, 0], x.old[k, 1]
 
 
-@inner
+@aside
 def _samples_in(x, elastic, h, tolerance):
     """How many parts of the step straight lines need."""
     for i in range(x.q.size):
@@ -197,7 +211,7 @@ def _samples_in(x, elastic, h, tolerance):
     return int(min(MOST_SAMPLES, np.ceil(np.sqrt(bend) + 1e-9)))
 
 
-@inner
+@aside
 def _write_between(x, out, row, t, h, parts):
     """Write rows within the step from the present state to its end, all parts but the last."""
     for part in range(1, parts):
@@ -223,15 +237,15 @@ def _write_between(x, out, row, t, h, parts):
     return row
 
 
-@inner
+@aside
 def _take_over(x):
     """Make the step's end the present state."""
     for i in range(x.q.size):
         x.past[0, i] = x.v[i]
         x.past[1, i], x.past[2, i], x.past[3, i] = x.rates[0, i], x.rates[1, i], x.rates[2, i]
         x.q[i], x.v[i], x.a[i] = x.places[2, i], x.rates[2, i], x.seconds[2, i]
-    x.past_lam[:], x.past_stress[:] = x.multipliers[1], x.stresses[1]
-    x.lam[:], x.stress[:], x.base[:] = x.multipliers[2], x.stresses[2], x.jacobian
+    copy(x.multipliers[1], x.past_lam), copy(x.stresses[1], x.past_stress)
+    copy(x.multipliers[2], x.lam), copy(x.stresses[2], x.stress), copy(x.jacobian, x.base)
 
 
 @jit
@@ -298,7 +312,7 @@ def run_implicit(s, w, x, clock, end, stops, controls, out, counts):
             row = _write_between(x, out, row, t, h, _samples_in(x, s.elastic, h, tolerance))
         _take_over(x)
         _follow_units(x, s.elastic, tolerance)
-        x.before[:] = w.reports
+        copy(w.reports, x.before)
         before, t = t, (target if h >= target - t else t + h)
         previous = h
         if skipped >= every or changed or t >= end - shortest:

@@ -7,45 +7,57 @@ from __future__ import annotations
 
 import numpy as np
 
-from buckler.mbs.spectral.compiling import close, inner, jit
-from buckler.mbs.spectral.forces import add_forces
+from buckler.mbs.spectral.compiling import aside, close, copy, inner, jit
+from buckler.mbs.spectral.forces import add_forces, bend_forces
 from buckler.mbs.spectral.lawtable import motion, second_rate
-from buckler.mbs.spectral.markers import add_geometric, add_gradient, add_pair, bias_of, measure, place_markers
-from buckler.mbs.spectral.strips import add_strips
-from buckler.mbs.spectral.tables import ANGLE, DISTANCE, KIND, TURNING
+from buckler.mbs.spectral.markers import add_geometric, add_gradient, add_pair, bias_of, curve, measure, place_markers
+from buckler.mbs.spectral.strips import add_strips, bend_strips
+from buckler.mbs.spectral.tables import ANGLE, KIND
 
 
 @inner
-def add_modal(s, q, v, f, stiff, damp, want):
+def add_modal(s, q, v, f):
     """Elastic, damping and gyroscopic forces of modal links (mean axes): see docs/theory-modal.md."""
     for row in range(s.modal.shape[0]):
-        o, m, d = s.modal[row]
-        h, g, c = s.data[d : d + m], d + m, d + m + m * m
+        o, m, d = s.modal[row, 0], s.modal[row, 1], s.modal[row, 2]
+        g, c = d + m, d + m + m * m
         k, r, spin, e = d + m + 2 * m * m, d + 2 * m + 2 * m * m, v[o + 2], o + 3
         for i in range(m):
-            gram, rate, swirl = h[i], 0.0, 0.0
+            gram, swirl = s.data[d + i], 0.0
+            for j in range(m):
+                gram += s.data[g + i * m + j] * q[e + j]
+                swirl += s.data[c + i * m + j] * v[e + j]
+            f[o + 2] -= 2.0 * spin * gram * v[e + i]
+            f[e + i] += spin * spin * gram + 2.0 * spin * swirl - s.data[k + i] * q[e + i] - s.data[r + i] * v[e + i]
+
+
+@aside
+def bend_modal(s, q, v, stiff, damp):
+    """Derivatives of the forces of modal links."""
+    for row in range(s.modal.shape[0]):
+        o, m, d = s.modal[row, 0], s.modal[row, 1], s.modal[row, 2]
+        g, c = d + m, d + m + m * m
+        k, r, spin, e = d + m + 2 * m * m, d + 2 * m + 2 * m * m, v[o + 2], o + 3
+        for i in range(m):
+            gram, rate, swirl = s.data[d + i], 0.0, 0.0
             for j in range(m):
                 gram += s.data[g + i * m + j] * q[e + j]
                 rate += s.data[g + i * m + j] * v[e + j]
                 swirl += s.data[c + i * m + j] * v[e + j]
-            f[o + 2] -= 2.0 * spin * gram * v[e + i]
-            f[e + i] += spin * spin * gram + 2.0 * spin * swirl - s.data[k + i] * q[e + i] - s.data[r + i] * v[e + i]
-            if want:
-                stiff[o + 2, e + i] += 2.0 * spin * rate
-                damp[o + 2, o + 2] += 2.0 * gram * v[e + i]
-                damp[o + 2, e + i] += 2.0 * spin * gram
-                damp[e + i, o + 2] -= 2.0 * spin * gram + 2.0 * swirl
-                stiff[e + i, e + i] += s.data[k + i]
-                damp[e + i, e + i] += s.data[r + i]
-                for j in range(m):
-                    stiff[e + i, e + j] -= spin * spin * s.data[g + i * m + j]
-                    damp[e + i, e + j] -= 2.0 * spin * s.data[c + i * m + j]
+                stiff[e + i, e + j] -= spin * spin * s.data[g + i * m + j]
+                damp[e + i, e + j] -= 2.0 * spin * s.data[c + i * m + j]
+            stiff[o + 2, e + i] += 2.0 * spin * rate
+            damp[o + 2, o + 2] += 2.0 * gram * v[e + i]
+            damp[o + 2, e + i] += 2.0 * spin * gram
+            damp[e + i, o + 2] -= 2.0 * spin * gram + 2.0 * swirl
+            stiff[e + i, e + i] += s.data[k + i]
+            damp[e + i, e + i] += s.data[r + i]
 
 
 @jit
 def mass_matrix(s, q, mass):
     """Fill mass with M(q)."""
-    mass[:] = s.mass
+    copy(s.mass, mass)
     for row in range(s.modal.shape[0]):
         o, m, d = s.modal[row]
         for i in range(m):
@@ -74,29 +86,34 @@ def add_mass_slope(s, q, a, stiff):
 
 
 @jit
-def forces(s, w, t, q, v, lam, mem, since, f, stiff, damp, cross, want):
-    """Fill f with all forces but the constraints'; if asked for, stiff = -df/dq, damp = -df/dv, cross[r] = df/dlambda_r.
-
-    Places the markers, too.
-    """
+def forces(s, w, t, q, v, lam, mem, since, f):
+    """Fill f with all forces but the constraints', and place the markers."""
     place_markers(s, w, q, v)
     gravity = s.factors[-1]
     for i in range(f.size):
         f[i] = gravity * s.weight[i]
-    if want:
-        stiff[:], damp[:], cross[:] = 0.0, 0.0, 0.0
-    add_strips(s, w, q, v, f, stiff, damp, want)
+    add_strips(s, w, q, v, f)
     if s.modal.shape[0] > 0:
-        add_modal(s, q, v, f, stiff, damp, want)
-    add_forces(s, w, t, q, lam, mem, since, f, stiff, damp, cross, want)
+        add_modal(s, q, v, f)
+    add_forces(s, w, t, lam, mem, since, f)
+
+
+@jit
+def tangents(s, w, t, q, v, lam, mem, since, stiff, damp, cross):
+    """Of the forces that were filled in last: stiff = -df/dq, damp = -df/dv, cross[r] = df/dlambda_r."""
+    stiff[:], damp[:], cross[:] = 0.0, 0.0, 0.0
+    bend_strips(s, w, v, stiff, damp)
+    if s.modal.shape[0] > 0:
+        bend_modal(s, q, v, stiff, damp)
+    bend_forces(s, w, t, q, lam, mem, since, stiff, damp, cross)
 
 
 @close
 def row_at(s, w, r, t, g, jacobian, speed):
     """Residual, row of the Jacobian and right side of G v = speed of constraint r. Markers are placed."""
-    grad, hess = w.small[6], w.small[:6]
+    grad = w.small[6]
     k, drive = s.rows[r, 0], s.rows[r, 1]
-    value, _ = measure(s, w, k, grad, hess, False)
+    value, _ = measure(s, w, k, grad)
     travel, rate = 0.0, 0.0
     if drive >= 0:
         travel, rate = motion(s, drive, t)
@@ -110,25 +127,23 @@ def row_at(s, w, r, t, g, jacobian, speed):
 
 @close
 def change_at(s, w, r, t, change):
-    """Right side of G a = change of constraint r. Markers are placed."""
-    grad, hess = w.small[6], w.small[:6]
+    """Right side of G a = change of constraint r, whose gradient is at hand."""
     k, drive = s.rows[r, 0], s.rows[r, 1]
-    kind = s.measures[k, KIND]
-    measure(s, w, k, grad, hess, kind == DISTANCE or kind == TURNING)
-    change[r] = (second_rate(s, drive, t) if drive >= 0 else 0.0) - bias_of(s, w, k, grad, hess)
+    change[r] = (second_rate(s, drive, t) if drive >= 0 else 0.0) - bias_of(s, w, k, w.small[6], w.small[:6])
 
 
-@inner
+@aside
 def rows_at(s, w, t, g, jacobian, speed):
     """The same of all constraints."""
     for r in range(s.rows.shape[0]):
         row_at(s, w, r, t, g, jacobian, speed)
 
 
-@inner
+@aside
 def changes_at(s, w, t, change):
     """Right sides of G a = change. Markers are placed."""
     for r in range(s.rows.shape[0]):
+        measure(s, w, s.rows[r, 0], w.small[6])
         change_at(s, w, r, t, change)
 
 
@@ -153,10 +168,8 @@ def add_multipliers(s, w, q, lam, stiff):
     for r in range(s.rows.shape[0]):
         k = s.rows[r, 0]
         a, b = s.measures[k, 1], s.measures[k, 2]
-        kind = s.measures[k, KIND]
-        curved = kind == DISTANCE or kind == TURNING
-        measure(s, w, k, grad, hess, curved)
-        if curved:
+        measure(s, w, k, grad)
+        if curve(s, w, k, grad, hess):
             add_pair(s, w, a, b, hess, lam[r], stiff)
         add_geometric(s, w, a, q, lam[r] * grad[0], lam[r] * grad[1], lam[r] * grad[2], stiff)
         add_geometric(s, w, b, q, lam[r] * grad[3], lam[r] * grad[4], lam[r] * grad[5], stiff)

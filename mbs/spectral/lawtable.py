@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from buckler.mbs.spectral.compiling import call1, call2, call3, inner
+from buckler.mbs.spectral.compiling import aside, call1, call2, call3, inner
 from buckler.mbs.spectral.tables import (
     ADAMS,
     AMBROSIO,
@@ -56,7 +56,7 @@ def normal_force(s, law, depth, rate, onset):
     return call3(s.laws[law, 1], depth, rate, onset)
 
 
-@inner
+@aside
 def normal_slopes(s, law, depth, rate, onset):
     """Derivatives of the normal force by depth and rate, by central differences of the scalar law."""
     hd, hr = 1e-5 * depth, 1e-5 * (abs(rate) + onset)
@@ -132,7 +132,7 @@ def rubbing(s, law, speed, mem, since):
     return friction(s, law, speed, bristle), bristle
 
 
-@inner
+@aside
 def rubbing_slope(s, law, speed, mem, since):
     """Derivative of the coefficient by the speed, by central differences."""
     h = 1e-6 * max(abs(speed), 1e-4)

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from buckler.mbs.spectral.compiling import borrowed, inner, jit, lend_tables, lend_work
+from buckler.mbs.spectral.compiling import borrowed, copy, inner, jit, lend_tables, lend_work
 from buckler.mbs.spectral.explicit import flight_for, lend_flight, rates_at
 from buckler.mbs.spectral.lawtable import motion
 from buckler.mbs.spectral.output import Output, lend_output
@@ -136,7 +136,7 @@ def account(s, w, x, out, markers, reports, power, work, top):
         for c in range(n):
             x.trial[c], x.trial[n + c] = out.q[i, c], out.v[i, c]
         _read(s, w, x, out.time[i], markers, power[i], top[i])
-        reports[i] = w.reports
+        copy(w.reports, reports[i])
         if i > 0:
             for c in range(now.size):
                 work[i, c] += h * SHARES[4] * power[i, c]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from buckler.mbs.spectral.compiling import close, inner, jit
+from buckler.mbs.spectral.compiling import aside, close, inner, jit
 from buckler.mbs.spectral.tables import (
     ANGLE,
     AX,
@@ -123,7 +123,7 @@ def add_force(s, w, m, fx, fy, turning, out):
         out[s.places[i]] += fx * w.slope[0, i] + fy * w.slope[1, i] + turning * w.slope[2, i]
 
 
-@inner
+@aside
 def add_geometric(s, w, m, q, fx, fy, turning, out):
     """Add to out the second derivatives of fx x + fy y + turning angle of a marker."""
     kind, first, size, d = s.markers[m, KIND], s.markers[m, FIRST], s.markers[m, SIZE], s.markers[m, DATA]
@@ -182,46 +182,55 @@ def add_drift(s, w, a, b, h, row, columns, factor, out):
 
 
 @close
-def measure(s, w, k, grad, hess, second):
-    """Length or angle k and its rate, its gradient by (x, y, angle) of markers a and b, and its Hessian if asked for."""
+def measure(s, w, k, grad):
+    """Length or angle k and its rate, and its gradient by (x, y, angle) of markers a and b."""
     kind, pa, pb = s.measures[k, KIND], w.state[s.measures[k, 1]], w.state[s.measures[k, 2]]
-    if second:
-        hess[:6, :6] = 0.0
     if kind == ANGLE:
-        grad[:6] = 0.0
+        for i in range(6):
+            grad[i] = 0.0
         grad[2], grad[5] = 1.0, -1.0
         return pa[TURN] - pb[TURN], pa[SPIN] - pb[SPIN]
     ex, ey = pa[X] - pb[X], pa[Y] - pb[Y]
-    dx, dy, value = s.directions[k, 0], s.directions[k, 1], 0.0
+    dx, dy = s.directions[k, 0], s.directions[k, 1]
     grad[2], grad[5] = 0.0, 0.0
     if kind == DISTANCE:
-        value = max(np.sqrt(ex * ex + ey * ey), 1e-300)
-        dx, dy = ex / value, ey / value
-        if second:
-            hxx, hxy, hyy = dy * dy / value, -dx * dy / value, dx * dx / value
-            for a in range(0, 6, 3):
-                for b in range(0, 6, 3):
-                    sign = 1.0 if a == b else -1.0
-                    hess[a, b], hess[a, b + 1] = sign * hxx, sign * hxy
-                    hess[a + 1, b], hess[a + 1, b + 1] = sign * hxy, sign * hyy
+        length = max(np.sqrt(ex * ex + ey * ey), 1e-300)
+        dx, dy = ex / length, ey / length
     elif kind == TURNING:
         c, sn = np.cos(pb[TURN]), np.sin(pb[TURN])
         dx, dy = c * dx - sn * dy, sn * dx + c * dy
-        value = dx * ex + dy * ey
         grad[5] = dx * ey - dy * ex
-        if second:
-            hess[0, 5], hess[1, 5], hess[3, 5], hess[4, 5], hess[5, 5] = -dy, dx, dy, -dx, -value
-            hess[5, 0], hess[5, 1], hess[5, 3], hess[5, 4] = -dy, dx, dy, -dx
-    else:
-        value = dx * ex + dy * ey
     grad[0], grad[1], grad[3], grad[4] = dx, dy, -dx, -dy
-    return value, dx * (pa[VX] - pb[VX]) + dy * (pa[VY] - pb[VY]) + grad[5] * pb[SPIN]
+    return dx * ex + dy * ey, dx * (pa[VX] - pb[VX]) + dy * (pa[VY] - pb[VY]) + grad[5] * pb[SPIN]
+
+
+@inner
+def curve(s, w, k, grad, hess):
+    """Hessian of measure k by (x, y, angle) of markers a and b; its gradient is at hand. Whether it is other than zero."""
+    kind, pa, pb, dx, dy = s.measures[k, KIND], w.state[s.measures[k, 1]], w.state[s.measures[k, 2]], grad[0], grad[1]
+    for i in range(6):
+        for j in range(6):
+            hess[i, j] = 0.0
+    value = dx * (pa[X] - pb[X]) + dy * (pa[Y] - pb[Y])
+    if kind == DISTANCE:
+        hxx, hxy, hyy = dy * dy / value, -dx * dy / value, dx * dx / value
+        for a in range(0, 6, 3):
+            for b in range(0, 6, 3):
+                sign = 1.0 if a == b else -1.0
+                hess[a, b], hess[a, b + 1] = sign * hxx, sign * hxy
+                hess[a + 1, b], hess[a + 1, b + 1] = sign * hxy, sign * hyy
+    elif kind == TURNING:
+        hess[0, 5], hess[1, 5], hess[3, 5], hess[4, 5], hess[5, 5] = -dy, dx, dy, -dx, -value
+        hess[5, 0], hess[5, 1], hess[5, 3], hess[5, 4] = -dy, dx, dy, -dx
+    return kind == DISTANCE or kind == TURNING
 
 
 @jit
 def measured(s, w, k, grad, hess):
     """Length or angle k, its gradient and Hessian, for Python."""
-    return measure(s, w, k, grad, hess, True)[0]
+    value, _ = measure(s, w, k, grad)
+    curve(s, w, k, grad, hess)
+    return value
 
 
 @close
@@ -231,22 +240,20 @@ def add_gradient(s, w, k, grad, factor, out):
     add_force(s, w, s.measures[k, 2], factor * grad[3], factor * grad[4], factor * grad[5], out)
 
 
-@inner
+@aside
 def add_pair(s, w, a, b, h, factor, out):
     """Add factor J^T h J of the two markers, h of shape (6, 6)."""
-    add_block(s, w, a, a, h, 0, 0, factor, out)
-    add_block(s, w, a, b, h, 0, 3, factor, out)
-    add_block(s, w, b, a, h, 3, 0, factor, out)
-    add_block(s, w, b, b, h, 3, 3, factor, out)
+    for i in range(2):
+        for j in range(2):
+            add_block(s, w, a if i == 0 else b, a if j == 0 else b, h, 3 * i, 3 * j, factor, out)
 
 
-@inner
+@aside
 def add_pair_drift(s, w, a, b, h, factor, out):
     """Likewise with the derivatives of the rates by the coordinates on the right."""
-    add_drift(s, w, a, a, h, 0, 0, factor, out)
-    add_drift(s, w, a, b, h, 0, 3, factor, out)
-    add_drift(s, w, b, a, h, 3, 0, factor, out)
-    add_drift(s, w, b, b, h, 3, 3, factor, out)
+    for i in range(2):
+        for j in range(2):
+            add_drift(s, w, a if i == 0 else b, a if j == 0 else b, h, 3 * i, 3 * j, factor, out)
 
 
 @close
@@ -257,11 +264,11 @@ def rate_of(w, a, b, k):
 
 @close
 def bias_of(s, w, k, grad, hess):
-    """Second rate of measure k at zero coordinate acceleration."""
+    """Second rate of measure k at zero coordinate acceleration; its gradient is at hand."""
     a, b, total = s.measures[k, 1], s.measures[k, 2], 0.0
     for i in range(3):
         total += grad[i] * w.state[a, AX + i] + grad[3 + i] * w.state[b, AX + i]
-    if s.measures[k, KIND] == DISTANCE or s.measures[k, KIND] == TURNING:
+    if curve(s, w, k, grad, hess):
         for i in range(6):
             for j in range(6):
                 total += rate_of(w, a, b, i) * hess[i, j] * rate_of(w, a, b, j)

@@ -29,7 +29,7 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs.spectral.compiling import inner
+from buckler.mbs.spectral.compiling import aside, copy
 from buckler.mbs.spectral.kernel import (
     add_mass_slope,
     add_multipliers,
@@ -40,6 +40,7 @@ from buckler.mbs.spectral.kernel import (
     rows_at,
     solve_small,
     spread_rows,
+    tangents,
 )
 from buckler.mbs.spectral.markers import place_markers
 from buckler.mbs.spectral.output import ITERATIONS, JACOBIANS
@@ -72,7 +73,7 @@ SLOW = 0.3
 """Ratio of Newton steps beyond which the next step has a new matrix."""
 
 
-@inner
+@aside
 def size_of(x, elastic, u):
     """Largest component of a change u of the coordinates, in their units."""
     worst = 0.0
@@ -86,19 +87,20 @@ def size_of(x, elastic, u):
     return worst
 
 
-@inner
+@aside
 def predict(x, h, before):
     """First guess at the nodes: rates by the last step's polynomial, or where there is none by the present acceleration;
     multipliers and stresses by the line through the last step's last two nodes, or as they are.
     """
     n = x.q.size
     for i in range(3):
-        rates, slope = x.rates[i], 0.0
+        rates, stress, slope = x.rates[i], x.stresses[i], 0.0
         if before > 0.0:
             slope = NODES[i] * h / (before * (1.0 - NODES[1]))
         for k in range(x.lam.size):
             x.multipliers[i, k] = x.lam[k] + slope * (x.lam[k] - x.past_lam[k])
-        x.stresses[i] = x.stress + slope * (x.stress - x.past_stress)
+        for p in range(x.stress.size):
+            stress.flat[p] = x.stress.flat[p] + slope * (x.stress.flat[p] - x.past_stress.flat[p])
         if before == 0.0:
             for k in range(n):
                 rates[k] = x.v[k] + NODES[i] * h * x.a[k]
@@ -116,7 +118,7 @@ def predict(x, h, before):
     _integrate(x, h)
 
 
-@inner
+@aside
 def _integrate(x, h):
     """Places and accelerations at the nodes from the rates there."""
     for i in range(3):
@@ -126,13 +128,16 @@ def _integrate(x, h):
             x.seconds[i, k] = (INVERSE[i, 0] * (r0 - v) + INVERSE[i, 1] * (r1 - v) + INVERSE[i, 2] * (r2 - v)) / h
 
 
-@inner
+@aside
 def renew(s, w, x, t, h, counts):
     """Make the Newton matrices anew, at the middle node."""
     n, r, q, v, lam = x.q.size, x.lam.size, x.places[1], x.rates[1], x.multipliers[1]
     since = NODES[1] * h
-    w.stress[:] = x.stresses[1]
-    forces(s, w, t + since, q, v, lam, x.memory, since, x.force, x.stiffness, x.damping, x.cross, True)
+    copy(x.stresses[1], w.stress)
+    w.mixed[0] = 2.0
+    forces(s, w, t + since, q, v, lam, x.memory, since, x.force)
+    w.mixed[0] = 1.0
+    tangents(s, w, t + since, q, v, lam, x.memory, since, x.stiffness, x.damping, x.cross)
     rows_at(s, w, t + since, x.gap, x.jacobian, x.speed)
     add_multipliers(s, w, q, lam, x.stiffness)
     if s.modal.shape[0] > 0:
@@ -152,13 +157,13 @@ def renew(s, w, x, t, h, counts):
     counts[JACOBIANS] += 1
     if not np.isfinite(x.matrix.sum()):
         return False
-    x.inverse[:] = np.linalg.inv(x.matrix)
-    x.untwisted[:] = np.linalg.inv(x.twisted)
+    copy(np.linalg.inv(x.matrix), x.inverse)
+    copy(np.linalg.inv(x.twisted), x.untwisted)
     x.ease[0] = 1.0
     return True
 
 
-@inner
+@aside
 def _lacks(s, w, x, t, h):
     """What the equations lack at the three nodes."""
     n, r = x.q.size, x.lam.size
@@ -167,13 +172,13 @@ def _lacks(s, w, x, t, h):
     for i in range(3):
         since, residual, lam = NODES[i] * h, x.residual[i], x.multipliers[i]
         at, q, v = t + NODES[i] * h, x.places[i], x.rates[i]
-        w.stress[:] = x.stresses[i]
-        forces(s, w, at, q, v, lam, x.memory, since, x.force, x.stiffness, x.damping, x.cross, False)
-        x.slacks[i] = w.slack
+        copy(x.stresses[i], w.stress)
+        forces(s, w, at, q, v, lam, x.memory, since, x.force)
+        copy(w.slack, x.slacks[i])
         rows_at(s, w, at, x.gap, x.jacobian, x.speed)
         if s.modal.shape[0] > 0:
             mass_matrix(s, q, x.mass)
-            x.inertia[i] = np.dot(x.mass, x.seconds[i])
+            np.dot(x.mass, x.seconds[i], x.inertia[i])
         for k in range(n):
             residual[k] = x.inertia[i, k] - x.force[k]
         for k in range(r):
@@ -184,7 +189,7 @@ def _lacks(s, w, x, t, h):
             residual[n + k] = total
 
 
-@inner
+@aside
 def _correct(s, w, x, h):
     """One Newton step from what the equations lack; its size in the coordinates' units, and in whole ones."""
     n, m = x.q.size, x.right.size
@@ -218,7 +223,7 @@ def _correct(s, w, x, h):
     return size, whole
 
 
-@inner
+@aside
 def newton(s, w, x, t, h, allowed, fresh, counts):
     """Solve for the nodes; the ratio of the last two Newton steps if it converged, else 2.
 
@@ -251,7 +256,7 @@ def newton(s, w, x, t, h, allowed, fresh, counts):
     return 2.0
 
 
-@inner
+@aside
 def error_of(s, x, h):
     """Put the local error of the coordinates into x.step; its size in their units."""
     n, r, k1 = x.q.size, x.lam.size, h / REAL
@@ -282,7 +287,7 @@ def error_of(s, x, h):
     return size_of(x, s.elastic, x.step[:n])
 
 
-@inner
+@aside
 def put_back(s, w, x, t):
     """Move the step's end onto the constraints: places by the Newton matrix, rates and accelerations by M^-1 G^T.
 
@@ -317,7 +322,7 @@ def put_back(s, w, x, t):
             swing += row[i] * a[i]
         x.speed[k], x.change[k] = slip, swing
     spread_rows(x.jacobian, x.light, x.spread, x.schur[0])
-    x.schur[1] = x.schur[0]
+    copy(x.schur[0], x.schur[1])
     solve_small(x.schur[0], x.speed, r)
     solve_small(x.schur[1], x.change, r)
     for k in range(r):

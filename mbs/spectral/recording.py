@@ -9,7 +9,7 @@ import numpy as np
 from buckler.mbs.modal.planar import ModalHistory
 from buckler.mbs.record.motion import BlockMotion, RigidMotion
 from buckler.mbs.record.record import Record
-from buckler.mbs.spectral.compiling import jit, lend_tables, lend_work
+from buckler.mbs.spectral.compiling import copy, jit, lend_tables, lend_work
 from buckler.mbs.spectral.forces import add_forces
 from buckler.mbs.spectral.frame_body import FrameBody
 from buckler.mbs.spectral.markers import place_markers
@@ -34,7 +34,7 @@ class Trace(NamedTuple):
 def follow(s, w, time, q, v, a, lam, memory, traces, reports):
     """Fill traces (times, markers, 9) with markers' states and second rates, and reports (times, forces, 8) with forces."""
     s, w = lend_tables(s), lend_work(w)
-    f, none = np.zeros(q.shape[1]), np.zeros((1, 1))
+    f = np.zeros(q.shape[1])
     for i in range(q.shape[0]):
         place_markers(s, w, q[i], v[i])
         for m in range(s.markers.shape[0]):
@@ -47,8 +47,8 @@ def follow(s, w, time, q, v, a, lam, memory, traces, reports):
                     total += w.slope[c, j] * a[i, s.places[j]]
                 traces[i, m, 6 + c] = total
         since = time[i] - memory[i, 0, 3] if memory.shape[1] > 0 else 0.0
-        add_forces(s, w, time[i], q[i], lam[i], memory[i], since, f, none, none, none, False)
-        reports[i] = w.reports
+        add_forces(s, w, time[i], lam[i], memory[i], since, f)
+        copy(w.reports, reports[i])
 
 
 def record_of(scene: Scene, out: Output) -> Record:

@@ -16,6 +16,7 @@ from buckler.mbs.elements.element import kinks_of
 from buckler.mbs.kinematics.diagnosis import independent_rows, redundancies
 from buckler.mbs.spectral import kernel, markers
 from buckler.mbs.spectral import tables as k
+from buckler.mbs.spectral.announce import announce
 from buckler.mbs.spectral.builder import Attached, Builder
 from buckler.mbs.spectral.reference import link_of
 from buckler.mbs.spectral.registry import add_body, add_element
@@ -27,6 +28,9 @@ DEGREE = 8
 """Of a strip's polynomials, where none is asked for."""
 SLOWEST_ONSET = 1e-4
 """Approach speed, m/s, below which dissipative laws no longer scale with it: a contact at rest has no impact speed."""
+
+
+announce()
 
 
 class Assembly(NamedTuple):
@@ -205,9 +209,9 @@ class Scene:
             np.empty(n), np.empty((n, n)), np.empty((n, n)), np.zeros((r, n)), np.empty(r), np.empty((r, n)),
             np.empty(r), np.empty(r),
         )  # fmt: skip
-        kernel.forces(
-            self.tables, self.work, t, q, v, lam, memory, since, out.force, out.stiffness, out.damping, out.cross, tangents
-        )
+        kernel.forces(self.tables, self.work, t, q, v, lam, memory, since, out.force)
+        if tangents:
+            kernel.tangents(self.tables, self.work, t, q, v, lam, memory, since, out.stiffness, out.damping, out.cross)
         kernel.constraints(self.tables, self.work, t, out.residual, out.jacobian, out.speed, out.change)
         if tangents:
             kernel.add_multipliers(self.tables, self.work, q, lam, out.stiffness)

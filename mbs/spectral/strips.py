@@ -30,7 +30,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from buckler.mbs.spectral.compiling import inner
+from buckler.mbs.spectral.compiling import aside, copy, inner
 from buckler.mbs.spectral.tables import REISSNER
 
 
@@ -91,12 +91,12 @@ def _sum(data, m, x, first, nb):
     return total
 
 
-@inner
-def add_strips(s, w, q, v, f, stiff, damp, want):
-    """Add elastic and damping forces of all strips to f; if asked for, -df/dq to stiff and -df/dv to damp.
+@aside
+def add_strips(s, w, q, v, f):
+    """Add elastic and damping forces of all strips to f.
 
-    Mixed forces if w.mixed says so: stresses from w.stress, what they lack in w.slack, B0 in w.held; the latter is renewed with
-    the tangents.
+    Mixed forces if w.mixed says so: stresses from w.stress, what they lack in w.slack, B0 in w.held, which is renewed if w.mixed
+    says that, too.
     """
     ez, point = np.zeros((3, 4)), 0
     mixed = w.mixed[0] > 0.0
@@ -128,8 +128,8 @@ def add_strips(s, w, q, v, f, stiff, damp, want):
             n0, n1, n2 = s.data[d] * e0, s.data[d + 1] * e1, s.data[d + 2] * e2
             weight, p = s.data[d + 5 + g], point + g
             if mixed:
-                if want:
-                    w.held[p] = ez
+                if w.mixed[0] > 1.0:
+                    copy(ez, w.held[p])
                 b, held, slack = w.stress[p], w.held[p], w.slack[p]
                 slack[0], slack[1], slack[2] = n0 - b[0], n1 - b[1], n2 - b[2]
                 n0, n1, n2 = b[0], b[1], b[2]
@@ -150,28 +150,34 @@ def add_strips(s, w, q, v, f, stiff, damp, want):
                 local[block[2] + a] -= s.data[m2 + a] * f2
             for a in range(nb):
                 local[block[3] + a] -= s.data[m3 + a] * f3
-            if want:
-                w.strain[p, 0], w.strain[p, 1], w.strain[p, 2], w.strain[p, 3] = z0, z1, z2, z3
-                w.force[p, 0], w.force[p, 1], w.force[p, 2] = weight * n0, weight * n1, weight * n2
+            w.strain[p, 0], w.strain[p, 1], w.strain[p, 2], w.strain[p, 3] = z0, z1, z2, z3
+            w.force[p, 0], w.force[p, 1], w.force[p, 2] = weight * n0, weight * n1, weight * n2
         for a in range(size):
             f[at[a]] += local[a]
-        if want:
-            _add_tangent(s, w, strip, point, stiff, damp)
         point += ng
 
 
 @inner
-def _add_tangent(s, w, strip, point, stiff, damp):
-    """Add a strip's tangents: its arguments and weighted stresses are in w, its coordinates' rates in w.element."""
+def bend_strips(s, w, v, stiff, damp):
+    """Add -df/dq to stiff and -df/dv to damp of the strips' forces that were added last."""
+    for strip in range(s.strips.shape[0]):
+        _add_tangent(s, w, strip, v, stiff, damp)
+
+
+@aside
+def _add_tangent(s, w, strip, v, stiff, damp):
+    """Add a strip's tangents: its arguments and weighted stresses are in w."""
     kind, nb, ng, first, d = s.strips[strip]
     size, block, order = _fields(kind, nb)
     ez, ezz, h, b = np.zeros((3, 4)), np.zeros((3, 4, 4)), np.zeros((4, 4)), np.zeros((4, 4))
+    ke, ce = np.zeros((size, size)), np.zeros((size, size))
     r, lag = np.zeros(4), np.zeros(3)
     lag[0], lag[2] = s.data[d + 4], s.data[d + 3]
-    at, member, rate = s.places[first : first + size], d + 5 + 4 * ng, w.element[size : 2 * size]
-    ke = w.element[3 * size : 3 * size + size * size].reshape(size, size)
-    ce = w.element[3 * size + size * size : 3 * size + 2 * size * size].reshape(size, size)
-    ke[:], ce[:] = 0.0, 0.0
+    at, member, rate, point = s.places[first : first + size], d + 5 + 4 * ng, w.element[size : 2 * size], 0
+    for other in range(strip):
+        point += s.strips[other, 2]
+    for a in range(size):
+        rate[a] = v[at[a]]
     damped = lag[0] > 0.0 or lag[2] > 0.0
     for g in range(ng):
         p = point + g
@@ -221,7 +227,7 @@ def _spread(data, member, order, block, ng, g, nb, h, out):
                     row[c] += factor * right[c]
 
 
-@inner
+@aside
 def carry_stresses(s, w, dq, dv, stress, slack):
     """Stresses after an increment (dq, dv) of the coordinates and rates: n + slack + D B0 (dz + lag dz')."""
     point = 0
@@ -251,8 +257,8 @@ def carry_stresses(s, w, dq, dv, stress, slack):
 @inner
 def elastic_stresses(s, w, q, v, stress):
     """Fill stress (points, 3) with those of this state."""
-    f, none, mixed = np.zeros(q.size), np.zeros((1, 1)), w.mixed[0]
+    f, mixed = np.zeros(q.size), w.mixed[0]
     w.stress[:], w.mixed[0] = 0.0, 1.0
-    add_strips(s, w, q, v, f, none, none, False)
-    stress[:] = w.slack
+    add_strips(s, w, q, v, f)
+    copy(w.slack, stress)
     w.mixed[0] = mixed

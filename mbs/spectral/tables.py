@@ -118,12 +118,12 @@ class Work(NamedTuple):
         Derivatives of (x, y, angle) of a marker by its coordinates.
     drift : array, shape (3, places)
         Derivatives of their rates by the coordinates.
-    small : array, shape (16, 16)
-        Gradient, Hessian and the like of one measure.
+    small : array, shape (20, 6)
+        Of one measure: Hessian, gradient, its rate, two matrices.
     element : array
-        One strip's coordinates, rates, forces and matrices.
+        One strip's coordinates, rates and forces.
     mixed : array, shape (1,)
-        1 where strips' stresses are unknowns of their own, see `strips`.
+        1 where strips' stresses are unknowns of their own, 2 where a matrix is being made for them; see `strips`.
     stress, slack : array, shape (points, 3)
         Stresses at all strips' Gauss points, and what these lack.
     held : array, shape (points, 3, 4)
@@ -155,8 +155,8 @@ def work_for(tables: Tables) -> Work:
         np.zeros((len(tables.markers), 11)),
         np.zeros((3, len(tables.places))),
         np.zeros((3, len(tables.places))),
-        np.zeros((16, 16)),
-        np.zeros((2 * 3 * strip + 3) * (3 * strip)),
+        np.zeros((20, 6)),
+        np.zeros(3 * 3 * strip),
         np.zeros(1),
         np.zeros((points, 3)),
         np.zeros((points, 3)),

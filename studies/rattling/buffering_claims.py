@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from buckler.studies.kit.cli import main
-from buckler.studies.kit.parameters import integer, quantities, text
+from buckler.studies.kit.parameters import integer, quantities, quantity, text
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
 from buckler.studies.kit.style import COLOURS, subplots
 from buckler.studies.rattling import world_shares
@@ -72,6 +72,7 @@ class Parameters(EnsembleParameters):
     world_members: int = integer(5, 2, 2000, "runs of each rocker in each world", "worlds")
     world_cycles: int = integer(2, 1, 10_000, "turns measured of each run", "worlds")
     world_settle: int = integer(1, 0, 10_000, "turns before that", "worlds")
+    world_tolerance: float = quantity(1e-6, "1", 1e-12, 1e-4, "of a step, of the longest bar and a radian", "worlds")
     worlds_store: str = text("", "file that keeps the worlds that have run, to go on from; none: memory only", "worlds")
 
     def check(self) -> None:
@@ -141,7 +142,7 @@ def _over_worlds(p: Parameters, progress: Progress) -> _Over:
     """Sweep the worlds and read them."""
     if not p.worlds:
         return _Over({}, {}, [])
-    numerics = {"members": p.world_members, "cycles": p.world_cycles, "settle": p.world_settle, "tolerance": p.tolerance}
+    numerics = {"members": p.world_members, "cycles": p.world_cycles, "settle": p.world_settle, "tolerance": p.world_tolerance}
     worlds = drawn(p.worlds, p.seed, workers=1, **numerics)
     store = Path(p.worlds_store) if p.worlds_store else None
     rows = sweep("buffering-world", worlds.cases, workers=p.workers, store=store, progress=progress)

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from buckler.studies.kit.cli import main
-from buckler.studies.kit.parameters import integer
+from buckler.studies.kit.parameters import integer, quantity
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, metrics_table
 from buckler.studies.kit.style import subplots
 from buckler.studies.rattling.assumptions import Assumptions
@@ -38,6 +38,7 @@ LATEST = 2000
 class Parameters(FourBarParameters, Assumptions):
     """Parameters of one world."""
 
+    tolerance: float = quantity(1e-6, "1", 1e-12, 1e-3, "of a step, of the longest bar and a radian", "numerics")
     members: int = integer(5, 2, LATEST, "runs of each rocker; their scatter gives the standard error", "statistics")
     cycles: int = integer(2, 1, 10_000, "turns measured of each run", "statistics")
     settle: int = integer(1, 0, 10_000, "turns before that", "statistics")

@@ -16,12 +16,13 @@ from buckler.mbs.laws import Coulomb, HuntCrossley, Impact
 from buckler.mbs.laws.rebound import restitution
 from buckler.mbs.library import crank_rocker, slider_crank
 from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.spectral.accuracy import known
+from buckler.mbs.spectral.accuracy import known, share_told
 from buckler.mbs.spectral.chaos import lyapunov, poincare
 from buckler.mbs.spectral.ensembles import ensemble
 from buckler.mbs.spectral.run import integrate, once
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.solver import Spectral
+from buckler.studies.trust.solver_speed import WORKS, ours
 
 BAR = Section(0.02, 0.005)
 PENDULUM = Mechanism(
@@ -86,6 +87,41 @@ def test_error_known_is_error_delivered() -> None:
     delivered = difference(ours, exact)
     assert found.reached <= 1e-2
     assert delivered <= 3 * found.reached
+
+
+def test_share_of_a_difference_that_is_told() -> None:
+    """The rest of a geometric series of differences is told, doubled, where they fall fast, and else the whole difference."""
+    for shrinks, share in ((2.0, 1.0), (3.0, 1.0), (5.0, 0.5), (8**1.25, 0.16), (100.0, 0.1)):
+        errors = shrinks ** -np.arange(3.0)
+        last, off = errors[:2] - errors[1:]
+        assert share_told(off, last) == pytest.approx(share, rel=0.02)
+        assert share_told(off, last) * off >= errors[2]
+    assert share_told(1.0, np.inf) == share_told(1.0, 0.9) == 1.0
+
+
+@pytest.mark.parametrize("asked", [1e-2, 1e-4, 1e-6])
+def test_smooth_motion_is_delivered_and_told(asked) -> None:
+    """A pendulum's angle against another integrator: within what was asked and told, and for little more than that."""
+    pull, duration = 9.81 / (2 * (1 / 3 + BAR.thickness**2 / 12)), 2.0
+    found = known(PENDULUM, duration, asked, Spectral(method="implicit"))
+    record = found.run.record
+    exact = solve_ivp(
+        lambda _t, y: [y[1], -pull * np.cos(y[0])], (0.0, duration), [0.0, 0.0], "DOP853", record.time, rtol=1e-12, atol=1e-12
+    ).y[0]
+    delivered = np.linalg.norm(record.turn("rod:A")[0] - exact) / np.linalg.norm(exact)
+    assert delivered <= min(asked, found.reached)
+    assert sum(found.runs.values()) <= 3
+
+
+@pytest.mark.parametrize("tolerance", [2e-5, 1.67e-5, 1.47e-5])
+def test_a_strip_that_leaves_its_stop_does_so_at_its_time(tolerance) -> None:
+    """The stop's force falls from its whole to nothing within a step of many of its time constants; a false moment of leaving
+    is amplified a hundredfold as the buckled strip snaps back.
+    """
+    work = WORKS["stop"]
+    exact, _ = ours(work, 2e-6, 8)
+    deflection, _ = ours(work, tolerance, 8)
+    assert np.linalg.norm(deflection - exact) < 6e-3 * np.linalg.norm(exact)
 
 
 def _rattling() -> Mechanism:
