@@ -12,11 +12,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from buckler.mbs.compiler import compiler
 from buckler.mbs.elements.element import kinks_of
 from buckler.mbs.kinematics.diagnosis import independent_rows, redundancies
 from buckler.mbs.spectral import kernel, markers
 from buckler.mbs.spectral import tables as k
-from buckler.mbs.spectral.announce import announce
 from buckler.mbs.spectral.builder import Attached, Builder
 from buckler.mbs.spectral.reference import link_of
 from buckler.mbs.spectral.registry import add_body, add_element
@@ -30,7 +30,10 @@ SLOWEST_ONSET = 1e-4
 """Approach speed, m/s, below which dissipative laws no longer scale with it: a contact at rest has no impact speed."""
 
 
-announce()
+if compiler():
+    from buckler.mbs.spectral.announce import announce
+
+    announce()
 
 
 class Assembly(NamedTuple):

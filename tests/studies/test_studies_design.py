@@ -201,7 +201,7 @@ BLOCKS = re.findall(r"^```(\w*)\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL)
 
 
 def test_commands_of_the_how_to_end_as_it_says(tmp_path, capsys):
-    commands = [shlex.split(line)[3:] for kind, block in BLOCKS if kind == "sh" for line in block.splitlines()]
+    commands = [shlex.split(line)[1:] for kind, block in BLOCKS if kind == "sh" for line in block.splitlines()]
     assert [command[:2] for command in commands] == [["run", "design"]] * 3
     quick = ["--models", "strut", "--wishes", "0", "--out", str(tmp_path)]
     assert main(argv=[*commands[0], *quick]) == 0

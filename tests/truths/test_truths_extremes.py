@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from simulations import LENGTH, pressed
 
-from buckler.mbs import Beam, Cable, Modal, Section, simulate
+from buckler.mbs import Beam, Cable, Modal, Section, Spectral, simulate
 from buckler.mbs.modal import BarModes
 from buckler.studies.trust.extremes_case import FALSE_ALARM, WITHIN, WRONG, judge
 from buckler.studies.trust.extremes_play import Play
@@ -24,7 +24,14 @@ def verdict(case):
     return found.verdict, found.off, found.worst
 
 
+@pytest.fixture
+def compiled():
+    """The compiled solver, ready: a case's limit of time is for running."""
+    simulate(Play().mechanism(), 1e-4, solver=Spectral())
+
+
 @pytest.mark.slow
+@pytest.mark.usefixtures("compiled")
 def test_a_slow_crank_with_clearance_in_all_joints():
     """Near 1 rad/s for 0.31 s, 18 degrees: by default tolerances two of the five journals are 0.1 to 0.3 clearances off.
 
