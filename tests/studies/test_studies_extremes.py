@@ -102,7 +102,8 @@ def test_over_two_hundred_listed_cases_cover_every_scene_and_every_kind_of_extre
     names = " | ".join(case.name for case in cases)
     for extreme_of_all in (
         "clearance 0.001 mm", "clearance 2 mm", "0.01 times as stiff", "100 times as stiff", "30 r/min", "3000 r/min",
-        "no friction", "much friction from 1e-4 m/s", "undamped", "dead centre", "straight", "elements", "equal steps", "tolerance", "thinnest",
+        "no friction", "much friction from 1e-4 m/s", "undamped", "dead centre", "straight", "elements",
+        "equal steps", "tolerance", "thinnest",
     ):  # fmt: skip
         assert extreme_of_all in names
 
