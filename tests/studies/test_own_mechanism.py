@@ -273,16 +273,14 @@ def test_help_and_list_are_quick_and_light():
         "raise SystemExit(str(heavy) if heavy else 0)"
     )
 
-    def best(code):
-        times = []
-        for _ in range(5):
-            begin = time.perf_counter()
-            done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
-            times.append(time.perf_counter() - begin)
-            assert done.returncode == 0, done.stderr
-        return min(times)
+    def once(code):
+        begin = time.perf_counter()
+        done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        return time.perf_counter() - begin
 
-    assert best(code) < 3 * best("import argparse")
+    ours, plain = zip(*((once(code), once("import argparse")) for _ in range(9)), strict=True)  # in turn: the machine is shared
+    assert min(ours) < 3 * min(plain)
 
 
 # --- sweep ----------------------------------------------------------------------------------------------------------------
