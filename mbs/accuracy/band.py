@@ -34,18 +34,9 @@ def axial_period(mechanism: Mechanism) -> float:
     return max((2 * pi * sqrt(mass * length / stiffness) for stiffness, length in strips), default=0.0)
 
 
-def window(mechanism: Mechanism, time: Array) -> float:
-    """Period that forces are averaged over, s: of the axial vibration, or two steps where these are longer; 0 without strips.
-
-    A vibration that is shorter than two steps swings from one sample to the next.
-    """
-    period = axial_period(mechanism)
-    return max(period, 2 * float(np.median(np.diff(time)))) if period > 0 and len(time) > 2 else 0.0
-
-
-def told(mechanism: Mechanism, time: Array) -> str:
+def told(mechanism: Mechanism) -> str:
     """What is done to the forces, in a sentence."""
-    period = window(mechanism, time)
+    period = axial_period(mechanism)
     return (
         f"forces of joints, guides, drives and strips are means, twice over {period:.2g} s, which leaves frequencies below about"
         f" {0.25 / period:.2g} Hz: the axial vibration of strips is not resolved; solver=Exudyn() gives them as computed"
@@ -63,8 +54,8 @@ def banded(mechanism: Mechanism, time: Array, signals: dict[str, Array], units: 
     signals, units
         All signals of a run.
     """
-    period = window(mechanism, time)
-    if not period > 0 or any(name.endswith(".journal_x") for name in signals):
+    period = axial_period(mechanism)
+    if not period > 0 or len(time) < 3 or any(name.endswith(".journal_x") for name in signals):
         return {}
     ringing = [name for name, unit in units.items() if unit in FORCES and name.rpartition(".")[2] not in OF_CONTACT]
     return {name: averaged(time, averaged(time, signals[name], period), period) for name in ringing}

@@ -95,7 +95,7 @@ class Delivery:
         mechanism = self.run.record.mechanism
         means = banded(mechanism, result.time, result.signals, result.units)
         if means:
-            notes = [*result.provenance.get("notes", ()), told(mechanism, result.time)]
+            notes = [*result.provenance.get("notes", ()), told(mechanism)]
             result = replace(result, signals=result.signals | means, provenance=result.provenance | {"notes": notes})
         work = result.work | {"wall_s": wall, "share": result.work["wall_s"] / max(wall, 1e-300)}
         work |= {"runs": float(sum(self.runs.values()))} | {f"{name}_runs": float(n) for name, n in self.runs.items()}

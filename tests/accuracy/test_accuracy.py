@@ -199,6 +199,7 @@ def test_what_a_tighter_accuracy_delivers_is_nearer():
 # --- what is told -----------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_an_accuracy_out_of_reach_is_told():
     """Undamped axial vibration over a thousand periods: too much for steps to follow, too much to leave out."""
     mechanism = slider_crank(Cable(THICK), law=None, mass=0.3, speed=5.0)

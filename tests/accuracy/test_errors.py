@@ -146,6 +146,7 @@ def test_a_determined_linkage_is_not_integrated():
     assert result.error.kind == "samples; nothing is integrated" and result.work["newton_iterations"] == 0
 
 
+@pytest.mark.slow
 def test_forces_are_delivered_where_they_are_asked_for():
     """Of a slider that a strut presses on its stop: peak, mean square and impulse, against a far finer run."""
     mechanism = slider_crank(Strut(Section(0.03, 3e-4)), law=STOP, mass=0.3, speed=6.0)

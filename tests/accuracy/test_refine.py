@@ -24,7 +24,7 @@ from buckler.mbs import (
     slider_crank,
 )
 from buckler.mbs.accuracy import refine
-from buckler.mbs.accuracy.band import averaged, axial_period, banded
+from buckler.mbs.accuracy.band import averaged, axial_period
 from buckler.mbs.accuracy.by_signal import by_signal
 from buckler.mbs.functions import Expression
 from buckler.mbs.laws import CarvalhoMartins
@@ -94,6 +94,7 @@ def test_functions_in_python_are_not_compiled():
     assert result.ok and "spectral_runs" not in result.work and result.work["exudyn_runs"] >= 2
 
 
+@pytest.mark.slow
 def test_a_drive_that_shakes_faster_than_the_samples():
     """50 Hz, of which 200 samples of 2 s show two a period: the torque against twenty times as many."""
     mechanism = slider_crank(Rigid(THICK), law=None, mass=0.3, speed=Expression("3*sin(314*t)"))
@@ -132,13 +133,3 @@ def test_what_does_not_hold_is_told(monkeypatch):
     assert result.status is Status.SUSPECT
     assert "is off by about" in result.message and result.message.startswith("ACCURACY: ")
     assert result.error["A.x"] > 0.01
-
-
-def test_forces_are_means_over_two_steps_at_least():
-    """A vibration of the strip that is shorter than the steps swings from sample to sample; half a step of it is no mean."""
-    mechanism = slider_crank(Beam(Section(0.03, 1e-3)), law=None, mass=0.3, speed=10.0)
-    time = np.linspace(0.0, 1.0, 101)
-    assert axial_period(mechanism) < 0.01
-    swings = {"B.coupler-slider.fx": 3.0 + (-1.0) ** np.arange(101)}
-    found = banded(mechanism, time, swings, {"B.coupler-slider.fx": "N"})
-    assert found["B.coupler-slider.fx"] == pytest.approx(np.full(101, 3.0), abs=1e-12)

@@ -84,7 +84,7 @@ ROCKERS = {"rigid": Rigid(BARS), "beam": Beam(BARS.damped(0.01, 0.175), elements
 
 
 @pytest.mark.parametrize("law", [RATTLING, CLOSED], ids=["rattling", "closed"])
-@pytest.mark.parametrize("rocker", ROCKERS)
+@pytest.mark.parametrize("rocker", ["rigid", "modal", pytest.param("beam", marks=pytest.mark.slow)])
 def test_crank_rocker_with_play_is_fine(rocker, law):
     fine(simulate(rattling(law, rocker=ROCKERS[rocker]), 0.02))
 
@@ -130,6 +130,7 @@ class Interpreted(Backwards):
         return super().force(depth, rate, [onset][0])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", [Backwards(1.01 * K), Interpreted(1.01 * K)], ids=["compiled", "plain"])
 def test_law_for_which_no_step_is_short_enough_ends_by_name(law, monkeypatch):
     """The engine would reject the same step for ever, past any time limit."""

@@ -29,6 +29,7 @@ assert "numba" not in sys.modules
 """
 
 
+@pytest.mark.slow
 def test_frequencies_as_plain_python_are_the_compiled_ones(tmp_path):
     path = tmp_path / "hanging.toml"
     HANGING.save(path)

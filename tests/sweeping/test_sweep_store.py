@@ -238,8 +238,9 @@ def test_a_file_that_may_not_grow_further_says_so_and_is_resumed(path):
     kept = stored(path)
     assert 0 < len(kept) < 60
     assert run(*words)[0] == 0
-    assert stored(path)[: len(kept)] == kept
-    assert len(stored(path)) == 60
+    resumed = stored(path)
+    assert all(row in resumed for row in kept)  # a case whose writing failed may come before one that was kept
+    assert len(resumed) == 60
 
 
 @pytest.fixture
