@@ -15,6 +15,7 @@ from buckler.mbs.laws import BristleLaw, FrictionLaw, NoFriction, NormalLaw
 from buckler.mbs.validate import follows, positive
 
 ROUND_ABOUT = np.linspace(0.0, 2 * np.pi, 721)
+"""Directions, rad, in which the least clearance is looked for."""
 PIERCED = 0.05
 """Depth of a pin in its bush, relative to its radius, up to which a depth beyond the clearance is remarked, not suspected."""
 
@@ -63,7 +64,9 @@ class Clearance(Joint):
         follows(f"clearance at '{self.point}': friction", self.friction, rubs, "Coulomb(0.1)")
         for name in ("bush_profile", "pin_profile"):
             object.__setattr__(self, name, amplitudes(f"clearance at '{self.point}': {name}", getattr(self, name)))
-        least = self.gap + sum(float(profile(side, 0, ROUND_ABOUT)[0].min()) for side in self.profiles)
+        least = self.gap
+        if not self.round:
+            least += sum(float(profile(side, 0, ROUND_ABOUT)[0].min()) for side in self.profiles)
         if least <= 0:
             raise ValueError(f"clearance at '{self.point}': gap and profiles = {least:.3g} m at the least: must be positive")
 

@@ -48,6 +48,9 @@ ROCKERS: dict[str, Callable[[CrankRockerParameters], Any]] = {
 }
 """Bodies of the rocker by name; all but the first are flexible."""
 
+COLOURS = {"ideal": "#000000", "rigid": "#D55E00", "flexible": "#0072B2"}
+"""Of curves, by what `label` calls a run."""
+
 
 def label(rocker: str) -> str:
     """What the results of a rocker are filed under: `rigid` or `flexible`."""

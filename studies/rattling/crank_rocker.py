@@ -19,6 +19,7 @@ from buckler.studies.kit.parameters import integer
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
 from buckler.studies.kit.style import subplots
 from buckler.studies.rattling.clearance import (
+    COLOURS,
     FORCES,
     SAMPLES,
     CrankRockerParameters,
@@ -35,7 +36,6 @@ if TYPE_CHECKING:
 Array = np.ndarray[Any, Any]
 BAND = 2001
 """Times at which the members' band is drawn."""
-COLOURS = {"ideal": "#000000", "rigid": "#D55E00", "flexible": "#0072B2"}
 JOINTS = {"O": "crank–frame", "A": "crank–coupler", "B": "coupler–rocker", "C": "rocker–frame"}
 NOTES = """\
 ideal: rigid bars, no clearance. rms over time, of centres of mass; rms_vx_error against ideal. From `settle` on.

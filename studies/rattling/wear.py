@@ -22,7 +22,7 @@ from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import integer, quantity
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
 from buckler.studies.kit.style import subplots
-from buckler.studies.rattling.clearance import STEPS_A_TURN, CrankRockerParameters, label
+from buckler.studies.rattling.clearance import COLOURS, STEPS_A_TURN, CrankRockerParameters, label
 from buckler.studies.rattling.linkage import BODIES
 from buckler.studies.rattling.wearing import BUSH, PIN, Jump, Rubbing, directions, fitted, jumps, shares, size
 
@@ -64,18 +64,21 @@ class Parameters(CrankRockerParameters):
         return 2 * pi / self.speed
 
     @property
+    def radii(self) -> Array:
+        """Of bush and pin, m."""
+        return np.array([self.pin + self.clearance, self.pin])
+
+    @property
     def coefficients(self) -> Array:
-        """K over radius and length, of bush and pin, rad/N."""
-        over = self.wear_coefficient / self.bush_length
-        return np.array([over / (self.pin + self.clearance), self.pin_wear * over / self.pin])
+        """Wear coefficient over radius and length, of bush and pin, rad/N."""
+        return self.wear_coefficient * np.array([1.0, self.pin_wear]) / (self.radii * self.bush_length)
 
 
 def worn_mechanism(mechanism: Mechanism, worn: Mapping[str, Array], gap: float) -> Mechanism:
     """The mechanism with these depths, m, (2, bins), gone from its joints, by their points."""
-    loose = clearances(mechanism)
 
     def rubbed(joint: Any) -> Any:
-        if joint not in loose:
+        if joint.ideal:
             return joint
         (more, bush), (and_more, pin) = (fitted(gap, worn[joint.point][side]) for side in (BUSH, PIN))
         return replace(joint, gap=gap + more + and_more, bush_profile=bush, pin_profile=pin)
@@ -104,17 +107,17 @@ class Rate:
         self.wrong = self.wrong or ("" if result.ok else result.message)
         if result.time[-1] < 2 * p.turn:
             raise RuntimeError(f"{result.status}: {result.message}")
-        each = [np.stack([self._of(result, point, by_point[point], k) for point in p.with_play]) for k in self._whole(result)]
-        total = [float(taken.sum()) for taken in each]
+        each = np.stack([self._of(result, point, by_point[point]) for point in p.with_play], axis=1)
+        total = each.sum(axis=(1, 2, 3))
         self.scatter = float(np.std(total, ddof=1) / sqrt(len(total)) / np.mean(total)) if len(total) > 1 else np.nan
-        return np.mean(each, axis=0)
+        return np.asarray(each.mean(axis=0))
 
     def _whole(self, result: Result) -> range:
         """Turns measured that the run got through."""
         return range(1, round(result.time[-1] / self.p.turn))
 
-    def _of(self, result: Result, point: str, worn: Array, k: int) -> Array:
-        """Depth that one turn takes of bush and pin, m, (2, bins)."""
+    def _of(self, result: Result, point: str, worn: Array) -> Array:
+        """Depth that each turn takes of bush and pin, m, (turns, 2, bins)."""
         p, record = self.p, result.film.record
         loose = clearances(record.mechanism)
         name, joint = next((n, j) for n, j in record.mechanism.elements().items() if j in loose and j.point == point)
@@ -122,10 +125,12 @@ class Rate:
         found = contact(joint, pin, bush, record.channel(name, "memory"), record.time)
         power = found.normal * np.abs(found.sliding)
         way = np.concatenate([[0.0], (power[1:] + power[:-1]) / 2 * np.diff(record.time)])
-        kept = (record.time > k * p.turn) & (record.time <= (k + 1) * p.turn)
-        place = np.column_stack([found.ex, found.ey])[kept]
-        rub = Rubbing(place, found.depth[kept], way[kept], (bush.angle[kept], pin.angle[kept]))
-        return np.stack([c * shares(rub, p.clearance, worn, side) for side, c in enumerate(p.coefficients)])
+        place, taken = np.column_stack([found.ex, found.ey]), []
+        for k in self._whole(result):
+            kept = (record.time > k * p.turn) & (record.time <= (k + 1) * p.turn)
+            rub = Rubbing(place[kept], found.depth[kept], way[kept], (bush.angle[kept], pin.angle[kept]))
+            taken.append([c * shares(rub, p.clearance, worn, side) for side, c in enumerate(p.coefficients)])
+        return np.array(taken)
 
 
 def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
@@ -158,8 +163,7 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
 
 def volume(p: Parameters, depth: Array, side: int) -> float:
     """Volume of a surface's wear, m^3."""
-    radius = p.pin + (p.clearance if side == BUSH else 0.0)
-    return float(depth.mean() * 2 * pi * radius * p.bush_length)
+    return float(depth.mean() * 2 * pi * p.radii[side] * p.bush_length)
 
 
 def _metrics(p: Parameters, course: list[Jump]) -> dict[str, Metric]:
@@ -191,11 +195,11 @@ def figure(result: StudyResult) -> Figure:
     joints: str = p.with_play  # type: ignore[attr-defined]
     fig, axes = subplots(2, len(joints), height=110, squeeze=False, sharey="row")
     for k, point in enumerate(joints):
-        for name, colour in (("rigid", "#D55E00"), ("flexible", "#0072B2")):
-            for surface, style in zip(SIDES, ("-", "--"), strict=True) if f"{name}.worn" in s else ():
+        for name in map(label, p.rocker):  # type: ignore[attr-defined]
+            for surface, style in zip(SIDES, ("-", "--"), strict=True):
                 worn = 1e6 * s[f"{name}.worn"][:, k, SIDES[surface]]
-                axes[0, k].plot(np.degrees(s["direction"]), worn[-1], style, color=colour, lw=0.8)
-                known = {"color": colour, "lw": 0.8, "label": f"{name}, {surface}"}
+                axes[0, k].plot(np.degrees(s["direction"]), worn[-1], style, color=COLOURS[name], lw=0.8)
+                known = {"color": COLOURS[name], "lw": 0.8, "label": f"{name}, {surface}"}
                 axes[1, k].plot(s[f"{name}.turns"] / 1e6, worn.max(axis=1), style, **known)
         axes[0, k].set(title=f"{point}: {'–'.join(BODIES[point])}", xlabel="direction [°]", xticks=[0, 180, 360])
         axes[1, k].set(xlabel="turns [million]")
