@@ -150,7 +150,8 @@ class _Track(NamedTuple):
         row = self.weights * (last if like is None else like)
         bordered = np.vstack((self.strip.jacobian(self.load, factor, z), row))
         sign, size = np.linalg.slogdet(bordered)
-        tangent = np.linalg.solve(bordered, last)
+        # Exactly on a branching the matrix is singular; least squares leave the crossing path's direction alone.
+        tangent = np.linalg.solve(bordered, last) if sign else np.linalg.lstsq(bordered, last, rcond=1e-9)[0]
         return _Point(np.append(z, factor), tangent / np.sqrt(self.weights @ tangent**2), float(sign), float(size))
 
     def determinant(self, point: _Point) -> float:

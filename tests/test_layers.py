@@ -92,10 +92,12 @@ def test_what_needs_the_engine_loads_it_on_demand():
 
 
 def test_every_name_on_the_door_is_behind_it():
-    from buckler import mbs
+    from buckler import elastica, mbs
 
     for name in mbs.__all__:
         assert getattr(mbs, name).__module__.startswith("buckler.mbs.") or name == "STEEL"
+    for name in elastica.__all__:
+        assert getattr(elastica, name).__name__ == f"buckler.elastica.{name}"
     with pytest.raises(AttributeError, match="nonsense"):
         mbs.nonsense  # noqa: B018
 
