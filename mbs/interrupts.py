@@ -23,18 +23,31 @@ class Interrupted(KeyboardInterrupt):
         self.result = result
 
 
+class _Noted:
+    """Handler that notes Ctrl-C for as long as it is the handler."""
+
+    def __init__(self) -> None:
+        self.pressed = False
+
+    def __call__(self, number: int, frame: Any) -> None:
+        self.pressed = True
+
+
 @contextmanager
 def ctrl_c() -> Iterator[Callable[[], bool]]:
     """Give a function that tells whether Ctrl-C came since; never, where Python's own handler does not wait for it.
 
-    That handler would raise a KeyboardInterrupt inside a callback, where the engine makes a failed step of it.
+    That handler would raise a KeyboardInterrupt inside a callback, where the engine makes a failed step of it. Within another
+    such context the function is the outer one's.
     """
-    pressed: list[int] = []
-    ours = threading.current_thread() is threading.main_thread() and signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    here = threading.current_thread() is threading.main_thread()
+    before = signal.getsignal(signal.SIGINT) if here else None
+    noted = before if isinstance(before, _Noted) else _Noted()
+    ours = before is signal.default_int_handler
     if ours:
-        signal.signal(signal.SIGINT, lambda number, _frame: pressed.append(number))
+        signal.signal(signal.SIGINT, noted)
     try:
-        yield lambda: bool(pressed)
+        yield lambda: noted.pressed
     finally:
         if ours:
             signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -25,7 +25,7 @@ from buckler.mbs.engine.settings import Exudyn
 from buckler.mbs.engine.solve import once
 from buckler.mbs.files.movie import Film
 from buckler.mbs.files.verdicts import IDLE
-from buckler.mbs.interrupts import Interrupted
+from buckler.mbs.interrupts import Interrupted, ctrl_c
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.energy import ledger as energy_ledger
 from buckler.mbs.record.result import Result
@@ -120,8 +120,9 @@ def simulate(
 
     def run(mechanism: Mechanism, span: float, solver: Exudyn | Spectral, limit: float = inf, told: Any = progress) -> Run:
         left = min(limit, inf if timeout is None else max(1e-3, timeout - (perf_counter() - start)))
-        made.append(_once(mechanism, span, solver, left if left < inf else None, told))
-        if made[-1].failure is not None and made[-1].failure[0] is Status.INTERRUPTED:
+        with ctrl_c() as interrupted:  # also while a run is put together, or its record
+            made.append(_once(mechanism, span, solver, left if left < inf else None, told))
+        if interrupted():
             raise KeyboardInterrupt
         return made[-1]
 
