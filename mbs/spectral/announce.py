@@ -18,7 +18,7 @@ class Announcer(Listener):
 
     def on_start(self, event: Any) -> None:
         """Numba begins to compile a function."""
-        if not self.told and event.data["dispatcher"].py_func.__module__.startswith("buckler.mbs.spectral."):
+        if not self.told and str(event.data["dispatcher"].py_func.__module__).startswith("buckler.mbs.spectral."):
             self.told = True
             print(TEXT, file=sys.stderr)
 
