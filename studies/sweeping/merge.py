@@ -6,7 +6,7 @@ import json
 import math
 import sqlite3
 from collections.abc import Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -33,7 +33,7 @@ def merge(parts: Sequence[Path], out: Path) -> Merged:
     parts : sequence of Path
         Stores of one sweep: same study, versions, units; signals kept in all or in none.
     out : Path
-        Where to; a store that is there already stays and takes what it lacks.
+        Where to, its folder made if need be; a store that is there already stays and takes what it lacks.
 
     Returns
     -------
@@ -46,6 +46,8 @@ def merge(parts: Sequence[Path], out: Path) -> Merged:
         was.
     """
     new = not out.exists()
+    with suppress(OSError):  # opening the store then says why not
+        out.parent.mkdir(parents=True, exist_ok=True)
     try:
         with Store(out) as book, _all_or_nothing(book.connection, out):
             for path in parts:

@@ -41,7 +41,7 @@ def test_parts_make_the_whole(tmp_path):
 
 def test_what_is_missing_is_taken_later_and_merging_twice_changes_nothing(tmp_path):
     paths = parts(tmp_path, 3)
-    out = tmp_path / "all.sqlite"
+    out = tmp_path / "new" / "all.sqlite"
     assert merge(paths[:2], out) == Merged(15, 10)
     assert merge(paths, out) == merge(paths, out) == Merged(15, 15)
 
