@@ -34,7 +34,7 @@ STRUCK = 3e-3
 SAMPLES = 48
 """Times looked at, evenly over the run."""
 BENT = 0.02
-"""Turn of a strip from end to end, rad, below which it is too straight for its mesh to matter to the motion."""
+"""Turn of a strip from end to end, there and back, rad, below which it is too straight for its mesh to matter to the motion."""
 
 
 def _too_coarse(run: Run, _result: Result) -> Iterator[str]:
@@ -46,7 +46,7 @@ def _too_coarse(run: Run, _result: Result) -> Iterator[str]:
             allowed = STRUCK if struck & set(link.points) else MESH
             motion = record.links[link.name]
             own = getattr(motion, "space_error", None)  # of a solver whose strips tell it themselves
-            error = own() if own else mesh_error(record, link.name)
+            error = (own() if _bent(motion.strains()[-1]) else 0.0) if own else mesh_error(record, link.name)
             if error > allowed:
                 count = "this degree" if own else f"{motion.body.count} elements"
                 yield f"with {count} the bending load of '{link.name}' is off by about {error:.1g}, allowed {allowed:g}"
@@ -64,8 +64,7 @@ def mesh_error(record: Record, name: str) -> float:
     strip = chosen(record.links[name], np.unique(looks.astype(int)))
     bending = strip.strains()[-1]
     points = bending.value.shape[-1]
-    turns = np.abs((bending.value * bending.weights).sum(axis=-1))
-    if turns.sum(axis=1).max() < BENT:
+    if not _bent(bending):
         return 0.0
     values, weights = [], []
     for kappa, places in _stretches(record, name, bending.value, strip.pieces):
@@ -80,9 +79,14 @@ def mesh_error(record: Record, name: str) -> float:
     h = strip.pieces.max()
     missed = (h**2 / 6 if points == 1 else h**4 / 360) * _mean_square(np.hstack(values), np.concatenate(weights))
     all_of_it = bending.value.reshape(len(bending.value), -1)
-    turn = float(turns.max())
+    turn = float(np.abs((bending.value * bending.weights).sum(axis=-1)).max())
     c, order = strip.body.worth.far
     return missed / _mean_square(all_of_it, np.ones(all_of_it.shape[1])) + c * turn**order
+
+
+def _bent(bending: Any) -> bool:
+    """Whether a strip turns at any time so far that its mesh matters."""
+    return bool((np.abs(bending.value) * bending.weights).sum(axis=(1, 2)).max() >= BENT)
 
 
 def _stretches(record: Record, name: str, curvature: Array, pieces: Array) -> Iterator[tuple[Array, Array]]:

@@ -298,10 +298,11 @@ def _(wrong):
 
 
 class Strip:
-    """A strip that tells its own error."""
+    """A strip that tells its own error, and turns by as much."""
 
-    def __init__(self, error):
+    def __init__(self, error, turn=1.0):
         self.space_error = lambda: error
+        self.strains = lambda: [SimpleNamespace(value=np.full((1, 1, 4), turn), weights=np.full((1, 4), 0.25))]
 
 
 @near("MESH", "bending load")
@@ -326,7 +327,14 @@ def _(wrong):
     q = np.tile(motion.reference, (len(run.record.time), 1, 1))
     q[:, :, 2] += (0.03 if wrong else 0.01) / 2 * np.cos(np.pi * np.linspace(0, 1, q.shape[1])) ** 3
     off = mesh_error(replace(run, record=replace(run.record, links={"s": replace(motion, q=q)})).record, "s")
-    return [f"MESH {off}"] if off > 0 else []
+    own = _said_of_its_own(0.03 if wrong else 0.01)
+    assert bool(own) == (off > 0)
+    return own
+
+
+def _said_of_its_own(turn):
+    run, result = right("strip")
+    return said("MESH", replace(run, record=replace(run.record, links={"s": Strip(1.0, turn)})), result)
 
 
 # --- linkages ------------------------------------------------------------------------------------------------------------

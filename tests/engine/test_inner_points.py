@@ -6,7 +6,22 @@ import numpy as np
 import pytest
 from simulations import fine, rates
 
-from buckler.mbs import Beam, Cable, Equal, Exudyn, Force, Guide, Link, Material, Mechanism, Revolute, Rigid, Section, simulate
+from buckler.mbs import (
+    Beam,
+    Cable,
+    Equal,
+    Exudyn,
+    Force,
+    Guide,
+    Link,
+    Material,
+    Mechanism,
+    Revolute,
+    Rigid,
+    Section,
+    Spectral,
+    simulate,
+)
 from buckler.mbs.engine.strip import mesh
 
 SPAN = 0.5
@@ -103,9 +118,10 @@ def test_a_pin_at_an_inner_point_carries_an_overhang(body):
 # --- curved strips ----------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize("solver", [Exudyn(Equal(20)), Spectral()], ids=["Exudyn", "compiled"])
 @pytest.mark.parametrize("kind", [Beam, Cable])
 @pytest.mark.parametrize("carries", [(), {"M": 0.3, "N": 0.45}])
-def test_an_arc_is_free_of_stress_at_rest(kind, carries):
+def test_an_arc_is_free_of_stress_at_rest(kind, carries, solver):
     """Pinned to the ground at all its points it stays: no strain energy, no force."""
     points = ["A", "B", *carries]
     joints = [Revolute(p, "ground", "strip") for p in points]
@@ -114,7 +130,7 @@ def test_an_arc_is_free_of_stress_at_rest(kind, carries):
         links=[Link("strip", "A", "B", kind(SECTION, 5, shape=arc(1.5)), carries=carries)],
         joints=joints,
     )
-    result = fine(simulate(mechanism, 0.01, solver=Exudyn(Equal(20)), ledger=True))
+    result = fine(simulate(mechanism, 0.01, solver=solver, ledger=True))
     assert np.abs(result.energy["strain"]).max() < 1e-12
     assert max(np.abs(result.signals[f"{p}.ground-strip.fx"]).max() for p in points) < 1e-2
 
