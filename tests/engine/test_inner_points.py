@@ -122,7 +122,7 @@ def test_a_pin_at_an_inner_point_carries_an_overhang(body):
 @pytest.mark.parametrize("kind", [Beam, Cable])
 @pytest.mark.parametrize("carries", [(), {"M": 0.3, "N": 0.45}])
 def test_an_arc_is_free_of_stress_at_rest(kind, carries, solver):
-    """Pinned to the ground at all its points it stays: no strain energy, no force."""
+    """Pinned to the ground at all its points it stays on its arc: no strain energy, no force."""
     points = ["A", "B", *carries]
     joints = [Revolute(p, "ground", "strip") for p in points]
     mechanism = Mechanism(
@@ -133,6 +133,8 @@ def test_an_arc_is_free_of_stress_at_rest(kind, carries, solver):
     result = fine(simulate(mechanism, 0.01, solver=solver, ledger=True))
     assert np.abs(result.energy["strain"]).max() < 1e-12
     assert max(np.abs(result.signals[f"{p}.ground-strip.fx"]).max() for p in points) < 1e-2
+    for p in points:
+        assert (result[f"{p}.x"][-1], result[f"{p}.y"][-1]) == pytest.approx(mechanism.points[p], abs=1e-8)
 
 
 def test_an_arch_gives_way_as_castigliano_says():
