@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -10,12 +12,13 @@ pytest.importorskip("numba")
 
 from spectral_scenes import play
 
-from buckler.mbs.elements import Beam, Link, Revolute, Rigid, Section, Stop
+from buckler.mbs.elements import Beam, Cable, Force, Link, Revolute, Rigid, Section, Stop, Weld
 from buckler.mbs.engine.settings import Controlled, Equal
 from buckler.mbs.laws import Coulomb, HuntCrossley, Impact
 from buckler.mbs.laws.rebound import restitution
 from buckler.mbs.library import crank_rocker, slider_crank
 from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.simulation import simulate
 from buckler.mbs.spectral.accuracy import known, share_told
 from buckler.mbs.spectral.chaos import lyapunov, poincare
 from buckler.mbs.spectral.ensembles import ensemble
@@ -31,6 +34,26 @@ PENDULUM = Mechanism(
     [Revolute("O", "ground", "rod")],
     gravity=(0.0, -9.81),
 )
+
+
+@pytest.mark.parametrize("kind", [Beam, Cable])
+def test_bending_damping_takes_from_each_swing_what_kelvin_and_voigt_say(kind) -> None:
+    """A cantilever under a sudden load swings with w = 1.8751^2 sqrt(E I/(m L^4)) and loses exp(-pi tau w/2) in half a period."""
+    length, lag = 0.5, 0.2
+    bare = Section(0.02, 0.002)
+    w = 1.8751**2 * np.sqrt(bare.bending_stiffness / bare.mass_per_length) / length**2
+    strip = Section(0.02, 0.002, replace(bare.material, bending_damping=lag / w))
+    load = 1e-3 * bare.bending_stiffness / length**2
+    cantilever = Mechanism(
+        {"A": (0.0, 0.0), "B": (length, 0.0)},
+        [Link("strip", "A", "B", kind(strip))],
+        [Weld("A", "ground", "strip")],
+        loads=[Force("B", (0.0, load))],
+    )
+    result = simulate(cantilever, 3 * np.pi / w, solver=Spectral(degree=8))
+    rest = load * length**3 / (3 * bare.bending_stiffness)
+    first, second, third = (abs(result.at("B.y", k * np.pi / w) / rest - 1) for k in (1, 2, 3))
+    assert [second / first, third / second] == pytest.approx([np.exp(-np.pi * lag / 2)] * 2, rel=0.02)
 
 
 def test_order_on_a_pendulum() -> None:
