@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
@@ -54,8 +55,8 @@ def _overloaded_strips(record: Record, result: Result) -> Iterator[str]:
         section, length = link.body.section, record.links[link.name].length
         welds = [joint for joint in record.mechanism.joints if joint.keeps_angle and link.name in (joint.first, joint.second)]
         clamped = len({joint.point for joint in welds} & {link.start, link.end})
-        frequency = section.first_frequency(length) * HELD[clamped] ** 0.5
-        pressed = -result.signals[f"{link.name}.axial_force"] / (section.euler_load(length) * HELD[clamped])
+        frequency, critical = resistance(section, length, clamped)
+        pressed = -result.signals[f"{link.name}.axial_force"] / critical
         loaded = recent_mean(result.time, pressed, np.pi / (2 * frequency))
         deflection = result.signals[f"{link.name}.deflection"]
         unbent = np.abs(deflection - deflection[0]) < UNBENT * length  # an arch that passes its chord has bent
@@ -64,6 +65,14 @@ def _overloaded_strips(record: Record, result: Result) -> Iterator[str]:
             k = int(np.argmax(straight))
             beyond = f"{pressed[k]:.3g} times its critical load"
             yield f"at t = {result.time[k]:.4g} s '{link.name}' carries {beyond}, straight; give it an imperfection"
+
+
+def resistance(section: Any, length: float, clamped: int) -> tuple[float, float]:
+    """First bending frequency, rad/s, and critical load, N, of a strip with this many clamped ends, the others pinned.
+
+    The frequency follows the load as if the clamped strip's shape were the same; it is 12 % low for two ends.
+    """
+    return section.first_frequency(length) * HELD[clamped] ** 0.5, section.euler_load(length) * HELD[clamped]
 
 
 def grown(time: Array, loaded: Array, frequency: float) -> Array:
