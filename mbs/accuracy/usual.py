@@ -57,7 +57,7 @@ class Usual:
         sizes = {name: float(np.abs(values).max(initial=0.0)) for name, values in result.signals.items()}
         size = max(lengths.values())
         way = min((joint.gap for joint in clearances(mechanism)), default=size)
-        push = mechanism_mass(mechanism) * way / float(result.time[-1] - result.time[0]) ** 2
+        push = mechanism_mass(mechanism) * way / float(result.time[-1]) ** 2
         least = {"N": push, "N m": push * size}
         largest = {unit: max([least[unit], *(sizes[n] for n, u in result.units.items() if u == unit)]) for unit in FORCES}
         allowed: dict[str, float] = {}

@@ -54,7 +54,7 @@ def _size(record: Record) -> float:
 
 def _at_rest(record: Record) -> float:
     """Energy, J, of all links at a speed at which nothing moves in a run this long."""
-    mechanism, duration = record.mechanism, float(record.time[-1] - record.time[0]) or 1.0
+    mechanism, duration = record.mechanism, float(record.time[-1]) or 1.0
     mass = sum(link.mass(mechanism.length(link.name)) for link in mechanism.links)
     return mass * (AT_REST * _size(record) / duration) ** 2 / 2
 

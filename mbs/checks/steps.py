@@ -125,7 +125,7 @@ def _motion(
     """Points whose place, or speed if asked for, at the end changed by more than it may."""
     before = result.signals
     size = max(mechanism.length(link.name) for link in mechanism.links)
-    at_rest = PLACE * size / (result.time[-1] - result.time[0])  # a speed that moves nothing by more than it may
+    at_rest = PLACE * size / result.time[-1]  # a speed that moves nothing by more than it may
     fastest = max(at_rest, *(float(np.hypot(before[f"{p}.vx"], before[f"{p}.vy"]).max()) for p in mechanism.points))
     for point in mechanism.points:
         moved = max(float(np.ptp(before[f"{point}.{axis}"])) for axis in "xy") > MOVED * size

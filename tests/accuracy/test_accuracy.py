@@ -305,3 +305,10 @@ def test_two_ways_that_miss_and_are_farther_apart_than_both_tell_are_held_agains
     assert best.run is one.run and best.errors["B.force"] == pytest.approx(0.08, rel=1e-6) == best.reached
     near = ways.better(one, delivered(0.02, B__force=1.09 * wave), Task(None, 2.0, 1e-3, Aim(["B.force"])))
     assert near.reached == 0.01 == near.errors["B.force"]
+
+
+def test_a_speed_that_changes_late_in_the_run_is_a_kink():
+    def plan(speed):
+        return Plan(SimpleNamespace(drives=[SimpleNamespace(motion=SimpleNamespace(speed=speed))]), 2.0, 1e-3)
+
+    assert plan(lambda t: 3.0 + (t > 1.7)).kinked and not plan(lambda t: 3.0).kinked

@@ -1,13 +1,14 @@
 """A run held against the other solver: they agree, a flipped sign is caught, what cannot be compared says so."""
 
 from dataclasses import replace
-from math import isnan
+from math import isnan, nan
 
 import pytest
 
 pytest.importorskip("numba")
 
 from buckler.mbs import Beam, Force, Link, Mechanism, Result, Revolute, Rigid, Section, Spring, simulate
+from buckler.mbs.accuracy.verify import APART, FINEST, _limit
 from buckler.mbs.files.verdicts import verdicts
 from buckler.mbs.library import slider_crank
 from buckler.mbs.spectral import registry
@@ -31,6 +32,10 @@ def flipped(monkeypatch, kind, **values):
         right(builder, name, replace(element, **{key: flip(getattr(element, key)) for key, flip in values.items()}))
 
     monkeypatch.setitem(registry.ELEMENTS, kind, wrong)
+
+
+def test_the_difference_allowed_is_the_sum_of_both_estimates():
+    assert [_limit(*both)[0] for both in ((1e-3, 2e-3), (0.0, 0.0), (nan, 1e-3), (1e-3, nan))] == [3e-3, FINEST, APART, APART]
 
 
 def test_solvers_agree_on_a_pendulum(tmp_path):
