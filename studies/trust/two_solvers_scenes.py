@@ -107,6 +107,12 @@ def _bar(draw: Draw) -> Rigid:
     return Rigid(Section(draw.uniform(0.01, 0.03), draw.uniform(3e-3, 1e-2)))
 
 
+def _direction(draw: Draw) -> tuple[float, float]:
+    """Of a line, less than 35 degrees off the x axis."""
+    turn = draw.uniform(-0.6, 0.6)
+    return (float(np.cos(turn)), float(np.sin(turn)))
+
+
 def chain(draw: Draw) -> tuple[Mechanism, float]:
     """A chain of one to three pendulums with loads, masses and springs of any kind, let go."""
     count = int(draw.integers(1, 4))
@@ -186,7 +192,7 @@ def guided(draw: Draw) -> tuple[Mechanism, float]:
         points,
         [Link("crank", "A", "B", _bar(draw)), Link("rod", "B", "C", _bar(draw))],
         [Revolute("A", "ground", "crank"), Revolute("B", "crank", "rod")],
-        guides=[Guide("C", "rod", along=(1.0, 0.0), mass=draw.uniform(0.1, 0.5))],
+        guides=[Guide("C", "rod", along=_direction(draw), mass=draw.uniform(0.1, 0.5))],
         loads=[Spring("C", "ground:A", stiffness=draw.uniform(10, 200), damping=draw.uniform(0, 1))],
         drives=[Drive("crank", draw.uniform(2, 10))] if draw.random() < 0.5 else [],
         gravity=WEIGHT,
@@ -219,7 +225,7 @@ def sliding(draw: Draw) -> tuple[Mechanism, float]:
         "O": (0.0, 0.0), "A": (length, 0.0), "B": (0.6 * length, 0.0),
         "C": (0.6 * length + 0.15 * np.sin(turn), -0.15 * np.cos(turn)), "Q": (draw.uniform(0, 0.3), draw.uniform(-0.5, -0.3)),
     }  # fmt: skip
-    joint = (Slot if draw.random() < 0.5 else Slider)("B", "bob", "arm", along=(1.0, 0.0))
+    joint = (Slot if draw.random() < 0.5 else Slider)("B", "bob", "arm", along=_direction(draw))
     push: Any = Motor("arm", voltage=draw.uniform(2, 12), resistance=2.0, constant=0.05, inertia=1e-5, gear=draw.uniform(1, 3))
     loads: list[Any] = [
         Spring("B", "ground:O", stiffness=draw.uniform(100, 500), damping=draw.uniform(0, 2), free_length=0.6 * length),
@@ -294,6 +300,23 @@ def landing(draw: Draw) -> tuple[Mechanism, float]:
     ), draw.uniform(0.1, 0.2)  # fmt: skip
 
 
+def spinning(draw: Draw) -> tuple[Mechanism, float]:
+    """A soft link on a pin, a strip or one of modes, that starts with a spin, a mass at its tip, pushed there; heavy."""
+    length, turn = draw.uniform(0.3, 0.5), draw.uniform(-pi, pi)
+    section = Section(STRIP_WIDTH, draw.uniform(1.5e-3, 3e-3))
+    strip = section.damped(0.02, length)
+    body = _one(draw, Beam(strip), Cable(strip), Modal(section, BarModes(2, 1), 0.02))
+    return Mechanism(
+        {"O": (0.0, 0.0), "A": (float(length * np.cos(turn)), float(length * np.sin(turn)))},
+        [Link("link", "O", "A", body)],
+        [Revolute("O", "ground", "link")],
+        loads=[Force("A", (0.0, draw.uniform(0.2, 1.0)), follows="link")],
+        masses=[Mass("A", draw.uniform(0.02, 0.1))],
+        velocities={"link": _one(draw, -1, 1) * draw.uniform(5, 15)},
+        gravity=WEIGHT,
+    ), draw.uniform(0.1, 0.3)
+
+
 FAMILIES: dict[str, Callable[[Draw], tuple[Mechanism, float]]] = {
     "chain": chain,
     "four-bar": four_bar,
@@ -306,4 +329,5 @@ FAMILIES: dict[str, Callable[[Draw], tuple[Mechanism, float]]] = {
     "two drives": two_drives,
     "rubbing": rubbing,
     "landing": landing,
+    "spinning": spinning,
 }

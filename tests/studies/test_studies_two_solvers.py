@@ -6,6 +6,8 @@ import pytest
 
 pytest.importorskip("numba")
 
+from buckler.mbs import Rigid
+from buckler.mbs.library import BAR, crank_rocker
 from buckler.mbs.spectral import registry
 from buckler.studies.trust import two_solvers
 from buckler.studies.trust.two_solvers import READY, Parameters, compare, figure, run
@@ -43,3 +45,18 @@ def test_a_flipped_sign_is_beyond_three(monkeypatch, kind):
     assert compare(andrews, Parameters()).ratio > two_solvers.BEYOND
     monkeypatch.setattr(two_solvers, "pairs", lambda _p: [andrews])
     assert run(Parameters(cases=1)).status == "SUSPECT"
+
+
+def test_a_force_reported_with_another_sign_is_told(monkeypatch):
+    """Of the drive of a crank-rocker, which moves as before."""
+    pair, once = Pair("crank-rocker", crank_rocker(Rigid(BAR), speed=30.0), 0.05), two_solvers._engine
+
+    def wrong(*given):
+        result, wall = once(*given)
+        return replace(result, signals={**result.signals, "drive.torque": -result["drive.torque"]}), wall
+
+    monkeypatch.setattr(two_solvers, "pairs", lambda _p: [pair])
+    assert run(Parameters(cases=1)).status == "OK"
+    monkeypatch.setattr(two_solvers, "_engine", wrong)
+    result = run(Parameters(cases=1))
+    assert result.status == "SUSPECT" and "impulses of drive [N m] are 2 of themselves apart" in result.message
