@@ -14,7 +14,7 @@ from buckler.studies.trust.extremes_play import Play
 from buckler.studies.trust.extremes_truth import drawn_case
 
 SECTION = Section(0.03, 3e-4)
-WRONG_NOW = pytest.mark.xfail(strict=True, reason="reported fine though a peak force is 1.3 to 1.8 times what is allowed off")
+WRONG_NOW = pytest.mark.xfail(strict=True, reason="reported fine though a peak force is 1.3 times what is allowed off")
 
 
 def verdict(case):
@@ -54,7 +54,7 @@ QUICK = {
 LONG = {
     "axial force, four-bar": ("axial force", 1, 0), "axial force, slider-crank": ("axial force", 1, 2),
     "axial force": ("axial force", 1, 4),
-    "near the critical load": ("near critical", 1, 0),
+    "near the critical load": ("near critical", 1, 0), "sudden load near it": ("near critical", 1, 1),
     "two flexible links": ("mixed", 1, 0), "clearance beside a stop": ("mixed", 1, 1), "strut": ("strut", 12, 0),
 }  # fmt: skip
 """Families in which runs were silently wrong, with a case each: family, seed, number."""
@@ -73,9 +73,8 @@ def test_a_longer_one(row):
 
 @pytest.mark.slow
 @WRONG_NOW
-@pytest.mark.parametrize("row", [("axial force", 1, 1), ("near critical", 1, 1)], ids=["axial", "sudden load"])
-def test_a_peak_that_the_default_misses(row):
-    assert verdict(drawn_case(*row))[0] != WRONG
+def test_a_peak_that_the_default_misses():
+    assert verdict(drawn_case("axial force", 1, 1))[0] != WRONG
 
 
 @pytest.mark.parametrize(
