@@ -1,0 +1,100 @@
+"""What decides whether runs converge, piece by piece: the rest of a series, what is refined next, when to stop."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from simulations import BAR
+
+from buckler.mbs import Clearance, crank_rocker
+from buckler.mbs.accuracy import refine
+from buckler.mbs.accuracy.by_signal import Signals, _norm, _of_force
+from buckler.mbs.accuracy.delivery import Delivery
+from buckler.mbs.accuracy.extrapolation import _Extrapolation
+from buckler.mbs.accuracy.tolerance import left_with_play
+from buckler.mbs.laws import KelvinVoigt
+from buckler.mbs.record.errors import Errors
+from buckler.mbs.record.result import Result
+from buckler.mbs.record.status import Status
+
+
+@pytest.mark.parametrize(
+    ("apart", "before", "error"),
+    [
+        (1e-3, 1e-2, 1.25e-3),  # half of a quarter of the one before, more than the rest of the series, 1.1e-4
+        (8e-3, 1e-2, 3.2e-2),  # converges slowly: r^2/(1 - r) of the one before
+        (5e-5, 9e-5, 2.5e-5),  # both below what counts
+        (2e-2, 1e-2, np.inf),  # does not converge
+    ],
+)
+def test_the_rest_of_three_runs_with_clearance(apart, before, error):
+    assert left_with_play(apart, before, 1e-3) == pytest.approx(error, rel=1e-12)
+
+
+def without_runs(asked):
+    """An extrapolation whose runs are not made."""
+    own = _Extrapolation.__new__(_Extrapolation)
+    own.plan, own.first, own.runs = SimpleNamespace(asked=asked, mesh=lambda: 8, meshed=True), 100, {}
+    return own
+
+
+@pytest.mark.parametrize(
+    ("in_time", "in_space", "steps", "mesh"),
+    [(9e-4, 1e-4, 200, 8), (1e-4, 9e-4, 100, 12), (9e-4, 9e-4, 200, 12), (3e-4, 3e-4, 200, 8)],
+)
+def test_what_errs_more_than_its_half_is_made_finer(in_time, in_space, steps, mesh):
+    assert without_runs(1e-3).refine(100, 8, in_time, in_space) == (steps, mesh)
+
+
+@pytest.mark.parametrize(
+    ("series", "made"),
+    [
+        ([1e-1, 9e-2, 8.5e-2, 8e-2], 3),
+        ([1e-1, 1e-2, 9e-3, 2e-3], 4),
+        ([1e-1, 9e-4, 1e-9, 1e-9], 2),
+        ([5e-1, 1e-1, 3e-2, 1e-2], 4),
+    ],
+)
+def test_two_refinements_in_turn_that_do_not_help_are_the_end(monkeypatch, series, made):
+    own, left = without_runs(1e-3), list(series)
+
+    def estimate(steps, mesh):
+        reached = left.pop(0)
+        return Delivery(SimpleNamespace(failure=None), reached, Errors(reached, {}, "steps"), {}, {}), reached, 0.0
+
+    monkeypatch.setattr(own, "estimate", estimate)
+    assert own.deliver().reached == min(series[:made]) and len(left) == len(series) - made
+
+
+@pytest.mark.parametrize(("apart", "many"), [(2.0, True), (0.01, False)])
+def test_a_motion_is_one_of_many_where_another_clearance_gives_another(monkeypatch, apart, many):
+    monkeypatch.setattr(refine, "comparable", lambda run: run)
+    mechanism = crank_rocker(
+        BAR, speed=30.0, play=lambda point, pin, bush: Clearance(point, pin, bush, 5e-3, 1e-4, KelvinVoigt(1e8, 1e3))
+    )
+    seen = []
+
+    def run(*given):
+        seen.append(given[0])
+        return SimpleNamespace(failure=None)
+
+    own = SimpleNamespace(task=SimpleNamespace(duration=0.1), run=run)
+    first = SimpleNamespace(record=SimpleNamespace(mechanism=mechanism), solver=None)
+    assert refine._one_of_many(own, first, SimpleNamespace(apart=lambda a, b: apart * refine.BOUND * refine.ASKED)) is many
+    gaps = [[joint.gap for joint in each.joints if hasattr(joint, "gap")] for each in (*seen, mechanism)]
+    assert gaps[0] and all(0 < new / old - 1 < 0.01 for new, old in zip(*gaps, strict=True))
+
+
+def test_means_are_over_time_wherever_it_starts():
+    time = np.linspace(3.0, 5.0, 2001)
+    assert _norm(time, np.sin(np.pi * time)) == pytest.approx(np.sqrt(0.5), rel=1e-5)
+
+
+def test_a_force_differs_by_peak_mean_square_and_impulse():
+    time = np.linspace(0.0, 2.0, 2001)
+
+    def signals(values):
+        return Signals(Result(Status.OK, "", time, {"A.contact_force": values}, {"A.contact_force": "N"}, {}))
+
+    found = _of_force(signals(11 * np.sin(np.pi * time) ** 2), signals(10 * np.sin(np.pi * time) ** 2), "A.contact_force", 1e-9)
+    assert {key: pytest.approx(0.1, rel=1e-3) for key in found} == found
