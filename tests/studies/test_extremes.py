@@ -24,7 +24,7 @@ from buckler.mbs.checks.energy import BALANCE
 from buckler.mbs.laws import CarvalhoMartins
 
 LENGTH, MASS = 0.310, 0.3
-NAMED = {"ENERGY", "PENETRATION", "UNBUCKLED", "CROSSED", "MESH", "STEPS"}
+NAMED = {"ACCURACY", "ENERGY", "PENETRATION", "UNBUCKLED", "CROSSED", "MESH", "STEPS"}
 
 
 @dataclass(frozen=True)
