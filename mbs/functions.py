@@ -231,7 +231,8 @@ class Components(Given):
     parts: Sequence[float | Callable[..., Any]]
 
     def __post_init__(self) -> None:
-        parts = tuple(part if callable(part) else _finite(f"parts[{k}]", part) for k, part in enumerate(self.parts))
+        given = listed("parts", self.parts)
+        parts = tuple(part if callable(part) else _finite(f"parts[{k}]", part) for k, part in enumerate(given))
         object.__setattr__(self, "parts", parts)
 
     @property

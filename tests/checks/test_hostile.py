@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from simulations import pendulum
 
 from buckler.mbs import Exudyn, Spectral, Status, simulate
+from buckler.mbs.functions import Components
 from buckler.studies.trust.extremes_drawn import FAMILIES
 
 PATIENCE = 2.0
@@ -139,3 +140,9 @@ def test_anything_as_a_setting(kind):
                 one_clear_line(str(error))
             else:
                 assert simulate(pendulum(1.0), 1e-3, solver=made, timeout=PATIENCE).status is not Status.ENGINE_ERROR
+
+
+@pytest.mark.parametrize("parts", [math.nan, None, "xy", 2])
+def test_components_that_are_no_list_are_refused(parts):
+    with pytest.raises(ValueError, match=r"parts = .*: must be a list"):
+        Components(parts)
