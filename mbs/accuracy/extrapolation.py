@@ -23,8 +23,8 @@ from buckler.mbs.record.result import Result
 from buckler.mbs.record.run import Run
 
 Array = np.ndarray[Any, Any]
-ROUNDS = 4
-"""Refinements before giving up."""
+ROUNDS, FAILURES = 4, 4
+"""Refinements, and first runs that fail for too long steps, before giving up."""
 GAIN, IDLE = 1.5, 2
 """A refinement helps if it divides the error by this; so many in turn that do not are the end."""
 LEFT, LEFT_KINKED, LEFT_STRIKING = 0.2, 0.35, 0.5
@@ -70,16 +70,18 @@ class _Extrapolation(Delivering):
         steps, mesh = self.first, self.plan.mesh()
         best: Delivery | None = None
         failed: Run | None = None
-        idle = 0
-        for _ in range(ROUNDS):
+        idle = failures = rounds = 0
+        while rounds < ROUNDS and failures < FAILURES:
             try:
                 reached, in_time, in_space = self.estimate(steps, mesh)
             except _FailedError as failure:
                 failed = failure.run
                 if best is not None or failed.failure is None or failed.failure[0] not in AGAIN:
                     break
-                steps *= 2
+                steps *= 4
+                failures += 1
                 continue
+            rounds += 1
             idle = 0 if best is None or reached.reached < best.reached / GAIN else idle + 1
             best = reached if best is None or reached.better_than(best) else best
             if best.reached <= self.plan.asked or idle == IDLE or in_time + in_space <= self.plan.asked / 2:

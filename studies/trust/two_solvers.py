@@ -37,6 +37,7 @@ CONTRARY = 0.5
 """Share of a force's impulse from which the solvers do not report the same force. A turned sign gives 2; 0.05 was the most of
 58 mechanisms, and 0.17 in the four-bars, whose forces peak where they are singular. What vibrates at kilohertz leaves no impulse;
 neither solver is asked for that."""
+LOOKED = (*FORCES, "m/s^2")
 PUSHING = 0.05
 """Impulse over the largest of its unit from which it is looked at."""
 FINER = 1e-3
@@ -103,17 +104,17 @@ def compare(pair: Pair, p: Parameters) -> Compared:
     found = differences(ours, other)
     where = max(found, key=lambda name: found[name], default="")
     case = Compared(pair.name, found.get(where, 0.0), where, ours.error.motion, error, engine_s, compiled_s, said)
-    apart = impulses(ours, other)
+    apart = impulses(ours, other, max(pair.mechanism.length(link.name) for link in pair.mechanism.links))
     name = max(apart, key=lambda name: apart[name], default="")
     if apart.get(name, 0.0) > CONTRARY:
         case = case._replace(contrary=f"impulses of {name} are {apart[name]:.2g} of themselves apart")
     return case._replace(said="; ".join(filter(None, (said, _explained(pair, p, ours, other, case))))) if case.ratio > 1 else case
 
 
-def impulses(a: Result, b: Result) -> dict[str, float]:
-    """Differences of the impulses up to each time of what exerts forces and torques, over their own norm.
+def impulses(a: Result, b: Result, size: float) -> dict[str, float]:
+    """Differences of the impulses up to each time of what exerts forces and torques, over their own norm; so of accelerations.
 
-    Those that hardly push, by the largest of their unit, are left out.
+    Those that hardly push, by the largest of their unit, are left out; a torque also by the largest force on an arm of `size`, m.
     """
     times = np.union1d(a.time, b.time)
 
@@ -121,15 +122,16 @@ def impulses(a: Result, b: Result) -> dict[str, float]:
         return np.interp(times, result.time, cumulative_trapezoid(result[name], result.time, initial=0.0))
 
     owners: dict[tuple[str, str], list[tuple[Any, Any]]] = {}
-    for name in (name for name, unit in b.units.items() if unit in FORCES):
+    for name in (name for name, unit in b.units.items() if unit in LOOKED):
         owners.setdefault((name.rpartition(".")[0], b.units[name]), []).append((impulse(a, name), impulse(b, name)))
     found: dict[str, tuple[float, float]] = {}
-    most = dict.fromkeys(FORCES, 0.0)
+    most = dict.fromkeys(LOOKED, 0.0)
     for (owner, unit), each in owners.items():
-        size = float(np.sqrt(sum(np.mean(second**2) for _, second in each)))
+        norm = float(np.sqrt(sum(np.mean(second**2) for _, second in each)))
         off = float(np.sqrt(sum(np.mean((first - second) ** 2) for first, second in each)))
-        found[f"{owner} [{unit}]"], most[unit] = (off, size), max(most[unit], size)
-    return {name: off / size for name, (off, size) in found.items() if size > PUSHING * most[name.rpartition("[")[2][:-1]]}
+        found[f"{owner} [{unit}]"], most[unit] = (off, norm), max(most[unit], norm)
+    most["N m"] = max(most["N m"], most["N"] * size)
+    return {name: off / norm for name, (off, norm) in found.items() if norm > PUSHING * most[name.rpartition("[")[2][:-1]]}
 
 
 def _explained(pair: Pair, p: Parameters, ours: Result, other: Result, case: Compared) -> str:

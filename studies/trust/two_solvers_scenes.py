@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from math import pi
 from typing import Any, NamedTuple
 
@@ -61,6 +61,28 @@ LIGHTEST_STRIP = Section(STRIP_WIDTH, 3e-4)
 STRIP = Section(STRIP_WIDTH, 2e-3).damped(0.01, PAPER.coupler)
 
 
+@dataclass(frozen=True)
+class Drag:
+    """A torque of (t, angle, speed) against the speed, N m s/rad."""
+
+    rate: float
+
+    def __call__(self, t: float, angle: float, speed: float) -> float:
+        """Torque, N m."""
+        return -self.rate * speed
+
+
+@dataclass(frozen=True)
+class Hardening:
+    """The moment of a spring of (angle, rate) that grows with the cube, N m/rad, against its turn."""
+
+    stiffness: float
+
+    def __call__(self, angle: float, rate: float) -> float:
+        """Moment, N m."""
+        return self.stiffness * (angle + angle**3)
+
+
 class Pair(NamedTuple):
     """A mechanism for both solvers: what it is called, and how long it runs, s."""
 
@@ -107,6 +129,14 @@ def _bar(draw: Draw) -> Rigid:
     return Rigid(Section(draw.uniform(0.01, 0.03), draw.uniform(3e-3, 1e-2)))
 
 
+def _solid(draw: Draw, length: float) -> Rigid:
+    """A bar, or a body with its centre of mass aside."""
+    if draw.random() < 0.5:
+        return _bar(draw)
+    mass, centre = draw.uniform(0.05, 0.5), (draw.uniform(0.2, 0.8) * length, draw.uniform(-0.3, 0.3) * length)
+    return Rigid.of(mass=mass, inertia=draw.uniform(0.05, 0.1) * mass * length**2, centre=centre)
+
+
 def _direction(draw: Draw) -> tuple[float, float]:
     """Of a line, less than 35 degrees off the x axis."""
     turn = draw.uniform(-0.6, 0.6)
@@ -122,16 +152,23 @@ def chain(draw: Draw) -> tuple[Mechanism, float]:
     places = np.concatenate([[0j], np.cumsum(lengths * np.exp(1j * turns))])
     points = {f"P{k}": (float(z.real), float(z.imag)) for k, z in enumerate(places)}
     points["Q"] = (float(draw.uniform(0.5, 1.0)), float(draw.uniform(0.5, 1.0)))
-    last, tip = names[-1], f"P{count}"
+    aside = places[-1] + draw.uniform(-0.1, 0.1) * 1j * np.exp(1j * turns[-1])
+    points["R"] = (float(aside.real), float(aside.imag))
+    last, tip = names[-1], "R"
     loads = [
         Force(tip, (draw.uniform(-1, 1), draw.uniform(-1, 1)), follows=last if draw.random() < 0.5 else None),
         Spring(tip, "ground:Q", stiffness=draw.uniform(5, 100), damping=draw.uniform(0, 0.5), free_length=draw.uniform(0.1, 0.5)),
-        TorsionSpring("ground", names[0], stiffness=draw.uniform(0.01, 1), damping=draw.uniform(0, 0.01)),
-        Torque(last, draw.uniform(-0.05, 0.05)),
+        TorsionSpring(
+            "ground", names[0], stiffness=draw.uniform(0.01, 1), damping=draw.uniform(0, 0.01), free_angle=draw.uniform(-1, 1)
+        ),
+        Torque(last, _one(draw, draw.uniform(-0.05, 0.05), Drag(draw.uniform(1e-3, 1e-2)))),
     ]
     return Mechanism(
         points,
-        [Link(name, f"P{k}", f"P{k + 1}", _bar(draw)) for k, name in enumerate(names)],
+        [
+            Link(name, f"P{k}", f"P{k + 1}", _solid(draw, lengths[k]), carries=("R",) if name == last else ())
+            for k, name in enumerate(names)
+        ],
         [Revolute(f"P{k}", names[k - 1] if k else "ground", name) for k, name in enumerate(names)],
         loads=[load for load in loads if draw.random() < 0.6],
         masses=[Mass(tip, draw.uniform(0.05, 0.5), draw.uniform(0, 1e-4))] if draw.random() < 0.5 else [],
@@ -301,18 +338,23 @@ def landing(draw: Draw) -> tuple[Mechanism, float]:
 
 
 def spinning(draw: Draw) -> tuple[Mechanism, float]:
-    """A soft link on a pin, a strip or one of modes, that starts with a spin, a mass at its tip, pushed there; heavy."""
-    length, turn = draw.uniform(0.3, 0.5), draw.uniform(-pi, pi)
+    """A soft bowed link on a pin, a strip or one of modes, that starts with a spin; an arm welded to its tip is pushed; heavy."""
+    length, turn, spin = draw.uniform(0.3, 0.5), draw.uniform(-pi, pi), _one(draw, -1, 1) * draw.uniform(5, 15)
     section = Section(STRIP_WIDTH, draw.uniform(1.5e-3, 3e-3))
-    strip = section.damped(0.02, length)
-    body = _one(draw, Beam(strip), Cable(strip), Modal(section, BarModes(2, 1), 0.02))
+    strip, bow = section.damped(0.02, length), draw.uniform(0.01, 0.02)
+    body = _one(draw, Beam(strip, imperfection=bow), Cable(strip, imperfection=bow), Modal(section, BarModes(2, 1), 0.02))
+    tip = complex(length * np.exp(1j * turn))
+    end = complex(tip + 0.1 * np.exp(1j * (turn + draw.uniform(-1, 1))))
     return Mechanism(
-        {"O": (0.0, 0.0), "A": (float(length * np.cos(turn)), float(length * np.sin(turn)))},
-        [Link("link", "O", "A", body)],
-        [Revolute("O", "ground", "link")],
-        loads=[Force("A", (0.0, draw.uniform(0.2, 1.0)), follows="link")],
-        masses=[Mass("A", draw.uniform(0.02, 0.1))],
-        velocities={"link": _one(draw, -1, 1) * draw.uniform(5, 15)},
+        {"O": (0.0, 0.0), "A": (tip.real, tip.imag), "B": (end.real, end.imag)},
+        [Link("link", "O", "A", body), Link("arm", "A", "B", _bar(draw))],
+        [Revolute("O", "ground", "link"), Weld("A", "link", "arm")],
+        loads=[
+            Force("B", (0.0, draw.uniform(0.2, 1.0)), follows="arm"),
+            TorsionSpring("ground", "link", stiffness=0.0, law=Hardening(draw.uniform(0.1, 1.0)), free_angle=draw.uniform(-1, 1)),
+        ],
+        masses=[Mass("B", draw.uniform(0.02, 0.1))],
+        velocities={"link": spin, "arm": spin},
         gravity=WEIGHT,
     ), draw.uniform(0.1, 0.3)
 

@@ -10,7 +10,7 @@ from buckler.mbs import Clearance, crank_rocker
 from buckler.mbs.accuracy import refine
 from buckler.mbs.accuracy.by_signal import Signals, _norm, _of_force
 from buckler.mbs.accuracy.delivery import Delivery
-from buckler.mbs.accuracy.extrapolation import _Extrapolation
+from buckler.mbs.accuracy.extrapolation import _Extrapolation, _FailedError
 from buckler.mbs.accuracy.tolerance import left_with_play
 from buckler.mbs.laws import KelvinVoigt
 from buckler.mbs.record.errors import Errors
@@ -98,3 +98,19 @@ def test_a_force_differs_by_peak_mean_square_and_impulse():
 
     found = _of_force(signals(11 * np.sin(np.pi * time) ** 2), signals(10 * np.sin(np.pi * time) ** 2), "A.contact_force", 1e-9)
     assert {key: pytest.approx(0.1, rel=1e-3) for key in found} == found
+
+
+def test_steps_too_long_to_end_at_all_do_not_count_as_refinements(monkeypatch):
+    """A strip that starts with a spin needed 2048, 32 were tried first."""
+    own, tried = without_runs(1e-3), []
+    failed = SimpleNamespace(failure=(Status.NEWTON_DIVERGED, "no convergence"))
+
+    def estimate(steps, mesh):
+        tried.append(steps)
+        if steps < 2000:
+            raise _FailedError(failed)
+        return Delivery(SimpleNamespace(failure=None), 1e-4, Errors(1e-4, {}, "steps"), {}, {}), 1e-4, 0.0
+
+    monkeypatch.setattr(own, "first", 32)
+    monkeypatch.setattr(own, "estimate", estimate)
+    assert own.deliver().reached == 1e-4 and tried == [32, 128, 512, 2048]

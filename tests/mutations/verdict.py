@@ -11,7 +11,7 @@ from buckler.studies.trust import two_solvers
 from buckler.studies.trust.two_solvers_scenes import FAMILIES, drawn, known
 
 EITHER = {"Strip": ("Beam", "Cable"), "Slider": ("Slider", "Slot")}
-CASES = 4
+CASES = 6
 
 
 def kinds(mechanism):
@@ -24,7 +24,7 @@ def kinds(mechanism):
 def cases(kind):
     """Mechanisms that have it, drawn ones first."""
     names = set(EITHER.get(kind, (kind,)))
-    some = (drawn(1, k) for k in range(12 * len(FAMILIES)))
+    some = (drawn(1, k) for k in reversed(range(12 * len(FAMILIES))))
     return islice((pair for pair in chain(some, known()) if names & kinds(pair.mechanism)), CASES)
 
 
