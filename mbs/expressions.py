@@ -12,6 +12,8 @@ from collections.abc import Callable, Iterable, Mapping
 from difflib import get_close_matches
 from typing import Any
 
+from buckler.mbs.validate import short
+
 Values = tuple[float, ...]
 Compiled = Callable[[Values], float]
 LONGEST, DEEPEST = 2000, 60
@@ -62,7 +64,7 @@ def parse(text: str, variables: Iterable[str], functions: Mapping[str, Any] = FU
         If it is none, or holds what is not allowed; says what.
     """
     if not isinstance(text, str):
-        raise ValueError(f"formula = {text!r}: must be text")
+        raise ValueError(f"formula = {short(text)}: must be text")
     if len(text) > LONGEST:
         raise ValueError(f"a formula of {len(text)} characters; allowed: {LONGEST}")
     try:

@@ -224,7 +224,7 @@ def _with_inner(points: dict[str, Pair], links: Sequence[Link]) -> dict[str, Pai
             off = hypot(points[point][0] - x, points[point][1] - y) if point in points else 0.0
             if off > AGREE * hypot(end[0] - start[0], end[1] - start[1]):
                 right = f"link '{link.name}' carries it at ({x:.9g}, {y:.9g}) m; leave it out"
-                raise ValueError(f"points['{point}'] = {points[point]!r} m: {right}")
+                raise ValueError(f"points['{point}'] = {short(points[point])} m: {right}")
             points[point] = (x, y)
     return points
 
@@ -232,7 +232,7 @@ def _with_inner(points: dict[str, Pair], links: Sequence[Link]) -> dict[str, Pai
 def _velocities(mechanism: Mechanism) -> dict[str, Any]:
     """Check the given velocities: a link's turning or a link's point's velocity."""
     if not isinstance(mechanism.velocities, Mapping):
-        raise ValueError(f"velocities = {mechanism.velocities!r}: must be a mapping of links and points to velocities")
+        raise ValueError(f"velocities = {short(mechanism.velocities)}: must be a mapping of links and points to velocities")
     links = {link.name: link for link in mechanism.links}
     found: dict[str, Any] = {}
     for name, value in mechanism.velocities.items():
@@ -242,7 +242,7 @@ def _velocities(mechanism: Mechanism) -> dict[str, Any]:
             found[name] = number(where, value, -inf, inf, "rad/s")  # type: ignore[arg-type]
             continue
         if name in links:
-            raise ValueError(f"{where} = {value!r}: a link's is its turning, one number, rad/s")
+            raise ValueError(f"{where} = {short(value)}: a link's is its turning, one number, rad/s")
         body, point = place(name)
         carried = {p for link in links.values() for p in link.points if body in ("", link.name)}
         known("link", body or next(iter(links)), links, where)

@@ -33,7 +33,7 @@ from buckler.mbs.record.run import Run
 from buckler.mbs.record.signals import shapes_at
 from buckler.mbs.record.status import Status
 from buckler.mbs.spectral.solver import Spectral
-from buckler.mbs.validate import listed, number, one_of, positive
+from buckler.mbs.validate import listed, number, one_of, positive, short
 
 
 def _compiled(*arguments: Any) -> Run:
@@ -107,7 +107,7 @@ def simulate(
     duration = float(positive("duration", duration, "s"))
     aim = Aim(of)
     if accuracy is None and not aim.motion:
-        raise ValueError(f"of = {of!r}: without an accuracy; give accuracy = 1e-3, or another from {FINEST:g} to {COARSEST:g}")
+        raise ValueError(f"of = {short(of)}: no accuracy; give accuracy = 1e-3, or another from {FINEST:g} to {COARSEST:g}")
     if timeout is not None:
         positive("timeout", timeout, "s")
     for name, element in mechanism.elements().items():

@@ -9,6 +9,7 @@ from typing import Any
 from buckler.mbs.record.lookup import unknown
 from buckler.mbs.record.result import Result
 from buckler.mbs.units import FORCES
+from buckler.mbs.validate import short
 
 PLACES, ALL_FORCES = "places", "forces"
 
@@ -33,11 +34,11 @@ class Aim:
     def __post_init__(self) -> None:
         if isinstance(self.of, str):
             if self.of not in (PLACES, ALL_FORCES):
-                raise ValueError(f"of = {self.of!r}: must be '{PLACES}', '{ALL_FORCES}', or a list of signals' names")
+                raise ValueError(f"of = {short(self.of)}: must be '{PLACES}', '{ALL_FORCES}', or a list of signals' names")
             return
         names: Any = self.of
         if not isinstance(names, Sequence) or not names or not all(isinstance(n, str) and "." in n for n in names):
-            raise ValueError(f"of = {names!r}: must be '{PLACES}', '{ALL_FORCES}', or a list of signals' names")
+            raise ValueError(f"of = {short(names)}: must be '{PLACES}', '{ALL_FORCES}', or a list of signals' names")
         object.__setattr__(self, "of", tuple(names))
 
     @property

@@ -12,7 +12,7 @@ from buckler.mbs.elements.element import GROUND, Array, Depth, Energy, Joint, Re
 from buckler.mbs.elements.journal import BRISTLE, HARMONICS, ONSET, SINCE, SLIDING, profile
 from buckler.mbs.elements.rows import Row, meets
 from buckler.mbs.laws import BristleLaw, FrictionLaw, NoFriction, NormalLaw
-from buckler.mbs.validate import follows, positive
+from buckler.mbs.validate import follows, positive, short
 
 ROUND_ABOUT = np.linspace(0.0, 2 * np.pi, 721)
 """Directions, rad, in which the least clearance is looked for."""
@@ -166,7 +166,7 @@ def amplitudes(what: str, given: Any) -> tuple[float, ...]:
     except (TypeError, ValueError):
         found = (np.nan,)
     if len(found) % 2 or len(found) > 2 * HARMONICS or not np.isfinite(found).all():
-        raise ValueError(f"{what} = {given!r}: must be cosine and sine amplitudes, m, of at most {HARMONICS} harmonics")
+        raise ValueError(f"{what} = {short(given)}: must be cosine and sine amplitudes, m, of at most {HARMONICS} harmonics")
     return found
 
 

@@ -14,7 +14,7 @@ from buckler.mbs.elements.frozen import Frozen
 from buckler.mbs.elements.modal import Modal
 from buckler.mbs.elements.rigid import Rigid
 from buckler.mbs.elements.strut import Strut
-from buckler.mbs.validate import number, one_of, positive, sequence_of, word
+from buckler.mbs.validate import number, one_of, positive, sequence_of, short, word
 
 BODIES = (Rigid, Strut, Beam, Cable, Modal)
 """Kinds of body, one line a kind."""
@@ -46,7 +46,7 @@ class Link(Element):
             word(f"{what} of a link", getattr(self, what))
         one_of(f"body of link '{self.name}'", self.body, BODIES)
         if isinstance(self.carries, str):
-            raise ValueError(f"carries of link '{self.name}' = {self.carries!r}: must be a sequence of names or a mapping")
+            raise ValueError(f"carries of link '{self.name}' = {short(self.carries)}: must be a sequence of names or a mapping")
         if not isinstance(self.carries, Mapping):
             names = sequence_of(f"carries of link '{self.name}'", self.carries, (str,))
         along = self.carries if isinstance(self.carries, Mapping) else dict.fromkeys(names)

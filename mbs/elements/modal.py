@@ -12,7 +12,7 @@ from buckler.mbs.elements.body import Body
 from buckler.mbs.elements.element import Energy, Recorded, Signal
 from buckler.mbs.elements.section import Section
 from buckler.mbs.upper import upper
-from buckler.mbs.validate import listed, number, one_of, positive, whole
+from buckler.mbs.validate import listed, number, one_of, positive, short, whole
 
 Array = np.ndarray[Any, Any]
 COUNTINGS = ("flexible", "free", "in-plane")
@@ -96,7 +96,7 @@ class Box:
     def __post_init__(self) -> None:
         object.__setattr__(self, "elements", listed("elements", self.elements))
         if len(self.elements) != 3:
-            raise ValueError(f"elements = {self.elements!r}: must be three numbers: along length, depth, width")
+            raise ValueError(f"elements = {short(self.elements)}: must be three numbers: along length, depth, width")
         for k, count in enumerate(self.elements):
             whole(f"elements[{k}]", count, 1, 1000)
 
@@ -127,7 +127,7 @@ class MeshFile:
         for name in ("start", "end", "normal"):
             object.__setattr__(self, name, tuple(float(c) for c in getattr(self, name)))
             if len(getattr(self, name)) != 3:
-                raise ValueError(f"{name} = {getattr(self, name)!r}: must be three numbers")
+                raise ValueError(f"{name} = {short(getattr(self, name))}: must be three numbers")
         positive("scale", self.scale, "m")
 
 
@@ -221,12 +221,12 @@ class BarModes:
 
 def _check_numbers(modes: Any) -> None:
     object.__setattr__(modes, "numbers", listed("numbers", modes.numbers))
-    if not modes.numbers or len(set(modes.numbers)) < len(modes.numbers):
-        raise ValueError(f"numbers = {modes.numbers!r}: must be one mode at least, none of them twice")
     for n in modes.numbers:
         whole("numbers", n, 1, 1000)
+    if not modes.numbers or len(set(modes.numbers)) < len(modes.numbers):
+        raise ValueError(f"numbers = {short(modes.numbers)}: must be one mode at least, none of them twice")
     if modes.counting not in COUNTINGS:
-        raise ValueError(f"counting = {modes.counting!r}: must be one of {', '.join(map(repr, COUNTINGS))}")
+        raise ValueError(f"counting = {short(modes.counting)}: must be one of {', '.join(map(repr, COUNTINGS))}")
 
 
 @dataclass(frozen=True)
@@ -285,19 +285,19 @@ class Modal(Body):
 
     def __post_init__(self) -> None:
         if not isinstance(self.modes, FreeModes | CraigBampton | BarModes):
-            raise ValueError(f"modes = {self.modes!r}: must be FreeModes(numbers), CraigBampton(numbers) or BarModes()")
+            raise ValueError(f"modes = {short(self.modes)}: must be FreeModes(numbers), CraigBampton(numbers) or BarModes()")
         if isinstance(self.damping, Iterable):
             object.__setattr__(self, "damping", listed("damping", self.damping))
             if self.modes.numbers is None or len(self.damping) != len(self.modes.numbers):
                 each = f"one for each of modes.numbers = {self.modes.numbers}"
-                raise ValueError(f"damping = {self.damping!r}: must be one ratio, or {each}")
+                raise ValueError(f"damping = {short(self.damping)}: must be one ratio, or {each}")
         if not isinstance(self.damping, AdamsDamping):
             for ratio in self.damping if isinstance(self.damping, tuple) else (self.damping,):
                 number("damping", ratio, 0.0, 10.0, "1")
         one_of("section", self.section, (Section,))
         one_of("mesh", self.mesh, (Box, MeshFile))
         if not callable(self.interface):
-            raise ValueError(f"interface = {self.interface!r}: must be a function of nodes and joint, as EndFace()")
+            raise ValueError(f"interface = {short(self.interface)}: must be a function of nodes and joint, as EndFace()")
         number("poisson", self.section.material.poisson, -0.999, 0.499, "1")
         whole("order", self.order, 1, 2)
 

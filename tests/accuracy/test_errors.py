@@ -99,7 +99,7 @@ def test_a_signal_that_is_not_there_is_named_with_those_near_it():
 
 
 def test_of_needs_an_accuracy():
-    with pytest.raises(ValueError, match="of = 'forces': without an accuracy"):
+    with pytest.raises(ValueError, match="of = 'forces': no accuracy"):
         simulate(pendulum(0.3), 0.1, of="forces")
 
 

@@ -16,6 +16,7 @@ from simulations import pendulum
 
 from buckler.mbs import Exudyn, Spectral, Status, simulate
 from buckler.mbs.functions import Components
+from buckler.mbs.modal import FreeModes
 from buckler.studies.trust.extremes_drawn import FAMILIES
 
 PATIENCE = 2.0
@@ -146,3 +147,22 @@ def test_anything_as_a_setting(kind):
 def test_components_that_are_no_list_are_refused(parts):
     with pytest.raises(ValueError, match=r"parts = .*: must be a list"):
         Components(parts)
+
+
+@pytest.mark.parametrize("numbers", [(1, [], 3), (1, 1), (), None])
+def test_numbers_of_modes_that_are_none_are_refused(numbers):
+    with pytest.raises(ValueError, match="numbers = "):
+        FreeModes(numbers)
+
+
+def test_odd_values_at_every_place_are_taken_or_refused():
+    """At places of a mechanism of each family, without a run."""
+    dice = np.random.default_rng(5)
+    for family in sorted(FAMILIES):
+        mechanism = FAMILIES[family](dice).mechanism
+        for at in places(mechanism):
+            for value in dice.choice(len(ODD), 4, replace=False):
+                try:
+                    put(mechanism, at, ODD[value])
+                except ValueError as error:
+                    one_clear_line(str(error))
