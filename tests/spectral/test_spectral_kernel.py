@@ -7,9 +7,15 @@ import pytest
 
 pytest.importorskip("numba")
 
-from spectral_scenes import apart, scenes, slope, state
+import numba
+from spectral_scenes import apart, play, scenes, slope, state
 
+from buckler.mbs.elements import Rigid, Section
+from buckler.mbs.laws import AdamsFriction, Ambrosio, Coulomb, ExactRestitution, Impact, KelvinVoigt, LuGre, Stribeck, Threlfall
+from buckler.mbs.library import crank_rocker
 from buckler.mbs.spectral import kernel
+from buckler.mbs.spectral.lawtable import friction, normal_force
+from buckler.mbs.spectral.scene import Scene
 
 SCENES = scenes()
 TIME, SINCE = 0.1, 1e-4
@@ -118,3 +124,32 @@ def test_the_inverse_of_a_modal_links_mass_is_that_of_the_whole_matrix() -> None
     scale = np.sqrt(np.outer(np.diag(whole), np.diag(whole)))
     assert np.abs((inverse - whole) / scale).max() < 1e-12
     assert np.abs((inverse - np.linalg.inv(scene.mass)) / scale).max() > 1e-9
+
+
+@numba.njit(error_model="numpy")
+def _of_laws(s, depths, rates, bristle):
+    """Normal forces of law 0 and friction coefficients of law 1, the rates the speeds of both."""
+    normal = [normal_force(s, 0, depths[i], rates[i], 0.1) for i in range(len(depths))]
+    return np.array(normal), np.array([friction(s, 1, rate, bristle) for rate in rates])
+
+
+PAIRS = [
+    (KelvinVoigt(1e6, 5e3), Coulomb(0.1, 1e-3, 0.01)),
+    (ExactRestitution(8e9, 0.5), AdamsFriction(0.3, 0.2)),
+    (Impact(1e8, 1e3, 1e-5), Ambrosio(0.1, 0.01, 0.02)),
+    (Impact(1e8, 1e3, 1e-5), Threlfall(0.1, 0.01)),
+    (KelvinVoigt(1e6, 5e3), Stribeck(0.3, 0.1, 0.1)),
+    (KelvinVoigt(1e6, 5e3), LuGre(0.3, 0.1, 0.1, 1e5, 10.0, 0.01)),
+]
+
+
+@pytest.mark.parametrize(("law", "rubs"), PAIRS, ids=lambda law: type(law).__name__)
+def test_laws_of_the_table_are_those_of_python(law, rubs) -> None:
+    tables = Scene.of(crank_rocker(Rigid(Section(0.02, 0.005)), speed=30.0, play=play(law, rubs), with_play="A")).tables
+    depths, rates, bristle = np.geomspace(1e-7, 1e-4, 13), np.linspace(-0.06, 0.06, 13), 2e-6
+    forces, coefficients = _of_laws(tables, depths, rates, bristle)
+    plain = [law.force(d, r, 0.1) for d, r in zip(depths, rates, strict=True)]
+    assert forces == pytest.approx(np.array(plain, dtype=float), rel=1e-12) and np.abs(forces).max() > 0
+    given = (bristle,) if isinstance(rubs, LuGre) else ()
+    plain = [rubs.coefficient(rate, *given) for rate in rates]
+    assert coefficients == pytest.approx(np.array(plain, dtype=float), rel=1e-12, abs=1e-15) and np.abs(coefficients).max() > 0
