@@ -206,6 +206,7 @@ class BarModes:
     of_solid: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
+        one_of("shear", self.shear, (bool,))
         whole("bending", self.bending, 0, 13), whole("axial", self.axial, 0, 13)
         whole("bending + axial", self.bending + self.axial, 1, 26)
 

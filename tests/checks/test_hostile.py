@@ -16,7 +16,7 @@ from simulations import pendulum
 
 from buckler.mbs import Exudyn, Spectral, Status, simulate
 from buckler.mbs.functions import Components
-from buckler.mbs.modal import FreeModes
+from buckler.mbs.modal import BarModes, FreeModes
 from buckler.studies.trust.extremes_drawn import FAMILIES
 
 PATIENCE = 2.0
@@ -166,3 +166,9 @@ def test_odd_values_at_every_place_are_taken_or_refused():
                     put(mechanism, at, ODD[value])
                 except ValueError as error:
                     one_clear_line(str(error))
+
+
+@pytest.mark.parametrize("shear", ["x", None, 1])
+def test_a_choice_that_is_no_truth_value_is_refused(shear):
+    with pytest.raises(ValueError, match="shear = .*: must be bool"):
+        BarModes(shear=shear)
