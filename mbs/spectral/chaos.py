@@ -17,7 +17,7 @@ from buckler.mbs.engine.settings import Controlled
 from buckler.mbs.spectral.run import State, integrate
 from buckler.mbs.spectral.scene import SLOWEST_ONSET, Scene
 from buckler.mbs.spectral.solver import Spectral
-from buckler.mbs.spectral.tables import FASTEST, ONSET
+from buckler.mbs.spectral.tables import FASTEST, ONSET, TURN
 from buckler.mbs.validate import positive, whole
 
 Array = np.ndarray[Any, Any]
@@ -44,7 +44,7 @@ def last_state(scene: Scene, state: State, end: float, solver: Spectral) -> Stat
         raise RuntimeError(f"{failure[0]}: {failure[1]}")
     memory = out.memory[-1].copy()
     memory[:, FASTEST] = np.maximum(memory[:, ONSET], SLOWEST_ONSET)
-    return State(float(out.time[-1]), out.q[-1], out.v[-1], memory)
+    return State(float(out.time[-1]), out.q[-1], out.v[-1], memory, scene.work.state[:, TURN].copy())
 
 
 def lyapunov(

@@ -76,7 +76,7 @@ def _place_linear(s, w, m, q, v):
 
 @close
 def _place_curve(s, w, m, q, v):
-    """Place x = sum N_i x_i, y likewise; the angle is that of (x', y')."""
+    """Place x = sum N_i x_i, y likewise; the angle is that of (x', y'), the one nearest to what it was last."""
     size, first, d = s.markers[m, SIZE], s.markers[m, FIRST], s.markers[m, DATA]
     p, j, dj = w.state[m], w.slope, w.drift
     x, y, vx, vy, ux, uy, rx, ry = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -86,7 +86,9 @@ def _place_curve(s, w, m, q, v):
         ux, uy, rx, ry = ux + dn * q[a], uy + dn * q[b], rx + dn * v[a], ry + dn * v[b]
     square = ux * ux + uy * uy
     p[X], p[Y], p[VX], p[VY] = x, y, vx, vy
-    p[TURN], p[SPIN] = np.arctan2(uy, ux), (ux * ry - uy * rx) / square
+    angle = np.arctan2(uy, ux)
+    p[TURN] = angle + 2.0 * np.pi * np.floor((p[TURN] - angle) / (2.0 * np.pi) + 0.5)
+    p[SPIN] = (ux * ry - uy * rx) / square
     hxx, hxy = 2.0 * ux * uy / square**2, (uy * uy - ux * ux) / square**2  # second derivatives of the angle; hyy = -hxx
     p[TURNING_BIAS] = hxx * (rx * rx - ry * ry) + 2.0 * hxy * rx * ry
     for i in range(size):

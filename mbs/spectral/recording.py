@@ -17,7 +17,7 @@ from buckler.mbs.spectral.motion import Piece, SpectralStrip
 from buckler.mbs.spectral.output import Output
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.strip_body import StripBody
-from buckler.mbs.spectral.tables import CONTACT, JOURNAL, SEAT
+from buckler.mbs.spectral.tables import CONTACT, JOURNAL, SEAT, TURN
 
 Array = np.ndarray[Any, Any]
 
@@ -51,8 +51,8 @@ def follow(s, w, time, q, v, a, lam, memory, traces, reports):
         copy(w.reports, reports[i])
 
 
-def record_of(scene: Scene, out: Output) -> Record:
-    """Turn what a run left into plain arrays of links, blocks and elements."""
+def record_of(scene: Scene, out: Output, turns: Array | None = None) -> Record:
+    """Turn what a run left into plain arrays of links, blocks and elements; `turns` are angles of markers when it begins."""
     mechanism, builder = scene.mechanism, scene.builder
     guides = {guide.point: scene.marker(guide.link, guide.point) for guide in mechanism.guides}
     frames = {}
@@ -61,6 +61,8 @@ def record_of(scene: Scene, out: Output) -> Record:
         if isinstance(body, FrameBody) and not hasattr(body, "model"):
             frames[link.name] = _own_centre(scene, link, body)
     scene.refresh()
+    if turns is not None:
+        scene.work.state[: len(turns), TURN] = turns
     traces, reports = _follow(scene, out)
 
     def trace(marker: int) -> Trace:

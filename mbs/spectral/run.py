@@ -19,7 +19,7 @@ from buckler.mbs.spectral.room import room_for
 from buckler.mbs.spectral.scene import SLOWEST_ONSET, Scene
 from buckler.mbs.spectral.solver import Spectral
 from buckler.mbs.spectral.start import balance
-from buckler.mbs.spectral.tables import DRY, FASTEST, JOURNAL, ONSET, SEAT, STRUT
+from buckler.mbs.spectral.tables import DRY, FASTEST, JOURNAL, ONSET, SEAT, STRUT, TURN
 from buckler.mbs.spectral.threads import one_thread
 
 Array = np.ndarray[Any, Any]
@@ -36,12 +36,16 @@ ROWS = 2000
 
 
 class State(NamedTuple):
-    """A state from which to go on: time, coordinates, rates, memories of forces."""
+    """A state from which to go on: time, coordinates, rates, memories of forces, and angles of markers, which count whole turns.
+
+    Without angles it is one at the start.
+    """
 
     time: float
     q: Array
     v: Array
     memory: Array
+    turns: Array | None = None
 
 
 def once(mechanism: Any, duration: float, solver: Spectral, timeout: float | None = None, progress: Any = None) -> Run:
@@ -60,9 +64,10 @@ def once(mechanism: Any, duration: float, solver: Spectral, timeout: float | Non
     def again(first: int, last: int) -> Record | None:
         memory = out.memory[first].copy()
         memory[:, FASTEST] = np.maximum(memory[:, ONSET], SLOWEST_ONSET)
-        state = State(float(out.time[first]), out.q[first], out.v[first], memory)
+        turns = scene.turns(out.q[: first + 1])
+        state = State(float(out.time[first]), out.q[first], out.v[first], memory, turns)
         finer, failed, _ = integrate(scene, float(out.time[last]), solver.finer(out.time), timeout, None, state)
-        return None if failed else record_of(scene, finer)
+        return None if failed else record_of(scene, finer, turns)
 
     return Run(
         solver, record_of(scene, out), failure, work, scene.summary(), again, [*remarks(mechanism, scene.redundant), *scene.told]
@@ -74,6 +79,7 @@ def integrate(
 ) -> tuple[Output, tuple[Status, str] | None, Array]:  # fmt: skip
     """Integrate a scene from t = 0, or from another state: what it left, how it failed if so, counts of its work."""
     state = state or State(0.0, scene.q0, scene.v0, scene.memory())
+    scene.work.state[:, TURN] = scene.turns(scene.q0[None]) if state.turns is None else state.turns
     rest = balance(scene, state.q, state.v, state.time, state.memory)
     if explicitly(scene, solver):
         room: Any = explicit.flight_for(

@@ -145,6 +145,7 @@ class Scene:
             list(kinks_of(mechanism, inf)), list(dict.fromkeys(builder.told)), [row.name for row in builder.rows],
             list(range(len(builder.rows))), redundant, work_for(tables),
         )  # fmt: skip
+        scene._begin()
         scene._hold_start()
         if redundant:
             scene._leave_out()
@@ -234,6 +235,13 @@ class Scene:
         s = self.work.state[marker]
         return Place(s[:2].copy(), s[3:5].copy(), float(s[2]), float(s[5]))
 
+    def turns(self, q: Array) -> Array:
+        """Angles of markers, rad, after coordinates q, (times, coordinates), from t = 0 on, that turn by less than pi each."""
+        self._begin()
+        for each in q if (self.tables.markers[:, k.KIND] == k.CURVE).any() else q[-1:]:
+            markers.place_markers(self.tables, self.work, each, np.zeros(self.size))
+        return self.work.state[:, k.TURN].copy()
+
     def measured(self, measure: int, q: Array) -> float:
         """Value of a measure at coordinates q."""
         markers.place_markers(self.tables, self.work, q, np.zeros(self.size))
@@ -301,6 +309,12 @@ class Scene:
         del self.builder.data[numbers:]
         self.tables.values[:], self.tables.factors[:] = values[: len(self.tables.values)], factors
         self.work = work_for(self.tables)
+        self._begin()
+
+    def _begin(self) -> None:
+        """Count turns from the start: half a turn and minus half a turn are the same direction."""
+        for m in np.flatnonzero(self.tables.markers[:, k.KIND] == k.CURVE):
+            self.work.state[m, k.TURN] = self.builder.angle_of(int(m))
 
 
 def elements_of(mechanism: Any) -> dict[str, Any]:

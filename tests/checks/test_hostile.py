@@ -170,5 +170,5 @@ def test_odd_values_at_every_place_are_taken_or_refused():
 
 @pytest.mark.parametrize("shear", ["x", None, 1])
 def test_a_choice_that_is_no_truth_value_is_refused(shear):
-    with pytest.raises(ValueError, match="shear = .*: must be bool"):
+    with pytest.raises(ValueError, match=r"shear = .*: must be bool"):
         BarModes(shear=shear)

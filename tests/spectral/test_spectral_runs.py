@@ -12,7 +12,7 @@ pytest.importorskip("numba")
 
 from spectral_scenes import play
 
-from buckler.mbs.elements import Beam, Cable, Force, Link, Revolute, Rigid, Section, Stop, Weld
+from buckler.mbs.elements import Beam, Cable, Force, Link, Revolute, Rigid, Section, Stop, TorsionSpring, Weld
 from buckler.mbs.engine.settings import Controlled, Equal
 from buckler.mbs.laws import Coulomb, HuntCrossley, Impact
 from buckler.mbs.laws.rebound import restitution
@@ -34,6 +34,33 @@ PENDULUM = Mechanism(
     [Revolute("O", "ground", "rod")],
     gravity=(0.0, -9.81),
 )
+
+
+@pytest.mark.parametrize("kind", [Beam, Cable])
+def test_a_strip_that_turns_several_times_winds_up_its_spring(kind) -> None:
+    """A stiff one swings as a bar, angle = spin/w sin(w t) with w^2 = 3 k/(m L^2), nearly two turns; so does one from within."""
+    length, spin, stiffness, section = 0.2, 40.0, 0.05, Section(0.02, 0.01)
+    inertia = section.mass_per_length * length * (length**2 / 3 + section.thickness**2 / 12 * (kind is Beam))
+    w = np.sqrt(stiffness / inertia)
+    mechanism = Mechanism(
+        {"O": (0.0, 0.0), "A": (-length, 0.0)},
+        [Link("strip", "O", "A", kind(section))],
+        [Revolute("O", "ground", "strip")],
+        loads=[TorsionSpring("ground", "strip", stiffness=stiffness)],
+        velocities={"strip": spin},
+    )
+    result = simulate(mechanism, np.pi / w, solver=Spectral(degree=5), ledger=True)
+    assert result.ok, result.message
+    angle = spin / w * np.sin(w * result.time)
+    assert angle.max() > 3.5 * np.pi and result.energy_balance < 1e-3
+    off = np.hypot(result["A.x"] + length * np.cos(angle), result["A.y"] + length * np.sin(angle))
+    assert off.max() < 5e-3 * angle.max() * length
+    run = once(mechanism, np.pi / w, Spectral(degree=5))
+    last = len(run.record.time) - 1
+    finer = run.again(last // 2, last // 2 + 5)
+    assert finer.links["strip"].point("A")[0][-1] == pytest.approx(
+        run.record.links["strip"].point("A")[0][last // 2 + 5], abs=1e-6
+    )
 
 
 @pytest.mark.parametrize("kind", [Beam, Cable])
