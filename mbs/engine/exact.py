@@ -16,7 +16,7 @@ from buckler.mbs.engine.settings import Exudyn
 from buckler.mbs.engine.stop import StopContact
 from buckler.mbs.interrupts import ctrl_c
 from buckler.mbs.kinematics.closure import turning_speed
-from buckler.mbs.kinematics.determined import Ended, Follower
+from buckler.mbs.kinematics.determined import Ended, Follower, UnclosedError
 from buckler.mbs.kinematics.diagnosis import remarks
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.record import Record
@@ -38,6 +38,16 @@ def run_exactly(mechanism: Mechanism, duration: float, solver: Exudyn, timeout: 
     summary, begin = build(mechanism).summary(), perf_counter()
     with ctrl_c() as interrupted:
         follower = Follower(mechanism, duration, perf_counter() + timeout if timeout else None, progress, interrupted)
+    try:
+        return _asked(follower, mechanism, duration, solver, begin, summary)
+    except UnclosedError as lost:
+        reached = follower.anchors.time[follower.anchors.time < lost.time]
+        follower.ended = Ended(float(reached[-1]), Status.SINGULAR, str(lost))
+        return _asked(follower, mechanism, duration, solver, begin, summary)
+
+
+def _asked(follower: Follower, mechanism: Mechanism, duration: float, solver: Exudyn, begin: float, summary: Any) -> Run:
+    """What a linkage that was followed does at the times to sample, up to where it ended."""
     grid = sample_times(mechanism, duration, solver)
     ended = follower.ended
     if ended is not None:

@@ -81,6 +81,14 @@ class Ended:
     sentence: str
 
 
+class UnclosedError(Exception):
+    """Between two times to which the linkage was followed its loops do not close: nearly a singular pose."""
+
+    def __init__(self, time: float) -> None:
+        super().__init__(f"loops do not close at t = {time:.6g} s, though they do before and after")
+        self.time = time
+
+
 class Follower:
     """Follows a linkage from its start as far as it goes.
 
@@ -194,8 +202,8 @@ class Follower:
         found = self._close(times, _quintic(self.anchors, times))
         if found is not None:
             return found
-        if len(times) == 1:  # cannot happen between anchors that were reached; if it does, it must not pass
-            raise RuntimeError(f"loops do not close at t = {times[0]:g} s, though they do before and after")
+        if len(times) == 1:
+            raise UnclosedError(float(times[0]))
         halves = [self._at(part) for part in np.array_split(times, 2)]
         return Course(*(np.concatenate(part) for part in zip(*halves, strict=True)))
 
