@@ -114,10 +114,9 @@ class Flexible(Body):
     def signals(self, link: Any, record: Recorded) -> Iterator[Signal]:
         """Yield end shortening, m, axial force, N, tension positive, and deflection of mid-length from the chord, m."""
         strip = record.links[link.name]
-        line = strip.line(2)
-        chord = line[:, -1] - line[:, 0]
+        start, end = (strip.point(name)[0] for name in (link.start, link.end))
+        chord, middle = end - start, strip.middle() - start
         span = np.hypot(*chord.T)
-        middle = line[:, line.shape[1] // 2] - line[:, 0]
         yield Signal(f"{link.name}.end_shortening", strip.length - span, "m")
         yield Signal(f"{link.name}.axial_force", strip.axial_force(), "N")
         yield Signal(f"{link.name}.deflection", (chord[:, 0] * middle[:, 1] - chord[:, 1] * middle[:, 0]) / span, "m")

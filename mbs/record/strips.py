@@ -146,6 +146,13 @@ class StripMotion:
         inner = place[:, :, :-1].reshape(len(place), -1, 2)
         return np.concatenate([inner, place[:, -1:, -1]], axis=1)
 
+    def middle(self) -> Array:
+        """Position of mid-length, shape (times, 2), which is within an element where points divide the link unevenly."""
+        ends = np.cumsum(self.pieces)
+        k = int(np.searchsorted(ends, self.length / 2))
+        within = 1.0 + 2.0 * (self.length / 2 - ends[k]) / self.pieces[k]
+        return self.places(np.array([within]))[:, k, 0]
+
     def arcs(self, per_element: int = 4) -> Array:
         """Stress-free arc length, m, at each place of `line`."""
         edges = np.concatenate([[0.0], np.cumsum(self.pieces)])

@@ -185,6 +185,11 @@ class SpectralStrip:
             found.append(self._fields(self.q, piece, np.array([x]))[:, 0, :2])
         return np.stack(found, axis=1)
 
+    def middle(self) -> Array:
+        """Position of mid-length, (times, 2)."""
+        piece, x = self._at(self.length / 2)
+        return self._fields(self.q, piece, np.array([x]))[:, 0, :2]
+
     def arcs(self, per_element: int = 4) -> Array:
         """Stress-free arc length, m, at each place of `line`."""
         return np.linspace(0.0, self.length, 8 * per_element + 1)
