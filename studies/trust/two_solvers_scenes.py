@@ -222,16 +222,17 @@ def cantilever(draw: Draw) -> tuple[Mechanism, float]:
 
 
 def guided(draw: Draw) -> tuple[Mechanism, float]:
-    """A driven or falling bar with a block on an inclined line, pulled by a spring."""
+    """A driven bar with a block on a line, or a falling one with a block on an inclined line, pulled by a spring."""
     length, turn = draw.uniform(0.2, 0.5), draw.uniform(0.3, 1.2)
     points = {"A": (0.0, 0.0), "B": (length * np.cos(turn), length * np.sin(turn)), "C": (2 * length, 0.0)}
+    driven = draw.random() < 0.5
     return Mechanism(
         points,
         [Link("crank", "A", "B", _bar(draw)), Link("rod", "B", "C", _bar(draw))],
         [Revolute("A", "ground", "crank"), Revolute("B", "crank", "rod")],
-        guides=[Guide("C", "rod", along=_direction(draw), mass=draw.uniform(0.1, 0.5))],
+        guides=[Guide("C", "rod", along=(1.0, 0.0) if driven else _direction(draw), mass=draw.uniform(0.1, 0.5))],
         loads=[Spring("C", "ground:A", stiffness=draw.uniform(10, 200), damping=draw.uniform(0, 1))],
-        drives=[Drive("crank", draw.uniform(2, 10))] if draw.random() < 0.5 else [],
+        drives=[Drive("crank", draw.uniform(2, 10))] if driven else [],
         gravity=WEIGHT,
     ), draw.uniform(0.1, 0.3)
 
