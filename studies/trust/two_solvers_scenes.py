@@ -38,6 +38,7 @@ from buckler.mbs import (
 from buckler.mbs.functions import Expression
 from buckler.mbs.laws import (
     AdamsFriction,
+    Ambrosio,
     CarvalhoMartins,
     Coulomb,
     Flores,
@@ -45,7 +46,10 @@ from buckler.mbs.laws import (
     HuntCrossley,
     Impact,
     KelvinVoigt,
+    LuGre,
     NoFriction,
+    Stribeck,
+    Threlfall,
 )
 from buckler.mbs.library import BAR, PAPER, CrankRocker, crank_rocker, slider_crank
 from buckler.mbs.modal import BarModes
@@ -252,16 +256,21 @@ def _any_play(draw: Draw) -> Callable[[str, str, str], Clearance]:
     stiff, gap = 10 ** draw.uniform(7.5, 9), 10 ** draw.uniform(-4.3, -3.5)
     law = _one(draw, Impact(stiff, draw.uniform(100, 2e3), 1e-5), Flores(stiff, draw.uniform(0.3, 0.9)), Hertz(stiff))
     rough = draw.uniform(0.05, 0.3)
-    friction = _one(draw, AdamsFriction(1.5 * rough, rough), Coulomb(rough, 0.05), NoFriction())
+    friction = _one(
+        draw, AdamsFriction(1.5 * rough, rough), Coulomb(rough, 0.05), NoFriction(), Ambrosio(rough, 0.01, 0.1),
+        Threlfall(rough, 0.1), Stribeck(1.5 * rough, rough, 0.1), LuGre(1.5 * rough, rough, 0.1),
+    )  # fmt: skip
     return lambda point, pin, bush: Clearance(point, pin, bush, 5e-3, gap, law, friction)
 
 
 def sliding(draw: Draw) -> tuple[Mechanism, float]:
     """A swinging bar in whose slot or along which a block on a bar slides, pulled by a spring, turned by a motor or a torque."""
     length, turn = draw.uniform(0.2, 0.4), draw.uniform(-0.4, 0.4)
+    end, slope = complex(length * np.exp(1j * draw.uniform(-1.0, 1.0))), 0.15 * np.exp(1j * (turn - pi / 2))
+    bob = complex(0.6 * end + slope)
     points = {
-        "O": (0.0, 0.0), "A": (length, 0.0), "B": (0.6 * length, 0.0),
-        "C": (0.6 * length + 0.15 * np.sin(turn), -0.15 * np.cos(turn)), "Q": (draw.uniform(0, 0.3), draw.uniform(-0.5, -0.3)),
+        "O": (0.0, 0.0), "A": (end.real, end.imag), "B": (0.6 * end.real, 0.6 * end.imag), "C": (bob.real, bob.imag),
+        "Q": (draw.uniform(0, 0.3), draw.uniform(-0.5, -0.3)),
     }  # fmt: skip
     joint = (Slot if draw.random() < 0.5 else Slider)("B", "bob", "arm", along=_direction(draw))
     push: Any = Motor("arm", voltage=draw.uniform(2, 12), resistance=2.0, constant=0.05, inertia=1e-5, gear=draw.uniform(1, 3))
