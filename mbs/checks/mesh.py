@@ -46,8 +46,8 @@ def _too_coarse(run: Run, _result: Result) -> Iterator[str]:
             allowed = STRUCK if struck & set(link.points) else MESH
             motion = record.links[link.name]
             own = getattr(motion, "space_error", None)  # of a solver whose strips tell it themselves
-            error = (own() if _bent(motion.strains()[-1]) else 0.0) if own else mesh_error(record, link.name)
-            if error > allowed:
+            error = own() if own else mesh_error(record, link.name)
+            if error > allowed and (own is None or _bent(motion.strains()[-1])):
                 count = "this degree" if own else f"{motion.body.count} elements"
                 yield f"with {count} the bending load of '{link.name}' is off by about {error:.1g}, allowed {allowed:g}"
 

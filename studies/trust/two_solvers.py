@@ -38,6 +38,7 @@ CONTRARY = 0.5
 58 mechanisms, and 0.17 in the four-bars, whose forces peak where they are singular. What vibrates at kilohertz leaves no impulse;
 neither solver is asked for that."""
 LOOKED = (*FORCES, "m/s^2")
+"""Units of signals whose impulses are compared."""
 PUSHING = 0.05
 """Impulse over the largest of its unit from which it is looked at."""
 FINER = 1e-3
@@ -124,14 +125,14 @@ def impulses(a: Result, b: Result, size: float) -> dict[str, float]:
     owners: dict[tuple[str, str], list[tuple[Any, Any]]] = {}
     for name in (name for name, unit in b.units.items() if unit in LOOKED):
         owners.setdefault((name.rpartition(".")[0], b.units[name]), []).append((impulse(a, name), impulse(b, name)))
-    found: dict[str, tuple[float, float]] = {}
+    found: dict[tuple[str, str], tuple[float, float]] = {}
     most = dict.fromkeys(LOOKED, 0.0)
     for (owner, unit), each in owners.items():
         norm = float(np.sqrt(sum(np.mean(second**2) for _, second in each)))
         off = float(np.sqrt(sum(np.mean((first - second) ** 2) for first, second in each)))
-        found[f"{owner} [{unit}]"], most[unit] = (off, norm), max(most[unit], norm)
+        found[owner, unit], most[unit] = (off, norm), max(most[unit], norm)
     most["N m"] = max(most["N m"], most["N"] * size)
-    return {name: off / norm for name, (off, norm) in found.items() if norm > PUSHING * most[name.rpartition("[")[2][:-1]]}
+    return {f"{owner} [{unit}]": off / norm for (owner, unit), (off, norm) in found.items() if norm > PUSHING * most[unit]}
 
 
 def _explained(pair: Pair, p: Parameters, ours: Result, other: Result, case: Compared) -> str:

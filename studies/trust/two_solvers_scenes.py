@@ -159,14 +159,14 @@ def chain(draw: Draw) -> tuple[Mechanism, float]:
     aside = places[-1] + draw.uniform(-0.1, 0.1) * 1j * np.exp(1j * turns[-1])
     points["R"] = (float(aside.real), float(aside.imag))
     last, tip = names[-1], "R"
-    loads = [
+    pulled: list[Any] = [
         Force(tip, (draw.uniform(-1, 1), draw.uniform(-1, 1)), follows=last if draw.random() < 0.5 else None),
         Spring(tip, "ground:Q", stiffness=draw.uniform(5, 100), damping=draw.uniform(0, 0.5), free_length=draw.uniform(0.1, 0.5)),
-        TorsionSpring(
-            "ground", names[0], stiffness=draw.uniform(0.1, 1), damping=draw.uniform(0, 0.01), free_angle=draw.uniform(-1, 1)
-        ),
-        Torque(last, _one(draw, draw.uniform(-0.05, 0.05), Drag(draw.uniform(1e-3, 1e-2)))),
     ]
+    wound = TorsionSpring(
+        "ground", names[0], stiffness=draw.uniform(0.1, 1), damping=draw.uniform(0, 0.01), free_angle=draw.uniform(-1, 1)
+    )
+    pulled.append(Torque(last, _one(draw, draw.uniform(-0.05, 0.05), Drag(draw.uniform(1e-3, 1e-2)))))
     return Mechanism(
         points,
         [
@@ -174,7 +174,7 @@ def chain(draw: Draw) -> tuple[Mechanism, float]:
             for k, name in enumerate(names)
         ],
         [Revolute(f"P{k}", names[k - 1] if k else "ground", name) for k, name in enumerate(names)],
-        loads=[load for load in loads if isinstance(load, TorsionSpring) or draw.random() < 0.6],
+        loads=[wound, *(load for load in pulled if draw.random() < 0.6)],
         masses=[Mass(tip, draw.uniform(0.05, 0.5), draw.uniform(0, 1e-4))] if draw.random() < 0.5 else [],
         velocities={names[0]: draw.uniform(-3, 3)} if draw.random() < 0.5 else {},
         gravity=WEIGHT,
@@ -357,13 +357,13 @@ def spinning(draw: Draw) -> tuple[Mechanism, float]:
     end = complex(tip + 0.1 * np.exp(1j * (turn + draw.uniform(-1, 1))))
     return Mechanism(
         {"O": (0.0, 0.0), "A": (tip.real, tip.imag), "B": (end.real, end.imag)},
-        [Link("link", "O", "A", body, carries={} if isinstance(body, Modal) else {"M": 0.6}), Link("arm", "A", "B", _bar(draw))],
+        [Link("link", "O", "A", body, carries={"M": 0.6} if body.meshed else {}), Link("arm", "A", "B", _bar(draw))],
         [Revolute("O", "ground", "link"), Weld("A", "link", "arm")],
         loads=[
             Force("B", (0.0, draw.uniform(0.2, 1.0)), follows="arm"),
             TorsionSpring("ground", "link", stiffness=0.0, law=Hardening(draw.uniform(0.1, 1.0)), free_angle=draw.uniform(-1, 1)),
         ],
-        masses=[Mass("B" if isinstance(body, Modal) else "M", draw.uniform(0.02, 0.1))],
+        masses=[Mass("M" if body.meshed else "B", draw.uniform(0.02, 0.1))],
         velocities={"link": spin, "arm": spin},
         gravity=WEIGHT,
     ), draw.uniform(0.1, 0.3)

@@ -315,7 +315,7 @@ def test_study_run_as_a_script_shows_its_own_command_in_help(euler_load, capsys)
 
 def test_ci_runs_the_command_the_readme_shows():
     command = (ROOT / ".ci" / "run").read_text().rstrip().splitlines()[-1]
-    assert "python -m pytest" in command
+    assert command.endswith("python -m pytest -n 2 --dist loadfile")
     assert os.access(ROOT / ".ci" / "run", os.X_OK)
     blocks = re.findall(r"^```\w*\n(.*?)^```", (ROOT / "README.md").read_text(), re.DOTALL | re.MULTILINE)
     assert command in [line for block in blocks for line in block.splitlines()]
