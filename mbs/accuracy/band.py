@@ -1,4 +1,4 @@
-"""Forces of mechanisms with strips, as means over the period of the strips' axial vibration.
+"""Forces of mechanisms with strips or struts, as means over the period of their axial vibration.
 
 A strip is a spring of stiffness E A/L along itself. With the masses it holds it rings at kilohertz, started by each jump of an
 acceleration, and hardly damped: how long and how much is a matter of the steps and of the integrator's damping, which no run at
@@ -27,10 +27,10 @@ def mechanism_mass(mechanism: Mechanism) -> float:
 
 
 def axial_period(mechanism: Mechanism) -> float:
-    """Longest period of axial vibration, s: of a strip as a spring that holds all mass there is; 0 without strips."""
+    """Longest period of axial vibration, s: of a strip or strut as a spring that holds all mass there is; 0 without any."""
     mass = mechanism_mass(mechanism)
     bodies: list[tuple[Any, float]] = [(link.body, mechanism.length(link.name)) for link in mechanism.links]
-    strips = [(body.section.axial_stiffness, length) for body, length in bodies if body.meshed]
+    strips = [(body.section.axial_stiffness, length) for body, length in bodies if body.meshed or body.massless]
     return max((2 * pi * sqrt(mass * length / stiffness) for stiffness, length in strips), default=0.0)
 
 
@@ -39,7 +39,7 @@ def told(mechanism: Mechanism) -> str:
     period = axial_period(mechanism)
     return (
         f"forces of joints, guides, drives and strips are means, twice over {period:.2g} s, which leaves frequencies below about"
-        f" {0.25 / period:.2g} Hz: the axial vibration of strips is not resolved; solver=Exudyn() gives them as computed"
+        f" {0.25 / period:.2g} Hz: axial vibration is not resolved; solver=Exudyn() gives them as computed"
     )
 
 
@@ -57,8 +57,13 @@ def banded(mechanism: Mechanism, time: Array, signals: dict[str, Array], units: 
     period = axial_period(mechanism)
     if not period > 0 or len(time) < 3 or any(name.endswith(".journal_x") for name in signals):
         return {}
-    ringing = [name for name, unit in units.items() if unit in FORCES and name.rpartition(".")[2] not in OF_CONTACT]
+    ringing = [name for name, unit in units.items() if rings(name, unit)]
     return {name: averaged(time, averaged(time, signals[name], period), period) for name in ringing}
+
+
+def rings(name: str, unit: str) -> bool:
+    """Whether a signal of a mechanism with strips is a force that rings with them, or with struts."""
+    return unit in FORCES and name.rpartition(".")[2] not in OF_CONTACT
 
 
 def averaged(time: Array, values: Array, period: float) -> Array:

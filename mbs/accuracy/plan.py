@@ -7,6 +7,7 @@ from functools import cached_property
 from math import ceil, hypot, log2, pi, sqrt, tan
 from typing import Any
 
+from buckler.mbs.accuracy.band import axial_period
 from buckler.mbs.elements.clearance import clearances
 from buckler.mbs.elements.drive import Ramp
 from buckler.mbs.elements.element import kinks_of
@@ -23,8 +24,9 @@ FEWEST = 32
 """Steps of the coarsest run at least."""
 MESH, STRIKING_MESH = 4, 10
 """Cable elements for an accuracy of 1e-3, where nothing strikes and where something does: of fourth order in the accuracy."""
-SAMPLE, SAMPLES = 0.3, 200
-"""Times recorded: as far apart, in rad of the fastest vibration that is resolved, and so many at least."""
+SAMPLE, SAMPLES, AXIAL_SAMPLES = 0.3, 200, 8
+"""Times recorded: as far apart, in rad of the fastest vibration that is resolved, and so many at least; and so many of each axial
+period, over which forces are averaged, as the steps allow."""
 LONG = 400.0
 """Phase of the first bending vibration, rad, from which its numerical damping matters more than that of axial waves."""
 RADIUS, LONG_RADIUS = 0.75, 0.9
@@ -193,8 +195,9 @@ class Plan:
         """Settings for so many steps; `refined` is how many times more they are than those of the first coarsest run."""
         if self.smooth:
             phase = self.axial[1] if self.resolved else self.phase
-            apart = min(SAMPLE / max(phase, SAMPLE), 1 / SAMPLES) * steps
-            seldom = 2 ** max(0, int(log2(apart)))  # of steps doubled and doubled again, the last one is recorded too
+            mean = axial_period(self.mechanism) / (AXIAL_SAMPLES * self.duration) or 1.0
+            apart = min(SAMPLE / max(phase, SAMPLE), 1 / SAMPLES, mean) * steps
+            seldom = 2 ** max(0, int(log2(max(1.0, apart))))  # of steps doubled and doubled again, the last one is recorded too
             return Exudyn(
                 Equal(steps, seldom),
                 spectral_radius=self.radius,

@@ -39,7 +39,7 @@ from buckler.mbs.record.run import Run
 TIMES, LEAST = 20.0, 5.0
 """Limit of the time for a finer run: so many times that of the first one, but at least this, s."""
 RESTS = 1e-5
-"""Way of a point, in lengths of the largest link, below which it rests."""
+"""Way of a point or a deflection, in lengths of the largest link, below which it rests."""
 KNOWN = 1e-3
 """How well a clearance is taken to be known, relative."""
 STRICTER, SHORTER, RADIUS = 10.0, 2.15, 0.9
@@ -113,7 +113,8 @@ def _one_of_many(own: Delivering, run: Run, usual: Usual) -> bool:
 def _rests(mechanism: Mechanism, result: Result) -> bool:
     """Whether nothing moves: what does is round-off, or a bristle that bends."""
     size = max(mechanism.length(link.name) for link in mechanism.links)
-    return all(float(np.ptp(result.signals[f"{point}.{axis}"])) < RESTS * size for point in mechanism.points for axis in "xy")
+    ways = [name for name, unit in result.units.items() if unit == "m" and name.endswith((".x", ".y", ".deflection"))]
+    return all(float(np.ptp(result.signals[name])) < RESTS * size for name in ways)
 
 
 def _compared(mine: Result, first: Run, theirs: Result, other: Run, usual: Usual) -> tuple[Errors, float]:

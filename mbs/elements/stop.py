@@ -26,8 +26,8 @@ from buckler.mbs.elements.element import (
 from buckler.mbs.laws import NormalLaw
 from buckler.mbs.validate import direction, follows, number
 
-PIERCED = 0.05
-"""Depth in a stop, relative to the mechanism's size, beyond which its contact law does not hold."""
+PIERCED = 0.2
+"""Depth in a stop, relative to the mechanism's size, beyond which it stops nothing; a soft buffer is a stop."""
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from buckler.mbs.spectral.compiling import aside, copy, jit, lend_tables, lend_w
 from buckler.mbs.spectral.contacts import depth_of, error_of_depth, first_onset, lets_go, remember_onset, touches
 from buckler.mbs.spectral.forces import add_forces
 from buckler.mbs.spectral.kernel import changes_at, forces, mass_matrix, rows_at
+from buckler.mbs.spectral.lawtable import AFTER
 from buckler.mbs.spectral.markers import place_markers
 from buckler.mbs.spectral.output import (
     BUDGET,
@@ -107,7 +108,7 @@ def _restart(s, w, x, t):
     copy(x.stress, w.stress)
     forces(s, w, t, x.q, x.v, x.lam, x.memory, 0.0, x.force)
     rows_at(s, w, t, x.gap, x.base, x.speed)
-    changes_at(s, w, t, x.change)
+    changes_at(s, w, t, AFTER, x.change)
     x.matrix[:] = 0.0
     for i in range(n):
         for j in range(n):

@@ -9,7 +9,7 @@ import numpy as np
 
 from buckler.mbs.spectral.compiling import aside, close, copy, inner, jit
 from buckler.mbs.spectral.forces import add_forces, bend_forces
-from buckler.mbs.spectral.lawtable import motion, second_rate
+from buckler.mbs.spectral.lawtable import AFTER, motion, second_rate
 from buckler.mbs.spectral.markers import add_geometric, add_gradient, add_pair, bias_of, curve, measure, place_markers
 from buckler.mbs.spectral.strips import add_strips, bend_strips
 from buckler.mbs.spectral.tables import ANGLE, KIND
@@ -126,10 +126,10 @@ def row_at(s, w, r, t, g, jacobian, speed):
 
 
 @close
-def change_at(s, w, r, t, change):
-    """Right side of G a = change of constraint r, whose gradient is at hand."""
+def change_at(s, w, r, t, side, change):
+    """Right side of G a = change of constraint r, whose gradient is at hand; `side`: see `second_rate`."""
     k, drive = s.rows[r, 0], s.rows[r, 1]
-    change[r] = (second_rate(s, drive, t) if drive >= 0 else 0.0) - bias_of(s, w, k, w.small[6], w.small[:6])
+    change[r] = (second_rate(s, drive, t, side) if drive >= 0 else 0.0) - bias_of(s, w, k, w.small[6], w.small[:6])
 
 
 @aside
@@ -140,18 +140,18 @@ def rows_at(s, w, t, g, jacobian, speed):
 
 
 @aside
-def changes_at(s, w, t, change):
+def changes_at(s, w, t, side, change):
     """Right sides of G a = change. Markers are placed."""
     for r in range(s.rows.shape[0]):
         measure(s, w, s.rows[r, 0], w.small[6])
-        change_at(s, w, r, t, change)
+        change_at(s, w, r, t, side, change)
 
 
 @close
 def constraint(s, w, r, t, g, jacobian, speed, change):
     """Residual, row of the Jacobian and right sides of constraint r; see `constraints`."""
     row_at(s, w, r, t, g, jacobian, speed)
-    change_at(s, w, r, t, change)
+    change_at(s, w, r, t, AFTER, change)
 
 
 @jit

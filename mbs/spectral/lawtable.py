@@ -25,6 +25,9 @@ from buckler.mbs.spectral.tables import (
     VOIGT,
 )  # fmt: skip
 
+AFTER, BEFORE = 1e-6, -1e-6
+"""Step, s, of the difference that gives a drive's acceleration just after a time or just before it: short beside any motion."""
+
 
 @inner
 def power(x, n):
@@ -153,15 +156,13 @@ def motion(s, k, t):
 
 
 @inner
-def second_rate(s, k, t):
-    """Acceleration of drive k at time t."""
+def second_rate(s, k, t, side):
+    """Acceleration of drive k at time t; where it jumps, that of the side AFTER or BEFORE."""
     kind = s.motions[k, 0]
     if kind == RAMP:
         start, end, duration = s.ramps[k, 0], s.ramps[k, 1], s.ramps[k, 2]
         return (end - start) / duration if t < duration else 0.0
     if kind == STEADY:
         return 0.0
-    speed, h = s.motions[k, 2], 1e-4
-    if t < h:
-        return (4.0 * call1(speed, t + h) - 3.0 * call1(speed, t) - call1(speed, t + 2.0 * h)) / (2.0 * h)
-    return (call1(speed, t + h) - call1(speed, t - h)) / (2.0 * h)
+    speed, h = s.motions[k, 2], side if t + 2.0 * side >= 0.0 else AFTER
+    return (4.0 * call1(speed, t + h) - 3.0 * call1(speed, t) - call1(speed, t + 2.0 * h)) / (2.0 * h)

@@ -42,6 +42,7 @@ from buckler.mbs.spectral.kernel import (
     spread_rows,
     tangents,
 )
+from buckler.mbs.spectral.lawtable import BEFORE
 from buckler.mbs.spectral.markers import place_markers
 from buckler.mbs.spectral.output import ITERATIONS, JACOBIANS
 from buckler.mbs.spectral.strips import carry_stresses
@@ -311,7 +312,7 @@ def put_back(s, w, x, t):
             for k in range(r):
                 total += x.inverse[i, n + k] * x.gap[k]
             q[i] -= total
-    changes_at(s, w, t, x.change)
+    changes_at(s, w, t, BEFORE, x.change)
     if s.modal.shape[0] > 0:
         mass_matrix(s, q, x.mass)
         invert_modal(s, q, x.light)

@@ -31,6 +31,8 @@ CLOSEST = 1e-12
 """The same of equal steps, whose error nothing watches."""
 ARRIVED = 1.1e-12
 """Of the end: a run this near to it is over; the integrators themselves stop 1e-12 before it."""
+SHORT = 1e-3
+"""First step, of the longest: a finer run is finer from its start on, where stiff parts ring as the steps let them."""
 ROWS = 2000
 """Steps between looks at the clock."""
 
@@ -127,7 +129,7 @@ def explicitly(scene: Scene, solver: Spectral) -> bool:
 def _controls(duration: float, solver: Spectral) -> Array:
     out = np.zeros(output.CONTROLS)
     longest, equal = solver.longest(duration), solver.count is not None
-    first = longest if equal else duration * 1e-5
+    first = longest if equal else SHORT * longest
     for place, value in (
         (output.TOLERANCE, solver.tolerance), (output.LONGEST, longest),
         (output.FIRST_STEP, first), (output.BUDGET, solver.steps.max_steps), (output.FLOOR, SLOWEST_ONSET),

@@ -164,14 +164,17 @@ def _text(outcome: CaseOutcome) -> str:
 def compare(
     found: Measures, right: Measures, scales: Mapping[str, float], told: Mapping[str, float] = MappingProxyType({})
 ) -> tuple[float, str]:
-    """Largest error of all measures over what is allowed, or what the run tells of it, and the measure's name."""
+    """Largest error of all measures over what is allowed, or what the run tells of it, and the measure's name.
+
+    What a run tells is relative to its own values, which may be far larger than the right ones.
+    """
     errors = {}
     for name, value in right.items():
         scale, kind = scales.get(name) or largest(value), KINDS[name.partition(" ")[0].rstrip(",")]
-        compared = np.asarray(found[name])[
-            ..., : np.shape(value)[-1]
-        ]  # a reference may end where motion is one trajectory no longer
-        errors[name] = kind.norm(compared - value) / max(scale, 1e-12) / max(kind.allowed, told.get(name, 0.0))
+        own = np.asarray(found[name])
+        compared = own[..., : np.shape(value)[-1]]  # a reference may end where motion is one trajectory no longer
+        allowed = max(kind.allowed * scale, told.get(name, 0.0) * largest(own), 1e-12 * kind.allowed)
+        errors[name] = kind.norm(compared - value) / allowed
     worst = max(errors, key=lambda name: np.nan_to_num(errors[name], nan=np.inf))
     return float(np.nan_to_num(errors[worst], nan=np.inf)), worst
 

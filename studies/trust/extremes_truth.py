@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from math import inf, pi, sqrt
 from time import perf_counter
 from typing import Any
 
@@ -15,7 +16,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from buckler.mbs import Controlled, Exudyn, Mechanism, Result, Spectral, Status, simulate
-from buckler.mbs.accuracy.band import banded
+from buckler.mbs.accuracy.band import banded, mechanism_mass
 from buckler.mbs.elements.clearance import clearances
 from buckler.mbs.engine.solve import once
 from buckler.studies.trust.extremes_case import KINDS, Case, CaseOutcome, Measures, largest
@@ -30,6 +31,8 @@ KNOWN = 1e-3
 """How well a clearance is taken to be known, relative."""
 SMALL = 0.02
 """Forces below this share of the largest in the mechanism are not judged."""
+RINGING = 12
+"""Steps of the coarser reference for a period in which a strut rings."""
 PATIENCE = 30.0
 """Longest time, s, of a reference run."""
 ACCURACIES = (None, None, None, 1e-2, 1e-3)
@@ -152,7 +155,8 @@ def _agreed(coarse: Measures, fine: Measures, scales: Mapping[str, float], until
 
 def _reference(made: Drawn, finer: int) -> Measures | None:
     """One run of the compiled solver; its steps and strips are finer the second time."""
-    steps = Controlled(tolerance=10.0 ** (-8 - finer), max_step=made.duration / (800 * 2**finer))
+    longest = min(made.duration / 800, *_periods(made.mechanism)) / 2**finer
+    steps = Controlled(tolerance=10.0 ** (-8 - finer), max_step=longest)
     solver = Spectral(steps, degree=9 + 3 * finer, contact_tolerance=1e-3 / 2**finer)
     try:
         simulate(made.mechanism, 1e-6 * made.duration, solver=solver)  # what is not compiled yet is compiled now
@@ -162,6 +166,15 @@ def _reference(made: Drawn, finer: int) -> Measures | None:
     means = banded(made.mechanism, result.time, result.signals, result.units)  # as runs without settings give them
     ended = result.status in (Status.OK, Status.SUSPECT)
     return _read(made, replace(result, signals=result.signals | means)) if ended else None
+
+
+def _periods(mechanism: Mechanism) -> Iterator[float]:
+    """Parts of the periods in which struts ring with all mass there is, s: its places are far smaller than a tolerance."""
+    mass = mechanism_mass(mechanism)
+    for link in mechanism.links:
+        if link.body.massless:
+            yield 2 * pi * sqrt(mass * mechanism.length(link.name) / link.body.section.axial_stiffness) / RINGING
+    yield inf
 
 
 def _pendulum(made: Drawn) -> Array:

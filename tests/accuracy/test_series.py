@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 from simulations import BAR
 
-from buckler.mbs import Clearance, crank_rocker
+from buckler.mbs import Cable, Clearance, Section, Strut, crank_rocker, slider_crank
 from buckler.mbs.accuracy import refine
+from buckler.mbs.accuracy.band import axial_period
 from buckler.mbs.accuracy.by_signal import Signals, _norm, _of_force
-from buckler.mbs.accuracy.delivery import Delivery
-from buckler.mbs.accuracy.extrapolation import _Extrapolation, _FailedError
+from buckler.mbs.accuracy.delivery import Delivery, Task
+from buckler.mbs.accuracy.extrapolation import UNRESOLVED, _Extrapolation, _FailedError
+from buckler.mbs.accuracy.plan import Plan
 from buckler.mbs.accuracy.tolerance import left_with_play
 from buckler.mbs.laws import KelvinVoigt
 from buckler.mbs.record.errors import Errors
@@ -98,6 +100,40 @@ def test_a_force_differs_by_peak_mean_square_and_impulse():
 
     found = _of_force(signals(11 * np.sin(np.pi * time) ** 2), signals(10 * np.sin(np.pi * time) ** 2), "A.contact_force", 1e-9)
     assert {key: pytest.approx(0.1, rel=1e-3) for key in found} == found
+
+
+def ringing(steps):
+    """A strip that rings every 0.8 ms, 0.47 s long, its plan, and how many steps lie between samples."""
+    mechanism = crank_rocker(Cable(Section(0.03, 5e-4), elements=8), speed=20.0)
+    plan = Plan(mechanism, 0.47, 1e-3)
+    return axial_period(mechanism), plan, plan.solver(steps, 4, 1.0).steps.record_every
+
+
+@pytest.mark.parametrize("steps", [100, 2000, 7168, 30000])
+def test_samples_lie_close_enough_for_means_over_a_period(steps):
+    """A force averaged over a period was 2.4 times too small where its samples were farther apart than that."""
+    period, plan, every = ringing(steps)
+    apart = every * plan.duration / steps
+    assert every == 1 or period / 16 < apart <= period / 8
+
+
+@pytest.mark.parametrize(("a_period", "told"), [(2.0, UNRESOLVED), (8.0, 1e-3)])
+def test_peaks_of_forces_are_not_known_where_steps_do_not_resolve_the_period_they_are_means_over(monkeypatch, a_period, told):
+    period, plan, _ = ringing(100)
+    own = _Extrapolation(Task(plan.mechanism, plan.duration, 1e-3), None)
+    units = {"B.coupler-rocker.fx": "N", "B.contact_force": "N", "B.x": "m"}
+    errors = dict.fromkeys([*units, "B.coupler-rocker.fx.peak", "B.coupler-rocker.fx.rms", "B.contact_force.peak"], 1e-3)
+    found = own._unresolved(round(a_period * plan.duration / period), errors, units)
+    assert found == errors | {"B.coupler-rocker.fx": told, "B.coupler-rocker.fx.peak": told}
+
+
+def test_struts_ring_like_strips():
+    """A spring E A/L that holds all mass there is."""
+    section = Section(0.03, 3e-4)
+    mechanism = slider_crank(Strut(section), law=None, mass=0.3, speed=3.0)
+    mass = 0.3 + mechanism.link("crank").mass(mechanism.length("crank"))
+    expected = 2 * np.pi * np.sqrt(mass * mechanism.length("coupler") / section.axial_stiffness)
+    assert axial_period(mechanism) == pytest.approx(expected)
 
 
 def test_steps_too_long_to_end_at_all_do_not_count_as_refinements(monkeypatch):

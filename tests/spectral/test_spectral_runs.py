@@ -13,7 +13,9 @@ pytest.importorskip("numba")
 from spectral_scenes import play
 
 from buckler.mbs.elements import Beam, Cable, Force, Link, Revolute, Rigid, Section, Stop, TorsionSpring, Weld
-from buckler.mbs.engine.settings import Controlled, Equal
+from buckler.mbs.elements.drive import Ramp
+from buckler.mbs.engine.settings import Controlled, Equal, Exudyn
+from buckler.mbs.functions import Table
 from buckler.mbs.laws import Coulomb, HuntCrossley, Impact
 from buckler.mbs.laws.rebound import restitution
 from buckler.mbs.library import crank_rocker, slider_crank
@@ -34,6 +36,23 @@ PENDULUM = Mechanism(
     [Revolute("O", "ground", "rod")],
     gravity=(0.0, -9.81),
 )
+
+
+@pytest.mark.parametrize(
+    "motion", [Table((0.0, 0.2, 0.35, 0.6), (4.0, 4.0, 1.0, 6.0)), Ramp(0.0, 5.0, 0.3)], ids=["table", "ramp"]
+)
+def test_forces_on_both_sides_of_a_kink_are_those_of_loop_closure(motion) -> None:
+    """Where the drive's acceleration jumps, the step before ends with the old one and the step after begins with the new one."""
+    mechanism = crank_rocker(Rigid(BAR), speed=motion)
+    exact = simulate(mechanism, 0.5, solver=Exudyn(Controlled(max_step=1e-4)))
+    for tolerance in (1e-6, 1e-9):
+        found = simulate(mechanism, 0.5, solver=Spectral(Controlled(tolerance=tolerance)))
+        for name in ("O.ground-crank.fx", "drive.torque"):
+            largest = np.abs(exact[name]).max()
+            assert np.abs(found[name]).max() == pytest.approx(largest, rel=2e-3)
+            away = np.abs(found.time[:, None] - np.array([0.2, 0.3, 0.35])).min(axis=1) > 1e-9
+            off = (found[name] - np.interp(found.time, exact.time, exact[name]))[away]
+            assert np.abs(off).max() < 5e-3 * largest
 
 
 @pytest.mark.parametrize("kind", [Beam, Cable])

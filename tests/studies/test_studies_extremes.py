@@ -71,6 +71,8 @@ def test_comparison_takes_the_worst_measure_over_what_is_allowed():
     right = {"force": np.array([10.0]), "place of B": np.array([0.0, 2.0])}
     off, worst = compare({"force": np.array([10.1]), "place of B": np.array([0.0, 2.01])}, right, {"place of B": 1.0})
     assert worst == "place of B" and off == pytest.approx(0.01 / KINDS["place"].allowed)
+    told = {"force": 0.8}  # of its own 50: 40 of 10 are no silent error, though 0.8 of 10 would be one
+    assert compare({"force": np.array([50.0])}, {"force": np.array([10.0])}, {}, told)[0] == pytest.approx(1.0)
     shorter, _ = compare({"journal": np.array([[1.0, 2.0, 9.0]])}, {"journal": np.array([[1.0, 2.0]])}, {"journal": 1.0})
     assert shorter == 0
 

@@ -1,7 +1,4 @@
-"""Runs found silently wrong by the study of extremes, each held against what is right; marked as long as it is wrong.
-
-A mark that is strict turns red when its run has become right: take it away then.
-"""
+"""Runs found silently wrong by the study of extremes, each held against what is right."""
 
 import numpy as np
 import pytest
@@ -14,7 +11,6 @@ from buckler.studies.trust.extremes_play import Play
 from buckler.studies.trust.extremes_truth import drawn_case
 
 SECTION = Section(0.03, 3e-4)
-WRONG_NOW = pytest.mark.xfail(strict=True, reason="reported fine though a peak force is 1.3 times what is allowed off")
 
 
 def verdict(case):
@@ -50,10 +46,15 @@ QUICK = {
     "free chain, largest error": ("any chain", 11, 1),
     "clearance, small forces": ("clearance", 12, 1),
     "rattling, peaks": ("any rattling", 11, 2),
+    "steps denser than samples": ("any spinning", 2, 17),
+    "a kink of a rigid linkage": ("kinks", 2, 13),
+    "a strip that bends while its ends rest": ("near critical", 2, 2),
+    "struts that ring": ("strut", 2, 7),
 }
 LONG = {
     "axial force, four-bar": ("axial force", 1, 0), "axial force, slider-crank": ("axial force", 1, 2),
-    "axial force": ("axial force", 1, 4),
+    "axial force": ("axial force", 1, 4), "axial force, peak": ("axial force", 1, 1),
+    "axial force, sparse samples": ("axial force", 2, 8), "shaken, sparse samples": ("shaken", 2, 20),
     "near the critical load": ("near critical", 1, 0), "sudden load near it": ("near critical", 1, 1),
     "two flexible links": ("mixed", 1, 0), "clearance beside a stop": ("mixed", 1, 1), "strut": ("strut", 12, 0),
 }  # fmt: skip
@@ -69,12 +70,6 @@ def test_a_drawn_case_of_a_family_in_which_runs_were_silently_wrong(row):
 @pytest.mark.parametrize("row", LONG)
 def test_a_longer_one(row):
     assert verdict(drawn_case(*LONG[row]))[0] != WRONG
-
-
-@pytest.mark.slow
-@WRONG_NOW
-def test_a_peak_that_the_default_misses():
-    assert verdict(drawn_case("axial force", 1, 1))[0] != WRONG
 
 
 @pytest.mark.parametrize(
