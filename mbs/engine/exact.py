@@ -114,11 +114,18 @@ def sample_times(mechanism: Mechanism, duration: float, solver: Exudyn) -> Array
 
 
 def _with_fast_spells(anchors: Array, grid: Array) -> Array:
-    """Add samples where the linkage had to be followed in short steps: close to a dead centre."""
+    """Sample anew where the linkage had to be followed in short steps: close to a dead centre, or where the drive turns back.
+
+    Samples of both kinds side by side would lie unevenly, and the balance of energies err; those at kinks, in pairs, stay.
+    """
     reached = np.append(anchors[anchors < grid[-1]], grid[-1])
-    counts = np.diff(np.searchsorted(grid, reached))
-    extra = [np.linspace(reached[k], reached[k + 1], SPELL + 1) for k in np.flatnonzero(counts < SPELL)]
-    return np.unique(np.concatenate([grid, *extra]))
+    short = np.diff(np.searchsorted(grid, reached)) < SPELL
+    extra = [np.linspace(reached[k], reached[k + 1], SPELL + 1) for k in np.flatnonzero(short)]
+    close = np.diff(grid) < 2 * BEFORE * grid[-1]
+    kept = np.append(close, False) | np.append(False, close)
+    kept[[0, -1]] = True
+    kept |= ~np.append(short, False)[np.clip(np.searchsorted(reached, grid, side="right") - 1, 0, len(short))]
+    return np.unique(np.concatenate([grid[kept], *extra]))
 
 
 def _stops(mechanism: Mechanism) -> dict[str, Stop]:

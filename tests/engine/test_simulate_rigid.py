@@ -26,6 +26,7 @@ from buckler.mbs import (
     simulate,
     slider_crank,
 )
+from buckler.mbs.functions import Expression
 from buckler.mbs.library import PAPER
 
 # --- a rigid pendulum -------------------------------------------------------------------------------------------------
@@ -243,3 +244,10 @@ def test_drive_gives_what_the_mechanism_takes():
     result = fine(simulate(replace(exact.mechanism, drives=[Drive("crank", ramp)]), 1.0, ledger=True))
     kinetic = exact.energy(np.array(ramp.position(1.0))) + exact.crank * PAPER.crank**2 / 6 * OMEGA**2
     assert result.energy["given_drive"][-1] == pytest.approx(kinetic, rel=2e-3)
+
+
+def test_the_energy_of_a_shaken_slider_crank_adds_up():
+    """A crank that turns back 100 times a second; samples of uneven steps side by side let the balance err by 2.7 per cent."""
+    motion = Expression("30*cos(600*t)")
+    result = fine(simulate(replace(RigidSliderCrank((0.0, 0.0)).mechanism, drives=[Drive("crank", motion)]), 0.5, ledger=True))
+    assert result.energy_balance < 2e-3
