@@ -129,7 +129,7 @@ def explicitly(scene: Scene, solver: Spectral) -> bool:
 def _controls(duration: float, solver: Spectral) -> Array:
     out = np.zeros(output.CONTROLS)
     longest, equal = solver.longest(duration), solver.count is not None
-    first = longest if equal else SHORT * longest
+    first = longest if equal else SHORT * min(longest, duration / 100)
     for place, value in (
         (output.TOLERANCE, solver.tolerance), (output.LONGEST, longest),
         (output.FIRST_STEP, first), (output.BUDGET, solver.steps.max_steps), (output.FLOOR, SLOWEST_ONSET),
