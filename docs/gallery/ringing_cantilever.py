@@ -11,7 +11,7 @@ import numpy as np
 from buckler.mbs import Beam, Force, Link, Mechanism, Section, Weld, simulate
 
 length, force = 0.3, 0.5
-strip = Section(width=0.020, thickness=0.002)
+strip = Section(width=0.020, thickness=0.002).damped(0.01, length)
 mechanism = Mechanism(
     points={"A": (0, 0), "B": (length, 0)},
     links=[Link("strip", "A", "B", Beam(strip, elements=6))],

@@ -108,7 +108,7 @@ class _Extrapolation(Delivering):
         errors = self._unresolved(4 * steps, refined.by_signal(coarsest, thin), fine.units)
         energies = by_energy(run, self.at(2 * steps, mesh)[0]) if run.solver.steps.record_every == 1 else {}
         kind = "steps" if thin is None else "steps and elements"
-        told = Errors(refined.error + in_space + left_out, errors | energies, kind)
+        told = Errors(refined.error + in_space + left_out, errors | energies, kind, thin is not None)
         in_time, reached = refined.error, told.motion
         if not self.aim.motion:
             reached = self.aim.largest(errors, fine.units)
@@ -121,8 +121,8 @@ class _Extrapolation(Delivering):
     def _unresolved(self, steps: int, errors: dict[str, float], units: Mapping[str, str]) -> dict[str, float]:
         """The errors; those of forces that ring at least `UNRESOLVED` where steps are too long for means over a period."""
         period = axial_period(self.plan.mechanism)
-        if not period > 0 or period * steps > RINGS * self.plan.duration:
-            return errors
+        if not self.aim.motion or not period > 0 or period * steps > RINGS * self.plan.duration:
+            return errors  # forces that were asked for are held against another run
         ringing = [part for name, unit in units.items() if rings(name, unit) for part in (name, f"{name}.peak")]
         return errors | {part: max(errors[part], UNRESOLVED) for part in ringing if part in errors}
 

@@ -1,12 +1,12 @@
 """A run without settings looks at itself: another run stands beside it, and where the two differ it is made finer until it holds.
 
 The run is Exudyn's with its default settings. Beside it runs the compiled solver, which shares none of the equations; or Exudyn
-with a tenth of the tolerance, shorter steps and less damping, where that solver does not take the mechanism, would have to
-compile a function in Python, or would answer for other elements than those that are named. With clearance the time that can be
-predicted is compared. If the two agree in all that `mbs.accuracy.usual` allows, the run stands, with their difference as its
-error. If not, the mechanism is delivered as with an accuracy, until all is within what is allowed or the time is over; what is
-far beyond even then is SUSPECT; with clearance only if a clearance a thousandth larger does not change as much: where it does,
-the motion is one of many, which a note says.
+with a tenth of the tolerance, shorter steps and less damping, where that solver does not take the mechanism, or would have to
+compile a function in Python. With clearance the time that can be predicted is compared. If the two agree in all that
+`mbs.accuracy.usual` allows, the run stands, with their difference as its error. If not, the mechanism is delivered as with an
+accuracy, until all is within what is allowed or the time is over; where elements are named, they are kept, and what they leave
+out is told by the compiled solver. What is far beyond even then is SUSPECT; with clearance only if a clearance a thousandth
+larger does not change as much: where it does, the motion is one of many, which a note says.
 
 Linkages that are determined are not integrated: only where a drive is a function of time are the samples doubled.
 """
@@ -25,7 +25,7 @@ from buckler.mbs.accuracy.delivery import Delivering, Delivery, Runner, Task, co
 from buckler.mbs.accuracy.difference import difference
 from buckler.mbs.accuracy.predictable import predictable
 from buckler.mbs.accuracy.usual import ASKED, BOUND, Usual
-from buckler.mbs.accuracy.ways import compilable, deliver, named, own_functions
+from buckler.mbs.accuracy.ways import against, compilable, compiled, deliver, named, own_functions
 from buckler.mbs.elements.clearance import clearances
 from buckler.mbs.elements.drive import Ramp
 from buckler.mbs.engine.choice import usual_tolerance
@@ -95,8 +95,23 @@ def refine(mechanism: Mechanism, duration: float, first_run: Runner, run: Runner
     )
     found = deliver(task, run)
     best = found.after(held)
+    if named(mechanism) and told.elements and best.run.failure is None:
+        best = _with_elements(best, compiled(task, run), task)
     missed = best.run.failure is None and not best.reached <= BOUND * ASKED
     return Refined(best, usual, missed and _one_of_many(own, best.run, usual))
+
+
+def _with_elements(best: Delivery, other: Delivery, task: Task) -> Delivery:
+    """What was delivered with elements that are named, its errors with what these leave out, by the compiled solver.
+
+    Where that one does not know itself well enough, all of the difference counts: nobody can tell whose it is.
+    """
+    runs = {name: best.runs.get(name, 0) + other.runs.get(name, 0) for name in (*best.runs, *other.runs)}
+    if other.run.failure is not None or not (other.errors.known and best.errors.known):
+        return replace(best, runs=runs)
+    if not other.kept(ASKED):
+        other = replace(other, errors=replace(other.errors, motion=0.0, signals={}))
+    return replace(against(best, other, task), runs=runs)
 
 
 def _one_of_many(own: Delivering, run: Run, usual: Usual) -> bool:
@@ -124,7 +139,8 @@ def _compared(mine: Result, first: Run, theirs: Result, other: Run, usual: Usual
         energies = by_energy(first, other)
     kind = f"a run of {type(other.solver).__name__} beside it"
     found = signals | energies
-    return Errors(difference(mine, theirs), found, kind), usual.largest(found, theirs.units)
+    elements = not isinstance(other.solver, Exudyn)
+    return Errors(difference(mine, theirs), found, kind, elements), usual.largest(found, theirs.units)
 
 
 def _beside(own: Delivering, first: Run) -> Run | None:
@@ -136,7 +152,7 @@ def _beside(own: Delivering, first: Run) -> Run | None:
         steps = Controlled(max_step=duration / (2 * (len(first.record.time) - 1)))
         return _ended(own.run(mechanism, duration, Exudyn(steps)))
     span = predictable(mechanism, duration)
-    if not (named(mechanism) or own_functions(mechanism)) and compilable(mechanism):
+    if not own_functions(mechanism) and compilable(mechanism):
         found = _ended(own.run(mechanism, span, _compiled(mechanism, span)))
         if found is not None:
             return found
@@ -165,6 +181,9 @@ def refined(result: Result, found: Refined, wall: float) -> Result:
         return result
     name, error, allowed = usual.worst(delivery.errors)
     said = f"'{name}' is off by about {error:.2g} after {sum(delivery.runs.values())} runs, allowed {allowed:.2g}"
+    mechanism = delivery.run.record.mechanism
+    if named(mechanism) and delivery.errors.elements:
+        said += " (a strip names its elements: more of them, or none, may cure it)"
     if found.one_of_many:
         note = f"the motion cannot be predicted: {said}; read what is the same in many runs"
         return replace(result, provenance=result.provenance | {"notes": [*result.provenance.get("notes", ()), note]})

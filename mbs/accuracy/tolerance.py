@@ -79,7 +79,7 @@ class _Tolerance(Delivering):
         signals = by_signal(comparable(fine), comparable(coarse)) | by_energy(fine, coarse)
         of_space = {} if thin is None else by_signal(comparable(fine), comparable(thin))
         kind = f"tolerance{' and elements' if thin else ''}, over the first {1e3 * self.span:g} ms"
-        return Errors(motion, {name: d + of_space.get(name, 0.0) / 15 for name, d in signals.items()}, kind)
+        return Errors(motion, {name: d + of_space.get(name, 0.0) / 15 for name, d in signals.items()}, kind, thin is not None)
 
 
 def left_with_play(apart: float, before: float, asked: float) -> float:

@@ -65,12 +65,18 @@ def better(later: Delivery, earlier: Delivery, task: Task) -> Delivery:
     other = earlier if best.run is later.run else later
     if best.kept(task.asked) or not (best.errors.known and other.errors.known) or other.run.failure is not None:
         return best
+    return against(best, other, task)
+
+
+def against(best: Delivery, other: Delivery, task: Task) -> Delivery:
+    """What was delivered, its errors at least the difference from another delivery less that one's own."""
     mine, theirs = improved(best), improved(other)
     apart = by_signal(mine, theirs)
     told = {name: max(error, apart.get(name, 0.0) - other.errors.signals.get(name, 0.0)) for name, error in best.errors.items()}
     motion = max(best.errors.motion, difference(mine, theirs) - other.errors.motion)
     reached = motion if task.aim.motion else task.aim.largest(told, theirs.units)
-    return replace(best, reached=max(best.reached, reached), errors=replace(best.errors, motion=motion, signals=told))
+    errors = replace(best.errors, motion=motion, signals=told, elements=best.errors.elements or other.errors.elements)
+    return replace(best, reached=max(best.reached, reached), errors=errors)
 
 
 def named(mechanism: Mechanism) -> bool:

@@ -32,11 +32,14 @@ class Errors(Mapping[str, float]):
         over the run's; of energies `energy.kinetic` and so on, over the energy put through. Empty without an estimate.
     kind : str
         What the estimate is made of, in words.
+    elements : bool
+        Whether what the elements of strips leave out is in it.
     """
 
     motion: float = nan
     signals: Mapping[str, float] = field(default_factory=dict)
     kind: str = ""
+    elements: bool = False
 
     @property
     def known(self) -> bool:
@@ -77,7 +80,7 @@ class Errors(Mapping[str, float]):
 
     def plain(self) -> dict[str, Any]:
         """As plain values, for a file."""
-        return {"motion": self.motion, "signals": dict(self.signals), "kind": self.kind}
+        return {"motion": self.motion, "signals": dict(self.signals), "kind": self.kind, "elements": self.elements}
 
     @classmethod
     def of(cls, plain: Mapping[str, Any]) -> Errors:

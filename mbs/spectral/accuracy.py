@@ -22,6 +22,7 @@ import numpy as np
 from numba.core.errors import NumbaError
 
 from buckler.mbs.accuracy.aim import MOTION
+from buckler.mbs.accuracy.band import axial_period
 from buckler.mbs.accuracy.by_signal import by_energy, by_signal
 from buckler.mbs.accuracy.delivery import Delivering, Delivery, Task, comparable
 from buckler.mbs.accuracy.difference import difference
@@ -48,6 +49,8 @@ BESIDE = 1e-7
 """Tolerance of one run beside another solver's, explicit, or where something strikes, snaps or sticks."""
 SAFE, LEAST = 2.0, 0.1
 """So many times what is left of the geometric series of differences is told, and at least this share of the last one."""
+TAUT, MOST_TAUT = 6, 20_000
+"""Steps of the first run in a period in which a strut rings, and the most in all that are spent on it."""
 GIVEN_UP = (Status.TIMED_OUT, Status.TOO_MANY_STEPS, Status.FUNCTION_FAILED)
 """Failures that no finer run cures."""
 
@@ -103,9 +106,15 @@ def beside(mechanism: Any, duration: float) -> Spectral:
     """Settings of one run that stands beside another solver's."""
     if _nothing_stiff(mechanism, Spectral()):
         return Spectral(Controlled(tolerance=BESIDE, max_step=duration / 200), method="explicit")
+    longest = _ringing(mechanism, duration)
+    snaps = longest < inf or mechanism.stops or any(guide.friction for guide in mechanism.guides)  # forces have spikes
+    return Spectral(Controlled(BESIDE, longest if longest < inf else None)) if snaps else Spectral()
+
+
+def _ringing(mechanism: Any, span: float) -> float:
+    """Longest step, s, that resolves how struts ring as they snap taut, far below any tolerance of places; infinite without."""
     struts = any(link.body.massless for link in mechanism.links)
-    snaps = struts or mechanism.stops or any(guide.friction for guide in mechanism.guides)  # forces have spikes
-    return Spectral(Controlled(tolerance=BESIDE)) if snaps else Spectral()
+    return max(axial_period(mechanism) / TAUT, span / MOST_TAUT) if struts else inf
 
 
 def takes(mechanism: Any) -> bool:
@@ -190,7 +199,12 @@ class _Series(Delivering):
         signals = by_signal(a, b) | by_energy(coarse, fine)
         over = f", over the first {1e3 * self.span:g} ms" if self.span < self.task.duration else ""
         kind = f"two runs of the compiled solver{over}"
-        return Errors(share * difference(a, b), {name: share * d for name, d in signals.items()}, kind)
+        return Errors(
+            share * difference(a, b),
+            {name: share * d for name, d in signals.items()},
+            kind,
+            fine.solver.degree != coarse.solver.degree,
+        )
 
 
 class _Implicit(_Series):
@@ -200,7 +214,8 @@ class _Implicit(_Series):
 
     def settings(self, k: int) -> Spectral:
         n = k + max(0, int(1.5 * log(FIRST_FOR / self.task.asked) / log(SHORTER)))
-        steps = Controlled(tolerance=FIRST / SHORTER**n, max_step=self.span / (100 * 2 ** (n / 2)))
+        longest = min(self.span / (100 * 2 ** (n / 2)), _ringing(self.task.mechanism, self.span) / 2 ** (k / 2))
+        steps = Controlled(tolerance=FIRST / SHORTER**n, max_step=longest)
         degree = min(COARSEST_DEGREE + 2 * n, HIGHEST_DEGREE)
         return replace(self.solver, steps=steps, degree=degree, contact_tolerance=self.solver.contact_tolerance / 2**n)
 

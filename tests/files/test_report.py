@@ -146,6 +146,7 @@ def test_verdicts_tell_failed_from_not_run():
     assert {row.name for row in verdicts(fine) if row.verdict == "no complaint"} == {"NOT_FINITE", "TIME", "ENERGY"}
     assert {row.name for row in verdicts(run("strip")) if row.verdict == "not applicable"} == {
         "CROSSED",
+        "MESH",
         "LINEAR",
         "STEPS",
         "BRANCH",
