@@ -29,6 +29,7 @@ from buckler.mbs.accuracy.difference import difference
 from buckler.mbs.accuracy.predictable import predictable
 from buckler.mbs.accuracy.tolerance import left_with_play
 from buckler.mbs.elements.clearance import clearances
+from buckler.mbs.engine.choice import stiffly_damped
 from buckler.mbs.engine.settings import Controlled
 from buckler.mbs.laws import BristleLaw, FrictionLaw
 from buckler.mbs.record.errors import Errors
@@ -129,11 +130,13 @@ def takes(mechanism: Any) -> bool:
 
 
 def _nothing_stiff(mechanism: Any, solver: Spectral) -> bool:
-    """Whether the explicit integrator suits: no strips, no struts, no friction that sticks."""
+    """Whether the explicit integrator suits: no strips, no struts, no friction that sticks, no stiff damper."""
     scene = Scene.of(mechanism, solver.degree)
     if solver.method != "chosen" or explicitly(scene, solver):
         return solver.method != "implicit"
     kinds = scene.tables.forces[:, 0]
+    if clearances(mechanism) and stiffly_damped(mechanism):
+        return False
     return not len(scene.tables.strips) and not len(scene.tables.modal) and not np.isin(kinds, (STRUT, SEAT, DRY)).any()
 
 

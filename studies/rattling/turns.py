@@ -28,6 +28,8 @@ RIGID = np.array([0, 1, 3, 4, 5, 6, 7, 8])
 """Columns of the solver's coordinates that are not modal; column 2 is the crank's angle."""
 LANDED = 1e-12
 """How near to no depth a step ends that begins a contact, m."""
+LOOSE = 1e-6
+"""Tolerance from which on stability, not accuracy, limits explicit steps where contacts are stiffly damped."""
 COUPLER, ROCKER = 3, 6
 """Where those of coupler and rocker begin."""
 
@@ -162,9 +164,9 @@ class Model(NamedTuple):
 
 
 def solver(fourbar: FourBar, tolerance: float, longest: float = inf, most: int = 20_000_000) -> Spectral:
-    """Explicit steps of this tolerance, no longer than a hundredth of the crank's period."""
-    step = min(longest, fourbar.period / 100)
-    return Spectral(Controlled(tolerance, max_step=None if step == inf else step, max_steps=most), method="explicit")
+    """Steps of this tolerance, no longer than a hundredth of the crank's period, explicit unless stability would limit them."""
+    step, method = min(longest, fourbar.period / 100), "chosen" if tolerance >= LOOSE and longest == inf else "explicit"
+    return Spectral(Controlled(tolerance, max_step=None if step == inf else step, max_steps=most), method=method)
 
 
 def simulate(
