@@ -191,9 +191,7 @@ ROCKERS = {"rigid": Rigid(BAR), "beam": Beam(BAR.damped(0.01, 0.175), elements=4
 @pytest.mark.parametrize("law", [RATTLING, CLOSED], ids=["N s per m", "N s per mm"])
 @pytest.mark.parametrize("rocker", ROCKERS)
 def test_energy_balances(rocker, law, with_play):
-    """Four elements are too few for the forces in a rattling beam, which the run may say; its energies add up all the same."""
-    result = simulate(rattling(with_play, ROCKERS[rocker], law), 0.05, ledger=True, timeout=20)
-    assert result.status is Status.OK or (rocker == "beam" and result.message.startswith("ACCURACY")), result.message
+    result = fine(simulate(rattling(with_play, ROCKERS[rocker], law), 0.05, ledger=True, timeout=20))
     assert result.signals["B.contacts"][-1] > 0 and result.energy["taken_contact"][-1] > 0
     assert result.energy_balance < 1e-3
     assert build(rattling(with_play)).summary()["Clearance"] == len(with_play)
