@@ -3,10 +3,10 @@
 The run is Exudyn's with its default settings. Beside it runs the compiled solver, which shares none of the equations; or Exudyn
 with a tenth of the tolerance, shorter steps and less damping, where that solver does not take the mechanism, would have to
 compile a function in Python, or would answer for other elements than those that are named in a mechanism with clearance, whose
-blows excite the highest vibrations of any elements. With clearance the time that can be predicted is compared. If the two agree in all that
-`mbs.accuracy.usual` allows, the run stands, with their difference as its error. If not, the mechanism is delivered as with an
-accuracy, until all is within what is allowed or the time is over; where elements are named, they are kept, and what they leave
-out is told by the compiled solver. What is far beyond even then is SUSPECT; with clearance only if a clearance a thousandth
+blows excite the highest vibrations of any elements. With clearance the time that can be predicted is compared. If the two agree
+in all that `mbs.accuracy.usual` allows, the run stands, with their difference as its error. If not, the mechanism is delivered as
+with an accuracy, until all is within what is allowed or the time is over; where elements are named, they are kept, and what they
+leave out is told by the compiled solver. What is far beyond even then is SUSPECT; with clearance only if a clearance a thousandth
 larger does not change as much: where it does, the motion is one of many, which a note says.
 
 Linkages that are determined are not integrated: only where a drive is a function of time are the samples doubled.
