@@ -5,7 +5,7 @@ from __future__ import annotations
 import platform
 from collections.abc import Callable, Sequence
 from dataclasses import fields, is_dataclass, replace
-from functools import cache, partial
+from functools import cache
 from importlib import metadata
 from importlib.util import find_spec
 from math import inf
@@ -89,7 +89,7 @@ def simulate(
     timeout : float, optional
         Wall-clock limit, s; beyond it the run ends as TIMED_OUT with what it has.
     progress : callable, optional
-        Called with the fraction of a run done after each step.
+        Called with the fraction done after each step; of each run in turn, where there are several.
 
     Returns
     -------
@@ -118,10 +118,10 @@ def simulate(
         one_of("solver", solver, tuple(SOLVERS))
     start, made = perf_counter(), list[Run]()
 
-    def run(mechanism: Mechanism, span: float, solver: Exudyn | Spectral, limit: float = inf, told: Any = progress) -> Run:
+    def run(mechanism: Mechanism, span: float, solver: Exudyn | Spectral, limit: float = inf) -> Run:
         left = min(limit, inf if timeout is None else max(1e-3, timeout - (perf_counter() - start)))
         with ctrl_c() as interrupted:  # also while a run is put together, or its record
-            made.append(_once(mechanism, span, solver, left if left < inf else None, told))
+            made.append(_once(mechanism, span, solver, left if left < inf else None, progress))
         if interrupted():
             raise KeyboardInterrupt
         return made[-1]
@@ -134,7 +134,7 @@ def simulate(
         if accuracy is None and solver is not None:
             return checked(run(mechanism, duration, solver))
         if accuracy is None:
-            found = refine(mechanism, duration, run, partial(run, told=None))
+            found = refine(mechanism, duration, run)
             return checked(found.delivery.run, lambda result: refined(result, found, perf_counter() - start))
         task = Task(mechanism, duration, accuracy, aim)
         delivery = deliver(task, run)

@@ -65,11 +65,11 @@ class Refined(NamedTuple):
     one_of_many: bool = False
 
 
-def refine(mechanism: Mechanism, duration: float, first_run: Runner, run: Runner) -> Refined:
+def refine(mechanism: Mechanism, duration: float, run: Runner) -> Refined:
     """Run with default settings, look at it, and make it finer where it misses what is allowed."""
     own = Delivering(Task(mechanism, duration, ASKED), run)
     begin = perf_counter()
-    first = first_run(mechanism, duration, Exudyn())
+    first = run(mechanism, duration, Exudyn())
     own.runs["exudyn"] = 1
     spent = perf_counter() - begin
     alone = Delivery(first, nan, Errors(), {}, own.runs)

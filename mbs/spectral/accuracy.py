@@ -50,8 +50,8 @@ BESIDE = 1e-7
 """Tolerance of one run beside another solver's, explicit, or where something strikes, snaps or sticks."""
 SAFE, LEAST = 2.0, 0.1
 """So many times what is left of the geometric series of differences is told, and at least this share of the last one."""
-TAUT, MOST_TAUT = 6, 20_000
-"""Steps of the first run in a period in which a strut rings, and the most in all that are spent on it."""
+TAUT, MOST_TAUT = 6, 10_000
+"""Steps of the first run in a period in which a strut rings, unless they are more than this in all."""
 GIVEN_UP = (Status.TIMED_OUT, Status.TOO_MANY_STEPS, Status.FUNCTION_FAILED)
 """Failures that no finer run cures."""
 
@@ -108,14 +108,16 @@ def beside(mechanism: Any, duration: float) -> Spectral:
     if _nothing_stiff(mechanism, Spectral()):
         return Spectral(Controlled(tolerance=BESIDE, max_step=duration / 200), method="explicit")
     longest = _ringing(mechanism, duration)
-    snaps = longest < inf or mechanism.stops or any(guide.friction for guide in mechanism.guides)  # forces have spikes
+    struts = any(link.body.massless for link in mechanism.links)
+    snaps = struts or mechanism.stops or any(guide.friction for guide in mechanism.guides)  # forces have spikes
     return Spectral(Controlled(BESIDE, longest if longest < inf else None)) if snaps else Spectral()
 
 
 def _ringing(mechanism: Any, span: float) -> float:
-    """Longest step, s, that resolves how struts ring as they snap taut, far below any tolerance of places; infinite without."""
+    """Longest step, s, that resolves how struts ring, far below any tolerance of places; infinite without, and in long runs."""
     struts = any(link.body.massless for link in mechanism.links)
-    return max(axial_period(mechanism) / TAUT, span / MOST_TAUT) if struts else inf
+    longest = axial_period(mechanism) / TAUT
+    return longest if struts and span / longest <= MOST_TAUT else inf
 
 
 def takes(mechanism: Any) -> bool:

@@ -157,6 +157,28 @@ class Progress:
         pace = 0.5 if sys.stderr.isatty() else 20.0
         yield from tqdm(items, desc=label or None, total=total, delay=pace, mininterval=pace / 5, leave=False)
 
+    @contextmanager
+    def of_runs(self, label: str) -> Iterator[Callable[[float], None] | None]:
+        """Show the fraction done of one run after another: what comes after the end, or is less than before, is of the next."""
+        if self.quiet:
+            yield None
+            return
+        from tqdm import tqdm
+
+        pace, runs = 0.5 if sys.stderr.isatty() else 20.0, 1
+        form = "{desc}: {percentage:3.0f}%|{bar}| {elapsed}"
+        with tqdm(total=1.0, desc=f"{label}, run 1", delay=pace, mininterval=pace / 5, leave=False, bar_format=form) as bar:
+
+            def show(done: float) -> None:
+                nonlocal runs
+                if done < bar.n or bar.n >= 1.0:
+                    runs += 1
+                    bar.set_description_str(f"{label}, run {runs}", refresh=False)
+                    bar.update(-bar.n)
+                bar.update(done - bar.n)
+
+            yield show
+
 
 QUIET = Progress(quiet=True)
 

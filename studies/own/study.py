@@ -151,7 +151,10 @@ def simulated(parameters: Parameters, progress: Progress = QUIET) -> Result:
 
     p = parameters
     chosen = solver(dict(p.solver))
-    return simulate(p.mechanism(), p.duration, p.accuracy, of=p.of, solver=chosen, ledger=p.ledger, verify=p.verify)
+    with progress.of_runs(p.name) as shown:
+        return simulate(
+            p.mechanism(), p.duration, p.accuracy, of=p.of, solver=chosen, ledger=p.ledger, verify=p.verify, progress=shown
+        )
 
 
 def read_off(parameters: Parameters, result: Result) -> StudyResult:

@@ -284,8 +284,14 @@ def test_the_ledger_changes_nothing_but_itself():
 
 def test_progress_rises_from_zero_to_one():
     seen = []
-    simulate(pendulum(1.0), 0.3, progress=seen.append)
+    simulate(pendulum(1.0), 0.3, progress=seen.append, solver=Exudyn())
     assert seen[0] == 0 and seen[-1] == pytest.approx(1.0) and (np.diff(seen) > 0).all()
+
+
+def test_progress_of_several_runs_is_that_of_each_in_turn():
+    seen = []
+    result = simulate(pendulum(1.0), 0.3, progress=seen.append)
+    assert np.isclose(seen, 1.0).sum() == result.work["runs"] == 2 and seen[-1] == pytest.approx(1.0)
 
 
 def test_run_ends_where_it_should_and_keeps_to_the_largest_step():
