@@ -12,7 +12,7 @@ pytest.importorskip("numba")
 
 from spectral_scenes import play
 
-from buckler.mbs.elements import Beam, Cable, Force, Link, Revolute, Rigid, Section, Stop, TorsionSpring, Weld
+from buckler.mbs.elements import Beam, Cable, Clearance, Force, Link, Revolute, Rigid, Section, Stop, TorsionSpring, Weld
 from buckler.mbs.elements.drive import Ramp
 from buckler.mbs.engine.settings import Controlled, Equal, Exudyn
 from buckler.mbs.functions import Table
@@ -24,7 +24,7 @@ from buckler.mbs.simulation import simulate
 from buckler.mbs.spectral.accuracy import known, share_told
 from buckler.mbs.spectral.chaos import lyapunov, poincare
 from buckler.mbs.spectral.ensembles import ensemble
-from buckler.mbs.spectral.run import integrate, once
+from buckler.mbs.spectral.run import explicitly, integrate, once
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.solver import Spectral
 from buckler.studies.trust.solver_speed import WORKS, ours
@@ -53,6 +53,20 @@ def test_forces_on_both_sides_of_a_kink_are_those_of_loop_closure(motion) -> Non
             away = np.abs(found.time[:, None] - np.array([0.2, 0.3, 0.35])).min(axis=1) > 1e-9
             off = (found[name] - np.interp(found.time, exact.time, exact[name]))[away]
             assert np.abs(off).max() < 5e-3 * largest
+
+
+@pytest.mark.parametrize(("damping", "explicit", "balance"), [(253.0, True, 1e-2), (253e3, False, 5e-3)])
+def test_stiffly_damped_clearance_runs_implicitly(damping, explicit, balance) -> None:
+    """Its explicit steps are held by stability: they are 15 times as many."""
+
+    def loose(point, first, second):
+        return Clearance(point, first, second, 5e-3, 2.5e-4, Impact(8e9, damping, 1e-5))
+
+    mechanism = crank_rocker(Rigid(BAR), speed=30.0, play=loose, with_play="OABC")
+    assert explicitly(Scene.of(mechanism), Spectral()) is explicit
+    assert explicitly(Scene.of(mechanism), Spectral(method="explicit"))
+    found = simulate(mechanism, 0.02, solver=Spectral(), ledger=True)
+    assert found.energy_balance < balance, found.message
 
 
 @pytest.mark.parametrize("kind", [Beam, Cable])
