@@ -87,8 +87,12 @@ class Delivery:
 
     def after(self, other: Delivery) -> Delivery:
         """The better of this and an earlier one, with the runs of both."""
-        runs = {name: self.runs.get(name, 0) + other.runs.get(name, 0) for name in (*other.runs, *self.runs)}
-        return replace(self if self.better_than(other) else other, runs=runs)
+        return (self if self.better_than(other) else other).counting(self, other)
+
+    def counting(self, *others: Delivery) -> Delivery:
+        """The same with the runs of these."""
+        names = dict.fromkeys(name for other in reversed(others) for name in other.runs)
+        return replace(self, runs={name: sum(other.runs.get(name, 0) for other in others) for name in names})
 
     def complete(self, result: Result, wall: float) -> Result:
         """Put errors, extrapolated signals, means of forces that ring, and the whole work into the run's result."""

@@ -197,7 +197,7 @@ class Plan:
             phase = self.axial[1] if self.resolved else self.phase
             mean = axial_period(self.mechanism) / (AXIAL_SAMPLES * self.duration) or 1.0
             apart = min(SAMPLE / max(phase, SAMPLE), 1 / SAMPLES, mean) * steps
-            seldom = 2 ** max(0, int(log2(max(1.0, apart))))  # of steps doubled and doubled again, the last one is recorded too
+            seldom = 2 ** max(0, int(log2(apart)))  # of steps doubled and doubled again, the last one is recorded too
             return Exudyn(
                 Equal(steps, seldom),
                 spectral_radius=self.radius,

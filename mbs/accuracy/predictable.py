@@ -24,6 +24,11 @@ def predictable(mechanism: Mechanism, duration: float) -> float:
     return min(duration, max(PREDICTABLE, TURN / speed) if speed > 0 else PREDICTABLE)
 
 
+def wholly_compared(mechanism: Mechanism, result: Result) -> bool:
+    """Whether the error of a result is known by other runs, of all its duration."""
+    return result.error.known and predictable(mechanism, float(result.time[-1])) >= result.time[-1]
+
+
 def cut(result: Result, until: float) -> Result:
     """The same up to a time, s, between whose neighbours signals are taken for straight."""
     time = result.time

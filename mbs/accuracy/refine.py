@@ -107,12 +107,12 @@ def _with_elements(best: Delivery, other: Delivery, task: Task) -> Delivery:
 
     Where that one does not know itself well enough, all of the difference counts: nobody can tell whose it is.
     """
-    runs = {name: best.runs.get(name, 0) + other.runs.get(name, 0) for name in (*best.runs, *other.runs)}
+    counted = best.counting(best, other)
     if other.run.failure is not None or not (other.errors.known and best.errors.known):
-        return replace(best, runs=runs)
+        return counted
     if not other.kept(ASKED):
         other = replace(other, errors=replace(other.errors, motion=0.0, signals={}))
-    return replace(against(best, other, task), runs=runs)
+    return against(counted, other, task)
 
 
 def _one_of_many(own: Delivering, run: Run, usual: Usual) -> bool:

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs.accuracy.predictable import predictable
+from buckler.mbs.accuracy.predictable import wholly_compared
 from buckler.mbs.checks.check import Check
 from buckler.mbs.checks.unbuckled import no_strip
 from buckler.mbs.record.motion import chosen
@@ -55,11 +55,7 @@ def _too_coarse(run: Run, _result: Result) -> Iterator[str]:
 
 def _idle(run: Run, result: Result) -> str:
     """Where a whole run of other elements was compared, curvature tells nothing more."""
-    if (
-        result.error.known
-        and result.error.elements
-        and predictable(run.record.mechanism, float(result.time[-1])) >= result.time[-1]
-    ):
+    if result.error.elements and wholly_compared(run.record.mechanism, result):
         return "a whole run of other elements was compared"
     return no_strip(run, result)
 

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs.accuracy.predictable import predictable
+from buckler.mbs.accuracy.predictable import wholly_compared
 from buckler.mbs.checks.check import Check
 from buckler.mbs.elements.clearance import clearances
 from buckler.mbs.engine.choice import usual_tolerance
@@ -73,7 +73,7 @@ def _idle(run: Run, result: Result) -> str:
     mechanism = run.record.mechanism
     if determined(mechanism):
         return "the drives alone decide the motion"
-    if result.error.known and predictable(mechanism, float(result.time[-1])) >= result.time[-1]:
+    if wholly_compared(mechanism, result):
         return "a whole finer run was compared"
     return "fewer than two steps" if len(run.record.time) < 3 else ""
 

@@ -25,10 +25,12 @@ def is_loose(mechanism: Mechanism) -> bool:
 
 
 def stiffly_damped(mechanism: Mechanism) -> bool:
-    """True if a joint with clearance damps the lightest link at a rate beyond `STIFF`; there must be one."""
+    """True if a joint with clearance damps the lightest link at a rate beyond `STIFF`; False without clearance."""
+    laws = [joint.law for joint in clearances(mechanism)]
+    if not laws:
+        return False
     lightest = min(link.mass(mechanism.length(link.name)) for link in mechanism.links)
     depth, speed = 1e-5, 1e-3
-    laws = [joint.law for joint in clearances(mechanism)]
     jumps = [law.force(depth, speed, 0.1) - law.force(depth, 0.0, 0.1) for law in laws]
     return max(jumps) / speed / lightest >= STIFF
 

@@ -137,9 +137,9 @@ def _nothing_stiff(mechanism: Any, solver: Spectral) -> bool:
     if solver.method != "chosen" or explicitly(scene, solver):
         return solver.method != "implicit"
     kinds = scene.tables.forces[:, 0]
-    if clearances(mechanism) and stiffly_damped(mechanism):
+    if len(scene.tables.strips) or len(scene.tables.modal) or np.isin(kinds, (STRUT, SEAT, DRY)).any():
         return False
-    return not len(scene.tables.strips) and not len(scene.tables.modal) and not np.isin(kinds, (STRUT, SEAT, DRY)).any()
+    return not stiffly_damped(mechanism)
 
 
 class _Series(Delivering):

@@ -153,8 +153,7 @@ class Progress:
             return
         from tqdm import tqdm
 
-        # A terminal may be redrawn often; a log file gets a line now and then, and none for short work.
-        pace = 0.5 if sys.stderr.isatty() else 20.0
+        pace = _pace()
         yield from tqdm(items, desc=label or None, total=total, delay=pace, mininterval=pace / 5, leave=False)
 
     @contextmanager
@@ -165,7 +164,7 @@ class Progress:
             return
         from tqdm import tqdm
 
-        pace, runs = 0.5 if sys.stderr.isatty() else 20.0, 1
+        pace, runs = _pace(), 1
         form = "{desc}: {percentage:3.0f}%|{bar}| {elapsed}"
         with tqdm(total=1.0, desc=f"{label}, run 1", delay=pace, mininterval=pace / 5, leave=False, bar_format=form) as bar:
 
@@ -178,6 +177,11 @@ class Progress:
                 bar.update(done - bar.n)
 
             yield show
+
+
+def _pace() -> float:
+    """Seconds of work before anything is shown: a terminal may be redrawn often, a log file gets a line now and then."""
+    return 0.5 if sys.stderr.isatty() else 20.0
 
 
 QUIET = Progress(quiet=True)

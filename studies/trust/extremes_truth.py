@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from math import inf, pi, sqrt
 from time import perf_counter
 from typing import Any
 
@@ -16,7 +15,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from buckler.mbs import Controlled, Exudyn, Mechanism, Result, Spectral, Status, simulate
-from buckler.mbs.accuracy.band import banded, mechanism_mass
+from buckler.mbs.accuracy.band import axial_period, banded
 from buckler.mbs.elements.clearance import clearances
 from buckler.mbs.engine.solve import once
 from buckler.studies.trust.extremes_case import KINDS, Case, CaseOutcome, Measures, largest
@@ -155,8 +154,10 @@ def _agreed(coarse: Measures, fine: Measures, scales: Mapping[str, float], until
 
 def _reference(made: Drawn, finer: int) -> Measures | None:
     """One run of the compiled solver; its steps and strips are finer the second time."""
-    longest = min(made.duration / 800, *_periods(made.mechanism)) / 2**finer
-    steps = Controlled(tolerance=10.0 ** (-8 - finer), max_step=longest)
+    longest = made.duration / 800
+    if any(link.body.massless for link in made.mechanism.links):  # they ring in places far smaller than a tolerance
+        longest = min(longest, axial_period(made.mechanism) / RINGING)
+    steps = Controlled(tolerance=10.0 ** (-8 - finer), max_step=longest / 2**finer)
     solver = Spectral(steps, degree=9 + 3 * finer, contact_tolerance=1e-3 / 2**finer)
     try:
         simulate(made.mechanism, 1e-6 * made.duration, solver=solver)  # what is not compiled yet is compiled now
@@ -166,15 +167,6 @@ def _reference(made: Drawn, finer: int) -> Measures | None:
     means = banded(made.mechanism, result.time, result.signals, result.units)  # as runs without settings give them
     ended = result.status in (Status.OK, Status.SUSPECT)
     return _read(made, replace(result, signals=result.signals | means)) if ended else None
-
-
-def _periods(mechanism: Mechanism) -> Iterator[float]:
-    """Parts of the periods in which struts ring with all mass there is, s: its places are far smaller than a tolerance."""
-    mass = mechanism_mass(mechanism)
-    for link in mechanism.links:
-        if link.body.massless:
-            yield 2 * pi * sqrt(mass * mechanism.length(link.name) / link.body.section.axial_stiffness) / RINGING
-    yield inf
 
 
 def _pendulum(made: Drawn) -> Array:

@@ -118,7 +118,7 @@ def test_samples_lie_close_enough_for_means_over_a_period(steps):
 
 
 @pytest.mark.parametrize(("a_period", "told"), [(2.0, UNRESOLVED), (8.0, 1e-3)])
-def test_peaks_of_forces_are_not_known_where_steps_do_not_resolve_the_period_they_are_means_over(monkeypatch, a_period, told):
+def test_peaks_of_forces_are_not_known_where_steps_do_not_resolve_the_period_they_are_means_over(a_period, told):
     period, plan, _ = ringing(100)
     own = _Extrapolation(Task(plan.mechanism, plan.duration, 1e-3), None)
     units = {"B.coupler-rocker.fx": "N", "B.contact_force": "N", "B.x": "m"}

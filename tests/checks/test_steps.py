@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 from simulations import pendulum
 
+from buckler.mbs.accuracy import predictable
 from buckler.mbs.checks import steps
 
 
 @pytest.mark.parametrize(("span", "idle"), [(2.0, True), (1.0, True), (0.5, False)])
 def test_a_finer_run_of_all_that_can_be_predicted_leaves_nothing_to_ask(monkeypatch, span, idle):
-    monkeypatch.setattr(steps, "predictable", lambda mechanism, duration: span)
+    monkeypatch.setattr(predictable, "predictable", lambda mechanism, duration: span)
     time = np.linspace(0.0, 1.0, 9)
     run = SimpleNamespace(record=SimpleNamespace(mechanism=pendulum(1.0), time=time))
     said = steps._idle(run, SimpleNamespace(time=time, error=SimpleNamespace(known=True)))
