@@ -2,7 +2,8 @@
 
 The slider-cranks are held against the compiled solver (flexible), loop closure (rigid) and an equation of motion (strut), the
 crank-rockers with clearance against the compiled solver. Where these are not enough, a run of far more steps and
-elements must do: of couplers that buckle, of beams with clearance, and of flexible couplers beyond `AXIAL_WAVES`.
+elements must do: of couplers that buckle, of beams with clearance, and of flexible couplers beyond `AXIAL_WAVES`. Mechanisms of
+the whole grammar are held against the compiled solver, where two of its runs, one finer than the other, agree.
 """
 
 from __future__ import annotations
@@ -38,6 +39,7 @@ from buckler.mbs.kinematics.slidercrank import SliderCrank
 from buckler.mbs.laws import KelvinVoigt
 from buckler.mbs.library import PAPER, PAPER_STOP
 from buckler.studies.kit.published import STRIP_WIDTH
+from buckler.studies.trust.two_solvers_scenes import FAMILIES
 
 Array = np.ndarray[Any, Any]
 Draw = np.random.Generator
@@ -51,10 +53,16 @@ TIGHT_STEP = 0.3
 AXIAL_WAVES, AXIAL_STEP = 5e-4, 0.04
 """Accuracy below which the compiled solver at `SPECTRAL` is not enough of a reference, but a run of steps that resolve
 axial vibration, these times its frequency, rad, on 16 elements."""
+FINE = 1e-5
+"""Tolerance of the finer of two reference runs, of the accuracy asked for; within 1e-10 and 1e-8."""
+AGREED = 0.3
+"""Difference of two reference runs, of the accuracy asked for, up to which they are one truth."""
+PATIENCE = 60.0
+"""Longest time, s, of a reference run."""
 
 
 class DrawnCase(NamedTuple):
-    """A mechanism, how long it is run, s, and the error of a result."""
+    """A mechanism, how long it is run, s, and the error of a result; nan where it has no reference."""
 
     mechanism: Mechanism
     duration: float
@@ -234,6 +242,22 @@ def beam_play(draw: Draw, asked: float) -> DrawnCase:
     return DrawnCase(mechanism, PREDICTABLE, lambda result: difference(result, tight))
 
 
+# --- anything --------------------------------------------------------------------------------------------------------------
+
+
+def grammar(draw: Draw, asked: float) -> DrawnCase:
+    """A mechanism of any family of the study of two solvers."""
+    family = list(FAMILIES.values())[int(draw.integers(len(FAMILIES)))]
+    mechanism, duration = family(draw)
+    tolerance = float(np.clip(FINE * asked, 1e-10, 1e-8))
+    coarse, fine = (
+        simulate(mechanism, duration, solver=Spectral(Controlled(times * tolerance, max_step=longest), degree), timeout=PATIENCE)
+        for times, longest, degree in ((10.0, duration / 400, 9), (1.0, duration / 800, 12))
+    )
+    known = difference(coarse, fine) <= AGREED * asked
+    return DrawnCase(mechanism, duration, lambda result: difference(result, fine) if known else float("nan"))
+
+
 SCENES: dict[str, Callable[[Draw, float], DrawnCase]] = {
     "smooth": smooth,
     "ramp": ramp,
@@ -243,5 +267,6 @@ SCENES: dict[str, Callable[[Draw, float], DrawnCase]] = {
     "rigid clearance": rigid_play,
     "modal clearance": modal_play,
     "beam clearance": beam_play,
+    "grammar": grammar,
 }
 """How the case of each scene is drawn."""

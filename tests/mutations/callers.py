@@ -73,4 +73,5 @@ def pytest_sessionfinish() -> None:
         row["calls"] = sorted({*row.get("calls", ()), *shared.get(test.split("::")[0], ())})
     path = Path(os.environ["CALLERS"])
     old = json.loads(path.read_text()) if path.exists() else {}
-    path.write_text(json.dumps(old | {test: row for test, row in _found.items() if row["passed"]}))
+    kept = {test: row for test, row in old.items() if test.split("::")[0] not in shared}  # tests may be gone
+    path.write_text(json.dumps(kept | {test: row for test, row in _found.items() if row["passed"]}))

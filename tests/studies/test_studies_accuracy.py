@@ -1,7 +1,11 @@
 """The study of accuracy: each scene's reference is right, what is silent is found out, and it is drawn."""
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
+from buckler.mbs import simulate
 from buckler.studies.kit import registry
 from buckler.studies.trust import accuracy
 from buckler.studies.trust.accuracy import Parameters, run
@@ -39,6 +43,26 @@ def test_what_is_silently_wrong_is_found_out(monkeypatch, factor, silent, within
     result = run(Parameters(scenes=("rigid",), accuracies=(1e-2,), cases=1))
     assert (result.metrics["silent"].value, result.metrics["within"].value) == (silent, within)
     assert (result.status == "OK") == (within == 1) and ("not told" in result.message) == bool(silent)
+
+
+def test_a_mechanism_of_the_whole_grammar_is_held_against_what_two_finer_runs_agree_in():
+    draw = np.random.default_rng([5, 8, 0])
+    case = SCENES["grammar"](draw, 1e-4)
+    mistaken = replace(case.mechanism, gravity=tuple(1.01 * g for g in case.mechanism.gravity))
+    found, off = (case.error(simulate(each, case.duration, 1e-4)) for each in (case.mechanism, mistaken))
+    assert found < 1e-4 < 10 * found + 1e-3 < off
+
+
+def test_a_mechanism_without_a_reference_is_left_out(monkeypatch):
+    strut = SCENES["strut"]
+
+    def unknown(draw, asked):
+        return strut(draw, asked)._replace(error=lambda result: float("nan"))
+
+    monkeypatch.setitem(SCENES, "rigid", unknown)
+    result = run(Parameters(scenes=("rigid", "strut"), cases=1))
+    assert result.metrics["cases"].value == 2 and result.status == "OK" and np.isnan(result.metrics["rigid.within"].value)
+    assert run(Parameters(scenes=("rigid",), cases=1)).status == "SUSPECT"
 
 
 def test_it_is_on_the_list():
