@@ -1,8 +1,8 @@
 """Accuracy asked for against accuracy delivered: random mechanisms of every kind, each against a reference of its own.
 
 `simulate(mechanism, duration, accuracy)` chooses elements, integrator, steps and tolerances itself. Here its result is held
-against another method or a far finer run (`accuracy_scenes`). A result is silent if it errs by more than three times what was asked
-and does not say so; one that names its failure, or that it is SUSPECT, has said so.
+against another method or a far finer run (`accuracy_scenes`). A result is silent if it errs by more than three times what was
+asked and does not say so; one that names its failure, or that it is SUSPECT, has said so.
 """
 
 from __future__ import annotations
