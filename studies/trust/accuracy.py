@@ -32,7 +32,7 @@ NOTES = """\
 within: results no farther off than asked. worst: largest error over that asked. silent: more than three times off, and not
 marked. told: SUSPECT, or failed by name. estimate/error: median of the result's own estimate over its error. Mechanisms whose two
 reference runs do not agree are left out."""
-MARKS = "os^vDP*Xp"
+MARKS = "os^vDP*Xph"
 
 
 @dataclass(frozen=True)
@@ -73,12 +73,13 @@ def _outcomes(p: Parameters, progress: Progress) -> Iterator[Delivered]:
     for name, asked, k in progress(jobs, label="mechanisms"):
         case = SCENES[name](np.random.default_rng([p.seed, list(SCENES).index(name), k]), asked)
         start = perf_counter()
-        result = simulate(case.mechanism, case.duration, asked, timeout=p.timeout)
+        result = simulate(case.mechanism, case.duration, asked, of=case.aim.of, timeout=p.timeout)
         wall = perf_counter() - start
         ended = result.time.size > 0 and result.time[-1] >= case.duration * (1 - 1e-6)
         error = case.error(result) if ended else float("inf")
         if not np.isnan(error):  # it has a reference
-            yield Delivered(name, asked, error, result.error.motion, str(result.status), result.message, wall)
+            estimate = result.error.motion if case.aim.motion else case.aim.largest(result.error, result.units)
+            yield Delivered(name, asked, error, estimate, str(result.status), result.message, wall)
 
 
 def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:

@@ -9,6 +9,7 @@ the whole grammar are held against the compiled solver, where two of its runs, o
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from math import ceil, pi, sqrt
 from typing import Any, NamedTuple
 
@@ -33,6 +34,8 @@ from buckler.mbs import (
     simulate,
     slider_crank,
 )
+from buckler.mbs.accuracy.aim import MOTION, Aim
+from buckler.mbs.accuracy.band import banded
 from buckler.mbs.accuracy.difference import difference
 from buckler.mbs.accuracy.predictable import PREDICTABLE
 from buckler.mbs.kinematics.slidercrank import SliderCrank
@@ -62,11 +65,12 @@ PATIENCE = 60.0
 
 
 class DrawnCase(NamedTuple):
-    """A mechanism, how long it is run, s, and the error of a result; nan where it has no reference."""
+    """A mechanism, how long it is run, s, the error of a result, nan without a reference, and what an accuracy is asked of."""
 
     mechanism: Mechanism
     duration: float
     error: Callable[[Result], float]
+    aim: Aim = MOTION
 
 
 def _against(time: Array, **signals: Array) -> Callable[[Result], float]:
@@ -247,6 +251,15 @@ def beam_play(draw: Draw, asked: float) -> DrawnCase:
 
 def grammar(draw: Draw, asked: float) -> DrawnCase:
     """A mechanism of any family of the study of two solvers."""
+    return _anything(draw, asked, Aim("places"))
+
+
+def forces(draw: Draw, asked: float) -> DrawnCase:
+    """The same, its forces asked for."""
+    return _anything(draw, asked, Aim("forces"))
+
+
+def _anything(draw: Draw, asked: float, aim: Aim) -> DrawnCase:
     family = list(FAMILIES.values())[int(draw.integers(len(FAMILIES)))]
     mechanism, duration = family(draw)
     tolerance = float(np.clip(FINE * asked, 1e-10, 1e-8))
@@ -254,8 +267,11 @@ def grammar(draw: Draw, asked: float) -> DrawnCase:
         simulate(mechanism, duration, solver=Spectral(Controlled(times * tolerance, max_step=longest), degree), timeout=PATIENCE)
         for times, longest, degree in ((10.0, duration / 400, 9), (1.0, duration / 800, 12))
     )
-    known = difference(coarse, fine) <= AGREED * asked
-    return DrawnCase(mechanism, duration, lambda result: difference(result, fine) if known else float("nan"))
+    coarse, fine = (  # as an accuracy gives them
+        replace(each, signals=each.signals | banded(mechanism, each.time, each.signals, each.units)) for each in (coarse, fine)
+    )
+    known = aim.apart(coarse, fine) <= AGREED * asked
+    return DrawnCase(mechanism, duration, lambda result: aim.apart(result, fine) if known else float("nan"), aim)
 
 
 SCENES: dict[str, Callable[[Draw, float], DrawnCase]] = {
@@ -268,5 +284,6 @@ SCENES: dict[str, Callable[[Draw, float], DrawnCase]] = {
     "modal clearance": modal_play,
     "beam clearance": beam_play,
     "grammar": grammar,
+    "forces": forces,
 }
 """How the case of each scene is drawn."""
