@@ -17,6 +17,8 @@ from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.units import FORCES
 
 Array = np.ndarray[Any, Any]
+CAUGHT, LENGTHENED = 0.1, 0.8
+"""First step, of a period, below which it catches a vibration; a step over the next one, at most, while they grow."""
 OF_CONTACT = ("contact_force", "normal_force", "friction_force", "force")
 
 
@@ -58,7 +60,8 @@ def banded(mechanism: Mechanism, time: Array, signals: dict[str, Array], units: 
     if not period > 0 or len(time) < 3 or any(name.endswith(".journal_x") for name in signals):
         return {}
     ringing = [name for name, unit in units.items() if rings(name, unit)]
-    return {name: averaged(time, averaged(time, signals[name], period), period) for name in ringing}
+    at, wide = start(time, period)
+    return {name: averaged(time, averaged(time, signals[name][at], wide), wide) for name in ringing}
 
 
 def rings(name: str, unit: str) -> bool:
@@ -66,10 +69,25 @@ def rings(name: str, unit: str) -> bool:
     return unit in FORCES and name.rpartition(".")[2] not in OF_CONTACT
 
 
-def averaged(time: Array, values: Array, period: float) -> Array:
+def averaged(time: Array, values: Array, period: float | Array) -> Array:
     """Mean over a period about each time; about the nearest time of which a whole period lies within the run."""
     total = np.concatenate([[0.0], np.cumsum((values[1:] + values[:-1]) / 2 * np.diff(time))])
-    period = min(period, float(time[-1] - time[0]))
+    period = np.minimum(period, time[-1] - time[0])
     middle = np.clip(time, time[0] + period / 2, time[-1] - period / 2)
     found: Array = (np.interp(middle + period / 2, time, total) - np.interp(middle - period / 2, time, total)) / period
     return found
+
+
+def start(time: Array, period: float) -> tuple[Array, Array]:
+    """Sample to take at each time, and what to take its mean over, s: its own and the period, unless steps grow from the start.
+
+    Steps that grow from far below a period to about one catch a few points of the vibration with which a run starts, and longer
+    ones then lose it. Their mean is one by chance: the sample after them stands for them all, the mean is over two long steps.
+    """
+    steps, at, wide = np.diff(time), np.arange(len(time)), np.full(len(time), period)
+    last = int(np.argmax(np.append(steps[:-1] >= LENGTHENED * steps[1:], True)))
+    if steps[0] < CAUGHT * period and steps[last] > period / 2:
+        wide[time < time[last] + 2 * period] = max(period, 2 * steps[last])
+        if steps[last] >= period:
+            at[: last + 1] = last + 1
+    return at, wide

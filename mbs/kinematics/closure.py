@@ -333,4 +333,4 @@ def turning_speed(mechanism: Mechanism, duration: float) -> float:
     """Largest speed of a driven link within a duration [s], rad/s; 0 where points are driven, or nothing."""
     turning = [drive.motion for drive in mechanism.drives if drive.target not in mechanism.points]
     times = [float(t) for t in np.linspace(0, duration, 101)]
-    return max((abs(motion.speed(t)) for motion in turning for t in times), default=0.0)
+    return max((abs(float(motion.speed(t))) for motion in turning for t in times), default=0.0)

@@ -113,7 +113,7 @@ def add_strip(builder: Builder, link: Any, kind: int) -> StripBody:
     line, arc, fractions = shape_of(link, chord)
     breaks = sorted({0.0, 1.0, *fractions.values()})
     fields = 3 if kind == k.REISSNER else 2
-    degree = builder.degree if len(breaks) == 2 else max(4, builder.degree - 2)
+    degree = builder.degree if len(breaks) == 2 else max(3, builder.degree - 2)
     elements, first, rigid = [], len(builder.q), []
     c, s = np.cos(angle), np.sin(angle)
     shared: list[int] = []

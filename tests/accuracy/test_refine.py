@@ -24,7 +24,7 @@ from buckler.mbs import (
     slider_crank,
 )
 from buckler.mbs.accuracy import refine
-from buckler.mbs.accuracy.band import averaged, axial_period
+from buckler.mbs.accuracy.band import averaged, axial_period, start
 from buckler.mbs.accuracy.by_signal import by_signal
 from buckler.mbs.functions import Expression
 from buckler.mbs.laws import CarvalhoMartins
@@ -86,6 +86,25 @@ def test_a_mean_leaves_slow_forces_and_takes_the_ring():
     inside = (time > 0.01) & (time < 0.99)
     assert abs(found - slow)[inside].max() < 5e-4
     assert abs(found - slow).max() < 0.05  # at the ends the mean is that of the nearest period within the run
+
+
+@pytest.mark.parametrize("finer", [400, 500, 600, 700, 800])
+def test_a_ring_that_growing_steps_lose_is_no_peak(finer):
+    """Steps that double from a small part of a period to two: the first ones see a sudden force swing to twice itself."""
+    period = 1e-3
+    time = np.concatenate([[0.0], np.cumsum(np.minimum(2.0 ** np.arange(120) * period / finer, 2 * period))])
+    force = np.where(time < 1.5 * period, 1 - np.cos(2 * pi * time / period), 1.0)
+    at, wide = start(time, period)
+    assert averaged(time, averaged(time, force[at], wide), wide).max() < 1.01
+    if finer in (400, 700, 800):
+        assert averaged(time, averaged(time, force, period), period).max() > 1.2
+
+
+@pytest.mark.parametrize("step", [5e-5, 2e-3])
+def test_equal_steps_are_averaged_over_one_period(step):
+    time = np.arange(300) * step
+    at, wide = start(time, 1e-3)
+    assert set(wide) == {1e-3} and (at == np.arange(300)).all()
 
 
 def test_functions_in_python_are_not_compiled():
