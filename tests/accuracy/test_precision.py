@@ -193,3 +193,11 @@ def test_real_time_is_measured():
 
     short, long = work_precision({"short": lambda: busy(2_000), "long": lambda: busy(200_000)}, lambda _outcome: 0.1, 5)
     assert short.speedup(long) > 10
+
+
+@pytest.mark.parametrize(
+    ("error", "seconds", "beaten"),
+    [(0.1, 0.5, True), (0.05, 1.0, True), (0.1, 1.0, False), (0.2, 0.5, False), (0.05, 2.0, False), (0.05, 0.5, True)],
+)
+def test_a_point_beats_another_that_is_no_better_in_anything(error, seconds, beaten):
+    assert Point("a", error, (seconds,)).beats(Point("b", 0.1, (1.0,))) is beaten

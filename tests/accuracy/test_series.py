@@ -1,5 +1,6 @@
 """What decides whether runs converge, piece by piece: the rest of a series, what is refined next, when to stop."""
 
+from itertools import pairwise
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,24 +11,29 @@ from buckler.mbs import (
     Cable,
     Clearance,
     Controlled,
+    Exudyn,
     Link,
     Mass,
     Mechanism,
     Revolute,
+    Rigid,
     Section,
     Spectral,
     Strut,
     crank_rocker,
     slider_crank,
 )
-from buckler.mbs.accuracy import refine
-from buckler.mbs.accuracy.band import axial_period
+from buckler.mbs.accuracy import delivery, refine, verify
+from buckler.mbs.accuracy.band import axial_period, banded
 from buckler.mbs.accuracy.by_signal import Signals, _norm, _of_force
 from buckler.mbs.accuracy.delivery import Delivery, Task, comparable
-from buckler.mbs.accuracy.difference import difference
-from buckler.mbs.accuracy.extrapolation import UNRESOLVED, _Extrapolation, _FailedError
+from buckler.mbs.accuracy.difference import _gap, difference, differences
+from buckler.mbs.accuracy.extrapolation import UNRESOLVED, _Extrapolation, _FailedError, extrapolated
 from buckler.mbs.accuracy.plan import Plan
-from buckler.mbs.accuracy.tolerance import left_with_play
+from buckler.mbs.accuracy.sampling import sampled
+from buckler.mbs.accuracy.tolerance import _Tolerance, left_with_play
+from buckler.mbs.engine.solve import once as once_of_engine
+from buckler.mbs.functions import Expression
 from buckler.mbs.laws import KelvinVoigt
 from buckler.mbs.record.errors import Errors
 from buckler.mbs.record.result import Result
@@ -184,3 +190,102 @@ def test_a_strip_with_a_point_within_is_made_finer_by_each_run_of_a_series():
     found = known(mechanism, 0.05, 1e-2)
     fine = once(mechanism, 0.05, Spectral(Controlled(1e-8), degree=14))
     assert difference(comparable(found.run), comparable(fine)) < found.errors.motion < 1e-2
+
+
+def test_errors_by_steps_and_by_elements_add_up_before_a_finer_run_is_spared(monkeypatch):
+    """What is left of 6e-4 by steps and elements is beyond half of 1e-3; 3e-4 is not: only other errors are left then."""
+    for in_space, made in ((3e-4, 4), (1e-5, 1)):
+        own, calls = without_runs(1e-3), []
+
+        def estimate(steps, mesh, in_space=in_space, calls=calls):
+            calls.append(steps)
+            reached = 1.0 / 4 ** len(calls)
+            return Delivery(SimpleNamespace(failure=None), reached, Errors(reached, {}, "steps"), {}, {}), 3e-4, in_space
+
+        monkeypatch.setattr(own, "estimate", estimate)
+        own.deliver()
+        assert len(calls) == made
+
+
+def test_runs_with_clearance_begin_with_the_largest_tolerances(monkeypatch):
+    own, made = _Tolerance.__new__(_Tolerance), []
+    own.task = SimpleNamespace(asked=1e-3, duration=1.0, mechanism=crank_rocker(BAR, speed=30.0))
+    own.plan, own.runs = SimpleNamespace(meshed=False), {}
+
+    def start(finer, mesh=1.0):
+        made.append(finer)
+        return SimpleNamespace(failure=(Status.SINGULAR, ""))
+
+    monkeypatch.setattr(own, "start", start)
+    assert own.deliver().run.failure is not None and made[:3] == pytest.approx([1 / 64, 1 / 8, 1.0])
+
+
+def test_a_run_may_take_what_the_ones_before_have_left(monkeypatch):
+    clock, given = SimpleNamespace(now=100.0), []
+    monkeypatch.setattr(delivery, "perf_counter", lambda: clock.now)
+    own = delivery.Delivering(Task(None, 1.0, 1e-3, patience=10.0), lambda *arguments: given.append(arguments[3]))
+    for passed in (0.0, 4.0, 20.0):
+        clock.now = 100.0 + passed
+        own.run(None, 1.0, Exudyn())
+    assert given == pytest.approx([10.0, 6.0, 1e-3]) and own.runs == {"exudyn": 3}
+
+
+def test_samples_of_a_linkage_are_doubled():
+    mechanism, made = slider_crank(Rigid(Section(0.03, 5e-3)), law=None, mass=0.3, speed=Expression("3+sin(40*t)")), []
+
+    def run(mechanism, duration, solver, *rest):
+        made.append((solver.steps.max_step, once_of_engine(mechanism, duration, solver, None, None)))
+        return made[-1][1]
+
+    sampled(Task(mechanism, 1.0, 1e-12), run)
+    for (_, before), (longest, after) in pairwise(made):
+        intervals = len(before.record.time) - 1
+        assert longest == pytest.approx(1.0 / (2 * intervals), rel=1e-12) and len(after.record.time) - 1 >= 2 * intervals
+
+
+@pytest.mark.parametrize(("closed", "gap"), [(True, 9e-4), (False, 1e-3)])
+def test_a_clearance_is_the_eccentricity_less_the_penetration(closed, gap):
+    """Of a journal that never touches it is the largest eccentricity."""
+    depth = np.array([0.0, 1e-4, 0.0]) if closed else np.full(3, -1e-5)
+    signals = {"A.journal_x": np.array([0.0, 1e-3, 2e-4]), "A.journal_y": np.zeros(3), "A.penetration": depth}
+    assert _gap(Result(Status.OK, "", np.arange(3.0), signals, {}, {}), "A") == pytest.approx(gap)
+
+
+@pytest.mark.parametrize(("off", "compared"), [(5e-7, True), (5e-6, False)])
+def test_runs_that_end_at_other_times_are_not_compared(off, compared):
+    def moved(end):
+        time = np.linspace(0.0, end, 50)
+        return Result(Status.OK, "", time, {"A.x": time, "A.y": time, "A.vx": 1 + 0 * time, "A.vy": 1 + 0 * time}, {}, {})
+
+    assert ("duration" not in differences(moved(1.0 + off), moved(1.0))) is compared
+
+
+def test_forces_of_a_few_samples_are_means_too():
+    mechanism = crank_rocker(Cable(Section(0.03, 5e-4), elements=8), speed=20.0)
+    for samples, averages in ((2, False), (3, True), (5, True)):
+        time = np.linspace(0.0, 2e-3, samples)
+        found = banded(mechanism, time, {"A.crank-coupler.fx": time**2}, {"A.crank-coupler.fx": "N"})
+        assert bool(found) is averages
+
+
+def test_a_solver_beside_another_tells_its_error_only_where_an_accuracy_was_asked():
+    mechanism = slider_crank(Rigid(Section(0.03, 5e-3)), law=KelvinVoigt(1e5, 1e2), mass=0.3, speed=20.0)
+
+    def run(mechanism, duration, solver, *rest):
+        return once(mechanism, duration, solver)
+
+    without, asked = (verify._run(mechanism, 0.05, Spectral, accuracy, run) for accuracy in (0.0, 1e-2))
+    assert not without.errors.known and asked.errors.known
+    assert without.run.solver == Spectral() != asked.run.solver
+
+
+@pytest.mark.parametrize(("mass", "each"), [(0.3, True), (1e3, False)])
+def test_energies_have_errors_where_each_step_was_recorded(mass, each):
+    """A heavy slider rings slowly: fewer samples serve."""
+    mechanism = slider_crank(Cable(Section(0.03, 2e-3)), law=None, mass=mass, speed=1.0)
+
+    def run(mechanism, duration, solver, *rest):
+        return once_of_engine(mechanism, duration, solver, None, None)
+
+    found = extrapolated(Task(mechanism, 1.0, 1e-1), run)
+    assert (found.run.solver.steps.record_every == 1) is each and ("energy.kinetic" in found.errors.signals) is each
