@@ -26,11 +26,13 @@ from buckler.mbs import (
     Section,
     Status,
     Strut,
+    Torque,
+    Weld,
     crank_rocker,
     simulate,
     slider_crank,
 )
-from buckler.mbs.checks.mesh import MESH, STRUCK, mesh_error
+from buckler.mbs.checks.mesh import MESH, STRUCK, _stretches, mesh_error
 from buckler.mbs.checks.suspicions import suspicions
 from buckler.mbs.engine import callback, clearance, kernel
 from buckler.mbs.engine.scene import build
@@ -277,6 +279,33 @@ def test_a_mesh_too_coarse_for_a_rebound(mesh):
 @pytest.mark.parametrize("body", [Beam(WET, elements=1, imperfection=1e-3), Beam(WET, elements=4, nodes=2, imperfection=1e-3)])
 def test_a_mesh_too_coarse_for_a_load(body):
     assert f"allowed {MESH:g}" in suspect(simulate(pressed(body, 0.3 * LENGTH, 10.0), 10.0), "MESH")
+
+
+@pytest.mark.parametrize("held", ["neither", "start", "both"])
+def test_the_curvature_is_none_at_an_end_where_nothing_exerts_a_moment(held):
+    clamped = {"neither": "", "start": "A", "both": "AB"}[held]
+    joints = [(Weld if end in clamped else Revolute)(end, "ground", "strip") for end in "AB"]
+    points, body = {"A": (0.0, 0.0), "B": (LENGTH, 0.0)}, Beam(WET, elements=4)
+    mechanism = Mechanism(points, [Link("strip", "A", "B", body)], joints, gravity=(0.0, -G))
+    record = once(mechanism, 1e-3, Exudyn(), None, None).record
+    bending, pieces = record.links["strip"].strains()[-1].value, record.links["strip"].pieces
+    ((kappa, places),) = _stretches(record, "strip", bending, pieces)
+    assert kappa.shape[1] == len(places) == 8 + 2 - len(clamped)
+    for end, at, place in (("A", 0, 0.0), ("B", -1, LENGTH)):
+        assert (places[at] == pytest.approx(place, abs=1e-12)) == (end not in clamped)
+        assert (not kappa[:, at].any()) == (end not in clamped)
+
+
+def test_the_angle_by_which_elements_turn_adds_to_their_error():
+    """A strip bent to an arc has a curvature that any elements give; what they miss is by how far they turn."""
+    arc = Section(0.03, 1e-3).damped(0.5, LENGTH)
+    points, body = {"A": (0.0, 0.0), "B": (LENGTH, 0.0)}, Cable(arc, elements=4)
+    moment = 2.0 * arc.bending_stiffness / LENGTH
+    loads = [Torque("strip:B", lambda t, angle, speed: moment * min(t / 2, 1.0))]
+    mechanism = Mechanism(points, [Link("strip", "A", "B", body)], [Weld("A", "ground", "strip")], loads=loads)
+    record = once(mechanism, 3.0, Exudyn(), None, None).record
+    c, order = body.worth.far
+    assert mesh_error(record, "strip") == pytest.approx(c * 0.5**order, rel=0.2)
 
 
 @pytest.mark.parametrize(
