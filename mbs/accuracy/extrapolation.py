@@ -31,7 +31,7 @@ GAIN, IDLE = 1.5, 2
 """A refinement helps if it divides the error by this; so many in turn that do not are the end."""
 LEFT, LEFT_KINKED, LEFT_STRIKING = 0.2, 0.35, 0.6
 """Error left by extrapolation, of the last change it made: 1/15 at fourth order, 1/7 at third, 1/3 at second; where the drive's
-acceleration jumps; and where something strikes, or nothing drives: what is let go rings in all modes, of any order of the steps."""
+acceleration jumps; and where something strikes, or nothing drives: what is let go rings in all modes."""
 LEFT_OF_MESH = 1 / 30
 """Error left by extrapolation to infinitely many elements, of the change by half the mesh."""
 STRUCK = 1.5

@@ -22,6 +22,7 @@ from buckler.mbs.elements.journal import GEOMETRY
 from buckler.mbs.engine.callback import engine_call
 from buckler.mbs.engine.kernel import Kernel
 from buckler.mbs.laws.compiled import Pointer
+from buckler.mbs.spectral.compiling import kept
 from buckler.mbs.spectral.laws import add_friction, add_normal
 from buckler.mbs.spectral.lawtable import bristle_after, friction, normal_force
 
@@ -91,7 +92,11 @@ def _laws() -> tuple[Any, Any, Any]:
     def bend(numbers, bristle, speed, time):  # type: ignore[no-untyped-def]
         return bristle_after(_laws_of(numbers), FRICTION, bristle, speed, time)
 
-    return tuple(numba.njit(kind, error_model="numpy")(law) for kind, law in ((TRIPLE, normal), (PAIR, rubbing), (TRIPLE, bend)))
+    made = tuple(kept(law, "lawtable") for law in (normal, rubbing, bend))
+    for law, kind in zip(made, (TRIPLE, PAIR, TRIPLE), strict=True):
+        law.compile(kind)
+        law.disable_compile()
+    return made
 
 
 @cache

@@ -37,16 +37,22 @@ def _stamp(name: str) -> tuple[str, ...]:
 
 
 def jit(function: Callable[..., Any]) -> Any:
-    """Compile for the types it is first called with, and keep that on disk as long as no file that it needs changes.
+    """Compile for the types it is first called with, and keep that on disk as long as no file that it needs changes."""
+    return kept(function, function.__module__.rpartition(".")[2], nogil=True, fastmath=SUMS)
+
+
+def kept(function: Callable[..., Any], needs: str, **options: Any) -> Any:
+    """Compile a function that calls those of a file that holds compiled ones, likewise.
 
     Numba looks only at the file of the function itself, but its machine code holds that of the functions it calls.
     """
-    compiled = numba.njit(error_model="numpy", nogil=True, fastmath=SUMS)(function)
+    compiled = numba.njit(error_model="numpy", **options)(function)
     try:
         compiled.enable_caching()
-        compiled._cache._cache_file._source_stamp = _stamp(function.__module__.rpartition(".")[2])
+        own = sha256(Path(function.__code__.co_filename).read_bytes()).hexdigest()
+        compiled._cache._cache_file._source_stamp = tuple(sorted({own, *_stamp(needs)}))
     except (RuntimeError, AttributeError):  # nowhere to keep it, or another Numba
-        compiled = numba.njit(error_model="numpy", nogil=True, fastmath=SUMS)(function)
+        compiled = numba.njit(error_model="numpy", **options)(function)
     return compiled
 
 
