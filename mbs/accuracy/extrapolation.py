@@ -29,9 +29,9 @@ ROUNDS, FAILURES = 4, 4
 """Refinements, and first runs that fail for too long steps, before giving up."""
 GAIN, IDLE = 1.5, 2
 """A refinement helps if it divides the error by this; so many in turn that do not are the end."""
-LEFT, LEFT_KINKED, LEFT_STRIKING = 0.2, 0.35, 0.6
+LEFT, LEFT_KINKED, LEFT_STRIKING, LEFT_ROUGH = 0.2, 0.35, 0.6, 1.0
 """Error left by extrapolation, of the last change it made: 1/15 at fourth order, 1/7 at third, 1/3 at second; where the drive's
-acceleration jumps; and where something strikes, or nothing drives: what is let go rings in all modes."""
+acceleration jumps; where something strikes; and where a guide rubs, or nothing drives: what is let go rings in all modes."""
 LEFT_OF_MESH = 1 / 30
 """Error left by extrapolation to infinitely many elements, of the change by half the mesh."""
 STRUCK = 1.5
@@ -177,10 +177,18 @@ def _in_time(fine: Result, coarse: Result, coarsest: Result, plan: Plan) -> _InT
     if slow - set(impulses):
         return _InTime(fine, coarse, 1.0, max((second | impulses).values()))
     better, before = _corrected(fine, fine, coarse, 3.0), _corrected(coarse, coarse, coarsest, 3.0)
-    rough = not plan.smooth or not plan.mechanism.drives
-    left = LEFT_STRIKING if rough else LEFT_KINKED if plan.kinked else LEFT
+    left = _left(plan)
     errors = {name: left * d for name, d in differences(better, before).items()} | impulses
     return _InTime(better, before, left, max(errors.values(), default=0.0))
+
+
+def _left(plan: Plan) -> float:
+    """Share of the last change by extrapolation that is left, by what keeps the error from being a power series."""
+    if not plan.mechanism.drives or any(guide.friction for guide in plan.mechanism.guides):
+        return LEFT_ROUGH
+    if not plan.smooth:
+        return LEFT_STRIKING
+    return LEFT_KINKED if plan.kinked else LEFT
 
 
 def _smooth(name: str) -> bool:

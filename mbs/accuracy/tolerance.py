@@ -19,7 +19,7 @@ ROUNDS = 4
 """Refinements before giving up."""
 IGNORED = 0.1
 """Differences below this share of the accuracy asked for need not converge: they may be round-off."""
-PLAY_SHARE, PLAY_FACTOR, PLAY_SHRINKS = 0.5, 8.0, 4.0
+PLAY_SHARE, PLAY_FACTOR, PLAY_SHRINKS = 1.25, 8.0, 10.0
 """Error of the finest of three runs with clearance at least, of the difference to the one before, or that one's over what it
 should shrink by; and the ratio of their tolerances."""
 
@@ -85,7 +85,7 @@ class _Tolerance(Delivering):
 def left_with_play(apart: float, before: float, asked: float) -> float:
     """Error of the finest of three runs, from its difference to the next and that one's to the coarsest.
 
-    It is the rest of a geometric series, but at least a share of what either tells, as two runs may agree by chance.
+    It is the rest of a geometric series, but at least what either tells and a quarter, as two runs may agree by chance.
     """
     share = PLAY_SHARE * max(apart, min(before / PLAY_SHRINKS, 1.0))
     if before < IGNORED * asked and apart < IGNORED * asked:

@@ -46,9 +46,10 @@ from buckler.mbs.spectral.scene import Scene
 @pytest.mark.parametrize(
     ("apart", "before", "error"),
     [
-        (1e-3, 1e-2, 1.25e-3),  # half of a quarter of the one before, more than the rest of the series, 1.1e-4
+        (1e-3, 1e-2, 1.25e-3),  # an eighth of the one before, more than the rest of the series, 1.1e-4
+        (2e-3, 1e-2, 2.5e-3),  # itself and a quarter
         (8e-3, 1e-2, 3.2e-2),  # converges slowly: r^2/(1 - r) of the one before
-        (5e-5, 9e-5, 2.5e-5),  # both below what counts
+        (5e-5, 9e-5, 6.25e-5),  # both below what counts
         (2e-2, 1e-2, np.inf),  # does not converge
     ],
 )
