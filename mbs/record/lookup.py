@@ -9,6 +9,8 @@ import numpy as np
 Array = np.ndarray[Any, Any]
 SMOOTH = ("x", "y", "angle", "deflection", "end_shortening")
 """Signals that have a velocity, whatever strikes: last part of their names."""
+SPEEDS = {"x": "vx", "y": "vy", "angle": "spin"}
+"""Last part of the names of places, and of their speeds."""
 OUTSIDE = 1e-9
 """Of the run: how far from its ends a time still counts as within."""
 
@@ -44,3 +46,22 @@ def cubic(time: Array, values: Array, times: Array) -> Array:
 
     found: Array = CubicSpline(time, values)(np.clip(times, time[0], time[-1]))
     return found
+
+
+def hermite(time: Array, values: Array, speeds: Array, times: Array) -> tuple[Array, Array]:
+    """Interpolate by the cubics that have the values and the speeds of the samples; return values and speeds there.
+
+    Parameters
+    ----------
+    time : array, shape (samples,), samples > 1
+        Increasing.
+    values, speeds : array, shape (samples, ...)
+    times : array, shape (times,) or a float
+        Within those of the samples.
+    """
+    k = np.clip(np.searchsorted(time, times, side="right") - 1, 0, len(time) - 2)
+    h = (time[k + 1] - time[k]).reshape((*np.shape(times), *[1] * (values.ndim - 1)))
+    s = (times - time[k]).reshape(h.shape) / h
+    step, before, after = values[k + 1] - values[k], h * speeds[k], h * speeds[k + 1]
+    bend, twist = 3 * step - 2 * before - after, before + after - 2 * step
+    return values[k] + s * (before + s * (bend + s * twist)), (before + s * (2 * bend + 3 * s * twist)) / h

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from buckler.mbs.elements.element import Array, left, turned
+from buckler.mbs.record.lookup import hermite
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,11 +106,5 @@ def between(motion: Any, time: Array, times: Array) -> Any:
         s.
     """
     place, rate, second = ("q", "q_t", "q_tt") if hasattr(motion, "q") else ("travel", "speed", "acceleration")
-    q, q_t = getattr(motion, place), getattr(motion, rate)
-    k = np.clip(np.searchsorted(time, times, side="right") - 1, 0, len(time) - 2)
-    h = (time[k + 1] - time[k]).reshape(-1, *[1] * (q.ndim - 1))
-    s = (times - time[k]).reshape(h.shape) / h
-    step, before, after = q[k + 1] - q[k], h * q_t[k], h * q_t[k + 1]
-    bend, twist = 3 * step - 2 * before - after, before + after - 2 * step
-    found = q[k] + s * (before + s * (bend + s * twist))
-    return replace(motion, **{place: found, rate: (before + s * (2 * bend + 3 * s * twist)) / h, second: np.zeros_like(found)})
+    found, speeds = hermite(time, getattr(motion, place), getattr(motion, rate), times)
+    return replace(motion, **{place: found, rate: speeds, second: np.zeros_like(found)})

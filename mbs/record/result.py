@@ -11,7 +11,7 @@ import numpy as np
 
 from buckler.mbs.record import stored
 from buckler.mbs.record.errors import Errors
-from buckler.mbs.record.lookup import OUTSIDE, SMOOTH, cubic, unknown
+from buckler.mbs.record.lookup import OUTSIDE, SMOOTH, SPEEDS, cubic, hermite, unknown
 from buckler.mbs.record.status import Status
 from buckler.mbs.record.stored import Shape
 from buckler.mbs.upper import upper
@@ -91,7 +91,9 @@ class Result:
         return f"<Result {self.status}{f': {said}' if said else ''}; {len(self.time)} samples to t = {end}{error}; {what}>"
 
     def at(self, name: str, times: Any, outside: float | None = None) -> Array:
-        """Signal `name` at other times, linear between steps; what `SMOOTH` names is cubic where the error is known.
+        """Signal `name` at other times, linear between steps.
+
+        What `SMOOTH` names is cubic where the error is known, and places by their speeds where it is not.
 
         Parameters
         ----------
@@ -118,6 +120,10 @@ class Result:
             raise ValueError(f"'{name}' at t = {times[wrong][0]:g} s: the run covers [{first:g}, {last:g}] s ({self.status})")
         if self.error.known and name.rpartition(".")[2] in SMOOTH and len(self.time) > 2:
             return cubic(self.time, values, times)
+        owner, _, kind = name.rpartition(".")
+        speed = self.signals.get(f"{owner}.{SPEEDS.get(kind)}")
+        if speed is not None and len(self.time) > 1 and np.isfinite(speed).all():
+            return hermite(self.time, values, speed, np.clip(times, self.time[0], self.time[-1]))[0]
         found: Array = np.interp(times, self.time, values)
         return found
 

@@ -13,7 +13,7 @@ from buckler.mbs.accuracy.precision import Point, work_precision
 from buckler.studies.kit.labels import Label, write_labels
 from buckler.studies.kit.parameters import StudyParameters
 from buckler.studies.kit.report import Progress, provenance
-from buckler.studies.kit.style import subplots
+from buckler.studies.kit.style import plain_ticks, subplots
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -94,8 +94,6 @@ def draw(
     setting: str = SETTING,
 ) -> None:
     """Draw error over run time on log-log axes, each point with its setting (`what`), the Pareto front behind them."""
-    from matplotlib.ticker import LogLocator, NullFormatter
-
     front: list[tuple[float, float]] = []
     texts: list[Label] = []
     lines: list[Array] = []
@@ -109,9 +107,7 @@ def draw(
     x, y = np.array(sorted(front)).T
     ax.step(x, y, where="post", color="0.8", linewidth=5, zorder=0, label="Pareto front")
     ax.set(xlabel="run time [ms]")
-    ax.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
-    ax.xaxis.set_major_formatter("{x:g}")
-    ax.xaxis.set_minor_formatter(NullFormatter())
+    plain_ticks(ax.xaxis)
     ax.legend(title=f"at the points: {what}", title_fontsize=8, alignment="left")
     write_labels(ax, texts, lines)
 

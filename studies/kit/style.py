@@ -1,5 +1,16 @@
 """The house style of figures, for studies: see `buckler.mbs.files.style`."""
 
+from typing import Any
+
 from buckler.mbs.files.style import COLOURS, STYLE, WIDTH, house_style, subplots
 
-__all__ = ["COLOURS", "STYLE", "WIDTH", "house_style", "subplots"]
+__all__ = ["COLOURS", "STYLE", "WIDTH", "house_style", "plain_ticks", "subplots"]
+
+
+def plain_ticks(axis: Any) -> None:
+    """Write the ticks of a logarithmic axis of a decade or two as plain numbers, at 1, 2 and 5."""
+    from matplotlib.ticker import LogLocator, NullFormatter
+
+    axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    axis.set_major_formatter("{x:g}")
+    axis.set_minor_formatter(NullFormatter())

@@ -17,7 +17,7 @@ import numpy as np
 from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import integer, quantity
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, metrics_table
-from buckler.studies.kit.style import subplots
+from buckler.studies.kit.style import plain_ticks, subplots
 from buckler.studies.rattling.assumptions import Assumptions
 from buckler.studies.rattling.buffering_measures import BALANCED, CLAIMS, SAMPLES, curves, mean, ratio
 from buckler.studies.rattling.cycles import Ensemble, ensemble
@@ -107,6 +107,7 @@ def figure(result: StudyResult) -> Figure:
     ax.axvline(1, color="#999999", linewidth=0.8)
     ax.set_yticks(places, [claim.text for claim in CLAIMS])
     ax.set(xscale="log", xlabel="flexible/rigid, ± two standard errors")
+    plain_ticks(ax.xaxis)
     return fig
 
 

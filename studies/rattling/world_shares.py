@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from buckler.studies.kit.report import Metric, Table
-from buckler.studies.kit.style import COLOURS, subplots
+from buckler.studies.kit.style import COLOURS, plain_ticks, subplots
 from buckler.studies.rattling.buffering_measures import CLAIMS
 from buckler.studies.rattling.worlds import ASSUMPTIONS, Tree, Worlds, grown, sentence, wilson
 
@@ -117,9 +117,7 @@ def figure(found: dict[str, Share], ratios: Array) -> Figure:
         )
     left.axvline(1, color="#999999", linewidth=0.8)
     left.set(xscale="log", xlabel="flexible/rigid; bar: median")
-    ticks = (0.2, 0.5, 1, 2, 5)
-    left.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
-    left.set_xticks([], minor=True)
+    plain_ticks(left.xaxis)
     left.set_yticks(places, [_short(claim.text) for claim in CLAIMS], fontsize=7)
     right.axvline(0.5, color="#999999", linewidth=0.8)
     right.set(xlim=(0, 1), xlabel="share of worlds")

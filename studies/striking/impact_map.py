@@ -194,7 +194,7 @@ def figure(result: StudyResult) -> Figure:
     x = np.array(over.get_xlim())
     over.loglog(x, 8 * np.sqrt(x), "k--", linewidth=0.8, label="slope 1/2")
     over.set(xlabel="rate $s$ of compression [1]", ylabel="compression / Euler load [1]")
-    over.legend(fontsize=7)
+    over.legend(fontsize=7, ncols=2)
     for k, name in enumerate(REGIMES):
         own = s["regime"] == k
         style: dict[str, Any] = {"color": COLOURS[k], "markersize": 3.5, "linestyle": "", "marker": SHAPES[name]}
@@ -203,7 +203,7 @@ def figure(result: StudyResult) -> Figure:
         way.loglog(s["way"][own], s["strength"][own], label=name, **style)
     _borders(plane, p)
     plane.set(xlabel="rate $s$ of compression [1]", ylabel="deflection / gyration radius [1]")
-    for ax in (plane, parity, way):
+    for ax in (parity, way):  # the plane has no room for it
         ax.legend(fontsize=7)
     ends = np.nanmin(s["peak"]), np.nanmax(s["peak"])
     parity.loglog(ends, ends, "k-", linewidth=0.8)

@@ -38,7 +38,7 @@ class Parameters(StudyParameters):
 
     family: str = choice(slug(FAMILIES[0]), [slug(name) for name in FAMILIES], "family", "case")
     seed: int = integer(1, 0, 2**31 - 1, "draws the case", "case")
-    number: int = integer(0, 0, 10**6, "place in its family; a list begins again where it ends", "case")
+    number: int = integer(0, 0, 10**6, "place in its family", "case")
     timeout: float = quantity(60.0, "s", 0.1, 3600, "longest time of the run", "case")
 
     @property
@@ -49,7 +49,9 @@ class Parameters(StudyParameters):
             return drawn_case(family, self.seed, self.number)
         listed = [case for case in everything() if case.family == family]
         order = np.random.default_rng([self.seed, FIXED.index(family)]).permutation(len(listed))
-        return listed[order[self.number % len(listed)]]
+        if self.number >= len(listed):
+            raise ValueError(f"number = {self.number}: the cases of '{family}' are 0 to {len(listed) - 1}")
+        return listed[order[self.number]]
 
 
 def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -53,7 +54,7 @@ LEAST, MOST = 1e-4, 1e4
 class Parameters(StudyParameters):
     """Parameters of the study."""
 
-    cases: int = integer(100, 1, 10**6, "cases; families take turns", "cases")
+    cases: int = integer(100, 1, 10**6, "cases; families take turns, those that stand in a list until it ends", "cases")
     seed: int = integer(1, 0, 2**31 - 1, "draws them", "cases")
     families: tuple[str, ...] = choices(
         tuple(map(slug, FAMILIES)), [slug(name) for name in FAMILIES], "families of cases", "cases"
@@ -64,12 +65,10 @@ class Parameters(StudyParameters):
 
     @property
     def all(self) -> list[extreme.Parameters]:
-        """What is run."""
-        count = len(self.families)
-        return [
-            extreme.Parameters(family=self.families[k % count], seed=self.seed, number=k // count, timeout=self.timeout)
-            for k in range(self.cases)
-        ]
+        """What is run: families take turns, a list until it ends."""
+        listed = Counter(slug(case.family) for case in extreme.everything())
+        turns = ((family, k) for k in range(self.cases) for family in self.families if k < listed.get(family, self.cases))
+        return [extreme.Parameters(family, self.seed, k, self.timeout) for family, k in islice(turns, self.cases)]
 
 
 def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from time import perf_counter
@@ -20,6 +21,8 @@ WITHIN, REFUSED, FAILED, SUSPECT, FALSE_ALARM, WRONG, UNFINISHED, OPEN = (
     "silently wrong", "unfinished", "no reference",
 )  # fmt: skip
 """Verdicts. UNFINISHED ran out of time; OPEN was reported fine, and its reference itself failed."""
+OF_THE_MODEL = frozenset(("PENETRATION", "LINEAR"))
+"""Checks that say that a law or a linear link is beyond its range. A reference of the same model cannot gainsay them."""
 VERDICTS = (WITHIN, REFUSED, FAILED, SUSPECT, FALSE_ALARM, WRONG, UNFINISHED, OPEN)
 
 
@@ -147,7 +150,8 @@ def judge(case: Case, timeout: float) -> Finding:
     off, worst = np.inf, "no run of it can be right"
     if right is not None:
         off, worst = compare(outcome.measures, right, case.scales, outcome.told)
-    good = WITHIN if fine else FALSE_ALARM
+    named = set(re.findall(r"(?:^|; )([A-Z]+): ", outcome.message))
+    good = WITHIN if fine else SUSPECT if named and named <= OF_THE_MODEL else FALSE_ALARM
     return found(good if off <= 1 else WRONG if fine else SUSPECT, off, worst, said, price)
 
 

@@ -146,6 +146,16 @@ def test_at_is_linear_between_steps():
         small().at("B.z", 0.1)
 
 
+def test_places_between_steps_go_by_their_speeds():
+    time, times = np.linspace(0, 2 * np.pi, 51), np.linspace(0.1, 6.2, 97)
+    swing = small(time=time, signals={"B.x": np.cos(time), "B.vx": -np.sin(time)})
+    fourth_order = (time[1] - time[0]) ** 4 / 384
+    assert swing.at("B.x", times) == pytest.approx(np.cos(times), abs=1.01 * fourth_order)
+    assert np.abs(swing.at("B.x", times) - np.cos(times)).max() > 0.9 * fourth_order
+    assert swing.at("B.x", float(times[3])) == swing.at("B.x", times)[3]
+    assert np.abs(swing.at("B.vx", times) + np.sin(times)).max() > 1e-3  # a speed has no speed of its own: linear
+
+
 def test_energy_balance_is_the_largest_error_over_the_throughput():
     assert small().energy_balance == pytest.approx(2e-3 / 0.5)
     assert math.isnan(small(energy={}).energy_balance)

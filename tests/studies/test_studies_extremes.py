@@ -30,12 +30,12 @@ from buckler.studies.trust.extremes_drawn import FAMILIES as DRAWN
 from buckler.studies.trust.extremes_play import Play
 
 
-def ended(status, force=1.0, right=1.0, reference=True):
+def ended(status, force=1.0, right=1.0, reference=True, said="why"):
     """A made-up case with a force, where `right` is right."""
     return Case(
         "made up",
         "case",
-        lambda _timeout: CaseOutcome(str(status), "why", {"force": np.array([force])}),
+        lambda _timeout: CaseOutcome(str(status), said, {"force": np.array([force])}),
         (lambda: None if right is None else {"force": np.array([right])}) if reference else None,
     )
 
@@ -50,6 +50,8 @@ def ended(status, force=1.0, right=1.0, reference=True):
         (ended(Status.OK, right=None), OPEN),
         (ended(Status.SUSPECT, 1.06), SUSPECT),
         (ended(Status.SUSPECT, 1.04), FALSE_ALARM),
+        (ended(Status.SUSPECT, 1.04, said="LINEAR: bends; PENETRATION: deep"), SUSPECT),
+        (ended(Status.SUSPECT, 1.04, said="LINEAR: bends; STEPS: long"), FALSE_ALARM),
         (ended(Status.SUSPECT, right=None), SUSPECT),
         (ended(Status.NEWTON_DIVERGED), FAILED),
         (ended(Status.TIMED_OUT), UNFINISHED),
@@ -95,6 +97,15 @@ def test_a_price_is_that_of_the_run_over_a_plain_one():
     assert np.isnan(judge(ended(Status.OK), 1.0).price)
 
 
+def test_families_take_turns_and_a_list_ends():
+    listed = Counter(case.family for case in extreme.everything())["slider-crank, mesh"]
+    chosen = extremes.Parameters(cases=50, families=("slider-crank-mesh", "free")).all
+    assert [case.family for case in chosen[:3]] == ["slider-crank-mesh", "free", "slider-crank-mesh"]
+    assert Counter(case.family for case in chosen) == {"slider-crank-mesh": listed, "free": 50 - listed}
+    assert len({(case.family, case.number) for case in chosen}) == 50
+    assert len(extremes.Parameters(cases=50, families=("slider-crank-mesh",)).all) == listed
+
+
 def test_over_two_hundred_listed_cases_cover_every_scene_and_every_kind_of_extreme():
     cases = extreme.everything()
     count = Counter(case.family for case in cases)
@@ -126,14 +137,16 @@ def test_every_family_draws_valid_mechanisms_the_same_ones_for_the_same_seed(fam
         assert one.mechanism == again.mechanism != other.mechanism
 
 
-def test_a_list_is_shuffled_by_the_seed_and_begins_again_where_it_ends():
+def test_a_list_is_shuffled_by_the_seed():
     def names(seed, count):
         return [extreme.Parameters(family="static-strip", seed=seed, number=k).case.name for k in range(count)]
 
     whole = sum(case.family == "static strip" for case in extreme.everything())
-    once = names(1, whole + 2)
-    assert len(set(once)) == whole and once[whole:] == once[:2]
-    assert names(2, whole) != once[:whole] and sorted(names(2, whole)) == sorted(once[:whole])
+    once = names(1, whole)
+    assert len(set(once)) == whole
+    assert names(2, whole) != once and sorted(names(2, whole)) == sorted(once)
+    with pytest.raises(ValueError, match=f"number = {whole}: .* 0 to {whole - 1}"):
+        names(1, whole + 1)
 
 
 def test_families_take_turns():
