@@ -15,6 +15,8 @@ from buckler.mbs.validate import listed, number, one_of, pair, whole
 
 DEFAULT_ELEMENTS = 8
 """Elements of a flexible link where neither its maker nor an accuracy asks for a number."""
+RULE = np.polynomial.legendre.leggauss(12)
+"""Of Gauss: points and weights between two stations of a curve."""
 PANELS = 64
 """Pieces over which the place of an inner point of a curved strip is integrated."""
 Shape = Sequence[tuple[float, float]] | Callable[[float], tuple[float, float]]
@@ -213,7 +215,7 @@ class Curve:
 
     def places(self, stations: Array) -> Array:
         """Places in the chord's frame at increasing stations in [0, 1], the first 0: (n, 2), m; by Gauss quadrature."""
-        nodes, weights = np.polynomial.legendre.leggauss(12)
+        nodes, weights = RULE
         half = np.diff(stations)[:, None] / 2
         theta = self.direction(stations[:-1, None] + half + half * nodes)
         steps = np.stack([np.cos(theta), np.sin(theta)], axis=-1) * (weights * half)[..., None]

@@ -11,6 +11,7 @@ B. Szabo, I. Babuska, Finite Element Analysis (1991), ch. 3 (ISBN 978-0-471-5027
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -21,21 +22,25 @@ Array = np.ndarray[Any, Any]
 
 def basis(degree: int, x: Array, derivative: int = 0) -> Array:
     """Values of the degree + 1 members at x, or of their derivative of an order; shape (points, degree + 1)."""
-    x = np.atleast_1d(np.asarray(x, dtype=float))
-    out = np.empty((len(x), degree + 1))
-    for k in range(degree + 1):
-        series = np.zeros(max(k, 1) + 1)
-        if k < 2:
-            series[:2] = 0.5, k - 0.5
-        else:
-            series[[k, k - 2]] = np.array([1.0, -1.0]) / np.sqrt(2 * (2 * k - 1))
-        out[:, k] = legendre.legval(x, legendre.legder(series, derivative) if derivative else series)
-    return out
+    values: Array = legendre.legval(np.atleast_1d(np.asarray(x, dtype=float)), _series(degree, derivative)).T
+    return values
 
 
+@cache
+def _series(degree: int, derivative: int) -> Array:
+    """Legendre coefficients of the members' derivatives of an order; shape (terms, degree + 1)."""
+    series = np.zeros((max(degree, 1) + 1, degree + 1))
+    series[:2, :2] = [[0.5, 0.5], [-0.5, 0.5]]
+    for k in range(2, degree + 1):
+        series[[k, k - 2], k] = np.array([1.0, -1.0]) / np.sqrt(2 * (2 * k - 1))
+    return legendre.legder(series, derivative)
+
+
+@cache
 def gauss(count: int) -> tuple[Array, Array]:
-    """Points and weights of Gauss's rule on [-1, 1]."""
+    """Points and weights of Gauss's rule on [-1, 1], not to be written to."""
     points, weights = legendre.leggauss(count)
+    points.flags.writeable = weights.flags.writeable = False
     return points, weights
 
 
