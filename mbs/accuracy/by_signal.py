@@ -16,6 +16,7 @@ Runs with clearance in joints are to be cut first, see `mbs.accuracy.predictable
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -55,6 +56,7 @@ def by_signal(a: Result, b: Result) -> dict[str, float]:
     times = times[times <= min(mine.time[-1], other.time[-1])]
     if len(times) > GRID:
         times = times[np.unique(np.linspace(0, len(times) - 1, GRID).astype(int))]
+    mine.look(times), other.look(times)
     found: dict[str, float] = {}
     for name, unit in b.units.items():
         if name in a.signals and name in b.signals:
@@ -71,15 +73,12 @@ def by_energy(a: Run, b: Run) -> dict[str, float]:
     through = max(float(other["throughput"][-1]), np.finfo(float).tiny)
     kinds = [name for name in other if name in mine and name not in ("error", "throughput")]
     times = np.clip(b.record.time, *a.record.time[[0, -1]])
-
-    def there(name: str) -> Array:
-        if len(a.record.time) < 3 or not np.isfinite(mine[name]).all():
-            return np.interp(times, a.record.time, mine[name])
-        # it does not swing where an impact takes energy
-        found: Array = scipy.interpolate.PchipInterpolator(a.record.time, mine[name])(times)
-        return found
-
-    return {f"energy.{name}": _norm(times, there(name) - other[name]) / through for name in kinds}
+    values = np.column_stack([mine[name] for name in kinds])
+    if len(a.record.time) < 3 or not np.isfinite(values).all():
+        there = np.column_stack([np.interp(times, a.record.time, each) for each in values.T])
+    else:  # it does not swing where an impact takes energy
+        there = scipy.interpolate.PchipInterpolator(a.record.time, values)(times)
+    return {f"energy.{name}": _norm(times, each - other[name]) / through for name, each in zip(kinds, there.T, strict=True)}
 
 
 class Signals:
@@ -88,22 +87,39 @@ class Signals:
     def __init__(self, result: Result) -> None:
         self.time, self.values = result.time, result.signals
         self.largest: dict[str, float] = {}
+        self.times, self.there = self.time, dict(self.values)
         for name, values in self.values.items():
             unit = result.units.get(name, "")
             self.largest[unit] = max(self.largest.get(unit, 0.0), float(np.abs(values).max(initial=0.0)))
 
-    def at(self, name: str, times: Array) -> Array:
-        """A signal at other times: cubic what is smooth, linear the rest."""
-        values = self.values[name]
-        if len(times) == len(self.time) and (times == self.time).all():
-            return values
-        if name.rpartition(".")[2] in SMOOTH and len(self.time) > 2 and np.isfinite(values).all():
-            return cubic(self.time, values, times)
-        return np.interp(times, self.time, values)
+    def look(self, times: Array) -> None:
+        """Take other times: cubics of all that is smooth are made at once."""
+        self.times = times
+        same = len(times) == len(self.time) and bool((times == self.time).all())
+        smooth = [name for name in self.values if name.rpartition(".")[2] in SMOOTH and np.isfinite(self.values[name]).all()]
+        if same:
+            self.there = dict(self.values)
+        elif smooth and len(self.time) > 2:
+            self.there = dict(
+                zip(smooth, cubic(self.time, np.column_stack([self.values[name] for name in smooth]), times).T, strict=True)
+            )
+
+    def at(self, name: str) -> Array:
+        """A signal at those times: cubic what is smooth, linear the rest."""
+        return self.there[name] if name in self.there else np.interp(self.times, self.time, self.values[name])
+
+    @cached_property
+    def size(self) -> float:
+        """Largest distance of points along an axis, at any times, m."""
+        found = 0.0
+        for axis in (".x", ".y"):
+            ends = [end for name, x in self.values.items() if name.endswith(axis) for end in (float(x.min()), float(x.max()))]
+            found = max(found, max(ends, default=0.0) - min(ends, default=0.0))
+        return found
 
     def extent(self, name: str) -> float:
         """What a place is measured over: its range, or its partner's, m or rad."""
-        return max(*(float(np.ptp(self.values[each])) for each in self.pair(name)), SMALL * _size(self), np.finfo(float).tiny)
+        return max(*(float(np.ptp(self.values[each])) for each in self.pair(name)), SMALL * self.size, np.finfo(float).tiny)
 
     def pair(self, name: str) -> list[str]:
         """The signal and its partner in a vector."""
@@ -123,24 +139,15 @@ def _apart(name: str, unit: str, a: Signals, b: Signals, times: Array) -> Iterat
         if name.endswith(("contact_force", "normal_force")):
             yield f"{name}.onset", _onset(a, b, name)
         return
-    apart = a.at(name, times) - b.at(name, times)
+    apart = a.at(name) - b.at(name)
     off = _norm(times, apart)
     if unit in PLACES:
         scale = b.extent(name)
         yield f"{name}.peak", float(np.abs(apart).max(initial=0.0)) / scale
     else:
-        slow = _size(b) / (float(times[-1] - times[0]) or 1.0) if unit == "m/s" else 0.0
+        slow = b.size / (float(times[-1] - times[0]) or 1.0) if unit == "m/s" else 0.0
         scale = max(least, SMALL * slow, *(float(np.abs(b.values[each]).max()) for each in b.pair(name)))
     yield name, off / scale
-
-
-def _size(b: Signals) -> float:
-    """Largest distance of points along an axis, at any times, m."""
-    found = 0.0
-    for axis in (".x", ".y"):
-        ends = [end for name, x in b.values.items() if name.endswith(axis) for end in (float(x.min()), float(x.max()))]
-        found = max(found, max(ends, default=0.0) - min(ends, default=0.0))
-    return found
 
 
 def _norm(times: Array, values: Array) -> float:
