@@ -56,7 +56,8 @@ def by_signal(a: Result, b: Result) -> dict[str, float]:
     times = times[times <= min(mine.time[-1], other.time[-1])]
     if len(times) > GRID:
         times = times[np.unique(np.linspace(0, len(times) - 1, GRID).astype(int))]
-    mine.look(times), other.look(times)
+    mine.look(times)
+    other.look(times)
     found: dict[str, float] = {}
     for name, unit in b.units.items():
         if name in a.signals and name in b.signals:
