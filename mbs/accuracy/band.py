@@ -8,6 +8,7 @@ an affordable step tells. What is given is the force without it: the mean over a
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from math import pi, sqrt
 from typing import Any
 
@@ -19,6 +20,9 @@ from buckler.mbs.units import FORCES
 Array = np.ndarray[Any, Any]
 CAUGHT, LENGTHENED = 0.1, 0.8
 """First step, of a period, below which it catches a vibration; a step over the next one, at most, while they grow."""
+UNRESOLVED, RINGS = {"": 0.3, ".peak": 0.3, ".rms": 0.1}, 4
+"""Errors of a force that rings, of its peak and of its mean square, where an axial period has fewer steps than this: peaks were
+off by 0.1 to 0.21, mean squares by 0.06."""
 OF_CONTACT = ("contact_force", "normal_force", "friction_force", "force")
 
 
@@ -67,6 +71,15 @@ def banded(mechanism: Mechanism, time: Array, signals: dict[str, Array], units: 
 def rings(name: str, unit: str) -> bool:
     """Whether a signal of a mechanism with strips is a force that rings with them, or with struts."""
     return unit in FORCES and name.rpartition(".")[2] not in OF_CONTACT
+
+
+def unresolved(mechanism: Mechanism, step: float, errors: dict[str, float], units: Mapping[str, str]) -> dict[str, float]:
+    """The errors of signals; those of forces that ring at least `UNRESOLVED` where a step, s, is too long to follow them."""
+    if not RINGS * step > axial_period(mechanism) > 0:
+        return errors
+    ringing = [name for name, unit in units.items() if rings(name, unit)]
+    least = {f"{name}{part}": share for name in ringing for part, share in UNRESOLVED.items()}
+    return errors | {part: max(errors[part], share) for part, share in least.items() if part in errors}
 
 
 def averaged(time: Array, values: Array, period: float | Array) -> Array:

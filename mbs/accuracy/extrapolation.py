@@ -7,14 +7,13 @@ and one of 2N give the solution extrapolated to no step at all, and one on half 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from math import nan
 from typing import Any
 
 import numpy as np
 
-from buckler.mbs.accuracy.band import axial_period, rings
+from buckler.mbs.accuracy.band import unresolved
 from buckler.mbs.accuracy.by_signal import by_energy, by_signal
 from buckler.mbs.accuracy.delivery import AGAIN, Delivering, Delivery, Runner, Task, comparable
 from buckler.mbs.accuracy.difference import differences
@@ -38,8 +37,6 @@ STRUCK = 1.5
 """Error of an impulse or a force, which is not extrapolated, of its last change by the steps, or part of the one before."""
 OF_IMPULSE = 1 / 7
 """Error of what is not extrapolated, of the change by half the mesh: of third order."""
-UNRESOLVED, RINGS = 0.3, 4
-"""Error of the peak of a force that rings, measured, where an axial period has fewer steps than this."""
 ROUGH = 0.25
 """Share of the change of a force by the coarser half of the steps that is taken to be left of it at least, as at second order."""
 SECOND_ORDER = 2.5
@@ -105,7 +102,9 @@ class _Extrapolation(Delivering):
         refined = _in_time(fine, coarse, coarsest, self.plan)
         in_space = 0.0 if thin is None else max((_of_mesh(n) * d for n, d in differences(coarsest, thin).items()), default=0.0)
         left_out = 0.0 if self.plan.resolved else self.plan.axial[0]
-        errors = self._unresolved(4 * steps, refined.by_signal(coarsest, thin), fine.units)
+        errors = refined.by_signal(coarsest, thin)
+        if self.aim.motion:  # forces that were asked for are held against another run
+            errors = unresolved(self.plan.mechanism, self.plan.duration / (4 * steps), errors, fine.units)
         energies = by_energy(run, self.at(2 * steps, mesh)[0]) if run.solver.steps.record_every == 1 else {}
         kind = "steps" if thin is None else "steps and elements"
         told = Errors(refined.error + in_space + left_out, errors | energies, kind, thin is not None)
@@ -117,14 +116,6 @@ class _Extrapolation(Delivering):
         better = refined.better if thin is None else _corrected(refined.better, coarsest, thin, 15.0)
         signals = {name: values for name, values in better.signals.items() if values is not fine.signals[name]}
         return Delivery(run, reached, told, signals, self.runs), in_time, in_space
-
-    def _unresolved(self, steps: int, errors: dict[str, float], units: Mapping[str, str]) -> dict[str, float]:
-        """The errors; those of forces that ring at least `UNRESOLVED` where steps are too long for means over a period."""
-        period = axial_period(self.plan.mechanism)
-        if not self.aim.motion or not period > 0 or period * steps > RINGS * self.plan.duration:
-            return errors  # forces that were asked for are held against another run
-        ringing = [part for name, unit in units.items() if rings(name, unit) for part in (name, f"{name}.peak")]
-        return errors | {part: max(errors[part], UNRESOLVED) for part in ringing if part in errors}
 
     @property
     def aim(self) -> Any:

@@ -22,7 +22,7 @@ import numpy as np
 from numba.core.errors import NumbaError
 
 from buckler.mbs.accuracy.aim import MOTION
-from buckler.mbs.accuracy.band import axial_period
+from buckler.mbs.accuracy.band import axial_period, unresolved
 from buckler.mbs.accuracy.by_signal import by_energy, by_signal
 from buckler.mbs.accuracy.delivery import Delivering, Delivery, Task, comparable
 from buckler.mbs.accuracy.difference import difference
@@ -201,15 +201,13 @@ class _Series(Delivering):
     def _errors(self, fine: Run, coarse: Run, share: float) -> Errors:
         """Of the motion and of all signals."""
         a, b = comparable(coarse), comparable(fine)
-        signals = by_signal(a, b) | by_energy(coarse, fine)
+        signals = {name: share * d for name, d in by_signal(a, b).items()}
+        if self.task.aim.motion and not self.play:
+            signals = unresolved(self.task.mechanism, self.span / (len(b.time) - 1), signals, b.units)
+        energies = {name: share * d for name, d in by_energy(coarse, fine).items()}
         over = f", over the first {1e3 * self.span:g} ms" if self.span < self.task.duration else ""
         kind = f"two runs of the compiled solver{over}"
-        return Errors(
-            share * difference(a, b),
-            {name: share * d for name, d in signals.items()},
-            kind,
-            fine.solver.degree != coarse.solver.degree,
-        )
+        return Errors(share * difference(a, b), signals | energies, kind, fine.solver.degree != coarse.solver.degree)
 
 
 class _Implicit(_Series):

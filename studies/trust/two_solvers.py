@@ -220,14 +220,15 @@ def _table(found: list[Compared]) -> Table:
 
 
 def figure(result: StudyResult) -> Figure:
-    """Difference over the sum of the estimates, a mark a mechanism; the line is where both say they should be."""
+    """Difference over the sum of the estimates, a mark a mechanism."""
     s = result.signals
     fig, ax = subplots(height=90)
     both = np.maximum(s["engine"] + s["compiled"], FINEST)
     ax.loglog(both, np.maximum(s["difference"], 1e-12), "o")
     line = np.array([FINEST, 0.1])
-    ax.loglog(line, line, color="#000000", linewidth=0.8)
-    ax.loglog(line, BEYOND * line, color="#000000", linewidth=0.8, linestyle=":")
+    ax.loglog(line, line, color="#000000", linewidth=0.8, label="the sum")
+    ax.loglog(line, BEYOND * line, color="#000000", linewidth=0.8, linestyle=":", label=f"{BEYOND:g} times the sum")
+    ax.legend()
     ax.set(xlabel="sum of both estimates", ylabel="difference of the solvers")
     return fig
 
