@@ -1,6 +1,6 @@
-"""Forces of mechanisms with strips or struts, as means over the period of their axial vibration.
+"""Forces of mechanisms with flexible links, as means over the period of their axial vibration.
 
-A strip is a spring of stiffness E A/L along itself. With the masses it holds it rings at kilohertz, started by each jump of an
+A link is a spring of stiffness E A/L along itself. With the masses it holds it rings at kilohertz, started by each jump of an
 acceleration, and hardly damped: how long and how much is a matter of the steps and of the integrator's damping, which no run at
 an affordable step tells. What is given is the force without it: the mean over a period T of its mean over a period T, of which
 (sin(pi f T)/(pi f T))^2 is left of a vibration of frequency f. Forces of contacts stay as they are: peaks are asked of an impact.
@@ -33,19 +33,19 @@ def mechanism_mass(mechanism: Mechanism) -> float:
 
 
 def axial_period(mechanism: Mechanism) -> float:
-    """Longest period of axial vibration, s: of a strip or strut as a spring that holds all mass there is; 0 without any."""
+    """Longest period of axial vibration, s: of a flexible link as a spring that holds all mass there is; 0 without any."""
     mass = mechanism_mass(mechanism)
     bodies: list[tuple[Any, float]] = [(link.body, mechanism.length(link.name)) for link in mechanism.links]
-    strips = [(body.section.axial_stiffness, length) for body, length in bodies if body.meshed or body.massless]
-    return max((2 * pi * sqrt(mass * length / stiffness) for stiffness, length in strips), default=0.0)
+    springs = [(body.section.axial_stiffness, length) for body, length in bodies if body.flexible]
+    return max((2 * pi * sqrt(mass * length / stiffness) for stiffness, length in springs), default=0.0)
 
 
 def told(mechanism: Mechanism) -> str:
     """What is done to the forces, in a sentence."""
     period = axial_period(mechanism)
     return (
-        f"forces of joints, guides, drives and strips are means, twice over {period:.2g} s, which leaves frequencies below about"
-        f" {0.25 / period:.2g} Hz: axial vibration is not resolved; solver=Exudyn() gives them as computed"
+        f"forces of joints, guides, drives and flexible links are means, twice over {period:.2g} s, which leaves frequencies"
+        f" below about {0.25 / period:.2g} Hz: axial vibration is not resolved; solver=Exudyn() gives them as computed"
     )
 
 
@@ -69,7 +69,7 @@ def banded(mechanism: Mechanism, time: Array, signals: dict[str, Array], units: 
 
 
 def rings(name: str, unit: str) -> bool:
-    """Whether a signal of a mechanism with strips is a force that rings with them, or with struts."""
+    """Whether a signal of a mechanism with flexible links is a force that rings with them."""
     return unit in FORCES and name.rpartition(".")[2] not in OF_CONTACT
 
 

@@ -50,6 +50,9 @@ QUICK = {
     "a kink of a rigid linkage": ("kinks", 2, 13),
     "a strip that bends while its ends rest": ("near critical", 2, 2),
     "struts that ring": ("strut", 2, 7),
+    "modal links that ring": ("any two drives", 2, 31),
+    "modal links that ring after a spin": ("any spinning", 1, 5),
+    "struts whose ringing steps do not resolve": ("strut", 1, 16),
 }
 LONG = {
     "axial force, four-bar": ("axial force", 1, 0), "axial force, slider-crank": ("axial force", 1, 2),
