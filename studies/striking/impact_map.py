@@ -203,7 +203,8 @@ def figure(result: StudyResult) -> Figure:
         way.loglog(s["way"][own], s["strength"][own], label=name, **style)
     _borders(plane, p)
     plane.set(xlabel="rate $s$ of compression [1]", ylabel="deflection / gyration radius [1]")
-    for ax in (parity, way):  # the plane has no room for it
+    plane.legend(fontsize=7, ncols=2, loc="lower center", bbox_to_anchor=(0.5, 1.0))  # there is no room within
+    for ax in (parity, way):
         ax.legend(fontsize=7)
     ends = np.nanmin(s["peak"]), np.nanmax(s["peak"])
     parity.loglog(ends, ends, "k-", linewidth=0.8)

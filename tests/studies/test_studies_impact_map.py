@@ -91,7 +91,7 @@ def test_theories_over_the_whole_map():
 def test_figure_of_the_map(result):
     over, plane, parity, way = drawn(impact_map, result).axes
     assert all("[1]" in ax.get_xlabel() for ax in (over, plane, parity, way))
-    assert {text.get_text() for text in parity.get_legend().get_texts()} == set(impact_map.REGIMES)
+    assert {text.get_text() for text in plane.get_legend().get_texts()} == set(impact_map.REGIMES)
 
 
 # --- designs that hold for the beam -----------------------------------------------------------------------------------
