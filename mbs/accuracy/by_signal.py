@@ -88,22 +88,20 @@ class Signals:
     def __init__(self, result: Result) -> None:
         self.time, self.values = result.time, result.signals
         self.largest: dict[str, float] = {}
-        self.times, self.there = self.time, dict(self.values)
+        self.times, self.there = self.time, self.values
         for name, values in self.values.items():
             unit = result.units.get(name, "")
             self.largest[unit] = max(self.largest.get(unit, 0.0), float(np.abs(values).max(initial=0.0)))
 
     def look(self, times: Array) -> None:
         """Take other times: cubics of all that is smooth are made at once."""
-        self.times = times
-        same = len(times) == len(self.time) and bool((times == self.time).all())
-        smooth = [name for name in self.values if name.rpartition(".")[2] in SMOOTH and np.isfinite(self.values[name]).all()]
-        if same:
-            self.there = dict(self.values)
-        elif smooth and len(self.time) > 2:
-            self.there = dict(
-                zip(smooth, cubic(self.time, np.column_stack([self.values[name] for name in smooth]), times).T, strict=True)
-            )
+        self.times, self.there = times, {}
+        if len(times) == len(self.time) and (times == self.time).all():
+            self.there = self.values
+        elif len(self.time) > 2:
+            smooth = [name for name in self.values if name.rpartition(".")[2] in SMOOTH and np.isfinite(self.values[name]).all()]
+            found = cubic(self.time, np.array([self.values[name] for name in smooth]).T, times) if smooth else np.empty((0, 0))
+            self.there = dict(zip(smooth, found.T, strict=True))
 
     def at(self, name: str) -> Array:
         """A signal at those times: cubic what is smooth, linear the rest."""

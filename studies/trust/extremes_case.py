@@ -21,9 +21,9 @@ WITHIN, REFUSED, FAILED, SUSPECT, FALSE_ALARM, WRONG, UNFINISHED, OPEN = (
     "silently wrong", "unfinished", "no reference",
 )  # fmt: skip
 """Verdicts. UNFINISHED ran out of time; OPEN was reported fine, and its reference itself failed."""
+VERDICTS = (WITHIN, REFUSED, FAILED, SUSPECT, FALSE_ALARM, WRONG, UNFINISHED, OPEN)
 OF_THE_MODEL = frozenset(("PENETRATION", "LINEAR"))
 """Checks that say that a law or a linear link is beyond its range. A reference of the same model cannot gainsay them."""
-VERDICTS = (WITHIN, REFUSED, FAILED, SUSPECT, FALSE_ALARM, WRONG, UNFINISHED, OPEN)
 
 
 def largest(values: Array) -> float:

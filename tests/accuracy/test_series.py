@@ -26,7 +26,7 @@ from buckler.mbs import (
 )
 from buckler.mbs.accuracy import delivery, refine, verify
 from buckler.mbs.accuracy.band import axial_period, banded, unresolved
-from buckler.mbs.accuracy.by_signal import Signals, _norm, _of_force
+from buckler.mbs.accuracy.by_signal import Signals, _norm, _of_force, by_signal
 from buckler.mbs.accuracy.delivery import Delivery, Task, comparable
 from buckler.mbs.accuracy.difference import _gap, difference, differences
 from buckler.mbs.accuracy.extrapolation import _Extrapolation, _FailedError, extrapolated
@@ -125,6 +125,17 @@ def test_a_force_differs_by_peak_mean_square_and_impulse():
 
     found = _of_force(signals(11 * np.sin(np.pi * time) ** 2), signals(10 * np.sin(np.pi * time) ** 2), "A.contact_force", 1e-9)
     assert {key: pytest.approx(0.1, rel=1e-3) for key in found} == found
+
+
+def test_runs_of_other_times_are_compared_by_straight_lines_where_one_is_too_short_for_a_cubic():
+    """A line against a parabola, 1/4 - (x - 1/2)^2 apart: sqrt(1/30) in the mean."""
+
+    def line(time, values):
+        return Result(Status.OK, "", time, {"A.x": values}, {"A.x": "m"}, {})
+
+    time = np.linspace(0.0, 1.0, 101)
+    found = by_signal(line(np.array([0.0, 1.0]), np.array([0.0, 1.0])), line(time, time**2))
+    assert found["A.x"] == pytest.approx(np.sqrt(1 / 30), rel=1e-3) and found["A.x.peak"] == pytest.approx(0.25)
 
 
 def ringing(steps):
