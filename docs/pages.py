@@ -9,9 +9,8 @@ from pathlib import Path
 from pages_api import PAGES, page_of
 
 from buckler.mbs import laws
+from buckler.mbs.declare import Declaration, declarations, known
 from buckler.mbs.elements import KINDS
-from buckler.mbs.files.declared import Declared, declared
-from buckler.mbs.files.kinds import known
 
 MADE = "made"
 """Folder of these pages; it is not kept."""
@@ -92,32 +91,26 @@ def _elements() -> Iterator[str]:
     yield "# Elements and laws, field by field"
     yield ""
     yield "Made from the declarations that the file reader, the JSON schema and the messages of wrong input are made from."
-    listed = {kind for kinds in KINDS.values() for kind in kinds}
-    groups = [*((name, [k for k in known().values() if k in kinds]) for name, kinds in KINDS.items())]
-    groups.append(("laws", [kind for name, kind in known().items() if name in laws.__all__]))
-    done = listed | {kind for _, kinds in groups for kind in kinds}
-    groups.append(("bodies and parts", [kind for kind in known().values() if kind not in done]))
+    kinds = list(known().values())
+    groups = [(name, [kind for kind in kinds if issubclass(kind, base)]) for name, base in KINDS.items()]
+    groups.append(("laws", [kind for kind in kinds if kind.__name__ in laws.__all__]))
+    done = {kind for _, some in groups for kind in some}
+    groups.append(("bodies and parts", [kind for kind in kinds if kind not in done]))
     for title, kinds in groups:
         yield from ("", f"## {title.capitalize()}", "")
         for kind in kinds:
             about = (kind.__doc__ or "").strip().partition("\n\n")[0]
             yield from (f"### {kind.__name__}", "", _plain(" ".join(about.split())), "")
-            rows = list(declared(kind).values())
+            rows = list(declarations(kind).items())
             if rows:
-                yield from ("| field | unit | range | default | |", "|---|---|---|---|---|", *map(_row, rows), "")
+                yield from ("| field | unit | range | default | |", "|---|---|---|---|---|", *(_row(*row) for row in rows), "")
 
 
-def _row(field: Declared) -> str:
+def _row(name: str, field: Declaration) -> str:
     default = "" if field.required else f"`{field.default!r}`" if len(repr(field.default)) < 40 else "see the class"
-    unit = "" if field.unit in ("", "1") else field.unit
-    return f"| `{field.name}` | {_plain(unit)} | {_plain(_range(field))} | {default} | {_plain(field.help)} |"
-
-
-def _range(field: Declared) -> str:
-    """The range in words."""
-    low = "" if field.low is None else f"{'>' if field.open_low else '≥'} {field.low:g}"
-    high = "" if field.high is None else f"≤ {field.high:g}"
-    return ", ".join(part for part in (low, high) if part)
+    unit = "" if field.spec.unit == "1" else field.spec.unit
+    allowed = ", ".join([field.spec.allowed, *(f"{sign} {other}" for sign, other in field.bounds.items())]).strip(", ")
+    return f"| `{name}` | {_plain(unit)} | {_plain(allowed)} | {default} | {_plain(field.doc)} |"
 
 
 def _plain(text: str) -> str:

@@ -30,7 +30,6 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
-import scipy
 from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
@@ -283,12 +282,14 @@ def shape(shortening: ArrayLike, s: ArrayLike) -> tuple[Any, Any, Any]:
     ValueError
         If a shortening or arc length lies outside its range or is not a number.
     """
+    from scipy import special  # it takes a while to load, and a force law does without
+
     arc = _checked("s", s, 0.0, 1.0, "arc length/L")
     m, m1, K, _ = at = _at_shortening(shortening)
     nearer = np.minimum(arc, 1.0 - arc)
-    sn, cn, dn, _ = scipy.special.ellipj(2.0 * K * nearer, m)
+    sn, cn, dn, _ = special.ellipj(2.0 * K * nearer, m)
     # R_D and not scipy's ellipeinc, which jumps by up to pi/4 at isolated amplitudes
-    near = nearer - m / K * (sn * cn / dn + sn**3 * scipy.special.elliprd(cn**2, dn**2, 1.0) / 3.0)
+    near = nearer - m / K * (sn * cn / dn + sn**3 * special.elliprd(cn**2, dn**2, 1.0) / 3.0)
     x = np.where(arc <= 0.5, near, 1.0 - at.shortening - near)
     y = np.sqrt(m * m1) * sn / (dn * K)
     theta = np.sign(0.5 - arc) * 2.0 * np.arcsin(np.sqrt(m) * cn / dn)
@@ -296,8 +297,10 @@ def shape(shortening: ArrayLike, s: ArrayLike) -> tuple[Any, Any, Any]:
 
 
 def _integrals(w: Array) -> _Integrals:
+    from scipy import special
+
     m1 = np.exp(-w)
-    return _Integrals(-np.expm1(-w), m1, scipy.special.ellipkm1(m1), m1 / 3.0 * scipy.special.elliprd(0.0, 1.0, m1))
+    return _Integrals(-np.expm1(-w), m1, special.ellipkm1(m1), m1 / 3.0 * special.elliprd(0.0, 1.0, m1))
 
 
 def _at_shortening(shortening: ArrayLike) -> _Integrals:

@@ -31,12 +31,15 @@ from buckler.mbs.elements import (
     TorsionSpring,
     Weld,
 )
-from buckler.mbs.engine.settings import Controlled, Equal, Exudyn
 from buckler.mbs.library import crank_rocker, slider_crank
 from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.offers import offer
 from buckler.mbs.record.result import Result
 from buckler.mbs.record.status import Status
-from buckler.mbs.spectral.solver import Spectral
+from buckler.mbs.solvers.closure import Closure
+from buckler.mbs.solvers.exudyn import Exudyn
+from buckler.mbs.solvers.spectral import Spectral
+from buckler.mbs.solvers.steps import Controlled, Equal
 
 if TYPE_CHECKING:
     from buckler.mbs.engine.scene import build
@@ -44,7 +47,7 @@ if TYPE_CHECKING:
     from buckler.mbs.statics import equilibrium, frequencies, path
 
 __all__ = [
-    "STEEL", "AdamsDamping", "Beam", "Cable", "Clearance", "Controlled", "Drive", "Equal", "Exudyn", "Force", "Guide",
+    "STEEL", "AdamsDamping", "Beam", "Cable", "Clearance", "Closure", "Controlled", "Drive", "Equal", "Exudyn", "Force", "Guide",
     "GuideFriction", "Link", "Mass", "Material", "Mechanism", "Modal", "Motion", "Motor", "Ramp", "Result", "Revolute", "Rigid",
     "Section", "Slider", "Slot", "Spectral", "Spring", "Status", "Stop", "Strut", "Torque", "TorsionSpring", "Weld", "build",
     "crank_rocker",    "equilibrium", "frequencies", "path", "simulate", "slider_crank",
@@ -71,3 +74,22 @@ def __getattr__(name: str) -> Any:
 def __dir__() -> list[str]:
     """Names on the door, those too that are loaded on demand."""
     return sorted(__all__)
+
+
+offer({
+    "plot_mechanism": "buckler.mbs.view.plot:plot_mechanism",
+    "mechanism_html": "buckler.mbs.view.notebook:mechanism_html",
+    "plot_signals": "buckler.mbs.view.plot:plot_signals",
+    "plot_energy": "buckler.mbs.view.plot:plot_energy",
+    "animate": "buckler.mbs.view.plot:animate",
+    "film_of": "buckler.mbs.view.movie:film_of",
+    "write_html": "buckler.mbs.view.report:write_html",
+    "framed": "buckler.mbs.view.report:framed",
+    "write_paraview": "buckler.mbs.view.paraview:write_paraview",
+    "to_dataframe": "buckler.mbs.view.tables:to_dataframe",
+    "to_xarray": "buckler.mbs.view.tables:to_xarray",
+    "write_csv": "buckler.mbs.view.tables:write_csv",
+    "write_parquet": "buckler.mbs.view.tables:write_parquet",
+    "exudyn_script": "buckler.mbs.engine.script:exudyn_script",
+    "planar_model": "buckler.mbs.modal.link:planar_model",
+})  # fmt: skip

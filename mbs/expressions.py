@@ -9,10 +9,9 @@ from __future__ import annotations
 import ast
 import math
 from collections.abc import Callable, Iterable, Mapping
-from difflib import get_close_matches
 from typing import Any
 
-from buckler.mbs.validate import short
+from buckler.mbs.validate import near, short
 
 Values = tuple[float, ...]
 Compiled = Callable[[Values], float]
@@ -116,7 +115,7 @@ def _not_allowed(node: ast.expr) -> str:
 
 
 def _hint(word: str, known: Iterable[str]) -> str:
-    close = get_close_matches(word, list(known), n=1)
+    close = near(word, known)
     return f", did you mean {close[0]}?" if close else ""
 
 

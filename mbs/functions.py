@@ -17,9 +17,9 @@ from typing import Any
 
 import numpy as np
 
+from buckler.mbs.declare import Declared, Name, Quantity, Several, declared, field, flag, quantities
+from buckler.mbs.declare.spec import Anything
 from buckler.mbs.expressions import compiled, derivative, names_in, parse
-from buckler.mbs.units import Measured
-from buckler.mbs.validate import listed, number
 
 Array = np.ndarray[Any, Any]
 SIGNATURES = (("t",), ("s",), ("x",), ("x", "v"), ("t", "angle", "speed"))
@@ -48,24 +48,17 @@ class Given:
         return type(self), tuple(getattr(self, f.name) for f in fields(self))  # type: ignore[arg-type]
 
 
-@dataclass(frozen=True)
-class Expression(Given):
+@declared
+class Expression(Given, Declared):
     """A formula of time t, s, or of the variables of one of `SIGNATURES`.
 
-    Parameters
-    ----------
-    text : str
-        Such as `2*sin(3*t)` or `-0.1*speed`. See `mbs.expressions` for what is allowed.
-
-    Raises
-    ------
-    ValueError
-        If the text is no formula, or holds something else than numbers, its variables and the functions known.
+    A ValueError tells what is no number, no variable and no function known; see `mbs.expressions` for what is allowed.
     """
 
-    text: str
+    text: str = field(Name(), "such as `2*sin(3*t)` or `-0.1*speed`")
 
-    def __post_init__(self) -> None:
+    def agree(self) -> None:
+        """Variables that go together."""
         tree = parse(self.text, {name for names in SIGNATURES for name in names})
         used = names_in(tree)
         fitting = [names for names in SIGNATURES if used <= set(names)]
@@ -96,28 +89,16 @@ class Expression(Given):
         return Integral(self)
 
 
-@dataclass(frozen=True)
-class Table(Given):
-    """Values at given times, the first and last kept beyond them.
+@declared
+class Table(Given, Declared):
+    """Values at given times, the first and last kept beyond them."""
 
-    Parameters
-    ----------
-    times : sequence of float
-        s, increasing, two at least.
-    values : sequence of float
-        One for each time.
-    smooth : bool
-        Joined by a cubic spline rather than by straight lines.
-    """
+    times: Sequence[float] = quantities("s", doc="increasing, two at least")
+    values: Sequence[float] = quantities("", doc="one for each time")
+    smooth: bool = flag(doc="joined by a cubic spline rather than by straight lines", default=False)
 
-    times: Sequence[float]
-    values: Sequence[float]
-    smooth: bool = False
-
-    def __post_init__(self) -> None:
-        times = tuple(number(f"times[{k}]", t, -np.inf, np.inf, "s") for k, t in enumerate(listed("times", self.times)))
-        object.__setattr__(self, "times", times)
-        object.__setattr__(self, "values", tuple(_finite(f"values[{k}]", v) for k, v in enumerate(listed("values", self.values))))
+    def agree(self) -> None:
+        """As many values as times, which increase."""
         if len(self.times) < 2 or len(self.times) != len(self.values):
             raise ValueError(f"times: {len(self.times)}, values: {len(self.values)}; must be two at least, and as many of each")
         if not np.all(np.diff(self.times) > 0):
@@ -218,22 +199,16 @@ class Integral(Given):
         return self.of
 
 
-@dataclass(frozen=True)
-class Components(Given):
-    """A function with several values, such as the two components of a force.
+@declared
+class Components(Given, Declared):
+    """A function with several values, such as the two components of a force."""
 
-    Parameters
-    ----------
-    parts : sequence of float or callable
-        Each a number or a function of the same variables.
-    """
+    parts: Sequence[float | Callable[..., Any]] = field(Several(Anything()), "each a number or a function of the same variables")
 
-    parts: Sequence[float | Callable[..., Any]]
-
-    def __post_init__(self) -> None:
-        given = listed("parts", self.parts)
-        parts = tuple(part if callable(part) else _finite(f"parts[{k}]", part) for k, part in enumerate(given))
-        object.__setattr__(self, "parts", parts)
+    def agree(self) -> None:
+        """Numbers and functions."""
+        parts = (part if callable(part) else Quantity("").read(f"parts[{k}]", part) for k, part in enumerate(self.parts))
+        object.__setattr__(self, "parts", tuple(parts))
 
     @property
     def kinks(self) -> tuple[float, ...]:
@@ -243,11 +218,6 @@ class Components(Given):
     def __call__(self, *values: Any) -> tuple[Any, ...]:
         """Values at the variables."""
         return tuple(part(*values) if callable(part) else part for part in self.parts)
-
-
-def _finite(name: str, value: Any) -> float:
-    """A number, whatever its unit: what the function is for is not known here."""
-    return number(name, float(value) if isinstance(value, Measured) else value, -np.inf, np.inf, "")
 
 
 def _known() -> str:

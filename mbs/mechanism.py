@@ -7,41 +7,73 @@ a flag: `Rigid`, `Strut`, `Beam`, `Cable`; `Revolute`, `Clearance`.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from math import hypot, inf
-from numbers import Real
+from math import hypot
 from pathlib import Path
 from typing import Any
 
+from buckler.mbs.declare import (
+    Declared,
+    Either,
+    Named,
+    Part,
+    Quantity,
+    RefusalError,
+    Several,
+    Vector,
+    build,
+    declared,
+    field,
+    fields_written,
+    vector,
+)  # fmt: skip
+from buckler.mbs.declare.spec import Schema
+from buckler.mbs.documents import document as documents
 from buckler.mbs.elements import KINDS, Drive, Guide, Link
-from buckler.mbs.elements.element import GROUND, Element, known, place
+from buckler.mbs.elements.element import GROUND, Element, UnknownError, known, place
 from buckler.mbs.elements.frozen import Frozen
-from buckler.mbs.upper import upper
-from buckler.mbs.validate import names_of, number, pair, sequence_of, short
+from buckler.mbs.offers import offered
+from buckler.mbs.validate import short
 
 Pair = tuple[float, float]
+RUN = "run"
+"""The table of a file that says how it is run: duration, accuracy and so on; no part of the mechanism."""
+ASIDE = ("about", RUN)
 AGREE = 1e-9
 """Distance, in lengths of the link, within which the place given of an inner point agrees with the link's."""
 
 
-@dataclass(frozen=True, repr=False)
-class Mechanism:
-    """A planar mechanism, checked for consistency when made.
+class Links(Several):
+    """Links, in files by their names."""
 
-    Parameters
-    ----------
-    points : mapping of str to (float, float)
-        Named points at t = 0, m. Those that a link carries at a fraction of its length may be left out: their places follow.
-    links : sequence of Link
-    joints : sequence of Revolute or Clearance
-    guides : sequence of Guide
-    stops : sequence of Stop
-    drives : sequence of Drive
-    loads, masses : sequence
-    velocities : mapping of str to float or (float, float)
-        Given velocities at t = 0: of a link's turning, rad/s, or of a point, m/s.
-    gravity : (float, float)
-        Acceleration in the plane, m/s^2. Zero, the default, also stands for gravity normal to the plane.
+    words = "a list of links, in files tables by name"
+
+    def read(self, name: str, given: Any) -> tuple[Any, ...]:
+        """Return a tuple."""
+        if not isinstance(given, Mapping):
+            return super().read(name, given)
+        for key, each in given.items():
+            if isinstance(each, Mapping) and each.get("name", key) != key:
+                raise ValueError(f"{name}.{key}: has another name, {each['name']!r}")
+        tables = {key: {**each, "name": key} if isinstance(each, Mapping) else each for key, each in given.items()}
+        return tuple(self.item.read(f"{name}.{key}", each) for key, each in tables.items())
+
+    def written(self, name: str, value: Any) -> Any:
+        """Tables by name."""
+        tables = {link.name: self.item.written(f"{name}.{link.name}", link) for link in value}
+        return {key: {k: v for k, v in table.items() if k != "name"} for key, table in tables.items()}
+
+    def schema(self) -> Schema:
+        """Tables by name."""
+        return {"type": "object", "additionalProperties": self.item.schema()}
+
+
+def _elements(of: str, doc: str) -> Any:
+    return field(Several(Part((KINDS[of],))), doc, default=())
+
+
+@declared
+class Mechanism(Declared):
+    """A planar mechanism, checked for consistency when made.
 
     Raises
     ------
@@ -50,31 +82,40 @@ class Mechanism:
         carries at a fraction of its length lies elsewhere, and so on.
     """
 
-    points: Mapping[str, Pair]
-    links: Sequence[Link]
-    joints: Sequence[Any] = ()
-    guides: Sequence[Guide] = ()
-    stops: Sequence[Any] = ()
-    drives: Sequence[Drive] = ()
-    loads: Sequence[Any] = ()
-    masses: Sequence[Any] = ()
-    velocities: Mapping[str, Any] = field(default_factory=dict)
-    gravity: Pair = field(default=(0.0, 0.0))
+    in_files = False
 
-    def __post_init__(self) -> None:
-        if not isinstance(self.points, Mapping):
-            raise ValueError(f"points = {short(self.points)}: must be a mapping of names to (x, y), m")
-        object.__setattr__(self, "points", Frozen({k: pair(f"points['{k}']", v, "m") for k, v in dict(self.points).items()}))
-        for name, kinds in KINDS.items():
-            object.__setattr__(self, name, sequence_of(name, getattr(self, name), kinds))
-            for k, element in enumerate(getattr(self, name)):
-                names_of(f"{name}[{k}]", element)
-        object.__setattr__(self, "gravity", pair("gravity", self.gravity, "m/s^2"))
+    points: Mapping[str, Pair] = field(
+        Named(Vector("m"), "points"),
+        "places at t = 0; those that a link carries at a fraction of its length may be left out: they follow",
+    )
+    links: Sequence[Link] = field(Links(Part((Link,))), "what moves; by name in files")
+    joints: Sequence[Any] = _elements("joints", "what joins links")
+    guides: Sequence[Guide] = _elements("guides", "slider blocks")
+    stops: Sequence[Any] = _elements("stops", "what points must not pass")
+    drives: Sequence[Drive] = _elements("drives", "what moves as it is told")
+    loads: Sequence[Any] = _elements("loads", "forces, torques, motors, springs")
+    masses: Sequence[Any] = _elements("masses", "masses fixed to links")
+    velocities: Mapping[str, Any] = field(
+        Named(Either((Quantity("rad/s"), Vector("m/s"))), "links and points"),
+        "given at t = 0: of a link's turning, rad/s, or of a point, m/s",
+        default_factory=dict,
+    )
+    gravity: Pair = vector("m/s^2", doc="in the plane; zero also stands for gravity normal to it", default=(0.0, 0.0))
+
+    def agree(self) -> None:
+        """Names that are there, once; elements that fit."""
         object.__setattr__(self, "points", Frozen(_with_inner(dict(self.points), self.links)))
+        object.__setattr__(self, "velocities", Frozen(self.velocities))
         _check_names(self)
-        object.__setattr__(self, "velocities", Frozen(_velocities(self)))
-        for element in self.elements().values():
-            element.check(self)
+        _check_velocities(self)
+        for kind in KINDS:
+            for k, element in enumerate(getattr(self, kind)):
+                try:
+                    element.check(self)
+                except UnknownError as error:
+                    raise RefusalError(str(error), f"{_place(kind, k, element)}.{error.field_of(element)}".rstrip(".")) from None
+                except ValueError as error:
+                    raise RefusalError(str(error), _place(kind, k, element)) from None
 
     def __str__(self) -> str:
         """Return what it is made of, in a line."""
@@ -117,10 +158,14 @@ class Mechanism:
         return found
 
     def to_dict(self) -> dict[str, Any]:
-        """Return a description of plain dictionaries, lists, numbers and names; see `buckler.mbs.files`."""
-        document = upper("files.encode", "document")
+        """Return a description of plain dictionaries, lists, numbers and names, as files have it.
 
-        return document(self)
+        Raises
+        ------
+        ValueError
+            If it holds what a file has no name for, such as a Python function; names its place.
+        """
+        return fields_written("", self)
 
     @classmethod
     def from_dict(cls, content: Mapping[str, Any]) -> Mechanism:
@@ -131,21 +176,21 @@ class Mechanism:
         ValueError
             In one line that begins with the place, such as `links.coupler.body.section.thickness`.
         """
-        mechanism = upper("files.decode", "mechanism")
-
-        return mechanism(content)
+        if not isinstance(content, Mapping):
+            raise ValueError(f"file = {short(content)}: must be a table")
+        described = {key: each for key, each in content.items() if key not in ASIDE}
+        made: Mechanism = build("", described, {"": cls}, ASIDE)
+        return made
 
     def save(self, path: str | Path) -> Path:
-        """Write the mechanism to `name.toml` or `name.json`.
+        """Write the mechanism as a `.toml` or `.json` file.
 
         Raises
         ------
         ValueError
-            If the ending is another, or the mechanism holds what a file has no name for, such as a Python function.
+            If the ending is another, or it holds what a file has no name for.
         """
-        save = upper("files.document", "save")
-
-        return save(self, path)
+        return documents.write(self.to_dict(), Path(path))
 
     @classmethod
     def load(cls, path: str | Path) -> Mechanism:
@@ -155,10 +200,14 @@ class Mechanism:
         ------
         ValueError
             In one line: the file, the place in it, what is wrong.
+        OSError
+            If the file cannot be read.
         """
-        load = upper("files.document", "load")
-
-        return load(path)
+        content = documents.read(Path(path))
+        try:
+            return cls.from_dict(content)
+        except ValueError as error:
+            raise ValueError(f"{path}: {error}") from None
 
     def plot(self, axes: Any = None, names: bool = True) -> Any:
         """Draw the mechanism at t = 0: links to scale, joints, guides, stops, springs, loads and drives by their symbols.
@@ -174,16 +223,13 @@ class Mechanism:
         -------
         matplotlib Axes
         """
-        plot_mechanism = upper("files.plot", "plot_mechanism")
-
-        return plot_mechanism(self, axes, names)
+        return offered("plot_mechanism")(self, axes, names)
 
     def write_exudyn_script(self, path: str | Path, duration: float, steps: int | None = None) -> Path:
         """Write a plain script that runs this mechanism in Exudyn without Buckler and gives the same numbers.
 
         The script writes the places of all points into a CSV file beside it. Its numbers are those of
-        `simulate(mechanism, duration, solver=Exudyn(Equal(steps)))`; where a drive alone decides the motion, that is answered
-        exactly, and the script differs from it by the integrator's error.
+        `simulate(mechanism, duration, solver=Exudyn(Equal(steps)))`.
 
         Parameters
         ----------
@@ -199,19 +245,15 @@ class Mechanism:
             If an element needs functions or solids of Buckler: stops, clearances, struts, modal links, motions of any form,
             springs with laws. It names them.
         """
-        exudyn_script = upper("engine.script", "exudyn_script")
-
         path = Path(path)
-        text = exudyn_script(self, duration, steps, f"{path.stem}.csv")
+        text = offered("exudyn_script")(self, duration, steps, f"{path.stem}.csv")
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding="utf-8")
         return path
 
     def _repr_html_(self) -> str:
         """Picture and parts, for notebooks."""
-        mechanism_html = upper("files.notebook", "mechanism_html")
-
-        return mechanism_html(self)
+        return offered("mechanism_html")(self)
 
 
 def _with_inner(points: dict[str, Pair], links: Sequence[Link]) -> dict[str, Pair]:
@@ -229,17 +271,18 @@ def _with_inner(points: dict[str, Pair], links: Sequence[Link]) -> dict[str, Pai
     return points
 
 
-def _velocities(mechanism: Mechanism) -> dict[str, Any]:
-    """Check the given velocities: a link's turning or a link's point's velocity."""
-    if not isinstance(mechanism.velocities, Mapping):
-        raise ValueError(f"velocities = {short(mechanism.velocities)}: must be a mapping of links and points to velocities")
+def _place(kind: str, k: int, element: Any) -> str:
+    """Where an element stands in a file."""
+    return f"links.{element.name}" if kind == "links" else f"{kind}[{k}]"
+
+
+def _check_velocities(mechanism: Mechanism) -> None:
+    """Check whose velocities are given: a link's turning or a link's point's velocity."""
     links = {link.name: link for link in mechanism.links}
-    found: dict[str, Any] = {}
     for name, value in mechanism.velocities.items():
         where = f"velocities['{name}']"
-        if isinstance(value, Real):
+        if isinstance(value, float):
             known("link", name, links, where)
-            found[name] = number(where, value, -inf, inf, "rad/s")  # type: ignore[arg-type]
             continue
         if name in links:
             raise ValueError(f"{where} = {short(value)}: a link's is its turning, one number, rad/s")
@@ -247,8 +290,6 @@ def _velocities(mechanism: Mechanism) -> dict[str, Any]:
         carried = {p for link in links.values() for p in link.points if body in ("", link.name)}
         known("link", body or next(iter(links)), links, where)
         known("point of a link", point, carried, where)
-        found[name] = pair(where, value, "m/s")
-    return found
 
 
 def _check_names(mechanism: Mechanism) -> None:

@@ -21,19 +21,21 @@ from buckler.mbs.accuracy.refine import refine, refined
 from buckler.mbs.accuracy.verify import verify as compare
 from buckler.mbs.accuracy.ways import deliver
 from buckler.mbs.checks.suspicions import idle, suspicions
-from buckler.mbs.engine.settings import Exudyn
 from buckler.mbs.engine.solve import once
-from buckler.mbs.files.movie import Film
-from buckler.mbs.files.verdicts import IDLE
 from buckler.mbs.interrupts import Interrupted, ctrl_c
+from buckler.mbs.kinematics import exact
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.energy import ledger as energy_ledger
 from buckler.mbs.record.result import Result
 from buckler.mbs.record.run import Run
 from buckler.mbs.record.signals import shapes_at
 from buckler.mbs.record.status import Status
-from buckler.mbs.spectral.solver import Spectral
+from buckler.mbs.solvers.closure import Closure
+from buckler.mbs.solvers.exudyn import Exudyn
+from buckler.mbs.solvers.spectral import Spectral
 from buckler.mbs.validate import listed, number, one_of, positive, short
+from buckler.mbs.view.movie import Film
+from buckler.mbs.view.verdicts import IDLE
 
 
 def _compiled(*arguments: Any) -> Run:
@@ -45,8 +47,10 @@ def _compiled(*arguments: Any) -> Run:
     return run(*arguments)
 
 
-SOLVERS: dict[type, Callable[..., Run]] = {Exudyn: once, Spectral: _compiled}
+SOLVERS: dict[type, Callable[..., Run]] = {Exudyn: once, Spectral: _compiled, Closure: exact.once}
 """What runs a mechanism once, by the type of the solver: `run(mechanism, duration, solver, timeout, progress)`."""
+
+Solver = Exudyn | Spectral | Closure
 
 
 def simulate(
@@ -55,7 +59,7 @@ def simulate(
     accuracy: float | None = None,
     *,
     of: str | Sequence[str] = PLACES,
-    solver: Exudyn | Spectral | None = None,
+    solver: Solver | None = None,
     verify: bool = False,
     ledger: bool = False,
     shapes: Sequence[float] = (),
@@ -76,10 +80,11 @@ def simulate(
     of : str or sequence of str
         What the accuracy is asked of: "places", the motion, as `mbs.accuracy.difference` measures it; "forces", all forces and
         torques; or signals by their names, as `mbs.accuracy.by_signal` measures them.
-    solver : Exudyn or Spectral, optional
-        Solver and its settings, instead of an accuracy; `Exudyn()` by default, whose settings suit any scene.
+    solver : Exudyn, Spectral or Closure, optional
+        Solver and its settings, instead of an accuracy. By default `Closure()` where joints and drives alone decide the motion,
+        else `Exudyn()`, whose settings suit any scene.
     verify : bool
-        Also run the other solver, `Spectral` for `Exudyn` and the other way, and put the difference into the result's
+        Also run another solver, `Exudyn` for `Spectral` and `Spectral` for the others, and put the difference into the result's
         `verified`. One beyond the sum of both estimates, or without an accuracy beyond 5 %, is SUSPECT, SOLVERS in the message.
         With clearance the first 10 ms are compared, or 18 degrees of the drive.
     ledger : bool
@@ -118,7 +123,7 @@ def simulate(
         one_of("solver", solver, tuple(SOLVERS))
     start, made = perf_counter(), list[Run]()
 
-    def run(mechanism: Mechanism, span: float, solver: Exudyn | Spectral, limit: float = inf) -> Run:
+    def run(mechanism: Mechanism, span: float, solver: Solver, limit: float = inf) -> Run:
         left = min(limit, inf if timeout is None else max(1e-3, timeout - (perf_counter() - start)))
         with ctrl_c() as interrupted:  # also while a run is put together, or its record
             made.append(_once(mechanism, span, solver, left if left < inf else None, progress))
@@ -157,7 +162,7 @@ def _interrupted(made: Sequence[Run]) -> Interrupted:
     return Interrupted(_result(replace(run, failure=(Status.INTERRUPTED, said)), None, False, np.empty(0)))
 
 
-def _once(mechanism: Mechanism, duration: float, solver: Exudyn | Spectral, timeout: float | None, progress: Any) -> Run:
+def _once(mechanism: Mechanism, duration: float, solver: Solver, timeout: float | None, progress: Any) -> Run:
     """One pass of the solver that was asked for."""
     return SOLVERS[type(solver)](mechanism, duration, solver, timeout, progress)
 
@@ -165,19 +170,19 @@ def _once(mechanism: Mechanism, duration: float, solver: Exudyn | Spectral, time
 def _result(run: Run, complete: Callable[[Result], Result] | None, ledger: bool, times: Any) -> Result:
     """Signals, energies and checks of a run; `complete` adds what is known of its error before it is checked."""
     record = run.record
-    signals, units = run.signals
     status, message = run.failure or (Status.OK, "")
     result = Result(
         status,
         message,
         record.time,
-        signals,
-        units,
+        run.values,
+        run.units,
         run.work,
         energy_ledger(record) if ledger else {},
         shapes_at(record, times) if len(times) else {},
         _provenance(run),
         film=Film(record),
+        traits=run.traits,
     )
     if complete is not None:
         result = complete(result)
@@ -197,7 +202,7 @@ def _provenance(run: Run) -> dict[str, Any]:
     """Versions, what was built, the settings it ran with, and what is worth knowing of the mechanism."""
     found = {**_versions(), "scene": dict(run.summary), "settings": _settings(run.solver)}
     elements = run.record.mechanism.elements().items()
-    notes = [*run.notes, *(note for name, element in elements for note in element.remarks(name, run.signals[0]))]
+    notes = [*run.notes, *(note for name, element in elements for note in element.remarks(name, run.values))]
     return found | ({"notes": notes} if notes else {})
 
 

@@ -86,6 +86,11 @@ def parse_unit(text: str) -> Unit:
     return Unit(factor, power, tuple(dimension))
 
 
+MULTIPLIED = re.compile(r"(\*\s*[ts]\b)|(\b[ts]\s*\*)")
+"""A text that multiplies the variable t or s: '0.1*s' is a formula, '0.1 s' a time."""
+LIKE_UNITS = re.compile(r"[-+.\d\s]*\d(?:e[-+]?\d+)?[\w\s/^.·²³°%µ]*")
+
+
 def parse_quantity(text: str, unit: str) -> float:
     """Read a number with an optional unit and return it in `unit`.
 
@@ -174,3 +179,14 @@ def measured(text: str) -> float:
     source = parse_unit(given)
     value = _scaled(match[1], int(match[2] or 0), source.power, source.factor)
     return Measured(value, text.strip(), source.dimension)
+
+
+def is_measured(text: str) -> bool:
+    """Whether a text is, or looks like, a number with a unit, and is no formula."""
+    if MULTIPLIED.search(text):
+        return False
+    try:
+        measured(text)
+    except ValueError:
+        return LIKE_UNITS.fullmatch(text.strip()) is not None
+    return True

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import fields
 from numbers import Integral, Real
 from typing import Any
 
@@ -48,12 +47,6 @@ def _as_float(value: Real) -> float:
         return math.inf
 
 
-def size(name: str, value: float, unit: str) -> float:
-    """Return `value` if it is a size that a mechanism may have, 1e-9 to 1e6 in SI; ValueError otherwise."""
-    positive(name, value, unit)
-    return number(name, value, 1e-9, 1e6, unit)
-
-
 def positive(name: str, value: float, unit: str) -> float:
     """Return `value` if it is finite and above zero; ValueError otherwise."""
     found = number(name, value, 0.0, math.inf, unit, open_low=True)
@@ -89,15 +82,6 @@ def pair(name: str, value: Any, unit: str) -> tuple[float, float]:
     return x, y
 
 
-def direction(name: str, value: Any) -> tuple[float, float]:
-    """Return `value` as a unit vector; ValueError if it has no length."""
-    x, y = pair(name, value, "1")
-    length = positive(f"{name} (length)", math.hypot(x, y), "1")
-    if abs(length - 1.0) < 1e-15:  # a unit vector stays what it is, to the last bit
-        return x, y
-    return x / length, y / length
-
-
 def one_of(name: str, value: Any, kinds: tuple[type, ...]) -> Any:
     """Return `value` if it is an instance of one of some types; ValueError, naming them, otherwise."""
     if not isinstance(value, kinds):
@@ -105,28 +89,6 @@ def one_of(name: str, value: Any, kinds: tuple[type, ...]) -> Any:
         found = f"the class {value.__name__}, not an instance" if isinstance(value, type) else f"a {type(value).__name__}"
         raise ValueError(f"{name} = {short(value)}: must be {allowed}; this is {found}")
     return value
-
-
-def sequence_of(name: str, values: Any, kinds: tuple[type, ...]) -> tuple[Any, ...]:
-    """Return `values` as a tuple if it is a sequence of instances of some types; ValueError otherwise."""
-    if isinstance(values, kinds):
-        raise ValueError(f"{name} = {short(values)}: must be a list")
-    return tuple(one_of(f"{name}[{k}]", value, kinds) for k, value in enumerate(listed(name, values)))
-
-
-def follows(name: str, law: Any, protocol: type, example: str) -> Any:
-    """Return `law` if it has all members of a protocol and can be hashed; ValueError, naming what is missing, otherwise."""
-    if isinstance(law, type):
-        raise ValueError(f"{name} = {law.__name__}: must be an instance, as {example}, not the class")
-    members = sorted(m for m in getattr(protocol, "__protocol_attrs__", vars(protocol)) if not m.startswith("_"))
-    missing = [m for m in members if not hasattr(law, m)]
-    if missing:
-        raise ValueError(f"{name} = {short(law)} is not a {protocol.__name__}: it lacks {', '.join(map(repr, missing))}")
-    try:
-        hash(law)
-    except TypeError:
-        raise ValueError(f"{name} = {short(law)}: must be hashable; make its class a frozen dataclass") from None
-    return law
 
 
 def function(name: str, value: Any, *arguments: float) -> Any:
@@ -139,13 +101,6 @@ def function(name: str, value: Any, *arguments: float) -> Any:
         called = ", ".join(f"{a:g}" for a in arguments)
         raise ValueError(f"{name}({called}) raises {type(error).__name__}: {error}") from error
     return value
-
-
-def names_of(what: str, value: Any) -> None:
-    """Raise a ValueError if a field of a dataclass that is declared as `str` is no name, or one that may be None is neither."""
-    for field in fields(value):
-        if field.type == "str" or (field.type == "str | None" and getattr(value, field.name) is not None):
-            word(f"{field.name} of {what}", getattr(value, field.name))
 
 
 def listed(name: str, values: Any) -> tuple[Any, ...]:
@@ -163,3 +118,10 @@ def short(value: Any) -> str:
         return "a number too large to write"
     text = " ".join(text.split())
     return text if len(text) <= 120 else f"{text[:117]}..."
+
+
+def near(word: str, names: Iterable[str], most: int = 1, likeness: float = 0.6) -> list[str]:
+    """Those of some names that are spelt most like a word."""
+    from difflib import get_close_matches  # it takes milliseconds to load, and only a mistake needs it
+
+    return get_close_matches(word, list(names), most, likeness)

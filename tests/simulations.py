@@ -21,13 +21,6 @@ def fine(result):
     return result
 
 
-def integrated(monkeypatch):
-    """Have linkages integrated whose motion closure alone could tell."""
-    from buckler.mbs.engine import solve
-
-    monkeypatch.setattr(solve, "answered", lambda mechanism: False)
-
-
 def rates(errors, factor=2.0):
     """Observed orders of convergence, steps shrinking by a factor each time."""
     return np.log(np.divide(errors[:-1], errors[1:])) / np.log(factor)

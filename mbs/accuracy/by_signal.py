@@ -24,13 +24,14 @@ import scipy
 
 from buckler.mbs.accuracy.difference import GRID
 from buckler.mbs.record.energy import ledger
-from buckler.mbs.record.lookup import SMOOTH, cubic
+from buckler.mbs.record.lookup import cubic
 from buckler.mbs.record.result import Result
 from buckler.mbs.record.run import Run
 from buckler.mbs.units import FORCES
 
 Array = np.ndarray[Any, Any]
 PLACES = ("m", "rad")
+SMOOTH = ("x", "y", "angle", "deflection", "end_shortening")
 PAIRS = {"x": "y", "vx": "vy", "ax": "ay", "fx": "fy", "journal_x": "journal_y"}
 """Last parts of the names of the components of a vector: one may be none while the other is all."""
 SMALL = 0.01

@@ -133,7 +133,7 @@ class Delivering:
 
 def comparable(run: Run) -> Result:
     """Signals of a run, to be compared: forces that ring as means, with clearance for as long as the motion can be predicted."""
-    signals, units = run.signals
+    signals, units = run.values, run.units
     means = banded(run.record.mechanism, run.record.time, signals, units)
     whole = Result(Status.OK, "", run.record.time, signals | means, units, run.work)
     return cut(whole, predictable(run.record.mechanism, float(run.record.time[-1]))) if len(whole.time) > 1 else whole

@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 
 from buckler.mbs.accuracy.band import unresolved
-from buckler.mbs.accuracy.by_signal import by_energy, by_signal
+from buckler.mbs.accuracy.by_signal import SMOOTH, by_energy, by_signal
 from buckler.mbs.accuracy.delivery import AGAIN, Delivering, Delivery, Runner, Task, comparable
 from buckler.mbs.accuracy.difference import differences
 from buckler.mbs.accuracy.plan import Plan
 from buckler.mbs.record.errors import Errors
-from buckler.mbs.record.lookup import SMOOTH, cubic
+from buckler.mbs.record.lookup import cubic
 from buckler.mbs.record.result import Result
 from buckler.mbs.record.run import Run
 

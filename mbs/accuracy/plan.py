@@ -11,10 +11,11 @@ from buckler.mbs.accuracy.band import axial_period
 from buckler.mbs.elements.clearance import clearances
 from buckler.mbs.elements.drive import Ramp
 from buckler.mbs.elements.element import kinks_of
-from buckler.mbs.engine.choice import is_loose
-from buckler.mbs.engine.settings import Controlled, Equal, Exudyn
-from buckler.mbs.kinematics.closure import turning_speed
+from buckler.mbs.kinematics.linkage import turning_speed
 from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.solvers.choice import is_loose
+from buckler.mbs.solvers.exudyn import Exudyn
+from buckler.mbs.solvers.steps import Controlled, Equal
 
 PHASE, STRIKING_PHASE = 0.95, 6.5
 """Steps of the coarsest run for an accuracy of 1e-3, a radian of the first bending vibration: of fourth order in the accuracy."""
@@ -52,7 +53,7 @@ LOOSE = 1e-3
 
 
 PLAY, PLAY_ORDER, PLAY_FINEST = (0.5, 2e-3), (1.0, 1.4), 1e-9
-"""Tolerance with clearance for an accuracy of 1: explicit (see `engine.choice.is_loose`), implicit; the power of the accuracy it
+"""Tolerance with clearance for an accuracy of 1: explicit (see `solvers.choice.is_loose`), implicit; the power of the accuracy it
 goes by; the least."""
 PLAY_STEPS, PLAY_RADIUS = 200, 0.9
 """Steps at least, in all, with clearance, and the spectral radius of implicit ones."""

@@ -8,7 +8,7 @@ from math import pi
 import numpy as np
 
 from buckler.mbs.elements.clearance import clearances
-from buckler.mbs.kinematics.closure import turning_speed
+from buckler.mbs.kinematics.linkage import turning_speed
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.result import Result
 

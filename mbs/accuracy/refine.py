@@ -29,13 +29,16 @@ from buckler.mbs.accuracy.usual import ASKED, BOUND, Usual
 from buckler.mbs.accuracy.ways import against, compilable, compiled, deliver, named, own_functions
 from buckler.mbs.elements.clearance import clearances
 from buckler.mbs.elements.drive import Ramp
-from buckler.mbs.engine.choice import usual_tolerance
-from buckler.mbs.engine.settings import Controlled, Exudyn
 from buckler.mbs.kinematics.determined import answered
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.errors import Errors
 from buckler.mbs.record.result import Result
 from buckler.mbs.record.run import Run
+from buckler.mbs.solvers.choice import usual_tolerance
+from buckler.mbs.solvers.closure import Closure
+from buckler.mbs.solvers.exudyn import Exudyn
+from buckler.mbs.solvers.spectral import Spectral
+from buckler.mbs.solvers.steps import Controlled
 
 TIMES, LEAST = 20.0, 5.0
 """Limit of the time for a finer run: so many times that of the first one, but at least this, s."""
@@ -69,8 +72,7 @@ def refine(mechanism: Mechanism, duration: float, run: Runner) -> Refined:
     """Run with default settings, look at it, and make it finer where it misses what is allowed."""
     own = Delivering(Task(mechanism, duration, ASKED), run)
     begin = perf_counter()
-    first = run(mechanism, duration, Exudyn())
-    own.runs["exudyn"] = 1
+    first = own.run(mechanism, duration, Closure() if answered(mechanism) else Exudyn())
     spent = perf_counter() - begin
     alone = Delivery(first, nan, Errors(), {}, own.runs)
     if first.failure is not None or len(first.record.time) < 3:
@@ -92,7 +94,7 @@ def refine(mechanism: Mechanism, duration: float, run: Runner) -> Refined:
         ASKED,
         usual,
         patience=max(LEAST, TIMES * spent),
-        begun=None if isinstance(other.solver, Exudyn) else other,
+        begun=other if isinstance(other.solver, Spectral) else None,
     )
     found = deliver(task, run)
     best = found.after(held)
@@ -140,7 +142,7 @@ def _compared(mine: Result, first: Run, theirs: Result, other: Run, usual: Usual
         energies = by_energy(first, other)
     kind = f"a run of {type(other.solver).__name__} beside it"
     found = signals | energies
-    elements = not isinstance(other.solver, Exudyn)
+    elements = isinstance(other.solver, Spectral)
     return Errors(difference(mine, theirs), found, kind, elements), usual.largest(found, theirs.units)
 
 
@@ -151,7 +153,7 @@ def _beside(own: Delivering, first: Run) -> Run | None:
         if all(isinstance(drive.motion, Ramp) for drive in mechanism.drives):
             return None
         steps = Controlled(max_step=duration / (2 * (len(first.record.time) - 1)))
-        return _ended(own.run(mechanism, duration, Exudyn(steps)))
+        return _ended(own.run(mechanism, duration, Closure(steps)))
     span = predictable(mechanism, duration)
     if not (own_functions(mechanism) or (named(mechanism) and clearances(mechanism))) and compilable(mechanism):
         found = _ended(own.run(mechanism, span, _compiled(mechanism, span)))

@@ -8,8 +8,9 @@ from math import inf, nan
 from buckler.mbs.accuracy.by_signal import by_energy, by_signal
 from buckler.mbs.accuracy.delivery import Delivering, Delivery, Runner, Task, comparable
 from buckler.mbs.accuracy.difference import difference
-from buckler.mbs.engine.settings import Controlled, Exudyn
 from buckler.mbs.record.errors import Errors
+from buckler.mbs.solvers.closure import Closure
+from buckler.mbs.solvers.steps import Controlled
 
 ROUNDS = 7
 """Most times the samples are doubled."""
@@ -18,13 +19,13 @@ ROUNDS = 7
 def sampled(task: Task, run: Runner) -> Delivery:
     """Double the samples until what is read off them stays, or say how near it came."""
     own = Delivering(task, run)
-    coarse = own.run(task.mechanism, task.duration, Exudyn())
+    coarse = own.run(task.mechanism, task.duration, Closure())
     reached, told, fine = inf, Errors(), coarse
     for _ in range(ROUNDS):
         if coarse.failure is not None:
             break
         steps = Controlled(max_step=task.duration / (2 * (len(coarse.record.time) - 1)))
-        fine = own.run(task.mechanism, task.duration, Exudyn(steps))
+        fine = own.run(task.mechanism, task.duration, Closure(steps))
         if fine.failure is not None:
             break
         a, b = comparable(coarse), comparable(fine)

@@ -14,21 +14,22 @@ from buckler.mbs.accuracy.delivery import Delivery, Task, comparable
 from buckler.mbs.accuracy.difference import FINEST, difference
 from buckler.mbs.accuracy.predictable import cut, predictable
 from buckler.mbs.accuracy.ways import by_exudyn, compiled
-from buckler.mbs.engine.settings import Exudyn
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.errors import Errors
 from buckler.mbs.record.result import Result
 from buckler.mbs.record.run import Run
 from buckler.mbs.record.status import Status
-from buckler.mbs.spectral.solver import Spectral
+from buckler.mbs.solvers.closure import Closure
+from buckler.mbs.solvers.exudyn import Exudyn
+from buckler.mbs.solvers.spectral import Spectral
 
 APART = 0.05
 """Difference allowed of two runs of which one has no estimate of its error."""
-NAMES: dict[type, str] = {Exudyn: "Exudyn", Spectral: "the compiled solver"}
+NAMES: dict[type, str] = {Exudyn: "Exudyn", Spectral: "the compiled solver", Closure: "loop closure"}
 
 
 def verify(result: Result, mechanism: Mechanism, duration: float, solver: Any, run: Callable[..., Run]) -> Result:
-    """Run the other solver and put the difference into the result; SUSPECT, SOLVERS in the message, where it is too large.
+    """Run another solver and put the difference into the result; SUSPECT, SOLVERS in the message, where it is too large.
 
     Without clearance the whole run is compared; with clearance what can be predicted, as rattling is chaotic.
 
@@ -39,7 +40,7 @@ def verify(result: Result, mechanism: Mechanism, duration: float, solver: Any, r
     mechanism : Mechanism
     duration : float
         s.
-    solver : Exudyn or Spectral
+    solver : Exudyn, Spectral or Closure
         Which made it.
     run : callable
         `run(mechanism, duration, solver)` makes one `Run`.
@@ -51,7 +52,7 @@ def verify(result: Result, mechanism: Mechanism, duration: float, solver: Any, r
     """
     if result.status not in (Status.OK, Status.SUSPECT):
         return result
-    mine, other = (Exudyn, Spectral) if isinstance(solver, Exudyn) else (Spectral, Exudyn)
+    mine, other = type(solver), Exudyn if isinstance(solver, Spectral) else Spectral
     span = predictable(mechanism, duration)
     start = perf_counter()
     try:

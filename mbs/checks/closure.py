@@ -1,6 +1,6 @@
 """Self-check of driven linkages: do rigid links in ideal joints move as loop closure says?
 
-It says so of all recorded times at once, from places alone (see `mbs.kinematics.closure`).
+It says so of all recorded times at once, from places alone (see `mbs.kinematics.linkage`).
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import numpy as np
 
 from buckler.mbs.checks.check import Check
 from buckler.mbs.checks.dead_centre import dead_centre, followed, not_determined
-from buckler.mbs.kinematics.closure import solved
+from buckler.mbs.kinematics.linkage import solved
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.record import Record
 from buckler.mbs.record.result import Result

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from buckler.mbs.checks.check import Check
-from buckler.mbs.kinematics.closure import Closure, determined
+from buckler.mbs.kinematics.linkage import Linkage, determined
 from buckler.mbs.record.record import Record
 from buckler.mbs.record.result import Result
 from buckler.mbs.record.run import Run
@@ -21,7 +21,7 @@ SINGULAR = 1e-3
 class Followed(NamedTuple):
     """A linkage's loops, places of its links' starts and directions (times, links, 3), and the Jacobian there."""
 
-    closure: Closure
+    linkage: Linkage
     places: Array
     jacobian: Array
 
@@ -30,8 +30,8 @@ def followed(record: Record) -> Followed | None:
     """A driven linkage in its recorded places; None where constraints alone do not decide its motion."""
     if not determined(record.mechanism):
         return None
-    closure, places = Closure(record.mechanism), _places(record)
-    return Followed(closure, places, closure.system(places, np.zeros_like(places))[1])
+    linkage, places = Linkage(record.mechanism), _places(record)
+    return Followed(linkage, places, linkage.system(places, np.zeros_like(places))[1])
 
 
 def dead_centre(known: Followed) -> int | None:
@@ -61,7 +61,7 @@ def not_determined(run: Run, _result: Result) -> str:
 
 def _places(record: Record) -> Array:
     """Places of all links' starts and their directions, shape (times, links, 3)."""
-    start = Closure(record.mechanism).reference
+    start = Linkage(record.mechanism).reference
     rows = [
         np.column_stack([record.links[link.name].point(link.start)[0], record.links[link.name].turn()[0] + at[2]])
         for link, at in zip(record.mechanism.links, start, strict=True)

@@ -88,7 +88,7 @@ def _unseen_bristles(record: Record, result: Result) -> float:
 def _changed(run: Run, result: Result) -> float:
     """Change of the points' places by extrapolation, in lengths of the largest link; 0 where nothing was extrapolated."""
     names = [f"{point}.{axis}" for point in run.record.mechanism.points for axis in "xy"]
-    return max(float(np.abs(result.signals[name] - run.signals[0][name]).max()) for name in names) / _size(run.record)
+    return max(float(np.abs(result.signals[name] - run.signals[name].values).max()) for name in names) / _size(run.record)
 
 
 CHECK = Check(

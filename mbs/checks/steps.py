@@ -16,13 +16,13 @@ import numpy as np
 from buckler.mbs.accuracy.predictable import wholly_compared
 from buckler.mbs.checks.check import Check
 from buckler.mbs.elements.clearance import clearances
-from buckler.mbs.engine.choice import usual_tolerance
-from buckler.mbs.kinematics.closure import determined
+from buckler.mbs.kinematics.linkage import determined
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.record import Record
 from buckler.mbs.record.result import Result
 from buckler.mbs.record.run import Run
 from buckler.mbs.record.signals import collect
+from buckler.mbs.solvers.choice import usual_tolerance
 
 Array = np.ndarray[Any, Any]
 SHARE, FEWEST, MOST = 40, 10, 100
@@ -59,7 +59,7 @@ def _too_long(run: Run, result: Result) -> Iterator[str]:
         if finer is None:
             yield f"with half the steps the engine does not get {span}"
             continue
-        after = collect(finer)[0]
+        after = {name: signal.values for name, signal in collect(finer).items()}
         window = slice(first, last + 1)
         changes = dict(_forces(result, names, window, finer.time, after, FORCE if taken.adaptive else FORCE / 2))
         changes |= dict(_motion(mechanism, result, last, after, speeds=bool(names) or not striking))

@@ -4,9 +4,11 @@ from buckler.mbs.elements.beam import Beam, Cable
 from buckler.mbs.elements.body import Body
 from buckler.mbs.elements.clearance import Clearance
 from buckler.mbs.elements.drive import Drive, Motion, Ramp
+from buckler.mbs.elements.element import Joint
 from buckler.mbs.elements.force import Force
 from buckler.mbs.elements.guide import Guide, GuideFriction
 from buckler.mbs.elements.link import Link
+from buckler.mbs.elements.load import Load
 from buckler.mbs.elements.mass import Mass
 from buckler.mbs.elements.modal import AdamsDamping, Modal
 from buckler.mbs.elements.motor import Motor
@@ -21,16 +23,10 @@ from buckler.mbs.elements.torque import Torque
 from buckler.mbs.elements.torsion_spring import TorsionSpring
 from buckler.mbs.elements.weld import Weld
 
-KINDS: dict[str, tuple[type, ...]] = {
-    "links": (Link,),
-    "joints": (Revolute, Clearance, Weld, Slider, Slot),
-    "guides": (Guide,),
-    "stops": (Stop,),
-    "drives": (Drive,),
-    "loads": (Force, Torque, Motor, Spring, TorsionSpring),
-    "masses": (Mass,),
-}
-"""Kinds of element, by the list of a mechanism that holds them."""
+KINDS: dict[str, type] = {
+    "links": Link, "joints": Joint, "guides": Guide, "stops": Stop, "drives": Drive, "loads": Load, "masses": Mass,
+}  # fmt: skip
+"""What the lists of a mechanism hold: every kind of that."""
 
 __all__ = [
     "KINDS", "STEEL", "AdamsDamping", "Beam", "Body", "Cable", "Clearance", "Drive", "Force", "Guide", "GuideFriction", "Inertia",

@@ -8,10 +8,11 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
+from buckler.mbs.callables import Function
+from buckler.mbs.declare import Either, Several, Vector, declared, field, part, quantity, whole
 from buckler.mbs.elements.body import Body
-from buckler.mbs.elements.element import Array, Energy, Recorded, Signal
+from buckler.mbs.elements.element import Array, Energy, Kind, Recorded, Signal
 from buckler.mbs.elements.section import Section
-from buckler.mbs.validate import listed, number, one_of, pair, whole
 
 DEFAULT_ELEMENTS = 8
 """Elements of a flexible link where neither its maker nor an accuracy asks for a number."""
@@ -20,6 +21,13 @@ RULE = np.polynomial.legendre.leggauss(12)
 PANELS = 64
 """Pieces over which the place of an inner point of a curved strip is integrated."""
 Shape = Sequence[tuple[float, float]] | Callable[[float], tuple[float, float]]
+SHAPES = Either((Function("s", "m", size=2), Several(Vector("m"), least=3)))
+ELEMENTS = f"by default as many as the accuracy asked of a run takes, or {DEFAULT_ELEMENTS} where none is asked"
+BOW = "stress-free half-sine bow at mid-span, positive to the left of the direction from start to end"
+SHAPED = (
+    "stress-free shape instead of a bow: points from start to end, or a function of the fraction of the arc length, in [0, 1]; "
+    "it is turned and scaled so that its ends are the link's points"
+)
 
 
 class Worth(NamedTuple):
@@ -51,19 +59,10 @@ class Flexible(Body):
     imperfection: float
     shape: Any
 
-    def __post_init__(self) -> None:
-        one_of("section", self.section, (Section,))
-        if self.elements is not None:
-            whole("elements", self.elements, 1, 1000)
-        number("imperfection", self.imperfection, -1.0, 1.0, "m")
-        if self.shape is not None:
-            if self.imperfection:
-                raise ValueError(f"imperfection = {self.imperfection:g} m and shape: give one of them")
-            if not callable(self.shape):
-                points = listed("shape", self.shape)
-                object.__setattr__(self, "shape", tuple(pair(f"shape[{k}]", point, "m") for k, point in enumerate(points)))
-                if len(self.shape) < 3:
-                    raise ValueError(f"shape: {len(self.shape)} points; it needs at least 3")
+    def agree(self) -> None:
+        """One stress-free shape."""
+        if self.imperfection and self.shape is not None:
+            raise ValueError(f"imperfection = {self.imperfection:g} m and shape: give one of them")
 
     @property
     def count(self) -> int:
@@ -119,9 +118,10 @@ class Flexible(Body):
         start, end = (strip.point(name)[0] for name in (link.start, link.end))
         chord, middle = end - start, strip.middle() - start
         span = np.hypot(*chord.T)
-        yield Signal(f"{link.name}.end_shortening", strip.length - span, "m")
-        yield Signal(f"{link.name}.axial_force", strip.axial_force(), "N")
-        yield Signal(f"{link.name}.deflection", (chord[:, 0] * middle[:, 1] - chord[:, 1] * middle[:, 0]) / span, "m")
+        yield Signal(f"{link.name}.end_shortening", strip.length - span, "m", Kind.PLACE)
+        yield Signal(f"{link.name}.axial_force", strip.axial_force(), "N", Kind.INTERNAL)
+        deflection = (chord[:, 0] * middle[:, 1] - chord[:, 1] * middle[:, 0]) / span
+        yield Signal(f"{link.name}.deflection", deflection, "m", Kind.PLACE)
 
     def energies(self, link: Any, record: Recorded) -> Iterator[Energy]:
         """Yield strain energy and what damping took."""
@@ -131,33 +131,15 @@ class Flexible(Body):
         yield Energy("taken", "damping", record.work(sum((strain.power for strain in strains), zero)))
 
 
-@dataclass(frozen=True)
+@declared
 class Beam(Flexible):
-    """A flexible link of geometrically exact (shear-deformable) beam elements.
+    """A flexible link of geometrically exact (shear-deformable) beam elements."""
 
-    Parameters
-    ----------
-    section : Section
-    elements : int, optional
-        Number of elements, 1 to 1000. By default as many as the accuracy asked of a run takes, or 8 where none is asked.
-    nodes : int
-        Nodes an element, 2 (linear) or 3 (quadratic; far more accurate for its price).
-    imperfection : float
-        Stress-free half-sine bow, m, at mid-span, in [-1, 1]; positive to the left of the direction from start to end.
-    shape : sequence of (float, float), or callable, optional
-        Stress-free shape instead of a bow: points in the link's frame from start to end, or a function of the fraction of the
-        arc length, in [0, 1], that returns (x, y). It is turned and scaled so that its ends are the link's points.
-    """
-
-    section: Section
-    elements: int | None = None
-    nodes: int = 3
-    imperfection: float = 0.0
-    shape: Shape | None = None
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        whole("nodes", self.nodes, 2, 3)
+    section: Section = part(Section, doc="of the strip")
+    elements: int | None = whole(1, 1000, doc=ELEMENTS, default=None)
+    nodes: int = whole(2, 3, doc="of an element: 2 (linear), or 3 (quadratic), far more accurate for its price", default=3)
+    imperfection: float = quantity("m", low=-1, high=1, doc=BOW, default=0.0)
+    shape: Shape | None = field(SHAPES, SHAPED, default=None)
 
     @property
     def step(self) -> int:
@@ -170,25 +152,14 @@ class Beam(Flexible):
         return {3: Worth(1.5, (0.19, 4), (3e-4, 6)), 2: Worth(6.0, (1.3, 2), (3e-4, 6))}[self.nodes]
 
 
-@dataclass(frozen=True)
+@declared
 class Cable(Flexible):
-    """A flexible link of shear-rigid ANCF cable elements (cubic Hermite).
+    """A flexible link of shear-rigid ANCF cable elements (cubic Hermite)."""
 
-    Parameters
-    ----------
-    section : Section
-    elements : int, optional
-        Number of elements, 1 to 1000. By default as many as the accuracy asked of a run takes, or 8 where none is asked.
-    imperfection : float
-        Stress-free half-sine bow, m, at mid-span, in [-1, 1]; positive to the left of the direction from start to end.
-    shape : sequence of (float, float), or callable, optional
-        Stress-free shape instead of a bow; see `Beam`.
-    """
-
-    section: Section
-    elements: int | None = None
-    imperfection: float = 0.0
-    shape: Shape | None = None
+    section: Section = part(Section, doc="of the strip")
+    elements: int | None = whole(1, 1000, doc=ELEMENTS, default=None)
+    imperfection: float = quantity("m", low=-1, high=1, doc=BOW, default=0.0)
+    shape: Shape | None = field(SHAPES, SHAPED, default=None)
 
     turns: ClassVar[bool] = False
 

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any, ClassVar
 
+from buckler.mbs.declare import Declared
 from buckler.mbs.elements.element import Energy, Recorded, Signal
 
 
-class Body:
+class Body(Declared):
     """What a link is made of.
 
     Attributes

@@ -3,72 +3,71 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from buckler.mbs.elements.element import GROUND, Array, Depth, Energy, Joint, Recorded, Signal, left
+from buckler.mbs.declare import Quantity, Several, declared, field, names, part, quantity
+from buckler.mbs.elements.element import GROUND, Array, Depth, Energy, Joint, Kind, Recorded, Signal, left
 from buckler.mbs.elements.journal import BRISTLE, HARMONICS, ONSET, SINCE, SLIDING, profile
 from buckler.mbs.elements.rows import Row, meets
 from buckler.mbs.laws import BristleLaw, FrictionLaw, NoFriction, NormalLaw
-from buckler.mbs.validate import follows, positive, short
+from buckler.mbs.validate import short
 
 ROUND_ABOUT = np.linspace(0.0, 2 * np.pi, 721)
 """Directions, rad, in which the least clearance is looked for."""
+PROFILE = (
+    "cosine and sine amplitude of each harmonic of what it lacks of a circle, over the angle from the x axis while the body "
+    "lies as at t = 0; the clearance in a direction is `gap` and both profiles there"
+)
 PIERCED = 0.05
 """Depth of a pin in its bush, relative to its radius, up to which a depth beyond the clearance is remarked, not suspected."""
 
 
-@dataclass(frozen=True)
+class Harmonics(Several):
+    """Amplitudes of harmonics."""
+
+    words = f"cosine and sine amplitudes, m, of at most {HARMONICS} harmonics"
+
+
+HARMONIC = Harmonics(Quantity("m"), 0, 2 * HARMONICS)
+
+
+@declared
 class Clearance(Joint):
-    """A pin of the first body in a bush of the second, with clearance between them, contact and friction.
+    """A pin of the first body in a bush of the second, with clearance between them, contact and friction."""
 
-    Parameters
-    ----------
-    point, first, second : str
-        The point and the two bodies, links or 'ground'; the pin is the first's, the bush the second's.
-    pin : float
-        Radius of the pin, m, positive.
-    gap : float
-        Radial clearance, m, positive: bush radius minus pin radius. A joint without clearance is a `Revolute`.
-    law : NormalLaw
-        Of `buckler.mbs.laws`, with depth in m.
-    friction : FrictionLaw or BristleLaw
-        Of `buckler.mbs.laws`; none by default.
-    bush_profile, pin_profile : tuple of float
-        Harmonics of what is missing of a round bush and pin, m: cosine and sine amplitude of the first, of the second, and so on,
-        at most eight, over the angle from the x axis while the body lies as it does at t = 0. The clearance in a direction is
-        `gap` and both profiles there. None by default: both are round.
-    """
-
-    point: str
-    first: str
-    second: str
-    pin: float
-    gap: float
-    law: NormalLaw
-    friction: FrictionLaw | BristleLaw = field(default_factory=NoFriction)
-    bush_profile: tuple[float, ...] = ()
-    pin_profile: tuple[float, ...] = ()
+    point: str = names(doc="where they meet")
+    first: str = names(doc="link with the pin, or 'ground'")
+    second: str = names(doc="link with the bush, or 'ground'")
+    pin: float = quantity("m", above=0, doc="radius of the pin")
+    gap: float = quantity(
+        "m", above=0, doc="radial clearance: bush radius minus pin radius", hint="a joint without clearance is a Revolute"
+    )
+    law: NormalLaw = part(NormalLaw, example="Impact(...)", doc="contact law of `buckler.mbs.laws`")
+    friction: FrictionLaw | BristleLaw = part(
+        FrictionLaw, BristleLaw, example="Coulomb(0.1)", doc="of `buckler.mbs.laws`; none by default", default_factory=NoFriction
+    )
+    bush_profile: tuple[float, ...] = field(HARMONIC, f"of the bush: {PROFILE}", default=())
+    pin_profile: tuple[float, ...] = field(HARMONIC, f"of the pin: {PROFILE}", default=())
 
     ideal: ClassVar[bool] = False
 
-    def __post_init__(self) -> None:
-        positive("pin", self.pin, "m")
-        if self.gap == 0:
-            raise ValueError(f"gap = 0 m at '{self.point}': must be positive; a joint without clearance is a Revolute")
-        positive("gap", self.gap, "m")
-        follows(f"clearance at '{self.point}': law", self.law, NormalLaw, "Impact(...)")
-        rubs = BristleLaw if hasattr(self.friction, "after") else FrictionLaw
-        follows(f"clearance at '{self.point}': friction", self.friction, rubs, "Coulomb(0.1)")
-        for name in ("bush_profile", "pin_profile"):
-            object.__setattr__(self, name, amplitudes(f"clearance at '{self.point}': {name}", getattr(self, name)))
+    @property
+    def where(self) -> str:
+        """'clearance at' and its point."""
+        return f"clearance at '{self.point}'"
+
+    def agree(self) -> None:
+        """Cosines and sines in pairs; clearance all round."""
+        for key in ("bush_profile", "pin_profile"):
+            if len(getattr(self, key)) % 2:
+                raise ValueError(f"{key} = {short(getattr(self, key))}: must be {HARMONIC.words}")
         least = self.gap
         if not self.round:
             least += sum(float(profile(side, 0, ROUND_ABOUT)[0].min()) for side in self.profiles)
         if least <= 0:
-            raise ValueError(f"clearance at '{self.point}': gap and profiles = {least:.3g} m at the least: must be positive")
+            raise ValueError(f"{self.where}: gap and profiles = {least:.3g} m at the least: must be positive")
 
     @property
     def profiles(self) -> tuple[Array, Array]:
@@ -116,17 +115,17 @@ class Clearance(Joint):
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield the force on the second body, what contact and friction exert, N, and where the pin is in its bush."""
         found, point = contact(self, *states(self, record), record.channel(name, "memory"), record.time), self.point
-        yield Signal(f"{name}.fx", -found.fx, "N")
-        yield Signal(f"{name}.fy", -found.fy, "N")
-        yield Signal(f"{point}.normal_force", found.normal, "N")
-        yield Signal(f"{point}.friction_force", found.tangential, "N")
-        yield Signal(f"{point}.penetration", np.maximum(found.depth, 0.0), "m")
-        yield Signal(f"{point}.sliding_speed", found.sliding, "m/s")
-        yield Signal(f"{point}.journal_x", found.ex, "m")
-        yield Signal(f"{point}.journal_y", found.ey, "m")
-        yield Signal(f"{point}.contact_state", contact_state(found.depth), "1")
+        yield Signal(f"{name}.fx", -found.fx, "N", Kind.CONTACT, f"{name}.f")
+        yield Signal(f"{name}.fy", -found.fy, "N", Kind.CONTACT, f"{name}.f")
+        yield Signal(f"{point}.normal_force", found.normal, "N", Kind.CONTACT)
+        yield Signal(f"{point}.friction_force", found.tangential, "N", Kind.FRICTION)
+        yield Signal(f"{point}.penetration", np.maximum(found.depth, 0.0), "m", Kind.CONTACT)
+        yield Signal(f"{point}.sliding_speed", found.sliding, "m/s", Kind.RATE)
+        yield Signal(f"{point}.journal_x", found.ex, "m", Kind.PLACE, f"{point}.journal", scale=self.gap)
+        yield Signal(f"{point}.journal_y", found.ey, "m", Kind.PLACE, f"{point}.journal", scale=self.gap)
+        yield Signal(f"{point}.contact_state", contact_state(found.depth), "1", Kind.COUNT)
         touching = found.depth > 0
-        yield Signal(f"{point}.contacts", np.cumsum(np.diff(touching, prepend=False) & touching), "1")
+        yield Signal(f"{point}.contacts", np.cumsum(np.diff(touching, prepend=False) & touching), "1", Kind.COUNT)
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
         """Yield what contact and bristles hold, and what they took by damping and by friction.
@@ -157,17 +156,6 @@ class Clearance(Joint):
         yield Energy("taken", "friction", rubbed)
         yield Energy("single", f"{self.point}.taken_contact", lost)
         yield Energy("single", f"{self.point}.taken_friction", rubbed)
-
-
-def amplitudes(what: str, given: Any) -> tuple[float, ...]:
-    """Check the harmonics of a profile."""
-    try:
-        found = tuple(float(value) for value in given)
-    except (TypeError, ValueError):
-        found = (np.nan,)
-    if len(found) % 2 or len(found) > 2 * HARMONICS or not np.isfinite(found).all():
-        raise ValueError(f"{what} = {short(given)}: must be cosine and sine amplitudes, m, of at most {HARMONICS} harmonics")
-    return found
 
 
 def clearances(mechanism: Any) -> list[Clearance]:

@@ -3,36 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from math import inf
 from typing import Any
 
-from buckler.mbs.elements.element import GROUND, Array, Element, Energy, Place, Recorded, Signal, known
+from buckler.mbs.callables import Function
+from buckler.mbs.declare import Declared, Either, Part, Quantity, declared, field, names, quantity
+from buckler.mbs.elements.element import GROUND, Array, Element, Energy, Kind, Place, Recorded, Signal, known
 from buckler.mbs.elements.rows import Along, Row, Turn
-from buckler.mbs.functions import Expression, Table, kinks
-from buckler.mbs.validate import function, number, one_of, positive, word
+from buckler.mbs.functions import Expression, Integral, Slope, Table, kinks
+from buckler.mbs.validate import number, short
 
 
-@dataclass(frozen=True)
-class Ramp:
-    """Speed that changes linearly and then stays.
+@declared
+class Ramp(Declared):
+    """Speed that changes linearly and then stays."""
 
-    Parameters
-    ----------
-    start, end : float
-        rad/s or m/s.
-    duration : float
-        s, positive: of the change.
-    """
-
-    start: float
-    end: float
-    duration: float
-
-    def __post_init__(self) -> None:
-        number("start", self.start, -inf, inf, "rad/s or m/s")
-        number("end", self.end, -inf, inf, "rad/s or m/s")
-        positive("duration", self.duration, "s")
+    start: float = quantity("rad/s or m/s", doc="speed at t = 0")
+    end: float = quantity("rad/s or m/s", doc="speed from the end of the change on")
+    duration: float = quantity("s", above=0, doc="of the change")
 
     def speed(self, t: float) -> float:
         """Speed at time t >= 0."""
@@ -55,18 +43,35 @@ class Ramp:
         """Nothing to check."""
 
 
-@dataclass(frozen=True)
-class Motion:
-    """Any motion: `position(t)` (rad or m, zero at t = 0) with its derivative `speed(t)`."""
+@declared
+class Motion(Declared):
+    """Any motion, by its position with its derivative; in a file one of them is enough, if it is a formula or a table."""
 
-    position: Callable[[float], float]
-    speed: Callable[[float], float]
+    position: Callable[[float], float] = field(Function("t", "rad or m"), "since t = 0, as a function of t, s")
+    speed: Callable[[float], float] = field(Function("t", "rad/s or m/s"), "its derivative")
 
-    def __post_init__(self) -> None:
-        function("position", self.position, 0.0)
-        function("speed", self.speed, 0.0)
+    def agree(self) -> None:
+        """A motion starts where the drawing is."""
         number("position(0)", self.position(0.0), -1e-12, 1e-12, "rad or m")
-        number("speed(0)", self.speed(0.0), -inf, inf, "rad/s or m/s")
+
+    @classmethod
+    def completed(cls, given: dict[str, Any]) -> dict[str, Any]:
+        """With the one of the two that is missing."""
+        for key, other, way in (("position", "speed", "derivative"), ("speed", "position", "integral")):
+            if key in given and other not in given:
+                try:
+                    given = {**given, other: getattr(given[key], way)()}
+                except ValueError as error:
+                    raise ValueError(f"{key}: {error}") from None
+        return given
+
+    def kept(self) -> tuple[str, ...]:
+        """What the other follows from."""
+        if isinstance(self.position, Integral) and self.position.of == self.speed:
+            return ("speed",)
+        slope: Any = self.position.derivative() if isinstance(self.position, Expression) else None
+        derived = slope == self.speed or (isinstance(self.speed, Slope) and self.speed.of == self.position)
+        return ("position",) if derived else ("position", "speed")
 
     def check_run(self, duration: float, where: str) -> None:
         """Raise a ValueError if within a run `speed` is not the derivative of `position`, or one of them is no number."""
@@ -123,29 +128,35 @@ def _called(name: str, function: Callable[[float], float], t: float) -> Any:
         raise ValueError(f"{name}({t:g}) raises {type(error).__name__}: {error}") from error
 
 
-@dataclass(frozen=True)
+class Speed(Either):
+    """A speed; a motion that was made from it is written as it."""
+
+    def written(self, name: str, value: Any) -> Any:
+        """The formula or table it was made from."""
+        return super().written(name, value.speed if isinstance(value, Motion) and value.kept() == ("speed",) else value)
+
+
+@declared
 class Drive(Element):
-    """Prescribed rotation of a link, or prescribed travel of a guided point along its guide.
+    """Prescribed rotation of a link, or prescribed travel of a guided point along its guide."""
 
-    Parameters
-    ----------
-    target : str
-        Name of a rigid link (rotation, rad/s) or of a guided point (translation, m/s).
-    speed : float, Ramp, Motion, Expression or Table
-        rad/s or m/s; a formula or table of the speed in time is kept as the Motion it makes.
-    """
+    target: str = names(doc="a rigid link, which turns, or a guided point, which travels along its guide")
+    speed: float | Ramp | Motion | Expression | Table = field(
+        Speed((Quantity("rad/s or m/s"), Part((Ramp, Motion)), Function("t", "rad/s or m/s"))),
+        "constant, or changing; a formula or table of the speed in time is kept as the Motion it makes",
+    )
 
-    target: str
-    speed: float | Ramp | Motion | Expression | Table
+    @property
+    def where(self) -> str:
+        """'drive of' and its target."""
+        return f"drive of '{self.target}'"
 
-    def __post_init__(self) -> None:
-        word("target of a drive", self.target)
+    def agree(self) -> None:
+        """A motion, not a mere function, whose integral nobody knows."""
         if isinstance(self.speed, Expression | Table):
             object.__setattr__(self, "speed", Motion(self.speed.integral(), self.speed))
-        if not isinstance(self.speed, int | float) or isinstance(self.speed, bool):
-            one_of(f"speed of the drive of '{self.target}'", self.speed, (float, Ramp, Motion))
-        else:
-            number("speed", self.speed, -inf, inf, "rad/s or m/s")
+        elif callable(self.speed):
+            raise ValueError(f"{self.where}: speed = {short(self.speed)}: must be a Motion, a Ramp, a formula or a Table")
 
     @property
     def key(self) -> str:
@@ -157,7 +168,7 @@ class Drive(Element):
         rigid = {link.name for link in mechanism.links if not link.body.flexible}
         known("rigid link or guided point", self.target, rigid | {guide.point for guide in mechanism.guides}, "drive")
         if sum(drive.target == self.target for drive in mechanism.drives) > 1:
-            raise ValueError(f"drive of '{self.target}': it is driven twice")
+            raise ValueError(f"{self.where}: it is driven twice")
 
     def kinks(self, duration: float) -> tuple[float, ...]:
         """Times in a run at which its acceleration jumps."""
@@ -191,8 +202,8 @@ class Drive(Element):
         """Yield torque, N m, or force, N, of the drive, and the angle, rad, or travel, m, since t = 0."""
         turns = self.target not in record.mechanism.points
         effort = record.channel(name, "effort")[:, 0]
-        yield Signal(f"{name}.torque" if turns else f"{name}.force", effort, "N m" if turns else "N")
-        yield Signal(f"{name}.position", self._driven(record)[0], "rad" if turns else "m")
+        yield Signal(f"{name}.torque" if turns else f"{name}.force", effort, "N m" if turns else "N", Kind.REACTION)
+        yield Signal(f"{name}.position", self._driven(record)[0], "rad" if turns else "m", Kind.PLACE)
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
         """Yield the work it gave."""

@@ -6,20 +6,77 @@ An element answers from plain arrays. It sees a run through `Recorded`, which bo
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from enum import StrEnum
 from typing import Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
+
+from buckler.mbs.declare import Declared, specs
 
 Array = np.ndarray[Any, Any]
 GROUND = "ground"
 
 
+class Kind(StrEnum):
+    """What a signal is: it decides how two runs are compared, and how values between samples are found.
+
+    A reaction is a constraint's force, a contact's what pushes while it is closed (its force or depth), an internal force what
+    a law makes of a state or of time: strips, springs, motors, loads.
+    """
+
+    PLACE = "place"
+    RATE = "rate"
+    ACCELERATION = "acceleration"
+    REACTION = "reaction"
+    CONTACT = "contact"
+    FRICTION = "friction"
+    INTERNAL = "internal"
+    ENERGY = "energy"
+    COUNT = "count"
+
+
+class Trait(NamedTuple):
+    """What there is to know of a signal besides its values and unit.
+
+    Attributes
+    ----------
+    kind : Kind
+    group : str
+        Signals of one group are components of a vector: they are measured by the largest of them. By default it is alone.
+    rate : str
+        Name of the signal that is its rate.
+    scale : float
+        What its errors are relative to, where the element knows it: the clearance of a joint.
+    """
+
+    kind: Kind
+    group: str = ""
+    rate: str = ""
+    scale: float = 0.0
+
+
 class Signal(NamedTuple):
-    """A named series: values of shape (times,), unit."""
+    """A named series and what it is; kind, group, rate and scale as in `Trait`.
+
+    Attributes
+    ----------
+    name : str
+    values : array, shape (times,)
+    unit : str
+    """
 
     name: str
     values: Array
     unit: str
+    kind: Kind
+    group: str = ""
+    rate: str = ""
+    scale: float = 0.0
+
+    @property
+    def trait(self) -> Trait:
+        """What it is."""
+        return Trait(*self[3:])
 
 
 class Energy(NamedTuple):
@@ -89,7 +146,7 @@ class Recorded(Protocol):
         """Work, J, of a power, W, since t = 0, each (times,)."""
 
 
-class Element:
+class Element(Declared):
     """A kind of thing a mechanism is made of: what it is called, whether it fits, its signals, its energies."""
 
     @property
@@ -173,10 +230,23 @@ def place(at: str) -> Place:
     return Place(body if colon else "", point)
 
 
+class UnknownError(ValueError):
+    """A name that nothing bears."""
+
+    def __init__(self, name: str, message: str) -> None:
+        super().__init__(message)
+        self.name = name
+
+    def field_of(self, element: Any) -> str:
+        """The field in which an element names it; '' if none does."""
+        texts = {key: value for key in specs(type(element)) if isinstance(value := getattr(element, key), str)}
+        return next((key for key, value in texts.items() if self.name in (value, place(value).point, place(value).body)), "")
+
+
 def known(kind: str, name: str, names: Iterable[str], where: str) -> None:
     """Raise a ValueError if a name is not among those known."""
     if name not in names:
-        raise ValueError(f"{where}: unknown {kind} '{name}'; known: {', '.join(sorted(names)) or 'none'}")
+        raise UnknownError(name, f"{where}: unknown {kind} '{name}'; known: {', '.join(sorted(names)) or 'none'}")
 
 
 def reaches(mechanism: Any, name: str, point: str, where: str) -> None:
@@ -252,26 +322,30 @@ class Joint(Element):
     second: str
 
     @property
+    def where(self) -> str:
+        """'joint at' and its point."""
+        return f"joint at '{self.point}'"
+
+    @property
     def key(self) -> str:
         """Point and bodies."""
         return f"{self.point}.{self.first}-{self.second}"
 
     def check(self, mechanism: Any) -> None:
         """Two different bodies that reach the point, not joined there already."""
-        where = f"joint at '{self.point}'"
-        known("point", self.point, mechanism.points, where)
-        self.apart(mechanism, where)
+        known("point", self.point, mechanism.points, self.where)
+        self.apart(mechanism)
         for name in (self.first, self.second):
             if name != GROUND:
-                reaches(mechanism, name, self.point, where)
+                reaches(mechanism, name, self.point, self.where)
 
-    def apart(self, mechanism: Any, where: str) -> None:
+    def apart(self, mechanism: Any) -> None:
         """Raise a ValueError if it joins a body to itself, or two that are joined at the point already."""
         if self.first == self.second:
-            raise ValueError(f"{where}: joins '{self.first}' to itself")
+            raise ValueError(f"{self.where}: joins '{self.first}' to itself")
         ends = {self.first, self.second}
         if sum(joint.point == self.point and {joint.first, joint.second} == ends for joint in mechanism.joints) > 1:
-            raise ValueError(f"{where}: joins {' and '.join(sorted(ends))} twice")
+            raise ValueError(f"{self.where}: joins {' and '.join(sorted(ends))} twice")
 
     def moments(self, mechanism: Any) -> Iterator[str]:
         """Yield both sides where it keeps the angle; the moment of friction is small."""

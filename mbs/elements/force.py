@@ -3,45 +3,38 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from buckler.mbs.elements.element import GROUND, Array, Energy, Recorded, Signal, holder, place, refers
+from buckler.mbs.callables import Function
+from buckler.mbs.declare import Either, Vector, declared, field, names
+from buckler.mbs.elements.element import GROUND, Array, Energy, Kind, Recorded, Signal, holder, place, refers
 from buckler.mbs.elements.load import Load, Push, check_turning, held_at, sampled, turning
 from buckler.mbs.functions import kinks
-from buckler.mbs.validate import function, pair
 
 Pair = tuple[float, float]
 
 
-@dataclass(frozen=True)
+@declared
 class Force(Load):
-    """A force on a point of a link, or on a guide's block: constant, or a function of time.
+    """A force on a point of a link, or on a guide's block: constant, or a function of time."""
 
-    Parameters
-    ----------
-    point : str
-        A point reference: 'A', or 'coupler:A' for that point as part of that link. On the end of a strut it acts on what the
-        strut is pinned to.
-    value : (float, float) or callable
-        N, or a function of t, s, that returns it. Kinks of the function are its maker's: steps do not look for them.
-    follows : str, optional
-        A link with which the force turns: then `value` is the force in the pose at t = 0. A flexible link's angle is that at the
-        point if it reaches it, or else at its start; 'beam:B' names another point.
-    """
+    point: str = names(doc="'A', or 'coupler:A' as part of that link; on the end of a strut it acts on what that is pinned to")
+    value: Pair | Callable[[float], Pair] = field(
+        Either((Vector("N"), Function("t", "N", size=2))),
+        "the force, or a function of t, s, that returns it; kinks of the function are its maker's: steps do not look for them",
+    )
+    follows: str | None = names(
+        doc="a link with which it turns: then `value` is the force in the pose at t = 0; a flexible link's angle is that at the "
+        "point if it reaches it, or else at its start; 'beam:B' names another point",
+        default=None,
+    )
 
-    point: str
-    value: Pair | Callable[[float], Pair]
-    follows: str | None = None
-
-    def __post_init__(self) -> None:
-        where = f"value of the force on '{self.point}'"
-        if callable(self.value):
-            pair(f"{where} at t = 0", function(where, self.value, 0.0)(0.0), "N")
-        else:
-            object.__setattr__(self, "value", pair(where, self.value, "N"))
+    @property
+    def where(self) -> str:
+        """'force on' and its point."""
+        return f"force on '{self.point}'"
 
     def kinks(self, duration: float) -> tuple[float, ...]:
         """Points in a run of the tables it is made of."""
@@ -54,7 +47,7 @@ class Force(Load):
 
     def check(self, mechanism: Any) -> None:
         """A point of a body, and a link that turns."""
-        where = f"force on '{self.point}'"
+        where = self.where
         refers(mechanism, self.point, where)
         if holder(mechanism, self.point) == GROUND:
             raise ValueError(f"{where}: it acts on the ground; name a point of a link")
@@ -82,7 +75,7 @@ class Force(Load):
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield its components, N."""
         for letter, values in zip("xy", self.acting(record).T, strict=True):
-            yield Signal(f"{name}.f{letter}", values, "N")
+            yield Signal(f"{name}.f{letter}", values, "N", Kind.INTERNAL, name)
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
         """Yield the work it gave."""

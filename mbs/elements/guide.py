@@ -3,49 +3,32 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from buckler.mbs.elements.element import GROUND, Array, Element, Energy, Recorded, Signal, known, reaches
+from buckler.mbs.declare import Declared, declared, direction, names, part, quantity
+from buckler.mbs.elements.element import GROUND, Array, Element, Energy, Kind, Recorded, Signal, known, reaches
 from buckler.mbs.elements.journal import BRISTLE
 from buckler.mbs.elements.link import weight
 from buckler.mbs.elements.rows import Row, on_line
 from buckler.mbs.laws import BristleLaw, FrictionLaw
-from buckler.mbs.validate import direction, follows, non_negative, number, positive
+from buckler.mbs.validate import non_negative
 
 
-@dataclass(frozen=True)
-class GuideFriction:
+@declared
+class GuideFriction(Declared):
     """Dry and viscous friction of a guide, regularised near zero speed (Stribeck).
 
     F = dynamic + (static - dynamic) exp(-(|v| - v_r)/v_s) + viscous (|v| - v_r) beyond the regularisation speed v_r, and
     linear through zero below it, so a resting slider creeps instead of sticking.
-
-    Parameters
-    ----------
-    dynamic, static : float
-        Friction forces, N, not negative; `static` at least `dynamic` (default: equal).
-    viscous : float
-        N s/m, not negative.
-    regularisation, stribeck : float
-        Speeds v_r and v_s, m/s, positive.
     """
 
-    dynamic: float
-    static: float | None = None
-    viscous: float = 0.0
-    regularisation: float = 1e-3
-    stribeck: float = 1e-2
-
-    def __post_init__(self) -> None:
-        non_negative("dynamic", self.dynamic, "N")
-        if self.static is not None:
-            number("static", self.static, self.dynamic, float("inf"), "N")
-        non_negative("viscous", self.viscous, "N s/m")
-        positive("regularisation", self.regularisation, "m/s")
-        positive("stribeck", self.stribeck, "m/s")
+    dynamic: float = quantity("N", low=0, doc="friction force of sliding")
+    static: float | None = quantity("N", low="dynamic", doc="at rest; as sliding by default", default=None)
+    viscous: float = quantity("N s/m", low=0, doc="growth with the speed", default=0.0)
+    regularisation: float = quantity("m/s", above=0, doc="v_r", default=1e-3)
+    stribeck: float = quantity("m/s", above=0, doc="v_s", default=1e-2)
 
     def force(self, speed: Array) -> Array:
         """Friction force along the speed, N; odd in it."""
@@ -67,34 +50,23 @@ class GuideFriction:
         return cls(coefficient * mass * gravity, **kw)
 
 
-@dataclass(frozen=True)
+@declared
 class Guide(Element):
-    """A slider block pinned to a link's point, free to move along a straight line through the point's initial place.
+    """A slider block pinned to a link's point, free to move along a straight line through the point's initial place."""
 
-    Parameters
-    ----------
-    point, link : str
-        The guided point and the link whose end (or carried point) it is.
-    along : (float, float)
-        Direction of the line; need not be a unit vector.
-    mass : float
-        Of the block, kg, not negative.
-    friction : GuideFriction, FrictionLaw or BristleLaw, optional
-        Given forces, or a law of `buckler.mbs.laws`, as joints have: its coefficient times the guide's own lateral reaction.
-    """
+    point: str = names(doc="the guided point")
+    link: str = names(doc="the link whose end, or carried point, it is")
+    along: tuple[float, float] = direction(doc="of the line; need not be a unit vector", default=(1.0, 0.0))
+    mass: float = quantity("kg", low=0, doc="of the block", default=0.0)
+    friction: GuideFriction | FrictionLaw | BristleLaw | None = part(
+        GuideFriction, FrictionLaw, BristleLaw, example="GuideFriction(2.0) or Coulomb(0.1)", default=None,
+        doc="given forces, or a law of `buckler.mbs.laws`, as joints have: its coefficient times the guide's lateral reaction",
+    )  # fmt: skip
 
-    point: str
-    link: str
-    along: tuple[float, float] = (1.0, 0.0)
-    mass: float = 0.0
-    friction: GuideFriction | FrictionLaw | BristleLaw | None = None
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "along", direction(f"guide of '{self.point}': along", self.along))
-        non_negative("mass", self.mass, "kg")
-        if self.friction is not None and not isinstance(self.friction, GuideFriction):
-            rubs = BristleLaw if hasattr(self.friction, "after") else FrictionLaw
-            follows(f"guide of '{self.point}': friction", self.friction, rubs, "GuideFriction(2.0) or Coulomb(0.1)")
+    @property
+    def where(self) -> str:
+        """'guide of' and its point."""
+        return f"guide of '{self.point}'"
 
     @property
     def key(self) -> str:
@@ -103,11 +75,10 @@ class Guide(Element):
 
     def check(self, mechanism: Any) -> None:
         """A point of its link, with no other guide."""
-        where = f"guide of '{self.point}'"
-        known("point", self.point, mechanism.points, where)
-        reaches(mechanism, self.link, self.point, where)
+        known("point", self.point, mechanism.points, self.where)
+        reaches(mechanism, self.link, self.point, self.where)
         if sum(guide.point == self.point for guide in mechanism.guides) > 1:
-            raise ValueError(f"{where}: a point has at most one guide")
+            raise ValueError(f"{self.where}: a point has at most one guide")
 
     def rows(self, mechanism: Any) -> Iterator[Row]:
         """Yield that the point stays on the line."""
@@ -146,14 +117,15 @@ class Guide(Element):
         """Yield the guide's force on the block to the left of its direction, friction against the speed, and its limit, N."""
         reaction = record.channel(name, "reaction")
         if reaction.size:
-            yield Signal(f"{self.point}.guide_force", reaction[:, 0], "N")
+            yield Signal(f"{self.point}.guide_force", reaction[:, 0], "N", Kind.REACTION)
         if self.friction is None:
             return
         owner = self.point if not self._shared(record.mechanism) else name
-        yield Signal(f"{owner}.friction_force", self._drag(name, record), "N")
+        yield Signal(f"{owner}.friction_force", self._drag(name, record), "N", Kind.FRICTION)
         limit = getattr(self.friction, "limit", None)
         if limit is not None:
-            yield Signal(f"{owner}.friction_limit", limit(record.blocks[self.point].speed) * np.abs(reaction[:, 0]), "N")
+            most = limit(record.blocks[self.point].speed) * np.abs(reaction[:, 0])
+            yield Signal(f"{owner}.friction_limit", most, "N", Kind.FRICTION)
 
     def _shared(self, mechanism: Any) -> bool:
         """Whether a joint at the point has friction of its own, whose signals bear the point's name."""

@@ -3,62 +3,69 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from math import hypot
 from typing import Any
 
-from buckler.mbs.elements.beam import Beam, Cable
+from buckler.mbs.declare import Either, Name, Named, Nothing, Quantity, Several, Spec, declared, field, names, part
+from buckler.mbs.declare.compound import any_of, is_list
+from buckler.mbs.declare.spec import Schema
 from buckler.mbs.elements.body import Body
-from buckler.mbs.elements.element import Element, Energy, Recorded, Signal, known
+from buckler.mbs.elements.element import Array, Element, Energy, Kind, Recorded, Signal, known
 from buckler.mbs.elements.frozen import Frozen
-from buckler.mbs.elements.modal import Modal
-from buckler.mbs.elements.rigid import Rigid
-from buckler.mbs.elements.strut import Strut
-from buckler.mbs.validate import number, one_of, positive, sequence_of, short, word
-
-BODIES = (Rigid, Strut, Beam, Cable, Modal)
-"""Kinds of body, one line a kind."""
+from buckler.mbs.validate import positive
 
 
-@dataclass(frozen=True)
+class Carried(Spec):
+    """Names of points, or names with the fraction of the length at which they lie."""
+
+    words = "a sequence of names or a mapping of names to fractions"
+
+    def read(self, name: str, given: Any) -> Frozen:
+        """Return a mapping; None where a name stands alone."""
+        if isinstance(given, Mapping):
+            fraction = Either((Quantity("1", 0.0, 1.0), Nothing()))
+            return Frozen({point: fraction.read(f"{name}.{point}", along) for point, along in given.items()})
+        if isinstance(given, str) or not is_list(given):
+            raise self.refused(name, given)
+        return Frozen(dict.fromkeys(Several(Name()).read(name, given)))
+
+    def written(self, name: str, value: Any) -> Any:
+        """A list where nothing is said of each."""
+        return list(value) if all(each is None for each in value.values()) else dict(value)
+
+    def schema(self) -> Schema:
+        """A list or a table."""
+        return any_of([Several(Name()).schema(), Named(Quantity("1", 0.0, 1.0)).schema()])
+
+
+@declared
 class Link(Element):
-    """A named link from one point to another.
+    """A named link from one point to another."""
 
-    Parameters
-    ----------
-    name, start, end : str
-        Its name, and the names of the points at its two ends.
-    body : Rigid, Strut, Beam, Cable or Modal
-        What it is made of, and so how it is modelled.
-    carries : sequence of str, or mapping of str to float
-        Further points of the link: names, their places among the mechanism's points (rigid links only), or names with the
-        fraction of the length, in (0, 1), at which they lie (rigid links, beams and cables).
-    """
+    name: str = names(doc="of the link")
+    start: str = names(doc="the point at one end")
+    end: str = names(doc="the point at the other end")
+    body: Body = part(Body, doc="what it is made of, and so how it is modelled")
+    carries: Sequence[str] | Mapping[str, float] = field(
+        Carried(),
+        "further points of the link: names, their places among the mechanism's points (rigid links only), or names with the "
+        "fraction of the length, in (0, 1), at which they lie (rigid links, beams and cables)",
+        default=(),
+    )
 
-    name: str
-    start: str
-    end: str
-    body: Body
-    carries: Sequence[str] | Mapping[str, float] = ()
+    @property
+    def where(self) -> str:
+        """'link' and its name."""
+        return f"link '{self.name}'"
 
-    def __post_init__(self) -> None:
-        for what in ("name", "start", "end"):
-            word(f"{what} of a link", getattr(self, what))
-        one_of(f"body of link '{self.name}'", self.body, BODIES)
-        if isinstance(self.carries, str):
-            raise ValueError(f"carries of link '{self.name}' = {short(self.carries)}: must be a sequence of names or a mapping")
-        if not isinstance(self.carries, Mapping):
-            names = sequence_of(f"carries of link '{self.name}'", self.carries, (str,))
-        along = self.carries if isinstance(self.carries, Mapping) else dict.fromkeys(names)
-        object.__setattr__(self, "carries", Frozen(along))
-        for point, part in along.items():
-            if part is not None:
-                number(f"carries['{point}'] of link '{self.name}'", part, 0.0, 1.0, "1")
+    def agree(self) -> None:
+        """Only points that its body can carry."""
+        along: Any = self.carries
         kind = type(self.body).__name__
         if along and not self.body.carrying:
-            raise ValueError(f"link '{self.name}': only Rigid links, beams and cables carry further points, not a {kind}")
+            raise ValueError(f"{self.where}: only Rigid links, beams and cables carry further points, not a {kind}")
         if None in along.values() and "place" not in self.body.carrying:
-            raise ValueError(f"link '{self.name}': only a Rigid link carries points by name alone, not a {kind}; give fractions")
+            raise ValueError(f"{self.where}: only a Rigid link carries points by name alone, not a {kind}; give fractions")
 
     @property
     def key(self) -> str:
@@ -68,7 +75,7 @@ class Link(Element):
     def check(self, mechanism: Any) -> None:
         """Known points, some distance apart."""
         for point in self.points:
-            known("point", point, mechanism.points, f"link '{self.name}'")
+            known("point", point, mechanism.points, self.where)
         length = positive(f"length of link '{self.name}'", mechanism.length(self.name), "m")
         thickness = self.body.section.thickness if self.body.flexible else 0.0
         if thickness >= length:
@@ -97,10 +104,7 @@ class Link(Element):
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield those of the centre of mass, m, m/s, m/s^2, then those of the body."""
         if name in record.links:
-            for letters, values in zip(("", "v", "a"), record.links[name].centre(), strict=True):
-                unit = {"": "m", "v": "m/s", "a": "m/s^2"}[letters]
-                for axis, letter in enumerate("xy"):
-                    yield Signal(f"{name}.{letters}{letter}", values[:, axis], unit)
+            yield from moving(name, *record.links[name].centre())
         yield from self.body.signals(self, record)
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
@@ -110,6 +114,15 @@ class Link(Element):
             yield Energy("held", "kinetic", motion.kinetic())
             yield from weight(motion, record)
         yield from self.body.energies(self, record)
+
+
+def moving(name: str, *motion: Array) -> Iterator[Signal]:
+    """Yield place, velocity and acceleration, each (times, 2), as signals: as many of them as there are."""
+    letters, units, kinds = ("", "v", "a"), ("m", "m/s", "m/s^2"), (Kind.PLACE, Kind.RATE, Kind.ACCELERATION)
+    for order, (letter, unit, kind, values) in enumerate(zip(letters, units, kinds, motion, strict=False)):
+        for axis, along in enumerate("xy"):
+            rate = f"{name}.{letters[order + 1]}{along}" if order + 1 < len(motion) else ""
+            yield Signal(f"{name}.{letter}{along}", values[:, axis], unit, kind, f"{name}.{letter}", rate)
 
 
 def weight(motion: Any, record: Recorded) -> Iterator[Energy]:

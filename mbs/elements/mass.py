@@ -3,40 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from math import hypot
 from typing import Any
 
 import numpy as np
 
+from buckler.mbs.declare import declared, names, quantity
 from buckler.mbs.elements.element import GROUND, Burden, Element, Energy, Recorded, holder, known, place, reaches
-from buckler.mbs.validate import non_negative, positive
 
 
-@dataclass(frozen=True)
+@declared
 class Mass(Element):
-    """A mass fixed to a link, or to a guide's block, at a point.
+    """A mass fixed to a link, or to a guide's block, at a point."""
 
-    Parameters
-    ----------
-    point : str
-        A point of a link. On the end of a strut it is fixed to what the strut is pinned to.
-    mass : float
-        kg, positive.
-    inertia : float
-        About the point, kg m^2, not negative; it turns with the link. A block, which does not turn, takes none.
-    link : str, optional
-        Which of the links at the point carries it; by default the first that has mass.
-    """
+    point: str = names(doc="of a link; on the end of a strut it is fixed to what the strut is pinned to")
+    mass: float = quantity("kg", above=0, doc="of what is fixed there")
+    inertia: float = quantity("kg m^2", low=0, doc="about the point; a block, which does not turn, takes none", default=0.0)
+    link: str | None = names(doc="which of the links at the point carries it; the first that has mass by default", default=None)
 
-    point: str
-    mass: float
-    inertia: float = 0.0
-    link: str | None = None
-
-    def __post_init__(self) -> None:
-        positive(f"mass at '{self.point}'", self.mass, "kg")
-        non_negative(f"inertia of the mass at '{self.point}'", self.inertia, "kg m^2")
+    @property
+    def where(self) -> str:
+        """'mass at' and its point."""
+        return f"mass at '{self.point}'"
 
     @property
     def key(self) -> str:
@@ -45,7 +33,7 @@ class Mass(Element):
 
     def check(self, mechanism: Any) -> None:
         """A point of a body, one that turns if the mass has an inertia."""
-        where = f"mass at '{self.point}'"
+        where = self.where
         known("point", self.point, mechanism.points, where)
         if self.link is not None:
             reaches(mechanism, self.link, self.point, where)

@@ -3,70 +3,47 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
-from math import inf
 from typing import Any
 
 import numpy as np
 
-from buckler.mbs.elements.element import Array, Burden, Energy, Recorded, Signal
+from buckler.mbs.callables import Function
+from buckler.mbs.declare import Either, Quantity, declared, field, names, quantity
+from buckler.mbs.elements.element import Array, Burden, Energy, Kind, Recorded, Signal
 from buckler.mbs.elements.load import Load, Push, check_turning, sampled, turning
 from buckler.mbs.functions import kinks
-from buckler.mbs.validate import function, non_negative, number, positive
 
 CREEP = 1e-3
 """Speed of the rotor, rad/s, below which its friction falls linearly to zero."""
 
 
-@dataclass(frozen=True)
+@declared
 class Motor(Load):
     """A DC motor without inductance that turns a link against the ground through a gear.
 
     With the rotor's speed w = gear times the link's: i = (u - constant w)/resistance, torque on the link
     gear (constant i - friction sign(w)). The rotor's inertia turns with the link, as inertia gear^2.
-
-    Parameters
-    ----------
-    link : str
-        Any but a Strut. On a flexible one it acts at the start; 'beam:B' names another of its points.
-    voltage : float or callable
-        V, or a function of t, s, that returns it.
-    resistance : float
-        Ohm, positive.
-    constant : float
-        Torque constant, N m/A, which is the voltage constant in V s/rad; positive.
-    inertia : float
-        Of the rotor, kg m^2, not negative.
-    gear : float
-        Turns of the rotor for one of the link, not zero; negative if they turn in opposite senses.
-    friction : float
-        Torque that opposes the rotor's turning, N m, not negative; below `CREEP` of the rotor's speed it falls to zero.
-    dead_band : float
-        V, not negative. The voltage acts less this, and not at all below it.
     """
 
-    link: str
-    voltage: float | Callable[[float], float]
-    resistance: float
-    constant: float
-    inertia: float = 0.0
-    gear: float = 1.0
-    friction: float = 0.0
-    dead_band: float = 0.0
+    link: str = names(doc="any but a Strut; on a flexible one it acts at the start; 'beam:B' names another of its points")
+    voltage: float | Callable[[float], float] = field(
+        Either((Quantity("V"), Function("t", "V"))), "at its terminals, or a function of t, s, that returns it"
+    )
+    resistance: float = quantity("Ohm", above=0, doc="of the winding")
+    constant: float = quantity("N m/A", above=0, doc="torque constant, which is the voltage constant in V s/rad")
+    inertia: float = quantity("kg m^2", low=0, doc="of the rotor", default=0.0)
+    gear: float = quantity(
+        "1", nonzero=True, doc="turns of the rotor for one of the link; negative if they turn in opposite senses", default=1.0
+    )
+    friction: float = quantity(
+        "N m", low=0, doc="torque that opposes the rotor's turning; below 1e-3 rad/s of the rotor it falls to zero", default=0.0
+    )
+    dead_band: float = quantity("V", low=0, doc="the voltage acts less this, and not at all below it", default=0.0)
 
-    def __post_init__(self) -> None:
-        where = f"voltage of the motor on '{self.link}'"
-        if callable(self.voltage):
-            number(f"{where} at t = 0", function(where, self.voltage, 0.0)(0.0), -inf, inf, "V")
-        else:
-            number(where, self.voltage, -inf, inf, "V")
-        positive("resistance", self.resistance, "Ohm")
-        positive("constant", self.constant, "N m/A")
-        non_negative("inertia", self.inertia, "kg m^2")
-        if number("gear", self.gear, -inf, inf, "1") == 0:
-            raise ValueError("gear = 0: must not be zero")
-        non_negative("friction", self.friction, "N m")
-        non_negative("dead_band", self.dead_band, "V")
+    @property
+    def where(self) -> str:
+        """'motor on' and its link."""
+        return f"motor on '{self.link}'"
 
     def kinks(self, duration: float) -> tuple[float, ...]:
         """Points in a run of the tables it is made of."""
@@ -79,7 +56,7 @@ class Motor(Load):
 
     def check(self, mechanism: Any) -> None:
         """A link with an angle."""
-        check_turning(mechanism, self.link, f"motor on '{self.link}'")
+        check_turning(mechanism, self.link, self.where)
 
     def moments(self, mechanism: Any) -> Iterator[str]:
         """Yield where it acts."""
@@ -122,9 +99,9 @@ class Motor(Load):
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield torque on the link, N m, current, A, and voltage, V."""
         voltage, speed = self._run(record)
-        yield Signal(f"{name}.torque", self.torque(voltage, speed), "N m")
-        yield Signal(f"{name}.current", self.current(voltage, speed), "A")
-        yield Signal(f"{name}.voltage", voltage, "V")
+        yield Signal(f"{name}.torque", self.torque(voltage, speed), "N m", Kind.INTERNAL)
+        yield Signal(f"{name}.current", self.current(voltage, speed), "A", Kind.INTERNAL)
+        yield Signal(f"{name}.voltage", voltage, "V", Kind.INTERNAL)
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
         """Yield kinetic energy of the rotor, electric work behind the dead band, heat of the resistance, and friction."""

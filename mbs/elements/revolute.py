@@ -3,26 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any
 
-from buckler.mbs.elements.element import Array, Joint, Recorded, Signal
+from buckler.mbs.declare import declared, names
+from buckler.mbs.elements.element import Array, Joint, Kind, Recorded, Signal
 from buckler.mbs.elements.rows import Row, meets
 
 
-@dataclass(frozen=True)
+@declared
 class Revolute(Joint):
-    """An ideal pin at a point between two links, or a link and 'ground'.
+    """An ideal pin at a point between two links, or a link and 'ground'."""
 
-    Parameters
-    ----------
-    point, first, second : str
-        The point and the two bodies.
-    """
-
-    point: str
-    first: str
-    second: str
+    point: str = names(doc="where they meet")
+    first: str = names(doc="a link or 'ground'")
+    second: str = names(doc="a link or 'ground'")
 
     def rows(self, mechanism: Any) -> Iterator[Row]:
         """Yield that the point of one body stays on that of the other."""
@@ -37,4 +31,4 @@ class Revolute(Joint):
         force = record.channel(name, "force")
         for axis, letter in enumerate("xy"):
             if force.size:
-                yield Signal(f"{name}.f{letter}", force[:, axis], "N")
+                yield Signal(f"{name}.f{letter}", force[:, axis], "N", Kind.REACTION, name)

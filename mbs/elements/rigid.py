@@ -2,57 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
 from typing import Any, ClassVar
 
+from buckler.mbs.declare import Declared, declared, part, quantity, vector
 from buckler.mbs.elements.body import Body
-from buckler.mbs.elements.element import Recorded, Signal
+from buckler.mbs.elements.element import Kind, Recorded, Signal
 from buckler.mbs.elements.section import Section
-from buckler.mbs.validate import one_of, pair, positive
 
 
-@dataclass(frozen=True)
-class Inertia:
-    """Mass, moment of inertia and centre of mass of a rigid link.
+@declared
+class Inertia(Declared):
+    """Mass, moment of inertia and centre of mass of a rigid link."""
 
-    Parameters
-    ----------
-    mass : float
-        kg, positive.
-    inertia : float
-        About the centre of mass, kg m^2, positive.
-    centre : (float, float), optional
-        Centre of mass in the link's frame: from its start, x towards its end, m. Half-way between the ends by default.
-    """
-
-    mass: float
-    inertia: float
-    centre: tuple[float, float] | None = None
-
-    def __post_init__(self) -> None:
-        positive("mass", self.mass, "kg")
-        positive("inertia", self.inertia, "kg m^2")
-        if self.centre is not None:
-            object.__setattr__(self, "centre", pair("centre", self.centre, "m"))
+    mass: float = quantity("kg", above=0, doc="of the link")
+    inertia: float = quantity("kg m^2", above=0, doc="about the centre of mass")
+    centre: tuple[float, float] | None = vector(
+        "m", doc="centre of mass from the link's start, x towards its end; half-way between the ends by default", default=None
+    )
 
 
-@dataclass(frozen=True)
+@declared
 class Rigid(Body):
-    """A rigid link: a uniform bar of a section, or one of given mass, inertia and centre of mass (`Rigid.of`).
+    """A rigid link: a uniform bar of a section, or one of given mass, inertia and centre of mass (`Rigid.of`)."""
 
-    Parameters
-    ----------
-    section : Section or Inertia
-    """
-
-    section: Section | Inertia
+    section: Section | Inertia = part(Section, Inertia, doc="a bar of this section, or mass and inertia")
 
     flexible: ClassVar[bool] = False
     carrying: ClassVar[tuple[str, ...]] = ("place", "fraction")
 
-    def __post_init__(self) -> None:
-        one_of("section", self.section, (Section, Inertia))
+    inlined: ClassVar[Mapping[str, type]] = {"section": Inertia}
 
     @classmethod
     def of(cls, *, mass: float, inertia: float, centre: tuple[float, float] | None = None) -> Rigid:
@@ -68,5 +47,5 @@ class Rigid(Body):
     def signals(self, link: Any, record: Recorded) -> Iterator[Signal]:
         """Yield the angle turned since t = 0, rad, and its rate, rad/s."""
         angle, spin = record.turn(f"{link.name}:{link.start}")
-        yield Signal(f"{link.name}.angle", angle, "rad")
-        yield Signal(f"{link.name}.spin", spin, "rad/s")
+        yield Signal(f"{link.name}.angle", angle, "rad", Kind.PLACE, rate=f"{link.name}.spin")
+        yield Signal(f"{link.name}.spin", spin, "rad/s", Kind.RATE)

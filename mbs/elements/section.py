@@ -2,77 +2,38 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from math import pi, sqrt
 
-from buckler.mbs.validate import non_negative, number, one_of, positive, size
+from buckler.mbs.declare import Declared, declared, part, quantity
+from buckler.mbs.validate import non_negative
 
 
-@dataclass(frozen=True)
-class Material:
+@declared
+class Material(Declared):
     """Linear elastic, isotropic, with Kelvin-Voigt damping.
 
-    Parameters
-    ----------
-    modulus : float
-        Young's modulus, Pa, positive.
-    density : float
-        kg/m^3, positive.
-    poisson : float
-        Poisson's ratio, in (-1, 0.5].
-    bending_damping, axial_damping : float
-        Retardation times, s, not negative: the bending moment is EI (kappa + bending_damping dkappa/dt), the normal force
-        likewise. They are two numbers because a strip's measured bending losses (air, joints) say nothing of its axial ones.
-
-    Raises
-    ------
-    ValueError
-        If a value is outside its range.
+    The bending moment is EI (kappa + bending_damping dkappa/dt), the normal force likewise. They are two retardation times
+    because a strip's measured bending losses (air, joints) say nothing of its axial ones.
     """
 
-    modulus: float
-    density: float
-    poisson: float = 0.3
-    bending_damping: float = 0.0
-    axial_damping: float = 0.0
-
-    def __post_init__(self) -> None:
-        positive("modulus", self.modulus, "Pa")
-        positive("density", self.density, "kg/m^3")
-        number("poisson", self.poisson, -1.0, 0.5, "1", open_low=True)
-        non_negative("bending_damping", self.bending_damping, "s")
-        non_negative("axial_damping", self.axial_damping, "s")
+    modulus: float = quantity("Pa", above=0, doc="Young's modulus")
+    density: float = quantity("kg/m^3", above=0, doc="mass of a volume")
+    poisson: float = quantity("1", above=-1, high=0.5, doc="Poisson's ratio", default=0.3)
+    bending_damping: float = quantity("s", low=0, doc="retardation time of the bending moment", default=0.0)
+    axial_damping: float = quantity("s", low=0, doc="retardation time of the normal force", default=0.0)
 
 
 STEEL = Material(modulus=210e9, density=7850.0)
 
 
-@dataclass(frozen=True)
-class Section:
-    """Rectangular section of a link.
+@declared
+class Section(Declared):
+    """Rectangular section of a link."""
 
-    Parameters
-    ----------
-    width : float
-        Out of the plane of motion, m, in [1e-9, 1e6].
-    thickness : float
-        In the plane of motion, m, in [1e-9, 1e6]: what bends.
-    material : Material
-
-    Raises
-    ------
-    ValueError
-        If a length is not in [1e-9, 1e6] m.
-    """
-
-    width: float
-    thickness: float
-    material: Material = field(default=STEEL)
-
-    def __post_init__(self) -> None:
-        size("width", self.width, "m")
-        size("thickness", self.thickness, "m")
-        one_of("material", self.material, (Material,))
+    width: float = quantity("m", low=1e-9, high=1e6, doc="out of the plane of motion")
+    thickness: float = quantity("m", low=1e-9, high=1e6, doc="in the plane of motion: what bends")
+    material: Material = part(Material, doc="what it is made of", default=STEEL)
 
     @property
     def area(self) -> float:

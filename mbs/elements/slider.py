@@ -3,43 +3,34 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from buckler.mbs.elements.element import GROUND, Array, Joint, Recorded, Signal, known, reaches, takes_moments, turned
+from buckler.mbs.declare import declared, direction, names
+from buckler.mbs.elements.element import GROUND, Array, Joint, Kind, Recorded, Signal, known, reaches, takes_moments, turned
 from buckler.mbs.elements.rows import Row, on_line, same_turn
-from buckler.mbs.validate import direction
 
 
-@dataclass(frozen=True)
+@declared
 class Slot(Joint):
-    """A pin in a straight slot: a point of the first body stays on a line of the second, and turns freely.
+    """A pin in a straight slot: a point of the first body stays on a line of the second, and turns freely."""
 
-    Parameters
-    ----------
-    point : str
-        A point of the first body; the line goes through its place at t = 0.
-    first, second : str
-        The two bodies, links or 'ground'. A flexible second link must reach the point: the line is fixed in its section there.
-    along : (float, float)
-        Direction of the line at t = 0; need not be a unit vector.
-    """
+    point: str = names(doc="a point of the first body; the line goes through its place at t = 0")
+    first: str = names(doc="a link")
+    second: str = names(doc="a link or 'ground'; a flexible one must reach the point: the line is fixed in its section there")
+    along: tuple[float, float] = direction(doc="of the line at t = 0; need not be a unit vector", default=(1.0, 0.0))
 
-    point: str
-    first: str
-    second: str
-    along: tuple[float, float] = (1.0, 0.0)
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "along", direction(f"{type(self).__name__} at '{self.point}': along", self.along))
+    @property
+    def where(self) -> str:
+        """Its kind and its point."""
+        return f"{type(self).__name__} at '{self.point}'"
 
     def check(self, mechanism: Any) -> None:
         """A point of the first body, and a second body in which a line can be fixed there."""
-        where = f"{type(self).__name__} at '{self.point}'"
+        where = self.where
         known("point", self.point, mechanism.points, where)
         if self.first == GROUND:
             raise ValueError(f"{where}: first = 'ground': the point must be a link's; swap the bodies")
-        self.apart(mechanism, where)
+        self.apart(mechanism)
         reaches(mechanism, self.first, self.point, where)
         if self.second != GROUND:
             links = {link.name: link for link in mechanism.links}
@@ -65,23 +56,13 @@ class Slot(Joint):
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield the force on the second body to the left of the line, N, and the travel along it, m."""
-        yield Signal(f"{name}.normal_force", record.channel(name, "effort")[:, 0], "N")
-        yield Signal(f"{name}.travel", self.travel(record), "m")
+        yield Signal(f"{name}.normal_force", record.channel(name, "effort")[:, 0], "N", Kind.REACTION)
+        yield Signal(f"{name}.travel", self.travel(record), "m", Kind.PLACE)
 
 
-@dataclass(frozen=True)
+@declared
 class Slider(Slot):
-    """A prismatic joint: a point of the first body stays on a line of the second, and the angle between them as it is.
-
-    Parameters
-    ----------
-    point : str
-        A point of the first body; the line goes through its place at t = 0.
-    first, second : str
-        The two bodies, links or 'ground'. A flexible second link must reach the point: the line is fixed in its section there.
-    along : (float, float)
-        Direction of the line at t = 0; need not be a unit vector.
-    """
+    """A prismatic joint: a point of the first body stays on a line of the second, and the angle between them as it is."""
 
     keeps_angle: ClassVar[bool] = True
 
@@ -93,4 +74,4 @@ class Slider(Slot):
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield normal force, N, moment about the point on the second body, N m, and travel, m."""
         yield from super().signals(name, record)
-        yield Signal(f"{name}.moment", record.channel(name, "effort")[:, 1], "N m")
+        yield Signal(f"{name}.moment", record.channel(name, "effort")[:, 1], "N m", Kind.REACTION)

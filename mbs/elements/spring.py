@@ -3,51 +3,36 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
-from math import inf
 from typing import Any
 
 import numpy as np
 
-from buckler.mbs.elements.element import GROUND, Array, Energy, Recorded, Signal, holder, place, refers
+from buckler.mbs.callables import Function
+from buckler.mbs.declare import declared, field, names, quantity
+from buckler.mbs.elements.element import GROUND, Array, Energy, Kind, Recorded, Signal, holder, place, refers
 from buckler.mbs.elements.load import Elastic, Law, Load, Push, distance, held_at, unit
-from buckler.mbs.validate import function, non_negative, number
 
 
-@dataclass(frozen=True)
+@declared
 class Spring(Elastic, Load):
-    """A spring with a damper on the line between two points.
+    """A spring with a damper on the line between two points."""
 
-    Parameters
-    ----------
-    a, b : str
-        Point references: 'A', 'coupler:A' or 'ground:P'.
-    stiffness : float
-        N/m. With a law it is not used and may be 0.
-    damping : float
-        N s/m, not negative.
-    free_length : float, optional
-        Distance without force, m, not negative; that at t = 0 by default.
-    law : callable, optional
-        Tension, N, instead, as a function of elongation (distance less free length), m, and its rate, m/s. What it gives at
-        rest is taken for elastic, the rest for damping.
-    """
+    a: str = names(doc="a point reference: 'A', 'coupler:A' or 'ground:P'")
+    b: str = names(doc="the same of its other end")
+    stiffness: float = quantity("N/m", doc="with a law it is not used and may be 0")
+    damping: float = quantity("N s/m", low=0, doc="of the damper", default=0.0)
+    free_length: float | None = quantity("m", low=0, doc="distance without force; that at t = 0 by default", default=None)
+    law: Law | None = field(
+        Function("x, v", "N"),
+        "tension instead, as a function of elongation (distance less free length), m, and its rate, m/s; what it gives at rest "
+        "is taken for elastic, the rest for damping",
+        default=None,
+    )
 
-    a: str
-    b: str
-    stiffness: float
-    damping: float = 0.0
-    free_length: float | None = None
-    law: Law | None = None
-
-    def __post_init__(self) -> None:
-        number("stiffness", self.stiffness, -inf, inf, "N/m")
-        non_negative("damping", self.damping, "N s/m")
-        if self.free_length is not None:
-            non_negative("free_length", self.free_length, "m")
-        if self.law is not None:
-            where = f"law of the spring from '{self.a}' to '{self.b}'"
-            number(f"{where} at (0, 0)", function(where, self.law, 0.0, 0.0)(0.0, 0.0), -inf, inf, "N")
+    @property
+    def where(self) -> str:
+        """'spring' and its ends."""
+        return f"spring from '{self.a}' to '{self.b}'"
 
     @property
     def key(self) -> str:
@@ -56,7 +41,7 @@ class Spring(Elastic, Load):
 
     def check(self, mechanism: Any) -> None:
         """Two points of different bodies, apart where the spring has a length."""
-        where = f"spring from '{self.a}' to '{self.b}'"
+        where = self.where
         for at in (self.a, self.b):
             refers(mechanism, at, where)
         if holder(mechanism, self.a) == holder(mechanism, self.b) == GROUND:
@@ -86,8 +71,8 @@ class Spring(Elastic, Load):
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield tension, N, and elongation, m."""
         value, rate, _ = self.stretch(record)
-        yield Signal(f"{name}.force", self.tension(value, rate), "N")
-        yield Signal(f"{name}.elongation", value, "m")
+        yield Signal(f"{name}.force", self.tension(value, rate), "N", Kind.INTERNAL)
+        yield Signal(f"{name}.elongation", value, "m", Kind.PLACE)
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
         """Yield what it stores, and what damping took."""

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from buckler.mbs.declare import declared, direction, names, part, quantity
 from buckler.mbs.elements.element import (
     GROUND,
     Array,
     Depth,
     Element,
     Energy,
+    Kind,
     Recorded,
     Signal,
     known,
@@ -24,47 +25,37 @@ from buckler.mbs.elements.element import (
     turned,
 )
 from buckler.mbs.laws import NormalLaw
-from buckler.mbs.validate import direction, follows, number
 
 PIERCED = 0.2
 """Depth in a stop, relative to the mechanism's size, beyond which it stops nothing; a soft buffer is a stop."""
 
 
-@dataclass(frozen=True)
+@declared
 class Stop(Element):
     """A straight face in the way of a point: of the ground, or of a link and moving with it.
 
     At t = 0 the face is the line of all places whose dot product with `along` is `at`. Both bodies feel the contact force where
     the point is.
-
-    Parameters
-    ----------
-    point : str
-        A guided point, or any point of a link.
-    at : float
-        Where the face is along its direction, m, in [-1e6, 1e6]. The point starts on one side of it and is kept there.
-    law : NormalLaw
-        Contact law of `buckler.mbs.laws`.
-    along : (float, float), optional
-        Direction square to the face, at t = 0; need not be a unit vector. By default that of the point's guide.
-    link : str, optional
-        The link whose point it is. By default the guided one, or the first that has the point.
-    on : str
-        What carries the face: 'ground', a rigid link, or a point of a flexible link as 'link:point', whose section turns it.
     """
 
-    point: str
-    at: float
-    law: NormalLaw
-    along: tuple[float, float] | None = None
-    link: str | None = None
-    on: str = GROUND
+    point: str = names(doc="a guided point, or any point of a link")
+    at: float = quantity(
+        "m", low=-1e6, high=1e6, doc="where the face is along its direction; the point starts on one side of it and is kept there"
+    )
+    law: NormalLaw = part(NormalLaw, example="CarvalhoMartins(...)", doc="contact law of `buckler.mbs.laws`")
+    along: tuple[float, float] | None = direction(
+        doc="square to the face, at t = 0; need not be a unit vector; that of the point's guide by default", default=None
+    )
+    link: str | None = names(doc="whose point it is; the guided one, or the first that has the point, by default", default=None)
+    on: str = names(
+        doc="what carries the face: 'ground', a rigid link, or a point of a flexible one as 'link:point', whose section turns it",
+        default=GROUND,
+    )
 
-    def __post_init__(self) -> None:
-        number("at", self.at, -1e6, 1e6, "m")
-        follows(f"stop at '{self.point}': law", self.law, NormalLaw, "CarvalhoMartins(...)")
-        if self.along is not None:
-            object.__setattr__(self, "along", direction(f"stop at '{self.point}': along", self.along))
+    @property
+    def where(self) -> str:
+        """'stop at' and its point."""
+        return f"stop at '{self.point}'"
 
     @property
     def key(self) -> str:
@@ -83,7 +74,7 @@ class Stop(Element):
 
     def check(self, mechanism: Any) -> None:
         """A guided point, or a point of a link with a direction; a body that can carry the face."""
-        where = f"stop at '{self.point}'"
+        where = self.where
         known("point", self.point, mechanism.points, where)
         if self.along is None and self.point not in {guide.point for guide in mechanism.guides}:
             raise ValueError(
@@ -196,8 +187,8 @@ class Stop(Element):
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield contact force, N, and penetration depth, m."""
-        yield Signal(f"{name}.contact_force", record.channel(name, "force")[:, 0], "N")
-        yield Signal(f"{name}.penetration", np.maximum(self.depth(record), 0.0), "m")
+        yield Signal(f"{name}.contact_force", record.channel(name, "force")[:, 0], "N", Kind.CONTACT)
+        yield Signal(f"{name}.penetration", np.maximum(self.depth(record), 0.0), "m", Kind.CONTACT)
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
         """Yield the elastic potential, and what damping took."""

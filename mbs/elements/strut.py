@@ -3,50 +3,43 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
 
-from buckler.elastica import law
+from buckler.elastica import law, pinned
+from buckler.mbs.callables import Function
+from buckler.mbs.declare import declared, field, part
 from buckler.mbs.elements.body import Body
-from buckler.mbs.elements.element import Array, Energy, Recorded, Signal
+from buckler.mbs.elements.element import Array, Energy, Kind, Recorded, Signal
 from buckler.mbs.elements.section import Section
-from buckler.mbs.validate import function, one_of
 
 POINTS = 400
 """Pieces over which the work of a strut's force is integrated."""
 
 
-@dataclass(frozen=True)
+@declared
 class Strut(Body):
-    """A massless pinned strip: straight and stiff up to the Euler load, then the post-buckled force of the exact elastica.
+    """A massless pinned strip: straight and stiff up to the Euler load, then the post-buckled force of the exact elastica."""
 
-    Parameters
-    ----------
-    section : Section
-    load : callable
-        Normalised force p(u), p = P L^2/(E I), of the normalised bending shortening u >= 0: `elastica.law.fast` (default,
-        exact to 1e-12 for u <= 1), `elastica.pinned.load` (to u = 1.5) or the published `elastica.law.quartic`.
-    """
-
-    section: Section
-    load: Callable[[Any], Any] = law.fast
+    section: Section = part(Section, doc="of the strip")
+    load: Callable[[Any], Any] = field(
+        Function("u", "1", named={"fast": law.fast, "quartic": law.quartic, "exact": pinned.load}),
+        "normalised force p(u), p = P L^2/(E I), of the normalised bending shortening u >= 0: `elastica.law.fast`, exact to "
+        "1e-12 for u <= 1, `elastica.pinned.load`, to u = 1.5, or the published `elastica.law.quartic`",
+        default=law.fast,
+    )
 
     massless: ClassVar[bool] = True
     turns: ClassVar[bool] = False
     round_off: ClassVar[float] = 5e-15
 
-    def __post_init__(self) -> None:
-        one_of("section", self.section, (Section,))
-        function("load", self.load, 0.0)
-
     def signals(self, link: Any, record: Recorded) -> Iterator[Signal]:
         """Yield end shortening, m, and compression without damping, N."""
         elongation, _ = state(link, record)
         tension = StrutLaw(self, record.mechanism.length(link.name)).elastic
-        yield Signal(f"{link.name}.end_shortening", -elongation, "m")
-        yield Signal(f"{link.name}.compression", -np.array([tension(float(e)) for e in elongation]), "N")
+        yield Signal(f"{link.name}.end_shortening", -elongation, "m", Kind.PLACE)
+        yield Signal(f"{link.name}.compression", -np.array([tension(float(e)) for e in elongation]), "N", Kind.INTERNAL)
 
     def energies(self, link: Any, record: Recorded) -> Iterator[Energy]:
         """Yield strain energy and what damping took."""

@@ -3,39 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
-from math import inf
 from typing import Any
 
 import numpy as np
 
-from buckler.mbs.elements.element import Array, Energy, Recorded, Signal
+from buckler.mbs.callables import Function
+from buckler.mbs.declare import Either, Quantity, declared, field, names
+from buckler.mbs.elements.element import Array, Energy, Kind, Recorded, Signal
 from buckler.mbs.elements.load import Load, Push, check_turning, sampled, turning
 from buckler.mbs.functions import kinks
-from buckler.mbs.validate import function, number
 
 
-@dataclass(frozen=True)
+@declared
 class Torque(Load):
-    """A torque on a link: constant, or a function of time, angle and speed.
+    """A torque on a link: constant, or a function of time, angle and speed."""
 
-    Parameters
-    ----------
-    link : str
-        Any but a Strut. On a flexible one it acts at the start; 'beam:B' names another of its points.
-    value : float or callable
-        N m, counter-clockwise, or a function (t, angle, speed) that returns it: s, rad turned there since t = 0, rad/s.
-    """
+    link: str = names(doc="any but a Strut; on a flexible one it acts at the start; 'beam:B' names another of its points")
+    value: float | Callable[[float, float, float], float] = field(
+        Either((Quantity("N m"), Function("t, angle, speed", "N m"))),
+        "counter-clockwise, or a function of time, s, the angle turned there since t = 0, rad, and its rate, rad/s",
+    )
 
-    link: str
-    value: float | Callable[[float, float, float], float]
-
-    def __post_init__(self) -> None:
-        where = f"value of the torque on '{self.link}'"
-        if callable(self.value):
-            number(f"{where} at t = 0", function(where, self.value, 0.0, 0.0, 0.0)(0.0, 0.0, 0.0), -inf, inf, "N m")
-        else:
-            number(where, self.value, -inf, inf, "N m")
+    @property
+    def where(self) -> str:
+        """'torque on' and its link."""
+        return f"torque on '{self.link}'"
 
     def kinks(self, duration: float) -> tuple[float, ...]:
         """Points in a run of the tables it is made of."""
@@ -48,7 +40,7 @@ class Torque(Load):
 
     def check(self, mechanism: Any) -> None:
         """A link with an angle."""
-        check_turning(mechanism, self.link, f"torque on '{self.link}'")
+        check_turning(mechanism, self.link, self.where)
 
     def moments(self, mechanism: Any) -> Iterator[str]:
         """Yield where it acts."""
@@ -70,7 +62,7 @@ class Torque(Load):
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield the torque, N m."""
-        yield Signal(f"{name}.torque", self.acting(record), "N m")
+        yield Signal(f"{name}.torque", self.acting(record), "N m", Kind.INTERNAL)
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
         """Yield the work it gave."""

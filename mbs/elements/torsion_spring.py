@@ -3,52 +3,41 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
-from math import inf
 from typing import Any
 
 import numpy as np
 
-from buckler.mbs.elements.element import GROUND, Array, Energy, Recorded, Signal
+from buckler.mbs.callables import Function
+from buckler.mbs.declare import declared, field, names, quantity
+from buckler.mbs.elements.element import GROUND, Array, Energy, Kind, Recorded, Signal
 from buckler.mbs.elements.load import Elastic, Law, Load, Push, check_turning, turning
-from buckler.mbs.validate import function, non_negative, number
 
 
-@dataclass(frozen=True)
+@declared
 class TorsionSpring(Elastic, Load):
-    """A torsion spring with a damper between two links, or a link and the ground.
+    """A torsion spring with a damper between two links, or a link and the ground."""
 
-    Parameters
-    ----------
-    first, second : str
-        Any links but struts, or 'ground'. On a flexible one it acts at the joint of the two, or else at the start; 'beam:B'
-        names another of its points.
-    stiffness : float
-        N m/rad. With a law it is not used and may be 0.
-    damping : float
-        N m s/rad, not negative.
-    free_angle : float, optional
-        Angle without torque, rad: what `second` has then turned against `first` since t = 0; 0 by default.
-    law : callable, optional
-        Torque, N m, instead, as a function of the angle less the free one, rad, and its rate, rad/s: that on `first`, against
-        that on `second`. What it gives at rest is taken for elastic, the rest for damping.
-    """
+    first: str = names(
+        doc="any link but a strut, or 'ground'; on a flexible one it acts at the joint of the two, or else at the start; "
+        "'beam:B' names another of its points"
+    )
+    second: str = names(doc="the same of the other link")
+    stiffness: float = quantity("N m/rad", doc="with a law it is not used and may be 0")
+    damping: float = quantity("N m s/rad", low=0, doc="of the damper", default=0.0)
+    free_angle: float | None = quantity(
+        "rad", doc="angle without torque: what `second` has then turned against `first` since t = 0; 0 by default", default=None
+    )
+    law: Law | None = field(
+        Function("x, v", "N m"),
+        "torque instead, as a function of the angle less the free one, rad, and its rate, rad/s: that on `first`, against that "
+        "on `second`; what it gives at rest is taken for elastic, the rest for damping",
+        default=None,
+    )
 
-    first: str
-    second: str
-    stiffness: float
-    damping: float = 0.0
-    free_angle: float | None = None
-    law: Law | None = None
-
-    def __post_init__(self) -> None:
-        number("stiffness", self.stiffness, -inf, inf, "N m/rad")
-        non_negative("damping", self.damping, "N m s/rad")
-        if self.free_angle is not None:
-            number("free_angle", self.free_angle, -inf, inf, "rad")
-        if self.law is not None:
-            where = f"law of the torsion spring of '{self.first}' and '{self.second}'"
-            number(f"{where} at (0, 0)", function(where, self.law, 0.0, 0.0)(0.0, 0.0), -inf, inf, "N m")
+    @property
+    def where(self) -> str:
+        """'torsion spring' and its links."""
+        return f"torsion spring of '{self.first}' and '{self.second}'"
 
     @property
     def key(self) -> str:
@@ -57,7 +46,7 @@ class TorsionSpring(Elastic, Load):
 
     def check(self, mechanism: Any) -> None:
         """Two different bodies with an angle."""
-        where = f"torsion spring of '{self.first}' and '{self.second}'"
+        where = self.where
         bodies = [at.partition(":")[0] for at in (self.first, self.second)]
         if bodies[0] == bodies[1] and ":" not in self.first + self.second:
             raise ValueError(f"{where}: two different links, or a link and 'ground', are needed")
@@ -90,8 +79,8 @@ class TorsionSpring(Elastic, Load):
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield the torque on the first, N m, and the angle from the free one, rad."""
         value, rate = self.twist(record)
-        yield Signal(f"{name}.torque", self.tension(value, rate), "N m")
-        yield Signal(f"{name}.angle", value, "rad")
+        yield Signal(f"{name}.torque", self.tension(value, rate), "N m", Kind.INTERNAL)
+        yield Signal(f"{name}.angle", value, "rad", Kind.PLACE)
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
         """Yield what it stores, and what damping took."""

@@ -3,33 +3,32 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from buckler.mbs.elements.element import Array, Joint, Recorded, Signal, takes_moments
+from buckler.mbs.declare import declared, names
+from buckler.mbs.elements.element import Array, Joint, Kind, Recorded, Signal, takes_moments
 from buckler.mbs.elements.rows import Row, meets, same_turn
 
 
-@dataclass(frozen=True)
+@declared
 class Weld(Joint):
-    """A clamp: two bodies share a point and keep the angle they have there at t = 0.
-
-    Parameters
-    ----------
-    point, first, second : str
-        The point and the two bodies, links or 'ground'; a Strut has no moment to be clamped by.
-    """
+    """A clamp: two bodies share a point and keep the angle they have there at t = 0."""
 
     keeps_angle: ClassVar[bool] = True
 
-    point: str
-    first: str
-    second: str
+    point: str = names(doc="where they meet")
+    first: str = names(doc="a link or 'ground'")
+    second: str = names(doc="a link or 'ground'; a Strut has no moment to be clamped by")
+
+    @property
+    def where(self) -> str:
+        """'weld at' and its point."""
+        return f"weld at '{self.point}'"
 
     def check(self, mechanism: Any) -> None:
         """Two different bodies that reach the point and can take a moment there."""
         super().check(mechanism)
-        takes_moments(mechanism, (self.first, self.second), f"weld at '{self.point}'")
+        takes_moments(mechanism, (self.first, self.second), self.where)
 
     def rows(self, mechanism: Any) -> Iterator[Row]:
         """Yield that the points stay together, and the angle as it is."""
@@ -43,6 +42,6 @@ class Weld(Joint):
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield force, N, and moment, N m, on the second body."""
         force, moment = record.channel(name, "force"), record.channel(name, "moment")
-        yield Signal(f"{name}.fx", force[:, 0], "N")
-        yield Signal(f"{name}.fy", force[:, 1], "N")
-        yield Signal(f"{name}.moment", moment[:, 0], "N m")
+        yield Signal(f"{name}.fx", force[:, 0], "N", Kind.REACTION, f"{name}.f")
+        yield Signal(f"{name}.fy", force[:, 1], "N", Kind.REACTION, f"{name}.f")
+        yield Signal(f"{name}.moment", moment[:, 0], "N m", Kind.REACTION)

@@ -9,13 +9,13 @@ import exudyn.itemInterface as eii
 import numpy as np
 
 from buckler.mbs.elements.clearance import clearances
-from buckler.mbs.engine.choice import position_error
 from buckler.mbs.engine.recording import Recorder
 from buckler.mbs.engine.scene import SPARSE_FROM, Scene
-from buckler.mbs.engine.settings import Exudyn
 from buckler.mbs.engine.stepping import StepControl
 from buckler.mbs.interrupts import ctrl_c
 from buckler.mbs.record.status import Status
+from buckler.mbs.solvers.choice import position_error
+from buckler.mbs.solvers.exudyn import Exudyn
 
 EXPLICIT_SHARE = 10.0
 """Absolute tolerance of the explicit integrator, fifth order, in units of the position error allowed the implicit one."""

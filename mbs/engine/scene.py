@@ -16,7 +16,6 @@ import exudyn.itemInterface as eii
 
 from buckler.mbs.elements.element import GROUND, Array, Burden
 from buckler.mbs.engine import guide as guides
-from buckler.mbs.engine.choice import is_loose
 from buckler.mbs.engine.history import History, Remembering
 from buckler.mbs.engine.mass import attach
 from buckler.mbs.engine.placed import Placed, States
@@ -28,6 +27,7 @@ from buckler.mbs.kinematics.start import Start, start
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.record import Record
 from buckler.mbs.record.status import Status
+from buckler.mbs.solvers.choice import is_loose
 
 exu.config.printToConsole = False
 
@@ -187,7 +187,7 @@ def build(mechanism: Mechanism) -> Scene:
     scene.start = begun = start(mechanism)
     scene.redundant = redundancies(mechanism)
     for link in mechanism.links:
-        placed = BODIES[type(link.body)](scene, link, begun.rates[begun.closure.index[link.name]])
+        placed = BODIES[type(link.body)](scene, link, begun.rates[begun.linkage.index[link.name]])
         if placed is not None:
             scene.placed[link.name] = placed
         scene.parts[type(link.body).__name__] += 1

@@ -14,12 +14,13 @@ import numpy as np
 
 from buckler.mbs.elements.drive import Ramp
 from buckler.mbs.elements.element import GROUND
-from buckler.mbs.engine.exact import TURN
 from buckler.mbs.engine.integrate import implicit_settings
 from buckler.mbs.engine.scene import Scene, build
-from buckler.mbs.engine.settings import Equal, Exudyn
-from buckler.mbs.kinematics.closure import turning_speed
+from buckler.mbs.kinematics.exact import TURN
+from buckler.mbs.kinematics.linkage import turning_speed
 from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.solvers.exudyn import Exudyn
+from buckler.mbs.solvers.steps import Equal
 from buckler.mbs.validate import positive, whole
 
 HEAD = '''"""{title}

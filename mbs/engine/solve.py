@@ -9,19 +9,19 @@ from typing import Any
 
 import exudyn as exu
 
-from buckler.mbs.engine.exact import run_exactly, sample_times
 from buckler.mbs.engine.integrate import explicit_settings, implicit_settings, run_engine
 from buckler.mbs.engine.recording import Recorder
 from buckler.mbs.engine.scene import Scene, build
-from buckler.mbs.engine.settings import Equal, Exudyn
 from buckler.mbs.engine.stepping import implicit_control
 from buckler.mbs.engine.window import half_steps
-from buckler.mbs.kinematics.closure import determined
-from buckler.mbs.kinematics.determined import answered
 from buckler.mbs.kinematics.diagnosis import remarks, stuck
+from buckler.mbs.kinematics.exact import sample_times
+from buckler.mbs.kinematics.linkage import determined
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.run import Run
 from buckler.mbs.record.status import Status
+from buckler.mbs.solvers.exudyn import Exudyn
+from buckler.mbs.solvers.steps import Equal
 
 UNFINISHED = 1e-9
 """Of the duration: what may be missing of it at the end."""
@@ -29,12 +29,10 @@ UNFINISHED = 1e-9
 
 def once(mechanism: Mechanism, duration: float, solver: Exudyn, timeout: float | None, progress: Any) -> Run:
     """Build the scene and let the engine run."""
-    if answered(mechanism):
-        return run_exactly(mechanism, duration, solver, timeout, progress)
     scene = build(mechanism)
     steps = solver.steps
     if steps.adaptive and steps.tolerance is None and determined(mechanism):
-        count = len(sample_times(mechanism, duration, solver)) - 1
+        count = len(sample_times(mechanism, duration, steps)) - 1
         solver = replace(solver, steps=Equal(count)) if count <= steps.max_steps else solver
     start = perf_counter()
     control, engine, failure = (_run_explicit if scene.loose else _run_implicit)(scene, solver, duration, timeout, progress)

@@ -12,12 +12,13 @@ from typing import Any
 import numpy as np
 
 from buckler.mbs.elements.element import kinks_of
-from buckler.mbs.engine.choice import position_error
 from buckler.mbs.engine.recording import Recorder, StopState
 from buckler.mbs.engine.scene import Scene
-from buckler.mbs.engine.settings import Controlled, Exudyn
 from buckler.mbs.engine.strut import StrutSpring
 from buckler.mbs.laws import contact_time
+from buckler.mbs.solvers.choice import position_error
+from buckler.mbs.solvers.exudyn import Exudyn
+from buckler.mbs.solvers.steps import Controlled
 
 Array = np.ndarray[Any, Any]
 LIGHTEST = 1e-6

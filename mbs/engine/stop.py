@@ -11,18 +11,13 @@ import numpy as np
 
 from buckler.mbs.elements.element import GROUND, Array, place
 from buckler.mbs.elements.stop import Stop
+from buckler.mbs.elements.striking import Striking
 from buckler.mbs.engine.watched import watched
-
-SLOWEST_ONSET = 1e-4
-"""Approach speed, m/s, below which dissipative laws no longer scale with it: a contact at rest has no impact speed."""
-GRAZE = 0.05
-"""Share of the fastest approach so far that a stop's slower ones are taken for: after the last tiny rebound of a slider
-coming to rest, a law that divides by the approach speed would else let a slow release pull."""
 
 
 @dataclass
-class StopContact:
-    """Running state of one stop: how deep the point is in, and the last approach speed.
+class StopContact(Striking):
+    """One stop in the engine's coordinates.
 
     Attributes
     ----------
@@ -32,20 +27,13 @@ class StopContact:
         +1 if the face lies ahead of the start in the stop's direction, -1 if behind.
     mass : float
         Of what strikes, kg: as light as it can be for want of everything joined to it.
-    onset : float
-        Approach speed when the present contact began, m/s, or a share of the fastest one so far.
-    fastest : float
-        Fastest approach so far that ended in contact, m/s.
     columns : array of int
         Places in the engine's vector of the coordinates that decide it, once assembled.
     """
 
-    stop: Stop
-    face: float
-    side: float
+    face: float = 0.0
+    side: float = 1.0
     mass: float = 0.0
-    onset: float = SLOWEST_ONSET
-    fastest: float = SLOWEST_ONSET
     columns: Array = field(default_factory=lambda: np.empty(0, dtype=int))
 
     def locate(self, scene: Any) -> None:
@@ -56,19 +44,6 @@ class StopContact:
         """Depth, m, positive in contact, and its rate, m/s, of all coordinates and rates."""
         column = self.columns[0]
         return self.side * (float(q[column]) - self.face), self.side * float(q_t[column])
-
-    def force(self, depth: float, rate: float) -> float:
-        """Contact force, N, never negative."""
-        return self.stop.law.force(depth, rate, self.onset) if depth > 0 else 0.0
-
-    def accept(self, depth: float, rate: float) -> bool:
-        """Take over the state at the end of a step; true in contact."""
-        touching = depth > 0
-        if touching:
-            self.fastest = max(self.fastest, self.onset)
-        else:
-            self.onset = max(rate, SLOWEST_ONSET, GRAZE * self.fastest)
-        return touching
 
 
 @dataclass
@@ -151,7 +126,7 @@ def contact_of(scene: Any, stop: Stop) -> StopContact:
     mechanism = scene.mechanism
     face, side = stop.face(mechanism), stop.side(mechanism)
     if stop.guided:
-        return StopContact(stop, face, side, mechanism.guide(stop.point).mass)
+        return StopContact(stop, face=face, side=side, mass=mechanism.guide(stop.point).mass)
     link, along = stop.body(mechanism), stop.across(mechanism)
     node, size, at = scene.placed[link].place_node(scene, stop.point)
     first, second = End(node, size, at, np.subtract(mechanism.points[stop.point], at)), End()
@@ -162,7 +137,8 @@ def contact_of(scene: Any, stop: Stop) -> StopContact:
         second = End(node, 3, np.array(at))
         yields += scene.placed[stop.carrier].mobility(stop.point if stop.carrier == stop.on else origin, along)
     reach = stop.at - float(np.dot(along, second.place))
-    return FreeContact(stop, face, side, 1 / yields if yields > 0 else inf, first=first, second=second, along=along, reach=reach)
+    mass = 1 / yields if yields > 0 else inf
+    return FreeContact(stop, face=face, side=side, mass=mass, first=first, second=second, along=along, reach=reach)
 
 
 def connect(scene: Any, stops: dict[str, Stop]) -> None:

@@ -8,16 +8,16 @@ from typing import Any
 import exudyn as exu
 import numpy as np
 
-from buckler.mbs.engine.choice import usual_tolerance
 from buckler.mbs.engine.history import History
 from buckler.mbs.engine.integrate import explicit_settings, implicit_settings, run_engine
 from buckler.mbs.engine.placed import States
 from buckler.mbs.engine.recording import Recorder
 from buckler.mbs.engine.scene import Scene, build
-from buckler.mbs.engine.settings import Exudyn
 from buckler.mbs.engine.stepping import implicit_control
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.record import Record
+from buckler.mbs.solvers.choice import usual_tolerance
+from buckler.mbs.solvers.exudyn import Exudyn
 
 PATIENCE = 60.0
 """Longest time a stretch may take, s."""

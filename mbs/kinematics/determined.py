@@ -14,9 +14,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from buckler.mbs.elements.element import GROUND, Array, Element, place
-from buckler.mbs.kinematics.closure import Closure, determined, solved
 from buckler.mbs.kinematics.diagnosis import blocked, independent_rows
 from buckler.mbs.kinematics.inertias import carried
+from buckler.mbs.kinematics.linkage import Linkage, determined, solved
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.motion import BlockMotion, RigidMotion
 from buckler.mbs.record.quadrature import corrected
@@ -42,16 +42,22 @@ BLOWN_UP = 20.0
 
 def answered(mechanism: Mechanism) -> bool:
     """True if constraints alone decide the motion, and all elements tell their forces in a motion that is known."""
+    return not undecided(mechanism)
+
+
+def undecided(mechanism: Mechanism) -> str:
+    """Why constraints alone do not decide the motion, or an element its forces in a known motion; '' if they do."""
     if not determined(mechanism):
-        return False
+        bend = [link.name for link in mechanism.links if link.body.flexible]
+        return f"link '{bend[0]}' bends" if bend else "here they leave the linkage free, or nothing drives it"
     nothing = np.empty((0, 3))
-    for element in mechanism.elements().values():
+    for name, element in mechanism.elements().items():
         if element.rubs_on_reaction:
-            return False
+            return f"friction of '{name}' follows its reaction"
         if any(True for _ in element.rows(mechanism)) and element.reactions(nothing) is None:
-            return False
-    forces = (*mechanism.stops, *mechanism.loads)
-    return all(type(element).pushes is not Element.pushes for element in forces)
+            return f"'{name}' does not tell its reaction"
+    silent = [each.key for each in (*mechanism.stops, *mechanism.loads) if type(each).pushes is Element.pushes]
+    return f"'{silent[0]}' does not tell its force in a known motion" if silent else ""
 
 
 class Course(NamedTuple):
@@ -107,10 +113,10 @@ class Follower:
         deadline: float | None = None, progress: Any = None, interrupted: Callable[[], bool] = bool,
     ) -> None:  # fmt: skip
         self.deadline, self.progress, self.interrupted = deadline, progress, interrupted
-        self.closure = closure = Closure(mechanism)
-        jacobian = closure.system(closure.reference, np.zeros_like(closure.reference))[1]
-        self.kept = independent(closure, jacobian)
-        self.dropped = sorted({closure.names[k] for k in range(len(closure.names)) if k not in self.kept})
+        self.linkage = linkage = Linkage(mechanism)
+        jacobian = linkage.system(linkage.reference, np.zeros_like(linkage.reference))[1]
+        self.kept = independent(linkage, jacobian)
+        self.dropped = sorted({linkage.names[k] for k in range(len(linkage.names)) if k not in self.kept})
         self.lengths = np.array([[1.0, 1.0, mechanism.length(link.name)] for link in mechanism.links])
         self.ended: Ended | None = None
         self.anchors = self._follow(duration)
@@ -123,14 +129,14 @@ class Follower:
     # --- along the time, in steps -----------------------------------------------------------------------------------------
 
     def _follow(self, duration: float) -> Course:
-        closure = self.closure
-        begun = self._close(np.zeros(1), closure.reference[None].copy())
+        linkage = self.linkage
+        begun = self._close(np.zeros(1), linkage.reference[None].copy())
         assert begun is not None  # the rows kept are independent there
         state = begun
         found, t, hard = [state], 0.0, False  # near a lock even rough closing must be exact
         fastest = float(np.abs(state.q_t[..., 2]).max())
         h = min(duration, FIRST / fastest if fastest > 0 else duration / 100)
-        slow = SLOW * closure.size / duration
+        slow = SLOW * linkage.size / duration
         side = float(np.linalg.det(state.jacobian[0]))
         while t < duration:
             if self.deadline and perf_counter() > self.deadline:
@@ -144,7 +150,7 @@ class Follower:
                 h = duration - t
             guess = state.q + h * state.q_t + h * h / 2 * state.q_tt
             after = self._step(t + h, guess, EXACT if hard else ROUGH)
-            off = float(np.abs((after.q - guess) * self.lengths).max()) / closure.size if after is not None else np.inf
+            off = float(np.abs((after.q - guess) * self.lengths).max()) / linkage.size if after is not None else np.inf
             if after is None or off > FAR or self._kinked(state, after, slow) or np.linalg.det(after.jacobian[0]) * side <= 0:
                 if not hard:
                     found = self._exact_end(found)
@@ -185,7 +191,7 @@ class Follower:
     def _end(self, state: Course, found: list[Course]) -> Ended:
         """Name what ended it: a lock, where speeds grow beyond bounds, or another singular pose."""
         speeds = [float(np.abs(part.q_t * self.lengths).max()) for part in found]
-        t, where = float(state.time[0]), blocked(self.closure, state.q[0], self.kept)
+        t, where = float(state.time[0]), blocked(self.linkage, state.q[0], self.kept)
         if speeds[-1] > BLOWN_UP * float(np.median(speeds)):
             return Ended(t, Status.LOCKED, f"the linkage locks at t = {t:.6g} s ({where})")
         after = "what follows is not determined"
@@ -209,11 +215,11 @@ class Follower:
 
     def _close(self, times: Array, q: Array, enough: float = EXACT) -> Course | None:
         """Newton's method at each time from close by, then the rates; None if one does not close."""
-        closure, zero, kept = self.closure, np.zeros_like(q), self.kept
-        travel, scale = closure.travel(times), max(1.0, closure.size)
+        linkage, zero, kept = self.linkage, np.zeros_like(q), self.kept
+        travel, scale = linkage.travel(times), max(1.0, linkage.size)
         last = np.inf
         for _ in range(MOST):
-            residual, jacobian, _ = closure.system(q, zero)
+            residual, jacobian, _ = linkage.system(q, zero)
             residual = residual - travel
             gap = float(np.abs(residual[..., kept]).max(initial=0.0))
             if not np.isfinite(gap) or gap > 1e3 * scale:
@@ -229,13 +235,13 @@ class Follower:
         return None
 
     def _rates(self, times: Array, q: Array, jacobian: Array) -> Course | None:
-        closure, kept = self.closure, self.kept
+        linkage, kept = self.linkage, self.kept
         try:
             inverse = np.linalg.inv(jacobian)
         except np.linalg.LinAlgError:
             return None
-        q_t = (inverse @ closure.speed(times)[..., kept, None])[..., 0].reshape(q.shape)
-        right = closure.convective(q, q_t) + closure.acceleration(times)
+        q_t = (inverse @ linkage.speed(times)[..., kept, None])[..., 0].reshape(q.shape)
+        right = linkage.convective(q, q_t) + linkage.acceleration(times)
         q_tt = (inverse @ right[..., kept, None])[..., 0].reshape(q.shape)
         return Course(times, q, q_t, q_tt, jacobian)
 
@@ -243,13 +249,13 @@ class Follower:
 
     def record(self, course: Course) -> Record:
         """Motions of links and blocks."""
-        closure, mechanism = self.closure, self.closure.mechanism
-        links = {link.name: _motion(closure, course, link.name) for link in mechanism.links}
+        linkage, mechanism = self.linkage, self.linkage.mechanism
+        links = {link.name: _motion(linkage, course, link.name) for link in mechanism.links}
         blocks = {}
         for guide in mechanism.guides:
             along = np.array(guide.along)
             place_, velocity = links[guide.link].point(guide.point)
-            i, origin = closure.index[guide.link], np.array(mechanism.points[guide.point])
+            i, origin = linkage.index[guide.link], np.array(mechanism.points[guide.point])
             arm = place_ - course.q[:, i, :2]
             spin, change = course.q_t[:, i, 2:], course.q_tt[:, i, 2:]
             acceleration = course.q_tt[:, i, :2] + change * _left(arm) - spin**2 * arm
@@ -260,11 +266,11 @@ class Follower:
     def reactions(self, course: Course, record: Record) -> dict[str, dict[str, Array]]:
         """Channels of all elements that hold the linkage: multipliers of J^T mu = M q_tt - f; none of dropped rows."""
         right = self._inertia(course) - self._pushes(record)
-        found = np.zeros((len(course.time), len(self.closure.names)))
+        found = np.zeros((len(course.time), len(self.linkage.names)))
         found[:, self.kept] = np.linalg.solve(course.jacobian.mT, right.reshape(len(right), -1, 1))[..., 0]
-        names = np.array(self.closure.names)
+        names = np.array(self.linkage.names)
         channels: dict[str, dict[str, Array]] = {}
-        for name, element in self.closure.mechanism.elements().items():
+        for name, element in self.linkage.mechanism.elements().items():
             rows = np.flatnonzero(names == name)
             if len(rows):
                 channels[name] = dict(element.reactions(found[:, rows]) or {})
@@ -272,11 +278,11 @@ class Follower:
 
     def _inertia(self, course: Course) -> Array:
         """M q_tt less weight, (times, links, 3)."""
-        closure, gravity = self.closure, np.array(self.closure.mechanism.gravity)
+        linkage, gravity = self.linkage, np.array(self.linkage.mechanism.gravity)
         total = np.zeros_like(course.q)
-        for part in carried(closure):
+        for part in carried(linkage):
             i = part.link
-            arm = part.arm * np.exp(1j * (course.q[:, i, 2] - closure.reference[i, 2]))
+            arm = part.arm * np.exp(1j * (course.q[:, i, 2] - linkage.reference[i, 2]))
             arms = np.column_stack([arm.real, arm.imag])
             spin, change = course.q_t[:, i, 2:], course.q_tt[:, i, 2:]
             force = part.mass * (course.q_tt[:, i, :2] + change * _left(arms) - spin**2 * arms - gravity)
@@ -286,8 +292,8 @@ class Follower:
 
     def _pushes(self, record: Record) -> Array:
         """Forces of guides' friction, stops and loads, by the links' starts, (times, links, 3)."""
-        closure, mechanism = self.closure, self.closure.mechanism
-        total = np.zeros((len(record.time), len(closure.index), 3))
+        linkage, mechanism = self.linkage, self.linkage.mechanism
+        total = np.zeros((len(record.time), len(linkage.index), 3))
         blocks = {guide.point: guide.link for guide in mechanism.guides}
         for name, element in mechanism.elements().items():
             for at, force, moment in element.pushes(name, record) or ():
@@ -295,34 +301,34 @@ class Follower:
                 body = blocks.get(body, body)
                 if body == GROUND:
                     continue
-                i = closure.index[body]
+                i = linkage.index[body]
                 arm = record.links[body].point(point)[0] - record.links[body].point(mechanism.links[i].start)[0]
                 total[:, i, :2] += force
                 total[:, i, 2] += arm[:, 0] * force[:, 1] - arm[:, 1] * force[:, 0] + moment
         return total
 
 
-def independent(closure: Closure, jacobian: Array) -> Array:
+def independent(linkage: Linkage, jacobian: Array) -> Array:
     """Rows that are independent of each other: the drives' first, then in the elements' order."""
-    driven = [k for k, _ in closure.driven]
+    driven = [k for k, _ in linkage.driven]
     order = [*driven, *(k for k in range(len(jacobian)) if k not in driven)]
     return np.array(sorted(order[k] for k in independent_rows(jacobian[order])), dtype=int)
 
 
-def _motion(closure: Closure, course: Course, name: str) -> RigidMotion:
+def _motion(linkage: Linkage, course: Course, name: str) -> RigidMotion:
     """A link's centre of mass."""
-    mechanism, i = closure.mechanism, closure.index[name]
+    mechanism, i = linkage.mechanism, linkage.index[name]
     link = mechanism.links[i]
     mass, inertia, centre = link.body.inertia(mechanism.length(name))
-    at_start = complex(*centre) * np.exp(1j * closure.reference[i, 2])
+    at_start = complex(*centre) * np.exp(1j * linkage.reference[i, 2])
     arm = complex(*centre) * np.exp(1j * course.q[:, i, 2])
     arms = np.column_stack([arm.real, arm.imag])
-    turn = course.q[:, i, 2:] - closure.reference[i, 2]
+    turn = course.q[:, i, 2:] - linkage.reference[i, 2]
     spin, change = course.q_t[:, i, 2:], course.q_tt[:, i, 2:]
     q = np.hstack([course.q[:, i, :2] + arms, turn])
     q_t = np.hstack([course.q_t[:, i, :2] + spin * _left(arms), spin])
     q_tt = np.hstack([course.q_tt[:, i, :2] + change * _left(arms) - spin**2 * arms, change])
-    origin = closure.reference[i, :2] + (at_start.real, at_start.imag)
+    origin = linkage.reference[i, :2] + (at_start.real, at_start.imag)
     away = {point: np.subtract(where, origin) for point, where in mechanism.points.items()}
     return RigidMotion(mass, inertia, away, q, q_t, q_tt)
 

@@ -7,7 +7,7 @@ from itertools import combinations
 import numpy as np
 
 from buckler.mbs.elements.element import GROUND, Array
-from buckler.mbs.kinematics.closure import ROUNDING, Closure, involved
+from buckler.mbs.kinematics.linkage import ROUNDING, Linkage, involved
 from buckler.mbs.kinematics.start import jacobian
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.record import Record
@@ -19,34 +19,34 @@ IN_LINE = 0.3
 """Sine of the angle between two links up to which they may be called in line: a run stops short of the pose itself."""
 
 
-def blocked(closure: Closure, q: Array, rows: Array | None = None) -> str:
+def blocked(linkage: Linkage, q: Array, rows: Array | None = None) -> str:
     """In words, what makes a pose singular: links in line, a link square to a guide, or the elements that hold it."""
-    mechanism, found = closure.mechanism, []
+    mechanism, found = linkage.mechanism, []
     joined = {frozenset((joint.first, joint.second)) for joint in mechanism.joints} - {GROUND}
     for one, two in combinations([link.name for link in mechanism.links], 2):
-        angle = q[closure.index[one], 2] - q[closure.index[two], 2]
+        angle = q[linkage.index[one], 2] - q[linkage.index[two], 2]
         if frozenset((one, two)) in joined and abs(np.sin(angle)) < IN_LINE:
             found.append((abs(np.sin(angle)), f"{one} and {two} in line"))
     for guide in mechanism.guides:
-        angle = q[closure.index[guide.link], 2] - np.arctan2(guide.along[1], guide.along[0])
+        angle = q[linkage.index[guide.link], 2] - np.arctan2(guide.along[1], guide.along[0])
         if abs(np.cos(angle)) < IN_LINE:
             found.append((abs(np.cos(angle)), f"{guide.link} square to the guide of {guide.point}"))
     if found:
         return min(found)[1]
-    matrix = closure.system(q, np.zeros_like(q))[1]
+    matrix = linkage.system(q, np.zeros_like(q))[1]
     kept = np.arange(len(matrix)) if rows is None else rows
     weights = np.linalg.svd(matrix[kept])[0][:, -1]
-    names = involved([closure.names[k] for k in kept], np.where(np.abs(weights) > 0.05 * np.abs(weights).max(), weights, 0.0))
+    names = involved([linkage.names[k] for k in kept], np.where(np.abs(weights) > 0.05 * np.abs(weights).max(), weights, 0.0))
     return f"{', '.join(repr(name) for name in names)} hold it"
 
 
 def redundancies(mechanism: Mechanism) -> list[str]:
     """Elements that ask nothing at t = 0 that others do not ask already, flexible links being flexible."""
-    closure, rigid, loose = jacobian(mechanism)
+    linkage, rigid, loose = jacobian(mechanism)
     unit = np.abs(loose).max(initial=0.0) or 1.0
-    lasting = [k for k, (_, row) in enumerate(closure.named_rows) if not row.start_only]
-    order = sorted(lasting, key=lambda k: closure.named_rows[k][1].motion is None)  # drives stay
-    return redundant([closure.names[k] for k in order], np.hstack([rigid, loose / unit])[order])
+    lasting = [k for k, (_, row) in enumerate(linkage.named_rows) if not row.start_only]
+    order = sorted(lasting, key=lambda k: linkage.named_rows[k][1].motion is None)  # drives stay
+    return redundant([linkage.names[k] for k in order], np.hstack([rigid, loose / unit])[order])
 
 
 def redundant(names: list[str], matrix: Array) -> list[str]:
@@ -58,27 +58,27 @@ def redundant(names: list[str], matrix: Array) -> list[str]:
 def stuck(record: Record) -> tuple[Status, str] | None:
     """What is wrong with the pose in which a run of rigid links stopped, by the rank of its constraints; None if nothing is."""
     mechanism = record.mechanism
-    closure = Closure(mechanism)
+    linkage = Linkage(mechanism)
     rigid = [i for i, link in enumerate(mechanism.links) if not link.body.flexible and link.name in record.links]
-    q = closure.reference.copy()
+    q = linkage.reference.copy()
     for i in rigid:
         link = mechanism.links[i]
         motion = record.links[link.name]
         q[i, :2], q[i, 2] = motion.point(link.start)[0][-1], q[i, 2] + motion.turn(link.start)[0][-1]
     among = {GROUND, *(mechanism.links[i].name for i in rigid)}
     rows = [
-        k for k, (_, row) in enumerate(closure.named_rows) if not row.start_only and {row.first.body, row.second.body} <= among
+        k for k, (_, row) in enumerate(linkage.named_rows) if not row.start_only and {row.first.body, row.second.body} <= among
     ]
     columns = [3 * i + axis for i in rigid for axis in range(3)]
-    unit = np.tile([1.0, 1.0, closure.size], len(rigid))  # a turn as far as it moves the longest link
-    before, now = (closure.system(at, np.zeros_like(q))[1][np.ix_(rows, columns)] / unit for at in (closure.reference, q))
+    unit = np.tile([1.0, 1.0, linkage.size], len(rigid))  # a turn as far as it moves the longest link
+    before, now = (linkage.system(at, np.zeros_like(q))[1][np.ix_(rows, columns)] / unit for at in (linkage.reference, q))
     kept = independent_rows(before)
     if not len(kept) or not np.isfinite(now).all():
         return None
     least = [np.linalg.svd(matrix[kept], compute_uv=False)[-1] for matrix in (before, now)]
     if least[1] > min(FLAT, WORSE * least[0]):
         return None
-    t, where = float(record.time[-1]), blocked(closure, q, np.array(rows)[kept])
+    t, where = float(record.time[-1]), blocked(linkage, q, np.array(rows)[kept])
     if mechanism.drives:
         return Status.LOCKED, f"the linkage locks at t = {t:.6g} s ({where})"
     return Status.SINGULAR, f"the linkage is in a singular pose at t = {t:.6g} s ({where}): what follows is not determined"

@@ -15,9 +15,9 @@ import numpy as np
 
 from buckler.mbs.elements.element import GROUND, Array, place
 from buckler.mbs.elements.rows import Along, Row
-from buckler.mbs.kinematics.closure import ROUNDING, Closure, involved
 from buckler.mbs.kinematics.errors import KinematicsError
 from buckler.mbs.kinematics.inertias import mass_matrix
+from buckler.mbs.kinematics.linkage import ROUNDING, Linkage, involved
 from buckler.mbs.mechanism import Mechanism
 
 EXACT = 1e-9
@@ -30,20 +30,20 @@ class Start:
 
     Attributes
     ----------
-    closure : Closure
+    linkage : Linkage
     rates : array, shape (links, 3)
         Of all links, as if rigid: velocity of the start, m/s, turning, rad/s.
     bends : dict of str to dict of str to array, shape (3,)
         By flexible link and point: what its point moves and turns besides; links that need not give way are left out.
     """
 
-    closure: Closure
+    linkage: Linkage
     rates: Array
     bends: Mapping[str, Mapping[str, Array]] = field(default_factory=dict)
 
     def velocity(self, link: str, point: str) -> Array:
         """Velocity of a point of a link, m/s."""
-        rigid = self.closure.velocity(link, point, self.closure.reference, self.rates)
+        rigid = self.linkage.velocity(link, point, self.linkage.reference, self.rates)
         return rigid + self.bends[link][point][:2] if link in self.bends else rigid
 
     def bending(self, link: Any, at: Mapping[str, float], x: Array) -> Array:
@@ -55,7 +55,7 @@ class Start:
             return np.zeros((len(x), 3))
         from scipy.interpolate import CubicHermiteSpline
 
-        (x0, y0), (x1, y1) = (self.closure.mechanism.points[p] for p in (link.start, link.end))
+        (x0, y0), (x1, y1) = (self.linkage.mechanism.points[p] for p in (link.start, link.end))
         along = np.array([x1 - x0, y1 - y0]) / np.hypot(x1 - x0, y1 - y0)
         across = np.array([-along[1], along[0]])
         points = sorted(at, key=lambda point: at[point])
@@ -104,13 +104,13 @@ def _weighted_axes(mechanism: Mechanism, name: str) -> Array:
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ np.diag([unit, unit * soft, unit * soft / length])
 
 
-def jacobian(mechanism: Mechanism, q: Array | None = None) -> tuple[Closure, Array, Array]:
-    """Closure, the rows' derivatives by the rigid coordinates (rows, 3 links), and by the stations (rows, 3 stations)."""
-    closure, stations = Closure(mechanism), Stations(mechanism)
-    q = closure.reference if q is None else q
-    rigid = closure.system(q, np.zeros_like(q))[1]
-    loose = np.array([stations.columns(row) for _, row in closure.named_rows]).reshape(len(rigid), 3 * len(stations.points))
-    return closure, rigid, loose
+def jacobian(mechanism: Mechanism, q: Array | None = None) -> tuple[Linkage, Array, Array]:
+    """Linkage, the rows' derivatives by the rigid coordinates (rows, 3 links), and by the stations (rows, 3 stations)."""
+    linkage, stations = Linkage(mechanism), Stations(mechanism)
+    q = linkage.reference if q is None else q
+    rigid = linkage.system(q, np.zeros_like(q))[1]
+    loose = np.array([stations.columns(row) for _, row in linkage.named_rows]).reshape(len(rigid), 3 * len(stations.points))
+    return linkage, rigid, loose
 
 
 def start(mechanism: Mechanism) -> Start:
@@ -121,9 +121,9 @@ def start(mechanism: Mechanism) -> Start:
     KinematicsError
         If what drives and `velocities` ask for is impossible: a dead centre, or a contradiction; it names the elements.
     """
-    closure, rigid, loose = jacobian(mechanism)
-    right, names = closure.speed(0.0), list(closure.names)
-    for name, row, own, value in _given(mechanism, closure):
+    linkage, rigid, loose = jacobian(mechanism)
+    right, names = linkage.speed(0.0), list(linkage.names)
+    for name, row, own, value in _given(mechanism, linkage):
         rigid, loose = np.vstack([rigid, row]), np.vstack([loose, own])
         right, names = np.append(right, value), [*names, name]
     bend, rest = _give_way(rigid, loose, right)
@@ -134,23 +134,23 @@ def start(mechanism: Mechanism) -> Start:
         raise KinematicsError(
             f"velocities at t = 0 s do not exist (gap {gap:.3g}): {who} contradict each other, or the linkage is at a dead centre"
         )
-    rates = _least_energy(mass_matrix(closure, closure.reference), rigid, right - loose @ bend).reshape(-1, 3)
+    rates = _least_energy(mass_matrix(linkage, linkage.reference), rigid, right - loose @ bend).reshape(-1, 3)
     stations = Stations(mechanism)
     moved = np.einsum("kij,kj->ki", stations.turns, bend.reshape(-1, 3))
     bends: dict[str, dict[str, Array]] = {}
     if np.abs(moved).max(initial=0.0) > EXACT * scale:
         for (link, point), extra in zip(stations.points, moved, strict=True):
             bends.setdefault(link, {})[point] = extra
-    return Start(closure, rates, bends)
+    return Start(linkage, rates, bends)
 
 
 def _give_way(rigid: Array, loose: Array, right: Array) -> tuple[Array, Array]:
     """Least velocities of the stations with which the rigid links can meet the rows, and what is left unmet."""
-    outside = np.eye(len(right)) - rigid @ np.linalg.pinv(rigid, rcond=ROUNDING) if rigid.size else np.eye(len(right))
-    missing = outside @ right
     scale = max(1.0, np.abs(right).max(initial=0.0))
+    missing = right - rigid @ np.linalg.lstsq(rigid, right, rcond=ROUNDING)[0] if rigid.size and right.any() else right
     if not loose.size or np.abs(missing).max(initial=0.0) <= EXACT * scale:
         return np.zeros(loose.shape[1]), missing
+    outside = np.eye(len(right)) - rigid @ np.linalg.pinv(rigid, rcond=ROUNDING)
     unit = np.abs(loose).max()
     bend = np.linalg.pinv(outside @ loose / unit, rcond=ROUNDING) @ missing / unit
     return bend, missing - outside @ loose @ bend
@@ -158,30 +158,30 @@ def _give_way(rigid: Array, loose: Array, right: Array) -> tuple[Array, Array]:
 
 def _least_energy(mass: Array, rows: Array, right: Array) -> Array:
     """Rates u with rows u = right and the least u^T mass u."""
+    if not right.any():
+        return np.zeros(len(mass))
     unit = 1 / np.sqrt(np.diag(mass))
     half = np.linalg.cholesky(mass * np.outer(unit, unit))
     back = unit[:, None] * np.linalg.inv(half).T
-    if not rows.size:
-        return np.zeros(len(mass))
     found: Array = back @ np.linalg.lstsq(rows @ back, right, rcond=ROUNDING)[0]
     rest = right - rows @ found  # rounding, where masses differ by orders
     return found + back @ np.linalg.lstsq(rows @ back, rest, rcond=ROUNDING)[0]
 
 
-def _given(mechanism: Mechanism, closure: Closure) -> Iterator[tuple[str, Array, Array, float]]:
+def _given(mechanism: Mechanism, linkage: Linkage) -> Iterator[tuple[str, Array, Array, float]]:
     """Rows of the mechanism's `velocities`: name, derivatives by the links' rates and by the stations, value."""
-    stations, n = Stations(mechanism), len(closure.index)
+    stations, n = Stations(mechanism), len(linkage.index)
     for name, value in mechanism.velocities.items():
         if isinstance(value, Real):
             row = np.zeros((n, 3))
-            row[closure.index[name], 2] = 1.0
+            row[linkage.index[name], 2] = 1.0
             yield f"velocities['{name}']", row.ravel(), np.zeros(3 * len(stations.points)), float(value)
             continue
         link, point = carrier(mechanism, name)
-        arm = closure.position(link, point, closure.reference) - closure.reference[closure.index[link], :2]
+        arm = linkage.position(link, point, linkage.reference) - linkage.reference[linkage.index[link], :2]
         for axis, direction in enumerate(np.eye(3)[:2]):
             row = np.zeros((n, 3))
-            row[closure.index[link]] = [*direction[:2], (-arm[1], arm[0])[axis]]
+            row[linkage.index[link]] = [*direction[:2], (-arm[1], arm[0])[axis]]
             k = stations.places.get((link, point))
             own = np.zeros(3 * len(stations.points)) if k is None else stations.own(k, direction)
             yield f"velocities['{name}']", row.ravel(), own, float(value[axis])

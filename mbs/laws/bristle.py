@@ -1,30 +1,22 @@
 """Friction with a memory, a bristle that bends: LuGre, which creeps, and true stiction, which tells what it holds a body with."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from buckler.mbs.declare import Declared, declared, quantity
 from buckler.mbs.laws.friction import stribeck_level
-from buckler.mbs.laws.pieces import Reals, keep, saturate
+from buckler.mbs.laws.pieces import Reals, saturate
 
 
-@dataclass(frozen=True)
-class _Bristled:
+@declared
+class _Bristled(Declared):
     """What laws of one bristle share: parameters, the Stribeck level, stored energy."""
 
-    static: float
-    dynamic: float
-    v_stribeck: float
-    bristle_stiffness: float = 1e5
-    bristle_damping: float = 0.0
-    viscous: float = 0.0
-
-    def __post_init__(self) -> None:
-        keep(self, "1", "dynamic", open_low=True)
-        keep(self, "1", "static", low=self.dynamic)
-        keep(self, "m/s", "v_stribeck", open_low=True)
-        keep(self, "1/m", "bristle_stiffness", open_low=True)
-        keep(self, "s/m", "bristle_damping", "viscous")
+    static: float = quantity("1", low="dynamic", doc="mu_s")
+    dynamic: float = quantity("1", above=0, doc="mu_d")
+    v_stribeck: float = quantity("m/s", above=0, doc="speed over which friction falls from static to dynamic")
+    bristle_stiffness: float = quantity("1/m", above=0, doc="s0: a stuck body gives way by mu/s0", default=1e5)
+    bristle_damping: float = quantity("s/m", low=0, doc="s1: lets the stuck body's vibration die", default=0.0)
+    viscous: float = quantity("s/m", low=0, doc="beta", default=0.0)
 
     def limit(self, speed: Reals) -> Reals:
         """Largest coefficient [1] of sliding at a speed [m/s], without the viscous part; that of a stuck body is below."""
@@ -40,21 +32,12 @@ class _Bristled:
         return level * np.sign(speed) + self.viscous * speed
 
 
-@dataclass(frozen=True)
+@declared
 class LuGre(_Bristled):
     """Bristles of deflection z: dz/dt = v - s0 |v| z/g(v), mu = s0 z + s1 dz/dt + beta v; g as in Stribeck.
 
     True sticking: below mu_s the bristles bend like a spring. It needs one state a contact: a ``BristleLaw``. ``steady`` is
     the coefficient it settles at. s0 and s1 are per unit normal force.
-
-    Parameters
-    ----------
-    static : float >= dynamic, 1, mu_s
-    dynamic : float > 0, 1, mu_d
-    v_stribeck : float > 0, m/s
-    bristle_stiffness : float > 0, 1/m, s0
-    bristle_damping : float >= 0, s/m, s1
-    viscous : float >= 0, s/m, beta
 
     References
     ----------
@@ -78,7 +61,7 @@ class LuGre(_Bristled):
         return bristle - np.expm1(-abs(speed) * time / level) * (level * np.sign(speed) - bristle)
 
 
-@dataclass(frozen=True)
+@declared
 class Stiction(_Bristled):
     """A bristle that bends elastically and then slips: |s0 z| <= g(v), mu = s0 z + s1 v held between -g and g, plus beta v.
 
@@ -87,22 +70,13 @@ class Stiction(_Bristled):
     mu_d) exp(-(v/v_str)^2), and comes to rest under whatever force stops it. A ``BristleLaw``. s0 and s1 are per unit normal
     force.
 
-    Parameters
-    ----------
-    static : float >= dynamic, 1, mu_s
-    dynamic : float > 0, 1, mu_d
-    v_stribeck : float > 0, m/s, speed over which friction falls from static to dynamic
-    bristle_stiffness : float > 0, 1/m, s0: a stuck body gives way by mu/s0
-    bristle_damping : float >= 0, s/m, s1: lets the stuck body's vibration die
-    viscous : float >= 0, s/m, beta
-
     References
     ----------
     P. Dupont, V. Hayward, B. Armstrong, F. Altpeter, "Single state elastoplastic friction models", IEEE Transactions on
     Automatic Control 47 (2002) 787-792, doi 10.1109/TAC.2002.1000274: its bristle with the break-away at the limit itself.
     """
 
-    v_stribeck: float = 1e-2
+    v_stribeck: float = quantity("m/s", above=0, doc="speed over which friction falls from static to dynamic", default=1e-2)
 
     def coefficient(self, speed: Reals, bristle: Reals) -> Reals:
         """Signed coefficient [1] at speed [m/s] and bristle deflection z [m]."""

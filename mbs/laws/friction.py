@@ -11,12 +11,12 @@ for dynamic analysis of multibody mechanical systems", Nonlinear Dynamics 86 (20
 doi 10.1007/s11071-016-2999-3.
 """
 
-from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from buckler.mbs.laws.pieces import Reals, keep, ramp, saturate, step
+from buckler.mbs.declare import Declared, declared, quantity
+from buckler.mbs.laws.pieces import Reals, ramp, saturate, step
 
 
 @runtime_checkable
@@ -46,8 +46,8 @@ def stribeck_level(speed: Reals, static: float, dynamic: float, v_stribeck: floa
     return dynamic + (static - dynamic) * np.exp(-((abs(speed) / v_stribeck) ** exponent))
 
 
-@dataclass(frozen=True)
-class NoFriction:
+@declared
+class NoFriction(Declared):
     """mu = 0."""
 
     def coefficient(self, speed: Reals) -> Reals:
@@ -55,63 +55,39 @@ class NoFriction:
         return 0.0 * speed
 
 
-@dataclass(frozen=True)
-class Coulomb:
+@declared
+class Coulomb(Declared):
     """mu(v) = mu_d v/v_reg for |v| < v_reg, mu_d sign(v) beyond; plus a viscous term beta v.
-
-    Parameters
-    ----------
-    dynamic : float >= 0, 1, mu_d
-    v_reg : float > 0, m/s, speed below which the jump at rest is replaced by a line
-    viscous : float >= 0, s/m, beta
 
     References
     ----------
     Marques et al. (2016), doi 10.1007/s11071-016-2999-3.
     """
 
-    dynamic: float
-    v_reg: float = 1e-3
-    viscous: float = 0.0
-
-    def __post_init__(self) -> None:
-        keep(self, "1", "dynamic")
-        keep(self, "m/s", "v_reg", open_low=True)
-        keep(self, "s/m", "viscous")
+    dynamic: float = quantity("1", low=0, doc="mu_d")
+    v_reg: float = quantity("m/s", above=0, doc="speed below which the jump at rest is replaced by a line", default=1e-3)
+    viscous: float = quantity("s/m", low=0, doc="beta", default=0.0)
 
     def coefficient(self, speed: Reals) -> Reals:
         """Signed coefficient [1] at speed [m/s]."""
         return self.dynamic * saturate(speed / self.v_reg) + self.viscous * speed
 
 
-@dataclass(frozen=True)
-class AdamsFriction:
+@declared
+class AdamsFriction(Declared):
     """mu(v) = STEP(v, -v_s, -mu_s, v_s, mu_s) for |v| < v_s; sign(v) STEP(|v|, v_s, mu_s, v_d, mu_d) beyond.
 
     Friction of an ADAMS contact: rises to mu_s at v_s, falls to mu_d at v_d, with a continuous derivative throughout.
-
-    Parameters
-    ----------
-    static : float >= dynamic, 1, mu_s
-    dynamic : float >= 0, 1, mu_d
-    v_s : float > 0, m/s, stiction transition speed
-    v_d : float > v_s, m/s, friction transition speed
 
     References
     ----------
     MSC Software, Adams/Solver documentation, CONTACT (no DOI).
     """
 
-    static: float
-    dynamic: float
-    v_s: float = 0.1
-    v_d: float = 1.0
-
-    def __post_init__(self) -> None:
-        keep(self, "1", "dynamic")
-        keep(self, "1", "static", low=self.dynamic)
-        keep(self, "m/s", "v_s", open_low=True)
-        keep(self, "m/s", "v_d", low=self.v_s, open_low=True)
+    static: float = quantity("1", low="dynamic", doc="mu_s")
+    dynamic: float = quantity("1", low=0, doc="mu_d")
+    v_s: float = quantity("m/s", above=0, doc="stiction transition speed", default=0.1)
+    v_d: float = quantity("m/s", above="v_s", doc="friction transition speed", default=1.0)
 
     def coefficient(self, speed: Reals) -> Reals:
         """Signed coefficient [1] at speed [m/s]."""
@@ -120,15 +96,9 @@ class AdamsFriction:
         return direction * step(abs(speed), self.v_s, self.static, self.v_d, self.dynamic)
 
 
-@dataclass(frozen=True)
-class Ambrosio:
+@declared
+class Ambrosio(Declared):
     """mu(v) = 0 for |v| < v0, a line up to mu_d at v1, mu_d sign(v) beyond: no friction at all near rest.
-
-    Parameters
-    ----------
-    dynamic : float >= 0, 1, mu_d
-    v0 : float >= 0, m/s, speed below which there is no friction
-    v1 : float > v0, m/s, speed from which friction is full
 
     References
     ----------
@@ -137,14 +107,9 @@ class Ambrosio:
     (2016), doi 10.1007/s11071-016-2999-3.
     """
 
-    dynamic: float
-    v0: float
-    v1: float
-
-    def __post_init__(self) -> None:
-        keep(self, "1", "dynamic")
-        keep(self, "m/s", "v0")
-        keep(self, "m/s", "v1", low=self.v0, open_low=True)
+    dynamic: float = quantity("1", low=0, doc="mu_d")
+    v0: float = quantity("m/s", low=0, doc="speed below which there is no friction")
+    v1: float = quantity("m/s", above="v0", doc="speed from which friction is full")
 
     def coefficient(self, speed: Reals) -> Reals:
         """Signed coefficient [1] at speed [m/s]."""
@@ -152,44 +117,26 @@ class Ambrosio:
         return self.dynamic * saturate(beyond / (self.v1 - self.v0))
 
 
-@dataclass(frozen=True)
-class Threlfall:
+@declared
+class Threlfall(Declared):
     """mu(v) = mu_d sign(v) [1 - exp(-3 |v|/v0)]: 95 % of mu_d at v0, smooth except for the curvature at rest.
-
-    Parameters
-    ----------
-    dynamic : float >= 0, 1, mu_d
-    v0 : float > 0, m/s, speed at which 1 - exp(-3) of the friction acts
 
     References
     ----------
     D. C. Threlfall, Mechanism and Machine Theory 13 (1978) 475-483, doi 10.1016/0094-114X(78)90020-4.
     """
 
-    dynamic: float
-    v0: float
-
-    def __post_init__(self) -> None:
-        keep(self, "1", "dynamic")
-        keep(self, "m/s", "v0", open_low=True)
+    dynamic: float = quantity("1", low=0, doc="mu_d")
+    v0: float = quantity("m/s", above=0, doc="speed at which 1 - exp(-3) of the friction acts")
 
     def coefficient(self, speed: Reals) -> Reals:
         """Signed coefficient [1] at speed [m/s]."""
         return -self.dynamic * np.sign(speed) * np.expm1(-3.0 * abs(speed) / self.v0)
 
 
-@dataclass(frozen=True)
-class Stribeck:
+@declared
+class Stribeck(Declared):
     """mu(v) = [mu_d + (mu_s - mu_d) exp(-|v/v_str|^delta)] times a line below v_reg, sign(v) beyond; plus beta v.
-
-    Parameters
-    ----------
-    static : float >= dynamic, 1, mu_s
-    dynamic : float >= 0, 1, mu_d
-    v_stribeck : float > 0, m/s, speed over which friction falls from static to dynamic
-    exponent : float > 0, 1, delta; 2 is usual, 0.5 to 1 for some materials
-    v_reg : float > 0, m/s, speed below which the jump at rest is replaced by a line; well below v_stribeck
-    viscous : float >= 0, s/m, beta
 
     References
     ----------
@@ -197,19 +144,14 @@ class Stribeck:
     doi 10.1016/0005-1098(94)90209-7.
     """
 
-    static: float
-    dynamic: float
-    v_stribeck: float
-    exponent: float = 2.0
-    v_reg: float = 1e-3
-    viscous: float = 0.0
-
-    def __post_init__(self) -> None:
-        keep(self, "1", "dynamic")
-        keep(self, "1", "static", low=self.dynamic)
-        keep(self, "m/s", "v_stribeck", "v_reg", open_low=True)
-        keep(self, "1", "exponent", open_low=True)
-        keep(self, "s/m", "viscous")
+    static: float = quantity("1", low="dynamic", doc="mu_s")
+    dynamic: float = quantity("1", low=0, doc="mu_d")
+    v_stribeck: float = quantity("m/s", above=0, doc="speed over which friction falls from static to dynamic")
+    exponent: float = quantity("1", above=0, doc="delta; 2 is usual, 0.5 to 1 for some materials", default=2.0)
+    v_reg: float = quantity(
+        "m/s", above=0, doc="speed below which the jump at rest is replaced by a line; well below v_stribeck", default=1e-3
+    )
+    viscous: float = quantity("s/m", low=0, doc="beta", default=0.0)
 
     def coefficient(self, speed: Reals) -> Reals:
         """Signed coefficient [1] at speed [m/s]."""

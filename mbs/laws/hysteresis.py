@@ -8,12 +8,12 @@ What each law then delivers is another number: ``buckler.mbs.laws.delivered`` sa
 
 import math
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar
 
+from buckler.mbs.declare import Declared, Quantity, declared, quantity
 from buckler.mbs.laws.normal import PowerLaw
-from buckler.mbs.laws.pieces import Reals, keep, ramp
+from buckler.mbs.laws.pieces import Reals, ramp
 from buckler.mbs.laws.rebound import chi_exact, restitution
 from buckler.mbs.validate import non_negative
 
@@ -23,33 +23,21 @@ def hysteresis_force(depth: Reals, rate: Reals, onset: Reals, stiffness: float, 
     return stiffness * ramp(depth) ** exponent * ramp(1.0 + chi * rate / onset)
 
 
-@dataclass(frozen=True)
-class HysteresisLaw(PowerLaw, ABC):
-    """F = K d^n (1 + chi(e) d'/v0), never below zero. A concrete law states chi(e) and nothing else.
+@declared
+class HysteresisLaw(PowerLaw, Declared, ABC):
+    """F = K d^n (1 + chi(e) d'/v0), never below zero. A concrete law states chi(e) and nothing else."""
 
-    Parameters
-    ----------
-    stiffness : float > 0, N/m^n, K
-    restitution : float, 1, e asked for: 0 <= e <= 1, and e > 0 where chi(e) has a pole at 0
-    exponent : float, 1, n in [1, 3]; 1.5 for a Hertzian contact, 1 for a linear stop
-
-    Raises
-    ------
-    ValueError
-        Naming parameter, value, range and unit.
-    """
-
-    stiffness: float
-    restitution: float
-    exponent: float = 1.5
+    stiffness: float = quantity("N/m^n", above=0, doc="K")
+    restitution: float = quantity("1", low=0, high=1, doc="e asked for; above 0 where chi(e) has a pole at 0")
+    exponent: float = quantity("1", low=1, high=3, doc="n; 1.5 for a Hertzian contact, 1 for a linear stop", default=1.5)
 
     pole_at_zero: ClassVar[bool] = False
 
-    def __post_init__(self) -> None:
-        keep(self, "N/m^n", "stiffness", open_low=True)
-        keep(self, "1", "restitution", high=1.0, open_low=self.pole_at_zero)
-        keep(self, "1", "exponent", low=1.0, high=3.0)
-        non_negative("chi", self.chi, "1")  # a negative chi would make energy
+    def agree(self) -> None:
+        """A factor that makes no energy."""
+        if self.pole_at_zero:
+            Quantity("1", 0.0, 1.0, open_low=True).read("restitution", self.restitution)
+        non_negative("chi", self.chi, "1")
 
     @staticmethod
     @abstractmethod

@@ -5,9 +5,10 @@ onset. A force pushes the bodies apart or is zero: no law here ever pulls.
 """
 
 import math
-from dataclasses import dataclass, field
+from typing import ClassVar
 
-from buckler.mbs.laws.pieces import Reals, keep, ramp, step
+from buckler.mbs.declare import Declared, declared, quantity
+from buckler.mbs.laws.pieces import Reals, ramp, step
 from buckler.mbs.laws.rebound import damping_ratio, needed, restitution_linear
 from buckler.mbs.validate import positive
 
@@ -37,26 +38,19 @@ def impact_force(depth: Reals, rate: Reals, stiffness: float, exponent: float, d
     return ramp(stiffness * ramp(depth) ** exponent + step(depth, 0.0, 0.0, damping_depth, damping) * rate)
 
 
-@dataclass(frozen=True)
-class Hertz(PowerLaw):
+@declared
+class Hertz(PowerLaw, Declared):
     """F = K d^1.5: elastic, gives back all it takes.
 
     For K from material and radii see ``hertz_external`` and ``hertz_internal``.
-
-    Parameters
-    ----------
-    stiffness : float > 0, N/m^1.5, K
 
     References
     ----------
     H. Hertz, J. reine und angewandte Mathematik 92 (1882) 156-171, doi 10.1515/crll.1882.92.156.
     """
 
-    stiffness: float
-    exponent: float = field(default=1.5, init=False)
-
-    def __post_init__(self) -> None:
-        keep(self, "N/m^1.5", "stiffness", open_low=True)
+    stiffness: float = quantity("N/m^1.5", above=0, doc="K")
+    exponent: ClassVar[float] = 1.5  # type: ignore[misc]
 
     def force(self, depth: Reals, rate: Reals, onset: Reals) -> Reals:
         """Contact force [N]; neither rate nor onset matters."""
@@ -67,30 +61,21 @@ class Hertz(PowerLaw):
         return 1.0
 
 
-@dataclass(frozen=True)
-class KelvinVoigt(PowerLaw):
+@declared
+class KelvinVoigt(PowerLaw, Declared):
     """F = max(0, k d + c d'): spring and dashpot, allowed to push only.
 
     The force jumps to c d' at onset. It is back at zero while the body is still inside; from there the body leaves
     freely, so the restitution is that of ``restitution_linear``: it depends on the mass, and not on the speed.
-
-    Parameters
-    ----------
-    stiffness : float > 0, N/m, k
-    damping : float >= 0, N s/m, c
 
     References
     ----------
     T. Schwager, T. Poeschel, Granular Matter 9 (2007) 465-469, doi 10.1007/s10035-007-0065-z.
     """
 
-    stiffness: float
-    damping: float
-    exponent: float = field(default=1.0, init=False)
-
-    def __post_init__(self) -> None:
-        keep(self, "N/m", "stiffness", open_low=True)
-        keep(self, "N s/m", "damping")
+    stiffness: float = quantity("N/m", above=0, doc="k")
+    damping: float = quantity("N s/m", low=0, doc="c")
+    exponent: ClassVar[float] = 1.0  # type: ignore[misc]
 
     @classmethod
     def from_restitution(cls, stiffness: float, restitution: float, mass: float) -> "KelvinVoigt":
@@ -109,34 +94,21 @@ class KelvinVoigt(PowerLaw):
         return restitution_linear(0.5 * self.damping / math.sqrt(self.stiffness * mass))
 
 
-@dataclass(frozen=True)
-class Impact(PowerLaw):
+@declared
+class Impact(PowerLaw, Declared):
     """F = max(0, k d^n + STEP(d, 0, 0, d_max, c_max) d'): the ADAMS function IMPACT.
 
     The damping grows from zero with the depth, so the force starts at zero. Restitution depends on mass and speed.
-
-    Parameters
-    ----------
-    stiffness : float > 0, N/m^n, k
-    damping : float >= 0, N s/m, c_max
-    damping_depth : float > 0, m, depth d_max at which the damping is full
-    exponent : float, 1, n in [1, 3]
 
     References
     ----------
     MSC Software, Adams/Solver documentation, functions IMPACT and STEP (no DOI).
     """
 
-    stiffness: float
-    damping: float
-    damping_depth: float
-    exponent: float = 1.5
-
-    def __post_init__(self) -> None:
-        keep(self, "N/m^n", "stiffness", open_low=True)
-        keep(self, "N s/m", "damping")
-        keep(self, "m", "damping_depth", open_low=True)
-        keep(self, "1", "exponent", low=1.0, high=3.0)
+    stiffness: float = quantity("N/m^n", above=0, doc="k")
+    damping: float = quantity("N s/m", low=0, doc="c_max")
+    damping_depth: float = quantity("m", above=0, doc="depth d_max at which the damping is full")
+    exponent: float = quantity("1", low=1, high=3, doc="n; 1.5 for a Hertzian contact, 1 for a linear stop", default=1.5)
 
     def force(self, depth: Reals, rate: Reals, onset: Reals) -> Reals:
         """Contact force [N] at depth [m] and rate [m/s]; onset does not matter."""

@@ -24,7 +24,6 @@ which is within 0.2 % up to Q = 0.3 S and 0.6 % up to 0.5 S, for any restitution
 from typing import Any
 
 import numpy as np
-import scipy
 from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
@@ -54,10 +53,12 @@ def peak_factors(chi: ArrayLike) -> tuple[Any, Any]:
     K. H. Hunt, F. R. E. Crossley, J. Applied Mechanics 42 (1975) 440-445, doi 10.1115/1.3423596, for the law.
     R. M. Corless et al., On the Lambert W function, doi 10.1007/BF02124750.
     """
+    from scipy.special import lambertw
+
     chi = np.asarray(chi, dtype=float)
     if not np.all((chi >= 0.0) & (chi < np.inf)):
         raise ValueError(f"chi = {chi[~((chi >= 0.0) & (chi < np.inf))].flat[0]}: must lie in [0, inf) (hysteresis factor)")
-    y = -scipy.special.lambertw(-1.5 * (1.0 + chi) * np.exp(-chi - 1.5), -1).real / 1.5
+    y = -lambertw(-1.5 * (1.0 + chi) * np.exp(-chi - 1.5), -1).real / 1.5
     w = np.where(chi > _ELASTIC, (y - 1.0) / np.maximum(chi, _ELASTIC), chi)
     x = _depth(w, chi)
     c0, c1 = x * (1.0 + chi * w), (1.0 + chi * w) * _pushed(w, chi) / x

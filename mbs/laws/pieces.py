@@ -1,4 +1,4 @@
-"""Small functions the laws are made of, and the check their parameters pass.
+"""Small functions the laws are made of.
 
 ``ramp``, ``saturate`` and ``step`` use nothing but arithmetic and ``abs``. So one line of a law serves a Python float
 (without the overhead of a NumPy call), an array of any shape, and a compiler.
@@ -39,6 +39,6 @@ def step(x: Reals, x0: float, h0: float, x1: float, h1: float) -> Reals:
 
 
 def keep(law: object, unit: str, *names: str, low: float = 0.0, high: float = inf, open_low: bool = False) -> None:
-    """Check parameters of a frozen law against [low, high] or (low, high], and keep them as floats."""
+    """Check parameters of a law of your own, a frozen dataclass, against [low, high] or (low, high], and keep them as floats."""
     for name in names:
         object.__setattr__(law, name, number(name, getattr(law, name), low, high, unit, open_low=open_low))

@@ -16,9 +16,9 @@ T. Schwager, T. Poeschel, "Coefficient of restitution and linear-dashpot model r
 """
 
 import math
+from collections.abc import Callable
 
 import numpy as np
-import scipy
 
 from buckler.mbs.laws.protocol import NormalLaw
 from buckler.mbs.validate import non_negative, number, positive
@@ -66,8 +66,7 @@ def chi_exact(e: float) -> float:
     float, chi >= 0 [1]; 1.5 (1 - e) as e -> 1, 1/e as e -> 0
     """
     e = number("restitution", e, 0.0, 1.0, "1", open_low=True)
-    highest = 1.001 / e  # chi e < 1
-    return float(scipy.optimize.brentq(lambda chi: restitution(chi) - e, 0.0, highest, xtol=1e-300, rtol=_ROUNDING))
+    return _root(lambda chi: restitution(chi) - e, 1.001 / e)  # chi e < 1
 
 
 def restitution_linear(damping_ratio: float) -> float:
@@ -100,7 +99,14 @@ def damping_ratio(e: float) -> float:
     """
     e = number("restitution", e, 0.0, 1.0, "1", open_low=True)
     highest = 1.0 + 0.5 / math.sqrt(e)  # beyond zeta = 1, e < 1 / (4 (zeta - 1)^2)
-    return float(scipy.optimize.brentq(lambda zeta: restitution_linear(zeta) - e, 0.0, highest, xtol=1e-300, rtol=_ROUNDING))
+    return _root(lambda zeta: restitution_linear(zeta) - e, highest)
+
+
+def _root(falls: Callable[[float], float], highest: float) -> float:
+    """Zero of a function in [0, highest], to rounding."""
+    from scipy.optimize import brentq  # it takes a while to load, and few laws need it
+
+    return float(brentq(falls, 0.0, highest, xtol=1e-300, rtol=_ROUNDING))
 
 
 def delivered(law: NormalLaw, mass: float | None = None, speed: float | None = None) -> float:
@@ -185,6 +191,8 @@ def restitution_integrated(law: NormalLaw, mass: float, speed: float) -> float:
     RuntimeError
         If the body is still inside after a million times depth over speed.
     """
+    from scipy.integrate import solve_ivp
+
     mass, speed = positive("mass", mass, "kg"), positive("speed", speed, "m/s")
     depth = elastic_depth(law, mass, speed)
     scale = depth / (mass * speed**2)
@@ -197,7 +205,7 @@ def restitution_integrated(law: NormalLaw, mass: float, speed: float) -> float:
         return float(state[0])
 
     out.terminal, out.direction = True, -1.0  # type: ignore[attr-defined]
-    run = scipy.integrate.solve_ivp(motion, (0.0, _LONGEST), (1e-13, 1.0), method="LSODA", events=out, rtol=1e-10, atol=1e-13)
+    run = solve_ivp(motion, (0.0, _LONGEST), (1e-13, 1.0), method="LSODA", events=out, rtol=1e-10, atol=1e-13)
     if run.status != 1:
         raise RuntimeError(f"{law} at mass = {mass} kg, speed = {speed} m/s: no rebound found; {run.message}")
     return float(-run.y_events[0][0, 1])

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from difflib import get_close_matches
 from math import nan
 from typing import Any
+
+from buckler.mbs.validate import near
 
 SHOWN = 3
 """Signals with the largest errors that are printed."""
@@ -52,8 +53,8 @@ class Errors(Mapping[str, float]):
             return self.signals[name]
         if not self.signals:
             raise UnknownErrorError(f"no error of '{name}': none was estimated; simulate(..., accuracy=1e-3) does")
-        near = get_close_matches(str(name), self.signals, 3)
-        some = f"near it: {', '.join(near)}" if near else f"there are {', '.join(list(self.signals)[:8])}, ..."
+        close = near(str(name), self.signals, 3)
+        some = f"near it: {', '.join(close)}" if close else f"there are {', '.join(list(self.signals)[:8])}, ..."
         raise UnknownErrorError(f"no error of '{name}'; {some}")
 
     def __eq__(self, other: object) -> bool:

@@ -6,11 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from buckler.mbs.validate import near
+
 Array = np.ndarray[Any, Any]
-SMOOTH = ("x", "y", "angle", "deflection", "end_shortening")
-"""Signals that have a velocity, whatever strikes: last part of their names."""
-SPEEDS = {"x": "vx", "y": "vy", "angle": "spin"}
-"""Last part of the names of places, and of their speeds."""
 OUTSIDE = 1e-9
 """Of the run: how far from its ends a time still counts as within."""
 
@@ -23,11 +21,9 @@ class UnknownSignalError(ValueError, KeyError):
 
 def unknown(name: str, names: list[str]) -> UnknownSignalError:
     """Make the error of a signal that is not there; it names those near it."""
-    from difflib import get_close_matches
-
     owner = str(name).rpartition(".")[0]
-    near = [*dict.fromkeys([*get_close_matches(str(name), names, 3), *(n for n in names if n.rpartition(".")[0] == owner)])][:8]
-    some = f"near it: {', '.join(near)}" if near else f"there are {', '.join(names[:8])}{', ...' if len(names) > 8 else ''}"
+    close = [*dict.fromkeys([*near(str(name), names, 3), *(n for n in names if n.rpartition(".")[0] == owner)])][:8]
+    some = f"near it: {', '.join(close)}" if close else f"there are {', '.join(names[:8])}{', ...' if len(names) > 8 else ''}"
     return UnknownSignalError(f"no signal '{name}'; {some}")
 
 
@@ -48,6 +44,24 @@ def cubic(time: Array, values: Array, times: Array) -> Array:
     return found
 
 
+def slopes(time: Array, values: Array, smooth: bool) -> Array:
+    """Slopes at the samples, (samples, ...): of what is smooth those of parabolas, else such that cubics overshoot nowhere.
+
+    F. N. Fritsch, J. Butland, A method for constructing local monotone piecewise cubic interpolants, SIAM J. Sci. Stat. Comput.
+    5 (1984) 300, doi 10.1137/0905021.
+    """
+    h = np.diff(time).reshape((-1, *[1] * (values.ndim - 1)))
+    secants = np.diff(values, axis=0) / h
+    h1, h2, before, after = h[:-1], h[1:], secants[:-1], secants[1:]
+    if smooth:
+        inner = (h2 * before + h1 * after) / (h1 + h2)
+        return np.concatenate([2 * secants[:1] - inner[:1], inner, 2 * secants[-1:] - inner[-1:]])
+    share = (h1 + 2 * h2) / (3 * (h1 + h2))
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        mean = before * after / (share * after + (1 - share) * before)
+    return np.concatenate([secants[:1], np.where(before * after > 0, mean, 0.0), secants[-1:]])
+
+
 def hermite(time: Array, values: Array, speeds: Array, times: Array) -> tuple[Array, Array]:
     """Interpolate by the cubics that have the values and the speeds of the samples; return values and speeds there.
 
@@ -65,3 +79,23 @@ def hermite(time: Array, values: Array, speeds: Array, times: Array) -> tuple[Ar
     step, before, after = values[k + 1] - values[k], h * speeds[k], h * speeds[k + 1]
     bend, twist = 3 * step - 2 * before - after, before + after - 2 * step
     return values[k] + s * (before + s * (bend + s * twist)), (before + s * (2 * bend + 3 * s * twist)) / h
+
+
+def between(time: Array, values: Array, rates: Array | None, times: Array, smooth: bool = False) -> Array:
+    """Values at other times by cubics between the samples: by their rates, or where there are none by `slopes`.
+
+    Parameters
+    ----------
+    time : array, shape (samples,)
+        Increasing.
+    values, rates : arrays, shape (samples, ...)
+    times : array, shape (times,) or a float
+        Within those of the samples.
+    smooth : bool
+        Whether values without rates are smooth.
+    """
+    if len(time) == 1:
+        return np.broadcast_to(values[0], np.shape(times) + values.shape[1:])
+    if len(time) == 2 and rates is None:
+        rates = np.diff(values, axis=0).repeat(2, axis=0) / (time[1] - time[0])
+    return hermite(time, values, slopes(time, values, smooth) if rates is None else rates, times)[0]

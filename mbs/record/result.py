@@ -9,12 +9,13 @@ from typing import Any
 
 import numpy as np
 
+from buckler.mbs.elements.element import Kind, Trait
+from buckler.mbs.offers import offered
 from buckler.mbs.record import stored
 from buckler.mbs.record.errors import Errors
-from buckler.mbs.record.lookup import OUTSIDE, SMOOTH, SPEEDS, cubic, hermite, unknown
+from buckler.mbs.record.lookup import OUTSIDE, between, unknown
 from buckler.mbs.record.status import Status
 from buckler.mbs.record.stored import Shape
-from buckler.mbs.upper import upper
 from buckler.mbs.validate import positive
 
 Array = np.ndarray[Any, Any]
@@ -53,6 +54,8 @@ class Result:
     verified : float
         Difference from the other solver, in the sense of `mbs.accuracy.difference`; nan where it was not asked for or could
         not be had: then `provenance["notes"]` tells why.
+    traits : dict of str to Trait
+        What each signal is.
     """
 
     status: Status
@@ -68,6 +71,7 @@ class Result:
     error: Errors = field(default_factory=Errors)
     film: Any = field(default=None, compare=False, repr=False)
     verified: float = nan
+    traits: dict[str, Trait] = field(default_factory=dict)
 
     @property
     def ok(self) -> bool:
@@ -91,9 +95,7 @@ class Result:
         return f"<Result {self.status}{f': {said}' if said else ''}; {len(self.time)} samples to t = {end}{error}; {what}>"
 
     def at(self, name: str, times: Any, outside: float | None = None) -> Array:
-        """Signal `name` at other times, linear between steps.
-
-        What `SMOOTH` names is cubic where the error is known, and places by their speeds where it is not.
+        """Signal `name` at other times, by cubics between the samples; a signal without a trait is linear between them.
 
         Parameters
         ----------
@@ -118,14 +120,11 @@ class Result:
         if wrong.any():
             first, last = self.time[[0, -1]]
             raise ValueError(f"'{name}' at t = {times[wrong][0]:g} s: the run covers [{first:g}, {last:g}] s ({self.status})")
-        if self.error.known and name.rpartition(".")[2] in SMOOTH and len(self.time) > 2:
-            return cubic(self.time, values, times)
-        owner, _, kind = name.rpartition(".")
-        speed = self.signals.get(f"{owner}.{SPEEDS.get(kind)}")
-        if speed is not None and len(self.time) > 1 and np.isfinite(speed).all():
-            return hermite(self.time, values, speed, np.clip(times, self.time[0], self.time[-1]))[0]
-        found: Array = np.interp(times, self.time, values)
-        return found
+        trait = self.traits.get(name)
+        times = np.clip(times, self.time[0], self.time[-1])
+        if trait is None:
+            return np.asarray(np.interp(times, self.time, values))
+        return between(self.time, values, self.signals.get(trait.rate), times, trait.kind is Kind.PLACE)
 
     def mean(self, name: str) -> float:
         """Time-weighted mean of a signal."""
@@ -163,7 +162,7 @@ class Result:
 
     @property
     def movie(self) -> Any:
-        """Frames, bent lines and marks over evenly spaced times: a `buckler.mbs.files.movie.Movie`.
+        """Frames, bent lines and marks over evenly spaced times: a `buckler.mbs.view.movie.Movie`.
 
         Raises
         ------
@@ -193,15 +192,11 @@ class Result:
         ValueError
             If a name is unknown; it names those near it.
         """
-        plot_signals = upper("files.plot", "plot_signals")
-
-        return plot_signals(self, names, axes)
+        return offered("plot_signals")(self, names, axes)
 
     def plot_energy(self, axes: Any = None) -> Any:
         """Draw the energy ledger over time, J; the run needs `ledger=True`."""
-        plot_energy = upper("files.plot", "plot_energy")
-
-        return plot_energy(self, axes)
+        return offered("plot_energy")(self, axes)
 
     def animate(self, path: str | Path, seconds: float = 6.0, width: float = 640.0) -> Path:
         """Write the motion as a moving picture.
@@ -222,9 +217,7 @@ class Result:
         RuntimeError
             If ffmpeg is needed and not there.
         """
-        animate = upper("files.plot", "animate")
-
-        return animate(self.movie, path, positive("seconds", seconds, "s"), positive("width", width, "pixels"))
+        return offered("animate")(self.movie, path, positive("seconds", seconds, "s"), positive("width", width, "pixels"))
 
     def write_html(self, path: str | Path, title: str = "") -> Path:
         """Write a report as one page that needs no network: the motion, signals, energies, checks, settings.
@@ -235,15 +228,11 @@ class Result:
         title : str
             Heading; by default the file's name, or its folder's where the file is `report.html`.
         """
-        write_html = upper("files.report", "write_html")
-
-        return write_html(self, path, title)
+        return offered("write_html")(self, path, title)
 
     def _repr_html_(self) -> str:
         """The report, in a frame, for notebooks."""
-        framed = upper("files.report", "framed")
-
-        return framed(self)
+        return offered("framed")(self)
 
     # --- for other programs -------------------------------------------------------------------------------------------
 
@@ -261,30 +250,20 @@ class Result:
         path : Path
             The `.pvd` file to open.
         """
-        write_paraview = upper("files.paraview", "write_paraview")
-
-        return write_paraview(self, folder, times)
+        return offered("write_paraview")(self, folder, times)
 
     def to_dataframe(self) -> Any:
         """Signals as a pandas data frame, one column each, by time."""
-        to_dataframe = upper("files.tables", "to_dataframe")
-
-        return to_dataframe(self)
+        return offered("to_dataframe")(self)
 
     def to_xarray(self) -> Any:
         """Signals as an xarray data set with their units."""
-        to_xarray = upper("files.tables", "to_xarray")
-
-        return to_xarray(self)
+        return offered("to_xarray")(self)
 
     def write_csv(self, path: str | Path) -> Path:
         """Write signals as comma-separated values; the first line holds names and units."""
-        write_csv = upper("files.tables", "write_csv")
-
-        return write_csv(self, path)
+        return offered("write_csv")(self, path)
 
     def write_parquet(self, path: str | Path) -> Path:
         """Write signals as a Parquet file, units in the columns' metadata."""
-        write_parquet = upper("files.tables", "write_parquet")
-
-        return write_parquet(self, path)
+        return offered("write_parquet")(self, path)

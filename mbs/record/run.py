@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
-from buckler.mbs.elements.element import Array
+from buckler.mbs.elements.element import Array, Signal, Trait
 from buckler.mbs.record.record import Record
 from buckler.mbs.record.signals import collect
 from buckler.mbs.record.status import Status
@@ -42,6 +42,21 @@ class Run:
     notes: Sequence[str] = ()
 
     @cached_property
-    def signals(self) -> tuple[dict[str, Array], dict[str, str]]:
-        """Signals and their units."""
+    def signals(self) -> dict[str, Signal]:
+        """All signals by name."""
         return collect(self.record)
+
+    @property
+    def values(self) -> dict[str, Array]:
+        """Values of the signals, each (times,)."""
+        return {name: signal.values for name, signal in self.signals.items()}
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Units of the signals."""
+        return {name: signal.unit for name, signal in self.signals.items()}
+
+    @property
+    def traits(self) -> dict[str, Trait]:
+        """What the signals are."""
+        return {name: signal.trait for name, signal in self.signals.items()}

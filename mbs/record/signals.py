@@ -6,24 +6,21 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs.elements.element import Array
+from buckler.mbs.elements.element import Array, Signal
+from buckler.mbs.elements.link import moving
 from buckler.mbs.record.motion import between
 from buckler.mbs.record.record import Record
 from buckler.mbs.record.stored import Shape
 
 
-def collect(record: Record) -> tuple[dict[str, Array], dict[str, str]]:
-    """All signals and their units: places and velocities of the points, then what each element has to say."""
-    signals: dict[str, Array] = {}
-    units: dict[str, str] = {}
+def collect(record: Record) -> dict[str, Signal]:
+    """All signals by name: places and velocities of the points, then what each element has to say."""
+    found: dict[str, Signal] = {}
     for point in record.mechanism.points:
-        for letters, values, unit in zip(("", "v"), record.point(point), ("m", "m/s"), strict=True):
-            for axis, letter in enumerate("xy"):
-                signals[f"{point}.{letters}{letter}"], units[f"{point}.{letters}{letter}"] = values[:, axis], unit
+        found |= {signal.name: signal for signal in moving(point, *record.point(point))}
     for name, element in record.mechanism.elements().items():
-        for signal in element.signals(name, record):
-            signals[signal.name], units[signal.name] = signal.values, signal.unit
-    return signals, units
+        found |= {signal.name: signal for signal in element.signals(name, record)}
+    return found
 
 
 def shapes_at(record: Record, times: Array) -> dict[str, Shape]:

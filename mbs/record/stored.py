@@ -11,9 +11,10 @@ from typing import Any
 
 import numpy as np
 
+from buckler.mbs.elements.element import Kind, Trait
+from buckler.mbs.offers import offered
 from buckler.mbs.record.errors import Errors
 from buckler.mbs.record.status import Status
-from buckler.mbs.upper import upper
 
 Array = np.ndarray[Any, Any]
 
@@ -42,6 +43,7 @@ def write(result: Any, path: str | Path) -> Path:
     path = Path(path)
     path = path if path.suffix == ".npz" else path.with_name(path.name + ".npz")
     head = {name: getattr(result, name) for name in ("status", "message", "units", "work", "provenance", "asked", "verified")}
+    head["traits"] = {name: list(trait) for name, trait in result.traits.items()}
     head |= {"error": result.error.plain(), "thickness": {name: shape.thickness for name, shape in result.shapes.items()}}
     arrays: dict[str, Array] = {"time": result.time, "head": np.array(json.dumps(head, default=str))}
     arrays |= {f"signal/{k}": v for k, v in result.signals.items()} | {f"energy/{k}": v for k, v in result.energy.items()}
@@ -84,6 +86,7 @@ def read(path: str | Path) -> dict[str, Any]:
         "error": _errors(head),
         "film": _film(_group(arrays, "movie/")),
         "verified": head.get("verified", nan),
+        "traits": {name: Trait(Kind(kind), *rest) for name, (kind, *rest) in head.get("traits", {}).items()},
     }
 
 
@@ -97,7 +100,7 @@ def _film(arrays: Mapping[str, Array]) -> Any:
     """The film a file holds, if it does."""
     if not arrays:
         return None
-    return upper("files.movie", "Film")(None, upper("files.movie", "Movie").of(arrays))
+    return offered("film_of")(arrays)
 
 
 def _group(arrays: Mapping[str, Array], prefix: str) -> dict[str, Array]:

@@ -29,15 +29,15 @@ from buckler.mbs.accuracy.difference import difference
 from buckler.mbs.accuracy.predictable import predictable
 from buckler.mbs.accuracy.tolerance import left_with_play
 from buckler.mbs.elements.clearance import clearances
-from buckler.mbs.engine.choice import stiffly_damped
-from buckler.mbs.engine.settings import Controlled
 from buckler.mbs.laws import BristleLaw, FrictionLaw
 from buckler.mbs.record.errors import Errors
 from buckler.mbs.record.run import Run
 from buckler.mbs.record.status import Status
+from buckler.mbs.solvers.choice import stiffly_damped
+from buckler.mbs.solvers.spectral import Spectral
+from buckler.mbs.solvers.steps import Controlled
 from buckler.mbs.spectral.run import explicitly, once
 from buckler.mbs.spectral.scene import Scene
-from buckler.mbs.spectral.solver import Spectral
 from buckler.mbs.spectral.tables import DRY, SEAT, STRUT
 from buckler.mbs.validate import number, positive
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from buckler.mbs.laws.compiled import Pointer, function_pointer
 from buckler.mbs.spectral import tables as k
+from buckler.mbs.spectral.sparsity import Block, sparsity_of
 from buckler.mbs.spectral.tables import Tables
 
 Array = np.ndarray[Any, Any]
@@ -186,9 +187,20 @@ class Builder:
 
     def add_measure(self, kind: int, a: int, b: int, direction: Pair = (0.0, 0.0)) -> int:
         """Add a measure of markers a and b."""
+        a, b = (self._placed(a) if kind != k.ANGLE else a), (self._placed(b) if kind in (k.FIXED, k.DISTANCE) else b)
         self.measures.append((kind, a, b))
         self.directions.append((float(direction[0]), float(direction[1])))
         return len(self.measures) - 1
+
+    def _placed(self, marker: int) -> int:
+        """The same marker without its angle, where that depends on more coordinates than its place."""
+        kind, _, size, first, _, data = self.markers[marker]
+        if kind != k.CURVE:
+            return marker
+        used = [i for i in range(size) if abs(self.data[data + i]) > 1e-15]
+        x, y = ([self.places[first + field * size + i] for i in used] for field in (0, 1))
+        value = [self.data[data + i] for i in used]
+        return self.add_marker(k.LINEAR, 0, len(used), [*x, *y, *x], [*value, *value, *[0.0] * len(used)])
 
     def add_row(self, name: str, measure: int, motion: int = -1, value: float | None = None) -> int:
         """Hold a measure to a value (None: the one at t = 0) and a drive's travel."""
@@ -236,6 +248,7 @@ class Builder:
         numbers: Sequence[float] = (),
     ) -> int:  # fmt: skip
         """Add a force; returns its row."""
+        a = self._placed(a) if kind == k.PUSH else a
         self.forces.append(Force(name, kind, a, b, law, friction, row, numbers))
         return len(self.forces) - 1
 
@@ -245,20 +258,55 @@ class Builder:
 
     # --- packing ------------------------------------------------------------------------------------------------------
 
+    def blocks(self) -> list[Block]:
+        """The small matrices whose sum the mechanism's are: of constraints, forces, strips, modal links, masses."""
+        n = len(self.q)
+        rows = [self._row_block(row, n + r) for r, row in enumerate(self.rows)]
+        forces = [
+            Block([*self._places(a), *self._places(b), *([n + force.row] if force.row >= 0 else [])])
+            for force in self.forces
+            for a, b in [self.measures[force.a][1:] if force.kind < k.JOURNAL else (force.a, force.b)]
+        ]
+        strips = [Block(self.places[at : at + (3 if kind == k.REISSNER else 2) * m]) for kind, m, _, at, _ in self.strips]
+        modal = [Block(range(o, o + 3 + m)) for o, m, _ in self.modal]
+        return [*rows, *forces, *strips, *modal, *(Block(at) for at, _ in self.masses)]
+
+    def _row_block(self, row: Row, unknown: int) -> Block:
+        """Block of a constraint: its gradient, and second derivatives, that couple both markers if its direction turns."""
+        kind, a, b = self.measures[row.measure]
+        first, second = self._places(a), self._places(b)
+        whole, one = slice(None), slice(0, len(first))
+        other, last = slice(len(first), len(first) + len(second)), slice(len(first) + len(second), None)
+        apart = ((one, one), (other, other), (one, last), (last, one), (other, last), (last, other))
+        return Block([*first, *second, unknown], ((whole, whole),) if kind in (k.TURNING, k.DISTANCE) else apart)
+
+    def _places(self, marker: int) -> list[int]:
+        """Coordinates that move a marker."""
+        _, _, _, first, count, _ = self.markers[marker]
+        return self.places[first : first + count]
+
     def pack(self) -> Tables:
         """Pack all into tables; values of rows that are None are left 0 for the scene to fill."""
         n = len(self.q)
-        mass, weight = np.zeros((n, n)), np.zeros(n)
-        for at, block in self.masses:
-            mass[np.ix_(at, at)] += block
+        weight = np.zeros(n)
         for at, amount in self.weights:
             np.add.at(weight, at, amount)
+        blocks = self.blocks()
+        sparsity = sparsity_of(blocks, n + len(self.rows))
+        mass = np.zeros(len(sparsity.row) + 1)
+        for i, (_, block) in enumerate(self.masses, len(blocks) - len(self.masses)):
+            sparsity.add(i, block, mass)
+        heavy = np.flatnonzero(mass)
         forces = [
             (f.kind, f.a, f.b, f.law, f.friction, f.row, self.numbers([*f.numbers, *[0.0] * (8 - len(f.numbers))]))
             for f in self.forces
         ]
         return Tables(
+            *sparsity,
             mass=mass,
+            mass_first=np.searchsorted(sparsity.row[heavy], np.arange(n + 1)),
+            mass_col=sparsity.col[heavy],
+            mass_value=mass[heavy],
             weight=weight,
             modal=_whole(self.modal, 3),
             strips=_whole(self.strips, 5),

@@ -13,10 +13,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from buckler.mbs.engine.settings import Controlled
+from buckler.mbs.elements.striking import SLOWEST_ONSET
+from buckler.mbs.solvers.spectral import Spectral
+from buckler.mbs.solvers.steps import Controlled
 from buckler.mbs.spectral.run import State, integrate
-from buckler.mbs.spectral.scene import SLOWEST_ONSET, Scene
-from buckler.mbs.spectral.solver import Spectral
+from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.tables import FASTEST, ONSET, TURN
 from buckler.mbs.validate import positive, whole
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import numba
 from llvmlite import ir
-from numba import float64, int64
+from numba import carray, float64, int64, types
 from numba.core import cgutils
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
@@ -20,8 +20,8 @@ from numba.extending import intrinsic
 from buckler.mbs.spectral.tables import Tables, Work
 
 COMPILED = (
-    "compiling", "tables", "markers", "lawtable", "strips", "forces", "kernel", "output", "contacts", "room", "radau", "implicit",
-    "explicit", "ledger", "recording",
+    "compiling", "tables", "markers", "lawtable", "strips", "forces", "fronts", "kernel", "output", "contacts", "room", "radau",
+    "implicit", "explicit", "ledger", "recording",
 )  # fmt: skip
 """Files that hold compiled functions."""
 SUMS = {"reassoc", "contract", "arcp", "nsz"}
@@ -165,6 +165,22 @@ def borrowed(_typing: Any, array: Any) -> Any:
     return array(array), codegen
 
 
+@intrinsic
+def _place(_typing: Any, array: Any, index: Any) -> Any:
+    """Pointer to an element of an array."""
+
+    def codegen(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        return builder.gep(context.make_array(signature.args[0])(context, builder, values[0]).data, [values[1]])
+
+    return types.CPointer(array.dtype)(array, index), codegen
+
+
+@close
+def part(array, first, count):
+    """So many elements of a contiguous array from one on: a slice without checks and without a share in its reference count."""
+    return carray(_place(array, first), (count,))
+
+
 @inner
 def copy(source, target):
     """Copy an array into another of its shape, both contiguous; the checks of an assignment take long to compile."""
@@ -176,7 +192,9 @@ def copy(source, target):
 def lend_tables(s):
     """The tables without their shares in the memory's reference counts."""
     return Tables(
-        borrowed(s.mass), borrowed(s.weight), borrowed(s.modal), borrowed(s.strips), borrowed(s.markers), borrowed(s.places),
+        borrowed(s.blocks), borrowed(s.members), borrowed(s.slots), borrowed(s.row), borrowed(s.col),
+        borrowed(s.mass), borrowed(s.mass_first), borrowed(s.mass_col), borrowed(s.mass_value), borrowed(s.weight),
+        borrowed(s.modal), borrowed(s.strips), borrowed(s.markers), borrowed(s.places),
         borrowed(s.measures), borrowed(s.directions), borrowed(s.rows), borrowed(s.values), borrowed(s.motions),
         borrowed(s.ramps), borrowed(s.forces), borrowed(s.factors), borrowed(s.elastic),
         borrowed(s.laws), borrowed(s.law_numbers), borrowed(s.data),
@@ -187,6 +205,7 @@ def lend_tables(s):
 def lend_work(w):
     """The room to work in, likewise."""
     return Work(
-        borrowed(w.state), borrowed(w.slope), borrowed(w.drift), borrowed(w.small), borrowed(w.element), borrowed(w.mixed),
+        borrowed(w.state), borrowed(w.slope), borrowed(w.drift), borrowed(w.small), borrowed(w.element), borrowed(w.stiff),
+        borrowed(w.damp), borrowed(w.mixed),
         borrowed(w.stress), borrowed(w.slack), borrowed(w.held), borrowed(w.strain), borrowed(w.force), borrowed(w.reports),
     )  # fmt: skip

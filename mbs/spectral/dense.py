@@ -60,9 +60,9 @@ def right_hand_side(scene: Scene) -> Callable[[float, Array], Array]:
 
 def _seen(scene: Scene, time: Array, q: Array, v: Array, memory: Array) -> Dense:
     n, r, k = scene.size, len(scene.tables.rows), len(scene.tables.forces)
-    room = flight_for(scene.q0, np.zeros(n), np.zeros(r), scene.memory(), scene.mass, scene.units, scene.coupled)
+    room = flight_for(scene, scene.q0, np.zeros(n), np.zeros(r), scene.memory())
     a, lam, reports = np.empty((len(time), n)), np.empty((len(time), r)), np.empty((len(time), k, 8))
-    look(scene.tables, scene.work, room, time, q, v, np.ascontiguousarray(memory), a, lam, reports)
+    look(scene.tables, scene.heavy_fronts, scene.work, room, time, q, v, np.ascontiguousarray(memory), a, lam, reports)
     return Dense(time, q, v, a, lam, reports)
 
 

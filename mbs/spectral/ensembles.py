@@ -14,10 +14,11 @@ from typing import Any
 import numpy as np
 
 from buckler.mbs.record.status import Status
+from buckler.mbs.solvers.spectral import Spectral
+from buckler.mbs.spectral.frame_body import FrameBody
 from buckler.mbs.spectral.output import Output
 from buckler.mbs.spectral.run import State, integrate
 from buckler.mbs.spectral.scene import Scene
-from buckler.mbs.spectral.solver import Spectral
 from buckler.mbs.spectral.tables import work_for
 from buckler.mbs.validate import positive, whole
 
@@ -84,8 +85,11 @@ def ensemble(
 
 
 def offset(scene: Scene, spread: float, seed: int) -> Array:
-    """A small change of the start that constraints allow, to first order."""
+    """A small change of the start that constraints allow, to first order; modes stay at rest."""
     step = spread * np.random.default_rng(seed).standard_normal(scene.size)
+    for body in scene.builder.bodies.values():
+        if isinstance(body, FrameBody):
+            step[body.offset + 3 : body.offset + 3 + body.modes] = 0.0
     rows = scene.assemble(scene.q0, tangents=False).jacobian
     if len(rows):
         step = step - np.linalg.pinv(rows, rcond=1e-10) @ (rows @ step)

@@ -20,7 +20,8 @@ import numpy as np
 from buckler.mbs.spectral.compiling import borrowed, close, copy, inner, jit, lend_tables, lend_work
 from buckler.mbs.spectral.contacts import first_onset, remember_onset, touches
 from buckler.mbs.spectral.forces import add_one
-from buckler.mbs.spectral.kernel import add_modal, constraint, invert_modal, solve_small, spread_rows
+from buckler.mbs.spectral.fronts import factor, lend_fronts, solve
+from buckler.mbs.spectral.kernel import add_modal, constraint, renew_mass, row_times
 from buckler.mbs.spectral.lawtable import bristle_rate
 from buckler.mbs.spectral.markers import place_marker
 from buckler.mbs.spectral.output import (
@@ -79,27 +80,29 @@ class Flight(NamedTuple):
     speed: Array
     change: Array
     jacobian: Array
-    inverse: Array
-    spread: Array
-    schur: Array
+    matrix: Array
+    factors: Array
+    swaps: Array
+    amount: Array
+    part: Array
     right: Array
-    near: Array
     memory: Array
     before: Array
     pace: Array
     units: Array
+    begun: Array
 
 
-def flight_for(q: Array, v: Array, lam: Array, memory: Array, mass: Array, units: Array, coupled: Array) -> Flight:
-    """Make room for a run from this state; `coupled` tells which places of the mass matrix may be filled, (n, n)."""
-    n, r, k = len(q), len(lam), len(memory)
+def flight_for(scene: Any, q: Array, v: Array, lam: Array, memory: Array) -> Flight:
+    """Make room for a run of a scene from this state."""
+    n, r, k, s, e, z = len(q), len(lam), len(memory), scene.tables, scene.heavy_fronts, np.zeros
     y = np.concatenate([q, v, memory[:, BRISTLE]])
-    near = np.array([(min(at), max(at) + 1) for at in map(np.flatnonzero, coupled)])
-    pace = np.array([max(1e-3, np.abs(v / units).max(initial=0.0))])
+    pace = np.array([max(1e-3, np.abs(v / scene.units).max(initial=0.0))])
     return Flight(
-        y, y.copy(), y.copy(), np.zeros((7, len(y))), np.array(lam, dtype=float), np.zeros(n), np.zeros(r), np.zeros(r),
-        np.zeros(r), np.zeros((r, n)), np.linalg.inv(mass), np.zeros((r, n)), np.zeros((r, r)), np.zeros(n + r), near,
-        memory.copy(), np.zeros((k, 8)), pace, np.array(units, dtype=float),
+        y, y.copy(), y.copy(), z((7, len(y))), np.array(lam, dtype=float), z(n), z(r), z(r), z(r),
+        z(int(s.blocks[:r, 1].sum())), s.mass.copy(), z(e.size), z(len(e.unknowns), dtype=np.int64), z(n + r),
+        z(e.largest), z(n + r), memory.copy(), z((k, 8)), pace, scene.units,
+        z(1, dtype=np.int64),
     )  # fmt: skip
 
 
@@ -108,16 +111,16 @@ def lend_flight(x):
     """The room without its shares in the memory's reference counts."""
     return Flight(
         borrowed(x.y), borrowed(x.new), borrowed(x.trial), borrowed(x.rates), borrowed(x.lam), borrowed(x.force),
-        borrowed(x.residual), borrowed(x.speed), borrowed(x.change), borrowed(x.jacobian), borrowed(x.inverse),
-        borrowed(x.spread), borrowed(x.schur), borrowed(x.right), borrowed(x.near), borrowed(x.memory),
-        borrowed(x.before), borrowed(x.pace), borrowed(x.units),
+        borrowed(x.residual), borrowed(x.speed), borrowed(x.change), borrowed(x.jacobian), borrowed(x.matrix),
+        borrowed(x.factors), borrowed(x.swaps), borrowed(x.amount), borrowed(x.part), borrowed(x.right), borrowed(x.memory),
+        borrowed(x.before), borrowed(x.pace), borrowed(x.units), borrowed(x.begun),
     )  # fmt: skip
 
 
 @inner
-def rates_at(s, w, x, t, y, out):
+def rates_at(s, e, w, x, t, y, out):
     """Rates of a state: velocities, accelerations, bristles'."""
-    s, w, x, y, out = lend_tables(s), lend_work(w), lend_flight(x), borrowed(y), borrowed(out)
+    s, e, w, x, y, out = lend_tables(s), lend_fronts(e), lend_work(w), lend_flight(x), borrowed(y), borrowed(out)
     n, r = x.force.size, x.lam.size
     q, v = y[:n], y[n : 2 * n]
     for k in range(s.forces.shape[0]):
@@ -125,33 +128,24 @@ def rates_at(s, w, x, t, y, out):
     for m in range(s.markers.shape[0]):
         place_marker(s, w, m, q, v)
     for i in range(n):
-        x.force[i] = s.factors[-1] * s.weight[i]
+        x.right[i] = s.factors[-1] * s.weight[i]
     if s.strips.shape[0] > 0:
-        add_strips(s, w, q, v, x.force)
+        add_strips(s, w, q, v, x.right)
     if s.modal.shape[0] > 0:
-        add_modal(s, q, v, x.force)
-        invert_modal(s, q, x.inverse)
+        add_modal(s, q, v, x.right)
     for k in range(s.forces.shape[0]):
-        add_one(s, w, k, t, x.lam, x.memory, -1.0, x.force)
-    for i in range(n):
-        total = 0.0
-        for j in range(x.near[i, 0], x.near[i, 1]):
-            total += x.inverse[i, j] * x.force[j]
-        out[i], out[n + i] = v[i], total
+        add_one(s, w, k, t, x.lam, x.memory, -1.0, x.right)
     for k in range(r):
         constraint(s, w, k, t, x.residual, x.jacobian, x.speed, x.change)
-    if r > 0:
-        spread_rows(x.jacobian, x.inverse, x.spread, x.schur)
-        for k in range(r):
-            total = -x.change[k]
-            for i in range(n):
-                total += x.jacobian[k, i] * out[n + i]
-            x.right[k] = total
-        solve_small(x.schur, x.right, r)
-        for k in range(r):
-            x.lam[k] = x.right[k]
-            for i in range(n):
-                out[n + i] -= x.spread[k, i] * x.right[k]
+        x.right[n + k] = x.change[k]
+    renew_mass(s, w, q, x.jacobian, x.matrix)
+    factor(e, x.matrix, x.factors, x.swaps, x.amount, x.begun[0] > 0)
+    x.begun[0] = 1
+    solve(e, x.factors, x.swaps, x.right, x.part)
+    for i in range(n):
+        out[i], out[n + i] = v[i], x.right[i]
+    for k in range(r):
+        x.lam[k] = x.right[n + k]
     for k in range(s.forces.shape[0]):
         kind, law = s.forces[k, 0], s.forces[k, FRICTION_OF]
         out[2 * n + k] = 0.0
@@ -160,9 +154,9 @@ def rates_at(s, w, x, t, y, out):
 
 
 @jit
-def look(s, w, x, time, q, v, memory, a, lam, reports):
+def look(s, e, w, x, time, q, v, memory, a, lam, reports):
     """Fill a (times, n), lam (times, r) and reports (times, forces, 8) from the equations of motion at given states."""
-    s, w, x = lend_tables(s), lend_work(w), lend_flight(x)
+    s, e, w, x = lend_tables(s), lend_fronts(e), lend_work(w), lend_flight(x)
     n = x.force.size
     for i in range(time.size):
         for j in range(n):
@@ -170,47 +164,38 @@ def look(s, w, x, time, q, v, memory, a, lam, reports):
         for k in range(s.forces.shape[0]):
             x.memory[k, ONSET] = memory[i, k, ONSET]
             x.trial[2 * n + k] = memory[i, k, BRISTLE]
-        rates_at(s, w, x, time[i], x.trial, x.rates[1])
+        rates_at(s, e, w, x, time[i], x.trial, x.rates[1])
         for j in range(n):
             a[i, j] = x.rates[1, n + j]
         copy(x.lam, lam[i]), copy(w.reports, reports[i])
 
 
 @close
-def _is_off(x, allowed):
+def _is_off(s, x, allowed):
     """Whether the new state is off its constraints by more than is allowed, of the units of coordinates and of their rates."""
     n, worst = x.force.size, 0.0
     for k in range(x.lam.size):
-        slip = -x.speed[k]
-        for i in range(n):
-            slip += x.jacobian[k, i] * x.new[n + i]
+        slip = row_times(s, k, x.jacobian, x.new[n : 2 * n]) - x.speed[k]
         worst = max(worst, abs(x.residual[k]), abs(slip) / x.pace[0])
     return worst > allowed * x.units.min()
 
 
 @close
-def _put_back(s, w, x, t):
+def _put_back(s, e, x):
     """Move the new state onto the constraints, positions by one Newton step in the metric of the mass, then velocities."""
     n, r = x.force.size, x.lam.size
-    y = x.new
     for level in range(2):
-        if level == 0:
-            for k in range(r):
-                x.right[k] = x.residual[k]
-        else:
-            for k in range(r):
-                x.right[k] = -x.speed[k]
-                for i in range(n):
-                    x.right[k] += x.jacobian[k, i] * y[n + i]
-        spread_rows(x.jacobian, x.inverse, x.spread, x.schur)
-        solve_small(x.schur, x.right, r)
+        y = x.new[level * n : level * n + n]
+        x.right[:] = 0.0
         for k in range(r):
-            for i in range(n):
-                y[level * n + i] -= x.spread[k, i] * x.right[k]
+            x.right[n + k] = x.residual[k] if level == 0 else row_times(s, k, x.jacobian, y) - x.speed[k]
+        solve(e, x.factors, x.swaps, x.right, x.part)
+        for i in range(n):
+            y[i] -= x.right[i]
 
 
 @close
-def _stages(s, w, x, t, h):
+def _stages(s, e, w, x, t, h):
     """The seven stages; x.new becomes the fifth-order solution, and reports are those of its end."""
     for stage in range(1, 7):
         target = x.new if stage == 6 else x.trial
@@ -220,7 +205,7 @@ def _stages(s, w, x, t, h):
             share = h * WEIGHTS[stage, j]
             for i in range(x.y.size):
                 target[i] += share * x.rates[j, i]
-        rates_at(s, w, x, t + NODES[stage] * h, target, x.rates[stage])
+        rates_at(s, e, w, x, t + NODES[stage] * h, target, x.rates[stage])
 
 
 @close
@@ -239,15 +224,15 @@ def _error(x, h, tolerance):
 
 
 @jit
-def run_explicit(s, w, x, clock, end, stops, controls, out, counts):
+def run_explicit(s, e, w, x, clock, end, stops, controls, out, counts):
     """Go on from the state to the end, or until out is full; as `run_implicit`."""
-    s, w, x, out = lend_tables(s), lend_work(w), lend_flight(x), lend_output(out)
+    s, e, w, x, out = lend_tables(s), lend_fronts(e), lend_work(w), lend_flight(x), lend_output(out)
     t, wanted, held, skipped = clock[0], clock[1], clock[2], int(clock[5])
     tolerance, fixed, n = controls[TOLERANCE], controls[FIXED_STEPS] > 0.0, x.force.size
     shortest, landing = 1e-15 * end, max(1e-3 * tolerance, 1e-12) * x.units.max()
     row, every, nstop = 0, int(controls[EVERY]), 0
     if counts[STEPS] == 0:
-        rates_at(s, w, x, t, x.y, x.rates[0])
+        rates_at(s, e, w, x, t, x.y, x.rates[0])
         copy(w.reports, x.before)
         _write(x, out, 0, t, t)
         row = 1
@@ -258,7 +243,7 @@ def run_explicit(s, w, x, clock, end, stops, controls, out, counts):
         h = min(wanted, controls[LONGEST])
         if t + 1.0001 * h >= target:
             h = target - t
-        _stages(s, w, x, t, h * (1.0 - 1e-15) if h >= target - t else h)
+        _stages(s, e, w, x, t, h * (1.0 - 1e-15) if h >= target - t else h)
         counts[ITERATIONS] += 6
         error = _error(x, h, tolerance)
         if counts[STEPS] + counts[REJECTED] > controls[BUDGET]:
@@ -277,12 +262,12 @@ def run_explicit(s, w, x, clock, end, stops, controls, out, counts):
             continue
         before, t = t, (target if h >= target - t else t + h)
         changed = _remember(s, w, x, controls[FLOOR], controls[GRAZE], counts)
-        off = _is_off(x, STAYS * tolerance)
+        off = _is_off(s, x, STAYS * tolerance)
         if off:
-            _put_back(s, w, x, t)
+            _put_back(s, e, x)
         if off or changed or t == target:
             copy(x.new, x.y)
-            rates_at(s, w, x, t, x.y, x.rates[0])
+            rates_at(s, e, w, x, t, x.y, x.rates[0])
         else:
             for i in range(x.y.size):
                 x.y[i], x.rates[0, i] = x.new[i], x.rates[6, i]

@@ -14,18 +14,22 @@ import numpy as np
 from buckler.mbs.spectral.compiling import aside, call1, call2, call3, close, inner
 from buckler.mbs.spectral.lawtable import normal_force, normal_slopes, rubbing, rubbing_slope
 from buckler.mbs.spectral.markers import (
+    add_entries,
     add_force,
     add_geometric,
     add_gradient,
     add_pair,
     add_pair_drift,
+    clear_block,
     curve,
     measure,
+    put_gradient,
     rate_of,
 )  # fmt: skip
 from buckler.mbs.spectral.tables import (
     BRISTLE,
     CONTACT,
+    COUNT,
     DRY,
     FRICTION_OF,
     GIVEN,
@@ -154,8 +158,8 @@ def _along(s, w, k, t, lam, mem, since, f):
 
 
 @aside
-def _bend_along(s, w, k, t, q, lam, mem, since, stiff, damp, cross):
-    """Derivatives of a force along a measure."""
+def _bend_along(s, w, k, t, q, lam, mem, since, mass):
+    """Derivatives of a force along a measure; of one that follows a constraint's own force also by that."""
     number, grad, hess, row = s.forces[k, 1], w.small[6], w.small[:6], s.forces[k, ROW_OF]
     a, b, factor, force = s.measures[number, 1], s.measures[number, 2], s.factors[k], w.reports[k, 0]
     reaction = lam[row] if row >= 0 else 0.0
@@ -172,14 +176,24 @@ def _bend_along(s, w, k, t, q, lam, mem, since, stiff, damp, cross):
         for j in range(6):
             c[i, j] = factor * by_rate * grad[i] * grad[j]
             h[i, j] = factor * (by_value * grad[i] * grad[j] + by_rate * grad[i] * w.small[7, j]) + force * hess[i, j]
-    add_pair(s, w, a, b, h, -1.0, stiff)
-    add_geometric(s, w, a, q, -force * grad[0], -force * grad[1], -force * grad[2], stiff)
-    add_geometric(s, w, b, q, -force * grad[3], -force * grad[4], -force * grad[5], stiff)
+    add_pair(s, w, a, b, h, -1.0, w.stiff)
+    add_geometric(s, w, a, q, -force * grad[0], -force * grad[1], -force * grad[2], w.stiff, 0)
+    add_geometric(s, w, b, q, -force * grad[3], -force * grad[4], -force * grad[5], w.stiff, s.markers[a, COUNT])
     if by_rate != 0.0:
-        add_pair(s, w, a, b, c, -1.0, damp)
-        add_pair_drift(s, w, a, b, c, -1.0, stiff)
+        add_pair(s, w, a, b, c, -1.0, w.damp)
+        add_pair_drift(s, w, a, b, c, -1.0, w.stiff)
     if s.forces[k, 0] == SEAT and reaction != 0.0:
-        add_gradient(s, w, number, grad, force / reaction, cross[row])
+        _add_cross(s, w, k, number, grad, -force / reaction, mass)
+
+
+@inner
+def _add_cross(s, w, k, number, grad, factor, mass):
+    """Add factor times the gradient of a measure to the column of the multiplier that force k follows."""
+    block = s.rows.shape[0] + k
+    m, slot = s.blocks[block, 1], s.blocks[block, 2]
+    put_gradient(s, w, number, grad, factor, w.element, 0)
+    for i in range(m - 1):
+        mass[s.slots[slot + i * m + m - 1]] += w.element[i]
 
 
 @close
@@ -220,7 +234,7 @@ def _journal(s, w, k, mem, since, f):
 
 
 @aside
-def _bend_journal(s, w, k, q, mem, since, stiff, damp):
+def _bend_journal(s, w, k, q, mem, since):
     """Derivatives of the force of a pin in a bush."""
     ma, mb, number, out = s.forces[k, 1], s.forces[k, 2], s.forces[k, NUMBERS], w.reports[k]
     if out[2] <= 0.0:
@@ -253,11 +267,11 @@ def _bend_journal(s, w, k, q, mem, since, stiff, damp):
         vx, vy = -push_v * nx - drag_v * tx, -push_v * ny - drag_v * ty
         c[0, j], c[1, j], c[2, j] = vx, vy, -radius * drag_v
         c[3, j], c[4, j], c[5, j] = -vx, -vy, (e + radius) * drag_v
-    add_pair(s, w, ma, mb, h, -1.0, stiff)
-    add_pair(s, w, ma, mb, c, -1.0, damp)
-    add_pair_drift(s, w, ma, mb, c, -1.0, stiff)
-    add_geometric(s, w, ma, q, -fx, -fy, radius * drag, stiff)
-    add_geometric(s, w, mb, q, fx, fy, -(e + radius) * drag, stiff)
+    add_pair(s, w, ma, mb, h, -1.0, w.stiff)
+    add_pair(s, w, ma, mb, c, -1.0, w.damp)
+    add_pair_drift(s, w, ma, mb, c, -1.0, w.stiff)
+    add_geometric(s, w, ma, q, -fx, -fy, radius * drag, w.stiff, 0)
+    add_geometric(s, w, mb, q, fx, fy, -(e + radius) * drag, w.stiff, s.markers[ma, COUNT])
 
 
 @close
@@ -275,15 +289,15 @@ def _push(s, w, k, t, f):
 
 
 @aside
-def _bend_push(s, w, k, q, stiff):
+def _bend_push(s, w, k, q):
     """Derivatives of a force at a marker."""
     a, b, fx, fy, h = s.forces[k, 1], s.forces[k, 2], w.reports[k, 6], w.reports[k, 7], w.small[8:14]
-    add_geometric(s, w, a, q, -fx, -fy, 0.0, stiff)
+    add_geometric(s, w, a, q, -fx, -fy, 0.0, w.stiff, 0)
     for i in range(6):
         for j in range(6):
             h[i, j] = 0.0
     h[0, 5], h[1, 5] = -fy, fx
-    add_pair(s, w, a, b, h, -1.0, stiff)
+    add_pair(s, w, a, b, h, -1.0, w.stiff)
 
 
 @close
@@ -310,13 +324,16 @@ def add_forces(s, w, t, lam, mem, since, f):
 
 
 @aside
-def bend_forces(s, w, t, q, lam, mem, since, stiff, damp, cross):
-    """Add -df/dq to stiff, -df/dv to damp, df/dlambda_r to cross[r], of the forces that were added last."""
+def bend_forces(s, w, t, q, lam, mem, since, mass, damp, stiff):
+    """Add -df/dq to stiff, -df/dv to damp, -df/dlambda to mass, of the forces that were added last."""
     for k in range(s.forces.shape[0]):
-        kind = s.forces[k, 0]
+        kind, block = s.forces[k, 0], s.rows.shape[0] + k
+        clear_block(s, w, block)
         if kind == JOURNAL:
-            _bend_journal(s, w, k, q, mem, since, stiff, damp)
+            _bend_journal(s, w, k, q, mem, since)
         elif kind == PUSH:
-            _bend_push(s, w, k, q, stiff)
+            _bend_push(s, w, k, q)
         else:
-            _bend_along(s, w, k, t, q, lam, mem, since, stiff, damp, cross)
+            _bend_along(s, w, k, t, q, lam, mem, since, mass)
+        add_entries(s, block, w.stiff, stiff)
+        add_entries(s, block, w.damp, damp)

@@ -11,7 +11,8 @@ import numpy as np
 from buckler.mbs.spectral.compiling import aside, copy, jit, lend_tables, lend_work
 from buckler.mbs.spectral.contacts import depth_of, error_of_depth, first_onset, lets_go, remember_onset, touches
 from buckler.mbs.spectral.forces import add_forces
-from buckler.mbs.spectral.kernel import changes_at, forces, mass_matrix, rows_at
+from buckler.mbs.spectral.fronts import lend_orders, solve
+from buckler.mbs.spectral.kernel import changes_at, forces, rows_at
 from buckler.mbs.spectral.lawtable import AFTER
 from buckler.mbs.spectral.markers import place_markers
 from buckler.mbs.spectral.output import (
@@ -36,7 +37,7 @@ from buckler.mbs.spectral.output import (
     UNDERFLOW,
     lend_output,
 )  # fmt: skip
-from buckler.mbs.spectral.radau import PAST, REAL, ROUNDING, SLOW, error_of, newton, predict, put_back, size_of
+from buckler.mbs.spectral.radau import PAST, REAL, ROUNDING, SLOW, error_of, newton, predict, put_back, renew_heavy, size_of
 from buckler.mbs.spectral.room import lend_room
 from buckler.mbs.spectral.strips import elastic_stresses
 from buckler.mbs.spectral.tables import BRISTLE, FASTEST, JOURNAL, ONSET, SEAT, SLIDING
@@ -79,14 +80,14 @@ def _follow_units(x, elastic, tolerance):
 
 
 @aside
-def _begin(s, w, x, t, tolerance):
+def _begin(s, e, w, x, t, tolerance):
     """Fill in what the first step needs to know of the start."""
-    mass_matrix(s, x.q, x.mass)
     elastic_stresses(s, w, x.q, x.v, x.stress)
     w.mixed[0], w.held[:] = 1.0, 0.0
     copy(x.stress, w.stress)
     forces(s, w, t, x.q, x.v, x.lam, x.memory, 0.0, x.force)
     rows_at(s, w, t, x.gap, x.base, x.speed)
+    renew_heavy(s, e, w, x, x.q, x.base, False)
     copy(w.reports, x.before)
     for i in range(x.q.size):
         x.weight[i] = 1.0 / x.whole[i]
@@ -101,7 +102,7 @@ def _begin(s, w, x, t, tolerance):
 
 
 @aside
-def _restart(s, w, x, t):
+def _restart(s, e, w, x, t):
     """Accelerations and multipliers anew, after a jump of them: from M a + G^T lambda = f, G a = change."""
     n, r = x.q.size, x.lam.size
     w.held[:] = 0.0
@@ -109,33 +110,27 @@ def _restart(s, w, x, t):
     forces(s, w, t, x.q, x.v, x.lam, x.memory, 0.0, x.force)
     rows_at(s, w, t, x.gap, x.base, x.speed)
     changes_at(s, w, t, AFTER, x.change)
-    x.matrix[:] = 0.0
-    for i in range(n):
-        for j in range(n):
-            x.matrix[i, j] = x.mass[i, j]
-    for k in range(r):
-        for i in range(n):
-            x.matrix[i, n + k] = x.matrix[n + k, i] = x.base[k, i]
-        x.right[n + k] = x.change[k]
     for i in range(n):
         x.right[i] = x.force[i]
-    copy(np.linalg.inv(x.matrix), x.inverse)
-    np.dot(x.inverse, x.right, x.step)
-    for i in range(n):
-        x.a[i] = x.step[i]
     for k in range(r):
-        x.lam[k] = x.step[n + k]
+        x.right[n + k] = x.change[k]
+    renew_heavy(s, e, w, x, x.q, x.base, True)
+    solve(e.mass, x.heavy, x.heavy_swaps, x.right, x.part)
+    for i in range(n):
+        x.a[i] = x.right[i]
+    for k in range(r):
+        x.lam[k] = x.right[n + k]
     copy(w.reports, x.before)
 
 
 @aside
-def _error(s, w, x, t, h, tolerance, contact_tolerance, least):
+def _error(s, e, w, x, t, h, tolerance, contact_tolerance, least):
     """Local error over what is allowed, of the coordinates, and of the depths and forces of closed contacts.
 
     Reports are those of the end.
     """
-    error = error_of(s, x, h) / tolerance
-    put_back(s, w, x, t)
+    error = error_of(s, e, x, h) / tolerance
+    put_back(s, e, w, x, t)
     if s.forces.shape[0] == 0:
         return error
     n, q, v = x.q.size, x.places[2], x.rates[2]
@@ -250,18 +245,18 @@ def _take_over(x):
 
 
 @jit
-def run_implicit(s, w, x, clock, end, stops, controls, out, counts):
+def run_implicit(s, e, w, x, clock, end, stops, controls, out, counts):
     """Go on from the room's state to the end, or until out is full; stops are times at which a step must end.
 
     Every sample is written to out, or every so many steps. The room and the clock are left as they are then, to go on from.
     """
-    s, w, x, out = lend_tables(s), lend_work(w), lend_room(x), lend_output(out)
+    s, e, w, x, out = lend_tables(s), lend_orders(e), lend_work(w), lend_room(x), lend_output(out)
     t, wanted, previous, made, skipped = clock[0], clock[1], clock[3], clock[4], int(clock[5])
     tolerance, fixed, every = controls[TOLERANCE], controls[FIXED_STEPS] > 0.0, int(controls[EVERY])
     shortest, moment, landing = 1e-12 * end, 1e-13 * end, 1e-2 * tolerance * x.whole.max()
     row, nstop, fresh, grow, last_error, last_step = 0, 0, made == 0.0, 5.0, 0.0, 1.0
     if counts[STEPS] == 0:
-        _begin(s, w, x, t, tolerance)
+        _begin(s, e, w, x, t, tolerance)
         _write(x, out, 0, t, t)
         row = 1
     w.mixed[0] = 1.0
@@ -269,7 +264,7 @@ def run_implicit(s, w, x, clock, end, stops, controls, out, counts):
         while nstop < stops.size and stops[nstop] <= t + shortest:
             if stops[nstop] > t - shortest and not fixed:
                 previous, fresh = 0.0, True
-                _restart(s, w, x, t)
+                _restart(s, e, w, x, t)
                 if every == 1:
                     _write_after_jump(x, out, row, t, moment)
                     row += 1
@@ -286,7 +281,7 @@ def run_implicit(s, w, x, clock, end, stops, controls, out, counts):
             fresh = True
         at = target * (1.0 - 4e-16) if h >= target - t else t + h  # just before a drive's kink
         predict(x, h, previous)
-        ratio = newton(s, w, x, t, h, controls[CLOSE] * tolerance, fresh, counts)
+        ratio = newton(s, e, w, x, t, h, controls[CLOSE] * tolerance, fresh, counts)
         made, fresh = h, False
         if ratio > 1.0:
             counts[REJECTED] += 1
@@ -294,7 +289,7 @@ def run_implicit(s, w, x, clock, end, stops, controls, out, counts):
             if wanted < shortest:
                 counts[STATUS] = UNDERFLOW if np.isfinite(x.residual.sum()) else NOT_FINITE
             continue
-        error = _error(s, w, x, at, h, tolerance, controls[CONTACT_TOLERANCE], landing)
+        error = _error(s, e, w, x, at, h, tolerance, controls[CONTACT_TOLERANCE], landing)
         part = first_onset(s, x.before, w.reports, h, landing)
         if part < 1.0 and h * part > shortest and (error <= 1.0 or fixed):
             counts[REJECTED] += 1
@@ -321,7 +316,7 @@ def run_implicit(s, w, x, clock, end, stops, controls, out, counts):
             row, skipped = row + 1, 0
         if changed:
             previous, fresh = 0.0, True
-            _restart(s, w, x, t)
+            _restart(s, e, w, x, t)
             if t < end - 2.0 * moment and not fixed and every == 1:
                 _write_after_jump(x, out, row, t, moment)
                 row += 1

@@ -26,6 +26,11 @@ def copy(source: Any, target: Any) -> None:
     target[...] = source
 
 
+def part(array: Any, first: int, count: int) -> Any:
+    """So many elements of an array from one on."""
+    return array[first : first + count]
+
+
 def call1(address: Any, a: Any) -> Any:
     """f(a) of the function at this address."""
     return CFUNCTYPE(c_double, c_double)(int(address))(a)

@@ -10,9 +10,19 @@ import numpy as np
 from buckler.mbs.spectral.compiling import aside, close, copy, inner, jit
 from buckler.mbs.spectral.forces import add_forces, bend_forces
 from buckler.mbs.spectral.lawtable import AFTER, motion, second_rate
-from buckler.mbs.spectral.markers import add_geometric, add_gradient, add_pair, bias_of, curve, measure, place_markers
+from buckler.mbs.spectral.markers import (
+    add_entries,
+    add_geometric,
+    add_pair,
+    bias_of,
+    clear_block,
+    curve,
+    measure,
+    place_markers,
+    put_gradient,
+)  # fmt: skip
 from buckler.mbs.spectral.strips import add_strips, bend_strips
-from buckler.mbs.spectral.tables import ANGLE, KIND
+from buckler.mbs.spectral.tables import ANGLE, COUNT, KIND
 
 
 @inner
@@ -32,57 +42,112 @@ def add_modal(s, q, v, f):
 
 
 @aside
-def bend_modal(s, q, v, stiff, damp):
+def bend_modal(s, w, q, v, damp, stiff):
     """Derivatives of the forces of modal links."""
     for row in range(s.modal.shape[0]):
         o, m, d = s.modal[row, 0], s.modal[row, 1], s.modal[row, 2]
         g, c = d + m, d + m + m * m
         k, r, spin, e = d + m + 2 * m * m, d + 2 * m + 2 * m * m, v[o + 2], o + 3
+        block = s.rows.shape[0] + s.forces.shape[0] + s.strips.shape[0] + row
+        clear_block(s, w, block)
         for i in range(m):
             gram, rate, swirl = s.data[d + i], 0.0, 0.0
             for j in range(m):
                 gram += s.data[g + i * m + j] * q[e + j]
                 rate += s.data[g + i * m + j] * v[e + j]
                 swirl += s.data[c + i * m + j] * v[e + j]
-                stiff[e + i, e + j] -= spin * spin * s.data[g + i * m + j]
-                damp[e + i, e + j] -= 2.0 * spin * s.data[c + i * m + j]
-            stiff[o + 2, e + i] += 2.0 * spin * rate
-            damp[o + 2, o + 2] += 2.0 * gram * v[e + i]
-            damp[o + 2, e + i] += 2.0 * spin * gram
-            damp[e + i, o + 2] -= 2.0 * spin * gram + 2.0 * swirl
-            stiff[e + i, e + i] += s.data[k + i]
-            damp[e + i, e + i] += s.data[r + i]
+                w.stiff[3 + i, 3 + j] -= spin * spin * s.data[g + i * m + j]
+                w.damp[3 + i, 3 + j] -= 2.0 * spin * s.data[c + i * m + j]
+            w.stiff[2, 3 + i] += 2.0 * spin * rate
+            w.damp[2, 2] += 2.0 * gram * v[e + i]
+            w.damp[2, 3 + i] += 2.0 * spin * gram
+            w.damp[3 + i, 2] -= 2.0 * spin * gram + 2.0 * swirl
+            w.stiff[3 + i, 3 + i] += s.data[k + i]
+            w.damp[3 + i, 3 + i] += s.data[r + i]
+        add_entries(s, block, w.stiff, stiff)
+        add_entries(s, block, w.damp, damp)
 
 
 @jit
-def mass_matrix(s, q, mass):
+def mass_matrix(s, w, q, mass):
     """Fill mass with M(q)."""
     copy(s.mass, mass)
+    add_modal_mass(s, w, q, mass)
+
+
+@inner
+def renew_mass(s, w, q, jacobian, mass):
+    """Write anew what changes of M(q), G and G^T."""
     for row in range(s.modal.shape[0]):
-        o, m, d = s.modal[row]
+        _, m, slot = s.blocks[s.rows.shape[0] + s.forces.shape[0] + s.strips.shape[0] + row]
+        for k in range(slot, slot + m * m):
+            mass[s.slots[k]] = s.mass[s.slots[k]]
+    add_modal_mass(s, w, q, mass)
+    for r in range(s.rows.shape[0]):
+        _, m, slot = s.blocks[r]
+        for i in range(m - 1):
+            mass[s.slots[slot + i * m + m - 1]] = 0.0
+            mass[s.slots[slot + (m - 1) * m + i]] = 0.0
+    add_rows(s, jacobian, mass)
+
+
+@inner
+def add_modal_mass(s, w, q, mass):
+    """Add the part of M(q) that depends on q."""
+    for row in range(s.modal.shape[0]):
+        o, m, d = s.modal[row, 0], s.modal[row, 1], s.modal[row, 2]
+        block = s.rows.shape[0] + s.forces.shape[0] + s.strips.shape[0] + row
+        clear_block(s, w, block)
         for i in range(m):
-            gram, swirl = 2.0 * s.data[d + i], 0.0
-            for j in range(m):
-                gram += s.data[d + m + i * m + j] * q[o + 3 + j]
-                swirl -= s.data[d + m + m * m + i * m + j] * q[o + 3 + j]
-            mass[o + 2, o + 2] += gram * q[o + 3 + i]
-            mass[o + 2, o + 3 + i] += swirl
-            mass[o + 3 + i, o + 2] += swirl
+            gram, swirl = _coupling(s, q, o, m, d, i)
+            w.stiff[2, 2] += gram * q[o + 3 + i]
+            w.stiff[2, 3 + i] += swirl
+            w.stiff[3 + i, 2] += swirl
+        add_entries(s, block, w.stiff, mass)
 
 
-@jit
-def add_mass_slope(s, q, a, stiff):
+@inner
+def _coupling(s, q, o, m, d, i):
+    """Of mode i of a modal link: what its amplitude adds to the inertia, and mass between it and the frame's angle."""
+    gram, swirl = 2.0 * s.data[d + i], 0.0
+    for j in range(m):
+        gram += s.data[d + m + i * m + j] * q[o + 3 + j]
+        swirl -= s.data[d + m + m * m + i * m + j] * q[o + 3 + j]
+    return gram, swirl
+
+
+@inner
+def mass_times(s, q, a, out):
+    """Fill out with M(q) a."""
+    for i in range(a.size):
+        total = 0.0
+        for k in range(s.mass_first[i], s.mass_first[i + 1]):
+            total += s.mass_value[k] * a[s.mass_col[k]]
+        out[i] = total
+    for row in range(s.modal.shape[0]):
+        o, m, d = s.modal[row, 0], s.modal[row, 1], s.modal[row, 2]
+        for i in range(m):
+            gram, swirl = _coupling(s, q, o, m, d, i)
+            out[o + 2] += gram * q[o + 3 + i] * a[o + 2] + swirl * a[o + 3 + i]
+            out[o + 3 + i] += swirl * a[o + 2]
+
+
+@aside
+def add_mass_slope(s, w, q, a, stiff):
     """Add d(M(q) a)/dq to stiff."""
     for row in range(s.modal.shape[0]):
-        o, m, d = s.modal[row]
+        o, m, d = s.modal[row, 0], s.modal[row, 1], s.modal[row, 2]
+        block = s.rows.shape[0] + s.forces.shape[0] + s.strips.shape[0] + row
+        clear_block(s, w, block)
         for i in range(m):
             gram, swirl = s.data[d + i], 0.0
             for j in range(m):
                 gram += s.data[d + m + i * m + j] * q[o + 3 + j]
                 cij = s.data[d + m + m * m + i * m + j]
                 swirl += cij * a[o + 3 + j]
-                stiff[o + 3 + i, o + 3 + j] -= cij * a[o + 2]
-            stiff[o + 2, o + 3 + i] += 2.0 * gram * a[o + 2] + swirl
+                w.stiff[3 + i, 3 + j] -= cij * a[o + 2]
+            w.stiff[2, 3 + i] += 2.0 * gram * a[o + 2] + swirl
+        add_entries(s, block, w.stiff, stiff)
 
 
 @jit
@@ -99,13 +164,13 @@ def forces(s, w, t, q, v, lam, mem, since, f):
 
 
 @jit
-def tangents(s, w, t, q, v, lam, mem, since, stiff, damp, cross):
-    """Of the forces that were filled in last: stiff = -df/dq, damp = -df/dv, cross[r] = df/dlambda_r."""
-    stiff[:], damp[:], cross[:] = 0.0, 0.0, 0.0
-    bend_strips(s, w, v, stiff, damp)
+def tangents(s, w, t, q, v, lam, mem, since, mass, damp, stiff):
+    """Of the forces that were filled in last: stiff = -df/dq, damp = -df/dv, and add -df/dlambda to mass."""
+    stiff[:], damp[:] = 0.0, 0.0
+    bend_strips(s, w, v, damp, stiff)
     if s.modal.shape[0] > 0:
-        bend_modal(s, q, v, stiff, damp)
-    bend_forces(s, w, t, q, lam, mem, since, stiff, damp, cross)
+        bend_modal(s, w, q, v, damp, stiff)
+    bend_forces(s, w, t, q, lam, mem, since, mass, damp, stiff)
 
 
 @close
@@ -120,9 +185,7 @@ def row_at(s, w, r, t, g, jacobian, speed):
     g[r], speed[r] = value - s.values[r] - travel, rate
     if s.measures[k, KIND] == ANGLE:
         g[r] -= 2.0 * np.pi * np.round(g[r] / (2.0 * np.pi))
-    for i in range(jacobian.shape[1]):
-        jacobian[r, i] = 0.0
-    add_gradient(s, w, k, grad, 1.0, jacobian[r])
+    put_gradient(s, w, k, grad, 1.0, jacobian, s.blocks[r, 0])
 
 
 @close
@@ -155,10 +218,48 @@ def constraint(s, w, r, t, g, jacobian, speed, change):
 
 
 @jit
-def constraints(s, w, t, g, jacobian, speed, change):
-    """Residuals g, Jacobian G, and right sides of G v = speed, G a = change. Markers are placed."""
+def constraints(s, w, t, jacobian, g, speed, change):
+    """Residuals g, Jacobian G, and right sides of G v = speed, G a = change. Markers are placed.
+
+    G's entries stand as the blocks' members do: those of row r from `blocks[r, 0]` on, its own multiplier's, the last, without
+    meaning.
+    """
     for r in range(s.rows.shape[0]):
         constraint(s, w, r, t, g, jacobian, speed, change)
+
+
+@inner
+def row_times(s, r, jacobian, v):
+    """Row r of G times v."""
+    first, total = s.blocks[r, 0], 0.0
+    for i in range(first, first + s.blocks[r, 1] - 1):
+        total += jacobian[i] * v[s.members[i]]
+    return total
+
+
+@inner
+def add_reactions(s, jacobian, lam, out):
+    """Add G^T lambda to out."""
+    for r in range(s.rows.shape[0]):
+        first, push = s.blocks[r, 0], lam[r]
+        for i in range(first, first + s.blocks[r, 1] - 1):
+            out[s.members[i]] += jacobian[i] * push
+
+
+@inner
+def add_rows(s, jacobian, values):
+    """Add G and G^T to the entries of a matrix."""
+    for r in range(s.rows.shape[0]):
+        first, m, slot = s.blocks[r, 0], s.blocks[r, 1], s.blocks[r, 2]
+        for i in range(m - 1):
+            values[s.slots[slot + i * m + m - 1]] += jacobian[first + i]
+            values[s.slots[slot + (m - 1) * m + i]] += jacobian[first + i]
+
+
+@jit
+def enter_rows(s, jacobian, values):
+    """Likewise, for Python."""
+    add_rows(s, jacobian, values)
 
 
 @jit
@@ -168,88 +269,10 @@ def add_multipliers(s, w, q, lam, stiff):
     for r in range(s.rows.shape[0]):
         k = s.rows[r, 0]
         a, b = s.measures[k, 1], s.measures[k, 2]
+        clear_block(s, w, r)
         measure(s, w, k, grad)
         if curve(s, w, k, grad, hess):
-            add_pair(s, w, a, b, hess, lam[r], stiff)
-        add_geometric(s, w, a, q, lam[r] * grad[0], lam[r] * grad[1], lam[r] * grad[2], stiff)
-        add_geometric(s, w, b, q, lam[r] * grad[3], lam[r] * grad[4], lam[r] * grad[5], stiff)
-
-
-@jit
-def invert_modal(s, q, inverse):
-    """Renew the blocks of modal links in the inverse of the mass matrix, whose other blocks are constant.
-
-    Modes couple with the frame's angle only: of [J, c^T; c, D] with D diagonal the inverse follows from J - c^T D^-1 c.
-    """
-    for row in range(s.modal.shape[0]):
-        o, m, d = s.modal[row, 0], s.modal[row, 1], s.modal[row, 2]
-        turn, e = o + 2, o + 3
-        rest = s.mass[turn, turn]
-        for i in range(m):
-            gram, swirl = 2.0 * s.data[d + i], 0.0
-            for j in range(m):
-                gram += s.data[d + m + i * m + j] * q[e + j]
-                swirl -= s.data[d + m + m * m + i * m + j] * q[e + j]
-            share = swirl / s.mass[e + i, e + i]
-            rest += gram * q[e + i] - swirl * share
-            inverse[turn, e + i] = -share
-        inverse[turn, turn] = 1.0 / rest
-        for i in range(m):
-            share = inverse[turn, e + i]
-            for j in range(m):
-                inverse[e + i, e + j] = share * inverse[turn, e + j] / rest if j != i else 0.0
-            inverse[e + i, e + i] = 1.0 / s.mass[e + i, e + i] + share * share / rest
-        for i in range(m):
-            inverse[turn, e + i] /= rest
-            inverse[e + i, turn] = inverse[turn, e + i]
-
-
-@inner
-def solve_small(a, b, n):
-    """Solve a x = b in place by Gauss elimination with pivots, n unknowns; a pivot of rounding gives nothing."""
-    least = 0.0
-    for c in range(n):
-        least = max(least, 1e-13 * abs(a[c, c]))
-    for c in range(n):
-        p = c
-        for i in range(c + 1, n):
-            if abs(a[i, c]) > abs(a[p, c]):
-                p = i
-        if p != c:
-            for j in range(c, n):
-                a[c, j], a[p, j] = a[p, j], a[c, j]
-            b[c], b[p] = b[p], b[c]
-        if abs(a[c, c]) <= least:
-            continue
-        for i in range(c + 1, n):
-            factor = a[i, c] / a[c, c]
-            if factor != 0.0:
-                for j in range(c, n):
-                    a[i, j] -= factor * a[c, j]
-                b[i] -= factor * b[c]
-    for c in range(n - 1, -1, -1):
-        total = b[c]
-        for j in range(c + 1, n):
-            total -= a[c, j] * b[j]
-        b[c] = total / a[c, c] if abs(a[c, c]) > least else 0.0
-
-
-@inner
-def spread_rows(jacobian, inverse, spread, schur):
-    """Fill spread with G M^-1 and schur with G M^-1 G^T."""
-    r, n = jacobian.shape
-    for k in range(r):
-        for i in range(n):
-            spread[k, i] = 0.0
-        for j in range(n):
-            factor = jacobian[k, j]
-            if factor != 0.0:
-                row, weights = spread[k], inverse[j]
-                for i in range(n):
-                    row[i] += factor * weights[i]
-    for k in range(r):
-        for m in range(k + 1):
-            total, row, other = 0.0, spread[k], jacobian[m]
-            for i in range(n):
-                total += row[i] * other[i]
-            schur[k, m] = schur[m, k] = total
+            add_pair(s, w, a, b, hess, lam[r], w.stiff)
+        add_geometric(s, w, a, q, lam[r] * grad[0], lam[r] * grad[1], lam[r] * grad[2], w.stiff, 0)
+        add_geometric(s, w, b, q, lam[r] * grad[3], lam[r] * grad[4], lam[r] * grad[5], w.stiff, s.markers[a, COUNT])
+        add_entries(s, r, w.stiff, stiff)

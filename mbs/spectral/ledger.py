@@ -13,6 +13,7 @@ import numpy as np
 
 from buckler.mbs.spectral.compiling import borrowed, copy, inner, jit, lend_tables, lend_work
 from buckler.mbs.spectral.explicit import flight_for, lend_flight, rates_at
+from buckler.mbs.spectral.fronts import lend_fronts
 from buckler.mbs.spectral.lawtable import motion
 from buckler.mbs.spectral.output import Output, lend_output
 from buckler.mbs.spectral.scene import Scene
@@ -58,12 +59,12 @@ class Ledger(NamedTuple):
 def ledger(scene: Scene, out: Output, watched: list[int]) -> Ledger:
     """Of a run of the explicit integrator."""
     n, r, k, m = scene.size, len(scene.tables.rows), len(scene.tables.forces), len(watched)
-    room = flight_for(scene.q0, np.zeros(n), np.zeros(r), scene.memory(), scene.mass, scene.units, scene.coupled)
+    room = flight_for(scene, scene.q0, np.zeros(n), np.zeros(r), scene.memory())
     rows, columns = len(out.time), 2 * k + r + 2 * m + 1
     made = Ledger(
         out.time, np.zeros((rows, k, 8)), np.zeros((rows, columns)), np.zeros((rows, columns)), np.zeros((rows, 2 * k + 2 * m))
     )
-    account(scene.tables, scene.work, room, out, np.array(watched, dtype=np.int64), *made[1:])
+    account(scene.tables, scene.heavy_fronts, scene.work, room, out, np.array(watched, dtype=np.int64), *made[1:])
     return made
 
 
@@ -84,10 +85,10 @@ def _state(out, i, x, part, memory):
 
 
 @inner
-def _read(s, w, x, t, markers, power, top):
+def _read(s, e, w, x, t, markers, power, top):
     """Powers at the state in x.trial, and raise what is largest."""
     n, r, count, m = x.force.size, x.lam.size, s.forces.shape[0], markers.size
-    rates_at(s, w, x, t, x.trial, x.rates[1])
+    rates_at(s, e, w, x, t, x.trial, x.rates[1])
     for k in range(count):
         f = w.reports[k]
         power[k], power[count + k] = f[0] * f[3], f[1] * f[4]
@@ -113,9 +114,9 @@ def _read(s, w, x, t, markers, power, top):
 
 
 @jit
-def account(s, w, x, out, markers, reports, power, work, top):
+def account(s, e, w, x, out, markers, reports, power, work, top):
     """Fill the ledger's arrays; top begins with zeros."""
-    s, w, x, out = lend_tables(s), lend_work(w), lend_flight(x), lend_output(out)
+    s, e, w, x, out = lend_tables(s), lend_fronts(e), lend_work(w), lend_flight(x), lend_output(out)
     power, work, top, markers, memory = borrowed(power), borrowed(work), borrowed(top), borrowed(markers), borrowed(out.memory)
     n, now = x.force.size, np.zeros(power.shape[1])
     for i in range(out.time.size):
@@ -127,7 +128,7 @@ def account(s, w, x, out, markers, reports, power, work, top):
                 top[i, c] = 0.0
             for p in range(1, 4):
                 _state(out, i - 1, x, 0.25 * p, memory)
-                _read(s, w, x, out.time[i - 1] + 0.25 * p * h, markers, now, top[i])
+                _read(s, e, w, x, out.time[i - 1] + 0.25 * p * h, markers, now, top[i])
                 for c in range(now.size):
                     work[i, c] += h * SHARES[p] * now[c]
         for k in range(memory.shape[1]):
@@ -135,7 +136,7 @@ def account(s, w, x, out, markers, reports, power, work, top):
             x.trial[2 * n + k] = memory[i, k, BRISTLE]
         for c in range(n):
             x.trial[c], x.trial[n + c] = out.q[i, c], out.v[i, c]
-        _read(s, w, x, out.time[i], markers, power[i], top[i])
+        _read(s, e, w, x, out.time[i], markers, power[i], top[i])
         copy(w.reports, reports[i])
         if i > 0:
             for c in range(now.size):

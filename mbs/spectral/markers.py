@@ -126,17 +126,17 @@ def add_force(s, w, m, fx, fy, turning, out):
 
 
 @aside
-def add_geometric(s, w, m, q, fx, fy, turning, out):
-    """Add to out the second derivatives of fx x + fy y + turning angle of a marker."""
+def add_geometric(s, w, m, q, fx, fy, turning, out, at):
+    """Add to out, from row and column `at` on, the second derivatives of fx x + fy y + turning angle of a marker."""
     kind, first, size, d = s.markers[m, KIND], s.markers[m, FIRST], s.markers[m, SIZE], s.markers[m, DATA]
     if kind == FRAME:
-        t = s.places[first + 2]
+        t = at + 2
         out[t, t] += -fx * w.slope[1, first + 2] + fy * w.slope[0, first + 2]
         for k in range(size):
             i = first + 3 + k
             h = -fx * w.slope[1, i] + fy * w.slope[0, i]
-            out[t, s.places[i]] += h
-            out[s.places[i], t] += h
+            out[t, t + 1 + k] += h
+            out[t + 1 + k, t] += h
     elif kind == CURVE and turning != 0.0:
         ux, uy = 0.0, 0.0
         for i in range(size):
@@ -145,42 +145,46 @@ def add_geometric(s, w, m, q, fx, fy, turning, out):
         square = ux * ux + uy * uy
         hxx, hxy = turning * 2.0 * ux * uy / square**2, turning * (uy * uy - ux * ux) / square**2
         for i in range(size):
-            a, b = s.places[first + i], s.places[first + size + i]
             for k in range(size):
-                e, f, dd = s.places[first + k], s.places[first + size + k], s.data[d + size + i] * s.data[d + size + k]
-                out[a, e] += hxx * dd
-                out[a, f] += hxy * dd
-                out[b, e] += hxy * dd
-                out[b, f] -= hxx * dd
+                dd = s.data[d + size + i] * s.data[d + size + k]
+                out[at + i, at + k] += hxx * dd
+                out[at + i, at + size + k] += hxy * dd
+                out[at + size + i, at + k] += hxy * dd
+                out[at + size + i, at + size + k] -= hxx * dd
 
 
 @inner
-def add_block(s, w, a, b, h, row, columns, factor, out):
-    """Add factor J_a^T h J_b to out, h the 3 x 3 block at `row` and `columns`; J_b of the rates if factor is nan."""
+def add_block(s, w, a, b, h, row, column, factor, out, to, across):
+    """Add factor J_a^T h J_b to out from (to, across) on, h the 3 x 3 block at row and column."""
     fa, fb = s.markers[a, FIRST], s.markers[b, FIRST]
-    for i in range(fa, fa + s.markers[a, COUNT]):
-        jx, jy, ja, k = w.slope[0, i], w.slope[1, i], w.slope[2, i], s.places[i]
-        tx = factor * (jx * h[row, columns] + jy * h[row + 1, columns] + ja * h[row + 2, columns])
-        ty = factor * (jx * h[row, columns + 1] + jy * h[row + 1, columns + 1] + ja * h[row + 2, columns + 1])
-        ta = factor * (jx * h[row, columns + 2] + jy * h[row + 1, columns + 2] + ja * h[row + 2, columns + 2])
+    for i in range(s.markers[a, COUNT]):
+        tx, ty, ta = _row_times(w, fa + i, h, row, column, factor)
         if tx != 0.0 or ty != 0.0 or ta != 0.0:
-            for j in range(fb, fb + s.markers[b, COUNT]):
-                out[k, s.places[j]] += tx * w.slope[0, j] + ty * w.slope[1, j] + ta * w.slope[2, j]
+            for j in range(s.markers[b, COUNT]):
+                out[to + i, across + j] += tx * w.slope[0, fb + j] + ty * w.slope[1, fb + j] + ta * w.slope[2, fb + j]
 
 
 @inner
-def add_drift(s, w, a, b, h, row, columns, factor, out):
+def add_drift(s, w, a, b, h, row, column, factor, out, to, across):
     """Likewise with the derivatives of b's rates by the coordinates on the right."""
     fa, fb = s.markers[a, FIRST], s.markers[b, FIRST]
     if s.markers[b, KIND] == LINEAR:
         return
-    for i in range(fa, fa + s.markers[a, COUNT]):
-        jx, jy, ja, k = w.slope[0, i], w.slope[1, i], w.slope[2, i], s.places[i]
-        tx = factor * (jx * h[row, columns] + jy * h[row + 1, columns] + ja * h[row + 2, columns])
-        ty = factor * (jx * h[row, columns + 1] + jy * h[row + 1, columns + 1] + ja * h[row + 2, columns + 1])
-        ta = factor * (jx * h[row, columns + 2] + jy * h[row + 1, columns + 2] + ja * h[row + 2, columns + 2])
-        for j in range(fb, fb + s.markers[b, COUNT]):
-            out[k, s.places[j]] += tx * w.drift[0, j] + ty * w.drift[1, j] + ta * w.drift[2, j]
+    for i in range(s.markers[a, COUNT]):
+        tx, ty, ta = _row_times(w, fa + i, h, row, column, factor)
+        for j in range(s.markers[b, COUNT]):
+            out[to + i, across + j] += tx * w.drift[0, fb + j] + ty * w.drift[1, fb + j] + ta * w.drift[2, fb + j]
+
+
+@inner
+def _row_times(w, i, h, row, column, factor):
+    """Factor times row i of J^T times the 3 x 3 block of h at row and column."""
+    jx, jy, ja = factor * w.slope[0, i], factor * w.slope[1, i], factor * w.slope[2, i]
+    return (
+        jx * h[row, column] + jy * h[row + 1, column] + ja * h[row + 2, column],
+        jx * h[row, column + 1] + jy * h[row + 1, column + 1] + ja * h[row + 2, column + 1],
+        jx * h[row, column + 2] + jy * h[row + 1, column + 2] + ja * h[row + 2, column + 2],
+    )
 
 
 @close
@@ -242,12 +246,25 @@ def add_gradient(s, w, k, grad, factor, out):
     add_force(s, w, s.measures[k, 2], factor * grad[3], factor * grad[4], factor * grad[5], out)
 
 
+@close
+def put_gradient(s, w, k, grad, factor, out, at):
+    """Put factor times the gradient of measure k by the coordinates of marker a and then of marker b into out from `at` on."""
+    for side in range(2):
+        m = s.measures[k, 1 + side]
+        fx, fy, turning = factor * grad[3 * side], factor * grad[3 * side + 1], factor * grad[3 * side + 2]
+        first = s.markers[m, FIRST]
+        for i in range(s.markers[m, COUNT]):
+            out[at] = fx * w.slope[0, first + i] + fy * w.slope[1, first + i] + turning * w.slope[2, first + i]
+            at += 1
+
+
 @aside
 def add_pair(s, w, a, b, h, factor, out):
-    """Add factor J^T h J of the two markers, h of shape (6, 6)."""
+    """Add factor J^T h J of two markers, h of shape (6, 6), to the block of their coordinates."""
     for i in range(2):
         for j in range(2):
-            add_block(s, w, a if i == 0 else b, a if j == 0 else b, h, 3 * i, 3 * j, factor, out)
+            to, across = i * s.markers[a, COUNT], j * s.markers[a, COUNT]
+            add_block(s, w, a if i == 0 else b, a if j == 0 else b, h, 3 * i, 3 * j, factor, out, to, across)
 
 
 @aside
@@ -255,7 +272,28 @@ def add_pair_drift(s, w, a, b, h, factor, out):
     """Likewise with the derivatives of the rates by the coordinates on the right."""
     for i in range(2):
         for j in range(2):
-            add_drift(s, w, a if i == 0 else b, a if j == 0 else b, h, 3 * i, 3 * j, factor, out)
+            to, across = i * s.markers[a, COUNT], j * s.markers[a, COUNT]
+            add_drift(s, w, a if i == 0 else b, a if j == 0 else b, h, 3 * i, 3 * j, factor, out, to, across)
+
+
+@inner
+def clear_block(s, w, block):
+    """Make room for a block's entries."""
+    m = s.blocks[block, 1]
+    for i in range(m):
+        for j in range(m):
+            w.stiff[i, j] = 0.0
+            w.damp[i, j] = 0.0
+
+
+@inner
+def add_entries(s, block, entries, values):
+    """Add a block's entries to the matrix they are a part of."""
+    m, slot = s.blocks[block, 1], s.blocks[block, 2]
+    for i in range(m):
+        for j in range(m):
+            values[s.slots[slot]] += entries[i, j]
+            slot += 1
 
 
 @close

@@ -29,17 +29,20 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs.spectral.compiling import aside, copy
+from buckler.mbs.spectral.compiling import aside, copy, inner
+from buckler.mbs.spectral.fronts import factor, solve
 from buckler.mbs.spectral.kernel import (
     add_mass_slope,
     add_multipliers,
+    add_reactions,
+    add_rows,
     changes_at,
     forces,
-    invert_modal,
     mass_matrix,
+    mass_times,
+    renew_mass,
+    row_times,
     rows_at,
-    solve_small,
-    spread_rows,
     tangents,
 )
 from buckler.mbs.spectral.lawtable import BEFORE
@@ -130,46 +133,45 @@ def _integrate(x, h):
 
 
 @aside
-def renew(s, w, x, t, h, counts):
+def renew(s, e, w, x, t, h, counts):
     """Make the Newton matrices anew, at the middle node."""
-    n, r, q, v, lam = x.q.size, x.lam.size, x.places[1], x.rates[1], x.multipliers[1]
+    q, v, lam = x.places[1], x.rates[1], x.multipliers[1]
     since = NODES[1] * h
     copy(x.stresses[1], w.stress)
     w.mixed[0] = 2.0
     forces(s, w, t + since, q, v, lam, x.memory, since, x.force)
     w.mixed[0] = 1.0
-    tangents(s, w, t + since, q, v, lam, x.memory, since, x.stiffness, x.damping, x.cross)
+    mass_matrix(s, w, q, x.mass)
+    tangents(s, w, t + since, q, v, lam, x.memory, since, x.mass, x.damping, x.stiffness)
     rows_at(s, w, t + since, x.gap, x.jacobian, x.speed)
+    add_rows(s, x.jacobian, x.mass)
     add_multipliers(s, w, q, lam, x.stiffness)
     if s.modal.shape[0] > 0:
-        mass_matrix(s, q, x.mass)
-        add_mass_slope(s, q, x.seconds[1], x.stiffness)
-    k1, k2 = h / REAL, h / PAIR
-    for i in range(n):
-        for j in range(n):
-            x.matrix[i, j] = x.mass[i, j] + k1 * (x.damping[i, j] + k1 * x.stiffness[i, j])
-            x.twisted[i, j] = x.mass[i, j] + k2 * (x.damping[i, j] + k2 * x.stiffness[i, j])
-    for k in range(r):
-        for i in range(n):
-            x.matrix[i, n + k] = x.twisted[i, n + k] = x.jacobian[k, i] - x.cross[k, i]
-            x.matrix[n + k, i] = x.twisted[n + k, i] = x.jacobian[k, i]
-        for j in range(r):
-            x.matrix[n + k, n + j] = x.twisted[n + k, n + j] = 0.0
+        add_mass_slope(s, w, q, x.seconds[1], x.stiffness)
     counts[JACOBIANS] += 1
-    if not np.isfinite(x.matrix.sum()):
+    if not np.isfinite(x.stiffness.sum() + x.damping.sum() + x.mass.sum()):
         return False
-    copy(np.linalg.inv(x.matrix), x.inverse)
-    copy(np.linalg.inv(x.twisted), x.untwisted)
+    k1, k2 = h / REAL, h / PAIR
+    for i in range(x.mass.size):
+        x.matrix[i] = x.mass[i] + k1 * (x.damping[i] + k1 * x.stiffness[i])
+        x.twisted[i] = x.mass[i] + k2 * (x.damping[i] + k2 * x.stiffness[i])
+    factor(e.newton, x.matrix, x.real, x.swaps[0], x.amount_of_row, False)
+    factor(e.newton, x.twisted, x.complex, x.swaps[1], x.amount_of_row, False)
     x.ease[0] = 1.0
     return True
+
+
+@aside
+def renew_heavy(s, e, w, x, q, jacobian, again):
+    """Factor [M G^T; G 0] with these rows."""
+    renew_mass(s, w, q, jacobian, x.bare)
+    factor(e.mass, x.bare, x.heavy, x.heavy_swaps, x.amount_of_row, again)
 
 
 @aside
 def _lacks(s, w, x, t, h):
     """What the equations lack at the three nodes."""
     n, r = x.q.size, x.lam.size
-    if s.modal.shape[0] == 0:
-        np.dot(x.seconds, x.mass, x.inertia)
     for i in range(3):
         since, residual, lam = NODES[i] * h, x.residual[i], x.multipliers[i]
         at, q, v = t + NODES[i] * h, x.places[i], x.rates[i]
@@ -177,31 +179,26 @@ def _lacks(s, w, x, t, h):
         forces(s, w, at, q, v, lam, x.memory, since, x.force)
         copy(w.slack, x.slacks[i])
         rows_at(s, w, at, x.gap, x.jacobian, x.speed)
-        if s.modal.shape[0] > 0:
-            mass_matrix(s, q, x.mass)
-            np.dot(x.mass, x.seconds[i], x.inertia[i])
+        mass_times(s, q, x.seconds[i], residual[:n])
         for k in range(n):
-            residual[k] = x.inertia[i, k] - x.force[k]
+            residual[k] -= x.force[k]
+        add_reactions(s, x.jacobian, lam, residual)
         for k in range(r):
-            row, total, push = x.jacobian[k], -x.speed[k], lam[k]
-            for j in range(n):
-                total += row[j] * v[j]
-                residual[j] += row[j] * push
-            residual[n + k] = total
+            residual[n + k] = row_times(s, k, x.jacobian, v) - x.speed[k]
 
 
 @aside
-def _correct(s, w, x, h):
+def _correct(s, e, w, x, h):
     """One Newton step from what the equations lack; its size in the coordinates' units, and in whole ones."""
-    n, m = x.q.size, x.right.size
+    n, m = x.q.size, x.step.size
     k1, k2 = h / REAL, h / PAIR
     for k in range(m):
         r0, r1, r2 = x.residual[0, k], x.residual[1, k], x.residual[2, k]
         one = BACK[0, 0] * r0 + BACK[0, 1] * r1 + BACK[0, 2] * r2
         two = complex(BACK[1, 0] * r0 + BACK[1, 1] * r1 + BACK[1, 2] * r2, -BACK[2, 0] * r0 - BACK[2, 1] * r1 - BACK[2, 2] * r2)
-        x.right[k], x.pair[k] = (-k1 * one, -k2 * two) if k < n else (-one, -two)
-    np.dot(x.inverse, x.right, x.step)
-    np.dot(x.untwisted, x.pair, x.swirl)
+        x.step[k], x.swirl[k] = (-k1 * one, -k2 * two) if k < n else (-one, -two)
+    solve(e.newton, x.real, x.swaps[0], x.step, x.part)
+    solve(e.newton, x.complex, x.swaps[1], x.swirl, x.twin)
     for k in range(m):
         one, two = (x.step[k], x.swirl[k]) if k < n else (x.step[k] / k1, x.swirl[k] / k2)
         for i in range(3):
@@ -225,19 +222,19 @@ def _correct(s, w, x, h):
 
 
 @aside
-def newton(s, w, x, t, h, allowed, fresh, counts):
+def newton(s, e, w, x, t, h, allowed, fresh, counts):
     """Solve for the nodes; the ratio of the last two Newton steps if it converged, else 2.
 
     Where a kept matrix contracts too slowly, it is made anew from the nodes as they are.
     """
     last, ratio, left = 0.0, 0.0, MOST
-    if fresh and not renew(s, w, x, t, h, counts):
+    if fresh and not renew(s, e, w, x, t, h, counts):
         return 2.0
     ease = max(x.ease[0], LEAST_EASE)
     while left > 0:
         left -= 1
         _lacks(s, w, x, t, h)
-        size, whole = _correct(s, w, x, h)
+        size, whole = _correct(s, e, w, x, h)
         counts[ITERATIONS] += 1
         if not np.isfinite(size):
             return 2.0
@@ -246,7 +243,7 @@ def newton(s, w, x, t, h, allowed, fresh, counts):
             if ratio < 0.99:
                 ease = ratio / (1.0 - ratio)
             if whole > ROUNDING and (ratio > 2.0 or (left < MOST - 2 and (ratio >= 0.99 or size * ease * ratio**left > allowed))):
-                if fresh or not renew(s, w, x, t, h, counts):
+                if fresh or not renew(s, e, w, x, t, h, counts):
                     return 2.0
                 fresh, last, left, ease = True, 0.0, MOST, 1.0
                 continue
@@ -258,7 +255,7 @@ def newton(s, w, x, t, h, allowed, fresh, counts):
 
 
 @aside
-def error_of(s, x, h):
+def error_of(s, e, x, h):
     """Put the local error of the coordinates into x.step; its size in their units."""
     n, r, k1 = x.q.size, x.lam.size, h / REAL
     moved, pushed = x.dq[0], x.dv[0]
@@ -274,23 +271,21 @@ def error_of(s, x, h):
             + (ERROR[0] * (x.rates[0, k] - x.v[k]) + ERROR[1] * (x.rates[1, k] - x.v[k]) + ERROR[2] * (x.rates[2, k] - x.v[k]))
             / h
         )
+    mass_times(s, x.q, pushed, x.step[:n])
+    for k in range(s.row.size):
+        if s.row[k] < n and s.col[k] < n:
+            x.step[s.row[k]] += x.damping[k] * moved[s.col[k]]
     for i in range(n):
-        total = 0.0
-        for j in range(n):
-            total += x.mass[i, j] * pushed[j] + x.damping[i, j] * moved[j]
-        x.right[i] = k1 * k1 * total
+        x.step[i] *= k1 * k1
     for k in range(r):
-        total = 0.0
-        for j in range(n):
-            total += x.base[k, j] * moved[j]
-        x.right[n + k] = k1 * total
-    np.dot(x.inverse, x.right, x.step)
+        x.step[n + k] = k1 * row_times(s, k, x.base, moved)
+    solve(e.newton, x.real, x.swaps[0], x.step, x.part)
     return size_of(x, s.elastic, x.step[:n])
 
 
 @aside
-def put_back(s, w, x, t):
-    """Move the step's end onto the constraints: places by the Newton matrix, rates and accelerations by M^-1 G^T.
+def put_back(s, e, w, x, t):
+    """Move the step's end onto the constraints: places by the Newton matrix, rates and accelerations with least kinetic energy.
 
     The constraints' directions of the latter are the present ones: with those of a kept matrix the motion along them would be
     wrong.
@@ -307,27 +302,30 @@ def put_back(s, w, x, t):
             worst = max(worst, abs(x.gap[k]))
         if attempt == 3 or worst <= 1e-13:
             break
+        _fill(x.right, n, x.gap)
+        solve(e.newton, x.real, x.swaps[0], x.right, x.part)
         for i in range(n):
-            total = 0.0
-            for k in range(r):
-                total += x.inverse[i, n + k] * x.gap[k]
-            q[i] -= total
+            q[i] -= x.right[i]
     changes_at(s, w, t, BEFORE, x.change)
-    if s.modal.shape[0] > 0:
-        mass_matrix(s, q, x.mass)
-        invert_modal(s, q, x.light)
     for k in range(r):
-        slip, swing, row = -x.speed[k], -x.change[k], x.jacobian[k]
-        for i in range(n):
-            slip += row[i] * v[i]
-            swing += row[i] * a[i]
-        x.speed[k], x.change[k] = slip, swing
-    spread_rows(x.jacobian, x.light, x.spread, x.schur[0])
-    copy(x.schur[0], x.schur[1])
-    solve_small(x.schur[0], x.speed, r)
-    solve_small(x.schur[1], x.change, r)
+        x.speed[k] = row_times(s, k, x.jacobian, v) - x.speed[k]
+        x.change[k] = row_times(s, k, x.jacobian, a) - x.change[k]
+    renew_heavy(s, e, w, x, q, x.jacobian, True)
+    _fill(x.right, n, x.speed)
+    solve(e.mass, x.heavy, x.heavy_swaps, x.right, x.part)
+    for i in range(n):
+        v[i] -= x.right[i]
+    _fill(x.right, n, x.change)
+    solve(e.mass, x.heavy, x.heavy_swaps, x.right, x.part)
+    for i in range(n):
+        a[i] -= x.right[i]
     for k in range(r):
-        lam[k] += x.change[k]
-        for i in range(n):
-            v[i] -= x.spread[k, i] * x.speed[k]
-            a[i] -= x.spread[k, i] * x.change[k]
+        lam[k] -= x.right[n + k]
+
+
+@inner
+def _fill(right, n, rows):
+    """Make a right side of rows alone."""
+    right[:] = 0.0
+    for k in range(rows.size):
+        right[n + k] = rows[k]

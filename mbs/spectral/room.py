@@ -40,23 +40,26 @@ class Room(NamedTuple):
     swirl: Array
     dq: Array
     dv: Array
-    matrix: Array
-    inverse: Array
-    twisted: Array
-    untwisted: Array
     force: Array
     gap: Array
     speed: Array
     change: Array
     jacobian: Array
     base: Array
-    stiffness: Array
-    damping: Array
-    cross: Array
     mass: Array
-    light: Array
-    spread: Array
-    schur: Array
+    damping: Array
+    stiffness: Array
+    matrix: Array
+    twisted: Array
+    real: Array
+    complex: Array
+    bare: Array
+    heavy: Array
+    swaps: Array
+    heavy_swaps: Array
+    amount_of_row: Array
+    part: Array
+    twin: Array
     memory: Array
     before: Array
     shifted: Array
@@ -71,20 +74,24 @@ class Room(NamedTuple):
     ease: Array
 
 
-def room_for(q: Array, v: Array, a: Array, lam: Array, memory: Array, mass: Array, units: Array, tables: Any) -> Room:
-    """Make room for a run from this state."""
+def room_for(scene: Any, q: Array, v: Array, a: Array, lam: Array, memory: Array) -> Room:
+    """Make room for a run of a scene from this state."""
+    tables, units, newton, mass = scene.tables, scene.units, scene.fronts, scene.heavy_fronts
     n, r, k, e, p = len(q), len(lam), len(memory), len(tables.elastic), int(tables.strips[:, 2].sum())
-    m, z = n + r, np.zeros
+    m, z, slots, entries = n + r, np.zeros, len(tables.mass), newton.size
+    members, largest = int(tables.blocks[:r, 1].sum()), max(newton.largest, mass.largest)
     return Room(
         q=np.array(q, float), v=np.array(v, float), a=np.array(a, float), lam=np.array(lam, float), stress=z((p, 3)),
         places=z((3, n)), rates=z((3, n)), seconds=z((3, n)), multipliers=z((3, r)),
         stresses=z((3, p, 3)), slacks=z((3, p, 3)), past=z((4, n)), past_lam=z(r), past_stress=z((p, 3)),
         residual=z((3, m)), inertia=z((3, n)), right=z(m), step=z(m),
-        pair=z(m, dtype=complex), swirl=z(m, dtype=complex), dq=z((3, n)), dv=z((3, n)), matrix=z((m, m)), inverse=z((m, m)),
-        twisted=z((m, m), dtype=complex), untwisted=z((m, m), dtype=complex), force=z(n), gap=z(r), speed=z(r), change=z(r),
-        jacobian=z((r, n)), base=z((r, n)), stiffness=z((n, n)), damping=z((n, n)), cross=z((r, n)), mass=z((n, n)),
-        light=np.linalg.inv(mass), spread=z((r, n)), schur=z((2, r, r)), memory=memory.copy(), before=z((k, 8)),
-        shifted=z((k, 8)),
+        pair=z(m, dtype=complex), swirl=z(m, dtype=complex), dq=z((3, n)), dv=z((3, n)), force=z(n), gap=z(r), speed=z(r),
+        change=z(r), jacobian=z(members), base=z(members), mass=z(slots), damping=z(slots), stiffness=z(slots),
+        matrix=z(slots), twisted=z(slots, dtype=complex), real=z(entries), complex=z(entries, dtype=complex),
+        bare=tables.mass.copy(), heavy=z(mass.size), swaps=z((2, len(newton.unknowns)), dtype=np.int64),
+        heavy_swaps=z(len(mass.unknowns), dtype=np.int64),
+        amount_of_row=z(m), part=z(largest), twin=z(largest, dtype=complex),
+        memory=memory.copy(), before=z((k, 8)), shifted=z((k, 8)),
         largest=z(k), old=memory[:, 1:3].copy(), rest=z(e), whole=np.array(units, dtype=float), amount=z(e), weight=z(n),
         across=z(e), turn=z((e, 2)), ease=np.ones(1),
     )  # fmt: skip
@@ -98,10 +105,11 @@ def lend_room(x):
         borrowed(x.seconds), borrowed(x.multipliers), borrowed(x.stresses), borrowed(x.slacks), borrowed(x.past),
         borrowed(x.past_lam), borrowed(x.past_stress),
         borrowed(x.residual), borrowed(x.inertia), borrowed(x.right), borrowed(x.step), borrowed(x.pair), borrowed(x.swirl),
-        borrowed(x.dq), borrowed(x.dv), borrowed(x.matrix), borrowed(x.inverse), borrowed(x.twisted), borrowed(x.untwisted),
-        borrowed(x.force), borrowed(x.gap), borrowed(x.speed), borrowed(x.change), borrowed(x.jacobian), borrowed(x.base),
-        borrowed(x.stiffness), borrowed(x.damping), borrowed(x.cross), borrowed(x.mass), borrowed(x.light), borrowed(x.spread),
-        borrowed(x.schur), borrowed(x.memory), borrowed(x.before), borrowed(x.shifted), borrowed(x.largest), borrowed(x.old),
+        borrowed(x.dq), borrowed(x.dv), borrowed(x.force), borrowed(x.gap), borrowed(x.speed), borrowed(x.change),
+        borrowed(x.jacobian), borrowed(x.base), borrowed(x.mass), borrowed(x.damping), borrowed(x.stiffness), borrowed(x.matrix),
+        borrowed(x.twisted), borrowed(x.real), borrowed(x.complex), borrowed(x.bare), borrowed(x.heavy), borrowed(x.swaps),
+        borrowed(x.heavy_swaps), borrowed(x.amount_of_row), borrowed(x.part), borrowed(x.twin), borrowed(x.memory),
+        borrowed(x.before), borrowed(x.shifted), borrowed(x.largest), borrowed(x.old),
         borrowed(x.rest), borrowed(x.whole), borrowed(x.amount), borrowed(x.weight), borrowed(x.across), borrowed(x.turn),
         borrowed(x.ease),
     )  # fmt: skip

@@ -7,25 +7,25 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from buckler.mbs.engine.choice import stiffly_damped
+from buckler.mbs.elements.striking import GRAZE, SLOWEST_ONSET
 from buckler.mbs.interrupts import ctrl_c
 from buckler.mbs.kinematics.diagnosis import remarks
 from buckler.mbs.record.record import Record
 from buckler.mbs.record.run import Run
 from buckler.mbs.record.status import Status
+from buckler.mbs.solvers.choice import stiffly_damped
+from buckler.mbs.solvers.spectral import Spectral
 from buckler.mbs.spectral import explicit, implicit, output
+from buckler.mbs.spectral.fronts import Orders
 from buckler.mbs.spectral.output import Output
 from buckler.mbs.spectral.recording import record_of
 from buckler.mbs.spectral.room import room_for
-from buckler.mbs.spectral.scene import SLOWEST_ONSET, Scene
-from buckler.mbs.spectral.solver import Spectral
+from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.start import balance
 from buckler.mbs.spectral.tables import DRY, FASTEST, JOURNAL, ONSET, SEAT, STRUT, TURN
 from buckler.mbs.spectral.threads import one_thread
 
 Array = np.ndarray[Any, Any]
-GRAZE = 0.05
-"""Share of a stop's fastest approach so far that slower ones are taken for; see `buckler.mbs.engine.stop`."""
 CLOSE = 1e-4
 """Last Newton step, of the local error allowed: what is left of a place, over the step, is left of a speed, and adds up."""
 CLOSEST = 1e-12
@@ -84,16 +84,13 @@ def integrate(
     state = state or State(0.0, scene.q0, scene.v0, scene.memory())
     scene.work.state[:, TURN] = scene.turns(scene.q0[None]) if state.turns is None else state.turns
     rest = balance(scene, state.q, state.v, state.time, state.memory)
+    order: Any = scene.heavy_fronts
     if explicitly(scene, solver):
-        room: Any = explicit.flight_for(
-            state.q, state.v, rest.multipliers, state.memory, scene.mass_at(state.q), scene.units, scene.coupled
-        )
+        room: Any = explicit.flight_for(scene, state.q, state.v, rest.multipliers, state.memory)
         run = explicit.run_explicit
     else:
-        room = room_for(
-            state.q, state.v, rest.acceleration, rest.multipliers, state.memory, scene.mass_at(state.q), scene.units, scene.tables
-        )
-        run = implicit.run_implicit
+        room = room_for(scene, state.q, state.v, rest.acceleration, rest.multipliers, state.memory)
+        run, order = implicit.run_implicit, Orders(scene.fronts, scene.heavy_fronts)
     controls, counts = _controls(end - state.time, solver), np.zeros(output.COUNTERS, dtype=np.int64)
     clock = np.array([state.time, controls[output.FIRST_STEP], 0.0, 0.0, 0.0, 0.0])
     stops = np.array([t for t in scene.kinks if state.time < t < end])
@@ -104,7 +101,7 @@ def integrate(
             out = output.output_for(ROWS, scene.size, len(rest.multipliers), state.memory.shape)
             try:
                 with one_thread():
-                    run(scene.tables, scene.work, room, clock, end, stops, controls, out, counts)
+                    run(scene.tables, order, scene.work, room, clock, end, stops, controls, out, counts)
                 failure = _failure(counts, clock[0], solver)
             except np.linalg.LinAlgError:
                 counts[output.SAMPLES] = int(np.argmax(out.time)) + 1

@@ -7,17 +7,22 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass, field
+from functools import cached_property
 from math import inf
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.sparse import csr_array
 
 from buckler.mbs.compiler import compiler
 from buckler.mbs.elements.element import kinks_of
+from buckler.mbs.elements.striking import SLOWEST_ONSET
 from buckler.mbs.kinematics.diagnosis import independent_rows, redundancies
-from buckler.mbs.spectral import kernel, markers
+from buckler.mbs.spectral import fronts, kernel, markers
 from buckler.mbs.spectral import tables as k
 from buckler.mbs.spectral.builder import Attached, Builder
+from buckler.mbs.spectral.elimination import Fronts, fronts_of
+from buckler.mbs.spectral.linear import Linear
 from buckler.mbs.spectral.reference import link_of
 from buckler.mbs.spectral.registry import add_body, add_element
 from buckler.mbs.spectral.strut import StrutBody, find_hosts, join_strut
@@ -26,8 +31,6 @@ from buckler.mbs.spectral.tables import Tables, Work, work_for
 Array = np.ndarray[Any, Any]
 DEGREE = 8
 """Of a strip's polynomials, where none is asked for."""
-SLOWEST_ONSET = 1e-4
-"""Approach speed, m/s, below which dissipative laws no longer scale with it: a contact at rest has no impact speed."""
 
 
 if compiler():
@@ -181,19 +184,40 @@ class Scene:
         """Mass matrix at t = 0, shape (n, n)."""
         return self.mass_at(self.q0)
 
-    @property
-    def coupled(self) -> Array:
-        """Which places of the mass matrix may be filled, shape (n, n)."""
-        filled = self.tables.mass != 0.0
-        for o, m, _ in self.tables.modal:
-            filled[o + 2 : o + 3 + m, o + 2 : o + 3 + m] = True
-        return filled
+    @cached_property
+    def fronts(self) -> Fronts:
+        """In which order the unknowns of Newton's matrices are eliminated, found once."""
+        s, unknowns = self.tables, self.size + len(self.tables.rows)
+        return fronts_of(s.row, s.col, self.size, unknowns, np.ones(len(s.row), dtype=bool), np.ones(unknowns, dtype=bool))
+
+    @cached_property
+    def heavy_fronts(self) -> Fronts:
+        """The same of mass matrix and constraints alone; fronts of coordinates that no constraint holds never change."""
+        s, n, unknowns = self.tables, self.size, self.size + len(self.tables.rows)
+        filled, changing = (s.mass[:-1] != 0.0) | (s.row >= n) | (s.col >= n), np.zeros(unknowns, dtype=bool)
+        changing[s.members[: s.blocks[: unknowns - n, 1].sum()]] = True
+        for o, m, _ in s.modal:
+            changing[o : o + 3 + m] = True
+            filled |= (o <= s.row) & (s.row < o + 3 + m) & (o <= s.col) & (s.col < o + 3 + m)
+        return fronts_of(s.row, s.col, n, unknowns, filled, changing)
 
     def mass_at(self, q: Array) -> Array:
         """Mass matrix M(q), shape (n, n); it is constant without modal links."""
-        out = np.empty_like(self.tables.mass)
-        kernel.mass_matrix(self.tables, q, out)
+        values = np.empty_like(self.tables.mass)
+        kernel.mass_matrix(self.tables, self.work, q, values)
+        return self.whole(values)[: self.size, : self.size]
+
+    def whole(self, values: Array) -> Array:
+        """Matrix of all unknowns from its entries, shape (n + r, n + r)."""
+        unknowns = self.size + len(self.tables.rows)
+        out = np.zeros((unknowns, unknowns))
+        out[self.tables.row, self.tables.col] = values[:-1]
         return out
+
+    def _sparse(self, values: Array) -> csr_array:
+        """The same as a sparse array."""
+        unknowns = self.size + len(self.tables.rows)
+        return csr_array((values[:-1], (self.tables.row, self.tables.col)), shape=(unknowns, unknowns))
 
     def memory(self) -> Array:
         """What forces remember of the last accepted step, at the start, shape (forces, 4): see `tables`."""
@@ -203,23 +227,50 @@ class Scene:
 
     def assemble(
         self, q: Array, v: Array | None = None, t: float = 0.0, lam: Array | None = None, memory: Array | None = None,
-        *, since: float = 0.0, tangents: bool = True,
+        *, since: float = 0.0, tangents: bool = True, sparse: bool = False,
     ) -> Assembly:  # fmt: skip
-        """Forces, tangents and constraints at coordinates q, rates v (zero by default), time t and multipliers lam (zero)."""
-        n, r = self.size, len(self.tables.rows)
+        """Forces, tangents and constraints at coordinates q, rates v (zero by default), time t and multipliers lam (zero).
+
+        Matrices are sparse arrays of SciPy if that is asked for.
+        """
+        n, r, s, w = self.size, len(self.tables.rows), self.tables, self.work
         v, lam = (np.zeros(n) if v is None else v), (np.zeros(r) if lam is None else lam)
         memory = self.memory() if memory is None else memory
-        out = Assembly(
-            np.empty(n), np.empty((n, n)), np.empty((n, n)), np.zeros((r, n)), np.empty(r), np.empty((r, n)),
-            np.empty(r), np.empty(r),
-        )  # fmt: skip
-        kernel.forces(self.tables, self.work, t, q, v, lam, memory, since, out.force)
+        force, (cross, damping, stiffness, rows) = np.empty(n), np.zeros((4, len(s.mass)))
+        kernel.forces(s, w, t, q, v, lam, memory, since, force)
         if tangents:
-            kernel.tangents(self.tables, self.work, t, q, v, lam, memory, since, out.stiffness, out.damping, out.cross)
-        kernel.constraints(self.tables, self.work, t, out.residual, out.jacobian, out.speed, out.change)
+            kernel.tangents(s, w, t, q, v, lam, memory, since, cross, damping, stiffness)
+        jacobian, residual, speed, change = np.zeros(s.blocks[:r, 1].sum()), np.empty(r), np.empty(r), np.empty(r)
+        kernel.constraints(s, w, t, jacobian, residual, speed, change)
         if tangents:
-            kernel.add_multipliers(self.tables, self.work, q, lam, out.stiffness)
-        return out
+            kernel.add_multipliers(s, w, q, lam, stiffness)
+        kernel.enter_rows(s, jacobian, rows)
+        made: Any = self._sparse if sparse else self.whole
+        k, c, g, x = (made(values) for values in (stiffness, damping, rows, cross))
+        return Assembly(force, k[:n, :n], c[:n, :n], -x[:n, n:].T, residual, g[n:, :n], speed, change)
+
+    def held(self, q: Array, force: Array, change: Array) -> tuple[Array, Array]:
+        """The a, lambda with M a + G^T lambda = force, G a = change at coordinates q; lambda is 0 of rows that others say."""
+        s, n = self.tables, self.size
+        jacobian, (g, speed, moved) = np.zeros(s.blocks[: len(change), 1].sum()), np.empty((3, len(change)))
+        values, out = np.empty_like(s.mass), np.concatenate([force, change])
+        markers.place_markers(s, self.work, q, np.zeros(n))
+        kernel.constraints(s, self.work, 0.0, jacobian, g, speed, moved)
+        kernel.mass_matrix(s, self.work, q, values)
+        kernel.enter_rows(s, jacobian, values)
+        fronts.solve_once(self.heavy_fronts, values, out)
+        return out[:n], out[n:]
+
+    def linear(
+        self, q: Array, v: Array | None = None, t: float = 0.0, lam: Array | None = None, memory: Array | None = None,
+        *, since: float = 0.0, tangents: bool = True,
+    ) -> Linear:  # fmt: skip
+        """The equations of motion, linear about a state, as sparse matrices."""
+        a = self.assemble(q, v, t, lam, memory, since=since, tangents=tangents, sparse=True)
+        mass = np.empty_like(self.tables.mass)
+        kernel.mass_matrix(self.tables, self.work, q, mass)
+        whole = self._sparse(mass)[: self.size, : self.size]
+        return Linear(whole, *(csr_array(each) for each in (a.damping, a.stiffness, a.jacobian, a.cross)))
 
     def marker(self, link: str, point: str) -> int:
         """Marker of a point as part of a link, or of the ground; the scene gets a new one where it has none yet."""

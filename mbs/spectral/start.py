@@ -11,8 +11,6 @@ from buckler.mbs.spectral.markers import place_markers
 
 Array = np.ndarray[Any, Any]
 ROUNDING = 1e-12
-SINGULAR = 1e-9
-"""Singular values below this, of the largest, count as zero."""
 
 
 class Balance(NamedTuple):
@@ -37,30 +35,19 @@ def start_rates(scene: Any) -> Array:
     for name, body in scene.builder.bodies.items():
         motion = body.rigid_motion(scene.builder)
         if motion.shape[1]:
-            v += motion @ found.rates[found.closure.index[name]]
+            v += motion @ found.rates[found.linkage.index[name]]
         if name in found.bends:
             v += body.bent(scene.builder, found, scene.mechanism.link(name))
     for offset, link, point, turns in scene.builder.loose:
         if turns:
-            v[offset] = found.rates[found.closure.index[link], 2]
+            v[offset] = found.rates[found.linkage.index[link], 2]
         else:
             v[offset : offset + 2] = found.velocity(link, point)
-    a = scene.assemble(scene.q0, tangents=False)
+    a = scene.assemble(scene.q0, tangents=False, sparse=True)
     rest = a.speed - a.jacobian @ v
     if np.abs(rest).max(initial=0.0) > ROUNDING * max(1.0, np.abs(a.speed).max(initial=0.0)):
-        v = v + least_energy(scene.mass, a.jacobian, rest)
+        v = v + scene.held(scene.q0, np.zeros(scene.size), rest)[0]
     return v
-
-
-def least_energy(mass: Array, rows: Array, values: Array) -> Array:
-    """The u with least u^T mass u among those that meet rows u = values best."""
-    if not len(rows):
-        return np.zeros(len(mass))
-    unit = np.sqrt(np.maximum(np.diag(mass), 1e-300))
-    scaled = mass / np.outer(unit, unit)
-    half = np.linalg.cholesky(scaled + 1e-14 * np.eye(len(mass)))
-    back = np.linalg.inv(half).T / unit[:, None]
-    return back @ np.linalg.lstsq(rows @ back, values, rcond=SINGULAR)[0]
 
 
 def slopes(scene: Any, marker: int, q: Array) -> Array:
@@ -74,19 +61,16 @@ def slopes(scene: Any, marker: int, q: Array) -> Array:
 
 
 def balance(scene: Any, q: Array, v: Array, t: float = 0.0, memory: Array | None = None) -> Balance:
-    """Accelerations and multipliers: M a + G^T lambda = f, G a = change; least multipliers where rows are redundant."""
+    """Accelerations and multipliers: M a + G^T lambda = f, G a = change; none of rows that say what others do."""
     lam = np.zeros(len(scene.tables.rows))
     for _ in range(20):
-        out = scene.assemble(q, v, t, lam, memory, tangents=False)
-        mass = scene.mass_at(q)
-        inverse_rows = np.linalg.solve(mass, np.column_stack([out.force, out.jacobian.T]))
-        schur = out.jacobian @ inverse_rows[:, 1:]
-        new = np.linalg.lstsq(schur, out.jacobian @ inverse_rows[:, 0] - out.change, rcond=SINGULAR)[0]
+        out = scene.assemble(q, v, t, lam, memory, tangents=False, sparse=True)
+        acceleration, new = scene.held(q, out.force, out.change)
         done = np.abs(new - lam).max(initial=0.0) <= 1e-12 * np.abs(new).max(initial=1e-300)
         lam = new
         if done or not _rubs(scene):
             break
-    return Balance(inverse_rows[:, 0] - inverse_rows[:, 1:] @ lam, lam)
+    return Balance(acceleration, lam)
 
 
 def _rubs(scene: Any) -> bool:

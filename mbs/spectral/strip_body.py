@@ -185,6 +185,7 @@ def _tabulate(builder: Builder, body: StripBody, element: Element, degree: int) 
     x, w = gauss(degree + 2)
     n = basis(degree, x)
     gram = (n * (w * jacobian)[:, None]).T @ n
+    gram[np.abs(gram) < 1e-14 * gram.max()] = 0.0
     total = (n * (w * jacobian)[:, None]).sum(axis=0)
     for i, per_length in enumerate((section.mass_per_length,) * 2 + (section.inertia_per_length,) * (len(element.places) - 2)):
         builder.mass(element.places[i], per_length * gram)

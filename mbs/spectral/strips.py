@@ -31,6 +31,7 @@ from __future__ import annotations
 import numpy as np
 
 from buckler.mbs.spectral.compiling import aside, copy, inner
+from buckler.mbs.spectral.markers import add_entries, clear_block
 from buckler.mbs.spectral.tables import REISSNER
 
 
@@ -158,27 +159,27 @@ def add_strips(s, w, q, v, f):
 
 
 @inner
-def bend_strips(s, w, v, stiff, damp):
+def bend_strips(s, w, v, damp, stiff):
     """Add -df/dq to stiff and -df/dv to damp of the strips' forces that were added last."""
+    point = 0
     for strip in range(s.strips.shape[0]):
-        _add_tangent(s, w, strip, v, stiff, damp)
+        _bend_strip(s, w, strip, point, v, damp, stiff)
+        point += s.strips[strip, 2]
 
 
 @aside
-def _add_tangent(s, w, strip, v, stiff, damp):
-    """Add a strip's tangents: its arguments and weighted stresses are in w."""
+def _bend_strip(s, w, strip, point, v, damp, stiff):
+    """Add a strip's tangents: its arguments and weighted stresses are in w, from this point on."""
     kind, nb, ng, first, d = s.strips[strip]
     size, block, order = _fields(kind, nb)
     ez, ezz, h, b = np.zeros((3, 4)), np.zeros((3, 4, 4)), np.zeros((4, 4)), np.zeros((4, 4))
-    ke, ce = np.zeros((size, size)), np.zeros((size, size))
-    r, lag = np.zeros(4), np.zeros(3)
+    r, lag, number = np.zeros(4), np.zeros(3), s.rows.shape[0] + s.forces.shape[0] + strip
     lag[0], lag[2] = s.data[d + 4], s.data[d + 3]
-    at, member, rate, point = s.places[first : first + size], d + 5 + 4 * ng, w.element[size : 2 * size], 0
-    for other in range(strip):
-        point += s.strips[other, 2]
+    at, member, rate = s.places[first : first + size], d + 5 + 4 * ng, w.element[size : 2 * size]
     for a in range(size):
         rate[a] = v[at[a]]
     damped = lag[0] > 0.0 or lag[2] > 0.0
+    clear_block(s, w, number)
     for g in range(ng):
         p = point + g
         z = w.strain[p]
@@ -199,16 +200,12 @@ def _add_tangent(s, w, strip, v, stiff, damp):
                     for i in range(4):
                         h[i, k] += stiffness * lag[j] * ez[j, i] * bend
                         b[i, k] += stiffness * lag[j] * ez[j, i] * ez[j, k]
-        _spread(s.data, member, order, block, ng, g, nb, h, ke)
+        _spread(s.data, member, order, block, ng, g, nb, h, w.stiff)
         if damped:
-            _spread(s.data, member, order, block, ng, g, nb, b, ce)
-    for a in range(size):
-        for c in range(size):
-            stiff[at[a], at[c]] += ke[a, c]
+            _spread(s.data, member, order, block, ng, g, nb, b, w.damp)
+    add_entries(s, number, w.stiff, stiff)
     if damped:
-        for a in range(size):
-            for c in range(size):
-                damp[at[a], at[c]] += ce[a, c]
+        add_entries(s, number, w.damp, damp)
 
 
 @inner

@@ -50,8 +50,13 @@ class Tables(NamedTuple):
 
     Attributes
     ----------
-    mass : array, shape (n, n)
+    blocks, members, slots, row, col : arrays of int
+        Where the matrices' entries stand, see `buckler.mbs.spectral.sparsity`: blocks of constraints, then of forces, strips,
+        modal links, masses.
+    mass : array, shape (slots + 1,)
         Constant part of the mass matrix; modal links add their own.
+    mass_first, mass_col, mass_value : arrays, shape (n + 1,), (entries,), (entries,)
+        The same, row by row.
     weight : array, shape (n,)
         Generalised forces of gravity.
     modal : array of int, shape (k, 3)
@@ -88,7 +93,15 @@ class Tables(NamedTuple):
         Numbers of strips, markers, forces.
     """
 
+    blocks: Array
+    members: Array
+    slots: Array
+    row: Array
+    col: Array
     mass: Array
+    mass_first: Array
+    mass_col: Array
+    mass_value: Array
     weight: Array
     modal: Array
     strips: Array
@@ -122,6 +135,8 @@ class Work(NamedTuple):
         Of one measure: Hessian, gradient, its rate, two matrices.
     element : array
         One strip's coordinates, rates and forces.
+    stiff, damp : arrays, shape (m, m)
+        One block's entries, m unknowns that the largest has.
     mixed : array, shape (1,)
         1 where strips' stresses are unknowns of their own, 2 where a matrix is being made for them; see `strips`.
     stress, slack : array, shape (points, 3)
@@ -139,6 +154,8 @@ class Work(NamedTuple):
     drift: Array
     small: Array
     element: Array
+    stiff: Array
+    damp: Array
     mixed: Array
     stress: Array
     slack: Array
@@ -151,12 +168,15 @@ class Work(NamedTuple):
 def work_for(tables: Tables) -> Work:
     """Make room for these tables."""
     strip, points = int(tables.strips[:, 1].max(initial=1)), int(tables.strips[:, 2].sum())
+    block = int(tables.blocks[:, 1].max(initial=1))
     work = Work(
         np.zeros((len(tables.markers), 11)),
         np.zeros((3, len(tables.places))),
         np.zeros((3, len(tables.places))),
         np.zeros((20, 6)),
-        np.zeros(3 * 3 * strip),
+        np.zeros(max(9 * strip, block)),
+        np.zeros((block, block)),
+        np.zeros((block, block)),
         np.zeros(1),
         np.zeros((points, 3)),
         np.zeros((points, 3)),

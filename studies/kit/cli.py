@@ -192,7 +192,7 @@ def _schema(options: argparse.Namespace) -> int:
     """Print the schema of mechanism files."""
     import json
 
-    from buckler.mbs.files.schema import schema
+    from buckler.mbs.schema import schema
 
     print(json.dumps(schema(), indent=2, ensure_ascii=False))
     return 0

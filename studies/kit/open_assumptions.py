@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from buckler.studies.kit import registry
-from buckler.studies.kit.parameters import Spec, specs
+from buckler.studies.kit.parameters import Parameter, specs
 
 STRIKING = ("gravity", "gravity_angle", "motor", "motor_inertia", "imperfection", "mass", "friction")
 """Of the striking slider-crank."""
@@ -52,7 +52,7 @@ def missing(package: str) -> list[tuple[str, str]]:
     ]
 
 
-def _cell(name: str, what: str, own: Mapping[str, Spec], default: object) -> str:
+def _cell(name: str, what: str, own: Mapping[str, Parameter], default: object) -> str:
     if what in own:
         return own[what].show(default)
     return INSTEAD.get((name, what), "–")

@@ -6,165 +6,128 @@
         models: tuple[str, ...] = choices(("strut",), ("stitched", "strut", "beam"), "models to run")
 
 `Parameters(thickness="0.3mm")` holds 3e-4, and `Parameters(thickness=-1)` raises a ValueError that names the parameter,
-its value, the allowed range and the unit.
+its value, the allowed range and the unit. The mechanism is that of `buckler.mbs.declare`.
 """
 
 from __future__ import annotations
 
-import math
-import re
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import asdict, dataclass, field, fields, replace
-from numbers import Integral, Real
-from typing import Any, TypeGuard, TypeVar
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass, fields
+from typing import Any, NamedTuple
 
-from buckler.mbs.units import parse_quantity, parse_unit
+from buckler.mbs.declare import Declared, Quantity, Several, Spec, Whole, field
+from buckler.mbs.declare.spec import Choice, Text
+from buckler.mbs.units import parse_quantity
 
-Number = TypeVar("Number", int, float)
+__all__ = [
+    "Parameter", "StudyParameters", "choice", "choices", "integer", "parse_quantity", "quantities", "quantity", "specs", "text",
+]  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Spec:
-    """What a parameter may be, how it is read and how it is shown."""
+class Parameter(NamedTuple):
+    """What a parameter may be, and how it is shown.
 
-    read: Callable[[object], Any]
-    """Turns what was given into the value, or raises a ValueError with the reason."""
-    show: Callable[[Any], str]
-    allowed: str
-    metavar: str
+    Attributes
+    ----------
+    spec : Spec
+    help, group : str
+    """
+
+    spec: Spec
     help: str
     group: str
-    unit: str = ""
-    """Of a quantity; empty for anything else."""
+
+    @property
+    def unit(self) -> str:
+        """Of a quantity; '' of anything else."""
+        return self.spec.unit
+
+    @property
+    def allowed(self) -> str:
+        """Its range, with the unit."""
+        return self.spec.allowed + (f" {self.unit}" if self.unit not in ("", "1") else "")
+
+    @property
+    def metavar(self) -> str:
+        """What stands for a value in the help of the command line."""
+        one = self.spec.item if isinstance(self.spec, Several) else self.spec
+        plain = {Quantity: "NUMBER" if self.unit in ("", "1") else self.unit, Whole: "N", Choice: "NAME", Text: "TEXT"}
+        return plain.get(type(one), "VALUE") + (",..." if isinstance(self.spec, Several) else "")
+
+    def read(self, given: object, name: str = "value") -> Any:
+        """Return the value; ValueError, in one line that begins with the name, if it may not stand there."""
+        return self.spec.read(name, given)
+
+    def show(self, value: Any) -> str:
+        """Return it as it may be given."""
+        if isinstance(value, tuple | list):
+            return ",".join(map(self.show, value))
+        if isinstance(value, str | bool) or value is None:
+            return str(value) or "none"
+        return f"{value:.12g}" + (f" {self.unit}" if self.unit not in ("", "1") else "")
 
 
-def _quantity(unit: str, low: float, high: float, help: str, group: str) -> Spec:
-    """A number in `unit`, or a string such as `0.3mm`, in a closed range."""
-    parse_unit(unit)  # a misspelt unit shows when the study is imported, not when someone first gives one
+class _Listed(Several):
+    """One or more, none of them twice; commas part them in a text, and one may stand alone."""
 
-    def read(given: object) -> float:
+    def read(self, name: str, given: Any) -> tuple[Any, ...]:
+        """Return a tuple."""
         if isinstance(given, str):
-            value = parse_quantity(given, unit)
-        elif _is_number(given):
-            value = float(given)
-        else:
-            raise ValueError("not a number")
-        return _within(value, low, high)
-
-    def show(value: Any) -> str:
-        digits = f"{value:.12g}" if _is_number(value) else str(value)
-        return digits if unit == "1" else f"{digits} {unit}"
-
-    return Spec(read, show, f"{low:.12g} to {show(high)}", "NUMBER" if unit == "1" else unit, help, group, unit)
-
-
-def _is_number(given: object) -> TypeGuard[Real]:
-    return isinstance(given, Real) and not isinstance(given, bool)  # to Python, True is the number 1
-
-
-def _within(value: Number, low: Number, high: Number) -> Number:
-    if not (low <= value <= high and math.isfinite(value)):
-        raise ValueError("out of range")
-    return value
-
-
-def _integer(low: int, high: int, help: str, group: str) -> Spec:
-    """A whole number in a closed range; 8.0 and 1e3 are none."""
-
-    def read(given: object) -> int:
-        if isinstance(given, str) and re.fullmatch(r"\s*[+-]?\d+\s*", given):
-            return _within(int(given), low, high)
-        if isinstance(given, Integral) and not isinstance(given, bool):
-            return _within(int(given), low, high)
-        raise ValueError("not a whole number")
-
-    return Spec(read, str, f"{low} to {high}", "N", help, group)
-
-
-def _choice(options: Sequence[str], help: str, group: str) -> Spec:
-    """One word of several."""
-
-    def read(given: object) -> str:
-        if not isinstance(given, str) or given.strip() not in options:
-            raise ValueError("not one of the options")
-        return given.strip()
-
-    return Spec(read, str, ", ".join(options), "NAME", help, group)
+            given = given.split(",")
+        return super().read(name, tuple(given) if isinstance(given, Iterable) else (given,))
 
 
 def _several(item: Spec) -> Spec:
-    """One or more of something else, comma separated or a sequence, none of them twice."""
-
-    def read(given: object) -> tuple[Any, ...]:
-        if isinstance(given, str):
-            given = given.split(",")
-        values = tuple(item.read(part) for part in (given if isinstance(given, Iterable) else (given,)))
-        if not values:
-            raise ValueError("none given")
-        if len(set(values)) < len(values):
-            raise ValueError("one of them given twice")
-        return values
-
-    def show(value: Any) -> str:
-        return ",".join(map(item.show, value)) if isinstance(value, tuple | list) else item.show(value)
-
-    return replace(item, read=read, show=show, allowed=f"one or more of {item.allowed}", metavar=f"{item.metavar},...")
+    return _Listed(item, least=1, distinct=True)
 
 
 # Each of these returns a dataclass field; the declared type is the value's, as with `dataclasses.field` itself.
 
 
-def quantity(default: float, unit: str, low: float, high: float, help: str, group: str = "parameters") -> float:
+def quantity(default: float, unit: str, low: float, high: float, help: str, group: str = "parameters") -> Any:
     """Declare a number with a unit, allowed from `low` to `high`, both included."""
-    return field(default=default, metadata={"spec": _quantity(unit, low, high, help, group)})
+    return field(Quantity(unit, low, high), help, default, group=group)
 
 
-def quantities(
-    default: tuple[float, ...], unit: str, low: float, high: float, help: str, group: str = "parameters"
-) -> tuple[float, ...]:
+def quantities(default: tuple[float, ...], unit: str, low: float, high: float, help: str, group: str = "parameters") -> Any:
     """Declare one or more numbers with a unit: `0.1mm,0.3mm`."""
-    return field(default=default, metadata={"spec": _several(_quantity(unit, low, high, help, group))})
+    return field(_several(Quantity(unit, low, high)), help, default, group=group)
 
 
-def integer(default: int, low: int, high: int, help: str, group: str = "parameters") -> int:
+def integer(default: int, low: int, high: int, help: str, group: str = "parameters") -> Any:
     """Declare a whole number, allowed from `low` to `high`, both included."""
-    return field(default=default, metadata={"spec": _integer(low, high, help, group)})
+    return field(Whole(low, high), help, default, group=group)
 
 
-def choice(default: str, options: Sequence[str], help: str, group: str = "parameters") -> str:
+def choice(default: str, options: Sequence[str], help: str, group: str = "parameters") -> Any:
     """Declare one word of several."""
-    return field(default=default, metadata={"spec": _choice(tuple(options), help, group)})
+    return field(Choice(tuple(options)), help, default, group=group)
 
 
-def choices(default: tuple[str, ...], options: Sequence[str], help: str, group: str = "parameters") -> tuple[str, ...]:
+def choices(default: tuple[str, ...], options: Sequence[str], help: str, group: str = "parameters") -> Any:
     """Declare one or more words of several: `strut,beam`."""
-    return field(default=default, metadata={"spec": _several(_choice(tuple(options), help, group))})
+    return field(_several(Choice(tuple(options))), help, default, group=group)
 
 
-def text(default: str, help: str, group: str = "parameters") -> str:
+def text(default: str, help: str, group: str = "parameters") -> Any:
     """Declare any words, such as the name of a file."""
-
-    def read(given: object) -> str:
-        if not isinstance(given, str):
-            raise ValueError("not text")
-        return given.strip()
-
-    return field(default=default, metadata={"spec": Spec(read, lambda value: value or "none", "any text", "TEXT", help, group)})
+    return field(Text(), help, default, group=group)
 
 
 @dataclass(frozen=True)
-class StudyParameters:
+class StudyParameters(Declared):
     """Base of every study's `Parameters`: reads and checks each field when made.
 
     Raises
     ------
     ValueError
-        In one line: parameter, value, reason, allowed range and unit.
+        In one line: parameter, value, allowed range and unit.
     """
 
-    def __post_init__(self) -> None:
-        for name, spec in specs(type(self)).items():
-            object.__setattr__(self, name, _read(name, spec, getattr(self, name)))
+    in_files = False
+
+    def agree(self) -> None:
+        """Parameters that go together, as the study says."""
         self.check()
 
     def check(self) -> None:
@@ -182,16 +145,9 @@ class StudyParameters:
                 raise ValueError(f"{name} = {','.join(f'{x:g}' for x in counts)}: must be whole numbers")
 
 
-def specs(kind: type[StudyParameters]) -> dict[str, Spec]:
+def specs(kind: Any) -> dict[str, Parameter]:
     """Names of a `Parameters` class, or of what makes the like, with what each may be."""
-    if hasattr(kind, "specs"):
+    if not isinstance(kind, type):
         return dict(kind.specs())
-    return {declared.name: declared.metadata["spec"] for declared in fields(kind)}
-
-
-def _read(name: str, spec: Spec, given: object) -> Any:
-    try:
-        return spec.read(given)
-    except ValueError as reason:
-        shown = given if isinstance(given, str) else spec.show(given)
-        raise ValueError(f"{name} = {shown}: {reason}; allowed: {spec.allowed}") from None
+    metadata = {each.name: each.metadata for each in fields(kind)}
+    return {name: Parameter(each["spec"], each["doc"], each.get("group", "")) for name, each in metadata.items()}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from math import isfinite
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -13,10 +13,7 @@ from buckler.mbs.accuracy.precision import Point, work_precision
 from buckler.studies.kit.labels import Label, write_labels
 from buckler.studies.kit.parameters import StudyParameters
 from buckler.studies.kit.report import Progress, provenance
-from buckler.studies.kit.style import plain_ticks, subplots
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from buckler.studies.kit.style import Figure, plain_ticks, subplots
 
 Array = np.ndarray[Any, Any]
 Runs = Mapping[str, Mapping[str, Callable[[], Any]]]

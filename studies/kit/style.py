@@ -1,10 +1,15 @@
-"""The house style of figures, for studies: see `buckler.mbs.files.style`."""
+"""The house style of figures, for studies: see `buckler.mbs.view.style`."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from buckler.mbs.files.style import COLOURS, STYLE, WIDTH, house_style, subplots
+from buckler.mbs.view.style import COLOURS, STYLE, WIDTH, house_style, subplots
 
-__all__ = ["COLOURS", "STYLE", "WIDTH", "house_style", "plain_ticks", "subplots"]
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+else:
+    Figure = Any  # nothing here needs matplotlib before it draws
+
+__all__ = ["COLOURS", "STYLE", "WIDTH", "Figure", "house_style", "plain_ticks", "subplots"]
 
 
 def plain_ticks(axis: Any) -> None:

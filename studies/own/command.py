@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from buckler.mbs.accuracy.aim import ALL_FORCES, PLACES, Aim
-from buckler.mbs.files.decode import RUN, mechanism
-from buckler.mbs.files.document import changed, read
+from buckler.mbs.documents.document import changed, read
 from buckler.mbs.interrupts import Interrupted
+from buckler.mbs.mechanism import RUN, Mechanism
 from buckler.studies.kit.options import Parser, answers, check_words, noted, writable, wrong_input
 from buckler.studies.own import solver as solvers
 from buckler.studies.own.places import set_all, spec, to_json
@@ -50,9 +50,9 @@ def options(parser: argparse.ArgumentParser) -> None:
     add("--solver", choices=tuple(solvers.SOLVERS), help="default exudyn")
     for name, setting in solvers.settings().items():
         of = [known for known, kind in solvers.SOLVERS.items() if kind in setting.homes]
-        about = setting.about.help.partition(". ")[0].rstrip(".")
+        about = setting.about.doc
         text = f"{about}{f'; of {of[0]}' if len(of) == 1 else ''}"
-        unit = setting.about.unit if setting.about.unit not in ("", "1") else "VALUE"
+        unit = setting.about.spec.unit if setting.about.spec.unit not in ("", "1") else "VALUE"
         add(f"--{name.replace('_', '-')}", metavar=unit, dest=name, help=text.replace("%", "%%"))
 
 
@@ -120,7 +120,7 @@ def _settings(path: Path, chosen: argparse.Namespace) -> tuple[dict[str, Any], d
     if not isinstance(run, dict) or set(run) - set(SETTINGS):
         odd = sorted(set(run) - set(SETTINGS)) if isinstance(run, dict) else [str(run)]
         raise ValueError(f"{RUN}.{odd[0]}: unknown key; known: {', '.join(SETTINGS)}")
-    mechanism(document)
+    Mechanism.from_dict(document)
     changes = set_all(document, chosen.changes)
     measures = chosen.measure or run.get("measure", [])
     measures = [measures] if isinstance(measures, str) else list(measures)
@@ -168,10 +168,8 @@ def _solver(chosen: argparse.Namespace, run: dict[str, Any]) -> dict[str, Any]:
     found |= {solvers.KIND: chosen.solver} if chosen.solver else {}
     for name in solvers.settings():
         text = getattr(chosen, name)
-        try:
-            found |= {} if text is None else {name: solvers.read(name, text)}
-        except ValueError as error:
-            raise ValueError(f"--{name.replace('_', '-')} = {text}: {error}") from None
+        if text is not None:
+            found[name] = solvers.settings()[name].about.spec.read(f"--{name.replace('_', '-')}", text)
     return found
 
 

@@ -6,14 +6,14 @@ import contextlib
 import json
 import tomllib
 from collections.abc import Mapping
+from dataclasses import is_dataclass
 from typing import Any
 
-from buckler.mbs.files.declared import Declared, declared
-from buckler.mbs.files.decode import mechanism
-from buckler.mbs.files.document import changed, get, steps
+from buckler.mbs.declare import Declaration, Quantity, Spec, Whole, declarations
+from buckler.mbs.documents.document import changed, get, steps
 from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.units import measured, parse_quantity, parse_unit
-from buckler.studies.kit.parameters import Spec
+from buckler.mbs.units import parse_quantity
+from buckler.studies.kit.parameters import Parameter
 
 
 def typed(text: str) -> Any:
@@ -39,13 +39,27 @@ def set_all(document: Mapping[str, Any], texts: list[str]) -> dict[str, Any]:
             raise ValueError(f"--set {text}: write PATH=VALUE, as links.coupler.body.section.thickness=0.2mm")
         found[path.strip()] = typed(value)
         try:
-            mechanism(changed(document, {path.strip(): found[path.strip()]}))
+            Mechanism.from_dict(changed(document, {path.strip(): found[path.strip()]}))
         except ValueError as error:
             raise ValueError(f"--set {text}: {error}") from None
     return found
 
 
-def spec(document: Mapping[str, Any], path: str) -> Spec:
+class Typed(Spec):
+    """Whatever the file takes there, as it is typed."""
+
+    allowed = "what the file takes there"
+
+    def fits(self, given: Any) -> bool:
+        """Yes."""
+        return True
+
+    def read(self, name: str, given: Any) -> Any:
+        """Return a TOML value, or else the text."""
+        return typed(given) if isinstance(given, str) else given
+
+
+def spec(document: Mapping[str, Any], path: str) -> Parameter:
     """What may stand at a place of a document: a number with its unit, or a word.
 
     Raises
@@ -60,24 +74,13 @@ def spec(document: Mapping[str, Any], path: str) -> Spec:
         if about is None:
             raise ValueError(f"{path}: not in the file") from None
         now = about.default
-    unit = _fitting(about.unit, now) if about else "1"
-    number = (isinstance(now, int | float) and not isinstance(now, bool)) or (isinstance(now, str) and _is_quantity(now))
-    if not number and not (about and about.unit and now is None):
-        return Spec(lambda x: typed(x) if isinstance(x, str) else x, str, "what the file takes there", "VALUE", path, "varied")
-    whole = isinstance(now, int) and about is not None and not about.unit
-    known = unit if _is_unit(unit) else ""
-
-    def read(given: object) -> Any:
-        if isinstance(given, str) and not whole:
-            return parse_quantity(given, known) if known else float(measured(given))
-        if isinstance(given, str):
-            return int(given)
-        return given
-
-    def show(value: Any) -> str:
-        return f"{value:.12g}" if unit in ("", "1") else f"{value:.12g} {unit}"
-
-    return Spec(read, show, "what the file takes there", unit or "N", about.help if about else path, "varied", known)
+    unit = _fitting(about.spec.unit, now) if about else ""
+    number = Quantity(unit).fits(now)
+    if about and isinstance(now, int) and Whole().fits(now) and not about.spec.unit:
+        return Parameter(about.spec, about.doc, "varied")
+    if not number and not (about and unit and now is None):
+        return Parameter(Typed(), path, "varied")
+    return Parameter(Quantity(unit), about.doc if about else path, "varied")
 
 
 def _fitting(unit: str, now: Any) -> str:
@@ -89,35 +92,15 @@ def _fitting(unit: str, now: Any) -> str:
     return unit
 
 
-def _is_quantity(text: str) -> bool:
-    try:
-        measured(text)
-    except ValueError:
-        return False
-    return True
-
-
-def _is_unit(text: str) -> bool:
-    try:
-        parse_unit(text)
-    except ValueError:
-        return False
-    return bool(text)
-
-
-def _declared(document: Mapping[str, Any], path: str) -> Declared | None:
+def _declared(document: Mapping[str, Any], path: str) -> Declaration | None:
     """The field a place belongs to, found in the mechanism the document describes."""
-    found: Any = mechanism(document)
-    about: Declared | None = None
+    found: Any = Mechanism.from_dict(document)
+    about: Declaration | None = None
     way = steps(document, path)
-    if way[0] == "points":
-        return declared(Mechanism)["points"]
     for step in way:
         if way[0] == "links" and found.__class__ is tuple and isinstance(step, str):
             found = {link.name: link for link in found}[step]
-        elif isinstance(step, int):
-            found = found[step]
-        elif isinstance(found, Mapping):
+        elif isinstance(step, int) or isinstance(found, Mapping):
             found = found[step]
         elif step == "kind":
             return None
@@ -126,15 +109,15 @@ def _declared(document: Mapping[str, Any], path: str) -> Declared | None:
     return about
 
 
-def _field(found: Any, name: str, path: str) -> tuple[Any, Declared | None]:
+def _field(found: Any, name: str, path: str) -> tuple[Any, Declaration | None]:
     """A field of an object, or of the one inner object that a file leaves out (the Inertia of a Rigid)."""
-    if hasattr(found, name) and hasattr(type(found), "__dataclass_fields__"):
-        return getattr(found, name), declared(type(found)).get(name)
-    inner = [getattr(found, key) for key in declared(type(found))]
-    for each in inner:
-        if hasattr(each, name) and hasattr(type(each), "__dataclass_fields__"):
-            return getattr(each, name), declared(type(each)).get(name)
-    raise ValueError(f"{path}: '{name}' is not known there; known: {', '.join(declared(type(found)))}")
+    inner = [getattr(found, key) for key in getattr(found, "inlined", ())]
+    for each in (found, *inner):
+        fields = declarations(type(each)) if is_dataclass(each) else {}
+        if name in fields:
+            return getattr(each, name), fields[name]
+    known = ", ".join(declarations(type(found))) if is_dataclass(found) else "nothing"
+    raise ValueError(f"{path}: '{name}' is not known there; known: {known}")
 
 
 def to_json(document: Mapping[str, Any]) -> str:

@@ -74,12 +74,12 @@ class Mobility(NamedTuple):
 
 def mobility(mechanism: Mechanism) -> Mobility | None:
     """Count coordinates and constraints; None where the linkage cannot be assembled."""
-    from buckler.mbs.kinematics import closure, start
+    from buckler.mbs.kinematics import linkage, start
 
     try:
         undriven = Mechanism(**{**vars(mechanism), "drives": (), "velocities": {}})
         _, rows, _ = start.jacobian(undriven)
-        return Mobility(rows.shape[1], rows.shape[0], closure.rank(rows))
+        return Mobility(rows.shape[1], rows.shape[0], linkage.rank(rows))
     except (ValueError, AttributeError):
         return None
 

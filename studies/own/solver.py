@@ -1,6 +1,6 @@
 """The solver of a mechanism's file: its kind and settings, as options or in the file's table [run.solver].
 
-The settings are the fields of `Exudyn`, `Spectral` and their kinds of steps; unit, range and help are those of their docstrings.
+The settings are the fields of `Exudyn`, `Spectral`, `Closure` and their kinds of steps, as these declare them.
 """
 
 from __future__ import annotations
@@ -11,12 +11,15 @@ from functools import cache
 from importlib.util import find_spec
 from typing import Any, NamedTuple
 
-from buckler.mbs.engine.settings import Controlled, Equal, Exudyn
-from buckler.mbs.files.declared import Declared, declared
-from buckler.mbs.spectral.solver import Spectral
-from buckler.mbs.units import parse_quantity
+from buckler.mbs.declare import Declaration, declarations
+from buckler.mbs.kinematics.determined import answered
+from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.solvers.closure import Closure
+from buckler.mbs.solvers.exudyn import Exudyn
+from buckler.mbs.solvers.spectral import Spectral
+from buckler.mbs.solvers.steps import Controlled, Equal
 
-SOLVERS: dict[str, type[Exudyn | Spectral]] = {"exudyn": Exudyn, "spectral": Spectral}
+SOLVERS: dict[str, type[Exudyn | Spectral | Closure]] = {"exudyn": Exudyn, "spectral": Spectral, "closure": Closure}
 KIND = "kind"
 RENAMED = {"count": "steps", "method": "integrator"}
 """Settings whose names say too little apart from their types."""
@@ -27,7 +30,7 @@ class Setting(NamedTuple):
 
     homes: tuple[type, ...]
     field: str
-    about: Declared
+    about: Declaration
 
 
 @cache
@@ -35,7 +38,7 @@ def settings() -> dict[str, Setting]:
     """Every setting by its name in files; with hyphens, its option."""
     found: dict[str, Setting] = {}
     for home in (Controlled, Equal, *SOLVERS.values()):
-        for field, about in declared(home).items():
+        for field, about in declarations(home).items():
             if field != "steps":
                 name = RENAMED.get(field, field)
                 homes = (*found[name].homes, home) if name in found else (home,)
@@ -43,32 +46,10 @@ def settings() -> dict[str, Setting]:
     return found
 
 
-def read(name: str, given: object) -> Any:
-    """The value of a setting from a text or a value of a file.
-
-    Raises
-    ------
-    ValueError
-        If it is no such value; its range is checked by the solver.
-    """
-    about = settings()[name].about
-    whole = about.hint is int or (about.hint is not bool and not about.unit and about.hint is not str)
-    if not isinstance(given, str) or about.hint is str:
-        return given
-    if about.hint is bool:
-        if given not in ("true", "false"):
-            raise ValueError("must be true or false")
-        return given == "true"
-    if not whole:
-        return parse_quantity(given, about.unit or "1")
-    try:
-        return int(given)
-    except ValueError:
-        raise ValueError("must be a whole number") from None
-
-
-def solver(given: Mapping[str, Any]) -> Exudyn | Spectral | None:
+def solver(given: Mapping[str, Any], mechanism: Mechanism) -> Exudyn | Spectral | Closure | None:
     """The solver that is asked for; None where nothing is said of it.
+
+    Where settings are given and no kind, it is what runs the mechanism by default and has these settings.
 
     Raises
     ------
@@ -77,7 +58,8 @@ def solver(given: Mapping[str, Any]) -> Exudyn | Spectral | None:
     """
     if not given:
         return None
-    name = given.get(KIND, "exudyn")
+    usual = "closure" if answered(mechanism) and all(_settles(Closure, key) for key in given) else "exudyn"
+    name = given.get(KIND, usual)
     if name not in SOLVERS:
         raise ValueError(f"solver = {name}: must be one of {', '.join(SOLVERS)}")
     if SOLVERS[name] is Spectral and find_spec("numba") is None:
@@ -100,6 +82,12 @@ def solver(given: Mapping[str, Any]) -> Exudyn | Spectral | None:
     return kind(steps=made, **mine[kind])
 
 
+def _settles(kind: type, key: str) -> bool:
+    """Whether a setting is one of a solver's, or of its steps."""
+    homes = settings()[key].homes
+    return kind in homes or Controlled in homes or Equal in homes
+
+
 def of_file(content: object) -> dict[str, Any]:
     """The settings in a file's [run]: a solver's name, or a table of `kind` and settings.
 
@@ -116,8 +104,5 @@ def of_file(content: object) -> dict[str, Any]:
     for key, value in content.items():
         if key != KIND and key not in settings():
             raise ValueError(f"run.solver.{key}: unknown key; known: {', '.join([KIND, *settings()])}")
-        try:
-            found[key] = value if key == KIND else read(key, value)
-        except ValueError as error:
-            raise ValueError(f"run.solver.{key} = {value}: {error}") from None
+        found[key] = value if key == KIND else settings()[key].about.spec.read(f"run.solver.{key}", value)
     return found

@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from buckler.mbs.accuracy.aim import PLACES, Aim
-from buckler.mbs.files.document import changed
+from buckler.mbs.documents.document import changed
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.validate import number, positive
-from buckler.studies.kit.parameters import Spec, StudyParameters
+from buckler.studies.kit.parameters import Parameter, StudyParameters
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult
 from buckler.studies.own.measure import measure
 from buckler.studies.own.solver import solver
@@ -83,11 +83,10 @@ class Parameters(StudyParameters):
         if self.accuracy is not None:
             number("accuracy", self.accuracy, 1e-6, 0.1, "1")
         object.__setattr__(self, "of", Aim(self.of).of)
-        if solver(dict(self.solver)) is not None and self.accuracy is not None:
+        if solver(dict(self.solver), self.mechanism()) is not None and self.accuracy is not None:
             raise ValueError(
                 f"accuracy = {self.accuracy:g} and solver: give one of them; an accuracy chooses the settings itself"
             )
-        self.mechanism()
 
     def __getattr__(self, path: str) -> Any:
         """The value at a changed place."""
@@ -125,9 +124,9 @@ class Family:
 
     base: Mapping[str, Any]
     """Everything but the changes."""
-    places: Mapping[str, Spec]
+    places: Mapping[str, Parameter]
 
-    def specs(self) -> Mapping[str, Spec]:
+    def specs(self) -> Mapping[str, Parameter]:
         """What each place may be."""
         return self.places
 
@@ -149,11 +148,11 @@ def simulated(parameters: Parameters, progress: Progress = QUIET) -> Result:
     """Simulate the mechanism."""
     from buckler.mbs.simulation import simulate
 
-    p = parameters
-    chosen = solver(dict(p.solver))
+    p, mechanism = parameters, parameters.mechanism()
+    chosen = solver(dict(p.solver), mechanism)
     with progress.of_runs(p.name) as shown:
         return simulate(
-            p.mechanism(), p.duration, p.accuracy, of=p.of, solver=chosen, ledger=p.ledger, verify=p.verify, progress=shown
+            mechanism, p.duration, p.accuracy, of=p.of, solver=chosen, ledger=p.ledger, verify=p.verify, progress=shown
         )
 
 

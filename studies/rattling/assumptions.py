@@ -13,9 +13,12 @@ from typing import Any
 import numpy as np
 
 from buckler.studies.kit.parameters import StudyParameters, choice, choices, quantity
-from buckler.studies.rattling.linkage import BODIES, JOINTS
 
 Array = np.ndarray[Any, Any]
+JOINTS = "OABC"
+"""Crank-frame, crank-coupler, coupler-rocker, rocker-frame."""
+BODIES = {"O": ("ground", "crank"), "A": ("crank", "coupler"), "B": ("coupler", "rocker"), "C": ("ground", "rocker")}
+"""Of each joint: the body that carries the pin by default, then the one that carries the bush."""
 PINS = tuple(f"{joint}.{body}" for joint in JOINTS for body in BODIES[joint])
 """Joints with each of the bodies that may carry the pin."""
 FIRST = tuple(f"{joint}.{BODIES[joint][0]}" for joint in JOINTS)

@@ -19,13 +19,13 @@ from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from math import nan
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from buckler.studies.kit.cli import main
+from buckler.mbs import Mechanism
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
-from buckler.studies.kit.style import COLOURS, subplots
+from buckler.studies.kit.style import COLOURS, Figure, subplots
 from buckler.studies.rattling.bifurcation_points import (
     AXES,
     LEFT_ALONE,
@@ -37,16 +37,13 @@ from buckler.studies.rattling.bifurcation_points import (
     Growth,
     SectionParameters,
     agreement,
+    exponent,
     fastest,
     growth_over_turn,
     member,
     read,
 )
-from buckler.studies.rattling.linkage import FourBar
-from buckler.studies.rattling.parting import exponent
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from buckler.studies.rattling.turns import period
 
 Array = np.ndarray[Any, Any]
 LABELS = {"alone": "left alone", "drawn": "drawn back, growth added up"}
@@ -61,35 +58,35 @@ class Parameters(SectionParameters):
 def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Follow every member at every value, then one turn at the parameters themselves."""
     p = parameters
-    fourbars = [p.at(float(value)) for value in p.values]
+    mechanisms = [p.at(float(value)) for value in p.values]
     seeds = range(p.seed, p.seed + p.seeds)
-    base = p.fourbar(start=p.angle)
+    base = p.bars(angle=p.angle)
     with ThreadPoolExecutor(p.workers) as pool:
-        jobs = [(fourbar, seed) for fourbar in fourbars for seed in seeds]
+        jobs = [(mechanism, seed) for mechanism in mechanisms for seed in seeds]
         found = list(progress(pool.map(lambda job: member(p, *job), jobs), total=len(jobs), label=p.over))
         parts = zip(*pool.map(lambda seed: growth_over_turn(p, base, seed), seeds), strict=True)
         growth = Growth(*map(np.stack, parts))
-    points = [read(p, f, found[i * p.seeds : (i + 1) * p.seeds]) for i, f in enumerate(fourbars)]
+    points = [read(p, f, found[i * p.seeds : (i + 1) * p.seeds]) for i, f in enumerate(mechanisms)]
     wrong = [f"{p.over} = {value:.4g}: {note}" for value, x in zip(p.values, points, strict=True) for note in x.notes]
     checks: dict[str, Any] = {"status": "SUSPECT", "message": "; ".join(wrong)} if wrong else {}
     return StudyResult(
         parameters=p,
         **checks,
         metrics=_metrics(p, base, points, growth),
-        signals=_signals(p, fourbars, points, growth),
-        tables=[_table(p, fourbars, points), _growth_table(p, base, growth)],
+        signals=_signals(p, mechanisms, points, growth),
+        tables=[_table(p, mechanisms, points), _growth_table(p, base, growth)],
     )
 
 
-def _metrics(p: Parameters, base: FourBar, points: Sequence[DiagramPoint], growth: Growth) -> dict[str, Metric]:
-    here = exponent(growth.rate * base.period / growth.rate.shape[-1], base.period)
+def _metrics(p: Parameters, base: Mechanism, points: Sequence[DiagramPoint], growth: Growth) -> dict[str, Metric]:
+    here = exponent(growth.rate * period(base) / growth.rate.shape[-1], period(base))
     exponents = [x.exponent for x in points]
     ends = {"smallest": min(exponents), "largest": max(exponents)}
     relative = abs(here.error / here.value)
     return {
         "exponent": Metric(here.value, "1/s", error=relative),
-        "exponent_per_turn": Metric(here.value * base.period, "1", error=relative),
-        "fastest_growth": Metric(fastest(growth.rate, base.period), "1/s"),
+        "exponent_per_turn": Metric(here.value * period(base), "1", error=relative),
+        "fastest_growth": Metric(fastest(growth.rate, period(base)), "1/s"),
         "alone_against_drawn_back": Metric(agreement(growth, p.clearance), "1"),
         **{f"{end}_exponent": Metric(x.value, "1/s", error=abs(x.error / x.value)) for end, x in ends.items()},
         "repeating": Metric(float(sum(x.period > 0 for x in points)), "1"),
@@ -97,7 +94,7 @@ def _metrics(p: Parameters, base: FourBar, points: Sequence[DiagramPoint], growt
     }
 
 
-def _signals(p: Parameters, fourbars: Sequence[FourBar], points: Sequence[DiagramPoint], growth: Growth) -> dict[str, Array]:
+def _signals(p: Parameters, mechanisms: Sequence[Mechanism], points: Sequence[DiagramPoint], growth: Growth) -> dict[str, Array]:
     return {
         p.over: p.values,
         "section": np.stack([x.section for x in points]),
@@ -106,21 +103,21 @@ def _signals(p: Parameters, fourbars: Sequence[FourBar], points: Sequence[Diagra
         "period": np.array([x.period for x in points]),
         "spread": np.array([x.spread for x in points]),
         "valid": np.array([not x.notes for x in points]),
-        "turn": np.array([f.period for f in fourbars]),
+        "turn": np.array([period(f) for f in mechanisms]),
         "growth.rate": growth.rate,
         "growth.alone": growth.alone,
         "growth.drawn": growth.drawn,
     }
 
 
-def _table(p: Parameters, fourbars: Sequence[FourBar], points: Sequence[DiagramPoint]) -> Table:
+def _table(p: Parameters, mechanisms: Sequence[Mechanism], points: Sequence[DiagramPoint]) -> Table:
     label, factor, _ = AXES[p.over]
     rows = [
         [
-            f"{factor * value:.4g}", f"{x.exponent.value:.1f}", f"{x.exponent.error:.1f}", f"{x.exponent.value * f.period:.2f}",
+            f"{factor * value:.4g}", f"{x.exponent.value:.1f}", f"{x.exponent.error:.1f}", f"{x.exponent.value * period(f):.2f}",
             x.period or "no", f"{x.spread:.2g}", "; ".join(note.partition(":")[0] for note in x.notes),
         ]
-        for value, f, x in zip(p.values, fourbars, points, strict=True)
+        for value, f, x in zip(p.values, mechanisms, points, strict=True)
     ]  # fmt: skip
     headers = [label.replace("$c_{max}$", "c_max"), "exponent [1/s]", "error", "per turn", "repeats after", "spread [1]", ""]
     title = f"Pin {p.joint} at a crank angle of {np.degrees(p.angle):g} deg, c_max = {p.damping:g} {p.damping_unit}"
@@ -134,7 +131,7 @@ def _table(p: Parameters, fourbars: Sequence[FourBar], points: Sequence[DiagramP
     return Table(headers, rows, title, notes)
 
 
-def _growth_table(p: Parameters, base: FourBar, growth: Growth) -> Table:
+def _growth_table(p: Parameters, base: Mechanism, growth: Growth) -> Table:
     steps = growth.rate.shape[-1]
     parts = [(a, a + 45) for a in range(0, 360, 45)]
     angles = (np.arange(steps) + 0.5) / steps * 360
@@ -144,7 +141,7 @@ def _growth_table(p: Parameters, base: FourBar, growth: Growth) -> Table:
         error = rates.std(ddof=1) / np.sqrt(rates.size) if rates.size > 1 else nan
         rows.append([f"{low} to {high}", f"{rates.mean():.0f}", f"{error:.0f}"])
     title = f"Rate over a turn at {1e3 * p.clearance:g} mm, {p.speed:.4g} rad/s, c_max = {p.damping:g} {p.damping_unit}"
-    notes = f"fastest over {1e3 * WINDOW:g} ms: {fastest(growth.rate, base.period):.0f}/s"
+    notes = f"fastest over {1e3 * WINDOW:g} ms: {fastest(growth.rate, period(base)):.0f}/s"
     return Table(["crank angle past the section [deg]", "rate [1/s]", "std. error"], rows, title, notes)
 
 
@@ -209,7 +206,3 @@ def _growth(result: StudyResult) -> Figure:
     for ax in (left, right):
         ax.set(xlim=(angle[0], angle[-1]), xticks=angle[0] + np.arange(0, 361, 90))
     return fig
-
-
-if __name__ == "__main__":
-    raise SystemExit(main("bifurcation"))

@@ -1,22 +1,27 @@
 """What one value of `bifurcation` gives: the section of one pin, the exponent, and what speaks against them.
 
-Also how an offset grows over one turn, left alone or drawn back.
+Also how an offset grows over one turn, left alone or drawn back. The rate depends on the crank's angle far more than on anything
+else, so means are taken over whole turns.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import ceil
+from math import ceil, nan
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from buckler.mbs import Mechanism
 from buckler.mbs.laws import Impact
+from buckler.mbs.spectral.chaos import last_state, lyapunov
+from buckler.mbs.spectral.run import State
+from buckler.mbs.spectral.scene import Scene
 from buckler.studies.kit.parameters import choice, integer, quantities, quantity
-from buckler.studies.rattling.fourbar import RockerParameters, journals
-from buckler.studies.rattling.linkage import JOINTS, FourBar
-from buckler.studies.rattling.parting import Exponent, exponent, last, separation, settled, turn_by_turn, turn_growth
+from buckler.studies.rattling.assumptions import JOINTS
+from buckler.studies.rattling.bars import RockerParameters
+from buckler.studies.rattling.turns import fly, gap, last_journal, period, solver, start
 
 Array = np.ndarray[Any, Any]
 LONGEST_PERIOD = 8
@@ -25,6 +30,8 @@ REPEATS_TO = 1e-4
 """How close a repeating section must come to itself, in clearances."""
 SURE = 4.0
 """Standard errors from zero at which the sign of an exponent is taken for known."""
+SPREAD = 1e-9
+"""Standard deviation of a seed's offset at the start, m and rad: the same start for all errors, another motion soon."""
 LEFT_ALONE = 1e-12
 """The offset that is not drawn back, m."""
 WINDOW = 0.04
@@ -46,7 +53,7 @@ class SectionParameters(RockerParameters):
     speeds: tuple[float, ...] = quantities((10.0, 80.0), "rad/s", 0.1, 500, "from, to (over speed)", "range")
     dampings: tuple[float, ...] = quantities((253.0, 253e3), "N.s/m", 1, 1e8, "from, to (over damping)", "range")
     count: int = integer(20, 2, 2000, "values in the range", "range")
-    joint: str = choice("B", JOINTS, "joint whose pin is looked at", "section")
+    joint: str = choice("B", tuple(JOINTS), "joint whose pin is looked at", "section")
     angle: float = quantity(0.0, "rad", -7, 7, "crank angle of the section", "section")
     settle: int = integer(10, 0, 10**6, "turns before the section", "section")
     turns: int = integer(20, 2, 10**6, "turns of the section, for each seed", "section")
@@ -73,15 +80,22 @@ class SectionParameters(RockerParameters):
         low, high = getattr(self, f"{self.over}s")
         return (np.geomspace if AXES[self.over][2] == "log" else np.linspace)(low, high, self.count)
 
-    def at(self, value: float) -> FourBar:
+    def at(self, value: float) -> Mechanism:
         """The crank-rocker at one value, its crank at the angle of the section."""
         law = Impact(self.stiffness, value, self.damping_depth)
         changed: Any = {"clearance": {"gap": value}, "speed": {"speed": value}, "damping": {"law": law}}[self.over]
-        return self.fourbar(start=self.angle, **changed)
+        return self.bars(angle=self.angle, **changed)
 
-    def steps(self, fourbar: FourBar) -> int:
+    def steps(self, mechanism: Mechanism) -> int:
         """Parts of a turn between which the offset is drawn back."""
-        return max(50, ceil(fourbar.period / self.interval))
+        return max(50, ceil(period(mechanism) / self.interval))
+
+
+class Exponent(NamedTuple):
+    """A largest Lyapunov exponent and its standard error, both 1/s."""
+
+    value: float
+    error: float
 
 
 class DiagramPoint(NamedTuple):
@@ -108,39 +122,107 @@ class DiagramPoint(NamedTuple):
     notes: tuple[str, ...]
 
 
-# --- one value ----------------------------------------------------------------------------------------------------------
+# --- how motions part ------------------------------------------------------------------------------------------------------
 
 
-def member(p: SectionParameters, fourbar: FourBar, seed: int) -> tuple[Array, Array, str]:
+def settled(scene: Scene, turns: int, seed: int) -> State:
+    """State after some turns, from the start offset by 1e-9 m and rad as the seed draws it."""
+    state, turn = start(scene, SPREAD, seed), period(scene.mechanism)
+    for _ in range(turns):
+        after = last_state(scene, state, turn, solver(scene.mechanism, 1e-8))
+        state = rewound(scene, after.q, after.v)
+    return state
+
+
+def rewound(scene: Scene, q: Array, v: Array) -> State:
+    """The state whole turns later as one at t = 0: the crank is where it began."""
+    q, crank = q.copy(), scene.builder.bodies["crank"].offset + 2
+    q[crank] = scene.q0[crank]
+    return State(0.0, q, v, scene.memory())
+
+
+def turn_growth(
+    scene: Scene, state: State, turns: int, seed: int, *, steps: int = 100, offset: float = 1e-9, tolerance: float = 1e-11
+) -> Array:
+    """Growth of a small offset, ln(size after the part / offset), in each part of each turn, (turns, steps).
+
+    Sizes are in m: angles count by their bar's half length, velocities by the crank's turn through 1/30 rad. In the first turn
+    the offset also finds its direction, which the seed draws. It should not grow to the size of the clearance within a part.
+    """
+    interval = period(scene.mechanism) / steps
+    found = lyapunov(
+        scene.mechanism, interval, steps * turns, settle=0, size=offset, seed=seed, solver=solver(scene.mechanism, tolerance),
+        state=state, lengths=1 / _scale(scene),
+    )  # fmt: skip
+    return (found.growth * interval).reshape(turns, steps)
+
+
+def separation(scene: Scene, state: State, offset: float, seed: int, *, steps: int = 100) -> Array:
+    """Size in m of an offset that is never drawn back, after each part of one turn; shape (steps + 1,).
+
+    Both motions at a tolerance of 1e-14, so that offsets from 1e-12 m on are seen. The first direction is that of `turn_growth`
+    for this seed.
+    """
+    scale, interval, fine = _scale(scene), period(scene.mechanism) / steps, solver(scene.mechanism, 1e-14)
+    direction = np.random.default_rng(seed).standard_normal(2 * scene.size)
+    shift = offset * direction / np.linalg.norm(direction) / scale
+    other, found = state._replace(q=state.q + shift[: scene.size], v=state.v + shift[scene.size :]), [offset]
+    for end in state.time + interval * np.arange(1, steps + 1):
+        state, other = (last_state(scene, each, float(end), fine) for each in (state, other))
+        found.append(float(np.linalg.norm(scale * np.concatenate([other.q - state.q, other.v - state.v]))))
+    return np.array(found)
+
+
+def _scale(scene: Scene) -> Array:
+    """What makes lengths of the components of a state; shape (2 n,)."""
+    lengths = np.ones(scene.size)
+    for link in ("coupler", "rocker"):
+        lengths[scene.builder.bodies[link].offset + 2] = scene.mechanism.length(link) / 2
+    return np.concatenate([lengths, lengths * period(scene.mechanism) / (60 * np.pi)])
+
+
+def exponent(growth: Array, turn: float) -> Exponent:
+    """Exponent from growth, shape (..., turns, steps), of turns that last so long, s; the error of one turn is nan.
+
+    Turns are taken for independent: where joints rattle, nothing is left after one of how it began.
+    """
+    rates = np.asarray(growth).sum(axis=-1).ravel() / turn
+    error = float(rates.std(ddof=1) / np.sqrt(rates.size)) if rates.size > 1 else nan
+    return Exponent(float(rates.mean()), error)
+
+
+# --- one value -------------------------------------------------------------------------------------------------------------
+
+
+def member(p: SectionParameters, mechanism: Mechanism, seed: int) -> tuple[Array, Array, str]:
     """Section, growth of an offset and what went wrong, of one seed: settle, follow the section, go on from there."""
-    state, gap = settled(fourbar, p.settle, seed), fourbar.gaps[0]
-    places, deep = [], ""
-    for run in turn_by_turn(fourbar, state, p.turns, p.tolerance):
-        places.append(run.q[-1])
-        deep = deep or run.message
-        state = last(run)
-    section = journals(fourbar, np.array(places))[:, JOINTS.index(p.joint)] / gap
+    scene, turn = Scene.of(mechanism), period(mechanism)
+    state, places, deep = settled(scene, p.settle, seed), [], ""
+    for _ in range(p.turns):
+        flight = fly(scene, turn, p.tolerance, state)
+        places.append(last_journal(flight, p.joint) / gap(mechanism))
+        deep, state = deep or flight.deep, rewound(scene, flight.out.q[-1], flight.out.v[-1])
     growth = turn_growth(
-        fourbar, state, p.exponent_turns + 1, seed, steps=p.steps(fourbar), offset=p.offset, tolerance=p.exponent_tolerance
+        scene, state, p.exponent_turns + 1, seed, steps=p.steps(mechanism), offset=p.offset, tolerance=p.exponent_tolerance
     )[1:]
-    return section, growth, f"PENETRATION: {deep}" if deep else ""
+    return np.array(places), growth, f"PENETRATION: {deep}" if deep else ""
 
 
-def read(p: SectionParameters, fourbar: FourBar, members: Sequence[tuple[Array, Array, str]]) -> DiagramPoint:
+def read(p: SectionParameters, mechanism: Mechanism, members: Sequence[tuple[Array, Array, str]]) -> DiagramPoint:
     """Join what the seeds gave."""
     section, growth = (np.stack([each[i] for each in members]) for i in (0, 1))
-    found = exponent(growth, fourbar.period)
-    period = max((repeats(each) for each in section), key=lambda n: n or LONGEST_PERIOD + 1) % (LONGEST_PERIOD + 1)
+    found = exponent(growth, period(mechanism))
+    turns = max((repeats(each) for each in section), key=lambda n: n or LONGEST_PERIOD + 1) % (LONGEST_PERIOD + 1)
     spread = float(np.sqrt(section.var(axis=(0, 1)).sum()))
     notes = list(dict.fromkeys(each[2] for each in members if each[2]))[:1]
-    outgrown = float((p.offset * np.exp(growth) > 0.1 * fourbar.gaps[0]).mean())
+    outgrown = float((p.offset * np.exp(growth) > 0.1 * gap(mechanism)).mean())
     if outgrown > 0.01:
         notes.append(f"OFFSET: grows beyond a tenth of the clearance in {outgrown:.0%} of the intervals; shorten `interval`")
-    if period and found.value > SURE * found.error:
-        notes.append(f"CONTRADICTION: parts at {found.value:.3g}/s, yet repeats after {period} turns")
-    if not period and found.value < -SURE * found.error and p.turns > LONGEST_PERIOD:
+    if turns and found.value > SURE * found.error:
+        notes.append(f"CONTRADICTION: parts at {found.value:.3g}/s, yet repeats after {turns} turns")
+    if not turns and found.value < -SURE * found.error and p.turns > LONGEST_PERIOD:
         notes.append(f"NOT_SETTLED: comes together at {-found.value:.3g}/s, yet does not repeat; raise `settle`")
-    return DiagramPoint(section, found, period, spread, tuple(notes))
+    return DiagramPoint(section, found, turns, spread, tuple(notes))
 
 
 def repeats(section: Array) -> int:
@@ -171,19 +253,20 @@ class Growth(NamedTuple):
     drawn: Array
 
 
-def growth_over_turn(p: SectionParameters, fourbar: FourBar, seed: int) -> tuple[Array, Array, Array]:
+def growth_over_turn(p: SectionParameters, mechanism: Mechanism, seed: int) -> tuple[Array, Array, Array]:
     """One member's part of `Growth`: rate (turns, steps), alone and drawn (steps + 1,)."""
-    state, steps = settled(fourbar, p.settle, seed), p.steps(fourbar)
-    alone = separation(fourbar, state, LEFT_ALONE, seed, steps=steps)
-    growth = turn_growth(fourbar, state, p.exponent_turns + 1, seed, steps=steps, offset=p.offset, tolerance=p.exponent_tolerance)
+    scene, steps = Scene.of(mechanism), p.steps(mechanism)
+    state = settled(scene, p.settle, seed)
+    alone = separation(scene, state, LEFT_ALONE, seed, steps=steps)
+    growth = turn_growth(scene, state, p.exponent_turns + 1, seed, steps=steps, offset=p.offset, tolerance=p.exponent_tolerance)
     drawn = LEFT_ALONE * np.exp(np.concatenate([[0.0], np.cumsum(growth[0])]))
-    return growth[1:] * steps / fourbar.period, alone, drawn
+    return growth[1:] * steps / period(mechanism), alone, drawn
 
 
-def fastest(rate: Array, period: float) -> float:
+def fastest(rate: Array, turn: float) -> float:
     """Largest mean rate, 1/s, over any `WINDOW` of a turn (over the whole turn if that is shorter)."""
     mean = rate.mean(axis=(0, 1))
-    width = min(max(1, round(WINDOW / period * mean.size)), mean.size)
+    width = min(max(1, round(WINDOW / turn * mean.size)), mean.size)
     sums = np.concatenate([[0.0], np.cumsum(np.tile(mean, 2))])
     return float((sums[width:] - sums[:-width]).max() / width)
 

@@ -19,37 +19,34 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import integer, quantities, quantity, text
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
-from buckler.studies.kit.style import COLOURS, subplots
+from buckler.studies.kit.style import COLOURS, Figure, subplots
 from buckler.studies.rattling import world_shares
+from buckler.studies.rattling.assumptions import BODIES
 from buckler.studies.rattling.buffering_measures import (
     BALANCED,
     CLAIMS,
     FAMILIES,
-    SAMPLES,
+    LINKS,
+    TURN,
     VERDICTS,
     WHERE,
     EnsembleParameters,
-    curves,
+    ideal_turn,
     mean,
     overall,
     ratio,
     trouble,
 )  # fmt: skip
-from buckler.studies.rattling.cycles import Ensemble, by_cycle
 from buckler.studies.rattling.mode_sets import damped, rocker_modes
-from buckler.studies.rattling.turns import simulate
+from buckler.studies.rattling.turns import Ensemble, period
 from buckler.studies.rattling.worlds import drawn
 from buckler.studies.sweeping.sweep import sweep
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 ROCKERS = ("rigid", "flexible")
 OVER_IDEAL = ("acceleration", "force", "smooth_acceleration")
@@ -157,16 +154,19 @@ def _over_worlds(p: Parameters, progress: Progress) -> _Over:
 def _measured(p: Parameters, case: ClaimCase, rocker: str) -> Ensemble:
     """Run one rocker; the two have other seeds, so their errors are independent."""
     if rocker == "rigid":
-        return p.ensemble(p.fourbar(*case))
+        return p.ensemble(p.bars(*case))
     modes = rocker_modes(p.modes_of, case.depth, p.bending, p.axial)
-    return p.ensemble(p.fourbar(*case, damped(modes, p.modal_damping, p.rocker_damping)), batch=1)
+    return p.ensemble(p.bars(*case, damped(modes, p.modal_damping, p.rocker_damping)), batch=1)
 
 
 def _ideal(p: Parameters, depth: float) -> Mapping[str, Any]:
-    """Measures of one turn with ideal joints."""
-    bar = p.fourbar(p.damping_unit[0], depth, 0.0)
-    turn = simulate(bar, bar.period, samples=SAMPLES + 1, tolerance=p.tolerance)
-    return {name: values[0] for name, values in (by_cycle(turn, 1) | curves(turn, 1)).items()}
+    """Measures of one turn with ideal joints, as those of an ensemble."""
+    made = p.bars(p.damping_unit[0], depth, p.clearance[0])
+    turn = ideal_turn(made)
+    a = np.stack([turn.at(f"{link}.ax", TURN * period(made)) for link in LINKS], axis=1)
+    force = [np.hypot(*(turn[f"{joint}.{'-'.join(pair)}.f{x}"] for x in "xy")).max() for joint, pair in BODIES.items()]
+    peak = [np.abs(turn[f"{link}.ax"]).max() for link in LINKS]
+    return {"force": np.array(force), "peak_a": np.array(peak), "travel_a": np.abs(np.diff(a, axis=0)).sum(axis=0)}
 
 
 def _numbers(name: str, found: Ensemble) -> dict[str, Metric]:
@@ -177,7 +177,7 @@ def _numbers(name: str, found: Ensemble) -> dict[str, Metric]:
         numbers[f"{name}.{claim.name}"] = Metric(value, claim.unit, error=error / value)
     return numbers | {
         f"{name}.energy_balance": Metric(max(found.balances), "1"),
-        f"{name}.penetration": Metric(float(found.cycles["depth"].max()), "m"),
+        f"{name}.penetration": Metric(float(found.turns["depth"].max()), "m"),
     }
 
 
@@ -318,7 +318,3 @@ def _legend(fig: Figure) -> None:
     lines = [Line2D([], [], color=TINT[place], label=WHERE[place]) for place in WHERE]
     marks = [Line2D([], [], **_mark(verdict, "#555555"), label=verdict) for verdict in ("holds", "does not", "undecided")]
     fig.legend(handles=[*lines, *marks], loc="outside upper center", ncols=4)
-
-
-if __name__ == "__main__":
-    raise SystemExit(main("buffering-claims"))

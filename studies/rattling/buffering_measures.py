@@ -15,30 +15,28 @@ being the number of verdicts in the table (Bonferroni): the chance that any verd
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from itertools import pairwise
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from math import hypot
 from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.stats import t as student
 
-from buckler.mbs import Status
+from buckler.mbs import Mechanism, Result, Revolute, Status, simulate
 from buckler.mbs.laws import AdamsFriction
 from buckler.mbs.library import CLOSED, RATTLING
+from buckler.mbs.spectral.dense import at_times
 from buckler.studies.kit.parameters import choices, integer, quantities, quantity
-from buckler.studies.kit.published import BAR_AREA
-from buckler.studies.rattling.assumptions import Assumptions
-from buckler.studies.rattling.cycles import Ensemble, ensemble
-from buckler.studies.rattling.linkage import FourBar
-from buckler.studies.rattling.turns import Run
+from buckler.studies.rattling.assumptions import BODIES, JOINTS, Assumptions
+from buckler.studies.rattling.bars import bars
+from buckler.studies.rattling.turns import Ensemble, Flight, along, by_turn, ensemble, gap, period
 
 Array = np.ndarray[Any, Any]
 READINGS = {"N.s/m": RATTLING, "N.s/mm": CLOSED}
 """Contact laws by how the unit of the published c_max = 253 is read."""
-SAMPLES = 2000
-"""Of a turn, 0.1 ms apart at 300 r/min; what `curves` measures is read off them."""
+TURN = np.linspace(0, 1, 2001)
+"""Times, over that of a turn, 0.1 ms apart at 300 r/min: what `curves` measures is read off them."""
 SPREAD = 0.1
 """Standard deviation of the journals' places at the start, in clearances."""
 BALANCED = 1e-3
@@ -48,6 +46,8 @@ VERDICTS = {HOLDS: 1.0, UNDECIDED: 0.0, FAILS: -1.0}
 """What a case can come to, and as the number in metrics.json."""
 PLACES = {"coupler": 0, "rocker": 1, "rocker_middle": 2}
 """Centre of mass of the coupler, of the rocker, and the rocker's mid-point: its material point there."""
+LINKS = ("coupler", "rocker", "rocker")
+"""Whose ideal motion they are held against."""
 
 
 class Claim(NamedTuple):
@@ -108,74 +108,67 @@ class EnsembleParameters(Assumptions):
     tolerance: float = quantity(1e-8, "1", 1e-12, 1e-4, "of a step, of the longest bar and a radian", "numerics")
     workers: int = integer(2, 1, 64, "threads", "numerics")
 
-    def fourbar(self, unit: str, depth: float, gap: float, modes: Any = None) -> FourBar:
+    def bars(self, unit: str, depth: float, gap: float, rocker: Any = None) -> Mechanism:
         """Crank-rocker with clearance, in one reading of c_max, by its bars' side in the plane and clearance, m."""
-        return FourBar(
-            law=READINGS[unit], thickness=depth, width=BAR_AREA / depth, gap=gap, modes=modes, pin=self.pin, gravity=self.pull,
-            friction=AdamsFriction(0.3, 0.1, *self.thresholds), turned=self.turned,
-        )  # fmt: skip
+        friction = AdamsFriction(0.3, 0.1, *self.thresholds)
+        return bars(
+            READINGS[unit], friction, gap, depth=depth, pin=self.pin, rocker=rocker, turned=self.turned, gravity=self.pull
+        )
 
     def check(self) -> None:
         """One body carries each pin."""
         self.turned  # noqa: B018 - refuses a joint named twice
 
-    def ensemble(self, fourbar: FourBar, batch: int = 0) -> Ensemble:
+    def ensemble(self, mechanism: Mechanism, batch: int = 0) -> Ensemble:
         """Run all members; another batch has other seeds, so that its errors are its own."""
         first = self.seed + batch * self.members
         return ensemble(
-            fourbar,
+            mechanism,
             self.cycles,
             range(first, first + self.members),
             settle=self.settle,
-            spread=SPREAD * max(fourbar.gaps),
+            spread=SPREAD * gap(mechanism),
             tolerance=self.tolerance,
-            samples=SAMPLES,
             workers=self.workers,
-            measure=curves,
+            measure=curves(mechanism),
         )
 
 
 # --- what is measured -------------------------------------------------------------------------------------------------
 
 
-def velocities(run: Run) -> Array:
-    """x-velocities of the `PLACES`, m/s, shape (samples, 3)."""
-    middle = run.q_t[:, 5].copy()
-    if run.fourbar.modes is not None:
-        shape = run.fourbar.modes.planar(run.fourbar.rocker).shapes[2, :2].T
-        moved, flow = run.q[:, 8:] @ shape, run.q_t[:, 8:] @ shape
-        c, s = np.cos(run.q[:, 7]), np.sin(run.q[:, 7])
-        middle += c * flow[:, 0] - s * flow[:, 1] - run.q_t[:, 7] * (s * moved[:, 0] + c * moved[:, 1])
-    return np.stack([run.q_t[:, 2], run.q_t[:, 5], middle], axis=1)
-
-
-def curves(run: Run, turns: int, settle: int = 0) -> dict[str, Array]:
+def curves(mechanism: Mechanism) -> Callable[[Flight, int, int], dict[str, Array]]:
     """Measures of the curves of each turn after the first `settle`, each of shape (turns - settle, 3) for the `PLACES`.
 
-    Returns
-    -------
-    v_error : array
-        Root mean square over time of the x-velocity less that of ideal joints, m/s.
-    a_error : array
-        The same of the x-acceleration, m/s^2: how rough the velocity curve is. The square of the acceleration was integrated
-        along with the motion; its product with the smooth one of ideal joints is summed over changes of velocity.
-    travel_a : array
-        Sum of |changes| of the x-acceleration from sample to sample, m/s^2: how far a pen goes up and down that draws the
-        acceleration curve, so it grows with peaks and with their number. It depends on the samples, as a drawing does.
+    `v_error` and `a_error`: root mean square over time of the x-velocity, m/s, and x-acceleration, m/s^2, less those of rigid
+    bars in ideal joints: how much the velocity fluctuates, and how rough its curve is. The square of the acceleration was
+    integrated along with the motion; its product with the smooth one of ideal joints is summed over changes of velocity.
+    `travel_a`: sum of |changes| of the x-acceleration from sample to sample, m/s^2: how far a pen goes up and down that draws
+    the acceleration curve, so it grows with peaks and with their number. It depends on the samples, as a drawing does.
     """
-    ideal, places = run.fourbar.ideal(run.time), [1, 2, 2]
-    v, a = velocities(run), np.stack([run.coupler_a[:, 0], run.rocker_a[:, 0], run.middle_a[:, 0]], axis=1)
-    wanted, rush = ideal.velocity[:, places, 0], ideal.acceleration[:, places, 0]
-    jumps, between = np.diff(v, axis=0), (rush[1:] + rush[:-1]) / 2
-    samples = (len(run.time) - 1) // turns
-    found: dict[str, list[Array]] = {"v_error": [], "a_error": [], "travel_a": []}
-    for begin, end in pairwise(np.arange(settle, turns + 1) * samples):
-        span, turn, after = run.time[end] - run.time[begin], slice(begin, end), slice(begin + 1, end + 1)
-        square = (run.squares[end] - run.squares[begin] - 2 * (jumps[turn] * between[turn]).sum(axis=0)) / span
-        found["v_error"].append(np.sqrt(((v - wanted)[after] ** 2).mean(axis=0)))
-        found["a_error"].append(np.sqrt(np.maximum(square + (rush[after] ** 2).mean(axis=0), 0)))
-        found["travel_a"].append(np.abs(np.diff(a[begin : end + 1], axis=0)).sum(axis=0))
-    return {name: np.array(values) for name, values in found.items()}
+    turn, plain = period(mechanism), ideal_turn(mechanism)
+    wanted, rush = (np.stack([plain.at(f"{link}.{x}", TURN * turn) for link in LINKS], axis=1) for x in ("vx", "ax"))
+    between = (rush[1:] + rush[:-1]) / 2
+
+    def measure(flight: Flight, turns: int, settle: int = 0) -> dict[str, Array]:
+        rows: list[tuple[Array, ...]] = []
+        whole = by_turn(flight, turns, settle)["rms_a"] ** 2
+        for k, square in zip(range(settle, turns), whole, strict=True):
+            v, a = along(flight.scene, at_times(flight.scene, flight.out, (k + TURN) * turn))
+            cross = 2 * (np.diff(v, axis=0) * between).sum(axis=0) / turn
+            rough = np.sqrt(np.maximum(square - cross + (rush[1:] ** 2).mean(axis=0), 0))
+            rows.append((np.sqrt(((v - wanted)[1:] ** 2).mean(axis=0)), rough, np.abs(np.diff(a, axis=0)).sum(axis=0)))
+        return dict(zip(("v_error", "a_error", "travel_a"), map(np.stack, zip(*rows, strict=True)), strict=True))
+
+    return measure
+
+
+def ideal_turn(mechanism: Mechanism) -> Result:
+    """One turn of the same bars, all rigid, in ideal joints."""
+    joints = [Revolute(point, *BODIES[point]) for point in JOINTS]
+    links = [replace(link, body=mechanism.link("crank").body) for link in mechanism.links]
+    made = Mechanism(mechanism.points, links, joints, drives=mechanism.drives, gravity=mechanism.gravity)
+    return simulate(made, period(mechanism))
 
 
 # --- how it is judged -------------------------------------------------------------------------------------------------
@@ -238,7 +231,7 @@ def trouble(name: str, found: Ensemble) -> list[str]:
     if not max(found.balances) <= BALANCED:
         lines.append(f"{name}: ENERGY, balance {max(found.balances):.1e}, more than {BALANCED:g}")
     if not found.ok:
-        deep, gap = found.cycles["depth"].max(), max(found.fourbar.gaps)
+        deep, gap = found.turns["depth"].max(), found.gap
         many = sum(outcome is not Status.OK for outcome in found.outcomes)
         runs = f"{many} of {len(found.outcomes)} runs"
         lines.append(f"{name}: PENETRATION, {deep:.2g} m with {gap:.2g} m of clearance, in {runs}: no law holds there")

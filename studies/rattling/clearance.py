@@ -1,9 +1,4 @@
-"""What the studies of joints with clearance share: the crank-rocker's parameters, its variants, and what is read off a run.
-
-The mechanism is that of a paper that leaves much unsaid: clearance, pins, friction speeds, the plane in which the bars
-bend. Each of these is a parameter here. The unit of its largest contact damping, 253 "N×S/m", decides the physics
-(`damping_unit`): in N.s/m the joints rattle; in N.s/mm, the paper's own 0.1 % of the stiffness, they stay closed.
-"""
+"""The crank-rocker with clearance on the engine: its parameters and variants, and what is read off a run."""
 
 from __future__ import annotations
 
@@ -15,14 +10,14 @@ from typing import Any
 import numpy as np
 
 from buckler import mbs
-from buckler.mbs import Beam, Clearance, Mechanism, Modal, Result, Rigid, Section, crank_rocker
+from buckler.mbs import Beam, Mechanism, Modal, Result, Rigid, Section
 from buckler.mbs.accuracy.difference import FINEST
-from buckler.mbs.laws import AdamsFriction, Impact
 from buckler.mbs.library import STEEL_CRANK_ROCKER
-from buckler.mbs.modal import CraigBampton, reduced
-from buckler.studies.kit.parameters import choice, choices, integer, quantity
-from buckler.studies.kit.published import BAR_AREA, CONTACT_DAMPING, CONTACT_STIFFNESS, DAMPING_UNITS, STEEL
-from buckler.studies.rattling.assumptions import DAMPINGS, Assumptions, JointAssumptions
+from buckler.mbs.modal import CraigBampton
+from buckler.studies.kit.parameters import choices, integer, quantity
+from buckler.studies.rattling.assumptions import Assumptions
+from buckler.studies.rattling.bars import PlayParameters
+from buckler.studies.rattling.mode_sets import damped, section
 
 Array = np.ndarray[Any, Any]
 WITH_PLAY = ("", "B", "BC", "ABC", "OABC")
@@ -55,59 +50,6 @@ COLOURS = {"ideal": "#000000", "rigid": "#D55E00", "flexible": "#0072B2"}
 def label(rocker: str) -> str:
     """What the results of a rocker are filed under: `rigid` or `flexible`."""
     return "rigid" if rocker == "rigid" else "flexible"
-
-
-class InPython:
-    """A contact law that the compiler cannot see into: the engine calls Python for every force."""
-
-    def __init__(self, law: Any) -> None:
-        self.law = law
-        self.stiffness, self.exponent = getattr(law, "stiffness", 0.0), getattr(law, "exponent", 1.0)
-
-    def force(self, depth: Any, rate: Any, onset: Any) -> Any:
-        """Force of the law, N."""
-        return self.law.force(depth, rate, onset)
-
-    def elastic(self, depth: Any) -> Any:
-        """Elastic part of the law, N."""
-        return self.law.elastic(depth)
-
-    def potential(self, depth: Any) -> Any:
-        """Its potential, J."""
-        return self.law.potential(depth)
-
-
-@dataclass(frozen=True)
-class PlayParameters(JointAssumptions):
-    """The crank-rocker's bars, joints with clearance, contact and drive, on both solvers."""
-
-    in_plane_depth: float = quantity(20e-3, "m", 5e-3, 20e-3, "side of the 20 mm x 5 mm bars in the plane", "bars")
-    clearance: float = quantity(2.5e-4, "m", 1e-7, 2e-3, "radial clearance", "joints")
-    pin: float = quantity(5e-3, "m", 1e-3, 1e-2, "radius of the pins", "joints")
-    stiffness: float = quantity(CONTACT_STIFFNESS, "N/m^1.5", 1e6, 1e14, "contact stiffness K", "contact")
-    damping: float = quantity(CONTACT_DAMPING, "1", 0, 1e5, "largest contact damping c_max, in damping_unit", "contact")
-    damping_unit: str = choice("N.s/m", tuple(DAMPING_UNITS), "how the published unit of c_max is read", "contact")
-    damping_depth: float = quantity(1e-5, "m", 1e-8, 1e-3, "depth d_max at which the damping is full", "contact")
-    static_friction: float = quantity(0.3, "1", 0, 2, "static Coulomb coefficient", "contact")
-    dynamic_friction: float = quantity(0.1, "1", 0, 2, "dynamic Coulomb coefficient", "contact")
-    stiction_speed: float = quantity(0.1, "m/s", 1e-5, 10, "sliding speed at which friction is static", "contact")
-    friction_speed: float = quantity(1.0, "m/s", 2e-5, 100, "sliding speed from which friction is dynamic", "contact")
-    speed: float = quantity(10 * pi, "rad/s", 0.1, 500, "speed of the crank", "drive")
-
-    @property
-    def law(self) -> Impact:
-        """Contact law."""
-        return Impact(self.stiffness, self.damping * DAMPING_UNITS[self.damping_unit], self.damping_depth)
-
-    @property
-    def friction(self) -> AdamsFriction:
-        """Friction law."""
-        return AdamsFriction(self.static_friction, self.dynamic_friction, *self.thresholds)
-
-    @property
-    def thresholds(self) -> tuple[float, float]:
-        """Sliding speeds at which friction is static, and from which it is dynamic, m/s."""
-        return self.friction_thresholds * self.stiction_speed, self.friction_thresholds * self.friction_speed
 
 
 @dataclass(frozen=True)
@@ -143,43 +85,29 @@ class CrankRockerParameters(PlayParameters, Assumptions):
     @property
     def section(self) -> Section:
         """Of all bars, without damping."""
-        return Section(width=BAR_AREA / self.in_plane_depth, thickness=self.in_plane_depth, material=STEEL)
+        return section(self.in_plane_depth)
 
     @property
     def with_play(self) -> str:
         """Points of the joints with clearance."""
         return WITH_PLAY[self.clearance_joints]
 
-    def play(self, point: str, first: str, second: str) -> Clearance:
-        """Joint with clearance at a point, pin on the first body, bush on the second, or the other way round by `pin_on`."""
-        if point in self.turned:
-            first, second = second, first
-        return Clearance(point, first, second, self.pin, self.clearance, self.law, self.friction)
-
     def mechanism(self, rocker: str, with_play: str | None = None) -> Mechanism:
         """Crank-rocker with this rocker and clearance in these joints; by default in as many as `clearance_joints` says."""
-        offset = START_OFFSET * float(np.random.default_rng(self.seed).standard_normal())
-        made = crank_rocker(
-            ROCKERS[rocker](self),
-            speed=self.speed,
-            play=self.play,
-            with_play=self.with_play if with_play is None else with_play,
-            section=self.section,
-            angle=self.start_angle + offset,
-        )
-        return replace(made, gravity=self.pull)
+        joints = self.with_play if with_play is None else with_play
+        return self.bars(rocker=ROCKERS[rocker](self), joints=joints, angle=self.angle)
+
+    @property
+    def angle(self) -> float:
+        """Of the crank at the start, with its chance offset, rad."""
+        return self.start_angle + START_OFFSET * float(np.random.default_rng(self.seed).standard_normal())
 
     def modal(self) -> Modal:
         """Rocker of a solid's modes."""
         held = self.modes_of == "Craig-Bampton"
         plain = Modal(self.section, damping=self.rocker_damping)
         plain = replace(plain, modes=CraigBampton()) if held else plain
-        if self.modal_damping == "constant":
-            return plain
-        model = reduced(plain, STEEL_CRANK_ROCKER.rocker).planar()
-        ratios = DAMPINGS[self.modal_damping](model.frequency / (2 * pi), self.rocker_damping)
-        modes = CraigBampton(tuple(model.numbers.tolist())) if held else plain.modes
-        return replace(plain, modes=modes, damping=tuple(ratios.tolist()))
+        return plain if self.modal_damping == "constant" else damped(plain, self.modal_damping, self.rocker_damping)
 
 
 @dataclass(frozen=True)
@@ -202,12 +130,11 @@ def run_variants(parameters: CrankRockerParameters, progress: Any) -> list[Varia
 
 def simulate(parameters: CrankRockerParameters, rocker: str, with_play: str) -> Result:
     """Run one mechanism, energy ledger included."""
-    solver = mbs.Exudyn(
-        mbs.Controlled(
-            tolerance=parameters.tolerance if with_play else None,
-            max_step=min(2 * pi / parameters.speed / STEPS_A_TURN, parameters.duration / 10),
-        )
-    )
+    longest = min(2 * pi / parameters.speed / STEPS_A_TURN, parameters.duration / 10)
+    if with_play:
+        solver: mbs.Exudyn | mbs.Closure = mbs.Exudyn(mbs.Controlled(parameters.tolerance, longest))
+    else:
+        solver = mbs.Closure(mbs.Controlled(max_step=longest))
     return mbs.simulate(
         parameters.mechanism(rocker, with_play),
         parameters.duration,

@@ -12,15 +12,14 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from math import isfinite
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from buckler.mbs import Modal
 from buckler.mbs.accuracy.precision import Point, time_for, verdict
-from buckler.mbs.engine.choice import usual_tolerance
 from buckler.mbs.modal import BarModes
-from buckler.studies.kit.cli import main
+from buckler.mbs.solvers.choice import usual_tolerance
 from buckler.studies.kit.parameters import choice, choices, integer, quantities, quantity, specs
 from buckler.studies.kit.precision import (
     Runs,
@@ -38,30 +37,25 @@ from buckler.studies.kit.precision import (
 )
 from buckler.studies.kit.published import DAMPING_UNITS
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
-from buckler.studies.kit.style import subplots
+from buckler.studies.kit.style import Figure, subplots
 from buckler.studies.rattling.assumptions import Assumptions
-from buckler.studies.rattling.clearance import CrankRockerParameters, InPython
+from buckler.studies.rattling.clearance import CrankRockerParameters
 from buckler.studies.rattling.clearance_precision_cycles import QUANTITIES, Comparison, compare
 from buckler.studies.rattling.clearance_precision_runs import (
     MODES,
     BarPaths,
+    InPython,
     beam,
     by_scipy,
     compiled,
     finest,
-    fourbar,
     mechanism,
-    modal,
     modes_of_beam,
     on_engine,
     plainly,
-    rigid,
     with_equal_steps,
     with_tolerance,
 )
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 DEFAULT, EQUAL, OWN_STEP = "default", "1e-7", "20 us"
 """Setting of a run with no settings; the compiled solver's tolerance for ratios; step with the engine's own settings."""
@@ -154,46 +148,44 @@ class Model:
 
 def _rigid(p: Parameters) -> Model:
     bars, span = p.bars, p.span
-    bar, free = fourbar(bars), mechanism(bars, rigid(bars))
-    held = mechanism(bars, rigid(bars), ramp=True)
-    slow, dop = mechanism(bars, rigid(bars), law=InPython(bars.law)), by_scipy(bar)
-    plain = mechanism(bars, rigid(bars), law=InPython(bars.law), ramp=True)
+    free, held = mechanism(bars), mechanism(bars, ramp=True)
+    slow, plain = (mechanism(bars, law=InPython(bars.law), ramp=ramp) for ramp in (False, True))
     runs: Runs = {
-        "compiled": {power(x): partial(compiled, bar, span, x) for x in TOLERANCES},
-        "scipy DOP853": {EQUAL: partial(dop, span, float(EQUAL))},
+        "compiled": {power(x): partial(compiled, free, span, x) for x in TOLERANCES},
+        "scipy DOP853": {EQUAL: partial(by_scipy(free), span, float(EQUAL))},
         "Rigid": _both(free, p),
         "Rigid, implicit": _both(held, p),
         "Rigid, equal steps": by_steps(partial(with_equal_steps, free, span), p.steps),
         "Python law": {DEFAULT: partial(on_engine, slow, span)},
         "engine's own, Python law": {OWN_STEP: partial(plainly, plain, span, round(span / 20e-6))},
     }
-    return _model(p, runs, bar, rigid(bars), "Rigid")
+    return _model(p, runs, free, free, "Rigid")
 
 
 def _beam(p: Parameters) -> Model:
     bars, span = p.bars, p.span
-    bar = fourbar(bars, modes_of_beam(bars))
-    few = fourbar(bars, Modal(bars.section, BarModes(2, 1), 0.01))
+    bar, few = mechanism(bars, modes_of_beam(bars)), mechanism(bars, Modal(bars.section, BarModes(2, 1), 0.01))
+    usual = mechanism(bars, beam(bars, 4))
     runs: Runs = {
         YARDSTICK: {power(TOLERANCES[0]): partial(compiled, bar, span, TOLERANCES[0])},
         "compiled, 2 + 1 modes": {EQUAL: partial(compiled, few, span, float(EQUAL))},
         **{f"Beam x {n}": _both(mechanism(bars, beam(bars, n)), p) for n in sorted({4, *map(int, p.elements)})},
-        "Beam x 4, equal steps": by_steps(partial(with_equal_steps, mechanism(bars, beam(bars, 4)), span), p.steps),
+        "Beam x 4, equal steps": by_steps(partial(with_equal_steps, usual, span), p.steps),
     }
-    model = _model(p, runs, bar, beam(bars, 4), "Beam x 4")
-    like = fourbar(bars, modes_of_beam(bars, FEWER))  # what an axial mode of 60 kHz adds to a turn is less than chance does
-    return replace(model, statistics=partial(compare, bars, beam(bars, 4), like, p.members, p.cycles))
+    model = _model(p, runs, bar, usual, "Beam x 4")
+    like = mechanism(bars, modes_of_beam(bars, FEWER))  # what an axial mode of 60 kHz adds to a turn is less than chance does
+    return replace(model, statistics=partial(compare, usual, like, p.members, p.cycles))
 
 
 def _modal(p: Parameters) -> Model:
-    bars, span, body = p.bars, p.span, modal(p.bars)
-    bar = fourbar(bars, body)
+    bars, span = p.bars, p.span
+    bar = mechanism(bars, bars.modal())
     runs: Runs = {
         "compiled, same modes": {power(x): partial(compiled, bar, span, x) for x in TOLERANCES},
-        "Modal": _both(mechanism(bars, body), p),
-        "Modal, equal steps": by_steps(partial(with_equal_steps, mechanism(bars, body), span), (min(p.steps),)),
+        "Modal": _both(bar, p),
+        "Modal, equal steps": by_steps(partial(with_equal_steps, bar, span), (min(p.steps),)),
     }
-    return _model(p, runs, bar, body, "Modal")
+    return _model(p, runs, bar, bar, "Modal")
 
 
 def _both(made: Any, p: Parameters) -> dict[str, Callable[[], BarPaths]]:
@@ -205,12 +197,12 @@ def _both(made: Any, p: Parameters) -> dict[str, Callable[[], BarPaths]]:
     return by_tolerance(run, coarser) | default | by_tolerance(run, finer)
 
 
-def _model(p: Parameters, runs: Runs, bar: Any, rocker: Any, chosen: str) -> Model:
+def _model(p: Parameters, runs: Runs, bar: Any, usual: Any, chosen: str) -> Model:
     distance = finest(bar, p.compared)
     return Model(
         runs,
         lambda outcome: distance(outcome) / p.clearance,
-        partial(compare, p.bars, rocker, bar, p.members, p.cycles),
+        partial(compare, usual, bar, p.members, p.cycles),
         chosen,
     )
 
@@ -358,7 +350,3 @@ def figure(result: StudyResult) -> Figure:
         ax.legend(title="at the points:\ntolerance, or steps", loc="center left", bbox_to_anchor=(1.0, 0.5), alignment="left")
         ax.set(title=f"{model} rocker", ylabel="distance over the first 10 ms\n[clearances]")
     return fig
-
-
-if __name__ == "__main__":
-    raise SystemExit(main("clearance-precision"))

@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from math import atan2
 from typing import Any
 
 import numpy as np
 from scipy.stats import ttest_ind
 
-from buckler.mbs import Controlled, Exudyn, Result, simulate
-from buckler.studies.rattling.clearance import FORCES, STEPS_A_TURN, CrankRockerParameters, joint_force
-from buckler.studies.rattling.clearance_precision_runs import mechanism
-from buckler.studies.rattling.cycles import ensemble
-from buckler.studies.rattling.linkage import FourBar
+from buckler.mbs import Controlled, Exudyn, Mechanism, Result, simulate
+from buckler.mbs.library import CrankRocker
+from buckler.studies.rattling.clearance import FORCES, START_OFFSET, STEPS_A_TURN, joint_force
+from buckler.studies.rattling.turns import ensemble, period
 
 Array = np.ndarray[Any, Any]
 QUANTITIES = {
@@ -60,23 +60,28 @@ class Comparison:
         return min(1.0, 5 * float(ttest_ind(self.engine, self.compiled, equal_var=False).pvalue.min()))
 
 
-def compare(
-    p: CrankRockerParameters, rocker: Any, bar: FourBar, members: int, cycles: int, progress: Callable[..., Any] = iter
-) -> Comparison:
+def compare(usual: Mechanism, compiled: Mechanism, members: int, cycles: int, progress: Callable[..., Any] = iter) -> Comparison:
     """Run the engine at its default tolerance, the compiled solver four times as often; each member has a start of its own."""
-    rows, balances = [], []
+    rows, balances, turn = [], [], period(usual)
+    steps = Exudyn(Controlled(max_step=turn / STEPS_A_TURN))
     for seed in progress(range(members)):
-        made = mechanism(replace(p, seed=seed), rocker)
-        solver = Exudyn(Controlled(max_step=bar.period / STEPS_A_TURN))
-        result = simulate(made, (1 + cycles) * bar.period, solver=solver, ledger=True, timeout=300)
-        if result.time[-1] < (1 + cycles) * bar.period * (1 - 1e-9):
+        result = simulate(another(usual, seed), (1 + cycles) * turn, solver=steps, ledger=True, timeout=300)
+        if result.time[-1] < (1 + cycles) * turn * (1 - 1e-9):
             raise RuntimeError(f"seed {seed}: {result.status}, {result.message}")
-        rows.append(by_turn(result, 1 + cycles, bar.period).mean(axis=0))
+        rows.append(by_turn(result, 1 + cycles, turn).mean(axis=0))
         balances.append(result.energy_balance)
-    found = ensemble(bar, cycles, range(4 * members), workers=1).cycles
-    lost = (found["contact"] + found["friction"]).sum(axis=2)
-    parts = [found["force"][..., 2], found["force"][..., 3], found["rms_a"][..., 0], found["rms_a"][..., 1], lost]
+    found = ensemble(compiled, cycles, range(4 * members)).turns
+    parts = [found["force"][..., 2], found["force"][..., 3], found["rms_a"][..., 0], found["rms_a"][..., 1], found["lost"]]
     return Comparison(np.stack(rows), np.stack(parts, axis=-1).mean(axis=1), max(balances))
+
+
+def another(made: Mechanism, seed: int) -> Mechanism:
+    """The same, its crank offset at the start by chance."""
+    offset = START_OFFSET * float(np.random.default_rng(seed).standard_normal())
+    (ax, ay), (cx, _) = made.points["A"], made.points["C"]
+    crank, coupler, rocker = (made.length(link) for link in ("crank", "coupler", "rocker"))
+    places = CrankRocker(crank, coupler, rocker, cx).places(atan2(ay, ax) + offset)
+    return replace(made, points=places)
 
 
 def by_turn(result: Result, turns: int, period: float) -> Array:

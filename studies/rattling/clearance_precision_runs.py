@@ -11,19 +11,15 @@ from typing import Any
 
 import numpy as np
 from scipy.integrate import solve_ivp
-from scipy.interpolate import CubicHermiteSpline
 
 from buckler.mbs import (
     Beam,
-    Clearance,
     Controlled,
     Equal,
     Exudyn,
     Mechanism,
     Modal,
     Ramp,
-    Rigid,
-    crank_rocker,
     simulate,
 )
 from buckler.mbs.library import STEEL_CRANK_ROCKER
@@ -31,18 +27,14 @@ from buckler.mbs.modal import BarModes
 from buckler.mbs.spectral.dense import right_hand_side
 from buckler.mbs.spectral.output import STEPS
 from buckler.mbs.spectral.run import integrate
-from buckler.studies.rattling import turns
+from buckler.mbs.spectral.scene import Scene
 from buckler.studies.rattling.clearance import CrankRockerParameters
-from buckler.studies.rattling.linkage import FourBar
-from buckler.studies.rattling.turns import Model, solver
+from buckler.studies.rattling.turns import period, solver
 
 Array = np.ndarray[Any, Any]
-CENTRES = {"coupler": 2, "rocker": 5}
-"""First column of a bar's centre among the coordinates of a run."""
+LINKS, GOOD = ("coupler", "rocker"), ("OK", "SUSPECT")
 FINEST = 1e-12
 """Tolerance of the run that others are held against."""
-SAMPLE = 1e-6
-"""Time between its samples, s: read between them, it is as good as at them."""
 SEEN = 1e-4
 """Time between the samples of scipy's runs, s."""
 LENGTH = STEEL_CRANK_ROCKER.rocker
@@ -69,21 +61,23 @@ class BarPaths:
     balance: float = float("nan")
 
 
-def mechanism(p: CrankRockerParameters, rocker: Any, *, law: Any = None, ramp: bool = False) -> Mechanism:
+class InPython:
+    """A contact law that the compiler cannot see into: the engine calls Python for every force."""
+
+    def __init__(self, law: Any) -> None:
+        self.law = law
+        self.stiffness, self.exponent = law.stiffness, law.exponent
+        self.elastic, self.potential = law.elastic, law.potential
+
+    def force(self, depth: Any, rate: Any, onset: Any) -> Any:
+        """Force of the law, N."""
+        return self.law.force(depth, rate, onset)
+
+
+def mechanism(p: CrankRockerParameters, rocker: Any = None, *, ramp: bool = False, **changes: Any) -> Mechanism:
     """The crank-rocker with clearance in all joints; a ramp that does not rise takes it to the implicit integrator."""
-
-    def play(point: str, first: str, second: str) -> Clearance:
-        return replace(p.play(point, first, second), law=law or p.law)
-
-    offset = p.mechanism("rigid").points["A"]  # with the chance offset of the start
-    angle = float(np.arctan2(offset[1], offset[0]))
     speed = Ramp(p.speed, p.speed, 1.0) if ramp else p.speed
-    return replace(crank_rocker(rocker, speed=speed, play=play, section=p.section, angle=angle), gravity=p.pull)
-
-
-def rigid(p: CrankRockerParameters) -> Rigid:
-    """Rocker that does not bend."""
-    return Rigid(p.section)
+    return p.bars(rocker=rocker, speed=speed, angle=p.angle, **changes)
 
 
 def beam(p: CrankRockerParameters, elements: int) -> Beam:
@@ -91,21 +85,6 @@ def beam(p: CrankRockerParameters, elements: int) -> Beam:
     damped = p.section.damped(p.rocker_damping, LENGTH)
     material = replace(damped.material, axial_damping=damped.material.bending_damping)
     return Beam(replace(damped, material=material), elements=elements)
-
-
-def modal(p: CrankRockerParameters) -> Modal:
-    """Rocker of a solid's modes."""
-    return p.modal()
-
-
-def fourbar(p: CrankRockerParameters, modes: Modal | None = None) -> FourBar:
-    """The same for the compiled solver."""
-    place = p.mechanism("rigid").points["A"]
-    return FourBar(
-        width=p.section.width, thickness=p.section.thickness, density=p.section.material.density, speed=p.speed,
-        start=float(np.arctan2(place[1], place[0])), pin=p.pin, gap=p.clearance, law=p.law, friction=p.friction, modes=modes,
-        gravity=p.pull, turned=p.turned,
-    )  # fmt: skip
 
 
 def modes_of_beam(p: CrankRockerParameters, count: int = MODES) -> Modal:
@@ -122,7 +101,7 @@ def modes_of_beam(p: CrankRockerParameters, count: int = MODES) -> Modal:
 def on_engine(made: Mechanism, duration: float, solver: Exudyn | None = None, ledger: bool = False) -> BarPaths:
     """By the engine alone: a run without a solver might be another's."""
     result = simulate(made, duration, solver=solver or Exudyn(), ledger=ledger, timeout=300)
-    path = np.stack([result.signals[f"{bar}.{axis}"] for bar in CENTRES for axis in "xy"], axis=1)
+    path = np.stack([result.signals[f"{bar}.{axis}"] for bar in LINKS for axis in "xy"], axis=1)
     return BarPaths(result.time, path, result.status, result.work, result.energy_balance if ledger else float("nan"))
 
 
@@ -136,28 +115,32 @@ def with_equal_steps(made: Mechanism, duration: float, count: int) -> BarPaths:
     return on_engine(made, duration, Exudyn(Equal(count)))
 
 
-def compiled(bar: FourBar, duration: float, tolerance: float) -> BarPaths:
-    """By the compiled solver, at its own steps."""
-    model = Model.of(bar)
-    out, failure, counts = integrate(model.scene, duration, solver(bar, tolerance))
-    path = out.q[:, model.columns[[2, 3, 5, 6]]]
-    return BarPaths(out.time, path, str(failure[0]) if failure else "OK", {"steps": float(counts[STEPS])})
+def compiled(made: Mechanism, duration: float, tolerance: float) -> BarPaths:
+    """By the compiled solver, at its own steps, nothing read but the path."""
+    scene = Scene.of(made)
+    out, failure, counts = integrate(scene, duration, solver(made, tolerance))
+    return BarPaths(out.time, out.q[:, centres(scene)], str(failure[0]) if failure else "OK", {"steps": float(counts[STEPS])})
 
 
-def by_scipy(bar: FourBar) -> Callable[[float, float], BarPaths]:
+def by_scipy(made: Mechanism) -> Callable[[float, float], BarPaths]:
     """The compiled solver's right-hand side through scipy's DOP853; of duration and tolerance."""
-    model = Model.of(bar)
-    rates, start = right_hand_side(model.scene), np.concatenate([model.scene.q0, model.scene.v0])
+    scene = Scene.of(made)
+    rates, start = right_hand_side(scene), np.concatenate([scene.q0, scene.v0])
     rates(0.0, start)  # compiled now, not in the first run
-    options: Any = {"max_step": bar.period / 100, "first_step": 1e-7}
+    options: Any = {"max_step": period(made) / 100, "first_step": 1e-7}
 
     def run(duration: float, tolerance: float) -> BarPaths:
         times = np.linspace(0, duration, round(duration / SEEN) + 1)
         found = solve_ivp(rates, (0, duration), start, "DOP853", times, rtol=tolerance, atol=tolerance, **options)
-        path, work = found.y[model.columns[[2, 3, 5, 6]]].T, {"evaluations": found.nfev}
+        path, work = found.y[centres(scene)].T, {"evaluations": found.nfev}
         return BarPaths(found.t, path, "OK" if found.success else found.message, work)
 
     return run
+
+
+def centres(scene: Scene) -> list[int]:
+    """Coordinates of the centres of coupler and rocker."""
+    return [scene.builder.bodies[link].offset + k for link in LINKS for k in (0, 1)]
 
 
 def plainly(made: Mechanism, duration: float, steps: int) -> BarPaths:
@@ -173,16 +156,16 @@ def plainly(made: Mechanism, duration: float, steps: int) -> BarPaths:
 # --- how far apart ----------------------------------------------------------------------------------------------------
 
 
-def finest(bar: FourBar, compared: float) -> Callable[[BarPaths], float]:
+def finest(made: Mechanism, compared: float) -> Callable[[BarPaths], float]:
     """Distance from the compiled solver at `FINEST`: largest of a bar's centre within the time compared, m; nan if failed."""
-    run = turns.simulate(bar, compared, tolerance=FINEST, samples=round(compared / SAMPLE) + 1)
-    path = CubicHermiteSpline(run.time, run.q[:, [2, 3, 5, 6]], run.q_t[:, [2, 3, 5, 6]])
+    fine = simulate(made, compared, solver=solver(made, FINEST))
 
     def distance(outcome: BarPaths) -> float:
         early = outcome.time <= compared
-        if not run.ok or outcome.status not in ("OK", "SUSPECT") or early.all():
+        if fine.status not in GOOD or outcome.status not in GOOD or early.all():
             return float("nan")
-        off = outcome.path[early] - path(outcome.time[early])
+        path = np.stack([fine.at(f"{bar}.{axis}", outcome.time[early]) for bar in LINKS for axis in "xy"], axis=1)
+        off = outcome.path[early] - path
         return float(np.hypot(off[:, ::2], off[:, 1::2]).max())
 
     return distance

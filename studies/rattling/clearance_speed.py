@@ -14,39 +14,29 @@ from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from math import nan
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from buckler.studies.kit.cli import main
-from buckler.studies.kit.parameters import integer, quantities, specs
+from buckler.mbs import Controlled, Exudyn, Mechanism, Result, simulate
+from buckler.studies.kit.parameters import integer, quantities
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
-from buckler.studies.kit.style import COLOURS, subplots
-from buckler.studies.rattling.assumptions import Assumptions
-from buckler.studies.rattling.clearance import CrankRockerParameters, joint_force, rms
-from buckler.studies.rattling.clearance import simulate as simulate_on_engine
-from buckler.studies.rattling.cycles import ensemble
-from buckler.studies.rattling.fourbar import RockerParameters
-from buckler.studies.rattling.linkage import FourBar
-from buckler.studies.rattling.turns import simulate
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from buckler.studies.kit.style import COLOURS, Figure, subplots
+from buckler.studies.rattling.bars import RockerParameters
+from buckler.studies.rattling.clearance import START_OFFSET, joint_force, rms
+from buckler.studies.rattling.turns import ensemble, period
 
 Array = np.ndarray[Any, Any]
 JOINT = 2
 """Joint whose force is read: B, coupler and rocker."""
+STEP, STEPS_A_TURN = 5e-5, 720
+"""Tolerance of the runs on the engine, and the fewest of their steps in a turn."""
 MEASURES = {
     "peak_force": ("force", JOINT, "N", "peak force, joint B [N]"),
     "rms_ax_coupler": ("rms_a", 0, "m/s^2", "rms $a_x$, coupler [m/s²]"),
     "rms_ax_rocker": ("rms_a", 1, "m/s^2", "rms $a_x$, rocker [m/s²]"),
 }
 """Means over turns: measure of an ensemble, its column, unit and name."""
-SHARED = (
-    "in_plane_depth", "clearance", "pin", "stiffness", "damping", "damping_unit", "damping_depth", "speed",
-    "static_friction", "dynamic_friction", "stiction_speed", "friction_speed", *specs(Assumptions),
-)  # fmt: skip
-"""Parameters that mean the same on the engine."""
 AGREES = 5.0
 """Standard errors by which the two solvers may differ; those of the engine come from few members."""
 BALANCED = 1e-3
@@ -71,7 +61,7 @@ class Parameters(RockerParameters):
         """Build every point."""
         super().check()
         for clearance in self.clearances:
-            self.fourbar(gap=clearance)
+            self.bars(gap=clearance)
         if self.engine_members == 1:
             raise ValueError("engine_members = 1: one member has no standard error; 0, or 2 and more")
 
@@ -96,17 +86,17 @@ class SpeedPoint(NamedTuple):
     notes: tuple[str, ...] = ()
 
 
-def measure(p: Parameters, fourbar: FourBar) -> SpeedPoint:
+def measure(p: Parameters, mechanism: Mechanism) -> SpeedPoint:
     """One point of the grid."""
     seeds = range(p.seed, p.seed + p.members)
     try:
-        found = ensemble(fourbar, p.cycles, seeds, settle=p.settle, samples=1, tolerance=p.tolerance)
+        found = ensemble(mechanism, p.cycles, seeds, settle=p.settle, tolerance=p.tolerance)
     except RuntimeError as failure:
         return SpeedPoint(np.full(len(MEASURES), nan), np.full(len(MEASURES), nan), notes=(f"FAILED: {failure}",))
     mean, error = (
         np.array([float(part(name)[column]) for name, column, *_ in MEASURES.values()]) for part in (found.mean, found.error)
     )
-    depth = float(found.cycles["depth"].max() / fourbar.gaps[0])
+    depth = float(found.turns["depth"].max() / found.gap)
     notes = []
     if depth > 1:
         notes.append(f"PENETRATION: a pin is {depth:.2g} clearances deep in its bush")
@@ -117,10 +107,8 @@ def measure(p: Parameters, fourbar: FourBar) -> SpeedPoint:
 
 def ideal(p: Parameters, speed: float) -> Array:
     """The same three numbers of ideal joints and a rigid rocker, shape (3,)."""
-    fourbar = p.fourbar(gap=0.0, speed=speed, modes=None)
-    run = simulate(fourbar, fourbar.period, samples=721)
-    square = np.sqrt(run.squares[-1] / fourbar.period)
-    return np.array([run.peak_force[:, JOINT].max(), square[0], square[1]])
+    mechanism = p.bars(gap=0.0, speed=speed, rocker=None)
+    return of_turns(simulate(mechanism, period(mechanism)), period(mechanism), 1)
 
 
 def on_engine(p: Parameters, seed: int) -> Array:
@@ -131,17 +119,19 @@ def on_engine(p: Parameters, seed: int) -> Array:
     RuntimeError
         If the run does not end well.
     """
-    turn = p.fourbar().period
-    given: dict[str, Any] = {name: getattr(p, name) for name in SHARED}
-    case = CrankRockerParameters(
-        **given, rocker=(p.rocker,), start_angle=0.0, seed=seed, settle=0.0, duration=(p.settle + p.cycles) * turn, timeout=300
-    )
-    result = simulate_on_engine(case, p.rocker, case.with_play)
+    mechanism = p.bars(angle=START_OFFSET * float(np.random.default_rng(seed).standard_normal()))
+    turn, turns = period(mechanism), p.settle + p.cycles
+    steps = Exudyn(Controlled(STEP, max_step=turn / STEPS_A_TURN))
+    result = simulate(mechanism, turns * turn, solver=steps, ledger=True, timeout=300)
     if not result.ok:
         raise RuntimeError(f"engine, seed {seed}: {result.message}")
-    time, force = result.time, joint_force(result, "coupler_rocker")
-    found = []
-    for k in range(p.settle, p.settle + p.cycles):
+    return of_turns(result, turn, turns, p.settle)
+
+
+def of_turns(result: Result, turn: float, turns: int, settle: int = 0) -> Array:
+    """The three means over turns of a run, shape (3,)."""
+    time, force, found = result.time, joint_force(result, "coupler_rocker"), []
+    for k in range(settle, turns):
         part = (time >= k * turn) & (time <= (k + 1) * turn)
         squares = [rms(time[part], result.signals[f"{link}.ax"][part]) for link in ("coupler", "rocker")]
         found.append([force[part].max(), *squares])
@@ -155,11 +145,11 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Measure the grid, and one point once more on the engine."""
     p = parameters
     grid = [(clearance, speed) for clearance in p.clearances for speed in p.speeds]
-    fourbars = [p.fourbar(gap=clearance, speed=speed) for clearance, speed in grid]
+    mechanisms = [p.bars(gap=clearance, speed=speed) for clearance, speed in grid]
     with ThreadPoolExecutor(p.workers) as pool:
-        points = list(progress(pool.map(lambda fourbar: measure(p, fourbar), fourbars), total=len(grid), label="ensembles"))
+        points = list(progress(pool.map(lambda mechanism: measure(p, mechanism), mechanisms), total=len(grid), label="ensembles"))
         rigid = np.array(list(pool.map(lambda speed: ideal(p, speed), p.speeds)))
-    here = measure(p, p.fourbar())
+    here = measure(p, p.bars())
     seeds = range(p.seed, p.seed + p.engine_members)
     engine = np.array([on_engine(p, seed) for seed in progress(seeds, label="engine")])
     metrics, wrong = _metrics(p, grid, points, here, engine)
@@ -311,7 +301,3 @@ def _maps(result: StudyResult) -> Figure:
         fig.colorbar(image, ax=ax, label="log10")
     axes[-1].set_xlabel("radial clearance [mm]; in brackets: PENETRATION, deeper than the clearance")
     return fig
-
-
-if __name__ == "__main__":
-    raise SystemExit(main("clearance-speed"))

@@ -10,14 +10,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import integer
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
-from buckler.studies.kit.style import subplots
+from buckler.studies.kit.style import Figure, subplots
 from buckler.studies.rattling.clearance import (
     COLOURS,
     FORCES,
@@ -29,9 +28,6 @@ from buckler.studies.rattling.clearance import (
     samples,
     verdict,
 )
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 Array = np.ndarray[Any, Any]
 BAND = 2001
@@ -192,7 +188,3 @@ def _orbits(result: StudyResult) -> Figure:
     for ax in axes[-1]:
         ax.set_xlabel("$x/c$")
     return fig
-
-
-if __name__ == "__main__":
-    raise SystemExit(main("crank-rocker"))

@@ -13,19 +13,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import product
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from buckler import mbs
 from buckler.mbs import Modal
 from buckler.mbs.modal import FreeModes
-from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import choices, integer, quantity
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
-from buckler.studies.kit.style import COLOURS, subplots
+from buckler.studies.kit.style import COLOURS, Figure, subplots
 from buckler.studies.rattling.buffering_measures import CLAIMS, Claim, EnsembleParameters, Ratio, mean, ratio, trouble
-from buckler.studies.rattling.cycles import Ensemble
 from buckler.studies.rattling.mode_sets import (
     BENDING,
     MESH,
@@ -37,10 +35,7 @@ from buckler.studies.rattling.mode_sets import (
     flexibility,
     section,
 )
-from buckler.studies.rattling.turns import simulate
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from buckler.studies.rattling.turns import Ensemble, solver
 
 LISTED = 12
 """Flexible modes in the printed table."""
@@ -54,6 +49,7 @@ SHOWN = {
 AGREES, DIFFERS, UNDECIDED = "=", "≠", "?"
 MARKS = {AGREES: 1.0, UNDECIDED: 0.0, DIFFERS: -1.0}
 """How a set compares with the fullest one, and as the number in metrics.json."""
+MOVED = ("coupler", "rocker")
 ALIKE = 1e-3
 """Distance of the two solvers, over the clearance, beyond which the study is suspect."""
 
@@ -111,8 +107,8 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
         modes = flexibility(case.depth, name, p.rocker_damping)
         if modes is not None:
             modes = damped(modes, p.modal_damping, p.rocker_damping)
-        fourbar = p.fourbar(case.unit, case.depth, p.clearance, modes)
-        one = found[case, name] = p.ensemble(fourbar, batch=list(SETS).index(name))
+        made = p.bars(case.unit, case.depth, p.clearance, modes)
+        one = found[case, name] = p.ensemble(made, batch=list(SETS).index(name))
         wrong += trouble(f"{case.name}.{name}", one)
     for (case, name), one in found.items():
         metrics |= _numbers(p, f"{case.name}.{name}", one, found[case, BASE], found[case, BEST])
@@ -175,16 +171,13 @@ def cross_check(p: Parameters, depth: float) -> float:
     Same modes (three lowest in the plane, of the same damping ratio), law and start; rattling joints, as far as chaos lets
     trajectories be compared.
     """
-    modal = Modal(section(depth), FreeModes((1, 2, 3), "in-plane"), p.rocker_damping, MESH)
-    bar = p.fourbar("N.s/m", depth, p.clearance, modal)
-    ours = simulate(bar, p.cross_check, tolerance=1e-10, samples=10_001)
-    engine = mbs.simulate(bar.mechanism(), p.cross_check, solver=mbs.Exudyn(mbs.Controlled(tolerance=1e-6)), timeout=120)
-    if not engine.ok:
+    rocker = Modal(section(depth), FreeModes((1, 2, 3), "in-plane"), p.rocker_damping, MESH)
+    made, fine = p.bars("N.s/m", depth, p.clearance, rocker), mbs.Exudyn(mbs.Controlled(tolerance=1e-6))
+    engine = mbs.simulate(made, p.cross_check, solver=fine, timeout=120)
+    ours = mbs.simulate(made, p.cross_check, solver=solver(made, 1e-10))
+    if not (engine.ok and ours.ok):
         return float("nan")
-    away = []
-    for link, column in (("coupler", 2), ("rocker", 5)):
-        x, y = (np.interp(engine.time, ours.time, ours.q[:, column + k]) for k in range(2))
-        away.append(np.hypot(engine.signals[f"{link}.x"] - x, engine.signals[f"{link}.y"] - y).max())
+    away = [np.hypot(*(engine[f"{link}.{x}"] - ours.at(f"{link}.{x}", engine.time) for x in "xy")).max() for link in MOVED]
     return float(max(away)) / p.clearance
 
 
@@ -267,7 +260,3 @@ def figure(result: StudyResult) -> Figure:
         ax.set_xlabel("over the rigid rocker's")
     fig.legend(*axes[0][0].get_legend_handles_labels(), loc="outside upper center", ncols=3)
     return fig
-
-
-if __name__ == "__main__":
-    raise SystemExit(main("modes"))

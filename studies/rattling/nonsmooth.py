@@ -13,20 +13,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import pi
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from buckler.mbs import Controlled, Exudyn, Mechanism, Result, simulate
-from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import StudyParameters, choices, quantities, quantity
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
-from buckler.studies.kit.style import COLOURS, subplots
+from buckler.studies.kit.style import COLOURS, Figure, subplots
 from buckler.studies.rattling.nonsmooth_cases import ARM, CLEARANCE, CRANK, ROD, fourbar, slider_crank
 from buckler.studies.rattling.siconos import FOURBAR, SLIDER_CRANK
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 Array = np.ndarray[Any, Any]
 CASES = {"four-bar": (fourbar, 1.0, CRANK), "slider-crank": (slider_crank, 0.1, ARM)}
@@ -160,7 +156,3 @@ def figure(result: StudyResult) -> Figure:
     right.set(xlim=(0, TURNS), xlabel="turns of the crank [1]", ylabel="height of the slider / clearance [1]", ylim=(-2.2, 2.2))
     right.legend(fontsize=7, ncols=2)
     return fig
-
-
-if __name__ == "__main__":
-    raise SystemExit(main("nonsmooth"))

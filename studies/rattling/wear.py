@@ -11,23 +11,19 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from math import pi, sqrt
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from buckler import mbs
 from buckler.mbs import Mechanism, Result
 from buckler.mbs.elements.clearance import clearances, contact, states
-from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import integer, quantity
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
-from buckler.studies.kit.style import subplots
+from buckler.studies.kit.style import Figure, subplots
+from buckler.studies.rattling.assumptions import BODIES
 from buckler.studies.rattling.clearance import COLOURS, STEPS_A_TURN, CrankRockerParameters, label
-from buckler.studies.rattling.linkage import BODIES
 from buckler.studies.rattling.wearing import BUSH, PIN, Jump, Rubbing, directions, fitted, jumps, shares, size
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 Array = np.ndarray[Any, Any]
 SIDES = {"bush": BUSH, "pin": PIN}
@@ -207,7 +203,3 @@ def figure(result: StudyResult) -> Figure:
     axes[1, 0].set(ylabel="deepest place [µm]", ylim=(0, None))
     axes[1, -1].legend(loc="upper left")
     return fig
-
-
-if __name__ == "__main__":
-    raise SystemExit(main("wear"))

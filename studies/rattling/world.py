@@ -10,23 +10,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import integer, quantity
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, metrics_table
-from buckler.studies.kit.style import plain_ticks, subplots
+from buckler.studies.kit.style import Figure, plain_ticks, subplots
 from buckler.studies.rattling.assumptions import Assumptions
-from buckler.studies.rattling.buffering_measures import BALANCED, CLAIMS, SAMPLES, curves, mean, ratio
-from buckler.studies.rattling.cycles import Ensemble, ensemble
-from buckler.studies.rattling.fourbar import FourBarParameters
-from buckler.studies.rattling.linkage import FourBar
-from buckler.studies.rattling.mode_sets import damped, rocker_modes
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from buckler.studies.rattling.bars import FourBarParameters, flexible
+from buckler.studies.rattling.buffering_measures import BALANCED, CLAIMS, curves, mean, ratio
+from buckler.studies.rattling.turns import Ensemble, ensemble
 
 JOURNALS = 0.2
 """Standard deviation of the bars' places at the start, in clearances: journals then lie all over their bushes."""
@@ -44,40 +38,35 @@ class Parameters(FourBarParameters, Assumptions):
     settle: int = integer(1, 0, 10_000, "turns before that", "statistics")
     seed: int = integer(0, 0, 2**30, "draws the starts", "statistics")
 
-    def rockers(self) -> dict[str, FourBar]:
-        """The crank-rocker with either rocker."""
-        modes = damped(rocker_modes(self.modes_of, self.in_plane_depth), self.modal_damping, self.rocker_damping)
-        return {"rigid": self.fourbar(), "flexible": self.fourbar(modes=modes)}
+    def rockers(self) -> dict[str, Any]:
+        """Bodies of either rocker."""
+        return {"rigid": None, "flexible": flexible(self)}
 
 
-def measured(p: Parameters, fourbar: FourBar, seeds: Sequence[int]) -> Ensemble:
+def measured(p: Parameters, rocker: Any, seeds: Sequence[int]) -> Ensemble:
     """Run members from starts of their own and join their turns. The one call of a solver; another may stand here."""
 
     def member(seed: int) -> Ensemble:
-        start = float(np.random.default_rng([seed, 1]).uniform(0, 2 * np.pi))
+        made = p.bars(rocker=rocker, angle=float(np.random.default_rng([seed, 1]).uniform(0, 2 * np.pi)))
         return ensemble(
-            replace(fourbar, start=start), p.cycles, [seed], settle=p.settle, spread=JOURNALS * p.clearance,
-            tolerance=p.tolerance, samples=SAMPLES, measure=curves,
-        )  # fmt: skip
+            made, p.cycles, [seed], settle=p.settle, spread=JOURNALS * p.clearance, tolerance=p.tolerance, measure=curves(made)
+        )
 
     with ThreadPoolExecutor(p.workers) as pool:
-        found = list(pool.map(member, seeds))
-    cycles = {name: np.concatenate([each.cycles[name] for each in found]) for name in found[0].cycles}
-    outcomes, balances = (sum((getattr(each, name) for each in found), ()) for name in ("outcomes", "balances"))
-    return Ensemble(fourbar, cycles, outcomes, balances)
+        return Ensemble.joined(list(pool.map(member, seeds)))
 
 
 def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Run both rockers and hold every claim's number of the one against the other's."""
     p = parameters
     found: dict[str, Ensemble] = {}
-    for batch, (name, fourbar) in enumerate(progress(list(p.rockers().items()), label="rockers")):
+    for batch, (name, rocker) in enumerate(progress(list(p.rockers().items()), label="rockers")):
         first = LATEST * (2 * p.seed + batch)  # other seeds for each rocker and world: errors are independent
-        found[name] = measured(p, fourbar, range(first, first + p.members))
+        found[name] = measured(p, rocker, range(first, first + p.members))
     metrics, wrong = {}, []
     for name, one in found.items():
         metrics[f"{name}.energy_balance"] = Metric(max(one.balances), "1")
-        metrics[f"{name}.depth_over_clearance"] = Metric(float(one.cycles["depth"].max() / p.clearance), "1")
+        metrics[f"{name}.depth_over_clearance"] = Metric(float(one.turns["depth"].max() / p.clearance), "1")
         if not max(one.balances) <= BALANCED:
             wrong.append(f"{name}: ENERGY, balance {max(one.balances):.1e}, more than {BALANCED:g}")
         if not one.ok:
@@ -109,7 +98,3 @@ def figure(result: StudyResult) -> Figure:
     ax.set(xscale="log", xlabel="flexible/rigid, ± two standard errors")
     plain_ticks(ax.xaxis)
     return fig
-
-
-if __name__ == "__main__":
-    raise SystemExit(main("buffering-world"))

@@ -4,17 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from buckler.studies.kit.report import Metric, Table
-from buckler.studies.kit.style import COLOURS, plain_ticks, subplots
+from buckler.studies.kit.style import COLOURS, Figure, plain_ticks, subplots
 from buckler.studies.rattling.buffering_measures import CLAIMS
 from buckler.studies.rattling.worlds import ASSUMPTIONS, Tree, Worlds, grown, sentence, wilson
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 Array = np.ndarray[Any, Any]
 NOTES = """\

@@ -17,12 +17,11 @@ from math import pi, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.stats import norm, qmc
+from scipy.stats import binomtest, qmc
 
 from buckler.studies.kit.published import DAMPING_UNITS
 from buckler.studies.rattling import world
-from buckler.studies.rattling.assumptions import DAMPINGS, KINDS
-from buckler.studies.rattling.linkage import BODIES, JOINTS
+from buckler.studies.rattling.assumptions import BODIES, DAMPINGS, JOINTS, KINDS
 
 Array = np.ndarray[Any, Any]
 DIRECTIONS = {"-y": -pi / 2, "+y": pi / 2, "-x": pi, "+x": 0.0}
@@ -137,10 +136,8 @@ def wilson(hits: int, of: int, level: float = 0.05) -> tuple[float, float]:
     """Wilson's interval of a share, of confidence 1 - level."""
     if not of:
         return 0.0, 1.0
-    z, share = float(norm.isf(level / 2)), hits / of
-    middle = share + z**2 / (2 * of)
-    reach = z * sqrt(share * (1 - share) / of + z**2 / (4 * of**2))
-    return max(0.0, (middle - reach) / (1 + z**2 / of)), min(1.0, (middle + reach) / (1 + z**2 / of))
+    found = binomtest(hits, of).proportion_ci(1 - level, "wilson")
+    return float(found.low), float(found.high)
 
 
 # --- what decides -----------------------------------------------------------------------------------------------------

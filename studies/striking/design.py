@@ -17,21 +17,18 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import degrees, isfinite, nan, pi
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import choice, choices, integer, quantity, specs
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
+from buckler.studies.kit.style import Figure
 from buckler.studies.striking import design_beam
 from buckler.studies.striking.assumptions import StrikeAssumptions
 from buckler.studies.striking.design_check import MODELS, CheckedTurn, Numerics, check, drawn_wishes, random_wishes
 from buckler.studies.striking.inverse import Design, Given, Wish, design
 from buckler.studies.striking.inverse_limits import NothingNearError, binding, broken, feasible, limits, nearest
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 BARS = {"contact_force": (5e-3, "0.5 %"), "impact_force": (2e-2, "2 %"), "contact_angle": (np.radians(0.5), "0.5 deg")}
 """How far `strut` may be off what was asked for: relative for the forces, absolute for the angle."""
@@ -333,7 +330,3 @@ def figure(result: StudyResult) -> Figure:
     from buckler.studies.striking.design_figure import draw
 
     return draw(result)
-
-
-if __name__ == "__main__":
-    raise SystemExit(main("design"))

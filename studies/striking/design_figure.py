@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from math import degrees, pi
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib.colors import ListedColormap
@@ -12,12 +12,9 @@ from matplotlib.patches import Patch
 
 from buckler.elastica import law
 from buckler.studies.kit.report import StudyResult
-from buckler.studies.kit.style import subplots
+from buckler.studies.kit.style import Figure, subplots
 from buckler.studies.striking.inverse import Design, Given, Wish, design
 from buckler.studies.striking.inverse_limits import feasible, limits
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 SHADES = {
     "dead centre": "#bdbdbd", "shortening": "#d9d9d9", "stop": "#c9b8a8", "slenderness": "#e0d4f0", "yield": "#f4b6b0",

@@ -16,14 +16,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import StudyParameters, choice, choices, integer, quantity, text
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
-from buckler.studies.kit.style import COLOURS, subplots
+from buckler.studies.kit.style import COLOURS, Figure, subplots
 from buckler.studies.striking.emulator import FIELDS, GRAVITY, RANGES, Emulator, grids
 from buckler.studies.striking.evidence import (
     BOW,
@@ -42,9 +41,6 @@ from buckler.studies.striking.evidence import (
 )
 from buckler.studies.striking.strike import Parameters as Strike
 from buckler.studies.sweeping.sweep import sweep
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 Array = np.ndarray[Any, Any]
 NAMES = ("f125", "v25", "v30", "v44")
@@ -328,7 +324,3 @@ def _draw_readings(ax: Any, p: Any) -> None:
             ax.errorbar(volt, reading.force, yerr=p.reading_error, fmt="ko", capsize=2, label="read" if first else None)
     ax.set(xlabel="voltage of the motor [V]", ylabel="impact force [N]", ylim=(15, None))
     ax.legend(loc="upper left", fontsize=7)
-
-
-if __name__ == "__main__":
-    raise SystemExit(main("identify"))

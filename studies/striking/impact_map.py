@@ -12,23 +12,19 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from math import isfinite, nan
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import integer, quantities, quantity, specs
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
-from buckler.studies.kit.style import COLOURS, subplots
+from buckler.studies.kit.style import COLOURS, Figure, subplots
 from buckler.studies.striking import strike
 from buckler.studies.striking.assumptions import StrikeAssumptions
 from buckler.studies.striking.impact_models import BUCKLED_FROM
 from buckler.studies.striking.impact_numbers import LATE, REGIMES, SAGS, ImpactNumbers, regime
 from buckler.studies.striking.sine_strip import SineStrike, SineStrip
 from buckler.studies.sweeping.sweep import sweep
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 Array = np.ndarray[Any, Any]
 SINE_TO, CLOSED_TO = 0.05, 0.35
@@ -236,7 +232,3 @@ def _borders(ax: Any, p: Parameters) -> None:
     late = np.array([[replace(base, rate=s, seeds=np.array([b])).late() > LATE for s in rates] for b in bows])
     border = np.where(late.any(axis=1), rates[late.argmax(axis=1)], nan)
     ax.plot(border, bows, "k-", linewidth=0.8)
-
-
-if __name__ == "__main__":
-    raise SystemExit(main("impact-map"))

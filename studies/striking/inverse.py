@@ -2,7 +2,7 @@
 
 A slider of mass m meets a stop at a crank angle pi - g and leaves it at pi + g; in between the buckled coupler, a pinned
 strip, presses it against the stop, hardest at the dead centre pi. With crank r, coupler L, slider position x(theta)
-(`buckler.mbs.kinematics.closure.SliderCrank`), the exact elastica p(u) (`buckler.elastica.law.fast`) and a linear stop K:
+(`buckler.mbs.kinematics.linkage.SliderCrank`), the exact elastica p(u) (`buckler.elastica.law.fast`) and a linear stop K:
 
     contact angle 2 g      ->  stop at x(pi - g)                                                                (1)
     contact force F_c      ->  u = 1 - (|stop| + F_c/K - r)/L,   E I = F_c L^2/p(u),   I = b h^3/12             (2)

@@ -14,22 +14,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from math import pi
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from buckler.mbs import Ramp
-from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import choices, quantity
 from buckler.studies.kit.published import IMPACT_FORCE, IMPACT_SPEED, VOLTAGE_FORCES
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
-from buckler.studies.kit.style import subplots
+from buckler.studies.kit.style import Figure, subplots
 from buckler.studies.striking import impact, impact_models
 from buckler.studies.striking.impact import MODELS, ImpactParameters, ModelRun
 from buckler.studies.striking.impact_models import NotCalibratedError
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 REFERENCE = 2.7
 """Voltage at which the crank turns at 1.25 rad/s: the published forces all lie on 10 N/V."""
@@ -123,7 +119,3 @@ def figure(result: StudyResult) -> Figure:
             ax.set_xticks(np.arange(0, printed.until + 1, 5.0 if printed.until == 15 else 2.0))
             ax.set(xlabel="time [s]", ylabel="impact and contact\nforce [N]")
     return fig
-
-
-if __name__ == "__main__":
-    raise SystemExit(main("paper-figures"))

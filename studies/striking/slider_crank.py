@@ -13,22 +13,18 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import degrees, pi
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from buckler.elastica import pinned
 from buckler.mbs.library import PAPER, PAPER_STOP
-from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import quantity
 from buckler.studies.kit.published import CONTACT_FORCES, IMPACT_FORCE, IMPACT_SPEED
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, relative
-from buckler.studies.kit.style import subplots
+from buckler.studies.kit.style import Figure, subplots
 from buckler.studies.striking import impact, impact_models
 from buckler.studies.striking.impact import ImpactParameters, ModelRun, Reading
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 CONTACT = float(np.degrees(PAPER.contact_angle(PAPER_STOP)))
 WIDTHS = {"stitched": 2.0, "strut": 1.3, "beam": 1.0}
@@ -202,7 +198,3 @@ def _published(ax: Any, force: float, label: str = "", at: float = 0) -> None:
     colour = impact.COLOURS["published"]
     ax.axhline(force, color=colour, linestyle=":")
     ax.annotate(label, (at, force), xytext=(0, 3), textcoords="offset points", color=colour, fontsize=8)
-
-
-if __name__ == "__main__":
-    raise SystemExit(main("slider-crank"))

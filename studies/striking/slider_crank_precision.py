@@ -17,7 +17,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from math import nan, pi
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -26,7 +26,6 @@ from buckler.mbs.accuracy.precision import Point, fastest, time_for, verdict
 from buckler.mbs.laws import CarvalhoMartins
 from buckler.mbs.library import PAPER
 from buckler.mbs.record.status import Status
-from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import integer, quantities, quantity, specs
 from buckler.studies.kit.precision import (
     Runs,
@@ -43,13 +42,11 @@ from buckler.studies.kit.precision import (
     thousands,
 )
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
+from buckler.studies.kit.style import Figure
 from buckler.studies.striking import slider_crank as main_study
 from buckler.studies.striking.assumptions import StrikeAssumptions, crank_angle
 from buckler.studies.striking.precision_reading import EXACT, JOB, PLATEAU, TURN, PrecisionReading, ReadRun, read
 from buckler.studies.trust import plain
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 UNTUNED = 1e-6
 """Newton tolerance of the plain run before it is tuned."""
@@ -298,7 +295,3 @@ def figure(result: StudyResult) -> Figure:
     """Error over run time of every series."""
     label = "largest relative error of peak, impulse,\nforce at 180° and mean force"
     return figure_of(result.signals, label)[0]
-
-
-if __name__ == "__main__":
-    raise SystemExit(main("slider-crank-precision"))

@@ -15,23 +15,19 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import nan, pi, sqrt
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from buckler.mbs import Ramp
 from buckler.mbs.library import PAPER, PAPER_STOP
-from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import quantity
 from buckler.studies.kit.published import IMPACT_FORCE, IMPACT_SPEED
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, metrics_table
-from buckler.studies.kit.style import subplots
+from buckler.studies.kit.style import Figure, subplots
 from buckler.studies.striking import impact, impact_models
 from buckler.studies.striking.impact import ImpactParameters, ModelRun, Reading
 from buckler.studies.striking.impact_models import Fit
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 CONTACT = PAPER.contact_angle(PAPER_STOP)
 COLUMNS = ("contact_angle", "impact_speed", "impact_peak", "contact_max", "contact_time", "settling_time")
@@ -238,7 +234,3 @@ def _draw_turns(axes: Any, result: StudyResult) -> None:
     axes[1].set(xlabel="crank speed [rad/s]", ylabel="contact maximum [N]", ylim=(0, None), xlim=(0, None))
     axes[2].set(xlabel="crank speed [rad/s]", ylabel="contact time [s]", ylim=(0, None), xlim=(0, None))
     axes[2].legend(loc="upper right")
-
-
-if __name__ == "__main__":
-    raise SystemExit(main("slider-crank-ramp"))

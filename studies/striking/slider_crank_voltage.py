@@ -16,21 +16,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import cycle
 from math import log, nan
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import quantities, quantity
 from buckler.studies.kit.published import IMPACT_FORCE, IMPACT_SPEED, VOLTAGE_FORCES
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
-from buckler.studies.kit.style import subplots
+from buckler.studies.kit.style import Figure, subplots
 from buckler.studies.striking import impact
 from buckler.studies.striking.impact import ImpactParameters, ModelRun
 from buckler.studies.striking.impact_models import Fit, NotCalibratedError, calibrate, strike
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 VARIED = {"friction": (0.0, 0.9), "mass": (0.01, 10.0), "restitution": (0.1, 1.0)}
 """Parameters whose influence is measured, and their ranges."""
@@ -246,7 +242,3 @@ def _draw_sensitivity(ax: Any, result: StudyResult) -> None:
     ax.tick_params(axis="y", length=0)
     ax.grid(visible=False, axis="y")
     ax.set(xlabel="d ln force / d ln parameter")
-
-
-if __name__ == "__main__":
-    raise SystemExit(main("slider-crank-voltage"))

@@ -7,24 +7,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from math import nan, pi
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from buckler import mbs
 from buckler.mbs import Link, Mechanism, Revolute, Rigid, TorsionSpring
 from buckler.mbs.library import PAPER
-from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import choices, quantity
 from buckler.studies.kit.published import IMPACT_SPEED
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, metrics_table
-from buckler.studies.kit.style import subplots
+from buckler.studies.kit.style import Figure, subplots
 from buckler.studies.striking import impact_models
 from buckler.studies.striking.assumptions import crank_angle
 from buckler.studies.striking.impact import ImpactParameters
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 Array = np.ndarray[Any, Any]
 UNTIL = np.radians(190.0)
@@ -128,7 +124,3 @@ def figure(result: StudyResult) -> Figure:
     ax.plot(1e3 * (time - start), force)
     ax.set(xlim=(-5, 1e3 * (time[-1] - start)), xlabel="time since first contact [ms]", ylabel="force on the stop [N]")
     return fig
-
-
-if __name__ == "__main__":
-    raise SystemExit(main("strike"))

@@ -19,23 +19,19 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import degrees, isfinite, nan
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import choices, integer, quantities, quantity, specs
 from buckler.studies.kit.published import CONTACT_FORCES
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, relative
-from buckler.studies.kit.style import COLOURS, subplots
+from buckler.studies.kit.style import COLOURS, Figure, subplots
 from buckler.studies.striking import slider_crank
 from buckler.studies.striking.assumptions import StrikeAssumptions
 from buckler.studies.striking.impact import MODELS
 from buckler.studies.sweeping.report import study_page
 from buckler.studies.sweeping.sweep import sweep
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 Array = np.ndarray[Any, Any]
 CUBE_TO = 2e-3
@@ -316,7 +312,3 @@ def _speed_ticks(ax: Any, result: StudyResult) -> None:
     p: Any = result.parameters
     ax.set(xticks=p.speeds, xticklabels=[f"{w:g}" for w in p.speeds])
     ax.xaxis.set_minor_formatter("")
-
-
-if __name__ == "__main__":
-    raise SystemExit(main("thickness-speed"))

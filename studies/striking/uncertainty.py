@@ -20,18 +20,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from scipy import stats
 
 from buckler.mbs.library import PAPER_STOP
-from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import choice, choices, integer, quantity
 from buckler.studies.kit.published import DAMPING_UNITS
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
-from buckler.studies.kit.style import COLOURS, subplots
-from buckler.studies.rattling.fourbar import RockerParameters
+from buckler.studies.kit.style import COLOURS, Figure, subplots
+from buckler.studies.rattling.bars import RockerParameters
 from buckler.studies.striking.assumptions import StrikeAssumptions
 from buckler.studies.striking.uncertainty_models import (
     MEASURES,
@@ -59,9 +58,6 @@ from buckler.studies.striking.uncertainty_tables import (
     spread_table,
     striker_table,
 )
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 Array = np.ndarray[Any, Any]
 MECHANISMS = ("slider-crank", "crank-rocker")
@@ -280,7 +276,3 @@ def _draw(result: StudyResult, p: Parameters, mechanism: str) -> Figure:
     axes[0, 0].set_ylabel("density")
     fig.legend(*axes[1, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
     return fig
-
-
-if __name__ == "__main__":
-    raise SystemExit(main("uncertainty"))

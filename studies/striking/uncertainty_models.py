@@ -29,7 +29,7 @@ from buckler.mbs.kinematics.slidercrank import SliderCrank
 from buckler.mbs.laws import AdamsFriction, CarvalhoMartins, ExactRestitution, Impact
 from buckler.mbs.library import PAPER
 from buckler.studies.kit.published import STRIP_WIDTH
-from buckler.studies.rattling.fourbar import FourBarParameters
+from buckler.studies.rattling.bars import FourBarParameters
 from buckler.studies.striking.assumptions import StrikeAssumptions
 from buckler.studies.striking.impact_models import AXIAL_DAMPING, IMPACT_UNTIL
 from buckler.studies.striking.strikes import strikes
@@ -262,24 +262,22 @@ class Rattler:
     cycles: int
     settle: int
 
-    def fourbar(self, clearance: float, contact: float, friction: float) -> Any:
+    def mechanism(self, clearance: float, contact: float, friction: float) -> Any:
         """The crank-rocker with these inputs."""
         p = self.parameters
         law = Impact(p.stiffness, contact, p.damping_depth) if self.law == "damping" else ExactRestitution(p.stiffness, contact)
         static = friction * p.static_friction / p.dynamic_friction
-        return p.fourbar(gap=clearance, law=law, friction=AdamsFriction(static, friction, *p.thresholds))
+        return p.bars(gap=clearance, law=law, friction=AdamsFriction(static, friction, *p.thresholds))
 
     def run(self, x: Sequence[float]) -> tuple[list[float], str]:
         """Outputs of one run, means over its turns, and the name of what speaks against it."""
-        from buckler.studies.rattling.cycles import ensemble
+        from buckler.studies.rattling.turns import ensemble
 
         clearance, contact, friction, chance = x
         seed = int(np.float64(chance).view(np.uint64))
         p = self.parameters
-        found = ensemble(
-            self.fourbar(clearance, contact, friction), self.cycles, [seed], settle=self.settle, samples=1,
-            tolerance=p.tolerance,
-        )  # fmt: skip
+        made = self.mechanism(clearance, contact, friction)
+        found = ensemble(made, self.cycles, [seed], settle=self.settle, tolerance=p.tolerance)
         wrong = "ENERGY" if max(found.balances) > BALANCED else "" if found.ok else "PENETRATION"
         return [float(found.mean(measure)[column]) for measure, column, _ in MEASURES.values()], wrong
 

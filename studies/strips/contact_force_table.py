@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -26,15 +26,11 @@ from buckler.elastica.rod import Rod
 from buckler.mbs import Beam, Section
 from buckler.mbs.library import PAPER
 from buckler.mbs.record.status import Status
-from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import StudyParameters, integer, quantities, quantity
 from buckler.studies.kit.published import CONTACT_FORCES, STRIP_WIDTH
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
-from buckler.studies.kit.style import subplots
+from buckler.studies.kit.style import Figure, subplots
 from buckler.studies.strips.friction_interval import Pressed, friction_interval, laws
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 Array = np.ndarray[Any, Any]
 KNOWN = 3e-4
@@ -315,7 +311,3 @@ def _thickness_axes(ax: Any, result: StudyResult) -> None:
     ax.margins(0.15, 0.35)
     ax.set(xlabel="thickness [mm]", ylabel="largest contact force $F L^2/(E I)$")
     ax.legend(loc="center")
-
-
-if __name__ == "__main__":
-    raise SystemExit(main("contact-force-table"))

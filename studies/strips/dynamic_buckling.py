@@ -15,19 +15,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import pi, sqrt
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from buckler.elastica.hoff import Hoff
 from buckler.mbs import Beam, Controlled, Drive, Exudyn, Guide, Link, Mechanism, Result, Revolute, Section, simulate
-from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import StudyParameters, integer, quantities, quantity
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
-from buckler.studies.kit.style import COLOURS, subplots
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from buckler.studies.kit.style import COLOURS, Figure, subplots
 
 AGREES_TO = 0.03
 """Relative difference of beam and first mode, at rates up to `FIRST_MODE`, beyond which the study is suspect."""
@@ -141,7 +137,3 @@ def figure(result: StudyResult) -> Figure:
     ax.plot([], [], "k:", label="Airy functions")
     ax.legend()
     return fig
-
-
-if __name__ == "__main__":
-    raise SystemExit(main("dynamic-buckling"))

@@ -13,7 +13,7 @@ B. Demirel et al., Compliant Impact Generator for Required Impact and Contact Fo
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -22,14 +22,10 @@ from buckler.elastica.rod import Rod
 from buckler.mbs.accuracy.precision import work_precision
 from buckler.mbs.elements.section import Section
 from buckler.mbs.library import PAPER
-from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import StudyParameters, integer, quantity
 from buckler.studies.kit.published import QUARTIC, STRIP_WIDTH
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
-from buckler.studies.kit.style import subplots
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from buckler.studies.kit.style import Figure, subplots
 
 Array = np.ndarray[Any, Any]
 ROD_LIMIT, FAST_LIMIT = 1e-10, 1e-12
@@ -166,7 +162,3 @@ def figure(result: StudyResult) -> Figure:
     below.legend(loc="center", bbox_to_anchor=(0.5, 0.45), ncols=2)
     fig.align_ylabels()
     return fig
-
-
-if __name__ == "__main__":
-    raise SystemExit(main("elastica-law"))

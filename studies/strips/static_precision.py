@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -21,15 +21,11 @@ from buckler.elastica.rod import Rod
 from buckler.mbs import Beam, Cable, Section
 from buckler.mbs.accuracy.precision import Point, fastest, rate, verdict
 from buckler.mbs.library import PAPER
-from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import StudyParameters, integer, quantity
 from buckler.studies.kit.precision import Series, as_signals, draw, footnote, mark, measure, outcomes
 from buckler.studies.kit.published import STRIP_WIDTH
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
-from buckler.studies.kit.style import subplots
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from buckler.studies.kit.style import Figure, subplots
 
 Array = np.ndarray[Any, Any]
 SHORTENINGS = np.concatenate([[1e-3], np.linspace(0.05, 0.95, 19)])
@@ -200,7 +196,3 @@ def figure(result: StudyResult) -> Figure:
     )
     ax.set(ylabel="largest relative error of the load")
     return fig
-
-
-if __name__ == "__main__":
-    raise SystemExit(main("static-precision"))

@@ -5,17 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from itertools import product
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from matplotlib.lines import Line2D
 
-from buckler.studies.kit.style import COLOURS, subplots
+from buckler.studies.kit.style import COLOURS, Figure, subplots
 from buckler.studies.sweeping.table import Point, with_unit
 from buckler.studies.sweeping.vary import Plan
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 Array = np.ndarray[Any, Any]
 FEW = 4

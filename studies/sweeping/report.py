@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from buckler.mbs.files.shell import filled
+from buckler.mbs.view.shell import filled
 from buckler.studies.kit.parameters import StudyParameters, specs
 from buckler.studies.kit.running import program
 from buckler.studies.kit.versions import versions

@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from buckler.studies.kit.parameters import Spec, StudyParameters, specs
+from buckler.studies.kit.parameters import Parameter, StudyParameters, specs
 from buckler.studies.kit.registry import hint
 
 Array = np.ndarray[Any, Any]
@@ -110,26 +110,23 @@ def parse(text: str, kind: type[StudyParameters]) -> Grid | Range:
         raise ValueError(f"--vary {text}: {reason}") from None
 
 
-def _one(text: str, spec: Spec) -> Any:
+def _one(name: str, text: str, spec: Parameter) -> Any:
     """One value; of a parameter that takes several, one alone."""
-    try:
-        value = spec.read(text)
-    except ValueError as reason:
-        raise ValueError(f"{text}: {reason}; allowed: {spec.allowed}") from None
+    value = spec.read(text, name)
     return value[0] if isinstance(value, tuple) else value
 
 
-def _list(name: str, text: str, spec: Spec) -> Grid:
-    values = tuple(_one(part, spec) for part in text.split(","))
+def _list(name: str, text: str, spec: Parameter) -> Grid:
+    values = tuple(_one(name, part, spec) for part in text.split(","))
     if len(set(values)) < len(values):
         raise ValueError("one of them given twice")
     return Grid(name, values)
 
 
-def _range(name: str, text: str, spec: Spec) -> Grid | Range:
+def _range(name: str, text: str, spec: Parameter) -> Grid | Range:
     start, stop, *rest = text.split(":")
     log = rest[-1:] == ["log"]
-    low, high = _one(start, spec), _one(stop, spec)
+    low, high = _one(name, start, spec), _one(name, stop, spec)
     if isinstance(low, str):
         raise ValueError(f"words have no range; write {name}={start},{stop}")
     if low == high:

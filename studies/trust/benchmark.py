@@ -13,23 +13,19 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from buckler.mbs import Beam, Cable, Controlled, Modal, Section, crank_rocker, simulate
+from buckler.mbs import Beam, Cable, Controlled, Modal, Section, simulate
 from buckler.mbs.accuracy.precision import Point, verdict, work_precision
 from buckler.mbs.library import PAPER
-from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import StudyParameters, choices, integer
 from buckler.studies.kit.precision import footnote
 from buckler.studies.kit.published import STRIP_WIDTH
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
-from buckler.studies.kit.style import COLOURS, subplots
+from buckler.studies.kit.style import COLOURS, Figure, subplots
 from buckler.studies.strips.static_precision import SHORTENINGS
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 Array = np.ndarray[Any, Any]
 SMOOTH, PLAY = 6.2e-4, 1e-2
@@ -113,24 +109,20 @@ def _buckling() -> TimedJob:
 def _with_play(beam: bool) -> TimedJob:
     from buckler.mbs.modal import BarModes
     from buckler.studies.rattling.clearance import CrankRockerParameters
-    from buckler.studies.rattling.linkage import FourBar
-    from buckler.studies.rattling.turns import simulate as compiled
+    from buckler.studies.rattling.turns import solver
 
-    p = CrankRockerParameters(start_angle=0.0)
-    modes = Modal(p.section, BarModes(2, 1), p.rocker_damping) if beam else None
-    bar = FourBar(modes=modes, law=p.law, friction=p.friction, gap=p.clearance, pin=p.pin)
-    body = Beam(p.section, elements=4) if beam else p.mechanism("rigid").link("rocker").body
-    mechanism = crank_rocker(body, speed=p.speed, play=p.play, section=p.section, angle=0.0)
-    exact = compiled(bar, START[-1], tolerance=1e-10, samples=len(START)).q[:, 2:4]
-
+    p = CrankRockerParameters()
+    like = p.bars(rocker=Modal(p.section, BarModes(2, 1), p.rocker_damping) if beam else None)
+    mechanism = p.bars(rocker=Beam(p.section, elements=4)) if beam else like
     compared = len(START) // 2 if beam else len(START)
 
     def path(result: Any) -> Array:
         return np.stack([result.at("coupler.x", START, outside=np.nan), result.at("coupler.y", START, outside=np.nan)], axis=1)
 
+    exact = path(simulate(like, START[-1], solver=solver(like, 1e-10)))
     return TimedJob(
         lambda: path(simulate(mechanism, TURN, None if beam else PLAY, timeout=120)),
-        lambda: compiled(bar, TURN, samples=len(START) * 20 - 19).q[: len(START), 2:4],
+        lambda: path(simulate(like, TURN, solver=solver(like, 1e-8), timeout=120)),
         lambda found: float(np.abs(found - exact)[:compared].max()) / p.clearance,
         0.1 if beam else 1e-2,
     )
@@ -211,7 +203,3 @@ def figure(result: StudyResult) -> Figure:
     fig.supxlabel("run time [ms]", fontsize=9)
     fig.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper right", ncols=2)
     return fig
-
-
-if __name__ == "__main__":
-    raise SystemExit(main("benchmark"))

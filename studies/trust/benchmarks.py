@@ -11,21 +11,17 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from math import atan2, pi
 from time import perf_counter
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from buckler.elastica.strip import Load, Strip
 from buckler.mbs import Equal, Exudyn, Mechanism, simulate
 from buckler.mbs.statics import equilibrium
-from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import StudyParameters, choices, integer, quantity
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
-from buckler.studies.kit.style import subplots
+from buckler.studies.kit.style import Figure, subplots
 from buckler.studies.trust import benchmark_problems as problems
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 
 class Row(NamedTuple):
@@ -190,7 +186,3 @@ def figure(result: StudyResult) -> Figure:
     ax.set(xlabel="error: relative; of pendulum and four-bar in rad and m")
     ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
     return fig
-
-
-if __name__ == "__main__":
-    raise SystemExit(main("benchmarks"))

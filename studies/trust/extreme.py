@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
+from buckler.elastica import pinned
+from buckler.mbs import Beam, Cable, Section
+from buckler.mbs.engine.pressed import pinned_strip
+from buckler.mbs.library import PAPER
 from buckler.studies.kit.parameters import StudyParameters, choice, integer, quantity
+from buckler.studies.kit.published import STRIP_WIDTH
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult
-from buckler.studies.trust import extremes_input, extremes_linkages, extremes_play, extremes_strips
-from buckler.studies.trust.extremes_case import VERDICTS, Case, Finding, judge
-from buckler.studies.trust.extremes_drawn import FAMILIES as DRAWN
-from buckler.studies.trust.extremes_truth import drawn_case
+from buckler.studies.trust import extremes_listed
+from buckler.studies.trust.drawn import FAMILIES as DRAWN
+from buckler.studies.trust.extremes_case import VERDICTS, Case, CaseOutcome, Finding, judge
+from buckler.studies.trust.extremes_truth import drawn_case, listed_case
 
 FIXED = (
     "slider-crank, range", "slider-crank, steps", "slider-crank, mesh", "four-bar, ideal joints", "four-bar with clearance",
@@ -19,12 +26,32 @@ FIXED = (
 )  # fmt: skip
 """Families of cases that stand in a list; a seed shuffles each."""
 FAMILIES = (*DRAWN, *FIXED)
-LISTS = (extremes_strips, extremes_linkages, extremes_play, extremes_input)
 
 
-def everything() -> list[Case]:
+def everything() -> Iterator[Case]:
     """All cases that stand in a list."""
-    return [case for part in LISTS for case in part.every()]
+    yield from map(listed_case, extremes_listed.every())
+    yield from static_strips()
+
+
+def static_strips() -> Iterator[Case]:
+    """Meshes and shortenings, and thicknesses, of a strip at rest against the exact elastica."""
+    meshes: dict[str, Callable[[Section], Beam | Cable]] = {
+        **{f"{n} elements of 3 nodes": partial(Beam, elements=n) for n in (1, 2, 4, 8)},
+        **{f"{n} elements of 2 nodes": partial(Beam, elements=n, nodes=2) for n in (4, 16)},
+        **{f"{n} cables": partial(Cable, elements=n) for n in (1, 4, 16)},
+    }
+    paths = {"from 1e-6": (1e-6, 1e-5, 1e-4), "to 0.3": (1e-3, 0.1, 0.3), "to 0.95": (0.01, 0.5, 0.95), "to 1.5": (0.1, 1.0, 1.5)}
+    rows = [(f"{mesh}, {name}", mesh, 3e-4, u) for mesh in meshes for name, u in paths.items()]
+    rows += [(f"h = {1e3 * h:g} mm", "8 elements of 3 nodes", h, paths["to 0.95"]) for h in (1e-5, 5e-5, 2e-3, 5e-3)]
+
+    def at_rest(body: Beam | Cable, u: tuple[float, ...], _timeout: float) -> CaseOutcome:
+        states = pinned_strip(body, PAPER.coupler, u)
+        return CaseOutcome(str(states.status), states.message, {"load": states.load})
+
+    for name, mesh, thickness, u in rows:
+        run = partial(at_rest, meshes[mesh](Section(STRIP_WIDTH, thickness)), u)
+        yield Case("static strip", name, run, lambda u=u: {"load": pinned.load(np.array(u))})  # type: ignore[misc]
 
 
 def slug(family: str) -> str:

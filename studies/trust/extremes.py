@@ -13,14 +13,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import StudyParameters, choices, integer, quantity, text
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
-from buckler.studies.kit.style import COLOURS, subplots
+from buckler.studies.kit.style import COLOURS, Figure, subplots
 from buckler.studies.sweeping.sweep import sweep
 from buckler.studies.trust import extreme
 from buckler.studies.trust.extreme import FAMILIES, slug
@@ -37,9 +36,6 @@ from buckler.studies.trust.extremes_case import (
     WRONG,
     Finding,
 )
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 Array = np.ndarray[Any, Any]
 ENDS = (WITHIN, WRONG, SUSPECT, REFUSED, FALSE_ALARM, FAILED, UNFINISHED, OPEN)
@@ -173,7 +169,3 @@ def _spread(row: Array, chosen: Array, stride: float) -> Array:
             mine = np.flatnonzero(part & (row == k))
             offsets[mine] = np.modf((np.arange(len(mine)) + 1) * stride)[0] - 0.5
     return offsets
-
-
-if __name__ == "__main__":
-    raise SystemExit(main("extremes"))

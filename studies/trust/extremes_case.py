@@ -11,11 +11,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from buckler.mbs import Controlled, Exudyn, Mechanism, Result, Status, simulate
+from buckler.mbs import Status
 
 Array = np.ndarray[Any, Any]
 Measures = Mapping[str, Any]
-DEFAULT = Exudyn()
 WITHIN, REFUSED, FAILED, SUSPECT, FALSE_ALARM, WRONG, UNFINISHED, OPEN = (
     "within tolerance", "refused before the run", "failed by name", "suspect by name", "suspect, yet within tolerance",
     "silently wrong", "unfinished", "no reference",
@@ -60,15 +59,9 @@ KINDS: dict[str, Kind] = {
     "load": Kind(0.01, "static: no steps, the mesh alone decides"),
     "place": Kind(1e-3, "of the longest link: what a drawing of the mechanism can show"),
     "path": Kind(5e-3, "of the longest link, where something strikes: a rebound at 5 % wrong speed errs by so much"),
-    "acceleration": Kind(0.05, "of the largest: forces are as good as accelerations"),
     "journal": Kind(0.1, "place of a link, of the clearance: the pin is on the right side of its bush", mean_square),
-    "speed": Kind(0.05, "of a link, of the largest: it jumps at impacts, and they shift a little", mean_square),
 }
 """Kinds of measures; a measure is called `kind` or `kind of what`."""
-
-
-PATIENCE = 120.0
-"""Longest time, s, a reference may take."""
 
 
 @dataclass(frozen=True)
@@ -181,29 +174,3 @@ def compare(
         errors[name] = kind.norm(compared - value) / allowed
     worst = max(errors, key=lambda name: np.nan_to_num(errors[name], nan=np.inf))
     return float(np.nan_to_num(errors[worst], nan=np.inf)), worst
-
-
-def simulated(
-    mechanism: Callable[[], Mechanism], duration: float, solver: Exudyn, read: Callable[[Result], Measures]
-) -> Callable[[float], CaseOutcome]:
-    """Make the run of a case: build the mechanism, simulate it, read its measures. The default solver refines itself."""
-
-    def run(timeout: float) -> CaseOutcome:
-        result = simulate(mechanism(), duration, solver=None if solver is DEFAULT else solver, timeout=timeout)
-        ended = result.status in (Status.OK, Status.SUSPECT)
-        return CaseOutcome(str(result.status), result.message, read(result) if ended else {})
-
-    return run
-
-
-def finer(
-    mechanism: Callable[[], Mechanism], duration: float, tolerance: float, read: Callable[[Result], Measures]
-) -> Callable[[], Measures | None]:
-    """Make a reference from the engine: steps a hundred times more exact, another damping of the integrator."""
-
-    def reference() -> Measures | None:
-        solver = Exudyn(Controlled(tolerance=tolerance, contact_resolution=100), spectral_radius=0.9)
-        result = simulate(mechanism(), duration, solver=solver, timeout=PATIENCE)
-        return read(result) if result.status in (Status.OK, Status.SUSPECT) else None
-
-    return reference

@@ -8,18 +8,21 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from functools import partial
 from time import perf_counter
 from typing import Any
 
 import numpy as np
 from scipy.integrate import solve_ivp
 
+from buckler.elastica import pinned
 from buckler.mbs import Controlled, Exudyn, Mechanism, Result, Spectral, Status, simulate
 from buckler.mbs.accuracy.band import axial_period, banded
 from buckler.mbs.elements.clearance import clearances
 from buckler.mbs.engine.solve import once
+from buckler.studies.trust.drawn import Drawn, drawn
 from buckler.studies.trust.extremes_case import KINDS, Case, CaseOutcome, Measures, largest
-from buckler.studies.trust.extremes_drawn import FAMILIES, Drawn
+from buckler.studies.trust.extremes_listed import Listed
 
 Array = np.ndarray[Any, Any]
 SAMPLES = np.linspace(0.02, 0.98, 49)
@@ -40,22 +43,47 @@ ACCURACIES = (None, None, None, 1e-2, 1e-3)
 
 def drawn_case(family: str, seed: int, number: int) -> Case:
     """The case of a family, of a seed, of a number."""
-    draw = np.random.default_rng([seed, list(FAMILIES).index(family), number])
-    made = FAMILIES[family](draw)
-    asked = ACCURACIES[int(draw.integers(len(ACCURACIES)))]
-    name = f"{seed}.{number}" + (f", accuracy {asked:g}" if asked else "")
-    mechanism, duration = made.mechanism, made.duration
+    made = drawn(seed, number, (family,))
+    return case_of(family, made, ACCURACIES[int(np.random.default_rng([seed, number]).integers(len(ACCURACIES)))], priced=True)
+
+
+def listed_case(row: Listed) -> Case:
+    """A row of the lists as a case."""
+    try:
+        made = Drawn(row.name, row.mechanism(), row.duration)
+    except ValueError as error:  # KinematicsError among them
+        return Case(row.family, row.name, partial(_refuse, error))
+    return case_of(row.family, made, None, row.solver, row.possible)
+
+
+def _refuse(error: ValueError, _timeout: float) -> CaseOutcome:
+    raise error
+
+
+def case_of(
+    family: str, made: Drawn, asked: float | None, solver: Exudyn | None = None, possible: bool = True, priced: bool = False
+) -> Case:
+    """A mechanism as a case: with an accuracy asked for, a solver, or neither; its time may be measured against a plain run's."""
+    name, mechanism, duration = made
 
     def run(timeout: float) -> CaseOutcome:
-        once(mechanism, 1e-3 * duration, Exudyn(), None, None)  # laws are compiled now, not in the time that is measured
+        if priced:
+            once(mechanism, 1e-3 * duration, Exudyn(), None, None)  # laws are compiled now, not in the time that is measured
         start = perf_counter()
-        result = simulate(mechanism, duration, asked, timeout=timeout)
+        result = simulate(mechanism, duration, asked, solver=solver, timeout=timeout)
         wall, ended = perf_counter() - start, result.status in (Status.OK, Status.SUSPECT)
-        told = _told(result) if asked else {}
-        return CaseOutcome(str(result.status), result.message, _read(made, result) if ended else {}, wall, told)
+        read = _read(made, _with_means(mechanism, result) if solver else result) if ended else {}
+        return CaseOutcome(str(result.status), result.message, read, wall, _told(result) if asked else {})
 
     scales = dict(_scales(mechanism, asked))
-    return Case(family, name, run, lambda: _right(made, scales), scales, lambda: _plain(mechanism, duration))
+    name += f", accuracy {asked:g}" if asked else ""
+    right = partial(_right, made, scales) if possible else None
+    return Case(family, name, run, right, scales, partial(_plain, mechanism, duration) if priced else None)
+
+
+def _with_means(mechanism: Mechanism, result: Result) -> Result:
+    """Forces as runs without settings give them: means over the period in which links ring."""
+    return replace(result, signals=result.signals | banded(mechanism, result.time, result.signals, result.units))
 
 
 def _plain(mechanism: Mechanism, duration: float) -> None:
@@ -74,7 +102,7 @@ def _scales(mechanism: Mechanism, asked: float | None) -> Iterator[tuple[str, fl
 def _read(made: Drawn, result: Result) -> Measures:
     """What is compared of a result."""
     mechanism, duration = made.mechanism, made.duration
-    if made.load is not None:
+    if _pressed(mechanism):
         return {"force of the push": np.array([_push(result)])}
     kind = "journal" if clearances(mechanism) else "path" if mechanism.stops else "place"
     names = [f"{point}.{axis}" for point in mechanism.points for axis in "xy"]
@@ -118,9 +146,9 @@ def _push(result: Result) -> float:
 
 def _right(made: Drawn, scales: Mapping[str, float]) -> Measures | None:
     """The measures that are known; None if none is."""
-    if made.load is not None:
-        return {"force of the push": np.array([made.load])}
-    if made.swing is not None:
+    if _pressed(made.mechanism):
+        return {"force of the push": np.array([_load(made)])}
+    if _swings(made.mechanism):
         return {"place": _pendulum(made)}
     coarse, fine = (_reference(made, k) for k in (0, 1))
     if coarse is None or fine is None:
@@ -152,28 +180,49 @@ def _agreed(coarse: Measures, fine: Measures, scales: Mapping[str, float], until
             yield name, second
 
 
-def _reference(made: Drawn, finer: int) -> Measures | None:
-    """One run of the compiled solver; its steps and strips are finer the second time."""
+def reference_solver(made: Drawn, finer: int, tolerance: float = 1e-9) -> Spectral:
+    """Of a reference run, its steps and strips finer the second time, when it has this tolerance."""
     longest = made.duration / 800
     if any(link.body.massless for link in made.mechanism.links):  # they ring in places far smaller than a tolerance
         longest = min(longest, axial_period(made.mechanism) / RINGING)
-    steps = Controlled(tolerance=10.0 ** (-8 - finer), max_step=longest / 2**finer)
-    solver = Spectral(steps, degree=9 + 3 * finer, contact_tolerance=1e-3 / 2**finer)
+    steps = Controlled(tolerance=tolerance * 10.0 ** (1 - finer), max_step=longest / 2**finer)
+    return Spectral(steps, degree=9 + 3 * finer, contact_tolerance=1e-3 / 2**finer)
+
+
+def _reference(made: Drawn, finer: int) -> Measures | None:
+    """One run of the compiled solver."""
+    solver = reference_solver(made, finer)
     try:
         simulate(made.mechanism, 1e-6 * made.duration, solver=solver)  # what is not compiled yet is compiled now
         result = simulate(made.mechanism, made.duration, solver=solver, timeout=PATIENCE)
     except (ValueError, NotImplementedError):
         return None
-    means = banded(made.mechanism, result.time, result.signals, result.units)  # as runs without settings give them
-    ended = result.status in (Status.OK, Status.SUSPECT)
-    return _read(made, replace(result, signals=result.signals | means)) if ended else None
+    return _read(made, _with_means(made.mechanism, result)) if result.status in (Status.OK, Status.SUSPECT) else None
+
+
+def _pressed(mechanism: Mechanism) -> bool:
+    """Whether it is a straight link pressed in line by a drive: the elastica's load is known."""
+    return mechanism.links[0].name == "strip" and bool(mechanism.drives)
+
+
+def _load(made: Drawn) -> float:
+    """Of the elastica at the end of a push, N."""
+    (strip,), motion = made.mechanism.links, made.mechanism.drives[0].motion
+    section, length = strip.body.section, made.mechanism.length("strip")
+    critical = section.euler_load(length)
+    share = motion.position(made.duration) / length
+    return critical / np.pi**2 * float(pinned.load(share - critical / section.axial_stiffness))
+
+
+def _swings(mechanism: Mechanism) -> bool:
+    """Whether it is one rigid bar that swings about its start."""
+    return len(mechanism.links) == 1 and not (mechanism.loads or mechanism.guides or mechanism.stops)
 
 
 def _pendulum(made: Drawn) -> Array:
     """Places of the two points of a bar that swings about the first: its equation to 1e-12."""
-    assert made.swing is not None
-    angle, length = made.swing
-    (bar,) = made.mechanism.links
+    (bar,), (x, y) = made.mechanism.links, made.mechanism.points["A"]
+    length, angle = float(np.hypot(x, y)), float(np.arctan2(x, -y))
     mass, inertia, _ = bar.body.inertia(length)
     times, pull = SAMPLES * made.duration, mass * 9.81 * length / 2 / (inertia + mass * length**2 / 4)
     found = solve_ivp(

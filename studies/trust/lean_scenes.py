@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 from math import pi
 from statistics import median
 from time import process_time
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -35,19 +35,15 @@ from buckler.mbs import (
 from buckler.mbs import slider_crank as slider
 from buckler.mbs.checks.suspicions import suspicions
 from buckler.mbs.elements.clearance import clearances
-from buckler.mbs.engine.settings import Exudyn
 from buckler.mbs.engine.solve import once
 from buckler.mbs.laws import AdamsFriction, CarvalhoMartins, Coulomb, FrictionLaw, Impact, NoFriction
 from buckler.mbs.record.signals import collect
-from buckler.studies.kit.cli import main
+from buckler.mbs.solvers.exudyn import Exudyn
 from buckler.studies.kit.parameters import StudyParameters, choices, integer
 from buckler.studies.kit.precision import footnote
 from buckler.studies.kit.published import CONTACT_DAMPING, CONTACT_STIFFNESS, STRIP_WIDTH
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
-from buckler.studies.kit.style import COLOURS, subplots
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from buckler.studies.kit.style import COLOURS, Figure, subplots
 
 BASE, AGAIN = "nothing optional", "nothing, again"
 OVER = {"static friction": "friction"}
@@ -262,7 +258,3 @@ def figure(result: StudyResult) -> Figure:
     ax.set(xlabel="part", ylabel="run time, with over without [1]")
     ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3)
     return fig
-
-
-if __name__ == "__main__":
-    raise SystemExit(main("lean-scenes"))

@@ -9,21 +9,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from buckler import mbs
 from buckler.mbs import Clearance, Drive, Guide, Link, Mechanism, Ramp, Rigid, Section, laws
 from buckler.mbs.laws import Hertz, Impact, KelvinVoigt, NormalLaw, delivered
-from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import StudyParameters, choices, quantities, quantity
 from buckler.studies.kit.published import CONTACT_DAMPING, DAMPING_UNITS
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
-from buckler.studies.kit.style import COLOURS, subplots
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from buckler.studies.kit.style import COLOURS, Figure, subplots
 
 HYSTERESIS = (
     "HuntCrossley", "LankaraniNikravesh", "HerbertMcWhannell", "LeeWang", "Gonthier",
@@ -214,7 +210,3 @@ def figure(result: StudyResult) -> Figure:
     off.set(xlim=(0, 1), xlabel="restitution asked for", ylabel="drop test against exact")
     fig.legend(*ax.get_legend_handles_labels(), loc="outside upper center", ncols=4)
     return fig
-
-
-if __name__ == "__main__":
-    raise SystemExit(main("restitution"))

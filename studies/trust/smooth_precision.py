@@ -11,21 +11,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import partial
 from math import pi
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from buckler.mbs import Beam, Cable, Controlled, Exudyn, Mechanism, Section, Spectral, simulate, slider_crank
 from buckler.mbs.accuracy.precision import Point, fastest, verdict
-from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import StudyParameters, integer, quantities, quantity
 from buckler.studies.kit.precision import Runs, Series, as_signals, by_tolerance, figure_of, footnote, mark, measure, points_of
 from buckler.studies.kit.published import STRIP_WIDTH
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
+from buckler.studies.kit.style import Figure
 from buckler.studies.trust import plain
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 Array = np.ndarray[Any, Any]
 TIMES = 401
@@ -177,7 +174,3 @@ def figure(result: StudyResult) -> Figure:
         title="at the points: tolerance, or steps", title_fontsize=8, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3
     )
     return fig
-
-
-if __name__ == "__main__":
-    raise SystemExit(main("smooth-precision"))

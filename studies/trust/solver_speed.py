@@ -19,7 +19,7 @@ from functools import partial
 from math import pi, sqrt
 from statistics import median
 from time import process_time
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -27,16 +27,12 @@ from buckler.mbs import Beam, Cable, Controlled, Mechanism, Section, simulate, s
 from buckler.mbs.laws import KelvinVoigt
 from buckler.mbs.library import PAPER
 from buckler.mbs.record.lookup import cubic
-from buckler.mbs.spectral.solver import Spectral
-from buckler.studies.kit.cli import main
+from buckler.mbs.solvers.spectral import Spectral
 from buckler.studies.kit.parameters import StudyParameters, choices, integer, quantity
 from buckler.studies.kit.precision import footnote
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
-from buckler.studies.kit.style import subplots
+from buckler.studies.kit.style import Figure, subplots
 from buckler.studies.trust import plain
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 Array = np.ndarray[Any, Any]
 TIMES = 401
@@ -99,7 +95,7 @@ def ours(work: Work, tolerance: float, degree: int) -> tuple[Array, dict[str, fl
     from buckler.mbs.spectral.run import once  # takes a second to load
 
     run = once(work.mechanism(Beam), work.duration, Spectral(Controlled(tolerance), degree=degree))
-    signals, _ = run.signals
+    signals = run.values
     if run.failure is not None:
         return np.full(TIMES, np.nan), run.work
     return cubic(run.record.time, signals["coupler.deflection"], work.times), run.work
@@ -208,7 +204,3 @@ def figure(result: StudyResult) -> Figure:
     ax.set(xticks=at, xticklabels=names, xlabel="work", ylabel="plain run's time over ours")
     ax.legend()
     return fig
-
-
-if __name__ == "__main__":
-    raise SystemExit(main("solver-speed"))

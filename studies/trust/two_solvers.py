@@ -11,25 +11,25 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import islice
 from time import perf_counter
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
-from buckler.mbs import Result, Status
+from buckler.mbs import Beam, Cable, Clearance, Result, Rigid, Section, Status, Strut
 from buckler.mbs.accuracy.delivery import Task, comparable, judged
 from buckler.mbs.accuracy.difference import FINEST, difference, differences
 from buckler.mbs.accuracy.ways import by_exudyn
+from buckler.mbs.laws import AdamsFriction, CarvalhoMartins, Impact
+from buckler.mbs.library import BAR, PAPER, crank_rocker, slider_crank
 from buckler.mbs.simulation import SOLVERS
 from buckler.mbs.units import FORCES
-from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import StudyParameters, integer, quantity
+from buckler.studies.kit.published import STRIP_WIDTH
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
-from buckler.studies.kit.style import subplots
-from buckler.studies.trust.two_solvers_scenes import Pair, drawn, known
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from buckler.studies.kit.style import Figure, subplots
+from buckler.studies.trust import benchmark_problems as problems
+from buckler.studies.trust.drawn import EVERYTHING, Drawn, drawn
 
 BEYOND = 3.0
 """Difference over the sum of the estimates from which the two contradict each other."""
@@ -85,14 +85,38 @@ class Compared(NamedTuple):
         return self.difference / max(self.engine + self.compiled, FINEST)
 
 
-def pairs(p: Parameters) -> Iterator[Pair]:
-    """The ready mechanisms first, then those drawn."""
+def known() -> Iterator[Drawn]:
+    """The ready mechanisms and the published problems, over short times."""
+    strip = Section(STRIP_WIDTH, 2e-3).damped(0.01, PAPER.coupler)
+
+    def play(point: str, pin: str, bush: str) -> Clearance:
+        return Clearance(point, pin, bush, 5e-3, 1e-4, Impact(1e8, 1e3, 1e-4), AdamsFriction(0.3, 0.2))
+
+    def slider(coupler: Any, speed: float = 20.0, law: Any = None) -> Any:
+        return slider_crank(coupler, law=law, mass=0.3, speed=speed)
+
+    struck = slider(Strut(Section(STRIP_WIDTH, 3e-4)), 6.0, CarvalhoMartins(1e5, 0.5, exponent=1.0))
+    yield Drawn("slider-crank, strut, stop", struck, 0.5)
+    yield Drawn("slider-crank, beam", slider(Beam(strip)), 0.2)
+    yield Drawn("slider-crank, cable", slider(Cable(strip, imperfection=1e-3)), 0.2)
+    yield Drawn("crank-rocker", crank_rocker(Rigid(BAR), speed=30.0), 0.2)
+    yield Drawn("Andrews", problems.andrews(), 0.01)
+    yield Drawn("crank-rocker, clearance", crank_rocker(Rigid(BAR), speed=30.0, play=play), 0.01)
+    yield Drawn("crank-rocker, clearance, beam", crank_rocker(Beam(BAR), speed=30.0, play=play), 0.01)
+    yield Drawn("four-bars", problems.four_bars(2), 1.0)
+    yield Drawn("Simeon", problems.simeon(), 0.02)
+    yield Drawn("double pendulum", problems.double_pendulum(), 1.0)
+    yield Drawn("Princeton", problems.princeton(8.896), 0.05)
+
+
+def pairs(p: Parameters) -> Iterator[Drawn]:
+    """The ready mechanisms first, then those drawn of the whole grammar."""
     yield from islice(known(), p.cases)
     for k in range(p.cases - READY):
-        yield drawn(p.seed, k)
+        yield drawn(p.seed, k, EVERYTHING)
 
 
-def compare(pair: Pair, p: Parameters) -> Compared:
+def compare(pair: Drawn, p: Parameters) -> Compared:
     """Run both solvers; the compiled one once more where the first run of a process compiled a law."""
     ours, engine_s = _engine(pair, p)
     other, error, compiled_s, failed = _compiled(pair, p, p.accuracy)
@@ -135,7 +159,7 @@ def impulses(a: Result, b: Result, size: float) -> dict[str, float]:
     return {f"{owner} [{unit}]": off / norm for (owner, unit), (off, norm) in found.items() if norm > PUSHING * most[unit]}
 
 
-def _explained(pair: Pair, p: Parameters, ours: Result, other: Result, case: Compared) -> str:
+def _explained(pair: Drawn, p: Parameters, ours: Result, other: Result, case: Compared) -> str:
     """Which of the two errs: both against a finer run of the compiled solver."""
     accuracy = min(p.accuracy * FINER, case.difference / 30, case.compiled / 4)  # so that it is another run than the one judged
     finer, error, _, failed = _compiled(pair, p, accuracy)
@@ -146,7 +170,7 @@ def _explained(pair: Pair, p: Parameters, ours: Result, other: Result, case: Com
     )
 
 
-def _engine(pair: Pair, p: Parameters) -> tuple[Result, float]:
+def _engine(pair: Drawn, p: Parameters) -> tuple[Result, float]:
     """Exudyn's result, with its estimate, and its time."""
     begin = perf_counter()
 
@@ -160,17 +184,17 @@ def _engine(pair: Pair, p: Parameters) -> tuple[Result, float]:
     return judged(replace(comparable(found.run), status=status, message=message), found, task, wall), wall
 
 
-def _compiled(pair: Pair, p: Parameters, accuracy: float) -> tuple[Result, float, float, str]:
+def _compiled(pair: Drawn, p: Parameters, accuracy: float) -> tuple[Result, float, float, str]:
     """The compiled solver's run, its known error, its time, and how it failed if so."""
+    from buckler.mbs.solvers.spectral import Spectral
     from buckler.mbs.spectral.accuracy import known
     from buckler.mbs.spectral.run import once
-    from buckler.mbs.spectral.solver import Spectral
 
     once(pair.mechanism, 1e-6 * pair.duration, Spectral())  # compiles the mechanism's own functions
     begin = perf_counter()
     found = known(pair.mechanism, pair.duration, max(accuracy, FINEST_KNOWN), patience=p.timeout)
     wall = perf_counter() - begin
-    result = Result(Status.OK, "", found.run.record.time, *found.run.signals, found.run.work)
+    result = Result(Status.OK, "", found.run.record.time, found.run.values, found.run.units, found.run.work)
     failure = found.run.failure
     return result, found.errors.motion, wall, "" if failure is None else f"compiled {failure[0]}: {failure[1]}"
 
@@ -231,7 +255,3 @@ def figure(result: StudyResult) -> Figure:
     ax.legend()
     ax.set(xlabel="sum of both estimates", ylabel="difference of the solvers")
     return fig
-
-
-if __name__ == "__main__":
-    raise SystemExit(main("two-solvers"))

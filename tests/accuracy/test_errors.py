@@ -16,7 +16,7 @@ from buckler.mbs.accuracy.ways import own_functions
 from buckler.mbs.laws import KelvinVoigt
 from buckler.mbs.library import crank_rocker
 from buckler.mbs.record.errors import Errors
-from buckler.mbs.spectral.solver import Spectral
+from buckler.mbs.solvers.spectral import Spectral
 from buckler.studies.trust import benchmark_problems as problems
 
 TIME = np.linspace(0.0, 2.0, 4001)

@@ -35,6 +35,7 @@ from buckler.mbs.accuracy.sampling import sampled
 from buckler.mbs.accuracy.tolerance import _Tolerance, left_with_play
 from buckler.mbs.engine.solve import once as once_of_engine
 from buckler.mbs.functions import Expression
+from buckler.mbs.kinematics.exact import once as closed_once
 from buckler.mbs.laws import KelvinVoigt
 from buckler.mbs.record.errors import Errors
 from buckler.mbs.record.result import Result
@@ -261,7 +262,7 @@ def test_samples_of_a_linkage_are_doubled():
     mechanism, made = slider_crank(Rigid(Section(0.03, 5e-3)), law=None, mass=0.3, speed=Expression("3+sin(40*t)")), []
 
     def run(mechanism, duration, solver, *rest):
-        made.append((solver.steps.max_step, once_of_engine(mechanism, duration, solver, None, None)))
+        made.append((solver.steps.max_step, closed_once(mechanism, duration, solver, None, None)))
         return made[-1][1]
 
     sampled(Task(mechanism, 1.0, 1e-12), run)

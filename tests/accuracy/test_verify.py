@@ -9,10 +9,10 @@ pytest.importorskip("numba")
 
 from buckler.mbs import Beam, Force, Link, Mechanism, Result, Revolute, Rigid, Section, Spring, simulate
 from buckler.mbs.accuracy.verify import APART, FINEST, _limit
-from buckler.mbs.files.verdicts import verdicts
 from buckler.mbs.library import slider_crank
+from buckler.mbs.solvers.spectral import Spectral
 from buckler.mbs.spectral import registry
-from buckler.mbs.spectral.solver import Spectral
+from buckler.mbs.view.verdicts import verdicts
 
 PENDULUM = Mechanism(
     {"O": (0.0, 0.0), "A": (1.0, 0.0)},

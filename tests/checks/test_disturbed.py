@@ -11,7 +11,7 @@ from simulations import pendulum
 from buckler.mbs import Exudyn, Rigid, Section, Spectral, Status, crank_rocker, simulate
 from buckler.studies.kit import cli
 from buckler.studies.rattling import modes
-from buckler.studies.trust.extremes_drawn import FAMILIES
+from buckler.studies.trust.drawn import drawn
 
 BAR = Rigid(Section(0.005, 0.020))
 HOURS = 1e5
@@ -46,14 +46,14 @@ def test_ctrl_c_ends_any_run(kind):
 def test_runs_in_threads_do_not_disturb_each_other(solver):
     """Bit for bit what they are one after the other."""
     names = ("clearance", "strip on a stop", "strut", "kinks")
-    drawn = [FAMILIES[name](np.random.default_rng(k)) for k, name in enumerate(names)]
-    alone = [simulate(d.mechanism, d.duration / 4, solver=solver) for d in drawn]
-    together = [None] * len(drawn)
+    made = [drawn(1, k, names) for k in range(len(names))]
+    alone = [simulate(d.mechanism, d.duration / 4, solver=solver) for d in made]
+    together = [None] * len(made)
 
     def work(k):
-        together[k] = simulate(drawn[k].mechanism, drawn[k].duration / 4, solver=solver)
+        together[k] = simulate(made[k].mechanism, made[k].duration / 4, solver=solver)
 
-    threads = [threading.Thread(target=work, args=(k,)) for k in range(len(drawn))]
+    threads = [threading.Thread(target=work, args=(k,)) for k in range(len(made))]
     for thread in threads:
         thread.start()
     for thread in threads:

@@ -17,7 +17,7 @@ from simulations import pendulum
 from buckler.mbs import Exudyn, Spectral, Status, simulate
 from buckler.mbs.functions import Components
 from buckler.mbs.modal import BarModes, FreeModes
-from buckler.studies.trust.extremes_drawn import FAMILIES
+from buckler.studies.trust.drawn import FAMILIES, drawn
 
 PATIENCE = 2.0
 """Longest time of a run, s; what is beyond it by more than as much again hangs."""
@@ -63,17 +63,17 @@ def one_clear_line(text):
 
 def survives(family, number, share, value, scale=None):
     """Put a value somewhere in a drawn mechanism, or scale a number there, and run what comes of it."""
-    drawn = FAMILIES[family](np.random.default_rng(number))
-    everywhere = list(places(drawn.mechanism))
+    made = drawn(0, number, (family,))
+    everywhere = list(places(made.mechanism))
     at = everywhere[min(len(everywhere) - 1, int(share * len(everywhere)))]
     if scale is not None:
-        here = drawn.mechanism
+        here = made.mechanism
         for head in at:
             here = getattr(here, head) if isinstance(head, str) else here[head[1]] if isinstance(head, tuple) else here[head]
         value = here * scale if isinstance(here, float) else value
     begin = perf_counter()
     try:
-        result = simulate(put(drawn.mechanism, at, value), drawn.duration / 5, timeout=PATIENCE)
+        result = simulate(put(made.mechanism, at, value), made.duration / 5, timeout=PATIENCE)
     except ValueError as error:
         one_clear_line(str(error))
         return
@@ -151,7 +151,7 @@ def test_components_that_are_no_list_are_refused(parts):
 
 @pytest.mark.parametrize("numbers", [(1, [], 3), (1, 1), (), None])
 def test_numbers_of_modes_that_are_none_are_refused(numbers):
-    with pytest.raises(ValueError, match="numbers = "):
+    with pytest.raises(ValueError, match=r"numbers(\[1\])? = "):
         FreeModes(numbers)
 
 
@@ -159,7 +159,7 @@ def test_odd_values_at_every_place_are_taken_or_refused():
     """At places of a mechanism of each family, without a run."""
     dice = np.random.default_rng(5)
     for family in sorted(FAMILIES):
-        mechanism = FAMILIES[family](dice).mechanism
+        mechanism = drawn(5, 0, (family,)).mechanism
         for at in places(mechanism):
             for value in dice.choice(len(ODD), 4, replace=False):
                 try:
@@ -170,5 +170,5 @@ def test_odd_values_at_every_place_are_taken_or_refused():
 
 @pytest.mark.parametrize("shear", ["x", None, 1])
 def test_a_choice_that_is_no_truth_value_is_refused(shear):
-    with pytest.raises(ValueError, match=r"shear = .*: must be bool"):
+    with pytest.raises(ValueError, match=r"shear = .*: must be true or false"):
         BarModes(shear=shear)

@@ -32,12 +32,12 @@ from buckler.mbs.checks.mesh import mesh_error
 from buckler.mbs.checks.suspicions import CHECKS
 from buckler.mbs.elements.clearance import PIERCED
 from buckler.mbs.engine.solve import once
-from buckler.mbs.files.verdicts import QUESTIONS
 from buckler.mbs.laws import Hertz, Stiction
 from buckler.mbs.modal import BarModes
 from buckler.mbs.record.energy import ledger
 from buckler.mbs.record.result import Result
 from buckler.mbs.record.status import Status
+from buckler.mbs.view.verdicts import QUESTIONS
 
 CHECK = {check.name: check for check in CHECKS}
 NEAR = {}
@@ -81,7 +81,7 @@ def right(kind):
     mechanism, duration = made[kind]()
     run = once(mechanism, duration, Exudyn(), None, None)
     assert run.failure is None
-    return run, Result(Status.OK, "", run.record.time, *run.signals, run.work)
+    return run, Result(Status.OK, "", run.record.time, run.values, run.units, run.work)
 
 
 def said(name, run, result, **signals):
@@ -184,7 +184,7 @@ def bent(way):
     normal = push / law.coefficient(np.zeros(1), np.array([way]))
     channels = dict(run.record.channels) | {"guide A": {"reaction": np.full((len(time), 1), normal), "memory": memory}}
     run = replace(run, record=replace(run.record, channels=channels))
-    result = Result(Status.OK, "", time, *run.signals, run.work)
+    result = Result(Status.OK, "", time, run.values, run.units, run.work)
     held = float(mechanism.guide("A")._held("guide A", run.record)[0])
     assert held == pytest.approx(push * way / 2) and result.signals["A.friction_force"].max() == pytest.approx(push)
     nothing = np.zeros_like(time)
@@ -396,7 +396,8 @@ def halved(kind, spoil, solver=None):
         return SimpleNamespace(time=result.time[first : last + 1])
 
     def collected(_finer):
-        return spoil({name: values[look["window"]].copy() for name, values in result.signals.items()}), {}
+        spoilt = spoil({name: values[look["window"]].copy() for name, values in result.signals.items()})
+        return {name: SimpleNamespace(values=values) for name, values in spoilt.items()}
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(steps, "collect", collected)

@@ -14,8 +14,6 @@ DEFAULTS = {
     laws.Stribeck: {"exponent": 2.0, "v_reg": 1e-3, "viscous": 0.0},
     laws.Stiction: {"v_stribeck": 1e-2, "bristle_stiffness": 1e5, "bristle_damping": 0.0, "viscous": 0.0},
     laws.LuGre: {"bristle_stiffness": 1e5, "bristle_damping": 0.0, "viscous": 0.0},
-    laws.KelvinVoigt: {"exponent": 1.0},
-    laws.Hertz: {"exponent": 1.5},
     laws.HuntCrossley: {"exponent": 1.5},
     laws.Impact: {"exponent": 1.5},
     elements.AdamsDamping: {"low": 0.01, "middle": 0.1, "high": 1.0},
@@ -53,5 +51,5 @@ def test_damping_of_modes_up_to_its_largest():
 
 def test_modes_by_numbers_up_to_a_thousand():
     assert FreeModes((1000,)).numbers == (1000,)
-    with pytest.raises(ValueError, match="numbers = 1001"):
+    with pytest.raises(ValueError, match=r"numbers\[0\] = 1001"):
         FreeModes((1001,))

@@ -80,19 +80,19 @@ def breaks(t):
 
 WRONG = {
     "joints in words": (lambda: made(joints="weld"), ["joints = 'weld'", "must be a list"]),
-    "a joint in words": (lambda: made(joints=["weld"]), ["joints[0] = 'weld'", "Revolute or Clearance"]),
+    "a joint in words": (lambda: made(joints=["weld"]), ["joints[0] = 'weld'", "Clearance or Revolute"]),
     "a guide among joints": (lambda: made(joints=[Guide("B", "rod")]), ["joints[0]", "this is a Guide"]),
     "one joint, no list": (lambda: made(joints=Revolute("O", "ground", "crank")), ["joints", "must be a list"]),
     "one drive, no list": (lambda: made(drives=Drive("crank", 1.0)), ["drives", "must be a list"]),
-    "a list to drive": (lambda: Drive(["crank"], 1.0), ["target of a drive = ['crank']"]),
+    "a list to drive": (lambda: Drive(["crank"], 1.0), ["target = ['crank']: must be a name"]),
     "driven twice": (lambda: made(drives=[Drive("crank", 1.0), Drive("crank", 2.0)]), ["'crank'", "driven twice"]),
     "gravity a number": (lambda: made(gravity=9.81), ["gravity = 9.81", "two numbers", "m/s^2"]),
     "gravity in space": (lambda: made(gravity=(0, 0, -9.81)), ["gravity", "two numbers"]),
-    "a point in space": (lambda: made(points={**POINTS, "B": (2, 0, 0)}), ["points['B'] = (2, 0, 0)", "two numbers"]),
-    "points a list": (lambda: made(points=[(0, 0)]), ["points = [(0, 0)]", "mapping"]),
-    "a section for a body": (lambda: Link("a", "O", "A", Section(0.1, 0.1)), ["body of link 'a'", "this is a Section"]),
-    "no body": (lambda: Link("a", "O", "A", None), ["body of link 'a' = None"]),
-    "a number for a name": (lambda: Link(3, "O", "A", BAR), ["name of a link = 3"]),
+    "a point in space": (lambda: made(points={**POINTS, "B": (2, 0, 0)}), ["points.B = (2, 0, 0)", "two numbers"]),
+    "points a list": (lambda: made(points=[(0, 0)]), ["points = [(0, 0)]", "table of points"]),
+    "a section for a body": (lambda: Link("a", "O", "A", Section(0.1, 0.1)), ["link 'a': body = Section", "this is a Section"]),
+    "no body": (lambda: Link("a", "O", "A", None), ["link 'a': body = None"]),
+    "a number for a name": (lambda: Link(3, "O", "A", BAR), ["name = 3: must be a name"]),
     "a law's class": (lambda: Stop("B", at=3, law=Hertz), ["law = Hertz", "instance"]),
     "a law without potential": (lambda: Stop("B", at=3, law=WithoutPotential()), ["lacks 'potential'"]),
     "an unhashable law": (lambda: Stop("B", at=3, law=Unhashable()), ["hashable", "frozen dataclass"]),
@@ -117,7 +117,7 @@ WRONG = {
         lambda: made(links=[Link("crank", "O", "A", Beam(Section(0.1, 1.0))), Link("rod", "A", "B", BAR)]),
         ["thickness of flexible link 'crank' = 1 m", "below its length"],
     ),
-    "letters to carry": (lambda: Link("a", "O", "A", BAR, carries="AB"), ["carries of link 'a' = 'AB'"]),
+    "letters to carry": (lambda: Link("a", "O", "A", BAR, carries="AB"), ["link 'a': carries = 'AB'"]),
 }
 
 

@@ -113,8 +113,8 @@ WRONG = {  # what is made -> what the message must say: parameter = value, range
     "poisson low": (lambda: steel(poisson=-1.0), "poisson = -1.0", "(-1, 0.5]"),
     "bending damping": (lambda: steel(bending_damping=-1e-9), "bending_damping = -1e-09 s", "[0, inf) s"),
     "axial damping": (lambda: steel(axial_damping=NAN), "axial_damping = nan s", "[0, inf) s"),
-    "width": (lambda: Section(width=0.0, thickness=1e-3), "width = 0.0 m", "(0, inf) m"),
-    "thickness": (lambda: Section(width=0.1, thickness=NAN), "thickness = nan m", "(0, inf) m"),
+    "width": (lambda: Section(width=0.0, thickness=1e-3), "width = 0.0 m", "[1e-09, 1e+06] m"),
+    "thickness": (lambda: Section(width=0.1, thickness=NAN), "thickness = nan m", "[1e-09, 1e+06] m"),
     "ratio": (lambda: STRIP.damped(-0.1, LENGTH), "ratio = -0.1", "[0, inf)"),
     "elements low": (lambda: Beam(STRIP, elements=0), "elements = 0", "[1, 1000]"),
     "elements high": (lambda: Beam(STRIP, elements=1001), "elements = 1001", "[1, 1000]"),
@@ -233,11 +233,11 @@ def test_a_stop_needs_a_law():
 
 def test_a_joint_with_play_needs_play_a_law_and_friction():
     assert isinstance(play().friction, NoFriction)
-    with pytest.raises(ValueError, match=r"gap = 0 m at 'A': .* Revolute"):
+    with pytest.raises(ValueError, match=r"'A': gap = 0.0 m: .* Revolute"):
         play(gap=0.0)
     with pytest.raises(ValueError, match=r"clearance at 'A': law = 3"):
         play(law=3)
-    with pytest.raises(ValueError, match=r"clearance at 'A': friction = 0\.1 is not a FrictionLaw"):
+    with pytest.raises(ValueError, match=r"clearance at 'A': friction = 0\.1: must be Coulomb"):
         play(friction=0.1)
 
 

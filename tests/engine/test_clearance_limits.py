@@ -5,8 +5,9 @@ from math import hypot, pi, sqrt
 import numpy as np
 import pytest
 from clearance_pair import CENTRES, JOINTS, mechanism
+from fourbar import FourBar
 from scipy.integrate import solve_ivp
-from simulations import fine, integrated, rates
+from simulations import fine, rates
 
 from buckler.mbs import (
     Clearance,
@@ -24,11 +25,10 @@ from buckler.mbs import (
     crank_rocker,
     simulate,
 )
-from buckler.mbs.kinematics.closure import Closure
 from buckler.mbs.kinematics.errors import KinematicsError
+from buckler.mbs.kinematics.linkage import Linkage
 from buckler.mbs.laws import AdamsFriction, Coulomb, Impact
 from buckler.mbs.library import CLOSED, RATTLING, CrankRocker
-from buckler.studies.rattling.linkage import FourBar
 
 BAR = Section(width=0.020, thickness=0.005)
 PIN, GAP = 5e-3, 1e-4
@@ -113,7 +113,7 @@ IDEAL = FourBar(gap=0.0, start=0.5)
 
 def test_loop_closure_is_the_closed_form():
     """A turn of the crank-rocker: joints meet within 1e-12 m, directions, spins and their rates agree within 1e-9."""
-    closure, state = Closure(mechanism(IDEAL)), None
+    closure, state = Linkage(mechanism(IDEAL)), None
     for t in np.linspace(0, IDEAL.period, 73):
         state = closure.solve(t, None if state is None else state.q)
         for joint in closure.mechanism.joints:
@@ -141,9 +141,8 @@ def test_ideal_joints_move_as_the_closed_form():
                 assert np.abs(result.signals[f"{bar}.{kind}{axis}"] - form[:, i, k]).max() < 1e-11 * scale
 
 
-def test_engine_holds_ideal_joints_together_and_converges_to_the_closed_form(monkeypatch):
+def test_engine_holds_ideal_joints_together_and_converges_to_the_closed_form():
     """The loop closes to rounding; velocities and, once the start is forgotten, accelerations to second order in the step."""
-    integrated(monkeypatch)
     errors = []
     for steps in (400, 800, 1600):
         result = fine(simulate(mechanism(IDEAL), IDEAL.period, solver=Exudyn(Equal(steps)), ledger=True))
@@ -178,9 +177,6 @@ def test_grashof_says_whether_the_crank_can_turn(lengths):
         except KinematicsError:
             closes.append(False)
     assert lengths.grashof == all(closes) and any(closes)
-    if not lengths.grashof:
-        with pytest.raises(ValueError, match=r"crank = .* m: cannot turn"):
-            FourBar(**lengths._asdict())
 
 
 NO_GRASHOF = CrankRocker(0.2, 0.272, 0.175, 0.225)
@@ -207,7 +203,7 @@ def test_crank_that_cannot_turn_stops_by_name():
     assert ideal.status is Status.LOCKED and "(coupler and rocker in line)" in ideal.message
     assert start + speed * ideal.time[-1] == pytest.approx(dead, abs=1e-7)
     with pytest.raises(KinematicsError, match="do not close"):
-        closure = Closure(crank_rocker(Rigid(BAR), speed=speed, lengths=c, angle=start))
+        closure = Linkage(crank_rocker(Rigid(BAR), speed=speed, lengths=c, angle=start))
         state = None
         for t in np.linspace(0, 0.2, 101):
             state = closure.solve(t, None if state is None else state.q)

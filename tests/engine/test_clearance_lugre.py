@@ -5,6 +5,7 @@ from math import exp, pi
 import numpy as np
 import pytest
 from clearance_pair import mechanism
+from fourbar import FourBar
 from simulations import fine
 
 from buckler.mbs import (
@@ -24,7 +25,6 @@ from buckler.mbs import (
 )
 from buckler.mbs.laws import Impact, LuGre
 from buckler.mbs.library import CLOSED, RATTLING
-from buckler.studies.rattling.linkage import FourBar
 
 BAR = Section(width=0.020, thickness=0.005)
 PIN, GAP = 5e-3, 1e-4

@@ -12,6 +12,7 @@ from math import pi
 import numpy as np
 import pytest
 from clearance_pair import damped_modes, damped_section, distance, forces, mechanism
+from fourbar import FourBar, run
 
 pytest.importorskip("numba")
 
@@ -19,8 +20,6 @@ from buckler.mbs import Beam, Controlled, Exudyn, Status, simulate
 from buckler.mbs.elements.clearance import PIERCED
 from buckler.mbs.laws import AdamsFriction, FrictionLaw, Impact, NoFriction
 from buckler.mbs.library import PAPER_STIFFNESS
-from buckler.studies.rattling import turns
-from buckler.studies.rattling.linkage import FourBar
 
 RATTLING, CLOSED = 253.0, 253e3
 """Largest contact damping, N s/m: the two readings of the paper."""
@@ -70,9 +69,9 @@ def cases(changes, dampings=(RATTLING, CLOSED)):
 @cache
 def truth(bar, duration):
     """What the compiled solver says."""
-    run = turns.simulate(bar, duration, tolerance=1e-9, samples=50_001, most=5_000_000)
-    assert run.status in (Status.OK, Status.SUSPECT) and run.energy_balance < 1e-6  # a quadrature over five states a step
-    return run
+    found = run(bar, duration, tolerance=1e-9, samples=50_001, most=5_000_000)
+    assert found.status in (Status.OK, Status.SUSPECT) and found.energy_balance < 1e-6  # a quadrature over five states a step
+    return found
 
 
 def remarked(result):

@@ -191,7 +191,7 @@ def test_stiction_serves_joints_with_clearance():
 
 
 WRONG = {
-    "a number": (0.3, r"guide of 'A': friction = 0.3 is not a FrictionLaw"),
+    "a number": (0.3, r"guide of 'A': friction = 0.3: must be GuideFriction"),
     "a class": (Coulomb, "must be an instance"),
 }
 

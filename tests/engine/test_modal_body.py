@@ -18,7 +18,7 @@ from buckler.mbs.engine.modal import add_anchor, rigid_marker
 from buckler.mbs.engine.placed import States
 from buckler.mbs.engine.registry import BODIES
 from buckler.mbs.engine.scene import Scene
-from buckler.mbs.kinematics.closure import Closure
+from buckler.mbs.kinematics.linkage import Linkage
 from buckler.mbs.library import BAR, crank_rocker
 from buckler.mbs.modal import CraigBampton, FreeModes, Modal
 
@@ -257,7 +257,7 @@ def test_modal_damping_decays_at_its_ratio():
 def crank_rocker_run(rocker, duration=0.1, steps=2500):
     """Times, position and acceleration of B, deflection of the rocker, forces at its ideal joints B and C."""
     mechanism = crank_rocker(rocker, speed=10 * pi)
-    closure = Closure(mechanism)
+    closure = Linkage(mechanism)
     rates = closure.solve().q_t
     run, placed = Run(), {}
     for link in mechanism.links:

@@ -23,8 +23,8 @@ from buckler.mbs import (
     simulate,
     slider_crank,
 )
-from buckler.mbs.kinematics.closure import Closure
 from buckler.mbs.kinematics.errors import KinematicsError
+from buckler.mbs.kinematics.linkage import Linkage
 from buckler.mbs.laws import ExactRestitution
 
 BAR = Rigid(Section(width=0.020, thickness=0.005))
@@ -279,7 +279,7 @@ FLEXIBLE = {
 
 def ideal(mechanism, duration):
     """Positions and velocities of all points at the end, by loop closure."""
-    closure, guess = Closure(mechanism), None
+    closure, guess = Linkage(mechanism), None
     for t in np.linspace(0, duration, 41):
         state = closure.solve(t, guess)
         guess = state.q
@@ -326,7 +326,7 @@ def test_stiff_link_moves_nearly_as_a_rigid_one(name):
 @pytest.mark.parametrize("mechanism", [*LINKAGES.values(), *FLEXIBLE.values()], ids=[*LINKAGES, *FLEXIBLE])
 def test_linkage_starts_as_drawn_with_consistent_velocities(mechanism):
     result = simulate(mechanism, 1e-6, solver=Exudyn(Equal(1)))
-    closure = Closure(mechanism)
+    closure = Linkage(mechanism)
     state = closure.solve()
     for link in mechanism.links:
         for point in link.points:
@@ -339,7 +339,7 @@ def test_linkage_starts_as_drawn_with_consistent_velocities(mechanism):
 @pytest.mark.parametrize("mechanism", LINKAGES.values(), ids=LINKAGES)
 def test_coordinates_minus_constraints_are_the_freedoms(mechanism):
     data = build(mechanism).summary()
-    assert data["coordinates"] - data["constraints"] == Closure(mechanism).mobility() == 0
+    assert data["coordinates"] - data["constraints"] == Linkage(mechanism).mobility() == 0
 
 
 def test_drive_at_a_dead_centre_is_refused_before_the_run():

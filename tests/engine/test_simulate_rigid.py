@@ -8,7 +8,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicHermiteSpline
 from scipy.special import ellipk
-from simulations import BAR, SIMPLE, SPAN, G, fine, integrated, pendulum, rates, simply_supported
+from simulations import BAR, SIMPLE, SPAN, G, fine, pendulum, rates, simply_supported
 
 from buckler.mbs import (
     Beam,
@@ -215,9 +215,8 @@ def test_torque_and_pin_force_of_a_rigid_slider_crank_are_exact(gravity):
 
 
 @pytest.mark.parametrize("gravity", [(0.0, 0.0), (3.0, -G)], ids=["level", "upright"])
-def test_torque_and_pin_force_of_an_integrated_slider_crank(gravity, monkeypatch):
+def test_torque_and_pin_force_of_an_integrated_slider_crank(gravity):
     """Both converge at second order once the start, felt for a few steps, is over."""
-    integrated(monkeypatch)
     exact, errors = RigidSliderCrank(gravity), []
     for steps in (200, 400, 800):
         solver = Exudyn(Equal(steps), newton_relative=1e-14, newton_absolute=1e-10)

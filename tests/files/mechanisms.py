@@ -6,9 +6,9 @@ from math import pi
 from hypothesis import strategies as st
 
 from buckler.mbs import elements, laws
+from buckler.mbs.callables import Function
+from buckler.mbs.declare import Either, Quantity, Vector, declarations, kinds_of, known, specs
 from buckler.mbs.elements import KINDS, Drive, Guide, Link, Motion, Ramp, Revolute, Rigid, Section
-from buckler.mbs.files.declared import declared, takes_number
-from buckler.mbs.files.kinds import FUNCTIONS, alternatives, known, takes, takes_function
 from buckler.mbs.functions import Components, Expression, Table
 from buckler.mbs.mechanism import Mechanism
 
@@ -77,7 +77,7 @@ def bodies():
         st.builds(elements.modal.Box, st.tuples(st.integers(1, 9), st.integers(1, 9), st.integers(1, 9))),
         st.builds(elements.modal.EndFace, floats(1e-9, 1e-3)) | st.builds(elements.modal.PinHole, floats(1e-4, 1)),
     )
-    strut = st.builds(elements.Strut, sections(), st.sampled_from(list(FUNCTIONS.values())))
+    strut = st.builds(elements.Strut, sections(), st.sampled_from(list(specs(elements.Strut)["load"].named.values())))
     return st.one_of(sections().map(Rigid), inertia, *strips, modal, strut)
 
 
@@ -95,7 +95,7 @@ def mechanisms(draw):
             floats(1e-4, 0.1), floats(1e-6, 1e-3), normal_laws(), friction_laws())  # fmt: skip
         plain = isinstance(links[k].body, elements.Strut) or (k and isinstance(links[k - 1].body, elements.Strut))
         swapped = (ends[0], ends[2], ends[1])
-        more = [kind(*order) for kind in KINDS["joints"] if kind is not elements.Clearance for order in (ends, swapped)]
+        more = [kind(*order) for kind in kinds_of(KINDS["joints"]) if kind is not elements.Clearance for order in (ends, swapped)]
         fitting = [st.just(joint) for joint in more if fits(points, links, joints=[joint])]
         joints.append(Revolute(*ends) if plain else draw(st.one_of(*fitting, play)))
     last = names[-1]
@@ -123,25 +123,27 @@ def fits(points, links, **elements):
 
 def others(name, links):
     """Loads and masses from their declared fields, whatever kinds there are."""
-    kinds = [generic(kind, links[0], "P1") for kind in KINDS[name]]
+    kinds = [generic(kind, links[0], "P1") for kind in kinds_of(KINDS[name])]
     return st.lists(st.one_of(*kinds), max_size=2, unique_by=lambda e: e.key) if kinds else st.just([])
 
 
 def generic(kind, link, point):
     """Any element by its declared fields: names of a link and a point, positive numbers, functions of time."""
     given = {}
-    for name, field in declared(kind).items():
+    for name, field in declarations(kind).items():
+        forms = field.spec.specs if isinstance(field.spec, Either) else (field.spec,)
+        has = {type(form) for form in forms}
         if name in ("link", "first", "second", "follows", "on"):
             given[name] = st.just("ground" if name == "first" else link) if field.required else st.none()
         elif name in ("point", "a", "b"):
             given[name] = st.just("ground:P0" if name == "b" else point)
-        elif not field.required and not takes_number(field.hint):
+        elif not field.required and not has & {Quantity, Vector}:
             continue
-        elif any("tuple" in str(part) for part in alternatives(field.hint)):
+        elif Vector in has:
             pair = st.tuples(floats(-9, 9), floats(-9, 9))
-            given[name] = pair | st.builds(lambda f: Components((f, 1.5)), of_time()) if takes_function(field.hint) else pair
-        elif takes(field.hint, float):
-            given[name] = floats(0.1, 9) | of_time() if takes_function(field.hint) else floats(0.1, 9)
+            given[name] = pair | st.builds(lambda f: Components((f, 1.5)), of_time()) if Function in has else pair
+        elif Quantity in has:
+            given[name] = floats(0.1, 9) | of_time() if Function in has else floats(0.1, 9)
     return st.builds(kind, **given)
 
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from buckler.mbs import Beam, Drive, Guide, Link, Mechanism, Ramp, Revolute, Rigid, Section, Strut, crank_rocker, slider_crank
-from buckler.mbs.kinematics.closure import Closure, determined
 from buckler.mbs.kinematics.errors import KinematicsError
 from buckler.mbs.kinematics.inertias import mass_matrix
+from buckler.mbs.kinematics.linkage import Linkage, determined
 from buckler.mbs.kinematics.start import start
 
 BAR = Rigid(Section(width=0.020, thickness=0.005))
@@ -50,7 +50,7 @@ def test_least_energy_is_least():
         [Revolute("O", "ground", "a"), Revolute("A", "a", "b")],
     )
     found = start(replace(chain, velocities={"a": 2.0})).rates
-    mass = mass_matrix(Closure(chain), Closure(chain).reference)
+    mass = mass_matrix(Linkage(chain), Linkage(chain).reference)
 
     def energy(spin):
         u = start(replace(chain, velocities={"a": 2.0, "b": spin})).rates.ravel()
@@ -86,9 +86,9 @@ def test_a_velocity_against_a_drive_is_refused():
         ({"arm": 1.0}, ["velocities['arm']", "unknown link", "crank"]),
         ({"crank": (1.0, 2.0)}, ["velocities['crank']", "one number"]),
         ({"Z": (1.0, 2.0)}, ["velocities['Z']", "unknown point"]),
-        ({"B": (1.0, 2.0, 3.0)}, ["velocities['B']", "two numbers"]),
-        ({"crank": float("inf")}, ["velocities['crank'] = inf", "finite"]),
-        (3.0, ["velocities = 3.0", "mapping"]),
+        ({"B": (1.0, 2.0, 3.0)}, ["velocities.B", "two numbers"]),
+        ({"crank": float("inf")}, ["velocities.crank = inf", "finite"]),
+        (3.0, ["velocities = 3.0", "table of links and points"]),
     ],
 )
 def test_wrong_velocities_are_refused_when_made(velocities, words):
@@ -165,7 +165,7 @@ def five_bar(first=1.0, second=-2.0):
 
 
 def test_two_drives_turn_two_cranks():
-    closure = Closure(five_bar(1.0, Ramp(0.0, -2.0, 0.5)))
+    closure = Linkage(five_bar(1.0, Ramp(0.0, -2.0, 0.5)))
     state = closure.solve(0.4)
     assert state.q[[0, 3], 2] - closure.reference[[0, 3], 2] == pytest.approx([0.4, -0.32], abs=1e-12)
     assert state.q_t[[0, 3], 2] == pytest.approx([1.0, -1.6], rel=1e-12)
@@ -176,7 +176,7 @@ def test_two_drives_turn_two_cranks():
 
 
 def test_many_times_at_once_are_single_times():
-    closure = Closure(five_bar())
+    closure = Linkage(five_bar())
     states = [closure.solve(t) for t in (0.0, 0.1, 0.2)]
     together = closure.system(np.stack([s.q for s in states]), np.stack([s.q_t for s in states]))
     for k, state in enumerate(states):

@@ -8,7 +8,8 @@ import pytest
 pytest.importorskip("numba")
 
 from buckler.studies.trust import two_solvers
-from buckler.studies.trust.two_solvers_scenes import FAMILIES, drawn, known
+from buckler.studies.trust.drawn import EVERYTHING, drawn
+from buckler.studies.trust.two_solvers import known
 
 EITHER = {"Strip": ("Beam", "Cable"), "Slider": ("Slider", "Slot")}
 CASES = 6
@@ -24,7 +25,7 @@ def kinds(mechanism):
 def cases(kind):
     """Mechanisms that have it, drawn ones first."""
     names = set(EITHER.get(kind, (kind,)))
-    some = (drawn(1, k) for k in reversed(range(12 * len(FAMILIES))))
+    some = (drawn(1, k, EVERYTHING) for k in reversed(range(12 * len(EVERYTHING))))
     return islice((pair for pair in chain(some, known()) if names & kinds(pair.mechanism)), CASES)
 
 

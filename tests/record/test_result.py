@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from buckler.mbs import Beam, Cable, Result, Section, Status, simulate, slider_crank
+from buckler.mbs.elements.element import Kind, Trait
 from buckler.mbs.laws import ExactRestitution
 from buckler.mbs.record.stored import Shape
 
@@ -139,7 +140,7 @@ def test_mean_does_not_depend_on_where_time_starts():
     assert late.mean("B.x") == pytest.approx(small().mean("B.x"), rel=1e-12)
 
 
-def test_at_is_linear_between_steps():
+def test_at_is_linear_between_steps_where_nothing_is_known_of_a_signal():
     assert small().at("B.x", [0.1, 0.25, 0.05]) == pytest.approx([1.0, -0.5, 0.5])
     assert small().at("B.x", 0.25) == pytest.approx(-0.5)
     with pytest.raises(KeyError):
@@ -148,12 +149,15 @@ def test_at_is_linear_between_steps():
 
 def test_places_between_steps_go_by_their_speeds():
     time, times = np.linspace(0, 2 * np.pi, 51), np.linspace(0.1, 6.2, 97)
-    swing = small(time=time, signals={"B.x": np.cos(time), "B.vx": -np.sin(time)})
+    kinds = {"B.x": Trait(Kind.PLACE, rate="B.vx"), "B.vx": Trait(Kind.RATE)}
+    swing = small(time=time, signals={"B.x": np.cos(time), "B.vx": -np.sin(time)}, traits=kinds)
     fourth_order = (time[1] - time[0]) ** 4 / 384
     assert swing.at("B.x", times) == pytest.approx(np.cos(times), abs=1.01 * fourth_order)
     assert np.abs(swing.at("B.x", times) - np.cos(times)).max() > 0.9 * fourth_order
     assert swing.at("B.x", float(times[3])) == swing.at("B.x", times)[3]
-    assert np.abs(swing.at("B.vx", times) + np.sin(times)).max() > 1e-3  # a speed has no speed of its own: linear
+    assert np.abs(swing.at("B.vx", times) + np.sin(times)).max() > 1e-3  # a rate without a rate: a cubic that does not overshoot
+    alone = small(time=time, signals={"B.x": np.cos(time)}, traits={"B.x": Trait(Kind.PLACE)})
+    assert alone.at("B.x", times[2:-2]) == pytest.approx(np.cos(times[2:-2]), abs=2e-4)  # parabolas' slopes: third order
 
 
 def test_energy_balance_is_the_largest_error_over_the_throughput():

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from fourbar import FourBar, Model, ideal_state, run
 
 pytest.importorskip("numba")
 
@@ -13,8 +14,7 @@ from buckler.mbs.spectral.explicit import flight_for
 from buckler.mbs.spectral.ledger import account
 from buckler.mbs.spectral.output import Output
 from buckler.mbs.spectral.tables import ONSET as ONSET_OF
-from buckler.studies.rattling.linkage import FourBar
-from buckler.studies.rattling.turns import Model, _joints, _watched, ideal_state, simulate
+from buckler.studies.rattling.turns import watched
 
 G = (1.7, -9.3)
 ONSET = np.array([0.05, 0.1, 0.2, 0.4])
@@ -176,16 +176,16 @@ def compiled(bar, q, v, t):
     """Rates, accelerations, powers, joints (as in `Run`), accelerations squared and largest of what is watched."""
     model = Model.of(bar)
     state = model.state(np.concatenate([q, v]), t)
-    _watched_markers = _watched(model)
+    markers = watched(model.scene)
     scene, n, r, k = model.scene, model.scene.size, len(model.scene.row_names), len(model.scene.force_names)
     memory = scene.memory()
     for i, name in enumerate(scene.force_names):
         memory[i, ONSET_OF] = ONSET["OABC".index(name[0])]
-    room = flight_for(scene.q0, np.zeros(n), np.zeros(r), memory, scene.mass, scene.units, scene.coupled)
+    room = flight_for(scene, scene.q0, np.zeros(n), np.zeros(r), memory)
     one = Output(np.array([t]), state.q[None], state.v[None], np.zeros((1, n)), np.zeros((1, r)), memory[None])
     reports, power, work, top = np.zeros((1, k, 8)), *(np.zeros((1, 2 * k + r + 7)) for _ in range(2)), np.zeros((1, 2 * k + 6))
-    account(scene.tables, scene.work, room, one, np.array(_watched_markers), reports, power, work, top)
-    joints = _joints(model, reports, room.lam[None])
+    account(scene.tables, scene.heavy_fronts, scene.work, room, one, np.array(markers), reports, power, work, top)
+    joints = model.joints(reports, room.lam[None])
     lost = np.zeros((2, 4))
     for i, name in enumerate(scene.force_names):
         lost[:, "OABC".index(name[0])] = power[0, [i, k + i]]
@@ -256,15 +256,15 @@ def test_power_of_the_drive_closes_the_balance(m):
 def test_energies_of_a_run_are_those_of_the_particles():
     model = Particles(2, np.random.default_rng(11), start=1.0, gap=1e-3, law=LAW, friction=FRICTION)
     q, v = state_in_contact(model.bar, np.random.default_rng(12))
-    run = simulate(model.bar, 3e-3, state=np.concatenate([q, v]), samples=31, tolerance=1e-9)
-    assert run.energy_balance < 1e-6
+    found = run(model.bar, 3e-3, state=np.concatenate([q, v]), samples=31, tolerance=1e-9)
+    assert found.energy_balance < 1e-6
     for i in (0, 17, 30):
-        q, v, t = run.q[i], run.q_t[i], run.time[i]
+        q, v, t = found.q[i], found.q_t[i], found.time[i]
         kinetic = sum(0.5 * weight * (velocity(place, q, v, t) ** 2).sum() for weight, place in model.masses())
         weight = -sum(weight * place(q, t) @ model.bar.gravity for weight, place in model.masses())
-        assert run.kinetic[i] == pytest.approx(kinetic, rel=1e-10)
-        assert run.weight[i] == pytest.approx(weight, rel=1e-10)
-        assert run.strain[i] == pytest.approx(0.5 * model.frequency**2 @ q[8:] ** 2, rel=1e-10)
+        assert found.kinetic[i] == pytest.approx(kinetic, rel=1e-10)
+        assert found.weight[i] == pytest.approx(weight, rel=1e-10)
+        assert found.strain[i] == pytest.approx(0.5 * model.frequency**2 @ q[8:] ** 2, rel=1e-10)
 
 
 @pytest.mark.parametrize("gaps", [(0, 0, 0, 0), (1e-3, 0, 0, 0), (0, 1e-3, 0, 1e-3), (1e-3, 1e-3, 0, 1e-3)])

@@ -14,19 +14,20 @@ from spectral_scenes import play
 
 from buckler.mbs.elements import Beam, Cable, Clearance, Force, Link, Revolute, Rigid, Section, Stop, TorsionSpring, Weld
 from buckler.mbs.elements.drive import Ramp
-from buckler.mbs.engine.settings import Controlled, Equal, Exudyn
 from buckler.mbs.functions import Table
 from buckler.mbs.laws import Coulomb, HuntCrossley, Impact
 from buckler.mbs.laws.rebound import restitution
 from buckler.mbs.library import crank_rocker, slider_crank
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.simulation import simulate
+from buckler.mbs.solvers.closure import Closure
+from buckler.mbs.solvers.spectral import Spectral
+from buckler.mbs.solvers.steps import Controlled, Equal
 from buckler.mbs.spectral.accuracy import known, share_told
 from buckler.mbs.spectral.chaos import lyapunov, poincare
 from buckler.mbs.spectral.ensembles import ensemble
 from buckler.mbs.spectral.run import explicitly, integrate, once
 from buckler.mbs.spectral.scene import Scene
-from buckler.mbs.spectral.solver import Spectral
 from buckler.studies.trust.solver_speed import WORKS, ours
 
 BAR = Section(0.02, 0.005)
@@ -44,7 +45,7 @@ PENDULUM = Mechanism(
 def test_forces_on_both_sides_of_a_kink_are_those_of_loop_closure(motion) -> None:
     """Where the drive's acceleration jumps, the step before ends with the old one and the step after begins with the new one."""
     mechanism = crank_rocker(Rigid(BAR), speed=motion)
-    exact = simulate(mechanism, 0.5, solver=Exudyn(Controlled(max_step=1e-4)))
+    exact = simulate(mechanism, 0.5, solver=Closure(Controlled(max_step=1e-4)))
     for tolerance in (1e-6, 1e-9):
         found = simulate(mechanism, 0.5, solver=Spectral(Controlled(tolerance=tolerance)))
         for name in ("O.ground-crank.fx", "drive.torque"):
@@ -166,7 +167,7 @@ def test_error_known_is_error_delivered() -> None:
     mechanism = slider_crank(Beam(Section(0.03, 0.002)), law=None, mass=0.3, speed=60.0)
     found = known(mechanism, 0.05, 1e-2)
     truth = known(mechanism, 0.05, 1e-4).run
-    ours, exact = (Result(Status.OK, "", r.record.time, *r.signals, r.work) for r in (found.run, truth))
+    ours, exact = (Result(Status.OK, "", r.record.time, r.values, r.units, r.work) for r in (found.run, truth))
     delivered = difference(ours, exact)
     assert found.reached <= 1e-2
     assert delivered <= 3 * found.reached

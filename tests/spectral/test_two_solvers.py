@@ -35,12 +35,13 @@ from buckler.mbs.elements import (
     Weld,
 )  # fmt: skip
 from buckler.mbs.elements.modal import Box
-from buckler.mbs.engine.settings import Controlled, Equal, Exudyn
 from buckler.mbs.laws import AdamsFriction, Coulomb, Impact, KelvinVoigt, LuGre
 from buckler.mbs.library import crank_rocker, slider_crank
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.lookup import cubic
-from buckler.mbs.spectral.solver import Spectral
+from buckler.mbs.solvers.exudyn import Exudyn
+from buckler.mbs.solvers.spectral import Spectral
+from buckler.mbs.solvers.steps import Controlled, Equal
 
 BAR = Section(0.02, 0.005)
 LOADED = Mechanism(

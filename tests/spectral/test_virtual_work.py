@@ -10,9 +10,9 @@ pytest.importorskip("numba")
 from buckler.mbs import Mechanism
 from buckler.mbs.elements import Beam, Cable, Link, Mass, Revolute, Rigid, Section, Slider, Slot, Weld
 from buckler.mbs.elements.element import left, turned
-from buckler.mbs.engine.settings import Controlled
+from buckler.mbs.solvers.spectral import Spectral
+from buckler.mbs.solvers.steps import Controlled
 from buckler.mbs.spectral.run import once
-from buckler.mbs.spectral.solver import Spectral
 
 BAR = Section(0.02, 0.004)
 ALONG = (0.3, 1.0)

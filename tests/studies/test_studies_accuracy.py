@@ -8,8 +8,7 @@ import pytest
 from buckler.mbs import simulate
 from buckler.studies.kit import registry
 from buckler.studies.trust import accuracy
-from buckler.studies.trust.accuracy import Parameters, run
-from buckler.studies.trust.accuracy_scenes import SCENES, DrawnCase
+from buckler.studies.trust.accuracy import SCENES, Parameters, Scene, case, run
 
 
 @pytest.fixture(scope="module")
@@ -29,12 +28,7 @@ def test_it_is_drawn(short):
 
 def off_by(factor):
     """A scene that errs by so many times what was asked."""
-
-    def scene(draw, asked):
-        case = SCENES["strut"](draw, asked)
-        return DrawnCase(case.mechanism, case.duration, lambda result: factor * asked)
-
-    return scene
+    return Scene(("any struck",), right=lambda made, asked, aim: lambda result: factor * asked)
 
 
 @pytest.mark.parametrize(("factor", "silent", "within"), [(0.9, 0, 1.0), (2.0, 0, 0.0), (4.0, 1, 0.0)])
@@ -46,20 +40,14 @@ def test_what_is_silently_wrong_is_found_out(monkeypatch, factor, silent, within
 
 
 def test_a_mechanism_of_the_whole_grammar_is_held_against_what_two_finer_runs_agree_in():
-    draw = np.random.default_rng([5, 8, 0])
-    case = SCENES["grammar"](draw, 1e-4)
-    mistaken = replace(case.mechanism, gravity=tuple(1.01 * g for g in case.mechanism.gravity))
-    found, off = (case.error(simulate(each, case.duration, 1e-4)) for each in (case.mechanism, mistaken))
+    made = case("grammar", 5, 0, 1e-4)
+    mistaken = replace(made.mechanism, gravity=tuple(1.01 * g for g in made.mechanism.gravity))
+    found, off = (made.error(simulate(each, made.duration, 1e-4)) for each in (made.mechanism, mistaken))
     assert found < 1e-4 < 10 * found + 1e-3 < off
 
 
 def test_a_mechanism_without_a_reference_is_left_out(monkeypatch):
-    strut = SCENES["strut"]
-
-    def unknown(draw, asked):
-        return strut(draw, asked)._replace(error=lambda result: float("nan"))
-
-    monkeypatch.setitem(SCENES, "rigid", unknown)
+    monkeypatch.setitem(SCENES, "rigid", off_by(float("nan")))
     result = run(Parameters(scenes=("rigid", "strut"), cases=1))
     assert result.metrics["cases"].value == 2 and result.status == "OK" and np.isnan(result.metrics["rigid.within"].value)
     assert run(Parameters(scenes=("rigid",), cases=1)).status == "SUSPECT"

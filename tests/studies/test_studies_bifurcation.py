@@ -1,26 +1,46 @@
 """The largest Lyapunov exponent: of systems that have a known one, and of the crank-rocker by other ways; the study of it."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 pytest.importorskip("numba")
 
 from buckler.mbs.laws import CarvalhoMartins
-from buckler.mbs.library import CLOSED
 from buckler.mbs.spectral.chaos import stretching
+from buckler.mbs.spectral.scene import Scene
 from buckler.studies.kit import registry
 from buckler.studies.kit.style import house_style
 from buckler.studies.rattling import bifurcation
-from buckler.studies.rattling.bifurcation_points import Growth, SectionParameters, agreement, fastest, read, repeats
-from buckler.studies.rattling.fourbar import journals
-from buckler.studies.rattling.linkage import FourBar
-from buckler.studies.rattling.parting import Exponent, exponent, separation, settled, turn_growth
-from buckler.studies.rattling.turns import simulate
+from buckler.studies.rattling.bars import PlayParameters
+from buckler.studies.rattling.bifurcation_points import (
+    Exponent,
+    Growth,
+    SectionParameters,
+    agreement,
+    exponent,
+    fastest,
+    member,
+    read,
+    repeats,
+    separation,
+    settled,
+    turn_growth,
+)
+from buckler.studies.rattling.turns import fly, last_journal, start
 
-DAMPED = FourBar(law=replace(CLOSED, damping=17e3))
-"""A crank-rocker that repeats itself each turn."""
+TURN = 0.2
+"""Of the crank, s."""
+
+
+def scene(**given):
+    return Scene.of(PlayParameters(**given).bars())
+
+
+def damped():
+    """A crank-rocker that repeats itself each turn."""
+    return scene(damping=17e3)
+
+
 COARSE = {"count": 2, "seeds": 1, "settle": 3, "turns": 6, "exponent_turns": 1, "workers": 1}
 
 
@@ -100,13 +120,14 @@ def test_offset_that_is_lost_is_an_error():
 @pytest.mark.slow
 def test_growth_added_up_is_that_of_an_offset_left_alone():
     """Of joints that stay closed over a whole turn and four decades down; of rattling ones over five decades up."""
-    state = settled(DAMPED, 6, 0)
-    alone, growth = separation(DAMPED, state, 1e-7, 3, steps=40), turn_growth(DAMPED, state, 1, 3, steps=40)
+    here = damped()
+    state = settled(here, 6, 0)
+    alone, growth = separation(here, state, 1e-7, 3, steps=40), turn_growth(here, state, 1, 3, steps=40)
     assert alone[0] == pytest.approx(1e-7) and alone[-1] < 5e-9
     np.testing.assert_allclose(np.log(alone[1:] / alone[0]), np.cumsum(growth[0]), atol=0.1)
-    rattling = FourBar()
-    state = settled(rattling, 3, 0)
-    alone, growth = (f(rattling, state, n, 0, steps=100) for f, n in ((separation, 1e-12), (turn_growth, 1)))
+    here = scene()
+    state = settled(here, 3, 0)
+    alone, growth = (f(here, state, n, 0, steps=100) for f, n in ((separation, 1e-12), (turn_growth, 1)))
     small = alone[1:] < 1e-7
     assert alone[1:][small].max() > 1e-8 and small.sum() > 10
     np.testing.assert_allclose(np.log(alone[1:][small] / 1e-12), np.cumsum(growth[0])[small], atol=1.0)
@@ -115,39 +136,43 @@ def test_growth_added_up_is_that_of_an_offset_left_alone():
 @pytest.mark.slow
 def test_repeating_motion_comes_together_as_its_section_does():
     """Differences of successive sections shrink by exp(lambda T) a turn: no second trajectory, no renormalisation."""
-    run = simulate(DAMPED, 5 * DAMPED.period, samples=6, tolerance=1e-11)
-    steps = np.linalg.norm(np.diff(journals(DAMPED, run.q), axis=0).reshape(5, -1), axis=1)
-    rate = np.diff(np.log(steps[1:4])).mean() / DAMPED.period
-    found = exponent(turn_growth(DAMPED, settled(DAMPED, 4, 0), 4, 0, steps=50)[2:], DAMPED.period)
+    here = damped()
+    p = bifurcation.Parameters(damping=17e3, settle=0, turns=5, exponent_turns=1, tolerance=1e-11)
+    section = member(p, here.mechanism, 0)[0]
+    rate = np.diff(np.log(np.linalg.norm(np.diff(section, axis=0), axis=1)[:3])).mean() / TURN
+    found = exponent(turn_growth(here, settled(here, 4, 0), 4, 0, steps=50)[2:], TURN)
     assert found.value == pytest.approx(rate, rel=0.05) and found.value < -15
 
 
 @pytest.mark.slow
 def test_rattling_joints_are_chaotic_in_one_part_of_the_turn():
     """An offset of 1e-12 m is seen to grow to 1e-4 m within some 40 ms: the rate of that part, not the mean of a turn."""
-    bar = FourBar()
-    growth = np.stack([turn_growth(bar, settled(bar, 3, seed), 4, seed, steps=50)[1:] for seed in range(2)])
-    found = exponent(growth, bar.period)
+    here = scene()
+    growth = np.stack([turn_growth(here, settled(here, 3, seed), 4, seed, steps=50)[1:] for seed in range(2)])
+    found = exponent(growth, TURN)
     assert found.error < 20 and found.value == pytest.approx(163, abs=5 * found.error)
-    part = growth.mean(axis=(0, 1)) * 50 / bar.period
+    part = growth.mean(axis=(0, 1)) * 50 / TURN
     assert part[:13].mean() > 250 and abs(part[20:38].mean()) < 60
-    assert fastest(growth * 50 / bar.period, bar.period) == pytest.approx(np.log(1e8) / 0.04, rel=0.4)
+    assert fastest(growth * 50 / TURN, TURN) == pytest.approx(np.log(1e8) / 0.04, rel=0.4)
 
 
-def test_journals_are_where_the_depth_says():
-    bar = FourBar(gap=(2e-4, 1e-4, 3e-4, 2.5e-4), start=0.7)
-    run = simulate(bar, 2 * bar.period, samples=3)
-    np.testing.assert_allclose(np.linalg.norm(journals(bar, run.q), axis=2) - bar.gaps, run.depth, atol=1e-12)
-    pin_c = np.array([bar.frame, 0]) - run.q[-1, 5:7] + bar.rocker / 2 * np.array([np.cos(run.q[-1, 7]), np.sin(run.q[-1, 7])])
-    np.testing.assert_allclose(journals(bar, run.q)[-1, 3], pin_c, atol=1e-15)
+def test_a_journal_is_where_the_depth_says():
+    """Closed joints: a pin lies as far from its bush's centre as the clearance and the contact's depth."""
+    here = scene(damping_unit="N.s/mm")
+    flight = fly(here, TURN / 2, 1e-8, start(here, 1e-9, 0))
+    depths = dict(zip((name[0] for name in here.force_names), flight.book.reports[-1, :, 2], strict=True))
+    for joint in "OABC":
+        assert np.linalg.norm(last_journal(flight, joint)) - 2.5e-4 == pytest.approx(depths[joint], abs=1e-12)
+    assert min(depths.values()) > 1e-7
 
 
 def test_laws_that_remember_may_and_cranks_that_stand_may_not():
-    state = settled(DAMPED, 0, 0)
-    growth = turn_growth(FourBar(law=CarvalhoMartins(8e9, 0.8)), state, 1, 0, steps=200)
+    here = Scene.of(PlayParameters().bars(law=CarvalhoMartins(8e9, 0.8)))
+    growth = turn_growth(here, settled(here, 0, 0), 1, 0, steps=200)
     assert np.isfinite(growth).all() and growth.min() < -0.1 < 0.1 < growth.max()
-    with pytest.raises(ValueError, match="speed = 0 rad/s"):
-        turn_growth(FourBar(speed=0.0), state, 1, 0)
+    with pytest.raises(ValueError, match=r"speed = 0.0 rad/s"):
+        here = Scene.of(PlayParameters().bars(speed=0.0))
+        turn_growth(here, settled(here, 0, 0), 1, 0)
 
 
 # --- the study --------------------------------------------------------------------------------------------------------
@@ -184,9 +209,10 @@ def test_figures(both):
 def test_speed_and_clearance_may_be_varied(over, unit):
     p = bifurcation.Parameters(**COARSE, over=over, speeds="20,40", clearances="0.1mm,0.5mm", damping=20, damping_unit="N.s/mm")
     low, high = (p.at(float(value)) for value in p.values)
-    assert (low.speed, high.speed) == ((20, 40) if over == "speed" else (p.speed, p.speed))
-    assert (low.gap, high.gap) == pytest.approx((1e-4, 5e-4) if over == "clearance" else (2.5e-4, 2.5e-4))
-    assert low.law.damping == high.law.damping == 20e3 and unit in bifurcation.AXES[over][0]
+    speeds, joints = [made.drives[0].speed for made in (low, high)], [made.joints[0] for made in (low, high)]
+    assert speeds == ([20, 40] if over == "speed" else [p.speed, p.speed])
+    assert [joint.gap for joint in joints] == pytest.approx([1e-4, 5e-4] if over == "clearance" else [2.5e-4, 2.5e-4])
+    assert joints[0].law.damping == joints[1].law.damping == 20e3 and unit in bifurcation.AXES[over][0]
 
 
 @pytest.mark.slow
@@ -197,7 +223,7 @@ def test_pin_deeper_in_than_it_has_play_is_suspect():
 
 
 def test_section_and_exponent_that_contradict_each_other_are_named():
-    p, bar = SectionParameters(), FourBar()
+    p, bar = SectionParameters(), PlayParameters().bars()
     still = np.tile([0.5, 0.5], (20, 1))
     wild = np.random.default_rng(0).normal(size=(20, 2))
     noise = np.random.default_rng(1).normal(size=(4, 100))
@@ -206,7 +232,7 @@ def test_section_and_exponent_that_contradict_each_other_are_named():
     ):  # fmt: skip
         found = read(p, bar, [(section, 0.1 * noise + mean, "")])
         assert [note.partition(":")[0] for note in found.notes] == ([name] if name else [])
-        assert isinstance(found.exponent, Exponent) and found.exponent.value == pytest.approx(100 * mean / bar.period, rel=0.1)
+        assert isinstance(found.exponent, Exponent) and found.exponent.value == pytest.approx(100 * mean / TURN, rel=0.1)
     assert read(p, bar, [(still, noise, "PENETRATION: deep"), (wild, noise, "")]).period == 0
 
 
@@ -233,7 +259,7 @@ def test_agreement_looks_only_where_both_are_small():
     ({"speeds": "40,20"}, "speeds = 40,20: must be two numbers"),
     ({"clearances": "1mm"}, "clearances = 0.001: must be two numbers"),
     ({"dynamic_friction": 0.4}, "static = 0.3"),
-    ({"joint": "D"}, "joint = D: not one of the options"),
+    ({"joint": "D"}, "joint = 'D': must be one of 'O', 'A', 'B', 'C'"),
 ])  # fmt: skip
 def test_wrong_input_is_refused_in_one_line(wrong, message):
     with pytest.raises(ValueError, match=message):

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from buckler.mbs.kinematics.closure import Closure
+from buckler.mbs.kinematics.linkage import Linkage
 from buckler.studies.kit import registry
 from buckler.studies.rattling import clearance, crank_rocker
 from buckler.studies.rattling.clearance import Variant, rms
@@ -65,7 +65,7 @@ def test_drop_tests_with_coarse_steps_are_suspect_and_named():
 def by_hand(parameters, times):
     """a_x of the centres of coupler and rocker and the size of the force at B, by loop closure and two moment balances."""
     mechanism = parameters.mechanism("rigid", "")
-    closure, guess, found = Closure(mechanism), None, []
+    closure, guess, found = Linkage(mechanism), None, []
     section, (crank, coupler, rocker) = parameters.section, (mechanism.length(link.name) for link in mechanism.links)
     line, thick = section.mass_per_length, section.thickness
     for t in times:
@@ -208,9 +208,9 @@ def test_run_that_fails_at_once_leaves_its_name_and_no_numbers(short):
     ({"settle": 1.0}, "settle = 1 s: must be less than duration = 0.2 s"),
     ({"dynamic_friction": 0.4}, "static = 0.3"),
     ({"friction_speed": 0.05}, "v_d = 0.05"),
-    ({"damping_unit": "N"}, "damping_unit = N: not one of the options"),
-    ({"clearance": 0.0}, "clearance = 0 m: out of range"),
-    ({"clearance_joints": 5}, "clearance_joints = 5: out of range"),
+    ({"damping_unit": "N"}, "damping_unit = 'N': must be one of 'N.s/m'"),
+    ({"clearance": 0.0}, r"clearance = 0.0 m: must lie in \[1e-07, 0.002\] m"),
+    ({"clearance_joints": 5}, r"clearance_joints = 5: must be a whole number in \[0, 4\]"),
 ])  # fmt: skip
 def test_wrong_input_is_refused_in_one_line(wrong, message):
     with pytest.raises(ValueError, match=message) as refused:

@@ -5,6 +5,7 @@ from math import isnan
 
 import numpy as np
 import pytest
+from fourbar import FourBar
 
 pytest.importorskip("numba")
 
@@ -56,7 +57,7 @@ def inverse_dynamics(bar, speed):
 @pytest.mark.parametrize("speed", [10.0, 75.0])
 def test_ideal_joints_are_those_of_inverse_dynamics(speed):
     p = parameters()
-    assert ideal(p, speed) == pytest.approx(inverse_dynamics(p.fourbar(), speed), rel=3e-4)
+    assert ideal(p, speed) == pytest.approx(inverse_dynamics(FourBar(), speed), rel=3e-4)
 
 
 def test_engine_and_reference_agree_where_nothing_is_left_to_chance():
@@ -65,7 +66,7 @@ def test_engine_and_reference_agree_where_nothing_is_left_to_chance():
     The engine's peaks are those at its steps, 1.4 % below the tops that the compiled solver looks for within steps.
     """
     p = parameters(damping_unit="N.s/mm", clearance="0.1mm", settle=1)
-    turn = measure(p, p.fourbar())
+    turn = measure(p, p.bars())
     assert turn.notes == () and turn.impacts < 3
     assert on_engine(p, p.seed) == pytest.approx(turn.mean, rel=0.02)
     assert on_engine(p, p.seed)[1:] == pytest.approx(turn.mean[1:], rel=4e-3)
@@ -95,7 +96,7 @@ def test_a_pin_deeper_than_its_play_carries_a_name_and_enters_no_fit(small):
 def test_points_do_not_depend_on_the_threads_but_on_the_seed(small):
     alone = clearance_speed.run(parameters(workers=1)).signals
     np.testing.assert_array_equal(alone["mean"], small.signals["mean"])
-    other = measure(parameters(seed=5), parameters().fourbar(gap=5e-4, speed=40.0))
+    other = measure(parameters(seed=5), parameters().bars(gap=5e-4, speed=40.0))
     assert other.mean[0] != small.signals["mean"][2, 1, 0]
 
 
@@ -119,10 +120,10 @@ def test_powers_of_a_made_up_law_and_their_errors():
 def made_up(p, monkeypatch, engine, points=None):
     """The study with points of a power law instead of ensembles, and these engine runs."""
 
-    def point(_, fourbar):
-        gap = fourbar.gaps[0]
+    def point(_, mechanism):
+        gap, speed = mechanism.joints[0].gap, mechanism.drives[0].speed
         found = points(gap) if points else None
-        return found or SpeedPoint(np.array([1e6 * gap * fourbar.speed, 10.0, 20.0]), np.array([10.0, 0.1, 0.2]), 0.5, 30.0)
+        return found or SpeedPoint(np.array([1e6 * gap * speed, 10.0, 20.0]), np.array([10.0, 0.1, 0.2]), 0.5, 30.0)
 
     monkeypatch.setattr(clearance_speed, "measure", point)
     monkeypatch.setattr(clearance_speed, "on_engine", lambda _, seed: np.array(engine) * (1 + 0.01 * seed))
@@ -157,7 +158,7 @@ def test_an_ensemble_that_cannot_be_run_is_a_point_that_failed(monkeypatch):
 
     monkeypatch.setattr(clearance_speed, "ensemble", stops)
     p = parameters()
-    point = measure(p, p.fourbar())
+    point = measure(p, p.bars())
     assert np.isnan(point.mean).all() and point.notes == ("FAILED: seed 0: more impacts than a run keeps",)
 
 
@@ -165,7 +166,7 @@ def test_energy_that_does_not_balance_carries_a_name(monkeypatch):
     found = clearance_speed.ensemble
     monkeypatch.setattr(clearance_speed, "ensemble", lambda *a, **o: replace(found(*a, **o), balances=(1e-5, 2e-3)))
     p = parameters()
-    assert measure(p, p.fourbar()).notes == ("ENERGY: balance 2.0e-03, allowed 0.001",)
+    assert measure(p, p.bars()).notes == ("ENERGY: balance 2.0e-03, allowed 0.001",)
 
 
 # --- figures, words ---------------------------------------------------------------------------------------------------
@@ -191,8 +192,8 @@ def test_figures(small):
     ("wrong", "message"),
     [
         ({"engine_members": 1}, "engine_members = 1: one member has no standard error"),
-        ({"clearances": "5mm"}, "clearances = 5mm: out of range"),
-        ({"members": 1}, "members = 1: out of range"),
+        ({"clearances": "5mm"}, r"clearances\[0\] = 5mm: must lie in \[1e-06, 0.002\] m"),
+        ({"members": 1}, r"members = 1: must be a whole number in \[2, 10000\]"),
     ],
 )
 def test_wrong_input_is_refused_in_one_line(wrong, message):

@@ -10,7 +10,7 @@ from buckler.studies.rattling.clearance_speed import Parameters, measure
 
 def ensemble(**given):
     p = Parameters(**given)
-    return measure(p, p.fourbar())
+    return measure(p, p.bars())
 
 
 def test_pin_at_the_frame_decides_how_often_the_rocker_strikes():

@@ -7,12 +7,12 @@ import pytest
 
 pytest.importorskip("numba")
 
-from buckler.mbs import Cable, Controlled
+from buckler.mbs import Cable, Controlled, simulate
 from buckler.studies.kit.open_assumptions import PAGES, missing, tables
 from buckler.studies.rattling import bifurcation, clearance_speed
+from buckler.studies.rattling.bars import RockerParameters
 from buckler.studies.rattling.bifurcation_points import member
-from buckler.studies.rattling.fourbar import RockerParameters, journals
-from buckler.studies.rattling.turns import simulate
+from buckler.studies.rattling.turns import solver
 from buckler.studies.striking import slider_crank_precision
 
 PAGE = Path(__file__).parents[2] / "docs" / "evidence-open.md"
@@ -32,14 +32,14 @@ def test_a_study_without_a_parameter_is_missed(monkeypatch):
 def test_journals_of_a_flexible_rocker_are_as_deep_as_its_contacts():
     """Joints B and C, whose pins the rocker's ends carry or hold: depth is the distance of the centres beyond the clearance."""
     p = RockerParameters(rocker="modal", modal_damping="ADAMS", modes_of="Craig-Bampton", in_plane_depth=5e-3, pin_on="C.rocker")
-    bar = p.fourbar(start=0.3)
-    run = simulate(bar, 6e-3, tolerance=1e-9, samples=4001)
-    far = np.hypot(*np.moveaxis(journals(bar, run.q), -1, 0))[:, 2:]
-    touched = run.depth[:, 2:] > 1e-9
-    assert touched.any(axis=0).all()
-    np.testing.assert_allclose((far - bar.gaps[2])[touched], run.depth[:, 2:][touched], atol=1e-12)
-    rigid = np.hypot(*np.moveaxis(journals(RockerParameters().fourbar(start=0.3), run.q), -1, 0))[:, 2:]
-    assert np.abs(rigid - far).max() > 1e-8  # the rocker's deformation is seen
+    made = p.bars(angle=0.3)
+    result = simulate(made, 6e-3, solver=solver(made, 1e-9))
+    for joint in "BC":
+        far = np.hypot(*(result[f"{joint}.journal_{axis}"] for axis in "xy"))
+        touched = result[f"{joint}.penetration"] > 1e-9
+        assert touched.any()
+        np.testing.assert_allclose((far - p.clearance)[touched], result[f"{joint}.penetration"][touched], atol=1e-12)
+    assert np.abs(result["rocker.deflection"]).max() > 1e-8  # the rocker's deformation is seen
 
 
 @pytest.mark.parametrize("study", [bifurcation, clearance_speed])
@@ -47,14 +47,17 @@ def test_modes_need_a_rocker_that_has_them(study):
     with pytest.raises(ValueError, match="modal_damping = ADAMS, modes_of = free: only a rocker of modes"):
         study.Parameters(modal_damping="ADAMS")
     p = study.Parameters(rocker="modal", modal_damping="ADAMS", modes_of="Craig-Bampton")
-    assert min(p.fourbar().modes.damping) >= 0.01 and "modes of the rocker Craig-Bampton, damping ratio ADAMS" in p.stated()
-    assert "rocker rigid" in study.Parameters().stated() and study.Parameters().fourbar().modes is None
+    assert (
+        min(p.bars().link("rocker").body.damping) >= 0.01
+        and "modes of the rocker Craig-Bampton, damping ratio ADAMS" in p.stated()
+    )
+    assert "rocker rigid" in study.Parameters().stated() and study.Parameters().bars().link("rocker").body.flexible is False
 
 
 @pytest.mark.slow
 def test_sections_of_a_flexible_rocker_differ_from_those_of_a_rigid_one():
     given = {"damping_unit": "N.s/mm", "settle": 1, "turns": 2, "exponent_turns": 1, "seeds": 1}
-    found = [member(p, p.fourbar(start=0.0), 0) for p in (bifurcation.Parameters(rocker=r, **given) for r in ("rigid", "modal"))]
+    found = [member(p, p.bars(), 0) for p in (bifurcation.Parameters(rocker=r, **given) for r in ("rigid", "modal"))]
     for section, growth, _ in found:
         assert np.isfinite(section).all() and np.isfinite(growth).all() and (np.hypot(*section.T) < 1.1).all()
     assert np.abs(found[0][0] - found[1][0]).max() > 1e-4

@@ -79,22 +79,22 @@ def test_wrong_quantities_say_why(text, unit, reason):
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        ({"thickness": -1}, "thickness = -1 m: out of range; allowed: 1e-05 to 0.01 m"),
-        ({"thickness": "2cm"}, "thickness = 2cm: out of range; allowed: 1e-05 to 0.01 m"),
-        ({"thickness": "3kg"}, "thickness = 3kg: 'kg' is no unit for a quantity in m; allowed: 1e-05 to 0.01 m"),
-        ({"thickness": math.nan}, "thickness = nan m: out of range; allowed: 1e-05 to 0.01 m"),
-        ({"thickness": True}, "thickness = True m: not a number; allowed: 1e-05 to 0.01 m"),
-        ({"thickness": None}, "thickness = None m: not a number; allowed: 1e-05 to 0.01 m"),
-        ({"restitution": 1.1}, "restitution = 1.1: out of range; allowed: 0 to 1"),
-        ({"speed": "1e999"}, "speed = 1e999: out of range; allowed: -100 to 100 rad/s"),
-        ({"elements": 8.5}, "elements = 8.5: not a whole number; allowed: 1 to 64"),
-        ({"elements": "8.0"}, "elements = 8.0: not a whole number; allowed: 1 to 64"),
-        ({"elements": 65}, "elements = 65: out of range; allowed: 1 to 64"),
-        ({"models": "strut,shell"}, "models = strut,shell: not one of the options; allowed: one or more of stitched, "),
-        ({"models": ()}, "models = : none given; allowed: one or more of stitched, strut, beam"),
-        ({"models": "beam,beam"}, "models = beam,beam: one of them given twice"),
-        ({"ending": "sad"}, "ending = sad: not one of the options; allowed: fine, suspect, raises"),
-        ({"widths": (0.03, 5)}, "widths = 0.03 m,5 m: out of range; allowed: one or more of 0.001 to 1 m"),
+        ({"thickness": -1}, "thickness = -1 m: must lie in [1e-05, 0.01] m"),
+        ({"thickness": "2cm"}, "thickness = 2cm: must lie in [1e-05, 0.01] m"),
+        ({"thickness": "3kg"}, "thickness = 3kg: must be in m"),
+        ({"thickness": math.nan}, "thickness = nan m: must lie in [1e-05, 0.01] m"),
+        ({"thickness": True}, "thickness = true: must be a number, or one with a unit"),
+        ({"thickness": None}, "thickness = None: must be a number, or one with a unit"),
+        ({"restitution": 1.1}, "restitution = 1.1: must lie in [0, 1]"),
+        ({"speed": "1e999"}, "speed = inf rad/s: must lie in [-100, 100] rad/s"),
+        ({"elements": 8.5}, "elements = 8.5: must be a whole number in [1, 64]"),
+        ({"elements": "8.0"}, "elements = '8.0': must be a whole number in [1, 64]"),
+        ({"elements": 65}, "elements = 65: must be a whole number in [1, 64]"),
+        ({"models": "strut,shell"}, "models[1] = 'shell': must be one of 'stitched', "),
+        ({"models": ()}, "models = (): must be a list of at least 1, each one of 'stitched', 'strut', 'beam'"),
+        ({"models": "beam,beam"}, "models = ('beam', 'beam'): must be given once each"),
+        ({"ending": "sad"}, "ending = 'sad': must be one of 'fine', 'suspect', 'raises'"),
+        ({"widths": (0.03, 5)}, "widths[1] = 5 m: must lie in [0.001, 1] m"),
         ({"elements": 13, "thickness": "2mm"}, "elements = 13: not with a thickness above 0.001 m"),
     ],
 )
@@ -118,5 +118,5 @@ def test_ranges_are_closed_and_what_is_not_finite_is_out():
     class Unbounded(StudyParameters):
         load: float = quantity(1, "N", 0, math.inf, "load")
 
-    with pytest.raises(ValueError, match="load = inf N: out of range; allowed: 0 to inf N"):
+    with pytest.raises(ValueError, match=r"load = inf N: must be finite"):
         Unbounded(load=math.inf)

@@ -217,6 +217,6 @@ def test_labels_of_points_close_together_keep_apart():
 def test_no_text_of_a_figure_is_below_seven_points():
     """Of sources: studies that run long are not drawn in the tests."""
     small = re.compile(r"(?:fontsize|labelsize|titlesize|font\.size)[\"']?\s*[=:]\s*([\d.]+)")
-    sources = [path for room in ("studies", "mbs/files") for path in (ROOT / room).rglob("*.py")]
+    sources = [path for room in ("studies", "mbs/view") for path in (ROOT / room).rglob("*.py")]
     found = [(path.name, size) for path in sources for size in small.findall(path.read_text(encoding="utf-8")) if float(size) < 7]
     assert found == []

@@ -118,8 +118,8 @@ def test_figure(small):
 
 @pytest.mark.parametrize(("wrong", "message"), [
     ({"slow": 0.75}, "slow = 0.75 rad/s: is one of the speeds already"),
-    ({"thicknesses": "3mm"}, "thicknesses = 3mm: out of range"),
-    ({"models": "stick"}, "models = stick: not one of the options"),
+    ({"thicknesses": "3mm"}, r"thicknesses\[0\] = 3mm: must lie in \[5e-05, 0.001\] m"),
+    ({"models": "stick"}, r"models\[0\] = 'stick': must be one of 'stitched'"),
 ])  # fmt: skip
 def test_wrong_input_is_refused_in_one_line(wrong, message):
     with pytest.raises(ValueError, match=message):

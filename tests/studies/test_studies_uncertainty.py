@@ -12,8 +12,8 @@ from buckler.elastica import pinned
 from buckler.mbs.library import PAPER, PAPER_STOP
 from buckler.studies.kit import registry
 from buckler.studies.kit.style import house_style
-from buckler.studies.rattling.cycles import ensemble
-from buckler.studies.rattling.linkage import FourBar
+from buckler.studies.rattling.bars import PlayParameters
+from buckler.studies.rattling.turns import ensemble
 from buckler.studies.striking import uncertainty
 from buckler.studies.striking.assumptions import StrikeAssumptions
 from buckler.studies.striking.impact_models import strike
@@ -213,17 +213,19 @@ def fast():
 def test_run_is_that_of_the_ensemble():
     p = uncertainty.Parameters()
     values, wrong = Rattler(p, "damping", 2, 1).run((2.5e-4, 253.0, 0.1, 0.4))
-    found = ensemble(FourBar(), 2, [int(np.float64(0.4).view(np.uint64))])
+    found = ensemble(PlayParameters().bars(), 2, [int(np.float64(0.4).view(np.uint64))])
     expected = [found.mean("force")[2], *found.mean("rms_a")[:2]]
     assert not wrong and values == pytest.approx(expected, rel=1e-9)
 
 
 def test_clearance_friction_and_law_reach_the_mechanism():
     p = uncertainty.Parameters()
-    bar = Rattler(p, "restitution", 1, 0).fourbar(1e-4, 0.7, 0.05)
-    assert bar.gaps == (1e-4,) * 4 and bar.law.restitution == 0.7 and type(bar.law).__name__ == "ExactRestitution"
-    assert (bar.friction.dynamic, bar.friction.static) == pytest.approx((0.05, 0.15))
-    assert Rattler(p, "damping", 1, 0).fourbar(1e-4, 300.0, 0.05).law.damping == 300.0
+    joints = Rattler(p, "restitution", 1, 0).mechanism(1e-4, 0.7, 0.05).joints
+    assert [joint.gap for joint in joints] == [1e-4] * 4
+    law, friction = joints[0].law, joints[0].friction
+    assert law.restitution == 0.7 and type(law).__name__ == "ExactRestitution"
+    assert (friction.dynamic, friction.static) == pytest.approx((0.05, 0.15))
+    assert Rattler(p, "damping", 1, 0).mechanism(1e-4, 300.0, 0.05).joints[0].law.damping == 300.0
 
 
 def test_crank_rocker_gives_all_its_numbers(fast):
@@ -281,7 +283,7 @@ def test_seed_decides():
     ({"thickness": "0.1mm", "thickness_sd": "0.05mm"}, "thickness_sd = 5e-05: three of it must leave thickness positive"),
     ({"restitution": 0.95}, "restitution_sd = 0.02: three of it above 0.95"),
     ({"dynamic_friction": 0.0}, "dynamic_friction = 0: an uncertain coefficient"),
-    ({"mechanism": "four-bar"}, "mechanism = four-bar: not one of the options"),
+    ({"mechanism": "four-bar"}, r"mechanism\[0\] = 'four-bar': must be one of 'slider-crank'"),
 ])  # fmt: skip
 def test_wrong_input_is_refused_in_one_line(wrong, message):
     with pytest.raises(ValueError, match=message):

@@ -144,7 +144,7 @@ def test_other_sources_are_told_of(toy, capsys, monkeypatch):
     [
         ([], "nothing varies: give --vary or --repeat; see --help"),
         (["--vary", "lenght=1:2:3"], "--vary lenght=1:2:3: unknown parameter 'lenght'; did you mean length?"),
-        (["--vary", "length=1:2:3", "--speed", "7kg"], "'kg' is no unit for a quantity in rad/s"),
+        (["--vary", "length=1:2:3", "--speed", "7kg"], "speed = 7kg: must be in rad/s"),
         (["--vary", "length=1:2", "--samples", "x"], "argument --samples: invalid int value: 'x'"),
         (["--vary", "length=1:2", "--samples", "4", "--method", "dice"], "argument --method: invalid choice: 'dice'"),
         (["--vary", "length=1,2", "--draw", "4"], "--draw: only with --samples"),

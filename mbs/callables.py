@@ -1,0 +1,108 @@
+"""Functions as fields: of Python, formulas and tables, read from files and tried once when they are given."""
+
+# ruff: noqa: D102 - what all specs have is explained in `mbs.declare.spec`.
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from dataclasses import field as plain_field
+from typing import Any
+
+from buckler.mbs.declare import Either, Quantity, Several, Spec, build, fields_written, known, nameless
+from buckler.mbs.declare.compound import any_of, is_list
+from buckler.mbs.declare.spec import Schema, shown
+from buckler.mbs.functions import Components, Expression
+from buckler.mbs.units import is_measured
+from buckler.mbs.validate import function as called
+from buckler.mbs.validate import pair
+
+
+class Callables(Spec):
+    """A function: of Python, a formula, or an object that can be called, such as a Table."""
+
+    words = "a formula such as '2*sin(3*t)'"
+
+    def fits(self, given: Any) -> bool:
+        if isinstance(given, Mapping):
+            return given.get("kind") in _callable_kinds()
+        return (callable(given) and not isinstance(given, type)) or (isinstance(given, str) and not is_measured(given))
+
+    def read(self, name: str, given: Any) -> Any:
+        if isinstance(given, Mapping):
+            return build(name, given, _callable_kinds())
+        if isinstance(given, str):
+            try:
+                return Expression(given)
+            except ValueError as error:
+                raise ValueError(f"{name} = {shown(given)}: {error}") from None
+        if not self.fits(given):
+            raise self.refused(name, given)
+        return given
+
+    def written(self, name: str, value: Any) -> Any:
+        if isinstance(value, Expression) and self.fits(value.text):
+            return value.text
+        if type(value) not in _callable_kinds().values():
+            raise nameless(name, value)
+        return {"kind": type(value).__name__, **fields_written(name, value)}
+
+    def schema(self) -> Schema:
+        refs: list[Schema] = [{"$ref": f"#/$defs/{kind}"} for kind in sorted(_callable_kinds())]
+        return any_of([{"type": "string", "description": "A formula such as '2*sin(3*t)'."}, *refs])
+
+
+_PARTS = Several(Either((Quantity(""), Callables())))
+
+
+@dataclass(eq=False, repr=False)
+class Function(Callables):
+    """A function of some variables that returns a number, or as many as `size`; it is called once, all variables zero.
+
+    Parameters
+    ----------
+    of : str
+        Variables, as "t" or "t, angle, speed".
+    unit : str
+        Of what it returns.
+    size : int
+    named : mapping of str to callable
+        Functions that files know by a name.
+    """
+
+    of: str
+    unit: str = ""
+    size: int = 1
+    named: Mapping[str, Callable[..., Any]] = plain_field(default_factory=dict)
+
+    @property
+    def words(self) -> str:  # type: ignore[override]
+        return f"a function of {self.of}" + (f", in files {' or '.join(self.named)}" if self.named else ", in files a formula")
+
+    def fits(self, given: Any) -> bool:
+        if self.size > 1 and is_list(given) and len(given) == self.size:
+            return any(super(Function, self).fits(part) for part in given)
+        return super().fits(given)
+
+    def read(self, name: str, given: Any) -> Any:
+        if isinstance(given, str) and given in self.named:
+            return self.named[given]
+        found = Components(_PARTS.read(name, given)) if is_list(given) and self.fits(given) else super().read(name, given)
+        zeros = [0.0] * len(self.of.split(","))
+        at = f"{name} at {self.of} = 0"
+        value = called(name, found, *zeros)(*zeros)
+        Quantity(self.unit).read(at, value) if self.size == 1 else pair(at, value, self.unit)
+        return found
+
+    def written(self, name: str, value: Any) -> Any:
+        for key, function in self.named.items():
+            if value is function:
+                return key
+        if isinstance(value, Components) and self.size > 1:
+            return _PARTS.written(name, value.parts)
+        return super().written(name, value)
+
+
+def _callable_kinds() -> dict[str, type]:
+    """Classes that files name and whose objects can be called."""
+    return {key: kind for key, kind in known().items() if "__call__" in dir(kind)}

@@ -1,0 +1,170 @@
+"""What is made of several values: vectors, lists, tables of names, and one of several sorts."""
+
+# ruff: noqa: D102 - what all specs have is explained once, in `Spec`.
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from buckler.mbs.declare.spec import Nothing, Quantity, Schema, Spec, shown
+from buckler.mbs.validate import word
+
+
+@dataclass(eq=False, repr=False)
+class Vector(Spec):
+    """Two numbers (x, y) of a unit."""
+
+    unit: str = "1"
+
+    @property
+    def words(self) -> str:  # type: ignore[override]
+        return f"two numbers (x, y), {self.unit}"
+
+    def fits(self, given: Any) -> bool:
+        return is_list(given) and len(given) == 2 and all(Quantity(self.unit).fits(each) for each in given)
+
+    def read(self, name: str, given: Any) -> tuple[float, float]:
+        if not is_list(given) or len(given) != 2:
+            raise self.refused(name, given)
+        part = Quantity(self.unit)
+        return part.read(f"{name}.x", given[0]), part.read(f"{name}.y", given[1])
+
+    def written(self, name: str, value: Any) -> list[float]:
+        return [float(part) for part in value]
+
+    def schema(self) -> Schema:
+        part = Quantity(self.unit).schema()
+        return {"type": "array", "prefixItems": [part, part], "minItems": 2, "maxItems": 2}
+
+
+class Direction(Vector):
+    """A direction (x, y), kept as a unit vector."""
+
+    def read(self, name: str, given: Any) -> tuple[float, float]:
+        x, y = super().read(name, given)
+        length = Quantity("1", 0.0, open_low=True).read(f"{name} (length)", (x * x + y * y) ** 0.5)
+        return (x, y) if abs(length - 1.0) < 1e-15 else (x / length, y / length)  # a unit vector stays what it is
+
+
+@dataclass(eq=False, repr=False)
+class Several(Spec):
+    """A list of the same, `least` at the least; `most` where it is given."""
+
+    item: Spec
+    least: int = 0
+    most: int | None = None
+    distinct: bool = False
+
+    @property
+    def unit(self) -> str:  # type: ignore[override]
+        return self.item.unit
+
+    @property
+    def words(self) -> str:  # type: ignore[override]
+        count = f" of {self.least}" if self.least == self.most else f" of at least {self.least}" if self.least else ""
+        return f"a list{count}, each {self.item.words}"
+
+    @property
+    def allowed(self) -> str:  # type: ignore[override]
+        return f"one or more of {self.item.allowed}" if self.item.allowed else ""
+
+    def fits(self, given: Any) -> bool:
+        return is_list(given)
+
+    def read(self, name: str, given: Any) -> tuple[Any, ...]:
+        if not is_list(given) or not self.least <= len(given) <= (len(given) if self.most is None else self.most):
+            raise self.refused(name, given)
+        found = tuple(self.item.read(f"{name}[{k}]", each) for k, each in enumerate(given))
+        if self.distinct and len(set(found)) < len(found):
+            raise ValueError(f"{name} = {shown(given)}: must be given once each")
+        return found
+
+    def written(self, name: str, value: Any) -> list[Any]:
+        return [self.item.written(f"{name}[{k}]", each) for k, each in enumerate(value)]
+
+    def schema(self) -> Schema:
+        return {"type": "array", "items": self.item.schema()}
+
+
+@dataclass(eq=False, repr=False)
+class Named(Spec):
+    """A mapping of names to the same."""
+
+    item: Spec
+    of: str = "names"
+
+    @property
+    def unit(self) -> str:  # type: ignore[override]
+        return self.item.unit
+
+    @property
+    def words(self) -> str:  # type: ignore[override]
+        return f"a table of {self.of}, each {self.item.words}"
+
+    def fits(self, given: Any) -> bool:
+        return isinstance(given, Mapping)
+
+    def read(self, name: str, given: Any) -> dict[str, Any]:
+        if not isinstance(given, Mapping):
+            raise self.refused(name, given)
+        return {word(f"{name}: a name", key): self.item.read(f"{name}.{key}", each) for key, each in given.items()}
+
+    def written(self, name: str, value: Any) -> dict[str, Any]:
+        return {key: self.item.written(f"{name}.{key}", each) for key, each in value.items()}
+
+    def schema(self) -> Schema:
+        return {"type": "object", "additionalProperties": self.item.schema()}
+
+
+@dataclass(eq=False, repr=False)
+class Either(Spec):
+    """One of several: the first that a value is of the right sort for."""
+
+    specs: tuple[Spec, ...]
+
+    @property
+    def unit(self) -> str:  # type: ignore[override]
+        return next((spec.unit for spec in self.specs if spec.unit), "")
+
+    @property
+    def words(self) -> str:  # type: ignore[override]
+        return " or ".join(dict.fromkeys(spec.words for spec in self.specs if not isinstance(spec, Nothing)))
+
+    @property
+    def allowed(self) -> str:  # type: ignore[override]
+        return next((spec.allowed for spec in self.specs if spec.allowed), "")
+
+    def fits(self, given: Any) -> bool:
+        return any(spec.fits(given) for spec in self.specs)
+
+    def read(self, name: str, given: Any) -> Any:
+        return self._fitting(name, given).read(name, given)
+
+    def written(self, name: str, value: Any) -> Any:
+        return self._fitting(name, value).written(name, value)
+
+    def schema(self) -> Schema:
+        return any_of([spec.schema() for spec in self.specs])
+
+    def _fitting(self, name: str, given: Any) -> Spec:
+        for spec in self.specs:
+            if spec.fits(given):
+                return spec
+        some = [spec for spec in self.specs if not isinstance(spec, Nothing)]
+        if len(some) == 1:
+            return some[0]  # it says best what is wrong
+        raise self.refused(name, given)
+
+
+def any_of(schemas: list[Schema]) -> Schema:
+    """Any of some schemas."""
+    flat = [part for each in schemas for part in (each["anyOf"] if list(each) == ["anyOf"] else [each])]
+    unique = [part for k, part in enumerate(flat) if part not in flat[:k]]
+    return unique[0] if len(unique) == 1 else {"anyOf": unique}
+
+
+def is_list(given: Any) -> bool:
+    """Whether it is a list, a tuple or an array."""
+    return isinstance(given, Iterable) and hasattr(given, "__len__") and not isinstance(given, str | bytes | Mapping)

@@ -1,0 +1,180 @@
+"""Classes whose fields are declared: what is known of them, and which of them files may name."""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+import typing
+from collections.abc import Iterable, Mapping
+from typing import Any, ClassVar, TypeVar
+
+from buckler.mbs.declare.spec import Anything, Flag, Name, Quantity, Spec, Whole
+from buckler.mbs.validate import short
+
+Class = TypeVar("Class", bound=type)
+MISSING: Any = dataclasses.MISSING
+SPEC, DOC, BOUNDS = "spec", "doc", "bounds"
+"""What the metadata of a field hold: what may stand there, what it is, and by which other fields it is bounded."""
+
+
+class RefusalError(ValueError):
+    """What is wrong with one field, or with a part that is named by its place, of something larger.
+
+    Attributes
+    ----------
+    place : str
+        From the whole: `point`, or `joints[1].point`; '' for the whole.
+    """
+
+    def __init__(self, message: str, place: str = "") -> None:
+        super().__init__(message)
+        self.place = place
+
+
+class Declared:
+    """A class whose fields are declared.
+
+    Attributes
+    ----------
+    in_files : bool
+        Whether a mechanism's file may name it.
+    inlined : mapping of str to type
+        A field whose own fields may stand in a file in its place, and what it then is.
+    """
+
+    in_files: ClassVar[bool] = True
+    inlined: ClassVar[Mapping[str, type]] = {}
+
+    def __init_subclass__(cls, **more: Any) -> None:
+        super().__init_subclass__(**more)
+        if cls.in_files and cls.__module__.startswith("buckler.") and not cls.__name__.startswith("_"):
+            _KINDS[cls.__name__] = cls
+
+    def __post_init__(self) -> None:
+        where = f"{' '.join(self.where.split())[:120]}: " if self.where else ""
+        for key, declaration in declarations(type(self)).items():
+            given = getattr(self, key)
+            value = declaration.spec.read(where + key, given)
+            if value is not given:
+                object.__setattr__(self, key, value)
+        for key, declaration in declarations(type(self)).items():
+            for sign, other in declaration.bounds.items():
+                bounded = Quantity(declaration.spec.unit, getattr(self, other), open_low=sign == ">")
+                if getattr(self, key) is not None:
+                    bounded.read(where + key, getattr(self, key))
+        self.agree()
+
+    # What a dataclass would write anew for each class, which takes a millisecond of its import:
+
+    def _values(self) -> tuple[Any, ...]:
+        return tuple(getattr(self, key) for key in declarations(type(self)))
+
+    def __eq__(self, other: object) -> bool:
+        if type(self) is not type(other):
+            return NotImplemented
+        return self._values() == other._values()
+
+    def __hash__(self) -> int:
+        return hash(self._values())
+
+    def __repr__(self) -> str:
+        values = zip(declarations(type(self)), self._values(), strict=True)
+        return f"{type(self).__qualname__}({', '.join(f'{key}={value!r}' for key, value in values)})"
+
+    @property
+    def where(self) -> str:
+        """What messages call it; '' where its fields' names are enough."""
+        return ""
+
+    def agree(self) -> None:
+        """Raise a ValueError if fields do not go together; nothing by default."""
+
+    @classmethod
+    def completed(cls, given: dict[str, Any]) -> dict[str, Any]:
+        """Fields as they were given in a file, with those that follow from them."""
+        return given
+
+    def kept(self) -> Iterable[str]:
+        """Fields from which the others follow: those that a file has."""
+        return specs(type(self))
+
+
+class Declaration(typing.NamedTuple):
+    """What is declared of a field: what may stand there, what it is, bounds by other fields, its default."""
+
+    spec: Spec
+    doc: str
+    bounds: Mapping[str, str]
+    required: bool
+    default: Any
+
+    @property
+    def about(self) -> str:
+        """Unit and range, and the default, in words."""
+        ranges = [self.spec.allowed, *(f"{sign} {other}" for sign, other in self.bounds.items())]
+        parts = [
+            self.spec.unit if self.spec.unit != "1" else "",
+            *ranges,
+            "" if self.required else f"default {short(self.default)}",
+        ]
+        return ", ".join(part for part in parts if part) or self.spec.words
+
+
+_DECLARATIONS: dict[Any, dict[str, Declaration]] = {}
+
+
+def declarations(kind: Any) -> dict[str, Declaration]:
+    """What is declared of each field of a dataclass that its maker is given."""
+    if kind not in _DECLARATIONS:
+        _DECLARATIONS[kind] = {each.name: _declaration(kind, each) for each in dataclasses.fields(kind) if each.init}
+    return _DECLARATIONS[kind]
+
+
+def _declaration(kind: Any, each: Any) -> Declaration:
+    spec = each.metadata.get(SPEC) or _undeclared(kind, each.name)
+    required = each.default is MISSING and each.default_factory is MISSING
+    default = None if required else each.default if each.default is not MISSING else each.default_factory()
+    return Declaration(spec, each.metadata.get(DOC, ""), each.metadata.get(BOUNDS, {}), required, default)
+
+
+def specs(kind: Any) -> dict[str, Spec]:
+    """What may stand in each field of a dataclass that its maker is given."""
+    return {key: declaration.spec for key, declaration in declarations(kind).items()}
+
+
+def _undeclared(kind: type, key: str) -> Spec:
+    """What may stand in a field of somebody's own dataclass, by its annotation."""
+    plain: dict[Any, Spec] = {float: Quantity(""), int: Whole(-(10**9)), bool: Flag(), str: Name()}
+    return plain.get(typing.get_type_hints(kind).get(key), Anything())
+
+
+# --- kinds by name ------------------------------------------------------------------------------------------------------
+
+_KINDS: dict[str, type] = {}
+
+
+def register(kind: Class) -> Class:
+    """Let files name a class of your own, a frozen dataclass such as a contact law; a decorator.
+
+    Raises
+    ------
+    ValueError
+        If it is no dataclass, or its name is taken.
+    """
+    if not dataclasses.is_dataclass(kind):
+        raise ValueError(f"{kind.__name__}: must be a frozen dataclass")
+    taken = known().get(kind.__name__, kind)
+    if taken is not kind:
+        raise ValueError(f"{kind.__name__}: there is a {taken.__module__}.{kind.__name__} already")
+    _KINDS[kind.__name__] = kind
+    return kind
+
+
+def known() -> dict[str, type]:
+    """Every class that a file may name, by its name."""
+    return {key: kind for key, kind in _KINDS.items() if dataclasses.is_dataclass(kind) and not inspect.isabstract(kind)}
+
+
+def kinds_of(base: type) -> list[type]:
+    """Every class that a file may name and that is a kind of another."""
+    return [kind for kind in known().values() if issubclass(kind, base)]

@@ -1,0 +1,110 @@
+"""Fields that are declared once: what a class is made of, checked when it is made, read from files, written to them.
+
+    @declared
+    class Clearance(Joint):
+        pin: float = quantity("m", above=0, doc="radius of the pin")
+
+`Clearance(pin=-1, ...)` is refused with names, value, range and unit, `pin = "5 mm"` is read alike in Python and in a file, and
+the docstring, the file's schema, the options of the command line and the reference say what is declared here.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+from math import inf
+from typing import Any, TypeVar, dataclass_transform
+
+from buckler.mbs.declare.compound import Direction, Either, Several, Vector
+from buckler.mbs.declare.declared import BOUNDS, DOC, MISSING, SPEC, declarations
+from buckler.mbs.declare.parts import Part
+from buckler.mbs.declare.spec import Choice, Flag, Name, Nothing, Quantity, Spec, Whole
+
+Class = TypeVar("Class", bound=type)
+
+
+def field(spec: Spec, doc: str = "", default: Any = MISSING, default_factory: Any = MISSING, **more: Any) -> Any:
+    """Declare a field by what may stand there; the functions below declare the usual ones."""
+    if default is None:
+        spec = Either((spec, Nothing()))
+    return dataclasses.field(
+        default=default, default_factory=default_factory, metadata={SPEC: spec, DOC: doc, **{k: v for k, v in more.items() if v}}
+    )
+
+
+def quantity(
+    unit: str, *, above: float | str | None = None, low: float | str | None = None, high: float | None = None,
+    nonzero: bool = False, hint: str = "", doc: str = "", default: Any = MISSING,
+) -> Any:  # fmt: skip
+    """Declare a number with a unit, in [low, high] or above a bound; a bound may be another field's name."""
+    bounds = {sign: name for sign, name in ((">", above), (">=", low)) if isinstance(name, str)}
+    lowest = next((value for value in (above, low) if isinstance(value, int | float)), -inf)
+    spec = Quantity(
+        unit, lowest, inf if high is None else high, open_low=isinstance(above, int | float), nonzero=nonzero, hint=hint
+    )
+    return field(spec, doc, default, **{BOUNDS: bounds})
+
+
+def quantities(unit: str, *, low: float = -inf, high: float = inf, least: int = 0, most: int | None = None,
+               doc: str = "", default: Any = MISSING) -> Any:  # fmt: skip
+    """Declare a list of numbers with a unit."""
+    return field(Several(Quantity(unit, low, high), least, most), doc, default)
+
+
+def vector(unit: str, *, doc: str = "", default: Any = MISSING) -> Any:
+    """Declare two numbers (x, y) with a unit."""
+    return field(Vector(unit), doc, default)
+
+
+def direction(*, doc: str = "", default: Any = MISSING) -> Any:
+    """Declare a direction, which need not be a unit vector, and is kept as one."""
+    return field(Direction(), doc, default)
+
+
+def whole(low: int, high: int, *, doc: str = "", default: Any = MISSING) -> Any:
+    """Declare a whole number in [low, high]."""
+    return field(Whole(low, high), doc, default)
+
+
+def flag(*, doc: str = "", default: Any = MISSING) -> Any:
+    """Declare a truth value."""
+    return field(Flag(), doc, default)
+
+
+def names(*, doc: str = "", default: Any = MISSING) -> Any:
+    """Declare a name."""
+    return field(Name(), doc, default)
+
+
+def choice(*options: str, doc: str = "", default: Any = MISSING) -> Any:
+    """Declare one word of several."""
+    return field(Choice(options), doc, default)
+
+
+def part(*kinds: Any, example: str = "", doc: str = "", default: Any = MISSING, default_factory: Any = MISSING) -> Any:
+    """Declare an object of one of some classes, or one that has all members of a protocol."""
+    return field(Part(kinds, example), doc, default, default_factory)
+
+
+@dataclass_transform(
+    frozen_default=True,
+    field_specifiers=(field, quantity, quantities, vector, direction, whole, flag, names, choice, part),
+)
+def declared(kind: Class) -> Class:
+    """Make a class a frozen dataclass whose docstring ends with its fields; a decorator."""
+    made: Any = dataclasses.dataclass(frozen=True, eq=False, repr=False)(kind)
+    made.__doc__ = _Doc(kind.__doc__ or "")
+    return made
+
+
+class _Doc:
+    """A docstring that ends with the fields of its class, made when somebody reads it."""
+
+    def __init__(self, about: str) -> None:
+        self.about = about
+
+    def __get__(self, _instance: Any, kind: type) -> str:
+        about, ruler, rest = inspect.cleandoc(self.about).partition("\nReferences\n")
+        lines = [line for key, each in declarations(kind).items() for line in (f"{key} : {each.about}", f"    {each.doc}")]
+        fields = ["", "Parameters", "-" * 10, *lines] if lines else []
+        return "\n".join([about.rstrip(), *fields, *([ruler + rest] if rest else [])])

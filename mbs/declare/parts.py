@@ -1,0 +1,194 @@
+"""Objects as fields of others: which kinds may stand there, and how tables of a file become objects and objects tables."""
+
+# ruff: noqa: D102 - what all specs have is explained once, in `Spec`.
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from buckler.mbs.declare.compound import any_of
+from buckler.mbs.declare.declared import Declared, RefusalError, declarations, known, specs
+from buckler.mbs.declare.spec import Schema, Spec, did_you_mean, shown
+
+
+@dataclass(eq=False, repr=False)
+class Part(Spec):
+    """An object of some classes or protocols; in a file a table with its kind, or with keys that only one kind has."""
+
+    kinds: tuple[Any, ...]
+    example: str = ""
+
+    @property
+    def words(self) -> str:  # type: ignore[override]
+        names = sorted(self.known())
+        files = f" (in files a table{' with its kind' if len(names) > 1 else ''})" if names else ""
+        return (self.example or " or ".join(names or [kind.__name__ for kind in self.kinds])) + files
+
+    def known(self) -> dict[str, type]:
+        """Classes that may stand here, by their names."""
+        return {key: kind for key, kind in known().items() if any(_stands_for(kind, wanted) for wanted in self.kinds)}
+
+    def fits(self, given: Any) -> bool:
+        if isinstance(given, Mapping):
+            return "kind" not in given or given["kind"] in self.known()
+        return not isinstance(given, type) and any(_stands_for(given, wanted) for wanted in self.kinds)
+
+    def read(self, name: str, given: Any) -> Any:
+        if isinstance(given, Mapping):
+            return build(name, given, self.known())
+        if not self.fits(given):
+            what = given.__name__ if isinstance(given, type) else shown(given)
+            raise ValueError(f"{name} = {what}: {self._lacking(given)}")
+        try:
+            hash(given)
+        except TypeError:
+            raise ValueError(f"{name} = {shown(given)}: must be hashable; make its class a frozen dataclass") from None
+        return given
+
+    def written(self, name: str, value: Any) -> Any:
+        kinds = self.known()
+        if type(value) not in kinds.values():
+            raise nameless(name, value)
+        content = fields_written(name, value)
+        told = list(kinds) == [type(value).__name__]
+        if not told and name.rpartition(".")[2] == type(value).__name__.lower():
+            told = _fitting(content, kinds) == [type(value)]
+        return content if told else {"kind": type(value).__name__, **content}
+
+    def schema(self) -> Schema:
+        return any_of([{"$ref": f"#/$defs/{key}"} for key in sorted(self.known())])
+
+    def _lacking(self, given: Any) -> str:
+        """Why an object may not stand here."""
+        if isinstance(given, type):
+            return f"must be an instance{self.example and f', as {self.example}'}, not the class"
+        protocols = [wanted for wanted in self.kinds if _is_protocol(wanted)]
+        if protocols and not isinstance(given, str | int | float | list | tuple | None):
+            wanted = min(protocols, key=lambda each: len(_missing(given, each)))
+            return f"must be a {wanted.__name__}; it lacks {', '.join(map(repr, _missing(given, wanted)))}"
+        return f"must be {self.words}" + ("" if given is None else f"; this is a {type(given).__name__}")
+
+
+def _is_protocol(kind: Any) -> bool:
+    return bool(getattr(kind, "_is_protocol", False))
+
+
+def _missing(found: Any, protocol: Any) -> list[str]:
+    """Members of a protocol that an object or a dataclass lacks."""
+    members = getattr(protocol, "__protocol_attrs__", None) or vars(protocol)  # the former from Python 3.12 on
+    fields = getattr(found, "__dataclass_fields__", {})
+    return sorted(m for m in members if not m.startswith("_") and not hasattr(found, m) and m not in fields)
+
+
+def _stands_for(found: Any, wanted: Any) -> bool:
+    """Whether a class, or an object, is of a class, or has the members of a protocol."""
+    if _is_protocol(wanted):
+        return not _missing(found, wanted)
+    return issubclass(found, wanted) if isinstance(found, type) else isinstance(found, wanted)
+
+
+# --- from tables to objects and back ------------------------------------------------------------------------------------
+
+
+def build(name: str, table: Mapping[str, Any], kinds: Mapping[str, type], extra: Iterable[str] = ("kind",)) -> Any:
+    """Make one object from its table.
+
+    Raises
+    ------
+    ValueError
+        In one line that begins with the place.
+    """
+    given = dict(table)
+    kind = _kind(name, given, kinds)
+    for key, inner in kind.inlined.items() if issubclass(kind, Declared) else ():
+        if set(given) & set(specs(inner)) and not set(given) & set(specs(kind)):
+            return _made(name, kind, {key: build(name, given, {"": inner})})
+    fields = declarations(kind)
+    dot = f"{name}." if name else ""
+    for key in given:
+        if key not in fields:
+            both = [*fields, *extra]
+            raise ValueError(f"{dot}{key}: unknown key{did_you_mean(str(key), both)}; known: {', '.join(both)}")
+    values = {key: fields[key].spec.read(f"{dot}{key}", value) for key, value in given.items()}
+    if issubclass(kind, Declared):
+        try:
+            values = kind.completed(values)
+        except ValueError as error:
+            raise ValueError(f"{dot}{error}") from None
+    for key, field in fields.items():
+        if field.required and key not in values:
+            raise ValueError(f"{name}{': ' if name else ''}lacks '{key}'{field.doc and f' ({field.doc})'}")
+    return _made(name, kind, values)
+
+
+def _kind(name: str, given: dict[str, Any], kinds: Mapping[str, type]) -> type:
+    """The class that a table names, or the only one that fits it."""
+    word = given.pop("kind", None)
+    if word is not None:
+        if not isinstance(word, str) or word not in kinds:
+            said = f"unknown kind{did_you_mean(str(word), kinds)}; known: {', '.join(sorted(kinds))}"
+            raise ValueError(f"{name}.kind = {shown(word)}: {said}")
+        return kinds[word]
+    fitting = list(kinds.values()) if len(kinds) == 1 else _fitting(given, kinds)
+    if len(fitting) != 1:
+        raise ValueError(f"{name}: lacks 'kind'; known: {', '.join(sorted(kinds))}")
+    return fitting[0]
+
+
+def _fitting(given: Mapping[str, Any], kinds: Mapping[str, type]) -> list[type]:
+    """Classes that have these keys and need no other."""
+    fields = {kind: declarations(kind) for kind in kinds.values()}
+    return [
+        kind for kind, each in fields.items() if {key for key, field in each.items() if field.required} <= set(given) <= set(each)
+    ]
+
+
+def _made(name: str, kind: Callable[..., Any], values: Mapping[str, Any]) -> Any:
+    """Call a class; what it says of fields that do not go together gets its place."""
+    dot = f"{name}." if name else ""
+    try:
+        return kind(**values)
+    except RefusalError as error:
+        raise ValueError(f"{dot}{error.place}: {error}" if dot + error.place else str(error)) from None
+    except (ValueError, TypeError, ArithmeticError) as error:
+        message = " ".join(str(error).split())
+        first = re.match(r"\w+", message)
+        raise ValueError(f"{dot if first and first[0] in values else name and f'{name}: '}{message}") from None
+
+
+def fields_written(name: str, found: Any) -> dict[str, Any]:
+    """Fields of an object that differ from their defaults, as a document has them.
+
+    Raises
+    ------
+    ValueError
+        If a file has no name for something in it; names the place.
+    """
+    kind = type(found)
+    for key, inner in kind.inlined.items() if isinstance(found, Declared) else ():
+        if type(getattr(found, key)) is inner:
+            return fields_written(name, getattr(found, key))
+    keys = set(found.kept() if isinstance(found, Declared) else specs(kind))
+    content = {}
+    for key, declaration in declarations(kind).items():
+        value = getattr(found, key)
+        if key in keys and (declaration.required or not _same(value, declaration.default)):
+            content[key] = declaration.spec.written(f"{name}.{key}" if name else key, value)
+    return content
+
+
+def nameless(name: str, found: Any) -> ValueError:
+    """The error for what a file has no name for."""
+    what = f"the function {found.__name__}" if hasattr(found, "__name__") else f"a {type(found).__name__}"
+    advice = "a formula (Expression) or a Table" if callable(found) else "a class made known by buckler.mbs.declare.register"
+    return ValueError(f"{name}: {what} has no name in a file; take {advice}")
+
+
+def _same(a: Any, b: Any) -> bool:
+    if isinstance(a, Mapping) or isinstance(b, Mapping):
+        return dict(a) == dict(b)
+    numbers = isinstance(a, int | float) and isinstance(b, int | float)
+    return a is b or ((numbers or type(a) is type(b)) and bool(a == b))

@@ -1,0 +1,271 @@
+"""What may stand in a field: one object that reads, checks, writes and describes its value.
+
+A value comes from Python, from a file or from the command line, and one reading serves all three: `Quantity("m").read("gap",
+"0.1 mm")` is 1e-4. A ValueError is one line that begins with the name it was given, such as `joints[1].gap`.
+"""
+
+# ruff: noqa: D102 - what all specs have is explained once, in `Spec`.
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from math import inf
+from numbers import Integral, Real
+from typing import Any
+
+from buckler.mbs.units import Measured, is_measured, measured, parse_unit
+from buckler.mbs.validate import LARGEST, near, number, short, whole, word
+
+Schema = dict[str, Any]
+
+
+class Spec:
+    """What may stand in a field.
+
+    Attributes
+    ----------
+    unit : str
+        Of a quantity; '' for what is none.
+    allowed : str
+        Its range in words.
+    words : str
+        What may stand there, in words of a message.
+    """
+
+    unit: str = ""
+    allowed: str = ""
+    words: str = "something else"
+
+    def fits(self, given: Any) -> bool:
+        """Whether a value is of the right sort, so that what this says of it is to the point."""
+        raise NotImplementedError
+
+    def read(self, name: str, given: Any) -> Any:
+        """Return the value as it is kept; ValueError, in one line that begins with the name, if it may not stand there."""
+        raise NotImplementedError
+
+    def written(self, name: str, value: Any) -> Any:
+        """Return a value that was read as a document has it."""
+        return value
+
+    def schema(self) -> Schema:
+        """Its JSON schema."""
+        return {}
+
+    def refused(self, name: str, given: Any, why: str = "") -> ValueError:
+        """The error for what is of the wrong sort."""
+        return ValueError(f"{name} = {shown(given)}: {why}must be {self.words}")
+
+
+@dataclass(eq=False, repr=False)
+class Quantity(Spec):
+    """A number with a unit; `low` and `high` may stand there themselves unless they are open.
+
+    Parameters
+    ----------
+    unit : str
+        '1' of a plain number, '' of any; several as 'rad/s or m/s'.
+    low, high : float
+    open_low, open_high : bool
+    nonzero : bool
+    hint : str
+        What is said to somebody who gave a number out of the range.
+    """
+
+    unit: str = "1"
+    low: float = -inf
+    high: float = inf
+    open_low: bool = False
+    open_high: bool = False
+    nonzero: bool = False
+    hint: str = ""
+
+    words = "a number, or one with a unit such as '0.3 mm'"
+
+    def __post_init__(self) -> None:
+        for unit in self.unit.split(" or "):
+            parse_unit(unit.replace("^n", ""))  # a misspelt unit shows at once
+
+    def fits(self, given: Any) -> bool:
+        return is_measured(given) if isinstance(given, str) else isinstance(given, Real) and not isinstance(given, bool)
+
+    def read(self, name: str, given: Any) -> float:
+        if type(given) is float and self.low < given < self.high and 1 / LARGEST < abs(given) < LARGEST:
+            return given
+        if not isinstance(given, str | Real) or isinstance(given, bool):
+            raise self.refused(name, given)
+        if isinstance(given, str):
+            try:
+                given = measured(given)
+            except ValueError as error:
+                raise self.refused(name, given, f"{error}; ") from None
+        try:
+            value, (low, high) = (
+                float(given) if isinstance(given, Measured) and not self.unit else given,
+                (self.open_low, self.open_high),
+            )
+            found = number(name, value, self.low, self.high, self.unit, open_low=low, open_high=high)
+        except ValueError as error:
+            raise ValueError(f"{error}; {self.hint}" if self.hint else str(error)) from None
+        if self.open_low and self.low == 0 and found < 1 / LARGEST:
+            raise ValueError(f"{name} = {short(given)}: must be at least {1 / LARGEST:g}; it is as good as zero")
+        if self.nonzero and found == 0:
+            raise ValueError(f"{name} = 0: must not be zero")
+        return found
+
+    def written(self, name: str, value: Any) -> float:
+        return int(value) if isinstance(value, Integral) else float(value)
+
+    @property
+    def allowed(self) -> str:  # type: ignore[override]
+        if self.nonzero:
+            return "not zero"
+        if self.low > -inf and self.high < inf:
+            return f"{'above ' if self.open_low else ''}{self.low:.12g} to {self.high:.12g}"
+        low = f"{'>' if self.open_low else '>='} {self.low:.12g}" if self.low > -inf else ""
+        return low or (f"<= {self.high:.12g}" if self.high < inf else "")
+
+    def schema(self) -> Schema:
+        plain: Schema = {"type": "number"}
+        if self.low > -inf:
+            plain["exclusiveMinimum" if self.open_low else "minimum"] = self.low
+        if self.high < inf:
+            plain["maximum"] = self.high
+        return {"anyOf": [plain, {"type": "string", "pattern": r"^\s*[+-]?(\d|\.\d)"}]}
+
+
+@dataclass(eq=False, repr=False)
+class Whole(Spec):
+    """A whole number from `low` to `high`; 8.0 and 1e3 are none."""
+
+    low: int = 0
+    high: int = 10**9
+
+    words = "a whole number"
+
+    def fits(self, given: Any) -> bool:
+        if isinstance(given, str):
+            return bool(re.fullmatch(r"\s*[+-]?\d+\s*", given))
+        return isinstance(given, Integral) and not isinstance(given, bool)
+
+    def read(self, name: str, given: Any) -> int:
+        return whole(name, int(given) if isinstance(given, str) and self.fits(given) else given, self.low, self.high)
+
+    @property
+    def allowed(self) -> str:  # type: ignore[override]
+        return f"{self.low} to {self.high}"
+
+    def schema(self) -> Schema:
+        return {"type": "integer", "minimum": self.low, "maximum": self.high}
+
+
+class Flag(Spec):
+    """True or false."""
+
+    words = "true or false"
+    allowed = "true or false"
+
+    def fits(self, given: Any) -> bool:
+        return isinstance(given, bool) or given in ("true", "false")
+
+    def read(self, name: str, given: Any) -> bool:
+        if not self.fits(given):
+            raise self.refused(name, given)
+        return given is True or given == "true"
+
+    def schema(self) -> Schema:
+        return {"type": "boolean"}
+
+
+class Name(Spec):
+    """A name."""
+
+    words = "a name"
+
+    def fits(self, given: Any) -> bool:
+        return isinstance(given, str)
+
+    def read(self, name: str, given: Any) -> str:
+        return word(name, given)
+
+    def schema(self) -> Schema:
+        return {"type": "string"}
+
+
+class Text(Name):
+    """Any words."""
+
+    words = "text"
+    allowed = "any text"
+
+    def read(self, name: str, given: Any) -> str:
+        if not isinstance(given, str):
+            raise self.refused(name, given)
+        return given.strip()
+
+
+@dataclass(eq=False, repr=False)
+class Choice(Spec):
+    """One word of several."""
+
+    options: tuple[str, ...]
+
+    @property
+    def words(self) -> str:  # type: ignore[override]
+        return f"one of {', '.join(map(repr, self.options))}"
+
+    @property
+    def allowed(self) -> str:  # type: ignore[override]
+        return ", ".join(self.options)
+
+    def fits(self, given: Any) -> bool:
+        return isinstance(given, str)
+
+    def read(self, name: str, given: Any) -> str:
+        if not isinstance(given, str) or given.strip() not in self.options:
+            raise self.refused(name, given)
+        return given.strip()
+
+    def schema(self) -> Schema:
+        return {"enum": list(self.options)}
+
+
+class Nothing(Spec):
+    """None, which a file calls 'none'."""
+
+    words = "'none'"
+
+    def fits(self, given: Any) -> bool:
+        return given is None or (isinstance(given, str) and given.strip() == "none")
+
+    def read(self, name: str, given: Any) -> None:
+        return None
+
+    def written(self, name: str, value: Any) -> str:
+        return "none"
+
+    def schema(self) -> Schema:
+        return {"enum": [None, "none"]}
+
+
+class Anything(Spec):
+    """Whatever stands there, as it is: fields that are declared by nobody."""
+
+    def fits(self, given: Any) -> bool:
+        return True
+
+    def read(self, name: str, given: Any) -> Any:
+        return given
+
+
+def did_you_mean(given: str, names: Iterable[str]) -> str:
+    """', did you mean ...?' with the closest of some names, or nothing."""
+    close = near(given, names)
+    return f", did you mean '{close[0]}'?" if close else ""
+
+
+def shown(given: Any) -> str:
+    """A value as a file has it, not too long."""
+    return "true" if given is True else "false" if given is False else short(given)

@@ -1,0 +1,1 @@
+"""Documents, plain dictionaries and lists: as the text of TOML and JSON files, and changed by path."""

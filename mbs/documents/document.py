@@ -1,0 +1,143 @@
+"""Documents: read from files, written to them, changed by path."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from buckler.mbs.declare.spec import did_you_mean
+from buckler.mbs.documents import toml
+
+ENDINGS = (".toml", ".json")
+
+
+def write(content: Mapping[str, Any], path: Path) -> Path:
+    """Write a document as TOML or JSON, by the ending of the file's name.
+
+    Raises
+    ------
+    ValueError
+        If the ending is another.
+    """
+    path.write_text(text(content, _ending(path)), encoding="utf-8")
+    return path
+
+
+def text(content: Mapping[str, Any], ending: str) -> str:
+    """A document as the text of a file."""
+    if ending == ".toml":
+        return toml.dumps(content)
+    return json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def read(path: Path) -> dict[str, Any]:
+    """Read the document in a file, as yet unchecked."""
+    import tomllib  # three milliseconds of an import that only files cost
+
+    ending = _ending(path)
+    try:
+        content = path.read_text(encoding="utf-8")
+        found = tomllib.loads(content) if ending == ".toml" else json.loads(content, object_pairs_hook=_no_doubles)
+    except (ValueError, RecursionError) as error:  # RecursionError: brackets without end
+        reason = " ".join(str(error).split())
+        if ending == ".toml" and "after a statement" in reason:
+            reason += '; a number with a unit, and every name, needs quotes: "0.3 mm"'
+        raise ValueError(f"{path}: no valid {ending[1:].upper()}: {reason}") from None
+    if not isinstance(found, dict):
+        raise ValueError(f"{path}: must be a table, not a {type(found).__name__}")
+    return found
+
+
+def _ending(path: Path) -> str:
+    if path.suffix.lower() not in ENDINGS:
+        raise ValueError(f"{path}: a mechanism's file ends in {' or '.join(ENDINGS)}")
+    return path.suffix.lower()
+
+
+def _no_doubles(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        names = [name for name, _ in pairs]
+        raise ValueError(f"the key '{next(name for name in names if names.count(name) > 1)}' stands twice")
+    return found
+
+
+# --- places in a document -----------------------------------------------------------------------------------------------
+
+
+def get(content: Any, path: str) -> Any:
+    """What stands at a path, such as `links.coupler.body.section.thickness` or `joints[1].gap`.
+
+    Raises
+    ------
+    KeyError
+        If nothing does.
+    """
+    for step in steps(content, path):
+        content = content[step]
+    return content
+
+
+def changed(content: Any, changes: Mapping[str, Any]) -> Any:
+    """A copy of a document with other values at some paths.
+
+    Raises
+    ------
+    ValueError
+        If a path leads nowhere; names the neighbours.
+    """
+    found = json.loads(json.dumps(content))
+    for path, value in changes.items():
+        *way, last = steps(found, path)
+        place = found
+        for step in way:
+            place = place[step]
+        place[last] = value
+    return found
+
+
+def steps(content: Any, path: str) -> list[str | int]:
+    """The keys and numbers a path is made of; the last key may be new."""
+    words = re.findall(r"\[\d+\]|[^.\[\]]+", path)
+    if not words:
+        raise ValueError(f"'{path}' is no path; write for instance links.coupler.body.section.thickness")
+    found: list[str | int] = []
+    for k, word in enumerate(words):
+        where = ".".join(words[: k + 1]).replace(".[", "[")
+        last = k == len(words) - 1
+        step = _step(content, word, where, last)
+        found.append(step)
+        if not last:
+            content = content[step]
+    return found
+
+
+def _step(content: Any, word: str, where: str, last: bool) -> str | int:
+    if isinstance(content, list):
+        return _in_list(content, word, where)
+    if not isinstance(content, Mapping):
+        raise ValueError(f"{where}: there is nothing below a {'number' if isinstance(content, int | float) else 'name'}")
+    if word not in content and not last:
+        raise ValueError(f"{where}: not in the file{did_you_mean(word, content)}; there are: {', '.join(content)}")
+    return word
+
+
+def _in_list(content: list[Any], word: str, where: str) -> int:
+    """An entry of a list by its number, from 0, or by the point, link or target it names."""
+    digits = word.strip("[]")
+    if digits.isdecimal():
+        if int(digits) >= len(content):
+            raise ValueError(f"{where}: there are only {len(content)}, counted from 0")
+        return int(digits)
+    named: dict[str, list[int]] = {}
+    for k, entry in enumerate(content):
+        for key in ("point", "link", "target", "a", "name"):
+            if isinstance(entry, Mapping) and isinstance(entry.get(key), str):
+                named.setdefault(entry[key], []).append(k)
+    if len(named.get(word, [])) != 1:
+        several = f"{len(named[word])} of them; " if word in named else ""
+        raise ValueError(f"{where}: {several}give the number, [0] to [{len(content) - 1}]; names: {', '.join(named) or 'none'}")
+    return int(named[word][0])

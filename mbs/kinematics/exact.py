@@ -1,0 +1,196 @@
+"""Runs of linkages whose constraints alone decide the motion: closure and inverse dynamics at chosen times, no integration."""
+
+from __future__ import annotations
+
+from collections import Counter
+from math import ceil, pi
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from buckler.mbs.elements.element import Array, kinks_of
+from buckler.mbs.elements.link import Link
+from buckler.mbs.elements.load import Load
+from buckler.mbs.elements.stop import Stop
+from buckler.mbs.elements.striking import Striking
+from buckler.mbs.interrupts import ctrl_c
+from buckler.mbs.kinematics.determined import Ended, Follower, UnclosedError, undecided
+from buckler.mbs.kinematics.diagnosis import remarks
+from buckler.mbs.kinematics.linkage import turning_speed
+from buckler.mbs.kinematics.start import start
+from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.record.record import Record
+from buckler.mbs.record.run import Run
+from buckler.mbs.record.status import Status
+from buckler.mbs.solvers.closure import Closure
+from buckler.mbs.solvers.steps import Controlled, Equal
+
+TURN = 400
+"""Samples of a turn of the drive."""
+INSIDE, PIECES, ROUNDS = 100, 24, 4
+"""Samples within a contact; pieces into which a step is divided to find its ends, so many times over."""
+SPELL = 8
+"""Samples at least in a step in which the linkage is followed."""
+BEFORE = 1e-12
+"""Of the run: how long before a kink of the drive a sample shows what was before it."""
+
+
+def once(mechanism: Mechanism, duration: float, solver: Closure, timeout: float | None, progress: Any) -> Run:
+    """Follow the linkage, then ask it for places, speeds, accelerations and forces.
+
+    Raises
+    ------
+    ValueError
+        If joints and drives alone do not decide the motion and all forces.
+    KinematicsError
+        If the drive cannot move the linkage from where it starts.
+    """
+    reason = undecided(mechanism)
+    if reason:
+        raise ValueError(f"solver = Closure(): joints and drives alone must decide motion and forces; {reason}")
+    start(mechanism)  # contradictory velocities are named there
+    begin = perf_counter()
+    with ctrl_c() as interrupted:
+        follower = Follower(mechanism, duration, perf_counter() + timeout if timeout else None, progress, interrupted)
+    try:
+        return _asked(follower, duration, solver, begin)
+    except UnclosedError as lost:
+        reached = follower.anchors.time[follower.anchors.time < lost.time]
+        follower.ended = Ended(float(reached[-1]), Status.SINGULAR, str(lost))
+        return _asked(follower, duration, solver, begin)
+
+
+def _asked(follower: Follower, duration: float, solver: Closure, begin: float) -> Run:
+    """What a linkage that was followed does at the times to sample, up to where it ended."""
+    mechanism = follower.linkage.mechanism
+    grid = sample_times(mechanism, duration, solver.steps)
+    ended = follower.ended
+    if ended is not None:
+        grid = np.append(grid[grid < ended.time], ended.time)
+    elif len(grid) - 1 > solver.steps.max_steps:
+        t = float(grid[solver.steps.max_steps])
+        ended = Ended(t, Status.TOO_MANY_STEPS, f"more than max_steps = {solver.steps.max_steps} steps by t = {t:.6g} s")
+        grid = grid[: solver.steps.max_steps + 1]
+    if solver.steps.adaptive:
+        grid = _with_fast_spells(follower.anchors.time, grid)
+    if mechanism.stops and solver.steps.adaptive:
+        grid = _with_contacts(follower, grid)
+    course = follower.at(grid)
+    record = follower.record(course)
+    spoilt = _spoilt(record)
+    if spoilt is not None:
+        ended, grid = spoilt, grid[grid < spoilt.time]
+        course = follower.at(grid)
+        record = follower.record(course)
+    channels: dict[str, dict[str, Array]] = record.channels  # type: ignore[assignment]
+    for name, stop in _stops(mechanism).items():
+        channels[name] = {"force": _forces(stop, record)[:, None]}
+    channels.update(follower.reactions(course, record))
+    work = {"wall_s": perf_counter() - begin, "steps": float(len(grid) - 1), "newton_iterations": 0.0, "jacobians": 0.0}
+    notes = remarks(mechanism, follower.dropped)
+    failure = None if ended is None else (ended.status, ended.sentence)
+    return Run(solver, record, failure, work | {"rejected": 0.0}, _summary(follower), notes=notes)
+
+
+def _summary(follower: Follower) -> dict[str, int]:
+    """What there is of each kind, coordinates and constraints."""
+    linkage = follower.linkage
+    kinds = Counter(type(link.body).__name__ for link in linkage.mechanism.links)
+    kinds += Counter(type(element).__name__ for element in linkage.mechanism.elements().values() if not isinstance(element, Link))
+    return {**kinds, "coordinates": linkage.reference.size, "constraints": len(follower.kept)}
+
+
+def _spoilt(record: Record) -> Ended | None:
+    """When and where a load's function first fails: it raises, or returns what is no number."""
+    found = None
+    for name, load in record.mechanism.elements().items():
+        if isinstance(load, Load):
+            for push in load.pushes(name, record):
+                lost = ~(np.isfinite(push.force).all(axis=1) & np.isfinite(push.torque))
+                k = int(np.argmax(lost))
+                if lost[k] and k > 0 and (found is None or record.time[k] < found.time):
+                    t = float(record.time[k])
+                    reason = f"at t = {t:.6g} s the function of '{name}' raised, or returned what is no number"
+                    found = Ended(t, Status.FUNCTION_FAILED, reason)
+    return found
+
+
+def sample_times(mechanism: Mechanism, duration: float, steps: Controlled | Equal) -> Array:
+    """Equal steps as asked for, or 400 a turn and both sides of each kink of a drive or load, s.
+
+    Only as many as the limit of steps lets through, and one more, that shows that the limit was passed.
+    """
+    if not steps.adaptive:
+        return np.linspace(0.0, duration, steps.number(duration) + 1)[:: steps.record_every]
+    turns = turning_speed(mechanism, duration) * duration / (2 * pi)
+    count = ceil(max(duration / steps.longest(duration), TURN * turns))
+    even = duration / count * np.arange(min(count, steps.max_steps + 1) + 1)
+    if count <= steps.max_steps:
+        even[-1] = duration
+    kinks = np.array(kinks_of(mechanism, duration))
+    kinks = kinks[kinks <= even[-1]]
+    times = np.concatenate([even, kinks, kinks - BEFORE * duration])
+    times = np.unique(times)
+    keep = np.append(np.diff(times) > BEFORE * duration / 2, True)
+    return times[keep]
+
+
+def _with_fast_spells(anchors: Array, grid: Array) -> Array:
+    """Sample anew where the linkage had to be followed in short steps: close to a dead centre, or where the drive turns back.
+
+    Samples of both kinds side by side would lie unevenly, and the balance of energies err; those at kinks, in pairs, stay.
+    """
+    reached = np.append(anchors[anchors < grid[-1]], grid[-1])
+    short = np.diff(np.searchsorted(grid, reached)) < SPELL
+    extra = [np.linspace(reached[k], reached[k + 1], SPELL + 1) for k in np.flatnonzero(short)]
+    close = np.diff(grid) < 2 * BEFORE * grid[-1]
+    kept = np.append(close, False) | np.append(False, close)
+    kept[[0, -1]] = True
+    kept |= ~np.append(short, False)[np.clip(np.searchsorted(reached, grid, side="right") - 1, 0, len(short))]
+    return np.unique(np.concatenate([grid[kept], *extra]))
+
+
+def _stops(mechanism: Mechanism) -> dict[str, Stop]:
+    return {name: element for name, element in mechanism.elements().items() if isinstance(element, Stop)}
+
+
+def _forces(stop: Stop, record: Record) -> Array:
+    """Contact force at the samples, N; its law remembers the speed each contact began with."""
+    contact, forces = Striking(stop), []
+    for depth, rate in zip(*(values.tolist() for values in stop.approach(record)), strict=True):
+        forces.append(contact.force(depth, rate))
+        contact.accept(depth, rate)
+    return np.array(forces)
+
+
+def _with_contacts(follower: Follower, grid: Array) -> Array:
+    """Add the ends of all contacts, and samples within."""
+    record = follower.record(follower.at(grid))
+    extra = []
+    for stop in _stops(record.mechanism).values():
+        depth, rate = stop.approach(record)
+        grazes = (np.maximum(depth[1:], depth[:-1]) <= 0) & (rate[:-1] > 0) & (rate[1:] < 0)
+        changes = (depth[1:] > 0) != (depth[:-1] > 0)
+        looked = [np.linspace(grid[k], grid[k + 1], 4 * PIECES + 1) for k in np.flatnonzero(grazes)]
+        times = np.unique(np.concatenate([grid, *looked]))
+        if not (changes | grazes).any():
+            continue
+        inside = stop.depth(follower.record(follower.at(times))) > 0
+        edges = [
+            _edge(follower, stop, times[k], times[k + 1], rising=bool(inside[k + 1]))
+            for k in np.flatnonzero(inside[1:] != inside[:-1])
+        ]
+        bounds = sorted([*edges, *([grid[0]] if inside[0] else []), *([grid[-1]] if inside[-1] else [])])
+        extra += [np.linspace(a, b, INSIDE + 1) for a, b in zip(bounds[::2], bounds[1::2], strict=False)]
+    return np.unique(np.concatenate([grid, *extra]))
+
+
+def _edge(follower: Follower, stop: Stop, before: float, after: float, *, rising: bool) -> float:
+    """Time at which a contact begins or ends, s: the last one outside."""
+    for _ in range(ROUNDS):
+        times = np.linspace(before, after, PIECES + 1)
+        inside = stop.depth(follower.record(follower.at(times))) > 0
+        k = int(np.argmax(inside == rising))
+        before, after = float(times[max(0, k - 1)]), float(times[k])
+    return before if rising else after

@@ -1,0 +1,336 @@
+"""Kinematics of the ideal mechanism, every link rigid: one loop closure for any linkage, at one time or many.
+
+Each link has the coordinates (x, y, theta) of its start point and direction. Elements contribute rows C(q, t) = 0 (see
+`buckler.mbs.elements.rows`); then J q_t = -C_t and J q_tt = gamma - C_tt, J the Jacobian dC/dq and gamma what is quadratic in the
+velocities (e.g. Nikravesh, Computer-Aided Analysis of Mechanical Systems, 1988, ch. 3). A place is a complex number x + i y here.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from buckler.mbs.elements.element import GROUND, Place
+from buckler.mbs.elements.rows import Along, Row
+from buckler.mbs.kinematics.errors import KinematicsError
+from buckler.mbs.mechanism import Mechanism
+
+Array = np.ndarray[Any, Any]
+MAX_ITERATIONS = 50
+ROUNDING = 1e-9
+"""Singular values of a constraint Jacobian below this, relative to the largest, count as zero."""
+
+
+class State(NamedTuple):
+    """Coordinates, velocities and accelerations of all links, each of shape (links, 3): x, y, theta of the start."""
+
+    q: Array
+    q_t: Array
+    q_tt: Array
+
+
+class Rows(NamedTuple):
+    """Rows of one kind as arrays of shape (rows,): `at` their places among all rows; bodies by number, the ground last.
+
+    Attributes
+    ----------
+    arm_1, arm_2 : complex arrays
+        From the start of the first and second body to the point at t = 0, m.
+    direction : complex array
+        At t = 0.
+    start : array
+        Value at t = 0.
+    """
+
+    at: Array
+    first: Array
+    second: Array
+    frame: Array
+    arm_1: Array
+    arm_2: Array
+    direction: Array
+    start: Array
+
+
+@dataclass(frozen=True)
+class Linkage:
+    """Loop closure of a mechanism whose links are all taken as rigid."""
+
+    mechanism: Mechanism
+
+    @cached_property
+    def index(self) -> dict[str, int]:
+        """Place of each link in the coordinate array."""
+        return {link.name: i for i, link in enumerate(self.mechanism.links)}
+
+    @cached_property
+    def reference(self) -> Array:
+        """Coordinates at t = 0, shape (links, 3)."""
+        rows = []
+        for link in self.mechanism.links:
+            (x0, y0), (x1, y1) = self.mechanism.points[link.start], self.mechanism.points[link.end]
+            rows.append((x0, y0, np.arctan2(y1 - y0, x1 - x0)))
+        return np.array(rows)
+
+    @cached_property
+    def size(self) -> float:
+        """Length of the longest link, m."""
+        return max(self.mechanism.length(link.name) for link in self.mechanism.links)
+
+    @cached_property
+    def named_rows(self) -> list[tuple[str, Row]]:
+        """All rows, each with the name of its element."""
+        return [(name, row) for name, element in self.mechanism.elements().items() for row in element.rows(self.mechanism)]
+
+    @cached_property
+    def names(self) -> list[str]:
+        """Element of each row."""
+        return [name for name, _ in self.named_rows]
+
+    @cached_property
+    def driven(self) -> list[tuple[int, Any]]:
+        """Rows that follow a motion: place among the rows, motion."""
+        return [(k, row.motion) for k, (_, row) in enumerate(self.named_rows) if row.motion is not None]
+
+    def _number(self, place: Place) -> int:
+        return len(self.index) if place.body == GROUND else self.index[place.body]
+
+    def _arm(self, place: Place) -> complex:
+        """From a body's start, or the origin, to its point at t = 0."""
+        if not place.point:
+            return 0j
+        point = complex(*self.mechanism.points[place.point])
+        return point if place.body == GROUND else point - complex(*self.reference[self.index[place.body], :2])
+
+    @cached_property
+    def _tables(self) -> tuple[Rows, Rows]:
+        """Rows of points and rows of turns."""
+        tables: list[list[Any]] = [[], []]
+        for k, (_, row) in enumerate(self.named_rows):
+            ends = [self._number(row.first), self._number(row.second)]
+            if isinstance(row, Along):
+                direction, frame = complex(*row.direction), self._number(row.frame)
+                arms = [self._arm(row.first), self._arm(row.second)]
+                start = np.conj(direction) * (self._start(row.first) - self._start(row.second))
+                tables[0].append([k, *ends, frame, *arms, direction, start.real])
+            else:
+                tables[1].append([k, *ends, 0, 0, 0, 0, 0.0])
+        rows, turns = (_table(table) for table in tables)
+        return rows, turns
+
+    def _start(self, place: Place) -> complex:
+        return complex(*self.mechanism.points[place.point])
+
+    # --- places and velocities --------------------------------------------------------------------------------------------
+
+    def position(self, link: str, point: str, q: Array) -> Array:
+        """Position of a point of a link (or of ground), m; q of shape (..., links, 3)."""
+        if link == GROUND:
+            return np.array(self.mechanism.points[point])
+        i = self.index[link]
+        z = self._arm(Place(link, point)) * np.exp(1j * (q[..., i, 2] - self.reference[i, 2]))
+        return q[..., i, :2] + np.stack([z.real, z.imag], axis=-1)
+
+    def velocity(self, link: str, point: str, q: Array, q_t: Array) -> Array:
+        """Velocity of a point of a link, m/s."""
+        if link == GROUND:
+            return np.zeros(2)
+        i = self.index[link]
+        arm = self.position(link, point, q) - q[..., i, :2]
+        return q_t[..., i, :2] + q_t[..., i, 2:] * np.stack([-arm[..., 1], arm[..., 0]], axis=-1)
+
+    # --- constraints ------------------------------------------------------------------------------------------------------
+
+    def system(self, q: Array, q_t: Array) -> tuple[Array, Array, Array]:
+        """Residual C, Jacobian J and convective term gamma, the drives' parts left out.
+
+        Parameters
+        ----------
+        q, q_t : array, shape (..., links, 3)
+
+        Returns
+        -------
+        C, J, gamma : arrays, shapes (..., rows), (..., rows, 3 links), (..., rows)
+        """
+        n, count, lead = len(self.index), len(self.names), q.shape[:-2]
+        residual, jacobian = np.zeros((*lead, count)), np.zeros((*lead, count, n + 1, 3))
+        rows, turns = self._tables
+        i, j, f, at = rows.first, rows.second, rows.frame, rows.at
+        z, turned = self._with_ground(q - self._turned_by)
+        unit = np.exp(1j * turned)
+        arm_1, arm_2, d = rows.arm_1 * unit[..., i], rows.arm_2 * unit[..., j], rows.direction * unit[..., f]
+        apart = z[..., i] + arm_1 - z[..., j] - arm_2
+        residual[..., at] = _dot(d, apart) - rows.start
+        for body, sign, arm in ((i, 1.0, arm_1), (j, -1.0, arm_2)):
+            jacobian[..., at, body, 0] += sign * d.real
+            jacobian[..., at, body, 1] += sign * d.imag
+            jacobian[..., at, body, 2] += sign * _dot(d, 1j * arm)
+        jacobian[..., at, f, 2] += _dot(1j * d, apart)
+        residual[..., turns.at] = turned[..., turns.first] - turned[..., turns.second]
+        jacobian[..., turns.at, turns.first, 2] += 1.0
+        jacobian[..., turns.at, turns.second, 2] -= 1.0
+        return residual, jacobian[..., :n, :].reshape(*lead, count, 3 * n), self.convective(q, q_t)
+
+    def convective(self, q: Array, q_t: Array) -> Array:
+        """The term gamma, what is quadratic in the velocities, shape (..., rows)."""
+        gamma = np.zeros((*q.shape[:-2], len(self.names)))
+        if not q_t.any():
+            return gamma
+        rows = self._tables[0]
+        i, j, f = rows.first, rows.second, rows.frame
+        (z, turned), (v, w) = self._with_ground(q - self._turned_by), self._with_ground(q_t)
+        unit = np.exp(1j * turned)
+        arm_1, arm_2, d = rows.arm_1 * unit[..., i], rows.arm_2 * unit[..., j], rows.direction * unit[..., f]
+        apart = z[..., i] + arm_1 - z[..., j] - arm_2
+        change = v[..., i] - v[..., j] + 1j * (w[..., i] * arm_1 - w[..., j] * arm_2)
+        bend = _dot(d, w[..., i] ** 2 * arm_1 - w[..., j] ** 2 * arm_2)
+        gamma[..., rows.at] = bend - 2 * w[..., f] * _dot(1j * d, change) + w[..., f] ** 2 * _dot(d, apart)
+        return gamma
+
+    @cached_property
+    def _turned_by(self) -> Array:
+        """The links' directions at t = 0, in their places among the coordinates."""
+        return np.array([0.0, 0.0, 1.0]) * self.reference
+
+    def _with_ground(self, q: Array) -> tuple[Array, Array]:
+        """Places as complex numbers and angles, or their rates, each (..., links + 1): the ground last, where it was."""
+        n = len(self.index)
+        z, angle = np.zeros((*q.shape[:-2], n + 1), dtype=complex), np.zeros((*q.shape[:-2], n + 1))
+        z.real[..., :n], z.imag[..., :n], angle[..., :n] = q[..., 0], q[..., 1], q[..., 2]
+        return z, angle
+
+    def travel(self, time: Any) -> Array:
+        """What the drives add to each row by then, m or rad, shape (..., rows)."""
+        return self._told(time, lambda motion, t: motion.position(t))
+
+    def speed(self, time: Any) -> Array:
+        """Its rate."""
+        return self._told(time, lambda motion, t: motion.speed(t))
+
+    def acceleration(self, time: Any) -> Array:
+        """The rate of that; nothing is asked for times beyond the last."""
+        last = float(np.max(time, initial=0.0))
+        return self._told(time, lambda motion, t: motion.acceleration(t, last))
+
+    def _told(self, time: Any, ask: Any) -> Array:
+        time = np.asarray(time, dtype=float)
+        told = np.zeros((*time.shape, len(self.names)))
+        for k, motion in self.driven:
+            told[..., k] = np.reshape([ask(motion, float(t)) for t in time.ravel()], time.shape)
+        return told
+
+    def mobility(self) -> int:
+        """Degrees of freedom left at t = 0 with the drives locked: 0 for a fully driven linkage."""
+        jacobian = self.system(self.reference, np.zeros_like(self.reference))[1]
+        return jacobian.shape[1] - rank(jacobian)
+
+    # --- at one time ------------------------------------------------------------------------------------------------------
+
+    def close(self, t: float, guess: Array) -> Array:
+        """Coordinates at a time by Newton's method from close by.
+
+        Raises
+        ------
+        KinematicsError
+            If the loops do not close: out of reach, or at a dead centre.
+        """
+        q, zero, travel = guess.copy(), np.zeros_like(guess), self.travel(t)
+        scale = max(1.0, self.size)
+        for _ in range(MAX_ITERATIONS):
+            residual, jacobian, _ = self.system(q, zero)
+            residual = residual - travel
+            if np.abs(residual).max(initial=0.0) < 1e-14 * scale:
+                return q
+            q -= np.linalg.lstsq(jacobian, residual, rcond=1e-12)[0].reshape(q.shape)
+        gap = float(np.abs(self.system(q, zero)[0] - travel).max(initial=0.0))
+        if not gap <= 1e-12 * scale:
+            raise KinematicsError(f"loops do not close at t = {t:g} s (gap {gap:.3g} m): out of reach, or at a dead centre")
+        return q
+
+    def solve(self, t: float = 0.0, guess: Array | None = None) -> State:
+        """Positions, velocities and accelerations at time t; free degrees of freedom stay at rest.
+
+        Parameters
+        ----------
+        t : float
+            Time, s.
+        guess : array, shape (links, 3), optional
+            Coordinates close to the answer; those of t = 0 by default.
+
+        Raises
+        ------
+        KinematicsError
+            If Newton's method does not close the loops: out of reach, or at a dead centre.
+        """
+        q = self.close(t, self.reference if guess is None else guess)
+        jacobian = self.system(q, np.zeros_like(q))[1]
+        q_t = self._rates(jacobian, self.speed(t), "velocities", t)
+        right = self.system(q, q_t)[2] + self.acceleration(t)
+        return State(q, q_t, self._rates(jacobian, right, "accelerations", t))
+
+    def _rates(self, jacobian: Array, right: Array, what: str, t: float) -> Array:
+        """Least-norm solution of J rate = right."""
+        rate = np.linalg.lstsq(jacobian, right, rcond=1e-10)[0] if jacobian.size else np.zeros(jacobian.shape[1])
+        rest = jacobian @ rate - right
+        gap = np.abs(rest).max(initial=0.0)
+        if gap > 1e-9 * max(1.0, np.abs(right).max(initial=0.0)):
+            raise KinematicsError(impossible(what, t, gap, involved(self.names, rest)))
+        return rate.reshape(-1, 3)
+
+
+def _table(table: list[list[Any]]) -> Rows:
+    columns: list[Any] = list(zip(*table, strict=True)) if table else [()] * 8
+    kinds = (int, int, int, int, complex, complex, complex, float)
+    return Rows(*(np.array(column, dtype=kind) for column, kind in zip(columns, kinds, strict=True)))
+
+
+def _dot(a: Array, b: Array) -> Array:
+    """Scalar product of vectors as complex numbers."""
+    return a.real * b.real + a.imag * b.imag
+
+
+def solved(jacobian: Array, right: Array) -> Array:
+    """Rates of linkages whose rows decide them, at many times: jacobian (times, rows, n), right (times, rows) -> (times, n)."""
+    if jacobian.shape[-2] == jacobian.shape[-1]:
+        found: Array = np.linalg.solve(jacobian, right[..., None])[..., 0]
+        return found
+    found = (np.linalg.pinv(jacobian, rcond=ROUNDING) @ right[..., None])[..., 0]
+    return found
+
+
+def rank(jacobian: Array) -> int:
+    """Number of independent rows."""
+    least = ROUNDING * max(1.0, np.abs(jacobian).max(initial=0.0))
+    return int(np.linalg.matrix_rank(jacobian, tol=least)) if jacobian.size else 0
+
+
+def involved(names: list[str], weights: Array) -> list[str]:
+    """Elements whose rows have a weight, each once."""
+    big = np.abs(weights) > 1e-6 * np.abs(weights).max(initial=1e-300)
+    return list(dict.fromkeys(name for name, counts in zip(names, big, strict=True) if counts))
+
+
+def impossible(what: str, t: float, gap: float, names: list[str]) -> str:
+    """Sentence on rates that do not exist."""
+    who = ", ".join(f"'{name}'" for name in names)
+    return f"{what} at t = {t:g} s do not exist (gap {gap:.3g}): {who} contradict each other, the linkage is at a dead centre"
+
+
+def determined(mechanism: Mechanism) -> bool:
+    """True if joints, guides and drives alone decide where the links are: as many independent constraints as coordinates."""
+    if any(link.body.flexible for link in mechanism.links) or not mechanism.drives:
+        return False
+    linkage = Linkage(mechanism)
+    if any(row.start_only for _, row in linkage.named_rows) or len(linkage.names) < 3 * len(linkage.index):
+        return False
+    return linkage.mobility() == 0
+
+
+def turning_speed(mechanism: Mechanism, duration: float) -> float:
+    """Largest speed of a driven link within a duration [s], rad/s; 0 where points are driven, or nothing."""
+    turning = [drive.motion for drive in mechanism.drives if drive.target not in mechanism.points]
+    times = [float(t) for t in np.linspace(0, duration, 101)]
+    return max((abs(float(motion.speed(t))) for motion in turning for t in times), default=0.0)

@@ -1,0 +1,71 @@
+"""A JSON schema of mechanism files (json-schema.org, draft 2020-12), for editors that complete and check TOML and JSON."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from buckler.mbs.declare import Declaration, Declared, declarations, known
+from buckler.mbs.declare.spec import Quantity, Schema
+from buckler.mbs.mechanism import RUN, Mechanism
+
+DIALECT = "https://json-schema.org/draft/2020-12/schema"
+
+
+def schema() -> Schema:
+    """The schema of a whole file."""
+    fields = {key: _described(each) for key, each in declarations(Mechanism).items()}
+    return {
+        "$schema": DIALECT,
+        "title": "Mechanism",
+        "type": "object",
+        "properties": {"about": {"type": "string", "description": "What it is, in words."}, RUN: _run(), **fields},
+        "required": [key for key, each in declarations(Mechanism).items() if each.required],
+        "additionalProperties": False,
+        "$defs": {name: _object(name, kind) for name, kind in sorted(known().items())},
+    }
+
+
+def _run() -> Schema:
+    quantity = Quantity("").schema()
+    formulas = {"anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}}]}
+    return {
+        "type": "object",
+        "description": "How `buckler run` runs it.",
+        "properties": {
+            "duration": quantity,
+            "accuracy": quantity,
+            "of": formulas,
+            "solver": {"anyOf": [{"enum": ["exudyn", "spectral", "closure"]}, {"type": "object"}]},
+            "verify": {"type": "boolean"},
+            "ledger": {"type": "boolean"},
+            "measure": formulas,
+        },
+        "additionalProperties": False,
+    }
+
+
+def _object(name: str, kind: type) -> Schema:
+    """One kind: its fields, or those of the object it holds where they may stand in its place."""
+    forms = [declarations(kind), *map(declarations, kind.inlined.values() if issubclass(kind, Declared) else ())]
+    written = [_fields(name, form) for form in forms]
+    about = (kind.__doc__ or "").strip().partition("\n\n")[0].replace("\n", " ")
+    return {"description": about, **(written[0] if len(written) == 1 else {"anyOf": written})}
+
+
+def _fields(name: str, fields: Mapping[str, Declaration]) -> Schema:
+    required = [key for key, each in fields.items() if each.required and (name, key) != ("Link", "name")]
+    content = {"kind": {"const": name}, **{key: _described(each) for key, each in fields.items()}}
+    return {
+        "type": "object",
+        "properties": content,
+        "required": [] if name == "Motion" else required,
+        "additionalProperties": False,
+    }
+
+
+def _described(field: Declaration) -> Schema:
+    """The schema of a field's value, with its unit and what it is."""
+    said = [part for part in (field.doc, f"Unit: {field.spec.unit}." if field.spec.unit not in ("", "1") else "") if part]
+    found = dict(field.spec.schema()) | ({"description": " ".join(said)} if said else {})
+    plain = isinstance(field.default, bool | int | float | str) and not field.required
+    return found | ({"default": field.default} if plain else {})

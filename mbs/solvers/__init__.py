@@ -1,0 +1,1 @@
+"""Solvers as values: their settings, and which of them suits a mechanism. Nothing here computes."""

@@ -1,0 +1,220 @@
+"""In which order the unknowns of a mechanism's matrices are eliminated, found once: fronts for `buckler.mbs.spectral.fronts`.
+
+Unknowns that meet the same others are eliminated together, the group that meets the fewest first (minimum degree): inner
+coordinates of strips and modes go first and are so condensed onto their ends. A constraint's row goes after all coordinates that
+it holds. Its pivots are then those of G M^-1 G^T, which is definite where the mass matrix is and the rows are independent.
+
+What is eliminated together makes a front, a small dense matrix: its pivots, and the later unknowns that they meet by then. Two
+fronts become one where that is less work.
+
+References
+----------
+A. George, J. W. H. Liu, The evolution of the minimum degree ordering algorithm, SIAM Review 31 (1989) 1-19, doi 10.1137/1031001.
+I. S. Duff, J. K. Reid, The multifrontal solution of indefinite sparse symmetric linear equations, ACM Trans. Math. Software 9
+(1983) 302-325, doi 10.1145/356044.356047.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from heapq import heapify, heappop, heappush
+from typing import Any, NamedTuple
+
+import numpy as np
+
+Array = np.ndarray[Any, Any]
+VISIT = 150.0
+"""What a front costs by itself, in multiplications: loops that begin and end, entries that are moved."""
+
+
+class Fronts(NamedTuple):
+    """The order of elimination, as the kernel gets it.
+
+    Attributes
+    ----------
+    fronts : array of int, shape (fronts, 7)
+        Pivots; size; where its unknowns begin; where its matrix begins; the front that takes over what is left, or -1; where the
+        places there of its later unknowns begin; 1 where its pivots are rows of constraints. Each comes before the one that takes
+        over.
+    unknowns : array of int
+        Of each front, its pivots first.
+    places : array of int
+        Of each front's later unknowns in the front that takes over.
+    entries, position : arrays of int, shape (entries,)
+        Entries of the matrix, front by front, and where they stand among those of all fronts.
+    steady : array of int, shape (2,)
+        How many fronts, the first ones, and how many entries never change.
+    """
+
+    fronts: Array
+    unknowns: Array
+    places: Array
+    entries: Array
+    position: Array
+    steady: Array
+
+    @property
+    def size(self) -> int:
+        """Entries of all fronts."""
+        return int((self.fronts[:, 1] ** 2).sum())
+
+    @property
+    def largest(self) -> int:
+        """Size of the largest front."""
+        return int(self.fronts[:, 1].max(initial=1))
+
+
+@dataclass
+class _Front:
+    """A front in the making."""
+
+    pivots: list[int]
+    later: list[int]
+    row: bool
+    steady: bool = False
+
+
+def fronts_of(row: Array, col: Array, coordinates: int, unknowns: int, filled: Array, changing: Array) -> Fronts:
+    """Fronts for a matrix of so many unknowns, coordinates first and then rows.
+
+    Parameters
+    ----------
+    row, col : arrays of int, shape (slots,)
+    filled : array of bool, shape (slots,)
+        Entries that may be other than zero.
+    changing : array of bool, shape (unknowns,)
+        Unknowns of which some entry may change from one factorisation to the next.
+    """
+    entries = np.flatnonzero(filled)
+    row, col = row[entries], col[entries]
+    made = _merged(_eliminated(*_groups(row, col, coordinates, unknowns), coordinates), changing)
+    made.sort(key=lambda front: not front.steady)
+    steady = sum(front.steady for front in made)
+    order = np.empty(unknowns, dtype=np.int64)
+    order[[u for front in made for u in front.pivots]] = np.arange(unknowns)
+    owner = np.repeat(np.arange(len(made)), [len(front.pivots) for front in made])[order]
+    members: list[int] = []
+    places: list[int] = []
+    table, size = np.zeros((len(made), 7), dtype=np.int64), 0
+    local = np.full(unknowns, -1, dtype=np.int64)
+    home = np.minimum(owner[row], owner[col])
+    turn = np.argsort(home, kind="stable")
+    entries, row, col, home = entries[turn], row[turn], col[turn], home[turn]
+    position, bounds = np.empty(len(entries), dtype=np.int64), np.searchsorted(home, np.arange(len(made) + 1))
+    for k, front in enumerate(made):
+        later = sorted(front.later, key=order.__getitem__)
+        mine = [*front.pivots, *later]
+        table[k] = len(front.pivots), len(mine), len(members), size, owner[later[0]] if later else -1, len(places), front.row
+        local[mine] = np.arange(len(mine))
+        here = slice(bounds[k], bounds[k + 1])
+        position[here] = size + local[row[here]] * len(mine) + local[col[here]]
+        members += mine
+        places += later
+        size += len(mine) ** 2
+    for pivots, wide, _, _, parent, at, _ in table[table[:, 4] >= 0]:
+        first, large = table[parent, 2], table[parent, 1]
+        local[members[first : first + large]] = np.arange(large)
+        here = slice(at, at + wide - pivots)
+        places[here] = local[places[here]].tolist()
+    whole = np.array(members, dtype=np.int64), np.array(places, dtype=np.int64)
+    return Fronts(table, *whole, entries, position, np.array([steady, bounds[steady]]))
+
+
+def _groups(row: Array, col: Array, coordinates: int, unknowns: int) -> tuple[list[list[int]], list[set[int]]]:
+    """Unknowns that meet the same others, and which groups each meets."""
+    near: list[set[int]] = [set() for _ in range(unknowns)]
+    for i, j in zip(row.tolist(), col.tolist(), strict=True):
+        near[i].add(j)
+        near[j].add(i)
+    found: dict[Any, int] = {}
+    groups: list[list[int]] = []
+    of = [0] * unknowns
+    for u in range(unknowns):
+        if u < coordinates:
+            near[u].add(u)
+        else:
+            near[u].discard(u)
+        key = u < coordinates, frozenset(near[u])
+        of[u] = found.setdefault(key, len(groups))
+        if of[u] == len(groups):
+            groups.append([])
+        groups[of[u]].append(u)
+    meets = [{of[v] for v in near[members[0]]} - {g} for g, members in enumerate(groups)]
+    return groups, meets
+
+
+def _eliminated(groups: list[list[int]], meets: list[set[int]], coordinates: int) -> list[_Front]:
+    """Fronts of single groups, in the order of elimination."""
+    weight = [len(members) for members in groups]
+    row = [members[0] >= coordinates for members in groups]
+    waits = [sum(not row[m] for m in meets[g]) if row[g] else 0 for g in range(len(groups))]
+    held = [[m for m in meets[g] if row[m]] if not row[g] else [] for g in range(len(groups))]
+    heap = [(sum(weight[m] for m in meets[g]), g) for g in range(len(groups)) if not waits[g]]
+    heapify(heap)
+    done, out = [False] * len(groups), []
+    while heap:
+        degree, g = heappop(heap)
+        if done[g] or degree != sum(weight[m] for m in meets[g]):
+            continue
+        done[g] = True
+        out.append(_Front(groups[g], [u for m in meets[g] for u in groups[m]], row[g]))
+        for m in held[g]:
+            waits[m] -= 1
+        for m in meets[g]:
+            meets[m] |= meets[g]
+            meets[m] -= {g, m}
+        for m in (*meets[g], *held[g]):
+            if not waits[m] and not done[m]:
+                heappush(heap, (sum(weight[k] for k in meets[m]), m))
+    return out
+
+
+def _merged(made: list[_Front], changing: Array) -> list[_Front]:
+    """Fronts put together with the one that takes over where that is less work, in an order that has each before that one.
+
+    Those that never change, nor any before them, are not put together with those that do.
+    """
+    first = {u: k for k, front in enumerate(made) for u in front.pivots}
+    order = {u: i for i, u in enumerate(u for front in made for u in front.pivots)}
+    children: list[list[int]] = [[] for _ in made]
+    roots = []
+    for k, front in enumerate(made):
+        if front.later:
+            children[first[min(front.later, key=order.__getitem__)]].append(k)
+        else:
+            roots.append(k)
+    for k, front in enumerate(made):
+        front.steady = not changing[front.pivots].any() and all(made[child].steady for child in children[k])
+        kept = []
+        for child in children[k]:
+            other = made[child]
+            if (other.row, other.steady) == (front.row, front.steady) and _cheaper_as_one(other, front):
+                front.pivots = other.pivots + front.pivots
+                kept += children[child]
+            else:
+                kept.append(child)
+        children[k] = kept
+    out, stack = [], [(k, False) for k in reversed(roots)]
+    while stack:
+        k, below = stack.pop()
+        if below:
+            out.append(made[k])
+        else:
+            stack += [(k, True), *((child, False) for child in children[k])]
+    return out
+
+
+def _cheaper_as_one(child: _Front, parent: _Front) -> bool:
+    p, q, b, later = len(child.pivots), len(parent.pivots), len(child.later), len(parent.later)
+    apart = _work(p, p + b) + b * b + VISIT + _work(q, q + later)
+    return _work(p + q, p + q + later) <= apart
+
+
+def _work(pivots: int, size: int) -> float:
+    """Multiplications that eliminating so many pivots of a front of this size takes."""
+    left = size - pivots
+
+    def squares(n: int) -> float:
+        return n * (n + 1) * (2 * n + 1) / 6
+
+    return squares(size - 1) - squares(left - 1)

@@ -1,0 +1,153 @@
+"""Factors of a mechanism's matrices, front by front, compiled. See `elimination` for the order.
+
+Each front is the sum of the matrix's entries that belong to its pivots and of what the fronts before it hand over. Gauss
+elimination of its pivots, the largest first of those in its column, leaves their factors in place, and what it hands over in
+turn,
+
+    [ P  U ]        P = L R,   U <- L^-1 U,   W <- W R^-1,   S <- S - W U.
+    [ W  S ]
+
+A pivot of rounding among rows of constraints, 1e-13 of what it is a difference of, counts as none: its unknown is zero. So
+redundant rows share nothing, and what they say twice is said once.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from buckler.mbs.spectral.compiling import aside, borrowed, close, inner, jit, part
+from buckler.mbs.spectral.elimination import Fronts
+
+ROUNDED = 1e-13
+"""A row's pivot below this share of what it is a difference of is rounding."""
+
+
+class Orders(NamedTuple):
+    """Orders of elimination: of Newton's matrices, and of mass matrix and constraints alone."""
+
+    newton: Fronts
+    mass: Fronts
+
+
+@close
+def lend_fronts(e):
+    """The fronts without their shares in the memory's reference counts."""
+    return Fronts(
+        borrowed(e.fronts), borrowed(e.unknowns), borrowed(e.places), borrowed(e.entries), borrowed(e.position),
+        borrowed(e.steady),
+    )  # fmt: skip
+
+
+@close
+def lend_orders(o):
+    """The orders, likewise."""
+    return Orders(lend_fronts(o.newton), lend_fronts(o.mass))
+
+
+@aside
+def factor(e, a, lu, swaps, amount, again):
+    """Factor the matrix of entries a (slots,): fill lu (entries of fronts) and swaps (unknowns of fronts).
+
+    `again`: fronts that never change are there from before.
+    """
+    start, entry = (e.steady[0], e.steady[1]) if again else (0, 0)
+    count, amount[:] = e.fronts.shape[0], 0.0
+    if start < count:
+        lu[e.fronts[start, 3] :] = 0.0
+    for k in range(entry, e.entries.size):
+        lu[e.position[k]] = a[e.entries[k]]
+    for f in range(count):
+        if f >= start:
+            _eliminate(e, lu, swaps, amount, f)
+        if e.fronts[f, 4] >= start:
+            _hand_over(e, lu, amount, f)
+
+
+@inner
+def _hand_over(e, lu, amount, f):
+    """Add what is left of a front to the one that takes over."""
+    pivots, size, first, at, parent, places, row = e.fronts[f]
+    large, start, count = e.fronts[parent, 1], e.fronts[parent, 3], size - pivots
+    to, unknowns = part(e.places, places, count), part(e.unknowns, first + pivots, count)
+    for i in range(count):
+        left, sum = part(lu, at + (pivots + i) * size + pivots, count), part(lu, start + to[i] * large, large)
+        for j in range(count):
+            sum[to[j]] += left[j]
+        if row == 0:
+            amount[unknowns[i]] += abs(left[i])
+
+
+@inner
+def _eliminate(e, lu, swaps, amount, f):
+    """Eliminate a front's pivots; in place of each stands its reciprocal then."""
+    pivots, size, first, at, row = e.fronts[f, 0], e.fronts[f, 1], e.fronts[f, 2], e.fronts[f, 3], e.fronts[f, 6]
+    for c in range(pivots):
+        upper = part(lu, at + c * size, size)
+        p, largest = c, abs(upper[c])
+        for i in range(c + 1, pivots):
+            found = abs(lu[at + i * size + c])
+            if found > largest:
+                p, largest = i, found
+        swaps[first + c] = p
+        if p != c:
+            other = part(lu, at + p * size, size)
+            for j in range(size):
+                upper[j], other[j] = other[j], upper[j]
+        if row > 0 and largest <= ROUNDED * amount[e.unknowns[first + c]]:
+            for j in range(c, size):
+                upper[j] = 0.0
+            for i in range(c + 1, size):
+                lu[at + i * size + c] = 0.0
+            continue
+        reciprocal, count = 1.0 / upper[c], size - c - 1
+        upper[c] = reciprocal
+        right = part(upper, c + 1, count)
+        for i in range(c + 1, size):
+            lower = part(lu, at + i * size + c, count + 1)
+            share = lower[0] * reciprocal
+            lower[0] = share
+            below = part(lower, 1, count)
+            for j in range(count):
+                below[j] -= share * right[j]
+
+
+@aside
+def solve(e, lu, swaps, x, room):
+    """Solve in place for x (unknowns,), with room for the largest front."""
+    for f in range(e.fronts.shape[0]):
+        pivots, size, first, at = e.fronts[f, 0], e.fronts[f, 1], e.fronts[f, 2], e.fronts[f, 3]
+        unknowns, swap = part(e.unknowns, first, size), part(swaps, first, pivots)
+        for i in range(size):
+            room[i] = x[unknowns[i]]
+        for c in range(pivots):
+            p = swap[c]
+            room[c], room[p] = room[p], room[c]
+        for c in range(pivots):
+            value = room[c]
+            if value != 0.0:
+                for i in range(c + 1, size):
+                    room[i] -= lu[at + i * size + c] * value
+        for i in range(size):
+            x[unknowns[i]] = room[i]
+    for f in range(e.fronts.shape[0] - 1, -1, -1):
+        pivots, size, first, at = e.fronts[f, 0], e.fronts[f, 1], e.fronts[f, 2], e.fronts[f, 3]
+        unknowns = part(e.unknowns, first, size)
+        for i in range(size):
+            room[i] = x[unknowns[i]]
+        for c in range(pivots - 1, -1, -1):
+            row, total = part(lu, at + c * size, size), room[c]
+            for j in range(c + 1, size):
+                total -= row[j] * room[j]
+            room[c] = total * row[c]
+        for c in range(pivots):
+            x[unknowns[c]] = room[c]
+
+
+@jit
+def solve_once(e, a, x):
+    """Factor and solve in place, for Python."""
+    lu, swaps = np.zeros(e.fronts[-1, 3] + e.fronts[-1, 1] ** 2), np.zeros(e.unknowns.size, np.int64)
+    factor(e, a, lu, swaps, np.zeros(x.size), False)
+    solve(e, lu, swaps, x, np.zeros(x.size))

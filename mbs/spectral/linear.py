@@ -1,0 +1,87 @@
+"""The equations of motion, linear about a state, as sparse matrices, and their factors: `Scene.linear`, `Linear.factor`, `solve`.
+
+    M a + C v' + K q' + (G - X)^T lambda' = f',    G q' = g'.
+
+The integrators factor the same matrices in compiled code (`fronts`), with pivots that suit a mass matrix. Here any pivot may be
+taken: a mechanism without mass or stiffness in some direction is held by its constraints alone.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.sparse import bmat, csc_array, csr_array
+from scipy.sparse.linalg import splu
+
+Array = np.ndarray[Any, Any]
+
+
+class SingularError(ArithmeticError):
+    """The matrix has no inverse."""
+
+
+class Factors:
+    """Factors of a square sparse matrix, real or complex."""
+
+    def __init__(self, matrix: Any) -> None:
+        self.matrix = csc_array(matrix)
+        try:
+            self._lu = splu(self.matrix)
+        except RuntimeError as error:
+            raise SingularError(str(error)) from None
+
+    def solve(self, right: Array) -> Array:
+        """Solve for one right side, (m,), or several, (m, columns); refined once.
+
+        Raises
+        ------
+        SingularError
+            If the result is not finite.
+        """
+        with np.errstate(all="ignore"):
+            out = self._once(right)
+            out = out + self._once(right - self.matrix @ out)
+        if not np.isfinite(out).all():
+            raise SingularError("the solution is not finite")
+        return out
+
+    def _once(self, right: Array) -> Array:
+        if np.iscomplexobj(right) and not np.iscomplexobj(self.matrix):
+            return np.asarray(self._lu.solve(right.real) + 1j * self._lu.solve(right.imag))
+        return np.asarray(self._lu.solve(np.asarray(right, dtype=self.matrix.dtype)))
+
+
+class Linear(NamedTuple):
+    """The equations of motion about a state.
+
+    Attributes
+    ----------
+    mass, damping, stiffness : sparse arrays, shape (n, n)
+        M, C = -df/dv, K = -df/dq + d(G^T lambda)/dq.
+    jacobian, cross : sparse arrays, shape (r, n)
+        G, and X = df/dlambda: friction that follows a constraint's own force.
+    """
+
+    mass: csr_array
+    damping: csr_array
+    stiffness: csr_array
+    jacobian: csr_array
+    cross: csr_array
+
+    def matrix(self, mass: complex = 0.0, damping: complex = 0.0, stiffness: complex = 0.0) -> csc_array:
+        """[mass M + damping C + stiffness K, (G - X)^T; G, 0], shape (n + r, n + r)."""
+        inner = mass * self.mass + damping * self.damping + stiffness * self.stiffness
+        if not self.jacobian.shape[0]:
+            return csc_array(inner)
+        return csc_array(bmat([[inner, (self.jacobian - self.cross).T], [self.jacobian, None]]))
+
+    def factor(self, mass: complex = 0.0, damping: complex = 0.0, stiffness: complex = 0.0) -> Factors:
+        """Factors of that matrix.
+
+        Raises
+        ------
+        SingularError
+            If it has no inverse: a free motion, or constraints that say the same.
+        """
+        return Factors(self.matrix(mass, damping, stiffness))

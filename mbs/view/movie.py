@@ -1,0 +1,329 @@
+"""The motion of a run as pictures need it: frames, bent lines and marks over evenly spaced times, as plain arrays.
+
+A `Film` stands in a `Result`. It holds the run's `Record` and makes the `Movie` when first asked for; in files and other
+processes it is the movie alone.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from math import pi
+from typing import Any
+
+import numpy as np
+
+from buckler.mbs.elements.element import Array
+from buckler.mbs.record.motion import chosen
+from buckler.mbs.record.record import Record
+from buckler.mbs.view.drawing import Mark, Path, packed, unpacked
+from buckler.mbs.view.sheet import FIXED, MIDDLE, Sheet
+from buckler.mbs.view.symbols import drawn
+
+FEWEST, MOST, A_TURN = 240, 1440, 180
+"""Pictures of a movie: at least, at most, and for a turn of the link that turns most."""
+STATIONS = 25
+"""Places along a massless strip."""
+
+
+@dataclass(frozen=True, eq=False)
+class Band:
+    """A flexible link over time.
+
+    Attributes
+    ----------
+    points : array, shape (times, stations, 2)
+        m.
+    bending, axial : array, shape (times, stations)
+        Curvature less the stress-free one, 1/m; axial strain.
+    thickness, width, modulus : float
+        m, m, Pa.
+    """
+
+    points: Array
+    bending: Array
+    axial: Array
+    thickness: float
+    width: float
+    modulus: float
+
+    @property
+    def stress(self) -> Array:
+        """Largest normal stress over the thickness, Pa, (times, stations)."""
+        return self.modulus * (np.abs(self.bending) * self.thickness / 2 + np.abs(self.axial))
+
+    @property
+    def axial_force(self) -> Array:
+        """Elastic normal force, N, tension positive, (times, stations)."""
+        return self.modulus * self.width * self.thickness * self.axial
+
+
+@dataclass(frozen=True, eq=False)
+class Movie:
+    """Frames, bent lines and marks of a mechanism over time.
+
+    Attributes
+    ----------
+    time : array, shape (times,)
+        s.
+    frames : dict of str to array, shape (times, 3)
+        Place, m, and angle turned since t = 0, rad, by frame.
+    bands : dict of str to Band
+        Flexible links.
+    marks : sequence of Mark
+        What is drawn, and in which frame.
+    unit : float
+        Size of a symbol, m.
+    points : sequence of str
+        Names of the mechanism's points; each is a frame too.
+    """
+
+    time: Array
+    frames: Mapping[str, Array]
+    bands: Mapping[str, Band]
+    marks: tuple[Mark, ...]
+    unit: float
+    points: tuple[str, ...] = ()
+
+    @property
+    def box(self) -> tuple[float, float, float, float]:
+        """Least and largest x, then y, of all that moves, m."""
+        places = [frame[:, :2] for name, frame in self.frames.items() if name]
+        places += [band.points.reshape(-1, 2) for band in self.bands.values()]
+        places += [placed(self.frames[mark.frame][0], mark.points) for mark in self.marks if isinstance(mark, Path)]
+        low, high = np.nanmin([p.min(axis=0) for p in places], axis=0), np.nanmax([p.max(axis=0) for p in places], axis=0)
+        return float(low[0]), float(high[0]), float(low[1]), float(high[1])
+
+    def rows(self, rows: Any) -> Movie:
+        """The movie at some of its times, by index."""
+        frames = {name: frame[rows] for name, frame in self.frames.items()}
+        bands = {
+            name: replace(band, points=band.points[rows], bending=band.bending[rows], axial=band.axial[rows])
+            for name, band in self.bands.items()
+        }
+        return replace(self, time=self.time[rows], frames=frames, bands=bands)
+
+    def arrays(self) -> dict[str, Array]:
+        """All of it as arrays by name, for a file."""
+        bands = {name: [band.thickness, band.width, band.modulus] for name, band in self.bands.items()}
+        head = {"unit": self.unit, "points": self.points, "bands": bands, "marks": [packed(mark) for mark in self.marks]}
+        found = {"head": np.array(json.dumps(head)), "time": self.time}
+        found |= {f"frame/{name}": frame.astype(np.float32) for name, frame in self.frames.items()}
+        for name, band in self.bands.items():
+            for part in ("points", "bending", "axial"):
+                found[f"band/{name}/{part}"] = getattr(band, part).astype(np.float32)
+        return found
+
+    @classmethod
+    def of(cls, arrays: Mapping[str, Array]) -> Movie:
+        """The movie that `arrays` was made of, to single precision."""
+        head = json.loads(str(arrays["head"]))
+        frames = {name.removeprefix("frame/"): values for name, values in arrays.items() if name.startswith("frame/")}
+        bands = {
+            name: Band(arrays[f"band/{name}/points"], arrays[f"band/{name}/bending"], arrays[f"band/{name}/axial"], *sizes)
+            for name, sizes in head["bands"].items()
+        }
+        marks = tuple(unpacked(row) for row in head["marks"])
+        return cls(arrays["time"], frames, bands, marks, head["unit"], tuple(head["points"]))
+
+
+def placed(frame: Array, points: Any) -> Array:
+    """Points of a frame (x, y, turn) in the ground's axes, (n, 2)."""
+    c, s = np.cos(frame[2]), np.sin(frame[2])
+    return np.asarray(np.asarray(points) @ np.array([[c, s], [-s, c]]) + frame[:2])
+
+
+@dataclass(eq=False)
+class Film:
+    """The movie of a run, made when first asked for."""
+
+    record: Record | None = None
+    kept: Movie | None = field(default=None)
+
+    def movie(self) -> Movie:
+        """The movie at `pictures` times."""
+        if self.kept is None:
+            assert self.record is not None
+            self.kept = filmed(self.record)
+        return self.kept
+
+    def __reduce__(self) -> Any:
+        return Film, (None, self.movie())
+
+
+def film_of(arrays: Mapping[str, Array]) -> Film:
+    """The film that a file holds."""
+    return Film(None, Movie.of(arrays))
+
+
+def filmed(record: Record, times: Array | None = None) -> Movie:
+    """Make the movie of a record, at `times` or evenly spaced ones; a run that failed, up to its last finite state."""
+    record = _finite(record)
+    if len(record.time) < 2:
+        return still(record.mechanism)
+    if times is None:
+        times = np.linspace(record.time[0], record.time[-1], pictures(record))
+    return _movie(record.at(times), record)
+
+
+def still(mechanism: Any) -> Movie:
+    """The mechanism at t = 0 as a movie of one picture."""
+    none = Record(mechanism, np.zeros(1), {}, {})
+    return _movie(none, none)
+
+
+def pictures(record: Record) -> int:
+    """How many pictures show a run: `A_TURN` for each turn of the link that turns most, within limits."""
+    turns = [np.abs(np.diff(motion.turn(next(iter(_names(motion))))[0])).sum() / (2 * pi) for motion in record.links.values()]
+    return int(np.clip(A_TURN * max(turns, default=0.0), FEWEST, MOST)) + 1
+
+
+def _names(motion: Any) -> Any:
+    """Names of a motion's points."""
+    return next(getattr(motion, name) for name in ("arms", "nodes", "stations") if hasattr(motion, name))
+
+
+def _finite(record: Record) -> Record:
+    """The record up to its last finite state."""
+    states: list[Array] = [motion.q for motion in record.links.values()]
+    states += [block.travel for block in record.blocks.values()]
+    fine = np.logical_and.reduce([np.isfinite(q).reshape(len(q), -1).all(axis=1) for q in states], initial=True)
+    bad = np.flatnonzero(~np.broadcast_to(fine, record.time.shape))
+    if not len(bad):
+        return record
+    if bad[0] < 2:
+        return Record(record.mechanism, record.time[:1], {}, {})
+    links = {name: _first(motion, bad[0]) for name, motion in record.links.items()}
+    blocks = {name: _first(motion, bad[0]) for name, motion in record.blocks.items()}
+    return Record(record.mechanism, record.time[: bad[0]], links, blocks)
+
+
+def _first(motion: Any, count: int) -> Any:
+    """The first rows of a motion."""
+    names = ("q", "q_t", "q_tt") if hasattr(motion, "q") else ("travel", "speed", "acceleration")
+    return replace(motion, **{name: getattr(motion, name)[:count] for name in names if getattr(motion, name) is not None})
+
+
+def _movie(record: Record, source: Record) -> Movie:
+    """The movie of a record at the movie's times; `source` holds the solver's own."""
+    mechanism = record.mechanism
+    sheet = Sheet(mechanism, record)
+    marks = tuple(drawn(sheet))
+    for point in mechanism.points:
+        sheet.frame(point)
+    frames = {name: _frame(record, name, *spec) for name, spec in sheet.frames.items()}
+    bands = {}
+    for link in mechanism.links:
+        band = _band(record, source, link)
+        if band is not None:
+            middle = band.points[:, band.points.shape[1] // 2]
+            bands[link.name] = band
+            frames[MIDDLE + link.name] = np.column_stack([middle, np.zeros(len(middle))])
+    return Movie(record.time, frames, bands, marks, sheet.unit, tuple(mechanism.points))
+
+
+def _frame(record: Record, name: str, ref: str, pin: str, factor: float) -> Array:
+    """Place and turn of a frame, (times, 3)."""
+    if not ref:
+        return np.zeros((len(record.time), 3))
+    at, turn = record.point(ref)[0], record.turn(ref)[0]
+    if pin:
+        at = at + factor * (record.point(pin)[0] - at)
+    return np.column_stack([at, np.zeros_like(turn) if name.startswith(FIXED) else turn])
+
+
+# --- flexible links ---------------------------------------------------------------------------------------------------
+
+
+def _band(record: Record, source: Record, link: Any) -> Band | None:
+    """A link that bends; None for one that does not."""
+    motion, body = record.links.get(link.name), link.body
+    if hasattr(motion, "arcs"):
+        found = _strip(motion, source.links[link.name], source.time, record.time)
+    elif hasattr(motion, "model"):
+        found = _modal(motion)
+    elif hasattr(body, "load"):
+        found = _strut(record, link)
+    elif hasattr(body, "curve"):
+        found = _rest(record, link, body.curve(record.mechanism.length(link.name)).places(np.linspace(0.0, 1.0, 33)))
+    elif hasattr(body, "modes"):
+        found = _rest(record, link, np.array([[0.0, 0.0], [record.mechanism.length(link.name), 0.0]]))
+    else:
+        return None
+    section = body.section
+    return Band(*found, section.thickness, section.width, section.material.modulus)
+
+
+def _strip(motion: Any, own: Any, time: Array, times: Array) -> tuple[Array, Array, Array]:
+    """Line and strains of elements or polynomials, strains taken from the integration points to the line's stations.
+
+    Strains are those of the solver's own times, linear between them: a strip is so stiff along its line that the small errors
+    of interpolated places would be seen in its axial force.
+    """
+    per = max(2, min(8, round(32 / (len(motion.arcs(1)) - 1))))
+    line = motion.line(per)
+    k = np.clip(np.searchsorted(time, times, side="right") - 1, 0, len(time) - 2)
+    share = ((times - time[k]) / (time[k + 1] - time[k]))[:, None]
+    rows, where = np.unique(np.concatenate([k, k + 1]), return_inverse=True)
+    strains = chosen(own, rows).strains()
+    stations = motion.arcs(per)
+
+    def spread(strain: Any) -> Array:
+        weights = strain.weights.ravel()
+        middles = np.cumsum(weights) - weights / 2
+        unit = np.array([np.interp(stations, middles, row) for row in np.eye(len(middles))])
+        values = strain.value.reshape(len(rows), -1) @ unit
+        return np.asarray((1 - share) * values[where[: len(k)]] + share * values[where[len(k) :]])
+
+    return line, spread(strains[-1]), spread(strains[0])
+
+
+def _modal(motion: Any) -> tuple[Array, Array, Array]:
+    """Line of a modal link, its bending by differences along the line."""
+    line = motion.line()
+    undeformed = motion.model.line[:, 0]
+    c, s = np.cos(motion.q[:, 2])[:, None], np.sin(motion.q[:, 2])[:, None]
+    x, y = line[..., 0] - motion.q[:, None, 0], line[..., 1] - motion.q[:, None, 1]
+    bending = np.gradient(np.gradient(c * y - s * x, undeformed, axis=1), undeformed, axis=1)
+    bending[:, [0, 1, -2, -1]] = bending[:, [2, 2, -3, -3]]  # one-sided differences of differences are rough
+    return line, bending, np.zeros_like(bending)
+
+
+def _rest(record: Record, link: Any, local: Array) -> tuple[Array, Array, Array]:
+    """A link's stress-free line between its ends at t = 0."""
+    start, end = (np.array(record.mechanism.points[p]) for p in (link.start, link.end))
+    along = (end - start) / np.hypot(*(end - start))
+    line = start + local[:, :1] * along + local[:, 1:] * np.array([-along[1], along[0]])
+    line = np.tile(line, (len(record.time), 1, 1))
+    return line, np.zeros(line.shape[:2]), np.zeros(line.shape[:2])
+
+
+@lru_cache
+def _elasticas() -> tuple[Array, Array]:
+    """Roots of end shortenings over the length; x, y, curvature times length of the exact elastica, (cases, stations, 3)."""
+    from buckler.elastica import pinned
+
+    roots, arc = np.linspace(0.0, 1.0, 41), np.linspace(0.0, 1.0, STATIONS)
+    x, y, theta = pinned.shape(roots[:, None] ** 2, arc[None])
+    return roots, np.stack([x, y, np.gradient(theta, arc, axis=1)], axis=-1)
+
+
+def _strut(record: Record, link: Any) -> tuple[Array, Array, Array]:
+    """A massless strip between its ends: the exact elastica, drawn on the left of its chord as the model knows no side."""
+    length = record.mechanism.length(link.name)
+    start, end = record.point(link.start)[0], record.point(link.end)[0]
+    chord = end - start
+    span = np.hypot(*chord.T)
+    along = chord / np.maximum(span, 1e-300)[:, None]
+    roots, shapes = _elasticas()
+    root = np.sqrt(np.clip(1 - span / length, 0.0, 1.0))
+    k = np.minimum((root * (len(roots) - 1)).astype(int), len(roots) - 2)
+    share = (root * (len(roots) - 1) - k)[:, None, None]
+    x, y, bend = np.moveaxis((1 - share) * shapes[k] + share * shapes[k + 1], -1, 0)
+    x = x * (span / length / np.maximum(x[:, -1], 1e-9))[:, None]  # so that it ends where it ends
+    left = np.stack([-along[:, 1], along[:, 0]], axis=-1)
+    line = start[:, None] + length * (x[..., None] * along[:, None] + y[..., None] * left[:, None])
+    axial = np.maximum(span / length - 1, 0.0)[:, None] * np.ones(STATIONS)
+    return line, bend / length, axial

@@ -1,0 +1,287 @@
+"""The report page of a run: one file, no network. Arrays are quantised to 16 bits and packed in base64."""
+
+from __future__ import annotations
+
+import html
+from base64 import b64encode
+from collections.abc import Iterator
+from dataclasses import replace
+from math import isfinite
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from buckler.mbs.elements.element import Array
+from buckler.mbs.record.energy import ledger
+from buckler.mbs.view.drawing import INKS, Arrow, packed
+from buckler.mbs.view.movie import Movie, filmed
+from buckler.mbs.view.shell import filled
+from buckler.mbs.view.verdicts import IDLE, verdicts
+
+MOTION, SIGNALS = 190_000, 180_000
+"""Bytes for the motion and for the signals, before base64 adds a third."""
+BINS = (60, 800)
+"""Bins of a signal, at least and at most."""
+LONGEST = 20_000
+"""Samples of a run up to which its ledger is made for the page where none was asked for."""
+LEVELS = 65534
+"""Steps of a quantised value over its range; one more stands for what is not finite."""
+
+
+def write_html(result: Any, path: str | Path, title: str = "") -> Path:
+    """Write the report; see `Result.write_html`."""
+    path = Path(path)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(page(result, title or (path.stem if path.stem != "report" else path.resolve().parent.name)), encoding="utf-8")
+    return path
+
+
+def framed(result: Any) -> str:
+    """The report in a frame of a notebook."""
+    text = html.escape(page(result, "run"))
+    return f'<iframe style="width:100%;height:760px;border:1px solid #ccd3da" srcdoc="{text}"></iframe>'
+
+
+def page(result: Any, title: str) -> str:
+    """The whole page as text."""
+    store = Store()
+    result = with_ledger(result)
+    data = {
+        "title": title,
+        "status": str(result.status),
+        "ok": bool(result.ok),
+        "message": result.message,
+        "summary": summary(result),
+        "checks": [row._asdict() for row in verdicts(result)],
+        "facts": facts(result),
+        "inks": {name: ink._asdict() for name, ink in INKS.items()},
+        "motion": _motion(result, store),
+        "signals": _signals(result, store),
+    }
+    data["store"] = store.text()
+    return filled(__package__, "report", data)
+
+
+def with_ledger(result: Any) -> Any:
+    """The result with its energy ledger, if its record still has what that takes."""
+    record = result.film.record if result.film is not None else None
+    every = result.provenance.get("settings", {}).get("steps", {}).get("record_every", 1) == 1
+    if result.energy or record is None or not every or not 1 < len(record.time) <= LONGEST:
+        return result
+    return replace(result, energy=ledger(record))
+
+
+class Store:
+    """Arrays one after the other, as 16-bit numbers."""
+
+    def __init__(self) -> None:
+        self.parts: list[Array] = []
+        self.size = 0
+
+    def add(self, values: Array, low: float | None = None, high: float | None = None) -> list[float]:
+        """Put an array in; where it starts (-1 if all are equal), its least value, the size of a step."""
+        values = np.asarray(values, dtype=float).ravel()
+        fine = np.isfinite(values)
+        known = values[fine]
+        low = float(known.min(initial=np.inf)) if low is None else low
+        high = float(known.max(initial=-np.inf)) if high is None else high
+        if not len(known):
+            low = high = 0.0
+        if low == high and fine.all():
+            return [-1, low, 0.0]
+        step = (high - low) / LEVELS or 1.0
+        whole = np.full(len(values), LEVELS + 1, dtype="<u2")
+        whole[fine] = np.rint((known - low) / step)
+        start = self.size
+        self.parts.append(whole)
+        self.size += len(whole)
+        return [start, low, step]
+
+    def text(self) -> str:
+        """All of it in base64."""
+        return b64encode(np.concatenate(self.parts).tobytes()).decode("ascii") if self.parts else ""
+
+
+# --- motion -----------------------------------------------------------------------------------------------------------
+
+
+def _motion(result: Any, store: Store) -> dict[str, Any] | None:
+    if result.film is None:
+        return None
+    movie = _short(result)
+    names = list(movie.frames)
+    index = {name: k for k, name in enumerate(names)}
+    marks = []
+    for mark in movie.marks:
+        if isinstance(mark, Arrow) and not all(name in result.signals for name in mark.signals):
+            continue
+        row = packed(_rounded(mark))
+        row[1] = index.get(row[1], row[1])
+        if row[0] == "Span":
+            row[2] = index[row[2]]
+        if row[0] == "Arrow":
+            row[5] = index[row[5]]
+        marks.append(row)
+    return {
+        "count": len(movie.time),
+        "time": store.add(movie.time),
+        "unit": movie.unit,
+        "box": movie.box,
+        "names": names,
+        "points": movie.points,
+        "frames": [[store.add(frame[:, axis]) for axis in range(3)] for frame in movie.frames.values()],
+        "bands": {name: _band(band, store) for name, band in movie.bands.items()},
+        "marks": marks,
+    }
+
+
+def _band(band: Any, store: Store) -> dict[str, Any]:
+    """A flexible link: bending and axial strain apart, so that the page can show curvature or stress."""
+    return {
+        "stations": band.points.shape[1],
+        "thickness": band.thickness,
+        "modulus": band.modulus,
+        "x": store.add(band.points[..., 0]),
+        "y": store.add(band.points[..., 1]),
+        "bending": store.add(band.bending),
+        "axial": store.add(band.axial),
+    }
+
+
+def _short(result: Any) -> Movie:
+    """The movie with as many pictures as the page has room for."""
+    movie: Movie = result.film.movie()
+    stations = sum(band.points.shape[1] for band in movie.bands.values())
+    moving = sum(int(np.ptp(frame[:, axis]) > 0) for frame in movie.frames.values() for axis in range(3))
+    room = max(60, int(MOTION / (2 * (4 * stations + moving + 1))))
+    if len(movie.time) <= room:
+        return movie
+    if result.film.record is not None:
+        return filmed(result.film.record, np.linspace(movie.time[0], movie.time[-1], room))
+    rows = np.unique(np.linspace(0, len(movie.time) - 1, room).round().astype(int))
+    return movie.rows(rows)
+
+
+def _rounded(mark: Any) -> Any:
+    """The mark with its numbers cut to what a screen shows."""
+
+    def cut(value: Any) -> Any:
+        if isinstance(value, float):
+            return float(f"{value:.5g}")
+        return tuple(map(cut, value)) if isinstance(value, tuple) else value
+
+    return type(mark)(*(cut(value) for value in mark))
+
+
+# --- signals ----------------------------------------------------------------------------------------------------------
+
+
+def _signals(result: Any, store: Store) -> dict[str, Any]:
+    """Each signal at the edges of bins, with its least and largest value in each bin."""
+    rows = [(name, values, result.units.get(name, "")) for name, values in result.signals.items()]
+    rows += [(f"energy {name}", values, "J") for name, values in result.energy.items()]
+    time = result.time
+    if len(time) < 2 or not rows:
+        return {"bins": 0, "rows": []}
+    bins = int(np.clip(SIGNALS / 6 / len(rows), *BINS))
+    edges = np.linspace(time[0], time[-1], bins + 1)
+    block = np.array([values for _, values, _ in rows], dtype=float)
+    block[~np.isfinite(block)] = np.nan
+    at, low, high = binned(time, block, edges)
+    kept = []
+    for k, (name, _, unit) in enumerate(rows):
+        inside = block[k][np.isfinite(block[k])]
+        limits = (float(inside.min(initial=np.inf)), float(inside.max(initial=-np.inf))) if len(inside) else (0.0, 0.0)
+        parts = [store.add(part[k], *limits) for part in (at, low, high)]
+        kept.append({"name": name, "unit": unit, "at": parts[0], "low": parts[1], "high": parts[2], "limits": limits})
+    return {"bins": bins, "start": float(time[0]), "end": float(time[-1]), "rows": kept, "first": first_shown(result)}
+
+
+def binned(time: Array, values: Array, edges: Array) -> tuple[Array, Array, Array]:
+    """Values at the edges of bins, and the least and largest in each bin, its edges among them.
+
+    Parameters
+    ----------
+    time : array, shape (samples,)
+        Increasing, s.
+    values : array, shape (signals, samples)
+    edges : array, shape (bins + 1,)
+        From the first to the last time.
+
+    Returns
+    -------
+    at : array, shape (signals, bins + 1)
+    low, high : array, shape (signals, bins)
+    """
+    k = np.clip(np.searchsorted(time, edges, side="right") - 1, 0, len(time) - 2)
+    share = np.clip((edges - time[k]) / np.maximum(time[k + 1] - time[k], 1e-300), 0.0, 1.0)
+    at = values[:, k] * (1 - share) + values[:, k + 1] * share
+    starts = np.minimum(np.searchsorted(time, edges[:-1]), len(time) - 1)
+    full = np.searchsorted(time, edges[1:], side="right") > starts
+    low, high = (np.where(full, spread.reduceat(values, starts, axis=1), np.nan) for spread in (np.fmin, np.fmax))
+    low = np.fmin(low, np.fmin(at[:, :-1], at[:, 1:]))
+    return at, low, np.fmax(high, np.fmax(at[:, :-1], at[:, 1:]))
+
+
+FIRST = (
+    "contact_force", "normal_force", "torque", "current", "force", "deflection", "axial_force", "compression", "x", "y", "vx",
+)  # fmt: skip
+"""Last parts of the names of signals worth a first look, best first."""
+
+
+def first_shown(result: Any) -> list[str]:
+    """Three signals that change, of each kind of quantity the one that changes most."""
+    best: dict[str, tuple[float, str]] = {}
+    for name, values in result.signals.items():
+        ending, inside = name.rpartition(".")[2], values[np.isfinite(values)]
+        if ending in FIRST and len(inside) and np.ptp(inside) > best.get(ending, (0.0, ""))[0]:
+            best[ending] = (float(np.ptp(inside)), name)
+    return ([best[ending][1] for ending in FIRST if ending in best] or list(result.signals))[:3]
+
+
+# --- words ------------------------------------------------------------------------------------------------------------
+
+
+def summary(result: Any) -> str:
+    """What ran, in a line."""
+    span = f"{result.time[-1]:.4g} s of motion" if len(result.time) else "no motion"
+    return f"{span}, {result.work.get('steps', 0):,.0f} steps, {result.work.get('wall_s', 0):.3g} s of computing"
+
+
+def facts(result: Any) -> list[tuple[str, list[tuple[str, str]]]]:
+    """Tables of the page: heading, then rows of name and value."""
+    error = [("estimated error of the motion", "not asked for; simulate(..., accuracy=1e-3) tells it")]
+    if result.asked > 0 or result.error.known:
+        error = [("estimated error of the motion", share(result.error.motion)), ("asked", share(result.asked))]
+    if result.error.kind:
+        error.append(("estimated by", result.error.kind))
+    if result.verified >= 0:
+        error.append(("difference from the other solver", share(result.verified)))
+    if result.energy:
+        error.append(("error of the energy balance", share(result.energy_balance)))
+    work = [(name.replace("_", " ").replace("wall s", "wall time, s"), f"{value:.6g}") for name, value in result.work.items()]
+    versions = [(name, str(value)) for name, value in result.provenance.items() if isinstance(value, str | int | float)]
+    groups = [("Error", error), ("Work", work)]
+    if notes := result.provenance.get("notes"):
+        groups.insert(0, ("Notes", [("worth knowing", note) for note in notes]))
+    for name, value in result.provenance.items():
+        if isinstance(value, dict) and name != IDLE:  # that stands among the checks
+            groups.append((name.capitalize(), list(flat(value))))
+    return [*groups, ("Run on", versions)]
+
+
+def flat(value: dict[str, Any], before: str = "") -> Iterator[tuple[str, str]]:
+    """Rows of nested settings; what is not set is left out."""
+    for name, inner in value.items():
+        if name == "kind":
+            yield before.removesuffix(".") or "solver", str(inner)
+        elif isinstance(inner, dict):
+            yield from flat(inner, f"{before}{name}.")
+        elif inner is not None:
+            yield before + name, f"{inner:.6g}" if isinstance(inner, float) else str(inner)
+
+
+def share(value: float) -> str:
+    """A relative error for people."""
+    return f"{100 * value:.2g} %" if isfinite(value) else "not known"

@@ -1,0 +1,41 @@
+"""The shell of all pages: one file, no network, with its data, styles and script inside."""
+
+from __future__ import annotations
+
+import html
+import json
+from functools import cache
+from importlib.resources import files
+from typing import Any
+
+HERE = "buckler.mbs.view"
+
+
+def filled(package: str, name: str, content: dict[str, Any]) -> str:
+    """A page as text.
+
+    Parameters
+    ----------
+    package, name : str
+        Whose `page/name.html`, `.css` and `.js` make it; the styles of the run's report come before its own.
+    content : dict
+        Its data, with `title` and `status`, which the title of the window tells unless it is OK.
+    """
+    mark = "" if content["status"] == "OK" else f"\u25b2 {content['status']}: "
+    styles = [(HERE, "report.css")] if (package, name) == (HERE, "report") else [(HERE, "report.css"), (package, f"{name}.css")]
+    parts = {
+        "title": html.escape(mark + content["title"]),
+        "styles": "".join(_part(*style) for style in styles),
+        "body": _part(package, f"{name}.html"),
+        "script": _part(package, f"{name}.js"),
+        "data": json.dumps(content, separators=(",", ":"), allow_nan=False, default=str).replace("<", "\\u003c"),
+    }
+    text = _part(HERE, "shell.html")
+    for key, part in parts.items():
+        text = text.replace("{{" + key + "}}", part)
+    return text
+
+
+@cache
+def _part(package: str, name: str) -> str:
+    return files(package).joinpath("page", name).read_text(encoding="utf-8")

@@ -1,0 +1,328 @@
+"""Which kind of element is drawn how: a kind is a line in `SYMBOLS`; one without a line gets a neutral mark.
+
+A symbol is a function (sheet, name, element) that yields marks. Kinds are known by the names of their classes, so that a
+subclass of a known kind is drawn as that one, and a kind need not be there to have its line.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from math import cos, hypot, pi, sin
+from typing import Any
+
+import numpy as np
+
+from buckler.mbs.elements.element import GROUND, place
+from buckler.mbs.elements.link import Link
+from buckler.mbs.elements.section import Section
+from buckler.mbs.view.drawing import Arrow, Disc, Label, Mark, Path, Span, Strip
+from buckler.mbs.view.sheet import FIXED, MIDDLE, Pair, Sheet
+from buckler.mbs.view.strokes import arrow, capsule, hatching, hull, turned, turning
+
+Symbol = Callable[[Sheet, str, Any], Iterator[Mark]]
+
+
+def drawn(sheet: Sheet) -> list[Mark]:
+    """All marks: links below, then what joins and loads them, names on top."""
+    found: list[Mark] = []
+    for name, element in sheet.mechanism.elements().items():
+        found += symbol(element.body if isinstance(element, Link) else element)(sheet, name, element)
+        found += _forces(sheet, name, element)
+    found += _gravity(sheet)
+    joints = {joint.point for joint in sheet.mechanism.joints} | {guide.point for guide in sheet.mechanism.guides}
+    for point in sheet.mechanism.points:
+        frame = sheet.frame(FIXED + point)
+        if point not in joints and any(point in link.points for link in sheet.mechanism.links):
+            found.append(Disc(frame, "pin", (0.0, 0.0), 0.16 * sheet.unit))
+        found.append(Label(frame, point, (0.75 * sheet.unit, 0.75 * sheet.unit), "point"))
+    order = {Label: 2, Arrow: 1}
+    return sorted(found, key=lambda mark: order.get(type(mark), 0))
+
+
+def symbol(element: Any) -> Symbol:
+    """How an element, or a link's body, is drawn."""
+    for kind in type(element).__mro__:
+        if kind.__name__ in SYMBOLS:
+            return SYMBOLS[kind.__name__]
+    return unknown
+
+
+# --- links ------------------------------------------------------------------------------------------------------------
+
+
+def bar(sheet: Sheet, name: str, link: Any) -> Iterator[Mark]:
+    """A rigid link to scale: a bar through its points, a plate where they are not in line."""
+    points, section = sheet.mechanism.points, link.body.section
+    frame, origin, ink = sheet.body(name), sheet.origin(name), sheet.inks[name]
+    plain = isinstance(section, Section)
+    thickness, width = (section.thickness, section.width) if plain else (0.5 * sheet.unit, 0.5 * sheet.unit)
+    local = [(points[p][0] - origin[0], points[p][1] - origin[1]) for p in link.points]
+    end = local[1]
+    length = hypot(*end)
+    along = (end[0] / length, end[1] / length)
+    off = [abs(along[0] * y - along[1] * x) for x, y in local]
+    if max(off) > thickness:
+        yield Path(frame, ink, hull(local), True, width)
+    else:
+        reach = [along[0] * x + along[1] * y for x, y in local]
+        a, b = min(reach), max(reach)
+        outline = capsule((a * along[0], a * along[1]), (b * along[0], b * along[1]), thickness / 2)
+        yield Path(frame, ink, outline, True, width)
+    if not plain:
+        x, y = section.centre or (length / 2, 0.0)
+        centre = (along[0] * x - along[1] * y, along[1] * x + along[0] * y)
+        yield Disc(frame, ink, centre, 0.32 * sheet.unit)
+        yield Disc(frame, "mass", centre, 0.1 * sheet.unit)
+    middle = (sum(x for x, _ in local) / len(local), sum(y for _, y in local) / len(local))
+    yield Label(frame, name, middle, "link")
+
+
+def strip(sheet: Sheet, name: str, link: Any) -> Iterator[Mark]:
+    """A flexible link along its bent line."""
+    yield Strip(name, sheet.inks[name])
+    yield Label(MIDDLE + name, name, (0.0, 0.9 * sheet.unit), "link")
+
+
+# --- joints, guides, stops --------------------------------------------------------------------------------------------
+
+
+def support(sheet: Sheet, joint: Any) -> Iterator[Mark]:
+    """Triangle on the ground below a joint that one of its bodies is the ground of."""
+    if GROUND in (joint.first, joint.second):
+        u, frame = sheet.unit, sheet.at(GROUND, joint.point)
+        yield Path(frame, "support", ((0.0, 0.0), (-0.85 * u, -1.4 * u), (0.85 * u, -1.4 * u)), True)
+        yield from hatching(frame, (-1.3 * u, -1.4 * u), (1.3 * u, -1.4 * u), u)
+
+
+def pin(sheet: Sheet, _name: str, joint: Any) -> Iterator[Mark]:
+    """An ideal pin."""
+    yield from support(sheet, joint)
+    yield Disc(sheet.at(_moving(joint), joint.point), "pin", (0.0, 0.0), 0.38 * sheet.unit)
+
+
+def bush(sheet: Sheet, _name: str, joint: Any) -> Iterator[Mark]:
+    """A pin in a bush; radii are symbols, and the pin's distance from the centre is enlarged so that it touches when it does."""
+    yield from support(sheet, joint)
+    outer, inner, u = sheet.at(joint.second, joint.point), sheet.at(joint.first, joint.point), sheet.unit
+    yield Disc(outer, "bush", (0.0, 0.0), 0.66 * u)
+    yield Disc(sheet.inside(outer, inner, 0.28 * u / joint.gap), "pin", (0.0, 0.0), 0.38 * u)
+
+
+def weld(sheet: Sheet, _name: str, joint: Any) -> Iterator[Mark]:
+    """Two bodies in one: a dark square."""
+    yield from support(sheet, joint)
+    h = 0.42 * sheet.unit
+    yield Path(sheet.at(_moving(joint), joint.point), "mass", ((-h, -h), (h, -h), (h, h), (-h, h)), True)
+
+
+def slot(sheet: Sheet, _name: str, joint: Any) -> Iterator[Mark]:
+    """A pin of the first body in a slot of the second."""
+    u, along = sheet.unit, _unit(joint.along)
+    (x, y), (x0, y0) = sheet.mechanism.points[joint.point], sheet.origin(joint.second)
+    groove = capsule((-4.0 * u, 0.0), (4.0 * u, 0.0), 0.5 * u)
+    yield Path(sheet.body(joint.second), "rail", turned(groove, along, 1.0, (x - x0, y - y0)), True)
+    yield Disc(sheet.at(joint.first, joint.point), "pin", (0.0, 0.0), 0.38 * u)
+
+
+def sleeve(sheet: Sheet, _name: str, joint: Any) -> Iterator[Mark]:
+    """A block of the first body on a line of the second."""
+    u, along = sheet.unit, _unit(joint.along)
+    (x, y), (x0, y0) = sheet.mechanism.points[joint.point], sheet.origin(joint.second)
+    line = turned(((-4.0, 0.0), (4.0, 0.0)), along, u, (x - x0, y - y0))
+    yield Path(sheet.body(joint.second), "rail", line)
+    yield Path(sheet.at(joint.first, joint.point), "block", turned(_BLOCK, along, u), True)
+
+
+def guide(sheet: Sheet, _name: str, guide: Any) -> Iterator[Mark]:
+    """A block on a rail as long as its travel."""
+    u, along = sheet.unit, guide.along
+    a, b = sheet.travel(guide.point, along)
+    frame = sheet.at(GROUND, guide.point)
+    start, end = turned(((a - 1.8 * u, -0.62 * u), (b + 1.8 * u, -0.62 * u)), along)
+    yield from hatching(frame, start, end, u, "rail")
+    block = sheet.frame(FIXED + guide.point)
+    yield Path(block, "block", turned(_BLOCK, along, u), True)
+    yield Disc(block, "pin", (0.0, 0.0), 0.3 * u)
+
+
+_BLOCK = ((-0.95, -0.58), (0.95, -0.58), (0.95, 0.58), (-0.95, 0.58))
+
+
+def stop(sheet: Sheet, name: str, stop: Any) -> Iterator[Mark]:
+    """A wall, set off by what its point is drawn as, so that the two touch when they do."""
+    mechanism, u = sheet.mechanism, sheet.unit
+    along, side = stop.across(mechanism), stop.side(mechanism)
+    origin = stop.origin(mechanism)
+    frame, start = _reference(sheet, origin), mechanism.points[place(origin).point]
+    (x, y), (x0, y0) = mechanism.points[stop.point], start
+    clear, tall = (0.95 * u, 1.3 * u) if stop.point in {guide.point for guide in mechanism.guides} else (0.2 * u, 1.8 * u)
+    reach = stop.face(mechanism) + side * clear
+    wall = ((reach, -tall), (reach, tall), (reach + side * 0.6 * u, tall), (reach + side * 0.6 * u, -tall))
+    yield Path(frame, "stop", turned(wall, along, 1.0, (x - x0, y - y0)), True)
+    push = (-side * along[0], -side * along[1])
+    point = sheet.frame(stop.point) if stop.guided else sheet.at(stop.body(mechanism), stop.point)
+    yield Arrow(point, "force", (f"{name}.contact_force",), push, frame)
+
+
+# --- springs, loads, masses, drives -----------------------------------------------------------------------------------
+
+
+def spring(sheet: Sheet, _name: str, spring: Any) -> Iterator[Mark]:
+    """A zigzag between its two places."""
+    ends = [_reference(sheet, ref) for ref in (spring.a, spring.b)]
+    turns, h = 7, 0.5 * sheet.unit
+    inner = [(0.15 + 0.7 * (k + 0.5) / (2 * turns), h if k % 2 else -h) for k in range(2 * turns)]
+    yield Span(ends[0], ends[1], "spring", ((0.0, 0.0), (0.15, 0.0), *inner, (0.85, 0.0), (1.0, 0.0)))
+    for ref, frame in zip((spring.a, spring.b), ends, strict=True):
+        yield Disc(frame, "pin", (0.0, 0.0), 0.2 * sheet.unit)
+        if place(ref).body == GROUND:
+            u = sheet.unit
+            yield from hatching(frame, (-0.8 * u, -0.3 * u), (0.8 * u, -0.3 * u), 0.7 * u)
+
+
+def spiral(sheet: Sheet, _name: str, spring: Any) -> Iterator[Mark]:
+    """A spiral about the point that its two bodies share."""
+    frame = sheet.frame(FIXED + _shared(sheet, spring.first, spring.second))
+    u, turns = sheet.unit, [2.25 * 2 * pi * k / 60 for k in range(61)]
+    yield Path(frame, "spring", tuple((r * cos(a), r * sin(a)) for a in turns for r in [u * (0.45 + 0.07 * a)]))
+
+
+def force(sheet: Sheet, _name: str, load: Any) -> Iterator[Mark]:
+    """An arrow that ends at its point, in the direction of the force at t = 0."""
+    value = next((getattr(load, name) for name in ("value", "force") if hasattr(load, name)), (0.0, -1.0))
+    fx, fy = value(0.0) if callable(value) else value
+    size = hypot(fx, fy)
+    along = (fx / size, fy / size) if size > 0 else (0.0, -1.0)
+    follows = getattr(load, "follows", None)
+    point = place(load.point).point
+    frame = sheet.at(follows, sheet.mechanism.link(follows).start) if follows else sheet.frame(FIXED + point)
+    (x, y), (x0, y0) = sheet.mechanism.points[point], sheet.origin(follows) if follows else sheet.mechanism.points[point]
+    u = sheet.unit
+    tail, tip = turned(((-4.0, 0.0), (-0.5, 0.0)), along, u, (x - x0, y - y0))
+    yield from arrow(frame, "load", tail, tip, u)
+
+
+def torque(sheet: Sheet, _name: str, load: Any) -> Iterator[Mark]:
+    """A turning arrow on its link, beside the link's name."""
+    (x0, y0), (x1, y1) = (sheet.mechanism.points[p] for p in _ends(sheet, load.link))
+    yield from turning(sheet.body(load.link), "load", 1.2 * sheet.unit, (0.3 * (x1 - x0), 0.3 * (y1 - y0)))
+
+
+def motor(sheet: Sheet, _name: str, load: Any) -> Iterator[Mark]:
+    """A circle with an M about the joint its link turns in."""
+    frame = sheet.frame(FIXED + _pivot(sheet, load.link))
+    u = sheet.unit
+    yield Disc(frame, "motor", (-1.6 * u, 1.6 * u), 0.85 * u)
+    yield Label(frame, "M", (-1.6 * u, 1.6 * u), "symbol")
+    yield from turning(frame, "drive", 1.1 * u)
+
+
+def drive(sheet: Sheet, _name: str, drive: Any) -> Iterator[Mark]:
+    """A turning arrow about the pivot of a driven link, a straight one at a driven point."""
+    u = sheet.unit
+    if drive.target not in sheet.mechanism.points:
+        yield from turning(sheet.frame(FIXED + _pivot(sheet, drive.target)), "drive", 1.15 * u)
+        return
+    guides = {guide.point: guide.along for guide in sheet.mechanism.guides}
+    tail, tip = turned(((-1.6, 1.2), (1.6, 1.2)), guides.get(drive.target, (1.0, 0.0)), u)
+    yield from arrow(sheet.frame(FIXED + drive.target), "drive", tail, tip, 0.8 * u)
+
+
+def mass(sheet: Sheet, _name: str, mass: Any) -> Iterator[Mark]:
+    """A dark disc."""
+    yield Disc(sheet.at(getattr(mass, "link", None) or "", mass.point), "mass", (0.0, 0.0), 0.55 * sheet.unit)
+
+
+def unknown(sheet: Sheet, name: str, element: Any) -> Iterator[Mark]:
+    """A neutral mark with the element's name, where it names a point or a link."""
+    for field in ("point", "at", "a", "first", "link", "target", "start"):
+        at = getattr(element, field, None)
+        if isinstance(at, str) and place(at).point in sheet.mechanism.points:
+            frame = _reference(sheet, at)
+        elif isinstance(at, str) and at in sheet.inks:
+            frame = sheet.body(at)
+        else:
+            continue
+        h = 0.8 * sheet.unit
+        yield Path(frame, "other", ((-h, 0.0), (0.0, -h), (h, 0.0), (0.0, h)), True)
+        yield Label(frame, name, (1.2 * h, -1.2 * h), "symbol")
+        return
+
+
+SYMBOLS: dict[str, Symbol] = {
+    "Rigid": bar,
+    "Beam": strip,
+    "Cable": strip,
+    "Strut": strip,
+    "Modal": strip,
+    "Revolute": pin,
+    "Clearance": bush,
+    "Weld": weld,
+    "Slot": slot,
+    "Slider": sleeve,
+    "Guide": guide,
+    "Stop": stop,
+    "Spring": spring,
+    "TorsionSpring": spiral,
+    "Force": force,
+    "Torque": torque,
+    "Motor": motor,
+    "Drive": drive,
+    "Mass": mass,
+}
+"""Symbol of each kind of element or body, by the name of its class."""
+
+
+def _forces(sheet: Sheet, name: str, element: Any) -> Iterator[Mark]:
+    """An arrow for whatever has signals `<name>.fx` and `<name>.fy`: a force on the second body, or on the point."""
+    point = getattr(element, "point", None)
+    if isinstance(point, str):
+        body = getattr(element, "second", "")
+        frame = sheet.at(body, point) if body not in ("", GROUND) else sheet.frame(place(point).point)
+        yield Arrow(frame, "force", (f"{name}.fx", f"{name}.fy"))
+
+
+def _gravity(sheet: Sheet) -> Iterator[Mark]:
+    gx, gy = sheet.mechanism.gravity
+    size = hypot(gx, gy)
+    if size > 0:
+        places, u = np.array(list(sheet.mechanism.points.values())), sheet.unit
+        corner = (float(places[:, 0].max()) + 3 * u, float(places[:, 1].max()) + 3 * u)
+        tip = (corner[0] + 3 * u * gx / size, corner[1] + 3 * u * gy / size)
+        yield from arrow("", "other", corner, tip, 0.8 * u)
+        yield Label("", "g", (corner[0] + 0.7 * u, corner[1]), "symbol")
+
+
+def _unit(vector: Pair) -> Pair:
+    size = hypot(*vector)
+    return vector[0] / size, vector[1] / size
+
+
+def _moving(joint: Any) -> str:
+    """The body of a joint that is not the ground."""
+    return str(joint.second if joint.first == GROUND else joint.first)
+
+
+def _ends(sheet: Sheet, link: str) -> tuple[str, str]:
+    found = sheet.mechanism.link(link)
+    return found.start, found.end
+
+
+def _pivot(sheet: Sheet, link: str) -> str:
+    """Point in which a link turns on the ground, or its start."""
+    grounded = [joint.point for joint in sheet.mechanism.joints if {joint.first, joint.second} == {GROUND, link}]
+    return str(grounded[0]) if grounded else _ends(sheet, link)[0]
+
+
+def _shared(sheet: Sheet, first: str, second: str) -> str:
+    """Point that two bodies share: that of their joint, or one both reach."""
+    for joint in sheet.mechanism.joints:
+        if {joint.first, joint.second} == {first, second}:
+            return str(joint.point)
+    return _pivot(sheet, second if first == GROUND else first)
+
+
+def _reference(sheet: Sheet, ref: str) -> str:
+    """Frame of a point reference as an element writes it."""
+    body, point = place(ref)
+    return sheet.at(body, point) if body else sheet.frame(point)

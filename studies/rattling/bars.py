@@ -1,0 +1,126 @@
+"""The crank-rocker with clearance in its joints: its mechanism, and the parameters of all studies of it.
+
+The mechanism is that of a paper that leaves much unsaid: clearance, pins, friction speeds, the plane in which the bars
+bend. Each of these is a parameter here. The unit of its largest contact damping, 253 "N×S/m", decides the physics
+(`damping_unit`): in N.s/m the joints rattle; in N.s/mm, the paper's own 0.1 % of the stiffness, they stay closed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import pi
+from typing import Any
+
+from buckler.mbs import Clearance, Mechanism, Modal, Ramp, Rigid, crank_rocker
+from buckler.mbs.laws import AdamsFriction, FrictionLaw, Impact, NormalLaw
+from buckler.studies.kit.parameters import choice, integer, quantity
+from buckler.studies.kit.published import CONTACT_DAMPING, CONTACT_STIFFNESS, DAMPING_UNITS
+from buckler.studies.rattling.assumptions import JOINTS, Assumptions, JointAssumptions
+from buckler.studies.rattling.mode_sets import damped, rocker_modes, section
+
+
+def bars(
+    law: NormalLaw, friction: FrictionLaw, gap: float, *, depth: float = 20e-3, pin: float = 5e-3, speed: float | Ramp = 10 * pi,
+    angle: float = 0.0, rocker: Any = None, turned: str = "", gravity: tuple[float, float] = (0.0, 0.0), joints: str = JOINTS,
+) -> Mechanism:  # fmt: skip
+    """The crank-rocker with clearance, m, in some joints, none if it is 0.
+
+    Parameters
+    ----------
+    depth : float
+        Side of the bars in the plane, m.
+    angle : float
+        Of the crank at the start, rad.
+    rocker : Body, optional
+        Rigid by default.
+    turned : str
+        Joints whose pin is on the body that by default carries the bush.
+    """
+
+    def play(point: str, first: str, second: str) -> Clearance:
+        pair = (second, first) if point in turned else (first, second)
+        return Clearance(point, *pair, pin, gap, law, friction)
+
+    body, loose = rocker or Rigid(section(depth)), joints if gap else ""
+    made = crank_rocker(body, speed=speed, play=play, with_play=loose, section=section(depth), angle=angle)
+    return replace(made, gravity=gravity)
+
+
+@dataclass(frozen=True)
+class PlayParameters(JointAssumptions):
+    """The crank-rocker's bars, joints with clearance, contact and drive."""
+
+    in_plane_depth: float = quantity(20e-3, "m", 5e-3, 20e-3, "side of the 20 mm x 5 mm bars in the plane", "bars")
+    clearance: float = quantity(2.5e-4, "m", 1e-7, 2e-3, "radial clearance", "joints")
+    pin: float = quantity(5e-3, "m", 1e-3, 1e-2, "radius of the pins", "joints")
+    stiffness: float = quantity(CONTACT_STIFFNESS, "N/m^1.5", 1e6, 1e14, "contact stiffness K", "contact")
+    damping: float = quantity(CONTACT_DAMPING, "1", 0, 1e5, "largest contact damping c_max, in damping_unit", "contact")
+    damping_unit: str = choice("N.s/m", tuple(DAMPING_UNITS), "how the published unit of c_max is read", "contact")
+    damping_depth: float = quantity(1e-5, "m", 1e-8, 1e-3, "depth d_max at which the damping is full", "contact")
+    static_friction: float = quantity(0.3, "1", 0, 2, "static Coulomb coefficient", "contact")
+    dynamic_friction: float = quantity(0.1, "1", 0, 2, "dynamic Coulomb coefficient", "contact")
+    stiction_speed: float = quantity(0.1, "m/s", 1e-5, 10, "sliding speed at which friction is static", "contact")
+    friction_speed: float = quantity(1.0, "m/s", 2e-5, 100, "sliding speed from which friction is dynamic", "contact")
+    speed: float = quantity(10 * pi, "rad/s", 0.1, 500, "speed of the crank", "drive")
+
+    @property
+    def law(self) -> Impact:
+        """Contact law."""
+        return Impact(self.stiffness, self.damping * DAMPING_UNITS[self.damping_unit], self.damping_depth)
+
+    @property
+    def friction(self) -> AdamsFriction:
+        """Friction law."""
+        return AdamsFriction(self.static_friction, self.dynamic_friction, *self.thresholds)
+
+    @property
+    def thresholds(self) -> tuple[float, float]:
+        """Sliding speeds at which friction is static, and from which it is dynamic, m/s."""
+        return self.friction_thresholds * self.stiction_speed, self.friction_thresholds * self.friction_speed
+
+    def bars(self, **changes: Any) -> Mechanism:
+        """The crank-rocker, some arguments of `bars` changed."""
+        given: dict[str, Any] = {
+            "law": self.law, "friction": self.friction, "gap": self.clearance, "depth": self.in_plane_depth, "pin": self.pin,
+            "speed": self.speed, "turned": self.turned, "gravity": self.pull,
+        }  # fmt: skip
+        return bars(**given | changes)
+
+
+@dataclass(frozen=True)
+class FourBarParameters(PlayParameters):
+    """The same of studies on the compiled solver."""
+
+    tolerance: float = quantity(1e-8, "1", 1e-12, 1e-3, "of a step, of the longest bar and a radian", "numerics")
+    workers: int = integer(2, 1, 256, "threads", "numerics")
+
+    def check(self) -> None:
+        """Check parameters against each other."""
+        self.bars()
+
+
+@dataclass(frozen=True)
+class RockerParameters(FourBarParameters, Assumptions):
+    """The same of studies whose rocker is rigid, or one of modes."""
+
+    rocker: str = choice("rigid", ("rigid", "modal"), "rocker", "bars")
+
+    def check(self) -> None:
+        """A rigid rocker has no modes."""
+        if self.rocker == "rigid" and (self.modal_damping, self.modes_of) != ("constant", "free"):
+            asked = f"modal_damping = {self.modal_damping}, modes_of = {self.modes_of}"
+            raise ValueError(f"{asked}: only a rocker of modes can have them; choose rocker = modal")
+        self.bars()
+
+    def bars(self, **changes: Any) -> Mechanism:
+        """The crank-rocker, some arguments of `bars` changed."""
+        return super().bars(**{"rocker": None if self.rocker == "rigid" else flexible(self)} | changes)
+
+    def stated(self) -> str:
+        """One sentence for a table."""
+        return super().stated() if self.rocker == "modal" else f"{JointAssumptions.stated(self)}; rocker rigid"
+
+
+def flexible(p: Any) -> Modal:
+    """The rocker of modes that a study's assumptions ask for."""
+    return damped(rocker_modes(p.modes_of, p.in_plane_depth), p.modal_damping, p.rocker_damping)

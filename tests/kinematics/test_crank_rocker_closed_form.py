@@ -1,0 +1,76 @@
+"""The ideal crank-rocker in closed form and its numbers."""
+
+import numpy as np
+import pytest
+from clearance_pair import beam_modes
+from fourbar import FourBar
+
+from buckler.mbs import Drive, Link, Mechanism, Revolute, Rigid
+from buckler.mbs.elements.section import Section
+from buckler.mbs.kinematics.linkage import Linkage
+from buckler.mbs.library import CLOSED, RATTLING
+
+TIMES = np.linspace(0, 0.2, 41)
+
+
+@pytest.mark.parametrize("bar", [FourBar(), FourBar(crank=0.08, start=2.0, speed=-40.0)])
+def test_loops_close_and_bars_keep_their_lengths(bar):
+    place = bar.ideal(TIMES).place
+    direction = np.stack([np.cos(place[..., 2]), np.sin(place[..., 2])], axis=-1)
+    half = 0.5 * bar.lengths[:, None] * direction
+    start, end = place[..., :2] - half, place[..., :2] + half
+    grounded = np.tile([bar.frame, 0.0], (len(TIMES), 1))
+    np.testing.assert_allclose(start, np.stack([np.zeros((len(TIMES), 2)), end[:, 0], grounded], axis=1), atol=1e-15)
+    np.testing.assert_allclose(end[:, 2], end[:, 1], atol=1e-15)
+    a, b, c = start[:, 1], end[:, 2], np.array([bar.frame, 0.0])
+    left = (c - a)[:, 0] * (b - a)[:, 1] - (c - a)[:, 1] * (b - a)[:, 0]
+    assert (left > 1e-3).all()  # open branch, never at a dead centre
+
+
+def test_velocities_and_accelerations_are_the_derivatives():
+    """Central differences: the error falls with the square of the step."""
+    bar, errors = FourBar(start=1.0), []
+    exact = bar.ideal(TIMES)
+    for h in (1e-4, 5e-5):
+        after, before = bar.ideal(TIMES + h), bar.ideal(TIMES - h)
+        errors.append([
+            abs((after.place - before.place) / (2 * h) - exact.velocity).max(),
+            abs((after.velocity - before.velocity) / (2 * h) - exact.acceleration).max(),
+        ])  # fmt: skip
+    np.testing.assert_allclose(np.log2(np.divide(*errors)), 2, atol=0.01)
+    assert errors[1][0] < 1e-3 and errors[1][1] < 0.1
+
+
+def test_it_is_the_motion_of_the_general_loop_closure():
+    """Two codes that share nothing."""
+    bar = FourBar()
+    place, velocity, acceleration = bar.ideal(0.0)
+    b = place[2, :2] + bar.rocker / 2 * np.array([np.cos(place[2, 2]), np.sin(place[2, 2])])
+    rigid = Rigid(Section(0.005, 0.020))
+    mechanism = Mechanism(
+        points={"O": (0, 0), "A": (bar.crank, 0), "B": tuple(b), "C": (bar.frame, 0)},
+        links=[Link("crank", "O", "A", rigid), Link("coupler", "A", "B", rigid), Link("rocker", "C", "B", rigid)],
+        joints=[
+            Revolute("O", "ground", "crank"), Revolute("A", "crank", "coupler"),
+            Revolute("B", "coupler", "rocker"), Revolute("C", "rocker", "ground"),
+        ],
+        drives=[Drive("crank", speed=bar.speed)],
+    )  # fmt: skip
+    state = Linkage(mechanism).solve()
+    np.testing.assert_allclose(state.q_t[:, 2], velocity[:, 2], rtol=1e-11)
+    np.testing.assert_allclose(state.q_tt[:, 2], acceleration[:, 2], rtol=1e-10, atol=1e-8)
+    np.testing.assert_allclose(state.q[:, 2], place[:, 2], rtol=1e-12)
+
+
+def test_masses_inertias_and_laws_of_the_paper():
+    bar = FourBar()
+    np.testing.assert_allclose(bar.masses, [0.082425, 0.21352, 0.137375], rtol=1e-12)
+    np.testing.assert_allclose(bar.inertias, bar.masses * (bar.lengths**2 + 0.02**2) / 12, rtol=1e-14)
+    assert bar.period == pytest.approx(0.2)
+    assert bar.gaps == (2.5e-4,) * 4
+    # 0.01 mm deep: 2.53e5 N/mm^1.5 * (0.01 mm)^1.5 = 253 N; and 253 N s/m or 253 N s/mm at 1 mm/s
+    for law, damping in ((RATTLING, 0.253), (CLOSED, 253.0)):
+        assert law.force(1e-5, 0.0, 1.0) == pytest.approx(253.0)
+        assert law.force(1e-5, 1e-3, 1.0) - law.force(1e-5, 0.0, 1.0) == pytest.approx(damping)
+    flexible = FourBar(modes=beam_modes(density=1000.0))
+    assert flexible.masses[2] == pytest.approx(0.0175) and flexible.inertias[2] == flexible.modes.planar(0.175).inertia

@@ -1,0 +1,388 @@
+"""Ideal kinematics: general loop closure against closed forms of slider-crank and four-bar, and how it fails."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+from buckler.mbs import Drive, Guide, Link, Mechanism, Motion, Ramp, Revolute, Rigid, Section, slider_crank
+from buckler.mbs.kinematics.errors import KinematicsError
+from buckler.mbs.kinematics.linkage import Linkage
+from buckler.mbs.kinematics.slidercrank import SliderCrank
+from buckler.mbs.library import PAPER, PAPER_STOP
+
+BAR = Rigid(Section(width=0.020, thickness=0.005))
+SPEED = 1.25
+ANGLES = np.radians([0.0, 17.0, 60.0, 90.0, 120.0, 163.0, 180.0, 181.0, 240.0, 300.0, 359.0])
+
+
+def driven_slider_crank(speed=SPEED, lengths=PAPER):
+    return Linkage(slider_crank(BAR, law=None, mass=0.3, speed=speed, lengths=lengths))
+
+
+def along_turn(closure, angles, speed=SPEED):
+    """States at crank angles in rising order, each started from the last."""
+    state = None
+    for angle in angles:
+        state = closure.solve(angle / speed, None if state is None else state.q)
+        yield angle, state
+
+
+# --- slider-crank: closed form against general closure ----------------------------------------------------------------
+
+
+@pytest.mark.parametrize("lengths", [PAPER, SliderCrank(0.3, 0.31), SliderCrank(0.01, 2.0)])
+def test_slider_position_and_speed_agree_with_closed_form(lengths):
+    closure = driven_slider_crank(lengths=lengths)
+    for angle, state in along_turn(closure, np.linspace(0, 2 * np.pi, 73)):
+        x, y = closure.position("coupler", "B", state.q)
+        vx, vy = closure.velocity("coupler", "B", state.q, state.q_t)
+        assert abs(x - lengths.slider(angle)) < 1e-12 and abs(y) < 1e-12
+        assert abs(vx - SPEED * lengths.slider_rate(angle)) < 1e-11 and abs(vy) < 1e-12
+
+
+def test_closed_form_rate_is_the_derivative_of_the_position():
+    """By the complex step: no cancellation."""
+    for angle in ANGLES:
+        derivative = PAPER.slider(angle + 1e-30j).imag / 1e-30
+        assert PAPER.slider_rate(angle) == pytest.approx(derivative, rel=1e-13, abs=1e-15)
+
+
+@pytest.mark.parametrize("ramp", [SPEED, Ramp(0.75, 6.58, 2.0)], ids=["constant", "ramp"])
+def test_slider_acceleration_agrees_with_the_closed_form_differentiated(ramp):
+    """Rates d2x/dtheta2 by the complex step on dx/dtheta, then a = x'' omega^2 + x' alpha."""
+    closure, motion = driven_slider_crank(ramp), Drive("crank", ramp).motion
+    state = None
+    for t in np.linspace(0, 3, 61):
+        state = closure.solve(t, None if state is None else state.q)
+        angle, omega, alpha = motion.position(t), motion.speed(t), motion.acceleration(t)
+        second = PAPER.slider_rate(angle + 1e-30j).imag / 1e-30
+        expected = second * omega**2 + PAPER.slider_rate(angle) * alpha
+        arm = closure.position("coupler", "B", state.q) - state.q[1, :2]
+        spin, gain = state.q_t[1, 2], state.q_tt[1, 2]
+        found = state.q_tt[1, :2] + gain * np.array([-arm[1], arm[0]]) - spin**2 * arm
+        assert found == pytest.approx([expected, 0.0], abs=1e-9)
+
+
+def test_coupler_angle_and_its_rates_by_hand():
+    """L sin(phi) = r sin(theta), phi the coupler's slope below the line: phi' = r cos(theta)/(L cos(phi)) omega."""
+    closure = driven_slider_crank()
+    for angle, state in along_turn(closure, ANGLES):
+        sine = PAPER.crank * np.sin(angle) / PAPER.coupler
+        slope = np.arctan2(-sine, -np.sqrt(1 - sine**2))  # from A towards B: to the left, and down where A is up
+        assert math.remainder(state.q[1, 2] - slope, 2 * np.pi) == pytest.approx(0.0, abs=1e-12)
+        turning = SPEED * PAPER.crank * np.cos(angle) / (PAPER.coupler * np.sqrt(1 - sine**2))
+        assert state.q_t[1, 2] == pytest.approx(turning, abs=1e-11)
+
+
+def test_published_contact_angle_and_speed():
+    """Demirel et al. 2008 (doi 10.1115/IMECE2008-68796): stop at 120 degrees, 355.3 mm from the crank's pivot."""
+    assert abs(PAPER_STOP + 0.355307) < 5e-7
+    assert PAPER.contact_angle(PAPER_STOP) == pytest.approx(np.radians(120), abs=1e-12)
+    assert abs(SPEED * PAPER.slider_rate(np.radians(120))) == pytest.approx(0.18874, abs=5e-6)
+
+
+def test_contact_angle_is_where_the_slider_meets_the_stop():
+    for stop in (-0.18, -0.3, -0.40, -0.4499):
+        angle = PAPER.contact_angle(stop)
+        root = brentq(lambda a, stop=stop: PAPER.slider(a) - stop, 0.0, np.pi, xtol=1e-14)
+        assert angle == pytest.approx(root, abs=1e-11)
+
+
+@pytest.mark.parametrize("stop", [-0.46, -0.16, -1e3])
+def test_unreachable_stop_is_named_with_the_travel(stop):
+    with pytest.raises(ValueError, match=r"stop = .* moves only in \[-0\.45, -0\.17\] m") as caught:
+        PAPER.contact_angle(stop)
+    assert f"{stop:g} m" in str(caught.value)
+
+
+@pytest.mark.parametrize("stop", [0.17, 0.3, 0.45])
+def test_stop_on_the_other_side_of_the_pivot_is_unreachable(stop):
+    with pytest.raises(ValueError, match="moves only in"):
+        PAPER.contact_angle(stop)
+
+
+def test_stop_at_the_pivot_is_unreachable():
+    with pytest.raises(ValueError, match="moves only in"):
+        PAPER.contact_angle(0.0)
+
+
+def test_chord_shortening_and_lean_of_the_buckled_coupler():
+    at_contact, dead_centre = np.radians(120), np.pi
+    assert PAPER.shortening(at_contact, PAPER_STOP) == pytest.approx(0.0, abs=1e-15)
+    assert PAPER.chord(dead_centre, PAPER_STOP) == pytest.approx(-PAPER_STOP - PAPER.crank, rel=1e-14)
+    assert PAPER.lean_cosine(dead_centre, PAPER_STOP) == pytest.approx(1.0, abs=1e-15)
+    for angle in np.radians([120, 140, 165, 200]):
+        pin = PAPER.crank * np.exp(1j * angle)
+        arm = PAPER_STOP - pin
+        assert PAPER.chord(angle, PAPER_STOP) == pytest.approx(abs(arm), rel=1e-14)
+        assert PAPER.lean_cosine(angle, PAPER_STOP) == pytest.approx(-np.cos(np.angle(arm)), rel=1e-13)
+        assert PAPER.shortening(angle, PAPER_STOP) == pytest.approx(1 - abs(arm) / PAPER.coupler, abs=1e-14)
+
+
+# --- four-bar ---------------------------------------------------------------------------------------------------------
+
+CRANK, COUPLER, ROCKER, FRAME = 0.105, 0.272, 0.175, 0.225
+START = np.radians(50)
+
+
+def joint_by_circles(angle):
+    """Coupler-rocker joint above the frame: two circles cut each other."""
+    pin = CRANK * np.exp(1j * angle)
+    line = FRAME - pin
+    along = (COUPLER**2 - ROCKER**2 + abs(line) ** 2) / (2 * abs(line))
+    return pin + line / abs(line) * (along + 1j * np.sqrt(COUPLER**2 - along**2))
+
+
+def rocker_by_freudenstein(angle):
+    """K1 cos(psi) - K2 cos(theta) + K3 = cos(theta - psi), solved for the rocker's angle psi (upper branch)."""
+    k1, k2 = FRAME / CRANK, FRAME / ROCKER
+    k3 = (CRANK**2 - COUPLER**2 + ROCKER**2 + FRAME**2) / (2 * CRANK * ROCKER)
+    a = np.cos(angle) * (1 - k2) - k1 + k3
+    b, c = -2 * np.sin(angle), k1 - (1 + k2) * np.cos(angle) + k3
+    return 2 * np.arctan2(-b - np.sqrt(b * b - 4 * a * c), 2 * a)
+
+
+def crank_rocker(speed=SPEED, carried=()):
+    b, a = joint_by_circles(START), CRANK * np.exp(1j * START)
+    points = {"O": (0, 0), "A": (a.real, a.imag), "B": (b.real, b.imag), "C": (FRAME, 0), **dict(carried)}
+    return Mechanism(
+        points=points,
+        links=[
+            Link("crank", "O", "A", BAR),
+            Link("coupler", "A", "B", BAR, carries=[name for name, _ in carried]),
+            Link("rocker", "C", "B", BAR),
+        ],
+        joints=[
+            Revolute("O", "ground", "crank"),
+            Revolute("A", "crank", "coupler"),
+            Revolute("B", "coupler", "rocker"),
+            Revolute("C", "ground", "rocker"),
+        ],
+        drives=[Drive("crank", speed)],
+    )
+
+
+def test_crank_rocker_is_a_grashof_chain():
+    lengths = sorted([CRANK, COUPLER, ROCKER, FRAME])
+    assert lengths[0] == CRANK and lengths[0] + lengths[3] < lengths[1] + lengths[2]
+
+
+def test_four_bar_closes_and_its_rocker_follows_freudenstein():
+    closure = Linkage(crank_rocker())
+    angles = START + np.linspace(0, 4 * np.pi, 145)
+    state = None
+    for angle in angles:
+        state = closure.solve((angle - START) / SPEED, None if state is None else state.q)
+        for joint in closure.mechanism.joints:
+            ends = [closure.position(link, joint.point, state.q) for link in (joint.first, joint.second)]
+            assert np.abs(ends[0] - ends[1]).max() < 1e-12
+        difference = state.q[2, 2] - rocker_by_freudenstein(angle)
+        assert abs(math.remainder(difference, 2 * np.pi)) < 1e-11
+    assert state.q[2, 2] == pytest.approx(closure.reference[2, 2], abs=1e-11)  # the rocker rocks: back after two turns
+    assert state.q[0, 2] - closure.reference[0, 2] == pytest.approx(4 * np.pi, abs=1e-12)
+
+
+def test_four_bar_rates_are_derivatives_of_the_closed_form():
+    """Central differences of Freudenstein's angle, fourth order: what remains is rounding, 1e-16/h and 1e-16/h^2."""
+    closure, h = Linkage(crank_rocker()), 1e-2
+    first, second = np.array([1, -8, 0, 8, -1]) / (12 * h), np.array([-1, 16, -30, 16, -1]) / (12 * h * h)
+    state = None
+    for angle in START + np.linspace(0, 2 * np.pi, 25):
+        state = closure.solve((angle - START) / SPEED, None if state is None else state.q)
+        near = np.unwrap([rocker_by_freudenstein(angle + k * h) for k in range(-2, 3)])
+        assert state.q_t[2, 2] == pytest.approx(SPEED * first @ near, abs=1e-6)
+        assert state.q_tt[2, 2] == pytest.approx(SPEED**2 * second @ near, abs=1e-5)
+
+
+def test_rates_are_derivatives_of_positions_in_time():
+    """All coordinates, under a speed that changes: fourth-order differences in time."""
+    closure, h = Linkage(crank_rocker(Ramp(2.0, 5.0, 1.0))), 1e-3
+    weights = np.array([1, -8, 8, -1]) / (12 * h)
+    for t in (0.2, 0.5, 0.9):
+        guess = None
+        for s in np.linspace(0, t, 20):
+            guess = closure.solve(s, guess).q
+        near = [closure.solve(t + k * h, guess) for k in (-2, -1, 1, 2)]
+        state = closure.solve(t, guess)
+        assert state.q_t == pytest.approx(np.tensordot(weights, [s.q for s in near], 1), abs=1e-9)
+        assert state.q_tt == pytest.approx(np.tensordot(weights, [s.q_t for s in near], 1), abs=1e-8)
+
+
+def test_carried_coupler_point_stays_fixed_in_the_coupler():
+    carried = {"P": (0.12, 0.25), "Q": (0.0, 0.05)}
+    closure = Linkage(crank_rocker(carried=list(carried.items())))
+    places, start = closure.mechanism.points, closure.reference
+    span = complex(*places["B"]) - complex(*places["A"])
+    local = {name: (complex(*carried[name]) - complex(*places["A"])) / span for name in carried}
+    state = closure.solve(0.0, start)
+    for angle in START + np.linspace(0, 2 * np.pi, 25):
+        state = closure.solve((angle - START) / SPEED, state.q)
+        a, b = CRANK * np.exp(1j * angle), joint_by_circles(angle)
+        for name in carried:
+            expected = a + local[name] * (b - a)
+            assert closure.position("coupler", name, state.q) == pytest.approx([expected.real, expected.imag], abs=1e-11)
+
+
+def test_velocity_of_a_carried_point_is_the_derivative_of_its_position():
+    closure, h = Linkage(crank_rocker(carried=[("P", (0.12, 0.25))])), 1e-4
+    guess = closure.solve(0.3).q
+    ahead, behind = (closure.position("coupler", "P", closure.solve(0.3 + s, guess).q) for s in (h, -h))
+    state = closure.solve(0.3, guess)
+    assert closure.velocity("coupler", "P", state.q, state.q_t) == pytest.approx((ahead - behind) / (2 * h), abs=1e-7)
+
+
+# --- other drives and guides ------------------------------------------------------------------------------------------
+
+
+def slider_driven(start_angle, speed):
+    """The slider-crank driven at its slider."""
+    a = PAPER.crank * np.exp(1j * start_angle)
+    return Mechanism(
+        points={"O": (0, 0), "A": (a.real, a.imag), "B": (PAPER.slider(start_angle), 0)},
+        links=[Link("crank", "O", "A", BAR), Link("coupler", "A", "B", BAR)],
+        joints=[Revolute("O", "ground", "crank"), Revolute("A", "crank", "coupler")],
+        guides=[Guide("B", "coupler")],
+        drives=[Drive("B", speed)],
+    )
+
+
+def test_driving_the_slider_inverts_driving_the_crank():
+    closure = Linkage(slider_driven(np.radians(60), -0.05))
+    for t in (0.0, 0.5, 1.5):
+        state = closure.solve(t)
+        x = PAPER.slider(np.radians(60)) - 0.05 * t
+        angle = PAPER.contact_angle(x)
+        assert state.q[0, 2] == pytest.approx(angle, abs=1e-11)
+        assert state.q_t[0, 2] == pytest.approx(-0.05 / PAPER.slider_rate(angle), rel=1e-10)
+
+
+@pytest.mark.parametrize("angle", [0.0, np.pi], ids=["inner", "outer"])
+def test_dead_centre_is_named(angle):
+    """The slider cannot start the mechanism from where its speed is zero whatever the crank does."""
+    with pytest.raises(KinematicsError, match=r"velocities at t = 0 s do not exist.*dead centre"):
+        Linkage(slider_driven(angle, -0.05)).solve()
+
+
+def test_out_of_reach_is_named_with_the_time():
+    """From 60 degrees the slider can travel 0.45 m - 0.2155 m outwards, not farther."""
+    closure = Linkage(slider_driven(np.radians(60), -0.1))
+    left = PAPER.slider(np.radians(60)) + 0.45
+    closure.solve(0.99 * left / 0.1)
+    with pytest.raises(KinematicsError, match=r"do not close at t = 2\.6 s \(gap .* m\): out of reach") as caught:
+        closure.solve(2.6)
+    assert isinstance(caught.value, ValueError)
+
+
+def test_dead_centre_of_a_four_bar_driven_at_its_rocker():
+    """Coupler and crank in line: the rocker is at the end of its swing and cannot go on."""
+    reach = COUPLER + CRANK
+    angle = np.arccos((reach**2 + FRAME**2 - ROCKER**2) / (2 * reach * FRAME))
+    direction = np.exp(1j * angle)
+    a, b = CRANK * direction, reach * direction
+    plain = crank_rocker()
+    dead = Mechanism(
+        points={"O": (0, 0), "A": (a.real, a.imag), "B": (b.real, b.imag), "C": (FRAME, 0)},
+        links=plain.links,
+        joints=plain.joints,
+        drives=[Drive("rocker", 1.0)],
+    )
+    with pytest.raises(KinematicsError, match="dead centre"):
+        Linkage(dead).solve()
+
+
+@pytest.mark.parametrize("along", [(1, 1), (0, 2), (-3, 1)])
+def test_inclined_guide_is_the_level_one_turned(along):
+    """The same slider-crank in a frame that is turned: positions and rates turn with it."""
+    turn = complex(*along) / abs(complex(*along))
+    level = Linkage(slider_driven(np.radians(60), -0.05))
+    places = {name: turn * complex(*place) for name, place in level.mechanism.points.items()}
+    turned = Linkage(
+        Mechanism(
+            points={name: (z.real, z.imag) for name, z in places.items()},
+            links=level.mechanism.links,
+            joints=level.mechanism.joints,
+            guides=[Guide("B", "coupler", along=along)],
+            drives=[Drive("B", -0.05)],
+        )
+    )
+    for t in (0.0, 1.0):
+        one, two = level.solve(t), turned.solve(t)
+        for before, after in ((one.q_t, two.q_t), (one.q_tt, two.q_tt)):
+            assert after[:, 2] == pytest.approx(before[:, 2], abs=1e-11)
+            assert after[:, :2] @ (1, 1j) == pytest.approx(turn * (before[:, :2] @ (1, 1j)), abs=1e-11)
+        assert complex(*turned.position("coupler", "B", two.q)) == pytest.approx(
+            turn * complex(*level.position("coupler", "B", one.q)), abs=1e-12
+        )
+
+
+def test_start_that_does_not_fit_the_motion_is_no_obstacle():
+    """A motion with speed from the start: the state at t = 0 is the drawn one, with the drive's velocity."""
+    motion = Motion(lambda t: 0.3 * math.sin(2 * t), lambda t: 0.6 * math.cos(2 * t))
+    state = Linkage(crank_rocker(motion)).solve()
+    assert state.q[0, 2] == pytest.approx(START, abs=1e-14) and state.q_t[0, 2] == pytest.approx(0.6, rel=1e-12)
+
+
+# --- mobility ---------------------------------------------------------------------------------------------------------
+
+
+def bars(points, *pairs):
+    return dict(points=points, links=[Link(a + b, a, b, BAR) for a, b in pairs])
+
+
+def parallelogram(third_bar):
+    points = {"O": (0, 0), "P": (2, 0), "A": (0, 1), "B": (2, 1), "Q": (1, 0), "C": (1, 1)}
+    links = [Link("a", "O", "A", BAR), Link("b", "P", "B", BAR), Link("k", "A", "B", BAR, carries=["C"])]
+    joints = [
+        Revolute("O", "ground", "a"),
+        Revolute("P", "ground", "b"),
+        Revolute("A", "a", "k"),
+        Revolute("B", "b", "k"),
+    ]
+    if third_bar:
+        links += [Link("c", "Q", "C", BAR)]
+        joints += [Revolute("Q", "ground", "c"), Revolute("C", "c", "k")]
+    return Mechanism(points, links, joints, drives=[Drive("a", 1.0)])
+
+
+GROUNDED = {"O": (0.0, 0.0), "A": (1.0, 0.2), "B": (2.0, 0.0)}
+
+
+@pytest.mark.parametrize(
+    ("mechanism", "free"),
+    [
+        (crank_rocker(), 0),
+        (slider_driven(1.0, 0.1), 0),
+        (parallelogram(third_bar=False), 0),
+        (parallelogram(third_bar=True), 0),  # one bar too many, counted as -1 by Gruebler's rule
+        (Mechanism(**bars(GROUNDED, "OA")), 3),
+        (Mechanism(**bars(GROUNDED, "OA"), joints=[Revolute("O", "ground", "OA")]), 1),
+        (Mechanism(**bars(GROUNDED, "OA", "AB"), joints=[Revolute("O", "ground", "OA"), Revolute("A", "OA", "AB")]), 2),
+        (Mechanism(**bars(GROUNDED, "OA"), guides=[Guide("O", "OA"), Guide("A", "OA")]), 1),
+        (Mechanism(**bars(GROUNDED, "OA"), guides=[Guide("O", "OA"), Guide("A", "OA")], drives=[Drive("OA", 1.0)]), None),
+    ],
+    ids=["four-bar", "slider-crank", "parallelogram", "redundant", "free", "pendulum", "double", "shuttle", "jammed"],
+)
+def test_mobility_counts_freedoms_not_rows(mechanism, free):
+    if free is None:
+        # two parallel guides keep the bar's direction (it cannot turn): the drive adds no freedom and takes none
+        assert Linkage(mechanism).mobility() == 1
+        with pytest.raises(KinematicsError):
+            Linkage(mechanism).solve()
+    else:
+        assert Linkage(mechanism).mobility() == free
+
+
+def test_redundant_linkage_still_moves():
+    closure = Linkage(parallelogram(third_bar=True))
+    state = closure.solve(0.5)
+    assert state.q[:, 2] - closure.reference[:, 2] == pytest.approx([0.5, 0.5, 0.0, 0.5], abs=1e-12)
+    assert state.q_t[:, 2] == pytest.approx([1, 1, 0, 1], abs=1e-12)
+
+
+def test_free_linkage_stays_at_rest():
+    """Undriven: no velocity, whatever could move."""
+    loose = Mechanism(**bars(GROUNDED, "OA", "AB"), joints=[Revolute("A", "OA", "AB")])
+    state = Linkage(loose).solve()
+    assert not state.q_t.any() and not state.q_tt.any() and (state.q == Linkage(loose).reference).all()

@@ -1,0 +1,119 @@
+"""The order of elimination, factors and solutions, against dense matrices and counts of work."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+pytest.importorskip("numba")
+
+import numba
+from spectral_scenes import apart, scenes, state
+
+from buckler.mbs import Cable, Link, Mechanism, Revolute, Rigid, Section
+from buckler.mbs.spectral import fronts
+from buckler.mbs.spectral.elimination import fronts_of
+from buckler.mbs.spectral.linear import SingularError
+from buckler.mbs.spectral.scene import Scene
+
+SCENES = scenes()
+
+
+@numba.njit
+def _renew(e, a, lu, swaps, amount, x, part, again):
+    fronts.factor(e, a, lu, swaps, amount, again)
+    fronts.solve(e, lu, swaps, x, part)
+
+
+def solved(e, a, right):
+    x = np.array(right, dtype=a.dtype)
+    lu, part = np.zeros(e.size, a.dtype), np.zeros(len(x), a.dtype)
+    _renew(e, a, lu, np.zeros(len(e.unknowns), np.int64), np.zeros(len(x)), x, part, False)
+    return x
+
+
+def chain(links: int, body) -> Mechanism:
+    points = {f"P{i}": (0.1 * i, 0.0) for i in range(links + 1)}
+    made = [Link(f"{i}", f"P{i}", f"P{i + 1}", body) for i in range(links)]
+    joints = [Revolute(f"P{i}", f"{i - 1}" if i else "ground", f"{i}") for i in range(links)]
+    return Mechanism(points=points, links=made, joints=joints, gravity=(0, -9.81))
+
+
+@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("shift", [0.0, 1e-3, 1e-3 + 2e-3j])
+def test_solutions_are_those_of_the_dense_matrix(name: str, shift: complex) -> None:
+    scene = SCENES[name]
+    q, v, lam = state(scene, 1)
+    matrix = scene.linear(q, v, 0.1, lam).matrix(1.0, shift, shift**2).toarray()
+    e, s = scene.fronts, scene.tables
+    right = np.random.default_rng(2).standard_normal(len(matrix))
+    found = solved(e, np.append(matrix[s.row, s.col], 0.0), right)
+    assert apart(matrix @ found, right) < 1e-9
+    assert apart(found, np.linalg.solve(matrix, right)) < 1e-7
+    assert apart(scene.linear(q, v, 0.1, lam).factor(1.0, shift, shift**2).solve(right), found) < 1e-7
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_any_pattern(seed: int) -> None:
+    """Drawn matrices of bodies, rows and forces between bodies."""
+    rng = np.random.default_rng(seed)
+    bodies = int(rng.integers(1, 12))
+    rows = int(rng.integers(0, bodies + 1))
+    n = 3 * bodies
+    filled = np.kron(np.eye(bodies) + (rng.random((bodies, bodies)) < 0.1), np.ones((3, 3))) > 0
+    whole = np.zeros((n + rows, n + rows), dtype=bool)
+    whole[:n, :n] = filled | filled.T
+    matrix = rng.standard_normal((n + rows, n + rows))
+    matrix[:n, :n] += 10 * np.eye(n)
+    for r in range(rows):
+        for body in rng.choice(bodies, min(2, bodies), replace=False):
+            whole[n + r, 3 * body : 3 * body + 3] = whole[3 * body : 3 * body + 3, n + r] = True
+    matrix[~whole] = 0.0
+    matrix[:n, n:] = matrix[n:, :n].T
+    row, col = np.nonzero(whole)
+    right = rng.standard_normal(n + rows)
+    e = fronts_of(row, col, n, n + rows, np.ones(len(row), dtype=bool), np.ones(n + rows, dtype=bool))
+    found = solved(e, np.append(matrix[row, col], 0.0), right)
+    assert apart(matrix @ found, right) < 1e-9
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_what_does_not_change_is_factored_once(name: str) -> None:
+    """Mass matrix and constraints at two poses: the second time from fronts that were there from the first."""
+    scene, s = SCENES[name], SCENES[name].tables
+    e, right = scene.heavy_fronts, np.random.default_rng(3).standard_normal(scene.size + len(SCENES[name].row_names))
+    lu, swaps, amount, part = np.zeros(e.size), np.zeros(len(e.unknowns), np.int64), np.zeros(len(right)), np.zeros(len(right))
+    for seed, again in ((1, False), (2, True)):
+        matrix, x = scene.linear(*state(scene, seed, 1e-2)[:2]).matrix(1.0).toarray(), right.copy()
+        _renew(e, np.append(matrix[s.row, s.col], 0.0), lu, swaps, amount, x, part, again)
+        assert apart(matrix @ x, right) < 1e-9
+    assert name in ("modal", "strut") or e.steady[0] > 0
+
+
+def test_a_row_that_says_what_another_does_has_no_multiplier() -> None:
+    """Two bars of 1 kg that one row of three holds together: the last two say the same."""
+    gradient = np.array([[1.0, -1.0], [2.0, -2.0]])
+    matrix = np.block([[np.eye(2), gradient.T], [gradient, np.zeros((2, 2))]])
+    row, col = np.nonzero(matrix)
+    e = fronts_of(row, col, 2, 4, np.ones(len(row), dtype=bool), np.ones(4, dtype=bool))
+    found = solved(e, np.append(matrix[row, col], 0.0), [1.0, 0.0, 0.0, 0.0])
+    assert found[:2] == pytest.approx([0.5, 0.5], abs=1e-15)
+    assert np.count_nonzero(found[2:]) == 1
+
+
+@pytest.mark.parametrize("body", [Rigid(Section(0.02, 0.005)), Cable(Section(0.02, 5e-4))], ids=["rigid", "strip"])
+def test_work_grows_with_the_chain(body) -> None:
+    """Entries of all fronts and the cubes of their sizes: twice as many links, twice as many."""
+
+    def work(links: int) -> tuple[int, int]:
+        sizes = Scene.of(chain(links, body)).fronts.fronts[:, 1]
+        return int((sizes**2).sum()), int((sizes**3).sum())
+
+    for few, many in zip(work(20), work(40), strict=True):
+        assert many < 2.1 * few
+
+
+def test_a_matrix_without_inverse_says_so() -> None:
+    scene = Scene.of(chain(2, Rigid(Section(0.02, 0.005))))
+    with pytest.raises(SingularError):
+        scene.linear(scene.q0).factor(stiffness=1.0).solve(np.ones(scene.size + 4))

@@ -1,0 +1,187 @@
+"""The movie of a run: where things are drawn is where they are."""
+
+import pickle
+
+import numpy as np
+import pytest
+from looked_at import MECHANISMS, STRIP, loaded, loose, pendulum, pushed, run
+
+from buckler.elastica import pinned
+from buckler.mbs import Beam, Exudyn, Force, Link, Mechanism, Result, Spectral, Weld, simulate
+from buckler.mbs.declare import kinds_of
+from buckler.mbs.elements import KINDS
+from buckler.mbs.record.record import Record
+from buckler.mbs.view.drawing import INKS, Arrow, Disc, Label, Path, Span, Strip
+from buckler.mbs.view.movie import Film, Movie, filmed, placed, still
+from buckler.mbs.view.sheet import Sheet
+from buckler.mbs.view.symbols import SYMBOLS, symbol, unknown
+
+LENGTH = 0.31
+
+
+@pytest.mark.parametrize("name", MECHANISMS)
+def test_points_are_drawn_where_the_signals_say(name):
+    result = run(name)
+    movie = result.movie
+    for point in movie.points:
+        for axis, letter in enumerate("xy"):
+            values = result.signals[f"{point}.{letter}"]
+            found = np.interp(movie.time, result.time, values)
+            assert movie.frames[point][:, axis] == pytest.approx(found, abs=2e-3 * max(np.ptp(values), 0.01))
+    assert all(mark.ink in INKS for mark in movie.marks if hasattr(mark, "ink"))
+    assert all(mark.frame in movie.frames for mark in movie.marks if hasattr(mark, "frame"))
+
+
+def test_a_strip_ends_in_its_pins_and_bends_as_its_force_says():
+    """In rest on the stop the moment is the force times the deflection, so the curvature is F d / (E I)."""
+    result = run("strip")
+    movie, band = result.movie, result.movie.bands["coupler"]
+    assert band.points[:, 0] == pytest.approx(movie.frames["A"][:, :2], abs=1e-6)
+    assert band.points[:, -1] == pytest.approx(movie.frames["B"][:, :2], abs=1e-6)
+    k = int(np.argmin(abs(movie.time - 2.9)))
+    chord = band.points[k, -1] - band.points[k, 0]
+    force = -result.at("B.contact_force", movie.time[k]) / abs(chord[0]) * np.hypot(*chord)  # along the chord
+    deflection = np.interp(movie.time[k], result.time, result.signals["coupler.deflection"])
+    assert band.bending[k][band.bending.shape[1] // 2] == pytest.approx(force * deflection / STRIP.bending_stiffness, rel=0.02)
+    assert band.stress[k].max() == pytest.approx(band.modulus * abs(band.bending[k]).max() * STRIP.thickness / 2, rel=1e-2)
+    mean = result.at("coupler.axial_force", movie.time[k])
+    assert np.trapezoid(band.axial_force[k]) / (len(band.axial_force[k]) - 1) == pytest.approx(mean, rel=0.01)
+
+
+def test_both_solvers_leave_the_same_movie():
+    """A clamped strip whose end is pushed to and fro bends alike in elements and in polynomials."""
+    mechanism = Mechanism(
+        points={"A": (0, 0), "B": (0.3, 0)},
+        links=[Link("strip", "A", "B", Beam(STRIP, elements=8))],
+        joints=[Weld("A", "ground", "strip")],
+        loads=[Force("B", lambda t: (0.0, 0.02 * np.sin(20 * t)))],
+    )
+    first, second = (simulate(mechanism, 0.2, solver=solver).movie for solver in (Exudyn(), Spectral()))
+    one, other = first.bands["strip"], second.bands["strip"]
+    assert first.time == pytest.approx(second.time)
+    size = np.ptp(one.points[:, -1, 1])
+    assert one.points[:, -1] == pytest.approx(other.points[:, -1], abs=0.01 * size)
+    root = abs(one.bending[:, 0]).max()
+    assert one.bending[:, 0] == pytest.approx(other.bending[:, 0], abs=0.05 * root)
+
+
+def test_a_strut_is_drawn_as_the_exact_elastica():
+    movie = run("strut").movie
+    band = movie.bands["coupler"]
+    span = np.hypot(*(band.points[:, -1] - band.points[:, 0]).T)
+    k = int(np.argmin(span))
+    u = 1 - span[k] / LENGTH
+    assert u > 0.1
+    chord = (band.points[k, -1] - band.points[k, 0]) / span[k]
+    middle = band.points[k, band.points.shape[1] // 2] - band.points[k, 0]
+    assert chord[0] * middle[1] - chord[1] * middle[0] == pytest.approx(LENGTH * pinned.mid_deflection(u), rel=1e-3)
+    assert abs(band.bending[k]).max() == pytest.approx(pinned.curvature_max(u) / LENGTH, rel=0.02)
+
+
+def test_a_pin_drawn_in_its_bush_touches_when_it_does():
+    result = run("loose")
+    movie = result.movie
+    name = next(name for name in movie.frames if "~" in name and "rocker:B" in name)
+    bush = movie.frames[name.partition("~")[0]]
+    drawn = np.hypot(*(movie.frames[name] - bush)[:, :2].T) / (0.28 * movie.unit)
+    eccentricity = np.hypot(*(np.interp(movie.time, result.time, result.signals[f"B.journal_{letter}"]) for letter in "xy"))
+    assert drawn == pytest.approx(eccentricity / 1e-4, abs=0.1)
+    assert 0.9 < drawn.max() < 1.5
+
+
+def test_a_plate_turns_with_its_link():
+    movie = run("pendulum").movie
+    (plate,) = [mark for mark in movie.marks if isinstance(mark, Path) and mark.closed and mark.width]
+    assert len(plate.points) == 3
+    frame = movie.frames[plate.frame]
+    for k in (0, 100, -1):
+        corners = placed(frame[k], plate.points)
+        for point in "OAC":
+            assert np.hypot(*(corners - movie.frames[point][k, :2]).T).min() < 1e-9
+    assert np.ptp(frame[:, 2]) > 1.0
+
+
+def test_a_wall_stands_where_its_block_touches():
+    movie = run("failed").movie
+    wall = next(mark for mark in movie.marks if isinstance(mark, Path) and mark.ink == "stop")
+    reach = (placed(movie.frames[wall.frame][0], wall.points) @ (0.8, 0.6)).min()
+    assert reach - 0.95 * movie.unit == pytest.approx(0.05, abs=1e-12)
+    (push,) = [mark for mark in movie.marks if isinstance(mark, Arrow) and mark.signals == ("A.contact_force",)]
+    assert push.along == pytest.approx((-0.8, -0.6))
+
+
+def test_a_movie_survives_a_file_and_a_process(tmp_path):
+    result = run("strip")
+    loaded = Result.load(result.save(tmp_path / "run")).movie
+    copied = pickle.loads(pickle.dumps(result)).movie
+    for back, accuracy in ((loaded, 1e-6), (copied, 0.0)):
+        assert back.marks == result.movie.marks and back.unit == result.movie.unit
+        for name, frame in result.movie.frames.items():
+            assert back.frames[name] == pytest.approx(frame, abs=accuracy)
+        assert back.bands["coupler"].points == pytest.approx(result.movie.bands["coupler"].points, abs=accuracy)
+    assert isinstance(loaded, Movie)
+
+
+def test_a_movie_is_made_once_and_only_when_asked_for():
+    film = Film(Record(pendulum(), np.zeros(1), {}, {}))
+    assert film.kept is None
+    assert film.movie() is film.movie()
+
+
+def test_a_run_that_went_wrong_is_shown_up_to_its_last_finite_state():
+    record = run("pendulum").film.record
+    motion = record.links["plate"]
+    broken = {**record.links, "plate": type(motion)(**{**vars(motion), "q": motion.q.copy()})}
+    broken["plate"].q[30:] = np.nan
+    movie = filmed(Record(record.mechanism, record.time, broken, {}))
+    assert movie.time[-1] == record.time[29]
+    assert all(np.isfinite(frame).all() for frame in movie.frames.values())
+    broken["plate"].q[:] = np.nan
+    assert len(filmed(Record(record.mechanism, record.time, broken, {})).time) == 1
+
+
+def test_every_kind_has_a_symbol():
+    kinds = [kind.__name__ for base in KINDS.values() for kind in kinds_of(base) if kind.__name__ != "Link"]
+    assert kinds and set(kinds) <= set(SYMBOLS)
+
+
+def test_loads_are_drawn_where_they_act():
+    movie, points = run("loaded").movie, loaded().points
+    (spring,) = [mark for mark in movie.marks if isinstance(mark, Span)]
+    assert movie.frames[spring.frame][:, :2] == pytest.approx(movie.frames["A"][:, :2])
+    assert movie.frames[spring.other][:, :2] == pytest.approx(np.tile(points["P"], (len(movie.time), 1)))
+    arrows = {mark.signals: movie.frames[mark.frame] for mark in movie.marks if isinstance(mark, Arrow)}
+    assert arrows["force.Q.fx", "force.Q.fy"][:, :2] == pytest.approx(movie.frames["Q"][:, :2])
+    down = next(mark for mark in movie.marks if isinstance(mark, Path) and mark.ink == "load" and mark.frame == "=Q")
+    (x0, y0), (x1, y1) = down.points
+    assert x0 == pytest.approx(x1) and y0 > y1
+    assert not [mark for mark in movie.marks if getattr(mark, "ink", "") == "other" and mark.frame]  # but gravity
+
+
+def test_a_kind_without_a_symbol_gets_a_neutral_mark():
+    class Magnet:
+        point = "A"
+
+    sheet = Sheet(pushed(), Record(pushed(), np.zeros(1), {}, {}))
+    assert symbol(Magnet()) is unknown
+    marks = list(unknown(sheet, "magnet.A", Magnet()))
+    assert [type(mark) for mark in marks] == [Path, Label] and marks[0].ink == "other" and marks[1].text == "magnet.A"
+
+
+def test_a_subclass_is_drawn_as_its_parent():
+    class Odd(type(pushed().stops[0])):
+        pass
+
+    assert symbol(Odd.__new__(Odd)) is SYMBOLS["Stop"]
+
+
+@pytest.mark.parametrize("make", [pendulum, pushed, loose, MECHANISMS["strip"][0], MECHANISMS["modal"][0]])
+def test_a_still_shows_the_mechanism_at_the_start(make):
+    mechanism = make()
+    assert isinstance(mechanism, Mechanism)
+    movie = still(mechanism)
+    assert len(movie.time) == 1
+    for point, at in mechanism.points.items():
+        assert movie.frames[point][0, :2] == pytest.approx(at)
+    assert {type(mark) for mark in movie.marks} >= {Path, Disc, Label}
+    assert len([mark for mark in movie.marks if isinstance(mark, Strip)]) == len(movie.bands)

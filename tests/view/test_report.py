@@ -1,0 +1,190 @@
+"""The report page: what it holds agrees with the arrays, fits its size, and shows a failure first."""
+
+import json
+import re
+from base64 import b64decode
+from dataclasses import replace
+from statistics import median
+from time import perf_counter
+
+import numpy as np
+import pytest
+from looked_at import MECHANISMS, run
+
+from buckler.mbs import Status
+from buckler.mbs.checks.suspicions import CHECKS
+from buckler.mbs.view.report import binned, page
+from buckler.mbs.view.verdicts import QUESTIONS, verdicts
+
+LEVEL = 1 / 65534
+
+
+def content(text):
+    """The data of a page, and a reader of its arrays."""
+    found = json.loads(re.search(r'<script id="data" type="application/json">(.*?)</script>', text, re.DOTALL)[1])
+    words = np.frombuffer(b64decode(found["store"]), dtype="<u2")
+
+    def read(entry, count):
+        start, low, step = entry
+        if start < 0:
+            return np.full(count, low)
+        part = words[start : start + count].astype(float)
+        return np.where(part == 65535, np.nan, low + step * part)
+
+    return found, read
+
+
+@pytest.mark.parametrize("name", MECHANISMS)
+def test_a_page_fits_its_size_and_needs_no_network(name, tmp_path):
+    path = run(name).write_html(tmp_path / "new" / "report.html")
+    text = path.read_text()
+    assert 50_000 < path.stat().st_size < 600_000
+    assert not re.findall(r"""(?:src|href)\s*=\s*["'](?!data:)""", text)
+    assert "http" not in re.sub(r'<script id="data".*?</script>', "", text, flags=re.DOTALL)
+
+
+@pytest.mark.parametrize("name", ["strip", "loose"])
+def test_a_page_is_written_at_once(name, tmp_path):
+    result = run(name)
+    result.write_html(tmp_path / "report.html")  # templates, and whatever is imported when first used
+    ratios = []
+    for _ in range(5):
+        fresh = replace(result, film=type(result.film)(result.film.record))  # the movie too
+        start = perf_counter()
+        fresh.write_html(tmp_path / "report.html")
+        written = perf_counter() - start
+        result.save(tmp_path / "run.npz")
+        ratios.append(written / (perf_counter() - start - written))
+    assert median(ratios) < 2.0  # of the time in which the same run is packed into a file
+
+
+@pytest.mark.parametrize("name", MECHANISMS)
+def test_peaks_survive(name):
+    result = run(name)
+    found, read = content(page(result, "x"))
+    table = {row["name"]: row for row in found["signals"]["rows"]}
+    bins = found["signals"]["bins"]
+    for signal, values in result.signals.items():
+        row, allowed = table[signal], LEVEL * np.ptp(values) + 1e-13 * np.abs(values).max(initial=1e-2)
+        assert row["unit"] == result.units[signal]
+        low, high = read(row["low"], bins), read(row["high"], bins)
+        assert [low.min(), high.max()] == pytest.approx([values.min(), values.max()], abs=allowed)
+        edges = np.linspace(result.time[0], result.time[-1], bins + 1)
+        assert read(row["at"], bins + 1) == pytest.approx(np.interp(edges, result.time, values), abs=allowed)
+
+
+def test_bins_hold_what_lies_in_them():
+    rng = np.random.default_rng(1)
+    for samples, bins in ((3, 50), (400, 60), (5000, 60)):
+        time = np.sort(np.concatenate([[0.0, 1.0], rng.uniform(0, 1, samples)]))
+        values = rng.normal(size=(2, len(time)))
+        edges = np.linspace(0, 1, bins + 1)
+        at, low, high = binned(time, values, edges)
+        for row in range(2):
+            for k in range(bins):
+                inside = values[row][(time >= edges[k]) & (time <= edges[k + 1])]
+                ends = np.interp(edges[k : k + 2], time, values[row])
+                assert low[row, k] == pytest.approx(min([*inside, *ends])), (samples, k)
+                assert high[row, k] == pytest.approx(max([*inside, *ends])), (samples, k)
+            assert at[row] == pytest.approx(np.interp(edges, time, values[row]))
+
+
+def test_what_is_not_finite_stays_so():
+    result = run("pendulum")
+    spoiled = result.signals["A.x"].copy()
+    spoiled[5:40] = np.nan
+    spoiled[50] = np.inf
+    found, read = content(page(replace(result, signals={**result.signals, "A.x": spoiled}), "x"))
+    row = next(row for row in found["signals"]["rows"] if row["name"] == "A.x")
+    values = read(row["at"], found["signals"]["bins"] + 1)
+    assert 0 < np.isnan(values).sum() < len(values) / 2
+    assert np.nanmax(values) <= result.signals["A.x"].max() * (1 + 1e-3)
+
+
+@pytest.mark.parametrize("name", MECHANISMS)
+def test_frames_on_the_page_are_those_of_the_movie(name):
+    result = run(name)
+    found, read = content(page(result, "x"))
+    motion = found["motion"]
+    time = read(motion["time"], motion["count"])
+    for frame, axes in zip(motion["names"], motion["frames"], strict=True):
+        for axis, entry in enumerate(axes):
+            values = np.interp(time, result.movie.time, result.movie.frames[frame][:, axis])
+            scale = max(np.ptp(result.movie.frames[frame][:, axis]), 1e-6)
+            assert np.median(abs(read(entry, motion["count"]) - values)) < 2e-3 * scale
+    assert set(motion["bands"]) == set(result.movie.bands)
+
+
+def test_a_long_run_keeps_the_size():
+    result = run("loose")
+    time = np.linspace(0, 50, 60_000)
+    signals = {
+        f"{name}{k}": np.interp(time % 0.6, result.time, values) for name, values in result.signals.items() for k in range(4)
+    }
+    text = page(replace(result, time=time, signals=signals, units=dict.fromkeys(signals, "N"), energy={}, film=None), "x")
+    assert len(text) < 600_000
+
+
+# --- verdicts ---------------------------------------------------------------------------------------------------------
+
+
+def test_every_check_has_its_question():
+    """All checks, and the words that begin the sentences of an accuracy and of a second solver."""
+    assert set(QUESTIONS) == {check.name for check in CHECKS} | {"ACCURACY", "SOLVERS"}
+
+
+def test_verdicts_tell_failed_from_not_run():
+    fine = run("pendulum")
+    assert {row.name: row.said for row in verdicts(fine) if row.verdict == "not applicable"} == {
+        "CONTACT": "no stop and no joint with clearance", "PENETRATION": "no stop and no joint with clearance",
+        "UNBUCKLED": "no beam and no cable", "MESH": "no beam and no cable", "CROSSED": "no strut",
+        "LINEAR": "no modal link",
+        "STEPS": "a whole finer run was compared",
+        "BRANCH": "not a linkage of which the drives alone decide the motion",
+        "CLOSURE": "not a linkage of which the drives alone decide the motion",
+    }  # fmt: skip
+    assert {row.name for row in verdicts(fine) if row.verdict == "no complaint"} == {"NOT_FINITE", "TIME", "ENERGY"}
+    assert {row.name for row in verdicts(run("strip")) if row.verdict == "not applicable"} == {
+        "CROSSED",
+        "MESH",
+        "LINEAR",
+        "STEPS",
+        "BRANCH",
+        "CLOSURE",
+    }
+    assert {row.name for row in verdicts(run("strut")) if row.verdict == "not applicable"} == {
+        "UNBUCKLED",
+        "MESH",
+        "LINEAR",
+        "STEPS",
+        "BRANCH",
+        "CLOSURE",
+    }
+    doubtful = (
+        fine.suspect("a strange thing").suspect("ENERGY: balance 3e-02; too much").suspect("STEPS: half the steps change B")
+    )
+    rows = verdicts(doubtful)
+    assert [(row.name, row.verdict) for row in rows[:3]] == [("OTHER", "failed"), ("ENERGY", "failed"), ("STEPS", "failed")]
+    assert [row.said for row in rows[:3]] == ["a strange thing", "balance 3e-02; too much", "half the steps change B"]
+    assert {row.verdict for row in rows[3:]} == {"no complaint", "not applicable"}
+    assert {row.verdict for row in verdicts(run("failed"))} == {"not run"}
+
+
+def test_a_page_cannot_be_broken_by_its_words():
+    result = run("pendulum").suspect("ENERGY: </script><b>& \u2028 'quoted\"")
+    text = page(result, "</title><script>alert(1)</script>")
+    found, _ = content(text)
+    assert found["title"] == "</title><script>alert(1)</script>" and "</script><b>" in found["message"]
+    assert "<script>alert" not in text and text.count("<script") == 2
+
+
+def test_a_result_without_motion_has_a_page():
+    result = replace(run("pendulum"), film=None, energy={})
+    assert content(page(result, "x"))[0]["motion"] is None
+    nothing = replace(result, status=Status.NEWTON_DIVERGED, message="no step", time=np.empty(0), signals={}, units={})
+    assert content(page(nothing, "x"))[0]["signals"]["bins"] == 0
+
+
+def test_a_notebook_shows_the_page():
+    text = run("pendulum")._repr_html_()
+    assert text.startswith("<iframe") and text.count("<") == 2 and len(text) < 700_000
