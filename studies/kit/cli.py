@@ -1,4 +1,4 @@
-"""The command line: `buckler list`, `new`, `show`, `run`, `sweep`, `merge`, `export`, `schema`; `python -m studies` is the same.
+"""The command line: `buckler list`, `new`, `show`, `run`, `sweep`, `merge`, `export`, `schema`, `evidence`.
 
 Exit status: 0 fine, or suspect and allowed; 1 the run failed or is suspect; 2 wrong input; 130 interrupted. Nothing
 heavy is imported before a study or a file is known by name, so that `list` and `--help` answer at once.
@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from buckler.studies.evidence.items import ITEMS
 from buckler.studies.kit import registry
 from buckler.studies.kit.options import Parser, read_options, study_parser, writable, wrong_input
 from buckler.studies.kit.running import MECHANISMS, attempt, finish, program
@@ -113,7 +114,26 @@ def _parser() -> argparse.ArgumentParser:
     merge.set_defaults(answer=_merge)
     schema = commands.add_parser("schema", help="print the JSON schema of mechanism files, for editors")
     schema.set_defaults(answer=_schema)
+    _add_evidence(commands)
     return parser
+
+
+def _add_evidence(commands: Any) -> None:
+    backed = commands.add_parser("evidence", help="run again what the documents quote, or check that it still holds")
+    backed.add_argument("--quick", action="store_true", help="items of a few seconds alone")
+    backed.add_argument("--only", metavar="NAME", action="append", choices=list(ITEMS), help="this item; may be given again")
+    backed.add_argument("--check", action="store_true", help="write nothing; exit 1 with the numbers that differ")
+    backed.add_argument("--data", metavar="DIR", type=Path, help="measurements that are not part of Buckler")
+    backed.add_argument("--out", metavar="DIR", type=Path, default=Path("results"), help="where runs are kept; default results")
+    backed.add_argument("-q", "--quiet", action="store_true", help="print what differs and nothing else")
+    backed.set_defaults(answer=_evidence, json=False)
+
+
+def _evidence(options: argparse.Namespace) -> int:
+    """Run, keep or check what the documents quote."""
+    from buckler.studies.evidence.command import evidence
+
+    return evidence(options)
 
 
 def _version() -> int:

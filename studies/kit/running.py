@@ -47,7 +47,7 @@ def finish(name: str, study: Any, result: StudyResult, folder: Path, options: ar
     from buckler.studies.kit.report import write
 
     with _aside(options):
-        result, figures = _draw(study, result)
+        result, figures = drawn(study, result)
     trusted = options.trust and result.status == "SUSPECT"
     try:
         text = write(result, folder, figures, trusted)
@@ -79,7 +79,7 @@ def _work(result: StudyResult) -> str:
     return f"{took}\n{', '.join(f'{name} {version}' for name, version in versions().items())}"
 
 
-def _draw(study: ModuleType, result: StudyResult) -> tuple[StudyResult, Mapping[str, Figure]]:
+def drawn(study: ModuleType, result: StudyResult) -> tuple[StudyResult, Mapping[str, Figure]]:
     """Draw the result, if there is anything to draw; figures that fail leave the numbers and the status ERROR."""
     from buckler.studies.kit.style import house_style
 

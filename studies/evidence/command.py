@@ -1,0 +1,144 @@
+"""`buckler evidence`: run the items, keep what they found, write it into the pages; or check that both still hold.
+
+Each item that has run is filed with a mark of the source it ran with, so that a command that was stopped goes on where it was.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+import sys
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict
+from math import hypot
+from pathlib import Path
+from typing import Any
+
+from buckler.studies.evidence.items import FILES, ITEMS, ROOT, Item, stored
+from buckler.studies.evidence.pages import Quoted, fill, looked_up, pages, quoted, rounding, stale
+from buckler.studies.kit import registry
+from buckler.studies.kit.options import writable, wrong_input
+from buckler.studies.kit.report import atomic, to_json, write
+from buckler.studies.kit.running import attempt, drawn
+
+
+def evidence(options: argparse.Namespace) -> int:
+    """Run, then keep or check; the exit status."""
+    if not FILES.is_dir():
+        return wrong_input(ValueError(f"{FILES}: not there; `evidence` needs a checkout of Buckler, with its docs"))
+    try:
+        folder = writable(options.out / "evidence")
+    except ValueError as error:
+        return wrong_input(error)
+    chosen = _chosen(options)
+    _tell(f"{len(chosen)} items, some {sum(_seconds(name) for name in chosen):.0f} s when last kept", options)
+    wrong = [line for path in pages() for line in stale(path)] if options.check else []
+    for name in chosen:
+        _tell(f"{name}: some {_seconds(name):.0f} s", options)
+        content = _found(name, ITEMS[name], folder, options)
+        if options.check:
+            wrong += differing(name, content)
+        elif content["status"] == "ERROR":
+            wrong.append(f"{name}: {content['message']}")
+        else:
+            _keep(name, ITEMS[name], content, folder)
+    if not options.check:
+        fill()
+    for line in wrong:
+        print(line, file=sys.stderr)
+    _tell(f"evidence: {len(wrong)} numbers differ" if wrong else "evidence: every number holds", options)
+    return 1 if wrong else 0
+
+
+def _chosen(options: argparse.Namespace) -> list[str]:
+    """Items to run; those whose data are not here are told."""
+    names = [name for name in options.only or ITEMS if ITEMS[name].quick or not options.quick]
+    absent = [name for name in names if ITEMS[name].needs_data and not options.data]
+    if absent:
+        _tell(f"{', '.join(absent)}: not run without --data DIR", options)
+    return [name for name in names if name not in absent]
+
+
+def differing(name: str, new: Mapping[str, Any]) -> list[str]:
+    """Numbers of all pages that a new run of their item does not give, a line each.
+
+    A number holds if the new one is within half a unit of the last digit printed, or within two standard errors of the
+    difference where runs tell their error. Times are not compared.
+    """
+    old = stored(name)
+    wrong = (
+        []
+        if new["status"] == old.get("status")
+        else [f"{name}: status {new['status']}, was {old.get('status')}: {new['message']}"]
+    )
+    for path in pages():
+        for number in quoted(path.read_text(encoding="utf-8")):
+            if number.item == name and not number.what.startswith("work@"):
+                wrong += [f"{path.name}: {line}" for line in _apart(number, old, new)]
+    return wrong
+
+
+def _apart(number: Quoted, old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[str]:
+    if number.what == "table":
+        if old["tables"][int(number.form)]["rows"] != new["tables"][int(number.form)]["rows"]:
+            yield f"{number} {number.form}: another table"
+        return
+    try:
+        was, now = looked_up(old, number.what), looked_up(new, number.what)
+    except LookupError:
+        yield f"{number}: the new run has none"
+        return
+    if abs(now - was) > rounding(number) + 2 * hypot(*(_error(content, number.what) for content in (old, new))):
+        yield f"{number}: {was:.6g} is printed as {number.text}, a new run gives {now:.6g}"
+
+
+def _error(content: Mapping[str, Any], what: str) -> float:
+    """Standard error of a value, in its unit, where the study estimates it; a distance from an exact value is none."""
+    metric = content["metrics"].get(what, {})
+    return 0.0 if "exact" in metric else abs(metric.get("value") or 0.0) * (metric.get("error") or 0.0)
+
+
+def _found(name: str, item: Item, folder: Path, options: argparse.Namespace) -> dict[str, Any]:
+    """What an item finds: read if it has run with this source and these settings, run if not."""
+    study = registry.load(item.study)
+    parameters = study.Parameters(**item.given, **({"data": str(options.data)} if item.needs_data else {}))
+    mark = hashlib.sha256(f"{_source()}{parameters}".encode()).hexdigest()
+    path = folder / name / "evidence.json"
+    if path.exists():
+        before: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+        if before["mark"] == mark:
+            return before
+    result, figures = drawn(study, attempt(study.run, parameters, options))
+    content: dict[str, Any] = json.loads(write(result, writable(folder / name), figures))
+    if item.needs_data:
+        content["provenance"]["parameters"].pop("data")  # a place of this machine
+    tables = json.loads(to_json([asdict(table) for table in result.tables]))
+    content = {**content, "tables": tables, "mark": mark}
+    with atomic(path) as file:
+        file.write(to_json(content).encode())
+    return content
+
+
+def _keep(name: str, item: Item, content: Mapping[str, Any], folder: Path) -> None:
+    """Keep what an item found, and its pictures, beside the pages."""
+    kept = {key: value for key, value in content.items() if key not in ("files", "mark")}
+    with atomic(FILES / f"{name}.json") as file:
+        file.write(to_json(kept).encode())
+    for figure, picture in item.figures.items():
+        (ROOT / "docs" / "figures" / f"{picture}.png").write_bytes((folder / name / f"{figure}.png").read_bytes())
+
+
+def _source() -> str:
+    """Mark of everything that a study may call."""
+    paths = sorted(path for room in ("elastica", "mbs", "studies") for path in (ROOT / room).rglob("*.py"))
+    return hashlib.sha256(b"".join(path.read_bytes() for path in paths)).hexdigest()
+
+
+def _seconds(name: str) -> float:
+    return float(stored(name).get("work", {}).get("wall_s", 0.0))
+
+
+def _tell(text: str, options: argparse.Namespace) -> None:
+    if not options.quiet:
+        print(text, flush=True)
