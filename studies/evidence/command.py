@@ -11,6 +11,7 @@ import json
 import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict
+from functools import cache
 from math import hypot
 from pathlib import Path
 from typing import Any
@@ -31,6 +32,7 @@ def evidence(options: argparse.Namespace) -> int:
         folder = writable(options.out / "evidence")
     except ValueError as error:
         return wrong_input(error)
+    _source()  # of what is loaded now, though files may change while it runs
     chosen = _chosen(options)
     _tell(f"{len(chosen)} items, some {sum(_seconds(name) for name in chosen):.0f} s when last kept", options)
     wrong = [line for path in pages() for line in stale(path)] if options.check else []
@@ -129,6 +131,7 @@ def _keep(name: str, item: Item, content: Mapping[str, Any], folder: Path) -> No
         (ROOT / "docs" / "figures" / f"{picture}.png").write_bytes((folder / name / f"{figure}.png").read_bytes())
 
 
+@cache
 def _source() -> str:
     """Mark of everything that a study may call."""
     paths = sorted(path for room in ("elastica", "mbs", "studies") for path in (ROOT / room).rglob("*.py"))

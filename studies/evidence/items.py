@@ -40,7 +40,9 @@ class Item:
 
 ITEMS: dict[str, Item] = {
     "slider-crank": Item("slider-crank", quick=True),
-    "slider-crank-voltage": Item("slider-crank-voltage", figures={"figure": "slider-crank-voltage"}),
+    "slider-crank-voltage": Item(
+        "slider-crank-voltage", {"bows": (0.003, 0.01, 0.02, -0.01)}, figures={"figure": "slider-crank-voltage"}
+    ),
     "paper-figures": Item("paper-figures", figures={"figure": "paper-figures"}),
     "elastica-law": Item("elastica-law"),
     "contact-force-table": Item("contact-force-table"),

@@ -109,8 +109,10 @@ def filled(text: str, files: Files = stored) -> str:
 
 def stale(path: Path, files: Files = stored) -> list[str]:
     """Numbers of a page that its files have otherwise, a line each."""
-    wrong = []
-    for number in quoted(path.read_text(encoding="utf-8")):
+    text = path.read_text(encoding="utf-8")
+    lines = re.findall(r"^<!--= \S+ (?!table )\S+", text, re.MULTILINE)  # Markdown takes the whole line for a comment
+    wrong = [f"{path.name}: {line.removeprefix('<!--= ')}: may not begin a line" for line in lines]
+    for number in quoted(text):
         try:
             now = written(number, files)
         except (LookupError, ValueError) as error:

@@ -18,8 +18,10 @@ CONTACT_FORCES = {1e-4: 0.0655, 3e-4: 1.7684, 5e-4: 8.1871}
 """Largest contact force, N, of a strip thickness, m (Table 2)."""
 IMPACT_SPEED, IMPACT_FORCE = 1.25, 27.0
 """Crank speed, rad/s, and impact force, N (Fig. 5)."""
-VOLTAGE_FORCES = {2.5: 25.0, 3.0: 30.0, 4.4: 44.18}
-"""Impact force, N, at a voltage of the motor, V: Figs 10 and 11, and the range of the sensor at the highest voltage."""
+VOLTAGE_FORCES = {2.5: 25.0, 3.0: 30.0}
+"""Impact force, N, at a voltage of the motor, V: read from Figs 10 and 11."""
+SENSOR_VOLTAGE, SENSOR_RANGE = 4.4, 44.18
+"""Highest voltage, V, and the range of the force sensor, N: a bound of the force there, no reading."""
 QUARTIC = (7.1908239, -6.201618, 6.2531, 4.3898032, 9.8879488)
 """Coefficients of the force law, highest power first (eq. 11); `buckler.elastica.law.quartic` also checks its range."""
 

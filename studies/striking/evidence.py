@@ -21,7 +21,7 @@ import numpy as np
 from scipy.special import log_ndtr, logsumexp
 from scipy.stats import qmc
 
-from buckler.studies.kit.published import IMPACT_FORCE, IMPACT_SPEED, VOLTAGE_FORCES
+from buckler.studies.kit.published import IMPACT_FORCE, IMPACT_SPEED, SENSOR_RANGE, SENSOR_VOLTAGE, VOLTAGE_FORCES
 from buckler.studies.striking.emulator import RANGES, STRAIGHT, Emulator
 
 Array = np.ndarray[Any, Any]
@@ -44,7 +44,8 @@ class Reading(NamedTuple):
 
 READINGS = (
     Reading(IMPACT_FORCE, None),
-    *(Reading(force, voltage, bound=voltage == max(VOLTAGE_FORCES)) for voltage, force in VOLTAGE_FORCES.items()),
+    *(Reading(force, voltage) for voltage, force in VOLTAGE_FORCES.items()),
+    Reading(SENSOR_RANGE, SENSOR_VOLTAGE, bound=True),
 )
 """Figs 5, 10 and 11, and the range of the sensor at the highest voltage."""
 
