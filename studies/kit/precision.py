@@ -109,13 +109,13 @@ def draw(
     write_labels(ax, texts, lines)
 
 
-def footnote(parameters: StudyParameters) -> str:
-    """Machine, versions and repetitions a table of run times stands on."""
+def footnote(parameters: StudyParameters, of: str = "Medians") -> str:
+    """Machine, versions and repetitions a table of run times stands on; `of` says what is told of the repetitions."""
     origin = provenance(parameters)
     versions = ", ".join(f"{name} {version}" for name, version in origin["versions"].items() if version)
     machine = f"{origin['machine']['cpu']}, {origin['machine']['cores']} cores"
     repeats = origin["parameters"]["repeats"]
-    return f"Medians of {repeats} runs taken in turn; {machine}; {versions}; commit {origin['commit']}."
+    return f"{of} of {repeats} runs taken in turn; {machine}; {versions}; commit {origin['commit']}."
 
 
 def figure_of(signals: Mapping[str, Array], ylabel: str) -> tuple[Figure, Any]:

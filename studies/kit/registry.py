@@ -66,6 +66,9 @@ STUDIES: dict[str, Entry] = {
     "solver-speed": Entry(
         "buckler.studies.trust.solver_speed", "the compiled solver beside hand-tuned plain runs of the engine: errors, run times"
     ),
+    "scaling": Entry(
+        "buckler.studies.trust.scaling", "how the cost of a step grows with the mechanism: chains, a net, rattling joints"
+    ),
     "smooth-precision": Entry(
         "buckler.studies.trust.smooth_precision", "slider-crank without a stop: error against run time, against a spectral strip"
     ),

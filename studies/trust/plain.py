@@ -11,6 +11,8 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass, field
 from itertools import pairwise
+from math import nan
+from time import perf_counter
 from typing import Any
 
 import numpy as np
@@ -21,8 +23,11 @@ import exudyn.itemInterface as eii
 
 from buckler.mbs.elements import Cable, GuideFriction, Motor, Rigid
 from buckler.mbs.elements.section import Section
+from buckler.mbs.engine.integrate import explicit_settings, implicit_settings
+from buckler.mbs.engine.scene import build
 from buckler.mbs.laws import HysteresisLaw, KelvinVoigt
 from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.solvers.exudyn import Exudyn
 
 exu.config.printToConsole = False
 
@@ -207,6 +212,24 @@ def smooth_slider_crank(mechanism: Mechanism, duration: float, steps: int, relat
     chord, middle = stored[2][:, 1:3] - stored[0][:, 1:3], stored[1][:, 1:3] - stored[0][:, 1:3]
     deflection = (chord[:, 0] * middle[:, 1] - chord[:, 1] * middle[:, 0]) / np.hypot(*chord.T)
     return Plain(stored[0][:, 0], deflection, work=work)
+
+
+def same_items(mechanism: Mechanism, duration: float, solver: Exudyn) -> tuple[float, float]:
+    """Seconds that the items and settings of a run of `Exudyn` take in all, and a step, where nothing is called in a step.
+
+    Callbacks of laws stay. Both are nan if the run fails.
+    """
+    begin = perf_counter()
+    scene = build(mechanism)
+    engine: Any = (exu.MainSolverExplicit if scene.loose else exu.MainSolverImplicitSecondOrder)()
+    settings = (explicit_settings if scene.loose else implicit_settings)(scene, solver, duration)
+    built = perf_counter()
+    try:
+        done = engine.SolveSystem(scene.system, settings)
+    except exu.ExudynError:
+        done = False
+    end = perf_counter()
+    return (end - begin, (end - built) / engine.it.currentStepIndex) if done else (nan, nan)
 
 
 def _solve(job: _System, duration: float, steps: int, relative: float, absolute: float) -> tuple[str, dict[str, float]]:
