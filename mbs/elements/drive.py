@@ -9,7 +9,7 @@ from typing import Any
 from buckler.mbs.callables import Function
 from buckler.mbs.declare import Declared, Either, Part, Quantity, declared, field, names, quantity
 from buckler.mbs.elements.element import GROUND, Array, Element, Energy, Kind, Place, Recorded, Signal, known
-from buckler.mbs.elements.rows import Along, Row, Turn
+from buckler.mbs.elements.rows import Along, Row, Turn, row
 from buckler.mbs.functions import Expression, Integral, Slope, Table, kinks
 from buckler.mbs.validate import number, short
 
@@ -182,9 +182,9 @@ class Drive(Element):
         """Yield that the link turns, or the point travels, as it is told."""
         if self.target in mechanism.points:
             guide = mechanism.guide(self.target)
-            yield Along(Place(guide.link, self.target), Place(GROUND, self.target), guide.along, motion=self.motion)
+            yield row(Along(Place(guide.link, self.target), Place(GROUND, self.target), guide.along), self.motion)
         else:
-            yield Turn(Place(self.target, mechanism.link(self.target).start), motion=self.motion)
+            yield row(Turn(Place(self.target, mechanism.link(self.target).start)), self.motion)
 
     def reactions(self, multipliers: Array) -> dict[str, Array]:
         """Return its torque or force."""

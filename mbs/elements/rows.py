@@ -1,12 +1,14 @@
-"""Primitive constraints: what joints, guides and drives ask of the bodies' places. Kinematics knows nothing else of them.
+"""Constraints as linear forms: what joints, guides, drives and couplings ask of the bodies' places. Solvers know nothing else.
 
-Each is one equation. What it compares keeps its value at t = 0, or follows a drive's motion from there.
+A row is a sum of coefficient times measure, a measure the place or angle of a point of one body as seen from another. The sum
+keeps its value at t = 0, or follows a drive's motion from there.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from math import hypot
 from typing import Any
 
 from buckler.mbs.elements.element import GROUND, Place
@@ -17,63 +19,101 @@ FIXED = Place(GROUND, "")
 
 @dataclass(frozen=True)
 class Along:
-    """direction . (place of first - place of second).
+    """direction . (place of first - place of second), m.
 
     Parameters
     ----------
     first, second : Place
         A body, a link's name or 'ground', and the point of it.
     direction : (float, float)
-        At t = 0; it turns with a body where `frame` names one.
-    frame : Place
-        The body that the direction is fixed in, at a point; the ground by default.
-    motion : Ramp or Motion, optional
-        What the value follows, m.
-    start_only : bool
-        True if it holds at the start only, as a pin that is centred in its bush.
+        At t = 0.
+    turns : bool
+        Whether it turns with the second body.
     """
 
     first: Place
     second: Place
     direction: tuple[float, float]
-    frame: Place = FIXED
-    motion: Any = None
-    start_only: bool = False
+    turns: bool = False
 
 
 @dataclass(frozen=True)
 class Turn:
-    """Angle of first - angle of second.
-
-    Parameters
-    ----------
-    first, second : Place
-        Bodies, each at one of its points: a strip has another angle at each.
-    motion : Ramp or Motion, optional
-        What the value follows, rad.
-    """
+    """Angle of first - angle of second, rad. Bodies are named at one of their points: a strip has another angle at each."""
 
     first: Place
     second: Place = FIXED
+
+
+@dataclass(frozen=True)
+class Apart:
+    """Distance of two places, m; they must not meet."""
+
+    first: Place
+    second: Place
+
+
+Measure = Along | Turn | Apart
+
+
+@dataclass(frozen=True)
+class Row:
+    """One equation: the sum of coefficient times measure is as at t = 0, or follows a motion from there.
+
+    Parameters
+    ----------
+    terms : tuple of (float, Measure)
+    motion : Ramp or Motion, optional
+        What the sum follows.
+    start_only : bool
+        True if it holds at the start only, as a pin that is centred in its bush.
+    """
+
+    terms: tuple[tuple[float, Measure], ...]
     motion: Any = None
     start_only: bool = False
 
+    @property
+    def bodies(self) -> set[str]:
+        """Bodies that it holds, the ground among them."""
+        return {end.body for _, measure in self.terms for end in (measure.first, measure.second)}
 
-Row = Along | Turn
+    def gradient(self, points: Mapping[str, tuple[float, float]]) -> Iterator[tuple[Place, tuple[float, float, float]]]:
+        """Yield its derivatives by (x, y, angle) of each place at t = 0, all bodies' places their own."""
+        for share, measure in self.terms:
+            if isinstance(measure, Turn):
+                yield measure.first, (0.0, 0.0, share)
+                yield measure.second, (0.0, 0.0, -share)
+                continue
+            (x1, y1), (x2, y2) = points[measure.first.point], points[measure.second.point]
+            ex, ey = x1 - x2, y1 - y2
+            if isinstance(measure, Apart):
+                (dx, dy), bend = (ex / hypot(ex, ey), ey / hypot(ex, ey)), 0.0
+            else:
+                (dx, dy), bend = measure.direction, 0.0
+                if measure.turns:
+                    bend = dx * ey - dy * ex
+            yield measure.first, (share * dx, share * dy, 0.0)
+            yield measure.second, (-share * dx, -share * dy, share * bend)
+
+
+def row(measure: Measure, motion: Any = None, *, start_only: bool = False) -> Row:
+    """Return the row of one measure."""
+    return Row(((1.0, measure),), motion, start_only)
 
 
 def meets(point: str, first: str, second: str, *, start_only: bool = False) -> Iterator[Row]:
     """Yield the two rows of a point of one body that stays on the same point of another: x, then y."""
     for direction in ACROSS:
-        yield Along(Place(first, point), Place(second, point), direction, start_only=start_only)
+        yield row(Along(Place(first, point), Place(second, point), direction), start_only=start_only)
 
 
 def on_line(point: str, first: str, second: str, along: tuple[float, float]) -> Iterator[Row]:
     """Yield the row of a point of one body that stays on a line through it, fixed in another body."""
     normal = (-along[1], along[0])
-    yield Along(Place(first, point), Place(second, point), normal, Place(second, point))
+    yield row(Along(Place(first, point), Place(second, point), normal, turns=second != GROUND))
 
 
 def same_turn(point: str, first: str, second: str) -> Iterator[Row]:
     """Yield the row of two bodies that keep their angle to each other at a point."""
-    yield Turn(Place(first, point), Place(second, point))
+    yield row(Turn(Place(first, point), Place(second, point)))

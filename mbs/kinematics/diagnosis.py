@@ -66,9 +66,7 @@ def stuck(record: Record) -> tuple[Status, str] | None:
         motion = record.links[link.name]
         q[i, :2], q[i, 2] = motion.point(link.start)[0][-1], q[i, 2] + motion.turn(link.start)[0][-1]
     among = {GROUND, *(mechanism.links[i].name for i in rigid)}
-    rows = [
-        k for k, (_, row) in enumerate(linkage.named_rows) if not row.start_only and {row.first.body, row.second.body} <= among
-    ]
+    rows = [k for k, (_, row) in enumerate(linkage.named_rows) if not row.start_only and row.bodies <= among]
     columns = [3 * i + axis for i in rigid for axis in range(3)]
     unit = np.tile([1.0, 1.0, linkage.size], len(rigid))  # a turn as far as it moves the longest link
     before, now = (linkage.system(at, np.zeros_like(q))[1][np.ix_(rows, columns)] / unit for at in (linkage.reference, q))

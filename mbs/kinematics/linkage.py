@@ -14,8 +14,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from buckler.mbs.elements.element import GROUND, Place
-from buckler.mbs.elements.rows import Along, Row
+from buckler.mbs.elements.rows import Row
 from buckler.mbs.kinematics.errors import KinematicsError
+from buckler.mbs.kinematics.forms import Ends, Forms
 from buckler.mbs.mechanism import Mechanism
 
 Array = np.ndarray[Any, Any]
@@ -30,29 +31,6 @@ class State(NamedTuple):
     q: Array
     q_t: Array
     q_tt: Array
-
-
-class Rows(NamedTuple):
-    """Rows of one kind as arrays of shape (rows,): `at` their places among all rows; bodies by number, the ground last.
-
-    Attributes
-    ----------
-    arm_1, arm_2 : complex arrays
-        From the start of the first and second body to the point at t = 0, m.
-    direction : complex array
-        At t = 0.
-    start : array
-        Value at t = 0.
-    """
-
-    at: Array
-    first: Array
-    second: Array
-    frame: Array
-    arm_1: Array
-    arm_2: Array
-    direction: Array
-    start: Array
 
 
 @dataclass(frozen=True)
@@ -106,23 +84,10 @@ class Linkage:
         return point if place.body == GROUND else point - complex(*self.reference[self.index[place.body], :2])
 
     @cached_property
-    def _tables(self) -> tuple[Rows, Rows]:
-        """Rows of points and rows of turns."""
-        tables: list[list[Any]] = [[], []]
-        for k, (_, row) in enumerate(self.named_rows):
-            ends = [self._number(row.first), self._number(row.second)]
-            if isinstance(row, Along):
-                direction, frame = complex(*row.direction), self._number(row.frame)
-                arms = [self._arm(row.first), self._arm(row.second)]
-                start = np.conj(direction) * (self._start(row.first) - self._start(row.second))
-                tables[0].append([k, *ends, frame, *arms, direction, start.real])
-            else:
-                tables[1].append([k, *ends, 0, 0, 0, 0, 0.0])
-        rows, turns = (_table(table) for table in tables)
-        return rows, turns
-
-    def _start(self, place: Place) -> complex:
-        return complex(*self.mechanism.points[place.point])
+    def _forms(self) -> Forms:
+        """All rows as equations of the links."""
+        ends = Ends(self._number, self._arm, lambda place: complex(*self.mechanism.points[place.point]))
+        return Forms([row for _, row in self.named_rows], len(self.index), ends)
 
     # --- places and velocities --------------------------------------------------------------------------------------------
 
@@ -155,52 +120,17 @@ class Linkage:
         -------
         C, J, gamma : arrays, shapes (..., rows), (..., rows, 3 links), (..., rows)
         """
-        n, count, lead = len(self.index), len(self.names), q.shape[:-2]
-        residual, jacobian = np.zeros((*lead, count)), np.zeros((*lead, count, n + 1, 3))
-        rows, turns = self._tables
-        i, j, f, at = rows.first, rows.second, rows.frame, rows.at
-        z, turned = self._with_ground(q - self._turned_by)
-        unit = np.exp(1j * turned)
-        arm_1, arm_2, d = rows.arm_1 * unit[..., i], rows.arm_2 * unit[..., j], rows.direction * unit[..., f]
-        apart = z[..., i] + arm_1 - z[..., j] - arm_2
-        residual[..., at] = _dot(d, apart) - rows.start
-        for body, sign, arm in ((i, 1.0, arm_1), (j, -1.0, arm_2)):
-            jacobian[..., at, body, 0] += sign * d.real
-            jacobian[..., at, body, 1] += sign * d.imag
-            jacobian[..., at, body, 2] += sign * _dot(d, 1j * arm)
-        jacobian[..., at, f, 2] += _dot(1j * d, apart)
-        residual[..., turns.at] = turned[..., turns.first] - turned[..., turns.second]
-        jacobian[..., turns.at, turns.first, 2] += 1.0
-        jacobian[..., turns.at, turns.second, 2] -= 1.0
-        return residual, jacobian[..., :n, :].reshape(*lead, count, 3 * n), self.convective(q, q_t)
+        residual, jacobian = self._forms.system(q - self._turned_by)
+        return residual, jacobian, self.convective(q, q_t)
 
     def convective(self, q: Array, q_t: Array) -> Array:
         """The term gamma, what is quadratic in the velocities, shape (..., rows)."""
-        gamma = np.zeros((*q.shape[:-2], len(self.names)))
-        if not q_t.any():
-            return gamma
-        rows = self._tables[0]
-        i, j, f = rows.first, rows.second, rows.frame
-        (z, turned), (v, w) = self._with_ground(q - self._turned_by), self._with_ground(q_t)
-        unit = np.exp(1j * turned)
-        arm_1, arm_2, d = rows.arm_1 * unit[..., i], rows.arm_2 * unit[..., j], rows.direction * unit[..., f]
-        apart = z[..., i] + arm_1 - z[..., j] - arm_2
-        change = v[..., i] - v[..., j] + 1j * (w[..., i] * arm_1 - w[..., j] * arm_2)
-        bend = _dot(d, w[..., i] ** 2 * arm_1 - w[..., j] ** 2 * arm_2)
-        gamma[..., rows.at] = bend - 2 * w[..., f] * _dot(1j * d, change) + w[..., f] ** 2 * _dot(d, apart)
-        return gamma
+        return self._forms.convective(q - self._turned_by, q_t)
 
     @cached_property
     def _turned_by(self) -> Array:
         """The links' directions at t = 0, in their places among the coordinates."""
         return np.array([0.0, 0.0, 1.0]) * self.reference
-
-    def _with_ground(self, q: Array) -> tuple[Array, Array]:
-        """Places as complex numbers and angles, or their rates, each (..., links + 1): the ground last, where it was."""
-        n = len(self.index)
-        z, angle = np.zeros((*q.shape[:-2], n + 1), dtype=complex), np.zeros((*q.shape[:-2], n + 1))
-        z.real[..., :n], z.imag[..., :n], angle[..., :n] = q[..., 0], q[..., 1], q[..., 2]
-        return z, angle
 
     def travel(self, time: Any) -> Array:
         """What the drives add to each row by then, m or rad, shape (..., rows)."""
@@ -279,17 +209,6 @@ class Linkage:
         if gap > 1e-9 * max(1.0, np.abs(right).max(initial=0.0)):
             raise KinematicsError(impossible(what, t, gap, involved(self.names, rest)))
         return rate.reshape(-1, 3)
-
-
-def _table(table: list[list[Any]]) -> Rows:
-    columns: list[Any] = list(zip(*table, strict=True)) if table else [()] * 8
-    kinds = (int, int, int, int, complex, complex, complex, float)
-    return Rows(*(np.array(column, dtype=kind) for column, kind in zip(columns, kinds, strict=True)))
-
-
-def _dot(a: Array, b: Array) -> Array:
-    """Scalar product of vectors as complex numbers."""
-    return a.real * b.real + a.imag * b.imag
 
 
 def solved(jacobian: Array, right: Array) -> Array:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from buckler.mbs.elements.element import GROUND, Array, place
-from buckler.mbs.elements.rows import Along, Row
+from buckler.mbs.elements.rows import Row
 from buckler.mbs.kinematics.errors import KinematicsError
 from buckler.mbs.kinematics.inertias import mass_matrix
 from buckler.mbs.kinematics.linkage import ROUNDING, Linkage, involved
@@ -80,10 +80,10 @@ class Stations:
     def columns(self, row: Row) -> Array:
         """A row's derivatives by the weighted velocities of all stations."""
         found = np.zeros((len(self.points), 3))
-        for end, sign in ((row.first, 1.0), (row.second, -1.0)):
+        for end, slope in row.gradient(self.mechanism.points):
             k = self.places.get((end.body, end.point))
             if k is not None:
-                found[k] += sign * np.array([*row.direction, 0.0] if isinstance(row, Along) else [0.0, 0.0, 1.0]) @ self.turns[k]
+                found[k] += np.array(slope) @ self.turns[k]
         return found.ravel()
 
     def own(self, k: int, direction: Array) -> Array:

@@ -45,12 +45,18 @@ class Attached:
 
 @dataclass
 class Row:
-    """A constraint: its name, measure, drive or -1, and the value it is held to (None: as at t = 0)."""
+    """A constraint: name, first measure, drive or -1, what it is held to (None: as at t = 0), how many measures it has."""
 
     name: str
     measure: int
     motion: int
     value: float | None
+    count: int = 1
+
+    @property
+    def measures(self) -> range:
+        """The measures whose sum it is."""
+        return range(self.measure, self.measure + self.count)
 
 
 @dataclass
@@ -97,7 +103,7 @@ class Builder:
     markers: list[tuple[int, int, int, int, int, int]] = field(default_factory=list)
     places: list[int] = field(default_factory=list)
     measures: list[tuple[int, int, int]] = field(default_factory=list)
-    directions: list[Pair] = field(default_factory=list)
+    directions: list[tuple[float, float, float]] = field(default_factory=list)
     rows: list[Row] = field(default_factory=list)
     motions: list[tuple[int, int, int]] = field(default_factory=list)
     ramps: list[tuple[float, float, float]] = field(default_factory=list)
@@ -189,7 +195,7 @@ class Builder:
         """Add a measure of markers a and b."""
         a, b = (self._placed(a) if kind != k.ANGLE else a), (self._placed(b) if kind in (k.FIXED, k.DISTANCE) else b)
         self.measures.append((kind, a, b))
-        self.directions.append((float(direction[0]), float(direction[1])))
+        self.directions.append((float(direction[0]), float(direction[1]), 1.0))
         return len(self.measures) - 1
 
     def _placed(self, marker: int) -> int:
@@ -202,16 +208,18 @@ class Builder:
         value = [self.data[data + i] for i in used]
         return self.add_marker(k.LINEAR, 0, len(used), [*x, *y, *x], [*value, *value, *[0.0] * len(used)])
 
-    def add_row(self, name: str, measure: int, motion: int = -1, value: float | None = None) -> int:
-        """Hold a measure to a value (None: the one at t = 0) and a drive's travel."""
-        self.rows.append(Row(name, measure, motion, value))
+    def add_row(self, name: str, terms: Sequence[tuple[float, int]], motion: int = -1, value: float | None = None) -> int:
+        """Hold a sum of coefficients times measures, added one after the other, to a value (None: as at t = 0) and a motion."""
+        for share, measure in terms:
+            self.directions[measure] = (*self.directions[measure][:2], share)
+        self.rows.append(Row(name, terms[0][1], motion, value, len(terms)))
         return len(self.rows) - 1
 
     def pin(self, name: str, a: int, b: int) -> None:
         """Hold two markers together."""
         if a != b:
-            self.add_row(name, self.add_measure(k.FIXED, a, b, (1.0, 0.0)), value=0.0)
-            self.add_row(name, self.add_measure(k.FIXED, a, b, (0.0, 1.0)), value=0.0)
+            for direction in ((1.0, 0.0), (0.0, 1.0)):
+                self.add_row(name, [(1.0, self.add_measure(k.FIXED, a, b, direction))], value=0.0)
 
     # --- laws, drives, forces -----------------------------------------------------------------------------------------
 
@@ -272,13 +280,17 @@ class Builder:
         return [*rows, *forces, *strips, *modal, *(Block(at) for at, _ in self.masses)]
 
     def _row_block(self, row: Row, unknown: int) -> Block:
-        """Block of a constraint: its gradient, and second derivatives, that couple both markers if its direction turns."""
-        kind, a, b = self.measures[row.measure]
-        first, second = self._places(a), self._places(b)
-        whole, one = slice(None), slice(0, len(first))
-        other, last = slice(len(first), len(first) + len(second)), slice(len(first) + len(second), None)
-        apart = ((one, one), (other, other), (one, last), (last, one), (other, last), (last, other))
-        return Block([*first, *second, unknown], ((whole, whole),) if kind in (k.TURNING, k.DISTANCE) else apart)
+        """Block of a constraint: its gradient, and second derivatives, that couple both markers if a direction turns."""
+        unknowns: list[int] = []
+        parts: list[tuple[slice, slice]] = []
+        for number in row.measures:
+            kind, a, b = self.measures[number]
+            begin, middle = len(unknowns), len(unknowns) + len(self._places(a))
+            unknowns += [*self._places(a), *self._places(b)]
+            whole, one, other = slice(begin, len(unknowns)), slice(begin, middle), slice(middle, len(unknowns))
+            parts += [(whole, whole)] if kind in (k.TURNING, k.DISTANCE) else [(one, one), (other, other)]
+        every, last = slice(0, len(unknowns)), slice(len(unknowns), None)
+        return Block([*unknowns, unknown], (*parts, (every, last), (last, every)))
 
     def _places(self, marker: int) -> list[int]:
         """Coordinates that move a marker."""
@@ -313,8 +325,8 @@ class Builder:
             markers=_whole(self.markers, 6),
             places=np.array(self.places, dtype=np.int64),
             measures=_whole(self.measures, 3),
-            directions=_real(self.directions, 2),
-            rows=_whole([(r.measure, r.motion) for r in self.rows], 2),
+            directions=_real(self.directions, 3),
+            rows=_whole([(r.measure, r.motion, r.count) for r in self.rows], 3),
             values=np.array([r.value or 0.0 for r in self.rows], dtype=float),
             motions=_whole(self.motions, 3),
             ramps=_real(self.ramps, 3),

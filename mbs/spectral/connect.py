@@ -2,37 +2,41 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
 from buckler.mbs.elements.element import GROUND
-from buckler.mbs.elements.rows import Along
+from buckler.mbs.elements.rows import Along, Apart, Measure, Turn
 from buckler.mbs.spectral import tables as k
-from buckler.mbs.spectral.builder import Builder
+from buckler.mbs.spectral.builder import Builder, Pair
 from buckler.mbs.spectral.strut import StrutBody
+
+NOWHERE = (0.0, 0.0)
 
 
 def connect(builder: Builder, name: str, element: Any) -> None:
-    """Add the rows of a joint, guide or drive; a strut leans on its neighbour and needs none of its pins."""
+    """Add the rows of a joint, guide, drive or coupling; a strut leans on its neighbour and needs none of its pins."""
     for row in element.rows(builder.mechanism):
         if row.start_only:
             continue
-        a, b = (marker_of(builder, end.body, end.point) for end in (row.first, row.second))
-        if a == b and isinstance(row, Along):
-            continue
-        motion = -1 if row.motion is None else builder.add_motion(row.motion, name)
-        if not isinstance(row, Along):
-            builder.add_row(name, builder.add_measure(k.ANGLE, a, b), motion)
-            continue
-        if row.frame.body == GROUND:
-            measure = builder.add_measure(k.FIXED, a, b, row.direction)
-        else:
-            frame = marker_of(builder, row.frame.body, row.frame.point)
-            if frame != b:
-                raise ValueError(f"'{name}': a direction that turns with another body than the second is not known here")
-            measure = builder.add_measure(k.TURNING, a, b, turned_back(builder, b, row.direction))
-        builder.add_row(name, measure, motion)
+        terms = [term for share, measure in row.terms for term in _term(builder, share, measure)]
+        if terms:
+            motion = -1 if row.motion is None else builder.add_motion(row.motion, name)
+            builder.add_row(name, [(share, builder.add_measure(*found)) for share, found in terms], motion)
+
+
+def _term(builder: Builder, share: float, measure: Measure) -> Iterator[tuple[float, tuple[int, int, int, Pair]]]:
+    """Yield coefficient and measure of the kernel; nothing for two places that are one."""
+    a, b = (marker_of(builder, end.body, end.point) for end in (measure.first, measure.second))
+    if isinstance(measure, Turn):
+        yield share, (k.ANGLE, a, b, NOWHERE)
+    elif a != b and isinstance(measure, Apart):
+        yield share, (k.DISTANCE, a, b, NOWHERE)
+    elif a != b and isinstance(measure, Along):
+        kind = k.TURNING if measure.turns else k.FIXED
+        yield share, (kind, a, b, turned_back(builder, b, measure.direction) if measure.turns else measure.direction)
 
 
 def turned_back(builder: Builder, marker: int, direction: Any) -> tuple[float, float]:

@@ -176,11 +176,11 @@ def _bend_along(s, w, k, t, q, lam, mem, since, mass):
         for j in range(6):
             c[i, j] = factor * by_rate * grad[i] * grad[j]
             h[i, j] = factor * (by_value * grad[i] * grad[j] + by_rate * grad[i] * w.small[7, j]) + force * hess[i, j]
-    add_pair(s, w, a, b, h, -1.0, w.stiff)
+    add_pair(s, w, a, b, h, -1.0, w.stiff, 0)
     add_geometric(s, w, a, q, -force * grad[0], -force * grad[1], -force * grad[2], w.stiff, 0)
     add_geometric(s, w, b, q, -force * grad[3], -force * grad[4], -force * grad[5], w.stiff, s.markers[a, COUNT])
     if by_rate != 0.0:
-        add_pair(s, w, a, b, c, -1.0, w.damp)
+        add_pair(s, w, a, b, c, -1.0, w.damp, 0)
         add_pair_drift(s, w, a, b, c, -1.0, w.stiff)
     if s.forces[k, 0] == SEAT and reaction != 0.0:
         _add_cross(s, w, k, number, grad, -force / reaction, mass)
@@ -267,8 +267,8 @@ def _bend_journal(s, w, k, q, mem, since):
         vx, vy = -push_v * nx - drag_v * tx, -push_v * ny - drag_v * ty
         c[0, j], c[1, j], c[2, j] = vx, vy, -radius * drag_v
         c[3, j], c[4, j], c[5, j] = -vx, -vy, (e + radius) * drag_v
-    add_pair(s, w, ma, mb, h, -1.0, w.stiff)
-    add_pair(s, w, ma, mb, c, -1.0, w.damp)
+    add_pair(s, w, ma, mb, h, -1.0, w.stiff, 0)
+    add_pair(s, w, ma, mb, c, -1.0, w.damp, 0)
     add_pair_drift(s, w, ma, mb, c, -1.0, w.stiff)
     add_geometric(s, w, ma, q, -fx, -fy, radius * drag, w.stiff, 0)
     add_geometric(s, w, mb, q, fx, fy, -(e + radius) * drag, w.stiff, s.markers[ma, COUNT])
@@ -297,7 +297,7 @@ def _bend_push(s, w, k, q):
         for j in range(6):
             h[i, j] = 0.0
     h[0, 5], h[1, 5] = -fy, fx
-    add_pair(s, w, a, b, h, -1.0, w.stiff)
+    add_pair(s, w, a, b, h, -1.0, w.stiff, 0)
 
 
 @close

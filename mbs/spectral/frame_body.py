@@ -100,4 +100,4 @@ def add_block(builder: Builder, marker: int, each: Attached, link: str) -> None:
         builder.angles(o)
         builder.mass((o,), np.array([[each.inertia]]))
         own = builder.add_marker(k.LINEAR, o, 1, (o, o, o), [0.0, 0.0, 1.0])
-        builder.add_row(name, builder.add_measure(k.ANGLE, own, marker))
+        builder.add_row(name, [(1.0, builder.add_measure(k.ANGLE, own, marker))])

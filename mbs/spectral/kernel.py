@@ -22,7 +22,7 @@ from buckler.mbs.spectral.markers import (
     put_gradient,
 )  # fmt: skip
 from buckler.mbs.spectral.strips import add_strips, bend_strips
-from buckler.mbs.spectral.tables import ANGLE, COUNT, KIND
+from buckler.mbs.spectral.tables import ANGLE, COUNT, KIND, SHARE
 
 
 @inner
@@ -176,23 +176,28 @@ def tangents(s, w, t, q, v, lam, mem, since, mass, damp, stiff):
 @close
 def row_at(s, w, r, t, g, jacobian, speed):
     """Residual, row of the Jacobian and right side of G v = speed of constraint r. Markers are placed."""
-    grad = w.small[6]
-    k, drive = s.rows[r, 0], s.rows[r, 1]
-    value, _ = measure(s, w, k, grad)
+    grad, at, total = w.small[6], s.blocks[r, 0], 0.0
+    first, drive, count = s.rows[r, 0], s.rows[r, 1], s.rows[r, 2]
     travel, rate = 0.0, 0.0
     if drive >= 0:
         travel, rate = motion(s, drive, t)
-    g[r], speed[r] = value - s.values[r] - travel, rate
-    if s.measures[k, KIND] == ANGLE:
+    for k in range(first, first + count):
+        value, _ = measure(s, w, k, grad)
+        total += s.directions[k, SHARE] * value
+        at = put_gradient(s, w, k, grad, s.directions[k, SHARE], jacobian, at)
+    g[r], speed[r] = total - s.values[r] - travel, rate
+    if count == 1 and s.measures[first, KIND] == ANGLE:
         g[r] -= 2.0 * np.pi * np.round(g[r] / (2.0 * np.pi))
-    put_gradient(s, w, k, grad, 1.0, jacobian, s.blocks[r, 0])
 
 
 @close
 def change_at(s, w, r, t, side, change):
-    """Right side of G a = change of constraint r, whose gradient is at hand; `side`: see `second_rate`."""
-    k, drive = s.rows[r, 0], s.rows[r, 1]
-    change[r] = (second_rate(s, drive, t, side) if drive >= 0 else 0.0) - bias_of(s, w, k, w.small[6], w.small[:6])
+    """Right side of G a = change of constraint r; `side`: see `second_rate`. Markers are placed."""
+    first, drive, grad = s.rows[r, 0], s.rows[r, 1], w.small[6]
+    change[r] = second_rate(s, drive, t, side) if drive >= 0 else 0.0
+    for k in range(first, first + s.rows[r, 2]):
+        measure(s, w, k, grad)
+        change[r] -= s.directions[k, SHARE] * bias_of(s, w, k, grad, w.small[:6])
 
 
 @aside
@@ -206,7 +211,6 @@ def rows_at(s, w, t, g, jacobian, speed):
 def changes_at(s, w, t, side, change):
     """Right sides of G a = change. Markers are placed."""
     for r in range(s.rows.shape[0]):
-        measure(s, w, s.rows[r, 0], w.small[6])
         change_at(s, w, r, t, side, change)
 
 
@@ -267,12 +271,15 @@ def add_multipliers(s, w, q, lam, stiff):
     """Add d(G^T lambda)/dq to stiff. Markers are placed."""
     grad, hess = w.small[6], w.small[:6]
     for r in range(s.rows.shape[0]):
-        k = s.rows[r, 0]
-        a, b = s.measures[k, 1], s.measures[k, 2]
         clear_block(s, w, r)
-        measure(s, w, k, grad)
-        if curve(s, w, k, grad, hess):
-            add_pair(s, w, a, b, hess, lam[r], w.stiff)
-        add_geometric(s, w, a, q, lam[r] * grad[0], lam[r] * grad[1], lam[r] * grad[2], w.stiff, 0)
-        add_geometric(s, w, b, q, lam[r] * grad[3], lam[r] * grad[4], lam[r] * grad[5], w.stiff, s.markers[a, COUNT])
+        at = 0
+        for k in range(s.rows[r, 0], s.rows[r, 0] + s.rows[r, 2]):
+            a, b, push = s.measures[k, 1], s.measures[k, 2], lam[r] * s.directions[k, SHARE]
+            measure(s, w, k, grad)
+            if curve(s, w, k, grad, hess):
+                add_pair(s, w, a, b, hess, push, w.stiff, at)
+            add_geometric(s, w, a, q, push * grad[0], push * grad[1], push * grad[2], w.stiff, at)
+            at += s.markers[a, COUNT]
+            add_geometric(s, w, b, q, push * grad[3], push * grad[4], push * grad[5], w.stiff, at)
+            at += s.markers[b, COUNT]
         add_entries(s, r, w.stiff, stiff)

@@ -248,7 +248,10 @@ def add_gradient(s, w, k, grad, factor, out):
 
 @close
 def put_gradient(s, w, k, grad, factor, out, at):
-    """Put factor times the gradient of measure k by the coordinates of marker a and then of marker b into out from `at` on."""
+    """Put factor times the gradient of measure k by the coordinates of marker a and then of marker b into out from `at` on.
+
+    Returns the place after them.
+    """
     for side in range(2):
         m = s.measures[k, 1 + side]
         fx, fy, turning = factor * grad[3 * side], factor * grad[3 * side + 1], factor * grad[3 * side + 2]
@@ -256,14 +259,15 @@ def put_gradient(s, w, k, grad, factor, out, at):
         for i in range(s.markers[m, COUNT]):
             out[at] = fx * w.slope[0, first + i] + fy * w.slope[1, first + i] + turning * w.slope[2, first + i]
             at += 1
+    return at
 
 
 @aside
-def add_pair(s, w, a, b, h, factor, out):
-    """Add factor J^T h J of two markers, h of shape (6, 6), to the block of their coordinates."""
+def add_pair(s, w, a, b, h, factor, out, at):
+    """Add factor J^T h J of two markers, h of shape (6, 6), to the block of their coordinates, that begins at `at`."""
     for i in range(2):
         for j in range(2):
-            to, across = i * s.markers[a, COUNT], j * s.markers[a, COUNT]
+            to, across = at + i * s.markers[a, COUNT], at + j * s.markers[a, COUNT]
             add_block(s, w, a if i == 0 else b, a if j == 0 else b, h, 3 * i, 3 * j, factor, out, to, across)
 
 

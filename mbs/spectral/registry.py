@@ -9,20 +9,17 @@ from buckler.mbs.spectral.beam import add_beam
 from buckler.mbs.spectral.builder import Body, Builder
 from buckler.mbs.spectral.cable import add_cable
 from buckler.mbs.spectral.clearance import add_clearance
-from buckler.mbs.spectral.drive import add_drive
+from buckler.mbs.spectral.connect import connect
 from buckler.mbs.spectral.force import add_force
 from buckler.mbs.spectral.guide import add_guide
 from buckler.mbs.spectral.modal import add_modal
 from buckler.mbs.spectral.motor import add_motor
-from buckler.mbs.spectral.revolute import add_revolute
 from buckler.mbs.spectral.rigid import add_rigid
-from buckler.mbs.spectral.slider import add_slider
 from buckler.mbs.spectral.spring import add_spring
 from buckler.mbs.spectral.stop import add_stop
 from buckler.mbs.spectral.strut import add_strut
 from buckler.mbs.spectral.torque import add_torque
 from buckler.mbs.spectral.torsion_spring import add_torsion_spring
-from buckler.mbs.spectral.weld import add_weld
 
 BODIES: dict[str, Callable[[Builder, Any], Body]] = {
     "Rigid": add_rigid,
@@ -32,11 +29,11 @@ BODIES: dict[str, Callable[[Builder, Any], Body]] = {
     "Strut": add_strut,
 }
 ELEMENTS: dict[str, Callable[[Builder, str, Any], None]] = {
-    "Revolute": add_revolute,
+    "Revolute": connect,
     "Clearance": add_clearance,
-    "Weld": add_weld,
-    "Slider": add_slider,
-    "Slot": add_slider,
+    "Weld": connect,
+    "Slider": connect,
+    "Slot": connect,
     "Guide": add_guide,
     "Stop": add_stop,
     "Force": add_force,
@@ -44,7 +41,7 @@ ELEMENTS: dict[str, Callable[[Builder, str, Any], None]] = {
     "Motor": add_motor,
     "Spring": add_spring,
     "TorsionSpring": add_torsion_spring,
-    "Drive": add_drive,
+    "Drive": connect,
 }
 
 

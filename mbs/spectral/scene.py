@@ -333,7 +333,7 @@ class Scene:
         """Give the rows held as at t = 0 their values."""
         for r, row in enumerate(self.builder.rows):
             if row.value is None:
-                row.value = self.measured(row.measure, self.q0)
+                row.value = sum(self.builder.directions[i][k.SHARE] * self.measured(i, self.q0) for i in row.measures)
                 self.tables.values[r] = row.value
 
     def _leave_out(self) -> None:

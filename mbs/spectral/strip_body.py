@@ -144,7 +144,7 @@ def add_strip(builder: Builder, link: Any, kind: int) -> StripBody:
         _tabulate(builder, body, element, degree)
         if i and kind == k.KIRCHHOFF:
             a, b = (body.marker_at(builder, element.start, piece) for piece in (i - 1, i))
-            builder.add_row(f"{link.name}.slope", builder.add_measure(k.ANGLE, a, b))
+            builder.add_row(f"{link.name}.slope", [(1.0, builder.add_measure(k.ANGLE, a, b))])
     for each in builder.attached.get(link.name, ()):
         _attach(builder, body, each, link.name)
     return body

@@ -35,6 +35,8 @@ SMOOTH, COULOMB, ADAMS, AMBROSIO, THRELFALL, STRIBECK, LUGRE, COEFFICIENT_CALLED
 # --- columns ----------------------------------------------------------------------------------------------------------
 KIND, OFFSET, SIZE, FIRST, COUNT, DATA = 0, 1, 2, 3, 4, 5
 """Of markers: first coordinate, modes or members of the basis, where its places begin and how many, where its numbers begin."""
+SHARE = 2
+"""Of directions: the measure's coefficient in its constraint."""
 A, B = 1, 2
 """Of measures and forces, after the kind: markers; for forces along a measure, A is the measure."""
 LAW_OF, FRICTION_OF, ROW_OF, NUMBERS = 3, 4, 5, 6
@@ -70,12 +72,12 @@ class Tables(NamedTuple):
         Coordinates of markers and strips.
     measures : array of int, shape (k, 3)
         Kind, marker a, marker b.
-    directions : array, shape (k, 2)
-        Of measures.
-    rows : array of int, shape (r, 2)
-        Constraints: measure, motion or -1.
+    directions : array, shape (k, 3)
+        Of measures, and the coefficient of each in the constraint it is part of.
+    rows : array of int, shape (r, 3)
+        Constraints: first measure, motion or -1, number of measures whose sum it is.
     values : array, shape (r,)
-        What the measure is held to, motion aside. Statics moves them.
+        What that sum is held to, motion aside. Statics moves them.
     motions : array of int, shape (k, 3)
         Kind, address of position, of speed.
     ramps : array, shape (k, 3)
