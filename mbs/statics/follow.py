@@ -17,8 +17,7 @@ import numpy as np
 
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.start import slopes
-from buckler.mbs.statics.problem import Problem, Rest, StaticsError, places
-from buckler.mbs.statics.rest import loads_of
+from buckler.mbs.statics.problem import Problem, Rest, StaticsError, loads_of, places
 
 Array = np.ndarray[Any, Any]
 Branch = tuple[str, str, tuple[float, float]]
@@ -165,11 +164,11 @@ class _Follower:
         """The equilibrium at a distance along a direction."""
         problem, n = self.problem, len(rest.q)
         normal = self.metric * direction
-        value = float(normal @ problem._vector(rest)) + step
-        moved = problem._vector(rest) + step * direction
+        value = float(normal @ problem.vector(rest)) + step
+        moved = problem.vector(rest) + step * direction
         guess = Rest(moved[:n], moved[n:-1], float(moved[-1]))
         new = problem.newton(guess, (normal, value, abs(self.to)))
-        way, apart = step * direction, problem._vector(new) - moved
+        way, apart = step * direction, problem.vector(new) - moved
         for part in (slice(None), slice(n)):  # places on their own too: beside a large load their way is short
             expected, off = (float(np.sqrt(self.metric[part] @ x[part] ** 2)) for x in (way, apart))
             if off > 0.5 * expected + NEAR:
@@ -184,8 +183,11 @@ class _Follower:
         return np.asarray(out if forward >= 0 else -out)
 
     def _lowest(self, rest: Rest) -> float:
-        values = self.problem.stability(rest)[0]
-        return float(values[0]) if values.size else float("nan")
+        found = self.problem.spectrum(rest)
+        if not len(found.values):
+            return float("nan")
+        grows = float(found.growth.max())
+        return -(grows**2) if grows > 0.0 else float(np.abs(found.values[0]) ** 2)
 
     def _turns(self, direction: Array, rest: Rest, new: Rest) -> bool:
         """Whether a limit point lies between."""
@@ -193,7 +195,7 @@ class _Follower:
 
     def _critical(self, rest: Rest, new: Rest, direction: Array, low: float) -> tuple[Rest, Array]:
         """Where between the two the lowest eigenvalue is zero, by bisection on the arc; and its shape."""
-        apart = self.problem._vector(new) - self.problem._vector(rest)
+        apart = self.problem.vector(new) - self.problem.vector(rest)
         a, b, best = 0.0, float(self.metric * direction @ apart), new
         fine = 1e-7 * b
         for _ in range(40):
@@ -208,7 +210,7 @@ class _Follower:
                 b = middle
             if b - a < fine:
                 break
-        return best, self.problem.stability(best)[1][:, 0]
+        return best, np.real(self.problem.spectrum(best).shapes[:, 0])
 
     def _towards(self, rest: Rest, shape: Array) -> Array:
         """Unit direction along a shape, to the side that the branch names."""
@@ -221,7 +223,7 @@ class _Follower:
 
     def _limit(self, rest: Rest, new: Rest, before: Array, after: Array) -> float:
         """Parameter at the limit point between two equilibria, by secants on dp/ds along the first one's tangent."""
-        a, b = 0.0, float(self.metric * before @ (self.problem._vector(new) - self.problem._vector(rest)))
+        a, b = 0.0, float(self.metric * before @ (self.problem.vector(new) - self.problem.vector(rest)))
         fa, fb, middle = before[-1], after[-1], new
         for _ in range(12):
             s = a - fa * (b - a) / (fb - fa)

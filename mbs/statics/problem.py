@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from buckler.mbs.spectral.scene import Place, Scene
+from buckler.mbs.spectral.start import slopes
+from buckler.mbs.spectral.strip_body import StripBody
+from buckler.mbs.statics.spectrum import EPS, Spectrum, Tangent, spectrum
 
 Array = np.ndarray[Any, Any]
 ITERATIONS = 25
@@ -16,10 +19,12 @@ LONGEST_STEP = 0.3
 """Largest change of a coordinate in one iteration, in its unit (the longest link's length, 1 rad)."""
 CLOSE = 1e-10
 """A Newton step below this, in the same units, ends the iteration."""
+BALANCED = 1e-8
+"""Share of the largest force that may be out of balance where the iteration has ended."""
 
 
 class StaticsError(ValueError):
-    """No equilibrium was found, or what is asked for is not in the mechanism."""
+    """Newton's method found no balance of forces, or what is asked for is not in the mechanism."""
 
 
 class Rest(NamedTuple):
@@ -50,6 +55,10 @@ class Problem:
     def __post_init__(self) -> None:
         self.units = self.scene.units
         self.value = self.scene.tables.values[self.row] if self.row >= 0 else 0.0
+
+    def start(self, parameter: float) -> Rest:
+        """The pose that is drawn."""
+        return Rest(self.scene.q0, np.zeros(len(self.scene.row_names)), parameter)
 
     def set(self, parameter: float) -> None:
         """Move loads or the drive."""
@@ -89,38 +98,56 @@ class Problem:
         Raises
         ------
         StaticsError
-            If it does not converge.
+            If it does not converge, or forces are out of balance where it does.
         """
-        n, r = self.scene.size, len(rest.multipliers)
+        before = np.inf
         for _ in range(ITERATIONS):
-            force, gap, stiffness, jacobian = self.residual(rest)
-            matrix, scale = self.scaled(stiffness, jacobian)
-            right = np.concatenate([force * self.units / scale, -gap])
-            change_p = 0.0
-            if fixed is None:
-                step = solve(matrix, right)
-            else:
-                normal, value, unit = fixed
-                slope = self.slope(rest)
-                column = -np.concatenate([slope[:n] * self.units / scale, -slope[n:]]) * unit
-                bordered = np.block([[matrix, column[:, None]], [self._in_units(normal, scale, unit)[None]]])
-                miss = value - float(normal @ self._vector(rest))
-                step = solve(bordered, np.append(right, miss))
-                change_p = float(step[-1]) * unit
-            largest = float(np.abs(step[:n]).max(initial=0.0))
-            damp = min(1.0, LONGEST_STEP / max(largest, 1e-300))
+            rest, largest = self.step(rest, fixed)
             if not np.isfinite(largest):
                 break
-            rest = Rest(
-                rest.q + damp * step[:n] * self.units,
-                rest.multipliers + damp * step[n : n + r] * scale,
-                rest.parameter + damp * change_p,
-            )
-            if largest < CLOSE:
-                return rest
+            if largest < CLOSE and (largest > 0.1 * before or largest < 10 * EPS):
+                if self.balanced(rest):
+                    return rest
+                break
+            before = largest if largest < CLOSE else np.inf
         raise StaticsError(f"no equilibrium found near parameter {rest.parameter:.6g}: Newton's method does not converge")
 
-    def _vector(self, rest: Rest) -> Array:
+    def step(self, rest: Rest, fixed: tuple[Array, float, float] | None = None) -> tuple[Rest, float]:
+        """One step of Newton's method, damped, and its size before that."""
+        n, r = self.scene.size, len(rest.multipliers)
+        force, gap, stiffness, jacobian = self.residual(rest)
+        matrix, scale = self.scaled(stiffness, jacobian)
+        right = np.concatenate([force * self.units / scale, -gap])
+        change_p = 0.0
+        if fixed is None:
+            step = solve(matrix, right)
+        else:
+            normal, value, unit = fixed
+            slope = self.slope(rest)
+            column = -np.concatenate([slope[:n] * self.units / scale, -slope[n:]]) * unit
+            bordered = np.block([[matrix, column[:, None]], [self._in_units(normal, scale, unit)[None]]])
+            step = solve(bordered, np.append(right, value - float(normal @ self.vector(rest))))
+            change_p = float(step[-1]) * unit
+        largest = float(np.abs(step[:n]).max(initial=0.0))
+        damp = min(1.0, LONGEST_STEP / max(largest, 1e-300)) if np.isfinite(largest) else 0.0
+        moved = rest.q + damp * step[:n] * self.units
+        return Rest(moved, rest.multipliers + damp * step[n : n + r] * scale, rest.parameter + damp * change_p), largest
+
+    def balanced(self, rest: Rest) -> bool:
+        """Whether forces balance and constraints hold: in units of the coordinates, beside the largest force and rounding."""
+        force, gap, stiffness, jacobian = self.residual(rest)
+        scene, units = self.scene, self.units
+        pushes = np.abs(scene.work.reports[:, 0]).max(initial=0.0) * scene.length
+        weight = np.abs(scene.tables.factors[-1] * scene.tables.weight * units).max(initial=0.0)
+        carried = np.abs(jacobian * units * rest.multipliers[:, None]).max(initial=0.0)
+        rounding = 1e3 * EPS * float(np.abs(np.diag(stiffness) * units**2).max(initial=0.0))
+        limit = max(BALANCED * max(pushes, weight, carried), rounding)
+        return bool(
+            np.abs(force * units).max(initial=0.0) <= limit and np.abs(gap).max(initial=0.0) <= 1e-9 * max(1.0, scene.length)
+        )
+
+    def vector(self, rest: Rest) -> Array:
+        """Coordinates, multipliers and parameter, (n + r + 1,)."""
         return np.concatenate([rest.q, rest.multipliers, [rest.parameter]])
 
     def _in_units(self, normal: Array, scale: float, unit: float) -> Array:
@@ -136,34 +163,10 @@ class Problem:
         out = solve(matrix, np.concatenate([slope[:n] * self.units / scale, -slope[n:]]))
         return np.concatenate([out[:n] * self.units, out[n:] * scale])
 
-    def stability(self, rest: Rest, count: int = 1) -> tuple[Array, Array]:
-        """Lowest eigenvalues of the tangent on what the constraints leave free, in units of the mass matrix: squared angular
-        frequencies, 1/s^2; and their shapes (n, count).
-
-        An equilibrium is stable where the lowest is positive.
-        """
-        _, _, stiffness, jacobian = self.residual(rest)
-        return modes(stiffness, self.scene.mass_at(rest.q), jacobian, self.units, count)
-
-
-def modes(stiffness: Array, mass: Array, jacobian: Array, units: Array, count: int) -> tuple[Array, Array]:
-    """Lowest solutions of K z = omega^2 M z with G z = 0: omega^2 and shapes with z^T M z = 1."""
-    free = null_space(jacobian, units)
-    if not free.shape[1]:
-        return np.empty(0), np.empty((len(mass), 0))
-    k, m = free.T @ stiffness @ free, free.T @ mass @ free
-    lower = np.linalg.cholesky(m)  # M = L L^T: the symmetric problem of L^-1 K L^-T
-    values, vectors = np.linalg.eigh(np.linalg.solve(lower, np.linalg.solve(lower, (k + k.T) / 2).T))
-    return values[:count], free @ np.linalg.solve(lower.T, vectors[:, :count])
-
-
-def null_space(jacobian: Array, units: Array) -> Array:
-    """Columns that span the z with G z = 0, each coordinate in its unit."""
-    if not len(jacobian):
-        return np.diag(units)
-    _, s, vh = np.linalg.svd(jacobian * units)
-    rank = int((s > 1e-10 * s[0]).sum())
-    return np.asarray(units[:, None] * vh[rank:].T)
+    def spectrum(self, rest: Rest) -> Spectrum:
+        """Small motions about a state."""
+        self.set(rest.parameter)
+        return spectrum(Tangent.at(self.scene, rest.q, rest.multipliers))
 
 
 def solve(matrix: Array, right: Array) -> Array:
@@ -175,7 +178,70 @@ def solve(matrix: Array, right: Array) -> Array:
             return np.asarray(out)
     except np.linalg.LinAlgError:
         pass
-    return np.asarray(np.linalg.lstsq(matrix, right, rcond=1e-12)[0])
+    try:
+        return np.asarray(np.linalg.lstsq(matrix, right, rcond=1e-12)[0])
+    except np.linalg.LinAlgError:
+        return np.full(len(right), np.nan)
+
+
+def refined(coarse: Scene, fine: Scene, q: Array) -> Array:
+    """Coordinates of the same state in a scene of a higher degree: the strips' basis is hierarchical, new members are zero."""
+    one, other = _strips(coarse), _strips(fine)
+    places = [[p for b in found for e in b.elements for p in e.places.ravel()] for found in (one, other)]
+    out = np.zeros(fine.size)
+    rest = [np.setdiff1d(np.arange(s.size), places[i]) for i, s in enumerate((coarse, fine))]
+    out[rest[1]] = q[rest[0]]
+    for a, b in zip(one, other, strict=True):
+        for x, y in zip(a.elements, b.elements, strict=True):
+            out[y.places[:, : x.places.shape[1]]] = q[x.places]
+    return out
+
+
+def apart(scene: Scene, one: Array, other: Array) -> float:
+    """Largest distance of two states, in units of the coordinates: a bound of it along strips."""
+    change = np.abs(one - other) / scene.units
+    for strip in _strips(scene):
+        for element in strip.elements:
+            inner = element.places[:, 2:]  # |N_k| is below 1/sqrt(2 k) or so: their sum bounds what the ends leave
+            weights = 1.0 / np.sqrt(2.0 * np.arange(2, 2 + inner.shape[1]))
+            change[element.places[:, :2]] += (change[inner] * weights).sum(axis=1)[:, None]
+            change[inner] = 0.0
+    return float(change.max(initial=0.0))
+
+
+def _strips(scene: Scene) -> list[StripBody]:
+    return [body for body in scene.builder.bodies.values() if isinstance(body, StripBody)]
+
+
+def has_strips(scene: Scene) -> bool:
+    """Whether anything in a scene depends on its degree."""
+    return bool(_strips(scene))
+
+
+def moving(scene: Scene, q: Array, shape: Array) -> str:
+    """The link that moves most in a shape."""
+    most, name = -1.0, ""
+    for link in scene.mechanism.links:
+        if link.body.massless:
+            continue
+        for point in (link.start, link.end):
+            moved = slopes(scene, scene.marker(link.name, point), q) @ shape / np.array([scene.length, scene.length, 1.0])
+            if np.abs(moved).max() > most:
+                most, name = float(np.abs(moved).max()), link.name
+    return name
+
+
+def loads_of(scene: Scene, names: Iterable[str] | None = None) -> list[int]:
+    """Places in `tables.factors` of the loads of these names ('gravity' is one), or of all."""
+    kinds = ("force", "torque", "motor")
+    all_names = [*scene.force_names, "gravity"]
+    if names is None:
+        return [i for i, name in enumerate(all_names) if name == "gravity" or name.split(".")[0] in kinds]
+    wanted = set(names)
+    unknown = wanted - set(all_names)
+    if unknown:
+        raise StaticsError(f"load = {', '.join(map(repr, sorted(unknown)))}: unknown; known: {', '.join(all_names)}")
+    return [i for i, name in enumerate(all_names) if name in wanted]
 
 
 def places(scene: Scene, q: Array, link: str, point: str) -> Place:

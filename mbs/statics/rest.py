@@ -1,27 +1,39 @@
-"""Where a mechanism rests under its loads."""
+"""Where a mechanism rests under its loads, whether that is stable, and how exact it is."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from buckler.mbs.spectral import tables as k
 from buckler.mbs.spectral.scene import Place, Scene
-from buckler.mbs.statics.problem import Problem, Rest, StaticsError, places
+from buckler.mbs.statics import deflation
+from buckler.mbs.statics.answer import Answer, Ending, check_count, check_mechanism, check_number
+from buckler.mbs.statics.problem import Problem, Rest, StaticsError, apart, has_strips, loads_of, moving, places, refined
+from buckler.mbs.statics.settling import RunsAwayError, settle
 
 Array = np.ndarray[Any, Any]
 SHORTEST = 1e-4
 """Smallest part of the load that is tried at once."""
+GOAL = 1e-8
+"""Error, over the longest link, up to which the degree of strips is raised."""
+RISE = 4
+"""By how much at once."""
+HIGHEST = 40
+"""Degree at which that ends."""
 
 
 @dataclass(frozen=True)
-class Equilibrium:
+class Equilibrium(Answer):
     """A state of rest.
 
     Attributes
     ----------
+    status : Ending
+        OK where forces balance; then the state may be stable or not.
+    message : str
     scene : Scene
     q : array, shape (n,)
         Coordinates.
@@ -29,20 +41,29 @@ class Equilibrium:
         Of the constraints, in the order of `scene.row_names`, N or N m: -G^T lambda is the force they exert.
     load : float
         What the loads were multiplied by.
-    lowest : float
-        Lowest squared angular frequency, 1/s^2; nan where nothing can move. Negative: unstable.
+    stable : bool
+        Whether no small motion grows, by the spectrum of the whole tangent.
+    growth : float
+        Largest rate at which a small motion grows, 1/s; 0 if none does.
+    neutral : tuple of str
+        Links that small motions move which nothing resists: the state is one of many.
+    error : float
+        Of places over the longest link, and of angles, rad: what a higher degree of the strips changes, and the last step.
+    others : tuple of Equilibrium
+        Further equilibria, where all were asked for.
     """
 
+    status: Ending
+    message: str
     scene: Scene
     q: Array
     multipliers: Array
     load: float
-    lowest: float
-
-    @property
-    def stable(self) -> bool:
-        """Whether no small motion lowers the potential energy."""
-        return not self.lowest <= 0.0
+    stable: bool
+    growth: float
+    neutral: tuple[str, ...]
+    error: float
+    others: tuple[Equilibrium, ...] = ()
 
     def point(self, link: str, point: str) -> Place:
         """Where a point of a link is."""
@@ -55,13 +76,25 @@ class Equilibrium:
             raise KeyError(f"no constraint '{name}'; there are: {', '.join(dict.fromkeys(self.scene.row_names))}")
         return self.multipliers[found]
 
+    def rows(self) -> list[tuple[str, str]]:
+        """Stability, error, and where points are."""
+        out = [("stable", "yes" if self.stable else f"no, grows at {self.growth:.4g} 1/s"), ("error", f"{self.error:.1e}")]
+        for link in self.scene.mechanism.links:
+            if not link.body.massless:
+                for point in link.points:
+                    at = self.point(link.name, point)
+                    out.append((f"{link.name}:{point}", f"{at.position[0]:.9g} m, {at.position[1]:.9g} m, {at.angle:.9g} rad"))
+        return out
+
 
 def equilibrium(
-    mechanism: Any, load: float = 1.0, *, degree: int | None = None, guess: Array | None = None, scene: Scene | None = None
-) -> Equilibrium:
+    mechanism: Any, load: float = 1.0, *, degree: int | None = None, guess: Array | None = None, scene: Scene | None = None,
+    all: bool = False,
+) -> Equilibrium:  # fmt: skip
     """Find where a mechanism rests with its drives held at t = 0 and its loads multiplied by `load`.
 
-    Loads grow from zero in parts as large as Newton's method takes, from the stress-free start; with a guess, all at once.
+    Loads grow from zero in parts as large as Newton's method takes, from the stress-free start; with a guess, all at once. A
+    mechanism that can move freely there, or a load beyond which that branch ends, is let move, damped, to a stable rest.
 
     Parameters
     ----------
@@ -69,45 +102,89 @@ def equilibrium(
     load : float
         Factor of all forces, torques and gravity; springs, contacts and strips keep theirs.
     degree : int, optional
-        Of the strips' polynomials.
+        Of the strips' polynomials; by default it is raised until the error is below 1e-8 of the longest link.
     guess : array, shape (n,), optional
-        Coordinates near the answer.
+        Coordinates near the answer; of a scene of `degree`.
     scene : Scene, optional
-        Of this mechanism, to be used again.
+        Of this mechanism, to be used again: its degree is kept.
+    all : bool
+        Also look for further equilibria, stable or not: those that deflation finds from this one.
+
+    Returns
+    -------
+    Equilibrium
+        Its status tells whether forces balance.
 
     Raises
     ------
-    StaticsError
-        If no equilibrium is found.
+    ValueError
+        If what is asked for makes no sense.
     """
-    scene = scene or Scene.of(mechanism, degree)
-    problem = Problem(scene, loads_of(scene))
-    rest = Rest(scene.q0 if guess is None else np.array(guess, dtype=float), np.zeros(len(scene.row_names)), load)
-    if guess is not None:
-        rest = problem.newton(rest)
-    else:
-        rest = _grow(problem, rest, load)
-    lowest = problem.stability(rest)[0]
-    problem.set(1.0)
-    return Equilibrium(scene, rest.q, rest.multipliers, load, float(lowest[0]) if lowest.size else float("nan"))
+    check_mechanism(mechanism)
+    check_number("load", load)
+    if degree is not None:
+        check_count("degree", degree, 2, 200)
+    fixed = degree is not None or scene is not None
+    problem = _problem(scene or Scene.of(mechanism, degree))
+    start = problem.start(load) if guess is None else problem.start(load)._replace(q=np.array(guess, dtype=float))
+    try:
+        rest, message = _find(problem, start, guess is not None)
+    except StaticsError as error:
+        return _failed(problem, start, error, load)
+    finally:
+        problem.set(1.0)
+    found = _answer(problem, rest, message, fixed)
+    if all:
+        further = tuple(_answer(problem, each, "", True) for each in deflation.others(problem, rest))
+        return Equilibrium(**{**vars(found), "others": further})
+    return found
 
 
-def loads_of(scene: Scene, names: Sequence[str] | None = None) -> list[int]:
-    """Places in `tables.factors` of the loads of these names ('gravity' is one), or of all."""
-    kinds = ("force", "torque", "motor")
-    all_names = [*scene.force_names, "gravity"]
-    if names is None:
-        return [i for i, name in enumerate(all_names) if name == "gravity" or name.split(".")[0] in kinds]
-    unknown = set(names) - set(all_names)
-    if unknown:
-        raise StaticsError(f"load = {sorted(unknown)}: unknown; known: {', '.join(all_names)}")
-    return [all_names.index(name) for name in names]
+def _problem(scene: Scene) -> Problem:
+    return Problem(scene, loads_of(scene))
 
 
-def _grow(problem: Problem, rest: Rest, load: float) -> Rest:
-    """Raise the load to its value in parts that converge."""
-    done, part = 0.0, 1.0
-    rest = rest._replace(parameter=0.0)
+def _find(problem: Problem, start: Rest, near: bool) -> tuple[Rest, str]:
+    """The rest, and how it was reached if that is worth a word."""
+    load = start.parameter
+    if near:
+        return problem.newton(start), ""
+    if problem.balanced(start._replace(multipliers=carried(problem, start))):
+        return problem.newton(start), ""
+    loose = free_motions(problem, problem.start(0.0))
+    reached = 0.0
+    if not loose:
+        rest, reached = _grow(problem, load)
+        if reached == 1.0:
+            return rest, ""
+    try:
+        rest = settle(problem, start)
+    except RunsAwayError:
+        raise
+    except StaticsError as error:
+        raise StaticsError(f"Newton's method reached {reached:.4g} of the load; beyond it, {error}") from None
+    return rest, f"beyond {reached:.4g} of the load by damped motion" if not loose else "by damped motion from the drawn pose"
+
+
+def carried(problem: Problem, rest: Rest) -> Array:
+    """Multipliers that balance the forces as well as they can."""
+    problem.set(rest.parameter)
+    a = problem.scene.assemble(rest.q, tangents=False)
+    if not len(a.jacobian):
+        return np.zeros(0)
+    units = problem.units
+    return np.asarray(np.linalg.lstsq((a.jacobian * units).T, a.force * units, rcond=1e-10)[0])
+
+
+def free_motions(problem: Problem, rest: Rest) -> tuple[str, ...]:
+    """Links that move in small motions that nothing resists."""
+    spectrum = problem.spectrum(rest)
+    return tuple(moving(problem.scene, rest.q, np.real(shape)) for shape in spectrum.shapes[:, spectrum.neutral].T)
+
+
+def _grow(problem: Problem, load: float) -> tuple[Rest, float]:
+    """Raise the load to its value in parts that converge; and the part of it that was reached."""
+    rest, done, part = problem.start(0.0), 0.0, 1.0
     while done < 1.0:
         part = min(part, 1.0 - done)
         try:
@@ -116,5 +193,61 @@ def _grow(problem: Problem, rest: Rest, load: float) -> Rest:
         except StaticsError:
             part *= 0.5
             if part < SHORTEST:
-                raise StaticsError(f"no equilibrium found beyond {done:.4g} of the load; follow it with `path`") from None
-    return rest
+                break
+    return rest, done
+
+
+def _answer(problem: Problem, rest: Rest, message: str, fixed: bool) -> Equilibrium:
+    """Raise the degree until the error is small, unless it is given; tell stability."""
+    load, error, before = rest.parameter, 0.0, np.inf
+    while has_strips(problem.scene):
+        finer = _problem(Scene.of(problem.scene.mechanism, problem.scene.degree + RISE))
+        guess = finer.start(load)._replace(q=refined(problem.scene, finer.scene, rest.q))
+        try:
+            new = finer.newton(guess._replace(multipliers=carried(finer, guess)))
+        except StaticsError:
+            error = np.inf
+            if fixed or finer.scene.degree > HIGHEST:
+                break
+            try:
+                new, message = _find(finer, finer.start(load), False)
+            except StaticsError:
+                break
+        else:
+            error = apart(finer.scene, guess.q, new.q)
+        if fixed:
+            break
+        problem, rest = finer, new
+        if error <= GOAL or error > 0.5 * before or problem.scene.degree > HIGHEST:
+            break
+        before = error
+    error = max(error, problem.step(rest)[1])
+    spectrum = problem.spectrum(rest)
+    neutral = tuple(moving(problem.scene, rest.q, np.real(shape)) for shape in spectrum.shapes[:, spectrum.neutral].T)
+    growth = float(spectrum.growth.max(initial=0.0))
+    status = Ending.OK if error < 1e-4 else Ending.INACCURATE
+    said = [message] if message else []
+    if neutral:
+        said.append(f"one of many: nothing holds {', '.join(dict.fromkeys(map(repr, neutral)))}")
+    if growth > 0.0:
+        said.append(f"unstable: a small motion grows at {growth:.4g} 1/s")
+    if status is Ending.INACCURATE:
+        said.append(f"its error is {error:.1e} of the longest link; give a higher degree, or points along the strip")
+    problem.set(1.0)
+    return Equilibrium(
+        status, "; ".join(said), problem.scene, rest.q, rest.multipliers, load, growth == 0.0, growth, neutral, error
+    )  # fmt: skip
+
+
+def _failed(problem: Problem, start: Rest, error: Exception, load: float) -> Equilibrium:
+    """Of a search that failed: it has no place."""
+    scene = problem.scene
+    contacts = [
+        name for name, force in zip(scene.force_names, scene.tables.forces, strict=True) if force[0] in (k.CONTACT, k.JOURNAL)
+    ]
+    status, message = Ending.NOT_REACHED, str(error)
+    if isinstance(error, RunsAwayError):
+        status = Ending.OPEN_CONTACT if contacts else Ending.FREE_MOTION
+        message += f"; open: {', '.join(contacts)}" if contacts else ""
+    nowhere = np.full_like(start.q, np.nan), np.full_like(start.multipliers, np.nan)
+    return Equilibrium(status, message, scene, *nowhere, load, False, float("nan"), (), float("inf"))

@@ -1,4 +1,4 @@
-"""Natural frequencies about an equilibrium or a pose, with the geometric stiffness of what the constraints carry."""
+"""Natural frequencies about an equilibrium or a pose, with damping and forces that follow, each with its error."""
 
 from __future__ import annotations
 
@@ -10,46 +10,73 @@ import numpy as np
 from buckler.mbs.spectral.markers import place_markers
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.start import slopes
-from buckler.mbs.statics.problem import modes
-from buckler.mbs.statics.rest import Equilibrium, equilibrium
+from buckler.mbs.statics.answer import Answer, Ending, check_count, check_mechanism
+from buckler.mbs.statics.problem import Problem, Rest, StaticsError, has_strips, loads_of, moving, refined
+from buckler.mbs.statics.rest import HIGHEST, RISE, Equilibrium, carried, equilibrium
+from buckler.mbs.statics.spectrum import Spectrum
 
 Array = np.ndarray[Any, Any]
+GOAL = 1e-8
+"""Relative error up to which the degree of strips is raised."""
 
 
 @dataclass(frozen=True)
-class Frequencies:
-    """Small motions about a state.
+class Frequencies(Answer):
+    """Small motions about a state: exp(s t), lowest |s| first; rigid motions, s = 0, among them.
 
     Attributes
     ----------
+    status : Ending
+    message : str
     scene : Scene
     q : array, shape (n,)
         The state.
-    squared : array, shape (count,)
-        Squared angular frequencies, 1/s^2, ascending; negative where the state is unstable.
-    shapes : array, shape (n, count)
-        Rates of the coordinates, z^T M z = 1.
+    values : array of complex, shape (count,)
+        s, 1/s; zero where it is not told apart from zero.
+    shapes : array of complex, shape (n, count)
+        Rates of the coordinates.
+    errors : array, shape (count,)
+        Of |s|/2 pi, Hz: what a higher degree of the strips changes, and rounding.
+    names : list of str
+        'rigid motion of ...', 'vibration', 'decay', 'growth' or 'flutter'.
+    stable : bool
+        Whether no small motion grows, of all that the tangent has.
     """
 
+    status: Ending
+    message: str
     scene: Scene
     q: Array
-    squared: Array
+    values: Array
     shapes: Array
+    errors: Array
+    names: list[str]
+    stable: bool
 
     @property
     def angular(self) -> Array:
-        """Angular frequencies, rad/s; nan for those of an instability."""
-        return np.where(self.squared >= 0, np.sqrt(np.abs(self.squared)), np.nan)
+        """Angular frequencies, rad/s: the imaginary parts of s; 0 for what does not swing."""
+        return np.asarray(self.values.imag)
 
     @property
     def hertz(self) -> Array:
         """Frequencies, Hz."""
         return self.angular / (2 * np.pi)
 
+    @property
+    def damping(self) -> Array:
+        """Damping ratios, -Re s / |s|: 1 for what decays without swinging, negative for what grows; 0 for rigid motions."""
+        return -self.values.real / np.maximum(np.abs(self.values), 1e-300)
+
     def point(self, link: str, point: str) -> Array:
         """Motion of a point of a link in each shape: x, y, angle; shape (3, count)."""
         place_markers(self.scene.tables, self.scene.work, self.q, np.zeros(self.scene.size))
-        return slopes(self.scene, self.scene.marker(link, point), self.q) @ self.shapes
+        return np.asarray(slopes(self.scene, self.scene.marker(link, point), self.q) @ self.shapes)
+
+    def rows(self) -> list[tuple[str, str]]:
+        """A line a frequency."""
+        lines = zip(self.names, self.hertz, self.damping, self.errors, strict=True)
+        return [(name, f"{hertz:.9g} Hz, damping ratio {ratio:.4g}, error {error:.1e} Hz") for name, hertz, ratio, error in lines]
 
 
 def frequencies(
@@ -64,23 +91,108 @@ def frequencies(
         An equilibrium, or coordinates of any pose, whose multipliers then balance the forces as well as they can. By default the
         equilibrium under the mechanism's loads.
     count : int
-        Lowest ones wanted.
+        Lowest ones wanted, rigid motions among them.
     degree : int, optional
-        Of the strips' polynomials, where `about` is no equilibrium.
+        Of the strips' polynomials; by default it is raised until all are right to 1e-8, or to rounding.
 
     Raises
     ------
-    StaticsError
-        If no equilibrium is found.
+    ValueError
+        If what is asked for makes no sense.
     """
+    check_mechanism(mechanism)
+    check_count("count", count, 1, 1000)
+    if about is not None and not isinstance(about, Equilibrium) and np.asarray(about).dtype.kind not in "fi":
+        raise ValueError(f"about = {about!r}: must be an Equilibrium or coordinates")
     if about is None:
         about = equilibrium(mechanism, degree=degree)
     if isinstance(about, Equilibrium):
-        scene, q, lam = about.scene, about.q, about.multipliers
+        if about.status not in (Ending.OK, Ending.INACCURATE):
+            return _none(about)
+        state = _State(Problem(about.scene, loads_of(about.scene)), Rest(about.q, about.multipliers, about.load), True)
     else:
-        scene, q = Scene.of(mechanism, degree), np.array(about, dtype=float)
-        out = scene.assemble(q, tangents=False)
-        lam = np.linalg.lstsq(out.jacobian.T, out.force, rcond=1e-10)[0] if len(out.jacobian) else np.zeros(0)
-    a = scene.assemble(q, lam=lam)
-    squared, shapes = modes(a.stiffness, scene.mass_at(q), a.jacobian, scene.units, count)
-    return Frequencies(scene, q, squared, shapes)
+        problem = Problem(scene := Scene.of(mechanism, degree), loads_of(scene))
+        pose = problem.start(1.0)._replace(q=np.array(about, dtype=float))
+        state = _State(problem, pose._replace(multipliers=carried(problem, pose)), False)
+    return _ladder(state, int(count), degree is not None)
+
+
+@dataclass
+class _State:
+    """A state whose small motions are asked for; at rest, or a pose."""
+
+    problem: Problem
+    rest: Rest
+    resting: bool
+
+    def finer(self) -> _State:
+        """The same with strips of a higher degree."""
+        degree = self.problem.scene.degree
+        scene = Scene.of(self.problem.scene.mechanism, degree + max(RISE, degree // 4))
+        problem = Problem(scene, loads_of(scene))
+        rest = problem.start(self.rest.parameter)._replace(q=refined(self.problem.scene, scene, self.rest.q))
+        rest = rest._replace(multipliers=carried(problem, rest))
+        return _State(problem, problem.newton(rest) if self.resting else rest, self.resting)
+
+    def spectrum(self) -> Spectrum:
+        """Its small motions."""
+        found = self.problem.spectrum(self.rest)
+        self.problem.set(1.0)
+        return found
+
+
+def _ladder(state: _State, count: int, fixed: bool) -> Frequencies:
+    """Raise the degree until the frequencies do not change."""
+    found = state.spectrum()
+    errors = found.rounding[:count]
+    while has_strips(state.problem.scene):
+        try:
+            finer = state.finer()
+        except StaticsError:
+            errors = np.full(len(errors), np.inf)
+            break
+        new = finer.spectrum()
+        length = min(count, len(found.values), len(new.values))
+        change = np.full(min(count, len((found if fixed else new).values)), np.inf)
+        change[:length] = np.abs(_told(new)[:length] - _told(found)[:length])
+        kept = found if fixed else new
+        rounding = kept.rounding[:count]
+        errors = np.maximum(change, np.where(kept.neutral[:count], 0.0, rounding))
+        if fixed:
+            break
+        state, found = finer, new
+        relative = float(np.max(change / np.maximum(np.abs(new.values[:count]), 1e-300), initial=0.0, where=~new.neutral[:count]))
+        if relative <= GOAL or (change <= rounding).all() or state.problem.scene.degree > max(HIGHEST, 3 * count):
+            break
+    return _frequencies(state, found, errors, count)
+
+
+def _told(found: Spectrum) -> Array:
+    """Eigenvalues, zero where they are rounding."""
+    return np.where(found.neutral, 0.0, found.values)
+
+
+def _frequencies(state: _State, found: Spectrum, errors: Array, count: int) -> Frequencies:
+    scene, values = state.problem.scene, _told(found)[:count]
+    names = []
+    for value, neutral, growth, shape in zip(values, found.neutral, found.growth, found.shapes.T, strict=False):
+        if neutral:
+            names.append(f"rigid motion of {moving(scene, state.rest.q, np.real(shape))}")
+        elif growth > 0.0:
+            names.append("flutter" if value.imag else "growth")
+        else:
+            names.append("vibration" if value.imag else "decay")
+    wrong = [i + 1 for i, (value, error) in enumerate(zip(values, errors, strict=True)) if error > 1e-4 * abs(value) and value]
+    said = [] if found.stable else [f"unstable: a small motion grows at {found.growth.max():.4g} 1/s"]
+    said += [f"frequencies {', '.join(map(str, wrong))} are not known to 1e-4; give a higher degree"] if wrong else []
+    status = Ending.INACCURATE if wrong else Ending.OK
+    return Frequencies(
+        status, "; ".join(said), scene, state.rest.q, values, found.shapes[:, :count], errors / (2 * np.pi), names, found.stable
+    )  # fmt: skip
+
+
+def _none(about: Equilibrium) -> Frequencies:
+    """Of a mechanism that does not rest."""
+    nothing = np.empty(0)
+    shapes = np.empty((about.scene.size, 0), complex)
+    return Frequencies(about.status, about.message, about.scene, about.q, nothing.astype(complex), shapes, nothing, [], False)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import pi
 from pathlib import Path
 from typing import NamedTuple
 
@@ -97,15 +96,17 @@ def told(found: Mobility | None, drives: int) -> str:
 
 
 def lowest(mechanism: Mechanism) -> str:
-    """The lowest natural frequencies with the drives held; '' where the statics refuses."""
-    try:
-        from buckler.mbs import frequencies
+    """The lowest natural frequencies with the drives held, or why there are none."""
+    from buckler.mbs import frequencies
 
+    try:
         found = frequencies(mechanism, count=4)
-    except Exception:  # no equilibrium, an element that the statics does not know: show tells the rest all the same
-        return ""
-    values = [f"{w / (2 * pi):.4g}" for w in found.angular if w == w and w > 1e-3]
-    return f"lowest frequencies, drives held: {', '.join(values)} Hz" if values else ""
+    except ValueError as error:  # an element that the statics does not know: show tells the rest all the same
+        return f"lowest frequencies: {error}"
+    if not len(found.hertz):
+        return f"lowest frequencies: {found.message}" if found.message else ""
+    lines = [f"  {name}: {value}" for name, value in found.rows()]
+    return "\n".join([f"lowest frequencies, drives held{': ' + found.message if found.message else ''}", *lines])
 
 
 def draw(mechanism: Mechanism, out: Path) -> Path:

@@ -1,0 +1,71 @@
+"""What all answers of the statics have in common: how they ended, in a word and a sentence, and checks of what is asked."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from html import escape
+from math import isfinite
+from typing import Any
+
+from buckler.mbs.mechanism import Mechanism
+
+
+class Ending(StrEnum):
+    """How a search for rest ended. Anything but OK comes with a sentence a person can act on."""
+
+    OK = "OK"
+    FREE_MOTION = "FREE_MOTION"
+    """No equilibrium: a load pushes along a motion that nothing resists."""
+    OPEN_CONTACT = "OPEN_CONTACT"
+    """Likewise, and contacts that could resist it stay open."""
+    NOT_REACHED = "NOT_REACHED"
+    """Newton's method did not get there; the message says how far the load came."""
+    INACCURATE = "INACCURATE"
+    """Found, with an error larger than asked for."""
+    SINGULAR = "SINGULAR"
+    """A path cannot be followed further."""
+    TOO_MANY_STEPS = "TOO_MANY_STEPS"
+    """A path did not reach its end."""
+
+
+class Answer:
+    """An answer with a status, a message, and a table."""
+
+    status: Ending
+    message: str
+
+    def rows(self) -> list[tuple[str, str]]:
+        """What it found: name and value with unit."""
+        raise NotImplementedError
+
+    def __str__(self) -> str:
+        """Status, message and a line a number."""
+        return "\n".join(
+            [f"{self.status}: {self.message}" if self.message else str(self.status), *(f"{a}: {b}" for a, b in self.rows())]
+        )
+
+    def _repr_html_(self) -> str:
+        """The same as a table for a notebook."""
+        lines = "".join(f"<tr><td>{escape(a)}</td><td>{escape(b)}</td></tr>" for a, b in self.rows())
+        return f"<p><b>{self.status}</b> {escape(self.message)}</p><table>{lines}</table>"
+
+
+def check_mechanism(mechanism: Any) -> None:
+    """Raise a ValueError if this is no mechanism."""
+    if not isinstance(mechanism, Mechanism):
+        raise ValueError(f"mechanism: must be a Mechanism, not {type(mechanism).__name__}")
+
+
+def check_number(name: str, value: Any, unit: str = "", *, nonzero: bool = False) -> None:
+    """Raise a ValueError if a value is no finite number, or zero where that makes no sense."""
+    number = isinstance(value, int | float) or hasattr(value, "__float__")
+    if isinstance(value, bool) or not number or not isfinite(float(value)):
+        raise ValueError(f"{name} = {value!r}: must be a finite number{f' [{unit}]' if unit else ''}")
+    if nonzero and float(value) == 0.0:
+        raise ValueError(f"{name} = 0: must not be zero{f' [{unit}]' if unit else ''}")
+
+
+def check_count(name: str, value: Any, least: int, most: int) -> None:
+    """Raise a ValueError if a value is no whole number of a range."""
+    if isinstance(value, bool) or not hasattr(value, "__index__") or not least <= int(value) <= most:
+        raise ValueError(f"{name} = {value!r}: must be a whole number from {least} to {most}")

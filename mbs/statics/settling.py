@@ -1,0 +1,78 @@
+"""The way to a rest that is far from the drawn pose: motion in which only damping resists, in ever longer implicit steps.
+
+M q' = dt-weighted forces: [M/dt + K, G^T; G, 0] [dq; lambda] = [f; -g]. With dt the steps become Newton's.
+
+References
+----------
+C. T. Kelley, D. E. Keyes, Convergence analysis of pseudo-transient continuation, SIAM J. Numer. Anal. 35 (1998) 508-523,
+doi 10.1137/S0036142996304796.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from buckler.mbs.statics.problem import Problem, Rest, StaticsError, moving, solve
+
+Array = np.ndarray[Any, Any]
+STEPS = 600
+"""Most steps; each moves a tenth of a length, or turns a tenth of a radian, where the mechanism is far from rest."""
+MOVE = 0.1
+
+
+class RunsAwayError(StaticsError):
+    """Nothing stops a motion."""
+
+
+def settle(problem: Problem, rest: Rest) -> Rest:
+    """The stable rest to which a motion leads that only damping resists.
+
+    Raises
+    ------
+    RunsAwayError
+        If it does not end.
+    """
+    rest, span = rest._replace(multipliers=np.zeros_like(rest.multipliers)), 0.0
+    begun, kicks = rest, 0
+    for _ in range(STEPS):
+        new, span, moved = _step(problem, rest, span)
+        if moved < 1e-3:
+            try:
+                found = problem.newton(new)
+            except StaticsError:
+                found = None
+            if found is not None and float(np.abs((found.q - new.q) / problem.units).max()) < MOVE:
+                spectrum = problem.spectrum(found)
+                if spectrum.stable or kicks > 20:
+                    return found
+                worst = int(np.argmax(spectrum.growth))
+                shape, kicks = np.real(spectrum.shapes[:, worst]), kicks + 1
+                kick = 1e-2 * shape / np.abs(shape / problem.units).max()
+                new, span = found._replace(q=found.q + kick), 1.0 / float(spectrum.growth[worst]) ** 2
+        rest = new
+    name = moving(problem.scene, rest.q, rest.q - begun.q)
+    raise RunsAwayError(f"no equilibrium: '{name}' is free to move, and its load is not balanced on the way")
+
+
+def _step(problem: Problem, rest: Rest, span: float) -> tuple[Rest, float, float]:
+    """A step that goes with the forces and moves nothing too far; the next span, s^2, and how far it went."""
+    n, units = problem.scene.size, problem.units
+    force, gap, stiffness, jacobian = problem.residual(rest)
+    force = force + jacobian.T @ rest.multipliers
+    mass = problem.scene.mass_at(rest.q)
+    if span == 0.0:
+        ratio = np.abs(np.diag(stiffness)) / np.diag(mass)
+        span = 1.0 / max(float(np.median(ratio)), 1e-6)
+    for _ in range(60):
+        matrix, scale = problem.scaled(stiffness + mass / span, jacobian)
+        out = solve(matrix, np.concatenate([force * units / scale, -gap]))
+        step, lam = out[:n] * units, out[n:] * scale
+        moved = float(np.abs(out[:n]).max(initial=0.0))
+        forward = float(step @ (force - jacobian.T @ lam)) >= -1e-12 * abs(float(step @ mass @ step)) / span
+        if np.isfinite(moved) and moved <= 2 * MOVE and (forward or moved < 1e-9):
+            longer = min(4.0, max(1.2, MOVE / max(moved, 1e-300)))
+            return Rest(rest.q + step, lam, rest.parameter), span * longer, moved
+        span *= 0.25 if not np.isfinite(moved) else max(0.1, min(0.5, MOVE / moved))
+    raise StaticsError("the mechanism cannot be moved as its forces push: are its constraints impossible?")

@@ -1,0 +1,236 @@
+"""Small motions about a state: eigenvalues of its whole tangent, each with the error that rounding leaves in it.
+
+Solutions z exp(s t) of M z'' + C z' + K z + (G - X)^T l = 0, G z = 0. Neither K nor C need be symmetric: forces that follow the
+motion make K unsymmetric, a steady turn adds the gyroscopic part to C. A state is unstable where an s has a positive real part.
+
+Eigenvalues are those of the inverse at a shift near the lowest ones: of M, K themselves, the lowest ones of a thin strip drown in
+the rounding of the highest. An eigenvalue s with vectors z, y moves by |y|^T (|s^2 M| + |s C| + |K|) |z| / |y^H (2 s M + C) z|
+relative to the rounding of the matrices' entries; what is not larger than that is told as zero.
+
+References
+----------
+F. Tisseur, K. Meerbergen, The quadratic eigenvalue problem, SIAM Review 43 (2001) 235-286, doi 10.1137/S0036144500381988.
+V. V. Bolotin, Nonconservative Problems of the Theory of Elastic Stability (1963), ch. 1.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.linalg import eig, eigh, lu_factor, lu_solve, solve_triangular
+
+Array = np.ndarray[Any, Any]
+EPS = float(np.finfo(float).eps)
+ROUNDING = 16 * EPS
+"""Relative error of a matrix entry that is a sum of some dozen products."""
+
+
+@dataclass(frozen=True)
+class Tangent:
+    """The equations of small motions on what the constraints leave free, z = free x.
+
+    Attributes
+    ----------
+    mass, damping, stiffness : arrays, shape (n, n)
+        On all coordinates.
+    free : array, shape (n, f)
+        Spans the motions that the constraints allow, each coordinate in its unit.
+    test : array, shape (n, f)
+        Spans what the constraints' forces do no work on: the same, but for friction that follows these forces.
+    """
+
+    mass: Array
+    damping: Array
+    stiffness: Array
+    free: Array
+    test: Array
+
+    @classmethod
+    def at(cls, scene: Any, q: Array, lam: Array, v: Array | None = None) -> Tangent:
+        """Of a scene at coordinates q, multipliers lam and rates v (zero by default)."""
+        a = scene.assemble(q, v, lam=lam)
+        free = null_space(a.jacobian, scene.units)
+        test = null_space(a.jacobian - a.cross, scene.units) if a.cross.any() else free
+        return cls(scene.mass_at(q), a.damping, a.stiffness, free, test)
+
+    def reduced(self, matrix: Array) -> Array:
+        """A matrix on what is free."""
+        return np.asarray(self.test.T @ matrix @ self.free)
+
+
+@dataclass(frozen=True)
+class Spectrum:
+    """Eigenvalues of a tangent, lowest first.
+
+    Attributes
+    ----------
+    values : array of complex, shape (m,)
+        s, 1/s, of the upper half-plane; of s and -s, where nothing damps, the one that grows.
+    shapes : array of complex, shape (n, m)
+    rounding : array, shape (m,)
+        Error of the values by rounding, 1/s.
+    """
+
+    values: Array
+    shapes: Array
+    rounding: Array
+
+    @property
+    def neutral(self) -> Array:
+        """Which are zero within rounding: rigid motions, and states at which stability is lost."""
+        return np.abs(self.values) <= self.rounding
+
+    @property
+    def growth(self) -> Array:
+        """Real parts, 1/s, zero where they are within rounding."""
+        real = self.values.real
+        return np.where(np.abs(real) > self.rounding, real, 0.0)
+
+    @property
+    def unstable(self) -> int:
+        """How many small motions grow."""
+        return int((self.growth > 0.0).sum())
+
+    @property
+    def stable(self) -> bool:
+        """Whether none grows."""
+        return not self.unstable
+
+
+def spectrum(tangent: Tangent) -> Spectrum:
+    """All eigenvalues of a tangent."""
+    m, c, k = (tangent.reduced(x) for x in (tangent.mass, tangent.damping, tangent.stiffness))
+    if not len(m):
+        return Spectrum(np.empty(0, complex), np.empty((len(tangent.mass), 0), complex), np.empty(0))
+    values, left, right, inverse = _damped(m, c, k) if c.any() else _undamped(m, k)
+    rounding = np.maximum(inverse, _rounding(tangent, values, tangent.test @ left, tangent.free @ right))
+    order = np.argsort(np.abs(values), kind="stable")
+    return Spectrum(values[order], (tangent.free @ right)[:, order], rounding[order])
+
+
+def _rounding(tangent: Tangent, values: Array, left: Array, right: Array) -> Array:
+    """What rounding leaves in each eigenvalue; the root of it where a value is double and has one vector, as zero is."""
+    size = np.abs(values)
+    total, lever = np.zeros(len(values)), np.zeros(len(values), complex)
+    bend = np.abs(np.einsum("ij,ij->j", left.conj(), tangent.mass @ right))
+    for power, matrix in enumerate((tangent.stiffness, tangent.damping, tangent.mass)):
+        total += size**power * np.einsum("ij,ij->j", np.abs(left), np.abs(matrix) @ np.abs(right))
+        if power:
+            lever += power * values ** (power - 1) * np.einsum("ij,ij->j", left.conj(), matrix @ right)
+    moved = ROUNDING * total
+    with np.errstate(all="ignore"):
+        return np.minimum(moved / np.maximum(np.abs(lever), 1e-300), np.sqrt(moved / np.maximum(bend, 1e-300)))
+
+
+def _undamped(m: Array, k: Array) -> tuple[Array, Array, Array, Array]:
+    """Of s^2 M z + K z = 0: s, left and right vectors, errors of s; of s and -s one, see `Spectrum`."""
+    symmetric = np.abs(k - k.T).max() <= 1e3 * EPS * np.abs(k).max()
+    k, m, shift = (k + k.T) / 2 if symmetric else k, (m + m.T) / 2, _shift(m, k)
+    for _ in range(3):
+        squared, left, right = _inverted(m, k, shift) if symmetric else _unsymmetric(m, k, shift)
+        lowest = _lowest(m, k, squared, left, right, shift)
+        if 1e-2 * shift <= lowest <= 1e2 * shift:
+            break
+        shift = lowest
+    moved = _by_inverse(
+        1.0 / np.where(squared == -shift, EPS, squared + shift), np.einsum("ij,ij->j", left.conj(), m @ right), left, m @ right
+    )
+    if symmetric:
+        squared, moved = _by_quotient(m, k, right, squared, moved)
+    values = np.sqrt(-np.asarray(squared, dtype=complex))
+    values = np.where(values.imag < 0.0, -values, values)
+    if symmetric:
+        values = np.where(squared > 0.0, 1j * values.imag, values.real)
+    return values, left, right, np.minimum(moved / (2 * np.abs(values) + 1e-300), np.sqrt(moved))
+
+
+def _by_quotient(m: Array, k: Array, vectors: Array, squared: Array, moved: Array) -> tuple[Array, Array]:
+    """Rayleigh's quotients, with the residual's norm as their error, where that is less: for the high ones."""
+    quotient = np.einsum("ij,ij->j", vectors, k @ vectors)
+    residual = k @ vectors - m @ vectors * quotient
+    error = np.sqrt(np.abs(np.einsum("ij,ij->j", residual, np.linalg.solve(m, residual))))
+    better = error < moved
+    return np.where(better, quotient, squared), np.where(better, error, moved)
+
+
+def _by_inverse(theta: Array, product: Array, left: Array, right: Array) -> Array:
+    """Errors of 1/theta, eigenvalues of an inverse that is known to the rounding of its largest."""
+    condition = np.linalg.norm(left, axis=0) * np.linalg.norm(right, axis=0) / np.maximum(np.abs(product), 1e-300)
+    with np.errstate(all="ignore"):
+        return np.asarray(ROUNDING * np.abs(theta).max() * condition / np.abs(theta) ** 2)
+
+
+def _lowest(m: Array, k: Array, squared: Array, left: Array, right: Array, shift: float) -> float:
+    """The smallest |s^2| that is not rounding; the shift where all are."""
+    weight = np.abs(np.einsum("ij,ij->j", left.conj(), m @ right))
+    moved = ROUNDING * np.einsum("ij,ij->j", np.abs(left), np.abs(k) @ np.abs(right))
+    size = np.abs(squared)
+    with np.errstate(all="ignore"):
+        return float(min(size[(size * weight > moved) & np.isfinite(size)], default=shift))
+
+
+def _unsymmetric(m: Array, k: Array, shift: float) -> tuple[Array, Array, Array]:
+    """-s^2, left and right vectors, from the inverse of K + shift M."""
+    factor = lu_factor(k + shift * m)
+    theta, left, right = eig(lu_solve(factor, m), left=True)
+    return _turned_over(theta) - shift, lu_solve(factor, left, trans=1), right
+
+
+def _turned_over(theta: Array) -> Array:
+    """1/theta; finite, far above all that is known, where theta is rounding."""
+    least = EPS**2 * np.abs(theta).max(initial=1e-300)
+    return np.asarray(1.0 / np.where(np.abs(theta) < least, least, theta))
+
+
+def _inverted(m: Array, k: Array, shift: float) -> tuple[Array, Array, Array]:
+    """The same of a symmetric K."""
+    moved = k + shift * m
+    try:
+        root = np.linalg.cholesky(moved)
+        inner = solve_triangular(root, solve_triangular(root, m, lower=True).T, lower=True)
+        theta, vectors = eigh((inner + inner.T) / 2)
+        vectors = solve_triangular(root.T, vectors)
+    except np.linalg.LinAlgError:  # more unstable than the shift
+        low, factor = np.linalg.cholesky(m), lu_factor(moved)
+        inner = low.T @ lu_solve(factor, low)
+        theta, vectors = eigh((inner + inner.T) / 2)
+        vectors = lu_solve(factor, low @ vectors)
+    squared = _turned_over(theta) - shift
+    vectors = vectors / np.sqrt(np.abs(np.einsum("ij,ij->j", vectors, m @ vectors)))
+    return squared, vectors, vectors
+
+
+def _damped(m: Array, c: Array, k: Array) -> tuple[Array, Array, Array, Array]:
+    """Of s^2 M z + s C z + K z = 0, by the inverse at a positive real shift: s of the upper half-plane, vectors, errors."""
+    n, shift = len(m), float(np.sqrt(_shift(m, k)))
+    for _ in range(3):
+        across = lu_solve(lu_factor(k + shift * c + shift**2 * m), np.hstack([-(c + shift * m), -shift * m]))
+        below = across.copy()  # of the rates over the shift: both halves of the state in one unit
+        below[:, :n] += np.eye(n) / shift
+        theta, left, right = eig(np.vstack([across, below]), left=True)
+        values = shift + _turned_over(theta)
+        kept = values.imag >= 0.0
+        moved = _by_inverse(theta, np.einsum("ij,ij->j", left.conj(), right), left, right)[kept]
+        values, left, right = values[kept], lu_solve(lu_factor(m), left[n:, kept]), right[:n, kept]
+        lowest = np.sqrt(_lowest(m, k, np.abs(values) ** 2, left, right, shift**2))
+        if 0.1 * shift <= lowest <= 10.0 * shift:
+            break
+        shift = lowest
+    return values, left, right, moved
+
+
+def _shift(m: Array, k: Array) -> float:
+    """A shift of -s^2 where the lowest eigenvalues are not rounding of the highest."""
+    highest = float(np.max(np.abs(np.diag(k)) / np.diag(m)))
+    return max(1e3 * EPS * highest, 1e-12)
+
+
+def null_space(jacobian: Array, units: Array) -> Array:
+    """Columns that span the z with G z = 0, each coordinate in its unit."""
+    if not len(jacobian):
+        return np.diag(units)
+    _, s, vh = np.linalg.svd(jacobian * units)
+    rank = int((s > 1e-10 * s[0]).sum())
+    return np.asarray(units[:, None] * vh[rank:].T)

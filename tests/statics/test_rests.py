@@ -1,0 +1,142 @@
+"""Equilibria of mechanisms drawn far from rest, and what has none, against closed forms."""
+
+import numpy as np
+import pytest
+
+from buckler.mbs import Beam, Force, Link, Mechanism, Revolute, Rigid, Section, Slider, Spring, Stop, Torque, Weld, equilibrium
+from buckler.mbs.laws import KelvinVoigt
+
+BAR, LENGTH, GRAVITY = Section(0.03, 0.005), 0.3, 9.81
+TURNS = np.linspace(-np.pi, np.pi, 17) + 0.05
+
+
+def pendulum(*turns, loads=(), gravity=GRAVITY):
+    """Rigid bars in a row, each drawn at an angle, rad."""
+    names, points = "OABC", {"O": (0.0, 0.0)}
+    for k, turn in enumerate(turns):
+        x, y = points[names[k]]
+        points[names[k + 1]] = (x + LENGTH * np.cos(turn), y + LENGTH * np.sin(turn))
+    links = [Link(f"bar{k}", names[k], names[k + 1], Rigid(BAR)) for k in range(len(turns))]
+    joints = [Revolute(names[k], f"bar{k - 1}" if k else "ground", f"bar{k}") for k in range(len(turns))]
+    return Mechanism(points, links, joints, loads=loads, gravity=(0.0, -gravity))
+
+
+@pytest.mark.parametrize("turn", TURNS)
+def test_a_pendulum_drawn_anywhere_hangs(turn):
+    rest = equilibrium(pendulum(turn))
+    assert rest.status == "OK"
+    assert rest.stable
+    assert rest.point("bar0", "A").position == pytest.approx([0.0, -LENGTH], abs=1e-10)
+    assert rest.error < 1e-10
+
+
+@pytest.mark.parametrize("turn", TURNS[::3])
+def test_a_double_pendulum_drawn_anywhere_hangs(turn):
+    rest = equilibrium(pendulum(turn, 1.3 - turn))
+    assert rest.stable
+    assert rest.point("bar1", "B").position == pytest.approx([0.0, -2 * LENGTH], abs=1e-10)
+
+
+def test_a_pendulum_drawn_upright_stands_unstable():
+    rest = equilibrium(pendulum(np.pi / 2))
+    grows = np.sqrt(1.5 * GRAVITY / LENGTH / (1 + (BAR.thickness / LENGTH) ** 2 / 4))
+    assert rest.status == "OK"
+    assert not rest.stable
+    assert rest.growth == pytest.approx(grows, rel=1e-9)
+    assert "unstable" in rest.message
+
+
+def test_all_equilibria_of_a_double_pendulum_are_four():
+    rest = equilibrium(pendulum(0.3, 0.2), all=True)
+    heights = sorted((round(each.point("bar0", "A").position[1], 6), round(each.point("bar1", "B").position[1], 6)) for each in
+                     (rest, *rest.others))  # fmt: skip
+    assert heights == [(-0.3, -0.6), (-0.3, 0.0), (0.3, 0.0), (0.3, 0.6)]
+    assert [each.stable for each in rest.others] == [False] * 3
+
+
+def block(height, stop=True):
+    return Mechanism(
+        points={"P": (0, height), "Q": (0, height + 0.1)},
+        links=[Link("block", "P", "Q", Rigid.of(mass=1.0, inertia=1e-3))],
+        joints=[Slider("P", "block", "ground", along=(0, 1))],
+        stops=[Stop("P", at=0.0, law=KelvinVoigt(1e5, 0.0), along=(0, 1))] if stop else [],
+        gravity=(0, -GRAVITY),
+    )
+
+
+def test_a_block_drawn_above_a_floor_rests_on_it():
+    assert equilibrium(block(0.05)).point("block", "P").position[1] == pytest.approx(-GRAVITY / 1e5, rel=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("mechanism", "name"),
+    [
+        (pendulum(0.4, loads=[Torque("bar0", 1.0)], gravity=0.0), "bar0"),
+        (block(0.05, stop=False), "block"),
+        (Mechanism({"A": (0, 0), "B": (0.3, 0)}, [Link("thrown", "A", "B", Beam(BAR))], gravity=(0, -GRAVITY)), "thrown"),
+        (
+            Mechanism({"A": (0, 0), "B": (0.3, 0)}, [Link("pushed", "A", "B", Rigid(BAR))], loads=[Force("A", (1.0, 0.0))]),
+            "pushed",
+        ),
+    ],
+    ids=["crank under a torque", "falls past no floor", "thrown strip", "pushed free bar"],
+)
+def test_what_has_no_equilibrium_is_named(mechanism, name):
+    rest = equilibrium(mechanism)
+    assert rest.status == "FREE_MOTION"
+    assert f"'{name}'" in rest.message
+    assert np.isnan(rest.point(name, mechanism.link(name).start).position).all()
+    assert not rest.stable
+
+
+def test_a_free_strip_without_loads_rests_where_it_is_and_says_that_nothing_holds_it():
+    rest = equilibrium(Mechanism({"A": (0, 0), "B": (0.3, 0)}, [Link("strip", "A", "B", Beam(BAR))]))
+    assert rest.status == "OK"
+    assert rest.stable
+    assert rest.neutral == ("strip",) * 3
+
+
+def test_a_load_beyond_a_limit_point_leads_past_it():
+    """Two springs at a mass, von Mises' truss: 2 k (l0/l - 1) y = F; beyond its snap it rests on the other side."""
+    stiffness, height, free = 1e4, 0.3, np.hypot(1.0, 0.3)
+    top = np.sqrt(free ** (2 / 3) - 1.0)
+    snap = 2 * stiffness * (free - np.hypot(1, top)) * top / np.hypot(1, top)
+    truss = Mechanism(
+        points={"P": (0, height), "Q": (0, height + 0.1), "A": (-1, 0), "C": (1, 0)},
+        links=[Link("block", "P", "Q", Rigid.of(mass=1.0, inertia=1e-3))],
+        joints=[Slider("P", "block", "ground", along=(0, 1))],
+        loads=[Spring("P", f"ground:{end}", stiffness=stiffness, free_length=free) for end in "AC"]
+        + [Force("P", (0, -1.1 * snap))],
+    )
+    rest = equilibrium(truss)
+    y = rest.point("block", "P").position[1]
+    assert rest.stable
+    assert y < -height
+    assert 2 * stiffness * (free / np.hypot(1, y) - 1) * y == pytest.approx(1.1 * snap, rel=1e-9)
+    assert "of the load" in rest.message
+
+
+def test_the_error_of_a_bent_strip_bounds_its_difference_to_a_fine_one():
+    section = Section(0.03, 0.0005)
+    load = 10 * section.bending_stiffness / 0.25
+    made = Mechanism(
+        {"A": (0, 0), "B": (0.5, 0)}, [Link("strip", "A", "B", Beam(section))], [Weld("A", "ground", "strip")],
+        loads=[Force("B", (0.0, -load))],
+    )  # fmt: skip
+    fine = equilibrium(made, degree=30).point("strip", "B").position
+    for degree in (4, 6, 8, None):
+        rest = equilibrium(made, degree=degree)
+        true = np.abs(rest.point("strip", "B").position - fine).max() / 0.5
+        assert true <= rest.error + 1e-10
+        assert rest.error < (1e-8 if degree is None else 1.0)
+
+
+@pytest.mark.parametrize(("asked", "said"), [({"load": np.nan}, "load"), ({"degree": 2.5}, "degree"), ({"degree": 0}, "degree")])
+def test_what_makes_no_sense_is_refused_in_a_line(asked, said):
+    with pytest.raises(ValueError, match=f"^{said} = "):
+        equilibrium(pendulum(0.1), **asked)
+
+
+def test_no_mechanism_is_refused():
+    with pytest.raises(ValueError, match="mechanism: must be a Mechanism, not NoneType"):
+        equilibrium(None)

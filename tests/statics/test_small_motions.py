@@ -1,0 +1,142 @@
+"""Frequencies with their errors: Timoshenko's equation, forces that follow the motion, dampers, rigid motions."""
+
+import numpy as np
+import pytest
+from scipy.linalg import eigvals
+
+from buckler.elastica.member import Member
+from buckler.elastica.vibration import beam_frequencies
+from buckler.mbs import Beam, Force, Guide, Link, Mechanism, Revolute, Rigid, Section, Slider, Spring, Weld, frequencies
+
+LENGTH = 0.5
+
+
+def strip(section, ends):
+    joint = {"clamped": Weld, "pinned": Revolute}
+    joints = [joint[end](p, "ground", "strip") for end, p in zip(ends, "AB", strict=True) if end in joint]
+    return Mechanism({"A": (0, 0), "B": (LENGTH, 0)}, [Link("strip", "A", "B", Beam(section))], joints)
+
+
+def member(section):
+    """The strip as a member in closed form."""
+    return Member(
+        LENGTH, section.bending_stiffness, section.mass_per_length, section.shear_stiffness, section.inertia_per_length,
+        section.axial_stiffness,
+    )  # fmt: skip
+
+
+ENDS = {
+    "free-free": (("free", "free"), [1, 2, 3, 4, 5, 6, 7, 8]),
+    "cantilever": (("clamped", "free"), [0.5, 1.5, 2.5, 3.5, 4.5]),
+    "clamped-pinned": (("clamped", "pinned"), [1, 2, 3, 4]),
+    "clamped-clamped": (("clamped", "clamped"), [1, 2, 3, 4]),
+}
+
+
+@pytest.mark.parametrize("ends", ENDS)
+@pytest.mark.parametrize(("thickness", "bar"), [(5e-3, 1e-8), (5e-4, 1e-7)])
+def test_the_first_twelve_frequencies_are_right_at_the_default(ends, thickness, bar):
+    section, (held, waves) = Section(0.02, thickness), ENDS[ends]
+    found = frequencies(strip(section, held), count=12)
+    axial = np.array(waves) * np.pi / LENGTH * np.sqrt(section.axial_stiffness / section.mass_per_length)
+    rigid = [0.0] * 3 * (ends == "free-free")
+    bending = [w for w in beam_frequencies(member(section), ends, 15) if w > 1e-3]
+    exact = np.sort(np.concatenate([rigid, bending, axial]))[:12]
+    off, elastic = np.abs(found.angular - exact), exact > 0
+    assert found.status == "OK"
+    assert (off[elastic] / exact[elastic]).max() < bar
+    assert (off <= found.errors * 2 * np.pi + 1e-9 * exact).all()
+    assert [name == "rigid motion of strip" for name in found.names] == list(~elastic)
+
+
+def beck(load):
+    """First frequencies of Beck's column, Hz, by Hermite elements with the follower force's own stiffness."""
+    section, n = Section(0.02, 0.0005), 40
+    size = LENGTH / n
+    k, g, m = (np.zeros((2 * n + 2, 2 * n + 2)) for _ in range(3))
+    e = size
+    bend = np.array([[12, 6, -12, 6], [6, 4, -6, 2], [-12, -6, 12, -6], [6, 2, -6, 4]]) * section.bending_stiffness / e**3
+    turn = np.array([[36, 3, -36, 3], [3, 4, -3, -1], [-36, -3, 36, -3], [3, -1, -3, 4]])
+    mass = np.array([[156, 22, 54, -13], [22, 4, 13, -3], [54, 13, 156, -22], [-13, -3, -22, 4]])
+    unit = np.outer([1, e, 1, e], [1, e, 1, e])
+    bend, turn, mass = bend * unit, turn * unit, mass * unit * section.mass_per_length * e / 420
+    for i in range(n):
+        at = slice(2 * i, 2 * i + 4)
+        k[at, at] += bend
+        g[at, at] += turn / (30 * e)
+        m[at, at] += mass
+    k -= load * g
+    k[-2, -1] += load
+    return np.sort(np.sqrt(eigvals(k[2:, 2:], m[2:, 2:]).astype(complex)).real)[:2] / (2 * np.pi)
+
+
+@pytest.mark.parametrize("times", [10.0, 19.0])
+def test_a_follower_load_acts_with_its_whole_tangent(times):
+    section = Section(0.02, 0.0005)
+    load = times * section.bending_stiffness / LENGTH**2
+    column = Mechanism(
+        {"A": (0, 0), "B": (LENGTH, 0)}, [Link("column", "A", "B", Beam(section))], [Weld("A", "ground", "column")],
+        loads=[Force("B", (-load, 0), follows="column")],
+    )  # fmt: skip
+    found = frequencies(column, count=2)
+    assert found.stable
+    assert found.hertz == pytest.approx(beck(load), rel=3e-5)  # the elements have no shear
+
+
+def test_beyond_its_flutter_load_a_column_flutters():
+    section = Section(0.02, 0.0005)
+    for times, stable in ((20.0, True), (20.1, False)):
+        load = times * section.bending_stiffness / LENGTH**2
+        column = Mechanism(
+            {"A": (0, 0), "B": (LENGTH, 0)}, [Link("column", "A", "B", Beam(section))], [Weld("A", "ground", "column")],
+            loads=[Force("B", (-load, 0), follows="column")],
+        )  # fmt: skip
+        found = frequencies(column, count=3)
+        assert found.stable is stable
+        assert ("flutter" in found.names) is not stable
+
+
+@pytest.mark.parametrize("ratio", [0.0, 0.3, 0.999, 3.0])
+def test_a_damped_block_swings_or_creeps_as_its_equation_says(ratio):
+    mass, stiffness = 2.0, 5e3
+    damping = 2 * ratio * np.sqrt(mass * stiffness)
+    made = Mechanism(
+        {"P": (0, 0), "Q": (0, 0.1), "S": (1, 0)}, [Link("block", "P", "Q", Rigid.of(mass=mass, inertia=1e-3))],
+        [Slider("P", "block", "ground", along=(1, 0))], loads=[Spring("P", "ground:S", stiffness=stiffness, damping=damping)],
+    )  # fmt: skip
+    roots = np.roots([mass, damping, stiffness])
+    roots = np.sort_complex(roots[roots.imag >= 0])[::-1]
+    found = frequencies(made)
+    assert found.values == pytest.approx(roots, rel=1e-9)
+    assert found.damping == pytest.approx(-roots.real / np.abs(roots), abs=1e-9)
+    assert found.stable
+
+
+def test_light_and_heavy_masses_on_soft_and_stiff_springs_keep_their_frequencies():
+    """Six decades of mass and eighteen of stiffness in one mechanism."""
+    made = Mechanism(
+        {"P": (0, 0), "Q": (0, 0.1), "S": (1, 0), "P2": (0, 1), "Q2": (0, 1.1), "S2": (1, 1)},
+        [Link("light", "P", "Q", Rigid.of(mass=1e-6, inertia=1e-9)), Link("heavy", "P2", "Q2", Rigid.of(mass=1e3, inertia=1.0))],
+        [Slider("P", "light", "ground", along=(1, 0)), Slider("P2", "heavy", "ground", along=(1, 0))],
+        loads=[Spring("P", "ground:S", stiffness=1e9), Spring("P2", "ground:S2", stiffness=1e-9)],
+    )
+    assert frequencies(made).angular == pytest.approx([1e-6, np.sqrt(1e15)], rel=1e-8)
+
+
+def test_a_pinned_and_guided_strip_past_its_load_grows():
+    section = Section(0.02, 0.001)
+    column = Mechanism(
+        {"A": (0, 0), "B": (LENGTH, 0)}, [Link("s", "A", "B", Beam(section))], [Revolute("A", "ground", "s")], [Guide("B", "s")],
+        loads=[Force("B", (-2 * section.euler_load(LENGTH), 0))],
+    )  # fmt: skip
+    found = frequencies(column)
+    assert found.names[0] == "growth"
+    assert found.values[0].real == pytest.approx(section.first_frequency(LENGTH), rel=1e-4)
+    assert not found.stable
+    assert found.hertz[0] == 0.0
+
+
+@pytest.mark.parametrize("count", [2.5, "x", 0, -1, True])
+def test_a_count_that_makes_no_sense_is_refused(count):
+    with pytest.raises(ValueError, match="count = "):
+        frequencies(strip(Section(0.02, 0.01), ("clamped", "free")), count=count)
