@@ -43,6 +43,7 @@ from buckler.mbs.solvers.steps import Controlled, Equal
 
 if TYPE_CHECKING:
     from buckler.mbs.engine.scene import build
+    from buckler.mbs.sensitivity.derivatives import sensitivities
     from buckler.mbs.simulation import simulate
     from buckler.mbs.statics import equilibrium, frequencies, path
 
@@ -50,7 +51,7 @@ __all__ = [
     "STEEL", "AdamsDamping", "Beam", "Cable", "Clearance", "Closure", "Controlled", "Drive", "Equal", "Exudyn", "Force", "Guide",
     "GuideFriction", "Link", "Mass", "Material", "Mechanism", "Modal", "Motion", "Motor", "Ramp", "Result", "Revolute", "Rigid",
     "Section", "Slider", "Slot", "Spectral", "Spring", "Status", "Stop", "Strut", "Torque", "TorsionSpring", "Weld", "build",
-    "crank_rocker",    "equilibrium", "frequencies", "path", "simulate", "slider_crank",
+    "crank_rocker", "equilibrium", "frequencies", "path", "sensitivities", "simulate", "slider_crank",
 ]  # fmt: skip
 
 _ENGINE = {
@@ -59,6 +60,7 @@ _ENGINE = {
     "equilibrium": "buckler.mbs.statics",
     "path": "buckler.mbs.statics",
     "frequencies": "buckler.mbs.statics",
+    "sensitivities": "buckler.mbs.sensitivity.derivatives",
 }
 
 

@@ -51,11 +51,14 @@ class State(NamedTuple):
     turns: Array | None = None
 
 
-def once(mechanism: Any, duration: float, solver: Spectral, timeout: float | None = None, progress: Any = None) -> Run:
-    """Build the scene and integrate it."""
+def once(
+    mechanism: Any, duration: float, solver: Spectral, timeout: float | None = None, progress: Any = None,
+    ends: Array | None = None, every: int | None = None,
+) -> Run:  # fmt: skip
+    """Build the scene and integrate it; `ends` and `every` as in `integrate`."""
     scene = Scene.of(mechanism, solver.degree)
     start = perf_counter()
-    out, failure, counts = integrate(scene, duration, solver, timeout, progress)
+    out, failure, counts = integrate(scene, duration, solver, timeout, progress, ends=ends, every=every)
     work = {
         "wall_s": perf_counter() - start,
         "steps": float(counts[output.STEPS]),
@@ -79,8 +82,13 @@ def once(mechanism: Any, duration: float, solver: Spectral, timeout: float | Non
 
 def integrate(
     scene: Scene, end: float, solver: Spectral, timeout: float | None = None, progress: Any = None, state: State | None = None,
+    ends: Array | None = None, every: int | None = None,
 ) -> tuple[Output, tuple[Status, str] | None, Array]:  # fmt: skip
-    """Integrate a scene from t = 0, or from another state: what it left, how it failed if so, counts of its work."""
+    """Integrate a scene from t = 0, or from another state: what it left, how it failed if so, counts of its work.
+
+    `ends` are times at which steps end, besides beginnings of contacts, instead of those that the local error asks for; of
+    `every` so many steps one is kept, and nothing between them.
+    """
     state = state or State(0.0, scene.q0, scene.v0, scene.memory())
     scene.work.state[:, TURN] = scene.turns(scene.q0[None]) if state.turns is None else state.turns
     rest = balance(scene, state.q, state.v, state.time, state.memory)
@@ -94,6 +102,12 @@ def integrate(
     controls, counts = _controls(end - state.time, solver), np.zeros(output.COUNTERS, dtype=np.int64)
     clock = np.array([state.time, controls[output.FIRST_STEP], 0.0, 0.0, 0.0, 0.0])
     stops = np.array([t for t in scene.kinks if state.time < t < end])
+    if ends is not None:
+        stops = np.unique(np.concatenate([stops, ends]))
+        controls[[output.FIRST_STEP, output.LONGEST, output.FIXED_STEPS]] = end, end, 1.0
+        controls[output.CLOSE], clock[1] = CLOSEST / solver.tolerance, end
+    if every is not None:
+        controls[output.EVERY] = every
     deadline = perf_counter() + timeout if timeout else np.inf
     parts, failure = [], None
     with ctrl_c() as interrupted:

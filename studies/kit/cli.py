@@ -1,4 +1,4 @@
-"""The command line: `buckler list`, `new`, `show`, `run`, `sweep`, `merge`, `export`, `schema`, `evidence`.
+"""The command line: `buckler list`, `new`, `show`, `run`, `sweep`, `sensitivity`, `merge`, `export`, `schema`, `evidence`.
 
 Exit status: 0 fine, or suspect and allowed; 1 the run failed or is suspect; 2 wrong input; 130 interrupted. Nothing
 heavy is imported before a study or a file is known by name, so that `list` and `--help` answer at once.
@@ -20,6 +20,10 @@ from buckler.studies.kit.running import MECHANISMS, attempt, finish, program
 
 if TYPE_CHECKING:
     import argparse
+
+
+TURNING = {"sensitivity": "what the numbers of a file's mechanism do to what is read off it"}
+"""Commands that turn numbers of a mechanism, and what they do."""
 
 
 def main(study: str | None = None, argv: Sequence[str] | None = None) -> int:
@@ -67,6 +71,11 @@ def _dispatch(study: str | None, words: list[str]) -> int:
         from buckler.studies.sweeping.command import sweep_study
 
         return sweep_study(words[1], words[2:])
+    if words[:1] and words[0] in TURNING:
+        from buckler.studies.own import turning
+
+        answer: int = getattr(turning, words[0])(words[1:], f"{program()} {words[0]}")
+        return answer
     parser = _parser()
     if "_ARGCOMPLETE" in os.environ:
         from buckler.studies.kit.completion import complete
@@ -100,6 +109,8 @@ def _parser() -> argparse.ArgumentParser:
         command.add_argument(
             "name", metavar="NAME", help="FILE.toml, FILE.json, STUDY.py or a study of the list"
         ).completer = _names  # type: ignore[attr-defined]
+    for name, does in TURNING.items():
+        commands.add_parser(name, help=f"{does}; `{name} --help` tells its options")
     listed = commands.add_parser("list", help="name every study, one a line")
     listed.add_argument("--json", action="store_true", help="as JSON")
     listed.set_defaults(answer=_list)

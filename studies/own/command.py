@@ -124,7 +124,7 @@ def _settings(path: Path, chosen: argparse.Namespace) -> tuple[dict[str, Any], d
     changes = set_all(document, chosen.changes)
     measures = chosen.measure or run.get("measure", [])
     measures = [measures] if isinstance(measures, str) else list(measures)
-    from buckler.studies.own.measure import check
+    from buckler.mbs.sensitivity.reading import check
 
     for text in measures:
         check(str(text))
@@ -213,8 +213,8 @@ def family(path: Path, chosen: argparse.Namespace) -> Family:
 
 def probe(parameters: Parameters) -> None:
     """Refuse measures, and what an accuracy is asked of, that name signals the mechanism does not have, before any case runs."""
+    from buckler.mbs.sensitivity.reading import check
     from buckler.mbs.simulation import simulate
-    from buckler.studies.own.measure import check
 
     asked = () if isinstance(parameters.of, str) else parameters.of
     if parameters.measures or asked:

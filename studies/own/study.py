@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any
 from buckler.mbs.accuracy.aim import PLACES, Aim
 from buckler.mbs.documents.document import changed
 from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.sensitivity.reading import measure
 from buckler.mbs.validate import number, positive
 from buckler.studies.kit.parameters import Parameter, StudyParameters
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult
-from buckler.studies.own.measure import measure
 from buckler.studies.own.solver import solver
 from buckler.studies.sweeping.rows import report_name
 

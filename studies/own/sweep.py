@@ -11,9 +11,9 @@ from time import perf_counter
 from typing import Any
 
 from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.sensitivity.reading import check
 from buckler.studies.kit.report import QUIET, Progress
 from buckler.studies.own import study
-from buckler.studies.own.measure import check
 from buckler.studies.own.places import spec, to_json
 from buckler.studies.own.study import Family
 from buckler.studies.sweeping import sweep as cases

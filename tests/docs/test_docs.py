@@ -22,6 +22,7 @@ PAGES = (
     "docs/how-to-look.md",
     "docs/how-to-shape-and-damp.md",
     "docs/how-to-rest-and-vibrate.md",
+    "docs/how-to-turn-numbers.md",
 )
 ALL_PAGES = ("README.md", *sorted(f"docs/{path.name}" for path in (ROOT / "docs").glob("*.md")))
 BLOCK = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)

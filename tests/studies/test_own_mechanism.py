@@ -14,8 +14,8 @@ from scipy.integrate import solve_ivp
 from buckler.mbs import Mechanism, slider_crank
 from buckler.mbs.elements import Rigid, Section
 from buckler.mbs.laws import CarvalhoMartins
+from buckler.mbs.sensitivity.reading import check, measure
 from buckler.studies.kit.cli import main
-from buckler.studies.own.measure import check, measure
 from buckler.studies.own.solver import of_file
 from buckler.studies.own.sweep import sweep
 from buckler.studies.sweeping import export

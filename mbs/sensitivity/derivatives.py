@@ -1,0 +1,333 @@
+"""Derivatives of readings by the numbers of a mechanism, each with its error.
+
+Each reading is taken on runs that share their steps (`frozen`), at the number as it is, a little more and a little less, and
+all that once more with a quarter of the width, steps half as long and strips of higher degree. The finer difference is the
+derivative; how far the coarser one is from it bounds what is left of width, steps and degree.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from math import inf, isfinite, nan, sqrt
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.sensitivity.frozen import Steps, needs_compiler
+from buckler.mbs.sensitivity.numbers import DURATION, Family
+from buckler.mbs.sensitivity.reading import Smooth, check, measure, statical
+from buckler.mbs.solvers.spectral import Spectral
+from buckler.mbs.validate import listed, positive, short
+
+Array = np.ndarray[Any, Any]
+Evaluate = Callable[[Mechanism, float | None], tuple[Array, list[str]]]
+Reading = str | Callable[[Mechanism], float]
+DEGREE = 8
+"""Of strips' polynomials, where the solver names none."""
+WIDER = 4.0
+"""Than the finer difference is the other."""
+MOVING, RESTING = (1e-5, 1e-14), (1e-3, 1e-9)
+"""Width of the finer difference, relative to the number, and rounding of a reading, relative: of runs, whose errors are the same
+where they share their steps, and of states of rest, whose eigenvalues are as uncertain as soft shapes beside stiff ones."""
+SMALL = 1e-2
+"""Relative change of the reading by a relative change of the number below which an uncertain derivative is as good as none."""
+KINKED = 0.5
+"""Derivatives from below and above differ by half as much at a quarter of the width where the reading is smooth: that is by less
+than this share."""
+VISIBLE = 1e-3
+"""Of the derivative, by which they must differ to be told as a kink."""
+
+
+class Derivative(NamedTuple):
+    """Of one reading by one number.
+
+    Attributes
+    ----------
+    reading, number : str
+    value, at : float
+        Of the reading and of the number, SI.
+    unit, by_unit : str
+        Of both.
+    derivative, error : float
+        d reading/d number, and what it may err by; nan and inf where there is none.
+    below, above : float
+        One-sided derivatives.
+    note : str
+        Why there is none; '' where there is one.
+    """
+
+    reading: str
+    number: str
+    value: float
+    at: float
+    unit: str
+    by_unit: str
+    derivative: float = nan
+    error: float = inf
+    below: float = nan
+    above: float = nan
+    note: str = ""
+
+    @property
+    def relative(self) -> float:
+        """Relative change of the reading by a relative change of the number; nan where one of them is zero."""
+        return self.derivative * self.at / self.value if self.value and self.at else nan
+
+    @property
+    def relative_error(self) -> float:
+        """Of `relative`, in its unit."""
+        return self.error * abs(self.at / self.value) if self.value and self.at else nan
+
+
+@dataclass(frozen=True)
+class Sensitivities:
+    """Derivatives of some readings by some numbers.
+
+    Attributes
+    ----------
+    rows : sequence of Derivative
+        By reading, in it the largest effect first.
+    spreads : dict of str to float
+        Standard deviations of numbers, SI, where they were given.
+    """
+
+    rows: Sequence[Derivative]
+    spreads: Mapping[str, float]
+
+    def __getitem__(self, key: tuple[str, str]) -> Derivative:
+        """The derivative of a reading by a number."""
+        for row in self.rows:
+            if (row.reading, row.number) == key:
+                return row
+        raise KeyError(f"no derivative of '{key[0]}' by '{key[1]}'")
+
+    def spread(self, reading: str) -> float:
+        """Standard deviation of a reading for independent small deviations of the numbers, first order."""
+        return sqrt(sum(each**2 for each in self.contributions(reading).values()))
+
+    def contributions(self, reading: str) -> dict[str, float]:
+        """Standard deviation of a reading that comes from each number, the largest first."""
+        if not self.spreads:
+            raise ValueError("no standard deviations; give by={path: standard deviation}")
+        found = {row.number: abs(row.derivative) * self.spreads[row.number] for row in self.rows if row.reading == reading}
+        return dict(sorted(found.items(), key=lambda item: -item[1]))
+
+    def table(self) -> tuple[list[str], list[list[str]]]:
+        """Heads and rows of text, what matters most first."""
+        heads = ["reading", "number", "d ln/d ln", "derivative", "error", "unit", ""]
+        return heads, [
+            [row.reading, row.number, f"{row.relative:+.4g}", f"{row.derivative:.6g}", f"{row.error:.1e}",
+             _per(row.unit, row.by_unit), row.note]
+            for row in self.rows
+        ]  # fmt: skip
+
+    def __str__(self) -> str:
+        """Return the table."""
+        heads, rows = self.table()
+        widths = [max(len(row[k]) for row in (heads, *rows)) for k in range(len(heads))]
+        return "\n".join("  ".join(f"{cell:{w}}" for cell, w in zip(row, widths, strict=True)).rstrip() for row in (heads, *rows))
+
+
+def sensitivities(
+    mechanism: Mechanism | Callable[..., Mechanism],
+    duration: float | None = None,
+    *,
+    by: Sequence[str] | Mapping[str, float],
+    of: str | Sequence[str] | Mapping[str, Reading],
+    solver: Spectral | None = None,
+    at: Mapping[str, float] | None = None,
+) -> Sensitivities:
+    """Derivatives of readings by numbers of a mechanism.
+
+    Parameters
+    ----------
+    mechanism : Mechanism or callable
+        Or a function that makes one of the arguments in `at`.
+    duration : float, optional
+        s, positive; without it readings are of states of rest.
+    by : sequence of str, or mapping of str to float
+        Numbers by their paths, as in files (`links.coupler.body.section.thickness`), or "duration"; with the standard
+        deviation of each, SI, to have the spread of readings. A number that is zero needs one.
+    of : str, sequence of str, or mapping
+        What is read off, as 'max(B.contact_force)' or 'frequency(1)' (see `buckler.mbs.sensitivity.reading`); or by a name of
+        one's own such a text, or a function of the mechanism that returns a number.
+    solver : Spectral, optional
+        What chooses the steps; by default with a tolerance of 1e-7.
+    at : mapping of str to float, optional
+        Arguments of the function that makes the mechanism.
+
+    Returns
+    -------
+    Sensitivities
+
+    Raises
+    ------
+    ValueError
+        On a wrong path or reading, before anything runs.
+    RunFailedError
+        If a run does not end.
+
+    References
+    ----------
+    H. G. Bock, in: Numerical treatment of inverse problems in differential and integral equations, Birkhäuser 1983, 95-121,
+    doi 10.1007/978-1-4684-7324-7_7.
+    """
+    needs_compiler()
+    if duration is not None:
+        duration = float(positive("duration", duration, "s"))
+    readings = readings_of(of, duration)
+    family = Family.of(mechanism, by, at or {})
+    spreads = dict(by) if isinstance(by, Mapping) else {}
+    points = family.values | ({DURATION: float(duration)} if DURATION in by and duration else {})
+    if DURATION in by and duration is None:
+        raise ValueError("by = duration: give the duration, too")
+    scales = {name: _scale(name, points[name], spreads) for name in by}
+    fixed = {} if isinstance(mechanism, Mechanism) else dict(at or {})
+    moving = {name: each for name, each in readings.items() if isinstance(each, str) and not statical(each)}
+    resting = {name: each for name, each in readings.items() if name not in moving}
+    rows: list[Derivative] = []
+    for group, (width, rounding) in ((moving, MOVING), (resting, RESTING)):
+        if group:
+            levels = _levels(family.make(fixed | family.values), duration, solver, group)
+            rows += _rows(_Turned(family, points, fixed, scales, duration), levels, list(group), width, rounding)
+    return Sensitivities(rows, spreads)
+
+
+class _Turned(NamedTuple):
+    """What is turned: numbers by name with their values, other arguments, what counts as a large change, the run's length."""
+
+    family: Family
+    points: dict[str, float]
+    fixed: dict[str, float]
+    scales: dict[str, float]
+    duration: float | None
+
+    def evaluated(self, evaluate: Evaluate, **changes: float) -> tuple[Array, list[str]]:
+        """Readings with other values of some numbers."""
+        found = {**self.points, **changes}
+        span = found.pop(DURATION, self.duration)
+        return evaluate(self.family.make(self.fixed | found), span)
+
+
+def _rows(
+    turned: _Turned, levels: Sequence[Evaluate], readings: Sequence[str], width: float, rounding: float
+) -> list[Derivative]:
+    """Derivatives of some readings, coarser and finer; of each reading the largest first."""
+    values, units, sides = np.empty(0), list[str](), list[dict[str, list[Array]]]()
+    for apart, evaluate in zip((WIDER * width, width), levels, strict=True):
+        values, units = turned.evaluated(evaluate)
+        each: dict[str, list[Array]] = {}
+        for name, scale in turned.scales.items():
+            steps = (-apart * scale, apart * scale)
+            each[name] = [(turned.evaluated(evaluate, **{name: turned.points[name] + d})[0] - values) / d for d in steps]
+        sides.append(each)
+    rows = []
+    for i, reading in enumerate(readings):
+        noise = rounding * abs(float(values[i])) / width
+        made = []
+        for name, scale in turned.scales.items():
+            units_of = units[i], turned.family.units.get(name, "s")
+            about = Derivative(reading, name, float(values[i]), turned.points[name], *units_of)
+            made.append(_derivative(about, scale, [[float(side[i]) for side in each[name]] for each in sides], noise / scale))
+        rows += sorted(
+            made, key=lambda row: -abs(row.derivative * turned.scales[row.number]) if isfinite(row.derivative) else 0.0
+        )
+    return rows
+
+
+def readings_of(of: str | Sequence[str] | Mapping[str, Reading], duration: float | None) -> dict[str, Reading]:
+    """Readings by name, checked by their grammar.
+
+    Raises
+    ------
+    ValueError
+    """
+    found: dict[str, Reading] = dict(of) if isinstance(of, Mapping) else {
+        text: text for text in ([of] if isinstance(of, str) else listed("of", of))
+    }  # fmt: skip
+    if not found:
+        raise ValueError("of: no reading; write for instance 'max(B.contact_force)'")
+    for name, reading in found.items():
+        if not callable(reading):
+            check(reading)
+            if duration is None and not statical(reading):
+                raise ValueError(f"{name}: is read off a run; give a duration")
+    return found
+
+
+def _levels(
+    mechanism: Mechanism, duration: float | None, solver: Spectral | None, readings: Mapping[str, Reading]
+) -> list[Evaluate]:
+    """What takes all readings of a mechanism: coarser, and finer."""
+    degree = (solver.degree if solver else None) or DEGREE
+    moving = any(isinstance(each, str) and not statical(each) for each in readings.values())
+    steps = Steps.of(mechanism, duration, solver) if moving and duration is not None else None
+    finer = steps.finer(degree) if steps else None
+    return [Level(readings, steps), Level(readings, finer)]
+
+
+@dataclass(frozen=True)
+class Level:
+    """How readings are taken.
+
+    Attributes
+    ----------
+    readings : dict of str to text or callable
+    steps : Steps or None
+        Of the runs.
+    """
+
+    readings: Mapping[str, Reading]
+    steps: Steps | None
+
+    def __call__(self, mechanism: Mechanism, duration: float | None = None) -> tuple[Array, list[str]]:
+        """Values and units."""
+        values, units = list[float](), list[str]()
+        run = None
+        for reading in self.readings.values():
+            if callable(reading):
+                value, unit = float(reading(mechanism)), ""
+            elif resting := statical(reading):
+                value, unit = resting(mechanism), "Hz"
+            else:
+                run = run or (self.steps.run(mechanism, duration) if self.steps else None)
+                if run is None:
+                    raise ValueError(f"{short(reading)}: is read off a run; give a duration")
+                value, unit = measure(reading, run.record.time, run.values, run.units, Smooth)
+            values.append(value)
+            units.append(unit)
+        return np.array(values), units
+
+
+def _scale(name: str, value: float, spreads: Mapping[str, float]) -> float:
+    """What counts as a large change of a number."""
+    scale = abs(value) or abs(spreads.get(name, 0.0))
+    if not scale:
+        raise ValueError(f"{name} = 0: a relative change says nothing; give by = {{'{name}': standard deviation}}")
+    return scale
+
+
+def _derivative(about: Derivative, scale: float, sides: Sequence[Sequence[float]], noise: float) -> Derivative:
+    """Put together what the coarser and the finer readings say."""
+    (below0, above0), (below, above) = sides
+    value, middle, other = about.value, 0.5 * (below + above), 0.5 * (below0 + above0)
+    error = abs(middle - other) + noise
+    gap, wider = abs(above - below), abs(above0 - below0)
+    note = ""
+    if not isfinite(middle + other):
+        note = "the reading has no value there"
+    elif gap > KINKED * wider and gap > max(10 * error, VISIBLE * abs(middle)):
+        note = f"a kink: {below:.4g} below, {above:.4g} above"
+    elif error > KINKED * abs(middle) and error * scale > SMALL * abs(value):
+        note = f"no digit is certain: {other:.3g} and {middle:.3g} of two widths and step lengths: chaos, a graze or a jump"
+    if note:
+        middle, error = nan, inf
+    return about._replace(derivative=middle, error=error, below=below, above=above, note=note)
+
+
+def _per(unit: str, by: str) -> str:
+    """Unit of a quotient."""
+    top, bottom = unit or "?", by or "?"
+    return top if bottom == "1" else f"{top}/({bottom})" if " " in bottom or "/" in bottom else f"{top}/{bottom}"

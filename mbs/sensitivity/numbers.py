@@ -1,0 +1,128 @@
+"""Numbers of a mechanism by their paths, as in its file: what stands there, its unit, the mechanism with another."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, is_dataclass
+from typing import Any, NamedTuple
+
+from buckler.mbs.declare import Declaration, declarations
+from buckler.mbs.documents.document import changed, get, steps
+from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.units import parse_quantity
+from buckler.mbs.validate import short
+
+DURATION = "duration"
+"""Path of the run's length, which is no number of the mechanism."""
+Make = Callable[[Mapping[str, float]], Mechanism]
+
+
+class Standing(NamedTuple):
+    """What stands at a place of a document: its declaration, where there is one, its value, its unit."""
+
+    about: Declaration | None
+    now: Any
+    unit: str
+
+
+def standing(document: Mapping[str, Any], path: str) -> Standing:
+    """What stands at a place of a document.
+
+    Raises
+    ------
+    ValueError
+        If there is no such place.
+    """
+    about = _declared(document, path)
+    try:
+        now = get(document, path)
+    except KeyError:
+        if about is None:
+            raise ValueError(f"{path}: not in the file") from None
+        now = about.default
+    return Standing(about, now, _fitting(about.spec.unit, now) if about else "")
+
+
+def _fitting(unit: str, now: Any) -> str:
+    """Of several units, as `rad/s or m/s` of a drive's speed, that of the value there; all of them where it has none."""
+    for each in unit.split(" or ") if isinstance(now, str) else ():
+        with contextlib.suppress(ValueError):
+            parse_quantity(now, each)
+            return each
+    return unit
+
+
+def _declared(document: Mapping[str, Any], path: str) -> Declaration | None:
+    """The field a place belongs to, found in the mechanism the document describes."""
+    found: Any = Mechanism.from_dict(document)
+    about: Declaration | None = None
+    way = steps(document, path)
+    for step in way:
+        if way[0] == "links" and found.__class__ is tuple and isinstance(step, str):
+            found = {link.name: link for link in found}[step]
+        elif isinstance(step, int) or isinstance(found, Mapping):
+            found = found[step]
+        elif step == "kind":
+            return None
+        else:
+            found, about = _field(found, step, path)
+    return about
+
+
+def _field(found: Any, name: str, path: str) -> tuple[Any, Declaration | None]:
+    """A field of an object, or of the one inner object that a file leaves out (the Inertia of a Rigid)."""
+    inner = [getattr(found, key) for key in getattr(found, "inlined", ())]
+    for each in (found, *inner):
+        fields = declarations(type(each)) if is_dataclass(each) else {}
+        if name in fields:
+            return getattr(each, name), fields[name]
+    known = ", ".join(declarations(type(found))) if is_dataclass(found) else "nothing"
+    raise ValueError(f"{path}: '{name}' is not known there; known: {known}")
+
+
+@dataclass(frozen=True)
+class Family:
+    """Mechanisms that differ in some numbers.
+
+    Attributes
+    ----------
+    make : callable
+        The mechanism with numbers by name.
+    values : dict of str to float
+        As they are, in SI.
+    units : dict of str to str
+    """
+
+    make: Make
+    values: dict[str, float]
+    units: dict[str, str]
+
+    @classmethod
+    def of(cls, mechanism: Mechanism | Callable[..., Mechanism], names: Iterable[str], given: Mapping[str, float]) -> Family:
+        """Numbers of a mechanism by their paths; or arguments, by name, of a function that makes one.
+
+        Parameters
+        ----------
+        mechanism : Mechanism or callable
+        names : iterable of str
+        given : mapping of str to float
+            Values of the arguments of a function, which has no numbers to look up.
+
+        Raises
+        ------
+        ValueError
+            If there is no number at a path.
+        """
+        names = [name for name in names if name != DURATION]
+        if not isinstance(mechanism, Mechanism):
+            function = mechanism
+            return cls(lambda values: function(**values), {name: float(given[name]) for name in names}, dict.fromkeys(names, ""))
+        document = mechanism.to_dict()
+        found, units = {}, {}
+        for name in names:
+            _, now, units[name] = standing(document, name)
+            if isinstance(now, bool) or not isinstance(now, int | float):
+                raise ValueError(f"{name} = {short(now)}: no number; name a number of the mechanism")
+            found[name] = float(now)
+        return cls(lambda values: Mechanism.from_dict(changed(document, dict(values))), found, units)

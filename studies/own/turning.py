@@ -1,0 +1,126 @@
+"""`buckler sensitivity FILE`: what the numbers of a mechanism do to what is read off it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from buckler.mbs.documents.document import changed, read
+from buckler.mbs.mechanism import RUN, Mechanism
+from buckler.mbs.units import parse_quantity
+from buckler.studies.kit.options import Parser, check_words, noted, wrong_input
+from buckler.studies.own.command import DEFAULT_DURATION, named
+from buckler.studies.own.places import set_all
+
+NOT_TURNED = ("elements", "points", "velocities", "gravity")
+"""Parts of a document whose numbers are not turned unless they are named: whole numbers and places."""
+
+
+class Opened(NamedTuple):
+    """A mechanism of a file, and how the file says it is run."""
+
+    mechanism: Mechanism
+    duration: float
+    measures: tuple[str, ...]
+
+
+def opened(path: Path, changes: Sequence[str] = (), duration: str | None = None) -> Opened:
+    """Read a file.
+
+    Raises
+    ------
+    ValueError
+        In one line with the file's name.
+    """
+    document = named(path, read, path)
+    run = document.pop(RUN, {})
+    given = run.get("duration", DEFAULT_DURATION) if duration is None else duration
+    seconds = float(given) if isinstance(given, int | float) else named(path, parse_quantity, str(given), "s")
+    measures = run.get("measure", [])
+    mechanism = named(path, Mechanism.from_dict, changed(document, set_all(document, list(changes))))
+    return Opened(mechanism, seconds, (measures,) if isinstance(measures, str) else tuple(map(str, measures)))
+
+
+def common(prog: str, about: str) -> Parser:
+    """Options that all commands have that turn numbers."""
+    parser = Parser(prog=prog, description=about, allow_abbrev=False)
+    add = parser.add_argument
+    add("file", metavar="FILE", type=Path, help="a mechanism, .toml or .json")
+    add("--duration", metavar="s", help="how long, s; default that of the file, or 1 s")
+    add("--set", action="append", default=[], metavar="PATH=VALUE", dest="changes",
+        help="another value at a place of the file; may be repeated")  # fmt: skip
+    add("--json", action="store_true", help="print JSON and nothing else")
+    return parser
+
+
+def sensitivity(argv: Sequence[str], prog: str) -> int:
+    """Print derivatives of readings; the exit status."""
+    from buckler.mbs.sensitivity.derivatives import sensitivities
+    from buckler.mbs.sensitivity.frozen import RunFailedError
+
+    parser = common(prog, "Derivatives of readings by the numbers of a mechanism, each with its error.")
+    parser.add_argument("--by", action="append", default=[], metavar="PATH[=SPREAD]",
+        help="a number, as links.coupler.body.section.thickness, with its standard deviation if the spread of readings is "
+        "wanted; may be repeated; default all numbers that are not zero but places")  # fmt: skip
+    parser.add_argument("--of", action="append", default=[], metavar="READING",
+        help="what is read off, as 'max(B.contact_force)', 'when(B.x, 0.1, 1)', 'frequency(1)'; may be repeated; default the "
+        "measures of the file")  # fmt: skip
+    try:
+        chosen, unknown = parser.parse_known_args(noted(argv))
+        check_words(unknown, chosen)
+        file = opened(chosen.file, chosen.changes, chosen.duration)
+        readings = chosen.of or file.measures
+        if not readings:
+            raise ValueError("--of: no reading; write for instance --of 'max(B.contact_force)'")
+        by = _spreads(file.mechanism, chosen.by) if chosen.by else list(numbers(file.mechanism.to_dict()))
+        found = sensitivities(file.mechanism, file.duration, by=by, of=readings)
+    except RunFailedError as error:
+        print(f"{chosen.file}: {error}")
+        return 1
+    except (ValueError, OSError) as error:
+        return wrong_input(ValueError(str(error)))
+    if chosen.json:
+        rows = [row._asdict() | {"relative": row.relative, "relative_error": row.relative_error} for row in found.rows]
+        print(json.dumps([_finite(row) for row in rows], indent=2))
+        return 0
+    print(found)
+    for reading in readings if found.spreads else ():
+        parts = ", ".join(f"{path} {value:.3g}" for path, value in found.contributions(reading).items())
+        print(f"{reading}: standard deviation {found.spread(reading):.4g}, of which {parts}")
+    return 0
+
+
+def _spreads(mechanism: Mechanism, texts: Sequence[str]) -> Any:
+    """Numbers and, where they are given, their standard deviations."""
+    from buckler.mbs.sensitivity.numbers import DURATION, standing
+
+    pairs = [text.partition("=") for text in texts]
+    if not any(equals for _, equals, _ in pairs):
+        return [path for path, _, _ in pairs]
+    document, found = mechanism.to_dict(), {}
+    for path, equals, value in pairs:
+        if not equals:
+            raise ValueError(f"--by {path}: no standard deviation, but others have one")
+        unit = "s" if path == DURATION else standing(document, path).unit
+        found[path] = parse_quantity(value, unit)
+    return found
+
+
+def numbers(content: Any, path: str = "") -> Iterator[str]:
+    """Paths of all numbers of a document that are not zero, but places."""
+    if isinstance(content, Mapping):
+        for key, each in content.items():
+            if key not in NOT_TURNED and not (path.startswith("guides") and key == "along"):
+                yield from numbers(each, f"{path}.{key}" if path else key)
+    elif isinstance(content, list):
+        for k, each in enumerate(content):
+            yield from numbers(each, f"{path}[{k}]")
+    elif isinstance(content, float) and content:
+        yield path
+
+
+def _finite(row: Mapping[str, Any]) -> dict[str, Any]:
+    """A row without what JSON does not know."""
+    return {key: None if isinstance(value, float) and not abs(value) < float("inf") else value for key, value in row.items()}

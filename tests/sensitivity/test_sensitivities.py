@@ -1,0 +1,192 @@
+"""Derivatives of readings against closed forms, and what is said where there is none."""
+
+from math import pi
+
+import numpy as np
+import pytest
+from scipy.special import ellipk
+
+from buckler.mbs import (
+    Beam,
+    Force,
+    Guide,
+    Link,
+    Mass,
+    Mechanism,
+    Revolute,
+    Rigid,
+    Section,
+    Spring,
+    Stop,
+    frequencies,
+    sensitivities,
+)
+from buckler.mbs.laws import CarvalhoMartins
+from buckler.mbs.sensitivity.reading import Curve, Smooth, measure
+
+G = 9.81
+
+
+def pendulum(length=0.5, start=1.0):
+    """A point mass on a massless rod, released from rest at an angle from the vertical."""
+    end = (length * np.sin(start), -length * np.cos(start))
+    return Mechanism(
+        points={"O": (0.0, 0.0), "A": (float(end[0]), float(end[1]))},
+        links=[Link("rod", "O", "A", Rigid.of(mass=1e-9, inertia=1e-12))],
+        joints=[Revolute("O", "ground", "rod")],
+        masses=[Mass("A", 1.0)],
+        gravity=(0.0, -G),
+    )
+
+
+def test_period_of_a_pendulum_by_its_length():
+    length, start = 0.5, 1.0
+    period = 4 * np.sqrt(length / G) * ellipk(np.sin(start / 2) ** 2)
+    found = sensitivities(
+        pendulum, 1.2 * period, by=["length", "start"], at={"length": length, "start": start},
+        of={"period": "when(A.x, 0, 2) - when(A.x, 0, 1)"},
+    )  # fmt: skip
+    by_length, by_start = found["period", "length"], found["period", "start"]
+    assert 2 * by_length.value == pytest.approx(period, rel=1e-5)
+    assert by_length.relative == pytest.approx(0.5, rel=1e-5)
+    steeper = [4 * np.sqrt(length / G) * ellipk(np.sin((start + d) / 2) ** 2) for d in (-1e-5, 1e-5)]
+    assert 2 * by_start.derivative == pytest.approx((steeper[1] - steeper[0]) / 2e-5, rel=1e-4)
+    for row, true in ((by_length, by_length.value / 2 / length), (by_start, (steeper[1] - steeper[0]) / 4e-5)):
+        assert abs(row.derivative - true) <= row.error + 1e-6 * abs(true)
+
+
+def block(stiffness=200.0, mass=0.5, push=3.0):
+    """A block on a guide, a spring and a steady push from rest: x = (F/k)(1 - cos(w t))."""
+    return Mechanism(
+        points={"O": (0.0, 0.0), "A": (0.2, 0.0), "C": (-0.1, 0.0)},
+        links=[Link("bar", "O", "A", Rigid.of(mass=1e-9, inertia=1e-12))],
+        guides=[Guide("O", "bar", mass=mass), Guide("A", "bar")],
+        loads=[Spring("C", "O", stiffness=stiffness), Force("O", (push, 0.0))],
+    )
+
+
+def test_spring_and_mass_by_each_number():
+    k, m, push, t = 200.0, 0.5, 3.0, 0.4
+    w = np.sqrt(k / m)
+    found = sensitivities(block(k, m, push), t, by=["loads[0].stiffness", "guides[0].mass"], of=["end(O.x)", "max(O.x)"])
+    end = push / k * (1 - np.cos(w * t))
+    by_mass = push / k * np.sin(w * t) * t * -0.5 * w / m
+    by_stiffness = -end / k + push / k * np.sin(w * t) * t * 0.5 * w / k
+    assert found["end(O.x)", "guides[0].mass"].derivative == pytest.approx(by_mass, rel=1e-6)
+    assert found["end(O.x)", "loads[0].stiffness"].derivative == pytest.approx(by_stiffness, rel=1e-6)
+    assert found["max(O.x)", "loads[0].stiffness"].relative == pytest.approx(-1.0, rel=1e-5)
+    assert abs(found["max(O.x)", "guides[0].mass"].relative) < 1e-5
+
+
+def test_frequency_and_euler_load_of_a_strip_by_its_thickness():
+    def strip(thickness):
+        return Mechanism(
+            points={"A": (0.0, 0.0), "B": (0.3, 0.0)},
+            links=[Link("strip", "A", "B", Beam(Section(0.02, thickness)))],
+            joints=[Revolute("A", "ground", "strip")],
+            guides=[Guide("B", "strip")],
+        )
+
+    def load(mechanism):
+        """P with w1^2(P) = w1^2(0) (1 - P/P_E), from two frequencies; exact for pinned ends."""
+        pushed = Mechanism.from_dict(mechanism.to_dict() | {"loads": [{"kind": "Force", "point": "B", "value": [-0.1, 0.0]}]})
+        free, loaded = (frequencies(m, count=1).angular[0] ** 2 for m in (mechanism, pushed))
+        return 0.1 / (1 - loaded / free)
+
+    found = sensitivities(
+        strip, by=["thickness"], at={"thickness": 3e-4}, of={"first": "frequency(1)", "Euler load": load},
+    )  # fmt: skip
+    section = Section(0.02, 3e-4)
+    euler = pi**2 * section.material.modulus * 0.02 * 3e-4**3 / 12 / 0.3**2
+    assert found["Euler load", "thickness"].value == pytest.approx(euler, rel=1e-4)
+    assert found["Euler load", "thickness"].relative == pytest.approx(3.0, rel=1e-3)
+    assert found["first", "thickness"].relative == pytest.approx(1.0, rel=1e-5)
+
+
+def bounce(height=0.1, stiffness=1e4):
+    """A block that falls along its guide onto a stop without loss."""
+    return Mechanism(
+        points={"O": (0.0, height), "A": (0.0, height + 0.2)},
+        links=[Link("bar", "O", "A", Rigid.of(mass=1e-9, inertia=1e-12))],
+        guides=[Guide("O", "bar", mass=0.5, along=(0.0, 1.0)), Guide("A", "bar", along=(0.0, 1.0))],
+        stops=[Stop("O", at=0.0, law=CarvalhoMartins(stiffness, 1.0, exponent=1.0))],
+        gravity=(0.0, -G),
+    )
+
+
+def test_what_follows_an_impact_has_derivatives_too():
+    """Depth of the first push: k d^2/2 = m g (h + d)."""
+    h, k, m = 0.1, 1e4, 0.5
+    found = sensitivities(bounce, 0.2, by=["height", "stiffness"], at={"height": h, "stiffness": k}, of="max(O.contact_force)")
+    a = m * G
+    force = a + np.sqrt(a * a + 2 * k * a * h)
+    by_height = k * a / np.sqrt(a * a + 2 * k * a * h)
+    by_stiffness = a * h / np.sqrt(a * a + 2 * k * a * h)
+    for name, true in (("height", by_height), ("stiffness", by_stiffness)):
+        row = found["max(O.contact_force)", name]
+        assert row.value == pytest.approx(force, rel=1e-3)
+        assert row.derivative == pytest.approx(true, rel=3e-3)
+
+
+def test_a_kink_is_told():
+    row = sensitivities(block(), by=["loads[0].stiffness"], of={"off": lambda m: abs(m.loads[0].stiffness - 200.0)}).rows[0]
+    assert np.isnan(row.derivative) and row.note == "a kink: -1 below, 1 above"
+
+
+def test_a_graze_has_no_derivative():
+    """The largest force of a block that just reaches the stop: none below, growing above."""
+
+    def reach(push):
+        made = block(push=push).to_dict()
+        law = {"kind": "CarvalhoMartins", "stiffness": 1e4, "exponent": 1, "restitution": 1.0}
+        return Mechanism.from_dict(made | {"stops": [{"point": "O", "at": 0.03, "law": law}]})
+
+    found = sensitivities(reach, 0.3, by=["push"], at={"push": 3.0}, of="max(O.contact_force)")
+    row = found["max(O.contact_force)", "push"]
+    assert np.isnan(row.derivative) and "graze" in row.note
+
+
+def test_smooth_readings_of_a_sine():
+    time = np.sort(np.r_[np.linspace(0, 3, 61), 0.511, 1.733])
+    signals = {"A.x": np.sin(2 * time)}
+
+    def read(text, curve=Smooth):
+        return measure(text, time, signals, {"A.x": "m"}, curve)
+
+    assert read("max(A.x)").value == pytest.approx(1.0, abs=1e-6)
+    assert read("max(A.x)", Curve).value < 1 - 1e-6
+    assert read("impulse(A.x)").value == pytest.approx((1 - np.cos(6)) / 2, abs=1e-5)
+    assert read("impulse(A.x)").unit == "m s" and read("when(A.x, 0.5, 2)").unit == "s"
+    assert read("when(A.x, 0.5, 2)").value == pytest.approx((pi - pi / 6) / 2, abs=1e-5)
+    assert np.isnan(read("when(A.x, 2, 1)").value)
+    assert read("settled(A.x)").value == pytest.approx((np.cos(5.4) - np.cos(6)) / 0.6, abs=1e-5)
+
+
+def test_wrong_input_is_refused_before_a_run():
+    with pytest.raises(ValueError, match=r"loads\[0\].stifness"):
+        sensitivities(block(), 0.1, by=["loads[0].stifness"], of="end(O.x)")
+    with pytest.raises(ValueError, match="give a duration"):
+        sensitivities(block(), by=["loads[0].stiffness"], of="end(O.x)")
+    with pytest.raises(ValueError, match="standard deviation"):
+        sensitivities(block(), 0.1, by=["points.O[0]"], of="end(O.x)")
+
+
+def test_contributions_to_a_spread():
+    by = {"loads[0].stiffness": 2.0, "guides[0].mass": 0.01}
+    found = sensitivities(block(), 0.4, by=by, of="max(O.x)")
+    parts = found.contributions("max(O.x)")
+    assert list(parts) == ["loads[0].stiffness", "guides[0].mass"]
+    assert found.spread("max(O.x)") == pytest.approx(2.0 / 200 * found.rows[0].value, rel=1e-4)
+
+
+def test_command(tmp_path, capsys):
+    from buckler.studies.kit.cli import main
+
+    path = block().save(tmp_path / "block.toml")
+    words = ["sensitivity", str(path), "--duration", "0.4 s", "--of", "max(O.x)"]
+    assert main(argv=words) == 0
+    said = capsys.readouterr().out
+    assert "loads[0].stiffness" in said and "-1 " in said and "guides[0].mass" in said
+    assert main(argv=[*words, "--by", "loads[0].stiffness=2N/m"]) == 0
+    assert "standard deviation 0.0003" in capsys.readouterr().out
+    assert main(argv=[*words, "--by", "loads[0].stifness"]) == 2
