@@ -11,6 +11,7 @@ from math import hypot
 from pathlib import Path
 from typing import Any
 
+from buckler.mbs.assembly import Assembly, assemble, check_links, followed
 from buckler.mbs.declare import (
     Declared,
     Either,
@@ -28,6 +29,7 @@ from buckler.mbs.declare import (
 )  # fmt: skip
 from buckler.mbs.declare.spec import Schema
 from buckler.mbs.documents import document as documents
+from buckler.mbs.documents.shorthand import SHORT, expanded
 from buckler.mbs.elements import KINDS, Drive, Guide, Link
 from buckler.mbs.elements.element import GROUND, Element, UnknownError, known, place
 from buckler.mbs.elements.frozen import Frozen
@@ -38,8 +40,28 @@ Pair = tuple[float, float]
 RUN = "run"
 """The table of a file that says how it is run: duration, accuracy and so on; no part of the mechanism."""
 ASIDE = ("about", RUN)
-AGREE = 1e-9
-"""Distance, in lengths of the link, within which the place given of an inner point agrees with the link's."""
+
+
+class Placed(Frozen):
+    """Places of all points, and those among them that were given."""
+
+    __slots__ = ("given",)
+
+    def __init__(self, items: Any, given: Mapping[str, Pair]) -> None:
+        super().__init__(items)
+        self.given = given
+
+
+class Places(Named):
+    """Places of points; what follows from them is left to follow, when they are read again or written."""
+
+    def read(self, name: str, given: Any) -> dict[str, Any]:
+        """Return those that are given."""
+        return super().read(name, given.given if isinstance(given, Placed) else given)
+
+    def written(self, name: str, value: Any) -> dict[str, Any]:
+        """Those that are given."""
+        return super().written(name, value.given)
 
 
 class Links(Several):
@@ -85,8 +107,9 @@ class Mechanism(Declared):
     in_files = False
 
     points: Mapping[str, Pair] = field(
-        Named(Vector("m"), "points"),
-        "places at t = 0; those that a link carries at a fraction of its length may be left out: they follow",
+        Places(Vector("m"), "points"),
+        "places at t = 0; those that lengths and angles of links, or the place on a link that carries them, decide may be left "
+        "out: they follow",
     )
     links: Sequence[Link] = field(Links(Part((Link,))), "what moves; by name in files")
     joints: Sequence[Any] = _elements("joints", "what joins links")
@@ -101,10 +124,19 @@ class Mechanism(Declared):
         default_factory=dict,
     )
     gravity: Pair = vector("m/s^2", doc="in the plane; zero also stands for gravity normal to it", default=(0.0, 0.0))
+    near: Mapping[str, Pair] = field(
+        Named(Vector("m"), "points"),
+        "rough places of points left out: of several poses of the same lengths the nearest is taken; by default the topmost",
+        default_factory=dict,
+    )
 
     def agree(self) -> None:
         """Names that are there, once; elements that fit."""
-        object.__setattr__(self, "points", Frozen(_with_inner(dict(self.points), self.links)))
+        given = dict(self.points)
+        found = assemble(given, self.links, self.guides, self.near)
+        object.__setattr__(self, "points", Placed(followed(given | found.points, self.links), given))
+        check_links(self.points, self.links)
+        object.__setattr__(self, "near", Frozen(self.near))
         object.__setattr__(self, "velocities", Frozen(self.velocities))
         _check_names(self)
         _check_velocities(self)
@@ -140,6 +172,10 @@ class Mechanism(Declared):
         link = self.link(name)
         (x0, y0), (x1, y1) = self.points[link.start], self.points[link.end]
         return hypot(x1 - x0, y1 - y0)
+
+    def assemblies(self) -> Assembly:
+        """Places of the points left out, and those of the other poses that lengths and angles allow."""
+        return assemble(self.points.given, self.links, self.guides, self.near)  # type: ignore[attr-defined]
 
     def elements(self) -> dict[str, Element]:
         """All elements by their names: a second one of a name is `name.2`."""
@@ -178,8 +214,8 @@ class Mechanism(Declared):
         """
         if not isinstance(content, Mapping):
             raise ValueError(f"file = {short(content)}: must be a table")
-        described = {key: each for key, each in content.items() if key not in ASIDE}
-        made: Mechanism = build("", described, {"": cls}, ASIDE)
+        described = {key: each for key, each in expanded(content).items() if key not in ASIDE}
+        made: Mechanism = build("", described, {"": cls}, (*ASIDE, *SHORT))
         return made
 
     def save(self, path: str | Path) -> Path:
@@ -254,21 +290,6 @@ class Mechanism(Declared):
     def _repr_html_(self) -> str:
         """Picture and parts, for notebooks."""
         return offered("mechanism_html")(self)
-
-
-def _with_inner(points: dict[str, Pair], links: Sequence[Link]) -> dict[str, Pair]:
-    """Complete the points with those that links carry at a fraction of their length."""
-    for link in links:
-        if link.start not in points or link.end not in points:
-            continue  # the link's own check names it
-        start, end = points[link.start], points[link.end]
-        for point, (x, y) in link.inner(start, end).items():
-            off = hypot(points[point][0] - x, points[point][1] - y) if point in points else 0.0
-            if off > AGREE * hypot(end[0] - start[0], end[1] - start[1]):
-                right = f"link '{link.name}' carries it at ({x:.9g}, {y:.9g}) m; leave it out"
-                raise ValueError(f"points['{point}'] = {short(points[point])} m: {right}")
-            points[point] = (x, y)
-    return points
 
 
 def _place(kind: str, k: int, element: Any) -> str:

@@ -6,8 +6,11 @@ from collections.abc import Mapping
 
 from buckler.mbs.declare import Declaration, Declared, declarations, known
 from buckler.mbs.declare.spec import Quantity, Schema
+from buckler.mbs.documents import shorthand
 from buckler.mbs.mechanism import RUN, Mechanism
 
+BY_OTHERS = (("Link", "name"), ("Link", "body"))
+"""Fields that a file may give elsewhere: as the name of a table, or among the defaults."""
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
 
@@ -18,7 +21,12 @@ def schema() -> Schema:
         "$schema": DIALECT,
         "title": "Mechanism",
         "type": "object",
-        "properties": {"about": {"type": "string", "description": "What it is, in words."}, RUN: _run(), **fields},
+        "properties": {
+            "about": {"type": "string", "description": "What it is, in words."},
+            RUN: _run(),
+            **fields,
+            **shorthand.schema(),
+        },
         "required": [key for key, each in declarations(Mechanism).items() if each.required],
         "additionalProperties": False,
         "$defs": {name: _object(name, kind) for name, kind in sorted(known().items())},
@@ -53,7 +61,7 @@ def _object(name: str, kind: type) -> Schema:
 
 
 def _fields(name: str, fields: Mapping[str, Declaration]) -> Schema:
-    required = [key for key, each in fields.items() if each.required and (name, key) != ("Link", "name")]
+    required = [key for key, each in fields.items() if each.required and (name, key) not in BY_OTHERS]
     content = {"kind": {"const": name}, **{key: _described(each) for key, each in fields.items()}}
     return {
         "type": "object",

@@ -39,7 +39,7 @@ def read(path: Path) -> dict[str, Any]:
 
     ending = _ending(path)
     try:
-        content = path.read_text(encoding="utf-8")
+        content = path.read_text(encoding="utf-8-sig")  # some editors begin files with a byte order mark
         found = tomllib.loads(content) if ending == ".toml" else json.loads(content, object_pairs_hook=_no_doubles)
     except (ValueError, RecursionError) as error:  # RecursionError: brackets without end
         reason = " ".join(str(error).split())

@@ -15,6 +15,9 @@ from buckler.mbs.elements.rows import Row, on_line
 from buckler.mbs.laws import BristleLaw, FrictionLaw
 from buckler.mbs.validate import non_negative
 
+ON_LINE = 1e-9
+"""Distance from a line, relative to the coordinates, within which a point lies on it."""
+
 
 @declared
 class GuideFriction(Declared):
@@ -62,6 +65,9 @@ class Guide(Element):
         GuideFriction, FrictionLaw, BristleLaw, example="GuideFriction(2.0) or Coulomb(0.1)", default=None,
         doc="given forces, or a law of `buckler.mbs.laws`, as joints have: its coefficient times the guide's lateral reaction",
     )  # fmt: skip
+    through: str | None = names(
+        doc="another point of the line; it decides where the line is if the guided point's place is left out", default=None
+    )
 
     @property
     def where(self) -> str:
@@ -79,6 +85,12 @@ class Guide(Element):
         reaches(mechanism, self.link, self.point, self.where)
         if sum(guide.point == self.point for guide in mechanism.guides) > 1:
             raise ValueError(f"{self.where}: a point has at most one guide")
+        if self.through is not None:
+            known("point", self.through, mechanism.points, self.where)
+            (x0, y0), (x1, y1) = mechanism.points[self.through], mechanism.points[self.point]
+            off = (y1 - y0) * self.along[0] - (x1 - x0) * self.along[1]
+            if abs(off) > ON_LINE * max(map(abs, (x0, y0, x1, y1))):
+                raise ValueError(f"{self.where}: through = '{self.through}': lies {abs(off):.3g} m beside its line")
 
     def rows(self, mechanism: Any) -> Iterator[Row]:
         """Yield that the point stays on the line."""

@@ -6,7 +6,21 @@ from collections.abc import Iterator, Mapping, Sequence
 from math import hypot
 from typing import Any
 
-from buckler.mbs.declare import Either, Name, Named, Nothing, Quantity, Several, Spec, declared, field, names, part
+from buckler.mbs.declare import (
+    Either,
+    Name,
+    Named,
+    Nothing,
+    Quantity,
+    Several,
+    Spec,
+    Vector,
+    declared,
+    field,
+    names,
+    part,
+    quantity,
+)
 from buckler.mbs.declare.compound import any_of, is_list
 from buckler.mbs.declare.spec import Schema
 from buckler.mbs.elements.body import Body
@@ -16,26 +30,28 @@ from buckler.mbs.validate import positive
 
 
 class Carried(Spec):
-    """Names of points, or names with the fraction of the length at which they lie."""
+    """Names of points, or names with the fraction of the length, or the place in the link's frame, at which they lie."""
 
-    words = "a sequence of names or a mapping of names to fractions"
+    words = "a sequence of names or a mapping of names to fractions, or to places (x, y) from the link's start, x towards its end"
 
     def read(self, name: str, given: Any) -> Frozen:
         """Return a mapping; None where a name stands alone."""
         if isinstance(given, Mapping):
-            fraction = Either((Quantity("1", 0.0, 1.0), Nothing()))
-            return Frozen({point: fraction.read(f"{name}.{point}", along) for point, along in given.items()})
+            where = Either((Quantity("1", 0.0, 1.0), Vector("m"), Nothing()))
+            return Frozen({point: where.read(f"{name}.{point}", at) for point, at in given.items()})
         if isinstance(given, str) or not is_list(given):
             raise self.refused(name, given)
         return Frozen(dict.fromkeys(Several(Name()).read(name, given)))
 
     def written(self, name: str, value: Any) -> Any:
         """A list where nothing is said of each."""
-        return list(value) if all(each is None for each in value.values()) else dict(value)
+        if all(each is None for each in value.values()):
+            return list(value)
+        return {point: list(at) if isinstance(at, tuple) else at for point, at in value.items()}
 
     def schema(self) -> Schema:
         """A list or a table."""
-        return any_of([Several(Name()).schema(), Named(Quantity("1", 0.0, 1.0)).schema()])
+        return any_of([Several(Name()).schema(), Named(Either((Quantity("1", 0.0, 1.0), Vector("m")))).schema()])
 
 
 @declared
@@ -46,12 +62,17 @@ class Link(Element):
     start: str = names(doc="the point at one end")
     end: str = names(doc="the point at the other end")
     body: Body = part(Body, doc="what it is made of, and so how it is modelled")
-    carries: Sequence[str] | Mapping[str, float] = field(
+    carries: Sequence[str] | Mapping[str, float | tuple[float, float]] = field(
         Carried(),
         "further points of the link: names, their places among the mechanism's points (rigid links only), or names with the "
-        "fraction of the length, in (0, 1), at which they lie (rigid links, beams and cables)",
+        "fraction of the length, in (0, 1), at which they lie (rigid links, beams and cables), or with their places (x, y), m, "
+        "in the link's frame: from its start, x towards its end (rigid links only)",
         default=(),
     )
+    length: float | None = quantity(
+        "m", above=0, default=None, doc="distance of its ends; with it one of them may be left out of the points, and follows"
+    )
+    angle: float | None = quantity("rad", default=None, doc="from the x-axis to the direction from start to end, at t = 0")
 
     @property
     def where(self) -> str:
@@ -64,8 +85,8 @@ class Link(Element):
         kind = type(self.body).__name__
         if along and not self.body.carrying:
             raise ValueError(f"{self.where}: only Rigid links, beams and cables carry further points, not a {kind}")
-        if None in along.values() and "place" not in self.body.carrying:
-            raise ValueError(f"{self.where}: only a Rigid link carries points by name alone, not a {kind}; give fractions")
+        if "place" not in self.body.carrying and not all(isinstance(at, float) for at in along.values()):
+            raise ValueError(f"{self.where}: only a Rigid link carries points by name or place, not a {kind}; give fractions")
 
     @property
     def key(self) -> str:
@@ -88,14 +109,18 @@ class Link(Element):
         return (self.start, self.end, *self.carries)
 
     def inner(self, start: tuple[float, float], end: tuple[float, float]) -> dict[str, tuple[float, float]]:
-        """Places, m, of the points carried at a fraction of the length, for places of its ends."""
-        fractions = {point: part for point, part in self.carries.items() if part is not None}  # type: ignore[union-attr]
+        """Places, m, of the carried points whose place on the link is known, for places of its ends."""
         chord = hypot(end[0] - start[0], end[1] - start[1])
-        if not fractions or chord == 0:
+        if chord == 0:
             return {}
         ax, ay = (end[0] - start[0]) / chord, (end[1] - start[1]) / chord
-        local = {point: self.body.along(chord, part) for point, part in fractions.items()}
-        return {point: (start[0] + ax * x - ay * y, start[1] + ay * x + ax * y) for point, (x, y) in local.items()}
+        return {point: (start[0] + ax * x - ay * y, start[1] + ay * x + ax * y) for point, (x, y) in self.fixed(chord).items()}
+
+    def fixed(self, chord: float) -> dict[str, tuple[float, float]]:
+        """The same in the link's frame, for a distance of its ends, m."""
+        carried: Any = self.carries
+        known = {point: at for point, at in carried.items() if at is not None}
+        return {point: at if isinstance(at, tuple) else self.body.along(chord, at) for point, at in known.items()}
 
     def mass(self, length: float) -> float:
         """Mass of the link, kg, for a distance of its ends, m; a strut's is that of its strip, which its model leaves out."""

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from itertools import combinations
 
 import numpy as np
 
 from buckler.mbs.elements.element import GROUND, Array
-from buckler.mbs.kinematics.linkage import ROUNDING, Linkage, involved
+from buckler.mbs.kinematics.linkage import ROUNDING, Linkage, involved, rank
 from buckler.mbs.kinematics.start import jacobian
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.record import Record
@@ -104,6 +105,7 @@ def remarks(mechanism: Mechanism, redundant_ones: list[str]) -> list[str]:
     for drive in mechanism.drives:
         if drive.target not in mechanism.points and GROUND not in held[drive.target]:
             found.append(f"nothing ties the driven link '{drive.target}' to the ground: no joint, no guide")
+    found += _undecided(mechanism)
     spoken = " ".join(repr(element) for element in (*mechanism.loads, *mechanism.stops))
     for point in mechanism.points:
         links = [link.name for link in mechanism.links if point in link.points]
@@ -117,6 +119,29 @@ def remarks(mechanism: Mechanism, redundant_ones: list[str]) -> list[str]:
         if stop.carrier == GROUND and abs(stop.face(mechanism)) > 2 * reach:
             found.append(f"the stop of '{stop.point}' lies farther than the links reach: nothing can touch it")
     return found
+
+
+def _undecided(mechanism: Mechanism) -> Iterator[str]:
+    """Links that nothing joins to the rest, and those that can move although the drives are held."""
+    tied, acted = _groups(mechanism), " ".join(repr(each) for each in (*mechanism.loads, *mechanism.stops, mechanism.velocities))
+    for link in mechanism.links:
+        spoken = any(f"{mark}{name}'" in acted for name in (*link.points, link.name) for mark in "':")
+        if tied[link.name] == {link.name} and len(mechanism.links) > 1 and not spoken:
+            yield f"links.{link.name}: nothing joins it to another link or the ground, and nothing acts on it"
+    if not mechanism.drives:
+        return
+    linkage = Linkage(mechanism)
+    jacobian = linkage.system(linkage.reference, np.zeros_like(linkage.reference))[1]
+    free = jacobian.shape[1] - rank(jacobian)
+    if free:
+        ways = np.abs(np.linalg.svd(jacobian)[2][-free:]).max(axis=0).reshape(-1, 3).max(axis=1)
+        moving = [link.name for link, way in zip(mechanism.links, ways, strict=True) if way > ROUNDING]
+        count = "1 way" if free == 1 else f"{free} ways"
+        driven = len(mechanism.drives)
+        yield (
+            f"mobility {free + driven}, {driven} driven: with the drives held the linkage can move in {count} "
+            f"({', '.join(f'links.{name}' for name in moving)}); forces decide how"
+        )
 
 
 def _groups(mechanism: Mechanism, point: str | None = None) -> dict[str, set[str]]:

@@ -12,6 +12,7 @@ from typing import Any, TypeVar
 
 from buckler.mbs.accuracy.aim import ALL_FORCES, PLACES, Aim
 from buckler.mbs.documents.document import changed, read
+from buckler.mbs.documents.shorthand import expanded
 from buckler.mbs.interrupts import Interrupted
 from buckler.mbs.mechanism import RUN, Mechanism
 from buckler.studies.kit.options import Parser, answers, check_words, noted, writable, wrong_input
@@ -120,6 +121,7 @@ def _settings(path: Path, chosen: argparse.Namespace) -> tuple[dict[str, Any], d
     if not isinstance(run, dict) or set(run) - set(SETTINGS):
         odd = sorted(set(run) - set(SETTINGS)) if isinstance(run, dict) else [str(run)]
         raise ValueError(f"{RUN}.{odd[0]}: unknown key; known: {', '.join(SETTINGS)}")
+    document = expanded(document)
     Mechanism.from_dict(document)
     changes = set_all(document, chosen.changes)
     measures = chosen.measure or run.get("measure", [])

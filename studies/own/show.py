@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
+from buckler.mbs.assembly import SAME
 from buckler.mbs.elements import KINDS
+from buckler.mbs.kinematics.diagnosis import remarks
 from buckler.mbs.mechanism import Mechanism
 from buckler.studies.kit.report import Table
 
@@ -34,6 +36,7 @@ def show(path: Path, out: Path | None = None) -> str:
     found, drives = mobility(mechanism), len(mechanism.drives)
     held = found is not None and found.free <= drives and not any(link.body.flexible for link in mechanism.links)
     parts = [str(links(mechanism)), *others(mechanism), told(found, drives), "" if held else lowest(mechanism)]
+    parts += [*poses(mechanism), *(f"note: {each}" for each in remarks(mechanism, []))]
     drawing = draw(mechanism, out or path.with_suffix(".png"))
     return "\n".join(part for part in (*parts, f"\ndrawn in {drawing}") if part)
 
@@ -56,6 +59,23 @@ def others(mechanism: Mechanism) -> Iterator[str]:
         if found:
             names = [f"{type(element).__name__} {element.key}" for element in found]
             yield f"{name}: {'; '.join(names)}"
+
+
+def poses(mechanism: Mechanism) -> Iterator[str]:
+    """Lines on the points that follow from lengths, and on the other poses, as a file chooses them."""
+    found = mechanism.assemblies()
+    if found.points:
+        yield f"assembled: {_places(found.points)}"
+    for other in found.others:
+        yield f"another pose: near = {{ {_places({p: at for p, at in other.items() if _apart(at, found.points[p])})} }}"
+
+
+def _places(points: Mapping[str, tuple[float, float]]) -> str:
+    return ", ".join(f"{point} = [{x:.5g}, {y:.5g}]" for point, (x, y) in points.items())
+
+
+def _apart(one: tuple[float, float], other: tuple[float, float]) -> bool:
+    return max(abs(one[0] - other[0]), abs(one[1] - other[1])) > SAME * max(map(abs, (*one, *other)))
 
 
 class Mobility(NamedTuple):

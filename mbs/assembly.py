@@ -1,0 +1,306 @@
+"""Assembly: the places of points that lengths and angles of links decide.
+
+What is linear in the places comes first: a link of known length and angle, a point carried by a link, a line of a guide. The
+lengths are left, |E - S|^2 = L^2 for a link's ends S and E, in as many unknowns as those leave open. Several starts of a damped
+Gauss-Newton method (Levenberg-Marquardt) find the poses, and go on until a round of them finds no further one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from math import cos, hypot, sin
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from buckler.mbs.declare import RefusalError
+from buckler.mbs.validate import short
+
+Array = np.ndarray[Any, Any]
+Pair = tuple[float, float]
+AGREE = 1e-9
+"""Distance, in lengths of the link, within which what is given twice agrees."""
+STARTS, ROUNDS, ITERATIONS = 48, 8, 60
+SAME = 1e-6
+"""Distance, in lengths of the longest link, below which two poses are one."""
+SINGULAR = 1e-6
+"""Least over largest singular value below which a pose is a dead centre: places are known to the root of rounding only."""
+
+
+class Assembly(NamedTuple):
+    """Places of the points that were left out, m.
+
+    Attributes
+    ----------
+    points : dict of str to (float, float)
+    others : tuple of such dicts
+        The other poses of the same lengths and angles, from the topmost down.
+    """
+
+    points: dict[str, Pair]
+    others: tuple[dict[str, Pair], ...] = ()
+
+
+class Affine(NamedTuple):
+    """A place, or the difference of two, as `matrix @ x + constant`: x the coordinates sought."""
+
+    matrix: Array
+    constant: Array
+
+    def __sub__(self, other: Affine) -> Affine:
+        return Affine(self.matrix - other.matrix, self.constant - other.constant)
+
+    def by(self, left: Any) -> Affine:
+        """Multiplied from the left."""
+        return Affine(np.asarray(left) @ self.matrix, np.asarray(left) @ self.constant)
+
+
+def assemble(
+    points: Mapping[str, Pair], links: Iterable[Any], guides: Iterable[Any] = (), near: Mapping[str, Pair] | None = None
+) -> Assembly:
+    """Find the points that the lengths and angles of links decide.
+
+    Parameters
+    ----------
+    points : dict of str to (float, float)
+        Places that are given, m.
+    links : iterable of Link
+    guides : iterable of Guide
+        Those with `through` keep their point on a line.
+    near : dict of str to (float, float), optional
+        Rough places, m: of several poses the one with the least sum of squared distances from them is taken; by default the
+        one whose first point that differs lies highest, then farthest right.
+
+    Raises
+    ------
+    ValueError
+        If they decide nothing or contradict each other; in one line that names links.
+    """
+    links, near = list(links), near or {}
+    lengths = {link.name: given for link in links if (given := _length(link, points)) is not None}
+    deciding = [link for link in links if link.length is not None or link.angle is not None]
+    concerned = [point for link in deciding for point in (link.start, link.end)]
+    concerned += [point for link in links if link.name in lengths for point in link.fixed(1.0)]
+    unknown = list(dict.fromkeys(point for point in concerned if point not in points))
+    for point in near:
+        if point not in unknown:
+            raise ValueError(
+                f"near.{point}: no point whose place follows from lengths; those are: {', '.join(unknown) or 'none'}"
+            )
+    if not deciding or not unknown:
+        return Assembly({})
+    at = {point: _affine(k, points, len(unknown)) for k, point in enumerate(unknown)}
+    at |= {point: _affine(None, points, len(unknown), point) for point in points}
+    guided = [each for each in guides if each.through and {each.point, each.through} <= set(at)]
+    base, free = _linear(at, [*_rows(at, links, lengths), *(_on_line(at, each) for each in guided)], 2 * len(unknown))
+    size = max(lengths.values(), default=0.0) or 1.0
+    open_links = [link for link in deciding if link.angle is None and link.start in at and link.end in at]
+    ends = [at[link.end] - at[link.start] for link in open_links]
+    poses = _Poses(ends, np.array([link.length for link in open_links]), base, free)
+    poses.check_decided(open_links)
+    coordinates, met = poses.all(size)
+    found = [_named(unknown, x) for x in coordinates]
+    if not met:
+        raise _out_of_reach(open_links, {**points, **found[0]})
+    kept = [pose for pose in found if all(_sense(link, {**points, **pose}) for link in deciding)] or found
+    rank = _nearest(near) if near else _topmost(unknown, size)
+    first, *others = sorted(kept, key=rank)
+    for link in deciding:
+        _check(link, {**points, **first})
+    poses.check_regular(unknown, first, open_links)
+    return Assembly(first, tuple(sorted(others, key=_topmost(unknown, size))))
+
+
+def followed(points: Mapping[str, Pair], links: Iterable[Any]) -> dict[str, Pair]:
+    """Complete places with those of the points that links carry; ValueError if one that is given lies elsewhere."""
+    found = dict(points)
+    for link in links:
+        if link.start not in found or link.end not in found:
+            continue  # the link's own check names it
+        start, end = found[link.start], found[link.end]
+        for point, (x, y) in link.inner(start, end).items():
+            off = hypot(found[point][0] - x, found[point][1] - y) if point in found else 0.0
+            if off > AGREE * hypot(end[0] - start[0], end[1] - start[1]):
+                right = f"link '{link.name}' carries it at ({x:.9g}, {y:.9g}) m; leave it out"
+                raise ValueError(f"points['{point}'] = {short(found[point])} m: {right}")
+            found[point] = (x, y)
+    return found
+
+
+# --- equations ----------------------------------------------------------------------------------------------------------
+
+
+def _length(link: Any, points: Mapping[str, Pair]) -> float | None:
+    """Distance of a link's ends: as given, or that of places that are given; None where it is not known beforehand."""
+    if link.length is not None or not {link.start, link.end} <= set(points):
+        return link.length
+    (x0, y0), (x1, y1) = points[link.start], points[link.end]
+    return hypot(x1 - x0, y1 - y0)
+
+
+def _affine(k: int | None, points: Mapping[str, Pair], count: int, name: str = "") -> Affine:
+    """The place of the k-th unknown point, or of one that is given."""
+    matrix = np.zeros((2, 2 * count))
+    if k is None:
+        return Affine(matrix, np.array(points[name]))
+    matrix[:, 2 * k : 2 * k + 2] = np.eye(2)
+    return Affine(matrix, np.zeros(2))
+
+
+def _rows(at: Mapping[str, Affine], links: list[Any], lengths: Mapping[str, float]) -> Iterator[Affine]:
+    """What links ask that is linear in the places, each zero."""
+    for link in links:
+        if link.start not in at or link.end not in at:
+            continue
+        apart = at[link.end] - at[link.start]
+        if link.angle is not None and link.length is not None:
+            way = link.length * np.array([cos(link.angle), sin(link.angle)])
+            yield Affine(apart.matrix, apart.constant - way)
+        elif link.angle is not None:
+            yield apart.by([[-sin(link.angle), cos(link.angle)]])
+        if length := lengths.get(link.name):
+            for point, (x, y) in link.fixed(length).items():
+                yield at[point] - at[link.start] - apart.by(np.array([[x, -y], [y, x]]) / length)
+
+
+def _on_line(at: Mapping[str, Affine], guide: Any) -> Affine:
+    """The row of a guide's line."""
+    x, y = guide.along
+    return (at[guide.point] - at[guide.through]).by([[-y, x]])
+
+
+def _linear(at: Mapping[str, Affine], rows: list[Affine], count: int) -> tuple[Array, Array]:
+    """A solution of the linear rows, by least squares, and a basis of what they leave open, (count, open)."""
+    if not rows:
+        return np.zeros(count), np.eye(count)
+    matrix = np.vstack([row.matrix for row in rows])
+    right = -np.concatenate([row.constant for row in rows])
+    u, values, vt = np.linalg.svd(matrix)
+    rank = int((values > AGREE * max(1.0, values[0])).sum())
+    base = vt[:rank].T @ ((u.T @ right)[:rank] / values[:rank])
+    return base, vt[rank:].T
+
+
+class _Poses:
+    """Solutions z of |M z + c| = L for all links of given length."""
+
+    def __init__(self, ends: list[Affine], lengths: Array, base: Array, free: Array) -> None:
+        self.base, self.free, self.lengths = base, free, lengths
+        self.matrix = np.array([end.matrix @ free for end in ends]).reshape(len(ends), 2, free.shape[1])
+        self.constant = np.array([end.matrix @ base + end.constant for end in ends]).reshape(len(ends), 2)
+
+    def residual(self, z: Array) -> tuple[Array, Array]:
+        """(|v|^2 - L^2) / 2 L, m, and its derivatives, for z of shape (starts, open)."""
+        apart = np.einsum("qid,sd->sqi", self.matrix, z) + self.constant
+        value = ((apart**2).sum(axis=2) - self.lengths**2) / (2 * self.lengths)
+        return value, np.einsum("sqi,qid->sqd", apart, self.matrix) / self.lengths[:, None]
+
+    def check_decided(self, links: list[Any]) -> None:
+        """Raise a ValueError if there are fewer equations than unknowns."""
+        count = self.free.shape[1]
+        slopes = self.residual(np.random.default_rng(1).normal(size=(1, count)))[1][0]
+        ways = count - (int(np.linalg.matrix_rank(slopes)) if slopes.size else 0)
+        if ways:
+            example = f", as links.{links[0].name}.angle = '60 deg'" if links else ""
+            more = "an angle" if ways == 1 else f"{ways} angles"
+            left = "1 way" if ways == 1 else f"{ways} ways"
+            raise ValueError(f"links: lengths and angles leave {left} open; give {more} more{example}, or places of points")
+
+    def all(self, size: float) -> tuple[list[Array], bool]:
+        """Coordinates of every pose found; if there is none, of the one that comes closest, and False."""
+        found: list[Array] = []
+        random = np.random.default_rng(1)
+        if not self.free.shape[1] or not len(self.lengths):
+            return [self.base], True
+        for _ in range(ROUNDS):
+            z, gaps = self._descend(size * random.normal(size=(STARTS, self.free.shape[1])))
+            poses = self.base + z @ self.free.T
+            met = [x for x, gap in zip(poses, gaps, strict=True) if gap < 1e-12 * size]
+            before = len(found)
+            for x in met:
+                if all(np.abs(x - other).max() > SAME * size for other in found):
+                    found.append(x)
+            if len(found) == before:
+                return found or [poses[np.argmin(gaps)]], bool(found)
+        return found, True
+
+    def _descend(self, z: Array) -> tuple[Array, Array]:
+        """Levenberg-Marquardt from all starts at once: where they end, and the largest residual there, m."""
+        damping = np.full(len(z), 1e-2)
+        value, slopes = self.residual(z)
+        for _ in range(ITERATIONS):
+            square = np.einsum("sqi,sqj->sij", slopes, slopes)
+            square += (damping[:, None] + 1e-14)[..., None] * np.eye(z.shape[1])
+            right = np.einsum("sqi,sq->si", slopes, value)
+            tried = z - np.linalg.solve(square, right[..., None])[..., 0]
+            new_value, new_slopes = self.residual(tried)
+            better = (new_value**2).sum(axis=1) <= (value**2).sum(axis=1)
+            z = np.where(better[:, None], tried, z)
+            value, slopes = np.where(better[:, None], new_value, value), np.where(better[:, None, None], new_slopes, slopes)
+            damping = np.where(better, damping / 10, damping * 10).clip(1e-15, 1e6)
+        return z, np.abs(value).max(axis=1)
+
+    def check_regular(self, unknown: list[str], pose: Mapping[str, Pair], links: list[Any]) -> None:
+        """Raise a ValueError if places at a pose are no smooth functions of the lengths."""
+        if not self.free.shape[1]:
+            return
+        x = np.concatenate([pose[point] for point in unknown])
+        slopes = self.residual(((x - self.base) @ self.free)[None])[1][0]
+        values = np.linalg.svd(slopes, compute_uv=False)
+        if values[-1] < SINGULAR * values[0]:
+            names = ", ".join(f"'{link.name}'" for link in links)
+            raise ValueError(f"links {names}: are at a dead centre, in line; start from another angle, or give places of points")
+
+
+# --- poses --------------------------------------------------------------------------------------------------------------
+
+
+def _named(unknown: list[str], x: Array) -> dict[str, Pair]:
+    return {point: (float(px), float(py)) for point, (px, py) in zip(unknown, x.reshape(-1, 2), strict=True)}
+
+
+def _nearest(near: Mapping[str, Pair]) -> Any:
+    return lambda pose: sum((pose[point][0] - x) ** 2 + (pose[point][1] - y) ** 2 for point, (x, y) in near.items())
+
+
+def _topmost(unknown: list[str], size: float) -> Any:
+    """Order of poses: that whose first point that differs lies highest, then farthest right."""
+    step = SAME * size
+    return lambda pose: [-round(part / step) for point in unknown for part in reversed(pose[point])]
+
+
+def _sense(link: Any, points: Mapping[str, Pair]) -> bool:
+    """Whether a link points where its angle says, not the other way round."""
+    if link.angle is None:
+        return True
+    (x0, y0), (x1, y1) = points[link.start], points[link.end]
+    return (x1 - x0) * cos(link.angle) + (y1 - y0) * sin(link.angle) >= 0
+
+
+def check_links(points: Mapping[str, Pair], links: Iterable[Any]) -> None:
+    """Raise a ValueError if a link's ends are not as far apart, or do not lie as, its length and angle say."""
+    for link in links:
+        if {link.start, link.end} <= set(points):
+            _check(link, points)
+
+
+def _out_of_reach(links: list[Any], points: Mapping[str, Pair]) -> ValueError:
+    """What is wrong with lengths that no pose has, by the pose that comes closest."""
+    apart = {link.name: hypot(*np.subtract(points[link.end], points[link.start])) for link in links}
+    off = [link for link in links if abs(apart[link.name] - link.length) > 1e-3 * link.length] or links
+    each = ", ".join(f"'{link.name}' {apart[link.name]:.4g} m for {link.length:.4g} m" for link in off)
+    return ValueError(f"links: out of reach, no pose has these lengths; at best {each}")
+
+
+def _check(link: Any, points: Mapping[str, Pair]) -> None:
+    (x0, y0), (x1, y1) = points[link.start], points[link.end]
+    apart = hypot(x1 - x0, y1 - y0)
+    where = f"'{link.start}' and '{link.end}'"
+    if link.length is not None and abs(apart - link.length) > AGREE * link.length:
+        why = f"{where} are {apart:.9g} m apart"
+        raise RefusalError(f"length of link '{link.name}' = {link.length:.9g} m: {why}", f"links.{link.name}")
+    if link.angle is not None:
+        off = (y1 - y0) * cos(link.angle) - (x1 - x0) * sin(link.angle)
+        if abs(off) > AGREE * apart or not _sense(link, points):
+            why = f"{where} lie in the direction of {np.arctan2(y1 - y0, x1 - x0):.9g} rad"
+            raise RefusalError(f"angle of link '{link.name}' = {link.angle:.9g} rad: {why}", f"links.{link.name}")

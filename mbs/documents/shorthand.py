@@ -1,0 +1,99 @@
+"""What a file may write in short: `[defaults]` of bodies, sections and joints, and `pins`, as the tables they stand for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from buckler.mbs.declare import Declared, declarations, known
+from buckler.mbs.declare.spec import Schema, did_you_mean, shown
+
+DEFAULTS, PINS = "defaults", "pins"
+SHORT = (DEFAULTS, PINS)
+KINDS = ("section", "body", "joint")
+"""What may have defaults."""
+
+
+def expanded(content: Mapping[str, Any]) -> dict[str, Any]:
+    """The document without its short forms.
+
+    Raises
+    ------
+    ValueError
+        In one line that begins with the place.
+    """
+    found = {key: each for key, each in content.items() if key not in SHORT}
+    defaults = _checked(content.get(DEFAULTS, {}))
+    if defaults and isinstance(found.get("links"), Mapping):
+        found["links"] = {name: _link(link, defaults) for name, link in found["links"].items()}
+    joints = found.get("joints", [])
+    if isinstance(joints, list) and (joints or PINS in content):
+        usual = defaults.get("joint", {})
+        pins = [{"kind": "Revolute", **usual, **pin} for pin in _pins(content.get(PINS, []), found.get("links"))]
+        found["joints"] = [*(_filled(joint, usual) for joint in joints), *pins]
+    return found
+
+
+def schema() -> Schema:
+    """JSON schemas of the short forms."""
+    pins = {"type": "array", "items": {"type": "string", "pattern": "^[^:]+:.+"}, "description": 'As "A: crank coupler".'}
+    about = "What links and joints have that do not say otherwise."
+    table = {"type": "object", "properties": {key: {"type": "object"} for key in KINDS}, "additionalProperties": False}
+    return {DEFAULTS: {**table, "description": about}, PINS: pins}
+
+
+def _checked(defaults: Any) -> dict[str, Any]:
+    if not isinstance(defaults, Mapping):
+        raise ValueError(f"{DEFAULTS} = {shown(defaults)}: must be a table of {', '.join(KINDS)}")
+    for key, each in defaults.items():
+        if key not in KINDS:
+            raise ValueError(f"{DEFAULTS}.{key}: unknown key{did_you_mean(str(key), KINDS)}; known: {', '.join(KINDS)}")
+        if not isinstance(each, Mapping):
+            raise ValueError(f"{DEFAULTS}.{key} = {shown(each)}: must be a table")
+    return dict(defaults)
+
+
+def _link(link: Any, defaults: Mapping[str, Any]) -> Any:
+    """A link with the body and the section that it leaves to the defaults."""
+    if not isinstance(link, Mapping) or not isinstance(link.get("body", {}), Mapping):
+        return link
+    body = _filled(link.get("body", {}), defaults.get("body", {}))
+    if not body:
+        return link
+    if "section" in defaults and _takes_section(link.get("body", {}), body):
+        body = {**body, "section": _filled(body.get("section", {}), defaults["section"])}
+    return {**link, "body": body}
+
+
+def _takes_section(given: Mapping[str, Any], body: Mapping[str, Any]) -> bool:
+    """Whether a body has a section, and it is not described by other keys in its place, such as a mass."""
+    kind = known().get(str(body.get("kind")))
+    if kind is None or "section" not in declarations(kind) or not isinstance(body.get("section", {}), Mapping):
+        return False
+    inner = kind.inlined.get("section") if issubclass(kind, Declared) else None
+    return inner is None or not set(declarations(inner)) & set(given)
+
+
+def _filled(given: Any, usual: Mapping[str, Any]) -> Any:
+    """A table with what it lacks from another, unless it is of another kind."""
+    if not isinstance(given, Mapping) or given.get("kind", usual.get("kind")) != usual.get("kind"):
+        return given
+    return {**usual, **given}
+
+
+def _pins(pins: Any, links: Any) -> Iterator[dict[str, str]]:
+    """Joints of `"A: crank coupler"`: the first link with each of the others."""
+    if not isinstance(pins, list):
+        raise ValueError(f'{PINS} = {shown(pins)}: must be a list, as ["A: crank coupler"]')
+    bodies = ["ground", *(links if isinstance(links, Mapping) else ())]
+    for k, text in enumerate(pins):
+        point, colon, words = text.partition(":") if isinstance(text, str) else ("", "", "")
+        names = words.replace(",", " ").split()
+        if not colon or not point.strip() or len(names) < 2:
+            raise ValueError(f'{PINS}[{k}] = {shown(text)}: write a point and two links or more, as "A: crank coupler"')
+        for name in names:
+            if name not in bodies:
+                said = f"unknown link '{name}'{did_you_mean(name, bodies)}; known: {', '.join(bodies)}"
+                raise ValueError(f"{PINS}[{k}] = {shown(text)}: {said}")
+        for other in names[1:]:
+            yield {"point": point.strip(), "first": names[0], "second": other}

@@ -1,0 +1,217 @@
+"""Poses from lengths and angles: against closed forms of loops, and what cannot be assembled."""
+
+from dataclasses import replace
+from itertools import pairwise
+from math import atan2, cos, hypot, pi, sin, sqrt
+
+import numpy as np
+import pytest
+
+from buckler.mbs import Drive, Guide, Link, Mechanism, Revolute, Rigid, Section, simulate
+from buckler.mbs.library import CrankRocker
+from buckler.mbs.units import parse_quantity
+
+SIX_BAR = {
+    "points": {"O": [0, 0], "C": ["225 mm", 0], "F": ["400 mm", "-100 mm"]},
+    "defaults": {"body": {"kind": "Rigid"}, "section": {"width": "20 mm", "thickness": "5 mm"}},
+    "links": {
+        "crank": {"start": "O", "end": "A", "length": "105 mm", "angle": "60 deg"},
+        "coupler": {"start": "A", "end": "B", "length": "272 mm", "carries": {"D": ["130 mm", "60 mm"]}},
+        "rocker": {"start": "C", "end": "B", "length": "175 mm"},
+        "rod": {"start": "D", "end": "E", "length": "400 mm"},
+        "output": {"start": "F", "end": "E", "length": "220 mm"},
+    },
+    "pins": [
+        "O: ground crank", "A: crank coupler", "B: coupler rocker", "C: ground rocker",
+        "D: coupler rod", "E: rod output", "F: ground output",
+    ],
+    "drives": [{"target": "crank", "speed": "60 rpm"}],
+}  # fmt: skip
+LENGTHS = CrankRocker()
+
+
+def with_link(content, name, **fields):
+    return {**content, "links": {**content["links"], name: {**content["links"][name], **fields}}}
+
+
+def four_bar(**more):
+    bar, (a, b, c, d) = Rigid(Section(0.02, 0.005)), LENGTHS
+    links = [Link("crank", "O", "A", bar, length=a, angle="60 deg"), Link("coupler", "A", "B", bar, length=b)]
+    return Mechanism(points={"O": (0, 0), "C": (d, 0)}, links=[*links, Link("rocker", "C", "B", bar, length=c)], **more)
+
+
+def circles(p, r, q, s):
+    """Both points at distance r from p and s from q, the one on the left of p-q first (complex numbers)."""
+    d = q - p
+    along = (r**2 - s**2 + abs(d) ** 2) / (2 * abs(d))
+    height = sqrt(r**2 - along**2)
+    return [p + d / abs(d) * (along + 1j * side * height) for side in (1, -1)]
+
+
+def test_four_bar_in_both_assemblies():
+    mechanism = four_bar()
+    places = LENGTHS.places(pi / 3)
+    for point in "AB":
+        assert mechanism.points[point] == pytest.approx(places[point], abs=1e-13)
+    (other,) = mechanism.assemblies().others
+    crossed = circles(complex(*places["A"]), LENGTHS.coupler, LENGTHS.frame, LENGTHS.rocker)[1]
+    assert other["B"] == pytest.approx((crossed.real, crossed.imag), abs=1e-13)
+    chosen = four_bar(near={"B": (0.1, -0.1)})
+    assert chosen.points["B"] == pytest.approx(other["B"], abs=1e-13)
+    assert Mechanism.from_dict(chosen.to_dict()) == chosen and chosen.to_dict()["points"].keys() == {"O", "C"}
+
+
+def test_stephenson_six_bar_in_all_four_assemblies():
+    """The crank's loop closes in two ways, and in each the second loop in two."""
+    mechanism = Mechanism.from_dict(SIX_BAR)
+    a = 0.105 * np.exp(1j * pi / 3)
+    expected = []
+    for b in circles(a, 0.272, 0.225, 0.175):
+        d = a + (b - a) / 0.272 * (0.130 + 0.060j)
+        try:
+            expected += [(b, e) for e in circles(d, 0.400, 0.4 - 0.1j, 0.220)]
+        except ValueError:  # out of reach there
+            continue
+    found = mechanism.assemblies()
+    poses = [found.points, *found.others]
+    assert len(poses) == len(expected) >= 2
+    for b, e in expected:
+        off = [abs(complex(*pose["B"]) - b) + abs(complex(*pose["E"]) - e) for pose in poses]
+        assert min(off) < 1e-12
+    assert simulate(mechanism, 0.05).status == "OK"
+
+
+def test_six_bar_by_the_angle_of_its_output_has_a_loop_that_no_dyad_closes():
+    """Crank, coupler, rocker and rod then hang together (a triad): its poses are those whose loops close, and ours is one."""
+    mechanism = Mechanism.from_dict(SIX_BAR)
+    (xf, yf), (xe, ye) = mechanism.points["F"], mechanism.points["E"]
+    turned = with_link(SIX_BAR, "output", angle=atan2(ye - yf, xe - xf))
+    turned["links"]["crank"] = {key: each for key, each in turned["links"]["crank"].items() if key != "angle"}
+    found = Mechanism.from_dict(turned).assemblies()
+    poses = [found.points, *found.others]
+    assert len(poses) >= 2  # at most six
+    for pose in poses:
+        points = {"O": (0, 0), "C": (0.225, 0), "F": (0.4, -0.1), **pose}
+        for link in turned["links"].values():
+            apart = hypot(*np.subtract(points[link["end"]], points[link["start"]]))
+            assert apart == pytest.approx(parse_quantity(link["length"], "m"), abs=1e-12)
+    ours = np.array([mechanism.points[point] for point in "ABDE"])
+    assert min(np.abs(np.array([pose[point] for point in "ABDE"]) - ours).max() for pose in poses) < 1e-10
+
+
+def test_slider_on_a_line_through_a_point():
+    bar, angle = Rigid(Section(0.02, 0.005)), 0.7
+    mechanism = Mechanism(
+        points={"O": (0.01, 0.02)},
+        links=[Link("crank", "O", "A", bar, length=0.1, angle=angle), Link("rod", "A", "B", bar, length=0.3)],
+        guides=[Guide("B", "rod", along=(-1, 0), through="O")],
+        joints=[Revolute("O", "ground", "crank"), Revolute("A", "crank", "rod")],
+        drives=[Drive("crank", 6.0)],
+    )
+    ends = [0.01 + 0.1 * cos(angle) + side * sqrt(0.3**2 - (0.1 * sin(angle)) ** 2) for side in (1, -1)]
+    assert mechanism.points["B"] == pytest.approx((ends[0], 0.02), abs=1e-13)
+    assert mechanism.assemblies().others[0]["B"] == pytest.approx((ends[1], 0.02), abs=1e-13)
+    with pytest.raises(ValueError, match=r"guide of 'B': through = 'O': lies 0.02 m beside its line"):
+        replace(mechanism, points={**mechanism.points, "B": (mechanism.points["B"][0], 0.04)}, links=[
+            Link(link.name, link.start, link.end, bar) for link in mechanism.links])  # fmt: skip
+
+
+def test_two_parallelograms_side_by_side_have_one_length_too_many():
+    bar, s = Rigid(Section(0.02, 0.005)), 0.1
+    rods = [("l", "O", "A", s), ("m", "P", "B", s), ("r", "Q", "C", s), ("one", "A", "B", 0.2), ("two", "B", "C", 0.2)]
+    links = [Link(name, a, b, bar, length=length, angle=1.0 if name == "l" else None) for name, a, b, length in rods]
+    mechanism = Mechanism(points={"O": (0, 0), "P": (0.2, 0), "Q": (0.4, 0)}, links=links, near={"B": (0.25, 0.08)})
+    for point, x in (("A", 0.0), ("B", 0.2), ("C", 0.4)):
+        assert mechanism.points[point] == pytest.approx((x + s * cos(1.0), s * sin(1.0)), abs=1e-12)
+
+
+def test_a_length_can_be_changed_and_the_pose_follows():
+    mechanism = four_bar()
+    longer = replace(mechanism, links=[replace(link, length=0.18) if link.name == "rocker" else link for link in mechanism.links])
+    b = circles(complex(*mechanism.points["A"]), LENGTHS.coupler, LENGTHS.frame, 0.18)[0]
+    assert longer.points["B"] == pytest.approx((b.real, b.imag), abs=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda c: with_link(c, "rod", length=0.9), r"links: out of reach, no pose has these lengths; at best .*'rod' "),
+        (lambda c: with_link(c, "crank", angle=None), r"angles leave 1 way open; give an angle more, as links.crank.angle"),
+        (lambda c: {**c, "points": {**c["points"], "A": [0.1, 0.1]}}, r"links.crank: length of link 'crank' = 0.105 m: .* 0.141"),
+        (lambda c: {**c, "near": {"C": [0, 0]}}, r"near.C: no point whose place follows from lengths; those are: A, B, D, E"),
+        (lambda c: with_link(c, "rod", length="-3 mm"), r"links.rod.length = -3 mm: must lie in \(0, inf\) m"),
+        (lambda c: {**c, "pins": ["A crank coupler"]}, r"pins\[0\] = 'A crank coupler': write a point and two links"),
+        (lambda c: {**c, "pins": ["A: crank copler"]}, r"pins\[0\] = .*unknown link 'copler', did you mean 'coupler'"),
+        (lambda c: {**c, "pins": "A: crank coupler"}, r"pins = 'A: crank coupler': must be a list"),
+        (lambda c: {**c, "defaults": {"bodies": {}}}, r"defaults.bodies: unknown key, did you mean 'body'"),
+        (lambda c: {**c, "default": {}}, r"default: unknown key, did you mean 'defaults'"),
+        (lambda c: {**c, "defaults": {}}, r"links.crank: lacks 'body'"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_assembled_is_one_line_with_its_place(change, message):
+    with pytest.raises(ValueError, match=message) as error:
+        Mechanism.from_dict(change(SIX_BAR))
+    assert "\n" not in str(error.value)
+
+
+def test_a_dead_centre_is_no_pose_to_start_from():
+    content = with_link(SIX_BAR, "crank", angle=0.0, length=0.1)
+    content["links"]["rocker"] = {**content["links"]["rocker"], "length": 0.125 + 0.272}
+    with pytest.raises(ValueError, match="dead centre"):
+        Mechanism.from_dict(content)
+
+
+def test_defaults_fill_what_is_left_out_and_nothing_else():
+    law = {"kind": "Impact", "stiffness": 1e8, "damping": 10, "damping_depth": 1e-5}
+    joint = {"kind": "Clearance", "pin": "5 mm", "gap": "0.1 mm", "law": law}
+    own = {"kind": "Revolute", "point": "O", "first": "ground", "second": "crank"}
+    wider = {"point": "A", "first": "crank", "second": "coupler", "gap": "0.2 mm"}
+    content = {
+        **SIX_BAR,
+        "defaults": {**SIX_BAR["defaults"], "joint": joint},
+        "joints": [own, wider],
+        "pins": SIX_BAR["pins"][2:],
+    }
+    content = with_link(content, "rod", body={"kind": "Rigid", "mass": 1.0, "inertia": 1.0})
+    content = with_link(content, "output", body={"section": {"thickness": "8 mm"}})
+    mechanism = Mechanism.from_dict(content)
+    kinds = [type(joint).__name__ for joint in mechanism.joints]
+    assert kinds == ["Revolute", *["Clearance"] * 6]
+    assert [joint.gap for joint in mechanism.joints[1:3]] == [2e-4, 1e-4]
+    assert mechanism.link("rod").body == Rigid.of(mass=1.0, inertia=1.0)
+    assert mechanism.link("output").body.section == Section(0.02, 0.008)
+    assert Mechanism.from_dict(mechanism.to_dict()) == mechanism
+
+
+def test_several_links_on_one_pin():
+    content = {
+        **SIX_BAR,
+        "points": {"O": [0, 0]},
+        "links": {n: {"start": "O", "end": n.upper(), "length": 0.1, "angle": 0.1} for n in "abc"},
+    }
+    joints = Mechanism.from_dict({**content, "pins": ["O: ground a, b c"], "drives": []}).joints
+    assert [(joint.first, joint.second) for joint in joints] == [("ground", name) for name in "abc"]
+
+
+def test_the_pose_of_a_driven_linkage_lies_on_its_motion():
+    """Assembled at some angles of the crank: the same places as a run from the first of them passes through."""
+    angles = np.linspace(0.5, 1.5, 5)
+    mechanism = Mechanism.from_dict(with_link(SIX_BAR, "crank", angle=float(angles[0])))
+    result = simulate(mechanism, (angles[-1] - angles[0]) / (2 * pi))
+    for k, (_, angle) in enumerate(pairwise(angles)):
+        t = (angle - angles[0]) / (2 * pi)
+        other = Mechanism.from_dict(with_link(SIX_BAR, "crank", angle=float(angle)))
+        assert [float(result.at(f"E.{axis}", t)) for axis in "xy"] == pytest.approx(other.points["E"], abs=2e-6), k
+
+
+def test_what_looks_forgotten_is_told_with_its_place():
+    """A joint left out, a leg that nothing joins: notes of a run; nothing is told of the whole six-bar, nor of a free body."""
+    whole = Mechanism.from_dict(SIX_BAR)
+    assert "notes" not in simulate(whole, 0.01).provenance
+    open_loop = Mechanism.from_dict({**SIX_BAR, "pins": [pin for pin in SIX_BAR["pins"] if not pin.startswith("F")]})
+    (note,) = simulate(open_loop, 0.01).provenance["notes"]
+    assert note.startswith("mobility 3, 1 driven: with the drives held the linkage can move in 2 ways (links.rod, links.output)")
+    leg = {"start": "C", "end": "G", "length": 0.1, "angle": 1.0}
+    notes = simulate(Mechanism.from_dict({**SIX_BAR, "links": {**SIX_BAR["links"], "leg": leg}}), 0.01).provenance["notes"]
+    assert notes[0] == "links.leg: nothing joins it to another link or the ground, and nothing acts on it"
+    assert any("links 'rocker' and 'leg' share the point 'C' without a joint there" in each for each in notes)
