@@ -48,6 +48,7 @@ PAGES = (
         _names("Revolute Clearance Weld Slider Slot Guide GuideFriction Stop Drive Ramp Motion"),
     ),
     Page("loads", "Loads and masses", "buckler.mbs", _names("Force Torque Motor Spring TorsionSpring Mass")),
+    Page("couplings", "Couplings", "buckler.mbs", _names("Gear Rack Belt Rope")),
     Page("laws", "Contact and friction laws", "buckler.mbs.laws", ()),
     *(
         Page(f"elastica-{name}", f"The exact strip: {name}", f"buckler.elastica.{name}", ())

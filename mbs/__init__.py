@@ -6,10 +6,12 @@ from buckler.mbs.elements import (
     STEEL,
     AdamsDamping,
     Beam,
+    Belt,
     Cable,
     Clearance,
     Drive,
     Force,
+    Gear,
     Guide,
     GuideFriction,
     Link,
@@ -18,9 +20,11 @@ from buckler.mbs.elements import (
     Modal,
     Motion,
     Motor,
+    Rack,
     Ramp,
     Revolute,
     Rigid,
+    Rope,
     Section,
     Slider,
     Slot,
@@ -48,10 +52,11 @@ if TYPE_CHECKING:
     from buckler.mbs.statics import equilibrium, frequencies, path
 
 __all__ = [
-    "STEEL", "AdamsDamping", "Beam", "Cable", "Clearance", "Closure", "Controlled", "Drive", "Equal", "Exudyn", "Force", "Guide",
-    "GuideFriction", "Link", "Mass", "Material", "Mechanism", "Modal", "Motion", "Motor", "Ramp", "Result", "Revolute", "Rigid",
-    "Section", "Slider", "Slot", "Spectral", "Spring", "Status", "Stop", "Strut", "Torque", "TorsionSpring", "Weld", "build",
-    "crank_rocker", "equilibrium", "frequencies", "path", "sensitivities", "simulate", "slider_crank",
+    "STEEL", "AdamsDamping", "Beam", "Belt", "Cable", "Clearance", "Closure", "Controlled", "Drive", "Equal", "Exudyn",
+    "Force", "Gear", "Guide", "GuideFriction", "Link", "Mass", "Material", "Mechanism", "Modal", "Motion", "Motor", "Rack",
+    "Ramp", "Result", "Revolute", "Rigid", "Rope", "Section", "Slider", "Slot", "Spectral", "Spring", "Status", "Stop",
+    "Strut", "Torque", "TorsionSpring", "Weld", "build", "crank_rocker", "equilibrium", "frequencies", "path",
+    "sensitivities", "simulate", "slider_crank",
 ]  # fmt: skip
 
 _ENGINE = {

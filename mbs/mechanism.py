@@ -118,6 +118,7 @@ class Mechanism(Declared):
     drives: Sequence[Drive] = _elements("drives", "what moves as it is told")
     loads: Sequence[Any] = _elements("loads", "forces, torques, motors, springs")
     masses: Sequence[Any] = _elements("masses", "masses fixed to links")
+    couplings: Sequence[Any] = _elements("couplings", "gears, racks, belts, ropes")
     velocities: Mapping[str, Any] = field(
         Named(Either((Quantity("rad/s"), Vector("m/s"))), "links and points"),
         "given at t = 0: of a link's turning, rad/s, or of a point, m/s",

@@ -1,4 +1,4 @@
-"""Self-check of contacts: they push while they are closed, and do nothing while they are open."""
+"""Self-check of contacts: they push while they are closed, and do nothing while they are open; ropes pull."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ ROUNDING = 1e-9
 """Of the largest force: a pull smaller than that is none."""
 
 
-def _pulls(_run: Run, result: Result) -> Iterator[str]:
+def _pulls(run: Run, result: Result) -> Iterator[str]:
     signals = result.signals
     for point, force in _contacts(result):
         allowed = ROUNDING * float(np.abs(force).max(initial=0.0))
@@ -25,6 +25,17 @@ def _pulls(_run: Run, result: Result) -> Iterator[str]:
             if wrong.any():
                 k = int(np.argmax(wrong))
                 yield f"'{point}' {what} with {force[k]:.3g} N at t = {result.time[k]:.4g} s"
+    for name in _one_sided(run):
+        force = signals[name]
+        slack = force < -ROUNDING * float(np.abs(force).max(initial=0.0))
+        if slack.any():
+            k = int(np.argmax(slack))
+            yield f"{name} = {force[k]:.3g} N at t = {result.time[k]:.4g} s: it would push, but goes slack"
+
+
+def _one_sided(run: Run) -> list[str]:
+    """Signals that must not be negative."""
+    return [signal for name, element in run.record.mechanism.elements().items() for signal in element.one_sided(name)]
 
 
 def _contacts(result: Result) -> Iterator[tuple[str, Array]]:
@@ -35,10 +46,11 @@ def _contacts(result: Result) -> Iterator[tuple[str, Array]]:
             yield point, force
 
 
-def _idle(_run: Run, result: Result) -> str:
-    return "" if any(_contacts(result)) else "no stop and no joint with clearance"
+def _idle(run: Run, result: Result) -> str:
+    return "" if any(_contacts(result)) or _one_sided(run) else "no stop, no joint with clearance and no rope"
 
 
 CHECK = Check(
-    "CONTACT", "failed when a contact pulls, or acts without touching", _pulls, {"share of the largest force": ROUNDING}, _idle
-)
+    "CONTACT", "failed when a contact pulls, or acts without touching, or a rope pushes", _pulls,
+    {"share of the largest force": ROUNDING}, _idle,
+)  # fmt: skip

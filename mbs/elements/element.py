@@ -164,7 +164,8 @@ class Element(Declared):
     def reactions(self, multipliers: Array) -> dict[str, Array] | None:
         """Channels of a run whose constraints alone decide the motion, from its rows' multipliers (times, rows).
 
-        A multiplier acts on the row's first body along the row. None, the default, if it cannot tell.
+        A multiplier is a force, or torque, on the first body of the row's first term along the row, times that term's
+        coefficient; bodies that the row subtracts get the opposite. None, the default, if it cannot tell.
         """
         return None
 
@@ -189,6 +190,10 @@ class Element(Declared):
 
     def depths(self, name: str, mechanism: Any) -> Iterator[Depth]:
         """Yield how deep its contacts may be; nothing by default."""
+        yield from ()
+
+    def one_sided(self, name: str) -> Iterator[str]:
+        """Yield its signals that must not be negative, such as the tension of a rope; none by default."""
         yield from ()
 
     def remarks(self, name: str, signals: Mapping[str, Array]) -> Iterator[str]:

@@ -7,6 +7,7 @@ from typing import Any
 
 from buckler.mbs import elements
 from buckler.mbs.engine import (
+    belt,
     clearance,
     drive,
     force,
@@ -16,6 +17,7 @@ from buckler.mbs.engine import (
     motor,
     revolute,
     rigid,
+    rows,
     slider,
     spring,
     stop,
@@ -51,5 +53,22 @@ CONNECTORS: dict[type, Callable[..., None]] = {
     elements.Spring: spring.connect,
     elements.TorsionSpring: torsion_spring.connect,
     elements.Mass: mass.connect,
+    elements.Belt: belt.connect,
 }
 """Adds all elements of a kind once the bodies stand: (scene, elements by name)."""
+
+
+def connect(scene: Any) -> None:
+    """Add all elements once the bodies stand: in the order of `CONNECTORS`; a kind without a line there by its rows."""
+    found: dict[type, dict[str, Any]] = {kind: {} for kind in CONNECTORS}
+    for name, element in scene.mechanism.elements().items():
+        body = type(element.body) if isinstance(element, elements.Link) else None
+        kind = next((each for each in (type(element), body) if each in CONNECTORS), None)
+        if kind is not None:
+            found[kind][name] = element
+        elif any(element.rows(scene.mechanism)):
+            found.setdefault(type(element), {})[name] = element
+        elif body not in BODIES:
+            raise ValueError(f"{type(element).__name__}: Exudyn's scene does not know this kind, and it has no rows")
+    for kind, each in found.items():
+        CONNECTORS.get(kind, rows.connect)(scene, each)

@@ -19,7 +19,7 @@ from buckler.mbs.engine import guide as guides
 from buckler.mbs.engine.history import History, Remembering
 from buckler.mbs.engine.mass import attach
 from buckler.mbs.engine.placed import Placed, States
-from buckler.mbs.engine.registry import BODIES, CONNECTORS
+from buckler.mbs.engine.registry import BODIES, connect
 from buckler.mbs.engine.stop import StopContact
 from buckler.mbs.engine.strut import StrutSpring
 from buckler.mbs.kinematics.diagnosis import redundancies
@@ -199,9 +199,7 @@ def build(mechanism: Mechanism) -> Scene:
         attach(scene, burden)
     node = scene.system.AddNode(eii.NodePointGround())
     scene.ground = scene.system.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node, coordinate=0))
-    for kind, connect in CONNECTORS.items():
-        found = {name: element for name, element in mechanism.elements().items() if kind in (type(element), _body(element))}
-        connect(scene, found)
+    connect(scene)
     _add_gravity(scene)
     scene.system.Assemble()
     for group in scene.remembering:
@@ -209,10 +207,6 @@ def build(mechanism: Mechanism) -> Scene:
     for contact in scene.stops.values():
         contact.locate(scene)
     return scene
-
-
-def _body(element: Any) -> type:
-    return type(getattr(element, "body", None))
 
 
 def _add_gravity(scene: Scene) -> None:

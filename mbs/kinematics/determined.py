@@ -54,9 +54,10 @@ def undecided(mechanism: Mechanism) -> str:
     for name, element in mechanism.elements().items():
         if element.rubs_on_reaction:
             return f"friction of '{name}' follows its reaction"
-        if any(True for _ in element.rows(mechanism)) and element.reactions(nothing) is None:
+        if any(element.rows(mechanism)) and element.reactions(nothing) is None:
             return f"'{name}' does not tell its reaction"
-    silent = [each.key for each in (*mechanism.stops, *mechanism.loads) if type(each).pushes is Element.pushes]
+    acting = [each for each in (*mechanism.stops, *mechanism.loads, *mechanism.couplings) if not any(each.rows(mechanism))]
+    silent = [each.key for each in acting if type(each).pushes is Element.pushes]
     return f"'{silent[0]}' does not tell its force in a known motion" if silent else ""
 
 

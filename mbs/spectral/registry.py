@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from buckler.mbs.spectral.beam import add_beam
+from buckler.mbs.spectral.belt import add_belt
 from buckler.mbs.spectral.builder import Body, Builder
 from buckler.mbs.spectral.cable import add_cable
 from buckler.mbs.spectral.clearance import add_clearance
@@ -29,11 +30,7 @@ BODIES: dict[str, Callable[[Builder, Any], Body]] = {
     "Strut": add_strut,
 }
 ELEMENTS: dict[str, Callable[[Builder, str, Any], None]] = {
-    "Revolute": connect,
     "Clearance": add_clearance,
-    "Weld": connect,
-    "Slider": connect,
-    "Slot": connect,
     "Guide": add_guide,
     "Stop": add_stop,
     "Force": add_force,
@@ -41,23 +38,25 @@ ELEMENTS: dict[str, Callable[[Builder, str, Any], None]] = {
     "Motor": add_motor,
     "Spring": add_spring,
     "TorsionSpring": add_torsion_spring,
-    "Drive": connect,
+    "Belt": add_belt,
 }
 
 
 def add_element(builder: Builder, name: str, element: Any) -> None:
-    """Add a joint, guide, stop, load or drive of this name."""
-    _of(ELEMENTS, element)(builder, name, element)
+    """Add a joint, guide, stop, load, drive or coupling of this name; a kind without a line here by its rows."""
+    kind = type(element).__name__
+    if kind not in ELEMENTS and not any(element.rows(builder.mechanism)):
+        raise _unknown(kind)
+    ELEMENTS.get(kind, connect)(builder, name, element)
 
 
 def add_body(builder: Builder, link: Any) -> Body:
     """Add a link."""
-    body: Body = _of(BODIES, link.body)(builder, link)
-    return body
+    kind = type(link.body).__name__
+    if kind not in BODIES:
+        raise _unknown(kind)
+    return BODIES[kind](builder, link)
 
 
-def _of(table: dict[str, Callable[..., Any]], thing: Any) -> Callable[..., Any]:
-    try:
-        return table[type(thing).__name__]
-    except KeyError:
-        raise ValueError(f"{type(thing).__name__}: the compiled solver does not know this kind") from None
+def _unknown(kind: str) -> ValueError:
+    return ValueError(f"{kind}: the compiled solver does not know this kind, and it has no rows")

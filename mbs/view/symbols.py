@@ -15,6 +15,7 @@ import numpy as np
 from buckler.mbs.elements.element import GROUND, place
 from buckler.mbs.elements.link import Link
 from buckler.mbs.elements.section import Section
+from buckler.mbs.view import couplings
 from buckler.mbs.view.drawing import Arrow, Disc, Label, Mark, Path, Span, Strip
 from buckler.mbs.view.sheet import FIXED, MIDDLE, Pair, Sheet
 from buckler.mbs.view.strokes import arrow, capsule, hatching, hull, turned, turning
@@ -269,6 +270,10 @@ SYMBOLS: dict[str, Symbol] = {
     "Motor": motor,
     "Drive": drive,
     "Mass": mass,
+    "Gear": couplings.gear,
+    "Rack": couplings.rack,
+    "Belt": couplings.belt,
+    "Rope": couplings.rope,
 }
 """Symbol of each kind of element or body, by the name of its class."""
 

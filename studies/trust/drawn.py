@@ -18,10 +18,12 @@ import numpy as np
 
 from buckler.mbs import (
     Beam,
+    Belt,
     Cable,
     Clearance,
     Drive,
     Force,
+    Gear,
     Guide,
     GuideFriction,
     Link,
@@ -29,9 +31,11 @@ from buckler.mbs import (
     Mechanism,
     Modal,
     Motor,
+    Rack,
     Ramp,
     Revolute,
     Rigid,
+    Rope,
     Section,
     Slider,
     Slot,
@@ -465,6 +469,31 @@ def _spinning(d: Dice) -> Made:
     ), d.uniform(0.1, 0.3)
 
 
+def _coupled(d: Dice) -> Made:
+    """Two wheels on fixed axles, geared or belted, stiffly or not: a torque on one lifts a weight by a rack, eased by another."""
+    apart, size, hang = d.uniform(0.1, 0.2), d.uniform(0.03, 0.05), d.uniform(0.2, 0.4)
+    near, far = apart + size, apart + 2 * size
+    points = {"A": (0, 0), "a": (0.02, 0), "B": (apart, 0), "b": (apart + 0.02, 0), "P": (near, 0.1), "Q": (far, 0.1)}
+    points |= {"C": (near, -hang), "c": (near, -hang - 0.1), "D": (far, -hang), "d": (far, -hang - 0.1)}
+    wheels = [("one", "A", d.log(1e-4, 1e-3)), ("two", "B", d.log(1e-4, 1e-3))]
+    links = [
+        Link(name, at, at.lower(), Rigid.of(mass=d.uniform(0.2, 1), inertia=inertia, centre=(0.0, 0.0)))
+        for name, at, inertia in wheels
+    ]
+    weights = [("weight", "C", d.uniform(0.1, 0.5)), ("counter", "D", d.uniform(0.3, 0.6))]
+    links += [Link(name, at, at.lower(), Rigid.of(mass=mass, inertia=1e-3)) for name, at, mass in weights]
+    joints = [Revolute(at, "ground", name) for name, at, _ in wheels] + [
+        Slider(at, name, "ground", (0, 1)) for name, at, _ in weights
+    ]
+    belt = Belt("one:A", "two:B", size, d.uniform(0.5, 1.5) * size, crossed=d.one(True, False))
+    soft = replace(belt, stiffness=d.log(1e3, 1e5), damping=d.uniform(0, 2))
+    pair = d.one(Gear("one:A", "two:B", d.one(-1, 1) * d.uniform(0.6, 0.9)), belt, soft)
+    return Mechanism(
+        points, links, joints, loads=[Torque("one", d.uniform(-0.05, 0.05))], gravity=WEIGHT,
+        couplings=[pair, Rack("two:B", "weight:C", size, (0, 1)), Rope("C", "D", over=("P", "Q"))],
+    ), d.uniform(0.05, 0.15)  # fmt: skip
+
+
 SLIDER = ("slider-crank",)
 FAMILIES: dict[str, Callable[[Dice], Made]] = {
     "axial force": partial(_turning, bodies=("strip",)),
@@ -491,6 +520,7 @@ FAMILIES: dict[str, Callable[[Dice], Made]] = {
     "any rubbing": _rubbing,
     "any landing": _landing,
     "any spinning": _spinning,
+    "any coupled": _coupled,
     "smooth": partial(_turning, kinds=SLIDER, bodies=("strip",), most=0.3),
     "ramp": partial(_turning, kinds=SLIDER, bodies=("strip",), motions=("ramp",), most=0.3),
     "rigid": partial(_turning, kinds=SLIDER, bodies=("rigid",)),

@@ -19,6 +19,7 @@ PAGES = (
     "docs/how-to-bring-your-own-mechanism.md",
     "docs/how-to-load-a-mechanism.md",
     "docs/how-to-clamp-and-guide.md",
+    "docs/how-to-couple.md",
     "docs/how-to-look.md",
     "docs/how-to-shape-and-damp.md",
     "docs/how-to-rest-and-vibrate.md",

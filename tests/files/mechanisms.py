@@ -109,6 +109,7 @@ def mechanisms(draw):
         name: [each for each in draw(others(name, names)) if fits(points, links, **{name: [each]})]
         for name in ("loads", "masses")
     }
+    more["couplings"] = [each for each in draw(couplings(names)) if fits(points, links, couplings=[each])]
     return Mechanism(points, links, joints, guides, stops, drives, velocities=velocities, gravity=gravity, **more)
 
 
@@ -125,6 +126,18 @@ def others(name, links):
     """Loads and masses from their declared fields, whatever kinds there are."""
     kinds = [generic(kind, links[0], "P1") for kind in kinds_of(KINDS[name])]
     return st.lists(st.one_of(*kinds), max_size=2, unique_by=lambda e: e.key) if kinds else st.just([])
+
+
+def couplings(links):
+    """A few between the first link and the second, or the ground."""
+    ends = (f"{links[0]}:P1", f"{links[1]}:P2" if len(links) > 1 else "ground:P0")
+    made = [
+        st.builds(elements.Gear, st.just(ends[0]), st.just(ends[1]), floats(-9, -0.1)),
+        st.builds(elements.Rack, st.just(ends[0]), st.just(ends[1]), floats(0.01, 1)),
+        st.builds(elements.Belt, st.just(ends[0]), st.just(ends[1]), LENGTH, LENGTH, st.booleans(), floats(1, 1e6), floats(0, 9)),
+        st.builds(elements.Rope, st.just(ends[0]), st.just("ground:P0"), st.just((ends[1],))),
+    ]
+    return st.lists(st.one_of(*made), max_size=2, unique_by=lambda e: e.key)
 
 
 def generic(kind, link, point):

@@ -13,7 +13,8 @@ MIRRORS = {
     "strut": "simulate_strips simulate_contact", "revolute": "joints", "weld": "joints", "slider": "joints",
     "clearance": "clearance_kernel clearance_limits clearance", "guide": "guide_friction simulate_rigid",
     "stop": "free_stops simulate_contact", "force": "loads", "torque": "loads", "motor": "loads", "spring": "loads",
-    "torsion_spring": "loads", "mass": "loads", "drive": "simulate_rigid loads clearance",
+    "torsion_spring": "loads", "rows": "couplings", "belt": "couplings", "mass": "loads",
+    "drive": "simulate_rigid loads clearance",
 }  # fmt: skip
 """Tests of `tests/engine` for a file of `mbs/engine`, where those of that folder were not among the callers."""
 
@@ -52,6 +53,19 @@ PLAIN = (
     ("TorsionSpring", f"{ELEMENTS}/torsion_spring.py", "second - first - (self", "second - first + (self"),
     ("Drive", f"{ELEMENTS}/drive.py", '{"effort": multipliers}', '{"effort": -multipliers}'),
     ("Drive", f"{ELEMENTS}/drive.py", "self.start + (self.end - self.start) * min", "self.start - (self.end - self.start) * min"),
+    ("Gear", f"{ELEMENTS}/gear.py", "(self.ratio - 1)", "(self.ratio + 1)"),
+    ("Gear", f"{ELEMENTS}/gear.py", "arm * record", "-arm * record"),
+    ("Rack", f"{ELEMENTS}/rack.py", "(-self.radius, Turn", "(self.radius, Turn"),
+    ("Rack", f"{ELEMENTS}/rack.py", "dy * (x1 + self.radius * dy - x2) - dx", "dy * (x1 + self.radius * dy - x2) + dx"),
+    ("Belt", f"{ELEMENTS}/belt.py", "self.crossed else -self", "self.crossed else self"),
+    ("Belt", f"{ELEMENTS}/belt.py", "= -record.channel", "= record.channel"),
+    (
+        "Belt",
+        f"{ELEMENTS}/belt.py",
+        "(measure.first, -share), (measure.second, share)",
+        "(measure.first, share), (measure.second, -share)",
+    ),
+    ("Rope", f"{ELEMENTS}/rope.py", "-record.channel", "record.channel"),
     # Exudyn
     ("Rigid", f"{ENGINE}/rigid.py", "velocity[0] - velocity[2] * arm", "velocity[0] + velocity[2] * arm"),
     ("Rigid", f"{ENGINE}/rigid.py", "swing * left(arm) - spin**2", "swing * left(arm) + spin**2"),

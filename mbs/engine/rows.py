@@ -1,0 +1,85 @@
+"""Rows of elements in the engine: any linear form over bodies as one constraint on the coordinates of their nodes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import exudyn.itemInterface as eii
+import numpy as np
+
+from buckler.mbs.elements.element import GROUND, Array, Element, Place
+from buckler.mbs.elements.rows import Turn
+from buckler.mbs.kinematics.forms import Ends, Forms
+
+
+def connect(scene: Any, elements: dict[str, Element]) -> None:
+    """Add the rows of each element; its channels are what `reactions` makes of the multipliers."""
+    for name, element in elements.items():
+        held = Held(scene, element)
+        scene.constraints[name] = held.add()
+        for channel in element.reactions(np.zeros((0, held.forms.count))) or ():
+            scene.reads(name, channel, _reader(scene, name, element, channel))
+        scene.parts[type(element).__name__] += 1
+
+
+def _reader(scene: Any, name: str, element: Element, channel: str) -> Any:
+    """Reader of a channel; the engine's multipliers push against the rows."""
+    return lambda run, _record: (element.reactions(-run.multipliers[:, scene.multipliers(name)]) or {})[channel]
+
+
+class Held:
+    """An element's rows as equations of engine nodes, each a body with place and turn.
+
+    Attributes
+    ----------
+    nodes : dict of int to array
+        Node numbers, in order, and their places at t = 0, m.
+    """
+
+    def __init__(self, scene: Any, element: Element) -> None:
+        self.scene, self.points = scene, scene.mechanism.points
+        rows = list(element.rows(scene.mechanism))
+        self.nodes: dict[int, Array] = {}
+        self.at: dict[Place, int] = {}
+        for row in rows:
+            for _, measure in row.terms:
+                for end in (measure.first, measure.second):
+                    if end.body != GROUND:
+                        node, where = scene.placed[end.body].contact_node(scene, end.point)
+                        self.nodes[node], self.at[end] = where, node
+        self.order = list(self.nodes)
+        self.forms = Forms(rows, len(self.order), Ends(self._number, self._arm, self._place))
+        self.native = all(isinstance(measure, Turn) for row in rows for _, measure in row.terms)
+
+    def _number(self, end: Place) -> int:
+        return len(self.order) if end.body == GROUND else self.order.index(self.at[end])
+
+    def _place(self, end: Place) -> complex:
+        return complex(*self.points[end.point])
+
+    def _arm(self, end: Place) -> complex:
+        return self._place(end) - (0j if end.body == GROUND else complex(*self.nodes[self.at[end]]))
+
+    def add(self) -> int:
+        """Add the constraint; only what is not linear in the coordinates calls Python."""
+        system, forms = self.scene.system, self.forms
+        reference = np.array([system.GetNodeParameter(node, "referenceCoordinates")[:3] for node in self.order])
+        angle = reference * (0.0, 0.0, 1.0)  # forms count turns from t = 0
+        whole = system.AddObject(eii.ObjectGenericODE2(nodeNumbers=self.order, massMatrix=np.zeros(2 * [reference.size])))
+        ground = system.AddMarker(eii.MarkerNodeCoordinates(nodeNumber=system.AddNode(eii.NodePointGround())))
+        markers = [ground, system.AddMarker(eii.MarkerObjectODE2Coordinates(objectNumber=whole))]
+        if self.native:
+            slope = forms.system(reference - angle)[1]
+            given: dict[str, Any] = {"scalingMarker1": slope, "offset": slope @ reference.ravel()}
+            return int(system.AddObject(eii.CoordinateVectorConstraint(markerNumbers=markers, **given)))
+
+        def value(_system: Any, _t: float, _item: int, q: Any, q_t: Any, on_speeds: bool) -> Any:
+            c, j = forms.system(np.reshape(q, angle.shape) - angle)
+            return j @ np.asarray(q_t) if on_speeds else c
+
+        def jacobian(_system: Any, _t: float, _item: int, q: Any, _q_t: Any, _on_speeds: bool) -> Any:
+            return forms.system(np.reshape(q, angle.shape) - angle)[1]
+
+        given = {"constraintUserFunction": value, "jacobianUserFunction": jacobian}
+        size = np.zeros((forms.count, reference.size))  # the number of equations
+        return int(system.AddObject(eii.CoordinateVectorConstraint(markerNumbers=markers, scalingMarker0=size, **given)))
