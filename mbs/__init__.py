@@ -48,6 +48,7 @@ from buckler.mbs.solvers.steps import Controlled, Equal
 if TYPE_CHECKING:
     from buckler.mbs.engine.scene import build
     from buckler.mbs.sensitivity.derivatives import sensitivities
+    from buckler.mbs.sensitivity.fitting import fit
     from buckler.mbs.simulation import simulate
     from buckler.mbs.statics import equilibrium, frequencies, path
 
@@ -55,7 +56,7 @@ __all__ = [
     "STEEL", "AdamsDamping", "Beam", "Belt", "Cable", "Clearance", "Closure", "Controlled", "Drive", "Equal", "Exudyn",
     "Force", "Gear", "Guide", "GuideFriction", "Link", "Mass", "Material", "Mechanism", "Modal", "Motion", "Motor", "Rack",
     "Ramp", "Result", "Revolute", "Rigid", "Rope", "Section", "Slider", "Slot", "Spectral", "Spring", "Status", "Stop",
-    "Strut", "Torque", "TorsionSpring", "Weld", "build", "crank_rocker", "equilibrium", "frequencies", "path",
+    "Strut", "Torque", "TorsionSpring", "Weld", "build", "crank_rocker", "equilibrium", "fit", "frequencies", "path",
     "sensitivities", "simulate", "slider_crank",
 ]  # fmt: skip
 
@@ -66,6 +67,7 @@ _ENGINE = {
     "path": "buckler.mbs.statics",
     "frequencies": "buckler.mbs.statics",
     "sensitivities": "buckler.mbs.sensitivity.derivatives",
+    "fit": "buckler.mbs.sensitivity.fitting",
 }
 
 
@@ -91,6 +93,7 @@ offer({
     "animate": "buckler.mbs.view.plot:animate",
     "film_of": "buckler.mbs.view.movie:film_of",
     "write_html": "buckler.mbs.view.report:write_html",
+    "write_fit": "buckler.mbs.view.fitted:write_fit",
     "framed": "buckler.mbs.view.report:framed",
     "write_paraview": "buckler.mbs.view.paraview:write_paraview",
     "to_dataframe": "buckler.mbs.view.tables:to_dataframe",

@@ -16,7 +16,7 @@ import numpy as np
 
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.sensitivity.frozen import Steps, needs_compiler
-from buckler.mbs.sensitivity.numbers import DURATION, Family
+from buckler.mbs.sensitivity.numbers import DURATION, Family, Source
 from buckler.mbs.sensitivity.reading import Smooth, check, measure, statical
 from buckler.mbs.solvers.spectral import Spectral
 from buckler.mbs.validate import listed, positive, short
@@ -131,7 +131,7 @@ class Sensitivities:
 
 
 def sensitivities(
-    mechanism: Mechanism | Callable[..., Mechanism],
+    mechanism: Source,
     duration: float | None = None,
     *,
     by: Sequence[str] | Mapping[str, float],
@@ -143,8 +143,8 @@ def sensitivities(
 
     Parameters
     ----------
-    mechanism : Mechanism or callable
-        Or a function that makes one of the arguments in `at`.
+    mechanism : Mechanism, mapping or callable
+        Or the content of its file, or a function that makes one of the arguments in `at`.
     duration : float, optional
         s, positive; without it readings are of states of rest.
     by : sequence of str, or mapping of str to float
@@ -184,7 +184,7 @@ def sensitivities(
     if DURATION in by and duration is None:
         raise ValueError("by = duration: give the duration, too")
     scales = {name: _scale(name, points[name], spreads) for name in by}
-    fixed = {} if isinstance(mechanism, Mechanism) else dict(at or {})
+    fixed = {} if isinstance(mechanism, Mechanism | Mapping) else dict(at or {})
     moving = {name: each for name, each in readings.items() if isinstance(each, str) and not statical(each)}
     resting = {name: each for name, each in readings.items() if name not in moving}
     rows: list[Derivative] = []

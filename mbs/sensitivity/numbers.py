@@ -15,6 +15,7 @@ from buckler.mbs.validate import short
 
 DURATION = "duration"
 """Path of the run's length, which is no number of the mechanism."""
+Source = Mechanism | Mapping[str, Any] | Callable[..., Mechanism]
 Make = Callable[[Mapping[str, float]], Mechanism]
 
 
@@ -99,12 +100,13 @@ class Family:
     units: dict[str, str]
 
     @classmethod
-    def of(cls, mechanism: Mechanism | Callable[..., Mechanism], names: Iterable[str], given: Mapping[str, float]) -> Family:
+    def of(cls, mechanism: Source, names: Iterable[str], given: Mapping[str, float]) -> Family:
         """Numbers of a mechanism by their paths; or arguments, by name, of a function that makes one.
 
         Parameters
         ----------
-        mechanism : Mechanism or callable
+        mechanism : Mechanism, mapping or callable
+            A mapping is the content of a file, with its own paths, as `links.crank.length`.
         names : iterable of str
         given : mapping of str to float
             Values of the arguments of a function, which has no numbers to look up.
@@ -115,13 +117,15 @@ class Family:
             If there is no number at a path.
         """
         names = [name for name in names if name != DURATION]
-        if not isinstance(mechanism, Mechanism):
+        if not isinstance(mechanism, Mechanism | Mapping):
             function = mechanism
             return cls(lambda values: function(**values), {name: float(given[name]) for name in names}, dict.fromkeys(names, ""))
-        document = mechanism.to_dict()
+        document = mechanism.to_dict() if isinstance(mechanism, Mechanism) else mechanism
         found, units = {}, {}
         for name in names:
             _, now, units[name] = standing(document, name)
+            with contextlib.suppress(ValueError):
+                now = parse_quantity(now, units[name]) if isinstance(now, str) else now
             if isinstance(now, bool) or not isinstance(now, int | float):
                 raise ValueError(f"{name} = {short(now)}: no number; name a number of the mechanism")
             found[name] = float(now)

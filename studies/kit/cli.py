@@ -22,7 +22,10 @@ if TYPE_CHECKING:
     import argparse
 
 
-TURNING = {"sensitivity": "what the numbers of a file's mechanism do to what is read off it"}
+TURNING = {
+    "sensitivity": "what the numbers of a file's mechanism do to what is read off it",
+    "fit": "fit numbers of a file's mechanism to measured data",
+}
 """Commands that turn numbers of a mechanism, and what they do."""
 
 

@@ -1,4 +1,4 @@
-"""`buckler sensitivity FILE`: what the numbers of a mechanism do to what is read off it."""
+"""`buckler sensitivity FILE`, `buckler fit FILE DATA`: numbers of a mechanism turned, and fitted to data."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ NOT_TURNED = ("elements", "points", "velocities", "gravity")
 class Opened(NamedTuple):
     """A mechanism of a file, and how the file says it is run."""
 
-    mechanism: Mechanism
+    document: dict[str, Any]
     duration: float
     measures: tuple[str, ...]
 
@@ -36,11 +36,13 @@ def opened(path: Path, changes: Sequence[str] = (), duration: str | None = None)
     """
     document = named(path, read, path)
     run = document.pop(RUN, {})
+    document.pop("about", None)
     given = run.get("duration", DEFAULT_DURATION) if duration is None else duration
     seconds = float(given) if isinstance(given, int | float) else named(path, parse_quantity, str(given), "s")
     measures = run.get("measure", [])
-    mechanism = named(path, Mechanism.from_dict, changed(document, set_all(document, list(changes))))
-    return Opened(mechanism, seconds, (measures,) if isinstance(measures, str) else tuple(map(str, measures)))
+    document = changed(document, set_all(document, list(changes)))
+    named(path, Mechanism.from_dict, document)
+    return Opened(document, seconds, (measures,) if isinstance(measures, str) else tuple(map(str, measures)))
 
 
 def common(prog: str, about: str) -> Parser:
@@ -74,8 +76,9 @@ def sensitivity(argv: Sequence[str], prog: str) -> int:
         readings = chosen.of or file.measures
         if not readings:
             raise ValueError("--of: no reading; write for instance --of 'max(B.contact_force)'")
-        by = _spreads(file.mechanism, chosen.by) if chosen.by else list(numbers(file.mechanism.to_dict()))
-        found = sensitivities(file.mechanism, file.duration, by=by, of=readings)
+        source = file.document if chosen.by else Mechanism.from_dict(file.document)
+        by = _spreads(file.document, chosen.by) if isinstance(source, dict) else list(numbers(source.to_dict()))
+        found = sensitivities(source, file.duration, by=by, of=readings)
     except RunFailedError as error:
         print(f"{chosen.file}: {error}")
         return 1
@@ -92,14 +95,75 @@ def sensitivity(argv: Sequence[str], prog: str) -> int:
     return 0
 
 
-def _spreads(mechanism: Mechanism, texts: Sequence[str]) -> Any:
+def fit(argv: Sequence[str], prog: str) -> int:
+    """Fit numbers to a file of data, print them and write a page; the exit status."""
+    from buckler.mbs.sensitivity.fitting import fit as fitted
+    from buckler.mbs.sensitivity.frozen import RunFailedError
+
+    parser = common(prog, "Fit numbers of a mechanism to measured signals.")
+    add = parser.add_argument
+    add("data", metavar="DATA.csv", type=Path, help="first column the time; units in brackets, as 'force [N]'")
+    add("--signal", action="append", default=[], metavar="[COLUMN=]NAME",
+        help="a signal of the mechanism and its column, by default of the same name; may be repeated")  # fmt: skip
+    add("--free", action="append", default=[], metavar="PATH=LOW:HIGH", help="a number that is fitted; may be repeated")
+    add("--own", action="append", default=[], metavar="PATH=LOW:HIGH", help="one that each experiment has of its own")
+    add("--setting", action="append", default=[], metavar="COLUMN",
+        help="a column that parts the experiments, and sets the number of this path if it is one; may be repeated")  # fmt: skip
+    add("--profile", action="append", default=[], metavar="PATH", help="a number whose profile likelihood is wanted")
+    add("--robust", action="store_true", help="outliers count by their size and not by its square")
+    add("--starts", type=int, default=8, help="points over the ranges from which the fit starts; default 8")
+    add("--out", metavar="DIR", type=Path, default=Path("results"), help="where the page goes; default results")
+    try:
+        chosen, unknown = parser.parse_known_args(noted(argv))
+        check_words(unknown, chosen)
+        if not chosen.signal:
+            raise ValueError("--signal: none; write for instance --signal B.contact_force")
+        file = opened(chosen.file, chosen.changes, chosen.duration)
+        document = file.document
+        free, own = (dict(_range(document, text) for text in texts) for texts in (chosen.free, chosen.own))
+        found = fitted(
+            document, chosen.data, free=free, own=own, signals=chosen.signal, settings=chosen.setting,
+            starts=chosen.starts, robust=chosen.robust, profiles=chosen.profile,
+        )  # fmt: skip
+    except RunFailedError as error:
+        print(f"{chosen.file}: {error}")
+        return 1
+    except (ValueError, OSError, KeyError) as error:
+        return wrong_input(ValueError(error.args[0] if isinstance(error, KeyError) else str(error)))
+    title = f"{chosen.file.stem}: fit to {chosen.data.name}"
+    page = found.write_html(chosen.out / f"{chosen.file.stem}-fit" / "report.html", title)
+    if chosen.json:
+        told = {"values": found.values, "intervals": found.intervals, "unidentified": found.unidentified, "rms": found.rms}
+        print(json.dumps(told, indent=2))
+        return 0
+    print(found)
+    print(f"data beside the fit: {page}")
+    return 0
+
+
+def _range(document: Mapping[str, Any], text: str) -> tuple[str, tuple[float, float]]:
+    """A number's path and its range, as PATH=LOW:HIGH."""
+    from buckler.mbs.sensitivity.numbers import standing
+
+    path, equals, ends = text.partition("=")
+    low, colon, high = ends.partition(":")
+    if not equals or not colon:
+        raise ValueError(f"--free {text}: write PATH=LOW:HIGH, as links.coupler.body.imperfection=-1mm:1mm")
+    unit = standing(document, path).unit
+    try:
+        return path, (parse_quantity(low, unit), parse_quantity(high, unit))
+    except ValueError as error:
+        raise ValueError(f"--free {text}: {error}") from None
+
+
+def _spreads(document: Mapping[str, Any], texts: Sequence[str]) -> Any:
     """Numbers and, where they are given, their standard deviations."""
     from buckler.mbs.sensitivity.numbers import DURATION, standing
 
     pairs = [text.partition("=") for text in texts]
     if not any(equals for _, equals, _ in pairs):
         return [path for path, _, _ in pairs]
-    document, found = mechanism.to_dict(), {}
+    found = {}
     for path, equals, value in pairs:
         if not equals:
             raise ValueError(f"--by {path}: no standard deviation, but others have one")

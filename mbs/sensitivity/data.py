@@ -1,0 +1,175 @@
+"""What was measured: signals over time, readings, bounds; from arrays or a CSV file with units."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from math import isfinite
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from buckler.mbs.units import parse_quantity
+from buckler.mbs.validate import near
+
+Array = np.ndarray[Any, Any]
+SIDES = {"is": 0, "at most": 1, "at least": -1}
+HEADER = re.compile(r"\s*(?P<name>[^\[]*?)\s*(?:\[(?P<unit>[^\]]*)\])?\s*")
+
+
+class Read(NamedTuple):
+    """A number that was read.
+
+    Attributes
+    ----------
+    value, error : float
+        SI; the error is a standard deviation.
+    side : str
+        'is'; 'at most' where the sensor said only that it was not more, 'at least' that it was not less.
+    """
+
+    value: float
+    error: float
+    side: str = "is"
+
+    def lacks(self, predicted: float) -> float:
+        """How far a prediction is off, in standard deviations; 0 on the right side of a bound."""
+        off = (predicted - self.value) / self.error
+        return off if not SIDES[self.side] else max(0.0, off * SIDES[self.side]) * SIDES[self.side]
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """One experiment: what was set, what was measured.
+
+    Attributes
+    ----------
+    time : array, shape (samples,)
+        s, increasing, from the start of the run.
+    signals : dict of str to array, shape (samples,)
+        By the names of a result, SI; nan where nothing was measured.
+    errors : dict of str to float
+        Standard deviations of signals; those of the others are estimated from what the fit leaves.
+    readings : dict of str to Read
+        By their formula, as 'max(B.contact_force)'.
+    settings : dict of str to float
+        Numbers of the mechanism, by path, that this experiment has.
+    duration : float, optional
+        s; by default the last time.
+    name : str
+    """
+
+    time: Array = field(default_factory=lambda: np.empty(0))
+    signals: Mapping[str, Array] = field(default_factory=dict)
+    errors: Mapping[str, float] = field(default_factory=dict)
+    readings: Mapping[str, Read] = field(default_factory=dict)
+    settings: Mapping[str, float] = field(default_factory=dict)
+    duration: float | None = None
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        time = np.asarray(self.time, dtype=float)
+        if len(time) and (not np.isfinite(time).all() or (np.diff(time) <= 0).any() or time[0] < 0):
+            raise ValueError("time: must be finite, 0 at least, and increase")
+        object.__setattr__(self, "time", time)
+        signals = {name: np.asarray(values, dtype=float) for name, values in self.signals.items()}
+        for name, values in signals.items():
+            if values.shape != time.shape:
+                raise ValueError(f"{name}: {values.size} values for {time.size} times")
+        object.__setattr__(self, "signals", signals)
+        for name, read in self.readings.items():
+            if not (isfinite(read.value) and read.error > 0 and read.side in SIDES):
+                raise ValueError(f"{name} = {read}: needs a value, an error above 0, and one of {', '.join(SIDES)}")
+        if not signals and not self.readings:
+            raise ValueError("data: neither signals nor readings")
+
+    @property
+    def span(self) -> float:
+        """Length of its run, s."""
+        if self.duration is None and not len(self.time):
+            raise ValueError("duration: an experiment of readings alone needs it")
+        return float(self.time[-1]) if self.duration is None else float(self.duration)
+
+
+def read_csv(path: str | Path, signals: Sequence[str], settings: Sequence[str] = ()) -> list[Experiment]:
+    """Read experiments from a CSV file: the first column is the time, each other one a signal or a setting.
+
+    Parameters
+    ----------
+    path : str or Path
+        Its first line names columns, with units in brackets, as `angle [deg]`; without one they are in SI.
+    signals : sequence of str
+        Signals that are fitted: `NAME` of a column, or `COLUMN=NAME`.
+    settings : sequence of str
+        Columns whose value is a number of the mechanism, by its path, or what parts the experiments: rows of equal values are one
+        experiment. A column `name` only parts.
+
+    Raises
+    ------
+    ValueError
+        In one line, with the file's name.
+    """
+    path = Path(path)
+    with path.open(newline="", encoding="utf-8-sig") as file:
+        rows = [row for row in csv.reader(file) if row]
+    if len(rows) < 3:
+        raise ValueError(f"{path}: needs a line of names and two of numbers at least")
+    heads = [HEADER.fullmatch(cell) for cell in rows[0]]
+    names = [head["name"] if head else cell for head, cell in zip(heads, rows[0], strict=True)]
+    factors = [_factor(path, head["unit"] if head else None) for head in heads]
+    wanted = dict(_pair(text) for text in signals)
+    for column in (*wanted.values(), *settings):
+        if column not in names:
+            close = near(column, names)
+            hint = f"did you mean {close[0]}?" if close else f"there are: {', '.join(names)}"
+            raise ValueError(f"{path}: no column '{column}'; {hint}")
+    table: dict[str, list[float]] = {name: [] for name in names}
+    for line, row in enumerate(rows[1:], 2):
+        for name, cell, factor in zip(names, row, factors, strict=False):
+            table[name].append(_number(path, line, name, cell, factor, name in (names[0], *wanted.values(), *settings)))
+    return _parted({name: np.array(values) for name, values in table.items()}, names[0], wanted, settings)
+
+
+def _parted(table: Mapping[str, Array], time: str, wanted: Mapping[str, str], settings: Sequence[str]) -> list[Experiment]:
+    """Experiments: rows that follow each other with the same settings."""
+    keys = np.column_stack([table[name] for name in settings]) if settings else np.zeros((len(table[time]), 1))
+    cuts = np.flatnonzero((np.diff(keys, axis=0) != 0).any(axis=1)) + 1
+    found = []
+    for rows in np.split(np.arange(len(keys)), cuts):
+        t = table[time][rows]
+        found.append(Experiment(
+            t - t[0], {name: table[column][rows] for name, column in wanted.items()},
+            settings={name: float(table[name][rows[0]]) for name in settings if "." in name},
+            name=", ".join(f"{name} = {table[name][rows[0]]:g}" for name in settings),
+        ))  # fmt: skip
+    return found
+
+
+def _pair(text: str) -> tuple[str, str]:
+    """Signal and column."""
+    column, equals, name = text.partition("=")
+    return (name, column) if equals else (column, column)
+
+
+def _factor(path: Path, unit: str | None) -> float:
+    """What a column's unit is in SI."""
+    if not unit or unit == "1":
+        return 1.0
+    for each in ("s", "m", "rad", "N", "N m", "m/s", "rad/s", "m/s^2", "rad/s^2", "A", "V", "kg", "J", "N/m", "Pa"):
+        try:
+            return parse_quantity(f"1 {unit}", each)
+        except ValueError:
+            continue
+    raise ValueError(f"{path}: unit [{unit}]: unknown")
+
+
+def _number(path: Path, line: int, name: str, cell: str, factor: float, needed: bool) -> float:
+    try:
+        return float(cell) * factor if cell.strip() else float("nan")
+    except ValueError:
+        if needed:
+            raise ValueError(f"{path}: line {line}, {name}: '{cell}' is no number") from None
+        return float("nan")

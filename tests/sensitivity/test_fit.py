@@ -1,0 +1,151 @@
+"""Fits to made data of known noise, to what sensors bound, and what data cannot tell."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from buckler.mbs import Force, Guide, Link, Mechanism, Revolute, Rigid, Spring, TorsionSpring, fit
+from buckler.mbs.sensitivity.data import Experiment, Read, read_csv
+
+MASS = 0.5
+
+
+def block(stiffness=200.0, damping=2.0, push=3.0):
+    """A block on a guide, a spring with a damper and a steady push from rest."""
+    return Mechanism(
+        points={"O": (0.0, 0.0), "A": (0.2, 0.0), "C": (-0.1, 0.0)},
+        links=[Link("bar", "O", "A", Rigid.of(mass=1e-9, inertia=1e-12))],
+        guides=[Guide("O", "bar", mass=MASS), Guide("A", "bar")],
+        loads=[Spring("C", "O", stiffness=stiffness, damping=damping), Force("O", (push, 0.0))],
+    )
+
+
+def exact(time, stiffness=200.0, damping=2.0, push=3.0):
+    """Its place, in closed form."""
+    decay = damping / (2 * MASS)
+    w = np.sqrt(stiffness / MASS - decay**2)
+    return push / stiffness * (1 - np.exp(-decay * time) * (np.cos(w * time) + decay / w * np.sin(w * time)))
+
+
+K, C, F = "loads[0].stiffness", "loads[0].damping", "loads[1].value[0]"
+FREE = {K: (100.0, 400.0), C: (0.0, 10.0)}
+
+
+def made(seed=0, noise=2e-4, outliers=0):
+    time, rng = np.linspace(0, 0.5, 101), np.random.default_rng(seed)
+    x = exact(time) + noise * rng.standard_normal(time.size)
+    x[rng.integers(0, x.size, outliers)] += 0.02
+    return Experiment(time, {"O.x": x})
+
+
+def test_made_data_give_their_numbers_back_within_their_intervals():
+    found = fit(block(), made(), free=FREE, starts=2, profiles=[K])
+    for name, true in ((K, 200.0), (C, 2.0)):
+        low, high = found.intervals[name]
+        assert low < true < high and high - low < 0.1 * true
+    assert found.rms["O.x"] == pytest.approx(2e-4, rel=0.2) and not found.unidentified
+    # linear theory: the interval of K by the closed form's derivatives
+    time, h = np.linspace(0, 0.5, 101), 1e-6
+    j = np.column_stack([(exact(time, 200 * (1 + h)) - exact(time)) / (200 * h), (exact(time, 200, 2 + h) - exact(time)) / h])
+    deviation = found.rms["O.x"] * np.sqrt(np.linalg.inv(j.T @ j)[0, 0])
+    assert found.intervals[K].high - found.values[K] == pytest.approx(1.984 * deviation, rel=0.05)
+    profile = found.profiles[K]  # where the profile reaches its level, the interval ends
+    ends = np.interp(profile.level, profile.cost[profile.at >= found.values[K]], profile.at[profile.at >= found.values[K]])
+    assert ends - found.values[K] == pytest.approx(1.984 * deviation, rel=0.15)
+
+
+@pytest.mark.slow
+def test_intervals_hold_the_truth_as_often_as_they_say():
+    held = np.zeros(2)
+    for seed in range(200):
+        found = fit(block(), made(seed), free=FREE, starts=1)
+        held += [found.intervals[name].low < true < found.intervals[name].high for name, true in ((K, 200.0), (C, 2.0))]
+    assert np.all(np.abs(held / 200 - 0.95) <= 0.03), held / 200
+
+
+def test_outliers_count_less_when_asked():
+    plain, robust = (fit(block(), made(outliers=6), free=FREE, starts=1, robust=each) for each in (False, True))
+    assert abs(robust.values[K] - 200) < 0.5 * abs(plain.values[K] - 200)
+    assert robust.values[K] == pytest.approx(200, rel=5e-3)
+
+
+def test_what_the_data_cannot_tell_is_said():
+    """At rest F/k alone can be seen."""
+    time = np.linspace(4.0, 5.0, 21)
+    still = Experiment(time, {"O.x": np.full(21, 0.015)}, errors={"O.x": 1e-5})
+    found = fit(block(damping=20.0), still, free={K: (100.0, 400.0), F: (1.5, 6.0)}, starts=1)
+    assert {each.partition(" ")[0] for each in found.unidentified} == {K, F}
+    assert all("only together with" in each for each in found.unidentified)
+    assert found.values[F] / found.values[K] == pytest.approx(0.015, rel=1e-3)
+
+
+def test_a_bound_is_no_reading():
+    """Peaks of two pushes, the second beyond the sensor's range."""
+    peak = float(exact(np.linspace(0, 0.5, 5001)).max())
+    short = Experiment(readings={"max(O.x)": Read(peak, 1e-5)}, settings={F: 3.0}, duration=0.4)
+    beyond = Experiment(readings={"max(O.x)": Read(1.5 * peak, 1e-5, "at least")}, settings={F: 6.0}, duration=0.4)
+    found = fit(block(), [short, beyond], free={K: (100.0, 400.0)}, starts=1)
+    assert found.values[K] == pytest.approx(200, rel=1e-3) and found.cost < 1e-3
+    against = Experiment(readings={"max(O.x)": Read(1.5 * peak, 1e-5, "at most")}, settings={F: 6.0}, duration=0.4)
+    assert fit(block(), [short, against], free={K: (100.0, 400.0)}, starts=1).cost > 1e3
+
+
+def test_csv_with_units_and_settings_on_the_command_line(tmp_path, monkeypatch, capsys):
+    from buckler.studies.kit.cli import main
+
+    monkeypatch.chdir(tmp_path)
+    lines, time = ["t [ms],place [mm],loads[1].value[0]"], np.linspace(0, 0.5, 51)
+    for push in (3.0, 4.0):
+        lines += [f"{1e3 * t:.6f},{1e3 * x:.9f},{push}" for t, x in zip(time, exact(time, push=push), strict=True)]
+    Path("data.csv").write_text("\ufeff" + "\n".join(lines), encoding="utf-8")
+    _, second = read_csv("data.csv", ["place=O.x"], [F])
+    assert second.settings == {F: 4.0} and second.time[-1] == pytest.approx(0.5)
+    block(damping=1.0).save("block.toml")
+    words = ["fit", "block.toml", "data.csv", "--signal", "place=O.x", "--setting", F, "--starts", "1"]
+    assert main(argv=[*words, "--free", f"{K}=1e2N/m:4e2N/m", "--free", f"{C}=0:10"]) == 0
+    said = capsys.readouterr().out
+    assert f"{K}  200 " in said.replace("199.999", "200") and "report.html" in said
+    assert "<svg" in Path("results/block-fit/report.html").read_text(encoding="utf-8")
+    assert main(argv=[*words, "--free", "loads[0].stifness=1:2"]) == 2
+    assert main(argv=["fit", "block.toml", "data.csv", "--signal", "plac=O.x", "--free", f"{K}=1e2:4e2"]) == 2
+    assert main(argv=["fit", "block.toml", "data.csv", "--signal", "place=O.w", "--setting", F, "--free", f"{K}=1e2:4e2"]) == 2
+    assert "no signal 'O.w'" in capsys.readouterr().err
+
+
+MEASURED = os.environ.get("BUCKLER_PENDULUMS")
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not MEASURED, reason="BUCKLER_PENDULUMS names no folder of the measured pendulums (arXiv 2205.06231)")
+def test_measured_single_pendulum():
+    """Kaheman et al. 2022: four segments, one frequency and one friction for all, each start free."""
+    table = np.genfromtxt(Path(str(MEASURED)) / "single.csv", delimiter=",", names=True, dtype=None, encoding="utf-8")
+    length, centre = 0.15, 0.1
+
+    def make(ratio, friction, angle, spin, angle0, spin0):
+        """M g a/I and k/I of an arm of unit inertia about its joint; angles from above, as measured."""
+        mass, turned = ratio / (9.81 * centre), angle + angle0
+        return Mechanism(
+            points={"O": (0.0, 0.0), "A": (-length * np.sin(turned), length * np.cos(turned))},
+            links=[Link("arm", "O", "A", Rigid.of(mass=mass, inertia=1 - mass * centre**2, centre=(centre, 0.0)))],
+            joints=[Revolute("O", "ground", "arm")],
+            loads=[TorsionSpring("ground", "arm", stiffness=0.0, damping=friction)],
+            velocities={"arm": spin + spin0},
+            gravity=(0.0, -9.81),
+        )
+
+    experiments = []
+    for k in np.unique(table["segment"][table["use"] == "fit"]):
+        rows = table[table["segment"] == k][::4]
+        angle = rows["angle1_rad"]
+        places = {"A.x": -length * np.sin(angle), "A.y": length * np.cos(angle)}
+        start = {"angle0": float(angle[0]), "spin0": float(rows["speed1_rad_per_s"][0])}
+        experiments.append(Experiment(rows["t_s"] - rows["t_s"][0], places, settings=start))
+    own = {"angle": (-0.3, 0.3), "spin": (-2.0, 2.0)}
+    found = fit(make, experiments, free={"ratio": (60.0, 66.0), "friction": (0.02, 0.1)}, own=own, starts=1)
+    left = np.hypot(found.rms["A.x"], found.rms["A.y"]) / length
+    assert left < 5.5e-3
+    assert found.values["ratio"] == pytest.approx(64.04, rel=1e-3)
+    assert found.values["friction"] == pytest.approx(0.0564, rel=0.02)
