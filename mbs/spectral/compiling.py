@@ -3,27 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cache
+from functools import cache, reduce
 from hashlib import sha256
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import numba
+import numpy as np
 from llvmlite import ir
 from numba import carray, float64, int64, types
 from numba.core import cgutils
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
-from numba.extending import intrinsic
-
-from buckler.mbs.spectral.tables import Tables, Work
+from numba.core.typing.templates import AttributeTemplate
+from numba.extending import infer_getattr, intrinsic, lower_getattr_generic, models, register_model
 
 COMPILED = (
     "compiling", "tables", "markers", "lawtable", "strips", "forces", "fronts", "kernel", "output", "contacts", "room", "radau",
-    "implicit", "explicit", "ledger", "recording",
+    "doors", "implicit", "explicit", "ledger", "recording",
 )  # fmt: skip
 """Files that hold compiled functions."""
+WORD = ir.IntType(64)
 SUMS = {"reassoc", "contract", "arcp", "nsz"}
 """Liberties with the order of sums, which let them be made four at a time; what is not finite is still seen."""
 
@@ -149,20 +150,82 @@ def call3(_typing: Any, address: Any, a: Any, b: Any, c: Any) -> Any:
     return float64(int64, float64, float64, float64), _call(3)
 
 
-@intrinsic
-def borrowed(_typing: Any, array: Any) -> Any:
-    """The same array without its share in the memory's reference count; its owner must outlive it.
+class Lent(types.Type):
+    """Where the arrays of a named tuple lie, and their shapes: one pointer, handed on in place of some hundred numbers.
 
-    Numba counts references at each call that it does not see through, by locked instructions: as long as the rest together.
+    They have no share in the memory's reference counts: what was lent must outlive the call. `words` is where a field's place
+    and shape begin.
     """
 
-    def codegen(context: Any, builder: Any, signature: Any, values: Any) -> Any:
-        view = context.make_array(array)(context, builder, values[0])
-        view.meminfo = cgutils.get_null_value(view.meminfo.type)
-        view.parent = cgutils.get_null_value(view.parent.type)
-        return view._getvalue()
+    def __init__(self, whole: Any) -> None:
+        self.fields = dict(zip(whole.fields, (Lent(t) if hasattr(t, "fields") else t for t in whole.types), strict=True))
+        sizes = [1 if isinstance(field, Lent) else 1 + field.ndim for field in self.fields.values()]
+        self.words = dict(zip(self.fields, np.cumsum([0, *sizes]).tolist(), strict=False))
+        self.count = sum(sizes)
+        super().__init__(name=f"Lent({whole.instance_class.__name__})")
 
-    return array(array), codegen
+
+@register_model(Lent)
+class _LentModel(models.OpaqueModel):
+    """A pointer."""
+
+
+@infer_getattr
+class _LentFields(AttributeTemplate):
+    """Fields of what is lent."""
+
+    key = Lent
+
+    def generic_resolve(self, lent: Any, name: str) -> Any:
+        """Type of a field."""
+        return lent.fields.get(name)
+
+
+@intrinsic
+def lend(_typing: Any, whole: Any) -> Any:
+    """Lend the arrays of a named tuple, and of those within it, to functions that are called from here."""
+
+    def table(context: Any, builder: Any, lent: Any, value: Any) -> Any:
+        words = cgutils.alloca_once(builder, WORD, size=lent.count)
+        for i, (name, field) in enumerate(lent.fields.items()):
+            part = builder.extract_value(value, i)
+            if isinstance(field, Lent):
+                found = [builder.ptrtoint(table(context, builder, field, part), WORD)]
+            else:
+                array = context.make_array(field)(context, builder, part)
+                found = [builder.ptrtoint(array.data, WORD), *cgutils.unpack_tuple(builder, array.shape)]
+            for k, word in enumerate(found):
+                builder.store(word, cgutils.gep_inbounds(builder, words, lent.words[name] + k))
+        return words
+
+    def codegen(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        return builder.bitcast(table(context, builder, signature.return_type, values[0]), cgutils.voidptr_t)
+
+    return Lent(whole)(whole), codegen
+
+
+@lower_getattr_generic(Lent)
+def _field(context: Any, builder: Any, lent: Any, value: Any, name: str) -> Any:
+    """A field of what is lent. Nothing writes to the table while it is lent, so that its words are read once."""
+    words, field = builder.bitcast(value, WORD.as_pointer()), lent.fields[name]
+
+    def word(k: int) -> Any:
+        read = builder.load(cgutils.gep_inbounds(builder, words, lent.words[name] + k))
+        read.set_metadata("invariant.load", builder.module.add_metadata([]))
+        return read
+
+    if isinstance(field, Lent):
+        return builder.inttoptr(word(0), cgutils.voidptr_t)
+    array = context.make_array(field)(context, builder)
+    shape, item = [word(1 + k) for k in range(field.ndim)], WORD(context.get_abi_sizeof(context.get_data_type(field.dtype)))
+    strides = [item]
+    for size in reversed(shape[1:]):
+        strides.insert(0, builder.mul(strides[0], size))
+    array.data = builder.inttoptr(word(0), array.data.type)
+    array.shape, array.strides = cgutils.pack_array(builder, shape), cgutils.pack_array(builder, strides)
+    array.itemsize, array.nitems = item, reduce(builder.mul, shape)
+    array.meminfo, array.parent = (cgutils.get_null_value(x.type) for x in (array.meminfo, array.parent))
+    return array._getvalue()
 
 
 @intrinsic
@@ -186,26 +249,3 @@ def copy(source, target):
     """Copy an array into another of its shape, both contiguous; the checks of an assignment take long to compile."""
     for i in range(target.size):
         target.flat[i] = source.flat[i]
-
-
-@close
-def lend_tables(s):
-    """The tables without their shares in the memory's reference counts."""
-    return Tables(
-        borrowed(s.blocks), borrowed(s.members), borrowed(s.slots), borrowed(s.row), borrowed(s.col),
-        borrowed(s.mass), borrowed(s.mass_first), borrowed(s.mass_col), borrowed(s.mass_value), borrowed(s.weight),
-        borrowed(s.modal), borrowed(s.strips), borrowed(s.markers), borrowed(s.places),
-        borrowed(s.measures), borrowed(s.directions), borrowed(s.rows), borrowed(s.values), borrowed(s.motions),
-        borrowed(s.ramps), borrowed(s.forces), borrowed(s.factors), borrowed(s.elastic),
-        borrowed(s.laws), borrowed(s.law_numbers), borrowed(s.data),
-    )  # fmt: skip
-
-
-@close
-def lend_work(w):
-    """The room to work in, likewise."""
-    return Work(
-        borrowed(w.state), borrowed(w.slope), borrowed(w.drift), borrowed(w.small), borrowed(w.element), borrowed(w.stiff),
-        borrowed(w.damp), borrowed(w.mixed),
-        borrowed(w.stress), borrowed(w.slack), borrowed(w.held), borrowed(w.strain), borrowed(w.force), borrowed(w.reports),
-    )  # fmt: skip

@@ -17,10 +17,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from buckler.mbs.spectral.compiling import borrowed, close, copy, inner, jit, lend_tables, lend_work
+from buckler.mbs.spectral.compiling import aside, close, copy, inner, jit, lend
 from buckler.mbs.spectral.contacts import first_onset, remember_onset, touches
 from buckler.mbs.spectral.forces import add_one
-from buckler.mbs.spectral.fronts import factor, lend_fronts, solve
+from buckler.mbs.spectral.fronts import factor, solve
 from buckler.mbs.spectral.kernel import add_modal, constraint, renew_mass, row_times
 from buckler.mbs.spectral.lawtable import bristle_rate
 from buckler.mbs.spectral.markers import place_marker
@@ -44,7 +44,6 @@ from buckler.mbs.spectral.output import (
     TOO_MANY,
     UNDERFLOW,
     Output,
-    lend_output,
 )  # fmt: skip
 from buckler.mbs.spectral.strips import add_strips
 from buckler.mbs.spectral.tables import BRISTLE, FASTEST, FRICTION_OF, JOURNAL, ONSET, SEAT, SLIDING
@@ -106,21 +105,9 @@ def flight_for(scene: Any, q: Array, v: Array, lam: Array, memory: Array) -> Fli
     )  # fmt: skip
 
 
-@close
-def lend_flight(x):
-    """The room without its shares in the memory's reference counts."""
-    return Flight(
-        borrowed(x.y), borrowed(x.new), borrowed(x.trial), borrowed(x.rates), borrowed(x.lam), borrowed(x.force),
-        borrowed(x.residual), borrowed(x.speed), borrowed(x.change), borrowed(x.jacobian), borrowed(x.matrix),
-        borrowed(x.factors), borrowed(x.swaps), borrowed(x.amount), borrowed(x.part), borrowed(x.right), borrowed(x.memory),
-        borrowed(x.before), borrowed(x.pace), borrowed(x.units), borrowed(x.begun),
-    )  # fmt: skip
-
-
 @inner
 def rates_at(s, e, w, x, t, y, out):
     """Rates of a state: velocities, accelerations, bristles'."""
-    s, e, w, x, y, out = lend_tables(s), lend_fronts(e), lend_work(w), lend_flight(x), borrowed(y), borrowed(out)
     n, r = x.force.size, x.lam.size
     q, v = y[:n], y[n : 2 * n]
     for k in range(s.forces.shape[0]):
@@ -156,7 +143,11 @@ def rates_at(s, e, w, x, t, y, out):
 @jit
 def look(s, e, w, x, time, q, v, memory, a, lam, reports):
     """Fill a (times, n), lam (times, r) and reports (times, forces, 8) from the equations of motion at given states."""
-    s, e, w, x = lend_tables(s), lend_fronts(e), lend_work(w), lend_flight(x)
+    _look(lend(s), lend(e), lend(w), lend(x), time, q, v, memory, a, lam, reports)
+
+
+@aside
+def _look(s, e, w, x, time, q, v, memory, a, lam, reports):
     n = x.force.size
     for i in range(time.size):
         for j in range(n):
@@ -226,7 +217,11 @@ def _error(x, h, tolerance):
 @jit
 def run_explicit(s, e, w, x, clock, end, stops, controls, out, counts):
     """Go on from the state to the end, or until out is full; as `run_implicit`."""
-    s, e, w, x, out = lend_tables(s), lend_fronts(e), lend_work(w), lend_flight(x), lend_output(out)
+    _run(lend(s), lend(e), lend(w), lend(x), clock, end, stops, controls, lend(out), counts)
+
+
+@aside
+def _run(s, e, w, x, clock, end, stops, controls, out, counts):
     t, wanted, held, skipped = clock[0], clock[1], clock[2], int(clock[5])
     tolerance, fixed, n = controls[TOLERANCE], controls[FIXED_STEPS] > 0.0, x.force.size
     shortest, landing = 1e-15 * end, max(1e-3 * tolerance, 1e-12) * x.units.max()

@@ -15,9 +15,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-
-from buckler.mbs.spectral.compiling import aside, borrowed, close, inner, jit, part
+from buckler.mbs.spectral.compiling import aside, inner, part
 from buckler.mbs.spectral.elimination import Fronts
 
 ROUNDED = 1e-13
@@ -29,21 +27,6 @@ class Orders(NamedTuple):
 
     newton: Fronts
     mass: Fronts
-
-
-@close
-def lend_fronts(e):
-    """The fronts without their shares in the memory's reference counts."""
-    return Fronts(
-        borrowed(e.fronts), borrowed(e.unknowns), borrowed(e.places), borrowed(e.entries), borrowed(e.position),
-        borrowed(e.steady),
-    )  # fmt: skip
-
-
-@close
-def lend_orders(o):
-    """The orders, likewise."""
-    return Orders(lend_fronts(o.newton), lend_fronts(o.mass))
 
 
 @aside
@@ -143,11 +126,3 @@ def solve(e, lu, swaps, x, room):
             room[c] = total * row[c]
         for c in range(pivots):
             x[unknowns[c]] = room[c]
-
-
-@jit
-def solve_once(e, a, x):
-    """Factor and solve in place, for Python."""
-    lu, swaps = np.zeros(e.fronts[-1, 3] + e.fronts[-1, 1] ** 2), np.zeros(e.unknowns.size, np.int64)
-    factor(e, a, lu, swaps, np.zeros(x.size), False)
-    solve(e, lu, swaps, x, np.zeros(x.size))

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from buckler.mbs.spectral.compiling import aside, copy, jit, lend_tables, lend_work
+from buckler.mbs.spectral.compiling import aside, copy, jit, lend
 from buckler.mbs.spectral.contacts import depth_of, error_of_depth, first_onset, lets_go, remember_onset, touches
 from buckler.mbs.spectral.forces import add_forces
-from buckler.mbs.spectral.fronts import lend_orders, solve
+from buckler.mbs.spectral.fronts import solve
 from buckler.mbs.spectral.kernel import changes_at, forces, rows_at
 from buckler.mbs.spectral.lawtable import AFTER
 from buckler.mbs.spectral.markers import place_markers
@@ -35,10 +35,8 @@ from buckler.mbs.spectral.output import (
     TOLERANCE,
     TOO_MANY,
     UNDERFLOW,
-    lend_output,
 )  # fmt: skip
 from buckler.mbs.spectral.radau import PAST, REAL, ROUNDING, SLOW, error_of, newton, predict, put_back, renew_heavy, size_of
-from buckler.mbs.spectral.room import lend_room
 from buckler.mbs.spectral.strips import elastic_stresses
 from buckler.mbs.spectral.tables import BRISTLE, FASTEST, JOURNAL, ONSET, SEAT, SLIDING
 
@@ -250,7 +248,11 @@ def run_implicit(s, e, w, x, clock, end, stops, controls, out, counts):
 
     Every sample is written to out, or every so many steps. The room and the clock are left as they are then, to go on from.
     """
-    s, e, w, x, out = lend_tables(s), lend_orders(e), lend_work(w), lend_room(x), lend_output(out)
+    _run(lend(s), lend(e), lend(w), lend(x), clock, end, stops, controls, lend(out), counts)
+
+
+@aside
+def _run(s, e, w, x, clock, end, stops, controls, out, counts):
     t, wanted, previous, made, skipped = clock[0], clock[1], clock[3], clock[4], int(clock[5])
     tolerance, fixed, every = controls[TOLERANCE], controls[FIXED_STEPS] > 0.0, int(controls[EVERY])
     shortest, moment, landing = 1e-12 * end, 1e-13 * end, 1e-2 * tolerance * x.whole.max()

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from buckler.mbs.spectral.compiling import aside, close, copy, inner, jit
+from buckler.mbs.spectral.compiling import aside, close, copy, inner
 from buckler.mbs.spectral.forces import add_forces, bend_forces
 from buckler.mbs.spectral.lawtable import AFTER, motion, second_rate
 from buckler.mbs.spectral.markers import (
@@ -68,7 +68,7 @@ def bend_modal(s, w, q, v, damp, stiff):
         add_entries(s, block, w.damp, damp)
 
 
-@jit
+@aside
 def mass_matrix(s, w, q, mass):
     """Fill mass with M(q)."""
     copy(s.mass, mass)
@@ -150,7 +150,7 @@ def add_mass_slope(s, w, q, a, stiff):
         add_entries(s, block, w.stiff, stiff)
 
 
-@jit
+@aside
 def forces(s, w, t, q, v, lam, mem, since, f):
     """Fill f with all forces but the constraints', and place the markers."""
     place_markers(s, w, q, v)
@@ -163,7 +163,7 @@ def forces(s, w, t, q, v, lam, mem, since, f):
     add_forces(s, w, t, lam, mem, since, f)
 
 
-@jit
+@aside
 def tangents(s, w, t, q, v, lam, mem, since, mass, damp, stiff):
     """Of the forces that were filled in last: stiff = -df/dq, damp = -df/dv, and add -df/dlambda to mass."""
     stiff[:], damp[:] = 0.0, 0.0
@@ -221,7 +221,7 @@ def constraint(s, w, r, t, g, jacobian, speed, change):
     change_at(s, w, r, t, AFTER, change)
 
 
-@jit
+@aside
 def constraints(s, w, t, jacobian, g, speed, change):
     """Residuals g, Jacobian G, and right sides of G v = speed, G a = change. Markers are placed.
 
@@ -260,13 +260,7 @@ def add_rows(s, jacobian, values):
             values[s.slots[slot + (m - 1) * m + i]] += jacobian[first + i]
 
 
-@jit
-def enter_rows(s, jacobian, values):
-    """Likewise, for Python."""
-    add_rows(s, jacobian, values)
-
-
-@jit
+@aside
 def add_multipliers(s, w, q, lam, stiff):
     """Add d(G^T lambda)/dq to stiff. Markers are placed."""
     grad, hess = w.small[6], w.small[:6]

@@ -11,11 +11,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from buckler.mbs.spectral.compiling import borrowed, copy, inner, jit, lend_tables, lend_work
-from buckler.mbs.spectral.explicit import flight_for, lend_flight, rates_at
-from buckler.mbs.spectral.fronts import lend_fronts
+from buckler.mbs.spectral.compiling import aside, copy, inner, jit, lend
+from buckler.mbs.spectral.explicit import flight_for, rates_at
 from buckler.mbs.spectral.lawtable import motion
-from buckler.mbs.spectral.output import Output, lend_output
+from buckler.mbs.spectral.output import Output
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.tables import AX, AY, BRISTLE, COUNT, FIRST, ONSET
 
@@ -116,9 +115,12 @@ def _read(s, e, w, x, t, markers, power, top):
 @jit
 def account(s, e, w, x, out, markers, reports, power, work, top):
     """Fill the ledger's arrays; top begins with zeros."""
-    s, e, w, x, out = lend_tables(s), lend_fronts(e), lend_work(w), lend_flight(x), lend_output(out)
-    power, work, top, markers, memory = borrowed(power), borrowed(work), borrowed(top), borrowed(markers), borrowed(out.memory)
-    n, now = x.force.size, np.zeros(power.shape[1])
+    _account(lend(s), lend(e), lend(w), lend(x), lend(out), markers, reports, power, work, top)
+
+
+@aside
+def _account(s, e, w, x, out, markers, reports, power, work, top):
+    n, now, memory = x.force.size, np.zeros(power.shape[1]), out.memory
     for i in range(out.time.size):
         if i > 0:
             h = out.time[i] - out.time[i - 1]

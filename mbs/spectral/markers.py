@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from buckler.mbs.spectral.compiling import aside, close, inner, jit
+from buckler.mbs.spectral.compiling import aside, close, inner
 from buckler.mbs.spectral.tables import (
     ANGLE,
     AX,
@@ -110,7 +110,7 @@ def place_marker(s, w, m, q, v):
         _place_curve(s, w, m, q, v)
 
 
-@jit
+@aside
 def place_markers(s, w, q, v):
     """The same of all markers, in their order."""
     for m in range(s.markers.shape[0]):
@@ -229,14 +229,6 @@ def curve(s, w, k, grad, hess):
         hess[0, 5], hess[1, 5], hess[3, 5], hess[4, 5], hess[5, 5] = -dy, dx, dy, -dx, -value
         hess[5, 0], hess[5, 1], hess[5, 3], hess[5, 4] = -dy, dx, dy, -dx
     return kind == DISTANCE or kind == TURNING
-
-
-@jit
-def measured(s, w, k, grad, hess):
-    """Length or angle k, its gradient and Hessian, for Python."""
-    value, _ = measure(s, w, k, grad)
-    curve(s, w, k, grad, hess)
-    return value
 
 
 @close

@@ -6,8 +6,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from buckler.mbs.spectral.compiling import borrowed, inner
-
 Array = np.ndarray[Any, Any]
 OK, UNDERFLOW, NOT_FINITE, TOO_MANY = 0, 1, 2, 3
 STATUS, STEPS, REJECTED, JACOBIANS, ITERATIONS, SAMPLES, ONSETS, COUNTERS = 0, 1, 2, 3, 4, 5, 6, 8
@@ -47,9 +45,3 @@ def output_for(rows: int, n: int, r: int, k: tuple[int, ...]) -> Output:
     """Make room for so many rows of n coordinates, r multipliers, memories of shape k."""
     q, v, a = (np.zeros((rows, n)) for _ in range(3))
     return Output(np.zeros(rows), q, v, a, np.zeros((rows, r)), np.zeros((rows, *k)))
-
-
-@inner
-def lend_output(out):
-    """The same without its shares in the memory's reference counts."""
-    return Output(borrowed(out.time), borrowed(out.q), borrowed(out.v), borrowed(out.a), borrowed(out.lam), borrowed(out.memory))

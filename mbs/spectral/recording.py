@@ -9,7 +9,7 @@ import numpy as np
 from buckler.mbs.modal.planar import ModalHistory
 from buckler.mbs.record.motion import BlockMotion, RigidMotion
 from buckler.mbs.record.record import Record
-from buckler.mbs.spectral.compiling import copy, jit, lend_tables, lend_work
+from buckler.mbs.spectral.compiling import aside, copy, jit, lend
 from buckler.mbs.spectral.forces import add_forces
 from buckler.mbs.spectral.frame_body import FrameBody
 from buckler.mbs.spectral.markers import place_markers
@@ -33,7 +33,11 @@ class Trace(NamedTuple):
 @jit
 def follow(s, w, time, q, v, a, lam, memory, traces, reports):
     """Fill traces (times, markers, 9) with markers' states and second rates, and reports (times, forces, 8) with forces."""
-    s, w = lend_tables(s), lend_work(w)
+    _follow(lend(s), lend(w), time, q, v, a, lam, memory, traces, reports)
+
+
+@aside
+def _follow(s, w, time, q, v, a, lam, memory, traces, reports):
     f = np.zeros(q.shape[1])
     for i in range(q.shape[0]):
         place_markers(s, w, q[i], v[i])
@@ -63,7 +67,7 @@ def record_of(scene: Scene, out: Output, turns: Array | None = None) -> Record:
     scene.refresh()
     if turns is not None:
         scene.work.state[: len(turns), TURN] = turns
-    traces, reports = _follow(scene, out)
+    traces, reports = _followed(scene, out)
 
     def trace(marker: int) -> Trace:
         t = traces[:, marker]
@@ -86,7 +90,7 @@ def record_of(scene: Scene, out: Output, turns: Array | None = None) -> Record:
     return Record(mechanism, out.time, links, blocks, _channels(scene, out, reports), roughness)
 
 
-def _follow(scene: Scene, out: Output) -> tuple[Array, Array]:
+def _followed(scene: Scene, out: Output) -> tuple[Array, Array]:
     times = len(out.time)
     traces, reports = np.zeros((times, len(scene.tables.markers), 9)), np.zeros((times, len(scene.tables.forces), 8))
     follow(scene.tables, scene.work, out.time, out.q, out.v, out.a, out.lam, out.memory, traces, reports)

@@ -6,8 +6,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from buckler.mbs.spectral.compiling import borrowed, inner
-
 Array = np.ndarray[Any, Any]
 
 
@@ -94,22 +92,4 @@ def room_for(scene: Any, q: Array, v: Array, a: Array, lam: Array, memory: Array
         memory=memory.copy(), before=z((k, 8)), shifted=z((k, 8)),
         largest=z(k), old=memory[:, 1:3].copy(), rest=z(e), whole=np.array(units, dtype=float), amount=z(e), weight=z(n),
         across=z(e), turn=z((e, 2)), ease=np.ones(1),
-    )  # fmt: skip
-
-
-@inner
-def lend_room(x):
-    """The room without its shares in the memory's reference counts."""
-    return Room(
-        borrowed(x.q), borrowed(x.v), borrowed(x.a), borrowed(x.lam), borrowed(x.stress), borrowed(x.places), borrowed(x.rates),
-        borrowed(x.seconds), borrowed(x.multipliers), borrowed(x.stresses), borrowed(x.slacks), borrowed(x.past),
-        borrowed(x.past_lam), borrowed(x.past_stress),
-        borrowed(x.residual), borrowed(x.inertia), borrowed(x.right), borrowed(x.step), borrowed(x.pair), borrowed(x.swirl),
-        borrowed(x.dq), borrowed(x.dv), borrowed(x.force), borrowed(x.gap), borrowed(x.speed), borrowed(x.change),
-        borrowed(x.jacobian), borrowed(x.base), borrowed(x.mass), borrowed(x.damping), borrowed(x.stiffness), borrowed(x.matrix),
-        borrowed(x.twisted), borrowed(x.real), borrowed(x.complex), borrowed(x.bare), borrowed(x.heavy), borrowed(x.swaps),
-        borrowed(x.heavy_swaps), borrowed(x.amount_of_row), borrowed(x.part), borrowed(x.twin), borrowed(x.memory),
-        borrowed(x.before), borrowed(x.shifted), borrowed(x.largest), borrowed(x.old),
-        borrowed(x.rest), borrowed(x.whole), borrowed(x.amount), borrowed(x.weight), borrowed(x.across), borrowed(x.turn),
-        borrowed(x.ease),
     )  # fmt: skip

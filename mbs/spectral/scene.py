@@ -18,7 +18,7 @@ from buckler.mbs.compiler import compiler
 from buckler.mbs.elements.element import kinks_of
 from buckler.mbs.elements.striking import SLOWEST_ONSET
 from buckler.mbs.kinematics.diagnosis import independent_rows, redundancies
-from buckler.mbs.spectral import fronts, kernel, markers
+from buckler.mbs.spectral import doors
 from buckler.mbs.spectral import tables as k
 from buckler.mbs.spectral.builder import Attached, Builder
 from buckler.mbs.spectral.elimination import Fronts, fronts_of
@@ -204,7 +204,7 @@ class Scene:
     def mass_at(self, q: Array) -> Array:
         """Mass matrix M(q), shape (n, n); it is constant without modal links."""
         values = np.empty_like(self.tables.mass)
-        kernel.mass_matrix(self.tables, self.work, q, values)
+        doors.mass_at(self.tables, self.work, q, values)
         return self.whole(values)[: self.size, : self.size]
 
     def whole(self, values: Array) -> Array:
@@ -236,30 +236,18 @@ class Scene:
         n, r, s, w = self.size, len(self.tables.rows), self.tables, self.work
         v, lam = (np.zeros(n) if v is None else v), (np.zeros(r) if lam is None else lam)
         memory = self.memory() if memory is None else memory
-        force, (cross, damping, stiffness, rows) = np.empty(n), np.zeros((4, len(s.mass)))
-        kernel.forces(s, w, t, q, v, lam, memory, since, force)
-        if tangents:
-            kernel.tangents(s, w, t, q, v, lam, memory, since, cross, damping, stiffness)
-        jacobian, residual, speed, change = np.zeros(s.blocks[:r, 1].sum()), np.empty(r), np.empty(r), np.empty(r)
-        kernel.constraints(s, w, t, jacobian, residual, speed, change)
-        if tangents:
-            kernel.add_multipliers(s, w, q, lam, stiffness)
-        kernel.enter_rows(s, jacobian, rows)
+        force, matrices, (residual, speed, change) = np.empty(n), np.zeros((4, len(s.mass))), np.empty((3, r))
+        doors.assemble(s, w, t, q, v, lam, memory, since, matrices if tangents else matrices[3:], force, residual, speed, change)
+        cross, damping, stiffness, rows = matrices
         made: Any = self._sparse if sparse else self.whole
         k, c, g, x = (made(values) for values in (stiffness, damping, rows, cross))
         return Assembly(force, k[:n, :n], c[:n, :n], -x[:n, n:].T, residual, g[n:, :n], speed, change)
 
     def held(self, q: Array, force: Array, change: Array) -> tuple[Array, Array]:
         """The a, lambda with M a + G^T lambda = force, G a = change at coordinates q; lambda is 0 of rows that others say."""
-        s, n = self.tables, self.size
-        jacobian, (g, speed, moved) = np.zeros(s.blocks[: len(change), 1].sum()), np.empty((3, len(change)))
-        values, out = np.empty_like(s.mass), np.concatenate([force, change])
-        markers.place_markers(s, self.work, q, np.zeros(n))
-        kernel.constraints(s, self.work, 0.0, jacobian, g, speed, moved)
-        kernel.mass_matrix(s, self.work, q, values)
-        kernel.enter_rows(s, jacobian, values)
-        fronts.solve_once(self.heavy_fronts, values, out)
-        return out[:n], out[n:]
+        out = np.concatenate([force, change])
+        doors.held(self.tables, self.heavy_fronts, self.work, q, out)
+        return out[: self.size], out[self.size :]
 
     def linear(
         self, q: Array, v: Array | None = None, t: float = 0.0, lam: Array | None = None, memory: Array | None = None,
@@ -268,7 +256,7 @@ class Scene:
         """The equations of motion, linear about a state, as sparse matrices."""
         a = self.assemble(q, v, t, lam, memory, since=since, tangents=tangents, sparse=True)
         mass = np.empty_like(self.tables.mass)
-        kernel.mass_matrix(self.tables, self.work, q, mass)
+        doors.mass_at(self.tables, self.work, q, mass)
         whole = self._sparse(mass)[: self.size, : self.size]
         return Linear(whole, *(csr_array(each) for each in (a.damping, a.stiffness, a.jacobian, a.cross)))
 
@@ -282,7 +270,7 @@ class Scene:
 
     def read(self, marker: int, q: Array, v: Array | None = None) -> Place:
         """Where a marker is at coordinates q, and its velocity at rates v."""
-        markers.place_markers(self.tables, self.work, q, np.zeros(self.size) if v is None else v)
+        doors.place(self.tables, self.work, q, np.zeros(self.size) if v is None else v)
         s = self.work.state[marker]
         return Place(s[:2].copy(), s[3:5].copy(), float(s[2]), float(s[5]))
 
@@ -290,13 +278,13 @@ class Scene:
         """Angles of markers, rad, after coordinates q, (times, coordinates), from t = 0 on, that turn by less than pi each."""
         self._begin()
         for each in q if (self.tables.markers[:, k.KIND] == k.CURVE).any() else q[-1:]:
-            markers.place_markers(self.tables, self.work, each, np.zeros(self.size))
+            doors.place(self.tables, self.work, each, np.zeros(self.size))
         return self.work.state[:, k.TURN].copy()
 
     def measured(self, measure: int, q: Array) -> float:
         """Value of a measure at coordinates q."""
-        markers.place_markers(self.tables, self.work, q, np.zeros(self.size))
-        return float(markers.measured(self.tables, self.work, measure, np.zeros(6), np.zeros((6, 6))))
+        doors.place(self.tables, self.work, q, np.zeros(self.size))
+        return float(doors.measured(self.tables, self.work, measure, np.zeros(6), np.zeros((6, 6))))
 
     def energy(self, q: Array, v: Array) -> dict[str, float]:
         """Kinetic energy, strain energy of strips and modes, and potential of gravity, J."""

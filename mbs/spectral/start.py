@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from buckler.mbs.kinematics.start import start
-from buckler.mbs.spectral.markers import place_markers
+from buckler.mbs.spectral.doors import place
 
 Array = np.ndarray[Any, Any]
 ROUNDING = 1e-12
@@ -52,7 +52,7 @@ def start_rates(scene: Any) -> Array:
 
 def slopes(scene: Any, marker: int, q: Array) -> Array:
     """Derivatives of a marker's (x, y, angle) by the coordinates, shape (3, n)."""
-    place_markers(scene.tables, scene.work, q, np.zeros(scene.size))
+    place(scene.tables, scene.work, q, np.zeros(scene.size))
     _, _, _, first, count, _ = scene.tables.markers[marker]
     out = np.zeros((3, scene.size))
     for i in range(first, first + count):

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs.spectral.markers import place_markers
+from buckler.mbs.spectral.doors import place
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.start import slopes
 from buckler.mbs.statics.answer import Answer, Ending, check_count, check_mechanism
@@ -70,7 +70,7 @@ class Frequencies(Answer):
 
     def point(self, link: str, point: str) -> Array:
         """Motion of a point of a link in each shape: x, y, angle; shape (3, count)."""
-        place_markers(self.scene.tables, self.scene.work, self.q, np.zeros(self.scene.size))
+        place(self.scene.tables, self.scene.work, self.q, np.zeros(self.scene.size))
         return np.asarray(slopes(self.scene, self.scene.marker(link, point), self.q) @ self.shapes)
 
     def rows(self) -> list[tuple[str, str]]:
