@@ -1,8 +1,8 @@
 """Load of the buckled strip as a cheap function of its end shortening: the published fit and a better one.
 
 u is end shortening over length and the load is p = P L^2/(E I), as in `buckler.elastica.pinned`. Both laws hold on
-0 <= u <= 1. `quartic` is kept to reproduce published results; `fast` is for force sweeps and contact
-callbacks. It is the rational function
+0 <= u <= 1, for floats and arrays; what lies outside, or is no number, raises ValueError. `quartic` is kept to reproduce
+published results; `fast` is for force sweeps and contact callbacks. It is the rational function
 
     p(u) = N(x)/D(x),   x = u - 1/2,   N and D of degree 5,
 
@@ -49,18 +49,9 @@ def quartic(shortening: ArrayLike) -> Any:
 
     Within 0.19 % of the elastica, worst at u = 0, where it gives 9.888 instead of pi^2.
 
-    Parameters
-    ----------
-    shortening : float or array, end shortening over length, 0 to 1
-
     Returns
     -------
-    float or array of the same shape, P L^2/(E I)
-
-    Raises
-    ------
-    ValueError
-        If a shortening lies outside the range or is not a number.
+    float or array, P L^2/(E I)
 
     References
     ----------
@@ -73,18 +64,9 @@ def quartic(shortening: ArrayLike) -> Any:
 def quartic_error(shortening: ArrayLike) -> Any:
     """Relative error of `quartic` against the elliptic integrals, positive where the fit is too stiff.
 
-    Parameters
-    ----------
-    shortening : float or array, end shortening over length, 0 to 1
-
     Returns
     -------
-    float or array of the same shape, dimensionless, -0.0006 to 0.0019
-
-    Raises
-    ------
-    ValueError
-        If a shortening lies outside the range or is not a number.
+    float or array, dimensionless, -0.0006 to 0.0019
     """
     return quartic(shortening) / pinned.load(shortening) - 1.0
 
@@ -94,18 +76,9 @@ def fast(shortening: ArrayLike) -> Any:
 
     A float takes about a microsecond. Arrays are evaluated in blocks that stay in cache and in place.
 
-    Parameters
-    ----------
-    shortening : float or array, end shortening over length, 0 to 1
-
     Returns
     -------
-    float or array of the same shape, P L^2/(E I)
-
-    Raises
-    ------
-    ValueError
-        If a shortening lies outside the range or is not a number.
+    float or array, P L^2/(E I)
     """
     if isinstance(shortening, (float, int)):
         x = _checked(shortening) - 0.5
@@ -122,18 +95,9 @@ def fast(shortening: ArrayLike) -> Any:
 def fast_stiffness(shortening: ArrayLike) -> Any:
     """Tangent stiffness dp/du of `fast`, by the quotient rule: (N' - p D')/D.
 
-    Parameters
-    ----------
-    shortening : float or array, end shortening over length, 0 to 1
-
     Returns
     -------
-    float or array of the same shape, dP/dU times L^3/(E I), relative error below 1e-10
-
-    Raises
-    ------
-    ValueError
-        If a shortening lies outside the range or is not a number.
+    float or array, dP/dU times L^3/(E I), relative error below 1e-10
     """
     x = _checked(shortening) - 0.5
     denominator = _polynomial(_DENOMINATOR, x)

@@ -16,8 +16,8 @@ sqrt(1 - m sin^2), so that K = B + D. Written with B and D no formula below subt
 The unknown of both inversions is w = -ln(m1): it is u to leading order for a nearly straight strip, keeps
 m1 to full relative precision for a nearly closed loop, and makes K and K/E almost linear.
 
-Scalars in give a float, arrays give arrays of the broadcast shape. A shortening above 1 is a strip whose
-ends have crossed.
+Scalars in give a float, arrays give arrays of the broadcast shape. A shortening is end shortening over length, 0 to 1.7;
+above 1 the ends of the strip have crossed. What lies outside its range, or is no number, raises ValueError.
 
 References
 ----------
@@ -62,18 +62,9 @@ class _Integrals(NamedTuple):
 def load(shortening: ArrayLike) -> Any:
     """Axial load that holds the buckled strip at a given end shortening, equation (1).
 
-    Parameters
-    ----------
-    shortening : float or array, end shortening over length, 0 to 1.7
-
     Returns
     -------
-    float or array of the same shape, P L^2/(E I), from pi^2 upwards
-
-    Raises
-    ------
-    ValueError
-        If a shortening lies outside the range or is not a number.
+    float or array, P L^2/(E I), from pi^2 upwards
     """
     return _plain(4.0 * _at_shortening(shortening).K ** 2)
 
@@ -91,11 +82,6 @@ def shortening(load: ArrayLike) -> Any:
     Returns
     -------
     float or array of the same shape, end shortening over length
-
-    Raises
-    ------
-    ValueError
-        If a load lies outside the range or is not a number.
     """
     p = _checked("load", load, LOAD_CRITICAL, LOAD_MAX, "P L^2/(E I)")
     target = np.sqrt(p) / 2.0  # K(m), by equation (1)
@@ -114,18 +100,9 @@ def stiffness(shortening: ArrayLike) -> Any:
 
     dp/dm = 4 K B/m1 over du/dm = 1 + (m/m1) (B/K)^2.
 
-    Parameters
-    ----------
-    shortening : float or array, end shortening over length, 0 to 1.7
-
     Returns
     -------
-    float or array of the same shape, dP/dU times L^3/(E I)
-
-    Raises
-    ------
-    ValueError
-        If a shortening lies outside the range or is not a number.
+    float or array, dP/dU times L^3/(E I)
     """
     at = _at_shortening(shortening)
     return _plain(4.0 * at.K**3 * at.B / (at.m1 * at.K**2 + at.m * at.B**2))
@@ -134,18 +111,9 @@ def stiffness(shortening: ArrayLike) -> Any:
 def energy(shortening: ArrayLike) -> Any:
     """Bending energy W = 8 m K B; the load is its derivative, dW/du = p.
 
-    Parameters
-    ----------
-    shortening : float or array, end shortening over length, 0 to 1.7
-
     Returns
     -------
-    float or array of the same shape, energy times L/(E I)
-
-    Raises
-    ------
-    ValueError
-        If a shortening lies outside the range or is not a number.
+    float or array, energy times L/(E I)
     """
     at = _at_shortening(shortening)
     return _plain(8.0 * at.m * at.K * at.B)
@@ -154,18 +122,9 @@ def energy(shortening: ArrayLike) -> Any:
 def end_angle(shortening: ArrayLike) -> Any:
     """Angle between the strip's end tangent and its chord, alpha with tan^2(alpha/2) = m/m1.
 
-    Parameters
-    ----------
-    shortening : float or array, end shortening over length, 0 to 1.7
-
     Returns
     -------
-    float or array of the same shape, rad, 0 to pi
-
-    Raises
-    ------
-    ValueError
-        If a shortening lies outside the range or is not a number.
+    float or array, rad, 0 to pi
     """
     at = _at_shortening(shortening)
     return _plain(2.0 * np.arctan2(np.sqrt(at.m), np.sqrt(at.m1)))
@@ -181,11 +140,6 @@ def shortening_at_angle(angle: ArrayLike) -> Any:
     Returns
     -------
     float or array of the same shape, end shortening over length
-
-    Raises
-    ------
-    ValueError
-        If an angle lies outside the range or is not a number.
     """
     alpha = _checked("angle", angle, 0.0, END_ANGLE_MAX, "rad")
     return _plain(_integrals(np.log1p(np.tan(alpha / 2.0) ** 2)).shortening)
@@ -194,18 +148,9 @@ def shortening_at_angle(angle: ArrayLike) -> Any:
 def mid_deflection(shortening: ArrayLike) -> Any:
     """Deflection of mid-span from the chord over length, equation (3).
 
-    Parameters
-    ----------
-    shortening : float or array, end shortening over length, 0 to 1.7
-
     Returns
     -------
-    float or array of the same shape, deflection over length; at most 0.40314, at u = 0.8053
-
-    Raises
-    ------
-    ValueError
-        If a shortening lies outside the range or is not a number.
+    float or array, deflection over length; at most 0.40314, at u = 0.8053
     """
     at = _at_shortening(shortening)
     return _plain(np.sqrt(at.m) / at.K)
@@ -214,18 +159,9 @@ def mid_deflection(shortening: ArrayLike) -> Any:
 def curvature_max(shortening: ArrayLike) -> Any:
     """Curvature at mid-span times length, 4 sqrt(m) K: the moment p y_mid, largest along the strip.
 
-    Parameters
-    ----------
-    shortening : float or array, end shortening over length, 0 to 1.7
-
     Returns
     -------
-    float or array of the same shape, dimensionless
-
-    Raises
-    ------
-    ValueError
-        If a shortening lies outside the range or is not a number.
+    float or array, dimensionless
     """
     at = _at_shortening(shortening)
     return _plain(4.0 * np.sqrt(at.m) * at.K)
@@ -246,11 +182,6 @@ def surface_stress(shortening: ArrayLike, thickness: ArrayLike, length: ArrayLik
     Returns
     -------
     float or array of the broadcast shape, Pa
-
-    Raises
-    ------
-    ValueError
-        If an argument lies outside its range or is not a number.
     """
     h = _checked("thickness", thickness, _TINY, _HUGE, "m")
     L = _checked("length", length, _TINY, _HUGE, "m")
@@ -276,11 +207,6 @@ def shape(shortening: ArrayLike, s: ArrayLike) -> tuple[Any, Any, Any]:
     -------
     x, y : float or array of the broadcast shape, position over length
     theta : float or array of the broadcast shape, tangent angle to the chord, rad, +alpha at s = 0, -alpha at s = 1
-
-    Raises
-    ------
-    ValueError
-        If a shortening or arc length lies outside its range or is not a number.
     """
     from scipy import special  # it takes a while to load, and a force law does without
 

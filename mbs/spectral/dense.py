@@ -13,6 +13,8 @@ from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.tables import BRISTLE
 
 Array = np.ndarray[Any, Any]
+BARE = 1e-9
+"""Length of a step, over the time of the run, below which rates between its ends drown in the rounding of its places."""
 
 
 class Dense(NamedTuple):
@@ -37,14 +39,29 @@ class Dense(NamedTuple):
 
 def at_times(scene: Scene, out: Output, times: Array) -> Dense:
     """States at times within a run: polynomials of fifth degree through places, rates and second rates at both ends of a step."""
+    return _seen(scene, np.asarray(times, dtype=float), *_states(out, times))
+
+
+def refined(scene: Scene, out: Output, between: int) -> Output:
+    """The same run with so many states more in each step, at equal distances, but for steps of next to no length."""
+    long = np.diff(out.time) > BARE * out.time[-1]
+    parts = np.arange(1, between + 1) / (between + 1)
+    inner = out.time[:-1][long, None] + np.diff(out.time)[long, None] * parts
+    times = np.sort(np.concatenate([out.time, inner.ravel()]))
+    q, v, memory = _states(out, times)
+    found = _seen(scene, times, q, v, memory)
+    return Output(times, q, v, found.a, found.lam, memory)
+
+
+def _states(out: Output, times: Array) -> tuple[Array, Array, Array]:
+    """Places, rates and memories at times."""
     step = np.clip(np.searchsorted(out.time, times, side="right") - 1, 0, max(0, len(out.time) - 2))
     nxt = np.minimum(step + 1, len(out.time) - 1)
     h = out.time[nxt] - out.time[step]
     x = np.divide(times - out.time[step], h, out=np.zeros_like(h), where=h > 0)
-    q, v = _between(out, step, nxt, h[:, None], x[:, None])
     memory = out.memory[step].copy()
     memory[:, :, BRISTLE] += x[:, None] * (out.memory[nxt, :, BRISTLE] - memory[:, :, BRISTLE])
-    return _seen(scene, np.asarray(times, dtype=float), q, v, memory)
+    return *_between(out, step, nxt, h[:, None], x[:, None]), memory
 
 
 def right_hand_side(scene: Scene) -> Callable[[float, Array], Array]:

@@ -8,36 +8,58 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import replace
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
+from buckler.mbs.record.energy import ledger
+from buckler.mbs.record.quadrature import corrected
+from buckler.mbs.record.record import Record
+from buckler.mbs.record.result import Result
+from buckler.mbs.record.signals import collect
 from buckler.mbs.record.status import Status
 from buckler.mbs.solvers.spectral import Spectral
+from buckler.mbs.spectral.dense import refined
 from buckler.mbs.spectral.frame_body import FrameBody
-from buckler.mbs.spectral.output import Output
+from buckler.mbs.spectral.output import STEPS
+from buckler.mbs.spectral.recording import record_of
 from buckler.mbs.spectral.run import State, integrate
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.tables import work_for
 from buckler.mbs.validate import positive, whole
 
 Array = np.ndarray[Any, Any]
+T = TypeVar("T")
 
 
-@dataclass(frozen=True)
-class Member:
-    """One run of an ensemble: its seed, what it left, how it failed if so."""
+class Member(NamedTuple):
+    """One run of an ensemble: its seed, its signals and energies, which no check has looked at, its record, its last state."""
 
     seed: int
-    out: Output
-    failure: tuple[Status, str] | None
+    result: Result
+    record: Record
+    state: State
+
+
+def resume(scene: Scene, end: float, solver: Spectral, state: State, seed: int = 0, between: int = 0) -> Member:
+    """Run a scene from a state on; see `ensemble`."""
+    out, failure, counts = integrate(scene, end, solver, state=state)
+    record = replace(record_of(scene, refined(scene, out, between) if between and len(out.time) > 1 else out), rule=corrected)
+    status, message = failure or (Status.OK, "")
+    signals = collect(record)
+    result = Result(
+        status, message, record.time, {name: signal.values for name, signal in signals.items()},
+        {name: signal.unit for name, signal in signals.items()}, {"steps": float(counts[STEPS])}, ledger(record),
+        traits={name: signal.trait for name, signal in signals.items()},
+    )  # fmt: skip
+    return Member(seed, result, record, State(float(out.time[-1]), out.q[-1], out.v[-1], out.memory[-1].copy()))
 
 
 def ensemble(
-    mechanism: Any, duration: float, seeds: Iterable[int], measure: Callable[[Scene, Member], Any], *, spread: float = 1e-9,
-    solver: Spectral | None = None, workers: int = 1,
-) -> list[Any]:  # fmt: skip
+    mechanism: Any, duration: float, seeds: Iterable[int], measure: Callable[[Member], T], *, spread: float = 1e-9,
+    solver: Spectral | None = None, workers: int = 1, between: int = 0,
+) -> list[T]:  # fmt: skip
     """Run a mechanism once for each seed, and measure each run where it was made.
 
     Parameters
@@ -48,12 +70,14 @@ def ensemble(
     seeds : iterable of int
         One a member, for the offset of its start.
     measure : callable
-        (scene, member) -> anything; the member's arrays are let go after it.
+        member -> anything; the member's arrays are let go after it.
     spread : float
         Standard deviation of the start's offset, m and rad: of the links' places and angles that constraints leave free.
     solver : Spectral, optional
     workers : int
         Threads.
+    between : int
+        States of each step that signals have beside its end: peaks of forces that loose steps go over are in between.
 
     Returns
     -------
@@ -66,6 +90,7 @@ def ensemble(
         If there are no seeds, or a number is out of its range.
     """
     positive("duration", duration, "s"), positive("spread", spread, "m"), whole("workers", workers, 1, 1024)
+    whole("between", between, 0, 100)
     if not (seeds := tuple(seeds)):
         raise ValueError("seeds = (): must be one number or more, one for each member")
     solver = solver or Spectral()
@@ -73,10 +98,9 @@ def ensemble(
     start = State(0.0, scene.q0, scene.v0, scene.memory())
     shifts = [offset(scene, spread, seed) for seed in seeds]
 
-    def member(k: int) -> Any:
+    def member(k: int) -> T:
         own = replace(scene, work=work_for(scene.tables))
-        out, failure, _ = integrate(own, duration, solver, state=start._replace(q=start.q + shifts[k]))
-        return measure(own, Member(seeds[k], out, failure))
+        return measure(resume(own, duration, solver, start._replace(q=start.q + shifts[k]), seeds[k], between))
 
     if workers == 1:
         return [member(k) for k in range(len(seeds))]

@@ -16,12 +16,13 @@ import numpy as np
 from buckler.mbs import Mechanism
 from buckler.mbs.laws import Impact
 from buckler.mbs.spectral.chaos import last_state, lyapunov
+from buckler.mbs.spectral.ensembles import offset, resume
 from buckler.mbs.spectral.run import State
 from buckler.mbs.spectral.scene import Scene
 from buckler.studies.kit.parameters import choice, integer, quantities, quantity
 from buckler.studies.rattling.assumptions import JOINTS
 from buckler.studies.rattling.bars import RockerParameters
-from buckler.studies.rattling.turns import fly, gap, last_journal, period, solver, start
+from buckler.studies.rattling.turns import deep, finished, gap, period, solver
 
 Array = np.ndarray[Any, Any]
 LONGEST_PERIOD = 8
@@ -127,7 +128,7 @@ class DiagramPoint(NamedTuple):
 
 def settled(scene: Scene, turns: int, seed: int) -> State:
     """State after some turns, from the start offset by 1e-9 m and rad as the seed draws it."""
-    state, turn = start(scene, SPREAD, seed), period(scene.mechanism)
+    turn, state = period(scene.mechanism), State(0.0, scene.q0 + offset(scene, SPREAD, seed), scene.v0, scene.memory())
     for _ in range(turns):
         after = last_state(scene, state, turn, solver(scene.mechanism, 1e-8))
         state = rewound(scene, after.q, after.v)
@@ -196,16 +197,17 @@ def exponent(growth: Array, turn: float) -> Exponent:
 
 def member(p: SectionParameters, mechanism: Mechanism, seed: int) -> tuple[Array, Array, str]:
     """Section, growth of an offset and what went wrong, of one seed: settle, follow the section, go on from there."""
-    scene, turn = Scene.of(mechanism), period(mechanism)
-    state, places, deep = settled(scene, p.settle, seed), [], ""
+    scene, turn, steps = Scene.of(mechanism), period(mechanism), solver(mechanism, p.tolerance)
+    state, places, wrong = settled(scene, p.settle, seed), [], ""
     for _ in range(p.turns):
-        flight = fly(scene, turn, p.tolerance, state)
-        places.append(last_journal(flight, p.joint) / gap(mechanism))
-        deep, state = deep or flight.deep, rewound(scene, flight.out.q[-1], flight.out.v[-1])
+        found = resume(scene, turn, steps, state, seed)
+        result = finished(found)
+        places.append([result[f"{p.joint}.journal_{axis}"][-1] / gap(mechanism) for axis in "xy"])
+        wrong, state = wrong or deep(mechanism, result), rewound(scene, found.state.q, found.state.v)
     growth = turn_growth(
         scene, state, p.exponent_turns + 1, seed, steps=p.steps(mechanism), offset=p.offset, tolerance=p.exponent_tolerance
     )[1:]
-    return np.array(places), growth, f"PENETRATION: {deep}" if deep else ""
+    return np.array(places), growth, f"PENETRATION: {wrong}" if wrong else ""
 
 
 def read(p: SectionParameters, mechanism: Mechanism, members: Sequence[tuple[Array, Array, str]]) -> DiagramPoint:

@@ -21,16 +21,18 @@ from math import hypot
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 from scipy.stats import t as student
 
 from buckler.mbs import Mechanism, Result, Revolute, Status, simulate
 from buckler.mbs.laws import AdamsFriction
 from buckler.mbs.library import CLOSED, RATTLING
-from buckler.mbs.spectral.dense import at_times
+from buckler.mbs.record.lookup import between
+from buckler.mbs.spectral.ensembles import Member
 from buckler.studies.kit.parameters import choices, integer, quantities, quantity
 from buckler.studies.rattling.assumptions import BODIES, JOINTS, Assumptions
 from buckler.studies.rattling.bars import bars
-from buckler.studies.rattling.turns import Ensemble, Flight, along, by_turn, ensemble, gap, period
+from buckler.studies.rattling.turns import Ensemble, along, ensemble, gap, period, root_mean_squares
 
 Array = np.ndarray[Any, Any]
 READINGS = {"N.s/m": RATTLING, "N.s/mm": CLOSED}
@@ -137,28 +139,26 @@ class EnsembleParameters(Assumptions):
 # --- what is measured -------------------------------------------------------------------------------------------------
 
 
-def curves(mechanism: Mechanism) -> Callable[[Flight, int, int], dict[str, Array]]:
+def curves(mechanism: Mechanism) -> Callable[[Member, int, int], dict[str, Array]]:
     """Measures of the curves of each turn after the first `settle`, each of shape (turns - settle, 3) for the `PLACES`.
 
     `v_error` and `a_error`: root mean square over time of the x-velocity, m/s, and x-acceleration, m/s^2, less those of rigid
-    bars in ideal joints: how much the velocity fluctuates, and how rough its curve is. The square of the acceleration was
-    integrated along with the motion; its product with the smooth one of ideal joints is summed over changes of velocity.
+    bars in ideal joints: how much the velocity fluctuates, and how rough its curve is.
     `travel_a`: sum of |changes| of the x-acceleration from sample to sample, m/s^2: how far a pen goes up and down that draws
     the acceleration curve, so it grows with peaks and with their number. It depends on the samples, as a drawing does.
     """
     turn, plain = period(mechanism), ideal_turn(mechanism)
-    wanted, rush = (np.stack([plain.at(f"{link}.{x}", TURN * turn) for link in LINKS], axis=1) for x in ("vx", "ax"))
-    between = (rush[1:] + rush[:-1]) / 2
+    wanted = {x: np.stack([plain.at(f"{link}.{x}", TURN * turn) for link in LINKS], axis=1) for x in ("vx", "ax")}
 
-    def measure(flight: Flight, turns: int, settle: int = 0) -> dict[str, Array]:
-        rows: list[tuple[Array, ...]] = []
-        whole = by_turn(flight, turns, settle)["rms_a"] ** 2
-        for k, square in zip(range(settle, turns), whole, strict=True):
-            v, a = along(flight.scene, at_times(flight.scene, flight.out, (k + TURN) * turn))
-            cross = 2 * (np.diff(v, axis=0) * between).sum(axis=0) / turn
-            rough = np.sqrt(np.maximum(square - cross + (rush[1:] ** 2).mean(axis=0), 0))
-            rows.append((np.sqrt(((v - wanted)[1:] ** 2).mean(axis=0)), rough, np.abs(np.diff(a, axis=0)).sum(axis=0)))
-        return dict(zip(("v_error", "a_error", "travel_a"), map(np.stack, zip(*rows, strict=True)), strict=True))
+    def measure(member: Member, turns: int, settle: int = 0) -> dict[str, Array]:
+        time, (v, a), edges = member.record.time, along(member.record), turn * np.arange(settle, turns + 1)
+
+        def off(values: Array, x: str) -> Array:
+            smooth = CubicSpline(TURN * turn, np.concatenate([wanted[x][:-1], wanted[x][:1]]), bc_type="periodic")
+            return root_mean_squares(time, values - smooth(time % turn), edges)
+
+        drawn = np.stack([between(time, a, None, (k + TURN) * turn) for k in range(settle, turns)])
+        return {"v_error": off(v, "vx"), "a_error": off(a, "ax"), "travel_a": np.abs(np.diff(drawn, axis=1)).sum(axis=1)}
 
     return measure
 

@@ -15,9 +15,10 @@ from buckler.mbs.accuracy.difference import FINEST
 from buckler.mbs.library import STEEL_CRANK_ROCKER
 from buckler.mbs.modal import CraigBampton
 from buckler.studies.kit.parameters import choices, integer, quantity
-from buckler.studies.rattling.assumptions import Assumptions
+from buckler.studies.rattling.assumptions import BODIES, Assumptions
 from buckler.studies.rattling.bars import PlayParameters
 from buckler.studies.rattling.mode_sets import damped, section
+from buckler.studies.rattling.turns import force_on_second, joint_force
 
 Array = np.ndarray[Any, Any]
 WITH_PLAY = ("", "B", "BC", "ABC", "OABC")
@@ -27,8 +28,8 @@ START_OFFSET = 1e-9
 STEPS_A_TURN = 720
 """Steps taken at least for a turn of the crank."""
 SAMPLES = ("coupler.vx", "rocker.vx", "coupler.ax", "rocker.ax")
-FORCES = {"coupler_rocker": "B.coupler-rocker", "rocker_frame": "C.ground-rocker"}
-"""The joints whose force is read, and how it begins among a run's signals."""
+FORCES = {"coupler_rocker": "B", "rocker_frame": "C"}
+"""The joints whose force is read."""
 
 
 def _beam(p: CrankRockerParameters) -> Beam:
@@ -153,20 +154,6 @@ def rms(time: Array, values: Array) -> float:
     return float(np.sqrt(np.trapezoid(values**2, time) / (time[-1] - time[0])))
 
 
-def joint_force(result: Result, joint: str) -> Array:
-    """Size of a joint's force, N; joint as in `FORCES`."""
-    return np.hypot(*(force_on_second(result, FORCES[joint], axis) for axis in "xy"))
-
-
-def force_on_second(result: Result, joint: str, axis: str) -> Array:
-    """Force on the second body of a joint, such as B.coupler-rocker, N, whichever of the two carries the pin."""
-    if f"{joint}.f{axis}" in result.signals:
-        return result.signals[f"{joint}.f{axis}"]
-    point, _, bodies = joint.partition(".")
-    first, _, second = bodies.partition("-")
-    return np.asarray(-result.signals[f"{point}.{second}-{first}.f{axis}"])
-
-
 def read(variant: Variant, ideal: Variant, settle: float) -> dict[str, tuple[float, str]]:
     """Numbers of one run from `settle` on, each with its unit; nan where the run did not get that far."""
     result, found = variant.result, {}
@@ -181,8 +168,8 @@ def read(variant: Variant, ideal: Variant, settle: float) -> dict[str, tuple[flo
     def mean_square(values: Array) -> float:
         return rms(time, values[kept]) if time.size else np.nan
 
-    for joint in FORCES:
-        found[f"peak_force_{joint}"] = (largest(joint_force(result, joint)), "N")
+    for name, joint in FORCES.items():
+        found[f"peak_force_{name}"] = (largest(joint_force(result, joint)), "N")
     for link in ("coupler", "rocker"):
         signals = result.signals
         off = signals[f"{link}.vx"] - ideal.result.at(f"{link}.vx", result.time, outside=np.nan)
@@ -198,11 +185,16 @@ def read(variant: Variant, ideal: Variant, settle: float) -> dict[str, tuple[flo
     }
 
 
+def drawn(joint: str) -> str:
+    """How the force of a joint begins among the samples: B.coupler-rocker."""
+    return f"{joint}.{'-'.join(BODIES[joint])}"
+
+
 def samples(variant: Variant) -> dict[str, Array]:
     """Arrays of one run by name, for signals.npz."""
     names = [*SAMPLES, *(f"{p}.{name}" for p in variant.with_play for name in ("journal_x", "journal_y", "contact_state"))]
     signals = {name: variant.result.signals[name] for name in names}
-    signals |= {f"{j}.f{axis}": force_on_second(variant.result, j, axis) for j in FORCES.values() for axis in "xy"}
+    signals |= {f"{drawn(j)}.f{axis}": force_on_second(variant.result, j, axis) for j in FORCES.values() for axis in "xy"}
     return {f"{variant.name}.{name}": values for name, values in {"time": variant.result.time, **signals}.items()}
 
 

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from math import atan2
 from typing import Any
 
 import numpy as np
 from scipy.stats import ttest_ind
 
-from buckler.mbs import Controlled, Exudyn, Mechanism, Result, simulate
+from buckler.mbs import Controlled, Exudyn, Mechanism, simulate
 from buckler.mbs.library import CrankRocker
-from buckler.studies.rattling.clearance import FORCES, START_OFFSET, STEPS_A_TURN, joint_force
-from buckler.studies.rattling.turns import ensemble, period
+from buckler.studies.rattling.clearance import START_OFFSET, STEPS_A_TURN
+from buckler.studies.rattling.turns import by_turn, ensemble, period
 
 Array = np.ndarray[Any, Any]
 QUANTITIES = {
@@ -68,11 +67,16 @@ def compare(usual: Mechanism, compiled: Mechanism, members: int, cycles: int, pr
         result = simulate(another(usual, seed), (1 + cycles) * turn, solver=steps, ledger=True, timeout=300)
         if result.time[-1] < (1 + cycles) * turn * (1 - 1e-9):
             raise RuntimeError(f"seed {seed}: {result.status}, {result.message}")
-        rows.append(by_turn(result, 1 + cycles, turn).mean(axis=0))
+        rows.append(columns(by_turn(result, turn, 1 + cycles, 1)).mean(axis=0))
         balances.append(result.energy_balance)
     found = ensemble(compiled, cycles, range(4 * members)).turns
-    parts = [found["force"][..., 2], found["force"][..., 3], found["rms_a"][..., 0], found["rms_a"][..., 1], found["lost"]]
-    return Comparison(np.stack(rows), np.stack(parts, axis=-1).mean(axis=1), max(balances))
+    return Comparison(np.stack(rows), columns(found).mean(axis=1), max(balances))
+
+
+def columns(found: Mapping[str, Array]) -> Array:
+    """`QUANTITIES` among the measures of turns, shape (..., 5)."""
+    force, a = found["force"], found["rms_a"]
+    return np.stack([force[..., 2], force[..., 3], a[..., 0], a[..., 1], found["lost"]], axis=-1)
 
 
 def another(made: Mechanism, seed: int) -> Mechanism:
@@ -82,16 +86,3 @@ def another(made: Mechanism, seed: int) -> Mechanism:
     crank, coupler, rocker = (made.length(link) for link in ("crank", "coupler", "rocker"))
     places = CrankRocker(crank, coupler, rocker, cx).places(atan2(ay, ax) + offset)
     return replace(made, points=places)
-
-
-def by_turn(result: Result, turns: int, period: float) -> Array:
-    """Measures of each turn but the first, shape (turns - 1, 5), integrals over the engine's own steps."""
-    time, s, edges = result.time, result.signals, period * np.arange(1, turns + 1)
-    force = [joint_force(result, joint) for joint in FORCES]
-    columns = [[part[(time > a) & (time <= b)].max() for a, b in pairwise(edges)] for part in force]
-    for bar in ("coupler", "rocker"):
-        squares = s[f"{bar}.ax"] ** 2
-        summed = np.concatenate([[0.0], np.cumsum(np.diff(time) * (squares[1:] + squares[:-1]) / 2)])
-        columns.append(np.sqrt(np.diff(np.interp(edges, time, summed)) / period))
-    lost = result.energy["taken_contact"] + result.energy["taken_friction"]
-    return np.stack([*columns, np.diff(np.interp(edges, time, lost))], axis=1)

@@ -23,8 +23,8 @@ from buckler.studies.kit.parameters import integer, quantities
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
 from buckler.studies.kit.style import COLOURS, Figure, subplots
 from buckler.studies.rattling.bars import RockerParameters
-from buckler.studies.rattling.clearance import START_OFFSET, joint_force, rms
-from buckler.studies.rattling.turns import ensemble, period
+from buckler.studies.rattling.clearance import START_OFFSET
+from buckler.studies.rattling.turns import by_turn, ensemble, period
 
 Array = np.ndarray[Any, Any]
 JOINT = 2
@@ -130,12 +130,8 @@ def on_engine(p: Parameters, seed: int) -> Array:
 
 def of_turns(result: Result, turn: float, turns: int, settle: int = 0) -> Array:
     """The three means over turns of a run, shape (3,)."""
-    time, force, found = result.time, joint_force(result, "coupler_rocker"), []
-    for k in range(settle, turns):
-        part = (time >= k * turn) & (time <= (k + 1) * turn)
-        squares = [rms(time[part], result.signals[f"{link}.ax"][part]) for link in ("coupler", "rocker")]
-        found.append([force[part].max(), *squares])
-    return np.mean(found, axis=0)
+    found = by_turn(result, turn, turns, settle)
+    return np.array([found[name][:, column].mean() for name, column, *_ in MEASURES.values()])
 
 
 # --- the study --------------------------------------------------------------------------------------------------------

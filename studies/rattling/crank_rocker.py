@@ -23,6 +23,7 @@ from buckler.studies.rattling.clearance import (
     SAMPLES,
     CrankRockerParameters,
     Variant,
+    drawn,
     read,
     run_variants,
     samples,
@@ -86,7 +87,7 @@ def _bands(name: str, members: Sequence[Variant]) -> dict[str, Array]:
     each = [samples(v) for v in members]
     time = np.linspace(0, min(s[f"{name}.time"][-1] for s in each), BAND)
     found = {f"{name}.band.time": time}
-    for signal in (*SAMPLES, *(f"{start}.fx" for start in FORCES.values())):
+    for signal in (*SAMPLES, *(f"{drawn(joint)}.fx" for joint in FORCES.values())):
         values = [np.interp(time, s[f"{name}.time"], s[f"{name}.{signal}"]) for s in each]
         found[f"{name}.band.{signal}"] = np.quantile(values, (1 / 6, 5 / 6), axis=0)
     return found
@@ -130,7 +131,7 @@ def figure(result: StudyResult) -> dict[str, Figure]:
         "acceleration": _histories(result, {f"{link}.ax": f"{link}, $a_x$ [m/s²]" for link in ("coupler", "rocker")}),
         "contact_force": _histories(
             result,
-            {f"{start}.fx": f"{name.replace('_', '–')}, $F_x$ [N]" for name, start in FORCES.items()},
+            {f"{drawn(joint)}.fx": f"{name.replace('_', '–')}, $F_x$ [N]" for name, joint in FORCES.items()},
         ),
     }
     return figures | ({"orbits": _orbits(result)} if p.with_play else {})

@@ -14,7 +14,6 @@ from buckler.mbs.spectral.explicit import flight_for
 from buckler.mbs.spectral.ledger import account
 from buckler.mbs.spectral.output import Output
 from buckler.mbs.spectral.tables import ONSET as ONSET_OF
-from buckler.studies.rattling.turns import watched
 
 G = (1.7, -9.3)
 ONSET = np.array([0.05, 0.1, 0.2, 0.4])
@@ -176,8 +175,8 @@ def compiled(bar, q, v, t):
     """Rates, accelerations, powers, joints (as in `Run`), accelerations squared and largest of what is watched."""
     model = Model.of(bar)
     state = model.state(np.concatenate([q, v]), t)
-    markers = watched(model.scene)
     scene, n, r, k = model.scene, model.scene.size, len(model.scene.row_names), len(model.scene.force_names)
+    markers = watched(scene)
     memory = scene.memory()
     for i, name in enumerate(scene.force_names):
         memory[i, ONSET_OF] = ONSET["OABC".index(name[0])]
@@ -193,6 +192,16 @@ def compiled(bar, q, v, t):
     ledger = np.concatenate([[drive], lost.ravel(), [power[0, -1]]])
     rates = room.rates[1]
     return rates[:n][model.columns], rates[n : 2 * n][model.columns], ledger, joints, (power[0, 2 * k + r : -1], top[0, 2 * k :])
+
+
+def watched(scene):
+    """Markers of the coupler's centre, the rocker's, and the material point in the rocker's middle."""
+    coupler, rocker = (scene.builder.bodies[link] for link in ("coupler", "rocker"))
+    shape = rocker.model.shapes[2].T if rocker.modes else None
+    found = [body.marker_at(scene.builder, body.centre) for body in (coupler, rocker)]
+    found.append(rocker.marker_at(scene.builder, rocker.centre, shape))
+    scene.refresh()
+    return found
 
 
 def state_in_contact(bar, rng, offset=1e-3):

@@ -213,10 +213,7 @@ def _rattling() -> Mechanism:
 
 
 def test_ensemble_in_threads_is_the_ensemble() -> None:
-    def last(_scene, member):
-        return member.out.q[-1]
-
-    one, two = (ensemble(_rattling(), 0.003, range(4), last, workers=workers) for workers in (1, 2))
+    one, two = (ensemble(_rattling(), 0.003, range(4), lambda member: member.state.q, workers=workers) for workers in (1, 2))
     assert np.array_equal(one, two)
     assert np.ptp(np.array(one), axis=0).max() > 0.0
 

@@ -26,7 +26,6 @@ from buckler.studies.rattling.bifurcation_points import (
     settled,
     turn_growth,
 )
-from buckler.studies.rattling.turns import fly, last_journal, start
 
 TURN = 0.2
 """Of the crank, s."""
@@ -154,16 +153,6 @@ def test_rattling_joints_are_chaotic_in_one_part_of_the_turn():
     part = growth.mean(axis=(0, 1)) * 50 / TURN
     assert part[:13].mean() > 250 and abs(part[20:38].mean()) < 60
     assert fastest(growth * 50 / TURN, TURN) == pytest.approx(np.log(1e8) / 0.04, rel=0.4)
-
-
-def test_a_journal_is_where_the_depth_says():
-    """Closed joints: a pin lies as far from its bush's centre as the clearance and the contact's depth."""
-    here = scene(damping_unit="N.s/mm")
-    flight = fly(here, TURN / 2, 1e-8, start(here, 1e-9, 0))
-    depths = dict(zip((name[0] for name in here.force_names), flight.book.reports[-1, :, 2], strict=True))
-    for joint in "OABC":
-        assert np.linalg.norm(last_journal(flight, joint)) - 2.5e-4 == pytest.approx(depths[joint], abs=1e-12)
-    assert min(depths.values()) > 1e-7
 
 
 def test_laws_that_remember_may_and_cranks_that_stand_may_not():

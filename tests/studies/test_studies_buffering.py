@@ -9,11 +9,11 @@ pytest.importorskip("numba")
 
 from clearance_pair import beam_modes
 from fourbar import FourBar, run
+from scipy.integrate import cumulative_trapezoid
 
 from buckler.mbs import Status
 from buckler.mbs.library import CLOSED, RATTLING
-from buckler.mbs.spectral.dense import at_times
-from buckler.mbs.spectral.scene import Scene
+from buckler.mbs.spectral import ensembles
 from buckler.studies.kit import registry
 from buckler.studies.rattling import buffering_claims, buffering_measures
 from buckler.studies.rattling.buffering_claims import ClaimCase, Parameters
@@ -29,7 +29,7 @@ from buckler.studies.rattling.buffering_measures import (
     overall,
     ratio,
 )
-from buckler.studies.rattling.turns import Ensemble, along, ensemble, fly, start
+from buckler.studies.rattling.turns import Ensemble, along, ensemble, solver
 
 MODES = beam_modes(thickness=0.005, width=0.020, bending=2, axial=1)
 ONE = {"clearance": 2.5e-4, "in_plane_depth": 20e-3, "damping_unit": "N.s/mm"}
@@ -43,35 +43,30 @@ CLOSED_CASE = ClaimCase("N.s/mm", 20e-3, 2.5e-4)
 
 @pytest.fixture(scope="module")
 def fine():
-    """Half a turn of the flexible rocker, 1 us apart: the closing of the gaps, impacts and ringing."""
+    """A turn of the flexible rocker: the closing of the gaps, impacts and ringing."""
     made = Parameters().bars("N.s/m", 5e-3, 2.5e-4, MODES)
-    scene = Scene.of(made)
-    flight = fly(scene, TURN, 1e-8, start(scene, 1e-9, 0))
-    return made, flight, at_times(scene, flight.out, np.linspace(0, 0.1, 100_001))
+    return made, ensembles.ensemble(made, TURN, [0], lambda member: member, solver=solver(made, 1e-9))[0]
 
 
 def test_velocities_and_accelerations_are_those_of_the_places(fine):
-    """Mid-point: where the frame and the modes put it, differentiated by hand."""
-    _, flight, at = fine
-    body = flight.scene.builder.bodies["rocker"]
-    o, k = body.offset, flight.scene.builder.bodies["coupler"].offset
-    x, angle = at.q[:, o], at.q[:, o + 2]
-    moved = at.q[:, o + 3 :] @ body.model.shapes[2, :2].T
-    middle = x + np.cos(angle) * moved[:, 0] - np.sin(angle) * moved[:, 1]
-    v, a = along(flight.scene, at)
-    step = at.time[1]
-    for column, place in enumerate((at.q[:, k], x, middle)):
-        by_hand = (place[2:] - place[:-2]) / (2 * step)
-        assert abs(v[1:-1, column] - by_hand).max() < 1e-3 * abs(by_hand).max()
-        by_hand = np.cumsum(a[1:, column] + a[:-1, column]) * step / 2
-        assert abs(v[1:, column] - v[0, column] - by_hand).max() < 2e-3 * abs(by_hand).max()
+    """Differentiated by hand; the mid-point is half-way between the joints but for what the bending adds."""
+    _, found = fine
+    time, rocker, (v, a) = found.record.time, found.record.links["rocker"], along(found.record)
+    places = [found.result["coupler.x"], found.result["rocker.x"], rocker.motion("centre").position[:, 0]]
+    for column, place in enumerate(places):
+        moved = cumulative_trapezoid(v[:, column], time, initial=0)
+        assert abs(place - place[0] - moved).max() < 1e-5 * np.ptp(place)
+        gained = cumulative_trapezoid(a[:, column], time, initial=0)
+        assert abs(v[:, column] - v[0, column] - gained).max() < 2e-3 * np.ptp(v[:, column])
+    bent = places[2] - (found.result["B.x"] + found.result["C.x"]) / 2
+    assert 1e-6 < abs(bent).max() < 1e-3
     assert abs(v[:, 2] - v[:, 1]).max() > 0.1 * abs(v[:, 1]).max()  # or the mid-point's own part went untested
 
 
 def test_curves_are_what_a_fine_drawing_shows(fine):
-    made, flight, _ = fine
-    found, times = curves(made)(flight, 1, 0), np.linspace(0, TURN, 200_001)
-    v, a = along(flight.scene, at_times(flight.scene, flight.out, times))
+    made, member = fine
+    found, times = curves(made)(member, 1, 0), np.linspace(0, TURN, 200_001)
+    v, a = (np.stack([np.interp(times, member.record.time, x) for x in part.T], axis=1) for part in along(member.record))
     ideal = FourBar().ideal(times)
     for column, link in enumerate((1, 2, 2)):
         off_v = v[:, column] - ideal.velocity[:, link, 0]
@@ -80,7 +75,7 @@ def test_curves_are_what_a_fine_drawing_shows(fine):
             by_hand = np.sqrt(np.trapezoid(off**2, times) / TURN)
             assert found[name][0, column] == pytest.approx(by_hand, rel=5e-3)
         drawn = np.abs(np.diff(a[::100, column])).sum()
-        assert found["travel_a"][0, column] == pytest.approx(drawn, rel=1e-6)
+        assert found["travel_a"][0, column] == pytest.approx(drawn, rel=5e-3)
 
 
 def test_turns_are_kept_apart():
