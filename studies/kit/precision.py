@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from math import isfinite
 from typing import Any
@@ -12,7 +13,7 @@ import numpy as np
 from buckler.mbs.accuracy.precision import Point, work_precision
 from buckler.studies.kit.labels import Label, write_labels
 from buckler.studies.kit.parameters import StudyParameters
-from buckler.studies.kit.report import Progress, provenance
+from buckler.studies.kit.report import Metric, Progress, Table, provenance
 from buckler.studies.kit.style import Figure, plain_ticks, subplots
 
 Array = np.ndarray[Any, Any]
@@ -66,6 +67,35 @@ def mark(point: Point, status: str = "") -> str:
     if not isfinite(point.error):
         return f"failed: {status}" if status else "failed"
     return "*" if point.front else ""
+
+
+@dataclass(frozen=True)
+class Bar:
+    """What is asked of a number: that it is no more, or no less, than a bound."""
+
+    text: str
+    bound: float
+    unit: str = "1"
+    sign: str = "<="
+
+    def reached(self, value: float) -> bool:
+        """Whether a value is on the right side."""
+        return value >= self.bound if self.sign == ">=" else value <= self.bound
+
+
+def missed(bars: Mapping[str, Bar], metrics: Mapping[str, Metric]) -> list[str]:
+    """Names of the metrics that miss their bar."""
+    return [name for name, bar in bars.items() if name in metrics and not bar.reached(metrics[name].value)]
+
+
+def bars_table(bars: Mapping[str, Bar], metrics: Mapping[str, Metric], what: str) -> Table:
+    """What was asked and what was found."""
+    rows: list[list[Any]] = []
+    for name, bar in bars.items():
+        if name in metrics:
+            value = metrics[name].value
+            rows.append([bar.text, value, bar.unit, f"{bar.sign} {bar.bound:g}", "yes" if bar.reached(value) else "no"])
+    return Table([what, "found", "unit", "bar", "reached"], rows)
 
 
 def as_signals(series: Series, setting: str = SETTING, kind: type = str) -> dict[str, Array]:

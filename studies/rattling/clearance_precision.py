@@ -22,9 +22,11 @@ from buckler.mbs.modal import BarModes
 from buckler.mbs.solvers.choice import usual_tolerance
 from buckler.studies.kit.parameters import choice, choices, integer, quantities, quantity, specs
 from buckler.studies.kit.precision import (
+    Bar,
     Runs,
     Series,
     as_signals,
+    bars_table,
     by_steps,
     by_tolerance,
     draw,
@@ -71,11 +73,12 @@ class TimeRatio(NamedTuple):
     above: tuple[str, str]
     below: tuple[str, str]
     sign: str
-    bar: float
+    bound: float
 
-    def reached(self, value: float) -> bool:
-        """Whether a value is on the right side of the bar."""
-        return value >= self.bar if self.sign == ">=" else value <= self.bar
+    @property
+    def bar(self) -> Bar:
+        """In words."""
+        return Bar(f"{', '.join(self.above)} / {', '.join(self.below)}", self.bound, sign=self.sign)
 
 
 TOLERANCES = (1e-5, 1e-7, 1e-9)
@@ -234,7 +237,8 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
         signals=signals,
         tables=[
             _runs_table(found, f"{_sentence(found)}\n{p.stated()}.\n{footnote(p)}"),
-            _statistics_table(compared), _bars_table(metrics),
+            _statistics_table(compared),
+            bars_table({name: ratio.bar for name, ratio in RATIOS.items()}, metrics, "ratio of run times"),
         ],
         status="SUSPECT" if wrong else "OK",
         message="; ".join(wrong) or _sentence(found),
@@ -323,20 +327,6 @@ def _statistics_table(compared: Mapping[str, Comparison]) -> Table:
     ]  # fmt: skip
     headers = ["rocker", "mean over turns of", "unit", "engine", "compiled", "standard error [%]", "apart [s.e.]"]
     return Table(headers, rows, "Default runs: statistics against those of the compiled solver")
-
-
-def _bars_table(metrics: Mapping[str, Metric]) -> Table:
-    rows = [
-        [
-            f"{', '.join(ratio.above)} / {', '.join(ratio.below)}",
-            f"{metrics[name].value:.3g}",
-            f"{ratio.sign} {ratio.bar:g}",
-            "yes" if ratio.reached(metrics[name].value) else "no",
-        ]
-        for name, ratio in RATIOS.items()
-        if name in metrics
-    ]
-    return Table(["ratio of run times", "found", "asked", "reached"], rows)
 
 
 def figure(result: StudyResult) -> Figure:

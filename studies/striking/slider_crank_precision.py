@@ -28,14 +28,17 @@ from buckler.mbs.library import PAPER
 from buckler.mbs.record.status import Status
 from buckler.studies.kit.parameters import integer, quantities, quantity, specs
 from buckler.studies.kit.precision import (
+    Bar,
     Runs,
     Series,
     as_signals,
+    bars_table,
     by_tolerance,
     figure_of,
     footnote,
     mark,
     measure,
+    missed,
     outcomes,
     points_of,
     power,
@@ -53,22 +56,21 @@ UNTUNED = 1e-6
 FINER = 1e-3
 """Tolerance of the finer run over the smallest tolerance."""
 BARS = {
-    "peak_error": (1e-2, "1", "impact peak against the finer run"),
-    "impulse_error": (1e-2, "1", "impact impulse against the finer run"),
-    "settled_error": (1e-3, "1", "force at 180 deg against the exact elastica (under gravity or bowed: the finer run)"),
-    "plateau_error": (5e-3, "1", "force over 150 to 210 deg, likewise"),
-    "release_error": (0.05, "deg", "release angle against the finer run"),
-    "energy_balance": (1e-3, "1", "energy balance"),
+    "peak_error": Bar("impact peak against the finer run", 1e-2),
+    "impulse_error": Bar("impact impulse against the finer run", 1e-2),
+    "settled_error": Bar("force at 180 deg against the exact elastica (under gravity or bowed: the finer run)", 1e-3),
+    "plateau_error": Bar("force over 150 to 210 deg, likewise", 5e-3),
+    "release_error": Bar("release angle against the finer run", 0.05, "deg"),
+    "energy_balance": Bar("energy balance", 1e-3),
 }
-"""What is asked of the chosen run, with its unit and meaning; it is SUSPECT if it misses one."""
+"""What is asked of the chosen run; it is SUSPECT if it misses one."""
 SLOWED = 1.1
 """How much longer a run takes whose crank a motor turns."""
-SPEEDUP_BAR = 4.0
-"""Times faster than plain that is asked at equal error; run times depend on the machine and make no run SUSPECT."""
 SPEEDUPS = {
-    "speedup_at_plain_error": "times faster: fastest run no less accurate than the plain run, against it",
-    "speedup_at_own_error": "times faster: chosen run, against plain runs as accurate (interpolated)",
+    "speedup_at_plain_error": Bar("times faster: fastest run no less accurate than the plain run, against it", 4, sign=">="),
+    "speedup_at_own_error": Bar("times faster: chosen run, against plain runs as accurate (interpolated)", 4, sign=">="),
 }
+"""What is asked of run times, which depend on the machine and make no run SUSPECT."""
 
 
 @dataclass(frozen=True)
@@ -193,10 +195,9 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     mine, plains = ({name: series[name] for name in part} for part in (ours, theirs))
     times, sentence = _compare(p, mine, plains)
     metrics = _reading_metrics(p, chosen, reference, second) | times
-    missed = [name for name, (bar, *_) in BARS.items() if not metrics[name].value <= bar]
     checks: dict[str, Any] = {"message": sentence}
-    if missed:
-        checks = {"status": "SUSPECT", "message": f"the chosen run misses its bars: {', '.join(missed)}"}
+    if wrong := missed(BARS, metrics):
+        checks = {"status": "SUSPECT", "message": f"the chosen run misses its bars: {', '.join(wrong)}"}
     baseline = plains[f"plain ANCF x {p.elements}"][thousands(p.plain_steps)]
     return StudyResult(
         parameters=p,
@@ -204,7 +205,7 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
         signals=as_signals(series),
         tables=[
             _runs_table(series, baseline, found, reference, f"{sentence}\n{p.stated()}.\n{footnote(p)}"),
-            _bars_table(metrics),
+            bars_table(BARS | SPEEDUPS, metrics, "asked of the chosen run"),
         ],
         **checks,
     )
@@ -277,18 +278,6 @@ def _runs_table(
 
 def _numbers(reading: PrecisionReading) -> list[float]:
     return [reading.peak, reading.impulse, reading.settled, reading.plateau_error, reading.release]
-
-
-def _bars_table(metrics: Mapping[str, Metric]) -> Table:
-    """What was asked of the chosen run and what it does."""
-    rows: list[list[Any]] = [
-        [meaning, metrics[name].value, unit, f"<= {bar:g}", "yes" if metrics[name].value <= bar else "no"]
-        for name, (bar, unit, meaning) in BARS.items()
-    ]
-    for name, meaning in SPEEDUPS.items():
-        reached = "yes" if metrics[name].value >= SPEEDUP_BAR else "no"
-        rows.append([meaning, metrics[name].value, "1", f">= {SPEEDUP_BAR:g}", reached])
-    return Table(["asked of the chosen run", "found", "unit", "bar", "reached"], rows)
 
 
 def figure(result: StudyResult) -> Figure:
