@@ -80,9 +80,8 @@ def along(record: Record) -> tuple[Array, Array]:
 def force_on_second(result: Result, joint: str, axis: str) -> Array:
     """Force on the second of a joint's `BODIES`, N, whichever of the two carries the pin."""
     first, second = BODIES[joint]
-    if f"{joint}.{first}-{second}.f{axis}" in result.signals:
-        return result[f"{joint}.{first}-{second}.f{axis}"]
-    return -result[f"{joint}.{second}-{first}.f{axis}"]
+    s, turned = result.signals, f"{joint}.{second}-{first}.f{axis}"
+    return -s[turned] if turned in s else s[f"{joint}.{first}-{second}.f{axis}"]
 
 
 def joint_force(result: Result, joint: str) -> Array:
@@ -107,7 +106,7 @@ def by_turn(result: Result, turn: float, turns: int, settle: int = 0, a: Array |
     """
     time, edges = result.time, turn * np.arange(settle, turns + 1)
     parts = list(pairwise(np.searchsorted(time, edges * (1 + 1e-12), side="right")))
-    a = np.stack([result[f"{bar}.ax"] for bar in ("coupler", "rocker")], axis=1) if a is None else a
+    a = np.stack([result.signals[f"{bar}.ax"] for bar in ("coupler", "rocker")], axis=1) if a is None else a
     force = np.stack([joint_force(result, joint) for joint in JOINTS], axis=1)
     none = np.zeros_like(time)  # what ideal joints have
     depth, begun = (

@@ -13,8 +13,9 @@ from buckler.mbs import Rigid
 from buckler.studies.kit import registry
 from buckler.studies.rattling import clearance_precision
 from buckler.studies.rattling.clearance_precision import DEFAULT, RATIOS, Parameters, run
-from buckler.studies.rattling.clearance_precision_cycles import QUANTITIES, Comparison, by_turn, compare
+from buckler.studies.rattling.clearance_precision_cycles import QUANTITIES, Comparison, columns, compare
 from buckler.studies.rattling.clearance_precision_runs import finest, mechanism, plainly
+from buckler.studies.rattling.turns import by_turn
 
 SHORT = {
     "rockers": ("rigid",), "tolerances": (1e-2, 1e-5), "steps": (4000,), "span": 0.02, "repeats": 1, "members": 3, "cycles": 1,
@@ -97,13 +98,14 @@ def test_measures_of_a_turn_are_those_of_the_curves():
     """Of sines, at uneven times: largest values, root mean square, differences; the first turn is left out."""
     time = np.sort(np.concatenate([np.linspace(0, 3, 6001), 1.5 + 0.2 * np.random.default_rng(1).random(500)]))
     wave, turn = np.sin(2 * np.pi * time), np.floor(time) + 1
-    signals = {
-        f"{joint}.f{axis}": k * turn * wave for joint, k in (("B.coupler-rocker", 3), ("C.ground-rocker", 5)) for axis in "xy"
-    }
+    sizes = {"O.ground-crank": 1, "A.coupler-crank": 1, "B.coupler-rocker": 3, "C.ground-rocker": 5}
+    signals = {f"{joint}.f{axis}": k * turn * wave for joint, k in sizes.items() for axis in "xy"}
     signals |= {"coupler.ax": 2 * wave, "rocker.ax": 4 * wave}
     made = SimpleNamespace(time=time, signals=signals, energy={"taken_contact": time, "taken_friction": time**2})
     expected = [[k * n * 2**0.5 for k in (3, 5)] + [2**0.5, 2 * 2**0.5, 1 + 2 * n - 1] for n in (2, 3)]
-    assert by_turn(made, 3, 1.0) == pytest.approx(np.array(expected), rel=1e-3)
+    assert columns(by_turn(made, 1.0, 3, 1)) == pytest.approx(np.array(expected), rel=1e-3)
+    made.signals["A.penetration"] = np.where(time > 2, 1e-5, 0.0)
+    assert by_turn(made, 1.0, 3, 1)["depth"].tolist() == [[0, 0, 0, 0], [0, 1e-5, 0, 0]]
 
 
 @pytest.mark.slow
