@@ -195,7 +195,9 @@ def _result(run: Run, complete: Callable[[Result], Result] | None, ledger: bool,
 @cache
 def _versions() -> dict[str, str]:
     """Of what computes."""
-    return {name: metadata.version(name) for name in ("exudyn", "numpy", "scipy")} | {"python": platform.python_version()}
+    return {name: metadata.version(name) for name in ("buckler", "exudyn", "numpy", "scipy")} | {
+        "python": platform.python_version()
+    }
 
 
 def _provenance(run: Run) -> dict[str, Any]:

@@ -181,6 +181,11 @@ def measured(text: str) -> float:
     return Measured(value, text.strip(), source.dimension)
 
 
+def labelled(name: str, unit: str) -> str:
+    """A quantity with its unit, as axes and headers of tables name it: `force [N]`; a plain number has none."""
+    return name if unit in ("", "1") else f"{name} [{unit}]"
+
+
 def is_measured(text: str) -> bool:
     """Whether a text is, or looks like, a number with a unit, and is no formula."""
     if MULTIPLIED.search(text):

@@ -123,7 +123,7 @@ def _python(function: Callable[..., Any], arguments: int) -> Pointer:
     def safe(*values: float) -> float:
         try:
             return float(function(*values))
-        except Exception:
+        except (Exception, SystemExit):  # what leaves a callback is printed by ctypes, and lost
             return float("nan")
 
     made = ctypes.CFUNCTYPE(ctypes.c_double, *[ctypes.c_double] * arguments)(safe)

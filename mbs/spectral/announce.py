@@ -7,7 +7,7 @@ from typing import Any
 
 from numba.core.event import Listener, register
 
-TEXT = "The compiled solver is being compiled for this machine. This takes a minute or two and happens once."
+TEXT = "What this run needs of the compiled solver is being compiled, up to a minute or two; it is kept for later runs."
 
 
 class Announcer(Listener):

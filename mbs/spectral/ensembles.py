@@ -27,7 +27,7 @@ from buckler.mbs.spectral.recording import record_of
 from buckler.mbs.spectral.run import State, integrate
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.tables import work_for
-from buckler.mbs.validate import positive, whole
+from buckler.mbs.validate import one_of, positive, whole
 
 Array = np.ndarray[Any, Any]
 T = TypeVar("T")
@@ -93,7 +93,7 @@ def ensemble(
     whole("between", between, 0, 100)
     if not (seeds := tuple(seeds)):
         raise ValueError("seeds = (): must be one number or more, one for each member")
-    solver = solver or Spectral()
+    solver = one_of("solver", solver or Spectral(), (Spectral,))
     scene = Scene.of(mechanism, solver.degree)
     start = State(0.0, scene.q0, scene.v0, scene.memory())
     shifts = [offset(scene, spread, seed) for seed in seeds]

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from buckler.mbs.elements.element import Array
+from buckler.mbs.units import labelled
 from buckler.mbs.validate import near
 from buckler.mbs.view.drawing import INKS, Arrow, Disc, Label, Mark, Path, Span, Strip
 from buckler.mbs.view.movie import Movie, placed, still
@@ -71,7 +72,7 @@ def _frame_axes(axes: Any, movie: Movie) -> None:
     """Equal scales, room for symbols, axes in m."""
     left, right, low, high = movie.box
     room = MARGIN * movie.unit
-    axes.set(xlim=(left - room, right + room), ylim=(low - room, high + room), xlabel="x / m", ylabel="y / m", aspect="equal")
+    axes.set(xlim=(left - room, right + room), ylim=(low - room, high + room), xlabel="x [m]", ylabel="y [m]", aspect="equal")
     axes.grid(False)
 
 
@@ -145,10 +146,10 @@ def plot_signals(result: Any, names: Sequence[str], axes: Any = None) -> Any:
             shown = [name for name in names if result.units[name] == unit]
             for name in shown:
                 row.plot(result.time, result.signals[name], label=name)
-            row.set_ylabel(shown[0] + ("" if unit == "1" else f" / {unit}") if len(shown) == 1 else unit)
+            row.set_ylabel(labelled(shown[0] if len(shown) == 1 else "", unit).strip())
             if len(shown) > 1:
                 row.legend()
-        rows[-1].set_xlabel("t / s")
+        rows[-1].set_xlabel("time [s]")
         _warn(rows[0], result)
     return rows[0] if len(rows) == 1 else np.array(rows)
 
@@ -167,7 +168,7 @@ def plot_energy(result: Any, axes: Any = None) -> Any:
             dashes = "--" if name.startswith("taken_") else ":" if name.startswith("given_") else "-"
             axes.plot(result.time, values, dashes, label=name.replace("taken_", "taken by ").replace("given_", "given by "))
         axes.plot(result.time, result.energy["error"], color="#B3261E", linewidth=2.0, label="error of the balance")
-        axes.set(xlabel="t / s", ylabel="energy / J")
+        axes.set(xlabel="time [s]", ylabel="energy [J]")
         axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
         _warn(axes, result)
     return axes

@@ -253,14 +253,20 @@ def facts(result: Any) -> list[tuple[str, list[tuple[str, str]]]]:
     """Tables of the page: heading, then rows of name and value."""
     error = [("estimated error of the motion", "not asked for; simulate(..., accuracy=1e-3) tells it")]
     if result.asked > 0 or result.error.known:
-        error = [("estimated error of the motion", share(result.error.motion)), ("asked", share(result.asked))]
+        error = [("estimated error of the motion", share(result.error.motion))]
+        error += [("asked for", share(result.asked))] if result.asked > 0 else []
     if result.error.kind:
         error.append(("estimated by", result.error.kind))
     if result.verified >= 0:
         error.append(("difference from the other solver", share(result.verified)))
     if result.energy:
         error.append(("error of the energy balance", share(result.energy_balance)))
-    work = [(name.replace("_", " ").replace("wall s", "wall time, s"), f"{value:.6g}") for name, value in result.work.items()]
+    spent = {**result.work, "share_of_the_run_shown": result.work["share"]} if "share" in result.work else result.work
+    work = [
+        (name.replace("_", " ").replace("wall s", "wall time, s"), f"{value:.6g}")
+        for name, value in spent.items()
+        if name != "share"
+    ]
     versions = [(name, str(value)) for name, value in result.provenance.items() if isinstance(value, str | int | float)]
     groups = [("Error", error), ("Work", work)]
     if notes := result.provenance.get("notes"):

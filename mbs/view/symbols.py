@@ -7,7 +7,8 @@ subclass of a known kind is drawn as that one, and a kind need not be there to h
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from math import cos, hypot, pi, sin
+from itertools import pairwise
+from math import atan2, cos, hypot, pi, sin
 from typing import Any
 
 import numpy as np
@@ -35,9 +36,33 @@ def drawn(sheet: Sheet) -> list[Mark]:
         frame = sheet.frame(FIXED + point)
         if point not in joints and any(point in link.points for link in sheet.mechanism.links):
             found.append(Disc(frame, "pin", (0.0, 0.0), 0.16 * sheet.unit))
-        found.append(Label(frame, point, (0.75 * sheet.unit, 0.75 * sheet.unit), "point"))
+        found.append(Label(frame, point, _free_side(sheet, point), "point"))
     order = {Label: 2, Arrow: 1}
     return sorted(found, key=lambda mark: order.get(type(mark), 0))
+
+
+def _free_side(sheet: Sheet, point: str) -> Pair:
+    """Where a point's name covers least: in the middle of the widest angle between its links, and what holds it from below."""
+    mechanism = sheet.mechanism
+    x, y = mechanism.points[point]
+    others = [mechanism.points[p] for link in mechanism.links if point in link.points for p in link.points if p != point]
+    taken = [atan2(q - y, p - x) for p, q in others if (p, q) != (x, y)]
+    held = any(joint.point == point and GROUND in (joint.first, joint.second) for joint in mechanism.joints)
+    taken += [-pi / 2] if held or any(guide.point == point for guide in mechanism.guides) else []
+    taken = sorted(taken) or [-0.75 * pi]
+    gaps = [(after - before, before) for before, after in pairwise([*taken, taken[0] + 2 * pi])]
+    width, before = max(gaps)
+    angle = before + width / 2
+    driven = {mechanism.link(drive.target).start for drive in mechanism.drives if drive.target not in mechanism.points}
+    off = (2.1 if point in driven else 1.2) * sheet.unit  # the arrow of a drive turns around its pin
+    return off * cos(angle), off * sin(angle)
+
+
+def _beside(sheet: Sheet, name: str, middle: Pair, along: Pair, thickness: float) -> Pair:
+    """Place of a bar's name beside its middle, to its left at t = 0: half the text, some 0.2 symbols a letter, from the bar."""
+    x, y = -along[1], along[0]
+    off = 0.5 * thickness + sheet.unit * (0.5 * abs(y) + (0.2 * len(name) + 0.25) * abs(x))
+    return middle[0] + off * x, middle[1] + off * y
 
 
 def symbol(element: Any) -> Symbol:
@@ -61,6 +86,7 @@ def bar(sheet: Sheet, name: str, link: Any) -> Iterator[Mark]:
     end = local[1]
     length = hypot(*end)
     along = (end[0] / length, end[1] / length)
+    side = (sum(x for x, _ in local) / len(local), sum(y for _, y in local) / len(local))
     off = [abs(along[0] * y - along[1] * x) for x, y in local]
     if max(off) > thickness:
         yield Path(frame, ink, hull(local), True, width)
@@ -69,13 +95,13 @@ def bar(sheet: Sheet, name: str, link: Any) -> Iterator[Mark]:
         a, b = min(reach), max(reach)
         outline = capsule((a * along[0], a * along[1]), (b * along[0], b * along[1]), thickness / 2)
         yield Path(frame, ink, outline, True, width)
+        side = _beside(sheet, name, side, along, thickness)
     if not plain:
         x, y = section.centre or (length / 2, 0.0)
         centre = (along[0] * x - along[1] * y, along[1] * x + along[0] * y)
         yield Disc(frame, ink, centre, 0.32 * sheet.unit)
         yield Disc(frame, "mass", centre, 0.1 * sheet.unit)
-    middle = (sum(x for x, _ in local) / len(local), sum(y for _, y in local) / len(local))
-    yield Label(frame, name, middle, "link")
+    yield Label(frame, name, side, "link")
 
 
 def strip(sheet: Sheet, name: str, link: Any) -> Iterator[Mark]:

@@ -90,6 +90,8 @@ class StudyResult:
     metrics : dict of Metric
     signals : dict of ndarray
         Written to signals.npz; in SI.
+    units : dict of str
+        Of signals, where they are known.
     work : dict
         Steps, Jacobians, evaluations; `wall_s` is added if it is not there.
     tables : sequence of Table
@@ -106,6 +108,7 @@ class StudyResult:
     work: Mapping[str, Any] = field(default_factory=dict)
     tables: Sequence[Table] = ()
     pages: Mapping[str, str] = field(default_factory=dict)
+    units: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if self.status != "OK" and not self.message:

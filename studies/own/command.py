@@ -24,6 +24,8 @@ Made = TypeVar("Made")
 SETTINGS = ("duration", "accuracy", "of", "solver", "verify", "ledger", "measure")
 """What the table [run] of a file may hold; options of the same names override it."""
 DEFAULT_DURATION = 1.0
+PROBED = 1e-6
+"""Duration of the run that shows which signals there are, s."""
 REPORTS = "reports"
 """Folder of the cases' own pages, beside the sweep's."""
 
@@ -74,10 +76,9 @@ def run_file(path: Path, argv: Sequence[str], prog: str) -> int:
         check_words(unknown, chosen)
         base, changes = _settings(path, chosen)
         parameters = Parameters(**base, changes=tuple(changes.items()))
-        if not isinstance(parameters.of, str):
-            probe(parameters)
+        probe(parameters)
         folder = writable(Path(chosen.out) / path.stem)
-    except (ValueError, OSError) as error:
+    except (ValueError, OSError, ImportError) as error:
         return wrong_input(_named(error, path))
     from buckler.studies.own import study
 
@@ -214,17 +215,16 @@ def family(path: Path, chosen: argparse.Namespace) -> Family:
 
 
 def probe(parameters: Parameters) -> None:
-    """Refuse measures, and what an accuracy is asked of, that name signals the mechanism does not have, before any case runs."""
+    """Run a first microsecond: what cannot start, and names of signals that there are not, are refused before any case runs."""
     from buckler.mbs.sensitivity.reading import check
     from buckler.mbs.simulation import simulate
 
     asked = () if isinstance(parameters.of, str) else parameters.of
-    if parameters.measures or asked:
-        result = simulate(parameters.mechanism(), min(parameters.duration, 1e-4))
-        for name in asked if result.signals else ():
-            _ = result[name]
-        for text in parameters.measures if result.signals else ():
-            check(text, result.signals)
+    result = simulate(parameters.mechanism(), min(parameters.duration, PROBED))
+    for name in asked if result.signals else ():
+        _ = result[name]
+    for text in parameters.measures if result.signals else ():
+        check(text, result.signals)
 
 
 def named(path: Path, function: Callable[..., Made], *arguments: Any) -> Made:

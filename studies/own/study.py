@@ -13,6 +13,7 @@ from buckler.mbs.accuracy.aim import PLACES, Aim
 from buckler.mbs.documents.document import changed
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.sensitivity.reading import measure
+from buckler.mbs.units import labelled
 from buckler.mbs.validate import number, positive
 from buckler.studies.kit.parameters import Parameter, StudyParameters
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult
@@ -166,6 +167,7 @@ def read_off(parameters: Parameters, result: Result) -> StudyResult:
         metrics=_metrics(parameters, result) if ended else {},
         signals={"time": result.time, **result.signals},
         work=result.work,
+        units=result.units,
     )
 
 
@@ -205,6 +207,6 @@ def figure(result: StudyResult) -> dict[str, Figure]:
     drawn, axes = subplots(len(names), 1, height=25.0 + 32.0 * len(names), sharex=True, squeeze=False)
     for name, ax in zip(names, axes[:, 0], strict=True):
         ax.plot(result.signals["time"], result.signals[name])
-        ax.set_ylabel(name)
+        ax.set_ylabel(labelled(name, result.units.get(name, "")))
     axes[-1, 0].set_xlabel("time [s]")
     return {"signals": drawn}

@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 from matplotlib.lines import Line2D
 
+from buckler.mbs.units import labelled
 from buckler.studies.kit.style import COLOURS, Figure, subplots
-from buckler.studies.sweeping.table import Point, with_unit
+from buckler.studies.sweeping.table import Point
 from buckler.studies.sweeping.vary import Plan
 
 Array = np.ndarray[Any, Any]
@@ -26,12 +27,12 @@ class _Picture:
 
     def __init__(self, plan: Plan, found: Sequence[Point], metric: str, unit: str, units: Any) -> None:
         self.plan, self.found, self.metric, self.units = plan, found, metric, units
-        self.label = with_unit(metric, unit)
+        self.label = labelled(metric, unit)
         self.values = {name: [point.values[i] for point in found] for i, name in enumerate(plan.names)}
         self.words = [name for name in plan.names if isinstance(self.values[name][0], str)]
         self.numbers = [name for name in plan.names if name not in self.words]
         means = [point.mean(metric) for point in found]
-        self.mean = np.array([m.value for m in means])
+        self.mean = _settled(np.array([m.value for m in means]))
         self.error = np.array([m.error for m in means])
         self.suspect = np.array([point.suspect for point in found])
         self.failed = np.array([not point.used for point in found])
@@ -175,7 +176,7 @@ class _Picture:
     def _scale(self, ax: Any, names: Sequence[str]) -> None:
         """Name the axes of varied numbers."""
         for axis, name in zip("xy", names, strict=False):
-            ax.set(**{f"{axis}label": with_unit(name.replace("_", " "), self.units[name])})
+            ax.set(**{f"{axis}label": labelled(name.replace("_", " "), self.units[name])})
             if name in self.plan.log:
                 ax.set(**{f"{axis}scale": "log"})
 
@@ -188,6 +189,18 @@ class _Picture:
                 labels.append(text)
         if handles:
             (where or ax).legend(handles, labels, **options)
+
+
+CONSTANT = 1e-9
+"""Spread, relative to the size, below which values are one: what is left is rounding."""
+
+
+def _settled(values: Array) -> Array:
+    """Values, or their middle where they differ by rounding only."""
+    known = values[np.isfinite(values)]
+    if len(known) and np.ptp(known) <= CONSTANT * np.abs(known).max():
+        return np.where(np.isfinite(values), np.median(known), values)
+    return values
 
 
 def _named(name: str, value: Any, unit: str) -> str:

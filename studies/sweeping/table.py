@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from buckler.mbs.units import labelled
 from buckler.studies.kit.report import Metric, Table
 from buckler.studies.sweeping.rows import Row
 from buckler.studies.sweeping.vary import Plan
@@ -109,17 +110,12 @@ def choose(found: Sequence[Point], wanted: Sequence[str]) -> dict[str, str]:
     return {name: known[name] for name in wanted or list(known)[:DEFAULT_SHOWN]}
 
 
-def with_unit(name: str, unit: str) -> str:
-    """A header such as `force [N]`."""
-    return f"{name} [{unit}]" if unit not in ("", "1") else name
-
-
 def table(plan: Plan, found: Sequence[Point], shown: Mapping[str, str], units: Mapping[str, str]) -> Table:
     """One line a point of the design."""
     statuses = [point.status for point in found]
     failing = any(status != "OK" for status in statuses)
-    headers = [with_unit(name, units[name]) for name in plan.names]
-    headers += [f"of {plan.repeats}"] * (plan.repeats > 1) + [with_unit(name, unit) for name, unit in shown.items()]
+    headers = [labelled(name, units[name]) for name in plan.names]
+    headers += [f"of {plan.repeats}"] * (plan.repeats > 1) + [labelled(name, unit) for name, unit in shown.items()]
     lines = []
     for point, status in zip(found[:MOST_LINES], statuses, strict=False):
         line: list[Any] = [*point.values, *([len(point.used)] if plan.repeats > 1 else [])]

@@ -200,11 +200,12 @@ def figure(result: StudyResult) -> Figure:
     for i, name in enumerate(p.laws):
         drops = [result.metrics[f"{name}.{asked:g}.delivered"] for asked in p.restitution]
         exact = [delivered(p.law(name, float(x)), p.mass, p.speed) for x in e]
-        mark, colour = MARKS[i % len(MARKS)], COLOURS[i % len(COLOURS)]
-        ax.plot(e, exact, color=colour, linewidth=0.7)
-        ax.plot(p.restitution, [d.value for d in drops], mark, color=colour, label=name, markersize=3.5)
+        again, k = divmod(i, len(COLOURS))  # a colour comes again dashed and hollow
+        mark, colour, fill = MARKS[i % len(MARKS)], COLOURS[k], "white" if again else COLOURS[k]
+        ax.plot(e, exact, "--" if again else "-", color=colour, linewidth=0.7)
+        ax.plot(p.restitution, [d.value for d in drops], mark, color=colour, mfc=fill, label=name, markersize=3.5)
         apart = [abs(d.value - (d.exact or 0.0)) for d in drops]
-        off.semilogy(p.restitution, apart, mark, color=colour, markersize=3.5)
+        off.semilogy(p.restitution, apart, mark, color=colour, mfc=fill, markersize=3.5)
     ax.plot([0, 1], [0, 1], "--", color="#999999", linewidth=0.8, zorder=0)
     ax.set(xlim=(0, 1), ylim=(0, 1), xlabel="restitution asked for", ylabel="restitution delivered")
     off.set(xlim=(0, 1), xlabel="restitution asked for", ylabel="drop test against exact")

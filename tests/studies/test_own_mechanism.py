@@ -198,11 +198,6 @@ def test_wrong_files_are_one_line_and_exit_2(pendulum, capsys):
     assert capsys.readouterr().err == "error: absent.toml: No such file or directory\n"
 
 
-def test_an_unknown_signal_is_an_error_of_the_run(pendulum, capsys):
-    assert main(argv=["run", "pendulum.json", "--measure", "max(A.z)"]) == 1
-    assert "no signal 'A.z'; did you mean A." in capsys.readouterr().err
-
-
 def test_quiet_and_verbose(pendulum, capsys):
     assert main(argv=["run", "pendulum.json", "-q"]) == 0
     assert capsys.readouterr() == ("", "")
@@ -389,3 +384,36 @@ def test_a_file_named_without_its_ending_is_hinted_at(tmp_path, monkeypatch, cap
     assert main(argv=["new", "pendulum"]) == 0
     assert main(argv=["run", "pendulum"]) == 2
     assert "unknown study 'pendulum'; did you mean pendulum.toml?" in capsys.readouterr().err
+
+
+# --- what a stranger stumbles over ------------------------------------------------------------------------------------------
+
+
+def test_a_measure_of_no_signal_is_refused_before_anything_runs_or_is_written(pendulum, capsys):
+    assert main(argv=["run", "pendulum.json", "--measure", "max(A.yy)"]) == 2
+    out, err = capsys.readouterr()
+    assert out == "" and not (pendulum / "results" / "pendulum" / "report.html").exists()
+    assert err == "error: --measure max(A.yy): no signal 'A.yy'; did you mean A.y?\n"
+
+
+def test_velocities_that_contradict_each_other_are_one_line(pendulum, capsys):
+    content = {**PENDULUM, "velocities": {"arm": 1.0, "A": [1.0, 0.0]}, "run": {}}
+    (pendulum / "pendulum.json").write_text(json.dumps(content))
+    assert main(argv=["run", "pendulum.json"]) == 2
+    assert re.fullmatch(r"error: pendulum.json: velocities at t = 0 s do not exist .*\n", capsys.readouterr().err)
+
+
+def test_a_modal_link_without_its_extra_is_one_line(pendulum, capsys, monkeypatch):
+    monkeypatch.setitem(sys.modules, "skfem", None)
+    body = {"kind": "Modal", "section": {"width": "20 mm", "thickness": "5 mm"}}
+    links = {"arm": {**PENDULUM["links"]["arm"], "body": body}}
+    (pendulum / "pendulum.json").write_text(json.dumps({**PENDULUM, "links": links}))
+    status, err = main(argv=["run", "pendulum.json"]), capsys.readouterr().err
+    assert (status, err.count("\n"), "Traceback" in err) == (2, 1, False) and "pip install 'buckler[modal]'" in err
+
+
+def test_a_file_may_begin_with_a_byte_order_mark(pendulum):
+    mechanism = Mechanism.load(pendulum / "pendulum.json")
+    (pendulum / "marked.toml").write_text(mechanism.save(pendulum / "plain.toml").read_text(), encoding="utf-8-sig")
+    assert (pendulum / "marked.toml").read_bytes().startswith(b"\xef\xbb\xbf")
+    assert Mechanism.load(pendulum / "marked.toml") == mechanism

@@ -1,13 +1,18 @@
 """Pictures by matplotlib."""
 
+import re
 from itertools import pairwise
+from pathlib import Path
 from shutil import which
 
 import numpy as np
 import pytest
 from looked_at import loose, pendulum, pushed, run
 
+from buckler.mbs import Mechanism
 from buckler.mbs.view import plot
+from buckler.mbs.view.drawing import Label
+from buckler.mbs.view.movie import placed, still
 
 
 @pytest.fixture(autouse=True)
@@ -50,7 +55,7 @@ def test_signals_are_drawn_by_unit():
     result = run("strip")
     axes = result.plot("B.x", "A.x", "B.contact_force")
     assert [len(row.lines) for row in axes] == [2, 1]
-    assert axes[1].get_ylabel() == "B.contact_force / N" and axes[1].get_xlabel() == "t / s"
+    assert axes[1].get_ylabel() == "B.contact_force [N]" and axes[1].get_xlabel() == "time [s]"
     assert axes[1].lines[0].get_ydata() == pytest.approx(result.signals["B.contact_force"])
     with pytest.raises(ValueError, match=r"unknown signal 'B\.contact'; near: B\.contact_force"):
         result.plot("B.contact")
@@ -109,3 +114,27 @@ def test_a_film_file_is_written(tmp_path, monkeypatch):
 def test_a_notebook_shows_picture_and_parts():
     text = pushed()._repr_html_()
     assert text.count("<svg") == 1 and "Link (Rigid)" in text and "guide A" in text
+
+
+def test_every_axis_label_in_the_project_gives_its_unit_in_one_style():
+    """`force [N]`, never `force / N`."""
+    root = Path(__file__).resolve().parents[2]
+    units = "|".join(("m", "mm", "s", "ms", "N", "J", "rad", "deg", "N m", "m/s", "Hz", "1"))
+    other = re.compile(rf"label\(?=?\(?f?\"[^\"]* / (?:{units})\"")
+    files = [path for folder in ("mbs", "studies", "docs") for path in (root / folder).rglob("*.py")]
+    assert files and not [path.name for path in files if other.search(path.read_text(encoding="utf-8"))]
+    assert other.search('ax.set(xlabel="x / m")') and other.search('ax.set_ylabel("energy / J")')
+
+
+def test_names_of_points_and_bars_lie_beside_the_links():
+    """At the start, in symbols: farther from every link's line than half a symbol."""
+    mechanism = Mechanism.load(Path(__file__).resolve().parents[2] / "studies" / "own" / "examples" / "stephenson.toml")
+    movie = still(mechanism)
+    ends = [(np.array(mechanism.points[link.start]), np.array(mechanism.points[link.end])) for link in mechanism.links]
+    labels = [mark for mark in movie.marks if isinstance(mark, Label) and mark.text not in ("coupler", "D")]
+    assert {mark.text for mark in labels} >= {"crank", "rod", "output", "A", "B", "E"}
+    for mark in labels:
+        x, y = placed(movie.frames[mark.frame][0], [mark.place])[0]
+        for a, b in ends:
+            share = np.clip((np.array([x, y]) - a) @ (b - a) / ((b - a) @ (b - a)), 0, 1)
+            assert np.hypot(*(np.array([x, y]) - a - share * (b - a))) > 0.4 * movie.unit, mark.text

@@ -98,8 +98,12 @@ function play() {
 
 function pause() { clock.playing = false; showPlaying(); }
 
+const calm = matchMedia("(prefers-reduced-motion: reduce)");  // single pictures then, two a second
+const STILL = 500;
+
 function tick(now) {
   if (!clock.playing) return;
+  if (calm.matches && now - clock.last < STILL) { requestAnimationFrame(tick); return; }
   const next = clock.time + Math.max(now - clock.last, 0) / 1000 * clock.speed;
   clock.last = now;
   if (next >= end) { seek(end); pause(); return; }
@@ -486,9 +490,11 @@ function showVerdict() {
 }
 
 function showChecks() {
-  const body = document.querySelector("#checks tbody");
+  const idle = data.checks.filter((row) => row.verdict === "not applicable").length;
+  $("idle").hidden = !idle;
+  $("idle-count").textContent = `${idle} with nothing to look at`;
   for (const { name, question, verdict, said } of data.checks) {
-    const row = element("tr", "", body);
+    const row = element("tr", "", document.querySelector(verdict === "not applicable" ? "#idle tbody" : "#checks tbody"));
     row.className = verdict.replace(" ", "-");
     element("td", name, row);
     element("td", question, row);
