@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import inspect
 import typing
 from collections.abc import Iterable, Mapping
 from typing import Any, ClassVar, TypeVar
 
 from buckler.mbs.declare.spec import Anything, Flag, Name, Quantity, Spec, Whole
+from buckler.mbs.extensions import extensions
 from buckler.mbs.validate import short
 
 Class = TypeVar("Class", bound=type)
@@ -163,7 +165,7 @@ def register(kind: Class) -> Class:
     """
     if not dataclasses.is_dataclass(kind):
         raise ValueError(f"{kind.__name__}: must be a frozen dataclass")
-    taken = known().get(kind.__name__, kind)
+    taken = _KINDS.get(kind.__name__, kind)
     if taken is not kind:
         raise ValueError(f"{kind.__name__}: there is a {taken.__module__}.{kind.__name__} already")
     _KINDS[kind.__name__] = kind
@@ -171,8 +173,15 @@ def register(kind: Class) -> Class:
 
 
 def known() -> dict[str, type]:
-    """Every class that a file may name, by its name."""
+    """Every class that a file may name, by its name: Buckler's own and those of other installed packages."""
+    _register_others()
     return {key: kind for key, kind in _KINDS.items() if dataclasses.is_dataclass(kind) and not inspect.isabstract(kind)}
+
+
+@functools.cache
+def _register_others() -> None:
+    for kind in extensions("buckler.kinds").values():
+        register(kind)
 
 
 def kinds_of(base: type) -> list[type]:

@@ -27,6 +27,7 @@ from buckler.mbs.engine import (
     torsion_spring,
     weld,
 )
+from buckler.mbs.extensions import extensions
 
 BODIES: dict[type, Callable[..., Any]] = {
     elements.Rigid: rigid.add,
@@ -63,12 +64,10 @@ def connect(scene: Any) -> None:
     found: dict[type, dict[str, Any]] = {kind: {} for kind in CONNECTORS}
     for name, element in scene.mechanism.elements().items():
         body = type(element.body) if isinstance(element, elements.Link) else None
-        kind = next((each for each in (type(element), body) if each in CONNECTORS), None)
-        if kind is not None:
-            found[kind][name] = element
-        elif any(element.rows(scene.mechanism)):
-            found.setdefault(type(element), {})[name] = element
-        elif body not in BODIES:
-            raise ValueError(f"{type(element).__name__}: Exudyn's scene does not know this kind, and it has no rows")
+        if body is None or body in CONNECTORS:
+            found.setdefault(body or type(element), {})[name] = element
     for kind, each in found.items():
-        CONNECTORS.get(kind, rows.connect)(scene, each)
+        known = CONNECTORS.get(kind) or extensions("buckler.exudyn").get(kind.__name__)
+        if known is None and not all(any(element.rows(scene.mechanism)) for element in each.values()):
+            raise ValueError(f"{kind.__name__}: Exudyn's scene does not know this kind, and it has no rows")
+        (known or rows.connect)(scene, each)

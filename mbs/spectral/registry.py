@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from buckler.mbs.extensions import extensions
 from buckler.mbs.spectral.beam import add_beam
 from buckler.mbs.spectral.belt import add_belt
 from buckler.mbs.spectral.builder import Body, Builder
@@ -45,9 +46,10 @@ ELEMENTS: dict[str, Callable[[Builder, str, Any], None]] = {
 def add_element(builder: Builder, name: str, element: Any) -> None:
     """Add a joint, guide, stop, load, drive or coupling of this name; a kind without a line here by its rows."""
     kind = type(element).__name__
-    if kind not in ELEMENTS and not any(element.rows(builder.mechanism)):
+    add = ELEMENTS.get(kind) or extensions("buckler.spectral").get(kind)
+    if add is None and not any(element.rows(builder.mechanism)):
         raise _unknown(kind)
-    ELEMENTS.get(kind, connect)(builder, name, element)
+    (add or connect)(builder, name, element)
 
 
 def add_body(builder: Builder, link: Any) -> Body:

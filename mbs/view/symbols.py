@@ -16,6 +16,7 @@ import numpy as np
 from buckler.mbs.elements.element import GROUND, place
 from buckler.mbs.elements.link import Link
 from buckler.mbs.elements.section import Section
+from buckler.mbs.extensions import extensions
 from buckler.mbs.view import couplings
 from buckler.mbs.view.drawing import Arrow, Disc, Label, Mark, Path, Span, Strip
 from buckler.mbs.view.sheet import FIXED, MIDDLE, Pair, Sheet
@@ -70,7 +71,8 @@ def symbol(element: Any) -> Symbol:
     for kind in type(element).__mro__:
         if kind.__name__ in SYMBOLS:
             return SYMBOLS[kind.__name__]
-    return unknown
+    found: Symbol = extensions("buckler.symbols").get(type(element).__name__, unknown)
+    return found
 
 
 # --- links ------------------------------------------------------------------------------------------------------------
