@@ -1,60 +1,93 @@
-"""Paths of equilibria by arc length, through limit points, with stability and a choice of branch.
-
-References
-----------
-E. Riks, An incremental approach to the solution of snapping and buckling problems, Int. J. Solids Structures 15 (1979) 529-551,
-doi 10.1016/0020-7683(79)90081-7.
-H. B. Keller, Numerical solution of bifurcation and nonlinear eigenvalue problems, in: P. Rabinowitz (ed.), Applications of
-Bifurcation Theory (1977) 359-384.
-"""
+"""Paths of equilibria as a load grows, a drive moves or any number changes: limits, branchings, flutter, each with its error."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.start import slopes
-from buckler.mbs.statics.problem import Problem, Rest, StaticsError, loads_of, places
+from buckler.mbs.statics.answer import Answer, Ending, check_count, check_mechanism, check_number
+from buckler.mbs.statics.arc import Arc
+from buckler.mbs.statics.critical import Critical, State, criticals, state_at
+from buckler.mbs.statics.problem import Problem, Rest, StaticsError, has_strips, loads_of, places
+from buckler.mbs.statics.rest import HIGHEST, RISE
+from buckler.mbs.statics.varied import Varied
 
 Array = np.ndarray[Any, Any]
 Branch = tuple[str, str, tuple[float, float]]
-SHORTEST = 1e-7
+DEGREE = 12
+"""Of strips, at first."""
+GOAL = 1e-6
+"""Relative error of critical points up to which the degree is raised."""
 
 
 @dataclass(frozen=True)
-class Path:
+class Path(Answer):
     """Equilibria along a path.
 
     Attributes
     ----------
+    status : Ending
+        OK where `to` was reached.
+    message : str
+    ended : str
+        Why it ended: 'reached', 'closed', 'steps' or 'singular'.
     scene : Scene
     parameter : array, shape (steps,)
-        Factor of the loads, or travel of the drive, rad or m.
+        Factor of the loads, travel of the drive, rad or m, or the number.
     q : array, shape (steps, n)
     multipliers : array, shape (steps, r)
-    lowest : array, shape (steps,)
-        Lowest squared angular frequency at the held parameter, 1/s^2: negative where unstable.
-    limits : list of float
-        Parameter at the limit points, refined.
-    branchings : list of float
-        Parameter where stability changes and the parameter does not turn.
+    growth : array, shape (steps,)
+        Largest rate at which a small motion grows, 1/s; 0 where none does.
+    unstable : array of int, shape (steps,)
+        How many eigenvalues of K are negative.
+    points : list of Critical
+        Limits, branchings and flutter points in their order.
+    errors : dict of str to array
+        Of `limits`, `branchings`, `flutter`: what a higher degree of the strips changes; and of `end`, the places at the end.
+    branches : list of Path
+        Paths that leave its branchings, where they were asked for.
     """
 
+    status: Ending
+    message: str
+    ended: str
     scene: Scene
     parameter: Array
     q: Array
     multipliers: Array
-    lowest: Array
-    limits: list[float]
-    branchings: list[float]
+    growth: Array
+    unstable: Array
+    points: list[Critical]
+    errors: dict[str, Array] = field(default_factory=dict)
+    branches: list[Path] = field(default_factory=list)
+
+    def _at(self, kind: str) -> list[float]:
+        return [each.rest.parameter for each in self.points if each.kind == kind for _ in range(each.multiple)]
+
+    @property
+    def limits(self) -> list[float]:
+        """Parameter where it turns."""
+        return self._at("limit")
+
+    @property
+    def branchings(self) -> list[float]:
+        """Parameter where other paths leave it; of a multiple branching as often as eigenvalues pass zero there."""
+        return self._at("branching")
+
+    @property
+    def flutter(self) -> list[float]:
+        """Parameter where a motion that swings begins to grow, or ceases to."""
+        return self._at("flutter")
 
     @property
     def stable(self) -> Array:
-        """Where the equilibrium is stable, shape (steps,)."""
-        return self.lowest > 0.0
+        """Where no small motion grows, shape (steps,)."""
+        return self.growth == 0.0
 
     def point(self, link: str, point: str) -> Array:
         """Places of a point of a link, shape (steps, 2)."""
@@ -64,179 +97,247 @@ class Path:
         """Multipliers of a constraint along the path, shape (steps, rows)."""
         return self.multipliers[:, [i for i, row in enumerate(self.scene.row_names) if row == name]]
 
+    def rows(self) -> list[tuple[str, str]]:
+        """Critical points in their order, and the end."""
+        out, count = [], dict.fromkeys(("limit", "branching", "flutter"), 0)
+        keys = {"limit": "limits", "branching": "branchings", "flutter": "flutter"}
+        for each in self.points:
+            errors = self.errors.get(keys[each.kind], np.array([]))
+            error = f", error {errors[count[each.kind]]:.1e}" if count[each.kind] < len(errors) else ""
+            times = f", {each.multiple} eigenvalues" if each.multiple > 1 else ""
+            out.append((each.kind, f"{each.rest.parameter:.9g}{error}{times}"))
+            count[each.kind] += each.multiple
+        return [*out, ("ended", f"{self.ended} at {self.parameter[-1]:.9g} after {len(self.parameter)} steps")]
+
 
 def path(
-    mechanism: Any, *, to: float, load: str | list[str] | None = None, drive: str | None = None, steps: int = 200,
-    step: float = 0.02, longest: float = 0.1, branch: Branch | None = None, degree: int | None = None,
+    mechanism: Any, *, to: float, load: str | list[str] | None = None, drive: str | None = None, parameter: str | None = None,
+    steps: int = 250, step: float = 0.02, longest: float = 0.1, branch: Branch | None = None, branches: bool = False,
+    degree: int | None = None,
 ) -> Path:  # fmt: skip
-    """Follow the equilibria of a mechanism from its stress-free start, at parameter 0, as a load grows or a drive moves.
+    """Follow the equilibria of a mechanism as a load grows, a drive moves or a number of it changes.
+
+    Loads and drives start at 0, from the stress-free pose; a number starts at its value.
 
     Parameters
     ----------
     mechanism : Mechanism
     to : float
-        Parameter at which the path ends: factor of the load, or travel of the drive, rad or m.
+        Parameter at which the path ends: factor of the load, travel of the drive, rad or m, or value of the number.
     load : str or list of str, optional
-        Names of the loads that grow ('gravity', 'force.A', ...); all by default, where no drive is named. Others stay at 1.
+        Names of the loads that grow ('gravity', 'force.A', ...); all by default, where nothing else is named. Others stay at 1.
     drive : str, optional
         Name of the drive that moves ('drive').
+    parameter : str, optional
+        Place of any number, as in files: 'links.strip.body.section.thickness'.
     steps : int
-        Most steps; a path that has not reached `to` by then ends where it is.
+        Most steps; a path that has not reached `to` by then ends where it is, with status TOO_MANY_STEPS.
     step, longest : float
         First and longest arc: root mean square of changes, lengths in units of the longest link, angles in rad, the parameter
-        in units of `to`.
+        in units of its way. In between the path's curvature decides.
     branch : (link, point, (x, y)), optional
-        At the first branching leave the straight path towards the side on which this point moves in this direction.
+        At the first branching whose shape moves this point, leave the path towards the side on which it moves in this direction.
+    branches : bool
+        Also follow all paths that leave its branchings, to both sides.
     degree : int, optional
-        Of the strips' polynomials.
+        Of the strips' polynomials; by default it is raised until critical points change by less than 1e-6. A body's `elements`
+        are the engine's: the statics have polynomials, and tell their error.
 
     Raises
     ------
-    StaticsError
-        If the start is no equilibrium, or steps become too short.
+    ValueError
+        If what is asked for makes no sense.
     """
+    check_mechanism(mechanism)
+    check_number("to", to, nonzero=parameter is None)
+    check_count("steps", steps, 1, 100_000)
+    if degree is not None:
+        check_count("degree", degree, 2, 200)
+    for name, value in (("step", step), ("longest", longest)):
+        check_number(name, value, nonzero=True)
+    if sum(each is not None for each in (load, drive, parameter)) > 1:
+        raise ValueError("load, drive, parameter: give one of them")
+    if branch is not None:
+        _check_branch(mechanism, branch)
+    names = [load] if isinstance(load, str) else load
+
+    def run(degree: int) -> Path:
+        problem = _problem(mechanism, names, drive, parameter, degree)
+        try:
+            return _Follower(problem, float(to), branch, steps, step, longest).whole(branches)
+        finally:
+            problem.set(problem.begun if isinstance(problem, Varied) else 0.0 if problem.row >= 0 else 1.0)
+
+    return _ladder(run, degree)
+
+
+def _problem(mechanism: Any, load: Iterable[str] | None, drive: str | None, parameter: str | None, degree: int) -> Problem:
+    if parameter is not None:
+        return Varied(mechanism, parameter, degree)
     scene = Scene.of(mechanism, degree)
-    if drive is not None:
-        if drive not in scene.row_names:
-            raise StaticsError(f"drive = '{drive}': unknown; constraints: {', '.join(dict.fromkeys(scene.row_names))}")
-        problem = Problem(scene, (), scene.row_names.index(drive))
-    else:
-        problem = Problem(scene, loads_of(scene, [load] if isinstance(load, str) else load))
-    follower = _Follower(problem, to, branch)
-    rest = problem.newton(Rest(scene.q0, np.zeros(len(scene.row_names)), 0.0))
-    try:
-        return follower.run(rest, steps, step, longest)
-    finally:
-        problem.set(1.0 if problem.row < 0 else 0.0)
+    if drive is None:
+        return Problem(scene, loads_of(scene, load))
+    if drive not in scene.row_names:
+        raise StaticsError(f"drive = '{drive}': unknown; constraints: {', '.join(dict.fromkeys(scene.row_names))}")
+    return Problem(scene, (), scene.row_names.index(drive))
 
 
-NEAR = 1e-9
-"""Arc, in the measure of the path, that is not told apart from none."""
+def _check_branch(mechanism: Any, branch: Branch) -> None:
+    links = {link.name: link for link in mechanism.links}
+    if not (
+        isinstance(branch, tuple | list) and len(branch) == 3 and branch[0] in links and branch[1] in links[branch[0]].points
+    ):
+        raise ValueError(f"branch = {branch!r}: must be (link, point of it, (x, y)); links: {', '.join(links)}")
+
+
+def _ladder(run: Callable[[int], Path], degree: int | None) -> Path:
+    """Raise the degree until critical points and the end do not change."""
+    found, fixed = run(degree or DEGREE), degree is not None
+    while has_strips(found.scene):
+        finer = run(found.scene.degree + RISE)
+        errors = _errors(found, finer)
+        answer = found if fixed else finer
+        answer.errors.update(errors)
+        worst = max((float(np.max(each, initial=0.0)) for each in errors.values()), default=0.0)
+        scale = max(np.abs(finer.parameter).max(), 1e-300)
+        if fixed or worst <= GOAL * scale or finer.scene.degree > HIGHEST - 10:
+            return answer
+        found = finer
+    found.errors.update({"limits": np.zeros(len(found.limits)), "branchings": np.zeros(len(found.branchings)),
+                         "flutter": np.zeros(len(found.flutter)), "end": np.zeros(1)})  # fmt: skip
+    return found
+
+
+def _errors(one: Path, other: Path) -> dict[str, Array]:
+    """Differences of the critical points of two degrees; infinite where one lacks them."""
+    out = {}
+    for name in ("limits", "branchings", "flutter"):
+        a, b = np.array(getattr(one, name)), np.array(getattr(other, name))
+        count = max(len(a), len(b))
+        padded = [np.concatenate([x, np.full(count - len(x), np.nan)]) for x in (a, b)]
+        out[name] = np.nan_to_num(np.abs(padded[0] - padded[1]), nan=np.inf)
+    link = next(link for link in one.scene.mechanism.links if not link.body.massless)
+    ends = [[places(each.scene, each.q[-1], link.name, point).position for point in link.points] for each in (one, other)]
+    out["end"] = np.array([np.abs(np.subtract(*ends)).max() / one.scene.length])
+    return out
 
 
 class _Follower:
-    """Bordered Newton steps along a path."""
+    """A path in the making."""
 
-    def __init__(self, problem: Problem, to: float, branch: Branch | None) -> None:
+    def __init__(self, problem: Problem, to: float, branch: Branch | None, steps: int, step: float, longest: float) -> None:
         self.problem, self.to, self.branch = problem, to, branch
-        n, r = problem.scene.size, len(problem.scene.row_names)
-        self.metric = np.concatenate([1.0 / problem.units**2 / n, np.zeros(r), [1.0 / to**2]])
-        self.limits: list[float] = []
-        self.branchings: list[float] = []
+        self.begun = problem.begun if isinstance(problem, Varied) else 0.0
+        self.steps, self.step, self.longest = steps, step, longest
+        self.arc = Arc(problem, self.begun, to)
 
-    def run(self, rest: Rest, steps: int, step: float, longest: float) -> Path:
-        """Follow from a state of rest."""
-        rests, lowest = [rest], [self._lowest(rest)]
-        direction = self._direction(rest, None)
-        for _ in range(steps):
-            new, step = self._advance(rest, direction, step)
-            low = self._lowest(new)
-            if (low < 0) != (lowest[-1] < 0) and not self._turns(direction, rest, new):
-                critical, shape = self._critical(rest, new, direction, lowest[-1])
-                self.branchings.append(critical.parameter)
-                if self.branch is not None:
-                    rests.append(critical)
-                    lowest.append(0.0)
-                    direction, rest, self.branch = self._towards(critical, shape), critical, None
-                    continue
-            after = self._direction(new, direction)
-            if direction[-1] * after[-1] < 0:
-                self.limits.append(self._limit(rest, new, direction, after))
-            rest, direction, step = new, after, min(longest, step * 1.3)
+    def whole(self, branches: bool) -> Path:
+        """The path from the start, and the paths that leave it."""
+        first = self.run(self.problem.newton(self.problem.start(self.begun)), None)
+        if branches:
+            for point in [each for each in first.points if each.kind == "branching"]:
+                for shape in self._ways(point):
+                    for side in (1.0, -1.0):
+                        first.branches.append(self.run(point.rest, side * self._unit(shape)))
+        return first
+
+    def run(self, rest: Rest, direction: Array | None) -> Path:
+        """Follow from a state of rest; from a branching in a direction."""
+        rests, states = [rest], [state_at(self.problem, rest)]
+        points: list[Critical] = []
+        arc, left = (self.step, False) if direction is None else (min(self.step, 1e-2), True)
+        direction = self.arc.direction(rest, None) if direction is None else direction
+        ended = "steps"
+        for _ in range(self.steps):
+            try:
+                done = self.arc.advance(rest, direction, arc)
+            except StaticsError:
+                ended = "singular"
+                break
+            after, state = self.arc.direction(done.new, direction), state_at(self.problem, done.new)
+            found = [] if left else criticals(self.arc, done, states[-1], state, after)
+            way = self._leaves(found)
+            if way is not None:
+                points += found[: way[0] + 1]
+                rest, direction, left, self.branch, arc = found[way[0]].rest, way[1], True, None, min(self.step, 1e-2)
+                rests.append(rest)
+                states.append(state_at(self.problem, rest))
+                continue
+            points += found
+            rest, direction, arc, left = done.new, after, self.arc.next_arc(done, after, self.longest), False
             rests.append(rest)
-            lowest.append(low)
-            if (rest.parameter - self.to) * np.sign(self.to) >= 0:
-                rests[-1] = self.problem.newton(rest._replace(parameter=self.to))
-                lowest[-1] = self._lowest(rests[-1])
+            states.append(state)
+            if why := self._over(rests, points):
+                ended = why
                 break
+        return self._path(rests, states, points, ended)
+
+    def _over(self, rests: list[Rest], points: list[Critical]) -> str:
+        """Why it has ended, if it has; then its last equilibrium is at the end exactly."""
+        way = (rests[-1].parameter - self.begun) / (self.to - self.begun)
+        if way >= 1.0:
+            try:
+                rests[-1] = self.problem.newton(rests[-1]._replace(parameter=self.to))
+            except StaticsError:
+                return "singular"
+            while points and (points[-1].rest.parameter - self.to) / (self.to - self.begun) > 0.0:
+                points.pop()
+            return "reached"
+        change = self.problem.vector(rests[-1]) - self.problem.vector(rests[0])
+        if len(rests) > 10 and self.arc.size(change) < 0.5 * self.step:
+            return "closed"
+        return ""
+
+    def _path(self, rests: list[Rest], states: list[State], points: list[Critical], ended: str) -> Path:
         q, multipliers, parameter = (np.array(x) for x in zip(*rests, strict=True))
-        return Path(self.problem.scene, parameter, q, multipliers, np.array(lowest), self.limits, self.branchings)
+        states[-1] = state_at(self.problem, rests[-1])
+        status = {"steps": Ending.TOO_MANY_STEPS, "singular": Ending.SINGULAR}.get(ended, Ending.OK)
+        message = {
+            "steps": f"{self.steps} steps led to {parameter[-1]:.6g}, not to {self.to:.6g}; give more steps or a longer one",
+            "singular": f"it cannot be followed beyond {parameter[-1]:.6g}",
+            "closed": "it came back to its start",
+        }.get(ended, "")
+        growth, unstable = np.array([x.growth for x in states]), np.array([x.negative for x in states])
+        return Path(status, message, ended, self.problem.scene, parameter, q, multipliers, growth, unstable, points)
 
-    def _advance(self, rest: Rest, direction: Array, step: float) -> tuple[Rest, float]:
-        while step > SHORTEST:
-            try:
-                return self._on_plane(rest, direction, step), step
-            except StaticsError:
-                step *= 0.5
-        raise StaticsError(f"the path cannot be followed beyond parameter {rest.parameter:.6g}")
+    def _leaves(self, found: list[Critical]) -> tuple[int, Array] | None:
+        """The first branching whose shapes move the point that the branch names, and the direction there."""
+        if self.branch is None:
+            return None
+        for i, each in enumerate(found):
+            if each.kind == "branching":
+                link, point, along = self.branch
+                shape = self._towards(each, link, point, np.array(along, dtype=float))
+                if shape is not None:
+                    return i, self._unit(shape)
+        return None
 
-    def _on_plane(self, rest: Rest, direction: Array, step: float) -> Rest:
-        """The equilibrium at a distance along a direction."""
-        problem, n = self.problem, len(rest.q)
-        normal = self.metric * direction
-        value = float(normal @ problem.vector(rest)) + step
-        moved = problem.vector(rest) + step * direction
-        guess = Rest(moved[:n], moved[n:-1], float(moved[-1]))
-        new = problem.newton(guess, (normal, value, abs(self.to)))
-        way, apart = step * direction, problem.vector(new) - moved
-        for part in (slice(None), slice(n)):  # places on their own too: beside a large load their way is short
-            expected, off = (float(np.sqrt(self.metric[part] @ x[part] ** 2)) for x in (way, apart))
-            if off > 0.5 * expected + NEAR:
-                raise StaticsError("too far from where the path was expected")
-        return new
-
-    def _direction(self, rest: Rest, before: Array | None) -> Array:
-        """Unit tangent of the path, on from the one before."""
-        out = np.append(self.problem.tangent(rest), 1.0)
-        out /= np.sqrt(float(self.metric @ out**2))
-        forward = self.to * out[-1] if before is None else float(self.metric * before @ out)
-        return np.asarray(out if forward >= 0 else -out)
-
-    def _lowest(self, rest: Rest) -> float:
-        found = self.problem.spectrum(rest)
-        if not len(found.values):
-            return float("nan")
-        grows = float(found.growth.max())
-        return -(grows**2) if grows > 0.0 else float(np.abs(found.values[0]) ** 2)
-
-    def _turns(self, direction: Array, rest: Rest, new: Rest) -> bool:
-        """Whether a limit point lies between."""
-        return bool(direction[-1] * self._direction(new, direction)[-1] < 0)
-
-    def _critical(self, rest: Rest, new: Rest, direction: Array, low: float) -> tuple[Rest, Array]:
-        """Where between the two the lowest eigenvalue is zero, by bisection on the arc; and its shape."""
-        apart = self.problem.vector(new) - self.problem.vector(rest)
-        a, b, best = 0.0, float(self.metric * direction @ apart), new
-        fine = 1e-7 * b
-        for _ in range(40):
-            middle = 0.5 * (a + b)
-            try:
-                best = self._on_plane(rest, direction, middle)
-            except StaticsError:
-                break
-            if (self._lowest(best) < 0) == (low < 0):
-                a = middle
-            else:
-                b = middle
-            if b - a < fine:
-                break
-        return best, np.real(self.problem.spectrum(best).shapes[:, 0])
-
-    def _towards(self, rest: Rest, shape: Array) -> Array:
-        """Unit direction along a shape, to the side that the branch names."""
-        assert self.branch is not None
-        link, point, along = self.branch
+    def _towards(self, point: Critical, link: str, name: str, along: Array) -> Array | None:
+        """The critical shape that moves a point of a link most, for its size, in a direction; None where none moves it."""
+        self.problem.set(point.rest.parameter)
         scene = self.problem.scene
-        side = float(np.array(along) @ (slopes(scene, scene.marker(link, point), rest.q)[:2] @ shape))
-        out = np.concatenate([shape, np.zeros(len(rest.multipliers) + 1)])
-        return np.asarray(np.sign(side or 1.0) * out / np.sqrt(float(self.metric @ out**2)))
+        shapes = point.shapes / np.abs(point.shapes / self.problem.units[:, None]).max(axis=0)
+        moves = along @ slopes(scene, scene.marker(link, name), point.rest.q)[:2] @ shapes / np.linalg.norm(along) / scene.length
+        return shapes @ moves if np.abs(moves).max() > 1e-4 else None
 
-    def _limit(self, rest: Rest, new: Rest, before: Array, after: Array) -> float:
-        """Parameter at the limit point between two equilibria, by secants on dp/ds along the first one's tangent."""
-        a, b = 0.0, float(self.metric * before @ (self.problem.vector(new) - self.problem.vector(rest)))
-        fa, fb, middle = before[-1], after[-1], new
-        for _ in range(12):
-            s = a - fa * (b - a) / (fb - fa)
-            s = min(max(s, a + 0.05 * (b - a)), b - 0.05 * (b - a))
-            try:
-                middle = self._on_plane(rest, before, s)
-            except StaticsError:
-                break
-            f = self._direction(middle, before)[-1]
-            if (f < 0) == (fa < 0):
-                a, fa = s, f
-            else:
-                b, fb = s, f
-            if b - a < 1e-10 or abs(f) < 1e-9 * max(abs(before[-1]), abs(after[-1])):
-                break
-        return float(middle.parameter)
+    def _ways(self, point: Critical) -> Iterator[Array]:
+        """Shapes in which paths leave a branching: of a multiple one those that move one link most."""
+        if point.multiple == 1:
+            yield point.shapes[:, 0]
+            return
+        ways: list[Array] = []
+        for link in self.problem.scene.mechanism.links:
+            for name in () if link.body.massless else link.points:
+                for along in np.eye(2):
+                    shape = self._towards(point, link.name, name, along)
+                    if shape is None:
+                        continue
+                    shape = shape / np.linalg.norm(shape / self.problem.units)
+                    if all(abs(float(shape / self.problem.units**2 @ other)) < 0.999 for other in ways):
+                        ways.append(shape)
+        yield from ways
+
+    def _unit(self, shape: Array) -> Array:
+        """Unit direction along a shape of the coordinates."""
+        out = np.concatenate([shape, np.zeros(len(self.arc.metric) - len(shape))])
+        return np.asarray(out / self.arc.size(out))

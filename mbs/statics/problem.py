@@ -46,11 +46,14 @@ class Problem:
         Forces whose factor is the parameter; the last factor is gravity's.
     row : int
         Constraint whose value the parameter is added to; -1 for none.
+    shift : float
+        About which the last spectrum along a path was found, 1/s^2.
     """
 
     scene: Scene
     loads: Sequence[int] = ()
     row: int = -1
+    shift: float = 0.0
 
     def __post_init__(self) -> None:
         self.units = self.scene.units
@@ -115,18 +118,17 @@ class Problem:
     def step(self, rest: Rest, fixed: tuple[Array, float, float] | None = None) -> tuple[Rest, float]:
         """One step of Newton's method, damped, and its size before that."""
         n, r = self.scene.size, len(rest.multipliers)
-        force, gap, stiffness, jacobian = self.residual(rest)
-        matrix, scale = self.scaled(stiffness, jacobian)
-        right = np.concatenate([force * self.units / scale, -gap])
         change_p = 0.0
         if fixed is None:
-            step = solve(matrix, right)
+            force, gap, stiffness, jacobian = self.residual(rest)
+            matrix, scale = self.scaled(stiffness, jacobian)
+            step = solve(matrix, np.concatenate([force * self.units / scale, -gap]))
         else:
             normal, value, unit = fixed
-            slope = self.slope(rest)
-            column = -np.concatenate([slope[:n] * self.units / scale, -slope[n:]]) * unit
-            bordered = np.block([[matrix, column[:, None]], [self._in_units(normal, scale, unit)[None]]])
-            step = solve(bordered, np.append(right, value - float(normal @ self.vector(rest))))
+            bordered, scale = self._bordered(rest, normal, unit)
+            force, gap, _, _ = self.residual(rest)
+            miss = value - float(normal @ self.vector(rest))
+            step = solve(bordered, np.concatenate([force * self.units / scale, -gap, [miss]]))
             change_p = float(step[-1]) * unit
         largest = float(np.abs(step[:n]).max(initial=0.0))
         damp = min(1.0, LONGEST_STEP / max(largest, 1e-300)) if np.isfinite(largest) else 0.0
@@ -150,18 +152,23 @@ class Problem:
         """Coordinates, multipliers and parameter, (n + r + 1,)."""
         return np.concatenate([rest.q, rest.multipliers, [rest.parameter]])
 
-    def _in_units(self, normal: Array, scale: float, unit: float) -> Array:
-        n = self.scene.size
-        return np.concatenate([normal[:n] * self.units, normal[n:-1] * scale, [normal[-1] * unit]])
+    def tangent(self, rest: Rest, normal: Array, unit: float) -> Array:
+        """Change of (q, lambda, p) along the path whose product with the normal is 1; `unit` of p."""
+        matrix, scale = self._bordered(rest, normal, unit)
+        right = np.zeros(len(matrix))
+        right[-1] = 1.0
+        out, n = solve(matrix, right), self.scene.size
+        return np.concatenate([out[:n] * self.units, out[n:-1] * scale, [out[-1] * unit]])
 
-    def tangent(self, rest: Rest) -> Array:
-        """Change of (q, lambda) for a unit change of the parameter."""
+    def _bordered(self, rest: Rest, normal: Array, unit: float) -> tuple[Array, float]:
+        """The matrix of Newton's method with the parameter among the unknowns and a plane's normal as last row."""
         n = self.scene.size
         slope = self.slope(rest)
         _, _, stiffness, jacobian = self.residual(rest)
         matrix, scale = self.scaled(stiffness, jacobian)
-        out = solve(matrix, np.concatenate([slope[:n] * self.units / scale, -slope[n:]]))
-        return np.concatenate([out[:n] * self.units, out[n:] * scale])
+        column = -np.concatenate([slope[:n] * self.units / scale, -slope[n:]]) * unit
+        row = np.concatenate([normal[:n] * self.units, normal[n:-1] * scale, [normal[-1] * unit]])
+        return np.block([[matrix, column[:, None]], [row[None]]]), scale
 
     def spectrum(self, rest: Rest) -> Spectrum:
         """Small motions about a state."""

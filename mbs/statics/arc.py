@@ -1,0 +1,119 @@
+"""Steps along a path of equilibria by arc length, and the roots of functions along a step.
+
+References
+----------
+E. Riks, An incremental approach to the solution of snapping and buckling problems, Int. J. Solids Structures 15 (1979) 529-551,
+doi 10.1016/0020-7683(79)90081-7.
+H. B. Keller, Numerical solution of bifurcation and nonlinear eigenvalue problems, in: P. Rabinowitz (ed.), Applications of
+Bifurcation Theory (1977) 359-384.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.optimize import brentq
+
+from buckler.mbs.statics.problem import Problem, Rest, StaticsError
+
+Array = np.ndarray[Any, Any]
+SHORTEST = 1e-7
+"""Arc below which a step is given up."""
+NEAR = 1e-9
+"""Arc, in the measure of the path, that is not told apart from none."""
+BEND = 0.15
+"""Angle by which the path may turn in a step, rad: the next one is as long as that asks for."""
+
+
+class Step(NamedTuple):
+    """From an equilibrium along a direction (n + r + 1,) to the next one, an arc away on the plane across it."""
+
+    rest: Rest
+    direction: Array
+    new: Rest
+    arc: float
+
+
+class Arc:
+    """The measure of a path, its planes and directions."""
+
+    def __init__(self, problem: Problem, begun: float, to: float) -> None:
+        self.problem, self.span = problem, to - begun
+        n, r = problem.scene.size, len(problem.scene.row_names)
+        places = np.array(list(problem.scene.mechanism.points.values()))
+        extent = max(problem.scene.length, float(np.ptp(places, axis=0).max()))
+        units = np.where(problem.units == 1.0, 1.0, np.maximum(problem.units, extent))
+        self.metric = np.concatenate([1.0 / units**2 / n, np.zeros(r), [1.0 / self.span**2]])
+
+    def size(self, vector: Array) -> float:
+        """Length of a change."""
+        return float(np.sqrt(self.metric @ vector**2))
+
+    def direction(self, rest: Rest, before: Array | None) -> Array:
+        """Unit tangent of the path, on from the one before, or towards the end."""
+        normal = self.metric * before if before is not None else np.zeros(len(self.metric))
+        if before is None:
+            normal[-1] = 1.0 / self.span
+        out = self.problem.tangent(rest, normal, abs(self.span))
+        return np.asarray(out / self.size(out))
+
+    def on_plane(self, rest: Rest, direction: Array, step: float) -> Rest:
+        """The equilibrium at a distance along a direction."""
+        problem, n = self.problem, len(rest.q)
+        normal = self.metric * direction
+        value = float(normal @ problem.vector(rest)) + step
+        moved = problem.vector(rest) + step * direction
+        guess = Rest(moved[:n], moved[n:-1], float(moved[-1]))
+        new = problem.newton(guess, (normal, value, abs(self.span)))
+        way, apart = step * direction, problem.vector(new) - moved
+        for part in (slice(None), slice(n)):  # places on their own too: beside a large load their way is short
+            expected, off = (float(np.sqrt(self.metric[part] @ x[part] ** 2)) for x in (way, apart))
+            if off > 0.5 * expected + NEAR:
+                raise StaticsError("too far from where the path was expected")
+        return new
+
+    def advance(self, rest: Rest, direction: Array, arc: float) -> Step:
+        """The next equilibrium, at the arc or as near as it must be.
+
+        Raises
+        ------
+        StaticsError
+            If it would be nearer than SHORTEST.
+        """
+        while arc > SHORTEST:
+            try:
+                return Step(rest, direction, self.on_plane(rest, direction, arc), arc)
+            except StaticsError:
+                arc *= 0.5
+        raise StaticsError(f"the path cannot be followed beyond {rest.parameter:.6g}")
+
+    def along(self, step: Step, arc: float) -> Rest:
+        """The equilibrium at an arc within a step."""
+        return step.new if arc == step.arc else step.rest if arc == 0.0 else self.on_plane(step.rest, step.direction, arc)
+
+    def root(self, step: Step, function: Callable[[Rest], float]) -> Rest | None:
+        """Where in a step a function of its equilibria is zero; None where it has one sign."""
+        seen: dict[float, tuple[float, Rest]] = {}
+
+        def at(arc: float) -> float:
+            rest = self.along(step, arc)
+            seen[arc] = (function(rest), rest)
+            return seen[arc][0]
+
+        try:
+            if at(0.0) * at(step.arc) > 0.0:
+                return None
+            found = brentq(at, 0.0, step.arc, xtol=1e-13 * step.arc + 1e-300, rtol=1e-14, maxiter=60, disp=False)
+        except StaticsError:
+            pass
+        else:
+            if found not in seen:
+                at(found)
+        return min(seen.values(), key=lambda each: abs(each[0]))[1] if seen else None
+
+    def next_arc(self, step: Step, after: Array, longest: float) -> float:
+        """Length of the next step, by how far this one turned."""
+        turned = float(np.arccos(np.clip(self.metric * step.direction @ after, -1.0, 1.0)))
+        return min(longest, step.arc * float(np.clip(BEND / max(turned, 1e-300), 0.3, 1.6)))

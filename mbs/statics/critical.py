@@ -1,0 +1,174 @@
+"""What happens in a step along a path: limit points, branchings, simple or multiple, and where a flutter begins or ends.
+
+K alone decides where a path turns or branches: there an eigenvalue of K z = mu M z passes zero. A flutter begins where two of
+them meet, or, with damping, where a complex exponent s passes the imaginary axis.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from buckler.mbs.statics.arc import Arc, Step
+from buckler.mbs.statics.problem import Problem, Rest
+from buckler.mbs.statics.spectrum import EPS, Spectrum, Tangent, spectrum
+
+Array = np.ndarray[Any, Any]
+SAME = 1e-5
+"""Share of a step, in the parameter, within which critical points are one multiple point."""
+
+
+class State(NamedTuple):
+    """Stability of an equilibrium.
+
+    Attributes
+    ----------
+    squares : Spectrum
+        Of K and M alone.
+    growth : float
+        Largest rate of growth of the whole tangent, 1/s.
+    flutters : int
+        How many motions that swing grow.
+    """
+
+    squares: Spectrum
+    growth: float
+    flutters: int
+
+    @property
+    def negative(self) -> int:
+        """How many eigenvalues mu are real and below zero."""
+        grows = (self.squares.growth > 0.0) & (self.squares.values.imag == 0.0)
+        return int(grows.sum())
+
+
+def state_at(problem: Problem, rest: Rest) -> State:
+    """Stability of an equilibrium of a problem."""
+    problem.set(rest.parameter)
+    tangent = Tangent.at(problem.scene, rest.q, rest.multipliers)
+    plain = spectrum(tangent.undamped(), problem.shift)
+    problem.shift = plain.shift
+    whole = plain if tangent.conservative else spectrum(tangent)
+    swings = (whole.growth > 0.0) & (np.abs(whole.values.imag) > whole.rounding)
+    return State(plain, float(whole.growth.max(initial=0.0)), int(swings.sum()))
+
+
+@dataclass(frozen=True)
+class Critical:
+    """A critical point of a path.
+
+    Attributes
+    ----------
+    kind : str
+        'limit', 'branching' or 'flutter'.
+    rest : Rest
+    multiple : int
+        How many eigenvalues pass zero there.
+    shapes : array, shape (n, multiple)
+        What moves; of a limit or a branching.
+    """
+
+    kind: str
+    rest: Rest
+    multiple: int
+    shapes: Array
+
+
+def criticals(arc: Arc, step: Step, before: State, after: State, turned: Array) -> list[Critical]:
+    """Critical points within a step that ends in the direction `turned`, in their order."""
+    found = list(_limits(arc, step, turned))
+    found += _branchings(arc, step, before, after, found)
+    if before.flutters != after.flutters:
+        found += _flutters(arc, step, before, after)
+    normal = arc.metric * step.direction
+    return sorted(found, key=lambda each: float(normal @ arc.problem.vector(each.rest)))
+
+
+def _limits(arc: Arc, step: Step, turned: Array) -> Iterator[Critical]:
+    """Where the parameter turns."""
+    if step.direction[-1] * turned[-1] >= 0.0:
+        return
+    rest = arc.root(step, lambda rest: float(arc.direction(rest, step.direction)[-1]))
+    if rest is not None:
+        yield Critical("limit", rest, 1, arc.direction(rest, step.direction)[: len(rest.q), None])
+
+
+def _mu(problem: Problem, rest: Rest) -> Array:
+    """Real parts of the eigenvalues mu = -s^2, ascending; those that pass zero are real there."""
+    return np.sort((-(state_at(problem, rest).squares.values ** 2)).real)
+
+
+def _branchings(arc: Arc, step: Step, before: State, after: State, limits: list[Critical]) -> list[Critical]:
+    """Where eigenvalues pass zero and the path goes on: at a limit one of them does."""
+    low, high = sorted((before.negative, after.negative))
+    rests = [rest for k in range(low, high) if (rest := arc.root(step, lambda rest, k=k: _mu(arc.problem, rest)[k])) is not None]  # type: ignore[misc]
+    normal = arc.metric * step.direction
+    at = [float(normal @ arc.problem.vector(rest)) for rest in rests]
+    for limit in limits:  # the eigenvalue that passes zero at the limit is no branching
+        there = float(normal @ arc.problem.vector(limit.rest))
+        if at:
+            k = int(np.argmin(np.abs(np.array(at) - there)))
+            if abs(at[k] - there) < 1e-2 * step.arc:
+                at.pop(k)
+                rests.pop(k)
+    groups: list[list[Rest]] = []
+    last = -np.inf
+    for k in np.argsort(at):
+        if groups and at[k] - last < SAME * step.arc:
+            groups[-1].append(rests[k])
+        else:
+            groups.append([rests[k]])
+        last = at[k]
+    return [_branching(arc, group) for group in groups]
+
+
+def _branching(arc: Arc, group: list[Rest]) -> Critical:
+    rest = group[0]
+    squares = state_at(arc.problem, rest).squares
+    order = np.argsort(np.abs(squares.values))[: len(group)]
+    return Critical("branching", rest, len(group), np.real(squares.shapes[:, order]))
+
+
+def _flutters(arc: Arc, step: Step, before: State, after: State) -> list[Critical]:
+    """Where motions that swing begin or cease to grow."""
+    problem = arc.problem
+    problem.set(step.rest.parameter)
+    damped = Tangent.at(problem.scene, step.rest.q, step.rest.multipliers).damping.any()
+    rest = arc.root(step, (lambda rest: _fastest(problem, rest)) if damped else _meeting(arc, step, before, after))
+    return (
+        []
+        if rest is None
+        else [Critical("flutter", rest, abs(after.flutters - before.flutters), np.empty((len(step.rest.q), 0)))]
+    )
+
+
+def _fastest(problem: Problem, rest: Rest) -> float:
+    """Largest real part of an exponent that swings, rounding left out."""
+    problem.set(rest.parameter)
+    found = spectrum(Tangent.at(problem.scene, rest.q, rest.multipliers))
+    swings = np.abs(found.values.imag) > found.rounding
+    known = swings & (found.rounding < 0.1 * np.abs(found.values))
+    return float(found.values.real[known].max(initial=-1e300))
+
+
+def _meeting(arc: Arc, step: Step, before: State, after: State) -> Any:
+    """Of the two mu that meet: a quarter of their squared difference, positive where they are real and negative beyond."""
+    unstable = before if before.flutters > after.flutters else after
+    mu = -(unstable.squares.values**2)
+    order = np.argsort(mu.real, kind="stable")
+    mu, grows = mu[order], (unstable.squares.growth > 0.0)[order] & (mu.imag != 0.0)
+    known = [i for i in np.flatnonzero(grows) if i or len(mu) > 1]
+    first = int(known[0]) if known else 0
+    if first + 1 >= len(mu) or abs(mu[first + 1].real - mu[first].real) > 1e-6 * abs(mu[first]) + EPS:
+        first = max(first - 1, 0)
+
+    def discriminant(rest: Rest) -> float:
+        values = -(state_at(arc.problem, rest).squares.values ** 2)
+        values = values[np.argsort(values.real, kind="stable")]
+        a, b = values[first], values[min(first + 1, len(values) - 1)]
+        return float(-(a.imag**2) if a.imag else (a - b).real ** 2 / 4)
+
+    return discriminant

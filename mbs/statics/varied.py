@@ -1,0 +1,52 @@
+"""Rest over any number of a mechanism: the scene is made anew for each of its values."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from buckler.mbs.documents.document import changed, get
+from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.spectral.scene import Scene
+from buckler.mbs.statics.problem import Problem, Rest
+
+Array = np.ndarray[Any, Any]
+STEP = 1e-5
+"""Relative step of the differences by the number."""
+
+
+class Varied(Problem):
+    """A problem whose parameter is a number of the mechanism's document, such as links.strip.body.section.thickness."""
+
+    def __init__(self, mechanism: Mechanism, name: str, degree: int | None) -> None:
+        self.name, self.document, self.degree = name, mechanism.to_dict(), degree
+        try:
+            found = get(self.document, name)
+        except (KeyError, IndexError) as error:
+            raise ValueError(f"parameter = '{name}': there is no {error} in the mechanism") from None
+        if isinstance(found, bool) or not isinstance(found, int | float):
+            raise ValueError(f"parameter = '{name}': must be a number of the mechanism, in SI, not {found!r}")
+        self.begun = self.current = float(found)
+        super().__init__(Scene.of(mechanism, degree))
+
+    def start(self, parameter: float) -> Rest:
+        """The pose that is drawn with this number."""
+        self.set(parameter)
+        return super().start(parameter)
+
+    def set(self, parameter: float) -> None:
+        """Make the scene with this number."""
+        if parameter != self.current:
+            self.current = parameter
+            self.scene = Scene.of(Mechanism.from_dict(changed(self.document, {self.name: parameter})), self.degree)
+
+    def slope(self, rest: Rest) -> Array:
+        """Derivative of (f - G^T lambda, g) by the number, by central differences."""
+        step = STEP * max(abs(rest.parameter), abs(self.begun), 1e-300)
+        at = []
+        for p in (rest.parameter + step, rest.parameter - step):
+            self.set(p)
+            a = self.scene.assemble(rest.q, tangents=False)
+            at.append(np.concatenate([a.force - a.jacobian.T @ rest.multipliers, a.residual]))
+        return np.asarray((at[0] - at[1]) / (2 * step))

@@ -1,0 +1,131 @@
+"""Paths of equilibria: every critical point of columns and trusses against closed forms, flutter, branches, any number."""
+
+import numpy as np
+import pytest
+
+from buckler.mbs import Beam, Force, Guide, Link, Mechanism, Revolute, Rigid, Section, Spring, TorsionSpring, Weld, path
+
+LENGTH, SECTION = 0.5, Section(0.02, 0.001)
+EULER = SECTION.euler_load(LENGTH)
+
+
+def columns(*names, load=1.0):
+    """Equal pinned columns above each other, each pressed by a load."""
+    points, links, joints, guides, loads = {}, [], [], [], []
+    for k, name in enumerate(names):
+        points |= {f"A{name}": (0, k), f"B{name}": (LENGTH, k)}
+        links.append(Link(name, f"A{name}", f"B{name}", Beam(SECTION), carries={f"M{name}": 0.5}))
+        points[f"M{name}"] = (LENGTH / 2, k)
+        joints.append(Revolute(f"A{name}", "ground", name))
+        guides.append(Guide(f"B{name}", name))
+        loads.append(Force(f"B{name}", (-load, 0)))
+    return Mechanism(points, links, joints, guides, loads=loads)
+
+
+def engesser(times):
+    """Critical load of a pinned column with shear and stretching, of Reissner's strip: P (1 - P/EA + P/GA) = EI k^2."""
+    bend, axial, shear = (
+        SECTION.bending_stiffness * (times * np.pi / LENGTH) ** 2,
+        SECTION.axial_stiffness,
+        SECTION.shear_stiffness,
+    )
+    load = bend
+    for _ in range(20):
+        load = bend / (1.0 - load / axial + load / shear)
+    return load
+
+
+def test_a_column_branches_at_each_of_its_loads():
+    found = path(columns("a"), to=10 * EULER)
+    assert found.status == "OK"
+    assert found.branchings == pytest.approx([engesser(k) for k in (1, 2, 3)], rel=1e-8)
+    assert (found.errors["branchings"] < 1e-7 * EULER).all()
+    assert list(np.unique(found.unstable)) == [0, 1, 2, 3]
+
+
+def test_two_equal_columns_branch_in_a_double_point_and_the_named_one_buckles():
+    found = path(columns("a", "b"), to=1.05 * EULER, branch=("b", "Mb", (0, -1)))
+    assert [each.multiple for each in found.points] == [2]
+    assert found.branchings == pytest.approx([engesser(1)] * 2, rel=1e-8)
+    assert found.point("a", "Ma")[-1, 1] == pytest.approx(0.0, abs=1e-9)
+    assert found.point("b", "Mb")[-1, 1] < 1 - 0.05
+
+
+def test_all_branches_of_a_column_leave_to_both_sides():
+    found = path(columns("a"), to=1.05 * EULER, branches=True)
+    ends = sorted(each.point("a", "Ma")[-1, 1] for each in found.branches)
+    assert len(ends) == 2
+    assert ends[0] == pytest.approx(-ends[1], rel=1e-6)
+    assert all(each.stable[-1] for each in found.branches)
+    assert not found.stable[-1]
+
+
+def truss(height, stiffness=1e4):
+    """A mass on two springs and a torsion spring: limit and branchings in closed form."""
+    free = np.hypot(1, height)
+    return Mechanism(
+        points={"P": (0, height), "Q": (0, height + 0.1), "A": (-1, 0), "C": (1, 0)},
+        links=[Link("block", "P", "Q", Rigid.of(mass=0.1, inertia=1e-3, centre=(0, 0)))],
+        loads=[*(Spring("P", f"ground:{end}", stiffness=stiffness, free_length=free) for end in "AC"), Force("P", (0.0, -1.0)),
+               TorsionSpring("ground", "block", stiffness)],
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("height", [1.5, 2.7, 6.0])
+def test_a_truss_branches_before_or_after_its_limit(height):
+    """Sideways stiffness 2 k (1/l^2 + (1 - l0/l) y^2/l^2) is zero where it branches, dF/dy where it turns."""
+    free, force = np.hypot(1, height), lambda y: 2e4 * (free - np.hypot(1, y)) * y / np.hypot(1, y)
+    turn = np.sqrt(free ** (2 / 3) - 1)
+    y = np.linspace(height, 0.0, 200_001)
+    length = np.hypot(1, y)
+    side = 1 - free / length * (y / length) ** 2
+    at = y[np.flatnonzero(np.diff(np.sign(side)))]
+    found = path(truss(height), load="force.P", to=1.05 * force(turn), steps=1000)
+    assert found.limits[0] == pytest.approx(force(turn), rel=1e-9)
+    half = found.branchings[: len(found.branchings) // 2]
+    assert sorted(half) == pytest.approx(sorted(force(at)), rel=1e-4)
+
+
+def beck(section):
+    return Mechanism(
+        {"A": (0, 0), "B": (LENGTH, 0)}, [Link("column", "A", "B", Beam(section))], [Weld("A", "ground", "column")],
+        loads=[Force("B", (-section.bending_stiffness / LENGTH**2, 0), follows="column")],
+    )  # fmt: skip
+
+
+def test_becks_column_flutters_and_branches_nowhere():
+    found = path(beck(Section(0.02, 0.0005)), to=30.0)
+    assert found.branchings == []
+    assert found.flutter == pytest.approx([20.0509], rel=2e-5)
+    assert found.errors["flutter"][0] < 1e-6
+    assert found.stable[0]
+    assert not found.stable[-1]
+
+
+def test_a_thickness_is_followed_to_where_the_column_buckles():
+    load = 2.0
+    thin = (load * 12 * LENGTH**2 / np.pi**2 / SECTION.material.modulus / SECTION.width) ** (1 / 3)
+    found = path(columns("a", load=load), parameter="links.a.body.section.thickness", to=0.7 * thin, degree=10)
+    assert found.branchings == pytest.approx([thin], rel=1e-4)
+
+
+def test_a_path_that_runs_out_of_steps_says_so():
+    found = path(columns("a"), to=EULER, steps=3, degree=6)
+    assert found.status == "TOO_MANY_STEPS"
+    assert "give more steps" in found.message
+
+
+@pytest.mark.parametrize(
+    ("asked", "said"),
+    [
+        ({"to": 0}, "to = 0"),
+        ({"to": np.nan}, "to = nan"),
+        ({"to": 1.0, "steps": 0}, "steps = 0"),
+        ({"to": 1.0, "branch": ("a", "nowhere", (0, 1))}, "branch = "),
+        ({"to": 1.0, "load": "force.X"}, "load = 'force.X': unknown"),
+        ({"to": 1.0, "parameter": "links.a.name"}, "parameter = "),
+    ],
+)
+def test_what_makes_no_sense_is_refused_in_a_line(asked, said):
+    with pytest.raises(ValueError, match=said):
+        path(columns("a"), **asked)
