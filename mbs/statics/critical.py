@@ -104,7 +104,14 @@ def _mu(problem: Problem, rest: Rest) -> Array:
 def _branchings(arc: Arc, step: Step, before: State, after: State, limits: list[Critical]) -> list[Critical]:
     """Where eigenvalues pass zero and the path goes on: at a limit one of them does."""
     low, high = sorted((before.negative, after.negative))
-    rests = [rest for k in range(low, high) if (rest := arc.root(step, lambda rest, k=k: _mu(arc.problem, rest)[k])) is not None]  # type: ignore[misc]
+    rests = []
+    for k in range(low, high):
+
+        def passing(rest: Rest, k: int = k) -> float:
+            return float(_mu(arc.problem, rest)[k])
+
+        rest = arc.root(step, passing)
+        rests += [rest] if rest is not None else []
     normal = arc.metric * step.direction
     at = [float(normal @ arc.problem.vector(rest)) for rest in rests]
     for limit in limits:  # the eigenvalue that passes zero at the limit is no branching

@@ -217,8 +217,10 @@ def _errors(one: Path, other: Path) -> dict[str, Array]:
         padded = [np.concatenate([x, np.full(count - len(x), np.nan)]) for x in (a, b)]
         out[name] = np.nan_to_num(np.abs(padded[0] - padded[1]), nan=np.inf)
     link = next(link for link in one.scene.mechanism.links if not link.body.massless)
-    ends = [[places(each.scene, each.q[-1], link.name, point).position for point in link.points] for each in (one, other)]
-    out["end"] = np.array([np.abs(np.subtract(*ends)).max() / one.scene.length])
+    ends = np.array(
+        [[places(each.scene, each.q[-1], link.name, point).position for point in link.points] for each in (one, other)]
+    )
+    out["end"] = np.array([np.abs(ends[0] - ends[1]).max() / one.scene.length])
     return out
 
 
