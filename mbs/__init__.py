@@ -48,6 +48,7 @@ from buckler.mbs.solvers.steps import Controlled, Equal
 if TYPE_CHECKING:
     from buckler.mbs.engine.scene import build
     from buckler.mbs.sensitivity.derivatives import sensitivities
+    from buckler.mbs.sensitivity.design import optimise
     from buckler.mbs.sensitivity.fitting import fit
     from buckler.mbs.simulation import simulate
     from buckler.mbs.statics import equilibrium, frequencies, path
@@ -56,7 +57,7 @@ __all__ = [
     "STEEL", "AdamsDamping", "Beam", "Belt", "Cable", "Clearance", "Closure", "Controlled", "Drive", "Equal", "Exudyn",
     "Force", "Gear", "Guide", "GuideFriction", "Link", "Mass", "Material", "Mechanism", "Modal", "Motion", "Motor", "Rack",
     "Ramp", "Result", "Revolute", "Rigid", "Rope", "Section", "Slider", "Slot", "Spectral", "Spring", "Status", "Stop",
-    "Strut", "Torque", "TorsionSpring", "Weld", "build", "crank_rocker", "equilibrium", "fit", "frequencies", "path",
+    "Strut", "Torque", "TorsionSpring", "Weld", "build", "crank_rocker", "equilibrium", "fit", "frequencies", "optimise", "path",
     "sensitivities", "simulate", "slider_crank",
 ]  # fmt: skip
 
@@ -68,6 +69,7 @@ _ENGINE = {
     "frequencies": "buckler.mbs.statics",
     "sensitivities": "buckler.mbs.sensitivity.derivatives",
     "fit": "buckler.mbs.sensitivity.fitting",
+    "optimise": "buckler.mbs.sensitivity.design",
 }
 
 

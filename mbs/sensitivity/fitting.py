@@ -136,7 +136,7 @@ def fit(
     solver : Spectral, optional
         What chooses the steps.
     starts : int
-        Points of a Sobol' sequence over the ranges; least squares are sought from the best of them.
+        Points of a Halton sequence over the ranges; least squares are sought from the best of them.
     robust : bool
         Outliers count by their size and not by its square (soft L1).
     profiles : sequence of str
@@ -289,7 +289,7 @@ class _Problem:
     def best(self, starts: int, seed: int) -> Array:
         """The best point that least squares find from the best of some starts."""
         d = len(self.names)
-        points = np.vstack([np.full(d, 0.5), qmc.Sobol(d, rng=np.random.default_rng(seed)).random(max(0, starts - 1))])
+        points = np.vstack([np.full(d, 0.5), qmc.Halton(d, rng=np.random.default_rng(seed)).random(max(0, starts - 1))])
         ends = []
         for x in sorted(points, key=lambda x: float(np.sum(self.residuals(x) ** 2)))[:POLISHED]:
             if np.all(self.residuals(x) == FAR):

@@ -1,4 +1,4 @@
-"""`buckler sensitivity FILE`, `buckler fit FILE DATA`: numbers of a mechanism turned, and fitted to data."""
+"""`buckler sensitivity`, `fit`, `optimise`: numbers of a mechanism of a file turned, fitted to data, chosen."""
 
 from __future__ import annotations
 
@@ -141,16 +141,52 @@ def fit(argv: Sequence[str], prog: str) -> int:
     return 0
 
 
-def _range(document: Mapping[str, Any], text: str) -> tuple[str, tuple[float, float]]:
-    """A number's path and its range, as PATH=LOW:HIGH."""
+def optimise(argv: Sequence[str], prog: str) -> int:
+    """Choose numbers and print them; the exit status, 1 where the constraints cannot be kept."""
+    from buckler.mbs.sensitivity.design import optimise as designed
+    from buckler.mbs.sensitivity.frozen import RunFailedError
+
+    parser = common(prog, "Choose numbers of a mechanism so that a reading is least and others lie where they are wanted.")
+    add = parser.add_argument
+    add("--free", action="append", default=[], metavar="PATH=LOW:HIGH", help="a number; PATH=A,B,C for one of a list; repeated")
+    add("--minimise", action="append", default=[], metavar="READING", help="as 'max(drive.torque)'; two of them for a front")
+    add("--subject-to", action="append", default=[], metavar="CONSTRAINT", dest="wants",
+        help="as 'max(B.contact_force) = 1.5 N ± 1 %%' or 'max(abs(coupler.deflection)) <= 30 mm'; may be repeated")  # fmt: skip
+    add("--starts", type=int, default=8, help="points over the ranges from which the search starts; default 8")
+    try:
+        chosen, unknown = parser.parse_known_args(noted(argv))
+        check_words(unknown, chosen)
+        file = opened(chosen.file, chosen.changes, chosen.duration)
+        if not chosen.free:
+            raise ValueError("--free: none; write for instance --free links.coupler.body.section.thickness=0.2mm:0.5mm")
+        free = dict(_range(file.document, text) for text in chosen.free)
+        found = designed(file.document, file.duration, free=free, minimise=chosen.minimise, subject_to=chosen.wants,
+                         starts=chosen.starts)  # fmt: skip
+    except RunFailedError as error:
+        print(f"{chosen.file}: {error}")
+        return 1
+    except (ValueError, OSError) as error:
+        return wrong_input(ValueError(str(error)))
+    if chosen.json:
+        told = {key: getattr(found, key) for key in ("values", "binding", "readings", "changes", "possible", "message", "runs")}
+        print(json.dumps(told | {"front": [one.values | one.readings for one in found.front]}, indent=2))
+    else:
+        print("\n\n".join(map(str, found.front or [found])))
+    return 0 if found.possible else 1
+
+
+def _range(document: Mapping[str, Any], text: str) -> tuple[str, Any]:
+    """A number's path and its range, as PATH=LOW:HIGH, or the list of its values, as PATH=A,B,C."""
     from buckler.mbs.sensitivity.numbers import standing
 
     path, equals, ends = text.partition("=")
     low, colon, high = ends.partition(":")
-    if not equals or not colon:
+    if not equals or not (colon or ends):
         raise ValueError(f"--free {text}: write PATH=LOW:HIGH, as links.coupler.body.imperfection=-1mm:1mm")
     unit = standing(document, path).unit
     try:
+        if not colon:
+            return path, [parse_quantity(each, unit) for each in ends.split(",")]
         return path, (parse_quantity(low, unit), parse_quantity(high, unit))
     except ValueError as error:
         raise ValueError(f"--free {text}: {error}") from None

@@ -25,6 +25,7 @@ PAGES = (
     "docs/how-to-rest-and-vibrate.md",
     "docs/how-to-turn-numbers.md",
     "docs/how-to-fit.md",
+    "docs/how-to-optimise.md",
 )
 ALL_PAGES = ("README.md", *sorted(f"docs/{path.name}" for path in (ROOT / "docs").glob("*.md")))
 BLOCK = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
