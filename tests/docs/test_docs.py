@@ -4,12 +4,14 @@ import re
 import subprocess
 import sys
 import tomllib
+from dataclasses import replace
 from pathlib import Path
 from pkgutil import resolve_name
 
+import numpy as np
 import pytest
 
-from buckler.mbs import elements
+from buckler.mbs import Mechanism, elements, simulate
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = (
@@ -79,9 +81,22 @@ def test_readme_gives_the_force_it_promises(tmp_path, monkeypatch, capsys):
     assert list((tmp_path / "paraview").iterdir())
 
 
+def readme_files():
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    return [tomllib.loads(each) for each in re.findall(r"^```toml\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)]
+
+
+def test_six_lines_move():
+    first = re.search(r"^```toml\n(.*?)^```$", (ROOT / "README.md").read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)[1]
+    result = simulate(Mechanism.from_dict(tomllib.loads(first)), 0.2)
+    assert first.count("\n") <= 6 and result.status == "OK" and np.ptp(result.signals["B.y"]) > 0.1
+
+
 def test_the_file_in_the_readme_is_a_part_of_the_example():
-    text = re.search(r"^```toml\n(.*?)^```$", (ROOT / "README.md").read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)[1]
-    shown = tomllib.loads(text)
+    _, by_lengths, shown = readme_files()
+    example = Mechanism.load(ROOT / "studies" / "own" / "examples" / "stephenson.toml")
+    assert Mechanism.from_dict(by_lengths) == replace(example, joints=Mechanism.from_dict(by_lengths).joints)
+    assert set(example.joints) == set(Mechanism.from_dict(by_lengths).joints)
     whole = tomllib.loads((ROOT / "studies" / "own" / "examples" / "six-bar.toml").read_text(encoding="utf-8"))
     assert shown["points"].items() <= whole["points"].items()
     assert shown["joints"][0] in whole["joints"] and shown["stops"] == whole["stops"] and shown["drives"] == whole["drives"]
