@@ -9,7 +9,7 @@ import numpy as np
 
 from buckler.mbs.declare import Quantity, Several, declared, field, names, part, quantity
 from buckler.mbs.elements.element import GROUND, Array, Depth, Energy, Joint, Kind, Recorded, Signal, left
-from buckler.mbs.elements.journal import BRISTLE, HARMONICS, ONSET, SINCE, SLIDING, profile
+from buckler.mbs.elements.journal import BRISTLE, HARMONICS, ONSET, SINCE, SLIDING, meet, profile
 from buckler.mbs.elements.rows import Row, meets
 from buckler.mbs.laws import BristleLaw, FrictionLaw, NoFriction, NormalLaw
 from buckler.mbs.validate import short
@@ -217,23 +217,10 @@ def contact(joint: Clearance, pin: Side, bush: Side, memory: Array, time: Array)
     memory : array, shape (times, 4)
         What `journal.MEMORY` names, of the last accepted step before each time.
     """
-    e = pin.place - bush.place
-    size = np.hypot(*e.T)
-    n = np.where(size[:, None] > 0, e / np.maximum(size, 1e-300)[:, None], (1.0, 0.0))
-    u = pin.velocity - bush.velocity
-    depth, rate = size - joint.gap, (n * u).sum(axis=1)
-    s, shift = np.ones_like(size), np.zeros_like(size)
-    if not joint.round:
-        phi = np.arctan2(n[:, 1], n[:, 0])
-        (b, b_slope), (p, p_slope) = (
-            profile(side, 0, phi - body.angle) for side, body in zip(joint.profiles, (bush, pin), strict=True)
-        )
-        lean = np.where(size > 0, (b_slope + p_slope) / np.maximum(size, 1e-300), 0.0)
-        depth = depth - b - p
-        rate = rate + b_slope * bush.spin + p_slope * pin.spin - lean * (left(n) * u).sum(axis=1)
-        s = np.sqrt(1 + lean**2)
-        n, shift = (n - lean[:, None] * left(n)) / s[:, None], p_slope / s
-    sliding = (left(n) * u).sum(axis=1) + pin.spin * joint.pin - bush.spin * (size / s + joint.pin)
+    place, speed = (pin.place - bush.place).T, (pin.velocity - bush.velocity).T
+    profiles = None if joint.round else np.concatenate(joint.profiles)
+    ends = (pin.spin, pin.angle), (bush.spin, bush.angle)
+    depth, rate, sliding, nx, ny, s, shift = meet(joint.pin, joint.gap, profiles, place, speed, *ends)
     inside = depth > 0
     normal = np.where(inside, joint.law.force(depth, rate, memory[:, ONSET]), 0.0)
     if isinstance(joint.friction, BristleLaw):
@@ -242,9 +229,8 @@ def contact(joint: Clearance, pin: Side, bush: Side, memory: Array, time: Array)
         drag = joint.friction.coefficient(sliding, bristle) * normal
     else:
         bristle, drag = np.zeros_like(depth), joint.friction.coefficient(sliding) * normal
-    force = -(normal * s)[:, None] * n - drag[:, None] * left(n)
-    (fx, fy), (nx, ny), (ex, ey) = force.T, n.T, e.T
-    return Touch(normal, drag, depth, rate, sliding, bristle, fx, fy, nx, ny, shift, ex, ey)
+    fx, fy = -normal * s * nx + drag * ny, -normal * s * ny - drag * nx
+    return Touch(normal, drag, depth, rate, sliding, bristle, fx, fy, nx, ny, shift, *place)
 
 
 def moment_on(record: Recorded, body: str) -> Array:

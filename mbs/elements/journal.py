@@ -36,6 +36,8 @@ HARMONICS = 8
 """Harmonics of a profile at most."""
 PIN, GAP, ROUND, PROFILES = 8, 9, 10, 11
 """In a joint's row of numbers: radius, clearance, whether both are round; harmonics of the bush, then of the pin."""
+TINY = 1e-300
+"""What a distance of 0 is divided by."""
 GEOMETRY = PROFILES + 4 * HARMONICS
 """Numbers before those of the laws."""
 
@@ -81,30 +83,49 @@ def profile(numbers: Any, first: int, angle: Any) -> Any:
     return value, slope
 
 
+def meet(radius: Any, gap: Any, profiles: Any, place: Any, speed: Any, pin: Any, bush: Any) -> Any:
+    """Depth, its rate, sliding speed, normal of the contact (x, y), s and way p'/s along the pin, of floats or arrays alike.
+
+    Parameters
+    ----------
+    profiles : array, or None where both are round
+        Harmonics of the bush, then of the pin.
+    place, speed : pair
+        Of the pin's centre in the bush, m, and its rate, m/s.
+    pin, bush : pair
+        Spin, rad/s, and angle, rad.
+    """
+    (ex, ey), (ux, uy) = place, speed
+    e = np.sqrt(ex * ex + ey * ey)
+    size = e + TINY
+    nx, ny = ex / size, ey / size
+    depth, rate, s, shift = e - gap, nx * ux + ny * uy, 1.0 + 0.0 * e, 0.0 * e
+    if profiles is not None:
+        phi = np.arctan2(ny, nx)
+        b, b_slope = profile(profiles, 0, phi - bush[1])
+        p, p_slope = profile(profiles, 2 * HARMONICS, phi - pin[1])
+        lean = (e > 0.0) * ((b_slope + p_slope) / size)  # none where the direction is not known
+        depth = depth - b - p
+        rate = rate + b_slope * bush[0] + p_slope * pin[0] - lean * (nx * uy - ny * ux)
+        s = np.sqrt(1.0 + lean * lean)
+        nx, ny, shift = (nx + lean * ny) / s, (ny - lean * nx) / s, p_slope / s
+    # surface speeds at P: along the normal the pin's arm is R_p, the bush's e/s + R_p
+    sliding = nx * uy - ny * ux + pin[0] * radius - bush[0] * (e / s + radius)
+    return depth, rate, sliding, nx, ny, s, shift
+
+
 def _contact(
     normal: Any, friction: Any, bend: Any, numbers: Array, pin: tuple[float, ...], bush: tuple[float, ...],
     t: float, past: Array,
 ) -> tuple[float, ...]:  # fmt: skip
     """What `COLUMNS` names, for one joint with its row of numbers, whose ends have these states and whose memory is `past`."""
-    radius, gap = numbers[PIN], numbers[GAP]
-    ex, ey = pin[0] - bush[0], pin[1] - bush[1]
-    e = np.sqrt(ex * ex + ey * ey)
-    if e < 1e-300:
-        return 0.0, 0.0, -gap, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0
-    nx, ny = ex / e, ey / e
-    ux, uy = pin[2] - bush[2], pin[3] - bush[3]
-    depth, rate, s, shift = e - gap, nx * ux + ny * uy, 1.0, 0.0
+    place, speed = (pin[0] - bush[0], pin[1] - bush[1]), (pin[2] - bush[2], pin[3] - bush[3])
+    ends = (pin[6], pin[7]), (bush[6], bush[7])
     if numbers[ROUND] == 0.0:
-        phi = np.arctan2(ny, nx)
-        b, b_slope = profile(numbers, PROFILES, phi - bush[7])
-        p, p_slope = profile(numbers, PROFILES + 2 * HARMONICS, phi - pin[7])
-        lean = (b_slope + p_slope) / e
-        depth -= b + p
-        rate += b_slope * bush[6] + p_slope * pin[6] - lean * (nx * uy - ny * ux)
-        s = np.sqrt(1.0 + lean * lean)
-        nx, ny, shift = (nx + lean * ny) / s, (ny - lean * nx) / s, p_slope / s
-    # surface speeds at P: along the normal the pin's arm is R_p, the bush's e/s + R_p
-    sliding = nx * uy - ny * ux + pin[6] * radius - bush[6] * (e / s + radius)
+        met = meet(numbers[PIN], numbers[GAP], numbers[PROFILES:], place, speed, ends[0], ends[1])
+    else:
+        met = meet(numbers[PIN], numbers[GAP], None, place, speed, ends[0], ends[1])
+    depth, rate, sliding, nx, ny, s, shift = met
     if depth <= 0.0:
         return 0.0, 0.0, depth, rate, sliding, 0.0, 0.0, 0.0, nx, ny, shift
     force = normal(numbers, depth, rate, past[ONSET])

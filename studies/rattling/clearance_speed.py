@@ -21,6 +21,7 @@ import numpy as np
 from buckler.mbs import Controlled, Exudyn, Mechanism, Result, simulate
 from buckler.studies.kit.parameters import integer, quantities
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
+from buckler.studies.kit.statistics import mean, power_law
 from buckler.studies.kit.style import COLOURS, Figure, subplots
 from buckler.studies.rattling.bars import RockerParameters
 from buckler.studies.rattling.clearance import START_OFFSET
@@ -179,30 +180,23 @@ def _metrics(
     for i, (name, (*_, unit, _)) in enumerate(MEASURES.items()):
         found[name] = Metric(float(here.mean[i]), unit, error=float(here.error[i] / here.mean[i]))
         if len(engine):
-            mean, error = float(engine[:, i].mean()), float(engine[:, i].std(ddof=1) / np.sqrt(len(engine)))
-            apart = (mean - float(here.mean[i])) / float(np.hypot(error, here.error[i]))
-            found[f"engine.{name}"] = Metric(mean, unit, error=error / mean)
+            other = found[f"engine.{name}"] = mean(unit, engine[:, i])
+            apart = (other.value - float(here.mean[i])) / float(np.hypot(other.value * (other.error or 0), here.error[i]))
             found[f"engine.{name}.apart"] = Metric(apart, "1")
             if not abs(apart) < AGREES:
-                wrong.append(f"ENGINE: {name} {mean:.4g} {unit}, compiled {here.mean[i]:.4g}: {apart:.1f} standard errors apart")
+                wrong.append(
+                    f"ENGINE: {name} {other.value:.4g} {unit}, compiled {here.mean[i]:.4g}: {apart:.1f} standard errors apart"
+                )
         if min(len(set(np.array(grid)[valid, k])) for k in (0, 1)) > 1 and valid.sum() > 4:
             found |= _powers(name, np.array(grid)[valid], np.array([x.mean[i] for x in points])[valid])
     return found, wrong
 
 
 def _powers(name: str, at: Array, values: Array) -> dict[str, Metric]:
-    """Ln y = a + b ln clearance + c ln speed by least squares: b, c with standard errors, and the scatter about it."""
-    x = np.column_stack([np.ones(len(at)), np.log(at)])
-    y = np.log(values)
-    fitted, *_ = np.linalg.lstsq(x, y, rcond=None)
-    left = y - x @ fitted
-    variance = left @ left / (len(y) - x.shape[1])
-    error = np.sqrt(variance * np.diag(np.linalg.inv(x.T @ x)))
-    powers = {
-        f"{name}.power_of_{over}": Metric(float(fitted[k]), "1", error=float(error[k] / abs(fitted[k])))
-        for k, over in ((1, "clearance"), (2, "speed"))
-    }
-    return powers | {f"{name}.scatter": Metric(float(np.sqrt(variance)), "1")}
+    """Powers of clearance and speed with standard errors, and the scatter about them."""
+    found = power_law(at.T, values)
+    powers = {f"{name}.power_of_{over}": power for over, power in zip(("clearance", "speed"), found.metrics(), strict=True)}
+    return powers | {f"{name}.scatter": Metric(found.scatter, "1")}
 
 
 # --- tables -----------------------------------------------------------------------------------------------------------

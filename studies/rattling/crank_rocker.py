@@ -16,6 +16,7 @@ import numpy as np
 
 from buckler.studies.kit.parameters import integer
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
+from buckler.studies.kit.statistics import mean
 from buckler.studies.kit.style import Figure, subplots
 from buckler.studies.rattling.clearance import (
     COLOURS,
@@ -57,7 +58,7 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     metrics: dict[str, Metric] = {}
     for v in first:
         for name, (_, unit) in found[0][v.name].items():
-            metrics[f"{v.name}.{name}"] = _mean([each[v.name][name][0] for each in found], unit)
+            metrics[f"{v.name}.{name}"] = mean(unit, [each[v.name][name][0] for each in found])
         if p.accuracy:
             metrics[f"{v.name}.error"] = Metric(v.result.error.motion, "1")
             metrics[f"{v.name}.wall_s"] = Metric(v.result.work["wall_s"], "s")
@@ -70,14 +71,6 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
         work={f"{v.name}.{name}": v.result.work[name] for v in first for name in ("wall_s", "steps")},
         tables=[_table(metrics, [v.name for v in first], p)],
     )
-
-
-def _mean(values: Sequence[float], unit: str) -> Metric:
-    """Mean of the members, and its relative standard error."""
-    mean = float(np.mean(values))
-    if len(values) < 2 or not mean:
-        return Metric(mean, unit)
-    return Metric(mean, unit, error=float(np.std(values, ddof=1) / np.sqrt(len(values)) / abs(mean)))
 
 
 def _bands(name: str, members: Sequence[Variant]) -> dict[str, Array]:

@@ -29,6 +29,7 @@ from buckler.mbs.library import PAPER_STOP
 from buckler.studies.kit.parameters import choice, choices, integer, quantity
 from buckler.studies.kit.published import DAMPING_UNITS
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
+from buckler.studies.kit.statistics import mean, power_law
 from buckler.studies.kit.style import COLOURS, Figure, subplots
 from buckler.studies.rattling.bars import RockerParameters
 from buckler.studies.striking.assumptions import StrikeAssumptions
@@ -38,7 +39,6 @@ from buckler.studies.striking.uncertainty_models import (
     Input,
     Rattler,
     Striker,
-    fit,
     levels,
     linear_shares,
     slopes,
@@ -50,7 +50,6 @@ from buckler.studies.striking.uncertainty_tables import (
     OUTPUTS,
     arrays,
     deviation,
-    mean,
     rattler_table,
     shares,
     slope_metrics,
@@ -185,7 +184,7 @@ def slider_crank(p: Parameters, progress: Progress = QUIET) -> Part:
     drawn = np.stack([i.distribution.ppf(unit[:, k]) for k, i in enumerate(inputs)])
     runs = [striker.simulated(x) for x in progress(drawn.T, label="strikes")]
     force = np.array([value for value, _ in runs])
-    fitted = fit(drawn, force)
+    fitted = power_law(drawn, force)
     first = Metric(float(found.first[0, 0]), "1", exact=exact)
     half = float(np.ptp(found.first_range[0, 0])) / 2
     notes = sorted({message.partition(":")[0] + " in a simulated strike" for _, message in runs if message})
@@ -227,7 +226,7 @@ def crank_rocker(p: Parameters, progress: Progress = QUIET) -> Part:
     error = np.sqrt(2 / (p.repeats - 1) + 2 / (found.sample.shape[1] - 1))  # of a ratio of variances of normal numbers
     every = np.concatenate(wrong).tolist()
     notes = [f"{name}: in {every.count(name)} of {len(every)} runs" for name in sorted(set(every) - {""})]
-    fits = [fit(stepped(found.inputs)[:3], values) for values in found.sample]
+    fits = [power_law(stepped(found.inputs)[:3], values) for values in found.sample]
     metrics = spread("crank-rocker", found.sample) | shares("crank-rocker", inputs, found)
     for name, share, fitted in zip(MEASURES, chance.tolist(), fits, strict=True):
         metrics[f"{name}.chance_at_mean"] = Metric(share, "1", error=float(error))

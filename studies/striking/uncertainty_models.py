@@ -136,32 +136,6 @@ def linear_shares(slope: Array, inputs: Sequence[Input]) -> Array:
     return parts / parts.sum(axis=1, keepdims=True)
 
 
-class Surrogate(NamedTuple):
-    """Logarithms of an output as a linear function of those of the inputs, by least squares.
-
-    Attributes
-    ----------
-    slope, error : array, shape (d,)
-        d ln y/d ln x and its standard error.
-    explained : float
-        Share of the variance that the fit explains.
-    """
-
-    slope: Array
-    error: Array
-    explained: float
-
-
-def fit(inputs: Array, output: Array) -> Surrogate:
-    """Fit one output, shape (n,), to inputs of shape (d, n)."""
-    x, y = np.log(inputs), np.log(output)
-    x, y = (x - x.mean(axis=1, keepdims=True)).T, y - y.mean()
-    slope, *_ = np.linalg.lstsq(x, y, rcond=None)
-    left = y - x @ slope
-    variance = left @ left / (len(y) - x.shape[1] - 1)
-    return Surrogate(slope, np.sqrt(variance * np.diag(np.linalg.inv(x.T @ x))), float(1 - left @ left / (y @ y)))
-
-
 # --- the slider-crank -------------------------------------------------------------------------------------------------
 
 

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from buckler.studies.kit.report import Metric, Table
-from buckler.studies.striking.uncertainty_models import MEASURES, Indices, Input, Surrogate
+from buckler.studies.kit.statistics import PowerLaw, mean
+from buckler.studies.striking.uncertainty_models import MEASURES, Indices, Input
 
 Array = np.ndarray[Any, Any]
 OUTPUTS = {
@@ -18,12 +19,6 @@ OUTPUTS = {
 """Outputs of each mechanism, and their units."""
 LEVEL = 0.95
 """Of all confidence intervals."""
-
-
-def mean(unit: str, values: Array) -> Metric:
-    """Mean and its relative standard error."""
-    value = float(values.mean())
-    return Metric(value, unit, error=float(values.std(ddof=1) / np.sqrt(values.size) / abs(value)))
 
 
 def deviation(unit: str, values: Array) -> Metric:
@@ -53,11 +48,11 @@ def shares(mechanism: str, inputs: Sequence[Input], found: Indices) -> dict[str,
     return metrics
 
 
-def slope_metrics(name: str, inputs: Sequence[Input], fitted: Surrogate) -> dict[str, Metric]:
+def slope_metrics(name: str, inputs: Sequence[Input], fitted: PowerLaw) -> dict[str, Metric]:
     """D ln y/d ln x of each input, and the share of the variance that they explain."""
     found = {f"{name}.explained": Metric(fitted.explained, "1")}
-    for given, slope, error in zip(inputs, fitted.slope.tolist(), fitted.error.tolist(), strict=True):
-        found[f"{name}.{given.name}.slope"] = Metric(slope, "1", error=abs(error / slope))
+    for given, slope in zip(inputs, fitted.metrics(), strict=True):
+        found[f"{name}.{given.name}.slope"] = slope
     return found
 
 
@@ -87,7 +82,7 @@ def _around(value: float, limits: Array) -> str:
 
 
 def striker_table(
-    inputs: Sequence[Input], found: Indices, slope: Array, shares: Array, fitted: Surrogate, exact: float, stated: str
+    inputs: Sequence[Input], found: Indices, slope: Array, shares: Array, fitted: PowerLaw, exact: float, stated: str
 ) -> Table:
     """Slope, first-order index and its value for small tolerances, of both forces; slope of the simulated impact."""
     rows = []
@@ -107,7 +102,7 @@ def striker_table(
 
 
 def rattler_table(
-    p: Any, inputs: Sequence[Input], found: Indices, fits: Sequence[Surrogate], chance: Array, error: Array
+    p: Any, inputs: Sequence[Input], found: Indices, fits: Sequence[PowerLaw], chance: Array, error: Array
 ) -> Table:
     """Slopes and indices of each output, the share of chance among them; `error` is the standard error of `chance`."""
     rows = []

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from buckler.mbs import simulate
-from buckler.studies.kit import registry
 from buckler.studies.trust import accuracy
 from buckler.studies.trust.accuracy import SCENES, Parameters, Scene, case, run
 
@@ -51,7 +50,3 @@ def test_a_mechanism_without_a_reference_is_left_out(monkeypatch):
     result = run(Parameters(scenes=("rigid", "strut"), cases=1))
     assert result.metrics["cases"].value == 2 and result.status == "OK" and np.isnan(result.metrics["rigid.within"].value)
     assert run(Parameters(scenes=("rigid",), cases=1)).status == "SUSPECT"
-
-
-def test_it_is_on_the_list():
-    assert registry.load("accuracy") is accuracy

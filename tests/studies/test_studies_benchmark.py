@@ -2,7 +2,6 @@
 
 import pytest
 
-from buckler.studies.kit import registry
 from buckler.studies.trust import benchmark
 from buckler.studies.trust.benchmark import Parameters, TimedJob, run
 
@@ -29,7 +28,3 @@ def test_a_wrong_answer_is_suspect(monkeypatch):
     monkeypatch.setitem(benchmark.JOBS, "static", lambda: TimedJob(lambda: 2.0, lambda: 1.25, lambda x: x - 1, 0.5))
     result = run(Parameters(jobs=("static",), repeats=1))
     assert result.status == "SUSPECT" and result.message == "static: error 1.0e+00, allowed 0.5"
-
-
-def test_it_is_on_the_list():
-    assert registry.load("benchmark") is benchmark

@@ -8,7 +8,6 @@ pytest.importorskip("numba")
 from buckler.mbs.laws import CarvalhoMartins
 from buckler.mbs.spectral.chaos import stretching
 from buckler.mbs.spectral.scene import Scene
-from buckler.studies.kit import registry
 from buckler.studies.kit.style import house_style
 from buckler.studies.rattling import bifurcation
 from buckler.studies.rattling.bars import PlayParameters
@@ -253,7 +252,3 @@ def test_agreement_looks_only_where_both_are_small():
 def test_wrong_input_is_refused_in_one_line(wrong, message):
     with pytest.raises(ValueError, match=message):
         bifurcation.Parameters(**wrong)
-
-
-def test_it_is_on_the_list():
-    assert registry.load("bifurcation") is bifurcation

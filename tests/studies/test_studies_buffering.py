@@ -14,7 +14,6 @@ from scipy.integrate import cumulative_trapezoid
 from buckler.mbs import Status
 from buckler.mbs.library import CLOSED, RATTLING
 from buckler.mbs.spectral import ensembles
-from buckler.studies.kit import registry
 from buckler.studies.rattling import buffering_claims, buffering_measures
 from buckler.studies.rattling.buffering_claims import ClaimCase, Parameters
 from buckler.studies.rattling.buffering_measures import (
@@ -275,4 +274,3 @@ def test_input():
         replace(p, bending=0, axial=0)
     with pytest.raises(ValueError, match="members = 1"):
         Parameters(members=1)
-    assert registry.load("buffering-claims") is buffering_claims

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from buckler.mbs.kinematics.linkage import Linkage
-from buckler.studies.kit import registry
 from buckler.studies.rattling import clearance, crank_rocker
 from buckler.studies.rattling.clearance import Variant, rms
 from buckler.studies.trust import restitution
@@ -226,8 +225,3 @@ def test_blocks_of_the_how_to_run_and_end_well():
     assert names["result"].energy_balance < 1e-3 and names["result"].signals["B.contacts"][-1] == 3
     assert names["rattled"].ok and names["rattled"].energy_balance < 1e-3
     assert names["rattled"].signals["B.contacts"][-1] > 3
-
-
-def test_both_are_on_the_list():
-    for name, module in (("restitution", restitution), ("crank-rocker", crank_rocker)):
-        assert registry.load(name) is module

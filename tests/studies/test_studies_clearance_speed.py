@@ -9,7 +9,6 @@ from fourbar import FourBar
 
 pytest.importorskip("numba")
 
-from buckler.studies.kit import registry
 from buckler.studies.kit.cli import main
 from buckler.studies.kit.style import house_style
 from buckler.studies.rattling import clearance_speed
@@ -208,7 +207,7 @@ def test_command_line(tmp_path, capsys):
     printed = capsys.readouterr().out
     assert all(name in printed for name in ("peak force B [N]", "depth/c", "PENETRATION"))
     assert {path.name for path in (tmp_path / "clearance-speed").glob("*.png")} == {"lines.png", "maps.png"}
-    assert registry.load("clearance-speed") is clearance_speed and len(MEASURES) == 3
+    assert len(MEASURES) == 3
 
 
 @pytest.mark.slow

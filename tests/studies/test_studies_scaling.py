@@ -9,13 +9,11 @@ pytest.importorskip("numba")
 
 from drawing import drawn
 
-from buckler.studies.kit import registry
 from buckler.studies.trust import scaling
 
 
 @pytest.mark.parametrize("families", [("chain", "lattice"), pytest.param(tuple(scaling.FAMILIES), marks=pytest.mark.slow)])
 def test_every_family_runs_in_every_series(families: tuple[str, ...]) -> None:
-    assert registry.load("scaling") is scaling
     p = scaling.Parameters(links=(3, 16, 20), families=families, compared=(3,), repeats=1, tolerances=(1e-4, 1e-5), duration=0.02)
     result = scaling.run(p)
     assert result.status == "OK", result.message

@@ -1,7 +1,5 @@
 """Studies of the strip's law and of the contact force in equilibrium, and the elements they rest on."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from drawing import drawn
@@ -12,19 +10,12 @@ from buckler.mbs import Beam, Cable, Section
 from buckler.mbs.accuracy.precision import rate
 from buckler.mbs.engine.pressed import pinned_strip
 from buckler.mbs.library import PAPER, PAPER_STOP
-from buckler.studies.kit import registry
 from buckler.studies.kit.cli import main
 from buckler.studies.strips import contact_force_table, elastica_law, static_precision
 from buckler.studies.trust import plain
 
 STRIP = Section(0.030, 3e-4)
 UNIT = STRIP.bending_stiffness / PAPER.coupler**2
-NAMES = ("elastica-law", "contact-force-table", "static-precision", "slider-crank-precision")
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_registered_under_its_own_module(name):
-    assert Path(registry.load(name).__file__).stem == name.replace("-", "_")
 
 
 # --- elastica-law -----------------------------------------------------------------------------------------------------

@@ -8,7 +8,6 @@ from scipy.optimize import brentq
 
 from buckler.elastica import pinned
 from buckler.mbs.library import PAPER, PAPER_STOP
-from buckler.studies.kit import registry
 from buckler.studies.kit.report import Metric
 from buckler.studies.kit.style import house_style
 from buckler.studies.striking import slider_crank, thickness_speed
@@ -124,7 +123,3 @@ def test_figure(small):
 def test_wrong_input_is_refused_in_one_line(wrong, message):
     with pytest.raises(ValueError, match=message):
         thickness_speed.Parameters(**wrong)
-
-
-def test_it_is_on_the_list():
-    assert registry.load("thickness-speed") is thickness_speed

@@ -10,7 +10,7 @@ pytest.importorskip("numba")
 
 from buckler.elastica import pinned
 from buckler.mbs.library import PAPER, PAPER_STOP
-from buckler.studies.kit import registry
+from buckler.studies.kit.statistics import power_law
 from buckler.studies.kit.style import house_style
 from buckler.studies.rattling.bars import PlayParameters
 from buckler.studies.rattling.turns import ensemble
@@ -24,7 +24,6 @@ from buckler.studies.striking.uncertainty_models import (
     Input,
     Rattler,
     Striker,
-    fit,
     levels,
     linear_shares,
     slopes,
@@ -103,7 +102,7 @@ def test_fit_finds_powers_and_how_sure_it_is():
     rng = np.random.default_rng(0)
     x = rng.uniform(1, 2, (2, 400))
     noise = rng.normal(0, 0.05, 400)
-    found = fit(x, 7 * x[0] ** 1.5 / x[1] * np.exp(noise))
+    found = power_law(x, 7 * x[0] ** 1.5 / x[1] * np.exp(noise))
     assert (np.abs(found.slope - [1.5, -1]) < 4 * found.error).all()
     np.testing.assert_allclose(found.error, 0.05 / np.sqrt(400) / np.log(x).std(axis=1), rtol=0.1)
     signal = np.log(x[0] ** 1.5 / x[1]).var()
@@ -288,7 +287,3 @@ def test_seed_decides():
 def test_wrong_input_is_refused_in_one_line(wrong, message):
     with pytest.raises(ValueError, match=message):
         uncertainty.Parameters(**wrong)
-
-
-def test_it_is_on_the_list():
-    assert registry.load("uncertainty") is uncertainty

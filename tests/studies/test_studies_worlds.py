@@ -9,7 +9,6 @@ from scipy.stats import binom
 pytest.importorskip("numba")
 
 from buckler.mbs.modal import BarModes
-from buckler.studies.kit import registry
 from buckler.studies.rattling import buffering_claims, world, world_shares, worlds
 from buckler.studies.rattling.buffering_measures import CLAIMS
 from buckler.studies.rattling.worlds import ASSUMPTIONS, best_split, drawn, grown, leaves, sentence, wilson
@@ -166,6 +165,5 @@ def test_the_study_goes_on_where_it_stopped(tmp_path, monkeypatch):
             assert one.metrics[f"{claim.name}.{name}"].value == again.metrics[f"{claim.name}.{name}"].value
     assert again.metrics["worlds.seconds"].value == one.metrics["worlds.seconds"].value  # as stored: nothing ran
     assert set(buffering_claims.figure(one)) == {"figure", "worlds"}
-    assert registry.load("buffering-world") is world
     cases = worlds.drawn(2, p.seed, **SMALL).cases
     assert replace(cases[0], seed=0) == cases[0] and cases[1].seed == 1
