@@ -30,9 +30,11 @@ from buckler.mbs.declare import (
 from buckler.mbs.declare.spec import Schema
 from buckler.mbs.documents import document as documents
 from buckler.mbs.documents.shorthand import SHORT, expanded
-from buckler.mbs.elements import KINDS, Drive, Guide, Link
-from buckler.mbs.elements.element import GROUND, Element, UnknownError, known, place
+from buckler.mbs.elements import KINDS, Drive, Guide, Link, Mass, Stop
+from buckler.mbs.elements.coupling import Coupling
+from buckler.mbs.elements.element import GROUND, Element, Joint, UnknownError, known, place
 from buckler.mbs.elements.frozen import Frozen
+from buckler.mbs.elements.load import Load
 from buckler.mbs.offers import offered
 from buckler.mbs.validate import short
 
@@ -112,14 +114,14 @@ class Mechanism(Declared):
         "out: they follow",
     )
     links: Sequence[Link] = field(Links(Part((Link,))), "what moves; by name in files")
-    joints: Sequence[Any] = _elements("joints", "what joins links")
+    joints: Sequence[Joint] = _elements("joints", "what joins links")
     guides: Sequence[Guide] = _elements("guides", "slider blocks")
-    stops: Sequence[Any] = _elements("stops", "what points must not pass")
+    stops: Sequence[Stop] = _elements("stops", "what points must not pass")
     drives: Sequence[Drive] = _elements("drives", "what moves as it is told")
-    loads: Sequence[Any] = _elements("loads", "forces, torques, motors, springs")
-    masses: Sequence[Any] = _elements("masses", "masses fixed to links")
-    couplings: Sequence[Any] = _elements("couplings", "gears, racks, belts, ropes")
-    velocities: Mapping[str, Any] = field(
+    loads: Sequence[Load] = _elements("loads", "forces, torques, motors, springs")
+    masses: Sequence[Mass] = _elements("masses", "masses fixed to links")
+    couplings: Sequence[Coupling] = _elements("couplings", "gears, racks, belts, ropes")
+    velocities: Mapping[str, float | Pair] = field(
         Named(Either((Quantity("rad/s"), Vector("m/s"))), "links and points"),
         "given at t = 0: of a link's turning, rad/s, or of a point, m/s",
         default_factory=dict,

@@ -27,7 +27,7 @@ from buckler.mbs.accuracy.difference import difference
 from buckler.mbs.accuracy.predictable import predictable
 from buckler.mbs.accuracy.usual import ASKED, BOUND, Usual
 from buckler.mbs.accuracy.ways import against, compilable, compiled, deliver, named, own_functions
-from buckler.mbs.elements.clearance import clearances
+from buckler.mbs.elements.clearance import Clearance, clearances
 from buckler.mbs.elements.drive import Ramp
 from buckler.mbs.kinematics.determined import answered
 from buckler.mbs.mechanism import Mechanism
@@ -122,7 +122,9 @@ def _one_of_many(own: Delivering, run: Run, usual: Usual) -> bool:
     mechanism, play = run.record.mechanism, clearances(run.record.mechanism)
     if not play:
         return False
-    joints = [replace(joint, gap=(1 + KNOWN) * joint.gap) if joint in play else joint for joint in mechanism.joints]
+    joints = [
+        replace(joint, gap=(1 + KNOWN) * joint.gap) if isinstance(joint, Clearance) else joint for joint in mechanism.joints
+    ]
     span = predictable(mechanism, own.task.duration)
     other = own.run(replace(mechanism, joints=joints), span, run.solver)
     return other.failure is None and usual.apart(comparable(other), comparable(run)) > BOUND * ASKED

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -172,7 +171,7 @@ def _given(mechanism: Mechanism, linkage: Linkage) -> Iterator[tuple[str, Array,
     """Rows of the mechanism's `velocities`: name, derivatives by the links' rates and by the stations, value."""
     stations, n = Stations(mechanism), len(linkage.index)
     for name, value in mechanism.velocities.items():
-        if isinstance(value, Real):
+        if isinstance(value, float):
             row = np.zeros((n, 3))
             row[linkage.index[name], 2] = 1.0
             yield f"velocities['{name}']", row.ravel(), np.zeros(3 * len(stations.points)), float(value)

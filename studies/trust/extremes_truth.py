@@ -18,7 +18,7 @@ from scipy.integrate import solve_ivp
 from buckler.elastica import pinned
 from buckler.mbs import Controlled, Exudyn, Mechanism, Result, Spectral, Status, simulate
 from buckler.mbs.accuracy.band import axial_period, banded
-from buckler.mbs.elements.clearance import clearances
+from buckler.mbs.elements.clearance import Clearance, clearances
 from buckler.mbs.engine.solve import once
 from buckler.studies.trust.drawn import Drawn, drawn
 from buckler.studies.trust.extremes_case import KINDS, Case, CaseOutcome, Measures, largest
@@ -155,7 +155,9 @@ def _right(made: Drawn, scales: Mapping[str, float]) -> Measures | None:
         return None
     until = len(SAMPLES)
     if clearances(made.mechanism):
-        joints = [joint if joint.ideal else replace(joint, gap=(1 + KNOWN) * joint.gap) for joint in made.mechanism.joints]
+        joints = [
+            replace(each, gap=(1 + KNOWN) * each.gap) if isinstance(each, Clearance) else each for each in made.mechanism.joints
+        ]
         other = _reference(made._replace(mechanism=replace(made.mechanism, joints=joints)), 0)
         if other is None:
             return None
