@@ -44,7 +44,7 @@ def _beyond(run: Run, result: Result) -> Iterator[str]:
             if missing[k] > LEFT_OUT:
                 said = f"by {missing[k]:.2g} of its length than linear theory has it; make it a Beam"
                 yield f"at t = {result.time[k]:.4g} s '{name}' {what}, {said}"
-        over = grown(result.time, loaded, frequency) > GROWTH
+        over = grown(result.time, frequency * np.sqrt(np.maximum(loaded - 1.0, 0.0))) > GROWTH
         if over.any():
             k = int(np.argmax(over))
             yield f"at t = {result.time[k]:.4g} s '{name}' carries {loaded[k]:.3g} times its critical load; make it a Beam"

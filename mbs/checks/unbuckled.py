@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from buckler.mbs.checks.check import Check
+from buckler.mbs.checks.straight import Growth
 from buckler.mbs.elements.element import Array
 from buckler.mbs.record.quadrature import trapezoidal
 from buckler.mbs.record.record import Record
@@ -20,10 +21,12 @@ GROWTH = 14.0
 """Exponent by which a disturbance of a strip pressed beyond its critical load must have grown: a millionth becomes one."""
 UNBENT = 1e-3
 """Change of its deflection, relative to the length, up to which the strip has not bent then."""
-HELD = {0: 1.0, 1: 2.0457, 2: 4.0}
-"""Critical load over Euler's by the number of clamped ends (S. Timoshenko, J. Gere, Theory of Elastic Stability, section 2.4)."""
 AXIAL = 0.5
 """Share of an end shortening that is axial strain from which a strip is unbent."""
+POSES = 25
+"""Times at which the tangent is looked at, evenly over the run."""
+PRESSED = 0.01
+"""Share of the load of the pinned strip below which no strip is looked at."""
 
 
 def _unbuckled(run: Run, result: Result) -> Iterator[str]:
@@ -44,40 +47,45 @@ def _straight_strips(record: Record, result: Result) -> Iterator[str]:
 
 
 def _overloaded_strips(record: Record, result: Result) -> Iterator[str]:
-    """A strip pressed beyond its critical load cannot stay straight for long: the least disturbance grows.
+    """A strip in which a bending grows cannot stay straight for long: the least disturbance grows.
 
-    With P beyond P_cr a deflection grows at the rate w1 sqrt(P/P_cr - 1), w1 the first bending frequency; P is the mean over a
-    quarter of its period, which leaves axial vibration out.
+    The normal force is the mean over a quarter of the pinned strip's first period, which leaves axial vibration out.
     """
-    for link in record.mechanism.links:
-        if not link.body.meshed or len(result.time) < 3:
-            continue
-        section, length = link.body.section, record.links[link.name].length
-        welds = [joint for joint in record.mechanism.joints if joint.keeps_angle and link.name in (joint.first, joint.second)]
-        clamped = len({joint.point for joint in welds} & {link.start, link.end})
-        frequency, critical = resistance(section, length, clamped)
-        pressed = -result.signals[f"{link.name}.axial_force"] / critical
-        loaded = recent_mean(result.time, pressed, np.pi / (2 * frequency))
-        deflection = result.signals[f"{link.name}.deflection"]
-        unbent = np.abs(deflection - deflection[0]) < UNBENT * length  # an arch that passes its chord has bent
-        straight = (grown(result.time, loaded, frequency) > GROWTH) & unbent
+    time, strips = result.time, [link for link in record.mechanism.links if link.body.meshed]
+    forces = {link.name: recent_mean(time, result.signals[f"{link.name}.axial_force"], _quarter(record, link)) for link in strips}
+    unbent = {link.name: _unbent(record, result, link) for link in strips}
+    pressed = {
+        link.name: (-forces[link.name] > PRESSED * link.body.section.euler_load(record.links[link.name].length))
+        & unbent[link.name]
+        for link in strips
+    }
+    if len(time) < 3 or not any(each.any() for each in pressed.values()):
+        return
+    growth, rows = Growth(record), np.unique(np.linspace(0, len(time) - 1, POSES).astype(int))
+    found = [growth.at(k, {name: float(force[k]) for name, force in forces.items()}) for k in rows]
+    for name, force in forces.items():
+        rate = np.where(unbent[name], np.interp(time, time[rows], [each[name] for each in found]), 0.0)
+        straight = grown(time, rate) > GROWTH
         if straight.any():
             k = int(np.argmax(straight))
-            beyond = f"{pressed[k]:.3g} times its critical load"
-            yield f"at t = {result.time[k]:.4g} s '{link.name}' carries {beyond}, straight; give it an imperfection"
+            carries = f"at t = {time[k]:.4g} s '{name}' carries {-force[k]:.3g} N, straight"
+            yield f"{carries}, though its bending grows at {rate[k]:.3g} 1/s; give it an imperfection"
 
 
-def resistance(section: Any, length: float, clamped: int) -> tuple[float, float]:
-    """First bending frequency, rad/s, and critical load, N, of a strip with this many clamped ends, the others pinned.
-
-    The frequency follows the load as if the clamped strip's shape were the same; it is 12 % low for two ends.
-    """
-    return section.first_frequency(length) * HELD[clamped] ** 0.5, section.euler_load(length) * HELD[clamped]
+def _quarter(record: Record, link: Any) -> float:
+    """A quarter of the first period of a strip with pinned ends, s."""
+    return float(np.pi / 2 / link.body.section.first_frequency(record.links[link.name].length))
 
 
-def grown(time: Array, loaded: Array, frequency: float) -> Array:
-    """Exponent by which a disturbance of a link has grown since its load, in critical ones, last began to exceed 1."""
-    rate = frequency * np.sqrt(np.maximum(loaded - 1, 0.0))
+def _unbent(record: Record, result: Result, link: Any) -> Array:
+    """Where a strip's deflection is that of the start; an arch that passes its chord has bent."""
+    deflection = result.signals[f"{link.name}.deflection"]
+    unbent: Array = np.abs(deflection - deflection[0]) < UNBENT * record.links[link.name].length
+    return unbent
+
+
+def grown(time: Array, rate: Array) -> Array:
+    """Exponent by which a disturbance has grown since its rate of growth, 1/s, was last zero."""
     exponent = trapezoidal(time, rate)
     found: Array = exponent - np.maximum.accumulate(np.where(rate > 0, 0.0, exponent))
     return found
@@ -97,8 +105,8 @@ def no_strip(run: Run, _result: Result) -> str:
 
 CHECK = Check(
     "UNBUCKLED",
-    "failed when a strip is much shorter than its arc by axial strain, or stays straight beyond its critical load for longer "
-    "than the least disturbance takes to grow",
+    "failed when a strip is much shorter than its arc by axial strain, or stays straight for longer than the least "
+    "disturbance of its bending takes to grow, by the tangent of the mechanism",
     _unbuckled,
     {"end shortening": BUCKLED_FROM, "axial share": AXIAL, "growth, exponent": GROWTH, "deflection that is none": UNBENT},
     no_strip,
