@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 
 from buckler.mbs.declare import declared, flag, names, quantity
 from buckler.mbs.elements.coupling import Coupling, carried_by
-from buckler.mbs.elements.element import GROUND, Array, Energy, Kind, Recorded, Signal, place
+from buckler.mbs.elements.element import GROUND, Array, Energy, Kind, Parts, Recorded, Signal, place
 from buckler.mbs.elements.load import Push
 from buckler.mbs.elements.rows import Row, Turn
 
@@ -34,12 +33,12 @@ class Belt(Coupling):
     damping: float = quantity("N s/m", low=0, doc="of a belt with stiffness; the inextensible one does not use it", default=0.0)
     carrier: str = names(doc="the link that carries both axles, or 'ground'", default=GROUND)
 
-    def shares(self, mechanism: Any) -> tuple[tuple[float, Turn], ...]:
+    def shares(self, mechanism: Parts) -> tuple[tuple[float, Turn], ...]:
         """Return the way by which the first rim is ahead of the second, m, as coefficients of the pulleys' turns."""
         base, back = carried_by(mechanism, self.carrier), self.other_radius if self.crossed else -self.other_radius
         return (self.radius, Turn(place(self.first), base)), (back, Turn(place(self.second), base))
 
-    def rows(self, mechanism: Any) -> Iterator[Row]:
+    def rows(self, mechanism: Parts) -> Iterator[Row]:
         """Yield that the rims go the same way; nothing of a belt with stiffness."""
         if self.stiffness is None:
             yield Row(self.shares(mechanism))

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any, ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
 from buckler.mbs.declare import Quantity, Several, declared, field, names, part, quantity
-from buckler.mbs.elements.element import GROUND, Array, Depth, Energy, Joint, Kind, Recorded, Signal, left
+from buckler.mbs.elements.element import GROUND, Array, Depth, Energy, Joint, Kind, Parts, Recorded, Signal, left
 from buckler.mbs.elements.journal import BRISTLE, HARMONICS, ONSET, SINCE, SLIDING, meet, profile
 from buckler.mbs.elements.rows import Row, meets
 from buckler.mbs.laws import BristleLaw, FrictionLaw, NoFriction, NormalLaw
@@ -84,7 +84,7 @@ class Clearance(Joint):
         """Whether both pin and bush are."""
         return not (any(self.bush_profile) or any(self.pin_profile))
 
-    def check(self, mechanism: Any) -> None:
+    def check(self, mechanism: Parts) -> None:
         """As any joint; and a clearance smaller than what it joins."""
         super().check(mechanism)
         lengths = [mechanism.length(name) for name in (self.first, self.second) if name != GROUND]
@@ -93,11 +93,11 @@ class Clearance(Joint):
                 f"gap = {self.gap:g} m at '{self.point}': must be below the length of what it joins, {min(lengths):g} m"
             )
 
-    def rows(self, mechanism: Any) -> Iterator[Row]:
+    def rows(self, mechanism: Parts) -> Iterator[Row]:
         """Yield that the pin is centred in its bush at the start."""
         return meets(self.point, self.first, self.second, start_only=True)
 
-    def depths(self, name: str, mechanism: Any) -> Iterator[Depth]:
+    def depths(self, name: str, mechanism: Parts) -> Iterator[Depth]:
         """Yield its depth, and the clearance or a share of the pin, whichever is more."""
         allowed = max(self.gap, PIERCED * self.pin)
         where = f"in its bush, more than {allowed:.3g} m, its clearance or {PIERCED:g} of its radius"
@@ -158,9 +158,9 @@ class Clearance(Joint):
         yield Energy("single", f"{self.point}.taken_friction", rubbed)
 
 
-def clearances(mechanism: Any) -> list[Clearance]:
+def clearances(mechanism: Parts) -> list[Clearance]:
     """Joints with clearance of a mechanism."""
-    return [joint for joint in mechanism.joints if not joint.ideal]
+    return [joint for joint in mechanism.joints if isinstance(joint, Clearance)]
 
 
 class Side(NamedTuple):
@@ -235,10 +235,10 @@ def contact(joint: Clearance, pin: Side, bush: Side, memory: Array, time: Array)
 
 def moment_on(record: Recorded, body: str) -> Array:
     """Moment of all joints with clearance on a rigid link about its centre of mass, N m, (times,)."""
-    total, loose = np.zeros_like(record.time), clearances(record.mechanism)
+    total = np.zeros_like(record.time)
     centre = record.links[body].centre()[0]
     for name, joint in record.mechanism.elements().items():
-        if joint in loose and body in (joint.first, joint.second):
+        if isinstance(joint, Clearance) and body in (joint.first, joint.second):
             pin, bush = states(joint, record)
             found = contact(joint, pin, bush, record.channel(name, "memory"), record.time)
             n = np.column_stack([found.nx, found.ny])

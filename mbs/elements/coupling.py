@@ -3,9 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
-from buckler.mbs.elements.element import GROUND, Array, Element, Place, holder, known, place, refers, takes_moments
+from buckler.mbs.elements.element import (
+    GROUND,
+    Array,
+    Element,
+    Parts,
+    Place,
+    holder,
+    known,
+    place,
+    refers,
+    takes_moments,
+)
 from buckler.mbs.elements.rows import FIXED
 
 
@@ -30,7 +40,7 @@ class Coupling(Element):
         """Yield the references 'link:point' of what turns by it."""
         yield from (self.first, self.second)
 
-    def check(self, mechanism: Any) -> None:
+    def check(self, mechanism: Parts) -> None:
         """Two bodies, each with its point, that can take a moment; the carrier another one."""
         carrier = getattr(self, "carrier", GROUND)
         if carrier != GROUND:
@@ -48,19 +58,19 @@ class Coupling(Element):
         """Return the effort of its row, as on its first body."""
         return {"effort": multipliers}
 
-    def moments(self, mechanism: Any) -> Iterator[str]:
+    def moments(self, mechanism: Parts) -> Iterator[str]:
         """Yield where it turns links."""
         yield from self.turning()
 
 
-def carried_by(mechanism: Any, carrier: str, point: str = "") -> Place:
+def carried_by(mechanism: Parts, carrier: str, point: str = "") -> Place:
     """Place of a carrier, at a point or at its own start."""
     if carrier == GROUND:
         return Place(GROUND, point) if point else FIXED
     return Place(carrier, point or mechanism.link(carrier).start)
 
 
-def held_place(mechanism: Any, at: str, where: str) -> Place:
+def held_place(mechanism: Parts, at: str, where: str) -> Place:
     """Place of a point as part of the link, or the ground, that holds it.
 
     Raises

@@ -8,7 +8,7 @@ from typing import Any
 
 from buckler.mbs.callables import Function
 from buckler.mbs.declare import Declared, Either, Part, Quantity, declared, field, names, quantity
-from buckler.mbs.elements.element import GROUND, Array, Element, Energy, Kind, Place, Recorded, Signal, known
+from buckler.mbs.elements.element import GROUND, Array, Element, Energy, Kind, Parts, Place, Recorded, Signal, known
 from buckler.mbs.elements.rows import Along, Row, Turn, row
 from buckler.mbs.functions import Expression, Integral, Slope, Table, kinks
 from buckler.mbs.validate import number, short
@@ -163,7 +163,7 @@ class Drive(Element):
         """'drive'."""
         return "drive"
 
-    def check(self, mechanism: Any) -> None:
+    def check(self, mechanism: Parts) -> None:
         """A rigid link or a guided point."""
         rigid = {link.name for link in mechanism.links if not link.body.flexible}
         known("rigid link or guided point", self.target, rigid | {guide.point for guide in mechanism.guides}, "drive")
@@ -178,7 +178,7 @@ class Drive(Element):
         """Its motion must be consistent within the run."""
         self.motion.check_run(duration, name)
 
-    def rows(self, mechanism: Any) -> Iterator[Row]:
+    def rows(self, mechanism: Parts) -> Iterator[Row]:
         """Yield that the link turns, or the point travels, as it is told."""
         if self.target in mechanism.points:
             guide = mechanism.guide(self.target)

@@ -5,13 +5,18 @@ An element answers from plain arrays. It sees a run through `Recorded`, which bo
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from enum import StrEnum
-from typing import Any, ClassVar, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 
 from buckler.mbs.declare import Declared, specs
+
+if TYPE_CHECKING:
+    from buckler.mbs.elements.drive import Drive
+    from buckler.mbs.elements.guide import Guide
+    from buckler.mbs.elements.link import Link
 
 Array = np.ndarray[Any, Any]
 GROUND = "ground"
@@ -114,11 +119,51 @@ class Depth(NamedTuple):
     where: str
 
 
+class Parts(Protocol):
+    """A mechanism, as its elements see it."""
+
+    @property
+    def points(self) -> Mapping[str, tuple[float, float]]:
+        """Places at t = 0, m."""
+
+    @property
+    def links(self) -> Sequence[Link]:
+        """What moves."""
+
+    @property
+    def joints(self) -> Sequence[Joint]:
+        """What joins links."""
+
+    @property
+    def guides(self) -> Sequence[Guide]:
+        """Slider blocks."""
+
+    @property
+    def drives(self) -> Sequence[Drive]:
+        """What moves as it is told."""
+
+    @property
+    def gravity(self) -> tuple[float, float]:
+        """m/s^2."""
+
+    def link(self, name: str) -> Link:
+        """The link of that name."""
+
+    def guide(self, point: str) -> Guide:
+        """The guide of that point."""
+
+    def length(self, name: str) -> float:
+        """Distance of a link's two end points, m."""
+
+    def elements(self) -> dict[str, Element]:
+        """All elements by their names."""
+
+
 class Recorded(Protocol):
     """A record, as elements see it."""
 
     @property
-    def mechanism(self) -> Any:
+    def mechanism(self) -> Parts:
         """The mechanism that ran."""
 
     @property
@@ -154,10 +199,10 @@ class Element(Declared):
         """Its name in a mechanism; a second one of a name is `name.2`."""
         raise NotImplementedError
 
-    def check(self, mechanism: Any) -> None:
+    def check(self, mechanism: Parts) -> None:
         """Raise a ValueError if what it refers to is not in the mechanism."""
 
-    def rows(self, mechanism: Any) -> Iterator[Any]:
+    def rows(self, mechanism: Parts) -> Iterator[Any]:
         """Yield what it asks of the bodies' places, as `buckler.mbs.elements.rows`; nothing by default."""
         yield from ()
 
@@ -188,7 +233,7 @@ class Element(Declared):
         """Times in (0, duration), s, at which what it prescribes is known to have a kink or jump; none by default."""
         return ()
 
-    def depths(self, name: str, mechanism: Any) -> Iterator[Depth]:
+    def depths(self, name: str, mechanism: Parts) -> Iterator[Depth]:
         """Yield how deep its contacts may be; nothing by default."""
         yield from ()
 
@@ -208,16 +253,16 @@ class Element(Declared):
         """Yield its energies in a run; none by default."""
         yield from ()
 
-    def burdens(self, mechanism: Any) -> Iterator[Burden]:
+    def burdens(self, mechanism: Parts) -> Iterator[Burden]:
         """Yield the masses it adds to bodies; none by default."""
         yield from ()
 
-    def moments(self, mechanism: Any) -> Iterator[str]:
+    def moments(self, mechanism: Parts) -> Iterator[str]:
         """Yield the point references 'link:point' at which it exerts a moment on a link; none by default."""
         yield from ()
 
 
-def kinks_of(mechanism: Any, duration: float) -> tuple[float, ...]:
+def kinks_of(mechanism: Parts, duration: float) -> tuple[float, ...]:
     """Times in (0, duration), s, at which something that acts on a mechanism has a kink or jump, in order."""
     return tuple(sorted({t for element in mechanism.elements().values() for t in element.kinks(duration)}))
 
@@ -254,7 +299,7 @@ def known(kind: str, name: str, names: Iterable[str], where: str) -> None:
         raise UnknownError(name, f"{where}: unknown {kind} '{name}'; known: {', '.join(sorted(names)) or 'none'}")
 
 
-def reaches(mechanism: Any, name: str, point: str, where: str) -> None:
+def reaches(mechanism: Parts, name: str, point: str, where: str) -> None:
     """Raise a ValueError if a link is unknown or does not reach a point."""
     links = {link.name: link for link in mechanism.links}
     known("link", name, links, where)
@@ -262,7 +307,7 @@ def reaches(mechanism: Any, name: str, point: str, where: str) -> None:
         raise ValueError(f"{where}: link '{name}' does not reach it; its points: {', '.join(links[name].points)}")
 
 
-def refers(mechanism: Any, at: str, where: str) -> None:
+def refers(mechanism: Parts, at: str, where: str) -> None:
     """Raise a ValueError if a point reference names an unknown point or link, or a link that does not reach its point."""
     body, point = place(at)
     known("point", point, mechanism.points, where)
@@ -270,7 +315,7 @@ def refers(mechanism: Any, at: str, where: str) -> None:
         reaches(mechanism, body, point, where)
 
 
-def holder(mechanism: Any, at: str) -> str:
+def holder(mechanism: Parts, at: str) -> str:
     """Body that a load at a point reference acts on: a link with coordinates, a guide's block (by its point) or 'ground'.
 
     The end of a strut, which has no mass, is held by what it is pinned to, there or through other struts.
@@ -301,7 +346,7 @@ def holder(mechanism: Any, at: str) -> str:
     raise ValueError(f"link '{body}': a Strut is massless, so '{point}' must be pinned to {needed}")
 
 
-def takes_moments(mechanism: Any, names: tuple[str, ...], where: str) -> None:
+def takes_moments(mechanism: Parts, names: tuple[str, ...], where: str) -> None:
     """Raise a ValueError if one of these links is massless: a force between two points takes no moment."""
     for link in mechanism.links:
         if link.name in names and link.body.massless:
@@ -336,7 +381,7 @@ class Joint(Element):
         """Point and bodies."""
         return f"{self.point}.{self.first}-{self.second}"
 
-    def check(self, mechanism: Any) -> None:
+    def check(self, mechanism: Parts) -> None:
         """Two different bodies that reach the point, not joined there already."""
         known("point", self.point, mechanism.points, self.where)
         self.apart(mechanism)
@@ -344,7 +389,7 @@ class Joint(Element):
             if name != GROUND:
                 reaches(mechanism, name, self.point, self.where)
 
-    def apart(self, mechanism: Any) -> None:
+    def apart(self, mechanism: Parts) -> None:
         """Raise a ValueError if it joins a body to itself, or two that are joined at the point already."""
         if self.first == self.second:
             raise ValueError(f"{self.where}: joins '{self.first}' to itself")
@@ -352,7 +397,7 @@ class Joint(Element):
         if sum(joint.point == self.point and {joint.first, joint.second} == ends for joint in mechanism.joints) > 1:
             raise ValueError(f"{self.where}: joins {' and '.join(sorted(ends))} twice")
 
-    def moments(self, mechanism: Any) -> Iterator[str]:
+    def moments(self, mechanism: Parts) -> Iterator[str]:
         """Yield both sides where it keeps the angle; the moment of friction is small."""
         if self.keeps_angle:
             yield from (f"{body}:{self.point}" for body in (self.first, self.second))

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import Any
 
 import numpy as np
 
 from buckler.mbs.callables import Function
 from buckler.mbs.declare import Either, Vector, declared, field, names
-from buckler.mbs.elements.element import GROUND, Array, Energy, Kind, Recorded, Signal, holder, place, refers
+from buckler.mbs.elements.element import GROUND, Array, Energy, Kind, Parts, Recorded, Signal, holder, place, refers
 from buckler.mbs.elements.load import Load, Push, check_turning, held_at, sampled, turning
 from buckler.mbs.functions import kinks
 
@@ -45,7 +44,7 @@ class Force(Load):
         """'force.A'."""
         return f"force.{place(self.point).point}"
 
-    def check(self, mechanism: Any) -> None:
+    def check(self, mechanism: Parts) -> None:
         """A point of a body, and a link that turns."""
         where = self.where
         refers(mechanism, self.point, where)
@@ -54,7 +53,7 @@ class Force(Load):
         if self.follows is not None:
             check_turning(mechanism, self.follows, where)
 
-    def turns_with(self, mechanism: Any) -> str | None:
+    def turns_with(self, mechanism: Parts) -> str | None:
         """The point reference whose angle it follows."""
         return None if self.follows is None else turning(mechanism, self.follows, place(self.point).point)
 

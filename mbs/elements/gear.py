@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 from buckler.mbs.declare import declared, names, quantity
 from buckler.mbs.elements.coupling import Coupling, carried_by
-from buckler.mbs.elements.element import GROUND, Kind, Recorded, Signal, place
+from buckler.mbs.elements.element import GROUND, Kind, Parts, Recorded, Signal, place
 from buckler.mbs.elements.load import distance
 from buckler.mbs.elements.rows import Along, Row, Turn
 
@@ -25,13 +24,13 @@ class Gear(Coupling):
     ratio: float = quantity("1", nonzero=True, doc="turns of the second for one of the first; negative with outer teeth on both")
     carrier: str = names(doc="the link that carries both axles, or 'ground'", default=GROUND)
 
-    def check(self, mechanism: Any) -> None:
+    def check(self, mechanism: Parts) -> None:
         """Two links about two centres with a pitch point between or beside them."""
         super().check(mechanism)
         if self.ratio == 1 and distance(mechanism, self.first, self.second) > 0:
             raise ValueError(f"{self.where}: ratio = 1: gears about two centres that turn alike have no pitch point")
 
-    def rows(self, mechanism: Any) -> Iterator[Row]:
+    def rows(self, mechanism: Parts) -> Iterator[Row]:
         """Yield that both have one speed at the pitch point, r of the first gear: r turn_1 + (distance - r) turn_2 = 0."""
         first, second, base = place(self.first), place(self.second), carried_by(mechanism, self.carrier)
         apart = distance(mechanism, self.first, self.second)

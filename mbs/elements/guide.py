@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 
 from buckler.mbs.declare import Declared, declared, direction, names, part, quantity
-from buckler.mbs.elements.element import GROUND, Array, Element, Energy, Kind, Recorded, Signal, known, reaches
+from buckler.mbs.elements.element import GROUND, Array, Element, Energy, Kind, Parts, Recorded, Signal, known, reaches
 from buckler.mbs.elements.journal import BRISTLE
 from buckler.mbs.elements.link import weight
 from buckler.mbs.elements.rows import Row, on_line
@@ -79,7 +78,7 @@ class Guide(Element):
         """'guide' and its point."""
         return f"guide {self.point}"
 
-    def check(self, mechanism: Any) -> None:
+    def check(self, mechanism: Parts) -> None:
         """A point of its link, with no other guide."""
         known("point", self.point, mechanism.points, self.where)
         reaches(mechanism, self.link, self.point, self.where)
@@ -92,7 +91,7 @@ class Guide(Element):
             if abs(off) > ON_LINE * max(map(abs, (x0, y0, x1, y1))):
                 raise ValueError(f"{self.where}: through = '{self.through}': lies {abs(off):.3g} m beside its line")
 
-    def rows(self, mechanism: Any) -> Iterator[Row]:
+    def rows(self, mechanism: Parts) -> Iterator[Row]:
         """Yield that the point stays on the line."""
         return on_line(self.point, self.link, GROUND, self.along)
 
@@ -139,7 +138,7 @@ class Guide(Element):
             most = limit(record.blocks[self.point].speed) * np.abs(reaction[:, 0])
             yield Signal(f"{owner}.friction_limit", most, "N", Kind.FRICTION)
 
-    def _shared(self, mechanism: Any) -> bool:
+    def _shared(self, mechanism: Parts) -> bool:
         """Whether a joint at the point has friction of its own, whose signals bear the point's name."""
         return any(joint.point == self.point and not joint.ideal for joint in mechanism.joints)
 

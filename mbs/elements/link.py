@@ -24,7 +24,7 @@ from buckler.mbs.declare import (
 from buckler.mbs.declare.compound import any_of, is_list
 from buckler.mbs.declare.spec import Schema
 from buckler.mbs.elements.body import Body
-from buckler.mbs.elements.element import Array, Element, Energy, Kind, Recorded, Signal, known
+from buckler.mbs.elements.element import Array, Element, Energy, Kind, Parts, Recorded, Signal, known
 from buckler.mbs.elements.frozen import Frozen
 from buckler.mbs.validate import positive
 
@@ -93,7 +93,7 @@ class Link(Element):
         """Its name."""
         return self.name
 
-    def check(self, mechanism: Any) -> None:
+    def check(self, mechanism: Parts) -> None:
         """Known points, some distance apart."""
         for point in self.points:
             known("point", point, mechanism.points, self.where)

@@ -8,7 +8,18 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from buckler.mbs.elements.element import GROUND, Array, Element, Recorded, holder, known, place, reaches, takes_moments
+from buckler.mbs.elements.element import (
+    GROUND,
+    Array,
+    Element,
+    Parts,
+    Recorded,
+    holder,
+    known,
+    place,
+    reaches,
+    takes_moments,
+)
 
 Law = Callable[[float, float], float]
 PIECES = 400
@@ -51,12 +62,12 @@ def moment_of_loads(record: Recorded, link: str) -> Array:
     return total
 
 
-def held_at(mechanism: Any, at: str) -> str:
+def held_at(mechanism: Parts, at: str) -> str:
     """The reference 'body:point' of what holds a point reference; see `holder`."""
     return f"{holder(mechanism, at)}:{place(at).point}"
 
 
-def turning(mechanism: Any, at: str, near: str | None = None) -> str:
+def turning(mechanism: Parts, at: str, near: str | None = None) -> str:
     """The reference 'link:point' of what turns: 'crank' is that link at the point `near` if it has it, or else at its start."""
     if ":" in at:
         return at
@@ -66,7 +77,7 @@ def turning(mechanism: Any, at: str, near: str | None = None) -> str:
     return f"{at}:{near if near in link.points else link.start}"
 
 
-def check_turning(mechanism: Any, at: str, where: str) -> None:
+def check_turning(mechanism: Parts, at: str, where: str) -> None:
     """Raise a ValueError if a reference, 'crank' or 'beam:B', is not to a link that turns."""
     body, colon, point = at.partition(":")
     known("link", body, {link.name for link in mechanism.links}, where)
@@ -138,7 +149,7 @@ def unit(vectors: Array) -> tuple[Array, Array]:
     return size, vectors / np.where(size > 0, size, 1.0)[:, None]
 
 
-def distance(mechanism: Any, a: str, b: str) -> float:
+def distance(mechanism: Parts, a: str, b: str) -> float:
     """Distance of two point references at t = 0, m."""
     (x0, y0), (x1, y1) = (mechanism.points[place(at).point] for at in (a, b))
     return hypot(x1 - x0, y1 - y0)

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from math import hypot
-from typing import Any
 
 import numpy as np
 
 from buckler.mbs.declare import declared, names, quantity
-from buckler.mbs.elements.element import GROUND, Burden, Element, Energy, Recorded, holder, known, place, reaches
+from buckler.mbs.elements.element import GROUND, Burden, Element, Energy, Parts, Recorded, holder, known, place, reaches
 
 
 @declared
@@ -31,7 +30,7 @@ class Mass(Element):
         """'mass.A'."""
         return f"mass.{self.point}"
 
-    def check(self, mechanism: Any) -> None:
+    def check(self, mechanism: Parts) -> None:
         """A point of a body, one that turns if the mass has an inertia."""
         where = self.where
         known("point", self.point, mechanism.points, where)
@@ -43,16 +42,16 @@ class Mass(Element):
         if self.inertia and body not in {link.name for link in mechanism.links}:
             raise ValueError(f"{where}: inertia = {self.inertia:g} kg m^2: must be 0 on a guide's block, which does not turn")
 
-    def at(self, mechanism: Any) -> str:
+    def at(self, mechanism: Parts) -> str:
         """The point reference at which it is fixed."""
         reference = self.point if self.link is None else f"{self.link}:{self.point}"
         return f"{holder(mechanism, reference)}:{self.point}"
 
-    def burdens(self, mechanism: Any) -> Iterator[Burden]:
+    def burdens(self, mechanism: Parts) -> Iterator[Burden]:
         """Yield itself."""
         yield Burden(self.at(mechanism), self.mass, self.inertia)
 
-    def moments(self, mechanism: Any) -> Iterator[str]:
+    def moments(self, mechanism: Parts) -> Iterator[str]:
         """Yield where it is fixed, if it resists turning."""
         if self.inertia:
             yield self.at(mechanism)

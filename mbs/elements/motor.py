@@ -9,7 +9,7 @@ import numpy as np
 
 from buckler.mbs.callables import Function
 from buckler.mbs.declare import Either, Quantity, declared, field, names, quantity
-from buckler.mbs.elements.element import Array, Burden, Energy, Kind, Recorded, Signal
+from buckler.mbs.elements.element import Array, Burden, Energy, Kind, Parts, Recorded, Signal
 from buckler.mbs.elements.load import Load, Push, check_turning, sampled, turning
 from buckler.mbs.functions import kinks
 
@@ -54,19 +54,19 @@ class Motor(Load):
         """'motor.crank'."""
         return f"motor.{self.link.partition(':')[0]}"
 
-    def check(self, mechanism: Any) -> None:
+    def check(self, mechanism: Parts) -> None:
         """A link with an angle."""
         check_turning(mechanism, self.link, self.where)
 
-    def moments(self, mechanism: Any) -> Iterator[str]:
+    def moments(self, mechanism: Parts) -> Iterator[str]:
         """Yield where it acts."""
         yield self.at(mechanism)
 
-    def at(self, mechanism: Any) -> str:
+    def at(self, mechanism: Parts) -> str:
         """The point reference at which it acts."""
         return turning(mechanism, self.link)
 
-    def burdens(self, mechanism: Any) -> Iterator[Burden]:
+    def burdens(self, mechanism: Parts) -> Iterator[Burden]:
         """Yield the rotor's inertia as the link feels it."""
         if self.inertia:
             yield Burden(self.at(mechanism), 0.0, self.inertia * self.gear**2)

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 from buckler.mbs.declare import declared, direction, names, quantity
 from buckler.mbs.elements.coupling import Coupling, carried_by
-from buckler.mbs.elements.element import GROUND, Kind, Recorded, Signal, place
+from buckler.mbs.elements.element import GROUND, Kind, Parts, Recorded, Signal, place
 from buckler.mbs.elements.rows import Along, Row, Turn
 
 
@@ -27,7 +26,7 @@ class Rack(Coupling):
     )
     carrier: str = names(doc="the link in which axle and line are fixed, or 'ground'", default=GROUND)
 
-    def rows(self, mechanism: Any) -> Iterator[Row]:
+    def rows(self, mechanism: Parts) -> Iterator[Row]:
         """Yield that both have one speed along the line at the pitch point: travel of the rack = radius times turn."""
         pinion, rack = place(self.first), place(self.second)
         base, turns, (dx, dy) = carried_by(mechanism, self.carrier), self.carrier != GROUND, self.along

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 from buckler.mbs.declare import declared, names
-from buckler.mbs.elements.element import Array, Joint, Kind, Recorded, Signal
+from buckler.mbs.elements.element import Array, Joint, Kind, Parts, Recorded, Signal
 from buckler.mbs.elements.rows import Row, meets
 
 
@@ -18,7 +17,7 @@ class Revolute(Joint):
     first: str = names(doc="a link or 'ground'")
     second: str = names(doc="a link or 'ground'")
 
-    def rows(self, mechanism: Any) -> Iterator[Row]:
+    def rows(self, mechanism: Parts) -> Iterator[Row]:
         """Yield that the point of one body stays on that of the other."""
         return meets(self.point, self.first, self.second)
 

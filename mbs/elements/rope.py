@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import pairwise
-from typing import Any
 
 from buckler.mbs.declare import Name, Several, declared, field, names
 from buckler.mbs.elements.coupling import Coupling, held_place
-from buckler.mbs.elements.element import GROUND, Kind, Place, Recorded, Signal, holder, refers
+from buckler.mbs.elements.element import GROUND, Kind, Parts, Place, Recorded, Signal, holder, refers
 from buckler.mbs.elements.load import distance
 from buckler.mbs.elements.rows import Apart, Row
 
@@ -25,7 +24,7 @@ class Rope(Coupling):
     second: str = names(doc="the same of its other end")
     over: tuple[str, ...] = field(Several(Name(), least=1), "point references of the pulleys, in order from the first end")
 
-    def path(self, mechanism: Any) -> list[Place]:
+    def path(self, mechanism: Parts) -> list[Place]:
         """Places of ends and pulleys in order, each on the link that holds it."""
         return [held_place(mechanism, at, self.where) for at in (self.first, *self.over, self.second)]
 
@@ -33,7 +32,7 @@ class Rope(Coupling):
         """Yield nothing: it turns no link."""
         yield from ()
 
-    def check(self, mechanism: Any) -> None:
+    def check(self, mechanism: Parts) -> None:
         """Points of bodies that are apart, not all of them on the ground."""
         for at in (self.first, *self.over, self.second):
             refers(mechanism, at, self.where)
@@ -44,7 +43,7 @@ class Rope(Coupling):
                 raise ValueError(f"{self.where}: '{one}' and '{two}' coincide, so the rope between them has no direction")
         self.path(mechanism)
 
-    def rows(self, mechanism: Any) -> Iterator[Row]:
+    def rows(self, mechanism: Parts) -> Iterator[Row]:
         """Yield that the sum of its parts' lengths stays."""
         parts = pairwise(self.path(mechanism))
         yield Row(tuple((1.0, Apart(one, two)) for one, two in parts if one.body != two.body))

@@ -3,10 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from buckler.mbs.declare import declared, direction, names
-from buckler.mbs.elements.element import GROUND, Array, Joint, Kind, Recorded, Signal, known, reaches, takes_moments, turned
+from buckler.mbs.elements.element import (
+    GROUND,
+    Array,
+    Joint,
+    Kind,
+    Parts,
+    Recorded,
+    Signal,
+    known,
+    reaches,
+    takes_moments,
+    turned,
+)
 from buckler.mbs.elements.rows import Row, on_line, same_turn
 
 
@@ -24,7 +36,7 @@ class Slot(Joint):
         """Its kind and its point."""
         return f"{type(self).__name__} at '{self.point}'"
 
-    def check(self, mechanism: Any) -> None:
+    def check(self, mechanism: Parts) -> None:
         """A point of the first body, and a second body in which a line can be fixed there."""
         where = self.where
         known("point", self.point, mechanism.points, where)
@@ -39,7 +51,7 @@ class Slot(Joint):
                 reaches(mechanism, self.second, self.point, where)
         takes_moments(mechanism, (self.first, self.second), where)
 
-    def rows(self, mechanism: Any) -> Iterator[Row]:
+    def rows(self, mechanism: Parts) -> Iterator[Row]:
         """Yield that the point stays on the line."""
         yield from on_line(self.point, self.first, self.second, self.along)
 
@@ -66,7 +78,7 @@ class Slider(Slot):
 
     keeps_angle: ClassVar[bool] = True
 
-    def rows(self, mechanism: Any) -> Iterator[Row]:
+    def rows(self, mechanism: Parts) -> Iterator[Row]:
         """Yield that the point stays on the line, and the angle as it is."""
         yield from super().rows(mechanism)
         yield from same_turn(self.point, self.first, self.second)

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 
 from buckler.mbs.callables import Function
 from buckler.mbs.declare import declared, field, names, quantity
-from buckler.mbs.elements.element import GROUND, Array, Energy, Kind, Recorded, Signal, holder, place, refers
+from buckler.mbs.elements.element import GROUND, Array, Energy, Kind, Parts, Recorded, Signal, holder, place, refers
 from buckler.mbs.elements.load import Elastic, Law, Load, Push, distance, held_at, unit
 
 
@@ -39,7 +38,7 @@ class Spring(Elastic, Load):
         """'spring.A-P'."""
         return f"spring.{place(self.a).point}-{place(self.b).point}"
 
-    def check(self, mechanism: Any) -> None:
+    def check(self, mechanism: Parts) -> None:
         """Two points of different bodies, apart where the spring has a length."""
         where = self.where
         for at in (self.a, self.b):
@@ -49,7 +48,7 @@ class Spring(Elastic, Load):
         if self.free(mechanism) > 0 and distance(mechanism, self.a, self.b) == 0:
             raise ValueError(f"{where}: its ends coincide, so it has no direction; only a free length of 0 can start there")
 
-    def free(self, mechanism: Any) -> float:
+    def free(self, mechanism: Parts) -> float:
         """Free length, m."""
         return distance(mechanism, self.a, self.b) if self.free_length is None else self.free_length
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any
 
 import numpy as np
 
@@ -15,6 +14,7 @@ from buckler.mbs.elements.element import (
     Element,
     Energy,
     Kind,
+    Parts,
     Recorded,
     Signal,
     known,
@@ -72,7 +72,7 @@ class Stop(Element):
         """The body that carries the face."""
         return place(self.on).body or self.on
 
-    def check(self, mechanism: Any) -> None:
+    def check(self, mechanism: Parts) -> None:
         """A guided point, or a point of a link with a direction; a body that can carry the face."""
         where = self.where
         known("point", self.point, mechanism.points, where)
@@ -107,7 +107,7 @@ class Stop(Element):
                 near = f"; it came within {float(abs(way - self.at).min(initial=np.inf)):.3g} m"
             yield f"'{self.point}' never reached its stop{near}"
 
-    def body(self, mechanism: Any) -> str:
+    def body(self, mechanism: Parts) -> str:
         """The link whose point it is."""
         if self.link is not None:
             return self.link
@@ -115,22 +115,22 @@ class Stop(Element):
         names += [link.name for link in mechanism.links if self.point in link.points]
         return str(names[0]) if names else ""
 
-    def origin(self, mechanism: Any) -> str:
+    def origin(self, mechanism: Parts) -> str:
         """Point reference of the body that carries the face: the section that turns it, or any point of a rigid link."""
         if self.carrier == GROUND:
             return f"{GROUND}:{self.point}"
         return self.on if place(self.on).body else f"{self.carrier}:{mechanism.link(self.carrier).start}"
 
-    def across(self, mechanism: Any) -> tuple[float, float]:
+    def across(self, mechanism: Parts) -> tuple[float, float]:
         """Unit vector square to the face, at t = 0."""
         found: tuple[float, float] = mechanism.guide(self.point).along if self.along is None else self.along
         return found
 
-    def side(self, mechanism: Any) -> float:
+    def side(self, mechanism: Parts) -> float:
         """+1 if the face lies ahead of the start in its direction, -1 if behind."""
         return 1.0 if self.at > self._start(mechanism) else -1.0
 
-    def face(self, mechanism: Any) -> float:
+    def face(self, mechanism: Parts) -> float:
         """Way along the direction from the point's start to the face, m.
 
         Raises
@@ -143,7 +143,7 @@ class Stop(Element):
             raise ValueError(f"stop at '{self.point}': at = {self.at:g} m is where the point starts; it must lie to one side")
         return self.at - start
 
-    def _start(self, mechanism: Any) -> float:
+    def _start(self, mechanism: Parts) -> float:
         return float(np.dot(self.across(mechanism), mechanism.points[self.point]))
 
     def depth(self, record: Recorded) -> Array:
@@ -177,7 +177,7 @@ class Stop(Element):
             arm = record.point(at)[0] - record.point(self.origin(mechanism))[0]
             yield self.origin(mechanism), -force, arm[:, 1] * force[:, 0] - arm[:, 0] * force[:, 1]
 
-    def depths(self, name: str, mechanism: Any) -> Iterator[Depth]:
+    def depths(self, name: str, mechanism: Parts) -> Iterator[Depth]:
         """Yield its depth and a share of the mechanism's size: of its longest link, or from its points to the face."""
         way = abs(self.face(mechanism))
         size = max(

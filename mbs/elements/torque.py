@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import Any
 
 import numpy as np
 
 from buckler.mbs.callables import Function
 from buckler.mbs.declare import Either, Quantity, declared, field, names
-from buckler.mbs.elements.element import Array, Energy, Kind, Recorded, Signal
+from buckler.mbs.elements.element import Array, Energy, Kind, Parts, Recorded, Signal
 from buckler.mbs.elements.load import Load, Push, check_turning, sampled, turning
 from buckler.mbs.functions import kinks
 
@@ -38,15 +37,15 @@ class Torque(Load):
         """'torque.crank'."""
         return f"torque.{self.link.partition(':')[0]}"
 
-    def check(self, mechanism: Any) -> None:
+    def check(self, mechanism: Parts) -> None:
         """A link with an angle."""
         check_turning(mechanism, self.link, self.where)
 
-    def moments(self, mechanism: Any) -> Iterator[str]:
+    def moments(self, mechanism: Parts) -> Iterator[str]:
         """Yield where it acts."""
         yield self.at(mechanism)
 
-    def at(self, mechanism: Any) -> str:
+    def at(self, mechanism: Parts) -> str:
         """The point reference at which it acts."""
         return turning(mechanism, self.link)
 

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 
 from buckler.mbs.callables import Function
 from buckler.mbs.declare import declared, field, names, quantity
-from buckler.mbs.elements.element import GROUND, Array, Energy, Kind, Recorded, Signal
+from buckler.mbs.elements.element import GROUND, Array, Energy, Kind, Parts, Recorded, Signal
 from buckler.mbs.elements.load import Elastic, Law, Load, Push, check_turning, turning
 
 
@@ -44,7 +43,7 @@ class TorsionSpring(Elastic, Load):
         """'torsion.crank-coupler'."""
         return f"torsion.{self.first.partition(':')[0]}-{self.second.partition(':')[0]}"
 
-    def check(self, mechanism: Any) -> None:
+    def check(self, mechanism: Parts) -> None:
         """Two different bodies with an angle."""
         where = self.where
         bodies = [at.partition(":")[0] for at in (self.first, self.second)]
@@ -54,11 +53,11 @@ class TorsionSpring(Elastic, Load):
             if body != GROUND:
                 check_turning(mechanism, at, where)
 
-    def moments(self, mechanism: Any) -> Iterator[str]:
+    def moments(self, mechanism: Parts) -> Iterator[str]:
         """Yield both ends."""
         yield from self.ends(mechanism)
 
-    def ends(self, mechanism: Any) -> tuple[str, str]:
+    def ends(self, mechanism: Parts) -> tuple[str, str]:
         """The point references at which it acts."""
         bodies = {at.partition(":")[0] for at in (self.first, self.second)}
         shared = next((joint.point for joint in mechanism.joints if {joint.first, joint.second} == bodies), None)

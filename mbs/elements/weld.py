@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from buckler.mbs.declare import declared, names
-from buckler.mbs.elements.element import Array, Joint, Kind, Recorded, Signal, takes_moments
+from buckler.mbs.elements.element import Array, Joint, Kind, Parts, Recorded, Signal, takes_moments
 from buckler.mbs.elements.rows import Row, meets, same_turn
 
 
@@ -25,12 +25,12 @@ class Weld(Joint):
         """'weld at' and its point."""
         return f"weld at '{self.point}'"
 
-    def check(self, mechanism: Any) -> None:
+    def check(self, mechanism: Parts) -> None:
         """Two different bodies that reach the point and can take a moment there."""
         super().check(mechanism)
         takes_moments(mechanism, (self.first, self.second), self.where)
 
-    def rows(self, mechanism: Any) -> Iterator[Row]:
+    def rows(self, mechanism: Parts) -> Iterator[Row]:
         """Yield that the points stay together, and the angle as it is."""
         yield from meets(self.point, self.first, self.second)
         yield from same_turn(self.point, self.first, self.second)

@@ -30,6 +30,7 @@ from buckler.mbs.accuracy.predictable import predictable
 from buckler.mbs.accuracy.tolerance import left_with_play
 from buckler.mbs.elements.clearance import clearances
 from buckler.mbs.laws import BristleLaw, FrictionLaw
+from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.errors import Errors
 from buckler.mbs.record.run import Run
 from buckler.mbs.record.status import Status
@@ -57,7 +58,7 @@ GIVEN_UP = (Status.TIMED_OUT, Status.TOO_MANY_STEPS, Status.FUNCTION_FAILED)
 
 
 def known(
-    mechanism: Any, duration: float, accuracy: float, solver: Spectral | None = None,
+    mechanism: Mechanism, duration: float, accuracy: float, solver: Spectral | None = None,
     run: Callable[..., Run] = once, aim: Any = MOTION, patience: float = inf, begun: Run | None = None,
 ) -> Delivery:  # fmt: skip
     """Run a mechanism so that its error is below the accuracy asked for, and known.
@@ -103,7 +104,7 @@ def share_told(off: float, last: float) -> float:
     return min(1.0, max(LEAST, SAFE * off / (last - off)))
 
 
-def beside(mechanism: Any, duration: float) -> Spectral:
+def beside(mechanism: Mechanism, duration: float) -> Spectral:
     """Settings of one run that stands beside another solver's."""
     if _nothing_stiff(mechanism, Spectral()):
         return Spectral(Controlled(tolerance=BESIDE, max_step=duration / 200), method="explicit")
@@ -113,14 +114,14 @@ def beside(mechanism: Any, duration: float) -> Spectral:
     return Spectral(Controlled(BESIDE, longest if longest < inf else None)) if snaps else Spectral()
 
 
-def _ringing(mechanism: Any, span: float) -> float:
+def _ringing(mechanism: Mechanism, span: float) -> float:
     """Longest step, s, that resolves how struts ring, far below any tolerance of places; infinite without, and in long runs."""
     struts = any(link.body.massless for link in mechanism.links)
     longest = axial_period(mechanism) / TAUT
     return longest if struts and span / longest <= MOST_TAUT else inf
 
 
-def takes(mechanism: Any) -> bool:
+def takes(mechanism: Mechanism) -> bool:
     """Whether the compiled solver answers for all kinds of a mechanism, and can compile its functions."""
     if any(isinstance(guide.friction, FrictionLaw | BristleLaw) for guide in mechanism.guides):
         return False  # it runs them, but the energy of bristles does not add up, and near a wedge it starts wrongly
@@ -131,7 +132,7 @@ def takes(mechanism: Any) -> bool:
     return True
 
 
-def _nothing_stiff(mechanism: Any, solver: Spectral) -> bool:
+def _nothing_stiff(mechanism: Mechanism, solver: Spectral) -> bool:
     """Whether the explicit integrator suits: no strips, no struts, no friction that sticks, no stiff damper."""
     scene = Scene.of(mechanism, solver.degree)
     if solver.method != "chosen" or explicitly(scene, solver):

@@ -13,6 +13,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from buckler.mbs.laws.compiled import Pointer, function_pointer
+from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.spectral import tables as k
 from buckler.mbs.spectral.sparsity import Block, sparsity_of
 from buckler.mbs.spectral.tables import Tables
@@ -90,7 +91,7 @@ class Builder:
         Sentences for the summary: what could not be compiled, which constraints say the same.
     """
 
-    mechanism: Any
+    mechanism: Mechanism
     degree: int
     bodies: dict[str, Body] = field(default_factory=dict)
     attached: dict[str, list[Attached]] = field(default_factory=dict)

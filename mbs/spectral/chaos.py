@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from buckler.mbs.elements.striking import SLOWEST_ONSET
+from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.solvers.spectral import Spectral
 from buckler.mbs.solvers.steps import Controlled
 from buckler.mbs.spectral.run import State, integrate
@@ -49,7 +50,7 @@ def last_state(scene: Scene, state: State, end: float, solver: Spectral) -> Stat
 
 
 def lyapunov(
-    mechanism: Any, interval: float, count: int, *, settle: int = 1, size: float = 1e-9, seed: int = 0,
+    mechanism: Mechanism, interval: float, count: int, *, settle: int = 1, size: float = 1e-9, seed: int = 0,
     solver: Spectral | None = None, state: State | None = None, lengths: Array | None = None,
 ) -> Exponent:  # fmt: skip
     """Largest Lyapunov exponent: let two motions part for an interval, draw the second back along the offset, repeat.
@@ -159,7 +160,7 @@ def stretching(
 
 
 def poincare(
-    mechanism: Any, interval: float, count: int, *, settle: int = 0, solver: Spectral | None = None
+    mechanism: Mechanism, interval: float, count: int, *, settle: int = 0, solver: Spectral | None = None
 ) -> tuple[Array, Array]:
     """Coordinates and rates at equal intervals of time (a turn of the drive): each (count, n), after `settle` intervals.
 

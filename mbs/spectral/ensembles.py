@@ -13,6 +13,7 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
+from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.energy import ledger
 from buckler.mbs.record.quadrature import corrected
 from buckler.mbs.record.record import Record
@@ -57,7 +58,7 @@ def resume(scene: Scene, end: float, solver: Spectral, state: State, seed: int =
 
 
 def ensemble(
-    mechanism: Any, duration: float, seeds: Iterable[int], measure: Callable[[Member], T], *, spread: float = 1e-9,
+    mechanism: Mechanism, duration: float, seeds: Iterable[int], measure: Callable[[Member], T], *, spread: float = 1e-9,
     solver: Spectral | None = None, workers: int = 1, between: int = 0,
 ) -> list[T]:  # fmt: skip
     """Run a mechanism once for each seed, and measure each run where it was made.

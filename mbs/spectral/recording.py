@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.modal.planar import ModalHistory
 from buckler.mbs.record.motion import BlockMotion, RigidMotion
 from buckler.mbs.record.record import Record
@@ -118,7 +119,7 @@ def _strip(scene: Scene, body: StripBody, out: Output) -> SpectralStrip:
     return SpectralStrip(body.section, pieces, body.stations, scene.q0[places], *states)
 
 
-def _block(mechanism: Any, point: str, trace: Trace) -> BlockMotion:
+def _block(mechanism: Mechanism, point: str, trace: Trace) -> BlockMotion:
     guide = mechanism.guide(point)
     along, origin = np.array(guide.along), mechanism.points[point]
     return BlockMotion(

@@ -10,6 +10,7 @@ import numpy as np
 from buckler.mbs.elements.striking import GRAZE, SLOWEST_ONSET
 from buckler.mbs.interrupts import ctrl_c
 from buckler.mbs.kinematics.diagnosis import remarks
+from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.record import Record
 from buckler.mbs.record.run import Run
 from buckler.mbs.record.status import Status
@@ -52,7 +53,7 @@ class State(NamedTuple):
 
 
 def once(
-    mechanism: Any, duration: float, solver: Spectral, timeout: float | None = None, progress: Any = None,
+    mechanism: Mechanism, duration: float, solver: Spectral, timeout: float | None = None, progress: Any = None,
     ends: Array | None = None, every: int | None = None,
 ) -> Run:  # fmt: skip
     """Build the scene and integrate it; `ends` and `every` as in `integrate`."""

@@ -18,6 +18,7 @@ from buckler.mbs.compiler import compiler
 from buckler.mbs.elements.element import kinks_of
 from buckler.mbs.elements.striking import SLOWEST_ONSET
 from buckler.mbs.kinematics.diagnosis import independent_rows, redundancies
+from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.spectral import doors
 from buckler.mbs.spectral import tables as k
 from buckler.mbs.spectral.builder import Attached, Builder
@@ -105,7 +106,7 @@ class Scene:
         Sentences for the summary.
     """
 
-    mechanism: Any
+    mechanism: Mechanism
     degree: int
     builder: Builder
     tables: Tables
@@ -120,7 +121,7 @@ class Scene:
     work: Work = field(repr=False)
 
     @classmethod
-    def of(cls, mechanism: Any, degree: int | None = None) -> Scene:
+    def of(cls, mechanism: Mechanism, degree: int | None = None) -> Scene:
         """Turn a mechanism into arrays; `degree` of the strips' polynomials, 8 by default.
 
         Raises
@@ -356,7 +357,7 @@ class Scene:
             self.work.state[m, k.TURN] = self.builder.angle_of(int(m))
 
 
-def elements_of(mechanism: Any) -> dict[str, Any]:
+def elements_of(mechanism: Mechanism) -> dict[str, Any]:
     """Joints, guides, stops, loads and drives of a mechanism by name; links and masses are bodies."""
     bodies = {*map(id, mechanism.links), *map(id, mechanism.masses)}
     return {name: element for name, element in mechanism.elements().items() if id(element) not in bodies}

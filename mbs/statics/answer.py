@@ -50,7 +50,7 @@ class Answer:
         return f"<p><b>{self.status}</b> {escape(self.message)}</p><table>{lines}</table>"
 
 
-def check_mechanism(mechanism: Any) -> None:
+def check_mechanism(mechanism: Mechanism) -> None:
     """Raise a ValueError if this is no mechanism."""
     if not isinstance(mechanism, Mechanism):
         raise ValueError(f"mechanism: must be a Mechanism, not {type(mechanism).__name__}")

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.start import slopes
 from buckler.mbs.statics.answer import Answer, Ending, check_count, check_mechanism, check_number
@@ -111,8 +112,9 @@ class Path(Answer):
 
 
 def path(
-    mechanism: Any, *, to: float, load: str | list[str] | None = None, drive: str | None = None, parameter: str | None = None,
-    steps: int = 250, step: float = 0.02, longest: float = 0.1, branch: Branch | None = None, branches: bool = False,
+    mechanism: Mechanism, *, to: float, load: str | list[str] | None = None, drive: str | None = None,
+    parameter: str | None = None, steps: int = 250, step: float = 0.02,
+    longest: float = 0.1, branch: Branch | None = None, branches: bool = False,
     degree: int | None = None,
 ) -> Path:  # fmt: skip
     """Follow the equilibria of a mechanism as a load grows, a drive moves or a number of it changes.
@@ -171,7 +173,7 @@ def path(
     return _ladder(run, degree)
 
 
-def _problem(mechanism: Any, load: Iterable[str] | None, drive: str | None, parameter: str | None, degree: int) -> Problem:
+def _problem(mechanism: Mechanism, load: Iterable[str] | None, drive: str | None, parameter: str | None, degree: int) -> Problem:
     if parameter is not None:
         return Varied(mechanism, parameter, degree)
     scene = Scene.of(mechanism, degree)
@@ -182,7 +184,7 @@ def _problem(mechanism: Any, load: Iterable[str] | None, drive: str | None, para
     return Problem(scene, (), scene.row_names.index(drive))
 
 
-def _check_branch(mechanism: Any, branch: Branch) -> None:
+def _check_branch(mechanism: Mechanism, branch: Branch) -> None:
     links = {link.name: link for link in mechanism.links}
     if not (
         isinstance(branch, tuple | list) and len(branch) == 3 and branch[0] in links and branch[1] in links[branch[0]].points

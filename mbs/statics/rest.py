@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.spectral import tables as k
 from buckler.mbs.spectral.scene import Place, Scene
 from buckler.mbs.statics import deflation
@@ -88,7 +89,7 @@ class Equilibrium(Answer):
 
 
 def equilibrium(
-    mechanism: Any, load: float = 1.0, *, degree: int | None = None, guess: Array | None = None, scene: Scene | None = None,
+    mechanism: Mechanism, load: float = 1.0, *, degree: int | None = None, guess: Array | None = None, scene: Scene | None = None,
     all: bool = False,
 ) -> Equilibrium:  # fmt: skip
     """Find where a mechanism rests with its drives held at t = 0 and its loads multiplied by `load`.

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.spectral.doors import place
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.start import slopes
@@ -80,7 +81,7 @@ class Frequencies(Answer):
 
 
 def frequencies(
-    mechanism: Any, about: Equilibrium | Array | None = None, *, count: int = 6, degree: int | None = None
+    mechanism: Mechanism, about: Equilibrium | Array | None = None, *, count: int = 6, degree: int | None = None
 ) -> Frequencies:
     """Natural frequencies of a mechanism with its drives held.
 

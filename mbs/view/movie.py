@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from buckler.mbs.elements.element import Array
+from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.motion import chosen
 from buckler.mbs.record.record import Record
 from buckler.mbs.view.drawing import Mark, Path, packed, unpacked
@@ -168,7 +169,7 @@ def filmed(record: Record, times: Array | None = None) -> Movie:
     return _movie(record.at(times), record)
 
 
-def still(mechanism: Any) -> Movie:
+def still(mechanism: Mechanism) -> Movie:
     """The mechanism at t = 0 as a movie of one picture."""
     none = Record(mechanism, np.zeros(1), {}, {})
     return _movie(none, none)

@@ -8,11 +8,12 @@ from io import StringIO
 from typing import Any
 
 from buckler.mbs.elements.link import Link
+from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.view.movie import still
 from buckler.mbs.view.plot import draw
 
 
-def mechanism_html(mechanism: Any) -> str:
+def mechanism_html(mechanism: Mechanism) -> str:
     """Picture (SVG) and a table of the elements."""
     from matplotlib.figure import Figure
 

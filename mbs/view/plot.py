@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from buckler.mbs.elements.element import Array
+from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.units import labelled
 from buckler.mbs.validate import near
 from buckler.mbs.view.drawing import INKS, Arrow, Disc, Label, Mark, Path, Span, Strip
@@ -22,7 +23,7 @@ FRAMES = 120
 """Pictures of an animation at most."""
 
 
-def plot_mechanism(mechanism: Any, axes: Any = None, names: bool = True) -> Any:
+def plot_mechanism(mechanism: Mechanism, axes: Any = None, names: bool = True) -> Any:
     """Draw a mechanism at t = 0; see `Mechanism.plot`."""
     return draw(still(mechanism), 0, axes, names)
 

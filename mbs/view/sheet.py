@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from buckler.mbs.elements.element import GROUND
+from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.view.drawing import LINKS
 
 FIXED = "="
@@ -32,7 +33,7 @@ class Sheet:
         Of each frame the point reference it follows, and, for a pin drawn off its bush, the pin's and how far it is enlarged.
     """
 
-    def __init__(self, mechanism: Any, record: Any) -> None:
+    def __init__(self, mechanism: Mechanism, record: Any) -> None:
         self.mechanism, self.record = mechanism, record
         places = np.array(list(mechanism.points.values()))
         self.extent = float(max(np.ptp(places, axis=0).max(), 1e-9))
