@@ -6,11 +6,14 @@ import runpy
 from collections.abc import Iterator
 from pathlib import Path
 
+from matplotlib.figure import Figure
 from pages_api import PAGES, page_of
 
 from buckler.mbs import laws
 from buckler.mbs.declare import Declaration, declarations, known
 from buckler.mbs.elements import KINDS
+from buckler.mbs.view.movie import Movie
+from buckler.mbs.view.plot import draw
 
 MADE = "made"
 """Folder of these pages; it is not kept."""
@@ -51,12 +54,27 @@ def _head(script: Path) -> tuple[str, str, str]:
 
 
 def _example(script: Path, folder: Path) -> Iterator[str]:
-    """The page of a script, its animation drawn if it is older."""
+    """The page of a script, its animation and the picture of its card drawn if they are older."""
     title, about, code = _head(script)
-    picture = folder / f"{script.stem}.gif"
-    if not picture.exists() or picture.stat().st_mtime < script.stat().st_mtime:
-        runpy.run_path(str(script))["result"].animate(picture, seconds=5.0, width=560)
+    picture, card = folder / f"{script.stem}.gif", folder / f"{script.stem}.png"
+    if not all(each.exists() and each.stat().st_mtime >= script.stat().st_mtime for each in (picture, card)):
+        result = runpy.run_path(str(script))["result"]
+        result.animate(picture, seconds=5.0, width=560)
+        still(result.movie, card)
     yield from (f"# {title}", "", about, "", f"![{title}]({picture.name})", "", "```python", code, "```", "")
+
+
+CARD = (72.0, 48.0)
+"""Size of a card's picture, mm: all alike, and about as large as on the screen, so that names can be read."""
+
+
+def still(movie: Movie, path: Path) -> None:
+    """Draw the middle of a motion for a card; it stands still, and the page behind it moves."""
+    figure = Figure(figsize=(CARD[0] / 25.4, CARD[1] / 25.4))
+    axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
+    draw(movie, len(movie.time) // 2, axes)
+    axes.set_axis_off()
+    figure.savefig(path, dpi=220)
 
 
 def _gallery(scripts: list[Path]) -> Iterator[str]:
@@ -74,7 +92,7 @@ def _gallery(scripts: list[Path]) -> Iterator[str]:
         yield from (
             "",
             f":::{{grid-item-card}} {title}",
-            f":img-top: {script.stem}.gif",
+            f":img-top: {script.stem}.png",
             f":link: {script.stem}",
             ":link-type: doc",
             "",

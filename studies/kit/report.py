@@ -115,7 +115,7 @@ class StudyResult:
             raise ValueError(f"status = {self.status}: a message must say what went wrong")
 
     def __str__(self) -> str:
-        return "\n\n".join(map(str, self.tables or [metrics_table(self.metrics)]))
+        return "\n\n".join(map(str, self.tables or ([metrics_table(self.metrics)] if self.metrics else [])))
 
 
 def metrics_table(metrics: Mapping[str, Metric]) -> Table:
