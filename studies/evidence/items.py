@@ -44,6 +44,7 @@ ITEMS: dict[str, Item] = {
         "slider-crank-voltage", {"bows": (0.003, 0.01, 0.02, -0.01)}, figures={"figure": "slider-crank-voltage"}
     ),
     "paper-figures": Item("paper-figures", figures={"figure": "paper-figures"}),
+    "experiments": Item("experiments", needs_data=True, figures={"figure": "experiments"}),
     "elastica-law": Item("elastica-law"),
     "contact-force-table": Item("contact-force-table"),
     "dynamic-buckling": Item("dynamic-buckling", quick=True),

@@ -50,6 +50,9 @@ STUDIES: dict[str, Entry] = {
         "buckler.studies.strips.dynamic_buckling", "strip compressed at constant speed: peak force over speed and bow"
     ),
     "benchmarks": Entry("buckler.studies.trust.benchmarks", "published benchmark problems: reference, result, error, run time"),
+    "experiments": Entry(
+        "buckler.studies.measured.experiments", "measured pendulums: fitted to a part of the data, the rest predicted"
+    ),
     "lean-scenes": Entry("buckler.studies.trust.lean_scenes", "what each scene is made of, and what each optional part costs"),
     "extremes": Entry(
         "buckler.studies.trust.extremes", "extreme cases, listed and drawn: is any run reported fine that is wrong?"
