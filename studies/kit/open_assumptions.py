@@ -14,6 +14,7 @@ STRIKING = ("gravity", "gravity_angle", "motor", "motor_inertia", "imperfection"
 """Of the striking slider-crank."""
 RATTLING = (
     "gravity", "gravity_angle", "pin_on", "pin", "friction_thresholds", "modal_damping", "rocker_damping", "modes_of",
+    "bending", "axial", "frequency_factor",
     "damping_unit", "in_plane_depth", "clearance",
 )  # fmt: skip
 """Of the crank-rocker with clearance."""
@@ -31,6 +32,15 @@ INSTEAD: Mapping[tuple[str, str], str] = {
     ("uncertainty", "friction"): "`guide_friction`",
     ("clearance-precision", "pin"): "5 mm",
     ("clearance-precision", "in_plane_depth"): "20 mm",
+    ("crank-rocker", "bending"): "2",
+    ("crank-rocker", "axial"): "1",
+    ("crank-rocker", "frequency_factor"): "1",
+    ("clearance-precision", "bending"): "2",
+    ("clearance-precision", "axial"): "1",
+    ("clearance-precision", "frequency_factor"): "1",
+    ("modes", "bending"): "`sets`",
+    ("modes", "axial"): "`sets`",
+    ("modes", "frequency_factor"): "1",
 }
 """What a study has in place of a parameter of that name."""
 OTHERS = ("nonsmooth",)

@@ -108,6 +108,9 @@ STUDIES: dict[str, Entry] = {
     "buffering-world": Entry(
         "buckler.studies.rattling.world", "the same in one world: everything that the paper leaves open has one value"
     ),
+    "gravity-flip": Entry(
+        "buckler.studies.rattling.gravity_flip", "does gravity flip the buffering? over theory, number and frequency of the modes"
+    ),
     "modes": Entry("buckler.studies.rattling.modes", "which modes of the rocker matter, and what their numbers mean"),
 }
 

@@ -40,7 +40,7 @@ class Chain:
     mass, length : tuple of float
         Of each arm, kg and m; the last one's length is not used.
     values : dict of tuple
-        What `GROUPS` names, one number an arm.
+        What `GROUPS` names, one number an arm; 0 where it is left out.
     tilt : float
         Angle of the vertical in the measured zero, rad.
     gravity : float
@@ -53,6 +53,10 @@ class Chain:
     tilt: float = 0.0
     gravity: float = 9.81
 
+    def __post_init__(self) -> None:
+        nothing = dict.fromkeys(GROUPS, (0.0,) * len(self.mass))
+        object.__setattr__(self, "values", {**nothing, **self.values})
+
     @property
     def names(self) -> list[str]:
         """Of all numbers of `vector`: a1, a2, ..., tilt."""
@@ -61,7 +65,7 @@ class Chain:
     @property
     def vector(self) -> Array:
         """All numbers in the order of `names`."""
-        return np.array([x for group in GROUPS for x in self.values.get(group, (0.0,) * len(self.mass))] + [self.tilt])
+        return np.array([x for group in GROUPS for x in self.values[group]] + [self.tilt])
 
     @property
     def scales(self) -> Array:

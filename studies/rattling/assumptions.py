@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from buckler.studies.kit.parameters import StudyParameters, choice, choices, quantity
+from buckler.studies.kit.parameters import StudyParameters, choice, choices, integer, quantity
 
 Array = np.ndarray[Any, Any]
 JOINTS = "OABC"
@@ -47,8 +47,9 @@ def rayleigh(hertz: Array, ratio: float) -> Array:
 
 DAMPINGS: dict[str, Callable[[Array, float], Array]] = {"constant": constant, "ADAMS": adams, "Rayleigh": rayleigh}
 """Damping ratios by frequency, Hz, and the given ratio."""
-KINDS = ("free", "Craig-Bampton")
-"""Of modes: those of the free rocker; or of one whose ends are held, and its static shapes, as a modal neutral file has them."""
+KINDS = ("free", "Euler-Bernoulli", "Craig-Bampton")
+"""Of modes: those of the free rocker by Timoshenko's beam theory, or by Euler and Bernoulli's; or of one whose ends are held, and
+its static shapes, as a modal neutral file has them."""
 
 
 @dataclass(frozen=True)
@@ -106,9 +107,33 @@ class Assumptions(JointAssumptions):
         "constant", tuple(DAMPINGS), "damping ratios of modes: rocker_damping; by frequency; rocker_damping at the lowest two",
         "left open",
     )  # fmt: skip
-    modes_of: str = choice("free", KINDS, "modes of the rocker: free, or with its ends held and static shapes", "left open")
+    modes_of: str = choice(
+        "free", KINDS, "modes of the rocker: free, by Timoshenko or Euler-Bernoulli; or with held ends", "left open"
+    )
 
     def stated(self) -> str:
         """One sentence for a table."""
         ratio = "" if self.modal_damping == "ADAMS" else f" {self.rocker_damping:g}"
         return f"{super().stated()}; modes of the rocker {self.modes_of}, damping ratio {self.modal_damping}{ratio}"
+
+
+@dataclass(frozen=True)
+class ModalAssumptions(Assumptions):
+    """The same of studies that build the flexible rocker of chosen modes."""
+
+    bending: int = integer(3, 0, 8, "bending modes of a free rocker", "left open")
+    axial: int = integer(1, 0, 8, "its axial modes", "left open")
+    frequency_factor: float = quantity(
+        1.0, "1", 0.5, 2, "of the rocker's frequencies over those of the plain bar: eyes, holes, a mesh", "left open"
+    )
+
+    def check(self) -> None:
+        """A flexible rocker has a mode."""
+        super().check()
+        if self.bending + self.axial == 0:
+            raise ValueError("bending = 0 with axial = 0: the flexible rocker needs one mode at least")
+
+    def stated(self) -> str:
+        """One sentence for a table."""
+        many = "" if self.modes_of == "Craig-Bampton" else f", {self.bending} bending and {self.axial} axial"
+        return f"{super().stated()}{many}, frequencies × {self.frequency_factor:g}"

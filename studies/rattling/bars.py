@@ -7,7 +7,7 @@ bend. Each of these is a parameter here. The unit of its largest contact damping
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from math import pi
 from typing import Any
 
@@ -15,8 +15,11 @@ from buckler.mbs import Clearance, Mechanism, Modal, Ramp, Rigid, crank_rocker
 from buckler.mbs.laws import AdamsFriction, FrictionLaw, Impact, NormalLaw
 from buckler.studies.kit.parameters import choice, integer, quantity
 from buckler.studies.kit.published import CONTACT_DAMPING, CONTACT_STIFFNESS, DAMPING_UNITS
-from buckler.studies.rattling.assumptions import JOINTS, Assumptions, JointAssumptions
+from buckler.studies.rattling.assumptions import JOINTS, JointAssumptions, ModalAssumptions
 from buckler.studies.rattling.mode_sets import damped, rocker_modes, section
+
+OF_MODES = ("modal_damping", "modes_of", "bending", "axial", "frequency_factor")
+"""Parameters of a rocker of modes alone."""
 
 
 def bars(
@@ -96,21 +99,23 @@ class FourBarParameters(PlayParameters):
 
     def check(self) -> None:
         """Check parameters against each other."""
+        super().check()
         self.bars()
 
 
 @dataclass(frozen=True)
-class RockerParameters(FourBarParameters, Assumptions):
+class RockerParameters(FourBarParameters, ModalAssumptions):
     """The same of studies whose rocker is rigid, or one of modes."""
 
     rocker: str = choice("rigid", ("rigid", "modal"), "rocker", "bars")
 
     def check(self) -> None:
         """A rigid rocker has no modes."""
-        if self.rocker == "rigid" and (self.modal_damping, self.modes_of) != ("constant", "free"):
-            asked = f"modal_damping = {self.modal_damping}, modes_of = {self.modes_of}"
+        plain = {each.name: each.default for each in fields(self)}
+        if self.rocker == "rigid" and any(getattr(self, name) != plain[name] for name in OF_MODES):
+            asked = ", ".join(f"{name} = {getattr(self, name)}" for name in OF_MODES)
             raise ValueError(f"{asked}: only a rocker of modes can have them; choose rocker = modal")
-        self.bars()
+        super().check()
 
     def bars(self, **changes: Any) -> Mechanism:
         """The crank-rocker, some arguments of `bars` changed."""
@@ -123,4 +128,5 @@ class RockerParameters(FourBarParameters, Assumptions):
 
 def flexible(p: Any) -> Modal:
     """The rocker of modes that a study's assumptions ask for."""
-    return damped(rocker_modes(p.modes_of, p.in_plane_depth), p.modal_damping, p.rocker_damping)
+    modes = rocker_modes(p.modes_of, p.in_plane_depth, p.bending, p.axial, p.frequency_factor)
+    return damped(modes, p.modal_damping, p.rocker_damping)

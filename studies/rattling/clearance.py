@@ -13,7 +13,7 @@ from buckler import mbs
 from buckler.mbs import Beam, Mechanism, Modal, Result, Rigid, Section
 from buckler.mbs.accuracy.difference import FINEST
 from buckler.mbs.library import STEEL_CRANK_ROCKER
-from buckler.mbs.modal import CraigBampton
+from buckler.mbs.modal import BarModes, CraigBampton
 from buckler.studies.kit.parameters import choices, integer, quantity
 from buckler.studies.rattling.assumptions import BODIES, Assumptions
 from buckler.studies.rattling.bars import PlayParameters
@@ -105,9 +105,9 @@ class CrankRockerParameters(PlayParameters, Assumptions):
 
     def modal(self) -> Modal:
         """Rocker of a solid's modes."""
-        held = self.modes_of == "Craig-Bampton"
         plain = Modal(self.section, damping=self.rocker_damping)
-        plain = replace(plain, modes=CraigBampton()) if held else plain
+        other: dict[str, Any] = {"Craig-Bampton": CraigBampton(), "Euler-Bernoulli": BarModes(2, 1, shear=False)}
+        plain = replace(plain, modes=other[self.modes_of]) if self.modes_of in other else plain
         return plain if self.modal_damping == "constant" else damped(plain, self.modal_damping, self.rocker_damping)
 
 

@@ -84,11 +84,19 @@ def flexibility(depth: float, name: str, damping: float) -> Modal | None:
     return Modal(section(depth), FreeModes(wanted), damping, MESH) if wanted else None
 
 
-def rocker_modes(kind: str, depth: float, bending: int = 3, axial: int = 1) -> Modal:
-    """Rocker of modes without damping, by `KINDS`: so many free ones from beam theory, or all of Craig and Bampton's."""
-    if kind == "free":
-        return Modal(section(depth), BarModes(bending, axial), 0.0)
-    return Modal(section(depth), CraigBampton(), 0.0, MESH)
+def rocker_modes(kind: str, depth: float, bending: int = 3, axial: int = 1, factor: float = 1.0) -> Modal:
+    """Rocker of modes without damping, by `KINDS`: so many free ones from beam theory, or all of Craig and Bampton's.
+
+    Parameters
+    ----------
+    factor : float
+        On all frequencies: the modulus takes its square.
+    """
+    bar = section(depth)
+    bar = replace(bar, material=replace(bar.material, modulus=bar.material.modulus * factor**2))
+    if kind == "Craig-Bampton":
+        return Modal(bar, CraigBampton(), 0.0, MESH)
+    return Modal(bar, BarModes(bending, axial, shear=kind == "free"), 0.0)
 
 
 def damped(rocker: Modal, kind: str, ratio: float) -> Modal:

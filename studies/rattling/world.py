@@ -17,7 +17,7 @@ import numpy as np
 from buckler.studies.kit.parameters import integer, quantity
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, metrics_table
 from buckler.studies.kit.style import Figure, plain_ticks, subplots
-from buckler.studies.rattling.assumptions import Assumptions
+from buckler.studies.rattling.assumptions import ModalAssumptions
 from buckler.studies.rattling.bars import FourBarParameters, flexible
 from buckler.studies.rattling.buffering_measures import BALANCED, CLAIMS, curves, mean, ratio
 from buckler.studies.rattling.turns import Ensemble, ensemble
@@ -29,7 +29,7 @@ LATEST = 2000
 
 
 @dataclass(frozen=True)
-class Parameters(FourBarParameters, Assumptions):
+class Parameters(FourBarParameters, ModalAssumptions):
     """Parameters of one world."""
 
     tolerance: float = quantity(1e-6, "1", 1e-12, 1e-3, "of a step, of the longest bar and a radian", "numerics")

@@ -27,6 +27,8 @@ Array = np.ndarray[Any, Any]
 DIRECTIONS = {"-y": -pi / 2, "+y": pi / 2, "-x": pi, "+x": 0.0}
 """Of gravity in the plane, from the frame."""
 STANDARD = 9.81
+COUNTS = {"2 + 1": (2, 1), "3 + 1": (3, 1), "6 + 3": (6, 3)}
+"""Bending and axial modes of a free rocker."""
 
 
 @dataclass(frozen=True)
@@ -71,6 +73,8 @@ ASSUMPTIONS = (
     Assumption("damping ratio", low=2e-3, high=5e-2),
     Assumption("friction thresholds", low=0.1, high=1.0, factor=0.1, unit="m/s (static)"),
     Assumption("modes", KINDS),
+    Assumption("number of modes", tuple(COUNTS)),
+    Assumption("rocker's frequency", low=0.9, high=1.1, unit="of the bar's"),
     Assumption("c_max in", tuple(DAMPING_UNITS)),
     Assumption("bending plane", ("20 mm", "5 mm")),
     Assumption("clearance", low=5e-5, high=5e-4, factor=1e3, unit="mm"),
@@ -121,6 +125,9 @@ def parameters(values: dict[str, Any], number: int, **shared: Any) -> world.Para
         rocker_damping=values["damping ratio"],
         friction_thresholds=values["friction thresholds"],
         modes_of=values["modes"],
+        bending=COUNTS[values["number of modes"]][0],
+        axial=COUNTS[values["number of modes"]][1],
+        frequency_factor=values["rocker's frequency"],
         damping_unit=values["c_max in"],
         in_plane_depth=DEPTHS[values["bending plane"]],
         clearance=values["clearance"],
