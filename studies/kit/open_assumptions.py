@@ -32,12 +32,11 @@ INSTEAD: Mapping[tuple[str, str], str] = {
     ("uncertainty", "friction"): "`guide_friction`",
     ("clearance-precision", "pin"): "5 mm",
     ("clearance-precision", "in_plane_depth"): "20 mm",
-    ("crank-rocker", "bending"): "2",
-    ("crank-rocker", "axial"): "1",
-    ("crank-rocker", "frequency_factor"): "1",
-    ("clearance-precision", "bending"): "2",
-    ("clearance-precision", "axial"): "1",
-    ("clearance-precision", "frequency_factor"): "1",
+    **{
+        (study, name): value
+        for study in ("crank-rocker", "clearance-precision", "wear")
+        for name, value in (("bending", "2"), ("axial", "1"), ("frequency_factor", "1"))
+    },
     ("modes", "bending"): "`sets`",
     ("modes", "axial"): "`sets`",
     ("modes", "frequency_factor"): "1",

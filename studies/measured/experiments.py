@@ -233,7 +233,8 @@ def figure(result: StudyResult) -> Figure:
             above.plot(time, measured[-1, :, arm] - np.pi, color="black", linewidth=2.2, label=None if arm else "measured")
             above.plot(time, ours[-1, :, arm] - np.pi, "--", color=COLOURS[arm], linewidth=1.2, label=label)
         above.set(ylabel="angle from hanging [rad]", title=f"{name} pendulum, last validation segment")
-        above.legend(loc="upper right", ncols=2)
+        above.margins(y=0.35)
+        above.legend(loc="upper center", ncols=2)
         for kind, left, colour in (
             ("fitted", result.signals[f"{name}.fit_left"], "#999999"),
             ("predicted", ours - measured, COLOURS[0]),
@@ -242,7 +243,8 @@ def figure(result: StudyResult) -> Figure:
                 below.plot(time, 1e3 * line, color=colour, linewidth=0.6, label=kind)
                 kind = None
         below.set(xlabel="time [s]", ylabel="less measured [mrad]")
-        below.legend(loc="upper left")
+        below.margins(y=0.2)
+        below.legend(loc="upper center", ncols=2)
     return fig
 
 

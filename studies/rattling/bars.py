@@ -112,9 +112,9 @@ class RockerParameters(FourBarParameters, ModalAssumptions):
     def check(self) -> None:
         """A rigid rocker has no modes."""
         plain = {each.name: each.default for each in fields(self)}
-        if self.rocker == "rigid" and any(getattr(self, name) != plain[name] for name in OF_MODES):
-            asked = ", ".join(f"{name} = {getattr(self, name)}" for name in OF_MODES)
-            raise ValueError(f"{asked}: only a rocker of modes can have them; choose rocker = modal")
+        asked = [f"{name} = {getattr(self, name)}" for name in OF_MODES if getattr(self, name) != plain[name]]
+        if self.rocker == "rigid" and asked:
+            raise ValueError(f"{', '.join(asked)}: only a rocker of modes can have them; choose rocker = modal")
         super().check()
 
     def bars(self, **changes: Any) -> Mechanism:

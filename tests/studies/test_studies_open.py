@@ -44,7 +44,7 @@ def test_journals_of_a_flexible_rocker_are_as_deep_as_its_contacts():
 
 @pytest.mark.parametrize("study", [bifurcation, clearance_speed])
 def test_modes_need_a_rocker_that_has_them(study):
-    with pytest.raises(ValueError, match="modal_damping = ADAMS, modes_of = free: only a rocker of modes"):
+    with pytest.raises(ValueError, match="modal_damping = ADAMS: only a rocker of modes"):
         study.Parameters(modal_damping="ADAMS")
     p = study.Parameters(rocker="modal", modal_damping="ADAMS", modes_of="Craig-Bampton")
     assert (
