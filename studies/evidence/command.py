@@ -8,10 +8,12 @@ from __future__ import annotations
 import argparse
 import hashlib
 import json
+import re
 import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict
 from functools import cache
+from itertools import zip_longest
 from math import hypot
 from pathlib import Path
 from typing import Any
@@ -83,8 +85,11 @@ def differing(name: str, new: Mapping[str, Any]) -> list[str]:
 
 def _apart(number: Quoted, old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[str]:
     if number.what == "table":
-        if old["tables"][int(number.form)]["rows"] != new["tables"][int(number.form)]["rows"]:
-            yield f"{number} {number.form}: another table"
+        tables = [[cell for row in content["tables"][int(number.form)]["rows"] for cell in row] for content in (old, new)]
+        pairs = zip_longest(*tables)
+        yield from (
+            f"{number} {number.form}: {was} was printed, a new run gives {now}" for was, now in pairs if not _alike(was, now)
+        )
         return
     try:
         was, now = looked_up(old, number.what), looked_up(new, number.what)
@@ -93,6 +98,15 @@ def _apart(number: Quoted, old: Mapping[str, Any], new: Mapping[str, Any]) -> It
         return
     if abs(now - was) > rounding(number) + 2 * hypot(*(_error(content, number.what) for content in (old, new))):
         yield f"{number}: {was:.6g} is printed as {number.text}, a new run gives {now:.6g}"
+
+
+def _alike(was: Any, now: Any) -> bool:
+    """Whether two cells of a table say the same: within two standard errors of the difference where they have them."""
+    cells = [re.fullmatch(r"(-?[\d.]+) ± ([\d.]+)", str(cell)) for cell in (was, now)]
+    if None in cells:
+        return bool(was == now)
+    (a, e), (b, f) = ((float(cell[1]), float(cell[2])) for cell in cells if cell)
+    return abs(a - b) <= 2 * hypot(e, f)
 
 
 def _error(content: Mapping[str, Any], what: str) -> float:

@@ -45,6 +45,7 @@ ITEMS: dict[str, Item] = {
     ),
     "paper-figures": Item("paper-figures", figures={"figure": "paper-figures"}),
     "experiments": Item("experiments", needs_data=True, figures={"figure": "experiments"}),
+    "gravity-flip": Item("gravity-flip", figures={"figure": "gravity-flip"}),
     "elastica-law": Item("elastica-law"),
     "contact-force-table": Item("contact-force-table"),
     "dynamic-buckling": Item("dynamic-buckling", quick=True),

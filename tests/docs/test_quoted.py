@@ -87,6 +87,14 @@ def test_a_new_run_that_differs_is_told(tmp_path, monkeypatch, what, form, text,
     assert command.differing("item", {**FILE, "status": "SUSPECT"})
 
 
+@pytest.mark.parametrize(
+    ("was", "now", "alike"),
+    [("0.60 ± 0.02", "0.65 ± 0.02", True), ("0.60 ± 0.02", "0.67 ± 0.02", False), ("a", "b", False), (1.5, 1.5, True)],
+)
+def test_cells_of_tables_are_compared_by_their_errors(was, now, alike):
+    assert command._alike(was, now) == alike
+
+
 def test_the_quick_items_hold(tmp_path, capsys):
     assert main(argv=["evidence", "--check", "--quick", "--quiet", "--out", str(tmp_path)]) == 0, capsys.readouterr().err
     made = {path.parent.name for path in Path(tmp_path).glob("evidence/*/evidence.json")}
