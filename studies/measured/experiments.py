@@ -202,10 +202,9 @@ def _last_peak(name: str, ours: Array, data: Data) -> dict[str, Metric]:
     last = slice(-round(1.0 / data.step), None)
     pair = {"measured": data.angle, "predicted": ours}
     found = {kind: float(np.abs(angle[-1, last, -1] - np.pi).max()) for kind, angle in pair.items()}
-    error = {"measured": data.scatter, "predicted": None}
     return {
-        f"{name}.last_peak.{kind}": Metric(value, "rad", error=None if error[kind] is None else error[kind] / value)
-        for kind, value in found.items()
+        f"{name}.last_peak.measured": Metric(found["measured"], "rad", error=data.scatter / found["measured"]),
+        f"{name}.last_peak.predicted": Metric(found["predicted"], "rad"),
     }
 
 
@@ -235,13 +234,10 @@ def figure(result: StudyResult) -> Figure:
         above.set(ylabel="angle from hanging [rad]", title=f"{name} pendulum, last validation segment")
         above.margins(y=0.35)
         above.legend(loc="upper center", ncols=2)
-        for kind, left, colour in (
-            ("fitted", result.signals[f"{name}.fit_left"], "#999999"),
-            ("predicted", ours - measured, COLOURS[0]),
-        ):
-            for line in _lines(left):
-                below.plot(time, 1e3 * line, color=colour, linewidth=0.6, label=kind)
-                kind = None
+        left = {"fitted": (result.signals[f"{name}.fit_left"], "#999999"), "predicted": (ours - measured, COLOURS[0])}
+        for kind, (distance, colour) in left.items():
+            for i, line in enumerate(_lines(distance)):
+                below.plot(time, 1e3 * line, color=colour, linewidth=0.6, label=None if i else kind)
         below.set(xlabel="time [s]", ylabel="less measured [mrad]")
         below.margins(y=0.2)
         below.legend(loc="upper center", ncols=2)

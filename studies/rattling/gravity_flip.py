@@ -108,10 +108,10 @@ def _metrics(p: Parameters, value: dict[float, Array], error: dict[float, Array]
         metrics[f"lowest.{word}"] = Metric(float(value[gravity].min()), "1")
         metrics[f"highest.{word}"] = Metric(float(value[gravity].max()), "1")
     falls = {gravity: value[gravity] < 1 - p.margin for gravity in GRAVITIES}
-    near = sum(np.abs(value[g] - (1 - p.margin)) < 2 * error[g] for g in GRAVITIES)
+    near = np.any([np.abs(value[g] - (1 - p.margin)) < 2 * error[g] for g in GRAVITIES], axis=0)
     metrics["flips.share"] = Metric(float((falls[0.0] & ~falls[STANDARD]).mean()), "1")
     metrics["spared_under_gravity.share"] = Metric(float(falls[STANDARD].mean()), "1")
-    metrics["unsure.share"] = Metric(float((near > 0).mean()), "1")
+    metrics["unsure.share"] = Metric(float(near.mean()), "1")
     metrics["sampling"] = Metric(float(np.sqrt(np.mean(error[STANDARD] ** 2))), "1")
     metrics["model"] = Metric(float(np.std(value[STANDARD])), "1")
     for name, index in zip(FACTORS, sobol(p, value[STANDARD]), strict=True):

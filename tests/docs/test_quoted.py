@@ -36,7 +36,7 @@ def test_a_file_says_how_it_was_made(name):
     given = content["provenance"]["parameters"]
     for setting, value in items.ITEMS[name].given.items():
         assert given[setting] == (list(value) if isinstance(value, tuple) else value)
-    assert "/" not in json.dumps(given).replace("/s", "").replace("N/", "")  # no place of anybody's machine
+    assert '"/' not in json.dumps(given)  # no place of anybody's machine
 
 
 @pytest.mark.parametrize(
