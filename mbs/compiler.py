@@ -1,10 +1,11 @@
-"""Whether there is a compiler."""
+"""Whether there is a compiler, and a clock that does not count its work."""
 
 from __future__ import annotations
 
 import os
 from functools import cache
 from importlib.util import find_spec
+from time import perf_counter
 
 
 @cache
@@ -15,3 +16,17 @@ def compiler() -> bool:
     equilibrium is then done before Numba would have been loaded.
     """
     return os.environ.get("NUMBA_DISABLE_JIT", "0") in ("", "0") and find_spec("numba") is not None
+
+
+class Stopwatch:
+    """Seconds that this process has spent compiling: no part of what a run takes, nor of the time that it may take."""
+
+    seconds = 0.0
+
+
+COMPILING = Stopwatch()
+
+
+def working_time() -> float:
+    """Seconds of a clock that stands still while functions are compiled."""
+    return perf_counter() - COMPILING.seconds

@@ -24,6 +24,8 @@ COMPILED = (
     "doors", "implicit", "explicit", "ledger", "recording",
 )  # fmt: skip
 """Files that hold compiled functions."""
+DRAFTED: list[str] = []
+"""Functions that only compiled ones call."""
 WORD = ir.IntType(64)
 SUMS = {"reassoc", "contract", "arcp", "nsz"}
 """Liberties with the order of sums, which let them be made four at a time; what is not finite is still seen."""
@@ -107,6 +109,7 @@ class _DraftingAside(_Drafting):
 
 def inner(function: Callable[..., Any], compiler: Any = _Drafting, **options: Any) -> Any:
     """Compile a function that only compiled ones call: no door for Python, nothing kept on disk."""
+    DRAFTED.append(function.__name__)
     doors = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
     return numba.njit(error_model="numpy", nogil=True, fastmath=SUMS, pipeline_class=compiler, **doors, **options)(function)
 

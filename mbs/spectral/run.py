@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from time import perf_counter
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from buckler.mbs.compiler import working_time
 from buckler.mbs.elements.striking import GRAZE, SLOWEST_ONSET
 from buckler.mbs.interrupts import ctrl_c
 from buckler.mbs.kinematics.diagnosis import remarks
@@ -58,10 +58,10 @@ def once(
 ) -> Run:  # fmt: skip
     """Build the scene and integrate it; `ends` and `every` as in `integrate`."""
     scene = Scene.of(mechanism, solver.degree)
-    start = perf_counter()
+    start = working_time()
     out, failure, counts = integrate(scene, duration, solver, timeout, progress, ends=ends, every=every)
     work = {
-        "wall_s": perf_counter() - start,
+        "wall_s": working_time() - start,
         "steps": float(counts[output.STEPS]),
         "newton_iterations": float(counts[output.ITERATIONS]),
         "jacobians": float(counts[output.JACOBIANS]),
@@ -109,7 +109,7 @@ def integrate(
         controls[output.CLOSE], clock[1] = CLOSEST / solver.tolerance, end
     if every is not None:
         controls[output.EVERY] = every
-    deadline = perf_counter() + timeout if timeout else np.inf
+    deadline = working_time() + timeout if timeout else np.inf
     parts, failure = [], None
     with ctrl_c() as interrupted:
         while clock[0] < end * (1 - ARRIVED) and failure is None:
@@ -124,7 +124,7 @@ def integrate(
             parts.append(Output(*(x[: counts[output.SAMPLES]] for x in out)))
             if progress is not None:
                 progress(clock[0] / end)
-            if failure is None and (interrupted() or perf_counter() > deadline):
+            if failure is None and (interrupted() or working_time() > deadline):
                 why = (Status.INTERRUPTED, "Ctrl-C") if interrupted() else (Status.TIMED_OUT, "out of time")
                 failure = why[0], f"{why[1]} at t = {clock[0]:.6g} s of {end:.6g} s"
     return Output(*(np.concatenate(x) for x in zip(*parts, strict=True))), failure, counts

@@ -36,8 +36,9 @@ DEGREE = 8
 
 if compiler():
     from buckler.mbs.spectral.announce import announce
+    from buckler.mbs.spectral.compiling import DRAFTED
 
-    announce()
+    announce(len(DRAFTED))
 
 
 class Assembly(NamedTuple):

@@ -129,6 +129,8 @@ def _parser() -> argparse.ArgumentParser:
     merge.set_defaults(answer=_merge)
     schema = commands.add_parser("schema", help="print the JSON schema of mechanism files, for editors")
     schema.set_defaults(answer=_schema)
+    beforehand = commands.add_parser("compile", help="compile the solver for this machine, so that no run waits for it")
+    beforehand.set_defaults(answer=_compile, json=False)
     _add_evidence(commands)
     return parser
 
@@ -149,6 +151,18 @@ def _evidence(options: argparse.Namespace) -> int:
     from buckler.studies.evidence.command import evidence
 
     return evidence(options)
+
+
+def _compile(_options: argparse.Namespace) -> int:
+    """Compile what runs need."""
+    from buckler.mbs.spectral.beforehand import compile_all
+
+    try:
+        spent = compile_all()
+    except ModuleNotFoundError as error:
+        return wrong_input(ValueError(str(error)))
+    print(f"compiled in {spent:.0f} s; it is kept for later runs" if spent else "all is compiled already")
+    return 0
 
 
 def _version() -> int:

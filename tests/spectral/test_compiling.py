@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
+from time import perf_counter
+from typing import NamedTuple
+
 import pytest
 
 pytest.importorskip("numba")
 
 import numba
+import numpy as np
 from numba.core import event
 
-from buckler.mbs.spectral import compiling
+from buckler.mbs import Equal, Rigid, Section, Spectral, Status, slider_crank
+from buckler.mbs.compiler import COMPILING, working_time
+from buckler.mbs.spectral import compiling, implicit, run
 from buckler.mbs.spectral.announce import TEXT, Announcer
+from buckler.mbs.spectral.beforehand import compile_all
+from buckler.mbs.spectral.run import once
 
 
 def made_up(name: str):
@@ -35,6 +43,58 @@ def test_compilation_is_announced_once_and_only_the_solvers(capsys) -> None:
         assert TEXT not in capsys.readouterr().err
     finally:
         event.unregister("numba:compile", announcer)
+
+
+def test_time_that_is_spent_compiling_is_not_a_runs() -> None:
+    spent, worked, begin = COMPILING.seconds, working_time(), perf_counter()
+    made_up("buckler.mbs.spectral.made_up")(1.0)
+    passed, spent, worked = perf_counter() - begin, COMPILING.seconds - spent, working_time() - worked
+    assert 0.5 * passed < spent < passed
+    assert worked == pytest.approx(passed - spent, abs=1e-3)
+
+
+def test_a_run_may_take_longer_than_its_timeout_by_what_is_compiled(monkeypatch: pytest.MonkeyPatch) -> None:
+    m = slider_crank(Rigid(Section(0.030, 2e-3)), law=None, mass=0.3, speed=1.25)
+    once(m, 0.1, Spectral())
+    clock = iter([0.0, 0.0] + [1e3] * 100)  # as if a thousand seconds went by
+    monkeypatch.setattr(run, "working_time", lambda: next(clock))
+    assert once(m, 0.1, Spectral(Equal(5000)), timeout=10.0).failure[0] is Status.TIMED_OUT  # type: ignore[index]
+    monkeypatch.setattr(run, "working_time", lambda: 0.0)  # all of it spent compiling
+    assert once(m, 0.1, Spectral(Equal(5000)), timeout=10.0).failure is None
+
+
+def test_all_is_compiled_beforehand() -> None:
+    compile_all()
+    assert compile_all() == 0.0
+
+
+def test_numba_keeps_machine_code_as_long_as_our_stamp_says() -> None:
+    """What goes beyond Numba's documented interface, see docs/dependencies.md: a new version of it may change this."""
+    kept = implicit.run_implicit._cache._cache_file._source_stamp
+    assert set(compiling._stamp("implicit")) <= set(kept)
+
+
+def test_what_is_lent_is_read_where_it_lies() -> None:
+    class Pair(NamedTuple):
+        first: np.ndarray
+        second: np.ndarray
+
+    class Whole(NamedTuple):
+        pair: Pair
+        last: np.ndarray
+
+    @compiling.aside
+    def used(x, row):
+        x.pair.second[row, 1] = x.last.size + x.pair.first[2]
+        return x.pair.second[row].size + x.pair.second.shape[0]
+
+    @numba.njit
+    def door(x, row):
+        return used(compiling.lend(x), row)
+
+    x = Whole(Pair(np.array([1, 2, 3]), np.zeros((4, 2))), np.zeros(5))
+    assert door(x, 3) == 2 + 4
+    assert x.pair.second.tolist() == [[0, 0], [0, 0], [0, 0], [0, 8]]
 
 
 def test_a_stamp_is_of_the_file_and_of_what_it_imports() -> None:
