@@ -43,7 +43,7 @@ class Guarded:
     def _value(self, t: float, arguments: tuple[float, ...]) -> Any:
         try:
             return self.function(*arguments)
-        except Exception as error:
+        except (Exception, SystemExit) as error:  # the engine mangles what leaves a function
             self.scene.stopped = failed(t, f"the function of '{self.name}'", error)
             raise
 

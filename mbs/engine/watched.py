@@ -24,7 +24,7 @@ def watched(scene: Any, what: str, function: Callable[..., Any], out_of_range: S
     def call(system: Any, t: float, *arguments: Any) -> Any:
         try:
             return function(system, t, *arguments)
-        except Exception as error:
+        except (Exception, SystemExit) as error:  # the engine mangles what leaves a function
             if scene is not None and scene.stopped is None:
                 scene.stopped = failed(t, what, error, out_of_range)
             raise
@@ -32,7 +32,7 @@ def watched(scene: Any, what: str, function: Callable[..., Any], out_of_range: S
     return call
 
 
-def failed(t: float, what: str, error: Exception, out_of_range: Status | None = None) -> tuple[Status, str]:
+def failed(t: float, what: str, error: BaseException, out_of_range: Status | None = None) -> tuple[Status, str]:
     """Status and sentence for an exception of a user's function."""
     if out_of_range is not None and isinstance(error, ValueError):
         return out_of_range, f"at t = {t:.6g} s {what}: {error}"

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from buckler.mbs import Mechanism, slider_crank
+from buckler.mbs import Exudyn, Mechanism, Spectral, Torque, simulate, slider_crank
 from buckler.mbs.elements import Rigid, Section
 from buckler.mbs.laws import CarvalhoMartins
 from buckler.mbs.sensitivity.reading import check, measure
@@ -417,3 +417,43 @@ def test_a_file_may_begin_with_a_byte_order_mark(pendulum):
     (pendulum / "marked.toml").write_text(mechanism.save(pendulum / "plain.toml").read_text(), encoding="utf-8-sig")
     assert (pendulum / "marked.toml").read_bytes().startswith(b"\xef\xbb\xbf")
     assert Mechanism.load(pendulum / "marked.toml") == mechanism
+
+
+def test_signals_are_drawn_with_their_units(pendulum):
+    from buckler.studies.own import study
+
+    parameters = study.Parameters(
+        "arm", json.dumps({k: v for k, v in PENDULUM.items() if k != "run"}), 0.05, measures=("end(A.y)",)
+    )
+    (axes,) = study.figure(study.run(parameters))["signals"].axes
+    assert (axes.get_ylabel(), axes.get_xlabel()) == ("A.y [m]", "time [s]")
+
+
+def test_a_sweep_of_a_constant_is_drawn_as_one(pendulum):
+    """Rounding is 1e-16 of the value: the axis spans per cents of it, and its ticks have no offset."""
+    from buckler.studies.sweeping.figure import _settled
+
+    noisy = 0.4875 * (1 + 1e-13 * np.array([0.0, 1.0, -1.0, np.nan]))
+    assert np.nanmax(_settled(noisy)) == np.nanmin(_settled(noisy)) == 0.4875 and np.isnan(_settled(noisy)[3])
+    varying = np.array([1.0, 1.0 + 1e-6])
+    assert _settled(varying) is varying
+
+
+@pytest.mark.parametrize(
+    ("solver", "status", "said"),
+    [
+        (Exudyn(), "FUNCTION_FAILED", "the function of 'torque.arm' raised SystemExit: 3"),
+        (Spectral(), "NOT_FINITE", "a law or a motion returned nan"),
+    ],
+    ids=["engine", "compiled"],
+)
+def test_a_function_that_ends_the_program_fails_the_run(solver, status, said):
+    """Python's `sys.exit` in a torque: named by the engine, a number that is none to the compiled solver, each with its time."""
+
+    def leaving(t, _angle, _speed):
+        return sys.exit(3) if t > 0.05 else 0.1
+
+    described = Mechanism.from_dict(PENDULUM)
+    result = simulate(Mechanism(**{**vars(described), "loads": [Torque("arm", leaving)]}), 0.2, solver=solver)
+    assert result.status == status and said in result.message
+    assert 0.04 < result.time[-1] < 0.06
