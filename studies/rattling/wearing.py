@@ -126,9 +126,11 @@ class Jump:
 def jumps(rate: Callable[[Array], Array], worn: Array, turns: float, allowed: float) -> Iterator[Jump]:
     """Wear over many turns from the wear of a few: Heun's method, one rate a jump.
 
-    The error of a jump j is j^3/12 r'' by the trapezoidal rule and at most j^3/4 r'' by the predictor's rate: j^3/3 r'' is told,
-    r'' from the last three rates; that of the first jump is Euler's. All places decide how long a jump may be, or grooves dig in
-    by turns; what the contact sees is told.
+    A jump j errs by j^3 r''/12 for the trapezoidal rule, and by j^3 J r'/2 because both its rates are those of a predicted wear;
+    J, the growth of the rate with wear, is that along the way. The sizes of both are added; r'' is from the last three rates, and
+    the first jump errs as Euler's. What earlier jumps left grows and falls as the rate does: two courses of the same wear, one a
+    little ahead, stay apart by that time times the rate. All places decide how long a jump may be, or grooves dig in by turns;
+    what the contact sees is told.
 
     Parameters
     ----------
@@ -149,7 +151,10 @@ def jumps(rate: Callable[[Array], Array], worn: Array, turns: float, allowed: fl
         bend = after - r if slope is None else 4 * jump / (3 * (jump + before)) * (after - r - jump * slope)
         off = jump / 2 * rough(bend)
         if off <= allowed or jump <= SHORTEST * turns:
-            worn, now, error = worn + jump * (r + after) / 2, now + jump, error + jump / 2 * bend
+            grown = max(rough(after), 1e-300) / max(rough(r), 1e-300)
+            predicted = 0.5 * abs(np.log(grown)) * np.abs(after - r) + np.abs(bend) / 8
+            local = jump / 2 * bend if slope is None else jump * np.copysign(predicted, bend)
+            worn, now, error = worn + jump * (r + after) / 2, now + jump, grown * error + local
             before, slope, r = jump, (after - r) / jump, after
             yield Jump(now, worn, r, size(error))
         jump *= min(LONGER, max(0.2, 0.9 * float(np.cbrt(allowed / max(off, 1e-300)))))

@@ -78,6 +78,24 @@ def test_a_pin_sinks_into_its_bush_as_the_closed_form_says():
     assert last.worn[0].sum() * 2 * pi / BINS == pytest.approx(volume, rel=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("rate", "right"),
+    [
+        (lambda y: 1 + y, np.exp(2.0) - 1),
+        (lambda y: (1 + y) ** 2, 9.0),  # from 0, to 0.9 turns
+        (lambda y: 1 - y, 1 - np.exp(-2.0)),
+        (lambda y: np.exp(-2 * y), np.log(5.0) / 2),
+    ],
+    ids=["grows", "grows ever faster", "falls", "falls ever slower"],
+)
+def test_what_jumps_tell_is_a_bound_and_near_where_the_rate_rises_and_falls(rate, right):
+    turns = 0.9 if right == 9.0 else 2.0
+    for allowed in (1e-3, 1e-4, 1e-5):
+        last = list(jumps(rate, np.zeros((1, 64)), turns, allowed))[-1]
+        true = abs(last.worn[0, 0] - right)
+        assert 1.0 <= last.error / true <= 3.0
+
+
 def test_jumps_are_of_second_order_and_their_errors_bounds():
     """Wear that slows down as y' = -y, whose closed form is known."""
     errors, told, counts = [], [], []

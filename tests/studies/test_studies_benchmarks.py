@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from buckler.studies.trust import benchmark_problems as problems
+from buckler.studies.trust import benchmarks
 from buckler.studies.trust.benchmarks import ALLOWED, Parameters, figure, run
 
 PART = ("andrews", "princeton", "simeon", "pendulum")
@@ -44,3 +45,10 @@ def test_a_wrong_spring_is_seen(monkeypatch):
     stiffer = replace(right, loads=[right.loads[0], replace(right.loads[1], stiffness=1.01 * right.loads[1].stiffness)])
     monkeypatch.setattr(problems, "andrews", lambda: stiffer)
     assert "andrews.beta is" in run(Parameters(problems=("andrews",), steps=2000)).message
+
+
+def test_a_suspect_run_is_no_ok_though_its_number_is_right(monkeypatch):
+    suspect = {"princeton.tip_13": benchmarks.Row(1.0, 1e-9, 1.0, "m", "SUSPECT")}
+    monkeypatch.setitem(benchmarks.SOLVE, "princeton", lambda _: suspect)
+    result = run(Parameters(problems=("princeton",)))
+    assert (result.status, result.message) == ("SUSPECT", "princeton.tip_13: its run is SUSPECT")
