@@ -79,7 +79,7 @@ def _by_joints(mechanism: Mechanism, result: Result, name: str, point: str) -> A
 
 
 def _modal(run: Run) -> list[str]:
-    return [name for name, motion in run.record.links.items() if hasattr(motion, "foreshortening")]
+    return [link.name for link in run.record.mechanism.links if link.body.linear and link.name in run.record.links]
 
 
 def _idle(run: Run, _result: Result) -> str:

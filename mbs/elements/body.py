@@ -24,6 +24,8 @@ class Body(Declared):
         Whether its points have an angle, so that a torque can act there.
     carrying : tuple of str
         How it can carry points besides its ends: at a "fraction" of its length, at a "place" in the plane.
+    linear : bool
+        Whether its deformation is taken for small: modes of a solid.
     round_off : float
         What round-off leaves of its internal force, of its axial stiffness.
     """
@@ -33,6 +35,7 @@ class Body(Declared):
     meshed: ClassVar[bool] = False
     massless: ClassVar[bool] = False
     turns: ClassVar[bool] = True
+    linear: ClassVar[bool] = False
     carrying: ClassVar[tuple[str, ...]] = ()
     round_off: ClassVar[float] = 0.0
 

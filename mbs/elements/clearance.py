@@ -103,6 +103,10 @@ class Clearance(Joint):
         where = f"in its bush, more than {allowed:.3g} m, its clearance or {PIERCED:g} of its radius"
         yield Depth(f"{self.point}.penetration", allowed, f"pin '{self.point}'", where)
 
+    def one_sided(self, name: str) -> Iterator[tuple[str, str]]:
+        """Yield its normal force and its depth."""
+        yield f"{self.point}.normal_force", f"{self.point}.penetration"
+
     def remarks(self, name: str, signals: Mapping[str, Array]) -> Iterator[str]:
         """Yield that the pin is deeper than its clearance, where the theory of two cylinders has ended."""
         deepest = float(signals[f"{self.point}.penetration"].max(initial=0.0))

@@ -237,8 +237,8 @@ class Element(Declared):
         """Yield how deep its contacts may be; nothing by default."""
         yield from ()
 
-    def one_sided(self, name: str) -> Iterator[str]:
-        """Yield its signals that must not be negative, such as the tension of a rope; none by default."""
+    def one_sided(self, name: str) -> Iterator[tuple[str, str]]:
+        """Yield its forces that must not be negative, and the depths without which they are zero, or ''; none by default."""
         yield from ()
 
     def remarks(self, name: str, signals: Mapping[str, Array]) -> Iterator[str]:

@@ -178,6 +178,8 @@ class Interfaces(Part):
 class Modal(Body):
     """A link of chosen modes of a solid."""
 
+    linear: ClassVar[bool] = True
+
     section: Section = part(Section, doc="thickness in the plane, width normal to it, material")
     modes: FreeModes | CraigBampton | BarModes = part(
         FreeModes, CraigBampton, BarModes, example="FreeModes(numbers), CraigBampton(numbers) or BarModes()",

@@ -48,9 +48,9 @@ class Rope(Coupling):
         parts = pairwise(self.path(mechanism))
         yield Row(tuple((1.0, Apart(one, two)) for one, two in parts if one.body != two.body))
 
-    def one_sided(self, name: str) -> Iterator[str]:
+    def one_sided(self, name: str) -> Iterator[tuple[str, str]]:
         """Yield its tension."""
-        yield f"{name}.tension"
+        yield f"{name}.tension", ""
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield its tension, N."""

@@ -185,6 +185,10 @@ class Stop(Element):
         )
         yield Depth(f"{name}.penetration", PIERCED * size, f"'{name}'", "inside its stop; the stop is too soft for this motion")
 
+    def one_sided(self, name: str) -> Iterator[tuple[str, str]]:
+        """Yield its force and its depth."""
+        yield f"{name}.contact_force", f"{name}.penetration"
+
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield contact force, N, and penetration depth, m."""
         yield Signal(f"{name}.contact_force", record.channel(name, "force")[:, 0], "N", Kind.CONTACT)

@@ -12,6 +12,7 @@ from typing import Any
 import exudyn.itemInterface as eii
 import numpy as np
 
+from buckler.mbs.elements.clearance import clearances
 from buckler.mbs.elements.drive import Ramp
 from buckler.mbs.elements.element import GROUND
 from buckler.mbs.engine.integrate import implicit_settings
@@ -83,9 +84,10 @@ def exudyn_script(mechanism: Mechanism, duration: float, steps: int | None = Non
 
 def _refuse(scene: Scene, drives: dict[int, Any]) -> None:
     """Raise a ValueError, by name, if the scene needs functions of Python, or parts the script cannot write down."""
-    needs = [f"link '{link.name}' (Modal)" for link in scene.mechanism.links if hasattr(link.body, "modes")]
+    loose = clearances(scene.mechanism)
+    needs = [f"link '{link.name}' (Modal)" for link in scene.mechanism.links if link.body.linear]
     needs += [f"link '{name}' (Strut)" for name in scene.strut_links]
-    needs += [f"joint '{name}' (Clearance)" for name, joint in scene.mechanism.elements().items() if hasattr(joint, "gap")]
+    needs += [f"joint '{name}' (Clearance)" for name, joint in scene.mechanism.elements().items() if joint in loose]
     needs += [f"stop '{name}'" for name, stop in scene.mechanism.elements().items() if stop in scene.mechanism.stops]
     if not needs:
         owners = {number: name for name, number in scene.constraints.items()}

@@ -29,7 +29,7 @@ def shapes_at(record: Record, times: Array) -> dict[str, Shape]:
     times = np.minimum(times[times <= last * (1 + 1e-9)], last)  # a run that failed did not get to the others
     if len(record.time) < 2:
         return {}
-    bent = {name: motion for name, motion in record.links.items() if hasattr(motion, "line")}
+    bent = {name: motion for name, motion in record.links.items() if record.mechanism.link(name).body.flexible}
     found = {}
     for name, motion in bent.items():
         section: Any = record.mechanism.link(name).body.section

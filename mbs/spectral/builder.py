@@ -12,6 +12,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from buckler.mbs.elements.drive import Ramp
 from buckler.mbs.laws.compiled import Pointer, function_pointer
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.spectral import tables as k
@@ -262,7 +263,7 @@ class Builder:
 
     def add_motion(self, motion: Any, name: str) -> int:
         """Add a drive's motion: a ramp of its speed, or functions of time."""
-        if all(hasattr(motion, each) for each in ("start", "end", "duration")):
+        if isinstance(motion, Ramp):
             self.motions.append((k.RAMP, 0, 0))
             self.ramps.append((motion.start, motion.end, motion.duration))
         else:

@@ -11,6 +11,7 @@ from buckler.mbs.elements.element import GROUND
 from buckler.mbs.elements.rows import Along, Apart, Measure, Turn
 from buckler.mbs.spectral import tables as k
 from buckler.mbs.spectral.builder import Builder, Pair
+from buckler.mbs.spectral.frame_body import FrameBody
 from buckler.mbs.spectral.strut import StrutBody
 
 NOWHERE = (0.0, 0.0)
@@ -57,6 +58,6 @@ def marker_of(builder: Builder, link: str, point: str) -> int:
         return builder.marker(link, builder.mechanism.link(link).start)
     if point in points or isinstance(body, StrutBody):
         return builder.marker(link, point)
-    if not hasattr(body, "marker_at") or not hasattr(body, "centre"):
+    if not isinstance(body, FrameBody):
         raise ValueError(f"link '{link}' does not reach point '{point}'")
     return int(body.marker_at(builder, np.array(builder.mechanism.points[point])))

@@ -26,6 +26,7 @@ from buckler.mbs.spectral.elimination import Fronts, fronts_of
 from buckler.mbs.spectral.linear import Linear
 from buckler.mbs.spectral.reference import link_of
 from buckler.mbs.spectral.registry import add_body, add_element
+from buckler.mbs.spectral.strip_body import strains_of
 from buckler.mbs.spectral.strut import StrutBody, find_hosts, join_strut
 from buckler.mbs.spectral.tables import Tables, Work, work_for
 
@@ -297,8 +298,6 @@ class Scene:
             places = s.places[first : first + fields * nb].reshape(fields, nb)
             d = s.data[at + 5 :]
             values = [d[(4 + i * nb) * ng :][: ng * nb].reshape(ng, nb) for i in range(3)]
-            from buckler.mbs.spectral.strip_body import strains_of
-
             for stiffness, strains, free in zip(
                 s.data[at : at + 3], strains_of(kind, q[places], values), range(1, 4), strict=True
             ):

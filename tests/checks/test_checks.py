@@ -158,7 +158,7 @@ class Sticky(KelvinVoigt):
 
 
 def test_a_contact_that_pulls():
-    assert "'A' pulls with -" in suspect(simulate(block(G, Sticky(1e6, 1e3)), 0.3), "CONTACT")
+    assert "'A.contact_force' pulls with -" in suspect(simulate(block(G, Sticky(1e6, 1e3)), 0.3), "CONTACT")
 
 
 def run_of(mechanism, duration, solver=None):
@@ -181,7 +181,7 @@ def complaints(run, **signals):
 def test_a_contact_that_acts_without_touching(fallen):
     assert complaints(fallen) == []
     apart = np.zeros_like(fallen[1].time)
-    assert any("CONTACT: 'A' acts without touching" in said for said in complaints(fallen, **{"A.penetration": apart}))
+    assert any("CONTACT: 'A.contact_force' acts without touching" in said for said in complaints(fallen, **{"A.penetration": apart}))
 
 
 def test_a_signal_that_is_no_number_and_time_that_turns_back(fallen):
