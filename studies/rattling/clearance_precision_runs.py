@@ -12,16 +12,7 @@ from typing import Any
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from buckler.mbs import (
-    Beam,
-    Controlled,
-    Equal,
-    Exudyn,
-    Mechanism,
-    Modal,
-    Ramp,
-    simulate,
-)
+from buckler.mbs import Beam, Controlled, Equal, Exudyn, Mechanism, Modal, Ramp, simulate
 from buckler.mbs.library import STEEL_CRANK_ROCKER
 from buckler.mbs.modal import BarModes
 from buckler.mbs.spectral.dense import right_hand_side

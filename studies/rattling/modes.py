@@ -24,17 +24,7 @@ from buckler.studies.kit.parameters import choices, integer, quantity
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
 from buckler.studies.kit.style import COLOURS, Figure, subplots
 from buckler.studies.rattling.buffering_measures import CLAIMS, Claim, EnsembleParameters, Ratio, mean, ratio, trouble
-from buckler.studies.rattling.mode_sets import (
-    BENDING,
-    MESH,
-    NAMES,
-    SETS,
-    beam_frequencies,
-    counted,
-    damped,
-    flexibility,
-    section,
-)
+from buckler.studies.rattling.mode_sets import BENDING, MESH, NAMES, SETS, beam_frequencies, counted, damped, flexibility, section
 from buckler.studies.rattling.turns import Ensemble, solver
 
 LISTED = 12

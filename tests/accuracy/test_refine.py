@@ -9,20 +9,7 @@ from truths import four_bars, pendulums
 
 pytest.importorskip("numba")
 
-from buckler.mbs import (
-    Beam,
-    Cable,
-    Controlled,
-    Exudyn,
-    Motion,
-    Rigid,
-    Section,
-    Spectral,
-    Status,
-    Stop,
-    simulate,
-    slider_crank,
-)
+from buckler.mbs import Beam, Cable, Controlled, Exudyn, Motion, Rigid, Section, Spectral, Status, Stop, simulate, slider_crank
 from buckler.mbs.accuracy import refine
 from buckler.mbs.accuracy.band import averaged, axial_period, start
 from buckler.mbs.accuracy.by_signal import by_signal

@@ -1,0 +1,204 @@
+"""Which modes a modal link takes, and their motion in the plane."""
+
+import pickle
+from dataclasses import replace
+from math import pi, sqrt
+
+import numpy as np
+import pytest
+
+pytest.importorskip("skfem")
+from meshed import FLAT, LENGTH, STEEL, TALL, THIN, WIDE
+
+from buckler.mbs.elements.section import Section
+from buckler.mbs.modal import Box, CraigBampton, FreeModes, MeshFile, Modal, Nearest, PinHole, reduced
+from buckler.mbs.modal.modes import rigid_fit
+from buckler.mbs.modal.solid import assemble, box_mesh, rigid_motions
+
+# --- choosing modes ---------------------------------------------------------------------------------------------------
+
+
+def test_modes_counted_from_the_six_rigid_ones_carry_no_flexibility():
+    model = reduced(Modal(FLAT, FreeModes((4, 5, 6), counting="free")), LENGTH)
+    assert len(model.omega) == 0 and len(model.planar()) == 0 and model.table() == []
+    assert model.planar().inertia == pytest.approx(model.mass * (LENGTH**2 + THIN**2) / 12, rel=1e-12)
+    seventh = reduced(Modal(FLAT, FreeModes((6, 7, 8), counting="free")), LENGTH)
+    assert list(seventh.numbers) == [1, 2]
+
+
+def test_same_numbers_in_three_countings():
+    """The 5 mm bar's flexible modes 4 to 6: torsion and two in the plane; the 20 mm bar's: none in the plane."""
+    flat = reduced(Modal(FLAT, FreeModes((4, 5, 6))), LENGTH)
+    assert flat.kinds == ["torsion", "in-plane bending", "in-plane bending"]
+    assert list(flat.planar().numbers) == [5, 6]
+    tall = reduced(Modal(TALL, FreeModes((4, 5, 6))), LENGTH)
+    assert tall.kinds == ["torsion", "out-of-plane bending", "out-of-plane bending"] and len(tall.planar()) == 0
+    planar = reduced(Modal(TALL, FreeModes((4, 5, 6), "in-plane")), LENGTH)
+    assert len(planar.planar()) == 3 and planar.frequencies.min() > 15e3
+    assert planar.kinds == ["in-plane bending", "in-plane bending", "axial"]
+    third = reduced(Modal(TALL, FreeModes((3,), "in-plane")), LENGTH)
+    assert third.kinds == ["axial"]
+    assert third.omega[0] == pytest.approx(pi / LENGTH * sqrt(207e9 / 7850), rel=2e-3)  # contraction's inertia lowers it
+
+
+def test_order_of_numbers_and_their_damping_are_kept():
+    model = reduced(Modal(FLAT, FreeModes((5, 1, 3)), damping=(0.05, 0.01, 0.03)), LENGTH)
+    assert list(model.numbers) == [5, 1, 3]
+    assert list(model.planar().damping) == [0.05, 0.01]  # mode 3 moves out of the plane
+
+
+def test_a_square_bar_has_its_mixed_modes_parted():
+    square = Section(width=0.01, thickness=0.01, material=STEEL)
+    model = reduced(Modal(square, FreeModes((1, 2, 3, 4)), mesh=Box((12, 1, 1))), LENGTH)
+    assert model.kinds == ["in-plane bending", "out-of-plane bending"] * 2
+    assert model.omega[0] == pytest.approx(model.omega[1], rel=1e-9)
+    assert model.participation[0, 1] > 0.999 and model.participation[1, 2] > 0.999
+
+
+@pytest.mark.parametrize("modes", [FreeModes((1, 2, 3, 4), "in-plane"), CraigBampton()], ids=["free", "Craig-Bampton"])
+def test_modes_keep_to_mean_axes_and_diagonalise_both_matrices(modes):
+    modal = Modal(FLAT, modes)
+    solid = assemble(box_mesh(LENGTH, THIN, WIDE, modal.mesh.elements), STEEL)
+    model = reduced(modal, LENGTH)
+    vectors = model.modes.reshape(len(model.omega), -1).T
+    np.testing.assert_allclose(vectors.T @ (solid.full_mass @ vectors), np.eye(len(model.omega)), atol=1e-9)
+    stiffness = vectors.T @ (solid.stiffness @ vectors)
+    scale = np.outer(model.omega, model.omega)
+    np.testing.assert_allclose(stiffness / scale, np.eye(len(model.omega)), atol=1e-6)
+    planar = model.planar()
+    assert abs(planar.translation).max() < 1e-12 and abs(planar.turning).max() < 1e-12
+    assert abs(planar.gyration + planar.gyration.T).max() < 1e-12
+    # lateral contraction has a little of the kinetic energy, out of the plane
+    assert (np.diag(planar.gram) <= 1).all() and (np.diag(planar.gram) > 0.99).all()
+
+
+def test_reduction_is_repeatable_kept_and_its_specification_pickles():
+    modal = Modal(FLAT, FreeModes((1, 2, 3)))
+    first = reduced(modal, LENGTH)
+    assert reduced(pickle.loads(pickle.dumps(modal)), LENGTH) is first
+    again = reduced(replace(modal, damping=0.02), LENGTH)
+    np.testing.assert_array_equal(first.modes, again.modes)
+    assert first.at_stations[0, 0, 1] > 0  # signs are settled: up at the start
+
+
+# --- planar kinematics ------------------------------------------------------------------------------------------------
+
+
+def random_state(model, seed=0, times=5):
+    rng = np.random.default_rng(seed)
+    scale = 1e-3 * LENGTH * sqrt(model.mass)
+    q, v, a = (rng.standard_normal((times, 3 + len(model))) for _ in range(3))
+    for values, factor in ((q, 1.0), (v, 1e4), (a, 1e8)):
+        values[:, 3:] *= scale * factor
+    return q, 10 * v, 1e3 * a
+
+
+@pytest.mark.parametrize("modes", [FreeModes((1, 2, 3, 4), "in-plane"), CraigBampton()], ids=["free", "Craig-Bampton"])
+def test_energies_and_momenta_are_those_of_the_whole_mesh(modes):
+    """All nodes of the mesh moved in the plane: their energies and momenta by M and K are the reduced model's."""
+    model = reduced(Modal(FLAT, modes), LENGTH)
+    solid = assemble(box_mesh(LENGTH, THIN, WIDE, Box().elements), STEEL)
+    planar = model.planar()
+    q, v, _ = random_state(planar)
+    shapes = model.modes[model.moves_in_plane]
+    strain = []
+    for row, rate in zip(q, v, strict=True):
+        c, s = np.cos(row[2]), np.sin(row[2])
+        turn = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+        local = np.einsum("k,kna->na", row[3:], shapes)
+        place = solid.nodes - solid.centre + local
+        slip = np.einsum("k,kna->na", rate[3:], shapes)
+        speed = [*rate[:2], 0] + (slip + rate[2] * np.cross([0, 0, 1], place)) @ turn.T
+        where = [*row[:2], 0] + place @ turn.T
+        heavy = solid.mass @ speed
+        strain.append(0.5 * local.ravel() @ (solid.stiffness @ local.ravel()))
+        assert planar.kinetic(row[None], rate[None])[0] == pytest.approx(0.5 * (speed * heavy).sum(), rel=1e-9)
+        linear, angular = planar.momentum(row[None], rate[None])
+        np.testing.assert_allclose(linear[0], heavy.sum(axis=0)[:2], rtol=1e-9)
+        assert angular[0] == pytest.approx(np.cross(where, heavy)[:, 2].sum(), rel=1e-9)
+    np.testing.assert_allclose(planar.strain(q), strain, rtol=1e-6)
+    power = (2 * planar.damping * planar.frequency * v[:, 3:] ** 2).sum(axis=1)
+    np.testing.assert_allclose(planar.damping_power(v), power)
+
+
+def test_velocity_and_acceleration_of_stations_are_derivatives():
+    planar = reduced(Modal(FLAT, CraigBampton()), LENGTH).planar()
+    q0, v0, a0 = (row[0] for row in random_state(planar, seed=4))
+    v0[2], v0[3:], a0[3:] = 300.0, v0[3:] / 10, a0[3:] / 1e7  # all terms of one size: 1e3 to 1e4 m/s^2
+    h = 1e-7
+    times = np.array([-h, 0, h])[:, None]
+    q, v = q0 + v0 * times + a0 * times**2 / 2, v0 + a0 * times
+    for station in ("start", "end", "centre"):
+        motion = planar.motion(station, q, v, np.tile(a0, (3, 1)))
+        for lower, upper in (
+            ("position", "velocity"),
+            ("velocity", "acceleration"),
+            ("angle", "spin"),
+            ("spin", "spin_rate"),
+        ):
+            values = getattr(motion, lower)
+            np.testing.assert_allclose((values[2] - values[0]) / (2 * h), getattr(motion, upper)[1], rtol=1e-6)
+
+
+def test_ends_middle_and_line_agree_at_rest_and_in_bending():
+    planar = reduced(Modal(FLAT), LENGTH).planar()
+    q = np.zeros((1, 6))
+    for station, x in (("start", -LENGTH / 2), ("end", LENGTH / 2), ("centre", 0.0)):
+        np.testing.assert_allclose(planar.motion(station, q).position, [[x, 0]], atol=1e-15)
+    q[0, 2:4] = pi / 2, 1e-4
+    line = planar.points(q)[0]
+    np.testing.assert_allclose(line[0], planar.motion("start", q).position[0], atol=1e-12)
+    np.testing.assert_allclose(line[-1], planar.motion("end", q).position[0], atol=1e-12)
+    middle = planar.motion("centre", q).position[0]
+    assert (
+        np.linalg.norm(line - middle, axis=1).min() < 0.04 * LENGTH and line[0, 0] * middle[0] < 0
+    )  # bends to both sides of the mean axis
+
+
+def test_rigid_fit_finds_translation_and_rotation(bar):
+    nodes, about = np.arange(40), np.array([0.01, 0.02, 0.03])
+    motion = np.array([1.0, -2, 3, 0.4, -0.5, 0.6])
+    field = (rigid_motions(bar.nodes - about) @ motion).reshape(1, -1, 3)
+    move, turn = rigid_fit(bar, nodes, about, field)
+    np.testing.assert_allclose(np.hstack([move, turn])[0], motion, atol=1e-10)
+
+
+# --- wrong input ------------------------------------------------------------------------------------------------------
+
+
+SMALL, NOWHERE = Box((2, 1, 1)), MeshFile("nowhere.vtu", (0, 0, 0), (1, 0, 0))
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: FreeModes(()), r"numbers = \(\): must be a list of at least 1"),
+        (lambda: FreeModes((1, 1)), r"numbers = \(1, 1\): must be given once each"),
+        (lambda: FreeModes((0, 1)), r"numbers\[0\] = 0: must be a whole number in \[1, 1000\]"),
+        (lambda: FreeModes((1.5,)), r"numbers\[0\] = 1.5: must be a whole number"),
+        (lambda: FreeModes((1,), "bending"), r"counting = 'bending': must be one of 'flexible', 'free', 'in-plane'"),
+        (lambda: CraigBampton(fixed=-1), r"fixed = -1: must be a whole number in \[0, 1000\]"),
+        (lambda: Modal(FLAT, modes=(1, 2)), r"modes = \(1, 2\): must be FreeModes"),
+        (lambda: Modal(FLAT, damping=-0.1), r"damping = -0.1: must lie in \[0, 10\]"),
+        (lambda: Modal(FLAT, FreeModes((1, 2)), damping=(0.1,)), r"damping = \(0.1,\): must be one ratio, or one for"),
+        (lambda: Modal(FLAT, CraigBampton(), damping=(0.1,)), r"damping = \(0.1,\)"),
+        (lambda: Modal(replace(FLAT, material=replace(STEEL, poisson=0.5))), r"poisson = 0.5: must lie in \[-0.999"),
+        (lambda: Modal(FLAT, order=3), r"order = 3: must be a whole number in \[1, 2\]"),
+        (lambda: Box((4, 0, 1)), r"elements\[1\] = 0: must be a whole number in \[1, 1000\]"),
+        (lambda: Box((4, 1)), r"elements = \(4, 1\): must be a list of 3"),
+        (lambda: PinHole(0.0), r"radius = 0.0 m: must lie in \(0, inf\) m"),
+        (lambda: Nearest(2), r"count = 2: must be a whole number in \[3"),
+        (lambda: MeshFile("x.vtu", (0, 0), (1, 0, 0)), r"start = \(0, 0\): must be a list of 3"),
+        (lambda: MeshFile("x.vtu", (0, 0, 0), (1, 0, 0), scale=0), r"scale = 0 m: must lie in \(0, inf\) m"),
+        (lambda: reduced(Modal(FLAT), 0.0), r"length = 0.0 m: must lie in"),
+        (lambda: reduced(Modal(FLAT, FreeModes((900,)), mesh=SMALL), 0.1), r"numbers = \(900,\): must lie in"),
+        (lambda: reduced(Modal(FLAT, CraigBampton(fixed=900), mesh=SMALL), 0.1), r"fixed = 900: must lie in \[0, 79\]"),
+        (lambda: reduced(Modal(FLAT, CraigBampton((9,), fixed=2)), 0.1), r"numbers = \(9,\): must lie in \[1, 8\]"),
+        (lambda: reduced(Modal(FLAT, interface=PinHole(1e-4)), 0.1), r"interface = PinHole.*: \d+ nodes at the start"),
+        (lambda: reduced(Modal(FLAT, interface=Nearest(2000)), 0.1), r"interface = Nearest.*: the two joints share"),
+        (lambda: reduced(Modal(FLAT, mesh=NOWHERE), 0.1), r"mesh = 'nowhere.vtu': must be a file"),
+    ],
+)  # fmt: skip
+def test_wrong_input_is_named(make, message):
+    with pytest.raises(ValueError, match=message):
+        make()
