@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from buckler.mbs import Drive, Guide, Link, Mechanism, Revolute, Rigid, Section, simulate
+from buckler.mbs.assembly import assemble
 from buckler.mbs.library import CrankRocker
 from buckler.mbs.units import parse_quantity
 
@@ -215,3 +216,44 @@ def test_what_looks_forgotten_is_told_with_its_place():
     notes = simulate(Mechanism.from_dict({**SIX_BAR, "links": {**SIX_BAR["links"], "leg": leg}}), 0.01).provenance["notes"]
     assert notes[0] == "links.leg: nothing joins it to another link or the ground, and nothing acts on it"
     assert any("links 'rocker' and 'leg' share the point 'C' without a joint there" in each for each in notes)
+
+
+def test_random_four_bars_have_both_poses_or_none():
+    """Lengths over six decades, any angle: two poses where coupler and rocker reach each other, and an error where they do not."""
+    random, closed = np.random.default_rng(3), 0
+    bar = Rigid(Section(0.02, 0.005))
+    for _ in range(40):
+        a, b, c = random.uniform(0.02, 1, 3) * 10 ** random.uniform(-3, 3)
+        d, angle = random.uniform(0.1, 1) * max(a, b, c), random.uniform(-pi, pi)
+        start, frame = a * np.exp(1j * angle), complex(d)
+        links = [Link("a", "O", "A", bar, length=a, angle=angle), Link("b", "A", "B", bar, length=b)]
+        links.append(Link("c", "C", "B", bar, length=c))
+        if abs(b - c) < abs(frame - start) < b + c:
+            found = assemble({"O": (0, 0), "C": (d, 0)}, links)
+            expected = sorted(circles(start, b, frame, c), key=lambda z: -z.imag)
+            poses = [complex(*pose["B"]) for pose in (found.points, *found.others)]
+            assert np.array(poses) == pytest.approx(np.array(expected), abs=1e-9 * max(a, b, c))
+            closed += 1
+        else:
+            with pytest.raises(ValueError, match="out of reach"):
+                assemble({"O": (0, 0), "C": (d, 0)}, links)
+    assert closed > 10
+
+
+def test_a_triad_has_as_many_poses_as_a_scan_of_the_crank_finds():
+    """The output's angle given, the crank's not: roots of the rod's length over the crank's angle, in both branches of its loop."""
+    mechanism = Mechanism.from_dict(SIX_BAR)
+    end, pivot = complex(*mechanism.points["E"]), complex(*mechanism.points["F"])
+    content = with_link(SIX_BAR, "output", angle=float(np.angle(end - pivot)))
+    content["links"]["crank"] = {key: each for key, each in content["links"]["crank"].items() if key != "angle"}
+    a = 0.105 * np.exp(1j * np.linspace(-pi, pi, 20001))
+    apart = np.abs(0.225 - a)
+    along = (0.272**2 - 0.175**2 + apart**2) / (2 * apart)
+    height = np.sqrt(0.272**2 - along**2)  # a crank that turns fully: real at every angle
+    count = 0
+    for side in (1, -1):
+        b = a + (0.225 - a) / apart * (along + 1j * side * height)
+        left = np.abs(a + (b - a) / 0.272 * (0.130 + 0.060j) - end) - 0.400
+        count += int((np.diff(np.sign(left)) != 0).sum())
+    found = Mechanism.from_dict(content).assemblies()
+    assert 1 + len(found.others) == count >= 2
