@@ -219,7 +219,7 @@ def test_what_looks_forgotten_is_told_with_its_place():
 
 
 def test_random_four_bars_have_both_poses_or_none():
-    """Lengths over six decades, any angle: two poses where coupler and rocker reach each other, and an error where they do not."""
+    """Lengths over six decades, any angle: two poses where coupler and rocker reach each other, an error elsewhere."""
     random, closed = np.random.default_rng(3), 0
     bar = Rigid(Section(0.02, 0.005))
     for _ in range(40):
@@ -241,7 +241,7 @@ def test_random_four_bars_have_both_poses_or_none():
 
 
 def test_a_triad_has_as_many_poses_as_a_scan_of_the_crank_finds():
-    """The output's angle given, the crank's not: roots of the rod's length over the crank's angle, in both branches of its loop."""
+    """With the angle of the output given: roots of the length of the rod over the angle of the crank, in both branches."""
     mechanism = Mechanism.from_dict(SIX_BAR)
     end, pivot = complex(*mechanism.points["E"]), complex(*mechanism.points["F"])
     content = with_link(SIX_BAR, "output", angle=float(np.angle(end - pivot)))
