@@ -15,7 +15,8 @@ import pytest
 PROGRAMS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 OPTIONS = (
     "--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking",
-    "--remote-debugging-port=0", "--remote-allow-origins=*", "--window-size=1280,1000", "--host-resolver-rules=MAP * ~NOTFOUND",
+    "--remote-debugging-port=0", "--remote-allow-origins=*", "--window-size=1280,1000",
+    "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1",
 )  # fmt: skip
 
 

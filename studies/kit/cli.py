@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 TURNING = {
     "sensitivity": "what the numbers of a file's mechanism do to what is read off it",
     "fit": "fit numbers of a file's mechanism to measured data",
+    "explore": "turn numbers of a file's mechanism by sliders in a page on this machine",
     "optimise": "choose numbers of a file's mechanism so that a reading is least and others as wanted",
 }
 """Commands that turn numbers of a mechanism, and what they do."""

@@ -120,7 +120,7 @@ def fit(argv: Sequence[str], prog: str) -> int:
             raise ValueError("--signal: none; write for instance --signal B.contact_force")
         file = opened(chosen.file, chosen.changes, chosen.duration)
         document = file.document
-        free, own = (dict(_range(document, text) for text in texts) for texts in (chosen.free, chosen.own))
+        free, own = (dict(number_range(document, text) for text in texts) for texts in (chosen.free, chosen.own))
         found = fitted(
             document, chosen.data, free=free, own=own, signals=chosen.signal, settings=chosen.setting,
             starts=chosen.starts, robust=chosen.robust, profiles=chosen.profile,
@@ -159,7 +159,7 @@ def optimise(argv: Sequence[str], prog: str) -> int:
         file = opened(chosen.file, chosen.changes, chosen.duration)
         if not chosen.free:
             raise ValueError("--free: none; write for instance --free links.coupler.body.section.thickness=0.2mm:0.5mm")
-        free = dict(_range(file.document, text) for text in chosen.free)
+        free = dict(number_range(file.document, text) for text in chosen.free)
         found = designed(file.document, file.duration, free=free, minimise=chosen.minimise, subject_to=chosen.wants,
                          starts=chosen.starts)  # fmt: skip
     except RunFailedError as error:
@@ -175,7 +175,7 @@ def optimise(argv: Sequence[str], prog: str) -> int:
     return 0 if found.possible else 1
 
 
-def _range(document: Mapping[str, Any], text: str) -> tuple[str, Any]:
+def number_range(document: Mapping[str, Any], text: str) -> tuple[str, Any]:
     """A number's path and its range, as PATH=LOW:HIGH, or the list of its values, as PATH=A,B,C."""
     from buckler.mbs.sensitivity.numbers import standing
 
@@ -219,6 +219,13 @@ def numbers(content: Any, path: str = "") -> Iterator[str]:
             yield from numbers(each, f"{path}[{k}]")
     elif isinstance(content, float) and content:
         yield path
+
+
+def explore(argv: Sequence[str], prog: str) -> int:
+    """Serve the page with sliders; the exit status."""
+    from buckler.studies.own.explore import explore as serve
+
+    return serve(argv, prog)
 
 
 def _finite(row: Mapping[str, Any]) -> dict[str, Any]:

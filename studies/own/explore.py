@@ -1,0 +1,179 @@
+"""`buckler explore FILE`: a page on this machine in which a mechanism moves and its numbers have sliders.
+
+The server answers this machine only, and only who knows the token in the page's address. It ends with the terminal.
+"""
+
+from __future__ import annotations
+
+import json
+import secrets
+from collections.abc import Mapping, Sequence
+from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from importlib.resources import files
+from pathlib import Path
+from threading import Lock
+from time import perf_counter
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from buckler.mbs.compiler import compiler
+from buckler.mbs.documents import document as documents
+from buckler.mbs.documents.document import changed
+from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.sensitivity.numbers import standing
+from buckler.mbs.simulation import simulate
+from buckler.mbs.solvers.spectral import Spectral
+from buckler.studies.kit.options import check_words, noted, wrong_input
+from buckler.studies.own.turning import common, number_range, numbers, opened
+
+HOST = "127.0.0.1"
+PICTURES, DIGITS = 240, 5
+"""Of a run, and of each place."""
+AROUND = (0.5, 2.0)
+"""Range of a number that was not given one, relative to its value."""
+LARGEST = 65536
+"""Bytes of a request."""
+
+
+class Slider(NamedTuple):
+    """A number with its range, SI."""
+
+    path: str
+    value: float
+    low: float
+    high: float
+    unit: str
+
+
+class Explorer:
+    """A mechanism whose numbers are turned."""
+
+    def __init__(self, path: Path, document: dict[str, Any], duration: float, free: Mapping[str, Any]) -> None:
+        self.path, self.document, self.duration, self.lock = path, document, duration, Lock()
+        self.sliders = [self._slider(name, ends) for name, ends in free.items()]
+
+    def _slider(self, path: str, ends: tuple[float, float] | None) -> Slider:
+        _, now, unit = standing(self.document, path)
+        low, high = ends or sorted(part * now for part in AROUND)
+        return Slider(path, float(now), low, high, unit)
+
+    def mechanism(self, values: Mapping[str, Any]) -> Mechanism:
+        """With these values; those of other paths than the sliders' are refused."""
+        known = {slider.path for slider in self.sliders}
+        if other := sorted(set(values) - known):
+            raise ValueError(f"{other[0]}: has no slider")
+        return Mechanism.from_dict(changed(self.document, {path: float(value) for path, value in values.items()}))
+
+    def moved(self, values: Mapping[str, Any]) -> dict[str, Any]:
+        """Run once and return the pictures; nothing has looked at the run's error yet."""
+        begin = perf_counter()
+        made = self.mechanism(values)
+        result = simulate(made, self.duration, solver=Spectral() if compiler() else None)
+        movie = result.movie
+        rows = np.unique(np.linspace(0, len(movie.time) - 1, PICTURES).round().astype(int))
+        lines = {}
+        for link in made.links:
+            band = movie.bands.get(link.name)
+            ends = np.stack([movie.frames[point][:, :2] for point in (link.start, link.end)], axis=1)
+            lines[link.name] = np.round(band.points[rows] if band else ends[rows], DIGITS).tolist()
+        return {"time": np.round(movie.time[rows], 6).tolist(), "lines": lines, "box": movie.box, "status": str(result.status),
+                "message": result.message, "seconds": perf_counter() - begin}  # fmt: skip
+
+    def judged(self, values: Mapping[str, Any]) -> dict[str, Any]:
+        """Run as `buckler run` does, and return status and error."""
+        result = simulate(self.mechanism(values), self.duration)
+        error = float(result.error.motion)
+        return {"status": str(result.status), "message": result.message, "error": error if np.isfinite(error) else None}
+
+    def saved(self, values: Mapping[str, Any]) -> dict[str, Any]:
+        """Write the file with these values beside the one that was opened, never over another."""
+        self.mechanism(values)
+        content = changed(documents.read(self.path), {path: float(value) for path, value in values.items()})
+        number = 1
+        while (out := self.path.with_name(f"{self.path.stem}-{number}{self.path.suffix}")).exists():
+            number += 1
+        return {"saved": str(documents.write(content, out))}
+
+    def page(self) -> str:
+        """The page as text."""
+        text = files("buckler.studies.own").joinpath("page", "explore.html").read_text(encoding="utf-8")
+        data = {"title": self.path.name, "sliders": [slider._asdict() for slider in self.sliders]}
+        return text.replace("{{data}}", json.dumps(data).replace("<", "\\u003c"))
+
+
+def server(explorer: Explorer, port: int = 0) -> tuple[ThreadingHTTPServer, str]:
+    """A server that is ready to serve, and the address of its page."""
+    token = secrets.token_urlsafe(16)
+    answers = {"move": explorer.moved, "judge": explorer.judged, "save": explorer.saved}
+
+    class Handler(BaseHTTPRequestHandler):
+        def do_GET(self) -> None:
+            if self._known() and self.path == f"/{token}/":
+                self._send(HTTPStatus.OK, explorer.page(), "text/html; charset=utf-8")
+            else:
+                self._send(HTTPStatus.NOT_FOUND, "not found", "text/plain")
+
+        def do_POST(self) -> None:
+            name = self.path.removeprefix(f"/{token}/")
+            length = int(self.headers.get("Content-Length") or 0)
+            if not self._known() or name not in answers or not 0 < length <= LARGEST:
+                self._send(HTTPStatus.NOT_FOUND, "not found", "text/plain")
+                return
+            try:
+                with explorer.lock:
+                    found = answers[name](json.loads(self.rfile.read(length)))
+            except (ValueError, OSError, ArithmeticError) as error:
+                found = {"wrong": " ".join(str(error).split())}
+            self._send(HTTPStatus.OK, json.dumps(found), "application/json")
+
+        def _known(self) -> bool:
+            """Whether the request names this machine: a page of another name that leads here gets nothing."""
+            return self.headers.get("Host", "") == f"{HOST}:{made.server_port}"
+
+        def _send(self, status: HTTPStatus, text: str, kind: str) -> None:
+            body = text.encode()
+            self.send_response(status)
+            for key, value in (("Content-Type", kind), ("Content-Length", str(len(body))), ("Cache-Control", "no-store"),
+                               ("Referrer-Policy", "no-referrer"), ("X-Content-Type-Options", "nosniff")):  # fmt: skip
+                self.send_header(key, value)
+            self.end_headers()
+            self.wfile.write(body)
+
+        def log_message(self, *_: Any) -> None:
+            """Say nothing."""
+
+    made = ThreadingHTTPServer((HOST, port), Handler)
+    made.daemon_threads = True
+    return made, f"http://{HOST}:{made.server_port}/{token}/"
+
+
+def explore(argv: Sequence[str], prog: str) -> int:
+    """Serve the page until Ctrl-C; the exit status."""
+    parser = common(prog, "Turn a mechanism's numbers by sliders in a page on this machine and see it move.")
+    parser.add_argument("--free", action="append", default=[], metavar="PATH[=LOW:HIGH]",
+        help="a number with a slider; may be repeated; default all that are not zero but places")  # fmt: skip
+    parser.add_argument("--port", type=int, default=0, help="of the server; default any that is free")
+    parser.add_argument("--no-browser", action="store_true", help="print the address only")
+    try:
+        chosen, unknown = parser.parse_known_args(noted(argv))
+        check_words(unknown, chosen)
+        file = opened(chosen.file, chosen.changes, chosen.duration)
+        free = dict(number_range(file.document, text) if "=" in text else (text, None) for text in chosen.free)
+        document = file.document if free else Mechanism.from_dict(file.document).to_dict()
+        explorer = Explorer(chosen.file, document, file.duration, free or dict.fromkeys(numbers(document)))
+        made, address = server(explorer, chosen.port)
+    except (ValueError, OSError, OverflowError) as error:
+        return wrong_input(ValueError(str(error)))
+    print(f"{address}\nEnds with Ctrl-C.", flush=True)
+    if not chosen.no_browser:
+        import webbrowser
+
+        webbrowser.open(address)
+    with made:
+        try:
+            made.serve_forever(poll_interval=0.2)
+        except KeyboardInterrupt:
+            return 0
+    return 0
