@@ -90,9 +90,19 @@ class Path(Answer):
         """Where no small motion grows, shape (steps,)."""
         return self.growth == 0.0
 
+    def place(self, q: Array, link: str, point: str) -> Array:
+        """Place of a point of a link at coordinates of the path's scene, shape (2,)."""
+        return places(self.scene, q, link, point).position
+
     def point(self, link: str, point: str) -> Array:
         """Places of a point of a link, shape (steps, 2)."""
-        return np.array([places(self.scene, q, link, point).position for q in self.q])
+        return np.array([self.place(q, link, point) for q in self.q])
+
+    def plot(self, link: str, point: str, axis: str = "y", ax: Any = None) -> Any:
+        """Draw the bifurcation diagram: a point's place over the parameter, stable and unstable; returns the axes."""
+        from buckler.mbs.view.equilibria import plot_path  # Matplotlib takes half a second to load
+
+        return plot_path(self, link, point, axis, ax)
 
     def reaction(self, name: str) -> Array:
         """Multipliers of a constraint along the path, shape (steps, rows)."""

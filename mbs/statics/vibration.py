@@ -67,7 +67,7 @@ class Frequencies(Answer):
     @property
     def damping(self) -> Array:
         """Damping ratios, -Re s / |s|: 1 for what decays without swinging, negative for what grows; 0 for rigid motions."""
-        return -self.values.real / np.maximum(np.abs(self.values), 1e-300)
+        return 0.0 - self.values.real / np.maximum(np.abs(self.values), 1e-300)
 
     def point(self, link: str, point: str) -> Array:
         """Motion of a point of a link in each shape: x, y, angle; shape (3, count)."""

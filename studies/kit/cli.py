@@ -17,6 +17,7 @@ from buckler.studies.evidence.items import ITEMS
 from buckler.studies.kit import registry
 from buckler.studies.kit.options import Parser, read_options, study_parser, writable, wrong_input
 from buckler.studies.kit.running import MECHANISMS, attempt, finish, program
+from buckler.studies.own.statics import declare as declare_statics
 
 if TYPE_CHECKING:
     import argparse
@@ -109,6 +110,7 @@ def _parser() -> argparse.ArgumentParser:
     show.add_argument("file", metavar="FILE", type=Path, help="a mechanism, .toml or .json")
     show.add_argument("--out", metavar="FILE", type=Path, help="the drawing; default FILE.png beside it")
     show.set_defaults(answer=_show)
+    declare_statics(commands)
     for name, does in (("run", "run a file of a mechanism, or a study"), ("sweep", "run a file or a study for many parameters")):
         command = commands.add_parser(name, help=f"{does}; `{name} NAME --help` tells its options")
         command.add_argument(

@@ -53,6 +53,7 @@ STUDIES: dict[str, Entry] = {
     "experiments": Entry(
         "buckler.studies.measured.experiments", "measured pendulums: fitted to a part of the data, the rest predicted"
     ),
+    "stability": Entry("buckler.studies.trust.stability", "classic problems of stability: found, exact, error told"),
     "lean-scenes": Entry("buckler.studies.trust.lean_scenes", "what each scene is made of, and what each optional part costs"),
     "extremes": Entry(
         "buckler.studies.trust.extremes", "extreme cases, listed and drawn: is any run reported fine that is wrong?"

@@ -1,0 +1,74 @@
+"""Statics from the command line: what is printed and filed, and how wrong input is told."""
+
+import pytest
+
+from buckler.studies.kit.cli import main
+
+COLUMN = """
+[points]
+A = [0, 0]
+M = [0.25, 0]
+B = [0.5, 0]
+[links.strip]
+start = "A"
+end = "B"
+carries = { M = 0.5 }
+[links.strip.body]
+kind = "Beam"
+section = { width = 0.02, thickness = 0.001 }
+[[joints]]
+kind = "Revolute"
+point = "A"
+first = "ground"
+second = "strip"
+[[guides]]
+point = "B"
+link = "strip"
+[[loads]]
+kind = "Force"
+point = "B"
+value = [-1.0, 0.0]
+"""
+
+
+@pytest.fixture
+def file(tmp_path):
+    path = tmp_path / "column.toml"
+    path.write_text(COLUMN)
+    return path
+
+
+def test_a_path_is_printed_drawn_and_written(file, tmp_path, capsys):
+    asked = ["path", str(file), "--to", "15", "--branches", "--degree", "8", "--point", "strip:M"]
+    assert main(argv=[*asked, "--plot", str(tmp_path / "d.png"), "--csv", str(tmp_path / "d.csv")]) == 0
+    said = capsys.readouterr().out
+    assert "branching: 13.817" in said
+    assert said.count("ended") == 3
+    rows = (tmp_path / "d.csv").read_text().splitlines()
+    assert rows[0] == "parameter,x [m],y [m],growth [1/s],negative eigenvalues"
+    assert float(rows[-1].split(",")[0]) == 15.0
+    assert (tmp_path / "d.png").stat().st_size > 5000
+
+
+def test_rest_and_frequencies_are_printed_with_status_and_errors(file, capsys):
+    assert main(argv=["equilibrium", str(file), "--load", "20"]) == 0
+    assert "unstable: a small motion grows" in capsys.readouterr().out
+    assert main(argv=["frequencies", str(file), "--count", "2"]) == 0
+    assert "damping ratio 0, error" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["path", "FILE", "--to", "0"], "to = 0"),
+        (["path", "FILE", "--to", "1", "--load", "force.X"], "unknown"),
+        (["path", "FILE", "--to", "1", "--csv", "x.csv"], "--point LINK:POINT is missing"),
+        (["frequencies", "FILE", "--count", "0"], "count = 0"),
+        (["equilibrium", "nowhere.toml"], "nowhere.toml"),
+    ],
+)
+def test_wrong_input_is_told_in_a_line(file, words, said, capsys):
+    assert main(argv=[str(file) if word == "FILE" else word for word in words]) == 2
+    err = capsys.readouterr().err
+    assert said in err
+    assert err.count("\n") == 1
