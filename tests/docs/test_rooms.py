@@ -1,0 +1,60 @@
+"""The picture of the rooms in docs/architecture.md is true: imports go down in it."""
+
+import ast
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PICTURE = re.search(r"```text\n(.*?)```", (ROOT / "docs/architecture.md").read_text(encoding="utf-8"), re.DOTALL)[1]
+FLOORS = [re.split(r"[ ,]+", re.split(r"(?<=\S) {4,}", line)[0].strip()) for line in PICTURE.splitlines()]
+LEFT = {("accuracy", "spectral")}
+"""Rooms of which one needs the other above it, as the page says."""
+TOOLS = {"callables", "compiler", "interrupts", "units"}
+"""Files that are used everywhere and use next to nothing."""
+
+
+def floors():
+    """Height of each room."""
+    return {room: len(FLOORS) - k for k, floor in enumerate(FLOORS) for room in floor}
+
+
+def needs():
+    """Pairs of rooms of which the first imports the second, wherever in a file, what types alone need left out."""
+    found = {}
+    for path in (ROOT / "mbs").rglob("*.py"):
+        parts = path.relative_to(ROOT / "mbs").parts
+        here = parts[0].removesuffix(".py") if parts != ("__init__.py",) else "door"
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        only_types = {
+            id(inner)
+            for node in ast.walk(tree)
+            if isinstance(node, ast.If) and getattr(node.test, "id", "") == "TYPE_CHECKING"
+            for inner in ast.walk(node)
+        }
+        for node in ast.walk(tree):
+            if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("buckler.mbs") and id(node) not in only_types:
+                inner = node.module.split(".")[2:]
+                for name in [inner[0]] if inner else [alias.name for alias in node.names]:
+                    found.setdefault((here, name), path.relative_to(ROOT).as_posix())
+    return {pair: where for pair, where in found.items() if pair[0] != pair[1]}
+
+
+def test_every_room_is_in_the_picture():
+    rooms = {path.name for path in (ROOT / "mbs").iterdir() if path.is_dir() and any(path.glob("*.py"))}
+    files = {path.stem for path in (ROOT / "mbs").glob("*.py")} - {"__init__"}
+    assert set(floors()) | TOOLS == rooms | files | {"door"}
+
+
+def test_rooms_import_rooms_below_them_only():
+    height = {**floors(), **dict.fromkeys(TOOLS, 0)}
+    up = {pair: where for pair, where in needs().items() if pair[0] not in TOOLS and height[pair[0]] <= height.get(pair[1], 0)}
+    assert set(up) <= LEFT, up
+
+
+@pytest.mark.parametrize("page", ["architecture", "one-mechanism"])
+def test_files_of_the_pages_are_there(page):
+    text = (ROOT / f"docs/{page}.md").read_text(encoding="utf-8")
+    paths = set(re.findall(r"`((?:mbs|studies|tests|elastica)/[\w./-]+)`", text))
+    assert paths and [path for path in paths if not (ROOT / path).exists() and path != "mbs/files"] == []
