@@ -17,6 +17,7 @@ I. S. Duff, J. K. Reid, The multifrontal solution of indefinite sparse symmetric
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from heapq import heapify, heappop, heappush
 from typing import Any, NamedTuple
 
@@ -75,7 +76,7 @@ class _Front:
 
 
 def fronts_of(row: Array, col: Array, coordinates: int, unknowns: int, filled: Array, changing: Array) -> Fronts:
-    """Fronts for a matrix of so many unknowns, coordinates first and then rows.
+    """Fronts for a matrix of so many unknowns, coordinates first and then rows; found once for all of the same pattern.
 
     Parameters
     ----------
@@ -85,6 +86,14 @@ def fronts_of(row: Array, col: Array, coordinates: int, unknowns: int, filled: A
     changing : array of bool, shape (unknowns,)
         Unknowns of which some entry may change from one factorisation to the next.
     """
+    pattern = (np.ascontiguousarray(each).tobytes() for each in (row, col, filled, changing))
+    return _fronts_of(*pattern, coordinates, unknowns)
+
+
+@lru_cache(maxsize=256)
+def _fronts_of(rows: bytes, cols: bytes, fills: bytes, changes: bytes, coordinates: int, unknowns: int) -> Fronts:
+    row, col = (np.frombuffer(each, dtype=np.int64) for each in (rows, cols))
+    filled, changing = (np.frombuffer(each, dtype=bool) for each in (fills, changes))
     entries = np.flatnonzero(filled)
     row, col = row[entries], col[entries]
     made = _merged(_eliminated(*_groups(row, col, coordinates, unknowns), coordinates), changing)

@@ -6,6 +6,7 @@ M(q) a = f(q, v, t) - G(q)^T lambda,    g(q, t) = 0.
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 from math import inf
@@ -42,35 +43,50 @@ if compiler():
     announce(len(DRAFTED))
 
 
-class Assembly(NamedTuple):
-    """All of the equations of motion at one state.
+@dataclass(frozen=True)
+class Assembly:
+    """All of the equations of motion at one state. Matrices are made of their entries when they are asked for.
 
     Attributes
     ----------
     force : array, shape (n,)
         f, without the constraints' forces.
-    stiffness : array, shape (n, n)
-        K = -df/dq + d(G^T lambda)/dq.
-    damping : array, shape (n, n)
-        C = -df/dv.
-    cross : array, shape (r, n)
-        df/dlambda: friction that follows a constraint's own force.
     residual : array, shape (r,)
         g.
-    jacobian : array, shape (r, n)
-        G.
     speed, change : arrays, shape (r,)
         Right sides of G v = speed and G a = change.
+    entries : arrays, shape (4, slots + 1)
+        Of -df/dlambda, C, K, and G with its transpose.
+    made : callable
+        The matrix of all unknowns from its entries.
     """
 
     force: Array
-    stiffness: Array
-    damping: Array
-    cross: Array
     residual: Array
-    jacobian: Array
     speed: Array
     change: Array
+    entries: Array = field(repr=False)
+    made: Callable[[Array], Any] = field(repr=False)
+
+    @cached_property
+    def stiffness(self) -> Any:
+        """K = -df/dq + d(G^T lambda)/dq, shape (n, n)."""
+        return self.made(self.entries[2])[: len(self.force), : len(self.force)]
+
+    @cached_property
+    def damping(self) -> Any:
+        """C = -df/dv, shape (n, n)."""
+        return self.made(self.entries[1])[: len(self.force), : len(self.force)]
+
+    @cached_property
+    def cross(self) -> Any:
+        """df/dlambda, shape (r, n): friction that follows a constraint's own force."""
+        return -self.made(self.entries[0])[: len(self.force), len(self.force) :].T
+
+    @cached_property
+    def jacobian(self) -> Any:
+        """G, shape (r, n)."""
+        return self.made(self.entries[3])[len(self.force) :, : len(self.force)]
 
 
 class Place(NamedTuple):
@@ -241,10 +257,7 @@ class Scene:
         memory = self.memory() if memory is None else memory
         force, matrices, (residual, speed, change) = np.empty(n), np.zeros((4, len(s.mass))), np.empty((3, r))
         doors.assemble(s, w, t, q, v, lam, memory, since, matrices if tangents else matrices[3:], force, residual, speed, change)
-        cross, damping, stiffness, rows = matrices
-        made: Any = self._sparse if sparse else self.whole
-        k, c, g, x = (made(values) for values in (stiffness, damping, rows, cross))
-        return Assembly(force, k[:n, :n], c[:n, :n], -x[:n, n:].T, residual, g[n:, :n], speed, change)
+        return Assembly(force, residual, speed, change, matrices, self._sparse if sparse else self.whole)
 
     def held(self, q: Array, force: Array, change: Array) -> tuple[Array, Array]:
         """The a, lambda with M a + G^T lambda = force, G a = change at coordinates q; lambda is 0 of rows that others say."""
