@@ -238,6 +238,8 @@ class _Poses:
             z = np.where(better[:, None], tried, z)
             value, slopes = np.where(better[:, None], new_value, value), np.where(better[:, None, None], new_slopes, slopes)
             damping = np.where(better, damping / 10, damping * 10).clip(1e-15, 1e6)
+            if (np.abs(value) < 1e-14 * self.lengths.max()).all():
+                break
         return z, np.abs(value).max(axis=1)
 
     def check_regular(self, unknown: list[str], pose: Mapping[str, Pair], links: list[Any]) -> None:
