@@ -1,8 +1,8 @@
 """Smooth contact in a joint with clearance against rigid contact by Moreau and Jean's time stepping, written here alone.
 
 A body whose pin moves in a bush of 1 mm clearance under a force that turns: sliding along the bush after dead impacts, or
-bouncing in it. Where contact lasts, a smooth law's pin is too deep by F/K: the distance falls as 1/K. Through impacts it stays too long, by
-pi sqrt(m/K): the distance falls as its square root.
+bouncing in it. Where contact lasts, a smooth law's pin is too deep by F/K: the distance falls as 1/K. Through impacts it stays
+too long, by pi sqrt(m/K): the distance falls as its square root.
 
 M. Jean, The non-smooth contact dynamics method, doi 10.1016/S0045-7825(98)00383-1.
 """
@@ -66,7 +66,7 @@ def test_smooth_contact_nears_rigid_contact_at_its_rate(restitution, duration, s
     rigid, coarse = (moreau_jean(restitution, duration, step) for step in (4e-6, 8e-6))
     assert np.abs(rigid[::2] - coarse).max() < 3e-3 * GAP
     fastest = np.hypot(*np.diff(rigid, axis=0).T).max()  # way of a step
-    assert np.hypot(*rigid.T).max() < GAP + 2 * fastest
+    assert np.hypot(*rigid.T).max() < GAP + 3 * fastest
     distance = [apart(stiffness, restitution, rigid, duration) for stiffness in stiffnesses]
     assert rate[0] < np.polyfit(np.log(stiffnesses), np.log(distance), 1)[0] < rate[1]
     assert distance[-1] < finest
