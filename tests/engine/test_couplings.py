@@ -261,6 +261,18 @@ def test_a_belt_with_stiffness_rings_at_its_frequency(solver):
     np.testing.assert_allclose(found.signals["belt.one-two.force"], STIFFNESS * stretch, atol=4e-3 * STIFFNESS * stretch.max())
 
 
+@pytest.mark.parametrize("solver", [EQUAL, Spectral(STEPS), Closure()], ids=["Exudyn", "Spectral", "Closure"])
+def test_what_a_belt_with_stiffness_asks_of_both_drives(solver):
+    """One pulley turns, the other is held: torques r1 (k + c d/dt) r1 w t on the one, -r2 as much on the other."""
+    speed, damping = 2.0, 50.0
+    held = replace(belted(stiffness=STIFFNESS, damping=damping), drives=[Drive("one", speed), Drive("two", 0.0)])
+    found = simulate(held, 0.1, solver=solver)
+    assert found.ok, found.message
+    pull = SMALL * speed * (STIFFNESS * found.time + damping)
+    np.testing.assert_allclose(found.signals["drive.torque"], SMALL * pull, rtol=1e-6)
+    np.testing.assert_allclose(found.signals["drive.2.torque"], -LARGE * pull, rtol=1e-6)
+
+
 def test_statics_and_frequencies_know_couplings():
     """Two pulleys swing against each other; a weight on a rope over two pulleys rests where a spring holds the rest of it."""
     assert max(frequencies(belted(stiffness=STIFFNESS), count=2).hertz) == pytest.approx(OMEGA / (2 * np.pi), rel=1e-9)
