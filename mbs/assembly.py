@@ -103,8 +103,7 @@ def assemble(
     if not met:
         raise _out_of_reach(open_links, {**points, **found[0]})
     kept = [pose for pose in found if all(_sense(link, {**points, **pose}) for link in deciding)] or found
-    rank = _nearest(near) if near else _topmost(unknown, size)
-    first, *others = sorted(kept, key=rank)
+    first, *others = sorted(sorted(kept, key=_topmost(unknown, size)), key=_nearest(near, size))
     for link in deciding:
         _check(link, {**points, **first})
     poses.check_regular(unknown, first, open_links)
@@ -261,8 +260,10 @@ def _named(unknown: list[str], x: Array) -> dict[str, Pair]:
     return {point: (float(px), float(py)) for point, (px, py) in zip(unknown, x.reshape(-1, 2), strict=True)}
 
 
-def _nearest(near: Mapping[str, Pair]) -> Any:
-    return lambda pose: sum((pose[point][0] - x) ** 2 + (pose[point][1] - y) ** 2 for point, (x, y) in near.items())
+def _nearest(near: Mapping[str, Pair], size: float) -> Any:
+    """Order of poses by the sum of squared distances from rough places; those that differ elsewhere only stay as they are."""
+    step = SAME * size**2
+    return lambda pose: round(sum((pose[p][0] - x) ** 2 + (pose[p][1] - y) ** 2 for p, (x, y) in near.items()) / step)
 
 
 def _topmost(unknown: list[str], size: float) -> Any:
