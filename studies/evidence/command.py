@@ -78,7 +78,7 @@ def differing(name: str, new: Mapping[str, Any]) -> list[str]:
     )
     for path in pages():
         for number in quoted(path.read_text(encoding="utf-8")):
-            if number.item == name and not number.what.startswith("work@"):
+            if number.item == name and not number.what.startswith("work@") and not number.form.endswith("~"):
                 wrong += [f"{path.name}: {line}" for line in _apart(number, old, new)]
     return wrong
 

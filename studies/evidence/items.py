@@ -51,6 +51,7 @@ ITEMS: dict[str, Item] = {
     "dynamic-buckling": Item("dynamic-buckling", quick=True),
     "restitution": Item("restitution"),
     "static-precision": Item("static-precision"),
+    "solver-speed": Item("solver-speed"),
 }
 
 

@@ -3,8 +3,8 @@
     <!--= slider-crank beam.impact_peak .3g -->156<!--/--> N
 
 names the item, its metric and the form: digits, with `%` as per cent, with `*1e3` scaled, with `±` to the digits of its error.
-`metric@error`, `@exact` and `@published` name what stands beside a value, `work@name` what a run took: a time, which no new run
-need repeat. A line of its own
+`metric@error`, `@exact` and `@published` name what stands beside a value, `work@name` what a run took. A form that ends with
+`~` is of a time or of a ratio of times: no new run need repeat it. A line of its own
 
     <!--= buffering-world table 0 -->
 
@@ -24,7 +24,7 @@ from buckler.studies.evidence.items import ROOT, stored
 
 Files = Callable[[str], Mapping[str, Any]]
 QUOTED = re.compile(r"<!--= (\S+) (\S+) (\S+) -->(.*?)<!--/-->", re.DOTALL)
-FORM = re.compile(r"(\.\d+[efg]|±)(%?)(?:\*(\S+))?")
+FORM = re.compile(r"(\.\d+[efg]|±)(%?)(?:\*([\d.e+-]+))?~?")
 
 
 def pages() -> list[Path]:

@@ -50,6 +50,7 @@ def test_a_file_says_how_it_was_made(name):
         ("force@exact", ".4f", "1.7246"),
         ("force@error", ".0e", "6e-5"),
         ("work@wall_s", ".0f", "12"),
+        ("peak", ".1f*1e-3~", "0.2"),
         ("table", "0", "\n| a | b |\n|---|---|\n| 1.235 |  |\n| x | −2e-5 |\n"),
     ],
 )
@@ -84,6 +85,8 @@ def test_a_new_run_that_differs_is_told(tmp_path, monkeypatch, what, form, text,
     monkeypatch.setattr(command, "stored", lambda _: FILE)
     run = {**FILE, "metrics": {**FILE["metrics"], what: {**FILE["metrics"][what], "value": new}}}
     assert bool(command.differing("item", run)) == differs
+    (tmp_path / "page.md").write_text(f"x <!--= item {what} {form}~ -->{text}<!--/-->\n")
+    assert command.differing("item", run) == []  # a time
     assert command.differing("item", {**FILE, "status": "SUSPECT"})
 
 
