@@ -24,7 +24,9 @@ UNBENT = 1e-3
 AXIAL = 0.5
 """Share of an end shortening that is axial strain from which a strip is unbent."""
 POSES = 25
-"""Times at which the tangent is looked at, evenly over the run."""
+"""Times at which the tangent is looked at, evenly over those at which a strip is pressed."""
+LESS = 0.9
+"""Share of the lesser force of two such times down to which the lesser of their rates holds between them."""
 PRESSED = 0.01
 """Share of the load of the pinned strip below which no strip is looked at."""
 
@@ -61,15 +63,25 @@ def _overloaded_strips(record: Record, result: Result) -> Iterator[str]:
     }
     if len(time) < 3 or not any(each.any() for each in pressed.values()):
         return
-    growth, rows = Growth(record), np.unique(np.linspace(0, len(time) - 1, POSES).astype(int))
+    seen = np.flatnonzero(np.any(list(pressed.values()), axis=0))
+    growth, rows = Growth(record), np.unique(seen[np.linspace(0, len(seen) - 1, POSES).astype(int)])
     found = [growth.at(k, {name: float(force[k]) for name, force in forces.items()}) for k in rows]
     for name, force in forces.items():
-        rate = np.where(unbent[name], np.interp(time, time[rows], [each[name] for each in found]), 0.0)
+        rate = _between(rows, np.array([each[name] for each in found]), -force) * pressed[name]
         straight = grown(time, rate) > GROWTH
         if straight.any():
             k = int(np.argmax(straight))
             carries = f"at t = {time[k]:.4g} s '{name}' carries {-force[k]:.3g} N, straight"
             yield f"{carries}, though its bending grows at {rate[k]:.3g} 1/s; give it an imperfection"
+
+
+def _between(rows: Array, rates: Array, pressing: Array) -> Array:
+    """Rates at all samples from those at some: the lesser of the two neighbours', and none where the strip is pressed less."""
+    at = np.searchsorted(rows, np.arange(len(pressing)), side="right")
+    before, after = np.maximum(at - 1, 0), np.minimum(at, len(rows) - 1)
+    least = np.minimum(pressing[rows[before]], pressing[rows[after]])
+    found: Array = np.where(pressing >= LESS * least, np.minimum(rates[before], rates[after]), 0.0)
+    return found
 
 
 def _quarter(record: Record, link: Any) -> float:
