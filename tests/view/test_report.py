@@ -136,7 +136,7 @@ def test_every_check_has_its_question():
 def test_verdicts_tell_failed_from_not_run():
     fine = run("pendulum")
     assert {row.name: row.said for row in verdicts(fine) if row.verdict == "not applicable"} == {
-        "CONTACT": "no stop and no joint with clearance", "PENETRATION": "no stop and no joint with clearance",
+        "CONTACT": "no stop, no joint with clearance and no rope", "PENETRATION": "no stop and no joint with clearance",
         "UNBUCKLED": "no beam and no cable", "MESH": "no beam and no cable", "CROSSED": "no strut",
         "LINEAR": "no modal link",
         "STEPS": "a whole finer run was compared",
