@@ -118,6 +118,11 @@ class StudyResult:
         return "\n\n".join(map(str, self.tables or ([metrics_table(self.metrics)] if self.metrics else [])))
 
 
+def judged(wrong: Sequence[str], message: str = "") -> dict[str, Any]:
+    """Status and message of a study: SUSPECT where something is wrong, told in that many sentences."""
+    return {"status": "SUSPECT" if wrong else "OK", "message": "; ".join(wrong) or message}
+
+
 def metrics_table(metrics: Mapping[str, Metric]) -> Table:
     """One row a metric; columns nobody fills are left out."""
     rows = [(name, *_printed(m), None if m.error is None else relative(m.error)) for name, m in metrics.items()]

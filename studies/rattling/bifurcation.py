@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 
 from buckler.mbs import Mechanism
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import COLOURS, Figure, subplots
 from buckler.studies.rattling.bifurcation_points import (
     AXES,
@@ -68,10 +68,9 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
         growth = Growth(*map(np.stack, parts))
     points = [read(p, f, found[i * p.seeds : (i + 1) * p.seeds]) for i, f in enumerate(mechanisms)]
     wrong = [f"{p.over} = {value:.4g}: {note}" for value, x in zip(p.values, points, strict=True) for note in x.notes]
-    checks: dict[str, Any] = {"status": "SUSPECT", "message": "; ".join(wrong)} if wrong else {}
     return StudyResult(
         parameters=p,
-        **checks,
+        **judged(wrong),
         metrics=_metrics(p, base, points, growth),
         signals=_signals(p, mechanisms, points, growth),
         tables=[_table(p, mechanisms, points), _growth_table(p, base, growth)],

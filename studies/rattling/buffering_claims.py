@@ -24,7 +24,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from buckler.studies.kit.parameters import integer, quantities, quantity, text
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import COLOURS, Figure, subplots
 from buckler.studies.rattling import world_shares
 from buckler.studies.rattling.assumptions import BODIES, ModalAssumptions
@@ -110,8 +110,7 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     over_worlds = _over_worlds(p, progress)
     return StudyResult(
         parameters=p,
-        status="SUSPECT" if wrong else "OK",
-        message="; ".join(wrong),
+        **judged(wrong),
         metrics=metrics | over_worlds.metrics,
         signals=over_worlds.signals,
         work={"turns": len(every) * len(ROCKERS) * p.members * (p.settle + p.cycles)},

@@ -38,7 +38,7 @@ from buckler.studies.kit.precision import (
     series_in,
 )
 from buckler.studies.kit.published import DAMPING_UNITS
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import Figure, subplots
 from buckler.studies.rattling.assumptions import Assumptions
 from buckler.studies.rattling.clearance import CrankRockerParameters
@@ -240,8 +240,7 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
             _statistics_table(compared),
             bars_table({name: ratio.bar for name, ratio in RATIOS.items()}, metrics, "ratio of run times"),
         ],
-        status="SUSPECT" if wrong else "OK",
-        message="; ".join(wrong) or _sentence(found),
+        **judged(wrong, _sentence(found)),
     )  # fmt: skip
 
 

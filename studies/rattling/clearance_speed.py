@@ -20,7 +20,7 @@ import numpy as np
 
 from buckler.mbs import Controlled, Exudyn, Mechanism, Result, simulate
 from buckler.studies.kit.parameters import integer, quantities
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.statistics import mean, power_law
 from buckler.studies.kit.style import COLOURS, Figure, subplots
 from buckler.studies.rattling.bars import RockerParameters
@@ -151,7 +151,6 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     engine = np.array([on_engine(p, seed) for seed in progress(seeds, label="engine")])
     metrics, wrong = _metrics(p, grid, points, here, engine)
     wrong += [f"FAILED: {1e3 * c:g} mm, {w:g} rad/s" for (c, w), x in zip(grid, points, strict=True) if not np.isfinite(x.depth)]
-    checks: dict[str, Any] = {"status": "SUSPECT", "message": "; ".join(wrong)} if wrong else {}
     shape = len(p.clearances), len(p.speeds)
     signals = {
         "clearance": np.array(p.clearances),
@@ -166,7 +165,7 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     tables = [_table(p, grid, points, np.tile(rigid, (len(p.clearances), 1))), _powers_table(p, metrics)]
     if engine.size:
         tables.append(_engine_table(p, metrics))
-    return StudyResult(parameters=p, **checks, metrics=metrics, signals=signals, tables=tables)
+    return StudyResult(parameters=p, **judged(wrong), metrics=metrics, signals=signals, tables=tables)
 
 
 def _metrics(

@@ -22,7 +22,7 @@ import numpy as np
 
 from buckler.studies.kit.parameters import choice, choices, integer, quantities, quantity
 from buckler.studies.kit.published import DAMPING_UNITS
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import COLOURS, Figure, subplots
 from buckler.studies.rattling import world
 from buckler.studies.rattling.bars import flexible
@@ -91,8 +91,7 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     error = {gravity: np.array([each.error for each in some]) for gravity, some in found.items()}
     return StudyResult(
         parameters=p,
-        status="SUSPECT" if wrong else "OK",
-        message="; ".join(wrong),
+        **judged(wrong),
         metrics=_metrics(p, value, error),
         signals={f"{kind}_{gravity:g}": x[gravity] for kind, x in (("ratio", value), ("error", error)) for gravity in GRAVITIES},
         work={"turns": 2 * (1 + len(grid)) * p.members * (p.settle + p.cycles)},

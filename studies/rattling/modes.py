@@ -21,7 +21,7 @@ from buckler import mbs
 from buckler.mbs import Modal
 from buckler.mbs.modal import FreeModes
 from buckler.studies.kit.parameters import choices, integer, quantity
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import COLOURS, Figure, subplots
 from buckler.studies.rattling.buffering_measures import CLAIMS, Claim, EnsembleParameters, Ratio, mean, ratio, trouble
 from buckler.studies.rattling.mode_sets import BENDING, MESH, NAMES, SETS, beam_frequencies, counted, damped, flexibility, section
@@ -110,8 +110,7 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     tables = [_modes_table(depth) for depth in p.in_plane_depth]
     return StudyResult(
         parameters=p,
-        status="SUSPECT" if wrong else "OK",
-        message="; ".join(wrong),
+        **judged(wrong),
         metrics=metrics,
         work={"turns": len(found) * p.members * (p.settle + p.cycles)},
         tables=[*tables, *(_table(metrics, p, case) for case in cases(p)), *_check_table(metrics, p)],

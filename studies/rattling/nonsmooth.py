@@ -19,7 +19,7 @@ import numpy as np
 
 from buckler.mbs import Controlled, Exudyn, Mechanism, Result, simulate
 from buckler.studies.kit.parameters import StudyParameters, choices, quantities, quantity
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import COLOURS, Figure, subplots
 from buckler.studies.rattling.nonsmooth_cases import ARM, CLEARANCE, CRANK, ROD, fourbar, slider_crank
 from buckler.studies.rattling.siconos import FOURBAR, SLIDER_CRANK
@@ -96,8 +96,7 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
         if not stiffest < CLOSE:
             wrong.append(f"{name}: {stiffest:.2g} of the crank's length apart at the stiffest, allowed {CLOSE:g}")
     metrics["slider-crank.schemes"] = Metric(schemes_apart() / ARM, "1")
-    checks: dict[str, Any] = {"status": "SUSPECT", "message": "; ".join(wrong)} if wrong else {}
-    return StudyResult(parameters=p, metrics=metrics, signals=signals, tables=[_table(rows, metrics, p)], **checks)
+    return StudyResult(parameters=p, metrics=metrics, signals=signals, tables=[_table(rows, metrics, p)], **judged(wrong))
 
 
 def _simulated(p: Parameters, mechanism: Mechanism, duration: float) -> Result:

@@ -19,7 +19,7 @@ from buckler import mbs
 from buckler.mbs import Mechanism, Result
 from buckler.mbs.elements.clearance import clearances, contact, states
 from buckler.studies.kit.parameters import integer, quantity
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import Figure, subplots
 from buckler.studies.rattling.assumptions import BODIES
 from buckler.studies.rattling.clearance import COLOURS, STEPS_A_TURN, CrankRockerParameters, label
@@ -152,9 +152,8 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
             wrong.append(f"{name}: the relative error of the jumps is {share}; choose a smaller jump_error")
     headers = ["rocker", "joint", "surface", "deepest [um]", "volume [mm^3]", "error", "scatter"]
     notes = NOTES.format(measured=p.measured_turns, k=p.wear_coefficient, stated=p.stated())
-    status: dict[str, Any] = {"status": "SUSPECT", "message": "; ".join(wrong)} if wrong else {}
     table = Table(headers, rows, f"Wear after {p.turns:g} turns, {1e3 * p.clearance:g} mm clearance at first", notes)
-    return StudyResult(parameters=p, metrics=metrics, signals=signals, tables=[table], **status)
+    return StudyResult(parameters=p, metrics=metrics, signals=signals, tables=[table], **judged(wrong))
 
 
 def volume(p: Parameters, depth: Array, side: int) -> float:

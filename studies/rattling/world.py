@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from buckler.studies.kit.parameters import integer, quantity
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, metrics_table
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, judged, metrics_table
 from buckler.studies.kit.style import Figure, plain_ticks, subplots
 from buckler.studies.rattling.assumptions import ModalAssumptions
 from buckler.studies.rattling.bars import FourBarParameters, flexible
@@ -78,8 +78,7 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
         metrics[f"{claim.name}.ratio"] = Metric(over.value, "1", error=over.error / over.value)
     return StudyResult(
         parameters=p,
-        status="SUSPECT" if wrong else "OK",
-        message="; ".join(wrong),
+        **judged(wrong),
         metrics=metrics,
         work={"turns": 2 * p.members * (p.settle + p.cycles)},
         tables=[replace(metrics_table(metrics), notes=f"{p.stated()}.")],

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from buckler.studies.kit.parameters import integer, quantities, quantity, specs
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import COLOURS, Figure, subplots
 from buckler.studies.striking import strike
 from buckler.studies.striking.assumptions import StrikeAssumptions
@@ -95,11 +95,10 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     for name, bar in (("sine", SINE_TO), ("closed", CLOSED_TO)):
         if not abs(metrics[f"{name}.median"].value - 1) <= bar:
             wrong.append(f"{name.upper()}: median peak {metrics[f'{name}.median'].value:.3g} of the simulation's")
-    checks: dict[str, Any] = {"status": "SUSPECT", "message": "; ".join(wrong)} if wrong else {}
     numbers = {name: np.array([getattr(x.numbers, name) for x in points]) for name in ("rate", "bow", "strength", "way")}
     return StudyResult(
         parameters=p,
-        **checks,
+        **judged(wrong),
         metrics=metrics,
         signals={
             **numbers,

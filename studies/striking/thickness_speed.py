@@ -25,7 +25,7 @@ import numpy as np
 
 from buckler.studies.kit.parameters import choices, integer, quantities, quantity, specs
 from buckler.studies.kit.published import CONTACT_FORCES
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, relative
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged, relative
 from buckler.studies.kit.style import COLOURS, Figure, subplots
 from buckler.studies.striking import slider_crank
 from buckler.studies.striking.assumptions import StrikeAssumptions
@@ -146,11 +146,10 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     cases = [read(row, case.models[0], case.speed) for row, case in zip(rows, given, strict=True)]
     grid = np.array(cases, dtype=object).reshape(len(p.models), len(p.thicknesses), 1 + len(p.speeds), len(GridCase._fields))
     metrics, wrong = _metrics(p, grid)
-    checks: dict[str, Any] = {"status": "SUSPECT", "message": "; ".join(wrong)} if wrong else {}
     kept = {name: grid[..., i].astype(float) for i, name in enumerate(GridCase._fields) if name not in ("state", "message")}
     return StudyResult(
         parameters=p,
-        **checks,
+        **judged(wrong),
         metrics=metrics,
         signals={"state": _column(grid, "state").astype(str), **kept},
         work={"cases": len(cases), "cases_wall_s": sum(row.wall_s for row in rows)},

@@ -28,7 +28,7 @@ from scipy import stats
 from buckler.mbs.library import PAPER_STOP
 from buckler.studies.kit.parameters import choice, choices, integer, quantity
 from buckler.studies.kit.published import DAMPING_UNITS
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.statistics import mean, power_law
 from buckler.studies.kit.style import COLOURS, Figure, subplots
 from buckler.studies.rattling.bars import RockerParameters
@@ -163,10 +163,9 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     models = {"slider-crank": slider_crank, "crank-rocker": crank_rocker}
     parts = {name: models[name](parameters, progress) for name in parameters.mechanism}
     notes = [f"{name}: {note}" for name, part in parts.items() for note in part.notes]
-    checks: dict[str, Any] = {"status": "SUSPECT", "message": "; ".join(notes)} if notes else {}
     return StudyResult(
         parameters=parameters,
-        **checks,
+        **judged(notes),
         metrics={f"{name}.{key}": metric for name, part in parts.items() for key, metric in part.metrics.items()},
         signals={f"{name}.{key}": values for name, part in parts.items() for key, values in part.signals.items()},
         tables=[table for part in parts.values() for table in part.tables],

@@ -22,7 +22,7 @@ import numpy as np
 from buckler.elastica.hoff import Hoff
 from buckler.mbs import Beam, Controlled, Drive, Exudyn, Guide, Link, Mechanism, Result, Revolute, Section, simulate
 from buckler.studies.kit.parameters import StudyParameters, integer, quantities, quantity
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import COLOURS, Figure, subplots
 
 AGREES_TO = 0.03
@@ -108,11 +108,10 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
             wrong.append(f"{name}: {result.message}")
         elif rate <= FIRST_MODE and abs(found / first - 1) > AGREES_TO:
             wrong.append(f"{name}: the beam peaks {_percent(found / first - 1)} off the first mode")
-    status: dict[str, Any] = {"status": "SUSPECT", "message": "; ".join(wrong)} if wrong else {}
     headers = ["rate s [1]", "bow / gyration [1]", "speed [m/s]", "beam", "first mode", "relative difference", "Airy", "status"]
     notes = "Peaks are over the critical load. The Airy functions leave out that bending shortens the strip: good for small bows."
     table = Table(headers, rows, "Peak force of a strip whose ends approach at constant speed", notes)
-    return StudyResult(parameters=p, metrics=metrics, signals=signals, tables=[table], **status)
+    return StudyResult(parameters=p, metrics=metrics, signals=signals, tables=[table], **judged(wrong))
 
 
 def _percent(share: float) -> str:

@@ -24,7 +24,7 @@ from buckler.mbs.library import PAPER
 from buckler.studies.kit.parameters import StudyParameters, integer, quantity
 from buckler.studies.kit.precision import Series, as_signals, draw, footnote, mark, measure, outcomes
 from buckler.studies.kit.published import STRIP_WIDTH
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import Figure, subplots
 
 Array = np.ndarray[Any, Any]
@@ -90,8 +90,7 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     signals = {"shortening": SHORTENINGS, **{f"load.{name}": curve.load for name, curve in curves.items()}}
     return StudyResult(
         parameters=parameters,
-        status="SUSPECT" if lost else "OK",
-        message="; ".join(lost) or sentence,
+        **judged(lost, sentence),
         metrics=_metrics(series, curves, beam, plain, equal),
         signals=signals | as_signals(series, ".elements", int),
         tables=[_table(series, curves, plain, f"{sentence}\n{footnote(parameters)}")],

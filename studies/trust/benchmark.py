@@ -23,7 +23,7 @@ from buckler.mbs.library import PAPER
 from buckler.studies.kit.parameters import StudyParameters, choices, integer
 from buckler.studies.kit.precision import footnote
 from buckler.studies.kit.published import STRIP_WIDTH
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import COLOURS, Figure, subplots
 from buckler.studies.strips.static_precision import SHORTENINGS
 
@@ -176,8 +176,7 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     headers = ["job", "Buckler's error", "Buckler's time [ms]", "baseline's error", "baseline's time [ms]", "baseline/ours"]
     return StudyResult(
         parameters=parameters,
-        status="SUSPECT" if wrong else "OK",
-        message="; ".join(wrong) or " ".join(sentences),
+        **judged(wrong, " ".join(sentences)),
         metrics=metrics,
         tables=[Table(headers, rows, "Benchmark: ours and the baseline of each job, in turn", footnote(parameters))],
     )

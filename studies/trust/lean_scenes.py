@@ -42,7 +42,7 @@ from buckler.mbs.solvers.exudyn import Exudyn
 from buckler.studies.kit.parameters import StudyParameters, choices, integer
 from buckler.studies.kit.precision import footnote
 from buckler.studies.kit.published import CONTACT_DAMPING, CONTACT_STIFFNESS, STRIP_WIDTH
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import COLOURS, Figure, subplots
 
 BASE, AGAIN = "nothing optional", "nothing, again"
@@ -166,8 +166,7 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
             metrics[f"{name}.{part}.ratio"] = Metric(cost.run, "1")
     return StudyResult(
         parameters=parameters,
-        status="SUSPECT" if wrong else "OK",
-        message="; ".join(wrong),
+        **judged(wrong),
         metrics=metrics,
         signals={
             f"{name}.{part}": np.array([cost.run, cost.step]) for name, parts in costs.items() for part, cost in parts.items()

@@ -18,7 +18,7 @@ from buckler.mbs import Clearance, Drive, Guide, Link, Mechanism, Ramp, Rigid, S
 from buckler.mbs.laws import Hertz, Impact, KelvinVoigt, NormalLaw, delivered
 from buckler.studies.kit.parameters import StudyParameters, choices, quantities, quantity
 from buckler.studies.kit.published import CONTACT_DAMPING, DAMPING_UNITS
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import COLOURS, Figure, subplots
 
 HYSTERESIS = (
@@ -156,10 +156,9 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     metrics["largest_difference"] = Metric(float(np.nanmax(off)), "1")
     metrics["energy_balance"] = Metric(max(d.energy_balance for d in drops), "1")
     wrong = [f"{d.name}: {d.message or f'off by {o:.1e}'}" for d, o in zip(drops, off, strict=True) if not o <= AGREES_TO]
-    checks: dict[str, Any] = {"status": "SUSPECT", "message": "; ".join(wrong)} if wrong else {}
     return StudyResult(
         parameters=parameters,
-        **checks,
+        **judged(wrong),
         metrics=metrics,
         signals={name: np.array([getattr(d, name) for d in drops]) for name in ("asked", "found", "exact")},
         work={name: sum(getattr(d, name) for d in drops) for name in ("steps", "evaluations")},
