@@ -57,6 +57,11 @@ def test_closed_joints_repeat_themselves():
     assert (found.mean("force") > 5000).all()  # the closing of the gap at each reversal
 
 
+def test_loose_steps_are_looked_at_in_between():
+    """Their ends alone miss peaks of closed joints by 4 %, and the energy by 2e-3."""
+    assert ensemble(CLOSED, 1, [0], settle=0, tolerance=1e-6).balances[0] < 3e-4
+
+
 def test_a_pin_deeper_than_its_clearance_is_suspect_and_modes_start_at_rest():
     assert ensemble(PlayParameters(clearance=5e-6).bars(), 1, [0], settle=0).outcomes == (Status.SUSPECT,)
     large = ensemble(RockerParameters(rocker="modal", damping_unit="N.s/mm").bars(), 1, [0], settle=0, spread=2.5e-5)
