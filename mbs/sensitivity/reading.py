@@ -24,7 +24,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial import Polynomial
-from scipy.optimize import brentq
 
 from buckler.mbs.expressions import CONSTANTS, parse
 from buckler.mbs.mechanism import Mechanism
@@ -163,6 +162,8 @@ class Smooth(Curve):
         return float(hermite(self.time, self.x, self.slopes, np.asarray(when))[0])
 
     def _root(self, k: int, value: float) -> float:
+        from scipy.optimize import brentq  # it takes a while to load, and few need it
+
         cubic = self._cubic(k)
         part = brentq(lambda y: float(cubic(y)) - value, 0.0, 1.0, xtol=1e-15)
         return float(self.time[k] + part * (self.time[k + 1] - self.time[k]))
