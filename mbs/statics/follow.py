@@ -49,7 +49,7 @@ class Path(Answer):
     points : list of Critical
         Limits, branchings and flutter points in their order.
     errors : dict of str to array
-        Of `limits`, `branchings`, `flutter`: what a higher degree of the strips changes; and of `end`, the places at the end.
+        Of `limits`, `branchings`, `flutter`: what a higher degree of the strips changes; of `end`, if it was reached, in places.
     branches : list of Path
         Paths that leave its branchings, where they were asked for.
     """
@@ -228,6 +228,8 @@ def _errors(one: Path, other: Path) -> dict[str, Array]:
         count = max(len(a), len(b))
         padded = [np.concatenate([x, np.full(count - len(x), np.nan)]) for x in (a, b)]
         out[name] = np.nan_to_num(np.abs(padded[0] - padded[1]), nan=np.inf)
+    if one.ended != "reached" or other.ended != "reached":  # they do not end at the same parameter
+        return out
     link = next(link for link in one.scene.mechanism.links if not link.body.massless)
     ends = np.array(
         [[places(each.scene, each.q[-1], link.name, point).position for point in link.points] for each in (one, other)]
