@@ -74,7 +74,7 @@ class Tangent:
 
 @dataclass(frozen=True)
 class Spectrum:
-    """Eigenvalues of a tangent, lowest first.
+    """Eigenvalues of a tangent, lowest first; what decays without swinging comes last.
 
     Attributes
     ----------
@@ -121,7 +121,8 @@ def spectrum(tangent: Tangent, near: float = 0.0) -> Spectrum:
         return Spectrum(np.empty(0, complex), np.empty((len(tangent.mass), 0), complex), np.empty(0))
     values, left, right, inverse, shift = _damped(m, c, k) if c.any() else _undamped(m, k, near)
     rounding = np.maximum(inverse, _rounding(tangent, values, tangent.test @ left, tangent.free @ right))
-    order = np.argsort(np.abs(values), kind="stable")
+    creeps = (values.imag == 0.0) & (values.real < -rounding)  # a damped strip has no end of them near -1/(retardation time)
+    order = np.lexsort((np.abs(values), creeps))
     return Spectrum(values[order], (tangent.free @ right)[:, order], rounding[order], shift)
 
 

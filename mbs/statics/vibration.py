@@ -23,7 +23,7 @@ GOAL = 1e-8
 
 @dataclass(frozen=True)
 class Frequencies(Answer):
-    """Small motions about a state: exp(s t), lowest |s| first; rigid motions, s = 0, among them.
+    """Small motions about a state: exp(s t), lowest |s| first, rigid motions among them; decay without swinging comes last.
 
     Attributes
     ----------
@@ -145,7 +145,7 @@ class _State:
 def _ladder(state: _State, count: int, fixed: bool) -> Frequencies:
     """Raise the degree until the frequencies do not change."""
     found = state.spectrum()
-    errors = found.rounding[:count]
+    errors, before = found.rounding[:count], np.inf
     while has_strips(state.problem.scene):
         try:
             finer = state.finer()
@@ -163,7 +163,9 @@ def _ladder(state: _State, count: int, fixed: bool) -> Frequencies:
             break
         state, found = finer, new
         relative = float(np.max(change / np.maximum(np.abs(new.values[:count]), 1e-300), initial=0.0, where=~new.neutral[:count]))
-        if relative <= GOAL or (change <= rounding).all() or state.problem.scene.degree > max(HIGHEST, 3 * count):
+        stalled = relative < 1e-5 and relative > 0.5 * before  # by rounding of the state itself
+        before = relative
+        if stalled or relative <= GOAL or (change <= rounding).all() or state.problem.scene.degree > max(HIGHEST, 3 * count):
             break
     return _frequencies(state, found, errors, count)
 

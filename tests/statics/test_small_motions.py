@@ -140,3 +140,15 @@ def test_a_pinned_and_guided_strip_past_its_load_grows():
 def test_a_count_that_makes_no_sense_is_refused(count):
     with pytest.raises(ValueError, match="count = "):
         frequencies(strip(Section(0.02, 0.01), ("clamped", "free")), count=count)
+
+
+def test_a_strip_that_creeps_keeps_its_vibrations_first():
+    """Of Kelvin and Voigt's strip the higher modes creep, ever more of them near s = -1/(retardation time)."""
+    section = Section(0.02, 0.005)
+    plain = frequencies(strip(section, ("clamped", "free")), count=1).angular[0]
+    damped = section.damped(0.3, LENGTH)
+    found = frequencies(strip(damped, ("clamped", "free")), count=2)
+    share = damped.material.bending_damping * plain / 2
+    assert found.names[0] == "vibration"
+    assert found.damping[0] == pytest.approx(share, rel=1e-3)
+    assert found.angular[0] == pytest.approx(plain * np.sqrt(1 - share**2), rel=1e-3)
