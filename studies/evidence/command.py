@@ -102,7 +102,7 @@ def _apart(number: Quoted, old: Mapping[str, Any], new: Mapping[str, Any]) -> It
 
 def _alike(was: Any, now: Any) -> bool:
     """Whether two cells of a table say the same: within two standard errors of the difference where they have them."""
-    cells = [re.fullmatch(r"(-?[\d.]+) ± ([\d.]+)", str(cell)) for cell in (was, now)]
+    cells = [re.fullmatch(r"(-?[\d.]+) ± ([\d.]+)\D*", str(cell)) for cell in (was, now)]
     if None in cells:
         return bool(was == now)
     (a, e), (b, f) = ((float(cell[1]), float(cell[2])) for cell in cells if cell)

@@ -45,6 +45,9 @@ ITEMS: dict[str, Item] = {
     ),
     "paper-figures": Item("paper-figures", figures={"figure": "paper-figures"}),
     "experiments": Item("experiments", needs_data=True, figures={"figure": "experiments"}),
+    "buffering-claims": Item(
+        "buffering-claims", {"members": 3, "cycles": 3, "worlds": 0, "clearance": (1e-4,), "in_plane_depth": (0.02,)}
+    ),
     "gravity-flip": Item("gravity-flip", figures={"figure": "gravity-flip"}),
     "elastica-law": Item("elastica-law"),
     "contact-force-table": Item("contact-force-table"),
