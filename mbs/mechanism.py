@@ -22,6 +22,7 @@ from buckler.mbs.declare import (
     Several,
     Vector,
     build,
+    choice,
     declared,
     field,
     fields_written,
@@ -126,6 +127,11 @@ class Mechanism(Declared):
         "given at t = 0: of a link's turning, rad/s, or of a point, m/s",
         default_factory=dict,
     )
+    start: str = choice(
+        "unstrained", "settled", default="unstrained",
+        doc="how strips start: 'unstrained', as straight as they are drawn at the speeds of rigid links, which lets them ring "
+        "along themselves, or 'settled', so that they do not",
+    )  # fmt: skip
     gravity: Pair = vector("m/s^2", doc="in the plane; zero also stands for gravity normal to it", default=(0.0, 0.0))
     near: Mapping[str, Pair] = field(
         Named(Vector("m"), "points"),

@@ -15,8 +15,10 @@ from typing import Any
 import numpy as np
 
 from buckler.mbs.accuracy.aim import PLACES, Aim
+from buckler.mbs.accuracy.deliver import deliver as climb
 from buckler.mbs.accuracy.delivery import Task, judged
-from buckler.mbs.accuracy.difference import COARSEST, FINEST
+from buckler.mbs.accuracy.goal import COARSEST, FINEST, Asked
+from buckler.mbs.accuracy.ladder import ladder_of
 from buckler.mbs.accuracy.refine import refine, refined
 from buckler.mbs.accuracy.verify import verify as compare
 from buckler.mbs.accuracy.ways import deliver
@@ -81,8 +83,10 @@ def simulate(
         What the accuracy is asked of: "places", the motion, as `mbs.accuracy.difference` measures it; "forces", all forces and
         torques; or signals by their names, as `mbs.accuracy.by_signal` measures them.
     solver : Exudyn, Spectral or Closure, optional
-        Solver and its settings, instead of an accuracy. By default `Closure()` where joints and drives alone decide the motion,
-        else `Exudyn()`, whose settings suit any scene.
+        Solver and its settings. Alone it runs once. With an accuracy it climbs its own ladder: finer in time, and with strips in
+        space, until the error of what `of` names is what was asked; `of` may then be "means" too, forces that ring as means over
+        their axial period. By default `Closure()` where joints and drives alone decide the motion, else `Exudyn()`, whose
+        settings suit any scene.
     verify : bool
         Also run another solver, `Exudyn` for `Spectral` and `Spectral` for the others, and put the difference into the result's
         `verified`. One beyond the sum of both estimates, or without an accuracy beyond 5 %, is SUSPECT, SOLVERS in the message.
@@ -110,7 +114,7 @@ def simulate(
     """
     one_of("mechanism", mechanism, (Mechanism,))
     duration = float(positive("duration", duration, "s"))
-    aim = Aim(of)
+    aim = Aim(of if solver is None or accuracy is None else PLACES)
     if accuracy is None and not aim.motion:
         raise ValueError(f"of = {short(of)}: no accuracy; give accuracy = 1e-3, or another from {FINEST:g} to {COARSEST:g}")
     if timeout is not None:
@@ -141,14 +145,16 @@ def simulate(
         if accuracy is None:
             found = refine(mechanism, duration, run)
             return checked(found.delivery.run, lambda result: refined(result, found, perf_counter() - start))
+        if solver is not None:
+            own = Asked(accuracy, of)
+            climbed = climb(ladder_of(mechanism, duration, accuracy, solver), own, run)
+            return checked(climbed.run, lambda result: climbed.complete(result, own, perf_counter() - start))
         task = Task(mechanism, duration, accuracy, aim)
         delivery = deliver(task, run)
         return checked(delivery.run, lambda result: judged(result, delivery, task, perf_counter() - start))
 
     if accuracy is not None:
         number("accuracy", accuracy, FINEST, COARSEST, "1")
-        if solver is not None:
-            raise ValueError(f"accuracy = {accuracy:g} and solver: give one of them; an accuracy chooses the settings itself")
     try:
         return asked()
     except KeyboardInterrupt as stop:

@@ -9,11 +9,11 @@ an affordable step tells. What is given is the force without it: the mean over a
 from __future__ import annotations
 
 from collections.abc import Mapping
-from math import pi, sqrt
 from typing import Any
 
 import numpy as np
 
+from buckler.mbs.kinematics.inertias import axial_period
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.units import FORCES
 
@@ -24,20 +24,6 @@ UNRESOLVED, RINGS = {"": 0.3, ".peak": 0.3, ".rms": 0.1}, 4
 """Errors of a force that rings, of its peak and of its mean square, where an axial period has fewer steps than this: peaks were
 off by 0.1 to 0.21, mean squares by 0.06."""
 OF_CONTACT = ("contact_force", "normal_force", "friction_force", "force")
-
-
-def mechanism_mass(mechanism: Mechanism) -> float:
-    """Mass of all links, sliders and point masses, kg."""
-    links = [link.mass(mechanism.length(link.name)) for link in mechanism.links if not link.body.massless]
-    return sum(links) + sum(guide.mass for guide in mechanism.guides) + sum(mass.mass for mass in mechanism.masses)
-
-
-def axial_period(mechanism: Mechanism) -> float:
-    """Longest period of axial vibration, s: of a flexible link as a spring that holds all mass there is; 0 without any."""
-    mass = mechanism_mass(mechanism)
-    bodies: list[tuple[Any, float]] = [(link.body, mechanism.length(link.name)) for link in mechanism.links]
-    springs = [(body.section.axial_stiffness, length) for body, length in bodies if body.flexible]
-    return max((2 * pi * sqrt(mass * length / stiffness) for stiffness, length in springs), default=0.0)
 
 
 def told(mechanism: Mechanism) -> str:

@@ -7,10 +7,10 @@ from functools import cached_property
 from math import ceil, hypot, log2, pi, sqrt, tan
 from typing import Any
 
-from buckler.mbs.accuracy.band import axial_period
 from buckler.mbs.elements.clearance import clearances
 from buckler.mbs.elements.drive import Ramp
 from buckler.mbs.elements.element import kinks_of
+from buckler.mbs.kinematics.inertias import axial_period
 from buckler.mbs.kinematics.linkage import turning_speed
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.solvers.choice import is_loose

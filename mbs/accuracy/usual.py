@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from buckler.mbs.accuracy.band import mechanism_mass
 from buckler.mbs.accuracy.by_signal import Signals, by_signal
 from buckler.mbs.elements.clearance import clearances
+from buckler.mbs.kinematics.inertias import mechanism_mass
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.result import Result
 from buckler.mbs.units import FORCES

@@ -8,7 +8,7 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 
 from buckler.mbs.declare import Quantity, Several, declared, field, names, part, quantity
-from buckler.mbs.elements.element import GROUND, Array, Depth, Energy, Joint, Kind, Parts, Recorded, Signal, left
+from buckler.mbs.elements.element import GROUND, Array, Depth, Energy, Joint, Kind, Parts, Recorded, Signal, left, onsets
 from buckler.mbs.elements.journal import BRISTLE, HARMONICS, ONSET, SINCE, SLIDING, meet, profile
 from buckler.mbs.elements.rows import Row, meets
 from buckler.mbs.laws import BristleLaw, FrictionLaw, NoFriction, NormalLaw
@@ -119,7 +119,8 @@ class Clearance(Joint):
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield the force on the second body, what contact and friction exert, N, and where the pin is in its bush."""
         found, point = contact(self, *states(self, record), record.channel(name, "memory"), record.time), self.point
-        yield Signal(f"{name}.fx", -found.fx, "N", Kind.CONTACT, f"{name}.f")
+        touched = onsets(record.time, found.depth, found.rate)
+        yield Signal(f"{name}.fx", -found.fx, "N", Kind.CONTACT, f"{name}.f", onsets=touched)
         yield Signal(f"{name}.fy", -found.fy, "N", Kind.CONTACT, f"{name}.f")
         yield Signal(f"{point}.normal_force", found.normal, "N", Kind.CONTACT)
         yield Signal(f"{point}.friction_force", found.tangential, "N", Kind.FRICTION)

@@ -52,22 +52,27 @@ class Trait(NamedTuple):
         Name of the signal that is its rate.
     scale : float
         What its errors are relative to, where the element knows it: the clearance of a joint.
+    period : float
+        s, over which the signal is a mean; 0 of a signal as computed.
     """
 
     kind: Kind
     group: str = ""
     rate: str = ""
     scale: float = 0.0
+    period: float = 0.0
 
 
 class Signal(NamedTuple):
-    """A named series and what it is; kind, group, rate and scale as in `Trait`.
+    """A named series and what it is; kind, group, rate, scale and period as in `Trait`.
 
     Attributes
     ----------
     name : str
     values : array, shape (times,)
     unit : str
+    onsets : array, shape (contacts,)
+        Times, s, at which a contact closes or opens: its force jumps or has a kink there.
     """
 
     name: str
@@ -77,11 +82,32 @@ class Signal(NamedTuple):
     group: str = ""
     rate: str = ""
     scale: float = 0.0
+    period: float = 0.0
+    onsets: Array = np.empty(0)
 
     @property
     def trait(self) -> Trait:
         """What it is."""
-        return Trait(*self[3:])
+        return Trait(*self[3:-1])
+
+
+def onsets(time: Array, depth: Array, rate: Array) -> Array:
+    """Times, s, at which a depth passes zero, by the cubics through its samples and their rates.
+
+    Parameters
+    ----------
+    time, depth, rate : arrays, shape (times,)
+        s, m, m/s.
+    """
+    found = []
+    for k in np.flatnonzero((depth[:-1] > 0) != (depth[1:] > 0)):
+        h, start, end = time[k + 1] - time[k], depth[k], depth[k + 1]
+        before, after = h * rate[k], h * rate[k + 1]
+        bend, twist = 3 * (end - start) - 2 * before - after, before + after - 2 * (end - start)
+        roots = np.roots([twist, bend, before, start])
+        inside = roots.real[(np.abs(roots.imag) < 1e-9) & (roots.real >= 0) & (roots.real <= 1)]
+        found.append(time[k] + h * (inside[0] if len(inside) else start / (start - end)))
+    return np.array(found)
 
 
 class Energy(NamedTuple):

@@ -19,6 +19,7 @@ from buckler.mbs.elements.element import (
     Signal,
     known,
     left,
+    onsets,
     place,
     reaches,
     takes_moments,
@@ -191,8 +192,10 @@ class Stop(Element):
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield contact force, N, and penetration depth, m."""
-        yield Signal(f"{name}.contact_force", record.channel(name, "force")[:, 0], "N", Kind.CONTACT)
-        yield Signal(f"{name}.penetration", np.maximum(self.depth(record), 0.0), "m", Kind.CONTACT)
+        depth, rate = self.approach(record)
+        touched = onsets(record.time, depth, rate)
+        yield Signal(f"{name}.contact_force", record.channel(name, "force")[:, 0], "N", Kind.CONTACT, onsets=touched)
+        yield Signal(f"{name}.penetration", np.maximum(depth, 0.0), "m", Kind.CONTACT)
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
         """Yield the elastic potential, and what damping took."""

@@ -20,6 +20,7 @@ from buckler.mbs.engine.history import History, Remembering
 from buckler.mbs.engine.mass import attach
 from buckler.mbs.engine.placed import Placed, States
 from buckler.mbs.engine.registry import BODIES, connect
+from buckler.mbs.engine.settle import settle
 from buckler.mbs.engine.stop import StopContact
 from buckler.mbs.engine.strut import StrutSpring
 from buckler.mbs.kinematics.diagnosis import redundancies
@@ -206,6 +207,7 @@ def build(mechanism: Mechanism) -> Scene:
         group.locate(scene.system)
     for contact in scene.stops.values():
         contact.locate(scene)
+    settle(scene)
     return scene
 
 

@@ -2,10 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from buckler.mbs.elements.element import Array
+from buckler.mbs.laws import BristleLaw
 from buckler.mbs.record.record import Record
+
+BALANCE = 1e-2
+"""Energy balance, relative to the energy put through, beyond which a run is suspect."""
+AT_REST = 1e-6
+"""Way, in lengths of the largest link, below which nothing has moved in the whole run."""
+STRETCH, BRISTLE = 1e-5, 1e-4
+"""Ways, relative to the length, of stiff vibrations that nobody sees: of a strip along itself, of a slider on the bristles of its
+friction. Steps leave them out: the energy they held is lost, and so is that of the work they would have done."""
 
 
 def ledger(record: Record) -> dict[str, Array]:
@@ -36,3 +47,47 @@ def ledger(record: Record) -> dict[str, Array]:
     active = sum((value - value.min() if name in ("weight", "spring") else value) for name, value in held.items())
     throughput = np.maximum.accumulate(active + lost)
     return {**held, **taken, **given, "error": error, "throughput": throughput, **single}
+
+
+def put_through(record: Record, energy: Mapping[str, Array], signals: Mapping[str, Array]) -> tuple[float, float]:
+    """Energy put through, J, and the share of it that stiff vibrations that nobody sees may hold."""
+    through = max(float(energy["throughput"][-1]), _at_rest(record))
+    return through, 2 * (_unseen_stretch(record, signals) + _unseen_bristles(record, signals)) / through
+
+
+def size_of(record: Record) -> float:
+    """Longest link, m."""
+    return max(record.mechanism.length(link.name) for link in record.mechanism.links)
+
+
+def _at_rest(record: Record) -> float:
+    """Energy, J, of all links at a speed at which nothing moves in a run this long."""
+    mechanism, duration = record.mechanism, float(record.time[-1]) or 1.0
+    mass = sum(link.mass(mechanism.length(link.name)) for link in mechanism.links)
+    return mass * (AT_REST * size_of(record) / duration) ** 2 / 2
+
+
+def _unseen_stretch(record: Record, signals: Mapping[str, Array]) -> float:
+    """Largest axial strain energy, J, of strips whose axial strain nobody sees."""
+    total = 0.0
+    for link in record.mechanism.links:
+        if link.body.meshed:
+            stiffness = link.body.section.axial_stiffness
+            strain = float(np.abs(signals[f"{link.name}.axial_force"]).max()) / stiffness
+            if strain < STRETCH:
+                total += stiffness * record.mechanism.length(link.name) * strain**2 / 2
+    return total
+
+
+def _unseen_bristles(record: Record, signals: Mapping[str, Array]) -> float:
+    """Largest energy, J, of the bristles of sliders that they hold within a way nobody sees."""
+    total = 0.0
+    for guide in record.mechanism.guides:
+        if isinstance(guide.friction, BristleLaw):
+            energies = guide.energies(guide.key, record)
+            held = max(float(values.max()) for kind, name, values in energies if (kind, name) == ("held", "contact"))
+            drags = [signals.get(f"{owner}.friction_force", np.zeros(1)) for owner in (guide.point, guide.key)]
+            force = max(float(np.abs(drag).max()) for drag in drags)
+            if 2 * held < BRISTLE * size_of(record) * force:
+                total += held
+    return total

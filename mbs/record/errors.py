@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from math import nan
 from typing import Any
 
@@ -23,24 +23,40 @@ class UnknownErrorError(ValueError, KeyError):
 class Errors(Mapping[str, float]):
     """Estimated relative errors of a result: `errors.motion` of all of it, `errors["B.contact_force"]` of a signal.
 
+    Each is a norm of the difference from finer runs, as `mbs.accuracy.compare` measures it, of the whole or up to `until`.
+
     Attributes
     ----------
     motion : float
-        Of places, shapes, impulses and journals, as `mbs.accuracy.difference` measures it; nan without an estimate.
+        The largest of all places; nan without an estimate.
     signals : mapping of str to float
-        Of each signal by its name, as `mbs.accuracy.by_signal` measures it. Of a place P also `P.peak`; of a force F `F.peak`,
-        `F.rms` and `F.impulse`, of which its own is the largest; of the force of a contact `F.onset`, the time of the first touch
-        over the run's; of energies `energy.kinetic` and so on, over the energy put through. Empty without an estimate.
+        Of each signal by its name: the root of its mean square over that of the signal, or over the range of a place. Of places
+        and forces also `F.peak`, which bounds the error of the largest value; of forces `F.impulse`; of contacts `F.onset`, how
+        much earlier or later they close or open, over the run; of energies `energy.kinetic` and so on, over the energy put
+        through. Empty without an estimate.
     kind : str
         What the estimate is made of, in words.
     elements : bool
         Whether what the elements of strips leave out is in it.
+    time, space : mapping of str to float
+        The parts of each: by the steps, and by the elements or the degree of strips.
+    until : float
+        Time, s, to which the motion is one trajectory and errors are told.
+    unresolved : tuple of str
+        Forces whose ringing the steps do not follow: their means, `F.mean`, are to be read.
+    notes : tuple of str
+        What else is to be known of the errors, in sentences.
     """
 
     motion: float = nan
     signals: Mapping[str, float] = field(default_factory=dict)
     kind: str = ""
     elements: bool = False
+    time: Mapping[str, float] = field(default_factory=dict)
+    space: Mapping[str, float] = field(default_factory=dict)
+    until: float = nan
+    unresolved: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
 
     @property
     def known(self) -> bool:
@@ -81,9 +97,14 @@ class Errors(Mapping[str, float]):
 
     def plain(self) -> dict[str, Any]:
         """As plain values, for a file."""
-        return {"motion": self.motion, "signals": dict(self.signals), "kind": self.kind, "elements": self.elements}
+        named = {spec.name: getattr(self, spec.name) for spec in fields(self)}
+        return {
+            name: dict(value) if isinstance(value, Mapping) else list(value) if isinstance(value, tuple) else value
+            for name, value in named.items()
+        }
 
     @classmethod
     def of(cls, plain: Mapping[str, Any]) -> Errors:
         """From what `plain` gave."""
-        return cls(**plain)
+        values: dict[str, Any] = {name: tuple(value) if isinstance(value, list) else value for name, value in plain.items()}
+        return cls(**values)

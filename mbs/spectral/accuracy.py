@@ -22,13 +22,14 @@ import numpy as np
 from numba.core.errors import NumbaError
 
 from buckler.mbs.accuracy.aim import MOTION
-from buckler.mbs.accuracy.band import axial_period, unresolved
+from buckler.mbs.accuracy.band import unresolved
 from buckler.mbs.accuracy.by_signal import by_energy, by_signal
 from buckler.mbs.accuracy.delivery import Delivering, Delivery, Task, comparable
 from buckler.mbs.accuracy.difference import difference
 from buckler.mbs.accuracy.predictable import predictable
 from buckler.mbs.accuracy.tolerance import left_with_play
 from buckler.mbs.elements.clearance import clearances
+from buckler.mbs.kinematics.inertias import axial_period
 from buckler.mbs.laws import BristleLaw, FrictionLaw
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.errors import Errors

@@ -19,6 +19,7 @@ from buckler.mbs.solvers.spectral import Spectral
 from buckler.mbs.solvers.steps import Controlled
 from buckler.mbs.spectral.run import State, integrate
 from buckler.mbs.spectral.scene import Scene
+from buckler.mbs.spectral.settle import begin as settled
 from buckler.mbs.spectral.tables import FASTEST, ONSET, TURN
 from buckler.mbs.validate import positive, whole
 
@@ -84,7 +85,7 @@ def lyapunov(
     positive("interval", interval, "s"), whole("count", count, 1, 10_000_000), whole("settle", settle, 0, 10_000_000)
     solver = solver or _fine()
     scene = Scene.of(mechanism, solver.degree)
-    state = state or State(0.0, scene.q0, scene.v0, scene.memory())
+    state = state or State(0.0, *settled(scene), scene.memory())
     begin, pace = state.time, max(1.0 / interval, float(np.abs(state.v / scene.units).max()))
     units = np.concatenate([scene.units, scene.units * pace]) if lengths is None else lengths
     n = scene.size
@@ -172,7 +173,7 @@ def poincare(
     positive("interval", interval, "s"), whole("count", count, 1, 10_000_000), whole("settle", settle, 0, 10_000_000)
     solver = solver or Spectral()
     scene = Scene.of(mechanism, solver.degree)
-    state, q, v = State(0.0, scene.q0, scene.v0, scene.memory()), [], []
+    state, q, v = State(0.0, *settled(scene), scene.memory()), [], []
     for k in range(settle + count):
         state = last_state(scene, state, (k + 1) * interval, solver)
         if k >= settle:

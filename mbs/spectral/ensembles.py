@@ -27,6 +27,7 @@ from buckler.mbs.spectral.output import STEPS
 from buckler.mbs.spectral.recording import record_of
 from buckler.mbs.spectral.run import State, integrate
 from buckler.mbs.spectral.scene import Scene
+from buckler.mbs.spectral.settle import begin as settled
 from buckler.mbs.spectral.tables import work_for
 from buckler.mbs.validate import one_of, positive, whole
 
@@ -96,7 +97,7 @@ def ensemble(
         raise ValueError("seeds = (): must be one number or more, one for each member")
     solver = one_of("solver", solver or Spectral(), (Spectral,))
     scene = Scene.of(mechanism, solver.degree)
-    start = State(0.0, scene.q0, scene.v0, scene.memory())
+    start = State(0.0, *settled(scene), scene.memory())
     shifts = [offset(scene, spread, seed) for seed in seeds]
 
     def member(k: int) -> T:

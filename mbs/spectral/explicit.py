@@ -32,17 +32,21 @@ from buckler.mbs.spectral.output import (
     FIXED_STEPS,
     FLOOR,
     GRAZE,
+    HELD,
     ITERATIONS,
     LONGEST,
     NOT_FINITE,
+    NOW,
     ONSETS,
     REJECTED,
     SAMPLES,
+    SKIPPED,
     STATUS,
     STEPS,
     TOLERANCE,
     TOO_MANY,
     UNDERFLOW,
+    WANTED,
     Output,
 )  # fmt: skip
 from buckler.mbs.spectral.strips import add_strips
@@ -222,7 +226,7 @@ def run_explicit(s, e, w, x, clock, end, stops, controls, out, counts):
 
 @aside
 def _run(s, e, w, x, clock, end, stops, controls, out, counts):
-    t, wanted, held, skipped = clock[0], clock[1], clock[2], int(clock[5])
+    t, wanted, held, skipped = clock[NOW], clock[WANTED], clock[HELD], int(clock[SKIPPED])
     tolerance, fixed, n = controls[TOLERANCE], controls[FIXED_STEPS] > 0.0, x.force.size
     shortest, landing = 1e-15 * end, max(1e-3 * tolerance, 1e-12) * x.units.max()
     row, every, nstop = 0, int(controls[EVERY]), 0
@@ -279,7 +283,7 @@ def _run(s, e, w, x, clock, end, stops, controls, out, counts):
             held = 0.0
         else:
             wanted = controls[FIRST_STEP]
-    clock[0], clock[1], clock[2], clock[5] = t, wanted, held, skipped
+    clock[NOW], clock[WANTED], clock[HELD], clock[SKIPPED] = t, wanted, held, skipped
     counts[SAMPLES] = row
 
 

@@ -25,16 +25,21 @@ from buckler.mbs.spectral.output import (
     FLOOR,
     GRAZE,
     LONGEST,
+    MADE,
     NOT_FINITE,
+    NOW,
     OK,
     ONSETS,
+    PREVIOUS,
     REJECTED,
     SAMPLES,
+    SKIPPED,
     STATUS,
     STEPS,
     TOLERANCE,
     TOO_MANY,
     UNDERFLOW,
+    WANTED,
 )  # fmt: skip
 from buckler.mbs.spectral.radau import PAST, REAL, ROUNDING, SLOW, error_of, newton, predict, put_back, renew_heavy, size_of
 from buckler.mbs.spectral.strips import elastic_stresses
@@ -253,7 +258,7 @@ def run_implicit(s, e, w, x, clock, end, stops, controls, out, counts):
 
 @aside
 def _run(s, e, w, x, clock, end, stops, controls, out, counts):
-    t, wanted, previous, made, skipped = clock[0], clock[1], clock[3], clock[4], int(clock[5])
+    t, wanted, previous, made, skipped = clock[NOW], clock[WANTED], clock[PREVIOUS], clock[MADE], int(clock[SKIPPED])
     tolerance, fixed, every = controls[TOLERANCE], controls[FIXED_STEPS] > 0.0, int(controls[EVERY])
     shortest, moment, landing = 1e-12 * end, 1e-13 * end, 1e-2 * tolerance * x.whole.max()
     row, nstop, fresh, grow, last_error, last_step = 0, 0, made == 0.0, 5.0, 0.0, 1.0
@@ -334,6 +339,6 @@ def _run(s, e, w, x, clock, end, stops, controls, out, counts):
         grow, last_error, last_step = 5.0, max(error, 1e-2), h
         if factor < SHORTER or factor > LONGER:
             wanted = max(wanted if h < 0.5 * wanted else 0.0, h * factor, 2.0 * shortest)
-    clock[0], clock[1], clock[3], clock[4], clock[5] = t, wanted, previous, made, skipped
+    clock[NOW], clock[WANTED], clock[PREVIOUS], clock[MADE], clock[SKIPPED] = t, wanted, previous, made, skipped
     counts[SAMPLES] = row
     w.mixed[0] = 0.0

@@ -10,6 +10,9 @@ Array = np.ndarray[Any, Any]
 OK, UNDERFLOW, NOT_FINITE, TOO_MANY = 0, 1, 2, 3
 STATUS, STEPS, REJECTED, JACOBIANS, ITERATIONS, SAMPLES, ONSETS, COUNTERS = 0, 1, 2, 3, 4, 5, 6, 8
 """Places in the counts."""
+NOW, WANTED, HELD, PREVIOUS, MADE, SKIPPED = 0, 1, 2, 3, 4, 5
+"""Places in the clock: time, s; length of the next step, s, and one held back by an onset; of the last step, and that of which
+the matrices are, 0 without; steps since the last row."""
 TOLERANCE, LONGEST, FIRST_STEP, BUDGET, FLOOR, GRAZE, CONTACT_TOLERANCE, FIXED_STEPS, CLOSE, EVERY, CONTROLS = (
     0,
     1,

@@ -22,6 +22,7 @@ from buckler.mbs.spectral.output import Output
 from buckler.mbs.spectral.recording import record_of
 from buckler.mbs.spectral.room import room_for
 from buckler.mbs.spectral.scene import Scene
+from buckler.mbs.spectral.settle import begin
 from buckler.mbs.spectral.start import balance
 from buckler.mbs.spectral.tables import DRY, FASTEST, JOURNAL, ONSET, SEAT, STRUT, TURN
 from buckler.mbs.spectral.threads import one_thread
@@ -90,7 +91,7 @@ def integrate(
     `ends` are times at which steps end, besides beginnings of contacts, instead of those that the local error asks for; of
     `every` so many steps one is kept, and nothing between them.
     """
-    state = state or State(0.0, scene.q0, scene.v0, scene.memory())
+    state = state or State(0.0, *begin(scene), scene.memory())
     scene.work.state[:, TURN] = scene.turns(scene.q0[None]) if state.turns is None else state.turns
     rest = balance(scene, state.q, state.v, state.time, state.memory)
     order: Any = scene.heavy_fronts

@@ -5,10 +5,12 @@ from __future__ import annotations
 import argparse
 import sys
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from buckler.mbs.mechanism import Mechanism
 from buckler.studies.kit.options import wrong_input
+
+if TYPE_CHECKING:
+    from buckler.mbs.mechanism import Mechanism
 
 COMMANDS = {
     "equilibrium": "find where the mechanism of a file rests, and whether that is stable",
@@ -52,6 +54,8 @@ def declare(commands: Any) -> None:
 
 def answer(options: argparse.Namespace) -> int:
     """Ask the statics, print and file the answer; the exit status is 1 where it is not OK."""
+    from buckler.mbs.mechanism import Mechanism  # it loads NumPy, which the list of commands does without
+
     try:
         found = _ask(options.statics, Mechanism.load(options.file), options)
         if options.csv:

@@ -119,6 +119,7 @@ class EnsembleParameters(Assumptions):
 
     def check(self) -> None:
         """One body carries each pin."""
+        super().check()
         self.turned  # noqa: B018 - refuses a joint named twice
 
     def ensemble(self, mechanism: Mechanism, batch: int = 0) -> Ensemble:

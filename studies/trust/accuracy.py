@@ -1,152 +1,48 @@
-"""Accuracy asked for against accuracy delivered: random mechanisms of every kind, each against a reference of its own.
+"""Errors that are told against true ones: random mechanisms of every kind, each against a reference of its own.
 
-`simulate(mechanism, duration, accuracy)` chooses elements, integrator, steps and tolerances itself. Here its result is compared
-with loop closure, an equation of motion, or the compiled solver where two of its runs, one finer than the other, agree. A result
-is silent if it errs by more than three times what was asked and does not say so; one that names its failure, or that it is
-SUSPECT, has said so.
+`simulate(mechanism, duration, accuracy)` delivers a run and tells how wrong each of its signals is. Here both are held against
+loop closure, an equation of motion, or the finer of two much finer runs of a solver. A signal is judged where the reference's own
+error is small against its own. A result is silent if it errs by more than three times what was asked and does not say so.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
-from time import perf_counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from time import perf_counter, process_time
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.integrate import solve_ivp
 
-from buckler.mbs import Mechanism, Result, Status, Strut, simulate
-from buckler.mbs.accuracy.aim import MOTION, Aim
-from buckler.mbs.accuracy.band import banded
-from buckler.mbs.accuracy.difference import difference
-from buckler.mbs.kinematics.slidercrank import SliderCrank
-from buckler.studies.kit.parameters import StudyParameters, choices, integer, quantities, quantity
+from buckler.mbs.accuracy.compare import FORCES, Functions, compare, relative
+from buckler.mbs.accuracy.deliver import Delivery, deliver
+from buckler.mbs.accuracy.goal import Asked, worst
+from buckler.mbs.accuracy.ladder import Ladder, ladder_of, suited
+from buckler.mbs.elements.element import Kind
+from buckler.studies.kit.parameters import StudyParameters, choice, choices, integer, quantities, quantity
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
 from buckler.studies.kit.style import COLOURS, Figure, subplots
-from buckler.studies.trust.drawn import EVERYTHING, Drawn, drawn
-from buckler.studies.trust.extremes_truth import reference_solver
+from buckler.studies.trust.accuracy_truth import PATIENCE, SCENES, Truth, runner
+from buckler.studies.trust.drawn import Drawn, drawn
 
 SILENT = 3.0
 """Delivered over asked error from which a result must say that it is not what was asked for."""
 WITHIN = 0.95
 """Share of all results that must be as accurate as asked."""
+LOW = 0.5
+"""Told over true error below which an error is told too small."""
+KINDS = {"places": (Kind.PLACE,), "rates": (Kind.RATE, Kind.ACCELERATION), "forces": FORCES}
+"""Signals by what is said of their errors together."""
 NOTES = """\
 within: results no farther off than asked. worst: largest error over that asked. silent: more than three times off, and not
-marked. told: SUSPECT, or failed by name. estimate/error: median of the result's own estimate over its error. Mechanisms whose two
-reference runs do not agree are left out."""
+marked. told: those that say so. told/true: of the signal asked for that is told to be worst; of all of them in the metrics."""
 MARKS = "os^vDP*Xph"
-SAMPLES = 2001
-"""Times at which motions known otherwise are compared."""
-FINE = 1e-5
-"""Tolerance of the finer of two reference runs, of the accuracy asked for; within 1e-10 and 1e-8."""
-AGREED = 0.3
-"""Difference of two reference runs, of the accuracy asked for, up to which they are one truth."""
-PATIENCE = 60.0
-"""Longest time, s, of a reference run."""
-
-
-# --- what is right ---------------------------------------------------------------------------------------------------------
-
-Off = Callable[[Result], float]
-"""Error of a result; nan without a reference."""
-
-
-def closed_loop(made: Drawn, asked: float, aim: Aim) -> Off:
-    """Against the place of a rigid slider-crank's slider."""
-    mechanism, speed = made.mechanism, _constant(made)
-    time = np.linspace(0.0, made.duration, SAMPLES)
-    return _slider(time, SliderCrank(mechanism.length("crank"), mechanism.length("coupler")).slider(speed * time))
-
-
-def moving_slider(made: Drawn, asked: float, aim: Aim) -> Off:
-    """Against the equation of motion of a slider on a strut, from one touch of its stop to the next."""
-    (stop,), (guide,), body = made.mechanism.stops, made.mechanism.guides, made.mechanism.link("coupler").body
-    crank, length, speed = made.mechanism.length("crank"), made.mechanism.length("coupler"), _constant(made)
-    assert isinstance(body, Strut)
-    section, time = body.section, np.linspace(0.0, made.duration, SAMPLES)
-    unit, rigidity, euler = section.bending_stiffness / length**2, section.axial_stiffness / length, section.euler_load(length)
-
-    def rates(t: float, y: Any, onset: float) -> Any:
-        pin, (x, v), depth = crank * np.exp(1j * speed * t), y, stop.at - y[0]
-        span = abs(pin - x)
-        push = rigidity * (length - span)
-        if push > euler:
-            push = unit * float(body.load(1 - span / length - euler / section.axial_stiffness))
-        return v, (push * (x - pin.real) / span + (stop.law.force(depth, -v, onset) if depth > 0 else 0.0)) / guide.mass
-
-    def touches(t: float, y: Any, onset: float) -> float:
-        return float(stop.at - y[0]) if t > begin + 1e-9 * made.duration else 1.0
-
-    touches.direction, touches.terminal = 1.0, True  # type: ignore[attr-defined]
-    begin, state, onset, x = 0.0, np.array([made.mechanism.points["B"][0], 0.0]), 1.0, np.empty(SAMPLES)
-    while begin < made.duration:
-        part = solve_ivp(
-            rates, (begin, made.duration), state, "DOP853", None, True, touches, args=(onset,),
-            rtol=1e-9, atol=1e-12, max_step=made.duration / 500,
-        )  # fmt: skip
-        x[time >= begin] = part.sol(time[time >= begin])[0]
-        begin, state = float(part.t[-1]), part.y[:, -1]
-        onset = -state[1]
-    return _slider(time, x)
-
-
-def _constant(made: Drawn) -> float:
-    """Speed of its crank, rad/s."""
-    speed = made.mechanism.drives[0].speed
-    assert isinstance(speed, float)
-    return speed
-
-
-def _slider(time: Any, x: Any) -> Off:
-    right = Result(Status.OK, "", time, {"B.x": x, **{f"B.{name}": 0 * x for name in ("y", "vx", "vy")}}, {}, {})
-    return lambda result: difference(result, right)
-
-
-def two_runs(made: Drawn, asked: float, aim: Aim) -> Off:
-    """Against the finer of two runs of the compiled solver, if they agree."""
-    mechanism, duration = made.mechanism, made.duration
-    tolerance = float(np.clip(FINE * asked, 1e-10, 1e-8))
-    coarse, fine = (simulate(mechanism, duration, solver=reference_solver(made, k, tolerance), timeout=PATIENCE) for k in (0, 1))
-    coarse, fine = (  # as an accuracy gives them
-        replace(each, signals=each.signals | banded(mechanism, each.time, each.signals, each.units)) for each in (coarse, fine)
-    )
-    return (lambda result: aim.apart(result, fine)) if aim.apart(coarse, fine) <= AGREED * asked else lambda _: float("nan")
-
-
-class Scene(NamedTuple):
-    """Families of mechanisms, what an accuracy is asked of, and what is right."""
-
-    families: tuple[str, ...]
-    aim: Aim = MOTION
-    right: Callable[[Drawn, float, Aim], Off] = two_runs
-
-
-SCENES = {
-    **{name: Scene((name,)) for name in ("smooth", "ramp")},
-    "rigid": Scene(("rigid",), right=closed_loop),
-    "buckling": Scene(("strip on a stop",)),
-    "strut": Scene(("any struck",), right=moving_slider),
-    **{name: Scene((name,)) for name in ("rigid clearance", "modal clearance", "beam clearance")},
-    "grammar": Scene(EVERYTHING, Aim("places")),
-    "forces": Scene(EVERYTHING, Aim("forces")),
-}
-
-
-class DrawnCase(NamedTuple):
-    """A mechanism, how long it is run, s, the error of a result, and what an accuracy is asked of."""
-
-    mechanism: Mechanism
-    duration: float
-    error: Off
-    aim: Aim
-
-
-def case(name: str, seed: int, k: int, asked: float) -> DrawnCase:
-    """The k-th mechanism of a scene."""
-    scene = SCENES[name]
-    made = drawn(seed, k, scene.families)
-    return DrawnCase(made.mechanism, made.duration, scene.right(made, asked, scene.aim), scene.aim)
+JUDGED = 0.25
+"""A signal is judged where the reference's own error is below this share of its true one."""
+NOTHING = 1e-7
+"""Relative errors below are rounding, and not judged."""
+COARSER, GRID = 3, 3
+"""Rungs of the grid of settings in which the cheapest single run is looked for: in time below the delivered one, in space."""
 
 
 # --- the study -------------------------------------------------------------------------------------------------------------
@@ -160,18 +56,41 @@ class Parameters(StudyParameters):
     accuracies: tuple[float, ...] = quantities((1e-2, 1e-3), "1", 1e-6, 0.1, "what is asked for", "scenes")
     cases: int = integer(2, 1, 10_000, "random mechanisms of each kind, for each accuracy", "scenes")
     seed: int = integer(0, 0, 2**31 - 1, "draws the mechanisms", "scenes")
-    timeout: float = quantity(60.0, "s", 0.1, 3600, "longest time a run may take", "numerics")
+    reference: str = choice("compiled", ("compiled", "exudyn"), "solver of the references that are runs", "numerics")
+    price: str = choice(
+        "unpriced", ("unpriced", "priced"), "also look for the cheapest single run that is as accurate", "numerics"
+    )
+    timeout: float = quantity(60.0, "s", 0.1, 3600, "longest time a result may take", "numerics")
 
 
 class Delivered(NamedTuple):
-    """What came of one mechanism: what was asked for, found and estimated, how the run ended, and how long it took, s."""
+    """What came of one mechanism.
+
+    Attributes
+    ----------
+    scene, name : str
+    asked, error, estimate : float
+        What was asked for; the true error and the told one of the signal asked for that is worst.
+    said : str
+        What it says that it misses; '' if it claims to be what was asked for.
+    told : mapping of str to float
+        Told over true error by signal, where that is judged.
+    kinds : mapping of str to str
+        Of those signals, of `KINDS`.
+    price : float
+        Processor time of all runs over that of the cheapest single one that is as accurate; nan where not looked for.
+    wall_s : float
+    """
 
     scene: str
+    name: str
     asked: float
     error: float
     estimate: float
-    status: str
-    message: str
+    said: str
+    told: Mapping[str, float]
+    kinds: Mapping[str, str]
+    price: float
     wall_s: float
 
     @property
@@ -179,63 +98,124 @@ class Delivered(NamedTuple):
         """Delivered over asked error; infinite for a run without a result."""
         return self.error / self.asked if np.isfinite(self.error) else float("inf")
 
-    @property
-    def told(self) -> bool:
-        """Whether the run itself says that it is not to be trusted."""
-        return self.status != "OK"
-
 
 def _outcomes(p: Parameters, progress: Progress) -> Iterator[Delivered]:
     jobs = [(name, asked, k) for k in range(p.cases) for name in p.scenes for asked in p.accuracies]
     for name, asked, k in progress(jobs, label="mechanisms"):
-        made = case(name, p.seed, k, asked)
-        start = perf_counter()
-        result = simulate(made.mechanism, made.duration, asked, of=made.aim.of, timeout=p.timeout)
-        wall = perf_counter() - start
-        ended = result.time.size > 0 and result.time[-1] >= made.duration * (1 - 1e-6)
-        error = made.error(result) if ended else float("inf")
-        if not np.isnan(error):  # it has a reference
-            estimate = result.error.motion if made.aim.motion else made.aim.largest(result.error, result.units)
-            yield Delivered(name, asked, error, estimate, str(result.status), result.message, wall)
+        scene = SCENES[name]
+        made = drawn(p.seed, k, scene.families)
+        truth = scene.right(made, asked, p.reference)
+        if truth is not None:
+            yield _judged(name, made, truth, asked, scene.of, p)
+
+
+def _judged(scene: str, made: Drawn, truth: Truth, asked: float, of: str, p: Parameters) -> Delivered:
+    """Deliver a mechanism, and hold it against the truth."""
+    goal, start, begun = Asked(asked, of), perf_counter(), process_time()
+    ladder = ladder_of(made.mechanism, made.duration, asked, suited(made.mechanism))
+    found = deliver(ladder, goal, runner(p.timeout))
+    spent, wall = process_time() - begun, perf_counter() - start
+    said = str(found.run.failure[0]) if found.run.failure else found.missed(goal)
+    if found.run.failure or not found.errors.known:
+        return Delivered(scene, made.name, asked, float("inf"), float("nan"), said, {}, {}, float("nan"), wall)
+    true = relative(compare(Functions.of(found.run), truth.functions, found.errors.until))
+    judged = {
+        name: found.errors.signals[name] / true[name]
+        for name, signal in truth.functions.signals.items()
+        if true.get(name, 0.0) > max(NOTHING, truth.errors.get(name, 0.0) / JUDGED) and name in found.errors.signals
+    }
+    kinds = {n: key for n in judged for key, kinds in KINDS.items() if truth.functions.signals[n].kind in kinds}
+    judged = {name: judged[name] for name in kinds}
+    off = worst(goal, truth.functions, {name: true[name] for name in true if name in found.errors.signals})
+    sound = {name for name in true if truth.errors.get(name, 0.0) <= max(JUDGED * true[name], JUDGED * asked)}
+    error = off.error if off.name in sound or not off.name else float("nan")
+    price = _price(ladder, found, truth, goal, spent) if p.price == "priced" else float("nan")
+    return Delivered(scene, made.name, asked, error, found.worst.error, said, judged, kinds, price, wall)
+
+
+def _price(ladder: Ladder, found: Delivery, truth: Truth, goal: Asked, spent: float) -> float:
+    """Processor time of all runs over that of the cheapest single one of a grid that errs no more than what was delivered."""
+    until, best = found.errors.until, np.inf
+
+    def off(functions: Functions) -> float:
+        return worst(goal, truth.functions, relative(compare(functions, truth.functions, until))).ratio
+
+    most = max(1.0, off(Functions.of(found.run)))
+    for space in range(GRID if ladder.in_space and ladder.refines_space else 1):
+        for time in range(-COARSER, COARSER):
+            begun = process_time()
+            run = ladder.made(time, space, runner(PATIENCE))
+            took = process_time() - begun
+            if run.failure is None and took < best and off(Functions.of(run)) <= most:
+                best = took
+                break
+    return spent / best
 
 
 def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Draw mechanisms, ask for each accuracy, and look at what comes."""
-    found = list(_outcomes(parameters, progress))
+    found = [o for o in _outcomes(parameters, progress) if not np.isnan(o.error)]
     groups = {name: [o for o in found if o.scene == name] for name in parameters.scenes}
-    silent = [o for o in found if o.ratio > SILENT and not o.told]
+    silent = [o for o in found if o.ratio > SILENT and not o.said]
     within = _within(found)
     metrics = {
         "cases": Metric(float(len(found)), "1"),
         "within": Metric(within, "1"),
         "worst_ratio": Metric(_worst(found), "1"),
         "silent": Metric(float(len(silent)), "1"),
+        **_effectivity("effectivity", [x for o in found for n, x in o.told.items() if o.kinds[n] == "places"]),
     }
+    for kind in ("rates", "forces"):
+        metrics |= _effectivity(f"effectivity.{kind}", [x for o in found for n, x in o.told.items() if o.kinds[n] == kind])
+    prices = [o.price for o in found if np.isfinite(o.price)]
+    for name, q in (("median", 50), ("p95", 95)):
+        metrics[f"price.{name}"] = Metric(float(np.percentile(prices, q)) if prices else float("nan"), "1")
     for name, group in groups.items():
         key = name.replace(" ", "_").replace("clearance", "play")  # metrics keep their first names
         metrics[f"{key}.within"] = Metric(_within(group), "1")
         metrics[f"{key}.worst_ratio"] = Metric(_worst(group), "1")
-    wrong = [f"{o.scene}: {o.error:.1e} where {o.asked:g} was asked, not told" for o in silent]
+    wrong = [f"{o.scene}, {o.name}: {o.error:.1e} where {o.asked:g} was asked, not told" for o in silent]
     if not within >= WITHIN:
-        wrong.append(f"{100 * within:.3g} % of all results as accurate as asked, must be {100 * WITHIN:g} %")
+        wrong.append(
+            f"{100 * within:.3g} % of all results as accurate as asked, or telling that they are not; must be {100 * WITHIN:g} %"
+        )
     return StudyResult(
         parameters=parameters,
         status="SUSPECT" if wrong else "OK",
-        message="; ".join(wrong) or f"{100 * within:.3g} % of {len(found)} results as accurate as asked",
+        message="; ".join(wrong)
+        or f"{100 * within:.3g} % of {len(found)} results as accurate as asked, or telling that they are not",
         metrics=metrics,
-        signals={name: np.array([getattr(o, name) for o in found]) for name in ("asked", "error", "estimate", "wall_s")}
-        | {"scene": np.array([list(SCENES).index(o.scene) for o in found]), "told": np.array([o.told for o in found])},
-        tables=[_table(parameters, groups)],
+        signals={name: np.array([getattr(o, name) for o in found]) for name in ("asked", "error", "estimate", "wall_s", "price")}
+        | {"scene": np.array([list(SCENES).index(o.scene) for o in found]), "told": np.array([bool(o.said) for o in found])},
+        tables=[_table(parameters, groups), _low(found)],
     )
 
 
+def _effectivity(key: str, ratios: Sequence[float]) -> dict[str, Metric]:
+    """Percentiles of told over true errors; share of those told too small, and the smallest."""
+    values = np.array(ratios) if len(ratios) else np.array([np.nan])
+    marks = {"p1": 1, "p5": 5, "median": 50, "p95": 95}
+    found = {f"{key}.{name}": Metric(float(np.percentile(values, q)), "1") for name, q in marks.items()}
+    found[f"{key}.low"] = Metric(float(np.mean(values < LOW)) if len(ratios) else float("nan"), "1")
+    return found | {f"{key}.lowest": Metric(float(values.min()), "1"), f"{key}.signals": Metric(float(len(ratios)), "1")}
+
+
 def _within(outcomes: Sequence[Delivered]) -> float:
-    """Share of results as accurate as asked; nan of none."""
-    return float(np.mean([o.ratio <= 1 for o in outcomes])) if outcomes else float("nan")
+    """Share of results as accurate as asked, or that say that they are not; nan of none."""
+    return float(np.mean([o.ratio <= 1 or bool(o.said) for o in outcomes])) if outcomes else float("nan")
 
 
 def _worst(outcomes: Sequence[Delivered]) -> float:
-    return max((o.ratio for o in outcomes), default=float("nan"))
+    return max((o.ratio for o in outcomes if not o.said), default=float("nan"))
+
+
+def _low(found: Sequence[Delivered]) -> Table:
+    """The signals whose errors are told too small."""
+    rows = [
+        [o.scene, o.name, f"{o.asked:g}", name, f"{ratio:.2g}"]
+        for o in found for name, ratio in sorted(o.told.items(), key=lambda each: each[1]) if ratio < LOW
+    ]  # fmt: skip
+    return Table(["scene", "mechanism", "asked", "signal", "told/true"], rows, "Errors told too small", f"below {LOW:g}")
 
 
 def _table(p: Parameters, groups: dict[str, list[Delivered]]) -> Table:
@@ -244,11 +224,12 @@ def _table(p: Parameters, groups: dict[str, list[Delivered]]) -> Table:
         for asked in p.accuracies:
             if not (part := [o for o in group if o.asked == asked]):
                 continue  # no reference
-            silent, told = sum(o.ratio > SILENT and not o.told for o in part), sum(o.told for o in part)
-            trust = float(np.median([o.estimate / o.error if o.error > 0 else np.nan for o in part]))
+            silent, told = sum(o.ratio > SILENT and not o.said for o in part), sum(bool(o.said) for o in part)
+            ratios = [x for o in part for x in o.told.values()]
+            trust = float(np.median(ratios)) if ratios else float("nan")
             time = 1e3 * float(np.median([o.wall_s for o in part]))
             rows.append([name, f"{asked:g}", len(part), _within(part), _worst(part), silent, told, f"{trust:.2g}", f"{time:.3g}"])
-    headers = ["scene", "asked", "cases", "within", "worst", "silent", "told", "estimate/error", "median [ms]"]
+    headers = ["scene", "asked", "cases", "within", "worst", "silent", "told", "told/true", "median [ms]"]
     return Table(headers, rows, "Error delivered against error asked for", NOTES)
 
 

@@ -17,9 +17,10 @@ from scipy.integrate import solve_ivp
 
 from buckler.elastica import pinned
 from buckler.mbs import Controlled, Exudyn, Mechanism, Result, Spectral, Status, simulate
-from buckler.mbs.accuracy.band import axial_period, banded
+from buckler.mbs.accuracy.band import banded
 from buckler.mbs.elements.clearance import Clearance, clearances
 from buckler.mbs.engine.solve import once
+from buckler.mbs.kinematics.inertias import axial_period
 from buckler.studies.trust.drawn import Drawn, drawn
 from buckler.studies.trust.extremes_case import KINDS, Case, CaseOutcome, Measures, largest
 from buckler.studies.trust.extremes_listed import Listed

@@ -11,9 +11,10 @@ pytest.importorskip("numba")
 
 from buckler.mbs import Beam, Cable, Controlled, Exudyn, Motion, Rigid, Section, Spectral, Status, Stop, simulate, slider_crank
 from buckler.mbs.accuracy import refine
-from buckler.mbs.accuracy.band import averaged, axial_period, start
+from buckler.mbs.accuracy.band import averaged, start
 from buckler.mbs.accuracy.by_signal import by_signal
 from buckler.mbs.functions import Expression
+from buckler.mbs.kinematics.inertias import axial_period
 from buckler.mbs.laws import CarvalhoMartins
 from buckler.studies.trust import benchmark_problems as problems
 

@@ -25,7 +25,7 @@ from buckler.mbs import (
     slider_crank,
 )
 from buckler.mbs.accuracy import delivery, refine, verify
-from buckler.mbs.accuracy.band import axial_period, banded, unresolved
+from buckler.mbs.accuracy.band import banded, unresolved
 from buckler.mbs.accuracy.by_signal import Signals, _norm, _of_force, by_signal
 from buckler.mbs.accuracy.delivery import Delivery, Task, comparable
 from buckler.mbs.accuracy.difference import _gap, difference, differences
@@ -36,6 +36,7 @@ from buckler.mbs.accuracy.tolerance import _Tolerance, left_with_play
 from buckler.mbs.engine.solve import once as once_of_engine
 from buckler.mbs.functions import Expression
 from buckler.mbs.kinematics.exact import once as closed_once
+from buckler.mbs.kinematics.inertias import axial_period
 from buckler.mbs.laws import KelvinVoigt
 from buckler.mbs.record.errors import Errors
 from buckler.mbs.record.result import Result

@@ -32,7 +32,7 @@ PLAIN = (
     ("Weld", f"{ELEMENTS}/weld.py", "-multipliers[:, 2:]", "multipliers[:, 2:]"),
     ("Slider", f"{ELEMENTS}/slider.py", "-multipliers", "multipliers"),
     ("Clearance", f"{ELEMENTS}/clearance.py", "-found.fx", "found.fx"),
-    ("Clearance", f"{ELEMENTS}/clearance.py", "pin.spin * joint.pin - bush", "pin.spin * joint.pin + bush"),
+    ("Clearance", f"{ELEMENTS}/journal.py", "pin[0] * radius - bush", "pin[0] * radius + bush"),
     ("Clearance", f"{ELEMENTS}/journal.py", "-force * s * nx + drag * ny", "-force * s * nx - drag * ny"),
     ("Guide", f"{ELEMENTS}/guide.py", "np.outer(-drag, self.along)", "np.outer(drag, self.along)"),
     ("Guide", f"{ELEMENTS}/guide.py", '{"reaction": multipliers}', '{"reaction": -multipliers}'),

@@ -69,7 +69,8 @@ def test_a_longer_one(name):
 def test_a_straight_link_pressed_beyond_its_critical_load_is_not_fine(body):
     """Four times its Euler load, and straight: a strip would push back with hardly more than once."""
     strain = 4 * SECTION.euler_load(LENGTH) / SECTION.axial_stiffness
-    assert "times its critical load" in simulate(pressed(body, strain * LENGTH, 2.0), 2.0).message
+    said = "times its critical load" if isinstance(body, Modal) else "straight, though its bending grows"
+    assert said in simulate(pressed(body, strain * LENGTH, 2.0), 2.0).message
 
 
 def test_the_truth_of_the_slow_crank_does_not_depend_on_the_clearance_to_a_thousandth():

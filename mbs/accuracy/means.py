@@ -1,0 +1,45 @@
+"""Forces of mechanisms with flexible links, also as means over the period of their axial vibration.
+
+A link is a spring of stiffness E A/L along itself. With the masses it holds it rings at kilohertz after each jump of an
+acceleration, hardly damped: how much is a matter of microseconds of the start or of a blow. Beside each such force `F` stands
+`F.mean`, its mean over a period T of its mean over a period T, of which (sin(pi f T)/(pi f T))^2 is left of a frequency f.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from buckler.mbs.elements.element import Array, Kind, Signal
+from buckler.mbs.kinematics.inertias import axial_period
+from buckler.mbs.mechanism import Mechanism
+
+RINGING = (Kind.REACTION, Kind.INTERNAL)
+
+
+def means(mechanism: Mechanism, time: Array, signals: Mapping[str, Signal]) -> Iterator[Signal]:
+    """Yield the means of the forces that ring; none of a mechanism without flexible links."""
+    period = axial_period(mechanism)
+    if not period > 0 or len(time) < 3:
+        return
+    for name, signal in signals.items():
+        if signal.kind in RINGING and signal.unit in ("N", "N m"):
+            values = averaged(time, averaged(time, signal.values, period), period)
+            group = f"{signal.group}.mean" if signal.group else ""
+            yield Signal(f"{name}.mean", values, signal.unit, signal.kind, group, period=period)
+
+
+def averaged(time: Array, values: Array, period: float) -> Array:
+    """Mean over a period about each time; about the nearest time of which a whole period lies within the run."""
+    total = np.concatenate([[0.0], np.cumsum((values[1:] + values[:-1]) / 2 * np.diff(time))])
+    period = min(period, time[-1] - time[0])
+    middle = np.clip(time, time[0] + period / 2, time[-1] - period / 2)
+
+    def integral(t: Array) -> Array:
+        k = np.clip(np.searchsorted(time, t, side="right") - 1, 0, len(time) - 2)
+        s = t - time[k]
+        slope = (values[k + 1] - values[k]) / (time[k + 1] - time[k])
+        return np.asarray(total[k] + s * (values[k] + s * slope / 2))
+
+    return (integral(middle + period / 2) - integral(middle - period / 2)) / period

@@ -1,0 +1,102 @@
+"""How far two runs are apart: made-up functions of time whose norms are known in closed form."""
+
+import numpy as np
+import pytest
+
+from buckler.mbs.accuracy.compare import RESTING, SMALL, Functions, compare, relative
+from buckler.mbs.elements.element import Kind, Signal, onsets
+
+END = 2.0
+
+
+def made(time, size=1.0, kinks=(), **signals):
+    """Functions of signals (values, kind, unit, and what else a signal has)."""
+    found = {name.replace("_", "."): Signal(name.replace("_", "."), *rest) for name, rest in signals.items()}
+    return Functions(np.asarray(time), found, size, 0.0, kinks)
+
+
+def wave(time, amplitude=1.0, kind=Kind.INTERNAL, unit="N"):
+    return np.asarray(amplitude) * np.sin(np.pi * np.asarray(time)), unit, kind
+
+
+def test_a_difference_is_its_mean_square_over_that_of_the_signal():
+    time = np.linspace(0, END, 4001)
+    found = relative(compare(made(time, a=wave(time, 1.01)), made(time, a=wave(time))))
+    assert found["a"] == pytest.approx(0.01, rel=1e-4)
+    assert found["a.peak"] == pytest.approx(0.01, rel=1e-4)
+    assert found["a.impulse"] == pytest.approx(0.01 * (2 / np.pi) / (4 / np.pi), rel=1e-3)
+
+
+def test_a_place_is_measured_by_its_range_and_by_no_less_than_rest():
+    time = np.linspace(0, END, 401)
+    off, still = np.full_like(time, 3e-5), np.zeros_like(time)
+    moving = compare(made(time, x=(np.cos(time) + off, "m", Kind.PLACE)), made(time, x=(np.cos(time), "m", Kind.PLACE)))
+    assert moving["x"].relative == pytest.approx(3e-5 / np.ptp(np.cos(time)), rel=1e-6)
+    resting = compare(made(time, x=(off, "m", Kind.PLACE)), made(time, x=(still, "m", Kind.PLACE)))
+    assert resting["x"].relative == pytest.approx(3e-5 / RESTING, rel=1e-6)
+
+
+def test_a_component_is_measured_by_the_largest_of_its_vector_and_of_its_unit():
+    time = np.linspace(0, END, 401)
+    one, none, off = np.ones_like(time), np.zeros_like(time), np.full_like(time, 1e-3)
+    a = made(time, f_x=(one, "N", Kind.REACTION, "f"), f_y=(off, "N", Kind.REACTION, "f"), g=(off, "N", Kind.REACTION))
+    b = made(time, f_x=(one, "N", Kind.REACTION, "f"), f_y=(none, "N", Kind.REACTION, "f"), g=(none, "N", Kind.REACTION))
+    found = relative(compare(a, b))
+    assert found["f.y"] == pytest.approx(1e-3)
+    assert found["g"] == pytest.approx(1e-3 / SMALL)
+
+
+def test_what_lies_between_samples_counts():
+    """Two runs agree at the samples of one; between them the other has another value."""
+    coarse, fine = np.linspace(0, END, 5), np.linspace(0, END, 401)
+    a = made(coarse, a=wave(2 * coarse))  # zero at all its samples
+    assert compare(a, made(fine, a=wave(2 * fine)))["a"].relative == pytest.approx(1.0, rel=1e-3)
+
+
+def test_readings_that_agree_by_chance_hide_nothing():
+    """The same largest value half a run later is no agreement."""
+    time = np.linspace(0, END, 801)
+    early, late = np.exp(-((time - 0.5) ** 2) / 1e-3), np.exp(-((time - 1.5) ** 2) / 1e-3)
+    found = compare(made(time, a=(early, "N", Kind.INTERNAL)), made(time, a=(late, "N", Kind.INTERNAL)))
+    assert early.max() == pytest.approx(late.max())
+    assert found["a.peak"].relative > 0.9
+
+
+@pytest.mark.parametrize("late", [1e-3, -1e-3])
+def test_a_contact_that_closes_later_is_told_by_its_onset_alone(late):
+    """The same push, shifted: its time is off, its force is not."""
+
+    def push(time, onset):
+        depth = time - onset
+        closed = onsets(time, depth, np.ones_like(time))
+        return np.where(depth > 0, 5.0 * np.exp(-depth), 0.0), "N", Kind.CONTACT, "", "", 0.0, 0.0, closed
+
+    time = np.linspace(0, END, 1001)
+    found = relative(compare(made(time, c=push(time, 0.7003 + late)), made(time, c=push(time, 0.7003))))
+    assert found["c.onset"] == pytest.approx(abs(late) / END, rel=1e-6)
+    assert found["c"] < 1e-3  # 3e-2 in time as it is
+    assert found["c.impulse"] > 1e-3  # in time as it is, the impulse of the shift counts
+
+
+def test_nothing_is_compared_between_the_samples_about_a_kink():
+    coarse, fine = np.linspace(0, END, 21), np.linspace(0, END, 401)
+
+    def step(time):
+        return np.where(time < 0.75, 0.0, 1.0), "N", Kind.REACTION
+
+    assert compare(made(coarse, kinks=(0.75,), a=step(coarse)), made(fine, kinks=(0.75,), a=step(fine)))["a"].off < 1e-12
+    assert compare(made(coarse, a=step(coarse)), made(fine, a=step(fine)))["a"].off > 0.05
+
+
+def test_only_so_far_as_asked():
+    time = np.linspace(0, END, 401)
+    parted = np.where(time > 1.0, 0.5, 0.0)
+    a, b = made(time, x=(np.cos(time) + parted, "m", Kind.PLACE)), made(time, x=(np.cos(time), "m", Kind.PLACE))
+    assert compare(a, b, 0.99)["x"].off < 1e-12
+    assert compare(a, b)["x"].off > 0.3
+
+
+def test_onsets_lie_where_the_cubic_passes_zero():
+    time = np.linspace(0, 4, 17)
+    found = onsets(time, np.sin(time + 1e-3), np.cos(time + 1e-3))
+    assert found == pytest.approx([np.pi - 1e-3], abs=2e-5)
