@@ -9,7 +9,7 @@ sys.path.insert(0, str(HERE))  # for `pages`, which writes the pages that come f
 project, author, copyright = "Buckler", "The Buckler authors", "2026, The Buckler authors"
 extensions = ["myst_parser", "sphinx.ext.mathjax", "sphinx_design", "sphinx_copybutton"]
 source_suffix = {".md": "markdown"}
-exclude_patterns = ["gallery/*"]
+exclude_patterns = ["gallery/*", "paper/*"]
 myst_enable_extensions = ["colon_fence", "dollarmath"]
 myst_heading_anchors = 3
 html_theme = "furo"

@@ -40,14 +40,14 @@ PAGES = (
             *_names("slider_crank crank_rocker"),
         ),
     ),
-    Page("links", "Links", "buckler.mbs", _names("Link Rigid Strut Beam Cable Modal Section Material AdamsDamping")),
+    Page("links", "Links", "buckler.mbs", _names("Link Rigid Strut Beam Cable Modal Section Profile Material AdamsDamping")),
     Page(
         "joints",
         "Joints, guides, stops, drives",
         "buckler.mbs",
         _names("Revolute Clearance Weld Slider Slot Guide GuideFriction Stop Drive Ramp Motion"),
     ),
-    Page("loads", "Loads and masses", "buckler.mbs", _names("Force Torque Motor Spring TorsionSpring Mass")),
+    Page("loads", "Loads and masses", "buckler.mbs", _names("Force LineLoad Torque Motor Spring TorsionSpring Mass")),
     Page("couplings", "Couplings", "buckler.mbs", _names("Gear Rack Belt Rope")),
     Page("laws", "Contact and friction laws", "buckler.mbs.laws", ()),
     *(

@@ -1,23 +1,31 @@
 """Chebyshev collocation in two pieces that meet at a point load, and Newton's method: what `strip` and `path` share.
 
 Integration matrices, unlike differentiation matrices, keep rounding at 1e-15 while the error falls geometrically with the number
-of points; see `buckler.elastica.rod`.
+of points.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
+from math import pi
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
-from buckler.elastica.rod import NewtonDivergedError, integration
-
 Array = NDArray[np.floating[Any]]
 Angle = Callable[[Array], Array]
 """Stress-free tangent angle, rad, of an array of stress-free arc lengths over L, 0 to 1."""
+
+
+class RodError(RuntimeError):
+    """No equilibrium was found, or not the buckled one."""
+
+
+class NewtonDivergedError(RodError):
+    """Newton's iteration did not settle."""
 
 
 class Grid(NamedTuple):
@@ -29,6 +37,16 @@ class Grid(NamedTuple):
     J: Array
     angle: Array
     beyond: Array
+
+
+@cache
+def integration(nodes: int) -> tuple[Array, Array]:
+    """Chebyshev-Lobatto points on [0, 1], from 2 upwards, and the matrix that integrates from 0 to each of them."""
+    points = -np.cos(pi * np.arange(nodes) / (nodes - 1))
+    primitives = chebyshev.chebint(np.eye(nodes), lbnd=-1, axis=0)
+    to_coefficients = np.linalg.inv(chebyshev.chebvander(points, nodes - 1))
+    J = chebyshev.chebvander(points, nodes) @ primitives @ to_coefficients / 2.0
+    return (points + 1.0) / 2.0, J
 
 
 def two_pieces(at: float, nodes: int, angle: Angle | None) -> Grid:

@@ -25,8 +25,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy
 
-from buckler.elastica.collocation import Array, newton, require
-from buckler.elastica.rod import NewtonDivergedError
+from buckler.elastica.collocation import Array, NewtonDivergedError, newton, require
 from buckler.elastica.strip import Equilibrium, Load, Strip
 
 MOST_POINTS = 5000

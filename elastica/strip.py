@@ -31,10 +31,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from buckler.elastica.collocation import Angle, Array, Grid, newton, require, resample, two_pieces
-from buckler.elastica.rod import NewtonDivergedError
+from buckler.elastica.collocation import Angle, Array, Grid, NewtonDivergedError, newton, require, resample, two_pieces
 
-HELD = {"free": (), "roller": (1,), "guided": (1, 2), "pinned": (0, 1), "clamped": (0, 1, 2)}
+HELD = {"free": (), "rail": (0,), "roller": (1,), "guided": (1, 2), "pinned": (0, 1), "clamped": (0, 1, 2)}
 """Which of x, y and the rotation the support at s = 1 holds."""
 STEEPEST = 1e6
 MOST_TURN, FAITH = 0.6, 0.3
@@ -110,12 +109,12 @@ class Strip:
     Attributes
     ----------
     start : "clamped" or "pinned", support at s = 0
-    end : support at s = 1: "free", "roller" (x and rotation free), "guided" (x free), "pinned" or "clamped"
+    end : support at s = 1: "free", "rail" (held in x), "roller" (held in y), "guided" (x free), "pinned" or "clamped"
     angle : stress-free tangent angle, rad, as a function of s over L; smooth on either side of `at`; None is a straight strip
     axial : float, E A L^2/(E I), positive; infinite for an inextensible strip
     shear : float, G A L^2/(E I), positive; infinite for an unshearable strip
     at : float, arc length over L of the inner load, 0.01 to 0.99
-    nodes : int, collocation points of each of the two pieces, 6 to 200
+    nodes : int, collocation points of each of the two pieces, 4 to 200
 
     Raises
     ------
@@ -138,12 +137,12 @@ class Strip:
     def __post_init__(self) -> None:
         require("start", self.start, self.start in ("clamped", "pinned"), "clamped or pinned")
         require("end", self.end, self.end in HELD, "one of " + ", ".join(HELD))
-        loose = self.start == "pinned" and self.end in ("free",)
+        loose = self.start == "pinned" and self.end in ("free", "rail")
         require("end", self.end, not loose, "held in y at least: a strip pinned at its start falls over with this end")
         require("axial", self.axial, self.axial > 0.0, "above 0 (E A L^2/(E I))")
         require("shear", self.shear, self.shear > 0.0, "above 0 (G A L^2/(E I))")
         require("at", self.at, 0.01 <= self.at <= 0.99, "0.01 to 0.99 (arc length over L)")
-        require("nodes", self.nodes, self.nodes in range(6, 201), "a whole number from 6 to 200")
+        require("nodes", self.nodes, self.nodes in range(4, 201), "a whole number from 4 to 200")
         angles = self.grid.angle
         fits = angles.shape == self.grid.s.shape and bool(np.all(np.isfinite(angles)))
         require("angle", self.angle, fits, "a function that gives one finite angle, rad, for each s")

@@ -32,7 +32,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from math import isfinite, pi
+from math import isfinite
 
 import numpy as np
 from scipy.optimize import brentq
@@ -184,51 +184,6 @@ def beam_frequencies(member: Member, ends: str, modes: int = 6) -> Array:
     return beam(member, ends).frequencies(modes, RIGID.get(ends, 0))
 
 
-def pinned_frequencies(member: Member, modes: int = 6, load: float = 0.0) -> Array:
-    """Lowest bending frequencies between two pins in closed form, rad/s, under an axial load.
-
-    With k = n pi/L, the stretch e = 1 - P/(E A), G = k G A and w = W sin(k x), theta = T cos(k x), Reissner's rod linearised
-    about the compressed straight state gives two frequencies for every n from 1,
-
-        (G k^2 - rho A omega^2) (E I k^2 + e (G e + P) - rho I omega^2) = (G e + P)^2 k^2,
-
-    and one for n = 0, where all sections turn alike, rho I omega^2 = e (G e + P). Lengths are those free of load. The lowest
-    frequency is zero at the load P (1 + P (1/G - 1/(E A))) = E I pi^2/L^2.
-
-    Parameters
-    ----------
-    member : Member
-    modes : int, 1 to 200
-    load : float, P, N, compressive positive; below the buckling load
-
-    Returns
-    -------
-    array (modes,), rad/s
-
-    Raises
-    ------
-    ValueError
-        If the number is outside its range, or the member buckles under the load.
-    """
-    require("modes", modes, modes in range(1, 201), "a whole number from 1 to 200")
-    require("load", load, isfinite(load) and load < member.axial, "below E A (N)")
-    k = np.arange(1, modes + 1) * pi / member.length
-    e = 1.0 - load / member.axial
-    if not isfinite(member.shear):
-        stiffness = member.bending * k**4 - load * k**2 * e
-        squares = stiffness / (member.mass * e**2 + member.rotary * k**2)
-    else:
-        turning = e * (member.shear * e + load)
-        a = member.mass * member.rotary
-        b = member.mass * (member.bending * k**2 + turning) + member.rotary * member.shear * k**2
-        c = k**2 * member.shear * member.bending * k**2 - k**2 * (member.shear * e + load) * load
-        squares = 2.0 * c / (b + np.sqrt(b**2 - 4.0 * a * c))
-        if a > 0.0:
-            squares = np.concatenate((squares, (b + np.sqrt(b**2 - 4.0 * a * c)) / (2.0 * a), (turning / member.rotary,)))
-    require("load", load, bool(np.min(squares) > 0.0), "below the buckling load, P (1 + P (1/(kGA) - 1/(EA))) = EI pi^2/L^2 (N)")
-    return np.sqrt(np.sort(squares)[:modes])
-
-
 def portal(column: Member, beam: Member) -> Frame:
     """Portal frame with clamped feet: two equal columns, and a beam between their tops, with rigid corners.
 
@@ -246,19 +201,3 @@ def portal(column: Member, beam: Member) -> Frame:
     height, span = column.length, beam.length
     nodes = ((0.0, 0.0), (0.0, height), (span, height), (span, 0.0))
     return Frame(nodes, ((0, 1, column), (1, 2, beam), (3, 2, column)), {0: (0, 1, 2), 3: (0, 1, 2)})
-
-
-def portal_frequencies(column: Member, beam: Member, modes: int = 6) -> Array:
-    """Lowest frequencies of a `portal`, rad/s.
-
-    Parameters
-    ----------
-    column, beam : Member, both with a finite axial stiffness
-    modes : int, 1 to 200
-
-    Raises
-    ------
-    ValueError
-        If an axial stiffness is infinite or the number is outside its range.
-    """
-    return portal(column, beam).frequencies(modes)

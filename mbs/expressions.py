@@ -8,13 +8,16 @@ from __future__ import annotations
 
 import ast
 import math
+import operator
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
+import numpy as np
+
 from buckler.mbs.validate import near, short
 
-Values = tuple[float, ...]
-Compiled = Callable[[Values], float]
+Values = tuple[Any, ...]
+Compiled = Callable[[Values], Any]
 LONGEST, DEEPEST = 2000, 60
 """Characters and levels of nesting."""
 CONSTANTS = {"pi": math.pi, "e": math.e}
@@ -37,6 +40,15 @@ FUNCTIONS: dict[str, tuple[Callable[..., float], int]] = {
     "min": (min, 2), "max": (max, 2), "step": (_step, 5),
 }  # fmt: skip
 """Functions with the number of their arguments."""
+
+
+def _steps(x: Any, x0: Any, h0: Any, x1: Any, h1: Any) -> Any:
+    part = np.clip((x - x0) / (x1 - x0), 0.0, 1.0)
+    return h0 + (h1 - h0) * part * part * (3.0 - 2.0 * part)
+
+
+ELEMENTWISE: dict[Any, Callable[..., Any]] = {ast.Pow: np.power, "min": np.minimum, "max": np.maximum, "step": _steps}
+"""What stands on arrays for a function or an operator; of the rest, numpy's of the same name."""
 DERIVATIVES = {
     "sin": "cos(a)*da", "cos": "-sin(a)*da", "tan": "da/cos(a)**2", "asin": "da/sqrt(1-a**2)", "acos": "-da/sqrt(1-a**2)",
     "atan": "da/(1+a**2)", "atan2": "(b*da-a*db)/(a**2+b**2)", "sinh": "cosh(a)*da", "cosh": "sinh(a)*da",
@@ -45,13 +57,9 @@ DERIVATIVES = {
     "step": "6*(e-c)*min(max((a-b)/(d-b),0),1)*(1-min(max((a-b)/(d-b),0),1))/(d-b)*da",
 }  # fmt: skip
 """By the arguments a, b, c, d, e and their derivatives da, db; of `step` by its first argument only."""
-OPERATORS: dict[type[ast.operator], Callable[[float, float], float]] = {
-    ast.Add: lambda a, b: a + b,
-    ast.Sub: lambda a, b: a - b,
-    ast.Mult: lambda a, b: a * b,
-    ast.Div: lambda a, b: a / b,
-    ast.Pow: lambda a, b: math.pow(a, b),
-}
+OPERATORS: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
+    ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv, ast.Pow: math.pow,
+}  # fmt: skip
 
 
 def parse(text: str, variables: Iterable[str], functions: Mapping[str, Any] = FUNCTIONS) -> ast.expr:
@@ -125,8 +133,8 @@ def names_in(node: ast.AST) -> set[str]:
     return {n.id for n in ast.walk(node) if isinstance(n, ast.Name) and id(n) not in called} - set(CONSTANTS)
 
 
-def compiled(node: ast.expr, variables: tuple[str, ...]) -> Compiled:
-    """A formula as a function of the tuple of its variables' values."""
+def compiled(node: ast.expr, variables: tuple[str, ...], arrays: bool = False) -> Compiled:
+    """A formula as a function of the tuple of its variables' values: floats, or arrays."""
     match node:
         case ast.Constant(value=value):
             constant = float(value)  # type: ignore[arg-type]  # _check has seen to it
@@ -138,13 +146,15 @@ def compiled(node: ast.expr, variables: tuple[str, ...]) -> Compiled:
             known = CONSTANTS[name]
             return lambda _v: known
         case ast.UnaryOp(op=sign, operand=operand):
-            inner = compiled(operand, variables)
+            inner = compiled(operand, variables, arrays)
             return inner if isinstance(sign, ast.UAdd) else lambda v: -inner(v)
-        case ast.BinOp(op=operator, left=left, right=right):
-            a, b, apply = compiled(left, variables), compiled(right, variables), OPERATORS[type(operator)]
+        case ast.BinOp(op=op, left=left, right=right):
+            a, b, apply = compiled(left, variables, arrays), compiled(right, variables, arrays), OPERATORS[type(op)]
+            apply = ELEMENTWISE.get(type(op), apply) if arrays else apply
             return lambda v: apply(a(v), b(v))
         case ast.Call(func=ast.Name(id=name), args=arguments):
-            function, parts = FUNCTIONS[name][0], [compiled(argument, variables) for argument in arguments]
+            parts = [compiled(argument, variables, arrays) for argument in arguments]
+            function = (ELEMENTWISE.get(name) or getattr(np, name)) if arrays else FUNCTIONS[name][0]
             if len(parts) == 1:
                 (only,) = parts
                 return lambda v: function(only(v))

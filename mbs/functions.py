@@ -11,12 +11,14 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, is_dataclass
 from itertools import pairwise
+from math import inf
 from typing import Any
 
 import numpy as np
 
+from buckler.mbs.breaks import breaks
 from buckler.mbs.declare import Declared, Name, Quantity, Several, declared, field, flag, quantities
 from buckler.mbs.declare.spec import Anything
 from buckler.mbs.expressions import compiled, derivative, names_in, parse
@@ -25,20 +27,25 @@ Array = np.ndarray[Any, Any]
 SIGNATURES = (("t",), ("s",), ("x",), ("x", "v"), ("t", "angle", "speed"))
 """Variables a formula may have, in the order in which it is called with them: time; fraction of a length; elongation and its
 rate; time, angle and speed of a link."""
+OURS = "buckler."
 PANEL, NODES = 1 / 128, 12
 """Width, s, of the pieces over which a formula is integrated, and Gauss points in each."""
 
 
-def kinks(function: Any) -> tuple[float, ...]:
-    """Times, s, at which a function of time is known to have a kink: the points of tables joined by straight lines.
+def kinks(function: Any, duration: float = inf) -> tuple[float, ...]:
+    """Times, s, at which a function of time has a kink: the points of tables joined by straight lines; of others what is found.
 
     Parameters
     ----------
     function : callable or float
-        Of time; one that is not of this package has none.
+        Of time. One that does not tell its kinks is looked at by `mbs.breaks`, if there is a duration.
+    duration : float
+        s.
     """
-    found: tuple[float, ...] = getattr(function, "kinks", ())
-    return found
+    found: tuple[float, ...] | None = getattr(function, "kinks", None)
+    if found is not None:
+        return tuple(t for t in found if 0 < t < duration) if duration < inf else found
+    return breaks(function, duration) if callable(function) and 0 < duration < inf else ()
 
 
 class Given:
@@ -66,13 +73,16 @@ class Expression(Given, Declared):
             raise ValueError(f"'{self.text}': {', '.join(sorted(used))} do not go together; known: {_known()}")
         object.__setattr__(self, "variables", fitting[0])
         object.__setattr__(self, "_value", compiled(tree, fitting[0]))
+        object.__setattr__(self, "_on_arrays", compiled(tree, fitting[0], arrays=True))
 
     def __call__(self, *values: Any) -> Any:
         """Value at its variables, floats or arrays; further ones are not looked at."""
-        if any(isinstance(value, np.ndarray) for value in values):
-            return np.vectorize(self, otypes=[float])(*values)
         if len(values) < len(self.variables):  # type: ignore[attr-defined]
             raise ValueError(f"'{self.text}' is a function of {', '.join(self.variables)}")  # type: ignore[attr-defined]
+        if any(isinstance(value, np.ndarray) for value in values):
+            with np.errstate(all="ignore"):
+                found = np.zeros(np.broadcast_shapes(*map(np.shape, values))) + self._on_arrays(values)  # type: ignore[attr-defined]
+            return found if np.isfinite(found).all() else np.vectorize(self, otypes=[float])(*values)  # which names the place
         try:
             return self._value(values)  # type: ignore[attr-defined]
         except (ArithmeticError, ValueError) as error:
@@ -222,3 +232,14 @@ class Components(Given, Declared):
 
 def _known() -> str:
     return "; ".join(", ".join(names) for names in SIGNATURES)
+
+
+def own_functions(value: Any) -> bool:
+    """Whether anything in a mechanism is a function in Python, or an object of a class, that is not Buckler's."""
+    if is_dataclass(value) and not isinstance(value, type):
+        return not type(value).__module__.startswith(OURS) or any(own_functions(getattr(value, f.name)) for f in fields(value))
+    if isinstance(value, dict):
+        return any(own_functions(each) for each in value.values())
+    if isinstance(value, tuple | list):
+        return any(own_functions(each) for each in value)
+    return callable(value) and not str(getattr(value, "__module__", "")).startswith(OURS) and not isinstance(value, np.ndarray)

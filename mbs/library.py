@@ -99,12 +99,6 @@ class CrankRocker(NamedTuple):
         b = a + along * u + np.sqrt(square) * np.array([-u[1], u[0]])
         return {"O": (0.0, 0.0), "A": (float(a[0]), float(a[1])), "B": (float(b[0]), float(b[1])), "C": (self.frame, 0.0)}
 
-    @property
-    def grashof(self) -> bool:
-        """True if the crank can turn fully (shortest + longest < the other two, the crank the shortest)."""
-        links = sorted(self)
-        return links[0] + links[3] < links[1] + links[2] and self.crank == links[0]
-
 
 BAR = Section(width=0.020, thickness=0.005, material=Material(modulus=207e9, density=7850.0, poisson=0.29))
 """The crank-rocker's links, 20 x 5 mm of steel, bending over their 5 mm."""

@@ -8,22 +8,21 @@ from dataclasses import fields, is_dataclass, replace
 from functools import cache
 from importlib import metadata
 from importlib.util import find_spec
-from math import inf
-from time import perf_counter
 from typing import Any
 
 import numpy as np
 
-from buckler.mbs.accuracy.aim import PLACES, Aim
-from buckler.mbs.accuracy.deliver import deliver as climb
-from buckler.mbs.accuracy.delivery import Task, judged
-from buckler.mbs.accuracy.goal import COARSEST, FINEST, Asked
-from buckler.mbs.accuracy.ladder import ladder_of
-from buckler.mbs.accuracy.refine import refine, refined
-from buckler.mbs.accuracy.verify import verify as compare
-from buckler.mbs.accuracy.ways import deliver
+from buckler.mbs.accuracy.deliver import Climb, deliver
+from buckler.mbs.accuracy.goal import Asked, Goal
+from buckler.mbs.accuracy.ladder import ladder_of, suited
+from buckler.mbs.accuracy.usual import Usual, plain
+from buckler.mbs.accuracy.verify import verified
+from buckler.mbs.accuracy.words import COARSEST, FINEST, PLACES
+from buckler.mbs.breaks import WIDTH
 from buckler.mbs.checks.suspicions import idle, suspicions
+from buckler.mbs.compiler import working_time
 from buckler.mbs.engine.solve import once
+from buckler.mbs.functions import own_functions
 from buckler.mbs.interrupts import Interrupted, ctrl_c
 from buckler.mbs.kinematics import exact
 from buckler.mbs.mechanism import Mechanism
@@ -76,21 +75,19 @@ def simulate(
     duration : float
         s, positive.
     accuracy : float, optional
-        Largest relative error of what `of` names, 1e-6 to 0.1: the solver, its steps and tolerances and the elements of flexible
-        links that name no number are chosen to keep it, and the result's `error` tells what was delivered, of the motion and
-        of each signal. It takes several runs. A result that misses it is SUSPECT, ACCURACY in the message.
+        Largest relative error of what `of` names, 1e-6 to 0.1: the solver climbs its ladder, finer in time, and with strips in
+        space, until the error of what `of` names is what was asked; the result's `error` tells that of each signal. It takes
+        three runs or more. A result that misses it is SUSPECT, ACCURACY in the message.
     of : str or sequence of str
-        What the accuracy is asked of: "places", the motion, as `mbs.accuracy.difference` measures it; "forces", all forces and
-        torques; or signals by their names, as `mbs.accuracy.by_signal` measures them.
+        What the accuracy is asked of: "places"; "forces", as computed, all of them; "means", forces that ring as means over
+        their axial period and the others as computed; or signals by their names, as `mbs.accuracy.compare` measures them.
     solver : Exudyn, Spectral or Closure, optional
-        Solver and its settings. Alone it runs once. With an accuracy it climbs its own ladder: finer in time, and with strips in
-        space, until the error of what `of` names is what was asked; `of` may then be "means" too, forces that ring as means over
-        their axial period. By default `Closure()` where joints and drives alone decide the motion, else `Exudyn()`, whose
-        settings suit any scene.
+        Solver and its settings. Without an accuracy it runs once, and its error is not known. By default `Closure()` where
+        joints and drives alone decide the motion; with an accuracy the solver that suits the mechanism; else `Exudyn()`, held
+        against a finer run, see `mbs.accuracy.usual`.
     verify : bool
-        Also run another solver, `Exudyn` for `Spectral` and `Spectral` for the others, and put the difference into the result's
-        `verified`. One beyond the sum of both estimates, or without an accuracy beyond 5 %, is SUSPECT, SOLVERS in the message.
-        With clearance the first 10 ms are compared, or 18 degrees of the drive.
+        Also run another solver, `Exudyn` for `Spectral` and `Spectral` for the others, and put the largest relative difference of
+        places into the result's `verified`. Signals farther apart than both errors allow make it SUSPECT, SOLVERS in the message.
     ledger : bool
         Also keep the energy ledger, and mark a run whose balance fails as SUSPECT.
     shapes : sequence of float
@@ -114,8 +111,8 @@ def simulate(
     """
     one_of("mechanism", mechanism, (Mechanism,))
     duration = float(positive("duration", duration, "s"))
-    aim = Aim(of if solver is None or accuracy is None else PLACES)
-    if accuracy is None and not aim.motion:
+    goal: Goal = Usual() if accuracy is None else Asked(number("accuracy", accuracy, FINEST, COARSEST, "1"), of)
+    if accuracy is None and of != PLACES:
         raise ValueError(f"of = {short(of)}: no accuracy; give accuracy = 1e-3, or another from {FINEST:g} to {COARSEST:g}")
     if timeout is not None:
         positive("timeout", timeout, "s")
@@ -125,36 +122,26 @@ def simulate(
     times = np.array([number(f"shapes[{k}]", t, 0.0, duration, "s") for k, t in enumerate(each)])
     if solver is not None:
         one_of("solver", solver, tuple(SOLVERS))
-    start, made = perf_counter(), list[Run]()
+    start, made = working_time(), list[Run]()
 
-    def run(mechanism: Mechanism, span: float, solver: Solver, limit: float = inf) -> Run:
-        left = min(limit, inf if timeout is None else max(1e-3, timeout - (perf_counter() - start)))
+    def run(mechanism: Mechanism, span: float, solver: Solver) -> Run:
+        left = None if timeout is None else max(1e-3, timeout - (working_time() - start))
         with ctrl_c() as interrupted:  # also while a run is put together, or its record
-            made.append(_once(mechanism, span, solver, left if left < inf else None, progress))
+            made.append(_once(mechanism, span, solver, left, progress))
         if interrupted():
             raise KeyboardInterrupt
         return made[-1]
 
-    def checked(made: Run, complete: Callable[[Result], Result] | None = None) -> Result:
-        result = _result(made, complete, ledger, times)
-        return compare(result, mechanism, duration, made.solver, run) if verify else result
-
     def asked() -> Result:
         if accuracy is None and solver is not None:
-            return checked(run(mechanism, duration, solver))
-        if accuracy is None:
-            found = refine(mechanism, duration, run)
-            return checked(found.delivery.run, lambda result: refined(result, found, perf_counter() - start))
-        if solver is not None:
-            own = Asked(accuracy, of)
-            climbed = climb(ladder_of(mechanism, duration, accuracy, solver), own, run)
-            return checked(climbed.run, lambda result: climbed.complete(result, own, perf_counter() - start))
-        task = Task(mechanism, duration, accuracy, aim)
-        delivery = deliver(task, run)
-        return checked(delivery.run, lambda result: judged(result, delivery, task, perf_counter() - start))
+            single, complete = run(mechanism, duration, solver), None
+        else:
+            ladder = None if accuracy is None else ladder_of(mechanism, duration, accuracy, solver or suited(mechanism))
+            found = plain(mechanism, duration, run) if ladder is None else deliver(Climb(ladder, run), goal)
+            single, complete = found.run, lambda result: found.complete(result, goal, working_time() - start)
+        result = _result(single, complete, ledger, times)
+        return verified(result, single, mechanism, duration, run) if verify else result
 
-    if accuracy is not None:
-        number("accuracy", accuracy, FINEST, COARSEST, "1")
     try:
         return asked()
     except KeyboardInterrupt as stop:
@@ -211,6 +198,9 @@ def _provenance(run: Run) -> dict[str, Any]:
     found = {**_versions(), "scene": dict(run.summary), "settings": _settings(run.solver)}
     elements = run.record.mechanism.elements().items()
     notes = [*run.notes, *(note for name, element in elements for note in element.remarks(name, run.values))]
+    if own_functions(run.record.mechanism):
+        looked = f"functions in Python are looked at every {WIDTH * run.record.time[-1]:.2g} s for jumps and pulses"
+        notes.append(f"{looked}; a Table names shorter ones")
     return found | ({"notes": notes} if notes else {})
 
 

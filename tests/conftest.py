@@ -2,9 +2,18 @@
 
 import os
 import signal
+import sys
+
+import pytest
 
 # A user's own Exudyn settings must not reach the tests; the engine reads this when it is imported.
 os.environ["EXUDYN_NO_USER_SETTINGS"] = "1"
 os.environ["MPLBACKEND"] = "Agg"
 # A shell that starts the tests in the background has Ctrl-C ignored, and their processes inherit that; tests send it.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+@pytest.fixture
+def plain(monkeypatch):
+    """No compiler: many laws used once each would take longer to compile than to run."""
+    monkeypatch.setitem(sys.modules, "buckler.mbs.engine.compiled", None)

@@ -93,8 +93,12 @@ def loaded():
 
 
 MECHANISMS = {
-    "strip": (lambda: slider_crank(Beam(STRIP, elements=8), law=ExactRestitution(1e5, 0.8), mass=0.3, speed=1.25), 5.0, {}),
-    "strut": (lambda: slider_crank(Strut(STRIP), law=ExactRestitution(1e5, 0.8), mass=0.3, speed=1.25), 5.0, {}),
+    "strip": (lambda: slider_crank(Beam(STRIP, elements=16), law=ExactRestitution(1e5, 0.8), mass=0.3, speed=1.25), 5.0, {}),
+    "strut": (
+        lambda: slider_crank(Strut(STRIP), law=ExactRestitution(1e5, 0.8), mass=0.3, speed=1.25),
+        5.0,
+        {"solver": Exudyn()},
+    ),  # undamped, it rings: nothing predicts its forces
     "modal": (lambda: crank_rocker(Modal(Section(0.02, 0.005)), speed=10.0), 0.7, {}),
     "loose": (loose, 0.65, {"solver": Exudyn(Controlled(tolerance=1e-2))}),
     "pendulum": (pendulum, 1.5, {}),

@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from buckler.mbs import Drive, Guide, Link, Mechanism, Motion, Revolute, Rigid, Section, Status, Stop
+from buckler.mbs.kinematics.determined import Course, Follower
 
 G = 9.81
 BAR = Rigid(Section(width=0.020, thickness=0.010))
@@ -26,6 +27,14 @@ def rates(errors, factor=2.0):
     return np.log(np.divide(errors[:-1], errors[1:])) / np.log(factor)
 
 
+def closed(mechanism, times):
+    """The mechanism as a linkage of rigid links, and what its loops say at times: one `Course` each."""
+    times = np.asarray(times, dtype=float)
+    follower = Follower(mechanism, max(1e-6, times.max()))
+    assert follower.ended is None, follower.ended
+    return follower.linkage, [Course(*each) for each in zip(*follower.at(times), strict=True)]
+
+
 def pendulum(angle, swapped=False):
     names = ("bar", "ground") if swapped else ("ground", "bar")
     return Mechanism(
@@ -34,6 +43,16 @@ def pendulum(angle, swapped=False):
         joints=[Revolute("O", *names)],
         gravity=(0.0, -G),
     )
+
+
+def parallelogram(drives, third_bar=True, **more):
+    points = {"O": (0, 0), "P": (2, 0), "A": (0, 1), "B": (2, 1), "Q": (1, 0), "C": (1, 1)}
+    links = [Link("a", "O", "A", BAR), Link("b", "P", "B", BAR), Link("k", "A", "B", BAR, carries=["C"])]
+    joints = [Revolute("O", "ground", "a"), Revolute("P", "ground", "b"), Revolute("A", "a", "k"), Revolute("B", "b", "k")]
+    if third_bar:
+        links += [Link("c", "Q", "C", BAR)]
+        joints += [Revolute("Q", "ground", "c"), Revolute("C", "c", "k")]
+    return Mechanism(points, links, joints, drives=drives, **more)
 
 
 FEATHER = Rigid(Section(1e-3, 1e-3))

@@ -11,30 +11,36 @@ signal is off by no more than a norm of the difference, so that two readings tha
 
 A place is measured by its range, a force or a rate by its root mean square or its peak, a component by the largest of its
 vector, and all at least by `SMALL` of the largest signal of its kind and unit, places by `RESTING` of the mechanism: what is
-smaller rests.
+smaller rests. Energies are measured by what is put through, and by a hundred times what vibrations that nobody sees may hold.
 
 Contacts that close a little earlier or later would make forces differ wholly for that little while. Their time is told by the
 onset; forces and rates are compared in a time that is bent so that onsets fall together, and not between two samples about one.
 So about kinks of what drives or loads a mechanism, where accelerations jump.
+
+A point that passes a stop by less than its place is off may as well have touched it: the force that it would have had counts as
+a difference.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from buckler.mbs.accuracy.means import means
+from buckler.mbs.elements.clearance import clearances
 from buckler.mbs.elements.element import Array, Kind, Signal, kinks_of
-from buckler.mbs.kinematics.inertias import mechanism_mass
 from buckler.mbs.record.energy import ledger, put_through
 from buckler.mbs.record.lookup import between
+from buckler.mbs.record.means import mechanism_mass
 from buckler.mbs.record.run import Run
 
 SMALL, RESTING = 1e-2, 1e-3
 """Of the largest signal of the same kind and unit, and of the mechanism's size: smaller signals are measured by so much."""
+RINGS = 4
+"""Steps in a period of axial vibration from which a run follows it."""
 FORCES = (Kind.REACTION, Kind.CONTACT, Kind.FRICTION, Kind.INTERNAL)
 Scales = tuple[float, float]
 """Of a signal: what the root of a mean square is relative to, and what a largest difference is."""
@@ -70,7 +76,7 @@ class Functions:
     kinks : tuple of float
         Times, s, at which accelerations and forces jump, as what drives or loads the mechanism does.
     push : float
-        Force, N, that moves the mechanism by its size in the time of the run: a hundredth of it is none.
+        Force, N, that moves the mechanism by its size, or by its clearance, in the time of the run: a hundredth of it is none.
     """
 
     time: Array
@@ -89,32 +95,47 @@ class Functions:
         balance = max(0.0, float(np.abs(energies["error"]).max()) / through - unseen)
         energies = {name: values for name, values in energies.items() if name not in ("throughput", "error")}
         found = {name: signal for name, signal in run.signals.items() if signal.kind is not Kind.COUNT}
-        found |= {signal.name: signal for signal in means(mechanism, record.time, found)}
-        found |= {f"energy.{n}": Signal(f"energy.{n}", v, "J", Kind.ENERGY, scale=through) for n, v in energies.items()}
+        whole = through * (1 + unseen / SMALL)
+        found |= {f"energy.{n}": Signal(f"energy.{n}", v, "J", Kind.ENERGY, scale=whole) for n, v in energies.items()}
         size = max(mechanism.length(link.name) for link in mechanism.links)
-        push = mechanism_mass(mechanism) * size / float(record.time[-1]) ** 2
+        way = min([size, *(joint.gap for joint in clearances(mechanism))])
+        push = mechanism_mass(mechanism) * way / float(record.time[-1]) ** 2
         return cls(record.time, found, size, balance, kinks_of(mechanism, float(record.time[-1])), push)
 
-    def at(self, name: str, times: Array) -> Array:
-        """A signal at other times within the run."""
-        signal = self.signals[name]
-        rate = self.signals[signal.rate].values if signal.rate in self.signals else None
-        return between(self.time, signal.values, rate, times, signal.kind is Kind.PLACE)
-
-    def onsets(self, name: str) -> Array:
-        """When its contact closes or opens, s."""
-        return self.signals[name].onsets
-
     @property
-    def scales(self) -> dict[str, Scales]:
-        """What each signal is measured by: its difference's root mean square, and its largest."""
-        own: dict[str, Scales] = {}
+    def unresolved(self) -> list[str]:
+        """Forces that ring in periods that the steps do not follow."""
+        step = float(self.time[-1]) / (len(self.time) - 1)
+        return [name.removesuffix(".mean") for name, signal in self.signals.items() if RINGS * step > signal.period > 0]
+
+    def at(self, times: Array) -> dict[str, Array]:
+        """All signals at other times within the run."""
+        groups: dict[tuple[bool, bool], list[str]] = {}
+        for name, signal in self.signals.items():
+            groups.setdefault((signal.rate in self.signals, signal.kind is Kind.PLACE), []).append(name)
+        found: dict[str, Array] = {}
+        for (known, smooth), names in groups.items():
+            values = np.stack([self.signals[name].values for name in names], axis=1)
+            rates = np.stack([self.signals[self.signals[name].rate].values for name in names], axis=1) if known else None
+            found |= zip(names, between(self.time, values, rates, times, smooth).T, strict=True)
+        return found
+
+    @cached_property
+    def own(self) -> dict[str, Scales]:
+        """The size of each signal: of a place or an energy its range, else the root of its mean square and its largest."""
+        found: dict[str, Scales] = {}
         for name, signal in self.signals.items():
             if signal.kind in (Kind.PLACE, Kind.ENERGY):
                 extent = signal.scale or float(np.ptp(signal.values))
-                own[name] = extent, extent
+                found[name] = extent, extent
             else:
-                own[name] = float(np.sqrt(_mean(self.time, signal.values**2))), float(np.abs(signal.values).max())
+                found[name] = float(np.sqrt(_mean(self.time, signal.values**2))), float(np.abs(signal.values).max())
+        return found
+
+    @cached_property
+    def scales(self) -> dict[str, Scales]:
+        """What each signal is measured by: its difference's root mean square, and its largest."""
+        own = self.own
         vectors: dict[str, Scales] = {}
         units: dict[tuple[str, str], Scales] = {}
         for name, signal in self.signals.items():
@@ -163,24 +184,30 @@ def compare(a: Functions, b: Functions, until: float = np.inf) -> dict[str, Apar
     theirs = np.interp(own, *bent)
     jumps = np.append(contacts, [t for t in b.kinks if t < end])
     seen = _seen(own, a.time, jumps) * _seen(theirs, b.time, np.interp(jumps, *bent))
-    found: dict[str, Apart] = {}
+    with np.errstate(all="ignore"):
+        flat = a.at(plain), b.at(plain)
+        warped = flat if np.array_equal(own, plain) and np.array_equal(theirs, plain) else (a.at(own), b.at(theirs))
+    evenly, along_both, found = _weights(plain), _weights(own) * seen, dict[str, Apart]()
     for name, scales in b.scales.items():
         if name not in a.signals:
             continue
         signal = b.signals[name]
         straight = signal.kind in (Kind.PLACE, Kind.ENERGY)
-        times, weights = (plain, _weights(plain)) if straight else (own, _weights(own) * seen)
+        (mine, other), weights = (flat, evenly) if straight else (warped, along_both)
+        missed = _missed(a, b, name, plain)
         with np.errstate(all="ignore"):
-            off = a.at(name, times) - b.at(name, plain if straight else theirs)
-        found[name] = Apart(float(np.sqrt(weights @ off**2 / max(end, TINY))), scales[0])
+            off = mine[name] - other[name]
+        apart = float(np.sqrt(weights @ off**2 / max(end, TINY))) + float(np.sqrt(evenly @ missed**2 / max(end, TINY)))
+        found[name] = Apart(apart, scales[0])
         if signal.kind is Kind.PLACE or signal.kind in FORCES:
-            found[f"{name}.peak"] = Apart(float(np.abs(off[weights > 0]).max(initial=0.0)), scales[1])
+            largest = np.abs(off[weights > 0]).max(initial=0.0) + missed.max()
+            found[f"{name}.peak"] = Apart(float(largest), scales[1])
         if signal.kind in FORCES:
-            through = float(_weights(plain) @ np.abs(b.at(name, plain)))
-            along = np.cumsum(_weights(plain) * (a.at(name, plain) - b.at(name, plain)))
-            found[f"{name}.impulse"] = Apart(float(np.abs(along).max()), max(through, SMALL * scales[0] * end))
+            through = float(evenly @ np.abs(flat[1][name]))
+            along = np.abs(np.cumsum(evenly * (flat[0][name] - flat[1][name]))).max() + evenly @ missed
+            found[f"{name}.impulse"] = Apart(float(along), max(through, SMALL * scales[0] * end))
         if len(signal.onsets):
-            found[f"{name}.onset"] = _onset(a.onsets(name), signal.onsets, end)
+            found[f"{name}.onset"] = _onset(a.signals[name].onsets, signal.onsets, end)
     return found
 
 
@@ -210,7 +237,7 @@ def _bend(a: Functions, b: Functions, end: float) -> tuple[tuple[Array, Array], 
     pairs = [(0.0, 0.0)]
     for name in b.signals:
         if name in a.signals:
-            pairs += zip(a.onsets(name), b.onsets(name), strict=False)
+            pairs += zip(a.signals[name].onsets, b.signals[name].onsets, strict=False)
     kept = [(0.0, 0.0)]
     for one, other in sorted(pairs):
         if one > kept[-1][0] and other > kept[-1][1] and max(one, other) < end:
@@ -228,6 +255,17 @@ def _seen(times: Array, samples: Array, jumps: Array) -> Array:
         last = samples[min(int(np.searchsorted(samples, t + near)), len(samples) - 1)]
         out[(times >= first) & (times <= last)] = 0.0
     return out
+
+
+def _missed(a: Functions, b: Functions, name: str, times: Array) -> Array:
+    """Force, N, of contacts that neither run has, in depths as much larger as those of the two are apart."""
+    if not len(b.signals[name].depth):
+        return np.zeros(len(times))
+    depths = [between(run.time, run.signals[name].depth, None, times, smooth=True) for run in (a, b)]
+    deeper = np.max(depths, axis=0) + np.abs(depths[0] - depths[1]).max()
+    spell = np.cumsum(np.diff(deeper > 0, prepend=False))
+    touching = np.unique(spell[np.max(depths, axis=0) > 0])
+    return np.asarray(np.where(np.isin(spell, touching), 0.0, b.signals[name].elastic(np.maximum(deeper, 0.0))))
 
 
 def _onset(mine: Array, theirs: Array, end: float) -> Apart:

@@ -23,9 +23,11 @@ REMAINDER = 1.5
 """Error in time, of the difference to the next rung: the sum of a series that falls to a third."""
 ROUNDING = 1e-8
 """Error told at least: two runs that agree to rounding are told to."""
-GROWS, UNRELATED = 6.0, 0.1
-"""Power of time from which a difference of two runs grows so fast that a finer run gains little time; and that of places, over
-their range, from which the two no longer know of each other."""
+UNRELATED = 0.1
+"""Difference of places, over their range, from which two runs no longer know of each other."""
+LATER = 1.5
+"""A rung in time later two runs of a motion that can be computed part so many times later at least, if they part at all: an
+error that goes by the fourth power of time, and shrinks to a fifth, does."""
 
 
 class Differences(NamedTuple):
@@ -40,23 +42,19 @@ class Differences(NamedTuple):
         return in_time, {name: apart.relative for name, apart in self.space.items()}
 
 
-def parted(a: Functions, b: Functions, tried: bool = False) -> float:
+def parted(a: Functions, b: Functions) -> float:
     """Time, s, to which two runs of one mechanism are one trajectory; infinite where they are to the end.
 
-    In a chaotic motion the difference of two runs grows until they no longer know of each other: faster than by `GROWS`, or,
-    if it was `tried`, in finer runs as well. They are held to be one as long as it is below a hundredth of `UNRELATED`.
+    Those that no longer know of each other at the end are held to be one as long as they differ by less than a hundredth of
+    `UNRELATED`. Where finer runs part hardly later (`LATER`), the motion is chaotic, and one of many beyond.
     """
     end = min(a.time[-1], b.time[-1])
     times = np.linspace(0.0, end, 400)
-    off = np.zeros(len(times))
+    mine, theirs, off = a.at(times), b.at(times), np.zeros(len(times))
     for name, (scale, _) in b.scales.items():
         if b.signals[name].kind is Kind.PLACE and name in a.signals:
-            off = np.maximum(off, np.abs(a.at(name, times) - b.at(name, times)) / scale)
+            off = np.maximum(off, np.abs(mine[name] - theirs[name]) / scale)
     off = np.maximum.accumulate(off)
     if not off[-1] > UNRELATED:
-        return np.inf
-    last = int(np.argmax(off > UNRELATED))
-    known = off[last // 2]
-    if off[last] <= 2**GROWS * known and not tried:
         return np.inf
     return float(times[max(1, int(np.argmax(off > UNRELATED / 100)) - 1)])

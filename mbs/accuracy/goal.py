@@ -4,20 +4,33 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 from buckler.mbs.accuracy.compare import FORCES, Functions
+from buckler.mbs.accuracy.estimate import ROUNDING
+from buckler.mbs.accuracy.words import MEANS, PLACES, spoken, wanted
 from buckler.mbs.elements.element import Kind
 from buckler.mbs.record.energy import BALANCE as ALLOWED
 from buckler.mbs.record.lookup import unknown
-from buckler.mbs.validate import short
+from buckler.mbs.units import FORCES as UNITS
 
-WORDS = PLACES, ALL_FORCES, MEANS = "places", "forces", "means"
-"""What an accuracy can be asked of, besides signals by their names."""
-FINEST, COARSEST = 1e-6, 0.1
-"""Accuracies that can be asked for."""
 BALANCE = "energy.balance"
 """Name of what the energies of a run do not add up by; it is judged in every run."""
+
+
+class Goal(Protocol):
+    """How far signals may be off."""
+
+    @property
+    def asked(self) -> float:
+        """The accuracy that was asked for; nan if none was."""
+
+    @property
+    def words(self) -> str:
+        """What it is asked of, for a sentence."""
+
+    def limits(self, run: Functions) -> Mapping[str, float]:
+        """Relative error allowed of signals and of what is read off them; of others nothing is asked."""
 
 
 class Worst(NamedTuple):
@@ -42,7 +55,8 @@ class Asked:
     level : float
     of : str or sequence of str
         "places"; "forces", as computed, of contacts their largest values and impulses too; "means", forces that ring as means
-        over their axial period, the others as computed; or names of signals, or of what is read off them.
+        over their axial period, the others as computed; or names of signals, or of what is read off them. A signal asked for
+        by its name never rests: its error is to be so small against its own size.
 
     Raises
     ------
@@ -54,18 +68,17 @@ class Asked:
     of: str | Sequence[str] = PLACES
 
     def __post_init__(self) -> None:
-        names = self.of
-        if isinstance(names, str) and names in WORDS:
-            return
-        listed = isinstance(names, Sequence) and not isinstance(names, str)
-        if not listed or not names or not all(isinstance(name, str) and "." in name for name in names):
-            raise ValueError(f"of = {short(names)}: must be one of {', '.join(map(repr, WORDS))}, or a list of signals' names")
-        object.__setattr__(self, "of", tuple(names))
+        object.__setattr__(self, "of", wanted(self.of))
+
+    @property
+    def asked(self) -> float:
+        """See `Goal`."""
+        return self.level
 
     @property
     def words(self) -> str:
-        """For a sentence."""
-        return self.of if isinstance(self.of, str) else ", ".join(self.of)
+        """See `Goal`."""
+        return spoken(self.of)
 
     def limits(self, run: Functions) -> Mapping[str, float]:
         """Relative error allowed of signals and of what is read off them; of others nothing is asked.
@@ -79,22 +92,24 @@ class Asked:
             for name in self.of:
                 if name not in run.signals and name.rpartition(".")[0] not in run.signals:
                     raise unknown(name, list(run.signals))
-            return dict.fromkeys(self.of, self.level)
+            scales, own = run.scales, run.own
+            share = {name: own[name][0] / scales[name][0] for name in self.of if name in own}
+            return {name: max(ROUNDING, self.level * share.get(name, 1.0)) for name in self.of}
         found: dict[str, float] = {}
         for name, signal in run.signals.items():
             if self.of == PLACES:
-                wanted = signal.kind is Kind.PLACE
+                asked = signal.kind is Kind.PLACE
             else:
-                wanted = signal.kind in FORCES and bool(signal.period) <= (self.of == MEANS)
-                wanted = wanted and not (self.of == MEANS and f"{name}.mean" in run.signals)
-            if wanted:
+                asked = signal.kind in FORCES and signal.unit in UNITS and bool(signal.period) <= (self.of == MEANS)
+                asked = asked and not (self.of == MEANS and f"{name}.mean" in run.signals)
+            if asked:
                 readings = (name, f"{name}.peak", f"{name}.impulse") if signal.kind is Kind.CONTACT else (name,)
                 found |= dict.fromkeys(readings, self.level)
         return found
 
 
-def worst(goal: Asked, run: Functions, errors: Mapping[str, float]) -> Worst:
+def worst(goal: Goal, run: Functions, errors: Mapping[str, float]) -> Worst:
     """The signal that is farthest beyond what is allowed."""
     limits = {**goal.limits(run), BALANCE: ALLOWED}
     seen = [Worst(name, errors[name], limit) for name, limit in limits.items() if name in errors]
-    return max(seen, key=lambda each: each.ratio, default=Worst("", 0.0, goal.level))
+    return max(seen, key=lambda each: each.ratio, default=Worst("", 0.0, 1.0))

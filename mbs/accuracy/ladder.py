@@ -11,8 +11,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Protocol
 
-from buckler.mbs.accuracy.ways import compilable, named, own_functions
+from buckler.mbs.compiler import compiler
 from buckler.mbs.elements.clearance import clearances
+from buckler.mbs.functions import own_functions
 from buckler.mbs.kinematics.determined import answered
 from buckler.mbs.kinematics.exact import sample_times
 from buckler.mbs.mechanism import Mechanism
@@ -32,7 +33,7 @@ STEPS, ORDER = 40, 5
 """Its longest first step, of the run, and the order by which that goes with the tolerance."""
 DEGREE = 6
 """Degree of a strip's first polynomials: whole bending within and four more."""
-RADII = (0.7, 0.9)
+RADII = (Exudyn().spectral_radius, 0.9)
 """Spectral radius of Exudyn's rungs by turns: what damping takes differs from rung to rung, and so is seen."""
 TINIEST = 1e-13
 """No tolerance below: what is left is rounding."""
@@ -55,19 +56,24 @@ class Ladder(Protocol):
 
 
 @dataclass(frozen=True)
-class SpectralLadder:
-    """Of the compiled solver: tolerance and longest step; the degree of strips."""
+class Integrated:
+    """A mechanism, a run's length, s, the error for which it begins, and the solver whose settings go finer."""
 
     mechanism: Mechanism
     duration: float
     level: float
-    solver: Spectral
-    refines_space: ClassVar[bool] = True
+    solver: Any
 
     @property
     def in_space(self) -> bool:
         """Whether there is a strip."""
         return any(link.body.meshed for link in self.mechanism.links)
+
+
+class SpectralLadder(Integrated):
+    """Of the compiled solver: tolerance and longest step; the degree of strips."""
+
+    refines_space: ClassVar[bool] = True
 
     @property
     def play(self) -> float:
@@ -79,26 +85,16 @@ class SpectralLadder:
         """See `Ladder`."""
         share = (self.level / PLAIN) ** POWER / STRICTER**time
         longest = self.duration / STEPS * min(1.0, share ** (1 / ORDER))
-        steps = Controlled(tolerance=max(TINIEST, TOLERANCE * share * self.play), max_step=longest)
+        most = self.solver.steps.max_steps
+        steps = Controlled(tolerance=max(TINIEST, TOLERANCE * share * self.play), max_step=longest, max_steps=most)
         contact = self.solver.contact_tolerance * min(1.0, share)
         degree = (self.solver.degree or DEGREE) + 2 * space if self.in_space else self.solver.degree
         settings = replace(self.solver, steps=steps, degree=degree, contact_tolerance=contact)
         return run(self.mechanism, self.duration, settings)
 
 
-@dataclass(frozen=True)
-class ExudynLadder:
+class ExudynLadder(Integrated):
     """Of Exudyn: tolerance, longest step, damping; elements of strips."""
-
-    mechanism: Mechanism
-    duration: float
-    level: float
-    solver: Exudyn
-
-    @property
-    def in_space(self) -> bool:
-        """Whether there is a strip."""
-        return any(link.body.meshed for link in self.mechanism.links)
 
     @property
     def refines_space(self) -> bool:
@@ -107,6 +103,8 @@ class ExudynLadder:
 
     def made(self, time: int, space: int, run: Runner) -> Run:
         """See `Ladder`."""
+        if not time and self.level >= PLAIN:
+            return run(_meshed(self.mechanism, 2**space), self.duration, self.solver)
         share = min(1.0, self.level / PLAIN) / STRICTER**time
         usual = Controlled()
         half = 2.0**time / min(1.0, self.level / PLAIN) ** 0.5
@@ -134,7 +132,9 @@ class ClosureLadder:
         if not time:
             return run(self.mechanism, self.duration, Closure())
         samples = len(sample_times(self.mechanism, self.duration, Controlled()))
-        return run(self.mechanism, self.duration, Closure(Controlled(max_step=self.duration / (samples * 2**time))))
+        each = min(10_000, Controlled().contact_resolution * 2**time)
+        finer = Controlled(max_step=self.duration / (samples * 2**time), contact_resolution=each)
+        return run(self.mechanism, self.duration, Closure(finer))
 
 
 def _meshed(mechanism: Mechanism, times: int) -> Mechanism:
@@ -158,8 +158,22 @@ def ladder_of(mechanism: Mechanism, duration: float, level: float, solver: Any) 
     return ExudynLadder(mechanism, duration, level, solver)
 
 
-def suited(mechanism: Mechanism) -> Any:
-    """The solver of a ladder that names none."""
+def suited(mechanism: Mechanism) -> Closure | Exudyn | Spectral:
+    """The solver of a ladder that names none.
+
+    Loop closure where constraints alone decide the motion. Exudyn where a strip names its elements, as the answer is that of
+    these, where a function in Python would have to be compiled, and for what the compiled solver does not take. Else that one.
+    """
     if answered(mechanism):
         return Closure()
-    return Exudyn() if named(mechanism) or own_functions(mechanism) or not compilable(mechanism) else Spectral()
+    named = any(link.body.meshed and not link.body.meshed_freely for link in mechanism.links)
+    return Exudyn() if named or not compilable(mechanism) else Spectral()
+
+
+def compilable(mechanism: Mechanism) -> bool:
+    """Whether the compiled solver is there, takes a mechanism, and has no function in Python to compile."""
+    if own_functions(mechanism) or not compiler():
+        return False
+    from buckler.mbs.spectral.run import takes  # loads the compiled solver
+
+    return takes(mechanism)

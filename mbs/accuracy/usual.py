@@ -1,92 +1,92 @@
-"""What a run without settings is held to: how far each signal may be off."""
+"""A run without settings: which it is, and what it is held to.
+
+It is Exudyn's with its usual settings, held against the first rung of the compiled solver, which shares none of the equations.
+Where the two are farther apart than `Usual` allows, the compiled solver climbs its ladder, or Exudyn its own where elements are
+named, as the answer is that of these. What the compiled solver does not take, or would have to compile from a function in Python,
+climbs Exudyn's ladder at once; what constraints alone decide, that of loop closure.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from math import inf, nan
+from typing import ClassVar
 
-import numpy as np
-
-from buckler.mbs.accuracy.by_signal import Signals, by_signal
-from buckler.mbs.elements.clearance import clearances
-from buckler.mbs.kinematics.inertias import mechanism_mass
+from buckler.mbs.accuracy.compare import TINY, Functions
+from buckler.mbs.accuracy.deliver import UNKNOWN, Climb, Delivery, Rung, beside, deliver, delivered
+from buckler.mbs.accuracy.ladder import PLAIN, Runner, compilable, ladder_of, suited
+from buckler.mbs.elements.element import Kind
 from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.record.result import Result
+from buckler.mbs.record.errors import Errors
+from buckler.mbs.solvers.exudyn import Exudyn
+from buckler.mbs.solvers.spectral import Spectral
+from buckler.mbs.solvers.steps import Controlled
 from buckler.mbs.units import FORCES
 
 PLACE, STRUCK_PLACE = 1e-3, 5e-3
-"""Error allowed of places: its mean square over their range, or the link's length for what bends, and its largest over the
-longest link; and where something strikes, as a rebound that is 5 % wrong errs by so much."""
-FORCE = 0.05
-"""Error allowed of forces and energies: contact laws are known no better. Speeds are not looked at one by one, as those of strips
-ring: the kinetic energy tells of them."""
+"""Error allowed of places, over the longest link or a radian; and where something strikes, as a rebound that is 5 % wrong errs by
+so much."""
+FORCE, IMPULSE = 0.1, 0.05
+"""Error allowed of forces as functions of time, and of impulses and energies: contact laws are known no better. Forces that ring
+are looked at as their means."""
 JOURNAL = 0.1
 """Error allowed of the place of a journal, over the clearance."""
-SMALL = 0.02
-"""Of the largest force of the mechanism, or of one that would move it by its size, or its clearance, in the time of the run:
-smaller ones are measured by so much, torques likewise."""
-NONE = 1e-6
-"""Of the largest force: what is smaller is round-off."""
-OF_FRICTION = ("friction_force", "friction_limit")
-"""Forces that are not looked at: where a contact sticks, they are what its regularisation makes of them."""
-BOUND = 2.0
-"""An estimate is a difference of two runs, and so a bound: beyond so many times of what is allowed a run is suspect."""
-ASKED = 1e-3
-"""What stands for all that is allowed, as an accuracy."""
+
+LEVEL = 3e-4
+"""Error for which the ladders begin: a part of what is allowed of places."""
+MOST = 20
+"""Steps of the compiled solver, of Exudyn's, beyond which it does not suit a mechanism; at least a thousand times as many."""
 
 
-@dataclass(frozen=True)
 class Usual:
-    """What is allowed of each signal, as something an accuracy of `ASKED` is asked of.
+    """What a run without settings is held to.
 
-    Attributes
-    ----------
-    allowed : mapping of str to float
-        In the measure of `mbs.accuracy.by_signal`.
+    Of places, energies, and forces; of contacts their impulses too, and where pins rattle in their bushes these alone, as each
+    blow rings in what it strikes. Rates and accelerations are not looked at one by one, as those of strips ring: the kinetic
+    energy tells of them. Nor is friction: where a contact sticks, it is what its regularisation makes of it.
     """
 
-    allowed: Mapping[str, float]
-    words: str = "a run without settings"
-    motion: bool = False
+    asked: ClassVar[float] = nan
+    words: ClassVar[str] = "a run without settings"
 
-    @classmethod
-    def of(cls, mechanism: Mechanism, result: Result) -> Usual:
-        """What is allowed of a mechanism whose signals are about those of a result."""
-        place = STRUCK_PLACE if mechanism.stops or clearances(mechanism) else PLACE
-        lengths = {link.name: mechanism.length(link.name) for link in mechanism.links}
-        sizes = {name: float(np.abs(values).max(initial=0.0)) for name, values in result.signals.items()}
-        size = max(lengths.values())
-        way = min((joint.gap for joint in clearances(mechanism)), default=size)
-        push = mechanism_mass(mechanism) * way / float(result.time[-1]) ** 2
-        least = {"N": push, "N m": push * size}
-        largest = {unit: max([least[unit], *(sizes[n] for n, u in result.units.items() if u == unit)]) for unit in FORCES}
-        allowed: dict[str, float] = {}
-        seen = Signals(result)
-        for name, unit in result.units.items():
-            owner, _, kind = name.rpartition(".")
-            if owner in mechanism.points and kind in ("x", "y"):
-                allowed |= {name: place, f"{name}.peak": place * size / seen.extent(name)}
-            elif kind == "deflection" and owner in lengths:
-                span = float(np.ptp(result.signals[name]))
-                allowed[name] = place * max(1.0, lengths[owner] / max(span, np.finfo(float).tiny))
-            elif kind in ("journal_x", "journal_y"):
-                allowed[name] = JOURNAL
-            elif unit in FORCES and kind not in OF_FRICTION:
-                allowed[name] = FORCE * max(1.0, SMALL / max(sizes[name] / largest[unit], NONE) if largest[unit] > 0 else 1.0)
-        return cls(allowed)
+    def limits(self, run: Functions) -> Mapping[str, float]:
+        """Relative error allowed of signals and of what is read off them."""
+        signals, scales = run.signals, run.scales
+        struck = any(signal.kind is Kind.CONTACT for signal in signals.values())
+        rattles = any(signal.kind is Kind.PLACE and signal.scale for signal in signals.values())
+        place, found = STRUCK_PLACE if struck else PLACE, dict[str, float]()
+        for name, signal in signals.items():
+            if signal.kind is Kind.PLACE:
+                whole = run.size if signal.unit == "m" else 1.0
+                found[name] = JOURNAL if signal.scale else place * max(1.0, whole / max(scales[name][0], TINY))
+            elif signal.kind is Kind.ENERGY and "friction" not in name:
+                found[name] = IMPULSE
+            elif signal.kind is Kind.CONTACT and signal.unit in FORCES:
+                found |= {f"{name}.impulse": IMPULSE} | ({} if rattles else {name: FORCE})
+            elif signal.kind in (Kind.REACTION, Kind.INTERNAL) and signal.unit in FORCES and f"{name}.mean" not in signals:
+                found[name] = FORCE
+        return found
 
-    def apart(self, a: Result, b: Result) -> float:
-        """How far run a is from run b, over what is allowed, times `ASKED`."""
-        return self.largest(by_signal(a, b), b.units)
 
-    def largest(self, errors: Mapping[str, float], _units: Mapping[str, str]) -> float:
-        """The largest error over what is allowed, times `ASKED`; what is far beyond is all alike, as motion then decides."""
-        _, error, allowed = self.worst(errors)
-        return ASKED * min(error / allowed, 2 * BOUND)
-
-    def worst(self, errors: Mapping[str, float]) -> tuple[str, float, float]:
-        """The signal or energy that is farthest beyond what is allowed, its error, and what is allowed."""
-        energies = [name for name in errors if name.startswith("energy.") and not name.endswith("taken_friction")]
-        limits = {**dict.fromkeys(energies, FORCE), **{name: limit for name, limit in self.allowed.items() if name in errors}}
-        name = max(limits, key=lambda name: errors[name] / limits[name], default="")
-        return name, errors.get(name, 0.0), limits.get(name, FORCE)
+def plain(mechanism: Mechanism, duration: float, run: Runner) -> Delivery:
+    """Run without settings; see above."""
+    goal, solver = Usual(), suited(mechanism)
+    engine = Climb(ladder_of(mechanism, duration, PLAIN, Exudyn() if isinstance(solver, Spectral) else solver), run)
+    if not (isinstance(solver, Spectral) or (isinstance(solver, Exudyn) and compilable(mechanism))):
+        return deliver(engine, goal)
+    base = engine.functions(Rung())
+    if base is None:
+        return Delivery(engine.run(Rung()), Errors(), UNKNOWN, engine.made)
+    steps = Controlled(max_steps=MOST * (1000 + len(base.time)))
+    compiled = Climb(ladder_of(mechanism, duration, LEVEL, Spectral(steps)), run, engine.made)
+    finer = compiled.functions(Rung())
+    if finer is None:
+        return deliver(engine, goal)
+    look = beside(base, finer)
+    first = delivered(engine, goal, Rung(), look)
+    if first.worst.ratio <= 1:
+        return first
+    if isinstance(solver, Exudyn):
+        return deliver(engine, goal)
+    second = deliver(compiled, goal, parts_at=look.parts_at if look.parts_at < inf else 0.0)
+    return min(second, first, key=lambda each: each.worst.ratio)

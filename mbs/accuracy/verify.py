@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
-from math import nan
+from math import inf
 from time import perf_counter
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 
-from buckler.mbs.accuracy.delivery import Delivery, Task, comparable
-from buckler.mbs.accuracy.difference import FINEST, difference
-from buckler.mbs.accuracy.predictable import cut, predictable
-from buckler.mbs.accuracy.ways import by_exudyn, compiled
+from buckler.mbs.accuracy.compare import Functions, compare
+from buckler.mbs.accuracy.deliver import Climb, deliver
+from buckler.mbs.accuracy.estimate import ROUNDING, parted
+from buckler.mbs.accuracy.goal import Asked
+from buckler.mbs.accuracy.ladder import Runner, ladder_of
+from buckler.mbs.accuracy.usual import Usual
+from buckler.mbs.elements.clearance import clearances
+from buckler.mbs.elements.element import Kind
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.errors import Errors
 from buckler.mbs.record.result import Result
@@ -25,23 +28,63 @@ from buckler.mbs.solvers.spectral import Spectral
 
 APART = 0.05
 """Difference allowed of two runs of which one has no estimate of its error."""
+LEAST = 0.1
+"""Of an accuracy: smaller differences are not asked about."""
 NAMES: dict[type, str] = {Exudyn: "Exudyn", Spectral: "the compiled solver", Closure: "loop closure"}
 
 
-def verify(result: Result, mechanism: Mechanism, duration: float, solver: Any, run: Callable[..., Run]) -> Result:
-    """Run another solver and put the difference into the result; SUSPECT, SOLVERS in the message, where it is too large.
+class Disagreement(NamedTuple):
+    """Two runs of one mechanism: of the places, the largest relative difference; and the signal that is farthest beyond what is
+    allowed, its difference and what is allowed, relative.
+    """
 
-    Without clearance the whole run is compared; with clearance what can be predicted, as rattling is chaotic.
+    motion: float
+    name: str
+    off: float
+    allowed: float
+
+    @property
+    def ratio(self) -> float:
+        """Difference over what is allowed."""
+        return self.off / self.allowed
+
+
+def disagreement(a: Run, b: Run, mine: Errors, other: Errors, least: float = ROUNDING) -> Disagreement:
+    """How far two runs are apart, as long as they are one trajectory, in what a run without settings is held to (`Usual`).
+
+    Parameters
+    ----------
+    a, b : Run
+    mine, other : Errors
+        Allowed is their sum, or `least` if that is more; where one is not known, `APART`.
+    """
+    first, second = Functions.of(a), Functions.of(b)
+    known = mine.known and other.known
+    ends = [each.until for each in (mine, other) if each.known]
+    chaotic = min(ends) < first.time[-1] if known else bool(clearances(a.record.mechanism))
+    apart = compare(first, second, min([parted(first, second), *ends]) if chaotic else inf)
+    judged = [name for name in Usual().limits(second) if name in apart]
+    places = [name for name in judged if name in second.signals and second.signals[name].kind is Kind.PLACE]
+    allowed = {
+        name: max(least, mine.signals.get(name, 0.0) + other.signals.get(name, 0.0)) if known else APART for name in judged
+    }
+    name = max(judged, key=lambda name: apart[name].relative / allowed[name])
+    motion = max((apart[name].relative for name in places), default=0.0)
+    return Disagreement(motion, name, apart[name].relative, allowed[name])
+
+
+def verified(result: Result, made: Run, mechanism: Mechanism, duration: float, run: Runner) -> Result:
+    """Run another solver and put the difference into the result; SUSPECT, SOLVERS in the message, where it is too large.
 
     Parameters
     ----------
     result : Result
         A run that is to be trusted; a failed one is given back as it is.
+    made : Run
+        What it was made of.
     mechanism : Mechanism
     duration : float
         s.
-    solver : Exudyn, Spectral or Closure
-        Which made it.
     run : callable
         `run(mechanism, duration, solver)` makes one `Run`.
 
@@ -52,39 +95,34 @@ def verify(result: Result, mechanism: Mechanism, duration: float, solver: Any, r
     """
     if result.status not in (Status.OK, Status.SUSPECT):
         return result
-    mine, other = type(solver), Exudyn if isinstance(solver, Spectral) else Spectral
-    span = predictable(mechanism, duration)
+    other: Exudyn | Spectral = Exudyn() if isinstance(made.solver, Spectral) else Spectral()
+    mine, theirs = NAMES[type(made.solver)], NAMES[type(other)]
     start = perf_counter()
     try:
-        delivery = _run(mechanism, span, other, result.asked, run)
+        second, errors = _run(mechanism, duration, other, result.asked, run)
     except (ValueError, NotImplementedError, ImportError) as reason:
-        return _noted(result, f"not verified: {NAMES[other]} does not take this mechanism: {reason}")
+        return _noted(result, f"not verified: {theirs} does not take this mechanism: {reason}")
     result = replace(result, work=result.work | {"verify_s": perf_counter() - start})
-    failure = delivery.run.failure
-    if failure is not None:
-        return _noted(result, f"not verified: {NAMES[other]} ended as {failure[0]}: {failure[1]}")
-    compared = delivery.complete(comparable(delivery.run), 0.0)
-    if not all(np.isfinite(values).all() for one in (result, compared) for values in one.signals.values()):
+    if second.failure is not None:
+        return _noted(result, f"not verified: {theirs} ended as {second.failure[0]}: {second.failure[1]}")
+    if not all(np.isfinite(values).all() for values in (*result.signals.values(), *second.values.values())):
         return _noted(result, "not verified: a signal is not finite")
-    apart, (limit, why) = difference(cut(result, span), compared), _limit(result.error.motion, delivery.errors.motion)
-    result = replace(result, verified=apart)
-    if apart <= limit:
+    least = LEAST * result.asked if result.asked > 0 else ROUNDING
+    found = disagreement(made, second, result.error, errors, least)
+    result = replace(result, verified=found.motion)
+    if found.ratio <= 1:
         return result
-    return result.suspect(f"SOLVERS: {NAMES[mine]} and {NAMES[other]} are {apart:.2g} apart, allowed {limit:.2g}, {why}")
+    why = "the sum of their errors" if result.error.known and errors.known else "for want of an estimate of either error"
+    apart = f"{found.off:.2g} apart in '{found.name}', allowed {found.allowed:.2g}"
+    return result.suspect(f"SOLVERS: {mine} and {theirs} are {apart}, {why}")
 
 
-def _run(mechanism: Mechanism, span: float, other: type, asked: float, run: Callable[..., Run]) -> Delivery:
+def _run(mechanism: Mechanism, duration: float, solver: Exudyn | Spectral, asked: float, run: Runner) -> tuple[Run, Errors]:
     """The other solver's run, with an estimate of its error where an accuracy was asked for."""
     if asked > 0:
-        return (compiled if other is Spectral else by_exudyn(mechanism))(Task(mechanism, span, asked), run)
-    return Delivery(run(mechanism, span, other()), nan, Errors())
-
-
-def _limit(first: float, second: float) -> tuple[float, str]:
-    """Difference allowed, and what it is."""
-    if np.isfinite(first) and np.isfinite(second):
-        return max(first + second, FINEST), "the sum of their estimated errors"
-    return APART, "for want of an estimate of either error"
+        delivery = deliver(Climb(ladder_of(mechanism, duration, asked, solver), run), Asked(asked))
+        return delivery.run, delivery.errors
+    return run(mechanism, duration, solver), Errors()
 
 
 def _noted(result: Result, note: str) -> Result:

@@ -30,7 +30,7 @@ def followed(record: Record) -> Followed | None:
     """A driven linkage in its recorded places; None where constraints alone do not decide its motion."""
     if not determined(record.mechanism):
         return None
-    linkage, places = Linkage(record.mechanism), _places(record)
+    linkage, places = Linkage(record.mechanism, float(record.time[-1])), _places(record)
     return Followed(linkage, places, linkage.system(places, np.zeros_like(places))[1])
 
 

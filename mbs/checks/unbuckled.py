@@ -61,7 +61,7 @@ def _overloaded_strips(record: Record, result: Result) -> Iterator[str]:
         & unbent[link.name]
         for link in strips
     }
-    if len(time) < 3 or not any(each.any() for each in pressed.values()):
+    if len(time) < 3 or not any(_may_grow(record, link, time, -forces[link.name] * pressed[link.name]) for link in strips):
         return
     seen = np.flatnonzero(np.any(list(pressed.values()), axis=0))
     growth, rows = Growth(record), np.unique(seen[np.linspace(0, len(seen) - 1, POSES).astype(int)])
@@ -73,6 +73,16 @@ def _overloaded_strips(record: Record, result: Result) -> Iterator[str]:
             k = int(np.argmax(straight))
             carries = f"at t = {time[k]:.4g} s '{name}' carries {-force[k]:.3g} N, straight"
             yield f"{carries}, though its bending grows at {rate[k]:.3g} 1/s; give it an imperfection"
+
+
+def _may_grow(record: Record, link: Any, time: Array, force: Array) -> bool:
+    """Whether bending could have grown far enough under a force, N: P/2 sqrt(EI mu) bounds the rate of a strip held at its ends.
+
+    (P k^2 - EI k^4)/mu is largest at k^2 = P/2 EI; ends that move are granted twice that rate.
+    """
+    section = link.body.section
+    fastest = force / np.sqrt(section.bending_stiffness * section.mass_per_length)
+    return bool((grown(time, fastest) > GROWTH).any())
 
 
 def _between(rows: Array, rates: Array, pressing: Array) -> Array:

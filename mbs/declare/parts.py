@@ -132,7 +132,7 @@ def _kind(name: str, given: dict[str, Any], kinds: Mapping[str, type]) -> type:
             said = f"unknown kind{did_you_mean(str(word), kinds)}; known: {', '.join(sorted(kinds))}"
             raise ValueError(f"{name}.kind = {shown(word)}: {said}")
         return kinds[word]
-    fitting = list(kinds.values()) if len(kinds) == 1 else _fitting(given, kinds)
+    fitting = list(kinds.values()) if len(kinds) == 1 else _fitting(given, kinds) or _sharing(given, kinds)
     if len(fitting) != 1:
         raise ValueError(f"{name}: lacks 'kind'; known: {', '.join(sorted(kinds))}")
     return fitting[0]
@@ -144,6 +144,11 @@ def _fitting(given: Mapping[str, Any], kinds: Mapping[str, type]) -> list[type]:
     return [
         kind for kind, each in fields.items() if {key for key, field in each.items() if field.required} <= set(given) <= set(each)
     ]
+
+
+def _sharing(given: Mapping[str, Any], kinds: Mapping[str, type]) -> list[type]:
+    """Classes that have a key of these: if it is one, it says best what is wrong."""
+    return [kind for kind in kinds.values() if set(given) & set(declarations(kind))]
 
 
 def _made(name: str, kind: Callable[..., Any], values: Mapping[str, Any]) -> Any:

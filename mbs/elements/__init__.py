@@ -10,6 +10,7 @@ from buckler.mbs.elements.element import Joint
 from buckler.mbs.elements.force import Force
 from buckler.mbs.elements.gear import Gear
 from buckler.mbs.elements.guide import Guide, GuideFriction
+from buckler.mbs.elements.line_load import LineLoad
 from buckler.mbs.elements.link import Link
 from buckler.mbs.elements.load import Load
 from buckler.mbs.elements.mass import Mass
@@ -19,7 +20,7 @@ from buckler.mbs.elements.rack import Rack
 from buckler.mbs.elements.revolute import Revolute
 from buckler.mbs.elements.rigid import Inertia, Rigid
 from buckler.mbs.elements.rope import Rope
-from buckler.mbs.elements.section import STEEL, Material, Section
+from buckler.mbs.elements.section import STEEL, Material, Profile, Section
 from buckler.mbs.elements.slider import Slider, Slot
 from buckler.mbs.elements.spring import Spring
 from buckler.mbs.elements.stop import Stop
@@ -36,6 +37,6 @@ KINDS: dict[str, type] = {
 
 __all__ = [
     "KINDS", "STEEL", "AdamsDamping", "Beam", "Belt", "Body", "Cable", "Clearance", "Drive", "Force", "Gear", "Guide",
-    "GuideFriction", "Inertia", "Link", "Mass", "Material", "Modal", "Motion", "Motor", "Rack", "Ramp", "Revolute", "Rigid",
-    "Rope", "Section", "Slider", "Slot", "Spring", "Stop", "Strut", "Torque", "TorsionSpring", "Weld",
+    "GuideFriction", "Inertia", "LineLoad", "Link", "Mass", "Material", "Modal", "Motion", "Motor", "Profile", "Rack", "Ramp",
+    "Revolute", "Rigid", "Rope", "Section", "Slider", "Slot", "Spring", "Stop", "Strut", "Torque", "TorsionSpring", "Weld",
 ]  # fmt: skip

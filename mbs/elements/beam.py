@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from buckler.mbs.callables import Function
 from buckler.mbs.declare import Either, Several, Vector, declared, field, part, quantity, whole
 from buckler.mbs.elements.body import Body
 from buckler.mbs.elements.element import Array, Energy, Kind, Recorded, Signal
-from buckler.mbs.elements.section import Section
+from buckler.mbs.elements.section import Profile, Section
 
 DEFAULT_ELEMENTS = 8
 """Elements of a flexible link where neither its maker nor an accuracy asks for a number."""
@@ -30,28 +30,10 @@ SHAPED = (
 )
 
 
-class Worth(NamedTuple):
-    """What n elements of a kind are worth.
-
-    Attributes
-    ----------
-    like_cables : float
-        How many are as accurate as one of a Cable.
-    first : (float, int)
-        c, p: they raise the first frequency by c/n^p of itself.
-    far : (float, int)
-        c, p: the bending load is off by c a^p of itself where elements turn by an angle a, rad.
-    """
-
-    like_cables: float
-    first: tuple[float, int]
-    far: tuple[float, int]
-
-
 class Flexible(Body):
     """What beams and cables share."""
 
-    section: Section
+    section: Section | Profile
     meshed: ClassVar[bool] = True
     carrying: ClassVar[tuple[str, ...]] = ("fraction",)
     round_off: ClassVar[float] = 5e-12
@@ -75,24 +57,9 @@ class Flexible(Body):
         return self.elements is None
 
     @property
-    def stiffening(self) -> float:
-        """Factor by which elements raise its first frequency, as they are too stiff."""
-        c, order = self.worth.first
-        return 1 + c / self.count**order
-
-    @property
     def step(self) -> int:
         """Nodes from one element to the next."""
         return 1
-
-    @property
-    def worth(self) -> Worth:
-        """What its elements are worth."""
-        raise NotImplementedError
-
-    def first_frequency(self, length: float) -> float:
-        """Of the first bending vibration between pinned ends, rad/s."""
-        return self.section.first_frequency(length)
 
     @property
     def curved(self) -> bool:
@@ -135,7 +102,7 @@ class Flexible(Body):
 class Beam(Flexible):
     """A flexible link of geometrically exact (shear-deformable) beam elements."""
 
-    section: Section = part(Section, doc="of the strip")
+    section: Section | Profile = part(Section, Profile, doc="of the strip")
     elements: int | None = whole(1, 1000, doc=ELEMENTS, default=None)
     nodes: int = whole(2, 3, doc="of an element: 2 (linear), or 3 (quadratic), far more accurate for its price", default=3)
     imperfection: float = quantity("m", low=-1, high=1, doc=BOW, default=0.0)
@@ -146,27 +113,17 @@ class Beam(Flexible):
         """Nodes from one element to the next."""
         return self.nodes - 1
 
-    @property
-    def worth(self) -> Worth:
-        """What its elements are worth, by their nodes."""
-        return {3: Worth(1.5, (0.19, 4), (3e-4, 6)), 2: Worth(6.0, (1.3, 2), (3e-4, 6))}[self.nodes]
-
 
 @declared
 class Cable(Flexible):
     """A flexible link of shear-rigid ANCF cable elements (cubic Hermite)."""
 
-    section: Section = part(Section, doc="of the strip")
+    section: Section | Profile = part(Section, Profile, doc="of the strip")
     elements: int | None = whole(1, 1000, doc=ELEMENTS, default=None)
     imperfection: float = quantity("m", low=-1, high=1, doc=BOW, default=0.0)
     shape: Shape | None = field(SHAPES, SHAPED, default=None)
 
     turns: ClassVar[bool] = False
-
-    @property
-    def worth(self) -> Worth:
-        """What its elements are worth."""
-        return Worth(1.0, (0.0665, 4), (1.2e-2, 4))
 
 
 @dataclass(frozen=True)

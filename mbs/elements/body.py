@@ -52,10 +52,6 @@ class Body(Declared):
         """Place at a fraction of the stress-free length, m, in the link's frame, for a distance of its ends, m."""
         return chord * fraction, 0.0
 
-    def first_frequency(self, _length: float) -> float:
-        """Of the first bending vibration with mass between pinned ends, rad/s; 0 if it has none."""
-        return 0.0
-
     def signals(self, link: Any, record: Recorded) -> Iterator[Signal]:
         """Yield those besides the link's."""
         yield from ()

@@ -58,10 +58,6 @@ class Coupling(Element):
         """Return the effort of its row, as on its first body."""
         return {"effort": multipliers}
 
-    def moments(self, mechanism: Parts) -> Iterator[str]:
-        """Yield where it turns links."""
-        yield from self.turning()
-
 
 def carried_by(mechanism: Parts, carrier: str, point: str = "") -> Place:
     """Place of a carrier, at a point or at its own start."""

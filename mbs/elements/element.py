@@ -1,23 +1,26 @@
 """What every element has in common: a name, signals, energies; and how an element names a point.
 
-An element answers from plain arrays. It sees a run through `Recorded`, which both solvers' records are.
+An element answers from plain arrays. It sees a run through its `Record`, which both solvers leave behind.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from enum import StrEnum
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, TypeAlias
 
 import numpy as np
 
 from buckler.mbs.declare import Declared, specs
 
 if TYPE_CHECKING:
-    from buckler.mbs.elements.drive import Drive
-    from buckler.mbs.elements.guide import Guide
-    from buckler.mbs.elements.link import Link
+    from buckler.mbs.mechanism import Mechanism
+    from buckler.mbs.record.record import Record
 
+Parts: TypeAlias = "Mechanism"
+"""A mechanism, as its elements see it: known to types only, for it is made of elements."""
+Recorded: TypeAlias = "Record"
+"""A run, as elements see it."""
 Array = np.ndarray[Any, Any]
 GROUND = "ground"
 
@@ -73,6 +76,10 @@ class Signal(NamedTuple):
     unit : str
     onsets : array, shape (contacts,)
         Times, s, at which a contact closes or opens: its force jumps or has a kink there.
+    depth : array, shape (times,)
+        m, of a stop's contact; negative where it is open.
+    elastic : callable, optional
+        Force, N, of its law at rest in depths, m.
     """
 
     name: str
@@ -84,11 +91,13 @@ class Signal(NamedTuple):
     scale: float = 0.0
     period: float = 0.0
     onsets: Array = np.empty(0)
+    depth: Array = np.empty(0)
+    elastic: Callable[[Any], Any] = np.zeros_like
 
     @property
     def trait(self) -> Trait:
         """What it is."""
-        return Trait(*self[3:-1])
+        return Trait(*self[3:8])
 
 
 def onsets(time: Array, depth: Array, rate: Array) -> Array:
@@ -143,78 +152,6 @@ class Depth(NamedTuple):
     allowed: float
     what: str
     where: str
-
-
-class Parts(Protocol):
-    """A mechanism, as its elements see it."""
-
-    @property
-    def points(self) -> Mapping[str, tuple[float, float]]:
-        """Places at t = 0, m."""
-
-    @property
-    def links(self) -> Sequence[Link]:
-        """What moves."""
-
-    @property
-    def joints(self) -> Sequence[Joint]:
-        """What joins links."""
-
-    @property
-    def guides(self) -> Sequence[Guide]:
-        """Slider blocks."""
-
-    @property
-    def drives(self) -> Sequence[Drive]:
-        """What moves as it is told."""
-
-    @property
-    def gravity(self) -> tuple[float, float]:
-        """m/s^2."""
-
-    def link(self, name: str) -> Link:
-        """The link of that name."""
-
-    def guide(self, point: str) -> Guide:
-        """The guide of that point."""
-
-    def length(self, name: str) -> float:
-        """Distance of a link's two end points, m."""
-
-    def elements(self) -> dict[str, Element]:
-        """All elements by their names."""
-
-
-class Recorded(Protocol):
-    """A record, as elements see it."""
-
-    @property
-    def mechanism(self) -> Parts:
-        """The mechanism that ran."""
-
-    @property
-    def time(self) -> Array:
-        """s, (times,)."""
-
-    @property
-    def links(self) -> Mapping[str, Any]:
-        """Motion of each link that has coordinates of its own."""
-
-    @property
-    def blocks(self) -> Mapping[str, Any]:
-        """Motion of each guide's block, by point."""
-
-    def channel(self, element: str, name: str) -> Array:
-        """What the solver recorded of an element."""
-
-    def point(self, at: str) -> tuple[Array, Array]:
-        """Place and velocity of a point reference."""
-
-    def turn(self, at: str) -> tuple[Array, Array]:
-        """Angle turned since t = 0 of the body at a point reference, and its rate."""
-
-    def work(self, power: Array) -> Array:
-        """Work, J, of a power, W, since t = 0, each (times,)."""
 
 
 class Element(Declared):
@@ -281,10 +218,6 @@ class Element(Declared):
 
     def burdens(self, mechanism: Parts) -> Iterator[Burden]:
         """Yield the masses it adds to bodies; none by default."""
-        yield from ()
-
-    def moments(self, mechanism: Parts) -> Iterator[str]:
-        """Yield the point references 'link:point' at which it exerts a moment on a link; none by default."""
         yield from ()
 
 
@@ -387,12 +320,9 @@ class Joint(Element):
     ----------
     ideal : bool
         Whether it is a constraint; else contact holds it.
-    keeps_angle : bool
-        Whether it keeps the two bodies' angle to each other.
     """
 
     ideal: ClassVar[bool] = True
-    keeps_angle: ClassVar[bool] = False
     point: str
     first: str
     second: str
@@ -422,11 +352,6 @@ class Joint(Element):
         ends = {self.first, self.second}
         if sum(joint.point == self.point and {joint.first, joint.second} == ends for joint in mechanism.joints) > 1:
             raise ValueError(f"{self.where}: joins {' and '.join(sorted(ends))} twice")
-
-    def moments(self, mechanism: Parts) -> Iterator[str]:
-        """Yield both sides where it keeps the angle; the moment of friction is small."""
-        if self.keeps_angle:
-            yield from (f"{body}:{self.point}" for body in (self.first, self.second))
 
 
 def turned(angle: Array, vector: Any) -> Array:

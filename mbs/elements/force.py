@@ -7,9 +7,9 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from buckler.mbs.callables import Function
-from buckler.mbs.declare import Either, Vector, declared, field, names
+from buckler.mbs.declare import Either, Nothing, Vector, declared, field, names
 from buckler.mbs.elements.element import GROUND, Array, Energy, Kind, Parts, Recorded, Signal, holder, place, refers
-from buckler.mbs.elements.load import Load, Push, check_turning, held_at, sampled, turning
+from buckler.mbs.elements.load import Load, Push, check_turning, held_at, sampled, turning, worked
 from buckler.mbs.functions import kinks
 
 Pair = tuple[float, float]
@@ -22,11 +22,16 @@ class Force(Load):
     point: str = names(doc="'A', or 'coupler:A' as part of that link; on the end of a strut it acts on what that is pinned to")
     value: Pair | Callable[[float], Pair] = field(
         Either((Vector("N"), Function("t", "N", size=2))),
-        "the force, or a function of t, s, that returns it; kinks of the function are its maker's: steps do not look for them",
+        "the force, or a function of t, s, that returns it; its jumps, kinks and pulses are looked for every 1e-5 of a run",
     )
     follows: str | None = names(
         doc="a link with which it turns: then `value` is the force in the pose at t = 0; a flexible link's angle is that at the "
         "point if it reaches it, or else at its start; 'beam:B' names another point",
+        default=None,
+    )
+    through: Pair | None = field(
+        Either((Vector("m"), Nothing())),
+        "a place through which its line of action goes wherever the point is (Reut's load): at the point it acts with a moment",
         default=None,
     )
 
@@ -36,8 +41,8 @@ class Force(Load):
         return f"force on '{self.point}'"
 
     def kinks(self, duration: float) -> tuple[float, ...]:
-        """Points in a run of the tables it is made of."""
-        return tuple(t for t in kinks(self.value) if 0 < t < duration)
+        """Times in a run at which it jumps, has a kink or changes quickly."""
+        return kinks(self.value, duration)
 
     @property
     def key(self) -> str:
@@ -52,14 +57,16 @@ class Force(Load):
             raise ValueError(f"{where}: it acts on the ground; name a point of a link")
         if self.follows is not None:
             check_turning(mechanism, self.follows, where)
+        if self.through is not None:
+            check_turning(mechanism, held_at(mechanism, self.point), where)
 
     def turns_with(self, mechanism: Parts) -> str | None:
         """The point reference whose angle it follows."""
         return None if self.follows is None else turning(mechanism, self.follows, place(self.point).point)
 
-    def acting(self, record: Recorded) -> Array:
-        """The force, N, (times, 2)."""
-        values = sampled(self.value, record.time) if callable(self.value) else np.tile(self.value, (len(record.time), 1))
+    def acting(self, record: Recorded, times: Array) -> Array:
+        """The force, N, (times, 2), at times that may lie a little beside the samples, s."""
+        values = sampled(self.value, times) if callable(self.value) else np.tile(self.value, (len(times), 1))
         at = self.turns_with(record.mechanism)
         if at is None:
             return values
@@ -69,17 +76,26 @@ class Force(Load):
 
     def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
         """Yield the force."""
-        yield Push(held_at(record.mechanism, self.point), self.acting(record), np.zeros_like(record.time))
+        yield self._push(record, record.time)
+
+    def _push(self, record: Recorded, times: Array) -> Push:
+        at, force = held_at(record.mechanism, self.point), self.acting(record, times)
+        torque = np.zeros_like(record.time)
+        if self.through is not None:
+            arm = np.array(self.through) - record.point(at)[0]
+            torque = arm[:, 0] * force[:, 1] - arm[:, 1] * force[:, 0]
+        return Push(at, force, torque)
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield its components, N."""
-        for letter, values in zip("xy", self.acting(record).T, strict=True):
+        for letter, values in zip("xy", self.acting(record, record.time).T, strict=True):
             yield Signal(f"{name}.f{letter}", values, "N", Kind.INTERNAL, name)
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
         """Yield the work it gave."""
-        if callable(self.value) or self.follows is not None:
-            yield Energy("given", "load", record.work(self.power(name, record)))
+        if callable(self.value) or self.follows is not None or self.through is not None:
+            kinks = self.kinks(float(record.time[-1]))
+            yield Energy("given", "load", worked(record, lambda times: self._push(record, times), kinks))
             return
         path = record.point(held_at(record.mechanism, self.point))[0]
         yield Energy("given", "load", (path - path[0]) @ np.array(self.value))

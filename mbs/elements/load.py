@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from math import hypot
 from typing import Any, NamedTuple
 
@@ -24,6 +24,8 @@ from buckler.mbs.elements.element import (
 Law = Callable[[float, float], float]
 PIECES = 400
 """Pieces over which the force of a spring's law is integrated."""
+SIDE = 1e-9
+"""Of a run: how long before and after a sample a step sees a function."""
 
 
 class Push(NamedTuple):
@@ -43,10 +45,30 @@ class Load(Element):
 
     def power(self, name: str, record: Recorded) -> Array:
         """Power it gives to the bodies, W, (times,)."""
-        total = np.zeros_like(record.time)
-        for push in self.pushes(name, record):
-            total = total + (push.force * record.point(push.at)[1]).sum(axis=1) + push.torque * record.turn(push.at)[1]
-        return total
+        return sum((given(push, record) for push in self.pushes(name, record)), np.zeros_like(record.time))
+
+
+def given(push: Push, record: Recorded) -> Array:
+    """Power that a push gives to its body, W, (times,)."""
+    return np.asarray((push.force * record.point(push.at)[1]).sum(axis=1) + push.torque * record.turn(push.at)[1])
+
+
+def worked(record: Recorded, push: Callable[[Array], Push], kinks: Sequence[float]) -> Array:
+    """Work, J, of a push that is a function of time: a step sees no jump at its ends, so that each has the power inside.
+
+    Parameters
+    ----------
+    record : Recorded
+    push : callable
+        What it is, the times of the samples given, s.
+    kinks : sequence of float
+        Times, s, at which it may jump.
+    """
+    power, last = given(push(record.time), record), float(record.time[-1])
+    if not len(kinks):
+        return record.work(power)
+    before, after = (given(push(np.clip(record.time + side, 0.0, last)), record) for side in (-SIDE * last, SIDE * last))
+    return record.work(power, (before, after))
 
 
 def moment_of_loads(record: Recorded, link: str) -> Array:

@@ -51,11 +51,6 @@ class Mass(Element):
         """Yield itself."""
         yield Burden(self.at(mechanism), self.mass, self.inertia)
 
-    def moments(self, mechanism: Parts) -> Iterator[str]:
-        """Yield where it is fixed, if it resists turning."""
-        if self.inertia:
-            yield self.at(mechanism)
-
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
         """Yield kinetic energy and weight."""
         at, gravity = self.at(record.mechanism), record.mechanism.gravity

@@ -199,10 +199,6 @@ class Modal(Body):
     )
     order: int = whole(1, 2, doc="of the finite-element displacement", default=2)
 
-    def first_frequency(self, length: float) -> float:
-        """Of the section as a beam, rad/s."""
-        return self.section.first_frequency(length)
-
     def agree(self) -> None:
         """A ratio for each mode; a solid that can be meshed."""
         if isinstance(self.damping, tuple) and len(self.damping) != len(self.modes.numbers or ()):

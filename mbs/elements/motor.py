@@ -46,8 +46,8 @@ class Motor(Load):
         return f"motor on '{self.link}'"
 
     def kinks(self, duration: float) -> tuple[float, ...]:
-        """Points in a run of the tables it is made of."""
-        return tuple(t for t in kinks(self.voltage) if 0 < t < duration)
+        """Times in a run at which it jumps, has a kink or changes quickly."""
+        return kinks(self.voltage, duration)
 
     @property
     def key(self) -> str:
@@ -57,10 +57,6 @@ class Motor(Load):
     def check(self, mechanism: Parts) -> None:
         """A link with an angle."""
         check_turning(mechanism, self.link, self.where)
-
-    def moments(self, mechanism: Parts) -> Iterator[str]:
-        """Yield where it acts."""
-        yield self.at(mechanism)
 
     def at(self, mechanism: Parts) -> str:
         """The point reference at which it acts."""

@@ -1,9 +1,10 @@
-"""What links are made of: materials and rectangular sections, in SI."""
+"""What links are made of: materials, rectangular sections, and sections by their numbers, in SI."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from math import pi, sqrt
+from typing import Any
 
 from buckler.mbs.declare import Declared, declared, part, quantity
 from buckler.mbs.validate import non_negative
@@ -27,8 +28,25 @@ class Material(Declared):
 STEEL = Material(modulus=210e9, density=7850.0)
 
 
+class Slender:
+    """What follows from stiffnesses and masses per length, however they are given."""
+
+    def bar(self: Any, length: float) -> tuple[float, float, tuple[float, float]]:
+        """Mass, kg, inertia about the centre of mass, kg m^2, and that centre, m, of a straight bar this long [m]."""
+        mass = self.mass_per_length * length
+        return mass, mass * length**2 / 12 + self.inertia_per_length * length, (length / 2, 0.0)
+
+    def euler_load(self: Any, length: float) -> float:
+        """Critical load of the pinned strip, pi^2 E I / L^2, N."""
+        return float(pi**2 * self.bending_stiffness / length**2)
+
+    def first_frequency(self: Any, length: float) -> float:
+        """First bending frequency of the pinned strip, rad/s."""
+        return float((pi / length) ** 2 * sqrt(self.bending_stiffness / self.mass_per_length))
+
+
 @declared
-class Section(Declared):
+class Section(Slender, Declared):
     """Rectangular section of a link."""
 
     width: float = quantity("m", low=1e-9, high=1e6, doc="out of the plane of motion")
@@ -67,23 +85,10 @@ class Section(Declared):
         """Rho A, kg/m."""
         return self.material.density * self.area
 
-    def bar(self, length: float) -> tuple[float, float, tuple[float, float]]:
-        """Mass, kg, inertia about the centre of mass, kg m^2, and that centre, m, of a straight bar this long [m]."""
-        mass = self.mass_per_length * length
-        return mass, mass * (length**2 + self.thickness**2) / 12, (length / 2, 0.0)
-
     @property
     def inertia_per_length(self) -> float:
         """Rho I, kg m."""
         return self.material.density * self.second_moment
-
-    def euler_load(self, length: float) -> float:
-        """Critical load of the pinned strip, pi^2 E I / L^2, N."""
-        return pi**2 * self.bending_stiffness / length**2
-
-    def first_frequency(self, length: float) -> float:
-        """First bending frequency of the pinned strip, rad/s."""
-        return (pi / length) ** 2 * sqrt(self.bending_stiffness / self.mass_per_length)
 
     def damped(self, ratio: float, length: float) -> Section:
         """Return the section with bending damping such that the first pinned mode has damping ratio `ratio`.
@@ -93,3 +98,38 @@ class Section(Declared):
         non_negative("ratio", ratio, "1")
         tau = 2 * ratio / self.first_frequency(length)
         return replace(self, material=replace(self.material, bending_damping=tau))
+
+
+@declared
+class Profile(Slender, Declared):
+    """A section by its numbers, whatever its shape and material.
+
+    It is drawn, and its stresses are told, as those of the square bar that bends and stretches so.
+    """
+
+    bending_stiffness: float = quantity("N m^2", above=0, doc="E I")
+    axial_stiffness: float = quantity("N", above=0, doc="E A")
+    shear_stiffness: float = quantity("N", above=0, doc="k G A; a Cable does not ask for it")
+    mass_per_length: float = quantity("kg/m", above=0, doc="rho A")
+    inertia_per_length: float = quantity("kg m", above=0, doc="rho I; a Cable does not ask for it")
+    bending_damping: float = quantity("s", low=0, doc="retardation time of the bending moment", default=0.0)
+    axial_damping: float = quantity("s", low=0, doc="retardation time of the normal force", default=0.0)
+
+    @property
+    def thickness(self) -> float:
+        """Of that bar, m."""
+        return sqrt(12 * self.bending_stiffness / self.axial_stiffness)
+
+    @property
+    def width(self) -> float:
+        """Of that bar, m."""
+        return self.thickness
+
+    @property
+    def material(self) -> Material:
+        """Of that bar."""
+        area = self.thickness**2
+        return Material(
+            self.axial_stiffness / area, self.mass_per_length / area,
+            bending_damping=self.bending_damping, axial_damping=self.axial_damping,
+        )  # fmt: skip

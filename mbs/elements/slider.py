@@ -26,6 +26,8 @@ from buckler.mbs.elements.rows import Row, on_line, same_turn
 class Slot(Joint):
     """A pin in a straight slot: a point of the first body stays on a line of the second, and turns freely."""
 
+    keeps_angle: ClassVar[bool] = False
+
     point: str = names(doc="a point of the first body; the line goes through its place at t = 0")
     first: str = names(doc="a link")
     second: str = names(doc="a link or 'ground'; a flexible one must reach the point: the line is fixed in its section there")

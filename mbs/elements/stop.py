@@ -193,8 +193,8 @@ class Stop(Element):
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield contact force, N, and penetration depth, m."""
         depth, rate = self.approach(record)
-        touched = onsets(record.time, depth, rate)
-        yield Signal(f"{name}.contact_force", record.channel(name, "force")[:, 0], "N", Kind.CONTACT, onsets=touched)
+        touched, force = onsets(record.time, depth, rate), record.channel(name, "force")[:, 0]
+        yield Signal(f"{name}.contact_force", force, "N", Kind.CONTACT, onsets=touched, depth=depth, elastic=self.law.elastic)
         yield Signal(f"{name}.penetration", np.maximum(depth, 0.0), "m", Kind.CONTACT)
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:

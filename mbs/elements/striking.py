@@ -10,7 +10,8 @@ SLOWEST_ONSET = 1e-4
 """Approach speed, m/s, below which dissipative laws no longer scale with it: a contact at rest has no impact speed."""
 GRAZE = 0.05
 """Share of the fastest approach so far that slower ones are taken for: after the last tiny rebound of a slider coming to rest,
-a law that divides by the approach speed would else let a slow release pull."""
+a law that divides by the approach speed would else let a slow release pull. Runs that resolve contacts more finely than usual
+take as much less of it, so that what it does is in the difference of two runs."""
 
 
 @dataclass
@@ -23,11 +24,14 @@ class Striking:
         Approach speed when the present contact began, m/s, or a share of the fastest one so far.
     fastest : float
         Fastest approach so far that ended in contact, m/s.
+    share : float
+        Of that, what slower ones are taken for.
     """
 
     stop: Stop
     onset: float = SLOWEST_ONSET
     fastest: float = SLOWEST_ONSET
+    share: float = GRAZE
 
     def force(self, depth: float, rate: float) -> float:
         """Contact force, N, never negative."""
@@ -39,5 +43,5 @@ class Striking:
         if touching:
             self.fastest = max(self.fastest, self.onset)
         else:
-            self.onset = max(rate, SLOWEST_ONSET, GRAZE * self.fastest)
+            self.onset = max(rate, SLOWEST_ONSET, self.share * self.fastest)
         return touching

@@ -12,7 +12,7 @@ from buckler.mbs.callables import Function
 from buckler.mbs.declare import declared, field, part
 from buckler.mbs.elements.body import Body
 from buckler.mbs.elements.element import Array, Energy, Kind, Recorded, Signal
-from buckler.mbs.elements.section import Section
+from buckler.mbs.elements.section import Profile, Section
 
 POINTS = 400
 """Pieces over which the work of a strut's force is integrated."""
@@ -22,7 +22,7 @@ POINTS = 400
 class Strut(Body):
     """A massless pinned strip: straight and stiff up to the Euler load, then the post-buckled force of the exact elastica."""
 
-    section: Section = part(Section, doc="of the strip")
+    section: Section | Profile = part(Section, Profile, doc="of the strip")
     load: Callable[[Any], Any] = field(
         Function("u", "1", named={"fast": law.fast, "quartic": law.quartic, "exact": pinned.load}),
         "normalised force p(u), p = P L^2/(E I), of the normalised bending shortening u >= 0: `elastica.law.fast`, exact to "

@@ -9,7 +9,7 @@ import numpy as np
 from buckler.mbs.callables import Function
 from buckler.mbs.declare import Either, Quantity, declared, field, names
 from buckler.mbs.elements.element import Array, Energy, Kind, Parts, Recorded, Signal
-from buckler.mbs.elements.load import Load, Push, check_turning, sampled, turning
+from buckler.mbs.elements.load import Load, Push, check_turning, sampled, turning, worked
 from buckler.mbs.functions import kinks
 
 
@@ -29,8 +29,8 @@ class Torque(Load):
         return f"torque on '{self.link}'"
 
     def kinks(self, duration: float) -> tuple[float, ...]:
-        """Points in a run of the tables it is made of."""
-        return tuple(t for t in kinks(self.value) if 0 < t < duration)
+        """Times in a run at which it jumps, has a kink or changes quickly."""
+        return kinks(self.value, duration)
 
     @property
     def key(self) -> str:
@@ -41,31 +41,31 @@ class Torque(Load):
         """A link with an angle."""
         check_turning(mechanism, self.link, self.where)
 
-    def moments(self, mechanism: Parts) -> Iterator[str]:
-        """Yield where it acts."""
-        yield self.at(mechanism)
-
     def at(self, mechanism: Parts) -> str:
         """The point reference at which it acts."""
         return turning(mechanism, self.link)
 
-    def acting(self, record: Recorded) -> Array:
-        """The torque, N m, (times,)."""
+    def acting(self, record: Recorded, times: Array) -> Array:
+        """The torque, N m, (times,), at times that may lie a little beside the samples, s."""
         if callable(self.value):
-            return sampled(self.value, record.time, *record.turn(self.at(record.mechanism)))
-        return np.full_like(record.time, self.value)
+            return sampled(self.value, times, *record.turn(self.at(record.mechanism)))
+        return np.full_like(times, self.value)
 
     def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
         """Yield the torque."""
-        yield Push(self.at(record.mechanism), np.zeros((len(record.time), 2)), self.acting(record))
+        yield self._push(record, record.time)
+
+    def _push(self, record: Recorded, times: Array) -> Push:
+        return Push(self.at(record.mechanism), np.zeros((len(times), 2)), self.acting(record, times))
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield the torque, N m."""
-        yield Signal(f"{name}.torque", self.acting(record), "N m", Kind.INTERNAL)
+        yield Signal(f"{name}.torque", self.acting(record, record.time), "N m", Kind.INTERNAL)
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
         """Yield the work it gave."""
         if callable(self.value):
-            yield Energy("given", "load", record.work(self.power(name, record)))
+            kinks = self.kinks(float(record.time[-1]))
+            yield Energy("given", "load", worked(record, lambda times: self._push(record, times), kinks))
         else:
             yield Energy("given", "load", self.value * record.turn(self.at(record.mechanism))[0])

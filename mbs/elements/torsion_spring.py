@@ -53,10 +53,6 @@ class TorsionSpring(Elastic, Load):
             if body != GROUND:
                 check_turning(mechanism, at, where)
 
-    def moments(self, mechanism: Parts) -> Iterator[str]:
-        """Yield both ends."""
-        yield from self.ends(mechanism)
-
     def ends(self, mechanism: Parts) -> tuple[str, str]:
         """The point references at which it acts."""
         bodies = {at.partition(":")[0] for at in (self.first, self.second)}

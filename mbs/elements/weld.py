@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import ClassVar
 
 from buckler.mbs.declare import declared, names
 from buckler.mbs.elements.element import Array, Joint, Kind, Parts, Recorded, Signal, takes_moments
@@ -13,8 +12,6 @@ from buckler.mbs.elements.rows import Row, meets, same_turn
 @declared
 class Weld(Joint):
     """A clamp: two bodies share a point and keep the angle they have there at t = 0."""
-
-    keeps_angle: ClassVar[bool] = True
 
     point: str = names(doc="where they meet")
     first: str = names(doc="a link or 'ground'")

@@ -12,6 +12,7 @@ from buckler.mbs.elements.element import place
 from buckler.mbs.elements.force import Force
 from buckler.mbs.elements.load import held_at
 from buckler.mbs.engine.guarded import Guarded
+from buckler.mbs.engine.torque import add_torque
 
 
 def connect(scene: Any, loads: dict[str, Force]) -> None:
@@ -24,7 +25,21 @@ def connect(scene: Any, loads: dict[str, Force]) -> None:
         else:
             item = eii.LoadForceVector(markerNumber=marker, loadVector=[*load.value, 0.0])
         scene.system.AddLoad(item)
+        if load.through is not None:
+            at = place(held_at(scene.mechanism, load.point))
+            add_torque(scene, scene.turning(*at), _moment(scene, at, load.through, _function(scene, name, load, follows)))
         scene.parts["Force"] += 1
+
+
+def _moment(scene: Any, at: tuple[str, str], through: tuple[float, float], force: Callable[..., list[float]]) -> Any:
+    """About its point, of a force whose line goes through a fixed place; of time and whatever else."""
+
+    def moment(_time: float, t: float, *_: float) -> float:
+        fx, fy, _z = force(None, t, None)
+        x, y = scene.position(*at)
+        return (through[0] - x) * fy - (through[1] - y) * fx
+
+    return moment
 
 
 def _function(scene: Any, name: str, load: Force, follows: str | None) -> Callable[..., list[float]]:

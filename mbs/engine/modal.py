@@ -130,19 +130,6 @@ def add_anchor(system: Any, placed: PlacedModal, point: str) -> int:
     return int(node)
 
 
-def rigid_marker(system: Any, placed: PlacedModal, point: str) -> int:
-    """Marker with position and rotation of an end's cross-section."""
-    station, body = placed.stations[point], placed.objects[0]
-    if not len(placed.model):
-        local = [*placed.model.place(station), 0.0]
-        return int(system.AddMarker(eii.MarkerBodyRigid(bodyNumber=body, localPosition=local)))
-    first = len(CROSS) * ENDS.index(station)
-    around = list(range(first + 1, first + len(CROSS)))
-    weights = [1 / len(around)] * len(around)
-    item = eii.MarkerSuperElementRigid(bodyNumber=body, meshNodeNumbers=around, weightingFactors=weights)
-    return int(system.AddMarker(item))
-
-
 def _position_marker(system: Any, model: PlanarModel, body: int, station: str) -> int:
     if not len(model):
         local = [*model.place(station), 0.0]

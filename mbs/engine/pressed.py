@@ -14,7 +14,7 @@ import exudyn as exu
 import numpy as np
 
 from buckler.elastica import pinned
-from buckler.mbs.elements import Beam, Cable, Drive, Guide, Link, Motion, Revolute, Section
+from buckler.mbs.elements import Beam, Cable, Drive, Guide, Link, Motion, Profile, Revolute, Section
 from buckler.mbs.engine.placed import States
 from buckler.mbs.engine.scene import SPARSE_FROM, build
 from buckler.mbs.mechanism import Mechanism
@@ -178,7 +178,7 @@ def _shapes(scene: Any, states: list[Array]) -> Array:
     return shapes
 
 
-def _thickness(section: Section, length: float) -> float:
+def _thickness(section: Section | Profile, length: float) -> float:
     """How far the Euler load of a strip with shear and axial stiffness may be from that without, relative."""
     return 2 * section.euler_load(length) * (1 / section.shear_stiffness + 1 / section.axial_stiffness)
 

@@ -131,8 +131,15 @@ class Scene:
 
     def angle(self, body: str, point: str) -> float:
         """Angle turned since t = 0 by a body at a point, rad, in the state the engine asks for."""
+        return float(self._now(body).turn(point)[0][0])
+
+    def position(self, body: str, point: str) -> Array:
+        """Place of a point of a body, m, (2,), likewise."""
+        return np.asarray(self._now(body).point(point)[0][0])
+
+    def _now(self, body: str) -> Any:
         q = self.system.systemData.GetODE2Coordinates()[None]
-        return float(self.placed[body].motion(self.system, States(q, q, q)).turn(point)[0][0])
+        return self.placed[body].motion(self.system, States(q, q, q))
 
     def constrain(self, name: str, first: int, second: int) -> None:
         """Pin two position markers to each other."""
@@ -156,9 +163,8 @@ class Scene:
         """Turn the engine's coordinates into plain arrays of links, blocks and elements."""
         motions = {name: placed.motion(self.system, run.states) for name, placed in self.placed.items()}
         blocks = {guide.point: motions.pop(guide.point) for guide in self.mechanism.guides}
-        roughness = np.abs(np.diff(run.states.q_tt, axis=0)).max(axis=1, initial=0.0) * np.diff(run.time) ** 2
         channels: dict[str, dict[str, Array]] = {}
-        record = Record(self.mechanism, run.time, motions, blocks, channels, roughness)
+        record = Record(self.mechanism, run.time, motions, blocks, channels)
         for element, channel, reader in self.readers:
             channels.setdefault(element, {})[channel] = reader(run, record)
         return record

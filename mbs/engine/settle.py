@@ -9,8 +9,8 @@ import exudyn as exu
 import numpy as np
 
 from buckler.mbs.elements.element import Array
-from buckler.mbs.kinematics.inertias import axial_period
 from buckler.mbs.kinematics.settle import STEP, About, settled, settles
+from buckler.mbs.record.means import axial_period
 
 REDUNDANT = 1e-12
 """What rows that say what others say may give way by, rows scaled to 1."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
 from time import perf_counter
 from typing import Any
 
@@ -13,7 +12,6 @@ from buckler.mbs.engine.integrate import explicit_settings, implicit_settings, r
 from buckler.mbs.engine.recording import Recorder
 from buckler.mbs.engine.scene import Scene, build
 from buckler.mbs.engine.stepping import implicit_control
-from buckler.mbs.engine.window import half_steps
 from buckler.mbs.kinematics.diagnosis import remarks, stuck
 from buckler.mbs.kinematics.exact import sample_times
 from buckler.mbs.kinematics.linkage import determined
@@ -45,13 +43,12 @@ def once(mechanism: Mechanism, duration: float, solver: Exudyn, timeout: float |
         "jacobians": float(engine.it.newtonJacobiCount),
         "rejected": float(control.rejected),
     }
-    again = partial(half_steps, mechanism, history, solver)
     record = scene.record(history)
     if failure is not None and failure[0] is Status.NEWTON_DIVERGED:
         failure = stuck(record) or failure
     if failure is None and solver.steps.record_every == 1 and record.time[-1] < duration * (1 - UNFINISHED):
         failure = Status.ENGINE_ERROR, f"the run ended at t = {record.time[-1]:.6g} s of {duration:.6g} s without a reason"
-    return Run(solver, record, failure, work, scene.summary(), again, [*remarks(mechanism, scene.redundant), *scene.told])
+    return Run(solver, record, failure, work, scene.summary(), [*remarks(mechanism, scene.redundant), *scene.told])
 
 
 def _run_implicit(scene: Scene, solver: Exudyn, duration: float, timeout: float | None, progress: Any) -> Any:

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from buckler.mbs.elements.element import kinks_of
+from buckler.mbs.elements.striking import GRAZE
 from buckler.mbs.engine.recording import Recorder, StopState
 from buckler.mbs.engine.scene import Scene
 from buckler.mbs.engine.strut import StrutSpring
@@ -119,6 +120,7 @@ class _StopWatch:
     def __init__(self, state: StopState, steps: Controlled) -> None:
         self.state, self.contact, self.resolution = state, state.contact, steps.contact_resolution
         self.mass, self.shortest = max(state.contact.mass, LIGHTEST), 0.0
+        self.contact.share = GRAZE * min(1.0, Controlled().contact_resolution / self.resolution)
 
     def step_limit(self, q: Array, q_t: Array, wanted: float) -> float:
         """Come up to the onset in short steps; resolve the impact; leave a resting contact alone."""

@@ -15,7 +15,7 @@ import numpy as np
 
 from buckler.mbs.elements.element import Array
 from buckler.mbs.elements.link import Link
-from buckler.mbs.elements.section import Section
+from buckler.mbs.elements.section import Profile, Section
 from buckler.mbs.engine.placed import Placed, States
 from buckler.mbs.record.strips import BeamMotion, CableMotion, StripMotion
 
@@ -258,7 +258,7 @@ def _add_cable(
     return nodes, objects, reference
 
 
-def _stiffness(section: Section) -> dict[str, float]:
+def _stiffness(section: Section | Profile) -> dict[str, float]:
     return {
         "bendingStiffness": section.bending_stiffness,
         "axialStiffness": section.axial_stiffness,

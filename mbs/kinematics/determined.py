@@ -114,18 +114,13 @@ class Follower:
         deadline: float | None = None, progress: Any = None, interrupted: Callable[[], bool] = bool,
     ) -> None:  # fmt: skip
         self.deadline, self.progress, self.interrupted = deadline, progress, interrupted
-        self.linkage = linkage = Linkage(mechanism)
+        self.linkage = linkage = Linkage(mechanism, duration)
         jacobian = linkage.system(linkage.reference, np.zeros_like(linkage.reference))[1]
         self.kept = independent(linkage, jacobian)
         self.dropped = sorted({linkage.names[k] for k in range(len(linkage.names)) if k not in self.kept})
         self.lengths = np.array([[1.0, 1.0, mechanism.length(link.name)] for link in mechanism.links])
         self.ended: Ended | None = None
         self.anchors = self._follow(duration)
-
-    @property
-    def last(self) -> float:
-        """Time up to which it was followed, s."""
-        return float(self.anchors.time[-1])
 
     # --- along the time, in steps -----------------------------------------------------------------------------------------
 
@@ -262,7 +257,7 @@ class Follower:
             acceleration = course.q_tt[:, i, :2] + change * _left(arm) - spin**2 * arm
             travels = ((place_ - origin) @ along, velocity @ along, acceleration @ along)
             blocks[guide.point] = BlockMotion(guide.mass, (origin[0], origin[1]), guide.along, *travels)
-        return Record(mechanism, course.time, links, blocks, {}, np.zeros(max(0, len(course.time) - 1)), corrected)
+        return Record(mechanism, course.time, links, blocks, {}, corrected)
 
     def reactions(self, course: Course, record: Record) -> dict[str, dict[str, Array]]:
         """Channels of all elements that hold the linkage: multipliers of J^T mu = M q_tt - f; none of dropped rows."""

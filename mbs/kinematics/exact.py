@@ -28,10 +28,10 @@ from buckler.mbs.solvers.steps import Controlled, Equal
 
 TURN = 400
 """Samples of a turn of the drive."""
-INSIDE, PIECES, ROUNDS = 100, 24, 4
-"""Samples within a contact; pieces into which a step is divided to find its ends, so many times over."""
-SPELL = 8
-"""Samples at least in a step in which the linkage is followed."""
+INSIDE, SPELL = 2.5, 0.2
+"""Samples within a contact, and at least in a step in which the linkage is followed, of the resolution of contacts."""
+PIECES, ROUNDS = 24, 4
+"""Pieces into which a step is divided to find a contact's ends, so many times over."""
 BEFORE = 1e-12
 """Of the run: how long before a kink of the drive a sample shows what was before it."""
 
@@ -72,10 +72,10 @@ def _asked(follower: Follower, duration: float, solver: Closure, begin: float) -
         t = float(grid[solver.steps.max_steps])
         ended = Ended(t, Status.TOO_MANY_STEPS, f"more than max_steps = {solver.steps.max_steps} steps by t = {t:.6g} s")
         grid = grid[: solver.steps.max_steps + 1]
-    if solver.steps.adaptive:
-        grid = _with_fast_spells(follower.anchors.time, grid)
-    if mechanism.stops and solver.steps.adaptive:
-        grid = _with_contacts(follower, grid)
+    if isinstance(solver.steps, Controlled):
+        grid = _with_fast_spells(follower.anchors.time, grid, ceil(SPELL * solver.steps.contact_resolution))
+        if mechanism.stops:
+            grid = _with_contacts(follower, grid, ceil(INSIDE * solver.steps.contact_resolution))
     course = follower.at(grid)
     record = follower.record(course)
     spoilt = _spoilt(record)
@@ -136,14 +136,14 @@ def sample_times(mechanism: Mechanism, duration: float, steps: Controlled | Equa
     return times[keep]
 
 
-def _with_fast_spells(anchors: Array, grid: Array) -> Array:
+def _with_fast_spells(anchors: Array, grid: Array, least: int) -> Array:
     """Sample anew where the linkage had to be followed in short steps: close to a dead centre, or where the drive turns back.
 
     Samples of both kinds side by side would lie unevenly, and the balance of energies err; those at kinks, in pairs, stay.
     """
     reached = np.append(anchors[anchors < grid[-1]], grid[-1])
-    short = np.diff(np.searchsorted(grid, reached)) < SPELL
-    extra = [np.linspace(reached[k], reached[k + 1], SPELL + 1) for k in np.flatnonzero(short)]
+    short = np.diff(np.searchsorted(grid, reached)) < least
+    extra = [np.linspace(reached[k], reached[k + 1], least + 1) for k in np.flatnonzero(short)]
     close = np.diff(grid) < 2 * BEFORE * grid[-1]
     kept = np.append(close, False) | np.append(False, close)
     kept[[0, -1]] = True
@@ -164,10 +164,10 @@ def _forces(stop: Stop, record: Record) -> Array:
     return np.array(forces)
 
 
-def _with_contacts(follower: Follower, grid: Array) -> Array:
-    """Add the ends of all contacts, and samples within."""
+def _with_contacts(follower: Follower, grid: Array, inside_each: int) -> Array:
+    """Add both sides of the ends of all contacts, as forces may jump there, and so many samples within each."""
     record = follower.record(follower.at(grid))
-    extra = []
+    extra: list[Array] = []
     for stop in _stops(record.mechanism).values():
         depth, rate = stop.approach(record)
         grazes = (np.maximum(depth[1:], depth[:-1]) <= 0) & (rate[:-1] > 0) & (rate[1:] < 0)
@@ -181,16 +181,18 @@ def _with_contacts(follower: Follower, grid: Array) -> Array:
             _edge(follower, stop, times[k], times[k + 1], rising=bool(inside[k + 1]))
             for k in np.flatnonzero(inside[1:] != inside[:-1])
         ]
-        bounds = sorted([*edges, *([grid[0]] if inside[0] else []), *([grid[-1]] if inside[-1] else [])])
-        extra += [np.linspace(a, b, INSIDE + 1) for a, b in zip(bounds[::2], bounds[1::2], strict=False)]
+        extra += map(np.array, edges)
+        inner = [after if k % 2 == inside[0] else before for k, (before, after) in enumerate(edges)]
+        bounds = [*([grid[0]] if inside[0] else []), *inner, *([grid[-1]] if inside[-1] else [])]
+        extra += [np.linspace(a, b, inside_each + 1) for a, b in zip(bounds[::2], bounds[1::2], strict=False)]
     return np.unique(np.concatenate([grid, *extra]))
 
 
-def _edge(follower: Follower, stop: Stop, before: float, after: float, *, rising: bool) -> float:
-    """Time at which a contact begins or ends, s: the last one outside."""
+def _edge(follower: Follower, stop: Stop, before: float, after: float, *, rising: bool) -> tuple[float, float]:
+    """Times before and after a contact begins or ends, s."""
     for _ in range(ROUNDS):
         times = np.linspace(before, after, PIECES + 1)
         inside = stop.depth(follower.record(follower.at(times))) > 0
         k = int(np.argmax(inside == rising))
         before, after = float(times[max(0, k - 1)]), float(times[k])
-    return before if rising else after
+    return before, after

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import pi, sqrt
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -51,17 +50,3 @@ def mass_matrix(linkage: Linkage, q: Array) -> Array:
             matrix[..., i, 2, i, axis] += part.mass * lever
         matrix[..., i, 2, i, 2] += part.inertia + part.mass * np.abs(arm) ** 2
     return matrix.reshape(*q.shape[:-2], 3 * n, 3 * n)
-
-
-def mechanism_mass(mechanism: Any) -> float:
-    """Mass of all links, sliders and point masses, kg."""
-    links = [link.mass(mechanism.length(link.name)) for link in mechanism.links if not link.body.massless]
-    return sum(links) + sum(guide.mass for guide in mechanism.guides) + sum(mass.mass for mass in mechanism.masses)
-
-
-def axial_period(mechanism: Any) -> float:
-    """Longest period of axial vibration, s: of a flexible link as a spring that holds all mass there is; 0 without any."""
-    mass = mechanism_mass(mechanism)
-    bodies: list[tuple[Any, float]] = [(link.body, mechanism.length(link.name)) for link in mechanism.links]
-    springs = [(body.section.axial_stiffness, length) for body, length in bodies if body.flexible]
-    return max((2 * pi * sqrt(mass * length / stiffness) for stiffness, length in springs), default=0.0)

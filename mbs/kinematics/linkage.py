@@ -9,35 +9,33 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from buckler.mbs.elements.element import GROUND, Place
 from buckler.mbs.elements.rows import Row
-from buckler.mbs.kinematics.errors import KinematicsError
 from buckler.mbs.kinematics.forms import Ends, Forms
 from buckler.mbs.mechanism import Mechanism
 
 Array = np.ndarray[Any, Any]
-MAX_ITERATIONS = 50
 ROUNDING = 1e-9
 """Singular values of a constraint Jacobian below this, relative to the largest, count as zero."""
 
 
-class State(NamedTuple):
-    """Coordinates, velocities and accelerations of all links, each of shape (links, 3): x, y, theta of the start."""
-
-    q: Array
-    q_t: Array
-    q_tt: Array
-
-
 @dataclass(frozen=True)
 class Linkage:
-    """Loop closure of a mechanism whose links are all taken as rigid."""
+    """Loop closure of a mechanism whose links are all taken as rigid.
+
+    Attributes
+    ----------
+    mechanism : Mechanism
+    last : float
+        Time up to which its drives tell where they are, s.
+    """
 
     mechanism: Mechanism
+    last: float = np.inf
 
     @cached_property
     def index(self) -> dict[str, int]:
@@ -141,9 +139,8 @@ class Linkage:
         return self._told(time, lambda motion, t: motion.speed(t))
 
     def acceleration(self, time: Any) -> Array:
-        """The rate of that; nothing is asked for times beyond the last."""
-        last = float(np.max(time, initial=0.0))
-        return self._told(time, lambda motion, t: motion.acceleration(t, last))
+        """The rate of that; nothing is asked for times beyond `last`."""
+        return self._told(time, lambda motion, t: motion.acceleration(t, self.last))
 
     def _told(self, time: Any, ask: Any) -> Array:
         time = np.asarray(time, dtype=float)
@@ -156,59 +153,6 @@ class Linkage:
         """Degrees of freedom left at t = 0 with the drives locked: 0 for a fully driven linkage."""
         jacobian = self.system(self.reference, np.zeros_like(self.reference))[1]
         return jacobian.shape[1] - rank(jacobian)
-
-    # --- at one time ------------------------------------------------------------------------------------------------------
-
-    def close(self, t: float, guess: Array) -> Array:
-        """Coordinates at a time by Newton's method from close by.
-
-        Raises
-        ------
-        KinematicsError
-            If the loops do not close: out of reach, or at a dead centre.
-        """
-        q, zero, travel = guess.copy(), np.zeros_like(guess), self.travel(t)
-        scale = max(1.0, self.size)
-        for _ in range(MAX_ITERATIONS):
-            residual, jacobian, _ = self.system(q, zero)
-            residual = residual - travel
-            if np.abs(residual).max(initial=0.0) < 1e-14 * scale:
-                return q
-            q -= np.linalg.lstsq(jacobian, residual, rcond=1e-12)[0].reshape(q.shape)
-        gap = float(np.abs(self.system(q, zero)[0] - travel).max(initial=0.0))
-        if not gap <= 1e-12 * scale:
-            raise KinematicsError(f"loops do not close at t = {t:g} s (gap {gap:.3g} m): out of reach, or at a dead centre")
-        return q
-
-    def solve(self, t: float = 0.0, guess: Array | None = None) -> State:
-        """Positions, velocities and accelerations at time t; free degrees of freedom stay at rest.
-
-        Parameters
-        ----------
-        t : float
-            Time, s.
-        guess : array, shape (links, 3), optional
-            Coordinates close to the answer; those of t = 0 by default.
-
-        Raises
-        ------
-        KinematicsError
-            If Newton's method does not close the loops: out of reach, or at a dead centre.
-        """
-        q = self.close(t, self.reference if guess is None else guess)
-        jacobian = self.system(q, np.zeros_like(q))[1]
-        q_t = self._rates(jacobian, self.speed(t), "velocities", t)
-        right = self.system(q, q_t)[2] + self.acceleration(t)
-        return State(q, q_t, self._rates(jacobian, right, "accelerations", t))
-
-    def _rates(self, jacobian: Array, right: Array, what: str, t: float) -> Array:
-        """Least-norm solution of J rate = right."""
-        rate = np.linalg.lstsq(jacobian, right, rcond=1e-10)[0] if jacobian.size else np.zeros(jacobian.shape[1])
-        rest = jacobian @ rate - right
-        gap = np.abs(rest).max(initial=0.0)
-        if gap > 1e-9 * max(1.0, np.abs(right).max(initial=0.0)):
-            raise KinematicsError(impossible(what, t, gap, involved(self.names, rest)))
-        return rate.reshape(-1, 3)
 
 
 def solved(jacobian: Array, right: Array) -> Array:
@@ -230,12 +174,6 @@ def involved(names: list[str], weights: Array) -> list[str]:
     """Elements whose rows have a weight, each once."""
     big = np.abs(weights) > 1e-6 * np.abs(weights).max(initial=1e-300)
     return list(dict.fromkeys(name for name, counts in zip(names, big, strict=True) if counts))
-
-
-def impossible(what: str, t: float, gap: float, names: list[str]) -> str:
-    """Sentence on rates that do not exist."""
-    who = ", ".join(f"'{name}'" for name in names)
-    return f"{what} at t = {t:g} s do not exist (gap {gap:.3g}): {who} contradict each other, the linkage is at a dead centre"
 
 
 def determined(mechanism: Mechanism) -> bool:

@@ -21,8 +21,8 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from buckler.mbs.elements.element import Array
-from buckler.mbs.kinematics.inertias import axial_period
 from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.record.means import axial_period
 
 SLOWER = 0.35
 """Where the filter's middle lies: of the lowest angular frequency along a strip that holds all mass there is."""

@@ -67,8 +67,8 @@ class Start:
 class Stations:
     """The points of flexible links with velocities of their own: three columns each, in the link's axes, stiffness-weighted."""
 
-    def __init__(self, mechanism: Mechanism, *, flexible: bool = True) -> None:
-        links = [link for link in mechanism.links if link.body.flexible] if flexible else []
+    def __init__(self, mechanism: Mechanism) -> None:
+        links = [link for link in mechanism.links if link.body.flexible]
         self.mechanism = mechanism
         self.points = [(link.name, point) for link in links for point in link.points]
         self.places = {at: k for k, at in enumerate(self.points)}

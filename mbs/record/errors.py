@@ -40,6 +40,8 @@ class Errors(Mapping[str, float]):
         Whether what the elements of strips leave out is in it.
     time, space : mapping of str to float
         The parts of each: by the steps, and by the elements or the degree of strips.
+    sizes : mapping of str to float
+        What each is relative to, in the signal's unit.
     until : float
         Time, s, to which the motion is one trajectory and errors are told.
     unresolved : tuple of str
@@ -54,6 +56,7 @@ class Errors(Mapping[str, float]):
     elements: bool = False
     time: Mapping[str, float] = field(default_factory=dict)
     space: Mapping[str, float] = field(default_factory=dict)
+    sizes: Mapping[str, float] = field(default_factory=dict)
     until: float = nan
     unresolved: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()

@@ -29,8 +29,6 @@ class Record:
         Of each guide, by its point.
     channels : dict of str to dict of str to array
         What was recorded of each element besides, by the element's name and the channel's, each (times, columns).
-    roughness : array, shape (times - 1,)
-        Local error of each step in the solver's own measure: where it is largest, the steps were hardest.
     rule : callable
         Integral over time that suits how the motion was found, as in `buckler.mbs.record.quadrature`.
     """
@@ -40,7 +38,6 @@ class Record:
     links: Mapping[str, Any]
     blocks: Mapping[str, Any]
     channels: Mapping[str, Mapping[str, Array]] = field(default_factory=dict)
-    roughness: Array = field(default_factory=lambda: np.empty(0))
     rule: Callable[[Array, Array], Array] = trapezoidal
 
     def channel(self, element: str, name: str) -> Array:
@@ -67,9 +64,13 @@ class Record:
             return angles
         return np.zeros_like(self.time), np.zeros_like(self.time)
 
-    def work(self, power: Array) -> Array:
-        """Work, J, of a power, W, since t = 0, each (times,)."""
-        return self.rule(self.time, power)
+    def work(self, power: Array, sides: tuple[Array, Array] | None = None) -> Array:
+        """Work, J, of a power, W, since t = 0, each (times,); `sides` are what it is just before and just after each sample."""
+        if sides is None:
+            return self.rule(self.time, power)
+        before, after = sides
+        jumped = np.diff(self.time) / 2 * (after[:-1] - power[:-1] + before[1:] - power[1:])
+        return self.rule(self.time, power) + np.concatenate([[0.0], np.cumsum(jumped)])
 
     def at(self, times: Array) -> Record:
         """Places and velocities at other times, s, within the run; without channels.

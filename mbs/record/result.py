@@ -47,12 +47,12 @@ class Result:
     asked : float
         The accuracy asked for; nan where none was.
     error : Errors
-        What is thought to be wrong: `error.motion` of all of it, `error["B.contact_force"]` of a signal. An accuracy estimates
-        it, and a run without settings where it looked at itself with another run.
+        What is thought to be wrong: `error.motion` of all of it, `error["B.contact_force"]` of a signal; not known of a solver's
+        single run.
     film : Film, optional
         The motion, for pictures; `movie` makes it.
     verified : float
-        Difference from the other solver, in the sense of `mbs.accuracy.difference`; nan where it was not asked for or could
+        Largest relative difference of places from the other solver; nan where it was not asked for or could
         not be had: then `provenance["notes"]` tells why.
     traits : dict of str to Trait
         What each signal is.
@@ -88,7 +88,7 @@ class Result:
         """Return status, message, span and what there is, in a few lines at most."""
         said = self.message if len(self.message) <= 120 else f"{self.message[:117]}..."
         asked = f" of {self.asked:.2g} asked" if self.asked > 0 else ""
-        error = f", error {self.error.motion:.2g}{asked}" if self.asked > 0 or self.error.known else ""
+        error = f", error {self.error.motion:.2g}{asked}" if self.asked > 0 or self.error.known else ", error not known"
         error += f", {self.verified:.2g} from the other solver" if self.verified >= 0 else ""
         what = f"{len(self.signals)} signals" + (", energy ledger" if self.energy else "") + (", shapes" if self.shapes else "")
         end = f"{self.time[-1]:g} s" if len(self.time) else "no time"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -27,10 +27,10 @@ class Run:
         wall_s (the solver's), steps, newton_iterations, jacobians, rejected.
     summary : dict
         What the scene was made of.
-    again : callable
-        `again(first, last)` runs from one sample to another with steps half as long: a Record, or None if it fails.
     notes : sequence of str
         What is worth knowing of the mechanism: redundant constraints that were left out, and the like.
+    asked : str
+        A text that names the signals that are wanted; '' where all are.
     """
 
     solver: Any
@@ -38,13 +38,13 @@ class Run:
     failure: tuple[Status, str] | None
     work: dict[str, float]
     summary: Mapping[str, int] = field(default_factory=dict)
-    again: Callable[[int, int], Record | None] = lambda _first, _last: None
     notes: Sequence[str] = ()
+    asked: str = ""
 
     @cached_property
     def signals(self) -> dict[str, Signal]:
         """All signals by name."""
-        return collect(self.record)
+        return collect(self.record, self.asked)
 
     @property
     def values(self) -> dict[str, Array]:

@@ -8,19 +8,28 @@ import numpy as np
 
 from buckler.mbs.elements.element import Array, Signal
 from buckler.mbs.elements.link import moving
+from buckler.mbs.record.means import means
 from buckler.mbs.record.motion import between
 from buckler.mbs.record.record import Record
 from buckler.mbs.record.stored import Shape
 
 
-def collect(record: Record) -> dict[str, Signal]:
-    """All signals by name: places and velocities of the points, then what each element has to say."""
+def collect(record: Record, asked: str = "") -> dict[str, Signal]:
+    """All signals by name: places and velocities of the points, what each element has to say, means of the forces that ring.
+
+    Of points and elements that a text does not mention there are none, where one is given.
+    """
+
+    def wanted(name: str) -> bool:
+        return not asked or any(word in asked for word in name.split("."))
+
     found: dict[str, Signal] = {}
-    for point in record.mechanism.points:
+    for point in filter(wanted, record.mechanism.points):
         found |= {signal.name: signal for signal in moving(point, *record.point(point))}
     for name, element in record.mechanism.elements().items():
-        found |= {signal.name: signal for signal in element.signals(name, record)}
-    return found
+        if wanted(name):
+            found |= {signal.name: signal for signal in element.signals(name, record)}
+    return found | {signal.name: signal for signal in means(record.mechanism, record.time, found)}
 
 
 def shapes_at(record: Record, times: Array) -> dict[str, Shape]:

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from buckler.mbs.elements.beam import Flexible
-from buckler.mbs.elements.section import Section
+from buckler.mbs.elements.section import Profile, Section
 
 Array = np.ndarray[Any, Any]
 GAUSS = {n: np.polynomial.legendre.leggauss(n) for n in (1, 2, 3, 4)}
@@ -90,7 +90,7 @@ class StripMotion:
     q_tt: Array
 
     @property
-    def section(self) -> Section:
+    def section(self) -> Section | Profile:
         """Of the link."""
         return self.body.section
 
@@ -160,6 +160,14 @@ class StripMotion:
         return np.append((edges[:-1, None] + parts).ravel(), edges[-1])
 
 
+def shares(step: int, pieces: Array) -> Array:
+    """Lengths of beams' elements, m, that the integrals of their functions give to each node, (nodes,)."""
+    out = np.zeros(step * len(pieces) + 1)
+    for k, part in enumerate((0.5, 0.5) if step == 1 else (1 / 6, 2 / 3, 1 / 6)):
+        out[k : k + step * (len(pieces) - 1) + 1 : step] += part * pieces
+    return out
+
+
 class BeamMotion(StripMotion):
     """A link of geometrically exact beams; nodes have (x, y, theta)."""
 
@@ -167,6 +175,10 @@ class BeamMotion(StripMotion):
         """Angle turned there since t = 0 and its rate, each (times,)."""
         node = self.nodes[name]
         return self.q[:, node, 2] - self.reference[node, 2], self.q_t[:, node, 2]
+
+    def stations_of(self) -> tuple[Array, Array, Array]:
+        """Where loads along it act, its nodes: lengths (k,), place and turn since t = 0, and their rates, (times, k, 3)."""
+        return shares(self.body.step, self.pieces), self.q - self.reference * [0.0, 0.0, 1.0], self.q_t
 
     def _fields(self, nodal: Array, xi: Array) -> tuple[Array, Array]:
         """(x, y, theta) and their derivatives in s at xi, shape (times, elements, points, 3)."""

@@ -1,28 +1,29 @@
 """Derivatives of readings by the numbers of a mechanism, each with its error.
 
-Each reading is taken on runs that share their steps (`frozen`), at the number as it is, a little more and a little less, and
-all that once more with a quarter of the width, steps half as long and strips of higher degree. The finer difference is the
-derivative; how far the coarser one is from it bounds what is left of width, steps and degree.
+Each reading is taken on runs that share their steps (`frozen`), at the number as it is, a little more and a little less, on
+steps twice as long; and with a quarter of the width on the steps themselves, with strips of higher degree. The finer difference
+is the derivative; how far the coarser one is from it tells what is left of width, steps and degree.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf, isfinite, nan, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.sensitivity.frozen import Steps, needs_compiler
+from buckler.mbs.sensitivity.frozen import DEGREES, TIGHT, Steps, needs_compiler
 from buckler.mbs.sensitivity.numbers import DURATION, Family, Source
 from buckler.mbs.sensitivity.reading import Smooth, check, measure, statical
 from buckler.mbs.solvers.spectral import Spectral
+from buckler.mbs.solvers.steps import Controlled
 from buckler.mbs.validate import listed, positive, short
 
 Array = np.ndarray[Any, Any]
-Evaluate = Callable[[Mechanism, float | None], tuple[Array, list[str]]]
+Evaluate = Callable[[Mechanism, float | None], tuple[Array, list[str], int]]
 Reading = str | Callable[[Mechanism], float]
 DEGREE = 8
 """Of strips' polynomials, where the solver names none."""
@@ -31,6 +32,8 @@ WIDER = 4.0
 MOVING, RESTING = (1e-5, 1e-14), (1e-3, 1e-9)
 """Width of the finer difference, relative to the number, and rounding of a reading, relative: of runs, whose errors are the same
 where they share their steps, and of states of rest, whose eigenvalues are as uncertain as soft shapes beside stiff ones."""
+ORDER = 3
+"""Of forces in the length of steps, the least of what is read: by it the coarser derivative tells the error of the finer one."""
 SMALL = 1e-2
 """Relative change of the reading by a relative change of the number below which an uncertain derivative is as good as none."""
 KINKED = 0.5
@@ -79,6 +82,11 @@ class Derivative(NamedTuple):
     def relative_error(self) -> float:
         """Of `relative`, in its unit."""
         return self.error * abs(self.at / self.value) if self.value and self.at else nan
+
+    @property
+    def share(self) -> float | None:
+        """The error, relative to the derivative; None where that is zero."""
+        return abs(self.error / self.derivative) if self.derivative else None
 
 
 @dataclass(frozen=True)
@@ -177,7 +185,7 @@ def sensitivities(
     needs_compiler()
     if duration is not None:
         duration = float(positive("duration", duration, "s"))
-    readings = readings_of(of, duration)
+    readings = readings_of(of, moving=duration is not None)
     family = Family.of(mechanism, by, at or {})
     spreads = dict(by) if isinstance(by, Mapping) else {}
     points = family.values | ({DURATION: float(duration)} if DURATION in by and duration else {})
@@ -204,7 +212,7 @@ class _Turned(NamedTuple):
     scales: dict[str, float]
     duration: float | None
 
-    def evaluated(self, evaluate: Evaluate, **changes: float) -> tuple[Array, list[str]]:
+    def evaluated(self, evaluate: Evaluate, **changes: float) -> tuple[Array, list[str], int]:
         """Readings with other values of some numbers."""
         found = {**self.points, **changes}
         span = found.pop(DURATION, self.duration)
@@ -214,15 +222,10 @@ class _Turned(NamedTuple):
 def _rows(
     turned: _Turned, levels: Sequence[Evaluate], readings: Sequence[str], width: float, rounding: float
 ) -> list[Derivative]:
-    """Derivatives of some readings, coarser and finer; of each reading the largest first."""
-    values, units, sides = np.empty(0), list[str](), list[dict[str, list[Array]]]()
-    for apart, evaluate in zip((WIDER * width, width), levels, strict=True):
-        values, units = turned.evaluated(evaluate)
-        each: dict[str, list[Array]] = {}
-        for name, scale in turned.scales.items():
-            steps = (-apart * scale, apart * scale)
-            each[name] = [(turned.evaluated(evaluate, **{name: turned.points[name] + d})[0] - values) / d for d in steps]
-        sides.append(each)
+    """Derivatives of some readings; of each reading the largest first."""
+    starts = [turned.evaluated(evaluate) for evaluate in levels]
+    values, units, _ = starts[1]
+    sides = {name: _sides(turned, name, levels, starts, width) for name in turned.scales}
     rows = []
     for i, reading in enumerate(readings):
         noise = rounding * abs(float(values[i])) / width
@@ -230,14 +233,38 @@ def _rows(
         for name, scale in turned.scales.items():
             units_of = units[i], turned.family.units.get(name, "s")
             about = Derivative(reading, name, float(values[i]), turned.points[name], *units_of)
-            made.append(_derivative(about, scale, [[float(side[i]) for side in each[name]] for each in sides], noise / scale))
+            slopes, grazes = sides[name]
+            made.append(_derivative(about, scale, slopes[:, i].tolist(), noise / scale, grazes))
         rows += sorted(
             made, key=lambda row: -abs(row.derivative * turned.scales[row.number]) if isfinite(row.derivative) else 0.0
         )
     return rows
 
 
-def readings_of(of: str | Sequence[str] | Mapping[str, Reading], duration: float | None) -> dict[str, Reading]:
+def _sides(
+    turned: _Turned, name: str, levels: Sequence[Evaluate], starts: Sequence[tuple[Array, list[str], int]], width: float
+) -> tuple[Array, bool]:
+    """One-sided derivatives by a number: coarser from below and above, finer from below and above, shape (4, readings).
+
+    The finer one from below is that of the curvature which the coarser ones show, and is computed where that is suspicious. Also
+    whether a contact begins on one side that does not on the other.
+    """
+    grazes = []
+
+    def slope(level: int, share: float) -> Array:
+        d, (start, _, samples) = share * width * turned.scales[name], starts[level]
+        moved, _, found = turned.evaluated(levels[level], **{name: turned.points[name] + d})
+        grazes.append(found != samples)
+        return np.asarray((moved - start) / d)
+
+    below0, above0, above = slope(0, -WIDER), slope(0, WIDER), slope(1, 1.0)
+    below = above - (above0 - below0) / WIDER
+    if not np.all(np.abs(above0 - below0) <= VISIBLE * np.abs(above)):
+        below = slope(1, -1.0)
+    return np.array([below0, above0, below, above]), any(grazes)
+
+
+def readings_of(of: str | Sequence[str] | Mapping[str, Reading], moving: bool) -> dict[str, Reading]:
     """Readings by name, checked by their grammar.
 
     Raises
@@ -252,7 +279,7 @@ def readings_of(of: str | Sequence[str] | Mapping[str, Reading], duration: float
     for name, reading in found.items():
         if not callable(reading):
             check(reading)
-            if duration is None and not statical(reading):
+            if not moving and not statical(reading):
                 raise ValueError(f"{name}: is read off a run; give a duration")
     return found
 
@@ -261,11 +288,13 @@ def _levels(
     mechanism: Mechanism, duration: float | None, solver: Spectral | None, readings: Mapping[str, Reading]
 ) -> list[Evaluate]:
     """What takes all readings of a mechanism: coarser, and finer."""
-    degree = (solver.degree if solver else None) or DEGREE
     moving = any(isinstance(each, str) and not statical(each) for each in readings.values())
-    steps = Steps.of(mechanism, duration, solver) if moving and duration is not None else None
-    finer = steps.finer(degree) if steps else None
-    return [Level(readings, steps), Level(readings, finer)]
+    if not moving or duration is None:
+        return [Level(readings, None)] * 2
+    solver = solver or Spectral(steps=Controlled(tolerance=TIGHT))
+    degree = solver.degree or DEGREE
+    steps = Steps.of(mechanism, duration, replace(solver, degree=degree + DEGREES))
+    return [Level(readings, steps.coarser(degree)), Level(readings, steps)]
 
 
 @dataclass(frozen=True)
@@ -282,23 +311,23 @@ class Level:
     readings: Mapping[str, Reading]
     steps: Steps | None
 
-    def __call__(self, mechanism: Mechanism, duration: float | None = None) -> tuple[Array, list[str]]:
-        """Values and units."""
+    def __call__(self, mechanism: Mechanism, duration: float | None = None) -> tuple[Array, list[str], int]:
+        """Values and units, and how many samples the run has: more where a contact begins."""
         values, units = list[float](), list[str]()
-        run = None
+        run, asked = None, " ".join(text for text in self.readings.values() if isinstance(text, str))
         for reading in self.readings.values():
             if callable(reading):
                 value, unit = float(reading(mechanism)), ""
             elif resting := statical(reading):
                 value, unit = resting(mechanism), "Hz"
             else:
-                run = run or (self.steps.run(mechanism, duration) if self.steps else None)
+                run = run or (self.steps.run(mechanism, duration, asked) if self.steps else None)
                 if run is None:
                     raise ValueError(f"{short(reading)}: is read off a run; give a duration")
                 value, unit = measure(reading, run.record.time, run.values, run.units, Smooth)
             values.append(value)
             units.append(unit)
-        return np.array(values), units
+        return np.array(values), units, len(run.record.time) if run else 0
 
 
 def _scale(name: str, value: float, spreads: Mapping[str, float]) -> float:
@@ -309,19 +338,21 @@ def _scale(name: str, value: float, spreads: Mapping[str, float]) -> float:
     return scale
 
 
-def _derivative(about: Derivative, scale: float, sides: Sequence[Sequence[float]], noise: float) -> Derivative:
+def _derivative(about: Derivative, scale: float, sides: Sequence[float], noise: float, grazes: bool) -> Derivative:
     """Put together what the coarser and the finer readings say."""
-    (below0, above0), (below, above) = sides
+    below0, above0, below, above = sides
     value, middle, other = about.value, 0.5 * (below + above), 0.5 * (below0 + above0)
-    error = abs(middle - other) + noise
+    off, error = abs(middle - other) + noise, abs(middle - other) / (2**ORDER - 1) + noise
     gap, wider = abs(above - below), abs(above0 - below0)
     note = ""
     if not isfinite(middle + other):
         note = "the reading has no value there"
-    elif gap > KINKED * wider and gap > max(10 * error, VISIBLE * abs(middle)):
+    elif gap > KINKED * wider and gap > max(10 * off, VISIBLE * abs(middle)):
         note = f"a kink: {below:.4g} below, {above:.4g} above"
-    elif error > KINKED * abs(middle) and error * scale > SMALL * abs(value):
-        note = f"no digit is certain: {other:.3g} and {middle:.3g} of two widths and step lengths: chaos, a graze or a jump"
+    elif off > KINKED * abs(middle) and off * scale > SMALL * abs(value):
+        note = f"no digit is certain: {other:.3g} and {middle:.3g} of two widths and step lengths: chaos or a jump"
+    elif grazes and middle == other == 0:
+        note = "a graze: a contact begins on one side only, too short to be seen"
     if note:
         middle, error = nan, inf
     return about._replace(derivative=middle, error=error, below=below, above=above, note=note)

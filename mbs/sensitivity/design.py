@@ -2,64 +2,29 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product
 from math import inf, isfinite
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from scipy.optimize import minimize
 from scipy.stats import qmc
 
+from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.sensitivity.derivatives import DEGREE, Level, Reading, readings_of
-from buckler.mbs.sensitivity.frozen import RunFailedError, Steps, needs_compiler
+from buckler.mbs.sensitivity.frozen import RunFailedError, needs_compiler
 from buckler.mbs.sensitivity.numbers import Family, Source
-from buckler.mbs.sensitivity.reading import statical
+from buckler.mbs.sensitivity.wants import EXACT, FAR, Task, Want, wanted
 from buckler.mbs.solvers.spectral import Spectral
-from buckler.mbs.units import measured
 from buckler.mbs.validate import positive
 
 Array = np.ndarray[Any, Any]
-WIDTH, COARSE = 1e-6, 1e-4
-"""Of the differences that make derivatives, relative to a number's range: of runs that share their steps, and of others."""
-EXACT = 1e-3
-"""Share by which a value that is asked for without a tolerance may be missed."""
 BINDS = 1e-3
 """Share of its width, or of its value, within which a constraint or a range binds."""
-FAR = 1e3
-"""What a design is off whose run fails, relative."""
 POLISHED = 3
 """Starts, of the best, from which a minimum is sought."""
-WANTED = re.compile(r"\s*(?P<reading>.+?)\s*(?P<sign><=|>=|=)\s*(?P<value>[^=±]+?)\s*(?:(?:±|\+-|\+/-)\s*(?P<off>.+?))?\s*")
-
-
-class Want(NamedTuple):
-    """A reading between two values.
-
-    Attributes
-    ----------
-    text : str
-    name : str
-        Of the reading.
-    low, high : float
-    """
-
-    text: str
-    name: str
-    low: float
-    high: float
-
-    @property
-    def scale(self) -> float:
-        """What a large miss is."""
-        ends = [abs(each) for each in (self.low, self.high) if isfinite(each)]
-        return max(ends) or 1.0
-
-    def misses(self, value: float) -> float:
-        """How far a value is outside, relative; 0 within."""
-        return max(self.low - value, value - self.high, 0.0) / self.scale if isfinite(value) else FAR
 
 
 @dataclass(frozen=True)
@@ -105,7 +70,7 @@ class Design:
 
 def optimise(
     mechanism: Source,
-    duration: float | None = None,
+    duration: float | Callable[[Mechanism], float] | None = None,
     *,
     free: Mapping[str, tuple[float, float] | Sequence[float]],
     minimise: str | Mapping[str, Reading] | Sequence[str] = (),
@@ -122,8 +87,9 @@ def optimise(
     ----------
     mechanism : Mechanism, mapping or callable
         Or the content of its file; or a function that makes one of arguments by the names in `free`.
-    duration : float, optional
-        s, positive; without it readings are of states of rest, or functions of the mechanism.
+    duration : float or callable, optional
+        s, positive, or a function of the mechanism that returns it, as one turn at a speed that is free; without it readings are
+        of states of rest, or functions of the mechanism.
     free : dict of str to (low, high) or to a list
         Numbers by their paths with their ranges, SI, as pairs; a list is of values that can be bought.
     minimise : str, or several
@@ -167,135 +133,23 @@ def optimise(
         raise ValueError("minimise and subject_to: neither; give a reading")
     if len(aims) > 2:
         raise ValueError(f"minimise: {len(aims)} readings; allowed: one or two")
-    span = None if duration is None else float(positive("duration", duration, "s"))
-    used = readings_of({name: known.get(name, name) for name in names}, span)
+    span = duration if duration is None or callable(duration) else float(positive("duration", duration, "s"))
+    used = readings_of({name: known.get(name, name) for name in names}, moving=span is not None)
     ranges = {name: each for name, each in free.items() if isinstance(each, tuple) and len(each) == 2}
     lists = {name: sorted(map(float, each)) for name, each in free.items() if name not in ranges}
     for name, (low, high) in ranges.items():
         if not low < high:
             raise ValueError(f"free['{name}'] = ({low:g}, {high:g}): low must be less than high")
     family = Family.of(mechanism, free, dict.fromkeys(free, 0.0))
-    task = _Task(family, used, aims, wants, ranges, {}, span, solver, starts, seed)
+    task = Task(family, used, aims, wants, ranges, {}, span, solver, starts, seed)
     if len(aims) < 2:
         return _best(task, lists)
     return _front(task, lists, points)
 
 
-def wanted(given: str | tuple[str, float, float]) -> Want:
-    """Read one constraint.
-
-    Raises
-    ------
-    ValueError
-        If it is none.
-    """
-    if not isinstance(given, str):
-        name, low, high = given
-        return Want(f"{low:g} <= {name} <= {high:g}", name, float(low), float(high))
-    found = WANTED.fullmatch(given)
-    try:
-        if found is None:
-            raise ValueError("it is none")
-        value, off = measured(found["value"]), found["off"]
-        width = EXACT * abs(value) if off is None else _width(off, value)
-    except ValueError as error:
-        raise ValueError(f"subject_to '{given}': {error}; write for instance 'max(B.contact_force) = 1.5 N ± 1 %'") from None
-    sign = found["sign"]
-    low, high = (value - width if sign != "<=" else -inf), (value + width if sign != ">=" else inf)
-    if sign != "=":
-        low, high = (value, inf) if sign == ">=" else (-inf, value)
-    return Want(given.strip(), found["reading"], float(low), float(high))
-
-
-def _width(text: str, value: float) -> float:
-    """A tolerance, absolute or in per cent of the value."""
-    number, percent, _ = text.partition("%")
-    return float(number) / 100 * abs(value) if percent else abs(float(measured(text)))
-
-
-@dataclass
-class _Task:
-    """What is asked for, with the values that lists have."""
-
-    family: Family
-    readings: Mapping[str, Reading]
-    aims: list[str]
-    wants: list[Want]
-    ranges: dict[str, tuple[float, float]]
-    held: dict[str, float]
-    duration: float | None
-    solver: Spectral | None
-    starts: int
-    seed: int
-    runs: int = 0
-    cache: dict[bytes, tuple[Array, Steps | None]] = field(default_factory=dict)
-
-    @property
-    def moving(self) -> bool:
-        """Whether a reading needs a run."""
-        return any(isinstance(each, str) and not statical(each) for each in self.readings.values())
-
-    def values(self, x: Array) -> dict[str, float]:
-        """Numbers at a point of the unit cube."""
-        found = {name: low + float(u) * (high - low) for u, (name, (low, high)) in zip(x, self.ranges.items(), strict=True)}
-        return self.held | found
-
-    def evaluate(self, x: Array) -> tuple[Array, Steps | None]:
-        """Readings at a point, nan where the run fails, and the steps of its run."""
-        key = x.tobytes()
-        if key not in self.cache:
-            self.runs += 1
-            steps = None
-            try:
-                made = self.family.make(self.values(x))
-                if self.moving and self.duration is not None:
-                    steps = Steps.of(made, self.duration, self.solver or Spectral())
-                found = Level(self.readings, steps)(made)[0]
-            except (RunFailedError, ArithmeticError, ValueError):
-                found = np.full(len(self.readings), np.nan)
-            self.cache[key] = found, steps
-        return self.cache[key]
-
-    def slopes(self, x: Array) -> Array:
-        """Derivatives of the readings over the cube, shape (readings, numbers)."""
-        start, steps = self.evaluate(x)
-        out = np.zeros((len(start), len(x)))
-        width = WIDTH if steps is not None and all(isinstance(each, str) for each in self.readings.values()) else COARSE
-        for i in range(len(x)):
-            d = width if x[i] < 0.5 else -width
-            self.runs += 1
-            try:
-                made = self.family.make(self.values(x + d * (np.arange(len(x)) == i)))
-                out[:, i] = (Level(self.readings, steps)(made)[0] - start) / d
-            except (RunFailedError, ArithmeticError, ValueError):
-                pass
-        return np.nan_to_num(out)
-
-    def row(self, name: str) -> int:
-        """Place of a reading."""
-        return list(self.readings).index(name)
-
-    def missed(self, found: Array) -> float:
-        """How far the constraints are missed, together."""
-        return float(sum(want.misses(float(found[self.row(want.name)])) for want in self.wants))
-
-    def aim(self, found: Array) -> float:
-        """What is minimised."""
-        if not self.aims:
-            return 0.0
-        value = float(found[self.row(self.aims[0])])
-        return value if isfinite(value) else inf
-
-    def better(self, x: Array) -> tuple[float, float]:
-        """By which points are compared: constraints first, up to a hundredth of what a value may be missed by."""
-        found, _ = self.evaluate(x)
-        missed = self.missed(found)
-        return (missed if missed > 0.01 * EXACT else 0.0), self.aim(found)
-
-
-def _best(task: _Task, lists: Mapping[str, Sequence[float]]) -> Design:
+def _best(task: Task, lists: Mapping[str, Sequence[float]]) -> Design:
     """The best design over all values of the lists."""
-    found: list[tuple[tuple[float, float], _Task, Array]] = []
+    found: list[tuple[tuple[float, float], Task, Array]] = []
     for values in product(*lists.values()):
         each = replace(task, held=dict(zip(lists, values, strict=True)), cache={}, runs=0)
         x = _sought(each)
@@ -309,19 +163,22 @@ def _best(task: _Task, lists: Mapping[str, Sequence[float]]) -> Design:
     return _told(best, x)
 
 
-def _sought(task: _Task) -> Array | None:
+def _sought(task: Task) -> Array | None:
     """The best point, from the best of some starts; None if no run ends."""
     d = len(task.ranges)
     if not d:
         return np.zeros(0) if np.isfinite(task.evaluate(np.zeros(0))[0]).all() else None
-    middle = np.full((1, d), 0.5)
-    starts = np.vstack([middle, qmc.Halton(d, rng=np.random.default_rng(task.seed)).random(max(0, task.starts - 1))])
-    alive = [x for x in starts if np.isfinite(task.evaluate(x)[0]).all()]
-    ends = [end for x in sorted(alive, key=task.better)[:POLISHED] for end in (x, _descended(task, x))]
+    ends: list[Array] = []
+    for starts in ([np.full(d, 0.5)], list(qmc.Halton(d, rng=np.random.default_rng(task.seed)).random(max(0, task.starts - 1)))):
+        alive = [x for x in starts if np.isfinite(task.evaluate(x)[0]).all()]
+        for x in sorted(alive, key=task.better)[:POLISHED]:
+            ends += [x, _descended(task, x)]
+            if not task.aims and task.missed(task.evaluate(ends[-1])[0]) == 0:  # all that was asked for
+                return ends[-1]
     return min(ends, key=task.better) if ends else None
 
 
-def _descended(task: _Task, x: Array) -> Array:
+def _descended(task: Task, x: Array) -> Array:
     """The minimum that sequential quadratic programming finds from a point."""
     start, _ = task.evaluate(x)
     scale = (abs(task.aim(start)) or 1.0) if task.aims else 1.0
@@ -349,7 +206,7 @@ def _descended(task: _Task, x: Array) -> Array:
     return np.clip(found.x, 0.0, 1.0)
 
 
-def _sides(task: _Task) -> Iterator[tuple[Want, float, float]]:
+def _sides(task: Task) -> Iterator[tuple[Want, float, float]]:
     """Each finite end of each constraint: side * (reading - end) >= 0."""
     for want in task.wants:
         inset = 0.05 * (want.high - want.low) if isfinite(want.high - want.low) else 0.0
@@ -359,13 +216,14 @@ def _sides(task: _Task) -> Iterator[tuple[Want, float, float]]:
             yield want, -1.0, want.high - inset
 
 
-def _told(task: _Task, x: Array) -> Design:
+def _told(task: Task, x: Array) -> Design:
     """Hold a design against a finer run, and say what binds."""
     values = task.values(x)
     found, steps = task.evaluate(x)
     finer = steps.finer((task.solver.degree if task.solver else None) or DEGREE) if steps else None
     task.runs += 2
-    checked = Level(task.readings, finer)(task.family.make(values))[0]
+    made = task.family.make(values)
+    checked = Level(task.readings, finer)(made, task.span(made))[0]
     broken = [want for want in task.wants if want.misses(float(checked[task.row(want.name)])) > 0.01 * EXACT]
     binding = [
         f"{name} = {'low' if u < 0.5 else 'high'} end" for u, name in zip(x, task.ranges, strict=True) if min(u, 1 - u) < BINDS
@@ -388,7 +246,7 @@ def _binds(want: Want, value: float) -> bool:
     return abs(value - end) <= BINDS * want.scale
 
 
-def _front(task: _Task, lists: Mapping[str, Sequence[float]], points: int) -> Design:
+def _front(task: Task, lists: Mapping[str, Sequence[float]], points: int) -> Design:
     """Designs of two aims: the first is least while the second does not exceed values between its own extremes."""
     first, second = task.aims
     ends = [_best(replace(task, aims=[name]), lists) for name in (first, second)]

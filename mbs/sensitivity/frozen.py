@@ -7,8 +7,8 @@ problems in differential and integral equations, Birkhäuser 1983, 95-121, doi 1
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,6 +18,9 @@ from buckler.mbs.record.run import Run
 from buckler.mbs.solvers.spectral import Spectral
 from buckler.mbs.solvers.steps import Controlled
 
+if TYPE_CHECKING:
+    from buckler.mbs.spectral.tape import Tape
+
 Array = np.ndarray[Any, Any]
 TIGHT = 1e-7
 """Local error allowed of the run that chooses the steps."""
@@ -25,6 +28,8 @@ FINE = 1e-7
 """Local error, in the sense of the solver, within which runs of given steps locate the beginning of a contact."""
 MOST = 20
 """Steps that a run may take, rejected ones too, for each that is given."""
+TAPED = 50_000
+"""Steps, the first ones, whose factors are kept."""
 DEGREES = 4
 """Of a strip's polynomials, how many more a finer run has."""
 
@@ -42,13 +47,16 @@ class Steps:
     duration : float
         s.
     ends : array, shape (steps,)
-        Times at which they end, s.
+        Times at which they end, s, but for beginnings of contacts.
     solver : Spectral
+    tapes : list of Tape
+        What the first of the runs leaves for the others.
     """
 
     duration: float
     ends: Array
     solver: Spectral
+    tapes: list[Tape] = field(default_factory=list)
 
     @classmethod
     def of(cls, mechanism: Mechanism, duration: float, solver: Spectral | None = None) -> Steps:
@@ -58,38 +66,54 @@ class Steps:
         ------
         RunFailedError
         """
-        from buckler.mbs.spectral.run import once
+        from buckler.mbs.spectral.run import integrate  # loads the compiler
+        from buckler.mbs.spectral.scene import Scene
+        from buckler.mbs.spectral.tape import tape_for
 
         solver = replace(solver or Spectral(steps=Controlled(tolerance=TIGHT)), method="implicit")
-        run = once(mechanism, duration, solver, every=2)
-        _check(run)
-        time = np.unique(run.record.time)
-        ends = np.unique(np.concatenate([time, 0.5 * (time[1:] + time[:-1])]))[1:]
-        return cls(duration, ends, replace(solver, steps=Controlled(tolerance=FINE, max_steps=MOST * len(ends))))
+        scene = Scene.of(mechanism, solver.degree)
+        tape = tape_for(scene, TAPED)
+        out, failure, _ = integrate(scene, duration, solver, tape=tape)
+        _check(failure)
+        ends = tape.end[tape.end > 0]
+        ends = np.append(ends, out.time[out.time > ends[-1]])
+        return cls(duration, ends, replace(solver, steps=Controlled(tolerance=FINE, max_steps=MOST * len(ends))), [tape])
+
+    def coarser(self, degree: int) -> Steps:
+        """Steps twice as long, of strips with polynomials of this degree."""
+        ends = np.append(self.ends[1:-1:2], self.duration)
+        return Steps(self.duration, ends, replace(self.solver, degree=degree))
 
     def finer(self, degree: int) -> Steps:
         """Steps half as long, of strips with polynomials of higher degree than this one."""
         middle = self.ends - 0.5 * np.diff(self.ends, prepend=0.0)
-        return replace(self, ends=np.sort([*middle, *self.ends]), solver=replace(self.solver, degree=degree + DEGREES))
+        solver = replace(self.solver, degree=degree + DEGREES)
+        return Steps(self.duration, np.sort([*middle, *self.ends]), solver)
 
-    def run(self, mechanism: Mechanism, duration: float | None = None) -> Run:
-        """Run a mechanism; over another duration the steps are stretched.
+    def run(self, mechanism: Mechanism, duration: float | None = None, asked: str = "") -> Run:
+        """Run a mechanism; over another duration the steps are stretched. It has the signals that a text names, or all.
 
         Raises
         ------
         RunFailedError
         """
-        from buckler.mbs.spectral.run import once
+        from buckler.mbs.spectral.recording import record_of
+        from buckler.mbs.spectral.run import integrate
+        from buckler.mbs.spectral.scene import Scene
+        from buckler.mbs.spectral.tape import tape_for
 
-        duration = self.duration if duration is None else duration
-        found = once(mechanism, duration, self.solver, ends=self.ends * (duration / self.duration))
-        _check(found)
-        return found
+        duration, scene = self.duration if duration is None else duration, Scene.of(mechanism, self.solver.degree)
+        if not self.tapes:
+            self.tapes.append(tape_for(scene, TAPED))
+        ends = self.ends * (duration / self.duration)
+        out, failure, _ = integrate(scene, duration, self.solver, ends=ends, tape=self.tapes[0])
+        _check(failure)
+        return Run(self.solver, record_of(scene, out), None, {}, asked=asked)
 
 
-def _check(run: Run) -> None:
-    if run.failure:
-        raise RunFailedError(f"{run.failure[0]}: {run.failure[1]}")
+def _check(failure: tuple[Any, str] | None) -> None:
+    if failure:
+        raise RunFailedError(f"{failure[0]}: {failure[1]}")
 
 
 def needs_compiler() -> None:

@@ -5,6 +5,9 @@
     settled(signal)                 its mean over the last tenth of the run
     at(signal, t)                   its value at a time, s
     when(signal, value, n)          time, s, at which it crosses a value for the n-th time, n = 1, 2, ...; nan if it does not
+    begins(signal, n), ends(signal, n)  times, s, between which it is above zero for the n-th time, as a contact force is while
+                                    its contact lasts; -1 is the last time; nan if it is not
+    peak(signal, n)                 its largest value between them
     abs sqrt sin cos + - * / **     of signals and of numbers
     frequency(n)                    n-th natural frequency about the state of rest under the loads, Hz; needs no run
 
@@ -27,20 +30,22 @@ from numpy.polynomial import Polynomial
 
 from buckler.mbs.expressions import CONSTANTS, parse
 from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.record.lookup import hermite, slopes
+from buckler.mbs.record.lookup import slopes
 
 Array = np.ndarray[Any, Any]
-KEEPS_UNIT = {"max", "min", "mean", "rms", "start", "end", "at", "abs", "settled"}
+KEEPS_UNIT = {"max", "min", "mean", "rms", "start", "end", "at", "abs", "settled", "peak"}
 SETTLED = 0.1
 """Share of the run, at its end, over which `settled` takes the mean."""
 OF_VALUES: dict[str, Callable[[Any], Any]] = {"abs": np.abs, "sqrt": np.sqrt, "sin": np.sin, "cos": np.cos}
 ARGUMENTS = {
     **dict.fromkeys(("max", "min", "mean", "rms", "start", "end", "impulse", "settled"), 1), "at": 2, "when": 3,
+    **dict.fromkeys(("begins", "ends", "peak"), 2),
 }  # fmt: skip
 ALLOWED = {name: (None, count) for name, count in {**ARGUMENTS, **dict.fromkeys(OF_VALUES, 1)}.items()}
 OPERATORS: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Add: np.add, ast.Sub: np.subtract, ast.Mult: np.multiply, ast.Div: np.divide, ast.Pow: np.power,
 }  # fmt: skip
+NONE: Mapping[ast.expr, float] = {}
 NEAR = 5
 """Samples from which a slope is taken."""
 TOKEN = re.compile(r"[^\W\d]\w*(?:[.\-]\w+)*\.\w+")
@@ -86,6 +91,31 @@ class Curve:
             return nan
         return self._root(int(found[int(count) - 1]), value)
 
+    def begins(self, count: float) -> float:
+        """Time, s, from which it is above zero for the `count`-th time."""
+        found = self._above(count)
+        return nan if found is None else float(found.time[0])
+
+    def ends(self, count: float) -> float:
+        """Time, s, until which it is."""
+        found = self._above(count)
+        return nan if found is None else float(found.time[-1])
+
+    def peak(self, count: float) -> float:
+        """Largest value between them."""
+        found = self._above(count)
+        return nan if found is None else found.max()
+
+    def _above(self, count: float) -> Curve | None:
+        """The part that is above zero for the `count`-th time, from the last on for -1, -2, ..., with the samples beside it."""
+        above = np.concatenate([[False], self.x > 0, [False]])
+        parts = np.flatnonzero(above[1:] != above[:-1]).reshape(-1, 2)
+        k = int(count) - 1 if count > 0 else len(parts) + int(count)
+        if not 0 <= k < len(parts):
+            return None
+        part = slice(max(0, int(parts[k, 0]) - 1), int(parts[k, 1]) + 1)
+        return type(self)(self.time[part], self.x[part])
+
     def _root(self, k: int, value: float) -> float:
         """Where the k-th piece has a value that lies between those of its ends."""
         part = (value - self.x[k]) / (self.x[k + 1] - self.x[k])
@@ -129,16 +159,19 @@ class Smooth(Curve):
 
     @cached_property
     def slopes(self) -> Array:
-        """At the samples, shape (samples,): of the polynomials through five of them, of the fourth order."""
+        """At the samples, shape (samples,)."""
+        return self._slopes(np.arange(len(self.time)))
+
+    def _slopes(self, k: Array) -> Array:
+        """At some samples: of the polynomials through five of them, of the fourth order."""
         n = len(self.time)
         if n < NEAR:
-            return slopes(self.time, self.x, True) if n > 2 else np.gradient(self.x, self.time)
-        first = np.clip(np.arange(n) - NEAR // 2, 0, n - NEAR)
-        near = first[:, None] + np.arange(NEAR)
-        apart = self.time[near] - self.time[:, None]
+            return (slopes(self.time, self.x, True) if n > 2 else np.gradient(self.x, self.time))[k]
+        near = np.clip(k - NEAR // 2, 0, n - NEAR)[:, None] + np.arange(NEAR)
+        apart = self.time[near] - self.time[k, None]
         scale = np.abs(apart).max(axis=1)
         powers = (apart / scale[:, None])[:, :, None] ** np.arange(NEAR)
-        return np.linalg.solve(powers, self.x[near][:, :, None])[:, 1, 0] / scale
+        return np.asarray(np.linalg.solve(powers, self.x[near][:, :, None])[:, 1, 0] / scale)
 
     def integral(self) -> float:
         """Of the cubics."""
@@ -159,7 +192,8 @@ class Smooth(Curve):
 
     def at(self, when: float) -> float:
         """Value at a time, s."""
-        return float(hermite(self.time, self.x, self.slopes, np.asarray(when))[0])
+        k = int(np.clip(np.searchsorted(self.time, when, side="right") - 1, 0, len(self.time) - 2))
+        return float(self._cubic(k)((when - self.time[k]) / (self.time[k + 1] - self.time[k])))
 
     def _root(self, k: int, value: float) -> float:
         from scipy.optimize import brentq  # it takes a while to load, and few need it
@@ -171,7 +205,7 @@ class Smooth(Curve):
     def _cubic(self, k: int) -> Polynomial:
         """The k-th piece over its part, 0 to 1."""
         h, step = self.time[k + 1] - self.time[k], self.x[k + 1] - self.x[k]
-        before, after = h * self.slopes[k], h * self.slopes[k + 1]
+        before, after = h * self._slopes(np.array([k, k + 1]))
         return Polynomial([self.x[k], before, 3 * step - 2 * before - after, before + after - 2 * step])
 
 
@@ -185,9 +219,9 @@ def measure(
     ValueError
         If the text is no formula, names a signal that is not there, or gives a series.
     """
-    tree, names = _tree(text, signals)
+    tree, names = parsed(text, signals)
     with np.errstate(all="ignore"):
-        value = _value(tree, time, {short: signals[name] for short, name in names.items()}, curve)
+        value = value_of(tree, time, {short: signals[name] for short, name in names.items()}, curve)
     if np.ndim(value):
         raise ValueError(f"--measure {text}: gives a series; write max({text}), mean({text}) or end({text})")
     return Measured(float(value), _unit(tree, {short: units.get(name, "") for short, name in names.items()}))
@@ -218,7 +252,7 @@ def check(text: str, signals: Mapping[str, Any] | None = None) -> None:
     measure(text, time, dict.fromkeys(found, np.ones(2)), {})
 
 
-def _tree(text: str, signals: Mapping[str, Any]) -> tuple[ast.expr, dict[str, str]]:
+def parsed(text: str, signals: Mapping[str, Any]) -> tuple[ast.expr, dict[str, str]]:
     """The formula with short names in place of the signals', and what these stand for."""
     names: dict[str, str] = {}
     short = {name: f"_{k}" for k, name in enumerate(signals)}
@@ -241,19 +275,24 @@ def _tree(text: str, signals: Mapping[str, Any]) -> tuple[ast.expr, dict[str, st
         raise ValueError(f"--measure {text}: {error}") from None
 
 
-def _value(node: ast.expr, time: Array, signals: Mapping[str, Array], curve: type[Curve]) -> Any:
+def value_of(
+    node: ast.expr, time: Array, signals: Mapping[str, Array], curve: type[Curve] = Curve, given: Mapping[ast.expr, float] = NONE
+) -> Any:
+    """A formula's value; parts of it may be given."""
+    if node in given:
+        return given[node]
     match node:
         case ast.Constant(value=value):
             return value
         case ast.Name(id=name):
             return signals[name] if name in signals else CONSTANTS[name]
         case ast.UnaryOp(op=sign, operand=operand):
-            inner = _value(operand, time, signals, curve)
+            inner = value_of(operand, time, signals, curve, given)
             return -inner if isinstance(sign, ast.USub) else inner
         case ast.BinOp(op=operator, left=left, right=right):
-            return OPERATORS[type(operator)](_value(left, time, signals, curve), _value(right, time, signals, curve))
+            return OPERATORS[type(operator)](*(value_of(part, time, signals, curve, given) for part in (left, right)))
         case ast.Call(func=ast.Name(id=name), args=arguments):
-            series, *rest = (_value(argument, time, signals, curve) for argument in arguments)
+            series, *rest = (value_of(argument, time, signals, curve, given) for argument in arguments)
             if name in OF_VALUES:
                 return OF_VALUES[name](series)
             return getattr(curve(time, np.broadcast_to(series, time.shape)), name)(*rest)
@@ -278,7 +317,7 @@ def _unit(node: ast.expr, units: Mapping[str, str]) -> str:
             return "1" if a == "1" else ""
         case ast.Call(func=ast.Name(id=name), args=arguments):
             inner = _unit(arguments[0], units)
-            if name == "when":
+            if name in ("when", "begins", "ends"):
                 return "s"
             if name == "impulse":
                 return "s" if inner == "1" else f"{inner} s" if inner else ""

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import Any
-
 from buckler.mbs.declare import Declared, choice, declared, part, quantity, whole
 from buckler.mbs.solvers.steps import Controlled, Equal
 
@@ -43,12 +40,6 @@ class Spectral(Declared):
     def count(self) -> int | None:
         """Number of equal steps; None where they are controlled."""
         return None if self.steps.adaptive else self.steps.number(1.0)
-
-    def finer(self, taken: Any) -> Spectral:
-        """The same with steps half as long."""
-        if isinstance(self.steps, Equal):
-            return replace(self, steps=Equal(2 * self.steps.record_every * (len(taken) - 1)))
-        return replace(self, steps=replace(self.steps, tolerance=self.tolerance / 16))
 
     def longest(self, duration: float) -> float:
         """Longest step of a run, s."""

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from math import ceil
 from typing import ClassVar
 
-import numpy as np
-
 from buckler.mbs.declare import Declared, declared, quantity, whole
-from buckler.mbs.elements.element import Array
 
 
 @declared
@@ -46,21 +42,6 @@ class Controlled(Declared):
         """Steps of a run at least."""
         return max(1, ceil(duration / self.longest(duration)))
 
-    def coarser_than(self, usual: float) -> bool:
-        """Whether steps may be longer than those of the default settings, whose tolerance is `usual`."""
-        return (self.tolerance or usual) > usual or self.min_step > Controlled().min_step
-
-    def halved(self, taken: Array, usual: float, divisor: float) -> Controlled:
-        """Steps half as long as those that were taken, s, and no longer than the default ones; `divisor` of the tolerance."""
-        default = Controlled()
-        return replace(
-            self,
-            tolerance=min((self.tolerance or usual) / divisor, usual),
-            max_step=float(np.max(taken)) / 2,
-            min_step=min(self.min_step / 2, default.min_step),
-            contact_resolution=max(2 * self.contact_resolution, default.contact_resolution),
-        )
-
 
 @declared
 class Equal(Declared):
@@ -83,11 +64,3 @@ class Equal(Declared):
     def number(self, _duration: float) -> int:
         """Steps of a run."""
         return self.count
-
-    def coarser_than(self, _usual: float) -> bool:
-        """Whether steps may be longer than those of the default settings: nothing limits them."""
-        return True
-
-    def halved(self, taken: Array, _usual: float, _divisor: float) -> Equal:
-        """Two steps for each that was taken, whether it was recorded or not."""
-        return Equal(2 * self.record_every * len(taken))

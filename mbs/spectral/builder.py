@@ -280,7 +280,7 @@ class Builder:
         numbers: Sequence[float] = (),
     ) -> int:  # fmt: skip
         """Add a force; returns its row."""
-        a = self._placed(a) if kind == k.PUSH else a
+        a = self._placed(a) if kind == k.PUSH and len(numbers) == 3 else a  # with a fixed line it turns, too
         self.forces.append(Force(name, kind, a, b, law, friction, row, numbers))
         return len(self.forces) - 1
 

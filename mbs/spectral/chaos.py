@@ -13,14 +13,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from buckler.mbs.elements.striking import SLOWEST_ONSET
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.solvers.spectral import Spectral
 from buckler.mbs.solvers.steps import Controlled
-from buckler.mbs.spectral.run import State, integrate
+from buckler.mbs.spectral.run import State, integrate, memory_at_end
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.settle import begin as settled
-from buckler.mbs.spectral.tables import FASTEST, ONSET, TURN
+from buckler.mbs.spectral.tables import TURN
 from buckler.mbs.validate import positive, whole
 
 Array = np.ndarray[Any, Any]
@@ -45,9 +44,7 @@ def last_state(scene: Scene, state: State, end: float, solver: Spectral) -> Stat
     out, failure, _ = integrate(scene, end, solver, state=state)
     if failure is not None:
         raise RuntimeError(f"{failure[0]}: {failure[1]}")
-    memory = out.memory[-1].copy()
-    memory[:, FASTEST] = np.maximum(memory[:, ONSET], SLOWEST_ONSET)
-    return State(float(out.time[-1]), out.q[-1], out.v[-1], memory, scene.work.state[:, TURN].copy())
+    return State(float(out.time[-1]), out.q[-1], out.v[-1], memory_at_end(out), scene.work.state[:, TURN].copy())
 
 
 def lyapunov(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from buckler.mbs.spectral.compiling import aside, inner
-from buckler.mbs.spectral.tables import CONTACT, FASTEST, JOURNAL, NUMBERS, ONSET
+from buckler.mbs.spectral.tables import CONTACT, FASTEST, JOURNAL, LENGTH, NUMBERS, ONSET, RATE, VALUE
 
 
 @inner
@@ -16,15 +16,15 @@ def touches(s, k):
 def depth_of(s, reports, k):
     """Depth of contact k, from its report."""
     if s.forces[k, 0] == JOURNAL:
-        return reports[k, 2]
+        return reports[k, LENGTH]
     side, face = s.data[s.forces[k, NUMBERS]], s.data[s.forces[k, NUMBERS] + 1]
-    return side * (reports[k, 2] - face)
+    return side * (reports[k, LENGTH] - face)
 
 
 @inner
 def rate_of_depth(s, reports, k):
     """Its rate."""
-    return reports[k, 3] if s.forces[k, 0] == JOURNAL else s.data[s.forces[k, NUMBERS]] * reports[k, 3]
+    return reports[k, RATE] if s.forces[k, 0] == JOURNAL else s.data[s.forces[k, NUMBERS]] * reports[k, RATE]
 
 
 @inner
@@ -78,7 +78,7 @@ def first_onset(s, before, reports, h, landing):
 def lets_go(s, before, reports, largest, share):
     """Whether a contact that pushed with more than a share of its largest force so far pushes no more: a kink to be cut out."""
     for k in range(s.forces.shape[0]):
-        if touches(s, k) and reports[k, 0] == 0.0 and abs(before[k, 0]) > share * largest[k]:
+        if touches(s, k) and reports[k, VALUE] == 0.0 and abs(before[k, VALUE]) > share * largest[k]:
             return True
     return False
 

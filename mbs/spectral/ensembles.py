@@ -23,7 +23,6 @@ from buckler.mbs.record.status import Status
 from buckler.mbs.solvers.spectral import Spectral
 from buckler.mbs.spectral.dense import refined
 from buckler.mbs.spectral.frame_body import FrameBody
-from buckler.mbs.spectral.output import STEPS
 from buckler.mbs.spectral.recording import record_of
 from buckler.mbs.spectral.run import State, integrate
 from buckler.mbs.spectral.scene import Scene
@@ -52,7 +51,7 @@ def resume(scene: Scene, end: float, solver: Spectral, state: State, seed: int =
     signals = collect(record)
     result = Result(
         status, message, record.time, {name: signal.values for name, signal in signals.items()},
-        {name: signal.unit for name, signal in signals.items()}, {"steps": float(counts[STEPS])}, ledger(record),
+        {name: signal.unit for name, signal in signals.items()}, {"steps": float(counts.steps)}, ledger(record),
         traits={name: signal.trait for name, signal in signals.items()},
     )  # fmt: skip
     return Member(seed, result, record, State(float(out.time[-1]), out.q[-1], out.v[-1], out.memory[-1].copy()))

@@ -24,33 +24,9 @@ from buckler.mbs.spectral.fronts import factor, solve
 from buckler.mbs.spectral.kernel import add_modal, constraint, renew_mass, row_times
 from buckler.mbs.spectral.lawtable import bristle_rate
 from buckler.mbs.spectral.markers import place_marker
-from buckler.mbs.spectral.output import (
-    BUDGET,
-    COUNTERS,
-    EVERY,
-    FIRST_STEP,
-    FIXED_STEPS,
-    FLOOR,
-    GRAZE,
-    HELD,
-    ITERATIONS,
-    LONGEST,
-    NOT_FINITE,
-    NOW,
-    ONSETS,
-    REJECTED,
-    SAMPLES,
-    SKIPPED,
-    STATUS,
-    STEPS,
-    TOLERANCE,
-    TOO_MANY,
-    UNDERFLOW,
-    WANTED,
-    Output,
-)  # fmt: skip
+from buckler.mbs.spectral.output import NOT_FINITE, OK, TOO_MANY, UNDERFLOW
 from buckler.mbs.spectral.strips import add_strips
-from buckler.mbs.spectral.tables import BRISTLE, FASTEST, FRICTION_OF, JOURNAL, ONSET, SEAT, SLIDING
+from buckler.mbs.spectral.tables import BRISTLE, FASTEST, FRICTION_OF, JOURNAL, LENGTH, ONSET, SEAT, SLIDING, SLIP
 
 Array = np.ndarray[Any, Any]
 NODES = np.array([0.0, 0.2, 0.3, 0.8, 8.0 / 9.0, 1.0, 1.0])
@@ -65,8 +41,12 @@ WEIGHTS = np.array(
         [35.0 / 384.0, 0.0, 500.0 / 1113.0, 125.0 / 192.0, -2187.0 / 6784.0, 11.0 / 84.0],
     ]
 )
+SHORTEST = 1e-15
+"""Step, of the end."""
 STAYS = 1e-4
 """How far off its constraints a state may stay, of the tolerance; further off it is put back."""
+SAFETY, ORDER = 0.9, 0.2
+"""Share of the length that would just do; one over the order of the error."""
 ERRORS = np.array([71.0 / 57600.0, 0.0, -71.0 / 16695.0, 71.0 / 1920.0, -17253.0 / 339200.0, 22.0 / 525.0, -1.0 / 40.0])
 
 
@@ -140,8 +120,8 @@ def rates_at(s, e, w, x, t, y, out):
     for k in range(s.forces.shape[0]):
         kind, law = s.forces[k, 0], s.forces[k, FRICTION_OF]
         out[2 * n + k] = 0.0
-        if law >= 0 and (kind == SEAT or (kind == JOURNAL and w.reports[k, 2] > 0.0)):
-            out[2 * n + k] = bristle_rate(s, law, y[2 * n + k], w.reports[k, 4])
+        if law >= 0 and (kind == SEAT or (kind == JOURNAL and w.reports[k, LENGTH] > 0.0)):
+            out[2 * n + k] = bristle_rate(s, law, y[2 * n + k], w.reports[k, SLIP])
 
 
 @jit
@@ -218,97 +198,113 @@ def _error(x, h, tolerance):
     return worst / tolerance
 
 
-@jit
-def run_explicit(s, e, w, x, clock, end, stops, controls, out, counts):
-    """Go on from the state to the end, or until out is full; as `run_implicit`."""
-    _run(lend(s), lend(e), lend(w), lend(x), clock, end, stops, controls, lend(out), counts)
+@aside
+def _next_stop(clock, controls, stops):
+    """The next time at which a step must end."""
+    while clock.stop < stops.size and stops[clock.stop] <= clock.time + controls.shortest:
+        clock.stop += 1
+    return min(controls.end, stops[clock.stop]) if clock.stop < stops.size else controls.end
 
 
 @aside
-def _run(s, e, w, x, clock, end, stops, controls, out, counts):
-    t, wanted, held, skipped = clock[NOW], clock[WANTED], clock[HELD], int(clock[SKIPPED])
-    tolerance, fixed, n = controls[TOLERANCE], controls[FIXED_STEPS] > 0.0, x.force.size
-    shortest, landing = 1e-15 * end, max(1e-3 * tolerance, 1e-12) * x.units.max()
-    row, every, nstop = 0, int(controls[EVERY]), 0
-    if counts[STEPS] == 0:
-        rates_at(s, e, w, x, t, x.y, x.rates[0])
+def _try(s, e, w, x, clock, h, last, controls, counts):
+    """Whether a step of length h, the last before a stop or not, stands: error, contacts. If not, the next one is shorter."""
+    _stages(s, e, w, x, clock.time, h * (1.0 - 1e-15) if last else h)
+    counts.iterations += 6
+    clock.error = error = _error(x, h, controls.tolerance)
+    if not error <= 1.0 and not (controls.fixed and error < 1e300):
+        clock.wanted = h * (max(0.2, SAFETY * error**-ORDER) if error < 1e300 else 0.2)
+        if clock.wanted < controls.shortest:
+            counts.status = UNDERFLOW if error < 1e300 else NOT_FINITE
+        return False
+    first = first_onset(s, x.before, w.reports, h, max(1e-3 * controls.tolerance, 1e-12) * x.units.max())
+    if first < 1.0 and h * first > controls.shortest:
+        clock.held, clock.wanted = max(clock.held, h), h * first
+        return False
+    return True
+
+
+@aside
+def _accept(s, e, w, x, clock, at, stop, controls, out, counts):
+    """Take over a step to the time `at`, put back onto the constraints, and write its row."""
+    n, before, clock.time = x.force.size, clock.time, at
+    changed = _remember(s, w, x, controls, counts)
+    off = _is_off(s, x, STAYS * controls.tolerance)
+    if off:
+        _put_back(s, e, x)
+    if off or changed or at == stop:
+        copy(x.new, x.y)
+        rates_at(s, e, w, x, at, x.y, x.rates[0])
+    else:
+        for i in range(x.y.size):
+            x.y[i], x.rates[0, i] = x.new[i], x.rates[6, i]
+    for i in range(n):
+        x.pace[0] = max(x.pace[0], abs(x.y[n + i]) / x.units[i])
+    copy(w.reports, x.before)
+    counts.steps += 1
+    clock.skipped += 1
+    if clock.skipped >= controls.every or changed or at >= controls.end - controls.shortest:
+        _write(x, out, counts, at, before)
+        clock.skipped = 0
+
+
+@jit
+def run_explicit(s, e, w, x, clock, controls, stops, out, counts):
+    """Go on from the state to the end, or until out is full; as `run_implicit`."""
+    _run(lend(s), lend(e), lend(w), lend(x), clock, controls, stops, lend(out), counts)
+
+
+@aside
+def _run(s, e, w, x, clock, controls, stops, out, counts):
+    counts.samples = 0
+    if counts.steps == 0:
+        rates_at(s, e, w, x, clock.time, x.y, x.rates[0])
         copy(w.reports, x.before)
-        _write(x, out, 0, t, t)
-        row = 1
-    while t < end - shortest and counts[STATUS] == 0 and row < out.time.size:
-        while nstop < stops.size and stops[nstop] <= t + shortest:
-            nstop += 1
-        target = min(end, stops[nstop]) if nstop < stops.size else end
-        h = min(wanted, controls[LONGEST])
-        if t + 1.0001 * h >= target:
-            h = target - t
-        _stages(s, e, w, x, t, h * (1.0 - 1e-15) if h >= target - t else h)
-        counts[ITERATIONS] += 6
-        error = _error(x, h, tolerance)
-        if counts[STEPS] + counts[REJECTED] > controls[BUDGET]:
-            counts[STATUS] = TOO_MANY
-        if not error <= 1.0 and not (fixed and error < 1e300):
-            counts[REJECTED] += 1
-            wanted = h * (max(0.2, 0.9 * error**-0.2) if error < 1e300 else 0.2)
-            if wanted < shortest:
-                counts[STATUS] = UNDERFLOW if error < 1e300 else NOT_FINITE
+        _write(x, out, counts, clock.time, clock.time)
+    while clock.time < controls.end - controls.shortest and counts.status == OK and counts.samples < out.time.size:
+        stop = _next_stop(clock, controls, stops)
+        h = min(clock.wanted, controls.longest)
+        if (
+            clock.time + (1.0 if clock.held > 0.0 else 1.0001) * h >= stop
+        ):  # not beyond an onset, which would be stepped over again
+            h = stop - clock.time
+        last = h >= stop - clock.time
+        if counts.steps + counts.rejected > controls.budget:
+            counts.status = TOO_MANY
+        if not _try(s, e, w, x, clock, h, last, controls, counts):
+            counts.rejected += 1
             continue
-        first = first_onset(s, x.before, w.reports, h, landing)
-        if first < 1.0 and h * first > shortest:
-            counts[REJECTED] += 1
-            held = max(held, h)
-            wanted = h * first
-            continue
-        before, t = t, (target if h >= target - t else t + h)
-        changed = _remember(s, w, x, controls[FLOOR], controls[GRAZE], counts)
-        off = _is_off(s, x, STAYS * tolerance)
-        if off:
-            _put_back(s, e, x)
-        if off or changed or t == target:
-            copy(x.new, x.y)
-            rates_at(s, e, w, x, t, x.y, x.rates[0])
+        _accept(s, e, w, x, clock, stop if last else clock.time + h, stop, controls, out, counts)
+        if controls.fixed:
+            clock.wanted = controls.first_step
         else:
-            for i in range(x.y.size):
-                x.y[i], x.rates[0, i] = x.new[i], x.rates[6, i]
-        for i in range(n):
-            x.pace[0] = max(x.pace[0], abs(x.y[n + i]) / x.units[i])
-        copy(w.reports, x.before)
-        counts[STEPS] += 1
-        skipped += 1
-        if skipped >= every or changed or t >= end - shortest:
-            _write(x, out, row, t, before)
-            row, skipped = row + 1, 0
-        if not fixed:
-            wanted = max(h * min(5.0, max(0.2, 0.9 * max(error, 1e-6) ** -0.2)), held)
-            held = 0.0
-        else:
-            wanted = controls[FIRST_STEP]
-    clock[NOW], clock[WANTED], clock[HELD], clock[SKIPPED] = t, wanted, held, skipped
-    counts[SAMPLES] = row
+            clock.wanted = max(h * min(5.0, max(0.2, SAFETY * max(clock.error, 1e-6) ** -ORDER)), clock.held)
+            clock.held = 0.0
 
 
 @close
-def _remember(s, w, x, floor, graze, counts):
+def _remember(s, w, x, controls, counts):
     """Onset speeds of contacts that are about to close or have just closed; whether one has changed."""
     changed = False
     n = x.force.size
     for k in range(s.forces.shape[0]):
         m = x.memory[k]
         if touches(s, k):
-            event = remember_onset(s, x.before, w.reports, k, m, floor, graze)
+            event = remember_onset(s, x.before, w.reports, k, m, controls.floor, controls.graze)
             changed = changed or event != 0
             if event > 0:
-                counts[ONSETS] += 1
+                counts.onsets += 1
             elif event < 0:
                 x.new[2 * n + k] = 0.0
-        m[SLIDING] = w.reports[k, 4]
+        m[SLIDING] = w.reports[k, SLIP]
     return changed
 
 
 @close
-def _write(x, out, i, t, before):
-    """Write the state as row i; bristles as they stand, with no time since."""
-    n = x.force.size
+def _write(x, out, counts, t, before):
+    """Write the state as a row; bristles as they stand, with no time since."""
+    n, i = x.force.size, counts.samples
+    counts.samples += 1
     out.time[i] = t
     for j in range(n):
         out.q[i, j], out.v[i, j], out.a[i, j] = x.y[j], x.y[n + j], x.rates[0, n + j]
@@ -316,7 +312,3 @@ def _write(x, out, i, t, before):
     for k in range(x.memory.shape[0]):
         m = out.memory[i, k]
         m[ONSET], m[BRISTLE], m[SLIDING], m[FASTEST] = x.memory[k, ONSET], x.y[2 * n + k], 0.0, t
-
-
-assert COUNTERS > ONSETS
-assert Output._fields[0] == "time"

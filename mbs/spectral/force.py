@@ -12,17 +12,18 @@ from buckler.mbs.spectral.tables import GIVEN, PUSH
 
 
 def add_force(builder: Builder, name: str, load: Any) -> None:
-    """Add a force, constant or given in time; its direction is fixed, or turns with a link."""
+    """Add a force, constant or given in time; its direction is fixed, or turns with a link; its line may be fixed, too."""
     turns = load.turns_with(builder.mechanism)
     a = marker_at(builder, held_at(builder.mechanism, load.point))
     b = builder.ground((0.0, 0.0)) if turns is None else marker_at(builder, turns)
+    line = [] if load.through is None else [1.0, *load.through]
     law, numbers = -1, [0.0, 0.0]
     if callable(load.value):
         parts = [function_pointer(_component(load.value, i), 1) for i in range(2)]
         law = builder.add_law(None, GIVEN, (), parts, f"the function of {name}")
     else:
         numbers = [float(x) for x in load.value]
-    builder.add_force(name, PUSH, a, b, law=law, numbers=[*numbers, 0.0 if turns is None else builder.angle_of(b)])
+    builder.add_force(name, PUSH, a, b, law=law, numbers=[*numbers, 0.0 if turns is None else builder.angle_of(b), *line])
 
 
 def _component(function: Any, i: int) -> Any:

@@ -27,25 +27,33 @@ from buckler.mbs.spectral.markers import (
     rate_of,
 )  # fmt: skip
 from buckler.mbs.spectral.tables import (
+    BENT,
     BRISTLE,
     CONTACT,
     COUNT,
     DRY,
+    FRICTION,
     FRICTION_OF,
+    FX,
+    FY,
     GIVEN,
     JOURNAL,
     LAW,
     LAW_OF,
+    LENGTH,
     LINE_SPRING,
     MOTOR,
     NUMBERS,
     ONSET,
     PUSH,
+    RATE,
     ROW_OF,
     SEAT,
+    SLIP,
     SPIN,
     STRUT,
     TURN,
+    VALUE,
     VX,
     VY,
     X,
@@ -151,9 +159,9 @@ def _along(s, w, k, t, lam, mem, since, f):
     reaction = lam[row] if row >= 0 else 0.0
     force = s.factors[k] * value_along(s, k, t, value, rate, mem[k], since, reaction)
     out = w.reports[k]
-    out[0], out[2], out[3], out[4] = force, value, rate, rate
+    out[VALUE], out[LENGTH], out[RATE], out[SLIP] = force, value, rate, rate
     if s.forces[k, 0] == SEAT:
-        out[5] = rubbing(s, s.forces[k, FRICTION_OF], rate, mem[k], since)[1]
+        out[BENT] = rubbing(s, s.forces[k, FRICTION_OF], rate, mem[k], since)[1]
     add_gradient(s, w, number, grad, force, f)
 
 
@@ -161,7 +169,7 @@ def _along(s, w, k, t, lam, mem, since, f):
 def _bend_along(s, w, k, t, q, lam, mem, since, mass):
     """Derivatives of a force along a measure; of one that follows a constraint's own force also by that."""
     number, grad, hess, row = s.forces[k, 1], w.small[6], w.small[:6], s.forces[k, ROW_OF]
-    a, b, factor, force = s.measures[number, 1], s.measures[number, 2], s.factors[k], w.reports[k, 0]
+    a, b, factor, force = s.measures[number, 1], s.measures[number, 2], s.factors[k], w.reports[k, VALUE]
     reaction = lam[row] if row >= 0 else 0.0
     value, rate = measure(s, w, number, grad)
     curve(s, w, number, grad, hess)
@@ -209,13 +217,14 @@ def touch(s, w, k, mem, since, out):
     nx, ny = (ex / e, ey / e) if e > 1e-300 else (1.0, 0.0)
     depth, rate = e - gap, nx * ux + ny * uy
     sliding = nx * uy - ny * ux + a[SPIN] * radius - b[SPIN] * (e + radius)
-    out[0], out[1], out[2], out[3], out[4], out[5], out[6], out[7] = 0.0, 0.0, depth, rate, sliding, 0.0, nx, ny
+    out[VALUE], out[FRICTION], out[BENT], out[FX], out[FY] = 0.0, 0.0, 0.0, nx, ny
+    out[LENGTH], out[RATE], out[SLIP] = depth, rate, sliding
     if depth > 0.0:
-        out[0] = normal_force(s, s.forces[k, LAW_OF], depth, rate, mem[ONSET])
-        coefficient, out[5] = rubbing(s, s.forces[k, FRICTION_OF], sliding, mem, since)
-        out[1] = coefficient * out[0]
+        out[VALUE] = normal_force(s, s.forces[k, LAW_OF], depth, rate, mem[ONSET])
+        coefficient, out[BENT] = rubbing(s, s.forces[k, FRICTION_OF], sliding, mem, since)
+        out[FRICTION] = coefficient * out[VALUE]
     elif since < 0.0:
-        out[5] = mem[BRISTLE]
+        out[BENT] = mem[BRISTLE]
 
 
 @close
@@ -223,10 +232,10 @@ def _journal(s, w, k, mem, since, f):
     """A pin in a bush."""
     ma, mb, number, out = s.forces[k, 1], s.forces[k, 2], s.forces[k, NUMBERS], w.reports[k]
     touch(s, w, k, mem[k], since, out)
-    if out[2] <= 0.0:
+    if out[LENGTH] <= 0.0:
         return
     factor, radius = s.factors[k], s.data[number]
-    e, nx, ny, push, drag = out[2] + s.data[number + 1], out[6], out[7], factor * out[0], factor * out[1]
+    e, nx, ny, push, drag = out[LENGTH] + s.data[number + 1], out[FX], out[FY], factor * out[VALUE], factor * out[FRICTION]
     tx, ty = -ny, nx
     fx, fy = -push * nx - drag * tx, -push * ny - drag * ty
     add_force(s, w, ma, fx, fy, -radius * drag, f)
@@ -237,15 +246,15 @@ def _journal(s, w, k, mem, since, f):
 def _bend_journal(s, w, k, q, mem, since):
     """Derivatives of the force of a pin in a bush."""
     ma, mb, number, out = s.forces[k, 1], s.forces[k, 2], s.forces[k, NUMBERS], w.reports[k]
-    if out[2] <= 0.0:
+    if out[LENGTH] <= 0.0:
         return
     factor, radius = s.factors[k], s.data[number]
-    e, nx, ny, push, drag = out[2] + s.data[number + 1], out[6], out[7], factor * out[0], factor * out[1]
+    e, nx, ny, push, drag = out[LENGTH] + s.data[number + 1], out[FX], out[FY], factor * out[VALUE], factor * out[FRICTION]
     tx, ty = -ny, nx
     fx, fy = -push * nx - drag * tx, -push * ny - drag * ty
-    by_depth, by_rate = normal_slopes(s, s.forces[k, LAW_OF], out[2], out[3], mem[k, ONSET])
+    by_depth, by_rate = normal_slopes(s, s.forces[k, LAW_OF], out[LENGTH], out[RATE], mem[k, ONSET])
     coefficient = drag / push if push != 0.0 else 0.0
-    by_slide = push * rubbing_slope(s, s.forces[k, FRICTION_OF], out[4], mem[k], since)
+    by_slide = push * rubbing_slope(s, s.forces[k, FRICTION_OF], out[SLIP], mem[k], since)
     sway = (w.state[ma, VX] - w.state[mb, VX]) * tx + (w.state[ma, VY] - w.state[mb, VY]) * ty
     h, c = w.small[8:14], w.small[14:20]
     for j in range(6):
@@ -253,7 +262,7 @@ def _bend_journal(s, w, k, q, mem, since):
         sign = 1.0 if j < 3 else -1.0
         kx, ky, ka = (1.0 if j % 3 == 0 else 0.0), (1.0 if j % 3 == 1 else 0.0), (1.0 if j % 3 == 2 else 0.0)
         along, across = sign * (kx * nx + ky * ny), sign * (kx * tx + ky * ty)
-        slide_x = -out[3] * across / e - w.state[mb, SPIN] * along
+        slide_x = -out[RATE] * across / e - w.state[mb, SPIN] * along
         slide_v = across + ka * (radius if j < 3 else -(e + radius))
         push_x = factor * (by_depth * along + by_rate * sway * across / e)
         push_v = factor * by_rate * along
@@ -274,9 +283,17 @@ def _bend_journal(s, w, k, q, mem, since):
     add_geometric(s, w, mb, q, fx, fy, -(e + radius) * drag, w.stiff, s.markers[ma, COUNT])
 
 
+@inner
+def _moment(s, w, k, fx, fy):
+    """Of a push about its marker, where its line of action stays in the plane."""
+    a, number = s.forces[k, 1], s.forces[k, NUMBERS]
+    rx, ry = s.data[number + 4] - w.state[a, X], s.data[number + 5] - w.state[a, Y]
+    return s.data[number + 3] * (rx * fy - ry * fx)
+
+
 @close
 def _push(s, w, k, t, f):
-    """A force at marker a, whose direction turns with marker b."""
+    """A force at marker a, whose direction turns with marker b; its line may go through a fixed place."""
     a, b, number, law = s.forces[k, 1], s.forces[k, 2], s.forces[k, NUMBERS], s.forces[k, LAW_OF]
     px, py = s.data[number], s.data[number + 1]
     if law >= 0:
@@ -284,19 +301,21 @@ def _push(s, w, k, t, f):
     angle = w.state[b, TURN] - s.data[number + 2]
     c, sn = np.cos(angle), np.sin(angle)
     fx, fy = s.factors[k] * (c * px - sn * py), s.factors[k] * (sn * px + c * py)
-    w.reports[k, 0], w.reports[k, 6], w.reports[k, 7] = np.sqrt(fx * fx + fy * fy), fx, fy
-    add_force(s, w, a, fx, fy, 0.0, f)
+    w.reports[k, VALUE], w.reports[k, FX], w.reports[k, FY] = np.sqrt(fx * fx + fy * fy), fx, fy
+    add_force(s, w, a, fx, fy, _moment(s, w, k, fx, fy), f)
 
 
 @aside
 def _bend_push(s, w, k, q):
     """Derivatives of a force at a marker."""
-    a, b, fx, fy, h = s.forces[k, 1], s.forces[k, 2], w.reports[k, 6], w.reports[k, 7], w.small[8:14]
-    add_geometric(s, w, a, q, -fx, -fy, 0.0, w.stiff, 0)
+    a, b, fx, fy, h = s.forces[k, 1], s.forces[k, 2], w.reports[k, FX], w.reports[k, FY], w.small[8:14]
+    add_geometric(s, w, a, q, -fx, -fy, -_moment(s, w, k, fx, fy), w.stiff, 0)
     for i in range(6):
         for j in range(6):
             h[i, j] = 0.0
-    h[0, 5], h[1, 5] = -fy, fx
+    held = s.data[s.forces[k, NUMBERS] + 3]
+    h[0, 5], h[1, 5], h[2, 5] = -fy, fx, _moment(s, w, k, -fy, fx)
+    h[2, 0], h[2, 1] = -held * fy, held * fx
     add_pair(s, w, a, b, h, -1.0, w.stiff, 0)
 
 

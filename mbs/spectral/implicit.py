@@ -8,56 +8,55 @@ from __future__ import annotations
 
 import numpy as np
 
-from buckler.mbs.spectral.compiling import aside, copy, jit, lend
+from buckler.mbs.spectral.compiling import aside, copy, inner, jit, lend
 from buckler.mbs.spectral.contacts import depth_of, error_of_depth, first_onset, lets_go, remember_onset, touches
 from buckler.mbs.spectral.forces import add_forces
 from buckler.mbs.spectral.fronts import solve
 from buckler.mbs.spectral.kernel import changes_at, forces, rows_at
 from buckler.mbs.spectral.lawtable import AFTER
 from buckler.mbs.spectral.markers import place_markers
-from buckler.mbs.spectral.output import (
-    BUDGET,
-    CLOSE,
-    CONTACT_TOLERANCE,
-    EVERY,
-    FIRST_STEP,
-    FIXED_STEPS,
-    FLOOR,
-    GRAZE,
-    LONGEST,
-    MADE,
-    NOT_FINITE,
-    NOW,
-    OK,
-    ONSETS,
-    PREVIOUS,
-    REJECTED,
-    SAMPLES,
-    SKIPPED,
-    STATUS,
-    STEPS,
-    TOLERANCE,
-    TOO_MANY,
-    UNDERFLOW,
-    WANTED,
+from buckler.mbs.spectral.output import NOT_FINITE, OK, TOO_MANY, UNDERFLOW
+from buckler.mbs.spectral.radau import (
+    PAST,
+    REAL,
+    ROUNDING,
+    SLOW,
+    error_of,
+    integrate,
+    newton,
+    predict,
+    put_back,
+    renew_heavy,
+    size_of,
 )  # fmt: skip
-from buckler.mbs.spectral.radau import PAST, REAL, ROUNDING, SLOW, error_of, newton, predict, put_back, renew_heavy, size_of
-from buckler.mbs.spectral.strips import elastic_stresses
-from buckler.mbs.spectral.tables import BRISTLE, FASTEST, JOURNAL, ONSET, SEAT, SLIDING
+from buckler.mbs.spectral.strips import MIXED, PLAIN, elastic_stresses
+from buckler.mbs.spectral.tables import BENT, BRISTLE, FASTEST, JOURNAL, ONSET, SEAT, SLIDING, SLIP, VALUE
+from buckler.mbs.spectral.tape import ALONE, MODE, QUICK, WRITES, follow, guessed, passed, reads, strays
 
 SHARE = 100.0
 """The tolerance of inner coordinates of strips and modes is relative to so many times their largest deformation so far."""
 STRAIGHT = 0.75
 """Straight lines between samples may err by the tolerance to this power, in units of coordinates."""
-MOST_SAMPLES = 40
-"""In a step."""
+MOST_SAMPLES, PARTS = 40, 2
+"""In a step; in those of runs that share them, where as many as are needed would be no smooth function of numbers."""
 ORDER = 0.25
 """One over the order of the local error."""
 HARDER, LIGHT, FORGETS = 2.0, 1e-2, 0.8
 """A contact's force may err by so many times the share that its depth may, and by that of at least so much of its largest force,
 of which it forgets a fifth a step: the end of a long push is small beside the blow that began it, and matters no less."""
-SAFETY, SHORTER, LONGER = 0.85, 0.9, 1.4
-"""Share of the length that would just do, and changes of the length between which the old one stays: it costs no new matrix."""
+SHORTEST = 1e-12
+"""Step, of the end."""
+REACH = 1.0001
+"""A stop that is nearer than so many step lengths ends the step; not one to an onset, which would be stepped over again."""
+SAFETY, SHORTER, LONGER, GROW = 0.85, 0.9, 1.4, 5.0
+"""Share of the length that would just do, changes of the length between which the old one stays, as it costs no new matrix, and
+the largest change."""
+LANDING = 1e-2
+"""A contact this near to its face, of the tolerance and the longest link, is at it."""
+LETS_GO = 20.0
+"""What counts as the error of a step in which a contact lets go."""
+JUMP = 0.1
+"""The moment after a jump, of the shortest step."""
 
 
 @aside
@@ -86,7 +85,7 @@ def _follow_units(x, elastic, tolerance):
 def _begin(s, e, w, x, t, tolerance):
     """Fill in what the first step needs to know of the start."""
     elastic_stresses(s, w, x.q, x.v, x.stress)
-    w.mixed[0], w.held[:] = 1.0, 0.0
+    w.mixed[0], w.held[:] = MIXED, 0.0
     copy(x.stress, w.stress)
     forces(s, w, t, x.q, x.v, x.lam, x.memory, 0.0, x.force)
     rows_at(s, w, t, x.gap, x.base, x.speed)
@@ -127,17 +126,19 @@ def _restart(s, e, w, x, t):
 
 
 @aside
-def _error(s, e, w, x, t, h, tolerance, contact_tolerance, least):
-    """Local error over what is allowed, of the coordinates, and of the depths and forces of closed contacts.
+def _error(s, e, w, x, t, h, controls, least, given):
+    """Local error over what is allowed, of the coordinates, and of the depths and forces of closed contacts; 0 of `given` steps.
 
     Reports are those of the end.
     """
-    error = error_of(s, e, x, h) / tolerance
+    error, allowed = 0.0 if given else error_of(s, e, x, h) / controls.tolerance, controls.contact_tolerance
     put_back(s, e, w, x, t)
     if s.forces.shape[0] == 0:
         return error
     n, q, v = x.q.size, x.places[2], x.rates[2]
     add_forces(s, w, t, x.multipliers[2], x.memory, h, x.force)
+    if given:
+        return error
     closed = False
     for k in range(s.forces.shape[0]):
         if touches(s, k) and (depth_of(s, w.reports, k) > 0.0 or depth_of(s, x.before, k) > 0.0):
@@ -151,47 +152,48 @@ def _error(s, e, w, x, t, h, tolerance, contact_tolerance, least):
         for k in range(s.forces.shape[0]):
             if touches(s, k):
                 deep = error_of_depth(s, x.before, x.shifted, w.reports, h, k, least)
-                push = max(abs(x.before[k, 0]), abs(x.shifted[k, 0]), LIGHT * x.largest[k], 1e-300)
-                error = max(error, deep / contact_tolerance)
-                error = max(error, abs(w.reports[k, 0] - x.shifted[k, 0]) / (push * HARDER * contact_tolerance))
+                push = max(abs(x.before[k, VALUE]), abs(x.shifted[k, VALUE]), LIGHT * x.largest[k], 1e-300)
+                error = max(error, deep / allowed)
+                error = max(error, abs(w.reports[k, VALUE] - x.shifted[k, VALUE]) / (push * HARDER * allowed))
         copy(x.shifted, w.reports)
     return error
 
 
 @aside
-def _remember(s, w, x, floor, graze, counts):
+def _remember(s, w, x, controls, counts):
     """Take over the accepted step: onset speeds of contacts, bristles; whether a contact has closed or let go."""
     changed = False
     for k in range(s.forces.shape[0]):
         kind, m = s.forces[k, 0], x.memory[k]
         x.old[k, 0], x.old[k, 1] = m[BRISTLE], m[SLIDING]
-        x.largest[k] = max(FORGETS * x.largest[k], abs(w.reports[k, 0]))
+        x.largest[k] = max(FORGETS * x.largest[k], abs(w.reports[k, VALUE]))
         if touches(s, k):
-            event = remember_onset(s, x.before, w.reports, k, m, floor, graze)
+            event = remember_onset(s, x.before, w.reports, k, m, controls.floor, controls.graze)
             changed = changed or event != 0
             if event > 0:
-                counts[ONSETS] += 1
+                counts.onsets += 1
         if kind == JOURNAL or kind == SEAT:
-            m[BRISTLE], m[SLIDING] = w.reports[k, 5], w.reports[k, 4]
+            m[BRISTLE], m[SLIDING] = w.reports[k, BENT], w.reports[k, SLIP]
     return changed
 
 
 @aside
-def _write(x, out, row, t, before):
+def _write(x, out, counts, t, before):
     """Write the present state as a row; bristles and sliding speeds are those of the step before, at time `before`."""
+    row = counts.samples
     out.time[row] = t
     copy(x.q, out.q[row]), copy(x.v, out.v[row]), copy(x.a, out.a[row]), copy(x.lam, out.lam[row])
     _write_memory(x, out, row, before)
+    counts.samples += 1
 
 
 @aside
-def _write_after_jump(x, out, row, t, moment):
+def _write_after_jump(x, out, counts, t, moment):
     """Write a row for the moment after a jump of accelerations and multipliers."""
+    _write(x, out, counts, t + moment, t)
+    row = counts.samples - 1
     for i in range(x.q.size):
         out.q[row, i], out.v[row, i] = x.q[i] + moment * x.v[i], x.v[i] + moment * x.a[i]
-    out.time[row] = t + moment
-    copy(x.a, out.a[row]), copy(x.lam, out.lam[row])
-    _write_memory(x, out, row, t)
 
 
 @aside
@@ -211,10 +213,10 @@ def _samples_in(x, elastic, h, tolerance):
 
 
 @aside
-def _write_between(x, out, row, t, h, parts):
+def _write_between(x, out, counts, t, h, parts):
     """Write rows within the step from the present state to its end, all parts but the last."""
     for part in range(1, parts):
-        y = part / parts
+        y, row = part / parts, counts.samples
         for i in range(x.q.size):
             v0, a0, v1, a1 = h * x.v[i], h * h * x.a[i], h * x.rates[2, i], h * h * x.seconds[2, i]
             # c3 y^3 + c4 y^4 + c5 y^5 beside q + v0 y + a0 y^2/2
@@ -232,8 +234,13 @@ def _write_between(x, out, row, t, h, parts):
             for k in range(x.lam.size):
                 out.lam[row, k] += factor * lam[k]
         _write_memory(x, out, row, t)
-        row += 1
-    return row
+        counts.samples += 1
+
+
+@inner
+def _dense(x, controls):
+    """Whether as many rows are written within steps as are needed."""
+    return not controls.fixed and controls.every == 1 and x.at[MODE] == ALONE
 
 
 @aside
@@ -247,98 +254,137 @@ def _take_over(x):
     copy(x.multipliers[2], x.lam), copy(x.stresses[2], x.stress), copy(x.jacobian, x.base)
 
 
+@aside
+def _jump(s, e, w, x, clock, controls, out, counts):
+    """Start anew after a jump of accelerations and multipliers; the moment after it has a row of its own."""
+    clock.previous, clock.fresh, moment = 0.0, True, JUMP * controls.shortest
+    _restart(s, e, w, x, clock.time)
+    if clock.time < controls.end - 2.0 * moment and _dense(x, controls):
+        _write_after_jump(x, out, counts, clock.time, moment)
+
+
+@aside
+def _next_stop(s, e, w, x, clock, controls, stops, out, counts):
+    """The next time at which a step must end. At one that has come, accelerations jump."""
+    while clock.stop < stops.size and stops[clock.stop] <= clock.time + controls.shortest:
+        if stops[clock.stop] > clock.time - controls.shortest and not controls.fixed:
+            _jump(s, e, w, x, clock, controls, out, counts)
+        clock.stop += 1
+    return min(controls.end, stops[clock.stop]) if clock.stop < stops.size else controls.end
+
+
+@aside
+def _length(clock, controls, stop):
+    """Length of the next step: the one wanted, all that is left to the stop, or half of that if the next one would be short."""
+    h, left = min(clock.wanted, controls.longest), stop - clock.time
+    if clock.time + clock.reach * h >= stop:
+        return left
+    return 0.5 * left if clock.time + 2.0 * h > stop and not controls.fixed else h
+
+
+@aside
+def _try(s, e, w, x, clock, h, at, controls, counts):
+    """Whether a step of length h to the time `at` stands: Newton's method, error, contacts. If not, the next one is shorter."""
+    shortest, landing = controls.shortest, LANDING * controls.tolerance * x.whole.max()
+    fresh, ratio = clock.fresh or abs(h - clock.made) > 1e-9 * h, 2.0
+    allowed = controls.close * controls.tolerance
+    if reads(x, h):
+        predict(x, h, clock.previous)
+        follow(w, x, fresh)
+        integrate(x, h)
+        fresh, ratio = True, newton(s, e, w, x, clock.time, h, allowed, False, counts)
+    if ratio > 1.0:
+        predict(x, h, clock.previous)
+        guessed(x, 0.0)
+        integrate(x, h)
+        ratio = newton(s, e, w, x, clock.time, h, allowed, fresh, counts)
+    clock.made, clock.fresh = h, ratio > (QUICK if x.at[MODE] == WRITES else SLOW)
+    if ratio > 1.0:
+        clock.wanted, clock.previous, clock.grow = 0.5 * h, 0.0, 1.0
+        if clock.wanted < shortest:
+            counts.status = UNDERFLOW if np.isfinite(x.residual.sum()) else NOT_FINITE
+        return False
+    guessed(x, -1.0)
+    given = controls.fixed and not strays(x)
+    clock.error = _error(s, e, w, x, at, h, controls, landing, given)
+    part = first_onset(s, x.before, w.reports, h, landing)
+    if part < 1.0 and h * part > shortest and (clock.error <= 1.0 or given):
+        clock.wanted, clock.reach = h * part, 1.0
+        return False
+    if given:
+        return True
+    if h > 10.0 * shortest and lets_go(s, x.before, w.reports, x.largest, controls.contact_tolerance):
+        clock.error = max(clock.error, LETS_GO)
+    if clock.error > 1.0 and h > 4.0 * shortest:
+        clock.wanted, clock.grow = max(h * max(0.2, SAFETY * clock.error**-ORDER), 2.0 * shortest), 1.0
+        return False
+    return True
+
+
+@aside
+def _accept(s, e, w, x, clock, h, target, controls, out, counts, ended):
+    """Take over a step of length h to the time `target`, and write its rows; `ended`: no contact began at its end."""
+    changed, before = _remember(s, w, x, controls, counts), clock.time
+    if _dense(x, controls):
+        _write_between(x, out, counts, before, h, _samples_in(x, s.elastic, h, controls.tolerance))
+    elif controls.fixed and x.at[MODE] != ALONE:
+        _write_between(x, out, counts, before, h, PARTS)
+    _take_over(x)
+    passed(x, h, ended, target)
+    _follow_units(x, s.elastic, controls.tolerance)
+    copy(w.reports, x.before)
+    counts.steps += 1
+    clock.time, clock.previous, clock.reach, clock.skipped = target, h, REACH, clock.skipped + 1
+    if clock.skipped >= controls.every or changed or target >= controls.end - controls.shortest:
+        _write(x, out, counts, target, before)
+        clock.skipped = 0
+    if changed:
+        _jump(s, e, w, x, clock, controls, out, counts)
+
+
+@aside
+def _lengthen(clock, h, shortest):
+    """Length of the step after one of length h that stood, by its error and the last one's: K. Gustafsson's predictive rule."""
+    error = max(clock.error, 1e-8)
+    factor = min(clock.grow, SAFETY * error**-ORDER)
+    if clock.last_error > 0.0:
+        factor = min(factor, SAFETY * h / clock.last_step * (clock.last_error / (error * error)) ** ORDER)
+    clock.grow, clock.last_error, clock.last_step = GROW, max(error, 1e-2), h
+    if factor < SHORTER or factor > LONGER:
+        clock.wanted = max(clock.wanted if h < 0.5 * clock.wanted else 0.0, h * factor, 2.0 * shortest)
+
+
 @jit
-def run_implicit(s, e, w, x, clock, end, stops, controls, out, counts):
+def run_implicit(s, e, w, x, clock, controls, stops, out, counts):
     """Go on from the room's state to the end, or until out is full; stops are times at which a step must end.
 
     Every sample is written to out, or every so many steps. The room and the clock are left as they are then, to go on from.
     """
-    _run(lend(s), lend(e), lend(w), lend(x), clock, end, stops, controls, lend(out), counts)
+    _run(lend(s), lend(e), lend(w), lend(x), clock, controls, stops, lend(out), counts)
 
 
 @aside
-def _run(s, e, w, x, clock, end, stops, controls, out, counts):
-    t, wanted, previous, made, skipped = clock[NOW], clock[WANTED], clock[PREVIOUS], clock[MADE], int(clock[SKIPPED])
-    tolerance, fixed, every = controls[TOLERANCE], controls[FIXED_STEPS] > 0.0, int(controls[EVERY])
-    shortest, moment, landing = 1e-12 * end, 1e-13 * end, 1e-2 * tolerance * x.whole.max()
-    row, nstop, fresh, grow, last_error, last_step = 0, 0, made == 0.0, 5.0, 0.0, 1.0
-    if counts[STEPS] == 0:
-        _begin(s, e, w, x, t, tolerance)
-        _write(x, out, 0, t, t)
-        row = 1
-    w.mixed[0] = 1.0
-    while t < end - shortest and counts[STATUS] == OK and row + MOST_SAMPLES + 2 < out.time.size:
-        while nstop < stops.size and stops[nstop] <= t + shortest:
-            if stops[nstop] > t - shortest and not fixed:
-                previous, fresh = 0.0, True
-                _restart(s, e, w, x, t)
-                if every == 1:
-                    _write_after_jump(x, out, row, t, moment)
-                    row += 1
-            nstop += 1
-        target = min(end, stops[nstop]) if nstop < stops.size else end
-        h = min(wanted, controls[LONGEST])
-        if t + 1.0001 * h >= target:
-            h = target - t
-        elif t + 2.0 * h > target and not fixed:
-            h = 0.5 * (target - t)
-        if counts[STEPS] + counts[REJECTED] > controls[BUDGET]:
-            counts[STATUS] = TOO_MANY
-        if abs(h - made) > 1e-9 * h:
-            fresh = True
-        at = target * (1.0 - 4e-16) if h >= target - t else t + h  # just before a drive's kink
-        predict(x, h, previous)
-        ratio = newton(s, e, w, x, t, h, controls[CLOSE] * tolerance, fresh, counts)
-        made, fresh = h, False
-        if ratio > 1.0:
-            counts[REJECTED] += 1
-            wanted, previous, fresh, grow = 0.5 * h, 0.0, True, 1.0
-            if wanted < shortest:
-                counts[STATUS] = UNDERFLOW if np.isfinite(x.residual.sum()) else NOT_FINITE
+def _run(s, e, w, x, clock, controls, stops, out, counts):
+    counts.samples = 0
+    if counts.steps == 0:
+        clock.fresh, clock.grow, clock.reach = True, GROW, REACH
+        _begin(s, e, w, x, clock.time, controls.tolerance)
+        _write(x, out, counts, clock.time, clock.time)
+    w.mixed[0], rows = MIXED, out.time.size - MOST_SAMPLES - 2
+    while clock.time < controls.end - controls.shortest and counts.status == OK and counts.samples < rows:
+        stop = _next_stop(s, e, w, x, clock, controls, stops, out, counts)
+        h = _length(clock, controls, stop)
+        if counts.steps + counts.rejected > controls.budget:
+            counts.status = TOO_MANY
+        last = h >= stop - clock.time
+        at = stop * (1.0 - 4e-16) if last else clock.time + h  # just before a drive's kink
+        if not _try(s, e, w, x, clock, h, at, controls, counts):
+            counts.rejected += 1
             continue
-        error = _error(s, e, w, x, at, h, tolerance, controls[CONTACT_TOLERANCE], landing)
-        part = first_onset(s, x.before, w.reports, h, landing)
-        if part < 1.0 and h * part > shortest and (error <= 1.0 or fixed):
-            counts[REJECTED] += 1
-            wanted = h * part
-            continue
-        if not fixed and h > 10.0 * shortest and lets_go(s, x.before, w.reports, x.largest, controls[CONTACT_TOLERANCE]):
-            error = max(error, 20.0)
-        if error > 1.0 and not fixed and h > 4.0 * shortest:
-            counts[REJECTED] += 1
-            wanted, grow = max(h * max(0.2, SAFETY * error**-ORDER), 2.0 * shortest), 1.0
-            continue
-        changed = _remember(s, w, x, controls[FLOOR], controls[GRAZE], counts)
-        counts[STEPS] += 1
-        skipped += 1
-        if not fixed and every == 1:
-            row = _write_between(x, out, row, t, h, _samples_in(x, s.elastic, h, tolerance))
-        _take_over(x)
-        _follow_units(x, s.elastic, tolerance)
-        copy(w.reports, x.before)
-        before, t = t, (target if h >= target - t else t + h)
-        previous = h
-        if skipped >= every or changed or t >= end - shortest:
-            _write(x, out, row, t, before)
-            row, skipped = row + 1, 0
-        if changed:
-            previous, fresh = 0.0, True
-            _restart(s, e, w, x, t)
-            if t < end - 2.0 * moment and not fixed and every == 1:
-                _write_after_jump(x, out, row, t, moment)
-                row += 1
-        if ratio > SLOW:
-            fresh = True
-        if fixed:
-            wanted = controls[FIRST_STEP]
-            continue
-        error = max(error, 1e-8)
-        factor = min(grow, SAFETY * error**-ORDER)
-        if last_error > 0.0:  # K. Gustafsson's predictive rule
-            factor = min(factor, SAFETY * h / last_step * (last_error / (error * error)) ** ORDER)
-        grow, last_error, last_step = 5.0, max(error, 1e-2), h
-        if factor < SHORTER or factor > LONGER:
-            wanted = max(wanted if h < 0.5 * wanted else 0.0, h * factor, 2.0 * shortest)
-    clock[NOW], clock[WANTED], clock[PREVIOUS], clock[MADE], clock[SKIPPED] = t, wanted, previous, made, skipped
-    counts[SAMPLES] = row
-    w.mixed[0] = 0.0
+        ended = last if controls.fixed else clock.reach == REACH
+        _accept(s, e, w, x, clock, h, stop if last else clock.time + h, controls, out, counts, ended)
+        if controls.fixed:
+            clock.wanted = controls.first_step
+        else:
+            _lengthen(clock, h, controls.shortest)
+    w.mixed[0] = PLAIN

@@ -16,7 +16,7 @@ from buckler.mbs.spectral.explicit import flight_for, rates_at
 from buckler.mbs.spectral.lawtable import motion
 from buckler.mbs.spectral.output import Output
 from buckler.mbs.spectral.scene import Scene
-from buckler.mbs.spectral.tables import AX, AY, BRISTLE, COUNT, FIRST, ONSET
+from buckler.mbs.spectral.tables import AX, AY, BRISTLE, COUNT, FIRST, FRICTION, LENGTH, ONSET, RATE, SLIP, VALUE
 
 Array = np.ndarray[Any, Any]
 SHARES = np.array([7.0, 32.0, 12.0, 32.0, 7.0]) / 90.0
@@ -90,8 +90,11 @@ def _read(s, e, w, x, t, markers, power, top):
     rates_at(s, e, w, x, t, x.trial, x.rates[1])
     for k in range(count):
         f = w.reports[k]
-        power[k], power[count + k] = f[0] * f[3], f[1] * f[4]
-        top[k], top[count + k] = max(top[k], np.sqrt(f[0] * f[0] + f[1] * f[1])), max(top[count + k], f[2])
+        power[k], power[count + k] = f[VALUE] * f[RATE], f[FRICTION] * f[SLIP]
+        top[k], top[count + k] = (
+            max(top[k], np.sqrt(f[VALUE] * f[VALUE] + f[FRICTION] * f[FRICTION])),
+            max(top[count + k], f[LENGTH]),
+        )
     for k in range(r):
         power[2 * count + k] = -x.lam[k] * motion(s, s.rows[k, 1], t)[1] if s.rows[k, 1] >= 0 else 0.0
     for k in range(m):

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs.elements.section import Section
+from buckler.mbs.elements.section import Profile, Section
 from buckler.mbs.record.strips import Strain
 from buckler.mbs.spectral.basis import basis, gauss
 
@@ -48,7 +48,7 @@ class SpectralStrip:
 
     Attributes
     ----------
-    section : Section
+    section : Section or Profile
     pieces : sequence of Piece
     stations : mapping of str to float
         Arc length of each of the link's points, m.
@@ -57,7 +57,7 @@ class SpectralStrip:
     q, q_t, q_tt : array, shape (times, coordinates)
     """
 
-    section: Section
+    section: Section | Profile
     pieces: Sequence[Piece]
     stations: Mapping[str, float]
     reference: Array
@@ -157,20 +157,16 @@ class SpectralStrip:
         free, _ = of(fields(self.reference[None]), fields(0.0 * self.reference[None]))
         return w * piece.jacobian, [a - b for a, b in zip(value, free, strict=True)], rate
 
-    def space_error(self) -> float:
-        """Relative error of the bending load for want of degree: share of the curvature's last two Legendre terms, squared."""
-        bending = self.strains()[-1]
-        last, whole, first = 0.0, 0.0, 0
+    def stations_of(self) -> tuple[Array, Array, Array]:
+        """Where loads along it act, Gauss's points: lengths (k,), place and turn since t = 0, and their rates, (times, k, 3)."""
+        lengths, fields, rates = [], [], []
         for piece in self.pieces:
-            count = piece.degree if self.shears else piece.degree + 1
-            x, w = gauss(count)
-            kappa = bending.value[:, 0, first : first + count]
-            first += count
-            legendre = np.polynomial.legendre.legvander(x, piece.degree - 1)
-            norm = np.arange(piece.degree) + 0.5
-            square = (np.einsum("tg,gk->tk", kappa * w, legendre) ** 2 * norm).mean(axis=0) * piece.jacobian
-            last, whole = last + float(square[-2:].sum()), whole + float(square.sum())
-        return last / whole if whole > 0 else 0.0
+            x, w = gauss(piece.degree + 3)
+            free = self._fields(self.reference[None], piece, x) * [0.0, 0.0, 1.0]
+            lengths.append(w * piece.jacobian)
+            fields.append(self._fields(self.q, piece, x) - free)
+            rates.append(self._fields(self.q_t, piece, x))
+        return np.concatenate(lengths), np.concatenate(fields, axis=1), np.concatenate(rates, axis=1)
 
     def axial_force(self) -> Array:
         """Mean elastic normal force along the strip, N, tension positive, (times,)."""

@@ -8,27 +8,34 @@ import numpy as np
 
 Array = np.ndarray[Any, Any]
 OK, UNDERFLOW, NOT_FINITE, TOO_MANY = 0, 1, 2, 3
-STATUS, STEPS, REJECTED, JACOBIANS, ITERATIONS, SAMPLES, ONSETS, COUNTERS = 0, 1, 2, 3, 4, 5, 6, 8
-"""Places in the counts."""
-NOW, WANTED, HELD, PREVIOUS, MADE, SKIPPED = 0, 1, 2, 3, 4, 5
-"""Places in the clock: time, s; length of the next step, s, and one held back by an onset; of the last step, and that of which
-the matrices are, 0 without; steps since the last row."""
-TOLERANCE, LONGEST, FIRST_STEP, BUDGET, FLOOR, GRAZE, CONTACT_TOLERANCE, FIXED_STEPS, CLOSE, EVERY, CONTROLS = (
-    0,
-    1,
-    2,
-    3,
-    4,
-    5,
-    6,
-    7,
-    8,
-    9,
-    10,
-)
-"""Places in the controls: local error allowed, longest and first step, most steps, slowest onset speed, share of the fastest
-approach below which onsets are not taken apart, local error allowed of the depth of a contact, 1 for steps that do not vary, size
-of the last Newton step over the local error allowed, how many steps to a row."""
+"""Status of a run."""
+
+
+def _record(**kinds: str) -> Any:
+    """A type of records whose fields, of these kinds, compiled functions read and write by name."""
+    return np.dtype((np.record, [(name, kind) for kind, names in kinds.items() for name in names.split()]))
+
+
+COUNTS = _record(i8="status steps rejected jacobians iterations samples onsets")
+"""What a run counts: accepted and rejected steps, Newton matrices, Newton iterations or evaluations, rows written, onsets."""
+CLOCK = _record(
+    f8="time wanted held previous made reach error last_error last_step grow", i8="skipped stop", b1="fresh"
+)  # fmt: skip
+"""Where a run stands: time, s; length of the next step, s, and one held back by an onset; of the last step, 0 after a jump; that
+of which the matrices are, 0 without; how near to a stop, in steps, is at it; local error over what is allowed, of this step and
+of the last one, whose length `last_step` is; how many times longer the next may be; steps since the last row; number of the next
+stop; whether the next step must have new matrices."""
+CONTROLS = _record(
+    f8="end shortest tolerance longest first_step budget floor graze contact_tolerance close", i8="every", b1="fixed"
+)  # fmt: skip
+"""What a run is told: its end and the shortest step, s; local error allowed; longest and first step, s; most steps; slowest onset
+speed, m/s; share of the fastest approach below which onsets are not taken apart; local error allowed of the depth of a contact;
+size of the last Newton step over the local error allowed; how many steps to a row; whether steps do not vary."""
+
+
+def blank(kind: Any) -> Any:
+    """A record of zeros."""
+    return np.zeros(1, kind).view(np.recarray)[0]
 
 
 class Output(NamedTuple):

@@ -47,8 +47,8 @@ from buckler.mbs.spectral.kernel import (
 )
 from buckler.mbs.spectral.lawtable import BEFORE
 from buckler.mbs.spectral.markers import place_markers
-from buckler.mbs.spectral.output import ITERATIONS, JACOBIANS
-from buckler.mbs.spectral.strips import carry_stresses
+from buckler.mbs.spectral.strips import MIXED, RENEWED, carry_stresses
+from buckler.mbs.spectral.tape import MODE, READS, SLOT, free_slot
 
 
 def _coefficients() -> tuple[Any, ...]:
@@ -119,11 +119,10 @@ def predict(x, h, before):
                     factor *= (at - PAST[m]) / (PAST[j] - PAST[m])
             for k in range(n):
                 rates[k] += factor * past[k]
-    _integrate(x, h)
 
 
 @aside
-def _integrate(x, h):
+def integrate(x, h):
     """Places and accelerations at the nodes from the rates there."""
     for i in range(3):
         for k in range(x.q.size):
@@ -138,9 +137,9 @@ def renew(s, e, w, x, t, h, counts):
     q, v, lam = x.places[1], x.rates[1], x.multipliers[1]
     since = NODES[1] * h
     copy(x.stresses[1], w.stress)
-    w.mixed[0] = 2.0
+    w.mixed[0] = RENEWED
     forces(s, w, t + since, q, v, lam, x.memory, since, x.force)
-    w.mixed[0] = 1.0
+    w.mixed[0] = MIXED
     mass_matrix(s, w, q, x.mass)
     tangents(s, w, t + since, q, v, lam, x.memory, since, x.mass, x.damping, x.stiffness)
     rows_at(s, w, t + since, x.gap, x.jacobian, x.speed)
@@ -148,15 +147,17 @@ def renew(s, e, w, x, t, h, counts):
     add_multipliers(s, w, q, lam, x.stiffness)
     if s.modal.shape[0] > 0:
         add_mass_slope(s, w, q, x.seconds[1], x.stiffness)
-    counts[JACOBIANS] += 1
+    counts.jacobians += 1
     if not np.isfinite(x.stiffness.sum() + x.damping.sum() + x.mass.sum()):
         return False
     k1, k2 = h / REAL, h / PAIR
     for i in range(x.mass.size):
         x.matrix[i] = x.mass[i] + k1 * (x.damping[i] + k1 * x.stiffness[i])
         x.twisted[i] = x.mass[i] + k2 * (x.damping[i] + k2 * x.stiffness[i])
-    factor(e.newton, x.matrix, x.real, x.swaps[0], x.amount_of_row, False)
-    factor(e.newton, x.twisted, x.complex, x.swaps[1], x.amount_of_row, False)
+    x.at[SLOT] = at = free_slot(x)
+    copy(w.held, x.tape.held[at])
+    factor(e.newton, x.matrix, x.tape.real[at], x.tape.swaps[at, 0], x.amount_of_row, False)
+    factor(e.newton, x.twisted, x.tape.complex[at], x.tape.swaps[at, 1], x.amount_of_row, False)
     x.ease[0] = 1.0
     return True
 
@@ -197,8 +198,8 @@ def _correct(s, e, w, x, h):
         one = BACK[0, 0] * r0 + BACK[0, 1] * r1 + BACK[0, 2] * r2
         two = complex(BACK[1, 0] * r0 + BACK[1, 1] * r1 + BACK[1, 2] * r2, -BACK[2, 0] * r0 - BACK[2, 1] * r1 - BACK[2, 2] * r2)
         x.step[k], x.swirl[k] = (-k1 * one, -k2 * two) if k < n else (-one, -two)
-    solve(e.newton, x.real, x.swaps[0], x.step, x.part)
-    solve(e.newton, x.complex, x.swaps[1], x.swirl, x.twin)
+    solve(e.newton, x.tape.real[x.at[SLOT]], x.tape.swaps[x.at[SLOT], 0], x.step, x.part)
+    solve(e.newton, x.tape.complex[x.at[SLOT]], x.tape.swaps[x.at[SLOT], 1], x.swirl, x.twin)
     for k in range(m):
         one, two = (x.step[k], x.swirl[k]) if k < n else (x.step[k] / k1, x.swirl[k] / k2)
         for i in range(3):
@@ -217,7 +218,7 @@ def _correct(s, e, w, x, h):
                 return np.inf, np.inf  # not a number is larger than nothing
         size = max(size, size_of(x, s.elastic, x.dq[i]))
         carry_stresses(s, w, x.dq[i], x.dv[i], x.stresses[i], x.slacks[i])
-    _integrate(x, h)
+    integrate(x, h)
     return size, whole
 
 
@@ -225,7 +226,8 @@ def _correct(s, e, w, x, h):
 def newton(s, e, w, x, t, h, allowed, fresh, counts):
     """Solve for the nodes; the ratio of the last two Newton steps if it converged, else 2.
 
-    Where a kept matrix contracts too slowly, it is made anew from the nodes as they are.
+    Where a kept matrix contracts too slowly, it is made anew from the nodes as they are. By a tape two iterations are the least:
+    what one leaves is small beside the local error, but not beside the difference of two runs.
     """
     last, ratio, left = 0.0, 0.0, MOST
     if fresh and not renew(s, e, w, x, t, h, counts):
@@ -235,7 +237,7 @@ def newton(s, e, w, x, t, h, allowed, fresh, counts):
         left -= 1
         _lacks(s, w, x, t, h)
         size, whole = _correct(s, e, w, x, h)
-        counts[ITERATIONS] += 1
+        counts.iterations += 1
         if not np.isfinite(size):
             return 2.0
         if last > 0.0:
@@ -247,7 +249,7 @@ def newton(s, e, w, x, t, h, allowed, fresh, counts):
                     return 2.0
                 fresh, last, left, ease = True, 0.0, MOST, 1.0
                 continue
-        if whole <= ROUNDING or ease * size <= allowed:
+        if (whole <= ROUNDING or ease * size <= allowed) and (left < MOST - 1 or x.at[MODE] != READS):
             x.ease[0] = ease
             return ratio
         last = size
@@ -279,7 +281,7 @@ def error_of(s, e, x, h):
         x.step[i] *= k1 * k1
     for k in range(r):
         x.step[n + k] = k1 * row_times(s, k, x.base, moved)
-    solve(e.newton, x.real, x.swaps[0], x.step, x.part)
+    solve(e.newton, x.tape.real[x.at[SLOT]], x.tape.swaps[x.at[SLOT], 0], x.step, x.part)
     return size_of(x, s.elastic, x.step[:n])
 
 
@@ -303,7 +305,7 @@ def put_back(s, e, w, x, t):
         if attempt == 3 or worst <= 1e-13:
             break
         _fill(x.right, n, x.gap)
-        solve(e.newton, x.real, x.swaps[0], x.right, x.part)
+        solve(e.newton, x.tape.real[x.at[SLOT]], x.tape.swaps[x.at[SLOT], 0], x.right, x.part)
         for i in range(n):
             q[i] -= x.right[i]
     changes_at(s, w, t, BEFORE, x.change)

@@ -18,7 +18,7 @@ from buckler.mbs.spectral.motion import Piece, SpectralStrip
 from buckler.mbs.spectral.output import Output
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.strip_body import StripBody
-from buckler.mbs.spectral.tables import CONTACT, JOURNAL, SEAT, TURN
+from buckler.mbs.spectral.tables import CONTACT, JOURNAL, SEAT, VALUE
 
 Array = np.ndarray[Any, Any]
 
@@ -56,8 +56,8 @@ def _follow(s, w, time, q, v, a, lam, memory, traces, reports):
         copy(w.reports, reports[i])
 
 
-def record_of(scene: Scene, out: Output, turns: Array | None = None) -> Record:
-    """Turn what a run left into plain arrays of links, blocks and elements; `turns` are angles of markers when it begins."""
+def record_of(scene: Scene, out: Output) -> Record:
+    """Turn what a run left into plain arrays of links, blocks and elements."""
     mechanism, builder = scene.mechanism, scene.builder
     guides = {guide.point: scene.marker(guide.link, guide.point) for guide in mechanism.guides}
     frames = {}
@@ -66,8 +66,6 @@ def record_of(scene: Scene, out: Output, turns: Array | None = None) -> Record:
         if isinstance(body, FrameBody) and not hasattr(body, "model"):
             frames[link.name] = _own_centre(scene, link, body)
     scene.refresh()
-    if turns is not None:
-        scene.work.state[: len(turns), TURN] = turns
     traces, reports = _followed(scene, out)
 
     def trace(marker: int) -> Trace:
@@ -87,8 +85,7 @@ def record_of(scene: Scene, out: Output, turns: Array | None = None) -> Record:
         elif isinstance(body, StripBody):
             links[link.name] = _strip(scene, body, out)
     blocks = {point: _block(mechanism, point, trace(marker)) for point, marker in guides.items()}
-    roughness = np.abs(np.diff(out.a, axis=0)).max(axis=1, initial=0.0) * np.diff(out.time) ** 2
-    return Record(mechanism, out.time, links, blocks, _channels(scene, out, reports), roughness)
+    return Record(mechanism, out.time, links, blocks, _channels(scene, out, reports))
 
 
 def _followed(scene: Scene, out: Output) -> tuple[Array, Array]:
@@ -144,7 +141,7 @@ def _channels(scene: Scene, out: Output, reports: Array) -> dict[str, dict[str, 
         elif kind == SEAT:
             found["memory"], found["reaction"] = out.memory[:, i], -multipliers[:, names == name]
         elif kind == CONTACT:
-            found["force"] = np.abs(reports[:, i, :1])
+            found["force"] = np.abs(reports[:, i, [VALUE]])
         else:
-            found["value"] = reports[:, i, :1]
+            found["value"] = reports[:, i, [VALUE]]
     return channels

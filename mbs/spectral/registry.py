@@ -14,6 +14,7 @@ from buckler.mbs.spectral.clearance import add_clearance
 from buckler.mbs.spectral.connect import connect
 from buckler.mbs.spectral.force import add_force
 from buckler.mbs.spectral.guide import add_guide
+from buckler.mbs.spectral.line_load import add_line_load
 from buckler.mbs.spectral.modal import add_modal
 from buckler.mbs.spectral.motor import add_motor
 from buckler.mbs.spectral.rigid import add_rigid
@@ -35,6 +36,7 @@ ELEMENTS: dict[str, Callable[[Builder, str, Any], None]] = {
     "Guide": add_guide,
     "Stop": add_stop,
     "Force": add_force,
+    "LineLoad": add_line_load,
     "Torque": add_torque,
     "Motor": add_motor,
     "Spring": add_spring,

@@ -6,6 +6,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from buckler.mbs.spectral.tape import ALONE, READS, WRITES, Tape, tape_for
+
 Array = np.ndarray[Any, Any]
 
 
@@ -31,10 +33,8 @@ class Room(NamedTuple):
     past_lam: Array
     past_stress: Array
     residual: Array
-    inertia: Array
     right: Array
     step: Array
-    pair: Array
     swirl: Array
     dq: Array
     dv: Array
@@ -49,11 +49,10 @@ class Room(NamedTuple):
     stiffness: Array
     matrix: Array
     twisted: Array
-    real: Array
-    complex: Array
+    tape: Tape
+    at: Array
     bare: Array
     heavy: Array
-    swaps: Array
     heavy_swaps: Array
     amount_of_row: Array
     part: Array
@@ -72,21 +71,24 @@ class Room(NamedTuple):
     ease: Array
 
 
-def room_for(scene: Any, q: Array, v: Array, a: Array, lam: Array, memory: Array) -> Room:
-    """Make room for a run of a scene from this state."""
+def room_for(scene: Any, q: Array, v: Array, a: Array, lam: Array, memory: Array, tape: Tape | None = None) -> Room:
+    """Make room for a run of a scene from this state, which goes by a tape of its shape, or writes it where it is empty."""
     tables, units, newton, mass = scene.tables, scene.units, scene.fronts, scene.heavy_fronts
     n, r, k, e, p = len(q), len(lam), len(memory), len(tables.elastic), int(tables.strips[:, 2].sum())
-    m, z, slots, entries = n + r, np.zeros, len(tables.mass), newton.size
+    m, z, slots = n + r, np.zeros, len(tables.mass)
     members, largest = int(tables.blocks[:r, 1].sum()), max(newton.largest, mass.largest)
+    if tape is None or (tape.real.shape[1], tape.rates.shape[2]) != (newton.size, n):
+        tape = tape_for(scene)
+    mode = ALONE if not len(tape.length) else READS if tape.length[0] else WRITES
     return Room(
         q=np.array(q, float), v=np.array(v, float), a=np.array(a, float), lam=np.array(lam, float), stress=z((p, 3)),
         places=z((3, n)), rates=z((3, n)), seconds=z((3, n)), multipliers=z((3, r)),
         stresses=z((3, p, 3)), slacks=z((3, p, 3)), past=z((4, n)), past_lam=z(r), past_stress=z((p, 3)),
-        residual=z((3, m)), inertia=z((3, n)), right=z(m), step=z(m),
-        pair=z(m, dtype=complex), swirl=z(m, dtype=complex), dq=z((3, n)), dv=z((3, n)), force=z(n), gap=z(r), speed=z(r),
+        residual=z((3, m)), right=z(m), step=z(m),
+        swirl=z(m, dtype=complex), dq=z((3, n)), dv=z((3, n)), force=z(n), gap=z(r), speed=z(r),
         change=z(r), jacobian=z(members), base=z(members), mass=z(slots), damping=z(slots), stiffness=z(slots),
-        matrix=z(slots), twisted=z(slots, dtype=complex), real=z(entries), complex=z(entries, dtype=complex),
-        bare=tables.mass.copy(), heavy=z(mass.size), swaps=z((2, len(newton.unknowns)), dtype=np.int64),
+        matrix=z(slots), twisted=z(slots, dtype=complex),
+        tape=tape, at=np.array([0, mode, 0, 0, 0]), bare=tables.mass.copy(), heavy=z(mass.size),
         heavy_swaps=z(len(mass.unknowns), dtype=np.int64),
         amount_of_row=z(m), part=z(largest), twin=z(largest, dtype=complex),
         memory=memory.copy(), before=z((k, 8)), shifted=z((k, 8)),

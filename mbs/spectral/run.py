@@ -5,13 +5,15 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
+from numba.core.errors import NumbaError
 
 from buckler.mbs.compiler import working_time
+from buckler.mbs.elements.element import kinks_of
 from buckler.mbs.elements.striking import GRAZE, SLOWEST_ONSET
 from buckler.mbs.interrupts import ctrl_c
 from buckler.mbs.kinematics.diagnosis import remarks
+from buckler.mbs.laws import BristleLaw, FrictionLaw
 from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.record.record import Record
 from buckler.mbs.record.run import Run
 from buckler.mbs.record.status import Status
 from buckler.mbs.solvers.choice import stiffly_damped
@@ -25,6 +27,7 @@ from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.settle import begin
 from buckler.mbs.spectral.start import balance
 from buckler.mbs.spectral.tables import DRY, FASTEST, JOURNAL, ONSET, SEAT, STRUT, TURN
+from buckler.mbs.spectral.tape import Tape
 from buckler.mbs.spectral.threads import one_thread
 
 Array = np.ndarray[Any, Any]
@@ -36,8 +39,21 @@ ARRIVED = 1.1e-12
 """Of the end: a run this near to it is over; the integrators themselves stop 1e-12 before it."""
 SHORT = 1e-3
 """First step, of the longest: a finer run is finer from its start on, where stiff parts ring as the steps let them."""
+HELD = 1e-6
+"""Of the longest link, or rad: how far constraints may be off in the end, or a local error if that is more."""
 ROWS = 2000
 """Steps between looks at the clock."""
+
+
+def takes(mechanism: Mechanism) -> bool:
+    """Whether the compiled solver answers for all kinds of a mechanism, and can compile its functions."""
+    if any(isinstance(guide.friction, FrictionLaw | BristleLaw) for guide in mechanism.guides):
+        return False  # it runs them, but the energy of bristles does not add up, and near a wedge it starts wrongly
+    try:
+        Scene.of(mechanism)
+    except (ValueError, NotImplementedError, NumbaError):
+        return False
+    return True
 
 
 class State(NamedTuple):
@@ -53,43 +69,51 @@ class State(NamedTuple):
     turns: Array | None = None
 
 
+def memory_at_end(out: Output) -> Array:
+    """Memories of forces from which a run goes on where another ended; of rows, which keep times in that place, onset speeds."""
+    memory = out.memory[-1].copy()
+    memory[:, FASTEST] = np.maximum(memory[:, ONSET], SLOWEST_ONSET)
+    return memory
+
+
 def once(
     mechanism: Mechanism, duration: float, solver: Spectral, timeout: float | None = None, progress: Any = None,
-    ends: Array | None = None, every: int | None = None,
+    ends: Array | None = None,
 ) -> Run:  # fmt: skip
-    """Build the scene and integrate it; `ends` and `every` as in `integrate`."""
+    """Build the scene and integrate it; `ends` as in `integrate`."""
     scene = Scene.of(mechanism, solver.degree)
     start = working_time()
-    out, failure, counts = integrate(scene, duration, solver, timeout, progress, ends=ends, every=every)
+    out, failure, counts = integrate(scene, duration, solver, timeout, progress, ends=ends)
     work = {
         "wall_s": working_time() - start,
-        "steps": float(counts[output.STEPS]),
-        "newton_iterations": float(counts[output.ITERATIONS]),
-        "jacobians": float(counts[output.JACOBIANS]),
-        "rejected": float(counts[output.REJECTED]),
+        "steps": float(counts.steps),
+        "newton_iterations": float(counts.iterations),
+        "jacobians": float(counts.jacobians),
+        "rejected": float(counts.rejected),
     }
 
-    def again(first: int, last: int) -> Record | None:
-        memory = out.memory[first].copy()
-        memory[:, FASTEST] = np.maximum(memory[:, ONSET], SLOWEST_ONSET)
-        turns = scene.turns(out.q[: first + 1])
-        state = State(float(out.time[first]), out.q[first], out.v[first], memory, turns)
-        finer, failed, _ = integrate(scene, float(out.time[last]), solver.finer(out.time), timeout, None, state)
-        return None if failed else record_of(scene, finer, turns)
+    notes, record = [*remarks(mechanism, scene.redundant), *scene.told], record_of(scene, out)
+    return Run(solver, record, failure or _contradiction(scene, out, solver), work, scene.summary(), notes)
 
-    return Run(
-        solver, record_of(scene, out), failure, work, scene.summary(), again, [*remarks(mechanism, scene.redundant), *scene.told]
-    )
+
+def _contradiction(scene: Scene, out: Output, solver: Spectral) -> tuple[Status, str] | None:
+    """That constraints do not hold in the end: Newton's method solves what contradicts itself as well as can be."""
+    t = float(out.time[-1])
+    off = np.abs(scene.assemble(out.q[-1], out.v[-1], t, tangents=False).residual)
+    if not off.max(initial=0.0) > max(HELD, solver.tolerance) * scene.length:
+        return None
+    what = f"'{scene.row_names[int(off.argmax())]}' is off by {off.max():.2g} m or rad"
+    return Status.SINGULAR, f"by t = {t:.6g} s what holds the mechanism contradicts itself: {what}"
 
 
 def integrate(
     scene: Scene, end: float, solver: Spectral, timeout: float | None = None, progress: Any = None, state: State | None = None,
-    ends: Array | None = None, every: int | None = None,
-) -> tuple[Output, tuple[Status, str] | None, Array]:  # fmt: skip
+    ends: Array | None = None, every: int | None = None, tape: Tape | None = None,
+) -> tuple[Output, tuple[Status, str] | None, Any]:  # fmt: skip
     """Integrate a scene from t = 0, or from another state: what it left, how it failed if so, counts of its work.
 
     `ends` are times at which steps end, besides beginnings of contacts, instead of those that the local error asks for; of
-    `every` so many steps one is kept, and nothing between them.
+    `every` so many steps one is kept, and nothing between them. An empty `tape` is written, another one is gone by.
     """
     state = state or State(0.0, *begin(scene), scene.memory())
     scene.work.state[:, TURN] = scene.turns(scene.q0[None]) if state.turns is None else state.turns
@@ -97,37 +121,38 @@ def integrate(
     order: Any = scene.heavy_fronts
     if explicitly(scene, solver):
         room: Any = explicit.flight_for(scene, state.q, state.v, rest.multipliers, state.memory)
-        run = explicit.run_explicit
+        run, shortest = explicit.run_explicit, explicit.SHORTEST
     else:
-        room = room_for(scene, state.q, state.v, rest.acceleration, rest.multipliers, state.memory)
-        run, order = implicit.run_implicit, Orders(scene.fronts, scene.heavy_fronts)
-    controls, counts = _controls(end - state.time, solver), np.zeros(output.COUNTERS, dtype=np.int64)
-    clock = np.array([state.time, controls[output.FIRST_STEP], 0.0, 0.0, 0.0, 0.0])
-    stops = np.array([t for t in scene.kinks if state.time < t < end])
+        room = room_for(scene, state.q, state.v, rest.acceleration, rest.multipliers, state.memory, tape)
+        run, shortest, order = implicit.run_implicit, implicit.SHORTEST, Orders(scene.fronts, scene.heavy_fronts)
+    controls, clock, counts = _controls(state.time, end, solver), output.blank(output.CLOCK), output.blank(output.COUNTS)
+    controls.shortest = shortest * end
+    stops = np.array([t for t in kinks_of(scene.mechanism, end) if state.time < t < end])
     if ends is not None:
         stops = np.unique(np.concatenate([stops, ends]))
-        controls[[output.FIRST_STEP, output.LONGEST, output.FIXED_STEPS]] = end, end, 1.0
-        controls[output.CLOSE], clock[1] = CLOSEST / solver.tolerance, end
-    if every is not None:
-        controls[output.EVERY] = every
+        controls.first_step, controls.longest, controls.fixed, controls.close = end, end, True, CLOSEST / solver.tolerance
+    if tape is not None:
+        controls.close = CLOSEST / solver.tolerance
+    controls.every = every or controls.every
+    clock.time, clock.wanted = state.time, controls.first_step
     deadline = working_time() + timeout if timeout else np.inf
     parts, failure = [], None
     with ctrl_c() as interrupted:
-        while clock[0] < end * (1 - ARRIVED) and failure is None:
+        while clock.time < end * (1 - ARRIVED) and failure is None:
             out = output.output_for(ROWS, scene.size, len(rest.multipliers), state.memory.shape)
             try:
                 with one_thread():
-                    run(scene.tables, order, scene.work, room, clock, end, stops, controls, out, counts)
-                failure = _failure(counts, clock[0], solver)
+                    run(scene.tables, order, scene.work, room, clock, controls, stops, out, counts)
+                failure = _failure(counts, clock.time, solver)
             except np.linalg.LinAlgError:
-                counts[output.SAMPLES] = int(np.argmax(out.time)) + 1
+                counts.samples = int(np.argmax(out.time)) + 1
                 failure = Status.SINGULAR, f"the constraints' matrix is singular after t = {out.time.max():.6g} s"
-            parts.append(Output(*(x[: counts[output.SAMPLES]] for x in out)))
+            parts.append(Output(*(x[: counts.samples] for x in out)))
             if progress is not None:
-                progress(clock[0] / end)
+                progress(clock.time / end)
             if failure is None and (interrupted() or working_time() > deadline):
                 why = (Status.INTERRUPTED, "Ctrl-C") if interrupted() else (Status.TIMED_OUT, "out of time")
-                failure = why[0], f"{why[1]} at t = {clock[0]:.6g} s of {end:.6g} s"
+                failure = why[0], f"{why[1]} at t = {clock.time:.6g} s of {end:.6g} s"
     return Output(*(np.concatenate(x) for x in zip(*parts, strict=True))), failure, counts
 
 
@@ -144,23 +169,19 @@ def explicitly(scene: Scene, solver: Spectral) -> bool:
     return loose and not stiffly_damped(scene.mechanism)
 
 
-def _controls(duration: float, solver: Spectral) -> Array:
-    out = np.zeros(output.CONTROLS)
-    longest, equal = solver.longest(duration), solver.count is not None
-    first = longest if equal else SHORT * min(longest, duration / 100)
-    for place, value in (
-        (output.TOLERANCE, solver.tolerance), (output.LONGEST, longest),
-        (output.FIRST_STEP, first), (output.BUDGET, solver.steps.max_steps), (output.FLOOR, SLOWEST_ONSET),
-        (output.GRAZE, GRAZE), (output.CONTACT_TOLERANCE, solver.contact_tolerance),
-        (output.FIXED_STEPS, float(equal)), (output.CLOSE, CLOSEST / solver.tolerance if equal else CLOSE),
-        (output.EVERY, solver.steps.record_every),
-    ):  # fmt: skip
-        out[place] = value
+def _controls(start: float, end: float, solver: Spectral) -> Any:
+    out, equal, duration = output.blank(output.CONTROLS), solver.count is not None, end - start
+    out.end, out.tolerance, out.contact_tolerance = end, solver.tolerance, solver.contact_tolerance
+    out.longest = longest = solver.longest(duration)
+    out.first_step = longest if equal else SHORT * min(longest, duration / 100)
+    out.budget, out.every, out.fixed = solver.steps.max_steps, solver.steps.record_every, equal
+    out.floor, out.graze = SLOWEST_ONSET, GRAZE * min(1.0, solver.contact_tolerance / Spectral().contact_tolerance)
+    out.close = CLOSEST / solver.tolerance if equal else CLOSE
     return out
 
 
-def _failure(counts: Array, t: float, solver: Spectral) -> tuple[Status, str] | None:
-    status = counts[output.STATUS]
+def _failure(counts: Any, t: float, solver: Spectral) -> tuple[Status, str] | None:
+    status = counts.status
     if status == output.UNDERFLOW:
         return Status.NEWTON_DIVERGED, f"no convergence after t = {t:.6g} s, however short the step"
     if status == output.NOT_FINITE:

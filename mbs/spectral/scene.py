@@ -9,14 +9,12 @@ from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
-from math import inf
 from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.sparse import csr_array
 
 from buckler.mbs.compiler import compiler
-from buckler.mbs.elements.element import kinks_of
 from buckler.mbs.elements.striking import SLOWEST_ONSET
 from buckler.mbs.kinematics.diagnosis import independent_rows, redundancies
 from buckler.mbs.mechanism import Mechanism
@@ -118,8 +116,6 @@ class Scene:
         Which of them are in the tables: those that say something the others do not.
     redundant : list of str
         Elements that lack rows so.
-    kinks : list of float
-        Times at which a drive's acceleration jumps, s.
     told : list of str
         Sentences for the summary.
     """
@@ -131,7 +127,6 @@ class Scene:
     q0: Array
     row_names: list[str]
     force_names: list[str]
-    kinks: list[float]
     told: list[str]
     asked: list[str]
     kept: list[int]
@@ -164,7 +159,7 @@ class Scene:
         scene = cls(
             mechanism, builder.degree, builder, tables, np.array(builder.q, dtype=float),
             [row.name for row in builder.rows], [force.name for force in builder.forces],
-            list(kinks_of(mechanism, inf)), list(dict.fromkeys(builder.told)), [row.name for row in builder.rows],
+            list(dict.fromkeys(builder.told)), [row.name for row in builder.rows],
             list(range(len(builder.rows))), redundant, work_for(tables),
         )  # fmt: skip
         scene._begin()

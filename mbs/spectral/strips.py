@@ -30,9 +30,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from buckler.mbs.spectral.compiling import aside, copy, inner
+from buckler.mbs.spectral.compiling import aside, close, copy, inner
 from buckler.mbs.spectral.markers import add_entries, clear_block
 from buckler.mbs.spectral.tables import REISSNER
+
+PLAIN, MIXED, RENEWED = 0.0, 1.0, 2.0
+"""Forces of strips: of their strains; of stresses that are unknowns of their own; likewise, and B0 is taken anew."""
 
 
 @inner
@@ -92,70 +95,107 @@ def _sum(data, m, x, first, nb):
     return total
 
 
+@close
+def _members(order, member, nb, ng, g):
+    """Where the members of the four arguments at Gauss point g begin."""
+    return (
+        member + (order[0] * ng + g) * nb, member + (order[1] * ng + g) * nb,
+        member + (order[2] * ng + g) * nb, member + (order[3] * ng + g) * nb,
+    )  # fmt: skip
+
+
+@close
+def _arguments(data, m, x, block, nb):
+    """The four arguments z = A x at a Gauss point."""
+    return (
+        _sum(data, m[0], x, block[0], nb), _sum(data, m[1], x, block[1], nb),
+        _sum(data, m[2], x, block[2], nb), _sum(data, m[3], x, block[3], nb),
+    )  # fmt: skip
+
+
+@close
+def _act(data, m, f, block, nb, out):
+    """Take A^T f from out, f the forces on the four arguments."""
+    for a in range(nb):
+        out[block[0] + a] -= data[m[0] + a] * f[0]
+        out[block[1] + a] -= data[m[1] + a] * f[1]
+    for i in range(2, 4):
+        for a in range(nb):
+            out[block[i] + a] -= data[m[i] + a] * f[i]
+
+
+@close
+def _stress(data, d, free, ng, strain, ez, rate, lag):
+    """Stresses n = D (strain - free + lag B rate), axial, shear, bending; `free` is where the stress-free strains stand."""
+    e0, e1, e2 = strain[0] - data[free], strain[1] - data[free + ng], strain[2] - data[free + 2 * ng]
+    if lag[0] > 0.0 or lag[2] > 0.0:
+        e0 += lag[0] * (ez[0, 0] * rate[0] + ez[0, 1] * rate[1] + ez[0, 2] * rate[2])
+        e2 += lag[2] * (ez[2, 0] * rate[0] + ez[2, 1] * rate[1] + ez[2, 2] * rate[2] + ez[2, 3] * rate[3])
+    return data[d] * e0, data[d + 1] * e1, data[d + 2] * e2
+
+
+@close
+def _unbalanced(w, p, ez, n):
+    """The stresses that are unknowns, and B0^T (n - these), n those of the strains."""
+    if w.mixed[0] == RENEWED:
+        copy(ez, w.held[p])
+    b, held, slack = w.stress[p], w.held[p], w.slack[p]
+    slack[0], slack[1], slack[2] = n[0] - b[0], n[1] - b[1], n[2] - b[2]
+    return (b[0], b[1], b[2]), (
+        slack[0] * held[0, 0] + slack[1] * held[1, 0] + slack[2] * held[2, 0],
+        slack[0] * held[0, 1] + slack[1] * held[1, 1] + slack[2] * held[2, 1],
+        slack[0] * held[0, 2] + slack[1] * held[1, 2] + slack[2] * held[2, 2],
+        slack[2] * held[2, 3],
+    )
+
+
+@inner
+def _add_strip(s, w, strip, point, q, v, ez, f):
+    """Add the forces of a strip, whose Gauss points count from `point`: -A^T weight (B^T n + B0^T slack) at each."""
+    kind, nb, ng, first, d = s.strips[strip]
+    size, block, order = _fields(kind, nb)
+    at, x, rate, local = (
+        s.places[first : first + size],
+        w.element[:size],
+        w.element[size : 2 * size],
+        w.element[2 * size : 3 * size],
+    )
+    for a in range(size):
+        x[a], rate[a], local[a] = q[at[a]], v[at[a]], 0.0
+    lag, r = (s.data[d + 4], 0.0, s.data[d + 3]), (0.0, 0.0, 0.0, 0.0)
+    ez[:] = 0.0
+    for g in range(ng):
+        p, weight, m = point + g, s.data[d + 5 + g], _members(order, d + 5 + 4 * ng, nb, ng, g)
+        z = _arguments(s.data, m, x, block, nb)
+        strain = _slopes(kind, z[0], z[1], z[2], z[3], ez)
+        if lag[0] > 0.0 or lag[2] > 0.0:
+            r = _arguments(s.data, m, rate, block, nb)
+        n, f0 = _stress(s.data, d, d + 5 + ng + g, ng, strain, ez, r, lag), (0.0, 0.0, 0.0, 0.0)
+        if w.mixed[0] != PLAIN:
+            n, f0 = _unbalanced(w, p, ez, n)
+        force = (
+            weight * (f0[0] + n[0] * ez[0, 0] + n[1] * ez[1, 0] + n[2] * ez[2, 0]),
+            weight * (f0[1] + n[0] * ez[0, 1] + n[1] * ez[1, 1] + n[2] * ez[2, 1]),
+            weight * (f0[2] + n[0] * ez[0, 2] + n[1] * ez[1, 2] + n[2] * ez[2, 2]),
+            weight * (f0[3] + n[2] * ez[2, 3]),
+        )
+        _act(s.data, m, force, block, nb, local)
+        w.strain[p, 0], w.strain[p, 1], w.strain[p, 2], w.strain[p, 3] = z
+        w.force[p, 0], w.force[p, 1], w.force[p, 2] = weight * n[0], weight * n[1], weight * n[2]
+    for a in range(size):
+        f[at[a]] += local[a]
+
+
 @aside
 def add_strips(s, w, q, v, f):
-    """Add elastic and damping forces of all strips to f.
+    """Add elastic and damping forces of all strips to f, of the kind that w.mixed says.
 
-    Mixed forces if w.mixed says so: stresses from w.stress, what they lack in w.slack, B0 in w.held, which is renewed if w.mixed
-    says that, too.
+    Stresses that are unknowns are in w.stress, what they lack in w.slack, B0 in w.held.
     """
     ez, point = np.zeros((3, 4)), 0
-    mixed = w.mixed[0] > 0.0
     for strip in range(s.strips.shape[0]):
-        kind, nb, ng, first, d = s.strips[strip]
-        size, block, order = _fields(kind, nb)
-        at, member = s.places[first : first + size], d + 5 + 4 * ng
-        x, rate, local = w.element[:size], w.element[size : 2 * size], w.element[2 * size : 3 * size]
-        for a in range(size):
-            x[a], rate[a], local[a] = q[at[a]], v[at[a]], 0.0
-        lag_axial, lag_bending = s.data[d + 4], s.data[d + 3]
-        damped = lag_axial > 0.0 or lag_bending > 0.0
-        ez[:] = 0.0
-        for g in range(ng):
-            m0, m1, m2, m3 = (
-                member + (order[0] * ng + g) * nb, member + (order[1] * ng + g) * nb,
-                member + (order[2] * ng + g) * nb, member + (order[3] * ng + g) * nb,
-            )  # fmt: skip
-            z0, z1 = _sum(s.data, m0, x, block[0], nb), _sum(s.data, m1, x, block[1], nb)
-            z2, z3 = _sum(s.data, m2, x, block[2], nb), _sum(s.data, m3, x, block[3], nb)
-            e0, e1, e2 = _slopes(kind, z0, z1, z2, z3, ez)
-            free = d + 5 + ng + g
-            e0, e1, e2 = e0 - s.data[free], e1 - s.data[free + ng], e2 - s.data[free + 2 * ng]
-            if damped:
-                r0, r1 = _sum(s.data, m0, rate, block[0], nb), _sum(s.data, m1, rate, block[1], nb)
-                r2, r3 = _sum(s.data, m2, rate, block[2], nb), _sum(s.data, m3, rate, block[3], nb)
-                e0 += lag_axial * (ez[0, 0] * r0 + ez[0, 1] * r1 + ez[0, 2] * r2)
-                e2 += lag_bending * (ez[2, 0] * r0 + ez[2, 1] * r1 + ez[2, 2] * r2 + ez[2, 3] * r3)
-            n0, n1, n2 = s.data[d] * e0, s.data[d + 1] * e1, s.data[d + 2] * e2
-            weight, p = s.data[d + 5 + g], point + g
-            if mixed:
-                if w.mixed[0] > 1.0:
-                    copy(ez, w.held[p])
-                b, held, slack = w.stress[p], w.held[p], w.slack[p]
-                slack[0], slack[1], slack[2] = n0 - b[0], n1 - b[1], n2 - b[2]
-                n0, n1, n2 = b[0], b[1], b[2]
-                f0 = slack[0] * held[0, 0] + slack[1] * held[1, 0] + slack[2] * held[2, 0]
-                f1 = slack[0] * held[0, 1] + slack[1] * held[1, 1] + slack[2] * held[2, 1]
-                f2 = slack[0] * held[0, 2] + slack[1] * held[1, 2] + slack[2] * held[2, 2]
-                f3 = slack[2] * held[2, 3]
-            else:
-                f0, f1, f2, f3 = 0.0, 0.0, 0.0, 0.0
-            f0 = weight * (f0 + n0 * ez[0, 0] + n1 * ez[1, 0] + n2 * ez[2, 0])
-            f1 = weight * (f1 + n0 * ez[0, 1] + n1 * ez[1, 1] + n2 * ez[2, 1])
-            f2 = weight * (f2 + n0 * ez[0, 2] + n1 * ez[1, 2] + n2 * ez[2, 2])
-            f3 = weight * (f3 + n2 * ez[2, 3])
-            for a in range(nb):
-                local[block[0] + a] -= s.data[m0 + a] * f0
-                local[block[1] + a] -= s.data[m1 + a] * f1
-            for a in range(nb):
-                local[block[2] + a] -= s.data[m2 + a] * f2
-            for a in range(nb):
-                local[block[3] + a] -= s.data[m3 + a] * f3
-            w.strain[p, 0], w.strain[p, 1], w.strain[p, 2], w.strain[p, 3] = z0, z1, z2, z3
-            w.force[p, 0], w.force[p, 1], w.force[p, 2] = weight * n0, weight * n1, weight * n2
-        for a in range(size):
-            f[at[a]] += local[a]
-        point += ng
+        _add_strip(s, w, strip, point, q, v, ez, f)
+        point += s.strips[strip, 2]
 
 
 @inner
@@ -255,7 +295,7 @@ def carry_stresses(s, w, dq, dv, stress, slack):
 def elastic_stresses(s, w, q, v, stress):
     """Fill stress (points, 3) with those of this state."""
     f, mixed = np.zeros(q.size), w.mixed[0]
-    w.stress[:], w.mixed[0] = 0.0, 1.0
+    w.stress[:], w.mixed[0] = 0.0, MIXED
     add_strips(s, w, q, v, f)
     copy(w.slack, stress)
     w.mixed[0] = mixed

@@ -43,6 +43,8 @@ LAW_OF, FRICTION_OF, ROW_OF, NUMBERS = 3, 4, 5, 6
 """Of forces: law rows, a constraint row, where its numbers begin."""
 X, Y, TURN, VX, VY, SPIN, AX, AY, TURNING_BIAS, COS, SIN = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10
 """Of a marker's state: place, angle, their rates, their second rates at zero coordinate acceleration, direction of the frame."""
+VALUE, FRICTION, LENGTH, RATE, SLIP, BENT, FX, FY = 0, 1, 2, 3, 4, 5, 6, 7
+"""Of a force's report: its value, a second one (friction), measure or depth, rate of it, sliding speed, bristle; components."""
 ONSET, BRISTLE, SLIDING, FASTEST = 0, 1, 2, 3
 """Of a force's memory: onset speed, bristle, sliding speed at the last accepted step, fastest onset so far."""
 
@@ -140,7 +142,7 @@ class Work(NamedTuple):
     stiff, damp : arrays, shape (m, m)
         One block's entries, m unknowns that the largest has.
     mixed : array, shape (1,)
-        1 where strips' stresses are unknowns of their own, 2 where a matrix is being made for them; see `strips`.
+        Which forces of strips are asked for, see `strips`.
     stress, slack : array, shape (points, 3)
         Stresses at all strips' Gauss points, and what these lack.
     held : array, shape (points, 3, 4)
@@ -148,7 +150,7 @@ class Work(NamedTuple):
     strain, force : array, shape (points, 4), (points, 3)
         Arguments of the strains and weighted stresses, from forces to tangents.
     reports : array, shape (forces, 8)
-        Of each force: value, second value (friction), measure or depth, rate, sliding speed, bristle, fx, fy.
+        Of each force, in the columns above.
     """
 
     state: Array

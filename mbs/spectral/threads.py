@@ -15,26 +15,25 @@ NAMES = ("scipy_openblas_{}_num_threads", "openblas_{}_num_threads", "scipy_open
 
 
 @cache
-def _doors() -> tuple[Any, Any] | None:
-    """Functions that get and set the number of threads of scipy's own library, if it has one: Numba uses the same."""
-    for file in Path(scipy.__file__).parent.parent.glob("scipy.libs/*openblas*"):
-        library = ctypes.CDLL(str(file))
-        for name in NAMES:
-            if hasattr(library, name.format("set")):
-                return getattr(library, name.format("get")), getattr(library, name.format("set"))
-    return None
+def _doors() -> list[tuple[Any, Any]]:
+    """Functions that get and set the number of threads of the libraries of SciPy, which Numba uses, and of NumPy."""
+    found = []
+    for package in ("scipy", "numpy"):
+        for file in Path(scipy.__file__).parent.parent.glob(f"{package}.libs/*openblas*"):
+            library = ctypes.CDLL(str(file))
+            names = [name for name in NAMES if hasattr(library, name.format("set"))]
+            found += [(getattr(library, name.format("get")), getattr(library, name.format("set"))) for name in names[:1]]
+    return found
 
 
 @contextmanager
 def one_thread() -> Iterator[None]:
     """Let linear algebra use one thread."""
-    doors = _doors()
-    if doors is None:
-        yield
-        return
-    before = doors[0]()
-    doors[1](1)
+    before = [read() for read, _ in _doors()]
     try:
+        for _, write in _doors():
+            write(1)
         yield
     finally:
-        doors[1](before)
+        for (_, write), count in zip(_doors(), before, strict=True):
+            write(count)

@@ -1,23 +1,27 @@
-"""Equilibria, paths of equilibria through limit points, natural frequencies: on the compiled solver's equations."""
+"""Equilibria, their paths, natural frequencies, periodic motions: on the compiled solver's equations."""
 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from buckler.mbs.statics.follow import Path, path
+    from buckler.mbs.statics.cycles import Periodic, periodic
+    from buckler.mbs.statics.follow import path
     from buckler.mbs.statics.problem import StaticsError
     from buckler.mbs.statics.rest import Equilibrium, equilibrium
+    from buckler.mbs.statics.route import Path
     from buckler.mbs.statics.vibration import Frequencies, frequencies
 
-__all__ = ["Equilibrium", "Frequencies", "Path", "StaticsError", "equilibrium", "frequencies", "path"]
+__all__ = ["Equilibrium", "Frequencies", "Path", "Periodic", "StaticsError", "equilibrium", "frequencies", "path", "periodic"]
 _ROOMS = {
     "Equilibrium": "rest",
     "Frequencies": "vibration",
-    "Path": "follow",
+    "Path": "route",
+    "Periodic": "cycles",
     "StaticsError": "problem",
     "equilibrium": "rest",
     "frequencies": "vibration",
     "path": "follow",
+    "periodic": "cycles",
 }
 
 

@@ -14,6 +14,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.polynomial import Polynomial
 from scipy.optimize import brentq
 
 from buckler.mbs.statics.problem import Problem, Rest, StaticsError
@@ -25,6 +26,12 @@ NEAR = 1e-9
 """Arc, in the measure of the path, that is not told apart from none."""
 BEND = 0.15
 """Angle by which the path may turn in a step, rad: the next one is as long as that asks for."""
+CORNER = 0.5
+"""Angle, rad, by which places may turn in a step: where paths cross, one that turns more has reached over to another."""
+ASIDE = (1e-2, 1e-3)
+"""Shares of a step within which a crossing is sought at first."""
+ALIKE = 1e-3
+"""Difference of two polynomials' roots, over twice that."""
 
 
 class Step(NamedTuple):
@@ -113,7 +120,41 @@ class Arc:
                 at(found)
         return min(seen.values(), key=lambda each: abs(each[0]))[1] if seen else None
 
+    def crossing(self, step: Step, function: Callable[[Rest], float]) -> Rest | None:
+        """The same of what is zero where paths cross: there Newton's matrix is singular, so that the root is that of polynomials.
+
+        They go through equilibria on both sides of a rough root; where two of them do not agree, it is sought there after all.
+        """
+        parts = np.array([-1.0, 1.0, -2.0, 2.0, -3.0, 3.0])
+        try:
+            for aside in ASIDE:
+                if function(step.rest) * function(step.new) > 0.0:
+                    return None
+                rough = brentq(lambda arc: function(self.along(step, arc)), 0.0, step.arc, xtol=aside * step.arc)
+                rests = [self.along(step, rough + 2.0 * aside * step.arc * part) for part in parts]
+                found = [function(rest) for rest in rests]
+                few, all_ = (_root_of(parts[:n], found[:n]) for n in (4, 6))
+                if abs(all_ - few) < ALIKE:
+                    weights = [np.prod([(all_ - b) / (a - b) for b in parts if b != a]) for a in parts]
+                    return Rest(*(sum(w * x for w, x in zip(weights, each, strict=True)) for each in zip(*rests, strict=True)))
+        except StaticsError:
+            pass
+        return self.root(step, function)
+
+    def reaches_over(self, step: Step, after: Array) -> bool:
+        """Whether a step that could be shorter turns so much that it may have ended on another path."""
+        n = len(step.rest.q)
+        one, other = (np.sqrt(self.metric[:n]) * way[:n] for way in (step.direction, after))
+        sizes = float(np.linalg.norm(one) * np.linalg.norm(other))
+        return step.arc > 10.0 * SHORTEST and float(one @ other) < np.cos(CORNER) * sizes
+
     def next_arc(self, step: Step, after: Array, longest: float) -> float:
         """Length of the next step, by how far this one turned."""
         turned = float(np.arccos(np.clip(self.metric * step.direction @ after, -1.0, 1.0)))
         return min(longest, step.arc * float(np.clip(BEND / max(turned, 1e-300), 0.3, 1.6)))
+
+
+def _root_of(x: Array, y: list[float]) -> float:
+    """The least root of the polynomial through points."""
+    roots = Polynomial.fit(x, y, len(x) - 1).roots()
+    return float(min(roots[np.abs(roots.imag) < 1e-9].real, key=abs, default=np.inf))

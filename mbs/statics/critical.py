@@ -7,14 +7,14 @@ them meet, or, with damping, where a complex exponent s passes the imaginary axi
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from buckler.mbs.statics.arc import Arc, Step
 from buckler.mbs.statics.problem import Problem, Rest
-from buckler.mbs.statics.spectrum import EPS, Spectrum, Tangent, spectrum
+from buckler.mbs.statics.spectrum import EPS, Spectrum, Tangent, spectrum, squares
 
 Array = np.ndarray[Any, Any]
 SAME = 1e-5
@@ -69,12 +69,15 @@ class Critical:
         How many eigenvalues pass zero there.
     shapes : array, shape (n, multiple)
         What moves; of a limit or a branching.
+    rounding : float
+        What rounding leaves in its parameter.
     """
 
     kind: str
     rest: Rest
     multiple: int
     shapes: Array
+    rounding: float = 0.0
 
 
 def criticals(arc: Arc, step: Step, before: State, after: State, turned: Array) -> list[Critical]:
@@ -84,6 +87,7 @@ def criticals(arc: Arc, step: Step, before: State, after: State, turned: Array) 
     if before.flutters != after.flutters:
         found += _flutters(arc, step, before, after)
     normal = arc.metric * step.direction
+    found = [replace(each, rounding=arc.problem.rounding(each.rest)) for each in found]
     return sorted(found, key=lambda each: float(normal @ arc.problem.vector(each.rest)))
 
 
@@ -98,7 +102,8 @@ def _limits(arc: Arc, step: Step, turned: Array) -> Iterator[Critical]:
 
 def _mu(problem: Problem, rest: Rest) -> Array:
     """Real parts of the eigenvalues mu = -s^2, ascending; those that pass zero are real there."""
-    return np.sort((-(state_at(problem, rest).squares.values ** 2)).real)
+    problem.set(rest.parameter)
+    return squares(Tangent.at(problem.scene, rest.q, rest.multipliers), problem.shift)
 
 
 def _branchings(arc: Arc, step: Step, before: State, after: State, limits: list[Critical]) -> list[Critical]:
@@ -110,7 +115,7 @@ def _branchings(arc: Arc, step: Step, before: State, after: State, limits: list[
         def passing(rest: Rest, k: int = k) -> float:
             return float(_mu(arc.problem, rest)[k])
 
-        rest = arc.root(step, passing)
+        rest = arc.crossing(step, passing)
         rests += [rest] if rest is not None else []
     normal = arc.metric * step.direction
     at = [float(normal @ arc.problem.vector(rest)) for rest in rests]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -11,11 +10,13 @@ import numpy as np
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.start import slopes
-from buckler.mbs.statics.answer import Answer, Ending, check_count, check_mechanism, check_number
+from buckler.mbs.spectral.threads import one_thread
+from buckler.mbs.statics.answer import Ending, check_count, check_mechanism, check_number
 from buckler.mbs.statics.arc import Arc
 from buckler.mbs.statics.critical import Critical, State, criticals, state_at
 from buckler.mbs.statics.problem import Problem, Rest, StaticsError, has_strips, loads_of, places
 from buckler.mbs.statics.rest import HIGHEST, RISE
+from buckler.mbs.statics.route import Path
 from buckler.mbs.statics.varied import Varied
 
 Array = np.ndarray[Any, Any]
@@ -26,101 +27,7 @@ GOAL = 1e-6
 """Relative error of critical points up to which the degree is raised."""
 
 
-@dataclass(frozen=True)
-class Path(Answer):
-    """Equilibria along a path.
-
-    Attributes
-    ----------
-    status : Ending
-        OK where `to` was reached.
-    message : str
-    ended : str
-        Why it ended: 'reached', 'closed', 'steps' or 'singular'.
-    scene : Scene
-    parameter : array, shape (steps,)
-        Factor of the loads, travel of the drive, rad or m, or the number.
-    q : array, shape (steps, n)
-    multipliers : array, shape (steps, r)
-    growth : array, shape (steps,)
-        Largest rate at which a small motion grows, 1/s; 0 where none does.
-    unstable : array of int, shape (steps,)
-        How many eigenvalues of K are negative.
-    points : list of Critical
-        Limits, branchings and flutter points in their order.
-    errors : dict of str to array
-        Of `limits`, `branchings`, `flutter`: what a higher degree of the strips changes; of `end`, if it was reached, in places.
-    branches : list of Path
-        Paths that leave its branchings, where they were asked for.
-    """
-
-    status: Ending
-    message: str
-    ended: str
-    scene: Scene
-    parameter: Array
-    q: Array
-    multipliers: Array
-    growth: Array
-    unstable: Array
-    points: list[Critical]
-    errors: dict[str, Array] = field(default_factory=dict)
-    branches: list[Path] = field(default_factory=list)
-
-    def _at(self, kind: str) -> list[float]:
-        return [each.rest.parameter for each in self.points if each.kind == kind for _ in range(each.multiple)]
-
-    @property
-    def limits(self) -> list[float]:
-        """Parameter where it turns."""
-        return self._at("limit")
-
-    @property
-    def branchings(self) -> list[float]:
-        """Parameter where other paths leave it; of a multiple branching as often as eigenvalues pass zero there."""
-        return self._at("branching")
-
-    @property
-    def flutter(self) -> list[float]:
-        """Parameter where a motion that swings begins to grow, or ceases to."""
-        return self._at("flutter")
-
-    @property
-    def stable(self) -> Array:
-        """Where no small motion grows, shape (steps,)."""
-        return self.growth == 0.0
-
-    def place(self, q: Array, link: str, point: str) -> Array:
-        """Place of a point of a link at coordinates of the path's scene, shape (2,)."""
-        return places(self.scene, q, link, point).position
-
-    def point(self, link: str, point: str) -> Array:
-        """Places of a point of a link, shape (steps, 2)."""
-        return np.array([self.place(q, link, point) for q in self.q])
-
-    def plot(self, link: str, point: str, axis: str = "y", ax: Any = None) -> Any:
-        """Draw the bifurcation diagram: a point's place over the parameter, stable and unstable; returns the axes."""
-        from buckler.mbs.view.equilibria import plot_path  # Matplotlib takes half a second to load
-
-        return plot_path(self, link, point, axis, ax)
-
-    def reaction(self, name: str) -> Array:
-        """Multipliers of a constraint along the path, shape (steps, rows)."""
-        return self.multipliers[:, [i for i, row in enumerate(self.scene.row_names) if row == name]]
-
-    def rows(self) -> list[tuple[str, str]]:
-        """Critical points in their order, and the end."""
-        out, count = [], dict.fromkeys(("limit", "branching", "flutter"), 0)
-        keys = {"limit": "limits", "branching": "branchings", "flutter": "flutter"}
-        for each in self.points:
-            errors = self.errors.get(keys[each.kind], np.array([]))
-            error = f", error {errors[count[each.kind]]:.1e}" if count[each.kind] < len(errors) else ""
-            times = f", {each.multiple} eigenvalues" if each.multiple > 1 else ""
-            out.append((each.kind, f"{each.rest.parameter:.9g}{error}{times}"))
-            count[each.kind] += each.multiple
-        return [*out, ("ended", f"{self.ended} at {self.parameter[-1]:.9g} after {len(self.parameter)} steps")]
-
-
+@one_thread()
 def path(
     mechanism: Mechanism, *, to: float, load: str | list[str] | None = None, drive: str | None = None,
     parameter: str | None = None, steps: int = 250, step: float = 0.02,
@@ -209,10 +116,10 @@ def _ladder(run: Callable[[int], Path], degree: int | None) -> Path:
         finer = run(found.scene.degree + RISE)
         errors = _errors(found, finer)
         answer = found if fixed else finer
-        answer.errors.update(errors)
         worst = max((float(np.max(each, initial=0.0)) for each in errors.values()), default=0.0)
         scale = max(np.abs(finer.parameter).max(), 1e-300)
         if fixed or worst <= GOAL * scale or finer.scene.degree > HIGHEST - 10:
+            answer.errors.update({name: np.maximum(each, answer.rounding(name, len(each))) for name, each in errors.items()})
             return answer
         found = finer
     found.errors.update({"limits": np.zeros(len(found.limits)), "branchings": np.zeros(len(found.branchings)),
@@ -246,6 +153,8 @@ class _Follower:
         self.begun = problem.begun if isinstance(problem, Varied) else 0.0
         self.steps, self.step, self.longest = steps, step, longest
         self.arc = Arc(problem, self.begun, to)
+        self.left = False
+        """Whether the path has been farther from its start than a step."""
 
     def whole(self, branches: bool) -> Path:
         """The path from the start, and the paths that leave it."""
@@ -261,6 +170,7 @@ class _Follower:
         """Follow from a state of rest; from a branching in a direction."""
         rests, states = [rest], [state_at(self.problem, rest)]
         points: list[Critical] = []
+        self.left = False
         arc, left = (self.step, False) if direction is None else (min(self.step, 1e-2), True)
         direction = self.arc.direction(rest, None) if direction is None else direction
         ended = "steps"
@@ -270,7 +180,11 @@ class _Follower:
             except StaticsError:
                 ended = "singular"
                 break
-            after, state = self.arc.direction(done.new, direction), state_at(self.problem, done.new)
+            after = self.arc.direction(done.new, direction)
+            if self.arc.reaches_over(done, after):
+                arc = 0.3 * done.arc
+                continue
+            state = state_at(self.problem, done.new)
             found = [] if left else criticals(self.arc, done, states[-1], state, after)
             way = self._leaves(found)
             if way is not None:
@@ -299,8 +213,9 @@ class _Follower:
             while points and (points[-1].rest.parameter - self.to) / (self.to - self.begun) > 0.0:
                 points.pop()
             return "reached"
-        change = self.problem.vector(rests[-1]) - self.problem.vector(rests[0])
-        if len(rests) > 10 and self.arc.size(change) < 0.5 * self.step:
+        away = self.arc.size(self.problem.vector(rests[-1]) - self.problem.vector(rests[0]))
+        self.left = self.left or away > self.step
+        if self.left and away < 0.5 * self.step:
             return "closed"
         return ""
 

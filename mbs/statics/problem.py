@@ -11,7 +11,7 @@ import numpy as np
 from buckler.mbs.spectral.scene import Place, Scene
 from buckler.mbs.spectral.start import slopes
 from buckler.mbs.spectral.strip_body import StripBody
-from buckler.mbs.statics.spectrum import EPS, Spectrum, Tangent, spectrum
+from buckler.mbs.statics.spectrum import EPS, ROUNDING, Spectrum, Tangent, spectrum
 
 Array = np.ndarray[Any, Any]
 ITERATIONS = 25
@@ -75,14 +75,12 @@ class Problem:
         a = self.scene.assemble(rest.q, lam=rest.multipliers)
         return a.force - a.jacobian.T @ rest.multipliers, a.residual, a.stiffness, a.jacobian
 
-    def slope(self, rest: Rest) -> Array:
-        """Derivative of (f - G^T lambda, g) by the parameter, in which both are linear."""
-        at = []
-        for p in (rest.parameter + 1.0, rest.parameter):
-            self.set(p)
-            a = self.scene.assemble(rest.q, tangents=False)
-            at.append(np.concatenate([a.force, a.residual]))
-        return at[0] - at[1]
+    def slope(self, rest: Rest, here: tuple[Array, Array] | None = None) -> Array:
+        """Derivative of (f - G^T lambda, g) by the parameter, in which both are linear; `here` are they, where they are known."""
+        force, gap = here or self.residual(rest)[:2]
+        self.set(rest.parameter + 1.0)
+        a = self.scene.assemble(rest.q, lam=rest.multipliers, tangents=False)
+        return np.concatenate([a.force - a.jacobian.T @ rest.multipliers - force, a.residual - gap])
 
     def scaled(self, stiffness: Array, jacobian: Array) -> tuple[Array, float]:
         """The matrix [[K, G^T], [G, 0]] in units of the coordinates, and the force that goes with them."""
@@ -108,11 +106,12 @@ class Problem:
             rest, largest = self.step(rest, fixed)
             if not np.isfinite(largest):
                 break
-            if largest < CLOSE and (largest > 0.1 * before or largest < 10 * EPS):
+            following = largest * (largest / before) ** 2  # of quadratic convergence
+            if largest < CLOSE and (following < 10 * EPS or largest > 0.1 * before):
                 if self.balanced(rest):
                     return rest
                 break
-            before = largest if largest < CLOSE else np.inf
+            before = largest
         raise StaticsError(f"no equilibrium found near parameter {rest.parameter:.6g}: Newton's method does not converge")
 
     def step(self, rest: Rest, fixed: tuple[Array, float, float] | None = None) -> tuple[Rest, float]:
@@ -125,8 +124,7 @@ class Problem:
             step = solve(matrix, np.concatenate([force * self.units / scale, -gap]))
         else:
             normal, value, unit = fixed
-            bordered, scale = self._bordered(rest, normal, unit)
-            force, gap, _, _ = self.residual(rest)
+            bordered, scale, force, gap = self._bordered(rest, normal, unit)
             miss = value - float(normal @ self.vector(rest))
             step = solve(bordered, np.concatenate([force * self.units / scale, -gap, [miss]]))
             change_p = float(step[-1]) * unit
@@ -154,21 +152,28 @@ class Problem:
 
     def tangent(self, rest: Rest, normal: Array, unit: float) -> Array:
         """Change of (q, lambda, p) along the path whose product with the normal is 1; `unit` of p."""
-        matrix, scale = self._bordered(rest, normal, unit)
+        matrix, scale, _, _ = self._bordered(rest, normal, unit)
         right = np.zeros(len(matrix))
         right[-1] = 1.0
         out, n = solve(matrix, right), self.scene.size
         return np.concatenate([out[:n] * self.units, out[n:-1] * scale, [out[-1] * unit]])
 
-    def _bordered(self, rest: Rest, normal: Array, unit: float) -> tuple[Array, float]:
-        """The matrix of Newton's method with the parameter among the unknowns and a plane's normal as last row."""
+    def _bordered(self, rest: Rest, normal: Array, unit: float) -> tuple[Array, float, Array, Array]:
+        """The matrix of Newton's method with the parameter among the unknowns and a plane's normal as last row; residuals."""
         n = self.scene.size
-        slope = self.slope(rest)
-        _, _, stiffness, jacobian = self.residual(rest)
+        force, gap, stiffness, jacobian = self.residual(rest)
+        slope = self.slope(rest, (force, gap))
         matrix, scale = self.scaled(stiffness, jacobian)
         column = -np.concatenate([slope[:n] * self.units / scale, -slope[n:]]) * unit
         row = np.concatenate([normal[:n] * self.units, normal[n:-1] * scale, [normal[-1] * unit]])
-        return np.block([[matrix, column[:, None]], [row[None]]]), scale
+        return np.block([[matrix, column[:, None]], [row[None]]]), scale, force, gap
+
+    def rounding(self, rest: Rest) -> float:
+        """What rounding of the strips' strains leaves in the parameter: of their axial forces, over the force that it moves."""
+        stiffest = max((body.section.axial_stiffness for body in _strips(self.scene)), default=0.0)
+        slope, n = np.abs(self.slope(rest)), self.scene.size
+        moved = float(slope[:n][self.units != 1.0].max(initial=0.0))
+        return ROUNDING * stiffest / moved if moved else 0.0
 
     def spectrum(self, rest: Rest) -> Spectrum:
         """Small motions about a state."""
@@ -240,7 +245,7 @@ def moving(scene: Scene, q: Array, shape: Array) -> str:
 
 def loads_of(scene: Scene, names: Iterable[str] | None = None) -> list[int]:
     """Places in `tables.factors` of the loads of these names ('gravity' is one), or of all."""
-    kinds = ("force", "torque", "motor")
+    kinds = ("force", "line_load", "torque", "motor")
     all_names = [*scene.force_names, "gravity"]
     if names is None:
         return [i for i, name in enumerate(all_names) if name == "gravity" or name.split(".")[0] in kinds]

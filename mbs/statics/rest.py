@@ -10,6 +10,7 @@ import numpy as np
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.spectral import tables as k
 from buckler.mbs.spectral.scene import Place, Scene
+from buckler.mbs.spectral.threads import one_thread
 from buckler.mbs.statics import deflation
 from buckler.mbs.statics.answer import Answer, Ending, check_count, check_mechanism, check_number
 from buckler.mbs.statics.problem import Problem, Rest, StaticsError, apart, has_strips, loads_of, moving, places, refined
@@ -88,6 +89,7 @@ class Equilibrium(Answer):
         return out
 
 
+@one_thread()
 def equilibrium(
     mechanism: Mechanism, load: float = 1.0, *, degree: int | None = None, guess: Array | None = None, scene: Scene | None = None,
     all: bool = False,

@@ -72,7 +72,9 @@ def _step(problem: Problem, rest: Rest, span: float) -> tuple[Rest, float, float
         moved = float(np.abs(out[:n]).max(initial=0.0))
         forward = float(step @ (force - jacobian.T @ lam)) >= -1e-12 * abs(float(step @ mass @ step)) / span
         if np.isfinite(moved) and moved <= 2 * MOVE and (forward or moved < 1e-9):
-            longer = min(4.0, max(1.2, MOVE / max(moved, 1e-300)))
-            return Rest(rest.q + step, lam, rest.parameter), span * longer, moved
-        span *= 0.25 if not np.isfinite(moved) else max(0.1, min(0.5, MOVE / moved))
+            new = Rest(rest.q + step, lam, rest.parameter)
+            ahead, back = float(step @ (force - jacobian.T @ lam)), float(step @ problem.residual(new)[0])
+            if moved < 1e-9 or back >= -max(ahead, 0.0):  # else it went far into a contact that was open
+                return new, span * min(4.0, max(1.2, MOVE / max(moved, 1e-300))), moved
+        span *= max(0.1, min(0.5, MOVE / moved)) if np.isfinite(moved) and moved > 0.0 else 0.25
     raise StaticsError("the mechanism cannot be moved as its forces push: are its constraints impossible?")

@@ -126,6 +126,16 @@ def spectrum(tangent: Tangent, near: float = 0.0) -> Spectrum:
     return Spectrum(values[order], (tangent.free @ right)[:, order], rounding[order], shift)
 
 
+def squares(tangent: Tangent, shift: float) -> Array:
+    """-s^2 of a tangent without what depends on rates, by their real parts, from the inverse about a shift: no vectors."""
+    m, k = tangent.reduced(tangent.mass), tangent.reduced(tangent.stiffness)
+    if np.abs(k - k.T).max() > 1e3 * EPS * np.abs(k).max():
+        return np.sort((_turned_over(np.linalg.eigvals(solve(k + shift * m, m))) - shift).real)
+    low = np.linalg.cholesky((m + m.T) / 2)
+    inner = low.T @ solve((k + k.T) / 2 + shift * m, low)
+    return np.sort(_turned_over(np.linalg.eigvalsh((inner + inner.T) / 2)) - shift)
+
+
 def _rounding(tangent: Tangent, values: Array, left: Array, right: Array) -> Array:
     """What rounding leaves in each eigenvalue; the root of it where a value is double and has one vector, as zero is."""
     size = np.abs(values)

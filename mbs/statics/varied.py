@@ -41,7 +41,7 @@ class Varied(Problem):
             self.current = parameter
             self.scene = Scene.of(Mechanism.from_dict(changed(self.document, {self.name: parameter})), self.degree)
 
-    def slope(self, rest: Rest) -> Array:
+    def slope(self, rest: Rest, here: tuple[Array, Array] | None = None) -> Array:
         """Derivative of (f - G^T lambda, g) by the number, by central differences."""
         step = STEP * max(abs(rest.parameter), abs(self.begun), 1e-300)
         at = []

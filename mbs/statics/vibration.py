@@ -11,6 +11,7 @@ from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.spectral.doors import place
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.start import slopes
+from buckler.mbs.spectral.threads import one_thread
 from buckler.mbs.statics.answer import Answer, Ending, check_count, check_mechanism
 from buckler.mbs.statics.problem import Problem, Rest, StaticsError, has_strips, loads_of, moving, refined
 from buckler.mbs.statics.rest import HIGHEST, RISE, Equilibrium, carried, equilibrium
@@ -80,6 +81,7 @@ class Frequencies(Answer):
         return [(name, f"{hertz:.9g} Hz, damping ratio {ratio:.4g}, error {error:.1e} Hz") for name, hertz, ratio, error in lines]
 
 
+@one_thread()
 def frequencies(
     mechanism: Mechanism, about: Equilibrium | Array | None = None, *, count: int = 6, degree: int | None = None
 ) -> Frequencies:

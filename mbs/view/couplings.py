@@ -30,8 +30,8 @@ def rack(sheet: Sheet, _name: str, rack: Rack) -> Iterator[Mark]:
     """The pinion's pitch circle and a piece of the rack's pitch line."""
     centre, other, r = place(rack.first).point, place(rack.second).body, rack.radius
     yield _circle(sheet, rack.first, r)
-    (x, y), (x0, y0), (dx, dy) = sheet.mechanism.points[centre], sheet.origin(other), rack.along
-    middle = x + r * dy - x0, y - r * dx - y0
+    (x, y), (dx, dy) = sheet.local(other, centre), rack.along
+    middle = x + r * dy, y - r * dx
     yield Path(sheet.body(other), INK, tuple((middle[0] + k * r * dx, middle[1] + k * r * dy) for k in (-2, 2)), False)
 
 

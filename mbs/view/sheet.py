@@ -61,12 +61,23 @@ class Sheet:
         """Frame of a link, '' for the ground."""
         return "" if name == GROUND else self.at(name, self.mechanism.link(name).start)
 
-    def origin(self, name: str) -> Pair:
-        """Where a link's frame is at t = 0."""
-        if name == GROUND:
-            return (0.0, 0.0)
-        x, y = self.mechanism.points[self.mechanism.link(name).start]
-        return x, y
+    def local(self, name: str, point: str) -> Pair:
+        """Where a point is in the frame of a link, or of the ground, at t = 0."""
+        points = self.mechanism.points
+        (x, y), (x0, y0) = points[point], (0.0, 0.0) if name == GROUND else points[self.mechanism.link(name).start]
+        return x - x0, y - y0
+
+    def pivot(self, link: str) -> str:
+        """Point in which a link turns on the ground, or its start."""
+        grounded = [joint.point for joint in self.mechanism.joints if {joint.first, joint.second} == {GROUND, link}]
+        return str(grounded[0]) if grounded else self.mechanism.link(link).start
+
+    def shared(self, first: str, second: str) -> str:
+        """Point that two bodies share: that of their joint, or one both reach."""
+        for joint in self.mechanism.joints:
+            if {joint.first, joint.second} == {first, second}:
+                return str(joint.point)
+        return self.pivot(second if first == GROUND else first)
 
     def travel(self, point: str, along: Pair) -> tuple[float, float]:
         """Least and largest travel of a point in a direction since t = 0, m."""

@@ -10,6 +10,12 @@ from buckler.mbs.view.drawing import Mark, Path, Points
 Pair = tuple[float, float]
 
 
+def unit(vector: Pair) -> Pair:
+    """The direction of a vector, downward of none."""
+    size = hypot(*vector)
+    return (vector[0] / size, vector[1] / size) if size else (0.0, -1.0)
+
+
 def turned(points: Sequence[Pair], along: Pair, scale: float = 1.0, origin: Pair = (0.0, 0.0)) -> Points:
     """Points with their x axis laid along a unit vector, enlarged, moved."""
     (ax, ay), (x0, y0) = along, origin
@@ -33,8 +39,7 @@ def arc(radius: float, first: float, last: float, steps: int = 24) -> Points:
 
 def arrow(frame: str, ink: str, tail: Pair, tip: Pair, head: float) -> Iterator[Mark]:
     """A line with a filled head."""
-    length = hypot(tip[0] - tail[0], tip[1] - tail[1])
-    along = ((tip[0] - tail[0]) / length, (tip[1] - tail[1]) / length)
+    along = unit((tip[0] - tail[0], tip[1] - tail[1]))
     yield Path(frame, ink, (tail, tip))
     yield Path(frame, ink, turned(((-1.0, 0.45), (0.0, 0.0), (-1.0, -0.45)), along, head, tip))
 
@@ -49,8 +54,7 @@ def turning(frame: str, ink: str, radius: float, centre: Pair = (0.0, 0.0)) -> I
 
 def hatching(frame: str, start: Pair, end: Pair, size: float, ink: str = "ground") -> Iterator[Mark]:
     """A line with short strokes on its right: the ground."""
-    length = hypot(end[0] - start[0], end[1] - start[1])
-    along = ((end[0] - start[0]) / length, (end[1] - start[1]) / length)
+    length, along = hypot(end[0] - start[0], end[1] - start[1]), unit((end[0] - start[0], end[1] - start[1]))
     count = max(3, min(60, round(length / (0.8 * size))))
     comb = [(0.0, 0.0)]  # one line: along, down a stroke, back up
     for k in range(count):

@@ -20,7 +20,7 @@ from buckler.mbs.extensions import extensions
 from buckler.mbs.view import couplings
 from buckler.mbs.view.drawing import Arrow, Disc, Label, Mark, Path, Span, Strip
 from buckler.mbs.view.sheet import FIXED, MIDDLE, Pair, Sheet
-from buckler.mbs.view.strokes import arrow, capsule, hatching, hull, turned, turning
+from buckler.mbs.view.strokes import arrow, capsule, hatching, hull, turned, turning, unit
 
 Symbol = Callable[[Sheet, str, Any], Iterator[Mark]]
 
@@ -80,14 +80,11 @@ def symbol(element: Any) -> Symbol:
 
 def bar(sheet: Sheet, name: str, link: Any) -> Iterator[Mark]:
     """A rigid link to scale: a bar through its points, a plate where they are not in line."""
-    points, section = sheet.mechanism.points, link.body.section
-    frame, origin, ink = sheet.body(name), sheet.origin(name), sheet.inks[name]
+    section, frame, ink = link.body.section, sheet.body(name), sheet.inks[name]
     plain = isinstance(section, Section)
     thickness, width = (section.thickness, section.width) if plain else (0.5 * sheet.unit, 0.5 * sheet.unit)
-    local = [(points[p][0] - origin[0], points[p][1] - origin[1]) for p in link.points]
-    end = local[1]
-    length = hypot(*end)
-    along = (end[0] / length, end[1] / length)
+    local = [sheet.local(name, point) for point in link.points]
+    length, along = hypot(*local[1]), unit(local[1])
     side = (sum(x for x, _ in local) / len(local), sum(y for _, y in local) / len(local))
     off = [abs(along[0] * y - along[1] * x) for x, y in local]
     if max(off) > thickness:
@@ -146,18 +143,16 @@ def weld(sheet: Sheet, _name: str, joint: Any) -> Iterator[Mark]:
 
 def slot(sheet: Sheet, _name: str, joint: Any) -> Iterator[Mark]:
     """A pin of the first body in a slot of the second."""
-    u, along = sheet.unit, _unit(joint.along)
-    (x, y), (x0, y0) = sheet.mechanism.points[joint.point], sheet.origin(joint.second)
+    u, along = sheet.unit, unit(joint.along)
     groove = capsule((-4.0 * u, 0.0), (4.0 * u, 0.0), 0.5 * u)
-    yield Path(sheet.body(joint.second), "rail", turned(groove, along, 1.0, (x - x0, y - y0)), True)
+    yield Path(sheet.body(joint.second), "rail", turned(groove, along, 1.0, sheet.local(joint.second, joint.point)), True)
     yield Disc(sheet.at(joint.first, joint.point), "pin", (0.0, 0.0), 0.38 * u)
 
 
 def sleeve(sheet: Sheet, _name: str, joint: Any) -> Iterator[Mark]:
     """A block of the first body on a line of the second."""
-    u, along = sheet.unit, _unit(joint.along)
-    (x, y), (x0, y0) = sheet.mechanism.points[joint.point], sheet.origin(joint.second)
-    line = turned(((-4.0, 0.0), (4.0, 0.0)), along, u, (x - x0, y - y0))
+    u, along = sheet.unit, unit(joint.along)
+    line = turned(((-4.0, 0.0), (4.0, 0.0)), along, u, sheet.local(joint.second, joint.point))
     yield Path(sheet.body(joint.second), "rail", line)
     yield Path(sheet.at(joint.first, joint.point), "block", turned(_BLOCK, along, u), True)
 
@@ -182,7 +177,7 @@ def stop(sheet: Sheet, name: str, stop: Any) -> Iterator[Mark]:
     mechanism, u = sheet.mechanism, sheet.unit
     along, side = stop.across(mechanism), stop.side(mechanism)
     origin = stop.origin(mechanism)
-    frame, start = _reference(sheet, origin), mechanism.points[place(origin).point]
+    frame, start = sheet.at(*place(origin)), mechanism.points[place(origin).point]
     (x, y), (x0, y0) = mechanism.points[stop.point], start
     clear, tall = (0.95 * u, 1.3 * u) if stop.point in {guide.point for guide in mechanism.guides} else (0.2 * u, 1.8 * u)
     reach = stop.face(mechanism) + side * clear
@@ -198,7 +193,7 @@ def stop(sheet: Sheet, name: str, stop: Any) -> Iterator[Mark]:
 
 def spring(sheet: Sheet, _name: str, spring: Any) -> Iterator[Mark]:
     """A zigzag between its two places."""
-    ends = [_reference(sheet, ref) for ref in (spring.a, spring.b)]
+    ends = [sheet.at(*place(ref)) for ref in (spring.a, spring.b)]
     turns, h = 7, 0.5 * sheet.unit
     inner = [(0.15 + 0.7 * (k + 0.5) / (2 * turns), h if k % 2 else -h) for k in range(2 * turns)]
     yield Span(ends[0], ends[1], "spring", ((0.0, 0.0), (0.15, 0.0), *inner, (0.85, 0.0), (1.0, 0.0)))
@@ -211,7 +206,7 @@ def spring(sheet: Sheet, _name: str, spring: Any) -> Iterator[Mark]:
 
 def spiral(sheet: Sheet, _name: str, spring: Any) -> Iterator[Mark]:
     """A spiral about the point that its two bodies share."""
-    frame = sheet.frame(FIXED + _shared(sheet, spring.first, spring.second))
+    frame = sheet.frame(FIXED + sheet.shared(spring.first, spring.second))
     u, turns = sheet.unit, [2.25 * 2 * pi * k / 60 for k in range(61)]
     yield Path(frame, "spring", tuple((r * cos(a), r * sin(a)) for a in turns for r in [u * (0.45 + 0.07 * a)]))
 
@@ -219,27 +214,34 @@ def spiral(sheet: Sheet, _name: str, spring: Any) -> Iterator[Mark]:
 def force(sheet: Sheet, _name: str, load: Any) -> Iterator[Mark]:
     """An arrow that ends at its point, in the direction of the force at t = 0."""
     value = next((getattr(load, name) for name in ("value", "force") if hasattr(load, name)), (0.0, -1.0))
-    fx, fy = value(0.0) if callable(value) else value
-    size = hypot(fx, fy)
-    along = (fx / size, fy / size) if size > 0 else (0.0, -1.0)
+    along = unit(value(0.0) if callable(value) else value)
     follows = getattr(load, "follows", None)
     point = place(load.point).point
     frame = sheet.at(follows, sheet.mechanism.link(follows).start) if follows else sheet.frame(FIXED + point)
-    (x, y), (x0, y0) = sheet.mechanism.points[point], sheet.origin(follows) if follows else sheet.mechanism.points[point]
-    u = sheet.unit
-    tail, tip = turned(((-4.0, 0.0), (-0.5, 0.0)), along, u, (x - x0, y - y0))
-    yield from arrow(frame, "load", tail, tip, u)
+    start = sheet.local(follows, point) if follows else (0.0, 0.0)
+    tail, tip = turned(((-4.0, 0.0), (-0.5, 0.0)), along, sheet.unit, start)
+    yield from arrow(frame, "load", tail, tip, sheet.unit)
+
+
+def line_load(sheet: Sheet, _name: str, load: Any) -> Iterator[Mark]:
+    """Arrows onto a strip's ends, in the direction of the force; a turning arrow for moments."""
+    link, u = sheet.mechanism.link(load.link), sheet.unit
+    for point in (link.start, link.end) if any(load.force) else ():
+        tail, tip = turned(((-2.5, 0.0), (-0.5, 0.0)), unit(load.force), u, sheet.local(link.name, point))
+        yield from arrow(sheet.body(link.name), "load", tail, tip, u)
+    if load.moment:
+        yield from torque(sheet, _name, load)
 
 
 def torque(sheet: Sheet, _name: str, load: Any) -> Iterator[Mark]:
     """A turning arrow on its link, beside the link's name."""
-    (x0, y0), (x1, y1) = (sheet.mechanism.points[p] for p in _ends(sheet, load.link))
-    yield from turning(sheet.body(load.link), "load", 1.2 * sheet.unit, (0.3 * (x1 - x0), 0.3 * (y1 - y0)))
+    x, y = sheet.local(load.link, sheet.mechanism.link(load.link).end)
+    yield from turning(sheet.body(load.link), "load", 1.2 * sheet.unit, (0.3 * x, 0.3 * y))
 
 
 def motor(sheet: Sheet, _name: str, load: Any) -> Iterator[Mark]:
     """A circle with an M about the joint its link turns in."""
-    frame = sheet.frame(FIXED + _pivot(sheet, load.link))
+    frame = sheet.frame(FIXED + sheet.pivot(load.link))
     u = sheet.unit
     yield Disc(frame, "motor", (-1.6 * u, 1.6 * u), 0.85 * u)
     yield Label(frame, "M", (-1.6 * u, 1.6 * u), "symbol")
@@ -250,7 +252,7 @@ def drive(sheet: Sheet, _name: str, drive: Any) -> Iterator[Mark]:
     """A turning arrow about the pivot of a driven link, a straight one at a driven point."""
     u = sheet.unit
     if drive.target not in sheet.mechanism.points:
-        yield from turning(sheet.frame(FIXED + _pivot(sheet, drive.target)), "drive", 1.15 * u)
+        yield from turning(sheet.frame(FIXED + sheet.pivot(drive.target)), "drive", 1.15 * u)
         return
     guides = {guide.point: guide.along for guide in sheet.mechanism.guides}
     tail, tip = turned(((-1.6, 1.2), (1.6, 1.2)), guides.get(drive.target, (1.0, 0.0)), u)
@@ -267,7 +269,7 @@ def unknown(sheet: Sheet, name: str, element: Any) -> Iterator[Mark]:
     for field in ("point", "at", "a", "first", "link", "target", "start"):
         at = getattr(element, field, None)
         if isinstance(at, str) and place(at).point in sheet.mechanism.points:
-            frame = _reference(sheet, at)
+            frame = sheet.at(*place(at))
         elif isinstance(at, str) and at in sheet.inks:
             frame = sheet.body(at)
         else:
@@ -295,6 +297,7 @@ SYMBOLS: dict[str, Symbol] = {
     "TorsionSpring": spiral,
     "Force": force,
     "Torque": torque,
+    "LineLoad": line_load,
     "Motor": motor,
     "Drive": drive,
     "Mass": mass,
@@ -316,46 +319,15 @@ def _forces(sheet: Sheet, name: str, element: Any) -> Iterator[Mark]:
 
 
 def _gravity(sheet: Sheet) -> Iterator[Mark]:
-    gx, gy = sheet.mechanism.gravity
-    size = hypot(gx, gy)
-    if size > 0:
+    if any(sheet.mechanism.gravity):
+        gx, gy = unit(sheet.mechanism.gravity)
         places, u = np.array(list(sheet.mechanism.points.values())), sheet.unit
         corner = (float(places[:, 0].max()) + 3 * u, float(places[:, 1].max()) + 3 * u)
-        tip = (corner[0] + 3 * u * gx / size, corner[1] + 3 * u * gy / size)
+        tip = (corner[0] + 3 * u * gx, corner[1] + 3 * u * gy)
         yield from arrow("", "other", corner, tip, 0.8 * u)
         yield Label("", "g", (corner[0] + 0.7 * u, corner[1]), "symbol")
-
-
-def _unit(vector: Pair) -> Pair:
-    size = hypot(*vector)
-    return vector[0] / size, vector[1] / size
 
 
 def _moving(joint: Any) -> str:
     """The body of a joint that is not the ground."""
     return str(joint.second if joint.first == GROUND else joint.first)
-
-
-def _ends(sheet: Sheet, link: str) -> tuple[str, str]:
-    found = sheet.mechanism.link(link)
-    return found.start, found.end
-
-
-def _pivot(sheet: Sheet, link: str) -> str:
-    """Point in which a link turns on the ground, or its start."""
-    grounded = [joint.point for joint in sheet.mechanism.joints if {joint.first, joint.second} == {GROUND, link}]
-    return str(grounded[0]) if grounded else _ends(sheet, link)[0]
-
-
-def _shared(sheet: Sheet, first: str, second: str) -> str:
-    """Point that two bodies share: that of their joint, or one both reach."""
-    for joint in sheet.mechanism.joints:
-        if {joint.first, joint.second} == {first, second}:
-            return str(joint.point)
-    return _pivot(sheet, second if first == GROUND else first)
-
-
-def _reference(sheet: Sheet, ref: str) -> str:
-    """Frame of a point reference as an element writes it."""
-    body, point = place(ref)
-    return sheet.at(body, point) if body else sheet.frame(point)

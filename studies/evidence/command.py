@@ -12,7 +12,6 @@ import re
 import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict
-from functools import cache
 from itertools import zip_longest
 from math import hypot
 from pathlib import Path
@@ -24,6 +23,7 @@ from buckler.studies.kit import registry
 from buckler.studies.kit.options import writable, wrong_input
 from buckler.studies.kit.report import atomic, to_json, write
 from buckler.studies.kit.running import attempt, drawn
+from buckler.studies.sweeping.worker import sources
 
 
 def evidence(options: argparse.Namespace) -> int:
@@ -34,7 +34,7 @@ def evidence(options: argparse.Namespace) -> int:
         folder = writable(options.out / "evidence")
     except ValueError as error:
         return wrong_input(error)
-    _source()  # of what is loaded now, though files may change while it runs
+    sources()  # of what is loaded now, though files may change while it runs
     chosen = _chosen(options)
     _tell(f"{len(chosen)} items, some {sum(_seconds(name) for name in chosen):.0f} s when last kept", options)
     wrong = [line for path in pages() for line in stale(path)] if options.check else []
@@ -119,7 +119,7 @@ def _found(name: str, item: Item, folder: Path, options: argparse.Namespace) -> 
     """What an item finds: read if it has run with this source and these settings, run if not."""
     study = registry.load(item.study)
     parameters = study.Parameters(**item.given, **({"data": str(options.data)} if item.needs_data else {}))
-    mark = hashlib.sha256(f"{_source()}{parameters}".encode()).hexdigest()
+    mark = hashlib.sha256(f"{sources()}{parameters}".encode()).hexdigest()
     path = folder / name / "evidence.json"
     if path.exists():
         before: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
@@ -143,13 +143,6 @@ def _keep(name: str, item: Item, content: Mapping[str, Any], folder: Path) -> No
         file.write(to_json(kept).encode())
     for figure, picture in item.figures.items():
         (ROOT / "docs" / "figures" / f"{picture}.png").write_bytes((folder / name / f"{figure}.png").read_bytes())
-
-
-@cache
-def _source() -> str:
-    """Mark of everything that a study may call."""
-    paths = sorted(path for room in ("elastica", "mbs", "studies") for path in (ROOT / room).rglob("*.py"))
-    return hashlib.sha256(b"".join(path.read_bytes() for path in paths)).hexdigest()
 
 
 def _seconds(name: str) -> float:

@@ -4,7 +4,7 @@
 
 names the item, its metric and the form: digits, with `%` as per cent, with `*1e3` scaled, with `±` to the digits of its error.
 `metric@error`, `@exact` and `@published` name what stands beside a value, `work@name` what a run took. A form that ends with
-`~` is of a time or of a ratio of times: no new run need repeat it. A line of its own
+`~` is of a time, of a ratio of times, or of what hangs on how a processor rounds: no new run need repeat it. A line of its own
 
     <!--= buffering-world table 0 -->
 
@@ -28,8 +28,8 @@ FORM = re.compile(r"(\.\d+[efg]|±)(%?)(?:\*([\d.e+-]+))?~?")
 
 
 def pages() -> list[Path]:
-    """README and the pages of docs/."""
-    return [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+    """README, the pages of docs/, and the paper."""
+    return [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")), ROOT / "docs" / "paper" / "paper.md"]
 
 
 class Quoted(NamedTuple):

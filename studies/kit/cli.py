@@ -77,10 +77,9 @@ def _dispatch(study: str | None, words: list[str]) -> int:
 
         return sweep_study(words[1], words[2:])
     if words[:1] and words[0] in TURNING:
-        from buckler.studies.own import turning
+        from buckler.studies.own.explore import COMMANDS
 
-        answer: int = getattr(turning, words[0])(words[1:], f"{program()} {words[0]}")
-        return answer
+        return COMMANDS[words[0]](words[1:], f"{program()} {words[0]}")
     parser = _parser()
     if "_ARGCOMPLETE" in os.environ:
         from buckler.studies.kit.completion import complete
@@ -90,9 +89,13 @@ def _dispatch(study: str | None, words: list[str]) -> int:
         return _version()
     try:
         options = parser.parse_args(words)
+        status: int = options.answer(options)
     except ValueError as error:
         return wrong_input(error)
-    status: int = options.answer(options)
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        return wrong_input(ValueError(f"{error.filename}: {error.strerror}"))
     return status
 
 
@@ -155,7 +158,7 @@ def _evidence(options: argparse.Namespace) -> int:
 
     for name in options.only or ():
         if name not in ITEMS:
-            return wrong_input(ValueError(f"--only = {name}: must be one of {', '.join(ITEMS)}"))
+            raise ValueError(f"--only = {name}: must be one of {', '.join(ITEMS)}")
     return evidence(options)
 
 
@@ -166,7 +169,7 @@ def _compile(_options: argparse.Namespace) -> int:
     try:
         spent = compile_all()
     except ModuleNotFoundError as error:
-        return wrong_input(ValueError(str(error)))
+        raise ValueError(str(error)) from None
     print(f"compiled in {spent:.0f} s; it is kept for later runs" if spent else "all is compiled already")
     return 0
 
@@ -213,19 +216,15 @@ def _new(options: argparse.Namespace) -> int:
         for name, path in examples.items():
             print(f"{name:15} {path.read_text(encoding='utf-8').partition(chr(10))[0].lstrip('# ')}")
         return 0
+    if options.name not in examples:
+        hint = registry.hint(options.name, examples)
+        raise ValueError(f"unknown example '{options.name}'; {hint + ' ' if hint else ''}there are: {', '.join(examples)}")
+    out = options.out or Path(f"{options.name}.toml")
     try:
-        if options.name not in examples:
-            hint = registry.hint(options.name, examples)
-            raise ValueError(f"unknown example '{options.name}'; {hint + ' ' if hint else ''}there are: {', '.join(examples)}")
-        out = options.out or Path(f"{options.name}.toml")
         with out.open("x", encoding="utf-8") as file:
             file.write(examples[options.name].read_text(encoding="utf-8"))
     except FileExistsError:
-        return wrong_input(ValueError(f"{out} is there already; name another with --out"))
-    except OSError as error:
-        return wrong_input(ValueError(f"{out}: {error.strerror}"))
-    except ValueError as error:
-        return wrong_input(error)
+        raise ValueError(f"{out} is there already; name another with --out") from None
     print(f"written to {out}; now: {program()} show {out}, {program()} run {out}")
     return 0
 
@@ -234,12 +233,7 @@ def _show(options: argparse.Namespace) -> int:
     """Draw a mechanism and tell what it is made of."""
     from buckler.studies.own.show import show
 
-    try:
-        print(show(options.file, options.out))
-    except ValueError as error:
-        return wrong_input(error)
-    except OSError as error:
-        return wrong_input(ValueError(f"{error.filename or options.file}: {error.strerror}"))
+    print(show(options.file, options.out))
     return 0
 
 
@@ -257,12 +251,10 @@ def _export(store: Path, out: Path, signals: Path | None) -> int:
     """Write a store as a table; say what it holds."""
     from buckler.studies.sweeping import export
 
+    rows, units = export.read(store)
     try:
-        rows, units = export.read(store)
         export.write(export.columns(rows, units), out)
         count = export.write_signals(store, signals) if signals else 0
-    except ValueError as error:
-        return wrong_input(error)
     except OSError as error:
         print(f"cannot write {error.filename or out}: {error.strerror}", file=sys.stderr)
         return 1
@@ -274,12 +266,7 @@ def _merge(options: argparse.Namespace) -> int:
     """Put stores together."""
     from buckler.studies.sweeping.merge import merge
 
-    try:
-        found = merge(options.parts, options.out)
-    except ValueError as error:
-        return wrong_input(error)
-    except OSError as error:
-        return wrong_input(ValueError(f"{error.filename or options.out}: {error.strerror}"))
+    found = merge(options.parts, options.out)
     left = f"; {found.cases - found.ended} have not ended" if found.cases > found.ended else ""
     print(f"{len(options.parts)} stores, {found.cases} cases, merged into {options.out}{left}")
     return 0
@@ -301,6 +288,3 @@ def run_study(name: str, argv: Sequence[str], prog: str) -> int:
     begin = time.perf_counter()
     result = attempt(study.run, parameters, options)
     return finish(name, study, result, folder, options, time.perf_counter() - begin)
-
-
-# --- the run ----------------------------------------------------------------------------------------------------------

@@ -8,6 +8,7 @@ import importlib
 import os
 
 from buckler.studies.kit import registry
+from buckler.studies.kit.options import study_parser
 from buckler.studies.kit.running import MECHANISMS, program
 
 PARSERS = {"run": "buckler.studies.own.command", "sweep": "buckler.studies.sweeping.asked"}
@@ -44,8 +45,6 @@ def options_of(command: str, name: str) -> argparse.ArgumentParser | None:
     prog = f"{program()} {command} {name}"
     try:
         if command == "run" and not name.endswith(MECHANISMS):
-            from buckler.studies.kit.options import study_parser
-
             return study_parser(registry.load(name), prog)
         found: argparse.ArgumentParser = importlib.import_module(PARSERS[command]).parser(name, prog)
         return found

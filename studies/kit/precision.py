@@ -13,10 +13,9 @@ import numpy as np
 from buckler.mbs.accuracy.precision import Point, work_precision
 from buckler.studies.kit.labels import Label, write_labels
 from buckler.studies.kit.parameters import StudyParameters
-from buckler.studies.kit.report import Metric, Progress, Table, provenance
+from buckler.studies.kit.report import Array, Metric, Progress, Table, provenance
 from buckler.studies.kit.style import Figure, plain_ticks, subplots
 
-Array = np.ndarray[Any, Any]
 Runs = Mapping[str, Mapping[str, Callable[[], Any]]]
 """What makes a run, by series and setting."""
 Series = Mapping[str, Mapping[str, Point]]

@@ -13,7 +13,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, TypeVar
@@ -27,8 +27,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 T = TypeVar("T")
-
-# --- what a study hands back ------------------------------------------------------------------------------------------
+Array = np.ndarray[Any, Any]
 
 
 @dataclass(frozen=True)
@@ -110,6 +109,10 @@ class StudyResult:
     pages: Mapping[str, str] = field(default_factory=dict)
     units: Mapping[str, str] = field(default_factory=dict)
 
+    def changed(self, **values: Any) -> StudyResult:
+        """The same with other values."""
+        return replace(self, **values)
+
     def __post_init__(self) -> None:
         if self.status != "OK" and not self.message:
             raise ValueError(f"status = {self.status}: a message must say what went wrong")
@@ -123,6 +126,13 @@ def judged(wrong: Sequence[str], message: str = "") -> dict[str, Any]:
     return {"status": "SUSPECT" if wrong else "OK", "message": "; ".join(wrong) or message}
 
 
+def worst(runs: Iterable[tuple[str, Any]], notes: Iterable[str] = ()) -> dict[str, Any]:
+    """Status and message of a study: those of the worst of its runs, each a name and what has both, and all that was noted."""
+    wrong = [(name, run) for name, run in runs if run.status != "OK"]
+    status = min((run.status for _, run in wrong), key=lambda status: status == "SUSPECT", default="OK")
+    return {"status": str(status), "message": "; ".join([*(f"{name}: {run.message}" for name, run in wrong), *notes])}
+
+
 def metrics_table(metrics: Mapping[str, Metric]) -> Table:
     """One row a metric; columns nobody fills are left out."""
     rows = [(name, *_printed(m), None if m.error is None else relative(m.error)) for name, m in metrics.items()]
@@ -133,7 +143,7 @@ def metrics_table(metrics: Mapping[str, Metric]) -> Table:
 
 def relative(error: float) -> str:
     """A relative error as people read it: per cent, or a power of ten below a thousandth."""
-    return f"{100 * error:.2g} %" if 1e-3 <= error < 10 else f"{error:.1e}"
+    return f"{error:.1e}" if error < 1e-3 else f"{100 * error:.2g} %" if error < 1 else f"{100 * error:.0f} %"
 
 
 def _printed(metric: Metric) -> tuple[Any, ...]:
@@ -193,8 +203,6 @@ def _pace() -> float:
 
 
 QUIET = Progress(quiet=True)
-
-# --- files ------------------------------------------------------------------------------------------------------------
 
 
 def write(result: StudyResult, folder: Path, figures: Mapping[str, Figure], trusted: bool = False) -> str:
@@ -297,9 +305,6 @@ def plain(content: Any, beyond: Callable[[float], Any]) -> Any:
 
 def _without_none(metric: Metric) -> dict[str, Any]:
     return {key: value for key, value in asdict(metric).items() if value is not None or key == "value"}
-
-
-# --- provenance -------------------------------------------------------------------------------------------------------
 
 
 def provenance(parameters: StudyParameters) -> dict[str, Any]:

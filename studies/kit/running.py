@@ -7,7 +7,6 @@ import sys
 import time
 import traceback
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
@@ -39,15 +38,22 @@ def attempt(run: Callable[..., StudyResult], parameters: Any, options: argparse.
         except Exception as error:
             traceback.print_exc()
             result = StudyResult(parameters=parameters, status="ERROR", message=_named(error))
-    return replace(result, work={"wall_s": time.perf_counter() - begin, **result.work})
+    return result.changed(work={"wall_s": time.perf_counter() - begin, **result.work})
 
 
 def finish(name: str, study: Any, result: StudyResult, folder: Path, options: argparse.Namespace, wall: float) -> int:
     """Draw, write and print what a run found, the status always; return the exit status."""
-    from buckler.studies.kit.report import write
-
     with _aside(options):
         result, figures = drawn(study, result)
+    return told(name, result, figures, folder, options, f"in {wall:.2g} s, written to {folder}")
+
+
+def told(
+    name: str, result: StudyResult, figures: Mapping[str, Figure], folder: Path, options: argparse.Namespace, where: str
+) -> int:
+    """Write and print a result and where it is kept, the status always; return the exit status."""
+    from buckler.studies.kit.report import write
+
     trusted = options.trust and result.status == "SUSPECT"
     try:
         text = write(result, folder, figures, trusted)
@@ -58,7 +64,7 @@ def finish(name: str, study: Any, result: StudyResult, folder: Path, options: ar
         print(text, end="")
     elif not options.quiet:
         more = f"{_work(result)}\n" if options.verbose else ""
-        print(f"{result}\n\n{more}{name}: {result.status} in {wall:.2g} s, written to {folder}")
+        print(f"{result}\n\n{more}{name}: {result.status} {where}")
     if result.status != "OK":
         print(f"{name}: {result.status}{' (allowed)' if trusted else ''}: {result.message}", file=sys.stderr)
     return 0 if result.status == "OK" or trusted else 1
@@ -90,7 +96,7 @@ def drawn(study: ModuleType, result: StudyResult) -> tuple[StudyResult, Mapping[
             figures = study.figure(result)
     except Exception as error:
         traceback.print_exc()
-        return replace(result, status="ERROR", message=f"drawing the figures: {_named(error)}"), {}
+        return result.changed(status="ERROR", message=f"drawing the figures: {_named(error)}"), {}
     return result, figures if isinstance(figures, Mapping) else {"figure": figures}
 
 

@@ -2,20 +2,32 @@
 
 from __future__ import annotations
 
+from math import nan, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.stats import sem
 
-from buckler.studies.kit.report import Metric
+from buckler.studies.kit.report import Array, Metric
 
-Array = np.ndarray[Any, Any]
+
+class Mean(NamedTuple):
+    """Of independent values: its standard error, nan of a single one, and how many they are."""
+
+    value: float
+    error: float
+    n: int
+
+    @classmethod
+    def of(cls, values: Array) -> Mean:
+        """Of values, shape (n,)."""
+        n = len(values)
+        return cls(float(values.mean()) if n else nan, float(values.std(ddof=1)) / sqrt(n) if n > 1 else nan, n)
 
 
 def mean(unit: str, values: Any) -> Metric:
     """Mean of independent values, and its relative standard error where there are several."""
-    found = float(np.mean(values))
-    return Metric(found, unit, error=float(sem(values)) / abs(found) if np.size(values) > 1 and found else None)
+    found = Mean.of(np.asarray(values))
+    return Metric(found.value, unit, error=found.error / abs(found.value) if found.n > 1 and found.value else None)
 
 
 class PowerLaw(NamedTuple):

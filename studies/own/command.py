@@ -10,19 +10,16 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
-from buckler.mbs.accuracy.aim import ALL_FORCES, PLACES, Aim
-from buckler.mbs.documents.document import changed, read
-from buckler.mbs.documents.shorthand import expanded
+from buckler.mbs.accuracy.words import PLACES, WORDS, wanted
+from buckler.mbs.documents.document import changed
 from buckler.mbs.interrupts import Interrupted
 from buckler.mbs.mechanism import RUN, Mechanism
 from buckler.studies.kit.options import Parser, answers, check_words, noted, writable, wrong_input
 from buckler.studies.own import solver as solvers
-from buckler.studies.own.places import set_all, spec, to_json
+from buckler.studies.own.places import opened, set_all, spec, to_json
 from buckler.studies.own.study import Family, Parameters
 
 Made = TypeVar("Made")
-SETTINGS = ("duration", "accuracy", "of", "solver", "verify", "ledger", "measure")
-"""What the table [run] of a file may hold; options of the same names override it."""
 DEFAULT_DURATION = 1.0
 PROBED = 1e-6
 """Duration of the run that shows which signals there are, s."""
@@ -48,7 +45,7 @@ def options(parser: argparse.ArgumentParser) -> None:
         help="another value at a place of the file, as links.coupler.body.section.thickness=0.2mm; may be repeated")  # fmt: skip
     add("--measure", action="append", default=[], metavar="FORMULA",
         help="a number to read off, as 'max(B.contact_force)'; may be repeated; default the peaks of all forces")  # fmt: skip
-    about = "the solver, instead of an accuracy, and its settings"
+    about = "the solver and its settings; with an accuracy it is kept, and its steps and elements are chosen"
     add = parser.add_argument_group("the solver", about).add_argument
     add("--solver", choices=tuple(solvers.SOLVERS), help="default exudyn")
     for name, setting in solvers.settings().items():
@@ -116,13 +113,7 @@ def _page(result: Any, parameters: Parameters, folder: Path, chosen: argparse.Na
 
 def _settings(path: Path, chosen: argparse.Namespace) -> tuple[dict[str, Any], dict[str, Any]]:
     """Everything a run is made with but its changes, and these."""
-    document = read(path)
-    run = document.pop(RUN, {})
-    document.pop("about", None)
-    if not isinstance(run, dict) or set(run) - set(SETTINGS):
-        odd = sorted(set(run) - set(SETTINGS)) if isinstance(run, dict) else [str(run)]
-        raise ValueError(f"{RUN}.{odd[0]}: unknown key; known: {', '.join(SETTINGS)}")
-    document = expanded(document)
+    document, run = opened(path)
     Mechanism.from_dict(document)
     changes = set_all(document, chosen.changes)
     measures = chosen.measure or run.get("measure", [])
@@ -156,11 +147,11 @@ def _settings(path: Path, chosen: argparse.Namespace) -> tuple[dict[str, Any], d
 def _of(given: Any, accuracy: float | None) -> Any:
     """What an accuracy is asked of: a word, or names of signals."""
     names = [given] if isinstance(given, str) else given
-    word = names[0] if isinstance(names, list) and len(names) == 1 and names[0] in (PLACES, ALL_FORCES) else None
-    aim = Aim(word or names)
-    if accuracy is None and not aim.motion:
+    word = names[0] if isinstance(names, list) and len(names) == 1 and names[0] in WORDS else None
+    of = wanted(word or names)
+    if accuracy is None and of != PLACES:
         raise ValueError("--of: without --accuracy; give both")
-    return aim.of
+    return of
 
 
 def _solver(chosen: argparse.Namespace, run: dict[str, Any]) -> dict[str, Any]:

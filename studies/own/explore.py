@@ -5,9 +5,12 @@ The server answers this machine only, and only who knows the token in the page's
 
 from __future__ import annotations
 
+import argparse
 import json
 import secrets
-from collections.abc import Mapping, Sequence
+import webbrowser
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib.resources import files
@@ -21,12 +24,12 @@ import numpy as np
 from buckler.mbs.compiler import compiler
 from buckler.mbs.documents import document as documents
 from buckler.mbs.documents.document import changed
+from buckler.mbs.documents.shorthand import expanded
 from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.sensitivity.numbers import standing
+from buckler.mbs.sensitivity.numbers import Family
 from buckler.mbs.simulation import simulate
 from buckler.mbs.solvers.spectral import Spectral
-from buckler.studies.kit.options import check_words, noted, wrong_input
-from buckler.studies.own.turning import common, number_range, numbers, opened
+from buckler.studies.own.turning import Opened, answered, common, fit, number_range, numbers, optimise, sensitivity
 
 HOST = "127.0.0.1"
 PICTURES, DIGITS = 240, 5
@@ -51,20 +54,24 @@ class Explorer:
     """A mechanism whose numbers are turned."""
 
     def __init__(self, path: Path, document: dict[str, Any], duration: float, free: Mapping[str, Any]) -> None:
-        self.path, self.document, self.duration, self.lock = path, document, duration, Lock()
+        self.path, self.duration, self.lock = path, duration, Lock()
+        self.family = Family.of(document, free, {})
+        self._known(free)
         self.sliders = [self._slider(name, ends) for name, ends in free.items()]
 
+    def _known(self, names: Iterable[str]) -> None:
+        if other := sorted(set(names) - set(self.family.values)):
+            raise ValueError(f"{other[0]}: has no slider")
+
     def _slider(self, path: str, ends: tuple[float, float] | None) -> Slider:
-        _, now, unit = standing(self.document, path)
+        now = self.family.values[path]
         low, high = ends or sorted(part * now for part in AROUND)
-        return Slider(path, float(now), low, high, unit)
+        return Slider(path, now, low, high, self.family.units[path])
 
     def mechanism(self, values: Mapping[str, Any]) -> Mechanism:
         """With these values; those of other paths than the sliders' are refused."""
-        known = {slider.path for slider in self.sliders}
-        if other := sorted(set(values) - known):
-            raise ValueError(f"{other[0]}: has no slider")
-        return Mechanism.from_dict(changed(self.document, {path: float(value) for path, value in values.items()}))
+        self._known(values)
+        return self.family.make({path: float(value) for path, value in values.items()})
 
     def moved(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """Run once and return the pictures; nothing has looked at the run's error yet."""
@@ -90,7 +97,7 @@ class Explorer:
     def saved(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """Write the file with these values beside the one that was opened, never over another."""
         self.mechanism(values)
-        content = changed(documents.read(self.path), {path: float(value) for path, value in values.items()})
+        content = changed(expanded(documents.read(self.path)), {path: float(value) for path, value in values.items()})
         number = 1
         while (out := self.path.with_name(f"{self.path.stem}-{number}{self.path.suffix}")).exists():
             number += 1
@@ -156,24 +163,21 @@ def explore(argv: Sequence[str], prog: str) -> int:
         help="a number with a slider; may be repeated; default all that are not zero but places")  # fmt: skip
     parser.add_argument("--port", type=int, default=0, help="of the server; default any that is free")
     parser.add_argument("--no-browser", action="store_true", help="print the address only")
-    try:
-        chosen, unknown = parser.parse_known_args(noted(argv))
-        check_words(unknown, chosen)
-        file = opened(chosen.file, chosen.changes, chosen.duration)
-        free = dict(number_range(file.document, text) if "=" in text else (text, None) for text in chosen.free)
-        document = file.document if free else Mechanism.from_dict(file.document).to_dict()
-        explorer = Explorer(chosen.file, document, file.duration, free or dict.fromkeys(numbers(document)))
-        made, address = server(explorer, chosen.port)
-    except (ValueError, OSError, OverflowError) as error:
-        return wrong_input(ValueError(str(error)))
+    return answered(parser, argv, _serve)
+
+
+def _serve(chosen: argparse.Namespace, file: Opened) -> int:
+    free = dict(number_range(file.document, text) if "=" in text else (text, None) for text in chosen.free)
+    document = file.document if free else Mechanism.from_dict(file.document).to_dict()
+    explorer = Explorer(chosen.file, document, file.duration, free or dict.fromkeys(numbers(document)))
+    made, address = server(explorer, chosen.port)
     print(f"{address}\nEnds with Ctrl-C.", flush=True)
     if not chosen.no_browser:
-        import webbrowser
-
         webbrowser.open(address)
-    with made:
-        try:
-            made.serve_forever(poll_interval=0.2)
-        except KeyboardInterrupt:
-            return 0
+    with made, suppress(KeyboardInterrupt):
+        made.serve_forever(poll_interval=0.2)
     return 0
+
+
+COMMANDS = {"sensitivity": sensitivity, "fit": fit, "optimise": optimise, "explore": explore}
+"""All that turn numbers."""

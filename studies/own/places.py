@@ -5,13 +5,35 @@ from __future__ import annotations
 import json
 import tomllib
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 from buckler.mbs.declare import Quantity, Spec, Whole
-from buckler.mbs.documents.document import changed
-from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.documents.document import changed, read
+from buckler.mbs.documents.shorthand import expanded
+from buckler.mbs.mechanism import RUN, Mechanism
 from buckler.mbs.sensitivity.numbers import standing
 from buckler.studies.kit.parameters import Parameter
+
+SETTINGS = ("duration", "accuracy", "of", "solver", "verify", "ledger", "measure")
+"""What the table [run] of a file may hold; options of the same names override it."""
+
+
+def opened(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
+    """The document in a file, its short forms written out, and its table [run].
+
+    Raises
+    ------
+    ValueError
+        In one line.
+    """
+    document = expanded(read(path))
+    document.pop("about", None)
+    run = document.pop(RUN, {})
+    if not isinstance(run, dict) or set(run) - set(SETTINGS):
+        odd = sorted(set(run) - set(SETTINGS)) if isinstance(run, dict) else [str(run)]
+        raise ValueError(f"{RUN}.{odd[0]}: unknown key; known: {', '.join(SETTINGS)}")
+    return document, run
 
 
 def typed(text: str) -> Any:

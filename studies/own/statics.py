@@ -1,4 +1,4 @@
-"""`buckler equilibrium FILE`, `path FILE`, `frequencies FILE`: statics of a mechanism's file from the command line."""
+"""`buckler equilibrium FILE`, `path FILE`, `frequencies FILE`, `periodic FILE`: statics of a file from the command line."""
 
 from __future__ import annotations
 
@@ -7,8 +7,6 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from buckler.studies.kit.options import wrong_input
-
 if TYPE_CHECKING:
     from buckler.mbs.mechanism import Mechanism
 
@@ -16,6 +14,7 @@ COMMANDS = {
     "equilibrium": "find where the mechanism of a file rests, and whether that is stable",
     "path": "follow its equilibria as a load grows, a drive moves or a number changes: limits, branchings, flutter",
     "frequencies": "natural frequencies about its equilibrium, with damping and errors",
+    "periodic": "find a motion that repeats itself after a period, its multipliers and whether it is stable",
 }
 
 
@@ -32,6 +31,9 @@ def declare(commands: Any) -> None:
             add("--all", action="store_true", help="also list further equilibria")
         elif name == "frequencies":
             add("--count", type=int, default=6, help="how many, rigid motions among them; default 6")
+        elif name == "periodic":
+            add("--period", type=float, required=True, help="of what drives it, or where the search begins [s]")
+            add("--settle", type=int, default=0, help="periods that are run before; default 0")
         else:
             add(
                 "--to",
@@ -56,14 +58,9 @@ def answer(options: argparse.Namespace) -> int:
     """Ask the statics, print and file the answer; the exit status is 1 where it is not OK."""
     from buckler.mbs.mechanism import Mechanism  # it loads NumPy, which the list of commands does without
 
-    try:
-        found = _ask(options.statics, Mechanism.load(options.file), options)
-        if options.csv:
-            _write(found, options)
-    except ValueError as error:
-        return wrong_input(error)
-    except OSError as error:
-        return wrong_input(ValueError(f"{error.filename or options.file}: {error.strerror}"))
+    found = _ask(options.statics, Mechanism.load(options.file), options)
+    if options.csv:
+        _write(found, options)
     print(found)
     for each in (*getattr(found, "others", ()), *getattr(found, "branches", ())):
         print(f"\n{each}")
@@ -77,6 +74,8 @@ def _ask(kind: str, mechanism: Mechanism, options: argparse.Namespace) -> Any:
         return mbs.equilibrium(mechanism, options.load, degree=options.degree, all=options.all)
     if kind == "frequencies":
         return mbs.frequencies(mechanism, count=options.count, degree=options.degree)
+    if kind == "periodic":
+        return mbs.periodic(mechanism, options.period, settle=options.settle, degree=options.degree)
     if (options.plot or options.csv) and not options.point:
         raise ValueError("--point LINK:POINT is missing: whose places are drawn or written")
     found = mbs.path(

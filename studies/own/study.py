@@ -6,12 +6,14 @@ import hashlib
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from math import isfinite, nan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from buckler.mbs.accuracy.aim import PLACES, Aim
+from buckler.mbs.accuracy.words import PLACES, spoken, wanted
 from buckler.mbs.documents.document import changed
 from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.sensitivity.doubt import doubt
 from buckler.mbs.sensitivity.reading import measure
 from buckler.mbs.units import labelled
 from buckler.mbs.validate import number, positive
@@ -29,7 +31,6 @@ PEAKS = ("contact_force", "normal_force", "force", "torque", "current", "fx", "f
          "end_shortening", "penetration")  # fmt: skip
 """Signals whose largest size is told where no measure is asked for: last part of their names."""
 MOST_DRAWN = 6
-DURATION, ACCURACY, LEDGER = "duration", "accuracy", "ledger"
 
 
 @dataclass(frozen=True)
@@ -83,11 +84,8 @@ class Parameters(StudyParameters):
         positive("duration", self.duration, "s")
         if self.accuracy is not None:
             number("accuracy", self.accuracy, 1e-6, 0.1, "1")
-        object.__setattr__(self, "of", Aim(self.of).of)
-        if solver(dict(self.solver), self.mechanism()) is not None and self.accuracy is not None:
-            raise ValueError(
-                f"accuracy = {self.accuracy:g} and solver: give one of them; an accuracy chooses the settings itself"
-            )
+        object.__setattr__(self, "of", wanted(self.of))
+        solver(dict(self.solver), self.mechanism())  # refuses wrong settings before any run
 
     def __getattr__(self, path: str) -> Any:
         """The value at a changed place."""
@@ -107,7 +105,7 @@ class Parameters(StudyParameters):
         run |= {"measures": list(self.measures)}
         run |= {"verify": True} if self.verify else {}
         run |= {"solver": dict(self.solver)} if self.solver else {}
-        run |= {} if Aim(self.of).motion else {"of": Aim(self.of).words}
+        run |= {} if self.of == PLACES else {"of": spoken(self.of)}
         return {"mechanism": f"{self.name} {digest(self.document)}", **run, **dict(self.changes)}
 
 
@@ -172,11 +170,12 @@ def read_off(parameters: Parameters, result: Result) -> StudyResult:
 
 
 def _metrics(parameters: Parameters, result: Result) -> dict[str, Metric]:
-    texts = parameters.measures or peaks(result.signals)
+    texts = parameters.measures or peaks(result)
     found = {}
     for text in texts:
         value, unit = measure(text, result.time, result.signals, result.units)
-        found[text] = Metric(value, unit)
+        off = doubt(text, result) / abs(value) if value else nan
+        found[text] = Metric(value, unit, error=off if isfinite(off) else None)
     if parameters.accuracy is not None:
         found["relative error"] = Metric(result.error.motion, "1")
         found |= {f"relative error of {name}": Metric(result.error[name], "1") for name in _asked(parameters)}
@@ -192,9 +191,10 @@ def _asked(parameters: Parameters) -> tuple[str, ...]:
     return () if isinstance(parameters.of, str) else tuple(parameters.of)
 
 
-def peaks(signals: Mapping[str, Any]) -> list[str]:
-    """Measures for everybody: the largest size of forces, torques and deflections."""
-    return [f"max(abs({name}))" for name in signals if name.rpartition(".")[2] in PEAKS]
+def peaks(result: Result) -> list[str]:
+    """Measures for everybody: the largest size of forces, torques and deflections; of means where a ringing is not followed."""
+    names = [name for name in result.signals if name.rpartition(".")[2] in PEAKS]
+    return [f"max(abs({name}{'.mean' if name in result.error.unresolved else ''}))" for name in names]
 
 
 def figure(result: StudyResult) -> dict[str, Figure]:

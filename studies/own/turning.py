@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+import argparse
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from buckler.mbs.documents.document import changed, read
-from buckler.mbs.mechanism import RUN, Mechanism
+from buckler.mbs.documents.document import changed
+from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.sensitivity.derivatives import sensitivities
+from buckler.mbs.sensitivity.design import optimise as designed
+from buckler.mbs.sensitivity.fitting import fit as fitted
+from buckler.mbs.sensitivity.frozen import RunFailedError
+from buckler.mbs.sensitivity.numbers import DURATION, standing
 from buckler.mbs.units import parse_quantity
 from buckler.studies.kit.options import Parser, check_words, noted, wrong_input
+from buckler.studies.own import places
 from buckler.studies.own.command import DEFAULT_DURATION, named
-from buckler.studies.own.places import set_all
 
 NOT_TURNED = ("elements", "points", "velocities", "gravity")
 """Parts of a document whose numbers are not turned unless they are named: whole numbers and places."""
@@ -34,13 +40,11 @@ def opened(path: Path, changes: Sequence[str] = (), duration: str | None = None)
     ValueError
         In one line with the file's name.
     """
-    document = named(path, read, path)
-    run = document.pop(RUN, {})
-    document.pop("about", None)
+    document, run = named(path, places.opened, path)
     given = run.get("duration", DEFAULT_DURATION) if duration is None else duration
     seconds = float(given) if isinstance(given, int | float) else named(path, parse_quantity, str(given), "s")
     measures = run.get("measure", [])
-    document = changed(document, set_all(document, list(changes)))
+    document = changed(document, places.set_all(document, list(changes)))
     named(path, Mechanism.from_dict, document)
     return Opened(document, seconds, (measures,) if isinstance(measures, str) else tuple(map(str, measures)))
 
@@ -57,11 +61,23 @@ def common(prog: str, about: str) -> Parser:
     return parser
 
 
+def answered(parser: Parser, argv: Sequence[str], answer: Callable[[argparse.Namespace, Opened], int]) -> int:
+    """Answer with the options and the file they name; the exit status: 2 if these are wrong, 1 if a run fails."""
+    try:
+        chosen, unknown = parser.parse_known_args(noted(argv))
+        check_words(unknown, chosen)
+        return answer(chosen, opened(chosen.file, chosen.changes, chosen.duration))
+    except RunFailedError as error:
+        print(f"{chosen.file}: {error}")
+        return 1
+    except BrokenPipeError:
+        raise
+    except (ValueError, OSError, OverflowError) as error:
+        return wrong_input(ValueError(str(error)))
+
+
 def sensitivity(argv: Sequence[str], prog: str) -> int:
     """Print derivatives of readings; the exit status."""
-    from buckler.mbs.sensitivity.derivatives import sensitivities
-    from buckler.mbs.sensitivity.frozen import RunFailedError
-
     parser = common(prog, "Derivatives of readings by the numbers of a mechanism, each with its error.")
     parser.add_argument("--by", action="append", default=[], metavar="PATH[=SPREAD]",
         help="a number, as links.coupler.body.section.thickness, with its standard deviation if the spread of readings is "
@@ -69,21 +85,16 @@ def sensitivity(argv: Sequence[str], prog: str) -> int:
     parser.add_argument("--of", action="append", default=[], metavar="READING",
         help="what is read off, as 'max(B.contact_force)', 'when(B.x, 0.1, 1)', 'frequency(1)'; may be repeated; default the "
         "measures of the file")  # fmt: skip
-    try:
-        chosen, unknown = parser.parse_known_args(noted(argv))
-        check_words(unknown, chosen)
-        file = opened(chosen.file, chosen.changes, chosen.duration)
-        readings = chosen.of or file.measures
-        if not readings:
-            raise ValueError("--of: no reading; write for instance --of 'max(B.contact_force)'")
-        source = file.document if chosen.by else Mechanism.from_dict(file.document)
-        by = _spreads(file.document, chosen.by) if isinstance(source, dict) else list(numbers(source.to_dict()))
-        found = sensitivities(source, file.duration, by=by, of=readings)
-    except RunFailedError as error:
-        print(f"{chosen.file}: {error}")
-        return 1
-    except (ValueError, OSError) as error:
-        return wrong_input(ValueError(str(error)))
+    return answered(parser, argv, _sensitivity)
+
+
+def _sensitivity(chosen: argparse.Namespace, file: Opened) -> int:
+    readings = chosen.of or file.measures
+    if not readings:
+        raise ValueError("--of: no reading; write for instance --of 'max(B.contact_force)'")
+    source = file.document if chosen.by else Mechanism.from_dict(file.document)
+    by = _spreads(file.document, chosen.by) if isinstance(source, dict) else list(numbers(source.to_dict()))
+    found = sensitivities(source, file.duration, by=by, of=readings)
     if chosen.json:
         rows = [row._asdict() | {"relative": row.relative, "relative_error": row.relative_error} for row in found.rows]
         print(json.dumps([_finite(row) for row in rows], indent=2))
@@ -97,9 +108,6 @@ def sensitivity(argv: Sequence[str], prog: str) -> int:
 
 def fit(argv: Sequence[str], prog: str) -> int:
     """Fit numbers to a file of data, print them and write a page; the exit status."""
-    from buckler.mbs.sensitivity.fitting import fit as fitted
-    from buckler.mbs.sensitivity.frozen import RunFailedError
-
     parser = common(prog, "Fit numbers of a mechanism to measured signals.")
     add = parser.add_argument
     add("data", metavar="DATA.csv", type=Path, help="first column the time; units in brackets, as 'force [N]'")
@@ -113,23 +121,20 @@ def fit(argv: Sequence[str], prog: str) -> int:
     add("--robust", action="store_true", help="outliers count by their size and not by its square")
     add("--starts", type=int, default=8, help="points over the ranges from which the fit starts; default 8")
     add("--out", metavar="DIR", type=Path, default=Path("results"), help="where the page goes; default results")
+    return answered(parser, argv, _fit)
+
+
+def _fit(chosen: argparse.Namespace, file: Opened) -> int:
+    if not chosen.signal:
+        raise ValueError("--signal: none; write for instance --signal B.contact_force")
+    free, own = (dict(number_range(file.document, text) for text in texts) for texts in (chosen.free, chosen.own))
     try:
-        chosen, unknown = parser.parse_known_args(noted(argv))
-        check_words(unknown, chosen)
-        if not chosen.signal:
-            raise ValueError("--signal: none; write for instance --signal B.contact_force")
-        file = opened(chosen.file, chosen.changes, chosen.duration)
-        document = file.document
-        free, own = (dict(number_range(document, text) for text in texts) for texts in (chosen.free, chosen.own))
         found = fitted(
-            document, chosen.data, free=free, own=own, signals=chosen.signal, settings=chosen.setting,
+            file.document, chosen.data, free=free, own=own, signals=chosen.signal, settings=chosen.setting,
             starts=chosen.starts, robust=chosen.robust, profiles=chosen.profile,
         )  # fmt: skip
-    except RunFailedError as error:
-        print(f"{chosen.file}: {error}")
-        return 1
-    except (ValueError, OSError, KeyError) as error:
-        return wrong_input(ValueError(error.args[0] if isinstance(error, KeyError) else str(error)))
+    except KeyError as error:
+        raise ValueError(error.args[0]) from None
     title = f"{chosen.file.stem}: fit to {chosen.data.name}"
     page = found.write_html(chosen.out / f"{chosen.file.stem}-fit" / "report.html", title)
     if chosen.json:
@@ -143,9 +148,6 @@ def fit(argv: Sequence[str], prog: str) -> int:
 
 def optimise(argv: Sequence[str], prog: str) -> int:
     """Choose numbers and print them; the exit status, 1 where the constraints cannot be kept."""
-    from buckler.mbs.sensitivity.design import optimise as designed
-    from buckler.mbs.sensitivity.frozen import RunFailedError
-
     parser = common(prog, "Choose numbers of a mechanism so that a reading is least and others lie where they are wanted.")
     add = parser.add_argument
     add("--free", action="append", default=[], metavar="PATH=LOW:HIGH", help="a number; PATH=A,B,C for one of a list; repeated")
@@ -153,20 +155,15 @@ def optimise(argv: Sequence[str], prog: str) -> int:
     add("--subject-to", action="append", default=[], metavar="CONSTRAINT", dest="wants",
         help="as 'max(B.contact_force) = 1.5 N ± 1 %%' or 'max(abs(coupler.deflection)) <= 30 mm'; may be repeated")  # fmt: skip
     add("--starts", type=int, default=8, help="points over the ranges from which the search starts; default 8")
-    try:
-        chosen, unknown = parser.parse_known_args(noted(argv))
-        check_words(unknown, chosen)
-        file = opened(chosen.file, chosen.changes, chosen.duration)
-        if not chosen.free:
-            raise ValueError("--free: none; write for instance --free links.coupler.body.section.thickness=0.2mm:0.5mm")
-        free = dict(number_range(file.document, text) for text in chosen.free)
-        found = designed(file.document, file.duration, free=free, minimise=chosen.minimise, subject_to=chosen.wants,
-                         starts=chosen.starts)  # fmt: skip
-    except RunFailedError as error:
-        print(f"{chosen.file}: {error}")
-        return 1
-    except (ValueError, OSError) as error:
-        return wrong_input(ValueError(str(error)))
+    return answered(parser, argv, _optimise)
+
+
+def _optimise(chosen: argparse.Namespace, file: Opened) -> int:
+    if not chosen.free:
+        raise ValueError("--free: none; write for instance --free links.coupler.body.section.thickness=0.2mm:0.5mm")
+    free = dict(number_range(file.document, text) for text in chosen.free)
+    found = designed(file.document, file.duration, free=free, minimise=chosen.minimise, subject_to=chosen.wants,
+                     starts=chosen.starts)  # fmt: skip
     if chosen.json:
         told = {key: getattr(found, key) for key in ("values", "binding", "readings", "changes", "possible", "message", "runs")}
         print(json.dumps(told | {"front": [one.values | one.readings for one in found.front]}, indent=2))
@@ -177,8 +174,6 @@ def optimise(argv: Sequence[str], prog: str) -> int:
 
 def number_range(document: Mapping[str, Any], text: str) -> tuple[str, Any]:
     """A number's path and its range, as PATH=LOW:HIGH, or the list of its values, as PATH=A,B,C."""
-    from buckler.mbs.sensitivity.numbers import standing
-
     path, equals, ends = text.partition("=")
     low, colon, high = ends.partition(":")
     if not equals or not (colon or ends):
@@ -194,8 +189,6 @@ def number_range(document: Mapping[str, Any], text: str) -> tuple[str, Any]:
 
 def _spreads(document: Mapping[str, Any], texts: Sequence[str]) -> Any:
     """Numbers and, where they are given, their standard deviations."""
-    from buckler.mbs.sensitivity.numbers import DURATION, standing
-
     pairs = [text.partition("=") for text in texts]
     if not any(equals for _, equals, _ in pairs):
         return [path for path, _, _ in pairs]
@@ -219,13 +212,6 @@ def numbers(content: Any, path: str = "") -> Iterator[str]:
             yield from numbers(each, f"{path}[{k}]")
     elif isinstance(content, float) and content:
         yield path
-
-
-def explore(argv: Sequence[str], prog: str) -> int:
-    """Serve the page with sliders; the exit status."""
-    from buckler.studies.own.explore import explore as serve
-
-    return serve(argv, prog)
 
 
 def _finite(row: Mapping[str, Any]) -> dict[str, Any]:

@@ -7,14 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import cos, pi, sin
-from typing import Any
 
 import numpy as np
 
-from buckler.studies.kit.parameters import StudyParameters, choice, choices, integer, quantity
+from buckler.studies.kit.gravity import Gravity
+from buckler.studies.kit.parameters import choice, choices, integer, quantity
+from buckler.studies.kit.report import Array
 
-Array = np.ndarray[Any, Any]
 JOINTS = "OABC"
 """Crank-frame, crank-coupler, coupler-rocker, rocker-frame."""
 BODIES = {"O": ("ground", "crank"), "A": ("crank", "coupler"), "B": ("coupler", "rocker"), "C": ("ground", "rocker")}
@@ -53,11 +52,9 @@ its static shapes, as a modal neutral file has them."""
 
 
 @dataclass(frozen=True)
-class JointAssumptions(StudyParameters):
+class JointAssumptions(Gravity):
     """What is not told about the joints and their surroundings."""
 
-    gravity: float = quantity(0.0, "m/s^2", 0, 100, "gravity in the plane; 0: none, or normal to it", "left open")
-    gravity_angle: float = quantity(-pi / 2, "rad", -7, 7, "its direction from the frame O-C", "left open")
     pin_on: tuple[str, ...] = choices(FIRST, PINS, "bodies that carry the pins; a joint not named keeps its default", "left open")
     friction_thresholds: float = quantity(
         1.0, "1", 1e-4, 100, "factor on both threshold speeds of the friction, 0.1 and 1 m/s by default", "left open"
@@ -78,13 +75,6 @@ class JointAssumptions(StudyParameters):
         return "".join(joint for joint in JOINTS if f"{joint}.{BODIES[joint][1]}" in self.pin_on)
 
     @property
-    def pull(self) -> tuple[float, float]:
-        """Gravity as a vector, m/s^2."""
-        if not self.gravity:
-            return (0.0, 0.0)
-        return (self.gravity * cos(self.gravity_angle), self.gravity * sin(self.gravity_angle))
-
-    @property
     def thresholds(self) -> tuple[float, float]:
         """Sliding speeds at which friction is static, and from which it is dynamic, m/s."""
         low, high = THRESHOLDS
@@ -92,10 +82,9 @@ class JointAssumptions(StudyParameters):
 
     def stated(self) -> str:
         """One sentence for a table."""
-        down = f"{self.gravity:g} m/s² at {np.degrees(self.gravity_angle):.4g} deg" if self.gravity else "none in the plane"
         pins = ", ".join(f"{j} on {BODIES[j][j in self.turned]}" for j in JOINTS)
         low, high = self.thresholds
-        return f"Left open by the paper: gravity {down}; pins: {pins}; friction thresholds {low:g} and {high:g} m/s"
+        return f"Left open by the paper: gravity {self.down}; pins: {pins}; friction thresholds {low:g} and {high:g} m/s"
 
 
 @dataclass(frozen=True)

@@ -24,28 +24,12 @@ from typing import Any
 import numpy as np
 
 from buckler.mbs import Mechanism
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
+from buckler.studies.kit.report import QUIET, Array, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import COLOURS, Figure, subplots
-from buckler.studies.rattling.bifurcation_points import (
-    AXES,
-    LEFT_ALONE,
-    LONGEST_PERIOD,
-    REPEATS_TO,
-    SURE,
-    WINDOW,
-    DiagramPoint,
-    Growth,
-    SectionParameters,
-    agreement,
-    exponent,
-    fastest,
-    growth_over_turn,
-    member,
-    read,
-)
+from buckler.studies.rattling import bifurcation_points as diagram
+from buckler.studies.rattling.bifurcation_points import DiagramPoint, Growth, SectionParameters
 from buckler.studies.rattling.turns import period
 
-Array = np.ndarray[Any, Any]
 LABELS = {"alone": "left alone", "drawn": "drawn back, growth added up"}
 """Curves of the growth over a turn."""
 
@@ -63,10 +47,10 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     base = p.bars(angle=p.angle)
     with ThreadPoolExecutor(p.workers) as pool:
         jobs = [(mechanism, seed) for mechanism in mechanisms for seed in seeds]
-        found = list(progress(pool.map(lambda job: member(p, *job), jobs), total=len(jobs), label=p.over))
-        parts = zip(*pool.map(lambda seed: growth_over_turn(p, base, seed), seeds), strict=True)
+        found = list(progress(pool.map(lambda job: diagram.member(p, *job), jobs), total=len(jobs), label=p.over))
+        parts = zip(*pool.map(lambda seed: diagram.growth_over_turn(p, base, seed), seeds), strict=True)
         growth = Growth(*map(np.stack, parts))
-    points = [read(p, f, found[i * p.seeds : (i + 1) * p.seeds]) for i, f in enumerate(mechanisms)]
+    points = [diagram.read(p, f, found[i * p.seeds : (i + 1) * p.seeds]) for i, f in enumerate(mechanisms)]
     wrong = [f"{p.over} = {value:.4g}: {note}" for value, x in zip(p.values, points, strict=True) for note in x.notes]
     return StudyResult(
         parameters=p,
@@ -78,18 +62,18 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
 
 
 def _metrics(p: Parameters, base: Mechanism, points: Sequence[DiagramPoint], growth: Growth) -> dict[str, Metric]:
-    here = exponent(growth.rate * period(base) / growth.rate.shape[-1], period(base))
+    here = diagram.exponent(growth.rate * period(base) / growth.rate.shape[-1], period(base))
     exponents = [x.exponent for x in points]
     ends = {"smallest": min(exponents), "largest": max(exponents)}
     relative = abs(here.error / here.value)
     return {
         "exponent": Metric(here.value, "1/s", error=relative),
         "exponent_per_turn": Metric(here.value * period(base), "1", error=relative),
-        "fastest_growth": Metric(fastest(growth.rate, period(base)), "1/s"),
-        "alone_against_drawn_back": Metric(agreement(growth, p.clearance), "1"),
+        "fastest_growth": Metric(diagram.fastest(growth.rate, period(base)), "1/s"),
+        "alone_against_drawn_back": Metric(diagram.agreement(growth, p.clearance), "1"),
         **{f"{end}_exponent": Metric(x.value, "1/s", error=abs(x.error / x.value)) for end, x in ends.items()},
         "repeating": Metric(float(sum(x.period > 0 for x in points)), "1"),
-        "chaotic": Metric(float(sum(x.exponent.value > SURE * x.exponent.error for x in points)), "1"),
+        "chaotic": Metric(float(sum(x.exponent.value > diagram.SURE * x.exponent.error for x in points)), "1"),
     }
 
 
@@ -110,7 +94,7 @@ def _signals(p: Parameters, mechanisms: Sequence[Mechanism], points: Sequence[Di
 
 
 def _table(p: Parameters, mechanisms: Sequence[Mechanism], points: Sequence[DiagramPoint]) -> Table:
-    label, factor, _ = AXES[p.over]
+    label, factor, _ = diagram.AXES[p.over]
     rows = [
         [
             f"{factor * value:.4g}", f"{x.exponent.value:.1f}", f"{x.exponent.error:.1f}", f"{x.exponent.value * period(f):.2f}",
@@ -125,7 +109,7 @@ def _table(p: Parameters, mechanisms: Sequence[Mechanism], points: Sequence[Diag
     notes = (
         "error: standard error over turns and members. spread: standard deviation of the section, in clearances.\n"
         f"{p.seeds} members from seed {p.seed}, {p.settle} turns to settle, {p.turns} of the section, {p.exponent_turns} for the "
-        f"exponent.\nrepeats after: turns, to {REPEATS_TO:g} clearances, up to {LONGEST_PERIOD}.\n{p.stated()}."
+        f"exponent.\nrepeats after: turns, to {diagram.REPEATS_TO:g} clearances, up to {diagram.LONGEST_PERIOD}.\n{p.stated()}."
     )
     return Table(headers, rows, title, notes)
 
@@ -140,11 +124,8 @@ def _growth_table(p: Parameters, base: Mechanism, growth: Growth) -> Table:
         error = rates.std(ddof=1) / np.sqrt(rates.size) if rates.size > 1 else nan
         rows.append([f"{low} to {high}", f"{rates.mean():.0f}", f"{error:.0f}"])
     title = f"Rate over a turn at {1e3 * p.clearance:g} mm, {p.speed:.4g} rad/s, c_max = {p.damping:g} {p.damping_unit}"
-    notes = f"fastest over {1e3 * WINDOW:g} ms: {fastest(growth.rate, period(base)):.0f}/s"
+    notes = f"fastest over {1e3 * diagram.WINDOW:g} ms: {diagram.fastest(growth.rate, period(base)):.0f}/s"
     return Table(["crank angle past the section [deg]", "rate [1/s]", "std. error"], rows, title, notes)
-
-
-# --- figures ----------------------------------------------------------------------------------------------------------------
 
 
 def figure(result: StudyResult) -> dict[str, Figure]:
@@ -154,7 +135,7 @@ def figure(result: StudyResult) -> dict[str, Figure]:
 
 def _bifurcation(result: StudyResult) -> Figure:
     p: Any = result.parameters
-    s, (label, factor, scale) = result.signals, AXES[p.over]
+    s, (label, factor, scale) = result.signals, diagram.AXES[p.over]
     x = factor * s[p.over]
     fig, (above, below) = subplots(2, 1, height=130, sharex=True, height_ratios=(1.4, 1))
     places = s["section"][..., 0].reshape(len(x), -1)
@@ -164,7 +145,7 @@ def _bifurcation(result: StudyResult) -> Figure:
     above.set(ylabel=f"pin {p.joint}, $x/c$, once a turn", xscale=scale)
     kinds = {
         "does not repeat": (s["valid"] & (s["period"] == 0), COLOURS[1], "o"),
-        f"repeats within {LONGEST_PERIOD} turns": (s["valid"] & (s["period"] > 0), COLOURS[2], "s"),
+        f"repeats within {diagram.LONGEST_PERIOD} turns": (s["valid"] & (s["period"] > 0), COLOURS[2], "s"),
         "suspect": (~s["valid"], "#999999", "x"),
     }
     for name, (kind, colour, mark) in kinds.items():
@@ -200,7 +181,7 @@ def _growth(result: StudyResult) -> Figure:
             right.semilogy(angle, values, style, color=colour, linewidth=0.9, label=label)
     right.axhline(p.clearance, color="#000000", linewidth=0.6)
     right.annotate("clearance", (angle[0], p.clearance), xytext=(2, 2), textcoords="offset points", fontsize=8)
-    right.set(xlabel="crank angle [deg]", ylabel="offset [m]", ylim=(LEFT_ALONE / 3, 30 * p.clearance))
+    right.set(xlabel="crank angle [deg]", ylabel="offset [m]", ylim=(diagram.LEFT_ALONE / 3, 30 * p.clearance))
     right.legend(loc="lower right")
     for ax in (left, right):
         ax.set(xlim=(angle[0], angle[-1]), xticks=angle[0] + np.arange(0, 361, 90))

@@ -123,9 +123,6 @@ class DiagramPoint(NamedTuple):
     notes: tuple[str, ...]
 
 
-# --- how motions part ------------------------------------------------------------------------------------------------------
-
-
 def settled(scene: Scene, turns: int, seed: int) -> State:
     """State after some turns, from the start offset by 1e-9 m and rad as the seed draws it."""
     turn, state = period(scene.mechanism), State(0.0, scene.q0 + offset(scene, SPREAD, seed), scene.v0, scene.memory())
@@ -192,9 +189,6 @@ def exponent(growth: Array, turn: float) -> Exponent:
     return Exponent(float(rates.mean()), error)
 
 
-# --- one value -------------------------------------------------------------------------------------------------------------
-
-
 def member(p: SectionParameters, mechanism: Mechanism, seed: int) -> tuple[Array, Array, str]:
     """Section, growth of an offset and what went wrong, of one seed: settle, follow the section, go on from there."""
     scene, turn, steps = Scene.of(mechanism), period(mechanism), solver(mechanism, p.tolerance)
@@ -234,9 +228,6 @@ def repeats(section: Array) -> int:
         if np.abs(late[n:] - late[:-n]).max() < REPEATS_TO:
             return n
     return 0
-
-
-# --- growth over a turn ---------------------------------------------------------------------------------------------------
 
 
 class Growth(NamedTuple):

@@ -26,23 +26,10 @@ import numpy as np
 from buckler.studies.kit.parameters import integer, quantities, quantity, text
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import COLOURS, Figure, subplots
+from buckler.studies.rattling import buffering_measures as measures
 from buckler.studies.rattling import world_shares
 from buckler.studies.rattling.assumptions import BODIES, ModalAssumptions
-from buckler.studies.rattling.buffering_measures import (
-    BALANCED,
-    CLAIMS,
-    FAMILIES,
-    LINKS,
-    TURN,
-    VERDICTS,
-    WHERE,
-    EnsembleParameters,
-    ideal_turn,
-    mean,
-    overall,
-    ratio,
-    trouble,
-)  # fmt: skip
+from buckler.studies.rattling.buffering_measures import CLAIMS, VERDICTS, EnsembleParameters
 from buckler.studies.rattling.mode_sets import damped, rocker_modes
 from buckler.studies.rattling.turns import Ensemble, period
 from buckler.studies.rattling.worlds import drawn
@@ -55,7 +42,7 @@ SHORT = {
     "velocity": "velocity\nfluctuation", "acceleration": "acceleration\npeak", "force": "contact force\npeak",
     "smooth_velocity": "velocity\nroughness", "smooth_acceleration": "acceleration\nroughness",
 }  # fmt: skip
-TINT = dict(zip(WHERE, COLOURS, strict=False))
+TINT = dict(zip(measures.WHERE, COLOURS, strict=False))
 
 
 @dataclass(frozen=True)
@@ -97,7 +84,7 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     ideal = {depth: _ideal(p, depth) for depth in p.in_plane_depth}
     for case, rocker in progress(list(product(every, ROCKERS)), label="ensembles"):
         found = _measured(p, case, rocker)
-        wrong += trouble(f"{case.name}.{rocker}", found)
+        wrong += measures.trouble(f"{case.name}.{rocker}", found)
         metrics |= _numbers(f"{case.name}.{rocker}", found)
         if rocker == "rigid":
             rigid = found
@@ -153,10 +140,10 @@ def _measured(p: Parameters, case: ClaimCase, rocker: str) -> Ensemble:
 def _ideal(p: Parameters, depth: float) -> Mapping[str, Any]:
     """Measures of one turn with ideal joints, as those of an ensemble."""
     made = p.bars(p.damping_unit[0], depth, p.clearance[0])
-    turn = ideal_turn(made)
-    a = np.stack([turn.at(f"{link}.ax", TURN * period(made)) for link in LINKS], axis=1)
+    turn = measures.ideal_turn(made)
+    a = np.stack([turn.at(f"{link}.ax", measures.TURN * period(made)) for link in measures.LINKS], axis=1)
     force = [np.hypot(*(turn[f"{joint}.{'-'.join(pair)}.f{x}"] for x in "xy")).max() for joint, pair in BODIES.items()]
-    peak = [np.abs(turn[f"{link}.ax"]).max() for link in LINKS]
+    peak = [np.abs(turn[f"{link}.ax"]).max() for link in measures.LINKS]
     return {"force": np.array(force), "peak_a": np.array(peak), "travel_a": np.abs(np.diff(a, axis=0)).sum(axis=0)}
 
 
@@ -164,7 +151,7 @@ def _numbers(name: str, found: Ensemble) -> dict[str, Metric]:
     """What the claims are about, for one rocker in one case, each with its relative standard error; and the checks."""
     numbers = {}
     for claim in CLAIMS:
-        value, error, _ = mean(found, claim)
+        value, error, _ = measures.mean(found, claim)
         numbers[f"{name}.{claim.name}"] = Metric(value, claim.unit, error=error / value)
     return numbers | {
         f"{name}.energy_balance": Metric(max(found.balances), "1"),
@@ -176,11 +163,11 @@ def _compared(p: Parameters, case: ClaimCase, rigid: Ensemble, flexible: Ensembl
     """Ratios of the two, their verdicts; and what clearance does with the rigid rocker, over ideal joints."""
     numbers = {}
     for claim in CLAIMS:
-        found, name = ratio(mean(flexible, claim), mean(rigid, claim)), f"{case.name}.{claim.name}"
+        found, name = measures.ratio(measures.mean(flexible, claim), measures.mean(rigid, claim)), f"{case.name}.{claim.name}"
         numbers[f"{name}.ratio"] = Metric(found.value, "1", error=found.error / found.value)
         numbers[f"{name}.verdict"] = Metric(VERDICTS[found.verdict(p.level / (len(CLAIMS) * count), p.margin)], "1")
         if claim.family in OVER_IDEAL:
-            over = mean(rigid, claim).value / float(ideal[claim.measure][claim.column])
+            over = measures.mean(rigid, claim).value / float(ideal[claim.measure][claim.column])
             numbers[f"{name}.play_over_ideal"] = Metric(over, "1")
     return numbers
 
@@ -189,9 +176,6 @@ def _verdict(metrics: Mapping[str, Metric], case: ClaimCase, claim: str) -> str:
     """In words."""
     number = metrics[f"{case.name}.{claim}.verdict"].value
     return next(verdict for verdict, known in VERDICTS.items() if known == number)
-
-
-# --- tables -----------------------------------------------------------------------------------------------------------
 
 
 def _marked(case: ClaimCase, wrong: Sequence[str]) -> bool:
@@ -211,7 +195,8 @@ def _table(metrics: Mapping[str, Metric], p: Parameters, unit: str, depth: float
             row.append(f"{found.value:.3f} ± {found.value * (found.error or 0):.3f} {_verdict(metrics, case, claim.name)}{mark}")
         rows.append(row)
     title = f"flexible/rigid, ± standard error; c_max = 253 {unit}, {1e3 * depth:g} mm in the plane"
-    notes = f"* suspect: energy balance above {BALANCED:g}, or a pin deeper in than the clearance" if "*" in str(rows) else ""
+    suspect = f"* suspect: energy balance above {measures.BALANCED:g}, or a pin deeper in than the clearance"
+    notes = suspect if "*" in str(rows) else ""
     return Table(["claim", *(f"c = {1e3 * gap:g} mm" for gap in p.clearance)], rows, title, notes)
 
 
@@ -224,7 +209,7 @@ def _summary(metrics: Mapping[str, Metric], p: Parameters, wrong: Sequence[str])
         for unit in p.damping_unit:
             mine = [_verdict(metrics, case, claim.name) for case in sound if case.unit == unit]
             row.append(" / ".join(str(mine.count(verdict)) for verdict in ("holds", "does not", "undecided")))
-        rows.append([*row, overall(every)])
+        rows.append([*row, measures.overall(every)])
     play = {
         family: [m.value for name, m in metrics.items() if name.endswith("play_over_ideal") and f".{family}." in name]
         for family in OVER_IDEAL
@@ -237,9 +222,6 @@ def _summary(metrics: Mapping[str, Metric], p: Parameters, wrong: Sequence[str])
     )
     heads = [f"{unit}: holds / does not / undecided" for unit in p.damping_unit]
     return Table(["claim", *heads, "overall"], rows, "What the claims come to", notes)
-
-
-# --- figure -----------------------------------------------------------------------------------------------------------
 
 
 def figure(result: StudyResult) -> dict[str, Figure]:
@@ -258,16 +240,16 @@ def _over_clearance(result: StudyResult) -> Figure:
     p: Any = result.parameters
     planes = list(product(p.damping_unit, p.in_plane_depth))
     grid = {"squeeze": False, "sharex": True, "sharey": "col"}
-    fig, axes = subplots(len(planes), len(FAMILIES), height=28 + 38 * len(planes), **grid)
+    fig, axes = subplots(len(planes), len(measures.FAMILIES), height=28 + 38 * len(planes), **grid)
     for line, (unit, depth) in zip(axes, planes, strict=True):
-        for ax, family in zip(line, FAMILIES, strict=True):
+        for ax, family in zip(line, measures.FAMILIES, strict=True):
             ax.axhspan(1 - p.margin, 1, color="#eeeeee", zorder=0)
             ax.axhline(1, color="#999999", linewidth=0.8, zorder=1)
             claims = [claim for claim in CLAIMS if claim.family == family]
             for i, claim in enumerate(claims):
                 _draw(ax, result.metrics, [ClaimCase(unit, depth, gap) for gap in p.clearance], claim, 0.06 * (i - 1))
         line[0].set_ylabel(f"{unit}, {1e3 * depth:g} mm\nflexible/rigid")
-    for ax, family in zip(axes[0], FAMILIES, strict=True):
+    for ax, family in zip(axes[0], measures.FAMILIES, strict=True):
         ax.set_title(SHORT[family], fontsize=8)
     for ax in axes[-1]:
         ax.set(xscale="log")
@@ -306,6 +288,6 @@ def _mark(verdict: str, colour: str) -> dict[str, Any]:
 def _legend(fig: Figure) -> None:
     from matplotlib.lines import Line2D
 
-    lines = [Line2D([], [], color=TINT[place], label=WHERE[place]) for place in WHERE]
+    lines = [Line2D([], [], color=TINT[place], label=measures.WHERE[place]) for place in measures.WHERE]
     marks = [Line2D([], [], **_mark(verdict, "#555555"), label=verdict) for verdict in ("holds", "does not", "undecided")]
     fig.legend(handles=[*lines, *marks], loc="outside upper center", ncols=4)

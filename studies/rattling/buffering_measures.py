@@ -30,6 +30,7 @@ from buckler.mbs.library import CLOSED, RATTLING
 from buckler.mbs.record.lookup import between
 from buckler.mbs.spectral.ensembles import Member
 from buckler.studies.kit.parameters import choices, integer, quantities, quantity
+from buckler.studies.kit.statistics import Mean
 from buckler.studies.rattling.assumptions import BODIES, JOINTS, Assumptions
 from buckler.studies.rattling.bars import bars
 from buckler.studies.rattling.turns import Ensemble, along, ensemble, gap, period, root_mean_squares
@@ -137,9 +138,6 @@ class EnsembleParameters(Assumptions):
         )
 
 
-# --- what is measured -------------------------------------------------------------------------------------------------
-
-
 def curves(mechanism: Mechanism) -> Callable[[Member, int, int], dict[str, Array]]:
     """Measures of the curves of each turn after the first `settle`, each of shape (turns - settle, 3) for the `PLACES`.
 
@@ -172,17 +170,6 @@ def ideal_turn(mechanism: Mechanism) -> Result:
     return simulate(made, period(mechanism))
 
 
-# --- how it is judged -------------------------------------------------------------------------------------------------
-
-
-class Mean(NamedTuple):
-    """Of a number over members and turns, with its standard error and the number of members."""
-
-    value: float
-    error: float
-    members: int
-
-
 class Ratio(NamedTuple):
     """Of two means, with its standard error and the degrees of freedom of that (Welch and Satterthwaite)."""
 
@@ -212,8 +199,8 @@ def ratio(flexible: Mean, rigid: Mean) -> Ratio:
     """Of two means from independent runs; errors to first order."""
     parts = [each.error / each.value for each in (flexible, rigid)]
     value, error = flexible.value / rigid.value, hypot(*parts)
-    spread = sum(part**4 / (each.members - 1) for part, each in zip(parts, (flexible, rigid), strict=True))
-    return Ratio(value, value * error, error**4 / spread if spread else float(rigid.members - 1))
+    spread = sum(part**4 / (each.n - 1) for part, each in zip(parts, (flexible, rigid), strict=True))
+    return Ratio(value, value * error, error**4 / spread if spread else float(rigid.n - 1))
 
 
 def overall(verdicts: Sequence[str]) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import pi
 from typing import Any
@@ -11,7 +11,7 @@ import numpy as np
 
 from buckler import mbs
 from buckler.mbs import Beam, Mechanism, Modal, Result, Rigid, Section
-from buckler.mbs.accuracy.difference import FINEST
+from buckler.mbs.accuracy.words import FINEST
 from buckler.mbs.library import STEEL_CRANK_ROCKER
 from buckler.mbs.modal import BarModes, CraigBampton
 from buckler.studies.kit.parameters import choices, integer, quantity
@@ -146,9 +146,6 @@ def simulate(parameters: CrankRockerParameters, rocker: str, with_play: str) -> 
     )
 
 
-# --- what is read off a run -------------------------------------------------------------------------------------------
-
-
 def rms(time: Array, values: Array) -> float:
     """Root mean square weighted by time: steps crowd where contacts are, and would count most in a mean of samples."""
     return float(np.sqrt(np.trapezoid(values**2, time) / (time[-1] - time[0])))
@@ -196,10 +193,3 @@ def samples(variant: Variant) -> dict[str, Array]:
     signals = {name: variant.result.signals[name] for name in names}
     signals |= {f"{drawn(j)}.f{axis}": force_on_second(variant.result, j, axis) for j in FORCES.values() for axis in "xy"}
     return {f"{variant.name}.{name}": values for name, values in {"time": variant.result.time, **signals}.items()}
-
-
-def verdict(variants: Iterable[Variant]) -> dict[str, Any]:
-    """Status and message of a study, those of its worst run: SUSPECT also where a pin is deeper in than the clearance."""
-    wrong = [variant for variant in variants if not variant.result.ok]
-    status = min((v.result.status for v in wrong), key=lambda status: status == "SUSPECT", default="OK")
-    return {"status": str(status), "message": "; ".join(f"{v.name}: {v.result.message}" for v in wrong)}

@@ -20,44 +20,17 @@ from buckler.mbs import Modal
 from buckler.mbs.accuracy.precision import Point, time_for, verdict
 from buckler.mbs.modal import BarModes
 from buckler.mbs.solvers.choice import usual_tolerance
+from buckler.studies.kit import precision
 from buckler.studies.kit.parameters import choice, choices, integer, quantities, quantity, specs
-from buckler.studies.kit.precision import (
-    Bar,
-    Runs,
-    Series,
-    as_signals,
-    bars_table,
-    by_steps,
-    by_tolerance,
-    draw,
-    footnote,
-    mark,
-    measure,
-    points_of,
-    power,
-    series_in,
-)
+from buckler.studies.kit.precision import Bar, Runs, Series
 from buckler.studies.kit.published import DAMPING_UNITS
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import Figure, subplots
+from buckler.studies.rattling import clearance_precision_runs as variants
 from buckler.studies.rattling.assumptions import Assumptions
 from buckler.studies.rattling.clearance import CrankRockerParameters
 from buckler.studies.rattling.clearance_precision_cycles import QUANTITIES, Comparison, compare
-from buckler.studies.rattling.clearance_precision_runs import (
-    MODES,
-    BarPaths,
-    InPython,
-    beam,
-    by_scipy,
-    compiled,
-    finest,
-    mechanism,
-    modes_of_beam,
-    on_engine,
-    plainly,
-    with_equal_steps,
-    with_tolerance,
-)
+from buckler.studies.rattling.clearance_precision_runs import BarPaths
 
 DEFAULT, EQUAL, OWN_STEP = "default", "1e-7", "20 us"
 """Setting of a run with no settings; the compiled solver's tolerance for ratios; step with the engine's own settings."""
@@ -83,7 +56,7 @@ class TimeRatio(NamedTuple):
 
 TOLERANCES = (1e-5, 1e-7, 1e-9)
 """Of the compiled solver's runs."""
-YARDSTICK = f"compiled, {MODES} + {MODES} modes"
+YARDSTICK = f"compiled, {variants.MODES} + {variants.MODES} modes"
 """The run that the beam is held against: too far below all others to be drawn."""
 RIVALS = ("compiled", "scipy", "Python law", "engine's own")
 """How the names of runs begin that do not stand for the engine as we use it."""
@@ -151,42 +124,43 @@ class Model:
 
 def _rigid(p: Parameters) -> Model:
     bars, span = p.bars, p.span
-    free, held = mechanism(bars), mechanism(bars, ramp=True)
-    slow, plain = (mechanism(bars, law=InPython(bars.law), ramp=ramp) for ramp in (False, True))
+    free, held = variants.mechanism(bars), variants.mechanism(bars, ramp=True)
+    slow, plain = (variants.mechanism(bars, law=variants.InPython(bars.law), ramp=ramp) for ramp in (False, True))
     runs: Runs = {
-        "compiled": {power(x): partial(compiled, free, span, x) for x in TOLERANCES},
-        "scipy DOP853": {EQUAL: partial(by_scipy(free), span, float(EQUAL))},
+        "compiled": {precision.power(x): partial(variants.compiled, free, span, x) for x in TOLERANCES},
+        "scipy DOP853": {EQUAL: partial(variants.by_scipy(free), span, float(EQUAL))},
         "Rigid": _both(free, p),
         "Rigid, implicit": _both(held, p),
-        "Rigid, equal steps": by_steps(partial(with_equal_steps, free, span), p.steps),
-        "Python law": {DEFAULT: partial(on_engine, slow, span)},
-        "engine's own, Python law": {OWN_STEP: partial(plainly, plain, span, round(span / 20e-6))},
+        "Rigid, equal steps": precision.by_steps(partial(variants.with_equal_steps, free, span), p.steps),
+        "Python law": {DEFAULT: partial(variants.on_engine, slow, span)},
+        "engine's own, Python law": {OWN_STEP: partial(variants.plainly, plain, span, round(span / 20e-6))},
     }
     return _model(p, runs, free, free, "Rigid")
 
 
 def _beam(p: Parameters) -> Model:
     bars, span = p.bars, p.span
-    bar, few = mechanism(bars, modes_of_beam(bars)), mechanism(bars, Modal(bars.section, BarModes(2, 1), 0.01))
-    usual = mechanism(bars, beam(bars, 4))
+    bar = variants.mechanism(bars, variants.modes_of_beam(bars))
+    few = variants.mechanism(bars, Modal(bars.section, BarModes(2, 1), 0.01))
+    usual = variants.mechanism(bars, variants.beam(bars, 4))
     runs: Runs = {
-        YARDSTICK: {power(TOLERANCES[0]): partial(compiled, bar, span, TOLERANCES[0])},
-        "compiled, 2 + 1 modes": {EQUAL: partial(compiled, few, span, float(EQUAL))},
-        **{f"Beam x {n}": _both(mechanism(bars, beam(bars, n)), p) for n in sorted({4, *map(int, p.elements)})},
-        "Beam x 4, equal steps": by_steps(partial(with_equal_steps, usual, span), p.steps),
+        YARDSTICK: {precision.power(TOLERANCES[0]): partial(variants.compiled, bar, span, TOLERANCES[0])},
+        "compiled, 2 + 1 modes": {EQUAL: partial(variants.compiled, few, span, float(EQUAL))},
+        **{f"Beam x {n}": _both(variants.mechanism(bars, variants.beam(bars, n)), p) for n in sorted({4, *map(int, p.elements)})},
+        "Beam x 4, equal steps": precision.by_steps(partial(variants.with_equal_steps, usual, span), p.steps),
     }
     model = _model(p, runs, bar, usual, "Beam x 4")
-    like = mechanism(bars, modes_of_beam(bars, FEWER))  # what an axial mode of 60 kHz adds to a turn is less than chance does
+    like = variants.mechanism(bars, variants.modes_of_beam(bars, FEWER))  # chance does more to a turn than a mode of 60 kHz
     return replace(model, statistics=partial(compare, usual, like, p.members, p.cycles))
 
 
 def _modal(p: Parameters) -> Model:
     bars, span = p.bars, p.span
-    bar = mechanism(bars, bars.modal())
+    bar = variants.mechanism(bars, bars.modal())
     runs: Runs = {
-        "compiled, same modes": {power(x): partial(compiled, bar, span, x) for x in TOLERANCES},
+        "compiled, same modes": {precision.power(x): partial(variants.compiled, bar, span, x) for x in TOLERANCES},
         "Modal": _both(bar, p),
-        "Modal, equal steps": by_steps(partial(with_equal_steps, bar, span), (min(p.steps),)),
+        "Modal, equal steps": precision.by_steps(partial(variants.with_equal_steps, bar, span), (min(p.steps),)),
     }
     return _model(p, runs, bar, bar, "Modal")
 
@@ -195,13 +169,13 @@ def _both(made: Any, p: Parameters) -> dict[str, Callable[[], BarPaths]]:
     """By tolerance, and without settings at its place among them."""
     usual = usual_tolerance(made)
     coarser, finer = ([x for x in p.tolerances if (x > usual) == side] for side in (True, False))
-    default = {DEFAULT: partial(on_engine, made, p.span)}
-    run = partial(with_tolerance, made, p.span)
-    return by_tolerance(run, coarser) | default | by_tolerance(run, finer)
+    default = {DEFAULT: partial(variants.on_engine, made, p.span)}
+    run = partial(variants.with_tolerance, made, p.span)
+    return precision.by_tolerance(run, coarser) | default | precision.by_tolerance(run, finer)
 
 
 def _model(p: Parameters, runs: Runs, bar: Any, usual: Any, chosen: str) -> Model:
-    distance = finest(bar, p.compared)
+    distance = variants.finest(bar, p.compared)
     return Model(
         runs,
         lambda outcome: distance(outcome) / p.clearance,
@@ -226,7 +200,7 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
         compared[name] = model.statistics(progress=partial(progress, label=f"{name}: turns"))
         chosen = series[model.chosen][DEFAULT]
         metrics |= _metrics(name, chosen, compared[name])
-        signals |= as_signals({f"{name}: {key}": part for key, part in series.items()})
+        signals |= precision.as_signals({f"{name}: {key}": part for key, part in series.items()})
     metrics |= {name: Metric(_ratio(found, name), "1") for name in RATIOS if RATIOS[name].model in found}
     if "rigid" in found:
         metrics["dop853_over_reference_at_equal_error"] = Metric(_at_equal_error(found["rigid"]), "1")
@@ -236,9 +210,9 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
         metrics=metrics,
         signals=signals,
         tables=[
-            _runs_table(found, f"{_sentence(found)}\n{p.stated()}.\n{footnote(p)}"),
+            _runs_table(found, f"{_sentence(found)}\n{p.stated()}.\n{precision.footnote(p)}"),
             _statistics_table(compared),
-            bars_table({name: ratio.bar for name, ratio in RATIOS.items()}, metrics, "ratio of run times"),
+            precision.bars_table({name: ratio.bar for name, ratio in RATIOS.items()}, metrics, "ratio of run times"),
         ],
         **judged(wrong, _sentence(found)),
     )  # fmt: skip
@@ -246,8 +220,8 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
 
 def _measure(model: Model, p: Parameters, progress: Progress, label: str) -> Series:
     """Errors and times of a model's runs; the front is that of the engine as we use it."""
-    series = measure(model.runs, model.error, p.repeats, progress, label)
-    ours = points_of({name: part for name, part in series.items() if not name.startswith(RIVALS)})
+    series = precision.measure(model.runs, model.error, p.repeats, progress, label)
+    ours = precision.points_of({name: part for name, part in series.items() if not name.startswith(RIVALS)})
 
     def leads(point: Point) -> bool:
         return point in ours and isfinite(point.error) and not any(other.beats(point) for other in ours)
@@ -295,14 +269,11 @@ def _sentence(found: Mapping[str, Series]) -> str:
     """The default run of the first model against the one it is most like."""
     chosen, rival = {
         "rigid": (("Rigid", DEFAULT), ("compiled", EQUAL)),
-        "beam": (("Beam x 4", DEFAULT), (YARDSTICK, power(TOLERANCES[0]))),
+        "beam": (("Beam x 4", DEFAULT), (YARDSTICK, precision.power(TOLERANCES[0]))),
         "modal": (("Modal", DEFAULT), ("compiled, same modes", EQUAL)),
     }[next(iter(found))]
     series = next(iter(found.values()))
     return verdict(series[chosen[0]][chosen[1]], series[rival[0]][rival[1]])
-
-
-# --- what is reported -------------------------------------------------------------------------------------------------
 
 
 def _runs_table(found: Mapping[str, Series], notes: str) -> Table:
@@ -312,7 +283,7 @@ def _runs_table(found: Mapping[str, Series], notes: str) -> Table:
             for key, point in part.items():
                 error = f"{point.error:.1e}" if isfinite(point.error) else "failed"
                 counts = [point.work.get(what) for what in ("steps", "jacobians")]
-                rows.append([model, name, key, error, f"{1e3 * point.wall_s:.3g}", *counts, mark(point)])
+                rows.append([model, name, key, error, f"{1e3 * point.wall_s:.3g}", *counts, precision.mark(point)])
     headers = ["rocker", "run", "setting", "error [clearances]", "time [ms]", "steps", "Jacobians", "front"]
     return Table(headers, rows, "Crank-rocker with clearance: distance from the compiled solver over the first 10 ms", notes)
 
@@ -330,12 +301,12 @@ def _statistics_table(compared: Mapping[str, Comparison]) -> Table:
 
 def figure(result: StudyResult) -> Figure:
     """Error over run time, a panel a rocker."""
-    names = series_in(result.signals)
+    names = precision.series_in(result.signals)
     models = list(dict.fromkeys(name.partition(": ")[0] for name in names))
     fig, axes = subplots(rows=len(models), height=80.0 * len(models), squeeze=False)
     for model, ax in zip(models, axes[:, 0], strict=True):
         own = {name: name.partition(": ")[2] for name in names if name.startswith(f"{model}: ") and not name.endswith(YARDSTICK)}
-        draw(ax, result.signals, own)
+        precision.draw(ax, result.signals, own)
         ax.legend(title="at the points:\ntolerance, or steps", loc="center left", bbox_to_anchor=(1.0, 0.5), alignment="left")
         ax.set(title=f"{model} rocker", ylabel="distance over the first 10 ms\n[clearances]")
     return fig

@@ -12,11 +12,10 @@ from typing import Any
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from buckler.mbs import Beam, Controlled, Equal, Exudyn, Mechanism, Modal, Ramp, simulate
+from buckler.mbs import Beam, Controlled, Equal, Exudyn, Mechanism, Modal, Ramp, Section, simulate
 from buckler.mbs.library import STEEL_CRANK_ROCKER
 from buckler.mbs.modal import BarModes
 from buckler.mbs.spectral.dense import right_hand_side
-from buckler.mbs.spectral.output import STEPS
 from buckler.mbs.spectral.run import integrate
 from buckler.mbs.spectral.scene import Scene
 from buckler.studies.rattling.clearance import CrankRockerParameters
@@ -49,7 +48,6 @@ class BarPaths:
     path: Array
     status: str = "OK"
     work: dict[str, float] = field(default_factory=dict)
-    balance: float = float("nan")
 
 
 class InPython:
@@ -71,29 +69,30 @@ def mechanism(p: CrankRockerParameters, rocker: Any = None, *, ramp: bool = Fals
     return p.bars(rocker=rocker, speed=speed, angle=p.angle, **changes)
 
 
+def damped(p: CrankRockerParameters) -> Section:
+    """Of the rocker, with Kelvin-Voigt damping in bending and along its axis."""
+    found = p.section.damped(p.rocker_damping, LENGTH)
+    return replace(found, material=replace(found.material, axial_damping=found.material.bending_damping))
+
+
 def beam(p: CrankRockerParameters, elements: int) -> Beam:
-    """Rocker of elements, with Kelvin-Voigt damping in bending and along its axis."""
-    damped = p.section.damped(p.rocker_damping, LENGTH)
-    material = replace(damped.material, axial_damping=damped.material.bending_damping)
-    return Beam(replace(damped, material=material), elements=elements)
+    """Rocker of elements."""
+    return Beam(damped(p), elements=elements)
 
 
 def modes_of_beam(p: CrankRockerParameters, count: int = MODES) -> Modal:
-    """Rocker of Timoshenko modes with the material damping of `beam`, of each mode tau omega / 2."""
-    section = beam(p, 1).section
+    """Rocker of Timoshenko modes with the material damping of `damped`, of each mode tau omega / 2."""
+    section = damped(p)
     body = Modal(section, BarModes(count, count), 0.0)
     ratios = section.material.bending_damping * body.planar(LENGTH).frequency / 2
     return replace(body, damping=tuple(ratios.tolist()))
 
 
-# --- runs -------------------------------------------------------------------------------------------------------------
-
-
-def on_engine(made: Mechanism, duration: float, solver: Exudyn | None = None, ledger: bool = False) -> BarPaths:
+def on_engine(made: Mechanism, duration: float, solver: Exudyn | None = None) -> BarPaths:
     """By the engine alone: a run without a solver might be another's."""
-    result = simulate(made, duration, solver=solver or Exudyn(), ledger=ledger, timeout=300)
+    result = simulate(made, duration, solver=solver or Exudyn(), timeout=300)
     path = np.stack([result.signals[f"{bar}.{axis}"] for bar in LINKS for axis in "xy"], axis=1)
-    return BarPaths(result.time, path, result.status, result.work, result.energy_balance if ledger else float("nan"))
+    return BarPaths(result.time, path, result.status, result.work)
 
 
 def with_tolerance(made: Mechanism, duration: float, tolerance: float) -> BarPaths:
@@ -110,7 +109,7 @@ def compiled(made: Mechanism, duration: float, tolerance: float) -> BarPaths:
     """By the compiled solver, at its own steps, nothing read but the path."""
     scene = Scene.of(made)
     out, failure, counts = integrate(scene, duration, solver(made, tolerance))
-    return BarPaths(out.time, out.q[:, centres(scene)], str(failure[0]) if failure else "OK", {"steps": float(counts[STEPS])})
+    return BarPaths(out.time, out.q[:, centres(scene)], str(failure[0]) if failure else "OK", {"steps": float(counts.steps)})
 
 
 def by_scipy(made: Mechanism) -> Callable[[float, float], BarPaths]:
@@ -142,9 +141,6 @@ def plainly(made: Mechanism, duration: float, steps: int) -> BarPaths:
     places = [bars[bar].point(point)[0] for bar, ends in (("coupler", "AB"), ("rocker", "CB")) for point in ends]
     path = np.hstack([(places[0] + places[1]) / 2, (places[2] + places[3]) / 2])
     return BarPaths(time, path, message or "OK", {"steps": float(len(time))})
-
-
-# --- how far apart ----------------------------------------------------------------------------------------------------
 
 
 def finest(made: Mechanism, compared: float) -> Callable[[BarPaths], float]:

@@ -14,20 +14,19 @@ from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from math import nan
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from buckler.mbs import Controlled, Exudyn, Mechanism, Result, simulate
 from buckler.studies.kit.parameters import integer, quantities
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
+from buckler.studies.kit.report import QUIET, Array, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.statistics import mean, power_law
 from buckler.studies.kit.style import COLOURS, Figure, subplots
 from buckler.studies.rattling.bars import RockerParameters
 from buckler.studies.rattling.clearance import START_OFFSET
 from buckler.studies.rattling.turns import by_turn, ensemble, period
 
-Array = np.ndarray[Any, Any]
 JOINT = 2
 """Joint whose force is read: B, coupler and rocker."""
 STEP, STEPS_A_TURN = 5e-5, 720
@@ -135,9 +134,6 @@ def of_turns(result: Result, turn: float, turns: int, settle: int = 0) -> Array:
     return np.array([found[name][:, column].mean() for name, column, *_ in MEASURES.values()])
 
 
-# --- the study --------------------------------------------------------------------------------------------------------
-
-
 def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Measure the grid, and one point once more on the engine."""
     p = parameters
@@ -198,9 +194,6 @@ def _powers(name: str, at: Array, values: Array) -> dict[str, Metric]:
     return powers | {f"{name}.scatter": Metric(found.scatter, "1")}
 
 
-# --- tables -----------------------------------------------------------------------------------------------------------
-
-
 def _table(p: Parameters, grid: Sequence[tuple[float, float]], points: Sequence[SpeedPoint], rigid: Array) -> Table:
     rows = []
     for (clearance, speed), x, still in zip(grid, points, rigid, strict=True):
@@ -236,9 +229,6 @@ def _engine_table(p: Parameters, metrics: Mapping[str, Metric]) -> Table:
         rows.append([name, unit, *shown, f"{metrics[f'engine.{name}.apart'].value:.1f}"])
     title = f"Reference and engine at {1e3 * p.clearance:g} mm and {p.speed:.4g} rad/s"
     return Table(["", "unit", "compiled solver", "engine", "apart, in standard errors"], rows, title)
-
-
-# --- figures ----------------------------------------------------------------------------------------------------------
 
 
 def figure(result: StudyResult) -> dict[str, Figure]:

@@ -15,23 +15,12 @@ from typing import Any
 import numpy as np
 
 from buckler.studies.kit.parameters import integer
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
+from buckler.studies.kit.report import QUIET, Array, Metric, Progress, StudyResult, Table, worst
 from buckler.studies.kit.statistics import mean
 from buckler.studies.kit.style import Figure, subplots
-from buckler.studies.rattling.clearance import (
-    COLOURS,
-    FORCES,
-    SAMPLES,
-    CrankRockerParameters,
-    Variant,
-    drawn,
-    read,
-    run_variants,
-    samples,
-    verdict,
-)
+from buckler.studies.rattling import clearance
+from buckler.studies.rattling.clearance import CrankRockerParameters, Variant
 
-Array = np.ndarray[Any, Any]
 BAND = 2001
 """Times at which the members' band is drawn."""
 JOINTS = {"O": "crank–frame", "A": "crank–coupler", "B": "coupler–rocker", "C": "rocker–frame"}
@@ -52,9 +41,9 @@ class Parameters(CrankRockerParameters):
 def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Run the mechanism with ideal joints and with each rocker, and read them."""
     p = parameters
-    runs = [run_variants(replace(p, seed=p.seed + k), QUIET if k else progress) for k in range(p.members)]
+    runs = [clearance.run_variants(replace(p, seed=p.seed + k), QUIET if k else progress) for k in range(p.members)]
     first = runs[0]
-    found = [{v.name: read(v, variants[0], p.settle) for v in variants} for variants in runs]
+    found = [{v.name: clearance.read(v, variants[0], p.settle) for v in variants} for variants in runs]
     metrics: dict[str, Metric] = {}
     for v in first:
         for name, (_, unit) in found[0][v.name].items():
@@ -65,9 +54,9 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     bands = {name: band for v in first for name, band in _bands(v.name, [run[first.index(v)] for run in runs]).items()}
     return StudyResult(
         parameters=parameters,
-        **verdict([v for run in runs for v in run]),
+        **worst([(v.name, v.result) for run in runs for v in run]),
         metrics=metrics,
-        signals={name: values for v in first for name, values in samples(v).items()} | bands,
+        signals={name: values for v in first for name, values in clearance.samples(v).items()} | bands,
         work={f"{v.name}.{name}": v.result.work[name] for v in first for name in ("wall_s", "steps")},
         tables=[_table(metrics, [v.name for v in first], p)],
     )
@@ -77,10 +66,10 @@ def _bands(name: str, members: Sequence[Variant]) -> dict[str, Array]:
     """The middle two thirds of the members at `BAND` times alike: for every signal that is drawn."""
     if len(members) < 3 or name == "ideal":
         return {}
-    each = [samples(v) for v in members]
+    each = [clearance.samples(v) for v in members]
     time = np.linspace(0, min(s[f"{name}.time"][-1] for s in each), BAND)
     found = {f"{name}.band.time": time}
-    for signal in (*SAMPLES, *(f"{drawn(joint)}.fx" for joint in FORCES.values())):
+    for signal in (*clearance.SAMPLES, *(f"{clearance.drawn(joint)}.fx" for joint in clearance.FORCES.values())):
         values = [np.interp(time, s[f"{name}.time"], s[f"{name}.{signal}"]) for s in each]
         found[f"{name}.band.{signal}"] = np.quantile(values, (1 / 6, 5 / 6), axis=0)
     return found
@@ -113,9 +102,6 @@ def _ratio(flexible: Metric, rigid: Metric) -> str:
     return f"{ratio:.3g}" + (f" ± {ratio * error:.2g}" if error else "")
 
 
-# --- figures ----------------------------------------------------------------------------------------------------------
-
-
 def figure(result: StudyResult) -> dict[str, Figure]:
     """Draw velocities (Figs 5, 6), accelerations (Figs 7, 8), contact forces (Figs 9, 10) and the journals' paths."""
     p: Any = result.parameters
@@ -124,7 +110,7 @@ def figure(result: StudyResult) -> dict[str, Figure]:
         "acceleration": _histories(result, {f"{link}.ax": f"{link}, $a_x$ [m/s²]" for link in ("coupler", "rocker")}),
         "contact_force": _histories(
             result,
-            {f"{drawn(joint)}.fx": f"{name.replace('_', '–')}, $F_x$ [N]" for name, joint in FORCES.items()},
+            {f"{clearance.drawn(joint)}.fx": f"{name.replace('_', '–')}, $F_x$ [N]" for name, joint in clearance.FORCES.items()},
         ),
     }
     return figures | ({"orbits": _orbits(result)} if p.with_play else {})
@@ -145,8 +131,9 @@ def _histories(result: StudyResult, rows: Mapping[str, str]) -> Figure:
                 time, values = 1e3 * s[f"{case}.time"], s[f"{case}.{signal}"]
                 if f"{case}.band.time" in s:
                     low, high = s[f"{case}.band.{signal}"]
-                    ax.fill_between(1e3 * s[f"{case}.band.time"], low, high, color=COLOURS[case], alpha=0.25, linewidth=0)
-                ax.plot(time, values, style, color=COLOURS[case], linewidth=0.7, label=_name(case), rasterized=True)
+                    look = {"color": clearance.COLOURS[case], "alpha": 0.25, "linewidth": 0}
+                    ax.fill_between(1e3 * s[f"{case}.band.time"], low, high, **look)
+                ax.plot(time, values, style, color=clearance.COLOURS[case], linewidth=0.7, label=_name(case), rasterized=True)
             ax.label_outer()
         line[0].set_ylabel(name)
     for ax in axes[0]:
@@ -172,7 +159,7 @@ def _orbits(result: StudyResult) -> Figure:
     for line, variant in zip(axes, variants, strict=True):
         for ax, joint in zip(line, joints, strict=True):
             x, y = (s[f"{variant}.{joint}.journal_{axis}"] / p.clearance for axis in "xy")
-            ax.plot(x, y, color=COLOURS[variant], linewidth=0.3, rasterized=True)
+            ax.plot(x, y, color=clearance.COLOURS[variant], linewidth=0.3, rasterized=True)
             ax.plot(np.cos(turn), np.sin(turn), color="#000000", linewidth=0.8)
             ax.set_aspect("equal")
             ax.label_outer()

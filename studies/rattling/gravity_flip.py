@@ -22,14 +22,13 @@ import numpy as np
 
 from buckler.studies.kit.parameters import choice, choices, integer, quantities, quantity
 from buckler.studies.kit.published import DAMPING_UNITS
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
+from buckler.studies.kit.report import QUIET, Array, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import COLOURS, Figure, subplots
-from buckler.studies.rattling import world
+from buckler.studies.rattling import buffering_world as world
 from buckler.studies.rattling.bars import flexible
 from buckler.studies.rattling.buffering_measures import BALANCED, CLAIMS, Ratio, mean, ratio
 from buckler.studies.rattling.worlds import COUNTS, STANDARD
 
-Array = np.ndarray[Any, Any]
 CLAIM = next(claim for claim in CLAIMS if claim.name == "force.rocker_frame")
 THEORIES = {"Timoshenko": "free", "Euler-Bernoulli": "Euler-Bernoulli"}
 """Of the modes, as `modes_of` names them."""

@@ -67,9 +67,6 @@ class Parameters(EnsembleParameters):
         return [name for name in SETS if name in (*self.sets, BASE, BEST)]
 
 
-# --- runs -------------------------------------------------------------------------------------------------------------
-
-
 class ModeCase(NamedTuple):
     """One reading of c_max and side in the plane, m."""
 
@@ -170,9 +167,6 @@ def cross_check(p: Parameters, depth: float) -> float:
     return float(max(away)) / p.clearance
 
 
-# --- tables -----------------------------------------------------------------------------------------------------------
-
-
 def _modes_table(depth: float) -> Table:
     """What each number stands for, in each way of counting."""
     rows: list[list[Any]] = []
@@ -220,9 +214,6 @@ def _check_table(metrics: Mapping[str, Metric], p: Parameters) -> list[Table]:
 
 def _with_error(metric: Metric) -> tuple[float, float]:
     return metric.value, metric.value * (metric.error or 0.0)
-
-
-# --- figure -----------------------------------------------------------------------------------------------------------
 
 
 def figure(result: StudyResult) -> Figure:

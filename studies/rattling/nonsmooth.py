@@ -19,12 +19,11 @@ import numpy as np
 
 from buckler.mbs import Controlled, Exudyn, Mechanism, Result, simulate
 from buckler.studies.kit.parameters import StudyParameters, choices, quantities, quantity
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
+from buckler.studies.kit.report import QUIET, Array, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import COLOURS, Figure, subplots
 from buckler.studies.rattling.nonsmooth_cases import ARM, CLEARANCE, CRANK, ROD, fourbar, slider_crank
 from buckler.studies.rattling.siconos import FOURBAR, SLIDER_CRANK
 
-Array = np.ndarray[Any, Any]
 CASES = {"four-bar": (fourbar, 1.0, CRANK), "slider-crank": (slider_crank, 0.1, ARM)}
 """Mechanism by stiffness, length of a run, s, and the length of its crank, m."""
 CLOSE = 0.01

@@ -12,8 +12,6 @@ from buckler.mbs import Clearance, Link, Mechanism, Revolute, Rigid, Stop, Torqu
 from buckler.mbs.laws import CarvalhoMartins, Coulomb
 from buckler.studies.rattling.siconos import FOURBAR
 
-# --- four-bar ---------------------------------------------------------------------------------------------------------
-
 CRANK, COUPLER, ROCKER, FRAME = 1.0, 4.0, 2.5, 3.0
 """Lengths, m; every bar has 1 kg."""
 CENTRE = 1.876454585097650, 1.691962091335582
@@ -86,8 +84,6 @@ def fourbar(stiffness: float) -> Mechanism:
         gravity=(0.0, -GRAVITY),
     )
 
-
-# --- slider-crank -----------------------------------------------------------------------------------------------------
 
 ARM, ROD = 0.153, 0.306
 HALF_LENGTH, HALF_HEIGHT, CLEARANCE = 0.05, 0.025, 0.001

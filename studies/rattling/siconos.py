@@ -11,11 +11,10 @@ Four-bar: every row that is published. Slider-crank: every tenth, up to 0.1 s.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-Array = np.ndarray[Any, Any]
+from buckler.studies.kit.report import Array
 
 
 def _columns(name: str) -> Array:

@@ -11,7 +11,6 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from math import pi
-from typing import Any
 
 import numpy as np
 
@@ -22,9 +21,9 @@ from buckler.mbs.record.record import Record
 from buckler.mbs.spectral import ensembles
 from buckler.mbs.spectral.ensembles import Member
 from buckler.mbs.validate import whole
+from buckler.studies.kit.report import Array
 from buckler.studies.rattling.assumptions import BODIES, JOINTS
 
-Array = np.ndarray[Any, Any]
 LOOSE = 1e-6
 """Tolerance from which on stability, not accuracy, limits explicit steps where contacts are stiffly damped."""
 BETWEEN = 3

@@ -19,13 +19,12 @@ from buckler import mbs
 from buckler.mbs import Mechanism, Result
 from buckler.mbs.elements.clearance import clearances, contact, states
 from buckler.studies.kit.parameters import integer, quantity
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
+from buckler.studies.kit.report import QUIET, Array, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import Figure, subplots
 from buckler.studies.rattling.assumptions import BODIES
 from buckler.studies.rattling.clearance import COLOURS, STEPS_A_TURN, CrankRockerParameters, label
 from buckler.studies.rattling.wearing import BUSH, PIN, Jump, Rubbing, directions, fitted, jumps, shares, size
 
-Array = np.ndarray[Any, Any]
 SIDES = {"bush": BUSH, "pin": PIN}
 TRUSTED = 0.1
 """Relative error of all jumps up to which the numbers are trusted."""

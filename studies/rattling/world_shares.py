@@ -8,12 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from buckler.studies.kit.report import Metric, Table
+from buckler.studies.kit.report import Array, Metric, Table
 from buckler.studies.kit.style import COLOURS, Figure, plain_ticks, subplots
 from buckler.studies.rattling.buffering_measures import CLAIMS
 from buckler.studies.rattling.worlds import ASSUMPTIONS, Tree, Worlds, grown, sentence, wilson
 
-Array = np.ndarray[Any, Any]
 NOTES = """\
 A world has one value of everything that the paper leaves open, drawn from a Sobol' set: {names}.
 Holds: the flexible rocker's number is lower by {margin:g} % at least. Interval: Wilson, 95 %. unsure: worlds whose ratio is

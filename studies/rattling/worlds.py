@@ -20,7 +20,7 @@ import numpy as np
 from scipy.stats import binomtest, qmc
 
 from buckler.studies.kit.published import DAMPING_UNITS
-from buckler.studies.rattling import world
+from buckler.studies.rattling import buffering_world as world
 from buckler.studies.rattling.assumptions import BODIES, DAMPINGS, JOINTS, KINDS
 
 Array = np.ndarray[Any, Any]
@@ -136,18 +136,12 @@ def parameters(values: dict[str, Any], number: int, **shared: Any) -> world.Para
     )
 
 
-# --- shares -----------------------------------------------------------------------------------------------------------
-
-
 def wilson(hits: int, of: int, level: float = 0.05) -> tuple[float, float]:
     """Wilson's interval of a share, of confidence 1 - level."""
     if not of:
         return 0.0, 1.0
     found = binomtest(hits, of).proportion_ci(1 - level, "wilson")
     return float(found.low), float(found.high)
-
-
-# --- what decides -----------------------------------------------------------------------------------------------------
 
 
 class Split(NamedTuple):

@@ -5,14 +5,15 @@ The paper's figures fit gravity normal to the plane and a crank of prescribed sp
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from math import cos, pi, sin
 from typing import Any
 
 import numpy as np
 
-from buckler.mbs import Mechanism, Motion, Motor, Ramp, Result
-from buckler.studies.kit.parameters import StudyParameters, quantity
+from buckler.mbs import Mechanism, Motion, Motor, Ramp
+from buckler.studies.kit.gravity import Gravity
+from buckler.studies.kit.parameters import quantity
 
 Array = np.ndarray[Any, Any]
 CONSTANT = 1.0
@@ -20,22 +21,13 @@ CONSTANT = 1.0
 
 
 @dataclass(frozen=True)
-class StrikeAssumptions(StudyParameters):
+class StrikeAssumptions(Gravity):
     """Gravity and motor of every study of the striking slider-crank."""
 
-    gravity: float = quantity(0.0, "m/s^2", 0, 100, "gravity in the plane; 0: normal to it (strip and links)", "left open")
-    gravity_angle: float = quantity(-pi / 2, "rad", -7, 7, "its direction from the slider's line", "left open")
     motor: float = quantity(
         0.0, "N.m.s/rad", 0, 1e4, "DC motor at the crank: fall of its torque over speed; 0: speed prescribed", "left open"
     )
     motor_inertia: float = quantity(0.02, "kg.m^2", 0, 10, "of the motor's rotor at the crank", "left open")
-
-    @property
-    def pull(self) -> tuple[float, float]:
-        """Gravity as a vector, m/s^2."""
-        if not self.gravity:
-            return (0.0, 0.0)
-        return (self.gravity * cos(self.gravity_angle), self.gravity * sin(self.gravity_angle))
 
     def under(self, made: Mechanism) -> Mechanism:
         """The same mechanism under gravity, and with its crank turned by the motor instead of driven at its speed.
@@ -60,13 +52,12 @@ class StrikeAssumptions(StudyParameters):
 
     def stated(self) -> str:
         """One sentence for a table."""
-        down = f"{self.gravity:g} m/s² at {np.degrees(self.gravity_angle):.4g} deg" if self.gravity else "none in the plane"
         drive = f"DC motor of {self.motor:g} N m s, {self.motor_inertia:g} kg m²" if self.motor else "speed prescribed"
-        return f"Left open by the paper: gravity {down}; crank: {drive}"
+        return f"Left open by the paper: gravity {self.down}; crank: {drive}"
 
 
-def crank_angle(result: Result) -> Array:
+def crank_angle(signals: Mapping[str, Array]) -> Array:
     """Crank angle from 0 at the start, rad: of the drive, or where a motor has turned the crank."""
-    if "drive.position" in result.signals:
-        return np.asarray(result.signals["drive.position"])
-    return np.unwrap(np.arctan2(result.signals["crank.y"], result.signals["crank.x"]))
+    if "drive.position" in signals:
+        return np.asarray(signals["drive.position"])
+    return np.unwrap(np.arctan2(signals["crank.y"], signals["crank.x"]))

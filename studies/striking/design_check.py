@@ -63,8 +63,6 @@ class CheckedTurn:
     impact_force : largest force of the first impact, until it first returns to zero, N
     contact_angle : from first contact to release, rad
     settled : crank angle from which the slider rests against the stop, rad; nan if it is off it at the dead centre
-    rebounds : whether the force returns to zero before the dead centre
-    buckled : largest relative end shortening before first contact
     energy_balance : largest ledger error over the energy put through
     wall_s : run time, s
     angle, force : arrays, shape (samples,), crank angle, rad, and force on the stop, N
@@ -77,8 +75,6 @@ class CheckedTurn:
     impact_force: float
     contact_angle: float
     settled: float
-    rebounds: bool
-    buckled: float
     energy_balance: float
     wall_s: float
     angle: Array
@@ -117,19 +113,17 @@ def check(model: str, design: Design, numerics: Numerics | None = None) -> Check
         timeout=numerics.timeout,
     )
     signals = result.signals
-    angle, force = crank_angle(result), signals["B.contact_force"]
-    shortening = signals["coupler.end_shortening"] / float(design.given.coupler)
+    angle, force = crank_angle(result.signals), signals["B.contact_force"]
     return CheckedTurn(
-        model, str(result.status), result.message, **_read(angle, force, shortening),
+        model, str(result.status), result.message, **_read(angle, force),
         energy_balance=result.energy_balance, wall_s=result.work["wall_s"], angle=angle, force=force,
     )  # fmt: skip
 
 
-def _read(angle: Array, force: Array, shortening: Array) -> dict[str, Any]:
+def _read(angle: Array, force: Array) -> dict[str, float]:
     found = strikes(force)
     if not found:
-        nothing = dict.fromkeys(("contact_force", "impact_force", "contact_angle", "settled"), nan)
-        return {**nothing, "rebounds": False, "buckled": float(shortening.max())}
+        return dict.fromkeys(("contact_force", "impact_force", "contact_angle", "settled"), nan)
     one, last = found[0], found[-1].last
     rests = np.interp(pi, angle, force, right=nan) > 0 and angle[last] > pi
     start = [strike.first for strike in found if strike is one or angle[strike.before] < pi][-1]
@@ -138,8 +132,6 @@ def _read(angle: Array, force: Array, shortening: Array) -> dict[str, Any]:
         "impact_force": one.peak(force),
         "contact_angle": float(angle[last] - angle[one.first]),
         "settled": float(angle[start]) if rests else nan,
-        "rebounds": bool(one.after > one.last and angle[one.after] < pi),
-        "buckled": float(shortening[: one.first + 1].max()),
     }
 
 

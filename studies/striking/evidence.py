@@ -13,22 +13,24 @@ D. V. Lindley, On a measure of the information provided by an experiment, doi 10
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.interpolate import RBFInterpolator
 from scipy.special import log_ndtr, logsumexp
 from scipy.stats import qmc
 
 from buckler.studies.kit.published import IMPACT_FORCE, IMPACT_SPEED, SENSOR_RANGE, SENSOR_VOLTAGE, VOLTAGE_FORCES
-from buckler.studies.striking.emulator import RANGES, STRAIGHT, Emulator
 
 Array = np.ndarray[Any, Any]
 DEAD_BAND = (0.0, 1.8)
 """Prior of the voltage below which the motor does not turn, V; uniform."""
-BOW = (1e-3, RANGES["bow"][1])
-"""Prior of a bow, over the strip's length; like those of stiffness, motor and compliance uniform in its logarithm."""
+RANGES = {"stop_stiffness": (1e3, 2e5), "bow": (1e-3, 0.03), "motor": (0.2, 20.0), "compliance": (1e-3, 1.0)}
+"""Priors, uniform in the logarithm: N/m, 1, N m s, rad/(N m)."""
+FLOOR = 1e-3
+"""Least force, N, or time, s, that is interpolated; also where a strike does not happen."""
 SCRAMBLES = 8
 """Sobol' sets of a hypothesis; their scatter gives the error of its evidence."""
 CAUSES = ("bow", "gravity", "motor", "dead_band", "compliance")
@@ -75,7 +77,7 @@ class Hypothesis:
             elif name == "dead_band":
                 found[name] = DEAD_BAND[0] + (DEAD_BAND[1] - DEAD_BAND[0]) * x
             else:
-                low, high = BOW if name == "bow" else RANGES[name]
+                low, high = RANGES[name]
                 found[name] = low * (high / low) ** x
         return found
 
@@ -96,37 +98,48 @@ def crank_speed(voltage: float | None, dead_band: Any, reference: float) -> Any:
     return IMPACT_SPEED * (voltage - dead_band) / (reference - dead_band)
 
 
-def asked(values: Mapping[str, Array], voltage: float | None, reference: float) -> tuple[str, dict[str, Array]]:
-    """Table of the emulator, without gravity, and points of its axes, for values of a hypothesis at a reading."""
-    some = values["stop_stiffness"]
-    point = {"stop_stiffness": some, "speed": crank_speed(voltage, values.get("dead_band", 0.0 * some), reference)}
-    point["bow"] = values.get("bow", np.full_like(some, STRAIGHT))
-    drive = next((name for name in ("motor", "compliance") if name in values), "")
-    if drive:
-        point[drive] = values[drive]
-    return drive or "rigid", point
+class Strikes:
+    """Numbers of strikes over the unit cube of a hypothesis: simulated at some points, interpolated between them.
 
+    Logarithms, over those of the unknowns, by thin plates with a power law below them; for gravity's two directions apart.
+    """
 
-def predicted(
-    emulator: Emulator, values: Mapping[str, Array], voltage: float | None, reference: float, what: str = "peak"
-) -> Array:
-    """A number of a strike, for each of the values of a hypothesis, shape (points,)."""
-    table, point = asked(values, voltage, reference)
-    if "gravity" not in values:
-        return emulator(table, what, **point)
-    return np.where(values["gravity"] < 0, *(emulator(f"{table}{g}", what, **point) for g in ("-y", "+y")))
+    def __init__(self, hypothesis: Hypothesis, simulate: Callable[[Mapping[str, Array]], Array]) -> None:
+        self.hypothesis, self.simulate = hypothesis, simulate
+        self.unit, self.logs = np.empty((0, len(hypothesis.axes))), np.empty((0, 0))
 
+    def add(self, unit: Array) -> Array:
+        """Simulate at further points; how far the readings' forces were off there before, shape (points, readings)."""
+        found = np.log(np.maximum(np.nan_to_num(self.simulate(self.hypothesis.values(unit)), nan=FLOOR), FLOOR))
+        off = np.expm1(self(unit) - found)[:, : len(READINGS)] if len(self.logs) else np.full((len(unit), len(READINGS)), np.nan)
+        self.unit = np.vstack([self.unit, unit])
+        self.logs = np.vstack([self.logs.reshape(-1, found.shape[1]), found])
+        return off
 
-def where(found: Posterior, count: int, reference: float, seed: int) -> list[tuple[str, dict[str, float]]]:
-    """Strikes that a posterior is about: table and point, for so many of its samples at every reading."""
-    chosen = np.random.default_rng(seed).choice(len(found.values["stop_stiffness"]), count, replace=False)
-    strikes = []
-    for reading in READINGS:
-        table, point = asked(found.values, reading.voltage, reference)
-        for i in chosen:
-            sign = {-1.0: "-y", 1.0: "+y"}.get(float(found.values["gravity"][i]), "") if "gravity" in found.values else ""
-            strikes.append((f"{table}{sign}", {name: float(x[i]) for name, x in point.items()}))
-    return strikes
+    def __call__(self, unit: Array) -> Array:
+        """Logarithms at points, shape (points, numbers)."""
+        out = np.empty((len(unit), self.logs.shape[1]))
+        smooth = [k for k, name in enumerate(self.hypothesis.axes) if name != "gravity"]
+        (mine, side), ups = (self._up(x) for x in (self.unit, unit)), (False, True)
+        for up in ups:
+            if (side == up).any():
+                known = mine == up
+                shape = RBFInterpolator(self.unit[known][:, smooth], self.logs[known], kernel="thin_plate_spline")
+                out[side == up] = shape(unit[side == up][:, smooth])
+        return np.clip(out, self.logs.min(axis=0) - 1.0, self.logs.max(axis=0) + 1.0)
+
+    def spread(self, unit: Array, count: int) -> Array:
+        """So many of some points, each the farthest from those simulated and chosen so far: no two are near each other."""
+        chosen, apart = list[Array](), np.linalg.norm(unit[:, None] - self.unit[None], axis=2).min(axis=1)
+        for _ in range(count):
+            chosen.append(unit[np.argmax(apart)])
+            apart = np.minimum(apart, np.linalg.norm(unit - chosen[-1], axis=1))
+        return np.array(chosen)
+
+    def _up(self, unit: Array) -> Array:
+        """Whether gravity pulls the other way."""
+        axes = self.hypothesis.axes
+        return unit[:, axes.index("gravity")] >= 0.5 if "gravity" in axes else np.zeros(len(unit), dtype=bool)
 
 
 def log_likelihood(forces: Sequence[Array], sd: float, model_error: float) -> Array:
@@ -146,42 +159,51 @@ class Posterior(NamedTuple):
     ----------
     log_evidence, error : float
         Natural logarithm, and its standard error.
-    values : dict of str to array, shape (samples,)
-        Drawn from the posterior.
-    best : dict of str to float
-        Where the likelihood is largest.
-    forces : array, shape (readings, samples)
-        Predicted, at the samples.
+    unit : array, shape (samples, axes)
+        Drawn from the posterior, in the unit cube.
+    best : array, shape (axes,)
+        Where the likelihood is largest, likewise.
+    numbers : array, shape (samples, numbers)
+        Of the strikes at the samples: forces of the readings, then the others.
     """
 
     hypothesis: Hypothesis
     log_evidence: float
     error: float
-    values: dict[str, Array]
-    best: dict[str, float]
-    forces: Array
+    unit: Array
+    best: Array
+    numbers: Array
+
+    @property
+    def forces(self) -> Array:
+        """Of the readings, N, shape (readings, samples)."""
+        return self.numbers[:, : len(READINGS)].T
 
 
 def posterior(
-    emulator: Emulator, hypothesis: Hypothesis, *, points: int, samples: int, sd: float, model_error: float, reference: float,
+    strikes: Callable[[Array], Array],
+    hypothesis: Hypothesis,
+    *,
+    points: int,
+    samples: int,
+    sd: float,
+    model_error: float,
     seed: int,
-) -> Posterior:  # fmt: skip
-    """Integrate over the priors by `SCRAMBLES` Sobol' sets of so many points, a power of two, and draw samples."""
+) -> Posterior:
+    """Integrate over the priors by `SCRAMBLES` Sobol' sets of so many points, a power of two, and draw samples.
+
+    `strikes` gives the logarithms of the strikes' numbers at points of the unit cube, those of the readings first.
+    """
     draw = np.random.default_rng(seed)
     unit = np.concatenate([qmc.Sobol(len(hypothesis.axes), rng=draw).random(points) for _ in range(SCRAMBLES)])
-    values = hypothesis.values(unit)
-    forces = np.stack([predicted(emulator, values, reading.voltage, reference) for reading in READINGS])
-    log_l = log_likelihood(list(forces), sd, model_error)
+    numbers = np.exp(strikes(unit))
+    log_l = log_likelihood(list(numbers.T[: len(READINGS)]), sd, model_error)
     parts = logsumexp(log_l.reshape(SCRAMBLES, points), axis=1) - np.log(points)
     evidence = float(logsumexp(parts) - np.log(SCRAMBLES))
-    scatter = np.exp(parts - evidence)
     weights = np.exp(log_l - log_l.max())
     chosen = draw.choice(len(unit), samples, p=weights / weights.sum())
-    top = int(np.argmax(log_l))
-    return Posterior(
-        hypothesis, evidence, float(scatter.std(ddof=1) / np.sqrt(SCRAMBLES)),
-        {name: x[chosen] for name, x in values.items()}, {name: float(x[top]) for name, x in values.items()}, forces[:, chosen],
-    )  # fmt: skip
+    scatter = float(np.exp(parts - evidence).std(ddof=1) / np.sqrt(SCRAMBLES))
+    return Posterior(hypothesis, evidence, scatter, unit[chosen], unit[np.argmax(log_l)], numbers[chosen])
 
 
 def probabilities(found: Sequence[Posterior]) -> Array:

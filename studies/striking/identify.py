@@ -2,9 +2,9 @@
 
 A stop of unknown stiffness alone, or with a bow of the strip, gravity in the plane, a DC motor that gives way, a voltage below
 which the motor stands still, a compliant drive, or two of these. Each is held against the readings with an error of 1 N; 44.18 N
-at 4.4 V is the range of the sensor, which a force did not exceed. Strikes are simulated on a grid and interpolated; then, twice
-by default, strikes are simulated where the posteriors lie and correct the interpolation there, and at last others tell how far
-it is still off. The best point of every hypothesis is simulated once more. Then: which further reading would tell them apart?
+at 4.4 V is the range of the sensor, which a force did not exceed. Strikes are simulated at points over the priors and where the
+posterior lies, and interpolated in between; what further strikes are off before they are added is the interpolation's error.
+The best point is fitted (`buckler.mbs.fit`). Then: which further reading would tell the hypotheses apart?
 
 References
 ----------
@@ -13,34 +13,37 @@ B. Demirel et al., Compliant Impact Generator for Required Impact and Contact Fo
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
+from math import copysign, nan, pi
+from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.stats import qmc
 
-from buckler.studies.kit.parameters import StudyParameters, choice, choices, integer, quantity, text
+from buckler.mbs import Controlled, Mechanism, Spectral, fit
+from buckler.mbs.sensitivity.data import Experiment, Read
+from buckler.studies.kit.parameters import StudyParameters, choice, choices, integer, quantity
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
 from buckler.studies.kit.style import COLOURS, Figure, subplots
-from buckler.studies.striking.emulator import FIELDS, GRAVITY, RANGES, Emulator, grids
 from buckler.studies.striking.evidence import (
-    BOW,
     CAUSES,
     DEAD_BAND,
+    FLOOR,
+    RANGES,
     READINGS,
     Hypothesis,
     Posterior,
+    Strikes,
     crank_speed,
     hypotheses,
     information,
     posterior,
-    predicted,
     probabilities,
-    where,
 )
+from buckler.studies.striking.strike import UNITS, duration, mechanism, struck
 from buckler.studies.striking.strike import Parameters as Strike
-from buckler.studies.sweeping.sweep import sweep
 
 Array = np.ndarray[Any, Any]
 NAMES = ("f125", "v25", "v30", "v44")
@@ -53,14 +56,23 @@ FURTHER = {
     "peak": ("impact force at 4.4 V, by a larger sensor", 1.0, "N"),
 }
 """Readings that could still be taken, each with its error."""
-DOUBTFUL = 4.0
-"""N: how far a strike at the best point may be from the posterior's mean before the emulator is doubted there."""
+PEAK = "peak(B.contact_force, 1)"
+"""The largest force of the first impact."""
+NEAR = 0.1
+"""Of the priors' ranges: how far the fitted point may lie from the best one that was interpolated."""
+STANDARD = 9.81
 EXACT = 0.02
 """Relative error of the interpolation above which evidence is told as a span."""
 UNREFINED = 0.03
 """Relative error of the interpolation before it is known."""
 LONGEST = 12.0
 """Difference of log evidence at which a bar ends."""
+TOLERANCE = 1e-5
+"""Of the runs that are fitted, as of the strikes."""
+FIELDS = {"bow": "imperfection"}
+"""Unknowns whose parameter of `strike` is called otherwise."""
+Best = tuple[dict[str, float], list[float]]
+"""Values, and forces of the readings, N."""
 WITHIN = 1.0
 """N: how near a force must come to count as explained."""
 
@@ -74,18 +86,13 @@ class Parameters(StudyParameters):
     causes: tuple[str, ...] = choices(CAUSES, CAUSES, "causes beside the stop's stiffness", "hypotheses")
     pairs: str = choice("yes", ("yes", "no"), "whether pairs of causes are hypotheses, too", "hypotheses")
     mass: float = quantity(0.3, "kg", 0.01, 10, "mass of the slider", "slider and stop")
-    stiffnesses: int = integer(7, 4, 40, "values of the stop's stiffness that are simulated", "emulator")
-    speeds: int = integer(5, 4, 40, "speeds of the crank that are simulated", "emulator")
-    bows: int = integer(5, 2, 40, "bows of the strip that are simulated", "emulator")
-    others: int = integer(4, 2, 40, "motors and compliances that are simulated", "emulator")
-    rounds: int = integer(2, 0, 20, "corrections by strikes where the posteriors lie", "emulator")
-    refined: int = integer(6, 1, 1000, "samples of every posterior that a correction simulates, each at all readings", "emulator")
-    held_out: int = integer(4, 0, 1000, "samples that the corrected interpolation is held against", "emulator")
+    first: int = integer(8, 4, 10**4, "strikes over the priors, for each unknown and reading; more by its square", "strikes")
+    rounds: int = integer(2, 1, 20, "rounds of further strikes where the posterior lies", "strikes")
+    refined: int = integer(6, 1, 1000, "strikes of a round, for each unknown and reading", "strikes")
     points: int = integer(2048, 16, 2**20, "Sobol' points of each of 8 sets over the priors, a power of two", "numerics")
     samples: int = integer(400, 10, 10**5, "samples of each posterior", "numerics")
     seed: int = integer(0, 0, 2**31 - 1, "draws the points", "numerics")
-    workers: int = integer(2, 0, 256, "processes, 0 for none but this", "numerics")
-    strikes_store: str = text("results/identify-strikes.sqlite", "file of the simulated strikes; none: memory only", "numerics")
+    workers: int = integer(2, 1, 256, "threads", "numerics")
 
     @property
     def hypotheses(self) -> list[Hypothesis]:
@@ -99,123 +106,121 @@ class Parameters(StudyParameters):
 
 
 def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
-    """Simulate the grid, weigh every hypothesis, simulate its best point, look for readings that would tell them apart."""
+    """Weigh every hypothesis, fit its best point, look for readings that would tell them apart."""
     p = parameters
-    store = Path(p.strikes_store) if p.strikes_store else None
-    if store:
-        store.parent.mkdir(parents=True, exist_ok=True)
-    wanted = grids(p.causes, p.pairs == "yes", p.stiffnesses, p.speeds, p.bows, p.others)
-    emulator = Emulator(wanted, p.workers, store, progress, mass=p.mass)
-    found, errors = _posteriors(emulator, p, progress)
-    spans = _spans(emulator, p, found, errors)
-    engine = at_best(p, found, progress)
-    told = _further(emulator, p, found)
-    metrics = _metrics(found, engine, told) | {
+    with ThreadPoolExecutor(p.workers) as pool:
+        weighed = [_weighed(h, p, pool) for h in progress(p.hypotheses, label="hypotheses")]
+    found = [each.posterior for each in weighed]
+    fits = [fitted(each, p) for each in progress(found, label="best points")]
+    column = {what: len(READINGS) - 1 + k for k, what in enumerate(UNITS)} | {"peak": len(READINGS) - 1}
+    told = {what: information([each.numbers[:, column[what]] for each in found], probabilities(found), sd, p.seed)
+            for what, (_, sd, _) in FURTHER.items()}  # fmt: skip
+    errors, failed = {w.posterior.hypothesis.name: w.error for w in weighed}, sum(w.failed for w in weighed)
+    spans = {w.posterior.hypothesis.name: w.span for w in weighed if w.error > EXACT}
+    runs = len(READINGS) * sum(w.points for w in weighed)
+    metrics = _metrics(found, fits, told) | {
         "emulator.error": Metric(float(np.mean(list(errors.values()))), "1"),
         **{f"emulator.{name}.error": Metric(float(error), "1") for name, error in errors.items()},
         "emulator.worst": Metric(float(max(errors.values())), "1"),
-        "emulator.failed": Metric(float(emulator.failed), "1"),
+        "emulator.failed": Metric(float(failed), "1"),
         **{f"{name}.log_evidence.{end}": Metric(x, "1") for name, span in spans.items()
            for end, x in zip(("low", "high"), span, strict=True)},
     }  # fmt: skip
-    suspect = f"EMULATOR: {emulator.failed} of {emulator.runs} strikes failed" if emulator.failed > 0.01 * emulator.runs else ""
+    suspect = f"EMULATOR: {failed} of {runs} strikes failed" if failed > 0.01 * runs else ""
     return StudyResult(
         parameters=p,
         status="SUSPECT" if suspect else "OK",
         message=suspect,
         metrics=metrics,
         signals={f"{each.hypothesis.name}.forces": each.forces for each in found},
-        work={"strikes": emulator.runs},
-        tables=[_table(found, engine, errors, spans, p), _further_table(told)],
+        work={"strikes": runs},
+        tables=[_table(found, fits, errors, spans, p), _further_table(told)],
     )
 
 
-def _posteriors(emulator: Emulator, p: Parameters, progress: Progress) -> tuple[list[Posterior], dict[str, float]]:
-    """Posteriors of all hypotheses on an interpolation that was corrected where they lie, and its error there for each."""
-    numerics: dict[str, Any] = {"points": p.points, "samples": p.samples, "sd": p.reading_error, "seed": p.seed}
+class _Weighed(NamedTuple):
+    """A posterior, relative error of the interpolated forces, span of the log evidence, points, strikes that failed."""
 
-    def weighed(errors: Mapping[str, float]) -> list[Posterior]:
-        return [
-            posterior(emulator, h, model_error=errors[h.name], reference=p.reference_voltage, **numerics) for h in p.hypotheses
-        ]
-
-    errors = dict.fromkeys((h.name for h in p.hypotheses), UNREFINED)
-    found = weighed(errors)
-    for k in range(p.rounds):
-        emulator.refine(_gathered(where(each, p.refined, p.reference_voltage, p.seed + k) for each in found), progress)
-        found = weighed(errors)
-    if p.held_out:
-        wanted = [where(each, p.held_out, p.reference_voltage, p.seed + 100) for each in found]
-        off = emulator.off(_gathered(wanted), progress)
-        place = {table: iter(values) for table, values in off.items()}
-        for each, some in zip(found, wanted, strict=True):
-            errors[each.hypothesis.name] = float(np.sqrt(np.nanmean([next(place[table]) ** 2 for table, _ in some])))
-        found = weighed(errors)
-    return found, errors
+    posterior: Posterior
+    error: float
+    span: tuple[float, float]
+    points: int
+    failed: int
 
 
-def _spans(
-    emulator: Emulator, p: Parameters, found: Sequence[Posterior], errors: Mapping[str, float]
-) -> dict[str, tuple[float, float]]:
-    """Log evidence from none to twice the interpolation's error, of hypotheses where that is more than `EXACT`."""
-    numerics: dict[str, Any] = {"points": p.points, "samples": p.samples, "sd": p.reading_error, "seed": p.seed}
-    spans = {}
-    for each in found:
-        h, error = each.hypothesis, errors[each.hypothesis.name]
-        if error > EXACT:
-            others = [posterior(emulator, h, model_error=e, reference=p.reference_voltage, **numerics) for e in (0.0, 2 * error)]
-            logs = [each.log_evidence, *(other.log_evidence for other in others)]
-            spans[h.name] = (min(logs), max(logs))
-    return spans
+def _weighed(h: Hypothesis, p: Parameters, pool: ThreadPoolExecutor) -> _Weighed:
+    """Simulate over the priors, then where the posterior lies, and integrate."""
+    strikes, d = Strikes(h, lambda values: _simulated(values, p, pool)), len(h.axes)
+
+    def weigh(error: float) -> Posterior:
+        return posterior(strikes, h, points=p.points, samples=p.samples, sd=p.reading_error, model_error=error, seed=p.seed)
+
+    strikes.add(qmc.Halton(d, rng=np.random.default_rng(p.seed)).random(p.first * d * d))
+    error = UNREFINED
+    for _ in range(p.rounds):
+        off = strikes.add(strikes.spread(weigh(error).unit, p.refined * d))
+        error = float(np.sqrt(np.nanmean(off**2)))
+    found = weigh(error)
+    logs = [found.log_evidence, *(weigh(other).log_evidence for other in ((0.0, 2 * error) if error > EXACT else ()))]
+    failed = int((strikes.logs[:, : len(READINGS)] <= np.log(FLOOR)).sum())
+    return _Weighed(found, error, (min(logs), max(logs)), len(strikes.unit), failed)
 
 
-def _gathered(some: Iterable[Sequence[tuple[str, dict[str, float]]]]) -> dict[str, list[dict[str, float]]]:
-    """Points by table, in their order."""
-    found: dict[str, list[dict[str, float]]] = {}
-    for table, point in (pair for each in some for pair in each):
-        found.setdefault(table, []).append(point)
-    return found
+def case(values: Mapping[str, float], voltage: float | None, p: Parameters) -> Strike:
+    """The strike that a hypothesis with these values predicts for a reading."""
+    given: dict[str, Any] = {
+        FIELDS.get(name, name): value for name, value in values.items() if name not in ("gravity", "dead_band")
+    }
+    if "gravity" in values:
+        given |= {"gravity": STANDARD, "gravity_angle": copysign(pi / 2, values["gravity"])}
+    speed = crank_speed(voltage, values.get("dead_band", 0.0), p.reference_voltage)
+    return Strike(**given, speed=float(speed), mass=p.mass)
 
 
-def at_best(p: Parameters, found: Sequence[Posterior], progress: Progress) -> Array:
-    """Forces simulated at every hypothesis's best point, N, shape (hypotheses, readings)."""
-    cases = []
-    for each in found:
-        best = dict(each.best)
-        gravity = GRAVITY[{-1.0: "-y", 1.0: "+y"}.get(best.pop("gravity", 0.0), "")]
-        dead_band = best.pop("dead_band", 0.0)
-        given: dict[str, Any] = {FIELDS.get(name, name): value for name, value in best.items()}
-        for reading in READINGS:
-            speed = float(crank_speed(reading.voltage, dead_band, p.reference_voltage))
-            cases.append(Strike(**given | gravity, speed=speed, mass=p.mass))
-    alone = list(dict.fromkeys(cases))
-    rows = sweep("strike", alone, workers=p.workers, progress=progress)
-    forces = {case: row.value("peak") for case, row in zip(alone, rows, strict=True)}
-    return np.array([forces[case] for case in cases], dtype=float).reshape(len(found), len(READINGS))
+def _simulated(values: Mapping[str, Array], p: Parameters, pool: ThreadPoolExecutor) -> Array:
+    """Forces of the readings and the further readings, shape (points, numbers), nan of those that do not happen."""
+    points = [dict(zip(values, map(float, point), strict=True)) for point in zip(*values.values(), strict=True)]
+    cases = [case(point, reading.voltage, p) for point in points for reading in READINGS]
+    rows = np.array(list(pool.map(lambda one: [found.get(what, nan) for found in [struck(one)] for what in UNITS], cases)))
+    rows = rows.reshape(len(points), len(READINGS), len(UNITS))
+    return np.hstack([rows[:, :, 0], rows[:, 0, 1:]])
 
 
-def _further(emulator: Emulator, p: Parameters, found: Sequence[Posterior]) -> dict[str, float]:
-    """Expected information of each further reading, bits."""
-    weights, bits = probabilities(found), {}
-    for what, (_, sd, _) in FURTHER.items():
-        voltage = 4.4 if what == "peak" else None
-        readings = [predicted(emulator, each.values, voltage, p.reference_voltage, what) for each in found]
-        bits[what] = information(readings, weights, sd, p.seed)
-    return bits
+def fitted(found: Posterior, p: Parameters) -> Best:
+    """The best point of a hypothesis, from that of its posterior on, and the forces there, N."""
+    h, start = found.hypothesis, dict(zip(found.hypothesis.axes, found.best.tolist(), strict=True))
+
+    def made(reading: float, **moved: float) -> Mechanism:
+        return mechanism(case(at(moved), READINGS[int(reading)].voltage, p))
+
+    def at(moved: Mapping[str, float]) -> dict[str, float]:
+        unit = np.array([[{**start, **moved}[name] for name in h.axes]])
+        return {name: float(x[0]) for name, x in h.values(unit).items()}
+
+    experiments = [
+        Experiment(
+            readings={PEAK: Read(reading.force, p.reading_error, "at most" if reading.bound else "is")},
+            settings={"reading": k}, duration=duration(case(at({}), reading.voltage, p)),
+        )
+        for k, reading in enumerate(READINGS)
+    ]  # fmt: skip
+    free = {name: (max(0.0, u - NEAR), min(1.0, u + NEAR)) for name, u in start.items() if name != "gravity"}
+    best = fit(made, experiments, free=free, starts=1, solver=Spectral(Controlled(tolerance=TOLERANCE)))
+    return at(best.values), [float(said[PEAK]) for said in best.predicted]
 
 
-def _metrics(found: Sequence[Posterior], engine: Array, told: Mapping[str, float]) -> dict[str, Metric]:
+def _metrics(found: Sequence[Posterior], fits: Sequence[Best], told: Mapping[str, float]) -> dict[str, Metric]:
     """Of every hypothesis: evidence, probability, forces over its posterior and at its best point; of readings: bits."""
     metrics: dict[str, Metric] = {}
-    for each, chance, simulated in zip(found, probabilities(found), engine, strict=True):
+    for each, chance, (best, simulated) in zip(found, probabilities(found), fits, strict=True):
         name = each.hypothesis.name
         metrics[f"{name}.log_evidence"] = Metric(each.log_evidence, "1", error=abs(each.error / each.log_evidence))
         metrics[f"{name}.probability"] = Metric(float(chance), "1")
         for what, reading, forces, checked in zip(NAMES, READINGS, each.forces, simulated, strict=True):
             known = None if reading.bound else reading.force
             metrics[f"{name}.{what}"] = Metric(float(forces.mean()), "N", known)
-            metrics[f"{name}.best.{what}"] = Metric(float(checked), "N", known)
-        metrics |= {f"{name}.best.{axis}": Metric(value, _unit(axis)) for axis, value in each.best.items()}
+            metrics[f"{name}.best.{what}"] = Metric(checked, "N", known)
+        metrics |= {f"{name}.best.{axis}": Metric(value, _unit(axis)) for axis, value in best.items()}
     return metrics | {f"{what}.information": Metric(bits, "bit") for what, bits in told.items()}
 
 
@@ -232,7 +237,7 @@ def _words(name: str) -> str:
     return name.replace("dead_band", "dead band").replace("_", " + ")
 
 
-def _explains(simulated: Array) -> bool:
+def _explains(simulated: Sequence[float]) -> bool:
     """Whether the best point is within 1 N of all readings and below the bound."""
     off = [force - reading.force for reading, force in zip(READINGS, simulated, strict=True)]
     return all(x <= WITHIN and (reading.bound or x >= -WITHIN) for reading, x in zip(READINGS, off, strict=True))
@@ -240,7 +245,7 @@ def _explains(simulated: Array) -> bool:
 
 def _table(
     found: Sequence[Posterior],
-    engine: Array,
+    fits: Sequence[Best],
     errors: Mapping[str, float],
     spans: Mapping[str, tuple[float, float]],
     p: Parameters,
@@ -249,29 +254,23 @@ def _table(
     rows = []
     chances = probabilities(found)
     for k in np.argsort(-chances):
-        each, simulated = found[k], engine[k]
-        best = ", ".join(f"{axis.replace('_', ' ')} {value:.3g}" for axis, value in each.best.items())
+        each, (at, simulated) = found[k], fits[k]
+        best = ", ".join(f"{axis.replace('_', ' ')} {value:.3g}" for axis, value in at.items())
         forces = [f"{mean:.1f} ({checked:.1f})" for mean, checked in zip(each.forces.mean(axis=1), simulated, strict=True)]
         evidence = f"{each.log_evidence:.2f} ± {each.error:.2f}"
         name = _words(each.hypothesis.name)
         if each.hypothesis.name in spans:
             evidence += " ({:.1f} to {:.1f})".format(*spans[each.hypothesis.name])
-        if np.abs(each.forces.mean(axis=1) - simulated).max() > DOUBTFUL:
-            name += " *"
         rows.append([name, evidence, f"{chances[k]:.3f}", *forces, "yes" if _explains(simulated) else "no", best])
     heads = ["cause", "log evidence", "probability", "1.25 rad/s: 27 N", "2.5 V: 25 N", "3 V: 30 N", "4.4 V: at most 44.18 N",
              "within 1 N", "best point"]  # fmt: skip
-    low, high = RANGES["stop_stiffness"]
     told = ", ".join(f"{_words(name)} {100 * error:.1f} %" for name, error in errors.items())
+    priors = ", ".join(f"{_words(name)} {low:g} to {high:g} {_unit(name)}" for name, (low, high) in RANGES.items())
     notes = (
-        "forces: mean over the posterior, N; in brackets simulated at the best point. Readings: standard deviation "
-        f"{p.reading_error:g} N, 44.18 N a bound.\nPriors, uniform in the logarithm: stop {low:g} to {high:g} N/m, bow "
-        f"{BOW[0]:g} to {BOW[1]:g} L, motor {RANGES['motor'][0]:g} to {RANGES['motor'][1]:g} N m s with 0.02 kg m2,\ncompliance "
-        f"{RANGES['compliance'][0]:g} to {RANGES['compliance'][1]:g} rad/(N m); uniform: dead band {DEAD_BAND[0]:g} to "
-        f"{DEAD_BAND[1]:g} V; gravity along -y or +y.\nInterpolation, root mean square at strikes of the posterior "
-        f"that it has not seen, which widens the readings' error:\n{told}."
-        f"\n* the strike at the best point is more than {DOUBTFUL:g} N from the mean: raise "
-        f"the emulator's numbers before this row is believed. Slider {p.mass:g} kg."
+        "forces: mean over the posterior, N; in brackets at the best point. Readings: standard deviation "
+        f"{p.reading_error:g} N, 44.18 N a bound.\nPriors, uniform in the logarithm: {priors};\n"
+        f"uniform: dead band {DEAD_BAND[0]:g} to {DEAD_BAND[1]:g} V; gravity along -y or +y. Slider {p.mass:g} kg.\n"
+        f"Interpolation, root mean square at strikes of the posterior that it had not seen:\n{told}."
     )
     return Table(heads, rows, "Causes of the measured impact forces", notes)
 

@@ -14,10 +14,11 @@ import numpy as np
 
 from buckler.elastica import pinned
 from buckler.mbs import Section
-from buckler.mbs.accuracy.difference import FINEST
+from buckler.mbs.accuracy.words import FINEST
 from buckler.mbs.library import PAPER, PAPER_STOP
 from buckler.studies.kit.parameters import choices, integer, quantity
 from buckler.studies.kit.published import STRIP_WIDTH
+from buckler.studies.kit.report import worst
 from buckler.studies.striking.assumptions import StrikeAssumptions
 from buckler.studies.striking.strikes import strikes
 
@@ -69,9 +70,6 @@ class ImpactParameters(StrikeAssumptions):
         return told + ("; stitched knows neither gravity nor motor" if self.gravity or self.motor else "")
 
 
-# --- a run -------------------------------------------------------------------------------------------------------
-
-
 @dataclass(frozen=True)
 class ModelRun:
     """One model's run.
@@ -108,9 +106,6 @@ class ModelRun:
         """Arrays by name, for signals.npz."""
         names = ("time", "angle", "force", "speed", "shortening")
         return {f"{self.model}.{name}": getattr(self, name) for name in names}
-
-
-# --- what is read off a run -------------------------------------------------------------------------------------------
 
 
 def exact_force(parameters: ImpactParameters, angle: Any) -> Any:
@@ -251,10 +246,7 @@ def findings(run: ModelRun, readings: Iterable[Reading]) -> list[str]:
 
 def verdict(runs: Iterable[ModelRun], notes: Iterable[str] = ()) -> dict[str, Any]:
     """Status and message of a study: those of its worst run, and all that was found."""
-    runs = list(runs)
-    wrong = [run for run in runs if run.status != "OK"]
-    status = min((run.status for run in wrong), key=lambda status: status == "SUSPECT", default="OK")
-    return {"status": status, "message": "; ".join([*(f"{run.model}: {run.message}" for run in wrong), *notes])}
+    return worst([(run.model, run) for run in runs], notes)
 
 
 def work(runs: Iterable[ModelRun]) -> dict[str, float]:

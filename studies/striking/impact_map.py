@@ -26,7 +26,6 @@ from buckler.studies.striking.impact_numbers import LATE, REGIMES, SAGS, ImpactN
 from buckler.studies.striking.sine_strip import SineStrike, SineStrip
 from buckler.studies.sweeping.sweep import sweep
 
-Array = np.ndarray[Any, Any]
 SINE_TO, CLOSED_TO = 0.05, 0.35
 """Median difference of the sine strip's and the closed form's peak from the simulation beyond which the study is suspect."""
 SHAPES = dict(zip(REGIMES, ("o", "s", "^", "x"), strict=True))

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from buckler import mbs
-from buckler.mbs import Beam, GuideFriction, Mechanism, Ramp, Strut, slider_crank
+from buckler.mbs import Beam, Cable, GuideFriction, Mechanism, Ramp, Strut, slider_crank
 from buckler.mbs.laws import CarvalhoMartins
 from buckler.mbs.library import PAPER, PAPER_STOP
 from buckler.studies.kit.published import IMPACT_FORCE, IMPACT_SPEED
@@ -22,6 +22,7 @@ from buckler.studies.striking.assumptions import crank_angle
 from buckler.studies.striking.impact import ImpactParameters, ModelRun, read
 from buckler.studies.striking.stitched import Stitched, follow
 
+COUPLERS: dict[str, type[Beam | Strut]] = {"strut": Strut, "beam": Beam}
 AXIAL_DAMPING = 9e-5
 """Retardation time of a strut's axial force, s: a fifth of critical for 0.3 kg on the straight strip."""
 BUCKLED_FROM = 1e-3
@@ -50,7 +51,7 @@ def run_model(model: str, parameters: ImpactParameters, stop: float, speed: floa
         return _run_stitched(parameters, stop, speed, duration)
     fastest = max(speed.start, speed.end) if isinstance(speed, Ramp) else speed
     result = mbs.simulate(
-        mechanism(model, parameters, stop, speed),
+        mechanism(COUPLERS[model], parameters, stop, speed),
         duration,
         parameters.accuracy or None,
         solver=None
@@ -63,7 +64,7 @@ def run_model(model: str, parameters: ImpactParameters, stop: float, speed: floa
     shortening = signals["coupler.end_shortening"] / PAPER.coupler
     return ModelRun(
         model, str(result.status), result.message,
-        result.time, crank_angle(result), signals["B.contact_force"], -signals["B.vx"],
+        result.time, crank_angle(result.signals), signals["B.contact_force"], -signals["B.vx"],
         shortening, shortening / BUCKLED_FROM,
         result.energy_balance,
         {name: result.work[name] for name in ("wall_s", "steps")}
@@ -94,18 +95,20 @@ def stitched(parameters: ImpactParameters, impact_duration: float) -> Stitched:
     )
 
 
-def mechanism(model: str, parameters: ImpactParameters, stiffness: float, speed: float | Ramp) -> Mechanism:
-    """The slider-crank with a `strut` or `beam` as its coupler, and a stop of this stiffness, N/m."""
+def mechanism(
+    coupler: type[Beam | Cable | Strut], parameters: ImpactParameters, stiffness: float, speed: float | Ramp
+) -> Mechanism:
+    """The slider-crank with a coupler of this kind, and a stop of this stiffness, N/m."""
     section, length = parameters.section, PAPER.coupler
-    if model == "strut":
+    if issubclass(coupler, Strut):
         material = replace(section.material, axial_damping=AXIAL_DAMPING)
-        coupler: Beam | Strut = Strut(replace(section, material=material))
+        body: Beam | Cable | Strut = Strut(replace(section, material=material))
     else:
-        damped = section.damped(parameters.damping, length)
         elements = None if parameters.accuracy else parameters.elements
-        coupler = Beam(damped, elements=elements, imperfection=-parameters.imperfection * length)
+        bow = -parameters.imperfection * length
+        body = coupler(section.damped(parameters.damping, length), elements=elements, imperfection=bow)
     made = slider_crank(
-        coupler,
+        body,
         law=CarvalhoMartins(stiffness, parameters.restitution, exponent=1.0),
         mass=parameters.mass,
         speed=speed,
@@ -117,9 +120,6 @@ def mechanism(model: str, parameters: ImpactParameters, stiffness: float, speed:
 def strike(model: str, parameters: ImpactParameters, stop: float, speed: float) -> ModelRun:
     """Run one model past its first impact."""
     return run_model(model, parameters, stop, speed, IMPACT_UNTIL / speed)
-
-
-# --- calibration ------------------------------------------------------------------------------------------------------
 
 
 class NotCalibratedError(ValueError):

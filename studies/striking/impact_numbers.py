@@ -34,17 +34,16 @@ gives way in its first mode: p = (3 A s/2)^(2/3), A the logarithm.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from scipy.optimize import brentq
 
 from buckler.mbs.laws import CarvalhoMartins
 from buckler.mbs.laws.peak import peak_factors
+from buckler.studies.kit.report import Array
 from buckler.studies.striking.inverse import second_rate
 from buckler.studies.striking.sine_strip import SineStrip
 
-Array = np.ndarray[Any, Any]
 LATE, SAGS = 1.5, 0.95
 """Compression over the Euler load above which buckling is late, and below which the strip sags."""
 REGIMES = ("late buckling", "plateau", "sagging", "swing")

@@ -4,10 +4,7 @@ Same axes, ranges and units: force on the stop over time, linear, several turns 
 paper's own model; the beam is by default bowed by 1 % of its length, one of the causes that the measured forces bear out
 (`identify`). Each model has one number for its stop, so that it strikes with 27 N at 1.25 rad/s; everything else is
 predicted. The ramp of Fig. 6 needs a light slider, which the paper does not tell.
-
-References
-----------
-B. Demirel et al., Compliant Impact Generator for Required Impact and Contact Force, doi 10.1115/IMECE2008-68796.
+Source: B. Demirel et al., doi 10.1115/IMECE2008-68796.
 """
 
 from __future__ import annotations

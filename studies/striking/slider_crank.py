@@ -2,10 +2,7 @@
 
 One turn of the crank from angle 0. The slider meets the stop at 120 degrees, rebounds until it rests, and is pressed
 against it by the buckled coupler until 240 degrees. `stitched` is the published model; `strut` and `beam` simulate it.
-
-References
-----------
-B. Demirel et al., Compliant Impact Generator for Required Impact and Contact Force, doi 10.1115/IMECE2008-68796.
+Source: B. Demirel et al., doi 10.1115/IMECE2008-68796.
 """
 
 from __future__ import annotations

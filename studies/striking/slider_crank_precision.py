@@ -21,31 +21,15 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs import Beam, Cable, Controlled, Exudyn, GuideFriction, Mechanism, simulate, slider_crank
+from buckler.mbs import Beam, Cable, Controlled, Exudyn, Mechanism, simulate
 from buckler.mbs.accuracy.precision import Point, fastest, time_for, verdict
-from buckler.mbs.laws import CarvalhoMartins
-from buckler.mbs.library import PAPER
 from buckler.mbs.record.status import Status
+from buckler.studies.kit import precision
 from buckler.studies.kit.parameters import integer, quantities, quantity, specs
-from buckler.studies.kit.precision import (
-    Bar,
-    Runs,
-    Series,
-    as_signals,
-    bars_table,
-    by_tolerance,
-    figure_of,
-    footnote,
-    mark,
-    measure,
-    missed,
-    outcomes,
-    points_of,
-    power,
-    thousands,
-)
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
+from buckler.studies.kit.precision import Bar, Runs, Series
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import Figure
+from buckler.studies.striking import impact_models
 from buckler.studies.striking import slider_crank as main_study
 from buckler.studies.striking.assumptions import StrikeAssumptions, crank_angle
 from buckler.studies.striking.precision_reading import EXACT, JOB, PLATEAU, TURN, PrecisionReading, ReadRun, read
@@ -117,20 +101,9 @@ class Parameters(StrikeAssumptions):
         return f"{super().stated()}; bow {self.imperfection:g} of the length; slider {self.mass:g} kg"
 
 
-# --- the runs ---------------------------------------------------------------------------------------------------------
-
-
 def with_coupler(kind: type[Beam] | type[Cable], elements: int, job: main_study.Parameters = JOB) -> Mechanism:
     """The mechanism of the job, its coupler of that kind."""
-    section = job.section.damped(job.damping, PAPER.coupler)
-    made = slider_crank(
-        kind(section, elements=elements, imperfection=-job.imperfection * PAPER.coupler),
-        law=CarvalhoMartins(job.stop_stiffness, job.restitution, exponent=1.0),
-        mass=job.mass,
-        speed=job.speed,
-        friction=GuideFriction(job.friction_force),
-    )
-    return job.under(made)
+    return impact_models.mechanism(kind, replace(job, elements=elements), job.stop_stiffness, job.speed)
 
 
 def duration(mechanism: Mechanism) -> float:
@@ -142,7 +115,7 @@ def simulated(mechanism: Mechanism, steps: Controlled, ledger: bool = False) -> 
     """One turn with error-controlled steps."""
     result = simulate(mechanism, duration(mechanism), solver=Exudyn(steps), ledger=ledger)
     ended = result.status in (Status.OK, Status.SUSPECT)
-    reading = read(result.time, result.signals["B.contact_force"], crank_angle(result)) if ended else PrecisionReading()
+    reading = read(result.time, result.signals["B.contact_force"], crank_angle(result.signals)) if ended else PrecisionReading()
     return ReadRun(reading, result.status, result.work, result.energy_balance)
 
 
@@ -161,7 +134,7 @@ def _our_runs(p: Parameters) -> Runs:
     """Runs by model and setting: tolerances, and for the chosen one also steps an impact."""
     models = [(Beam, max(2, p.elements // 2)), (Beam, p.elements), (Cable, p.elements)]
     found = {
-        f"{kind.__name__} x {n}": by_tolerance(partial(_with_tolerance, with_coupler(kind, n, p.job)), p.tolerances)
+        f"{kind.__name__} x {n}": precision.by_tolerance(partial(_with_tolerance, with_coupler(kind, n, p.job)), p.tolerances)
         for kind, n in models
     }
     found[f"Beam x {p.elements}, steps an impact"] = {
@@ -176,9 +149,11 @@ def _plain_runs(p: Parameters) -> Runs:
     coarse, fine = with_coupler(Cable, p.elements, p.job), with_coupler(Cable, 2 * p.elements, p.job)
     steps, tuned = sorted(p.steps), p.plain_newton
     return {
-        f"plain ANCF x {p.elements}": {thousands(n): partial(plainly, coarse, n, tuned) for n in steps},
-        f"plain ANCF x {2 * p.elements}": {thousands(n): partial(plainly, fine, n, tuned) for n in steps[-2:]},
-        f"plain, Newton {power(UNTUNED)}": {thousands(p.plain_steps): partial(plainly, coarse, p.plain_steps, UNTUNED)},
+        f"plain ANCF x {p.elements}": {precision.thousands(n): partial(plainly, coarse, n, tuned) for n in steps},
+        f"plain ANCF x {2 * p.elements}": {precision.thousands(n): partial(plainly, fine, n, tuned) for n in steps[-2:]},
+        f"plain, Newton {precision.power(UNTUNED)}": {
+            precision.thousands(p.plain_steps): partial(plainly, coarse, p.plain_steps, UNTUNED)
+        },
     }
 
 
@@ -190,28 +165,23 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     chosen = simulated(with_coupler(Beam, p.elements, p.job), Controlled(p.tolerance), ledger=True)
     ours, theirs = _our_runs(p), _plain_runs(p)
     runs = {**ours, **theirs}
-    found = outcomes(runs)
-    series = measure(runs, lambda outcome: max(outcome.reading.off(reference).values()), p.repeats, progress)
+    found = precision.outcomes(runs)
+    series = precision.measure(runs, lambda outcome: max(outcome.reading.off(reference).values()), p.repeats, progress)
     mine, plains = ({name: series[name] for name in part} for part in (ours, theirs))
     times, sentence = _compare(p, mine, plains)
     metrics = _reading_metrics(p, chosen, reference, second) | times
-    checks: dict[str, Any] = {"message": sentence}
-    if wrong := missed(BARS, metrics):
-        checks = {"status": "SUSPECT", "message": f"the chosen run misses its bars: {', '.join(wrong)}"}
-    baseline = plains[f"plain ANCF x {p.elements}"][thousands(p.plain_steps)]
+    wrong = precision.missed(BARS, metrics)
+    baseline = plains[f"plain ANCF x {p.elements}"][precision.thousands(p.plain_steps)]
     return StudyResult(
         parameters=p,
         metrics=metrics,
-        signals=as_signals(series),
+        signals=precision.as_signals(series),
         tables=[
-            _runs_table(series, baseline, found, reference, f"{sentence}\n{p.stated()}.\n{footnote(p)}"),
-            bars_table(BARS | SPEEDUPS, metrics, "asked of the chosen run"),
+            _runs_table(series, baseline, found, reference, f"{sentence}\n{p.stated()}.\n{precision.footnote(p)}"),
+            precision.bars_table(BARS | SPEEDUPS, metrics, "asked of the chosen run"),
         ],
-        **checks,
+        **judged([f"the chosen run misses its bars: {', '.join(wrong)}"] if wrong else [], sentence),
     )
-
-
-# --- what is reported -------------------------------------------------------------------------------------------------
 
 
 def _reading_metrics(p: Parameters, chosen: ReadRun, reference: PrecisionReading, second: PrecisionReading) -> dict[str, Metric]:
@@ -239,10 +209,10 @@ def _reading_metrics(p: Parameters, chosen: ReadRun, reference: PrecisionReading
 
 def _compare(p: Parameters, ours: Series, theirs: Series) -> tuple[dict[str, Metric], str]:
     """The chosen run, and the fastest that is no less accurate, against plain runs: numbers and sentences."""
-    chosen = ours[f"Beam x {p.elements}"][power(p.tolerance)]
+    chosen = ours[f"Beam x {p.elements}"][precision.power(p.tolerance)]
     tuned, twice, untuned = theirs.values()
-    key = thousands(p.plain_steps)
-    equal = fastest(points_of(ours), tuned[key].error)
+    key = precision.thousands(p.plain_steps)
+    equal = fastest(precision.points_of(ours), tuned[key].error)
     as_accurate = time_for([*tuned.values(), *twice.values()], chosen.error)
     metrics = {
         "error": Metric(chosen.error, "1"),
@@ -267,7 +237,7 @@ def _runs_table(
         for setting, point in part.items():
             one = found[name][setting]
             wall = [1e3 * point.wall_s, f"{point.speedup(baseline):.2f}", one.work.get("steps")]
-            rows.append([name, setting, point.error, *_numbers(one.reading), *wall, mark(point, one.status)])
+            rows.append([name, setting, point.error, *_numbers(one.reading), *wall, precision.mark(point, one.status)])
     headers = [
         "model", "setting", "relative error", "peak [N]", "impulse [N s]", "F(180) [N]", "plateau off", "release [deg]",
         "time [ms]", "plain/time", "steps", "front",
@@ -283,4 +253,4 @@ def _numbers(reading: PrecisionReading) -> list[float]:
 def figure(result: StudyResult) -> Figure:
     """Error over run time of every series."""
     label = "largest relative error of peak, impulse,\nforce at 180° and mean force"
-    return figure_of(result.signals, label)[0]
+    return precision.figure_of(result.signals, label)[0]

@@ -3,11 +3,7 @@
 Each model is first given the stop with which it strikes with 27 N at 1.25 rad/s; the ramp is a prediction. Fig. 5 fixes
 only the slider's mass over the duration of an impact. Fig. 6 says more: it has contact forces up to 6.58 rad/s, and a
 heavy slider would still be off the stop at the dead centre. Hence a light slider by default; the largest mass that does
-come to rest is among the results.
-
-References
-----------
-B. Demirel et al., Compliant Impact Generator for Required Impact and Contact Force, doi 10.1115/IMECE2008-68796.
+come to rest is among the results. Source: B. Demirel et al., doi 10.1115/IMECE2008-68796.
 """
 
 from __future__ import annotations
@@ -179,9 +175,6 @@ def _turns_table(readings: Mapping[str, list[Reading]], p: Parameters) -> Table:
 
 def _trends_table(metrics: Mapping[str, Metric], notes: Sequence[str]) -> Table:
     return replace(metrics_table(metrics), title="Trends", notes="\n".join([NOTES, *notes]))
-
-
-# --- figure -----------------------------------------------------------------------------------------------------------
 
 
 def figure(result: StudyResult) -> Figure:

@@ -6,10 +6,7 @@ here, as 2.7 = 2.5·27/25: it puts 27 N on the line through 25 N at 2.5 V and 30
 test the exponent of a model, not its size; `dead_band` and `reference_voltage` vary the map. The range of the sensor at 4.4 V
 bounds the force there, and is no reading. The beam is also run with strips that are bowed before they are loaded: a straight
 one resists the impact far beyond its Euler load, and not in proportion to the speed.
-
-References
-----------
-B. Demirel et al., Compliant Impact Generator for Required Impact and Contact Force, doi 10.1115/IMECE2008-68796.
+Source: B. Demirel et al., doi 10.1115/IMECE2008-68796.
 """
 
 from __future__ import annotations
@@ -149,9 +146,6 @@ def _metrics(
     return {f"{case.name}.{name}": metric for name, metric in found.items()}
 
 
-# --- tables -----------------------------------------------------------------------------------------------------------
-
-
 def _forces_table(cases: Sequence[VoltageCase], forces: Mapping[str, Sequence[float]]) -> Table:
     p = cases[0].parameters
     headers = ["voltage [V]", "crank [rad/s]", "published [N]"]
@@ -192,9 +186,6 @@ def _sensitivity_table(slopes: Mapping[str, Mapping[str, float]], p: Parameters)
     rows = [[name, getattr(p, name), *(slope[name] for slope in slopes.values())] for name in VARIED]
     notes = "relative change of the force over that of the parameter, by central differences, the stop held."
     return Table(["parameter", "value", *slopes], rows, f"Sensitivity of the impact force at {IMPACT_SPEED:g} rad/s", notes)
-
-
-# --- figure -----------------------------------------------------------------------------------------------------------
 
 
 def figure(result: StudyResult) -> Figure:

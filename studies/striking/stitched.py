@@ -30,6 +30,7 @@ from buckler.mbs.elements import Motion, Ramp
 from buckler.mbs.kinematics.slidercrank import SliderCrank
 from buckler.mbs.library import PAPER, PAPER_STOP
 from buckler.mbs.validate import non_negative, number, positive
+from buckler.studies.striking.inverse import second_rate
 
 Array = np.ndarray[Any, Any]
 NEGLIGIBLE = 1e-2
@@ -152,11 +153,7 @@ class Stitched:
 
         N cos(phi) = -(m x_tt + f sign(x_t)), x the slider's position, from crank angle, speed and acceleration.
         """
-        r, L = self.lengths
-        s, c = np.sin(angle), np.cos(angle)
-        q = np.sqrt(L**2 - (r * s) ** 2)
-        second = -r * c + r**2 * (c**2 - s**2) / q + (r**2 * s * c) ** 2 / q**3
-        rate = self.lengths.slider_rate(angle)
+        rate, second = self.lengths.slider_rate(angle), second_rate(self.lengths, angle)
         resisting = self.mass * (second * speed**2 + rate * acceleration) + self.friction * np.sign(rate * speed)
         return -resisting / self.lengths.lean_cosine(angle, self.lengths.slider(angle))
 

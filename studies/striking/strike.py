@@ -1,28 +1,29 @@
 """One strike of the slider-crank, its coupler a beam: impact force, and what else one could measure of it.
 
-`identify` sweeps it over the stiffness of the stop, the speed, the bow, gravity, the motor and the drive's compliance.
+`identify` varies the stiffness of the stop, the speed, the bow, gravity, the motor and the drive's compliance.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from math import nan, pi
-from typing import Any
 
 import numpy as np
 
 from buckler import mbs
-from buckler.mbs import Link, Mechanism, Revolute, Rigid, TorsionSpring
+from buckler.mbs import Beam, Link, Mechanism, Revolute, Rigid, TorsionSpring
 from buckler.mbs.library import PAPER
+from buckler.mbs.spectral.run import once
 from buckler.studies.kit.parameters import choices, quantity
 from buckler.studies.kit.published import IMPACT_SPEED
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, metrics_table
+from buckler.studies.kit.report import QUIET, Array, Metric, Progress, StudyResult, metrics_table
 from buckler.studies.kit.style import Figure, subplots
 from buckler.studies.striking import impact_models
 from buckler.studies.striking.assumptions import crank_angle
 from buckler.studies.striking.impact import ImpactParameters
+from buckler.studies.striking.strikes import strikes
 
-Array = np.ndarray[Any, Any]
 UNTIL = np.radians(190.0)
 """Crank angle, rad, at which a run ends, if its crank keeps to its speed."""
 SLOWED = 1.2
@@ -57,7 +58,7 @@ class Parameters(ImpactParameters):
 
 def mechanism(p: Parameters) -> Mechanism:
     """The slider-crank, its crank turned through a spring if the drive is compliant, damped to a tenth of critical."""
-    made = impact_models.mechanism("beam", p, p.stop_stiffness, p.speed)
+    made = impact_models.mechanism(Beam, p, p.stop_stiffness, p.speed)
     if not p.compliance:
         return made
     (drive,) = made.drives
@@ -78,9 +79,8 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Strike once and read it."""
     p = parameters
     solver = mbs.Exudyn(mbs.Controlled(tolerance=p.tolerance, max_step=pi / 180 / p.speed))
-    duration = UNTIL / p.speed * (SLOWED if p.motor else 1.0)
-    result = mbs.simulate(mechanism(p), duration, solver=solver, timeout=p.timeout)
-    found = read(result)
+    result = mbs.simulate(mechanism(p), duration(p), solver=solver, timeout=p.timeout)
+    found = read(result.time, result.signals)
     metrics = {name: Metric(found.get(name, nan), unit) for name, unit in (UNITS | PUSH).items()}
     return StudyResult(
         parameters=p,
@@ -93,27 +93,37 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     )
 
 
-def read(result: mbs.Result) -> dict[str, float]:
+def duration(p: Parameters) -> float:
+    """Length of a run, s."""
+    return float(UNTIL / p.speed * (SLOWED if p.motor else 1.0))
+
+
+def struck(p: Parameters) -> dict[str, float]:
+    """The same numbers by one run of the compiled solver, which no check looks at; none of a run that fails."""
+    found = once(mechanism(p), duration(p), mbs.Spectral(mbs.Controlled(tolerance=p.tolerance)), p.timeout)
+    return {} if found.failure else read(found.record.time, found.values)
+
+
+def read(time: Array, signals: Mapping[str, Array]) -> dict[str, float]:
     """Numbers of `UNITS` and `PUSH` as far as they happen."""
-    time, force = result.time, result.signals["B.contact_force"]
-    touching = np.concatenate([[False], force > 0, [False]])
-    begins, ends = np.flatnonzero(touching[1:] & ~touching[:-1]), np.flatnonzero(~touching[1:] & touching[:-1]) - 1
-    if not begins.size:
+    force = signals["B.contact_force"]
+    found = strikes(force)
+    if not found:
         return {}
-    first, last = int(begins[0]), int(ends[0])
-    angle = crank_angle(result)
-    torque = next(result.signals[name] for name in TORQUES if name in result.signals)
-    found = {
-        "peak": float(force[first : last + 1].max()),
+    first, last = found[0].first, found[0].last
+    angle = crank_angle(signals)
+    torque = next(signals[name] for name in TORQUES if name in signals)
+    told = {
+        "peak": found[0].peak(force),
         "pulse": float(time[last] - time[first]),
         "torque": float(np.abs(torque[first : last + 2]).max()),
         "force_180": float(np.interp(pi, angle, force, right=nan)),
-        "compression": float(-result.signals["coupler.axial_force"][first : last + 1].min()),
-        "early": float(np.ptp(result.signals["coupler.end_shortening"][: first + 1]) / PAPER.coupler),
+        "compression": float(-signals["coupler.axial_force"][first : last + 1].min()),
+        "early": float(np.ptp(signals["coupler.end_shortening"][: first + 1]) / PAPER.coupler),
     }
-    if begins.size > 1:
-        found["between"] = float(time[begins[1]] - time[last])
-    return found
+    if len(found) > 1:
+        told["between"] = float(time[found[1].first] - time[last])
+    return told
 
 
 def figure(result: StudyResult) -> Figure:

@@ -7,11 +7,7 @@ air, or its inertia and friction have buckled the strip before it got to the sto
 enough for every strip.
 
 A guide's friction of more than the Euler load, 0.054 N at 0.1 mm, keeps the thinnest strip from ever pressing: `friction`
-is 0 here.
-
-References
-----------
-B. Demirel et al., Compliant Impact Generator for Required Impact and Contact Force, doi 10.1115/IMECE2008-68796.
+is 0 here. Source: B. Demirel et al., doi 10.1115/IMECE2008-68796.
 """
 
 from __future__ import annotations
@@ -25,7 +21,7 @@ import numpy as np
 
 from buckler.studies.kit.parameters import choices, integer, quantities, quantity, specs
 from buckler.studies.kit.published import CONTACT_FORCES
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged, relative
+from buckler.studies.kit.report import QUIET, Array, Metric, Progress, StudyResult, Table, judged, relative
 from buckler.studies.kit.style import COLOURS, Figure, subplots
 from buckler.studies.striking import slider_crank
 from buckler.studies.striking.assumptions import StrikeAssumptions
@@ -33,7 +29,6 @@ from buckler.studies.striking.impact import MODELS
 from buckler.studies.sweeping.report import study_page
 from buckler.studies.sweeping.sweep import sweep
 
-Array = np.ndarray[Any, Any]
 CUBE_TO = 2e-3
 """How far a ratio of quasi-static forces may be from the cube; the stop gives way by 2e-4."""
 STATIC_TO = 0.01
@@ -200,9 +195,6 @@ def _over_speed(name: str, speeds: Sequence[float], static: Array, state: Array,
     return found
 
 
-# --- tables -----------------------------------------------------------------------------------------------------------
-
-
 def _cube_table(p: Parameters, metrics: Mapping[str, Metric]) -> Table:
     base = CONTACT_FORCES.get(p.thicknesses[0])
     rows = []
@@ -236,9 +228,6 @@ def _table(p: Parameters, grid: Array, model: str) -> Table:
     headers = ["h [mm]", "[rad/s]", "contact [N]", "off elastica", "impact [N]", "contact [s]", "[deg]", "energy", ""]
     notes = "\n".join(f"{row[0]} mm, {row[1]} rad/s: {why}" for row, why in zip(rows, told, strict=True) if why)
     return Table(headers, rows, f"Model {model}, slider of {p.mass:g} kg", notes)
-
-
-# --- figure -----------------------------------------------------------------------------------------------------------
 
 
 def figure(result: StudyResult) -> Figure:

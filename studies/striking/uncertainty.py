@@ -1,9 +1,10 @@
 """Tolerances and what they do: distributions of forces, and whose variance it is, by Sobol' indices.
 
 Slider-crank: thickness, modulus, length and bow of the strip, place and stiffness of the stop, restitution, friction, mass
-and speed, to the contact force at the dead centre (exact elastica) and to the impact force (published model; a simulation, by
-a fit). The simulated coupler is by default the bowed beam, one of the models that the measured forces bear out (`identify`). As F
-goes with h^3, the share of the thickness in the contact force is also known exactly, and must come out.
+and speed, to the contact force at the dead centre (exact elastica) and to the impact force (published model; a simulation, to
+first order by its derivatives, `buckler.mbs.sensitivities`). The simulated coupler is by default the bowed beam, one of those
+models that the measured forces bear out (`identify`). As F goes with h^3, the share of the thickness in the contact force is
+also known exactly, and must come out.
 
 Crank-rocker with clearance joints: gap, contact damping (or restitution) and friction, to peak force and rms acceleration,
 from the compiled reference.
@@ -29,11 +30,12 @@ from buckler.mbs.library import PAPER_STOP
 from buckler.studies.kit.parameters import choice, choices, integer, quantity
 from buckler.studies.kit.published import DAMPING_UNITS
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
-from buckler.studies.kit.statistics import mean, power_law
+from buckler.studies.kit.statistics import power_law
 from buckler.studies.kit.style import COLOURS, Figure, subplots
 from buckler.studies.rattling.bars import RockerParameters
 from buckler.studies.striking.assumptions import StrikeAssumptions
 from buckler.studies.striking.uncertainty_models import (
+    IMPACT,
     MEASURES,
     SEED,
     Input,
@@ -49,7 +51,6 @@ from buckler.studies.striking.uncertainty_tables import (
     LEVEL,
     OUTPUTS,
     arrays,
-    deviation,
     rattler_table,
     shares,
     slope_metrics,
@@ -101,7 +102,6 @@ class Parameters(RockerParameters, StrikeAssumptions):
     stop_stiffness_sd: float = quantity(0.05 * STOP, "N/m", 1e-3, 1e7, "its sd", "slider-crank")
     coupler: str = choice("beam", ("strut", "beam"), "coupler of the simulation", "slider-crank")
     samples: int = integer(2048, 8, 2**20, "base sample of the closed form, a power of two", "slider-crank")
-    simulations: int = integer(96, 16, 10**5, "simulated strikes", "slider-crank")
     contact: str = choice(
         "damping", ("damping", "restitution"), "contact law: Impact, c_max uncertain; ExactRestitution", "joints"
     )
@@ -179,27 +179,23 @@ def slider_crank(p: Parameters, progress: Progress = QUIET) -> Part:
     found = sobol(striker.closed_form, inputs, p.samples, p.seed, LEVEL)
     slope = slopes(striker.closed_form, inputs)
     exact = thickness_share(inputs)
-    unit = stats.qmc.LatinHypercube(len(inputs), rng=np.random.default_rng(p.seed + 1)).random(p.simulations)
-    drawn = np.stack([i.distribution.ppf(unit[:, k]) for k, i in enumerate(inputs)])
-    runs = [striker.simulated(x) for x in progress(drawn.T, label="strikes")]
-    force = np.array([value for value, _ in runs])
-    fitted = power_law(drawn, force)
+    simulated = striker.simulated(inputs)
     first = Metric(float(found.first[0, 0]), "1", exact=exact)
     half = float(np.ptp(found.first_range[0, 0])) / 2
-    notes = sorted({message.partition(":")[0] + " in a simulated strike" for _, message in runs if message})
+    notes = [f"DERIVATIVE: {row.number}: {row.note}" for row in simulated.rows if row.note]
     if abs(first.value - exact) > 3 * half:
         notes.append(f"SOBOL: share of the thickness {first.value:.3f}, exactly {exact:.3f}; raise `samples`")
     metrics = spread("slider-crank", found.sample) | shares("slider-crank", inputs, found)
     metrics |= {
         "contact_force.thickness.first": first,
-        "simulated.impact_force.mean": mean("N", force),
-        "simulated.impact_force.sd": deviation("N", force),
-        **slope_metrics("simulated.impact_force", inputs, fitted),
-    }
-    signals = arrays(found, "slider-crank") | {"simulated.inputs": drawn, "simulated.impact_force": force}
+        "simulated.impact_force.mean": Metric(simulated.rows[0].value, "N"),
+        "simulated.impact_force.sd": Metric(simulated.spread(IMPACT), "N"),
+        **{f"simulated.impact_force.{row.number}.slope": Metric(row.relative, "1", error=row.share) for row in simulated.rows},
+    }  # fmt: skip
+    signals = arrays(found, "slider-crank")
     linear = linear_shares(slope, inputs)
     stated = f"{assumed.stated()}; the closed form knows neither, nor bow and stop stiffness. Simulated: {p.coupler}."
-    tables = [spread_table(p, "slider-crank", metrics), striker_table(inputs, found, slope, linear, fitted, exact, stated)]
+    tables = [spread_table(p, "slider-crank", metrics), striker_table(inputs, found, slope, linear, simulated, exact, stated)]
     return Part(metrics, signals, tables, notes)
 
 
@@ -252,9 +248,10 @@ def _draw(result: StudyResult, p: Parameters, mechanism: str) -> Figure:
     for s, (name, unit) in enumerate(outputs.items()):
         above, below = axes[:, s]
         above.hist(signals[name], bins=40, density=True, color=COLOURS[0], alpha=0.7, label="closed form")
-        if f"simulated.{name}" in signals:
-            simulated = signals[f"simulated.{name}"]
-            above.hist(simulated, bins=12, density=True, histtype="step", color=COLOURS[1], label=f"{p.coupler}, simulated")
+        if f"{mechanism}.simulated.{name}.mean" in result.metrics:
+            middle, sd = (result.metrics[f"{mechanism}.simulated.{name}.{what}"].value for what in ("mean", "sd"))
+            force = middle + sd * np.linspace(-3.0, 3.0, 121)
+            above.plot(force, stats.norm.pdf(force, middle, sd), color=COLOURS[1], label=f"{p.coupler}, simulated, first order")
             above.legend()
         above.set(xlabel=f"{LABELS[name]} [{unit.replace('^2', '²')}]", yticks=[])
         for k, kind in enumerate(("first", "total")):

@@ -16,23 +16,21 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
-from math import pi
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from scipy import stats
 
-from buckler import mbs
 from buckler.elastica import pinned
-from buckler.mbs import Beam, GuideFriction, Section, Strut, slider_crank
+from buckler.mbs import Beam, GuideFriction, Mechanism, Section, Strut, sensitivities, slider_crank
 from buckler.mbs.kinematics.slidercrank import SliderCrank
 from buckler.mbs.laws import AdamsFriction, CarvalhoMartins, ExactRestitution, Impact
 from buckler.mbs.library import PAPER
+from buckler.mbs.sensitivity.derivatives import Sensitivities
 from buckler.studies.kit.published import STRIP_WIDTH
 from buckler.studies.rattling.bars import FourBarParameters
 from buckler.studies.striking.assumptions import StrikeAssumptions
 from buckler.studies.striking.impact_models import AXIAL_DAMPING, IMPACT_UNTIL
-from buckler.studies.striking.strikes import strikes
 
 Array = np.ndarray[Any, Any]
 Model = Callable[[Array], Array]
@@ -47,6 +45,7 @@ BALANCED = 1e-3
 """Energy balance beyond which a run is suspect."""
 DAMPED, ELEMENTS = 0.05, 8
 """Damping ratio of a beam's first bending mode, and its elements."""
+IMPACT = "impact_force"
 SLOWED = 1.2
 """How much longer a run takes whose crank a motor turns."""
 WEIGHT = 9.81
@@ -178,24 +177,25 @@ class Striker:
             return Strut(replace(section, material=replace(section.material, axial_damping=AXIAL_DAMPING)))
         return Beam(section.damped(DAMPED, length), elements=ELEMENTS, imperfection=-bow * length)
 
-    def simulated(self, x: Array) -> tuple[float, str]:
-        """Impact force, N, on the engine at one x, shape (d,), and what spoke against the run."""
-        thickness, modulus, length, stop, restitution, friction, mass, speed, stiffness, bow = (float(value) for value in x)
+    def mechanism(self, **given: float) -> Mechanism:
+        """The simulated one, of inputs by their names."""
         made = slider_crank(
-            self.body(thickness, modulus, length, bow),
-            law=CarvalhoMartins(stiffness, min(restitution, 1.0), exponent=1.0),
-            mass=mass,
-            speed=speed,
-            friction=GuideFriction(friction * mass * WEIGHT),
-            stop=-stop,
-            lengths=SliderCrank(PAPER.crank, length),
+            self.body(given["thickness"], given["modulus"], given["length"], given["bow"]),
+            law=CarvalhoMartins(given["stop_stiffness"], min(given["restitution"], 1.0), exponent=1.0),
+            mass=given["mass"],
+            speed=given["speed"],
+            friction=GuideFriction(given["friction"] * given["mass"] * WEIGHT),
+            stop=-given["stop"],
+            lengths=SliderCrank(PAPER.crank, given["length"]),
         )
-        solver = mbs.Exudyn(mbs.Controlled(tolerance=1e-5, max_step=pi / 180 / speed))
-        duration = IMPACT_UNTIL / speed * (SLOWED if self.assumed.motor else 1.0)
-        result = mbs.simulate(self.assumed.under(made), duration, solver=solver, ledger=True, timeout=60)
-        force = result.signals["B.contact_force"]
-        found = strikes(force)
-        return found[0].peak(force) if found else 0.0, result.message if not result.ok else ""
+        return self.assumed.under(made)
+
+    def simulated(self, inputs: Sequence[Input]) -> Sensitivities:
+        """Derivatives of the simulated impact force by all inputs, which give its spread to first order."""
+        at = {given.name: given.mean for given in inputs}
+        duration = IMPACT_UNTIL / at["speed"] * (SLOWED if self.assumed.motor else 1.0)
+        by = {given.name: float(given.distribution.std()) for given in inputs}
+        return sensitivities(self.mechanism, duration, by=by, of={IMPACT: "peak(B.contact_force, 1)"}, at=at)
 
 
 def thickness_share(inputs: Sequence[Input]) -> float:

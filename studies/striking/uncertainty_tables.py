@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from buckler.mbs.sensitivity.derivatives import Sensitivities
 from buckler.studies.kit.report import Metric, Table
 from buckler.studies.kit.statistics import PowerLaw, mean
-from buckler.studies.striking.uncertainty_models import MEASURES, Indices, Input
+from buckler.studies.striking.uncertainty_models import IMPACT, MEASURES, Indices, Input
 
 Array = np.ndarray[Any, Any]
 OUTPUTS = {
@@ -82,7 +83,7 @@ def _around(value: float, limits: Array) -> str:
 
 
 def striker_table(
-    inputs: Sequence[Input], found: Indices, slope: Array, shares: Array, fitted: PowerLaw, exact: float, stated: str
+    inputs: Sequence[Input], found: Indices, slope: Array, shares: Array, simulated: Sensitivities, exact: float, stated: str
 ) -> Table:
     """Slope, first-order index and its value for small tolerances, of both forces; slope of the simulated impact."""
     rows = []
@@ -90,13 +91,14 @@ def striker_table(
         row = [given.name, f"{given.sd / given.mean:.2%}"]
         for s in range(2):
             row += [f"{slope[s, d]:.2f}", _around(found.first[s, d], found.first_range[s, d]), f"{shares[s, d]:.3f}"]
-        rows.append([*row, f"{fitted.slope[d]:.2f} ± {fitted.error[d]:.2f}"])
+        told = simulated[IMPACT, given.name]
+        rows.append([*row, f"{told.relative:.2f} ± {told.relative_error:.2g}"])
     force = ("slope", "first order", "linear")
     headers = ["", "sd", *(f"contact: {x}" for x in force), *(f"impact: {x}" for x in force), "simulated impact: slope"]
     notes = (
         "slope: d ln F/d ln x. linear: (slope sd)^2 over their sum. The share of the thickness in the contact force is exactly "
-        f"{exact:.4f}.\n± half a {LEVEL:.0%} interval (first order), standard error (simulation, whose fit "
-        f"explains {fitted.explained:.1%} of its variance).\n{stated}"
+        f"{exact:.4f}.\n± half a {LEVEL:.0%} interval (first order), error of the derivative (simulation, whose "
+        f"mean and deviation are of first order).\n{stated}"
     )
     return Table(headers, rows, "Whose variance it is", notes)
 

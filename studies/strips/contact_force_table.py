@@ -6,11 +6,7 @@ crank angle of 120 degrees, and the one its Table 2 was computed with. The secon
 of the 0.3 mm strip, and predicts the other two.
 
 Dry friction of the slider leaves the force open by its limit, either way: the interval, and where friction laws end in it,
-stand in a table of their own.
-
-References
-----------
-B. Demirel et al., Compliant Impact Generator for Required Impact and Contact Force, doi 10.1115/IMECE2008-68796.
+stand in a table of their own. Source: B. Demirel et al., doi 10.1115/IMECE2008-68796.
 """
 
 from __future__ import annotations
@@ -28,11 +24,10 @@ from buckler.mbs.library import PAPER
 from buckler.mbs.record.status import Status
 from buckler.studies.kit.parameters import StudyParameters, integer, quantities, quantity
 from buckler.studies.kit.published import CONTACT_FORCES, STRIP_WIDTH
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
+from buckler.studies.kit.report import QUIET, Array, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import Figure, subplots
 from buckler.studies.strips.friction_interval import Pressed, friction_interval, laws
 
-Array = np.ndarray[Any, Any]
 KNOWN = 3e-4
 """Thickness, m, whose printed force places the stop of Table 2."""
 MODELS = ("quartic", "exact", "rod", "beam")
@@ -121,9 +116,6 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
         curves[h] = {name: Press(h, stops[described]).force(load, angle) for name, load in models.items()}
     presses = {(h, stop): Press(h, place) for h in parameters.thicknesses for stop, place in stops.items()}
     yielding = _yielding(presses, parameters.yield_strength)
-    checks: dict[str, Any] = {"message": yielding}
-    if failures:
-        checks = {"status": "SUSPECT", "message": "; ".join(sorted(failures))}
     settled = {h: _settled(h, parameters) for h in parameters.thicknesses}
     signals = {f"F_h{_mm(h)}.{name}": force for h, curve in curves.items() for name, force in curve.items()}
     return StudyResult(
@@ -135,7 +127,7 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
             _angle_table(curves, stops[described]),
             _friction_table(settled, parameters),
         ],
-        **checks,
+        **judged(sorted(failures), yielding),
     )
 
 
@@ -217,9 +209,6 @@ def _settled(thickness: float, p: Parameters) -> dict[str, Metric]:
             force = slider.settled(made, PRESSED_FROM, np.pi, held)
             found[f"{name}.{kind}.{memory}"] = Metric(force, "N", exact=exact)
     return found
-
-
-# --- tables and figure ------------------------------------------------------------------------------------------------
 
 
 def _largest_table(largest: Mapping[Any, Mapping[str, float]], presses: Mapping[Any, Press], yielding: str) -> Table:

@@ -3,11 +3,7 @@
 Fig. 3 of the paper, with the error of each curve against the closed form by elliptic integrals. The rod is the same
 strip solved in another way, as a boundary value problem: without extension it must agree to rounding; with the strip's
 own axial and shear stiffness it shows what the closed form leaves out, and with a bow what a real strip does near the
-Euler load.
-
-References
-----------
-B. Demirel et al., Compliant Impact Generator for Required Impact and Contact Force, doi 10.1115/IMECE2008-68796.
+Euler load. Source: B. Demirel et al., doi 10.1115/IMECE2008-68796.
 """
 
 from __future__ import annotations
@@ -24,10 +20,9 @@ from buckler.mbs.elements.section import Section
 from buckler.mbs.library import PAPER
 from buckler.studies.kit.parameters import StudyParameters, integer, quantity
 from buckler.studies.kit.published import QUARTIC, STRIP_WIDTH
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
+from buckler.studies.kit.report import QUIET, Array, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import Figure, subplots
 
-Array = np.ndarray[Any, Any]
 ROD_LIMIT, FAST_LIMIT = 1e-10, 1e-12
 """Largest relative differences from the closed form that the inextensible rod and the fast law may show."""
 
@@ -58,9 +53,7 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     metrics = _metrics(u, exact, errors)
     metrics["fast_cost"] = Metric(_cost(parameters, progress), "1")
     wrong = [name for name, limit in (("rod", ROD_LIMIT), ("fast", FAST_LIMIT)) if not _largest(errors[name]) <= limit]
-    checks: dict[str, Any] = {}
-    if wrong:
-        checks = {"status": "SUSPECT", "message": f"{' and '.join(wrong)} off the closed form"}
+    checks = judged([f"{' and '.join(wrong)} off the closed form"] if wrong else [])
     signals = {"shortening": u, "exact": exact, **loads}
     signals |= {f"{name}.error": error for name, error in errors.items()}
     return StudyResult(parameters=parameters, metrics=metrics, signals=signals, tables=[_table(parameters, metrics)], **checks)

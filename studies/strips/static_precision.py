@@ -24,10 +24,9 @@ from buckler.mbs.library import PAPER
 from buckler.studies.kit.parameters import StudyParameters, integer, quantity
 from buckler.studies.kit.precision import Series, as_signals, draw, footnote, mark, measure, outcomes
 from buckler.studies.kit.published import STRIP_WIDTH
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
+from buckler.studies.kit.report import QUIET, Array, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import Figure, subplots
 
-Array = np.ndarray[Any, Any]
 SHORTENINGS = np.concatenate([[1e-3], np.linspace(0.05, 0.95, 19)])
 OFF_BRANCH = 0.5
 """Relative distance from the exact load beyond which a value is not on the buckled branch."""

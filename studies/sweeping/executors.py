@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 from buckler.studies.sweeping import worker
 
@@ -31,32 +31,32 @@ class SweepError(RuntimeError):
     """The machinery failed, not a case; what was stored stays. The message says what to do."""
 
 
-class Workers(Protocol):
+class Workers:
     """What a sweep needs to know of an executor."""
 
     where: str
     """What to call it."""
-    fall_together: bool
+    fall_together = True
     """Whether all cases in flight are lost with a worker, and which of them it died of is not known."""
-
-    @property
-    def slots(self) -> int:
-        """How many cases to keep in flight."""
+    slots: int
+    """How many cases to keep in flight."""
 
     def start(self) -> Executor:
         """Begin, or begin again after a worker has died."""
+        raise NotImplementedError
 
     def stop(self, executor: Executor, at_once: bool) -> None:
         """End; `at_once` without waiting for the cases at work."""
 
     def died(self, error: BaseException) -> bool:
         """Whether a case ended in this way because its worker died."""
+        return isinstance(error, BrokenExecutor)
 
     def idle(self) -> None:
         """Called when nothing has ended for a while; raises SweepError if nothing ever will."""
 
 
-class Local:
+class Local(Workers):
     """Processes of this machine.
 
     Parameters
@@ -68,7 +68,6 @@ class Local:
     """
 
     where = "the pool of processes"
-    fall_together = True
 
     def __init__(self, count: int, module: str) -> None:
         if count < 1:
@@ -92,13 +91,6 @@ class Local:
         executor.shutdown(wait=True, cancel_futures=True)
         self._leash.close()
         self._reader.close()
-
-    def died(self, error: BaseException) -> bool:
-        """Any case in flight may be the one that took its process down."""
-        return isinstance(error, BrokenExecutor)
-
-    def idle(self) -> None:
-        """A pool of processes notices by itself."""
 
 
 @contextmanager
@@ -138,7 +130,7 @@ def _start_server(modules: list[str]) -> None:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-class Given:
+class Given(Workers):
     """An executor somebody else made and will shut down, such as `mpi4py.futures.MPIPoolExecutor`.
 
     Parameters
@@ -147,8 +139,6 @@ class Given:
     slots : int
         How many cases to keep in flight.
     """
-
-    fall_together = True
 
     def __init__(self, executor: Executor, slots: int) -> None:
         self.executor, self.slots, self._begun = executor, slots, False
@@ -161,18 +151,8 @@ class Given:
         self._begun = True
         return self.executor
 
-    def stop(self, executor: Executor, at_once: bool) -> None:
-        """Leave it to its owner."""
 
-    def died(self, error: BaseException) -> bool:
-        """By the protocol."""
-        return isinstance(error, BrokenExecutor)
-
-    def idle(self) -> None:
-        """Nothing is known of its workers."""
-
-
-class Here(Executor):
+class Here(Workers, Executor):
     """In this process: for a handful of quick cases, and to step through one in a debugger."""
 
     where = "this process"
@@ -189,18 +169,8 @@ class Here(Executor):
         future.set_result(fn(*args, **options))
         return future
 
-    def stop(self, executor: Executor, at_once: bool) -> None:
-        """Nothing to end."""
 
-    def died(self, error: BaseException) -> bool:
-        """If it had, nobody would ask."""
-        return False
-
-    def idle(self) -> None:
-        """It never is."""
-
-
-class Dask:
+class Dask(Workers):
     """A Dask cluster that is already running; `pip install 'buckler[cluster]'`.
 
     Parameters
@@ -245,7 +215,7 @@ class Dask:
         return self._client.get_executor(pure=False)  # pure: an equal call would get an earlier result
 
     @property
-    def slots(self) -> int:
+    def slots(self) -> int:  # type: ignore[override]
         """Two for each thread there is now; workers may come and go."""
         return 2 * max(1, sum(self._client.nthreads().values()))
 

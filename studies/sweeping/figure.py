@@ -66,8 +66,6 @@ class _Picture:
             found.append((label, np.array(chosen)))
         return found
 
-    # --- lines and dots ---------------------------------------------------------------------------------------------------
-
     def _lines(self, x: str, families: Sequence[str]) -> Figure:
         """The metric against one number."""
         fig, ax = subplots(height=90)
@@ -127,8 +125,6 @@ class _Picture:
         self._legend(ax)
         return fig
 
-    # --- maps -----------------------------------------------------------------------------------------------------------
-
     def _maps(self, draw: Any) -> Figure:
         """A panel for each combination of words, with a scale of colours in common."""
         families = self._families(self.words)
@@ -170,8 +166,6 @@ class _Picture:
     def _dots(self, ax: Any, chosen: Array, limits: Any) -> Any:
         x, y = (np.array(self.values[name], dtype=float)[chosen] for name in self.numbers)
         return ax.scatter(x, y, c=self.mean[chosen], s=14, **limits)
-
-    # --- what all share -------------------------------------------------------------------------------------------------
 
     def _scale(self, ax: Any, names: Sequence[str]) -> None:
         """Name the axes of varied numbers."""

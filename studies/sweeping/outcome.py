@@ -9,12 +9,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from buckler.studies.kit.options import wrong_input
-from buckler.studies.kit.report import Metric, StudyResult, write
-from buckler.studies.kit.running import program
+from buckler.studies.kit.report import Metric, StudyResult
+from buckler.studies.kit.running import program, told
 from buckler.studies.kit.style import house_style
 from buckler.studies.sweeping.asked import Asked
 from buckler.studies.sweeping.figure import figures
-from buckler.studies.sweeping.report import Heading, summary, worst, write_page
+from buckler.studies.sweeping.report import Heading, page, summary, worst
 from buckler.studies.sweeping.rows import Row
 from buckler.studies.sweeping.table import Point, choose, points, table
 from buckler.studies.sweeping.vary import Plan
@@ -29,43 +29,28 @@ def report(name: str, asked: Asked, rows: Sequence[Row], wall: float) -> int:
         return wrong_input(error)
     units = asked.units
     counts = Counter(row.status for row in rows)
-    failed = {status: n for status, n in counts.items() if status not in ("OK", "SUSPECT")}
-    status = worst(rows)
-    numbers = {"cases": len(rows), "suspect": counts["SUSPECT"], "failed": sum(failed.values())}
+    numbers = {"cases": len(rows), "suspect": counts["SUSPECT"], "failed": len(rows) - counts["OK"] - counts["SUSPECT"]}
     result = StudyResult(
         parameters=asked.plan.cases[0],
-        status=status,
+        status=worst(rows),
         message=_message(rows, counts),
         metrics={key: Metric(float(n), "1") for key, n in numbers.items()},
         signals=_arrays(asked.plan, found, shown),
         work={"wall_s": wall, "vary": options.vary, "repeat": options.repeat, "store": str(asked.store)},
         tables=[table(asked.plan, found, shown, units)],
+        pages={"report.html": page(_heading(name, asked, rows, found, wall), asked.plan, found, units, asked.folder)},
     )
-    trusted = options.trust and status == "SUSPECT"
-    try:
-        with house_style():
-            drawn = figures(asked.plan, found, shown, dict(units))
-        text = write(result, asked.folder, drawn, trusted)
-        page = write_page(asked.folder / "report.html", _heading(name, asked, result, found), asked.plan, found, units)
-    except OSError as error:
-        print(f"{name}: cannot write results: {error}", file=sys.stderr)
-        return 1
-    if options.json:
-        print(text, end="")
-    elif not options.quiet:
-        print(f"{result}\n\n{name}: {status} in {wall:.2g} s, written to {asked.folder}, cases in {asked.store}")
-        print(f"look at it: {page}")
-    if status != "OK":
-        print(f"{name}: {status}{' (allowed)' if trusted else ''}: {result.message}", file=sys.stderr)
-    return 0 if status == "OK" or trusted else 1
+    with house_style():
+        drawn = figures(asked.plan, found, shown, dict(units))
+    where = f"in {wall:.2g} s, written to {asked.folder}, cases in {asked.store}\nlook at it: {asked.folder / 'report.html'}"
+    return told(name, result, drawn, asked.folder, options, where)
 
 
-def _heading(name: str, asked: Asked, result: StudyResult, found: Sequence[Point]) -> Heading:
+def _heading(name: str, asked: Asked, rows: Sequence[Row], found: Sequence[Point], wall: float) -> Heading:
     """What the page says of the sweep as a whole."""
     facts = [("varied", text) for text in asked.options.vary] + [("store", str(asked.store)), ("workers", asked.workers.where)]
-    told = summary(found, result.work["wall_s"])
     places = "changes" in asked.study.Parameters.__dataclass_fields__
-    return Heading(name, result.status, told, asked.alone, places, facts, asked.folder / "reports")
+    return Heading(name, worst(rows), summary(found, wall), asked.alone, places, facts, asked.folder / "reports")
 
 
 def report_part(name: str, asked: Asked, rows: Sequence[Row], wall: float) -> int:

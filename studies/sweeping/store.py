@@ -133,8 +133,6 @@ class Store:
             raise
         self.connection.execute("COMMIT")
 
-    # --- the plan -----------------------------------------------------------------------------------------------------
-
     def plan(self, about: About, cases: Sequence[StudyParameters], retry: bool = False) -> list[int]:
         """Write the cases down, unless they are; which of them are still to be run.
 
@@ -190,8 +188,6 @@ class Store:
             raise StoreError(
                 f"{self.path} {kept} signals; name another file or {'add' if found['signals'] else 'drop'} --signals"
             )
-
-    # --- rows ---------------------------------------------------------------------------------------------------------
 
     def record(self, row: Row) -> None:
         """Write down a case that has ended; it stays written if the process is killed right after."""

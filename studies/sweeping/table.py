@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from buckler.mbs.units import labelled
 from buckler.studies.kit.report import Metric, Table
+from buckler.studies.kit.statistics import Mean
 from buckler.studies.sweeping.rows import Row
 from buckler.studies.sweeping.vary import Plan
 
@@ -19,15 +19,6 @@ MOST_LINES = 100
 """Of the table in the terminal."""
 DEFAULT_SHOWN = 4
 """Metrics shown if none are named."""
-
-
-class Mean(NamedTuple):
-    """A metric over the repeats that count."""
-
-    value: float
-    error: float
-    """Standard error of the mean, NaN for a single value."""
-    n: int
 
 
 @dataclass(frozen=True)
@@ -58,10 +49,7 @@ class Point:
     def mean(self, metric: str) -> Mean:
         """Mean over what counts and is finite."""
         found = np.array([row.value(metric) for row in self.used])
-        found = found[np.isfinite(found)]
-        n = len(found)
-        error = float(found.std(ddof=1)) / math.sqrt(n) if n > 1 else math.nan
-        return Mean(float(found.mean()) if n else math.nan, error, n)
+        return Mean.of(found[np.isfinite(found)])
 
 
 def points(plan: Plan, rows: Sequence[Row]) -> list[Point]:

@@ -157,9 +157,6 @@ def _rounded(x: float) -> float:
     return float(f"{x:.{DIGITS}g}") + 0.0
 
 
-# --- the cases --------------------------------------------------------------------------------------------------------
-
-
 def plan(
     kind: type[StudyParameters],
     given: Mapping[str, Any],

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from buckler.mbs.accuracy.compare import FORCES, Functions, compare, relative
-from buckler.mbs.accuracy.deliver import Delivery, deliver
+from buckler.mbs.accuracy.deliver import Climb, Delivery, deliver
 from buckler.mbs.accuracy.goal import Asked, worst
 from buckler.mbs.accuracy.ladder import Ladder, ladder_of, suited
 from buckler.mbs.elements.element import Kind
@@ -113,7 +113,7 @@ def _judged(scene: str, made: Drawn, truth: Truth, asked: float, of: str, p: Par
     """Deliver a mechanism, and hold it against the truth."""
     goal, start, begun = Asked(asked, of), perf_counter(), process_time()
     ladder = ladder_of(made.mechanism, made.duration, asked, suited(made.mechanism))
-    found = deliver(ladder, goal, runner(p.timeout))
+    found = deliver(Climb(ladder, runner(p.timeout)), goal)
     spent, wall = process_time() - begun, perf_counter() - start
     said = str(found.run.failure[0]) if found.run.failure else found.missed(goal)
     if found.run.failure or not found.errors.known:
@@ -244,7 +244,16 @@ def figure(result: StudyResult) -> Figure:
         x = s["asked"][mine] * 10 ** spread.uniform(-0.18, 0.18, mine.sum())
         y = np.clip(s["error"][mine] / s["asked"][mine], 1e-6, 1e3)
         faces = ["none" if told else colour for told in s["told"][mine]]
-        ax.scatter(x, y, s=16, marker=MARKS[int(k)], facecolors=faces, edgecolors=colour, linewidths=0.8, label=names[int(k)])
+        ax.scatter(
+            x,
+            y,
+            s=16,
+            marker=MARKS[int(k) % len(MARKS)],
+            facecolors=faces,
+            edgecolors=colour,
+            linewidths=0.8,
+            label=names[int(k)],
+        )
     ax.axhline(1.0, color="#000000", linewidth=0.8)
     ax.axhline(SILENT, color="#000000", linewidth=0.8, linestyle=":")
     ax.set(xscale="log", yscale="log", xlabel="error asked for", ylabel="error delivered over error asked for")

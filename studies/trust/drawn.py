@@ -26,6 +26,7 @@ from buckler.mbs import (
     Gear,
     Guide,
     GuideFriction,
+    LineLoad,
     Link,
     Mass,
     Mechanism,
@@ -425,15 +426,20 @@ def _critical(d: Dice) -> Made:
 
 
 def _cantilever(d: Dice) -> Made:
-    """A clamped strip with a rigid arm welded or pinned to its tip, loaded there, heavy."""
+    """A clamped strip with a rigid arm welded or pinned to its tip, loaded there and, if it is a beam, along itself, heavy."""
     length = d.uniform(0.2, 0.4)
-    return Mechanism(
+    made = Mechanism(
         {"A": (0, 0), "B": (length, 0), "C": _place(length + d.uniform(0.05, 0.15) * _ray(d.uniform(-pi / 2, pi / 2)))},
         [Link("strip", "A", "B", _strip(d, length, 1e-3, 2e-3)), Link("arm", "B", "C", _bar(d))],
         [Weld("A", "ground", "strip"), d.one(Weld, Revolute)("B", "strip", "arm")],
         loads=[Force("C", (d.uniform(-1, 1), d.uniform(-2, 0)))],
         gravity=WEIGHT,
-    ), d.uniform(0.1, 0.3)
+    )
+    duration = d.uniform(0.1, 0.3)
+    if isinstance(made.links[0].body, Beam) and d.chance():
+        along = LineLoad("strip", (d.uniform(-3, 3), d.uniform(-3, 3)), d.uniform(-0.05, 0.05), turns=d.one(True, False))
+        made = replace(made, loads=[*made.loads, along])
+    return made, duration
 
 
 def _landing(d: Dice) -> Made:

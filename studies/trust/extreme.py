@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 
 import numpy as np
 
@@ -28,10 +28,10 @@ FIXED = (
 FAMILIES = (*DRAWN, *FIXED)
 
 
-def everything() -> Iterator[Case]:
+@cache
+def everything() -> tuple[Case, ...]:
     """All cases that stand in a list."""
-    yield from map(listed_case, extremes_listed.every())
-    yield from static_strips()
+    return (*map(listed_case, extremes_listed.every()), *static_strips())
 
 
 def static_strips() -> Iterator[Case]:

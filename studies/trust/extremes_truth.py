@@ -17,10 +17,11 @@ from scipy.integrate import solve_ivp
 
 from buckler.elastica import pinned
 from buckler.mbs import Controlled, Exudyn, Mechanism, Result, Spectral, Status, simulate
-from buckler.mbs.accuracy.band import banded
+from buckler.mbs.accuracy.compare import FORCES
 from buckler.mbs.elements.clearance import Clearance, clearances
+from buckler.mbs.elements.element import Kind
 from buckler.mbs.engine.solve import once
-from buckler.mbs.kinematics.inertias import axial_period
+from buckler.mbs.record.means import axial_period
 from buckler.studies.trust.drawn import Drawn, drawn
 from buckler.studies.trust.extremes_case import KINDS, Case, CaseOutcome, Measures, largest
 from buckler.studies.trust.extremes_listed import Listed
@@ -73,18 +74,13 @@ def case_of(
         start = perf_counter()
         result = simulate(mechanism, duration, asked, solver=solver, timeout=timeout)
         wall, ended = perf_counter() - start, result.status in (Status.OK, Status.SUSPECT)
-        read = _read(made, _with_means(mechanism, result) if solver else result) if ended else {}
-        return CaseOutcome(str(result.status), result.message, read, wall, _told(result) if asked else {})
+        read = _read(made, result) if ended else {}
+        return CaseOutcome(str(result.status), result.message, read, wall, _told(result))
 
     scales = dict(_scales(mechanism, asked))
     name += f", accuracy {asked:g}" if asked else ""
     right = partial(_right, made, scales) if possible else None
     return Case(family, name, run, right, scales, partial(_plain, mechanism, duration) if priced else None)
-
-
-def _with_means(mechanism: Mechanism, result: Result) -> Result:
-    """Forces as runs without settings give them: means over the period in which links ring."""
-    return replace(result, signals=result.signals | banded(mechanism, result.time, result.signals, result.units))
 
 
 def _plain(mechanism: Mechanism, duration: float) -> None:
@@ -118,23 +114,31 @@ def _read(made: Drawn, result: Result) -> Measures:
 
 
 def _forces(result: Result) -> dict[str, Array]:
-    """Forces and torques, (1 or 2 components, times): the components of a force are measured over the larger one."""
+    """Forces and torques, (1 or 2 components, times), of what rings the means: components are measured over the larger one."""
     found: dict[str, list[Array]] = {}
-    for name, values in result.signals.items():
-        owner, _, kind = name.rpartition(".")
-        if result.units[name] in ("N", "N m") and kind not in ("friction_limit", "friction_force"):
-            found.setdefault(owner if kind in ("fx", "fy") else name, []).append(values)
+    for name, owner in _judged(result).items():
+        found.setdefault(owner, []).append(result.signals[name])
     return {name: np.stack(parts) for name, parts in found.items()}
 
 
+def _judged(result: Result) -> dict[str, str]:
+    """Forces and torques that are judged, and what each is a component of."""
+    found = {}
+    for name, trait in result.traits.items():
+        force = trait.kind in FORCES and trait.kind is not Kind.FRICTION and result.units[name] in ("N", "N m")
+        if force and f"{name}.mean" not in result.traits:
+            found[name] = (trait.group or name).removesuffix(".mean")
+    return found
+
+
 def _told(result: Result) -> dict[str, float]:
-    """Errors of forces that a run tells of which only the motion was asked."""
+    """Errors of forces that a run tells; of what rings in periods that it does not follow it tells that."""
     found: dict[str, float] = {}
-    for signal, error in result.error.items():
-        name, _, part = signal.rpartition(".")
-        what = {"peak": "force, peak of", "rms": "force, rms of", "impulse": "impulse of"}.get(part, part)
-        measure = f"{what} {name.removesuffix('.fx').removesuffix('.fy')}"
-        found[measure] = max(found.get(measure, 0.0), error)
+    for name, owner in _judged(result).items():
+        for part, what in (("", "force, rms of"), (".peak", "force, peak of"), (".impulse", "impulse of")):
+            measure = f"{what} {owner}"
+            told = np.inf if name.removesuffix(".mean") in result.error.unresolved else result.error.get(f"{name}{part}", 0.0)
+            found[measure] = max(found.get(measure, 0.0), told)
     return found
 
 
@@ -200,7 +204,7 @@ def _reference(made: Drawn, finer: int) -> Measures | None:
         result = simulate(made.mechanism, made.duration, solver=solver, timeout=PATIENCE)
     except (ValueError, NotImplementedError):
         return None
-    return _read(made, _with_means(made.mechanism, result)) if result.status in (Status.OK, Status.SUSPECT) else None
+    return _read(made, result) if result.status in (Status.OK, Status.SUSPECT) else None
 
 
 def _pressed(mechanism: Mechanism) -> bool:

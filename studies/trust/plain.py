@@ -253,7 +253,7 @@ def _solve(job: _System, duration: float, steps: int, relative: float, absolute:
 def _moving_strip(job: _System, mechanism: Mechanism, speed: float) -> list[int]:
     """The coupler from the crank pin along negative x, with its bow and the velocity of the rigid mechanism."""
     body, length = mechanism.link("coupler").body, mechanism.length("coupler")
-    assert isinstance(body, Cable)
+    assert isinstance(body, Cable) and isinstance(body.section, Section)
     radius, height = mechanism.length("crank"), body.imperfection
     turning = speed * radius / length
     nodes = []

@@ -8,49 +8,38 @@ same forces.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import islice
 from time import perf_counter
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.integrate import cumulative_trapezoid
 
-from buckler.mbs import Beam, Cable, Clearance, Result, Rigid, Section, Status, Strut
-from buckler.mbs.accuracy.delivery import Task, comparable, judged
-from buckler.mbs.accuracy.difference import FINEST, difference, differences
-from buckler.mbs.accuracy.ways import by_exudyn
+from buckler.mbs import Beam, Cable, Clearance, Exudyn, Rigid, Section, Spectral, Status, Strut
+from buckler.mbs.accuracy.deliver import Climb, Delivery, deliver
+from buckler.mbs.accuracy.goal import Asked
+from buckler.mbs.accuracy.ladder import ladder_of
+from buckler.mbs.accuracy.verify import LEAST, disagreement
 from buckler.mbs.laws import AdamsFriction, CarvalhoMartins, Impact
 from buckler.mbs.library import BAR, PAPER, crank_rocker, slider_crank
-from buckler.mbs.simulation import SOLVERS
-from buckler.mbs.units import FORCES
+from buckler.mbs.spectral.run import once
 from buckler.studies.kit.parameters import StudyParameters, integer, quantity
 from buckler.studies.kit.published import STRIP_WIDTH
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
 from buckler.studies.kit.style import Figure, subplots
 from buckler.studies.trust import benchmark_problems as problems
+from buckler.studies.trust.accuracy_truth import runner
 from buckler.studies.trust.drawn import EVERYTHING, Drawn, drawn
 
 BEYOND = 3.0
 """Difference over the sum of the estimates from which the two contradict each other."""
-CONTRARY = 0.5
-"""Share of a force's impulse from which the solvers do not report the same force. A turned sign gives 2; 0.05 was the most of
-58 mechanisms, and 0.17 in the four-bars, whose forces peak where they are singular. What vibrates at kilohertz leaves no impulse;
-neither solver is asked for that."""
-LOOKED = (*FORCES, "m/s^2")
-"""Units of signals whose impulses are compared."""
-PUSHING = 0.05
-"""Impulse over the largest of its unit from which it is looked at."""
-FINER = 1e-3
-"""Accuracy of the run that explains a difference, of the one asked for."""
-FINEST_KNOWN = 1e-7
-"""Smallest error the compiled solver can be asked for."""
+ROUNDING = 1e-7
+"""Sum of the estimates at least."""
 READY = 11
 """Ready mechanisms and published problems."""
 NOTES = """\
-difference: of the two runs, in the measure of an accuracy, and where it is largest. estimate: what each solver says its error is.
-A run that misses its accuracy, fails or is SUSPECT says so itself; its case counts where both have ended with an estimate.
-Where the two are farther apart than both estimates, a finer run tells which of them errs."""
+difference: of the two runs, of all signals with signs, of the one that is farthest beyond both estimates; estimate: what each
+solver says the error of that signal is. A case counts where both have ended with an estimate."""
 
 
 @dataclass(frozen=True)
@@ -64,8 +53,8 @@ class Parameters(StudyParameters):
 
 
 class Compared(NamedTuple):
-    """What two solvers made of one mechanism; `alone` is how one of them failed, not for want of time, where the other ended,
-    `contrary` a force that they report otherwise.
+    """What two solvers made of one mechanism, in the signal that is farthest beyond both estimates; `alone` is how one of them
+    failed, not for want of time, where the other ended.
     """
 
     name: str
@@ -77,12 +66,12 @@ class Compared(NamedTuple):
     compiled_s: float
     said: str
     alone: str = ""
-    contrary: str = ""
+    allowed: float = 1.0
 
     @property
     def ratio(self) -> float:
         """Difference over the sum of the estimates; nan where one has none."""
-        return self.difference / max(self.engine + self.compiled, FINEST)
+        return self.difference / self.allowed
 
 
 def known() -> Iterator[Drawn]:
@@ -117,86 +106,37 @@ def pairs(p: Parameters) -> Iterator[Drawn]:
 
 
 def compare(pair: Drawn, p: Parameters) -> Compared:
-    """Run both solvers; the compiled one once more where the first run of a process compiled a law."""
-    ours, engine_s = _engine(pair, p)
-    other, error, compiled_s, failed = _compiled(pair, p, p.accuracy)
-    theirs = "" if ours.ok else f"Exudyn {ours.status}: {ours.message}"
-    said = "; ".join(filter(None, (theirs, failed)))
-    unfinished = [each for each in (theirs * (ours.status is not Status.SUSPECT), failed) if each]
-    if unfinished:
-        alone = unfinished[0] if len(unfinished) == 1 and Status.TIMED_OUT not in unfinished[0] else ""
-        return Compared(pair.name, float("nan"), "", ours.error.motion, error, engine_s, compiled_s, said, alone)
-    found = differences(ours, other)
-    where = max(found, key=lambda name: found[name], default="")
-    case = Compared(pair.name, found.get(where, 0.0), where, ours.error.motion, error, engine_s, compiled_s, said)
-    apart = impulses(ours, other, max(pair.mechanism.length(link.name) for link in pair.mechanism.links))
-    name = max(apart, key=lambda name: apart[name], default="")
-    if apart.get(name, 0.0) > CONTRARY:
-        case = case._replace(contrary=f"impulses of {name} are {apart[name]:.2g} of themselves apart")
-    return case._replace(said="; ".join(filter(None, (said, _explained(pair, p, ours, other, case))))) if case.ratio > 1 else case
-
-
-def impulses(a: Result, b: Result, size: float) -> dict[str, float]:
-    """Differences of the impulses up to each time of what exerts forces and torques, over their own norm; so of accelerations.
-
-    Those that hardly push, by the largest of their unit, are left out; a torque also by the largest force on an arm of `size`, m.
-    """
-    times = np.union1d(a.time, b.time)
-
-    def impulse(result: Result, name: str) -> Any:
-        return np.interp(times, result.time, cumulative_trapezoid(result[name], result.time, initial=0.0))
-
-    owners: dict[tuple[str, str], list[tuple[Any, Any]]] = {}
-    for name in (name for name, unit in b.units.items() if unit in LOOKED):
-        owners.setdefault((name.rpartition(".")[0], b.units[name]), []).append((impulse(a, name), impulse(b, name)))
-    found: dict[tuple[str, str], tuple[float, float]] = {}
-    most = dict.fromkeys(LOOKED, 0.0)
-    for (owner, unit), each in owners.items():
-        norm = float(np.sqrt(sum(np.mean(second**2) for _, second in each)))
-        off = float(np.sqrt(sum(np.mean((first - second) ** 2) for first, second in each)))
-        found[owner, unit], most[unit] = (off, norm), max(most[unit], norm)
-    most["N m"] = max(most["N m"], most["N"] * size)
-    return {f"{owner} [{unit}]": off / norm for (owner, unit), (off, norm) in found.items() if norm > PUSHING * most[unit]}
-
-
-def _explained(pair: Drawn, p: Parameters, ours: Result, other: Result, case: Compared) -> str:
-    """Which of the two errs: both against a finer run of the compiled solver."""
-    accuracy = min(p.accuracy * FINER, case.difference / 30, case.compiled / 4)  # so that it is another run than the one judged
-    finer, error, _, failed = _compiled(pair, p, accuracy)
-    if failed:
-        return f"no finer run: {failed}"
-    return (
-        f"from a finer run ({error:.1g}) Exudyn is {difference(ours, finer):.1g}, the compiled one {difference(other, finer):.1g}"
-    )
-
-
-def _engine(pair: Drawn, p: Parameters) -> tuple[Result, float]:
-    """Exudyn's result, with its estimate, and its time."""
-    begin = perf_counter()
-
-    def run(mechanism: Any, duration: float, solver: Any, limit: float) -> Any:
-        return SOLVERS[type(solver)](mechanism, duration, solver, limit, None)
-
-    task = Task(pair.mechanism, pair.duration, p.accuracy, patience=p.timeout)
-    found = by_exudyn(pair.mechanism)(task, run)
-    wall = perf_counter() - begin
-    status, message = found.run.failure or (Status.OK, "")
-    return judged(replace(comparable(found.run), status=status, message=message), found, task, wall), wall
-
-
-def _compiled(pair: Drawn, p: Parameters, accuracy: float) -> tuple[Result, float, float, str]:
-    """The compiled solver's run, its known error, its time, and how it failed if so."""
-    from buckler.mbs.solvers.spectral import Spectral
-    from buckler.mbs.spectral.accuracy import known
-    from buckler.mbs.spectral.run import once
-
+    """Run both solvers."""
+    ours, engine_s = _known(pair, p, Exudyn())
     once(pair.mechanism, 1e-6 * pair.duration, Spectral())  # compiles the mechanism's own functions
+    other, compiled_s = _known(pair, p, Spectral())
+    said = [_said(each, p) for each in (ours, other)]
+    ended = [each.run.failure is None and each.errors.known for each in (ours, other)]
+    if not all(ended):
+        failed = [each.run.failure for each in (ours, other) if each.run.failure]
+        alone = f"{failed[0][0]}: {failed[0][1]}" if len(failed) == 1 and failed[0][0] is not Status.TIMED_OUT else ""
+        nan = float("nan")
+        return Compared(pair.name, nan, "", nan, nan, engine_s, compiled_s, "; ".join(filter(None, said)), alone)
+    found = disagreement(ours.run, other.run, ours.errors, other.errors, LEAST * p.accuracy)
+    engine, compiled = (each.errors.signals.get(found.name, 0.0) for each in (ours, other))
+    notes = "; ".join(filter(None, said))
+    return Compared(pair.name, found.off, found.name, engine, compiled, engine_s, compiled_s, notes, allowed=found.allowed)
+
+
+def _known(pair: Drawn, p: Parameters, solver: Exudyn | Spectral) -> tuple[Delivery, float]:
+    """A solver's run with its errors, and its time."""
     begin = perf_counter()
-    found = known(pair.mechanism, pair.duration, max(accuracy, FINEST_KNOWN), patience=p.timeout)
-    wall = perf_counter() - begin
-    result = Result(Status.OK, "", found.run.record.time, found.run.values, found.run.units, found.run.work)
-    failure = found.run.failure
-    return result, found.errors.motion, wall, "" if failure is None else f"compiled {failure[0]}: {failure[1]}"
+    climb = Climb(ladder_of(pair.mechanism, pair.duration, p.accuracy, solver), runner(p.timeout))
+    return deliver(climb, Asked(p.accuracy)), perf_counter() - begin
+
+
+def _said(found: Delivery, p: Parameters) -> str:
+    """What a solver says of its own run: how it failed, or by how much it misses."""
+    name = type(found.run.solver).__name__
+    if found.run.failure:
+        return f"{name} {found.run.failure[0]}: {found.run.failure[1]}"
+    missed = found.missed(Asked(p.accuracy))
+    return f"{name} {missed}" if missed else ""
 
 
 def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
@@ -215,7 +155,6 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
         "median_ratio": Metric(median, "1"),
     }
     wrong = [f"{c.name}: {c.difference:.1e} apart in {c.where}, estimates {c.engine:.1e} and {c.compiled:.1e}" for c in beyond]
-    wrong += [f"{c.name}: {c.contrary}" for c in found if c.contrary]
     wrong += [f"{c.name}: only one solver ended, {c.alone}" for c in found if c.alone]
     told = f"{len(judged)} of {len(found)} mechanisms compared, {len(judged) - len(beyond)} no farther apart than 3 estimates"
     names = ("difference", "engine", "compiled", "engine_s", "compiled_s", "ratio")
@@ -235,7 +174,7 @@ def _table(found: list[Compared]) -> Table:
 
     rows = [
         [c.name, shown(c.difference), c.where, shown(c.engine), shown(c.compiled), shown(c.ratio),
-         f"{1e3 * c.engine_s:.3g}", f"{1e3 * c.compiled_s:.3g}", "; ".join(filter(None, (c.contrary, c.said)))]
+         f"{1e3 * c.engine_s:.3g}", f"{1e3 * c.compiled_s:.3g}", c.said]
         for c in found
     ]  # fmt: skip
     estimates = ["Exudyn's estimate", "compiled's", "difference/sum"]
@@ -247,9 +186,9 @@ def figure(result: StudyResult) -> Figure:
     """Difference over the sum of the estimates, a mark a mechanism."""
     s = result.signals
     fig, ax = subplots(height=90)
-    both = np.maximum(s["engine"] + s["compiled"], FINEST)
+    both = np.maximum(s["engine"] + s["compiled"], ROUNDING)
     ax.loglog(both, np.maximum(s["difference"], 1e-12), "o")
-    line = np.array([FINEST, 0.1])
+    line = np.array([ROUNDING, 0.1])
     ax.loglog(line, line, color="#000000", linewidth=0.8, label="the sum")
     ax.loglog(line, BEYOND * line, color="#000000", linewidth=0.8, linestyle=":", label=f"{BEYOND:g} times the sum")
     ax.legend()

@@ -9,7 +9,7 @@ from scipy.special import ellipj, ellipk
 
 from buckler.mbs import Exudyn, Guide, GuideFriction, Link, Mechanism, Revolute, Rigid, Section, Spectral, Spring, Stop
 from buckler.mbs.accuracy.compare import Functions, compare, relative
-from buckler.mbs.accuracy.deliver import deliver
+from buckler.mbs.accuracy.deliver import Climb, deliver
 from buckler.mbs.accuracy.goal import Asked
 from buckler.mbs.accuracy.ladder import ladder_of
 from buckler.mbs.elements.element import Kind, Signal, onsets
@@ -113,7 +113,7 @@ CASES = {each.__name__: each for each in (pendulum, oscillator, bouncer, braked)
 def test_told_errors_are_true(name, solver, level):
     mechanism, duration, time, signals = CASES[name]()
     ladder = ladder_of(mechanism, duration, level, solver)
-    found = deliver(ladder, Asked(level), lambda *what: SOLVERS[type(what[2])](*what, None, None))
+    found = deliver(Climb(ladder, lambda *what: SOLVERS[type(what[2])](*what, None, None)), Asked(level))
     known = {s[0]: s if isinstance(s, Signal) else Signal(*s) for s in signals}
     mine = Functions.of(found.run)
     through = {name: mine.signals[name].scale for name in known if name.startswith("energy.")}

@@ -1,17 +1,20 @@
 """A run held against the other solver: they agree, a flipped sign is caught, what cannot be compared says so."""
 
 from dataclasses import replace
-from math import isnan, nan
+from math import isnan
 
 import pytest
 
 pytest.importorskip("numba")
 
-from buckler.mbs import Beam, Force, Link, Mechanism, Result, Revolute, Rigid, Section, Spring, simulate
-from buckler.mbs.accuracy.verify import APART, FINEST, _limit
+from buckler.mbs import Beam, Controlled, Exudyn, Force, Link, Mechanism, Result, Revolute, Rigid, Section, Spring, simulate
+from buckler.mbs.accuracy.compare import Functions
+from buckler.mbs.accuracy.verify import APART, disagreement
+from buckler.mbs.engine.solve import once
 from buckler.mbs.library import slider_crank
+from buckler.mbs.record.errors import Errors
 from buckler.mbs.solvers.spectral import Spectral
-from buckler.mbs.spectral import registry
+from buckler.mbs.spectral import recording, registry
 from buckler.mbs.view.verdicts import verdicts
 
 PENDULUM = Mechanism(
@@ -34,8 +37,16 @@ def flipped(monkeypatch, kind, **values):
     monkeypatch.setitem(registry.ELEMENTS, kind, wrong)
 
 
-def test_the_difference_allowed_is_the_sum_of_both_estimates():
-    assert [_limit(*both)[0] for both in ((1e-3, 2e-3), (0.0, 0.0), (nan, 1e-3), (1e-3, nan))] == [3e-3, FINEST, APART, APART]
+def test_the_difference_allowed_is_the_sum_of_both_errors():
+    """Signal by signal; of one that is not known, 5 %, and of what a run without settings is held to."""
+    runs = [once(PENDULUM, 0.5, Exudyn(), None, None), once(PENDULUM, 0.5, Exudyn(Controlled(1e-3, 0.1)), None, None)]
+    names = Functions.of(runs[0]).signals
+    errors = {f"{name}{part}": 1.0 for name in names for part in ("", ".impulse")} | {"O.ground-rod.fx": 1e-7}
+    mine, other = (Errors(1.0, {name: share * error for name, error in errors.items()}, until=0.5) for share in (1, 2))
+    found = disagreement(*runs, mine, other)
+    assert found.name == "O.ground-rod.fx" and found.allowed == pytest.approx(3e-7) and found.ratio > 1
+    assert disagreement(*runs, mine, Errors()).allowed == APART
+    assert disagreement(*runs, mine, other, least=1.0).ratio < 1
 
 
 def test_solvers_agree_on_a_pendulum(tmp_path):
@@ -74,6 +85,20 @@ def test_a_flipped_sign_is_caught(monkeypatch, mechanism, kind, values, accuracy
     assert result.status == "SUSPECT"
     assert "SOLVERS: " in result.message and "Exudyn" in result.message and "the compiled solver" in result.message
     assert result.verified > 0.05
+
+
+@pytest.mark.parametrize("accuracy", [None, 1e-3])
+def test_a_reaction_of_the_wrong_sign_is_caught(monkeypatch, accuracy):
+    right = recording._channels
+
+    def wrong(*what):
+        found = right(*what)
+        return found | {name: {key: -each for key, each in found[name].items()} for name in found if "ground-rod" in name}
+
+    monkeypatch.setattr(recording, "_channels", wrong)
+    result = simulate(PENDULUM, 0.5, accuracy, verify=True)
+    assert result.verified < 0.01
+    assert result.status == "SUSPECT" and "apart in 'O.ground-rod.f" in result.message
 
 
 def test_a_kind_the_other_does_not_know_is_a_note(monkeypatch):

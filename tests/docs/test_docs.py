@@ -22,6 +22,7 @@ PAGES = (
     "docs/how-to-load-a-mechanism.md",
     "docs/how-to-clamp-and-guide.md",
     "docs/how-to-couple.md",
+    "docs/how-to-control.md",
     "docs/how-to-look.md",
     "docs/how-to-shape-and-damp.md",
     "docs/how-to-rest-and-vibrate.md",
@@ -29,7 +30,7 @@ PAGES = (
     "docs/how-to-fit.md",
     "docs/how-to-optimise.md",
 )
-ALL_PAGES = ("README.md", *sorted(f"docs/{path.name}" for path in (ROOT / "docs").glob("*.md")))
+ALL_PAGES = ("README.md", *sorted(f"docs/{path.name}" for path in (ROOT / "docs").glob("*.md")), "docs/paper/paper.md")
 BLOCK = re.compile(r"^```python\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 

@@ -1,6 +1,7 @@
 """Numbers that the documents quote: each is that of its file, and a new run of the quick items gives them again."""
 
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -27,6 +28,18 @@ def test_every_page_quotes_its_files_and_every_file_is_quoted():
     used = {number.item for path in pages.pages() for number in pages.quoted(path.read_text(encoding="utf-8"))}
     assert used == {path.stem for path in items.FILES.glob("*.json")}
     assert used <= set(items.ITEMS)
+
+
+def test_every_number_of_the_paper_names_its_file_or_row():
+    paper = items.ROOT / "docs" / "paper"
+    _, _, body = (paper / "paper.md").read_text(encoding="utf-8").split("---\n", 2)
+    sources = re.findall(r"^@\w+\{(\w+),", (paper / "paper.bib").read_text(encoding="utf-8"), re.MULTILINE)
+    assert sorted(set(re.findall(r"[\[;] ?@(\w+)", body))) == sorted(sources)
+    rows = re.findall(r"<!-- validation: (.*?) -->", body)
+    validation = (items.ROOT / "docs" / "validation.md").read_text(encoding="utf-8")
+    assert rows and [row for row in rows if row not in validation] == []
+    sentences = re.split(r"(?<=[.!?])\s+(?=[A-Z])", body)
+    assert [each for each in sentences if re.search(r"\d", each) and "<!--" not in each] == []
 
 
 @pytest.mark.parametrize("name", sorted(items.ITEMS))

@@ -8,8 +8,8 @@ from scipy.optimize import minimize_scalar
 from truths.published import PUBLISHED
 
 from buckler.elastica import path, shapes
+from buckler.elastica.collocation import NewtonDivergedError
 from buckler.elastica.path import follow
-from buckler.elastica.rod import NewtonDivergedError
 from buckler.elastica.strip import Load, Strip
 
 DOWN = Load(inner=(0.0, -1.0))

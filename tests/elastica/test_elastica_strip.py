@@ -9,11 +9,11 @@ from scipy.optimize import brentq
 from scipy.special import ellipe, ellipeinc, ellipk, ellipkinc
 
 from buckler.elastica import pinned, shapes
+from buckler.elastica.collocation import NewtonDivergedError
 from buckler.elastica.path import follow
-from buckler.elastica.rod import NewtonDivergedError, Rod
 from buckler.elastica.strip import HELD, Load, Strip
 
-PAIRS = [pair for pair in product(("clamped", "pinned"), HELD) if pair != ("pinned", "free")]
+PAIRS = [pair for pair in product(("clamped", "pinned"), HELD) if pair not in (("pinned", "free"), ("pinned", "rail"))]
 
 
 @pytest.mark.parametrize(("start", "end"), PAIRS)
@@ -67,14 +67,6 @@ def test_a_curved_cantilever_bends_as_castigliano_says():
     radius = 2.0 / np.pi
     assert (strip.rest[0] - x) / f == pytest.approx(radius**3 * np.pi / 4.0, rel=1e-5)
     assert (y - strip.rest[1]) / f == pytest.approx(radius**3 / 2.0, rel=1e-5)  # M times the lever of a force across, R (1 - sin)
-
-
-@pytest.mark.parametrize("u", [0.01, 0.3, 0.8])
-def test_pinned_strip_is_the_rod(u):
-    rod = Rod(axial=400.0, shear=150.0, imperfection=0.02).at_shortening(u)
-    strip = Strip("pinned", "pinned", shapes.bow(0.02), axial=400.0, shear=150.0)
-    ours = strip.equilibrium(Load(move=(strip.rest[0] - 1.0 + u, 0.0, 0.0)), -1.0)
-    assert -ours.force[0, 0] == pytest.approx(rod.load, rel=1e-12)
 
 
 def test_clamped_strip_is_four_quarters_of_the_pinned_one():
@@ -173,12 +165,12 @@ def test_beyond_a_limit_point_there_is_no_equilibrium_in_reach():
     ("call", "message"),
     [
         (lambda: Strip("free"), "start = free must be clamped or pinned"),
-        (lambda: Strip(end="hinged"), "end = hinged must be one of free, roller"),
+        (lambda: Strip(end="hinged"), "end = hinged must be one of free, rail, roller"),
         (lambda: Strip("pinned", "free"), "end = free must be held in y"),
         (lambda: Strip(axial=0.0), r"axial = 0\.0 must be above 0 \(E A L\^2/\(E I\)\)"),
         (lambda: Strip(shear=np.nan), "shear = nan must be above 0"),
         (lambda: Strip(at=0.0), r"at = 0\.0 must be 0\.01 to 0\.99 \(arc length over L\)"),
-        (lambda: Strip(nodes=5), "nodes = 5 must be a whole number from 6 to 200"),
+        (lambda: Strip(nodes=3), "nodes = 3 must be a whole number from 4 to 200"),
         (
             lambda: Strip(angle=lambda s: s / 0.0 if False else s * np.nan),
             "angle = .* must be a function that gives one finite angle",

@@ -79,7 +79,7 @@ WRONG = {
     "a motion that raises": (lambda: Motion(lambda t: 1 / 0, float), ["position(0) raises ZeroDivisionError"]),
     "a motion that raises later": (
         lambda: simulate(made(drives=[Drive("crank", Motion(breaks, lambda t: 1.0))]), 1.0),
-        ["drive: position(0.5001) raises ZeroDivisionError"],
+        ["drive: position(0.50001) raises ZeroDivisionError"],
     ),
     "no such signal": (lambda: ran().at("nothing", 0.0), ["no signal 'nothing'", "O.x"]),
     "no such signal by item": (lambda: ran()["B.z"], ["no signal 'B.z'", "near it", "B.x"]),

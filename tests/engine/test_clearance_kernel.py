@@ -27,12 +27,6 @@ GAP, PIN = 1e-4, 5e-3
 RATTLING, FRICTION = Impact(8e9, 253.0, 1e-5), AdamsFriction(0.3, 0.1)
 
 
-@pytest.fixture
-def plain(monkeypatch):
-    """No compiler: many laws used once each would take longer to compile than to run."""
-    monkeypatch.setitem(sys.modules, "buckler.mbs.engine.compiled", None)
-
-
 ENDS = [
     (End(-1, (0.1, 0.2), (0.0, 0.0)), End(0, (0.3, 0.2), (-0.2, 0.0))),
     (End(0, (0.3, 0.2), (0.2, 0.1)), End(3, (0.6, 0.4), (-0.1, -0.1))),

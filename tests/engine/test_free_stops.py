@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from jointed import turned
 from simulations import block, fine
 
 from buckler.mbs import (
@@ -31,11 +32,6 @@ G = 9.81
 BAR = Section(0.020, 0.010)
 ROD = Rigid.of(mass=0.8, inertia=0.02, centre=(0.25, 0.0))
 LAW = ExactRestitution(1e11, 0.6)
-
-
-def turned(angle, *points):
-    c, s = math.cos(angle), math.sin(angle)
-    return [(c * x - s * y, s * x + c * y) for x, y in points]
 
 
 def falling(law=LAW, angle=0.0, body=ROD, drop=0.05, side=1, stops=None, tilt=0.0):

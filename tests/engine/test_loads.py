@@ -142,6 +142,7 @@ def test_newton_and_euler_hold_of_every_load():
     loads = [
         Force("A", (1.0, -2.0)),
         Force("A", lambda t: (3 * math.sin(9 * t), t), follows="crank"),
+        Force("A", (2.0, 1.0), through=(0.3, -0.4)),
         Torque("crank", 0.7),
         Torque("crank", lambda t, angle, speed: math.cos(7 * t) - 0.3 * speed + 0.2 * angle),
         Motor("crank", lambda t: 12 * math.cos(3 * t), 0.8, 0.05, gear=-3.0, friction=0.02, dead_band=1.0),

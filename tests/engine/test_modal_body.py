@@ -10,15 +10,15 @@ pytest.importorskip("skfem")
 
 import exudyn as exu
 import exudyn.itemInterface as eii
+from simulations import closed
 
 from buckler.mbs import Beam, Guide, Link, Mechanism
 from buckler.mbs.engine import guide as guides
 from buckler.mbs.engine.drive import add_drive
-from buckler.mbs.engine.modal import add_anchor, rigid_marker
+from buckler.mbs.engine.modal import CROSS, ENDS, add_anchor
 from buckler.mbs.engine.placed import States
 from buckler.mbs.engine.registry import BODIES
 from buckler.mbs.engine.scene import Scene
-from buckler.mbs.kinematics.linkage import Linkage
 from buckler.mbs.library import BAR, crank_rocker
 from buckler.mbs.modal import CraigBampton, FreeModes, Modal
 
@@ -92,6 +92,19 @@ class Run:
 
 MODES = [FreeModes((1, 2, 3), "in-plane"), CraigBampton(fixed=4)]
 NAMES = ["free", "Craig-Bampton"]
+
+
+def rigid_marker(system, placed, point):
+    """Marker with position and rotation of an end's cross-section."""
+    station, body = placed.stations[point], placed.objects[0]
+    if not len(placed.model):
+        local = [*placed.model.place(station), 0.0]
+        return int(system.AddMarker(eii.MarkerBodyRigid(bodyNumber=body, localPosition=local)))
+    first = len(CROSS) * ENDS.index(station)
+    around = list(range(first + 1, first + len(CROSS)))
+    weights = [1 / len(around)] * len(around)
+    item = eii.MarkerSuperElementRigid(bodyNumber=body, meshNodeNumbers=around, weightingFactors=weights)
+    return int(system.AddMarker(item))
 
 
 @pytest.mark.parametrize("modes", MODES, ids=NAMES)
@@ -257,8 +270,8 @@ def test_modal_damping_decays_at_its_ratio():
 def crank_rocker_run(rocker, duration=0.1, steps=2500):
     """Times, position and acceleration of B, deflection of the rocker, forces at its ideal joints B and C."""
     mechanism = crank_rocker(rocker, speed=10 * pi)
-    closure = Linkage(mechanism)
-    rates = closure.solve().q_t
+    closure, (start,) = closed(mechanism, [0.0])
+    rates = start.q_t
     run, placed = Run(), {}
     for link in mechanism.links:
         placed[link.name] = BODIES[type(link.body)](run.scene(mechanism), link, rates[closure.index[link.name]])

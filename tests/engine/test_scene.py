@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from simulations import closed
 
 from buckler.mbs import (
     Beam,
@@ -279,10 +280,7 @@ FLEXIBLE = {
 
 def ideal(mechanism, duration):
     """Positions and velocities of all points at the end, by loop closure."""
-    closure, guess = Linkage(mechanism), None
-    for t in np.linspace(0, duration, 41):
-        state = closure.solve(t, guess)
-        guess = state.q
+    closure, (state,) = closed(mechanism, [duration])
     return {
         point: (closure.position(link.name, point, state.q), closure.velocity(link.name, point, state.q, state.q_t))
         for link in mechanism.links
@@ -326,8 +324,7 @@ def test_stiff_link_moves_nearly_as_a_rigid_one(name):
 @pytest.mark.parametrize("mechanism", [*LINKAGES.values(), *FLEXIBLE.values()], ids=[*LINKAGES, *FLEXIBLE])
 def test_linkage_starts_as_drawn_with_consistent_velocities(mechanism):
     result = simulate(mechanism, 1e-6, solver=Exudyn(Equal(1)))
-    closure = Linkage(mechanism)
-    state = closure.solve()
+    closure, (state,) = closed(mechanism, [0.0])
     for link in mechanism.links:
         for point in link.points:
             place = [result.signals[f"{point}.{axis}"][0] for axis in "xy"]

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from jointed import BAR, G, turned
-from simulations import fine
+from simulations import closed, fine
 
 from buckler.mbs import (
     Beam,
@@ -28,7 +28,6 @@ from buckler.mbs import (
     Weld,
     simulate,
 )
-from buckler.mbs.kinematics.linkage import Linkage
 
 EQUAL = Exudyn(Equal(4000), spectral_radius=0.6)
 """Constraint forces ring where steps change their size."""
@@ -128,21 +127,20 @@ def test_loop_closure_knows_joints_that_slide(kind):
                 Slot("A", "block", "arm", along=(0.05, 0.3))],
         drives=[Drive("crank", Motion(lambda t: 3 * t + t * t, lambda t: 3 + 2 * t))],
     )  # fmt: skip
-    closure = Linkage(mechanism)
-    assert closure.mobility() == 0
     h = 1e-4
-    states = [closure.solve(t) for t in (0.3 - h, 0.3, 0.3 + h)]
+    closure, states = closed(mechanism, 0.3 + h * np.arange(-1, 2))
+    assert closure.mobility() == 0
     rate = (states[2].q - states[0].q) / (2 * h)
     change = (states[2].q_t - states[0].q_t) / (2 * h)
     assert states[1].q_t == pytest.approx(rate, abs=1e-5)
     assert states[1].q_tt == pytest.approx(change, abs=1e-4)
     result = fine(simulate(mechanism, 0.3, solver=Closure(Equal(400)), ledger=True))
-    end = closure.solve(0.3).q
+    end = states[1].q
     assert [result.signals[f"{p}.{a}"][-1] for p in "AE" for a in "xy"] == pytest.approx(
         [*closure.position("block", "A", end), *closure.position("arm", "E", end)], abs=1e-8
     )
     assert result.energy_balance < 1e-6
-    for name, found in reactions(mechanism, closure).items():
+    for name, found in reactions(mechanism, closure, states[1]).items():
         told = {"force": ("fx", "fy"), "moment": ("moment",), "effort": ("normal_force", "moment")}
         for channel, values in found.items():
             letters = told[channel][: values.shape[1]]
@@ -151,9 +149,8 @@ def test_loop_closure_knows_joints_that_slide(kind):
                 assert run == pytest.approx(values[0], abs=2e-3 * max(1.0, np.abs(values).max())), name
 
 
-def reactions(mechanism, closure):
+def reactions(mechanism, closure, state):
     """Channels of the joints at 0.3 s from inverse dynamics: J^T lambda = inertia forces."""
-    state = closure.solve(0.3)
     inertial = []
     for i, link in enumerate(mechanism.links):
         mass, inertia, centre = link.body.inertia(mechanism.length(link.name))

@@ -136,7 +136,7 @@ def test_a_python_function_is_refused_with_its_place():
         ({"links.arm.body.section.thickness": "-1 mm"}, "links.arm.body.section.thickness = -1 mm: must lie in [1e-09, 1e+06] m"),
         ({"links.arm.body.section.thickness": "thin"}, "links.arm.body.section.thickness = 'thin': not a number; must be a"),
         ({"links.arm.body.section.thickness": True}, "links.arm.body.section.thickness = true: must be a number"),
-        ({"links.arm.body.section": 3}, "links.arm.body.section = 3: must be Section (in files a table)"),
+        ({"links.arm.body.section": 3}, "links.arm.body.section = 3: must be Profile or Section (in files a table"),
         ({"links.arm.body.elements": 2.5}, "links.arm.body.elements"),
         ({"links.arm.body.kind": "Bean"}, "links.arm.body.kind = 'Bean': unknown kind, did you mean 'Beam'?"),
         ({"links.arm.end": "B"}, "links.arm.end: link 'arm': unknown point 'B'; known: A, O"),

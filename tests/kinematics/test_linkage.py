@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from closures import BAR, COUPLER, CRANK, FRAME, ROCKER, SPEED, START, crank_rocker, joint_by_circles
 from scipy.optimize import brentq
+from simulations import closed
 
 from buckler.mbs import Drive, Ramp, slider_crank
-from buckler.mbs.kinematics.linkage import Linkage
 from buckler.mbs.kinematics.slidercrank import SliderCrank
 from buckler.mbs.library import PAPER, PAPER_STOP
 
@@ -16,15 +16,7 @@ ANGLES = np.radians([0.0, 17.0, 60.0, 90.0, 120.0, 163.0, 180.0, 181.0, 240.0, 3
 
 
 def driven_slider_crank(speed=SPEED, lengths=PAPER):
-    return Linkage(slider_crank(BAR, law=None, mass=0.3, speed=speed, lengths=lengths))
-
-
-def along_turn(closure, angles, speed=SPEED):
-    """States at crank angles in rising order, each started from the last."""
-    state = None
-    for angle in angles:
-        state = closure.solve(angle / speed, None if state is None else state.q)
-        yield angle, state
+    return slider_crank(BAR, law=None, mass=0.3, speed=speed, lengths=lengths)
 
 
 # --- slider-crank: closed form against general closure ----------------------------------------------------------------
@@ -32,8 +24,9 @@ def along_turn(closure, angles, speed=SPEED):
 
 @pytest.mark.parametrize("lengths", [PAPER, SliderCrank(0.3, 0.31), SliderCrank(0.01, 2.0)])
 def test_slider_position_and_speed_agree_with_closed_form(lengths):
-    closure = driven_slider_crank(lengths=lengths)
-    for angle, state in along_turn(closure, np.linspace(0, 2 * np.pi, 73)):
+    angles = np.linspace(0, 2 * np.pi, 73)
+    closure, states = closed(driven_slider_crank(lengths=lengths), angles / SPEED)
+    for angle, state in zip(angles, states, strict=True):
         x, y = closure.position("coupler", "B", state.q)
         vx, vy = closure.velocity("coupler", "B", state.q, state.q_t)
         assert abs(x - lengths.slider(angle)) < 1e-12 and abs(y) < 1e-12
@@ -50,10 +43,9 @@ def test_closed_form_rate_is_the_derivative_of_the_position():
 @pytest.mark.parametrize("ramp", [SPEED, Ramp(0.75, 6.58, 2.0)], ids=["constant", "ramp"])
 def test_slider_acceleration_agrees_with_the_closed_form_differentiated(ramp):
     """Rates d2x/dtheta2 by the complex step on dx/dtheta, then a = x'' omega^2 + x' alpha."""
-    closure, motion = driven_slider_crank(ramp), Drive("crank", ramp).motion
-    state = None
-    for t in np.linspace(0, 3, 61):
-        state = closure.solve(t, None if state is None else state.q)
+    motion, times = Drive("crank", ramp).motion, np.linspace(0, 3, 61)
+    closure, states = closed(driven_slider_crank(ramp), times)
+    for t, state in zip(times, states, strict=True):
         angle, omega, alpha = motion.position(t), motion.speed(t), motion.acceleration(t)
         second = PAPER.slider_rate(angle + 1e-30j).imag / 1e-30
         expected = second * omega**2 + PAPER.slider_rate(angle) * alpha
@@ -65,8 +57,7 @@ def test_slider_acceleration_agrees_with_the_closed_form_differentiated(ramp):
 
 def test_coupler_angle_and_its_rates_by_hand():
     """L sin(phi) = r sin(theta), phi the coupler's slope below the line: phi' = r cos(theta)/(L cos(phi)) omega."""
-    closure = driven_slider_crank()
-    for angle, state in along_turn(closure, ANGLES):
+    for angle, state in zip(ANGLES, closed(driven_slider_crank(), ANGLES / SPEED)[1], strict=True):
         sine = PAPER.crank * np.sin(angle) / PAPER.coupler
         slope = np.arctan2(-sine, -np.sqrt(1 - sine**2))  # from A towards B: to the left, and down where A is up
         assert math.remainder(state.q[1, 2] - slope, 2 * np.pi) == pytest.approx(0.0, abs=1e-12)
@@ -137,11 +128,9 @@ def test_crank_rocker_is_a_grashof_chain():
 
 
 def test_four_bar_closes_and_its_rocker_follows_freudenstein():
-    closure = Linkage(crank_rocker())
     angles = START + np.linspace(0, 4 * np.pi, 145)
-    state = None
-    for angle in angles:
-        state = closure.solve((angle - START) / SPEED, None if state is None else state.q)
+    closure, states = closed(crank_rocker(), (angles - START) / SPEED)
+    for angle, state in zip(angles, states, strict=True):
         for joint in closure.mechanism.joints:
             ends = [closure.position(link, joint.point, state.q) for link in (joint.first, joint.second)]
             assert np.abs(ends[0] - ends[1]).max() < 1e-12
@@ -153,11 +142,9 @@ def test_four_bar_closes_and_its_rocker_follows_freudenstein():
 
 def test_four_bar_rates_are_derivatives_of_the_closed_form():
     """Central differences of Freudenstein's angle, fourth order: what remains is rounding, 1e-16/h and 1e-16/h^2."""
-    closure, h = Linkage(crank_rocker()), 1e-2
+    h, angles = 1e-2, START + np.linspace(0, 2 * np.pi, 25)
     first, second = np.array([1, -8, 0, 8, -1]) / (12 * h), np.array([-1, 16, -30, 16, -1]) / (12 * h * h)
-    state = None
-    for angle in START + np.linspace(0, 2 * np.pi, 25):
-        state = closure.solve((angle - START) / SPEED, None if state is None else state.q)
+    for angle, state in zip(angles, closed(crank_rocker(), (angles - START) / SPEED)[1], strict=True):
         near = np.unwrap([rocker_by_freudenstein(angle + k * h) for k in range(-2, 3)])
         assert state.q_t[2, 2] == pytest.approx(SPEED * first @ near, abs=1e-6)
         assert state.q_tt[2, 2] == pytest.approx(SPEED**2 * second @ near, abs=1e-5)
@@ -165,27 +152,21 @@ def test_four_bar_rates_are_derivatives_of_the_closed_form():
 
 def test_rates_are_derivatives_of_positions_in_time():
     """All coordinates, under a speed that changes: fourth-order differences in time."""
-    closure, h = Linkage(crank_rocker(Ramp(2.0, 5.0, 1.0))), 1e-3
-    weights = np.array([1, -8, 8, -1]) / (12 * h)
+    h, weights = 1e-3, np.array([1, -8, 0, 8, -1]) / 12e-3
     for t in (0.2, 0.5, 0.9):
-        guess = None
-        for s in np.linspace(0, t, 20):
-            guess = closure.solve(s, guess).q
-        near = [closure.solve(t + k * h, guess) for k in (-2, -1, 1, 2)]
-        state = closure.solve(t, guess)
-        assert state.q_t == pytest.approx(np.tensordot(weights, [s.q for s in near], 1), abs=1e-9)
-        assert state.q_tt == pytest.approx(np.tensordot(weights, [s.q_t for s in near], 1), abs=1e-8)
+        near = closed(crank_rocker(Ramp(2.0, 5.0, 1.0)), t + h * np.arange(-2, 3))[1]
+        assert near[2].q_t == pytest.approx(np.tensordot(weights, [s.q for s in near], 1), abs=1e-9)
+        assert near[2].q_tt == pytest.approx(np.tensordot(weights, [s.q_t for s in near], 1), abs=1e-8)
 
 
 def test_carried_coupler_point_stays_fixed_in_the_coupler():
     carried = {"P": (0.12, 0.25), "Q": (0.0, 0.05)}
-    closure = Linkage(crank_rocker(carried=list(carried.items())))
-    places, start = closure.mechanism.points, closure.reference
+    angles = START + np.linspace(0, 2 * np.pi, 25)
+    closure, states = closed(crank_rocker(carried=list(carried.items())), (angles - START) / SPEED)
+    places = closure.mechanism.points
     span = complex(*places["B"]) - complex(*places["A"])
     local = {name: (complex(*carried[name]) - complex(*places["A"])) / span for name in carried}
-    state = closure.solve(0.0, start)
-    for angle in START + np.linspace(0, 2 * np.pi, 25):
-        state = closure.solve((angle - START) / SPEED, state.q)
+    for angle, state in zip(angles, states, strict=True):
         a, b = CRANK * np.exp(1j * angle), joint_by_circles(angle)
         for name in carried:
             expected = a + local[name] * (b - a)
@@ -193,8 +174,7 @@ def test_carried_coupler_point_stays_fixed_in_the_coupler():
 
 
 def test_velocity_of_a_carried_point_is_the_derivative_of_its_position():
-    closure, h = Linkage(crank_rocker(carried=[("P", (0.12, 0.25))])), 1e-4
-    guess = closure.solve(0.3).q
-    ahead, behind = (closure.position("coupler", "P", closure.solve(0.3 + s, guess).q) for s in (h, -h))
-    state = closure.solve(0.3, guess)
+    h = 1e-4
+    closure, (before, state, after) = closed(crank_rocker(carried=[("P", (0.12, 0.25))]), 0.3 + h * np.arange(-1, 2))
+    behind, ahead = (closure.position("coupler", "P", each.q) for each in (before, after))
     assert closure.velocity("coupler", "P", state.q, state.q_t) == pytest.approx((ahead - behind) / (2 * h), abs=1e-7)

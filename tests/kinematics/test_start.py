@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from simulations import closed
 
 from buckler.mbs import Beam, Drive, Guide, Link, Mechanism, Ramp, Revolute, Rigid, Section, Strut, crank_rocker, slider_crank
 from buckler.mbs.kinematics.errors import KinematicsError
@@ -165,8 +166,7 @@ def five_bar(first=1.0, second=-2.0):
 
 
 def test_two_drives_turn_two_cranks():
-    closure = Linkage(five_bar(1.0, Ramp(0.0, -2.0, 0.5)))
-    state = closure.solve(0.4)
+    closure, (state,) = closed(five_bar(1.0, Ramp(0.0, -2.0, 0.5)), [0.4])
     assert state.q[[0, 3], 2] - closure.reference[[0, 3], 2] == pytest.approx([0.4, -0.32], abs=1e-12)
     assert state.q_t[[0, 3], 2] == pytest.approx([1.0, -1.6], rel=1e-12)
     assert state.q_tt[[0, 3], 2] == pytest.approx([0.0, -4.0], abs=1e-9)
@@ -176,8 +176,7 @@ def test_two_drives_turn_two_cranks():
 
 
 def test_many_times_at_once_are_single_times():
-    closure = Linkage(five_bar())
-    states = [closure.solve(t) for t in (0.0, 0.1, 0.2)]
+    closure, states = closed(five_bar(), (0.0, 0.1, 0.2))
     together = closure.system(np.stack([s.q for s in states]), np.stack([s.q_t for s in states]))
     for k, state in enumerate(states):
         for one, all_ in zip(closure.system(state.q, state.q_t), together, strict=True):

@@ -13,7 +13,7 @@ import numba
 import numpy as np
 from numba.core import event
 
-from buckler.mbs import Equal, Rigid, Section, Spectral, Status, slider_crank
+from buckler.mbs import Equal, Rigid, Section, Spectral, Status, simulation, slider_crank
 from buckler.mbs.compiler import COMPILING, working_time
 from buckler.mbs.spectral import compiling, implicit, run
 from buckler.mbs.spectral.announce import TEXT, Announcer
@@ -61,6 +61,17 @@ def test_a_run_may_take_longer_than_its_timeout_by_what_is_compiled(monkeypatch:
     assert once(m, 0.1, Spectral(Equal(5000)), timeout=10.0).failure[0] is Status.TIMED_OUT  # type: ignore[index]
     monkeypatch.setattr(run, "working_time", lambda: 0.0)  # all of it spent compiling
     assert once(m, 0.1, Spectral(Equal(5000)), timeout=10.0).failure is None
+
+
+def test_several_runs_are_told_without_what_is_compiled(monkeypatch: pytest.MonkeyPatch) -> None:
+    def compiles(*arguments):
+        monkeypatch.setattr(COMPILING, "seconds", COMPILING.seconds + 1e3)  # as if a thousand seconds of each run went into it
+        return alone(*arguments)
+
+    alone, m = simulation._once, slider_crank(Rigid(Section(0.030, 2e-3)), law=None, mass=0.3, speed=1.25)
+    monkeypatch.setattr(simulation, "_once", compiles)
+    result = simulation.simulate(m, 0.1, accuracy=1e-3, solver=Spectral())
+    assert result.work["runs"] > 1 and result.work["wall_s"] < -1e3
 
 
 def test_all_is_compiled_beforehand() -> None:

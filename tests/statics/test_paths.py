@@ -60,6 +60,31 @@ def test_all_branches_of_a_column_leave_to_both_sides():
     assert not found.stable[-1]
 
 
+def test_the_diagram_of_a_column_is_dashed_from_its_load_on():
+    found = path(columns("a"), to=1.05 * EULER)
+    lines = found.plot("a", "Ma").get_lines()
+    whole, dashed = (next(line.get_xdata() for line in lines if line.get_linestyle() == way) for way in ("-", "--"))
+    assert whole[-1] == pytest.approx(engesser(1), rel=1e-6) and dashed[0] == pytest.approx(engesser(1), rel=1e-6)
+    assert dashed[-1] == pytest.approx(1.05 * EULER, rel=1e-9)
+
+
+def test_an_arch_that_tilts_tilts_back_to_the_other_side_and_returns():
+    """The path that leaves an arch's branching meets that of the upright arch again, goes through it and comes back mirrored."""
+    arch = Mechanism(
+        {"A": (0, 0), "B": (LENGTH, 0)},
+        [Link("arch", "A", "B", Beam(Section(0.02, 0.002), imperfection=0.008), carries={"Q": 0.25, "M": 0.5, "R": 0.75})],
+        [Revolute("A", "ground", "arch"), Revolute("B", "ground", "arch")],
+        loads=[Force("M", (0, -1.0))],
+    )  # fmt: skip
+    found = path(arch, to=40.0, degree=5, branches=True)
+    assert len(found.branchings) == 1 and len(found.branches) == 2
+    for each in found.branches:
+        tilt = each.point("arch", "Q")[:, 1] - each.point("arch", "R")[:, 1]
+        assert each.ended == "closed" and tilt.max() == pytest.approx(-tilt.min(), rel=0.05) and tilt.max() > 7e-3
+        (lowest,) = each.limits
+        assert each.parameter[0] == pytest.approx(found.branchings[0]) and lowest == pytest.approx(each.parameter.min(), rel=1e-4)
+
+
 def truss(height, stiffness=1e4):
     """A mass on two springs and a torsion spring: limit and branchings in closed form."""
     free = np.hypot(1, height)

@@ -54,6 +54,21 @@ def test_all_equilibria_of_a_double_pendulum_are_four():
     assert [each.stable for each in rest.others] == [False] * 3
 
 
+@pytest.mark.parametrize("stiffness", [1e4, 4.6e5, 1e7])
+def test_a_bar_falls_upon_a_stop_however_stiff_and_rests_there(stiffness):
+    """Its moment about O: the stop at 0.6 L carries the weight at L/2 and the load at the tip."""
+    length, load, section = 0.264, 3.875, Section(0.0228, 0.00755)
+    bar = Link("bar", "O", "A", Rigid(section), carries=("M",))
+    stop = Stop("M", at=-2.25e-3, law=KelvinVoigt(stiffness, 1.0), along=(0.0, 1.0))
+    rest = equilibrium(Mechanism(
+        {"O": (0, 0), "A": (length, 0), "M": (0.6 * length, 0)}, [bar], [Revolute("O", "ground", "bar")], stops=[stop],
+        loads=[Force("A", (0.0, -load))], gravity=(0.0, -GRAVITY),
+    ))  # fmt: skip
+    depth = (section.mass_per_length * length * GRAVITY / 2 + load) / 0.6 / stiffness
+    assert rest.stable
+    assert rest.point("bar", "M").position[1] == pytest.approx(-2.25e-3 - depth, rel=1e-9)
+
+
 def block(height, stop=True):
     return Mechanism(
         points={"P": (0, height), "Q": (0, height + 0.1)},

@@ -7,7 +7,7 @@ import pytest
 from truths import arches, princeton
 
 from buckler.elastica.member import Member
-from buckler.elastica.vibration import beam_frequencies, portal_frequencies
+from buckler.elastica.vibration import beam_frequencies, portal
 from buckler.mbs import STEEL, Beam, Force, Guide, Link, Material, Mechanism, Revolute, Section, Weld
 from buckler.mbs.statics import equilibrium, frequencies, path
 from buckler.mbs.statics.problem import places
@@ -56,7 +56,7 @@ def test_frequencies_of_a_portal_frame():
         ],
     )  # fmt: skip
     found = frequencies(mechanism, degree=14, count=5).angular
-    assert found == pytest.approx(portal_frequencies(member(section, height), member(section, width), 5), rel=1e-6)
+    assert found == pytest.approx(portal(member(section, height), member(section, width)).frequencies(5), rel=1e-6)
 
 
 @pytest.mark.parametrize("load", [4.448, 8.896, 13.345])

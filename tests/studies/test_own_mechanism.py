@@ -129,7 +129,7 @@ def test_a_changed_mass_falls_as_the_formula_says(pendulum):
     ("words", "message"),
     [
         (["--duration", "-1"], "error: duration = -1.0 s: must lie in (0, inf) s"),
-        (["--accuracy", "1e-3", "--of", "speeds"], "error: pendulum.json: of = ['speeds']: must be 'places', 'forces', or"),
+        (["--accuracy", "1e-3", "--of", "speeds"], "error: pendulum.json: of = ['speeds']: must be one of 'places'"),
         (["--accuracy", "1e-3", "--of", "A.z"], "error: pendulum.json: no signal 'A.z'; near it: A.y"),
         (["--of", "forces"], "error: --of: without --accuracy; give both"),
         (["--duration", "1 kg"], "error: --duration = 1 kg: 'kg' is no unit for a quantity in s"),
@@ -144,7 +144,6 @@ def test_a_changed_mass_falls_as_the_formula_says(pendulum):
         (["--steps", "1e3"], "error: --steps = '1e3': must be a whole number"),
         (["--tolerance", "3 mm"], "error: --tolerance = 3 mm: "),
         (["--solver", "spectral", "--degree", "99"], "error: --degree = 99: must be a whole number in [2, 60]"),
-        (["--solver", "spectral", "--accuracy", "1e-3"], "error: accuracy = 0.001 and solver: give one of them"),
     ],
 )  # fmt: skip
 def test_wrong_words_are_one_line_and_exit_2(pendulum, capsys, words, message):
@@ -152,6 +151,14 @@ def test_wrong_words_are_one_line_and_exit_2(pendulum, capsys, words, message):
     out, err = capsys.readouterr()
     assert out == "" and err.startswith(message) and err.count("\n") == 1
     assert not (pendulum / "results").exists()
+
+
+def test_a_solver_with_an_accuracy_is_kept_and_its_error_told(pendulum):
+    words = ["--solver", "exudyn", "--accuracy", "1e-3", "--measure", "end(A.y)", "-q"]
+    assert main(argv=["run", "pendulum.json", *words]) == 0
+    found = json.loads((pendulum / "results" / "pendulum" / "metrics.json").read_text())
+    assert found["work"]["exudyn_runs"] >= 2 and "spectral_runs" not in found["work"]
+    assert 0 < found["metrics"]["relative error"]["value"] <= 1e-3
 
 
 @pytest.mark.parametrize(("solver", "setting", "value"), [("exudyn", "spectral_radius", 0.5), ("spectral", "degree", 6)])

@@ -57,6 +57,30 @@ def test_rest_and_frequencies_are_printed_with_status_and_errors(file, capsys):
     assert "damping ratio 0, error" in capsys.readouterr().out
 
 
+def test_a_periodic_motion_is_printed_with_its_multipliers(file, capsys):
+    text = COLUMN.replace("[links.strip.body]", "[links.strip.body]\ninertia = 1e-3\nmass = 1.0")
+    text = text.replace('kind = "Beam"', 'kind = "Rigid"').replace("section = { width = 0.02, thickness = 0.001 }\n", "")
+    text = (
+        text[: text.index("[[guides]]")]
+        + """[[loads]]
+kind = "TorsionSpring"
+first = "ground"
+second = "strip"
+stiffness = 4.0
+damping = 0.01
+[[loads]]
+kind = "Torque"
+link = "strip"
+value = "0.1*cos(2*t)"
+"""
+    )
+    file.write_text(text)
+    assert main(argv=["periodic", str(file), "--period", "3.141592653589793"]) == 0
+    said = capsys.readouterr().out
+    assert said.startswith("OK\nperiod: 3.14159265 s\nstable: yes\nerror: ")
+    assert said.count("multiplier: ") == 2
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [
@@ -65,6 +89,7 @@ def test_rest_and_frequencies_are_printed_with_status_and_errors(file, capsys):
         (["path", "FILE", "--to", "1", "--csv", "x.csv"], "--point LINK:POINT is missing"),
         (["frequencies", "FILE", "--count", "0"], "count = 0"),
         (["equilibrium", "nowhere.toml"], "nowhere.toml"),
+        (["periodic", "FILE", "--period", "0"], "period = 0"),
     ],
 )
 def test_wrong_input_is_told_in_a_line(file, words, said, capsys):

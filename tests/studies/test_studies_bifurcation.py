@@ -200,7 +200,7 @@ def test_speed_and_clearance_may_be_varied(over, unit):
     speeds, joints = [made.drives[0].speed for made in (low, high)], [made.joints[0] for made in (low, high)]
     assert speeds == ([20, 40] if over == "speed" else [p.speed, p.speed])
     assert [joint.gap for joint in joints] == pytest.approx([1e-4, 5e-4] if over == "clearance" else [2.5e-4, 2.5e-4])
-    assert joints[0].law.damping == joints[1].law.damping == 20e3 and unit in bifurcation.AXES[over][0]
+    assert joints[0].law.damping == joints[1].law.damping == 20e3 and unit in bifurcation.diagram.AXES[over][0]
 
 
 @pytest.mark.slow

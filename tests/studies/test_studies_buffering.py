@@ -14,6 +14,7 @@ from scipy.integrate import cumulative_trapezoid
 from buckler.mbs import Status
 from buckler.mbs.library import CLOSED, RATTLING
 from buckler.mbs.spectral import ensembles
+from buckler.studies.kit.statistics import Mean
 from buckler.studies.rattling import buffering_claims, buffering_measures
 from buckler.studies.rattling.buffering_claims import ClaimCase, Parameters
 from buckler.studies.rattling.buffering_measures import (
@@ -21,7 +22,6 @@ from buckler.studies.rattling.buffering_measures import (
     FAILS,
     HOLDS,
     UNDECIDED,
-    Mean,
     Ratio,
     curves,
     ideal_turn,
@@ -97,7 +97,8 @@ def test_members_start_all_over_their_bushes_and_keep_their_energy():
     p = Parameters(members=2, cycles=1, settle=1, seed=5)
     found = p.ensemble(p.bars("N.s/m", 5e-3, 2.5e-4, MODES))
     deepest, force = found.turns["depth"], found.turns["force"]
-    assert max(found.balances) < 1e-5 and (0 < deepest).all() and (deepest < 2.5e-4).all()
+    assert max(found.balances) < 5e-5  # 4e-6 to 2e-5 at any tolerance: what lies between the samples of blows
+    assert (0 < deepest).all() and (deepest < 2.5e-4).all()
     elastic = RATTLING.stiffness * deepest**1.5  # without damping and friction
     assert (0.8 * elastic < force).all() and (force < 1.5 * elastic).all()
 
@@ -239,6 +240,7 @@ def test_peaks_of_the_study_are_those_of_one_run(closed):
         assert metric.value == pytest.approx(np.sqrt(np.mean(v**2)), rel=0.05)
 
 
+@pytest.mark.slow
 def test_play_is_held_against_ideal_joints(closed):
     """Peak acceleration of the coupler with ideal joints, from loop closure."""
     ideal = abs(FourBar().ideal(np.linspace(0, 0.2, 20_001)).acceleration[:, 1, 0]).max()

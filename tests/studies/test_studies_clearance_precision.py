@@ -63,7 +63,7 @@ def test_it_is_drawn(short):
 
 
 def test_a_wrong_mass_is_found(monkeypatch):
-    monkeypatch.setattr(clearance_precision, "finest", lambda bar, t: finest(heavier(bar), t))
+    monkeypatch.setattr(clearance_precision.variants, "finest", lambda bar, t: finest(heavier(bar), t))
     monkeypatch.setattr(clearance_precision, "compare", lambda *a, **k: Comparison(*np.ones((2, 3, 5)) * chance((3, 5)), 1e-5))
     result = run(Parameters(**SHORT | {"tolerances": (1e-2,)}))
     assert result.status == "SUSPECT" and "clearances from the compiled solver" in result.message

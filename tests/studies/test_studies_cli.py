@@ -155,12 +155,11 @@ def test_unwritable_out_is_exit_2_before_the_run(dummy, capsys, tmp_path):
 
 
 def test_folder_that_takes_no_file_is_exit_2(dummy, capsys, monkeypatch):
-    def refuse(dir):
-        raise PermissionError(13, "Permission denied")
-
-    monkeypatch.setattr("tempfile.TemporaryFile", refuse)
+    monkeypatch.setattr("os.access", lambda *_: False)
     assert dummy("--ending", "raises") == 2
-    assert capsys.readouterr().err == f"error: --out: cannot write to {dummy.folder}: Permission denied\n"
+    assert (
+        capsys.readouterr().err == f"error: --out: cannot write to {dummy.folder}: not permitted, or a medium that is read only\n"
+    )
 
 
 def test_study_that_cannot_be_imported_is_exit_1(monkeypatch, capsys):

@@ -4,13 +4,10 @@ import pytest
 
 from buckler.studies.kit import registry
 
-CALLED = {"buffering-world": "world"}
-"""Studies whose module is called otherwise."""
-
 
 @pytest.mark.parametrize("name", registry.STUDIES)
 def test_a_study_of_the_list_has_its_three_names(name):
     study = registry.load(name)
-    assert study.__name__.rpartition(".")[2] == CALLED.get(name, name.replace("-", "_"))
+    assert study.__name__.rpartition(".")[2] == name.replace("-", "_")
     assert study.__doc__ and registry.STUDIES[name].summary and callable(study.run) and callable(study.figure)
     assert study.Parameters() == study.Parameters()

@@ -8,8 +8,9 @@ import pytest
 
 pytest.importorskip("numba")
 
-from buckler.mbs import Mechanism, Rigid
+from buckler.mbs import Exudyn, Mechanism, Rigid
 from buckler.mbs.library import BAR, crank_rocker
+from buckler.mbs.simulation import SOLVERS
 from buckler.mbs.spectral import registry
 from buckler.studies.trust import benchmark_problems as problems
 from buckler.studies.trust import two_solvers
@@ -39,7 +40,6 @@ def test_what_nothing_drives_errs_by_no_more_than_it_tells(name):
     """A cantilever under a sudden load, and soft links that start with a spin: once told up to 2.4 times too little."""
     case = compare(TOLD[name], Parameters())
     assert case.ratio <= 1, case.said
-    assert case.engine < 0.03
 
 
 def test_random_mechanisms_are_the_seeds_own():
@@ -63,14 +63,16 @@ def test_a_flipped_sign_is_beyond_three(monkeypatch, kind):
 
 def test_a_force_reported_with_another_sign_is_told(monkeypatch):
     """Of the drive of a crank-rocker, which moves as before."""
-    pair, once = Drawn("crank-rocker", crank_rocker(Rigid(BAR), speed=30.0), 0.05), two_solvers._engine
+    pair, right = Drawn("crank-rocker", crank_rocker(Rigid(BAR), speed=30.0), 0.05), SOLVERS[Exudyn]
 
     def wrong(*given):
-        result, wall = once(*given)
-        return replace(result, signals={**result.signals, "drive.torque": -result["drive.torque"]}), wall
+        made = right(*given)
+        torque = made.signals["drive.torque"]
+        made.signals["drive.torque"] = torque._replace(values=-torque.values)
+        return made
 
     monkeypatch.setattr(two_solvers, "pairs", lambda _p: [pair])
     assert run(Parameters(cases=1)).status == "OK"
-    monkeypatch.setattr(two_solvers, "_engine", wrong)
+    monkeypatch.setitem(SOLVERS, Exudyn, wrong)
     result = run(Parameters(cases=1))
-    assert result.status == "SUSPECT" and "impulses of drive [N m] are 2 of themselves apart" in result.message
+    assert result.status == "SUSPECT" and "apart in drive.torque" in result.message

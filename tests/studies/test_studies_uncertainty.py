@@ -8,6 +8,7 @@ from scipy import stats
 
 pytest.importorskip("numba")
 
+from buckler import mbs
 from buckler.elastica import pinned
 from buckler.mbs.library import PAPER, PAPER_STOP
 from buckler.studies.kit.statistics import power_law
@@ -31,7 +32,7 @@ from buckler.studies.striking.uncertainty_models import (
     thickness_share,
 )  # fmt: skip
 
-SMALL = {"samples": 256, "simulations": 16, "runs": 8, "cycles": 1, "repeats": 8, "workers": 1}
+SMALL = {"samples": 256, "runs": 8, "cycles": 1, "repeats": 8, "workers": 1}
 STRIKER = Striker(3.775e-3, "strut")
 
 
@@ -181,24 +182,32 @@ def test_distribution_has_the_sd_that_slopes_say(fast):
     assert np.log(contact["95%"] / contact["5%"]) == pytest.approx(2 * 1.645 * sd, rel=0.05)
 
 
-def test_simulated_strikes_are_those_of_the_slider_crank_study():
-    """Strut and beam at the mean; gravity and motor reach the mechanism."""
-    means = np.array([i.mean for i in uncertainty.Parameters().inputs("slider-crank")])
-    means[-2:] = 7.2e4, 1e-4
-    for coupler, given in (("strut", {}), ("beam", {"gravity": 9.81}), ("beam", {"motor": 1.6})):
-        force, message = Striker(3.775e-3, coupler, StrikeAssumptions(**given)).simulated(means)
-        known = strike(coupler, SliderCrankParameters(**given), 7.2e4, 1.25)
-        assert not message and force == pytest.approx(known.force.max(), rel=2e-3), (coupler, given)
+@pytest.mark.parametrize(("coupler", "given"), [("strut", {}), ("beam", {"gravity": 9.81}), ("beam", {"motor": 1.6})])
+def test_simulated_strikes_are_those_of_the_slider_crank_study(coupler, given):
+    """Strut and beam at the mean, by the other solver; gravity and motor reach the mechanism."""
+    at = {i.name: i.mean for i in uncertainty.Parameters().inputs("slider-crank")} | {"stop_stiffness": 7.2e4, "bow": 1e-4}
+    made = Striker(3.775e-3, coupler, StrikeAssumptions(**given)).mechanism(**at)
+    found = mbs.simulate(made, 3.0, solver=mbs.Spectral(mbs.Controlled(tolerance=1e-6)))
+    known = strike(coupler, SliderCrankParameters(tolerance=1e-6, **given), 7.2e4, 1.25)
+    assert found.signals["B.contact_force"].max() == pytest.approx(known.force.max(), rel=5e-3)
 
 
 def test_bowed_beam_strikes_as_published_and_harder_with_speed_and_stop(fast):
+    """Slopes against runs of the other solver 1 % apart: farther apart the force is wavy over the speed, 0.9 not 1.04."""
     assert fast.metrics["slider-crank.simulated.impact_force.mean"].value == pytest.approx(27, abs=1)
-    assert fast.metrics["slider-crank.simulated.impact_force.explained"].value > 0.9
-    mean, striker = np.array([i.mean for i in fast.parameters.inputs("slider-crank")]), Striker(3.775e-3)
+    at = {i.name: i.mean for i in fast.parameters.inputs("slider-crank")}
+    solver = mbs.Exudyn(mbs.Controlled(tolerance=1e-6))
     for name, low, high in (("speed", 0.7, 1.3), ("stop_stiffness", 0.3, 0.7), ("bow", -0.5, -0.01)):
-        k = list(Striker.INPUTS).index(name)
-        up, down = (striker.simulated(np.where(np.arange(len(mean)) == k, mean * factor, mean))[0] for factor in (1.1, 1 / 1.1))
-        assert low < np.log(up / down) / np.log(1.21) < high, name
+        up, down = (
+            mbs.simulate(Striker(3.775e-3).mechanism(**at | {name: factor * at[name]}), 2.0, solver=solver).signals[
+                "B.contact_force"
+            ]
+            for factor in (1.005, 1 / 1.005)
+        )
+        between = np.log(up.max() / down.max()) / np.log(1.005**2)
+        slope = fast.metrics[f"slider-crank.simulated.impact_force.{name}.slope"]
+        assert low < between < high, name
+        assert slope.value == pytest.approx(between, abs=0.06 + abs(slope.error * slope.value)), name
 
 
 # --- the crank-rocker -------------------------------------------------------------------------------------------------
@@ -228,7 +237,7 @@ def test_clearance_friction_and_law_reach_the_mechanism():
 
 
 def test_crank_rocker_gives_all_its_numbers(fast):
-    assert fast.status == "OK", fast.message
+    assert "crank-rocker" not in fast.message, fast.message  # the slider-crank's derivatives are not always certain, and say so
     for name, unit in (("peak_force", "N"), ("rms_ax_coupler", "m/s^2"), ("rms_ax_rocker", "m/s^2")):
         metric = fast.metrics[f"crank-rocker.{name}.mean"]
         assert metric.unit == unit and 100 < metric.value < 5000 and 0 < metric.error < 0.2
@@ -269,7 +278,7 @@ def test_figures(fast):
 
 
 def test_seed_decides():
-    p = {**SMALL, "mechanism": "slider-crank"}
+    p = {**SMALL, "mechanism": "slider-crank", "coupler": "strut"}
     one, again, other = (uncertainty.run(uncertainty.Parameters(**p, seed=seed)).signals for seed in (0, 0, 1))
     for name, values in one.items():
         assert np.array_equal(values, again[name])

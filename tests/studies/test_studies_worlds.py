@@ -9,7 +9,8 @@ from scipy.stats import binom
 pytest.importorskip("numba")
 
 from buckler.mbs.modal import BarModes
-from buckler.studies.rattling import buffering_claims, world, world_shares, worlds
+from buckler.studies.rattling import buffering_claims, world_shares, worlds
+from buckler.studies.rattling import buffering_world as world
 from buckler.studies.rattling.buffering_measures import CLAIMS
 from buckler.studies.rattling.worlds import ASSUMPTIONS, best_split, drawn, grown, leaves, sentence, wilson
 

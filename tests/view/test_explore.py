@@ -12,6 +12,7 @@ from chromium import browser
 
 from buckler.mbs import Mechanism
 from buckler.studies.own.explore import Explorer, server
+from buckler.studies.own.turning import opened
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "studies" / "own" / "examples"
 MASS = "links.lower.body.mass"
@@ -50,6 +51,17 @@ def test_numbers_move_the_mechanism_and_are_saved_beside_the_file(served):
     assert Mechanism.load(folder / "pendulum.toml").link("lower").body.section.mass == 0.5
     assert "mass" in post(address, "move", {MASS: -1})["wrong"]
     assert post(address, "move", {"gravity[1]": 1.0}) == {"wrong": "gravity[1]: has no slider"}
+
+
+def test_a_number_of_the_defaults_is_turned_and_saved(tmp_path):
+    path, number = tmp_path / "stephenson.toml", "links.crank.body.section.thickness"
+    path.write_text((EXAMPLES / path.name).read_text(encoding="utf-8"), encoding="utf-8")
+    file = opened(path, [f"{number}=4mm"])
+    saved = Explorer(path, file.document, file.duration, {number: None}).saved({number: 0.006})["saved"]
+    assert [Mechanism.load(saved).link(name).body.section.thickness for name in ("crank", "rod")] == [0.006, 0.005]
+    path.write_text('[run]\nmeasures = "x"\n', encoding="utf-8")
+    with pytest.raises(ValueError, match=r"stephenson\.toml: run\.measures: unknown key; known: duration"):
+        opened(path)
 
 
 def test_nobody_else_gets_an_answer(served):

@@ -8,11 +8,12 @@ acceleration, hardly damped: how much is a matter of microseconds of the start o
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from math import pi, sqrt
+from typing import Any
 
 import numpy as np
 
 from buckler.mbs.elements.element import Array, Kind, Signal
-from buckler.mbs.kinematics.inertias import axial_period
 from buckler.mbs.mechanism import Mechanism
 
 RINGING = (Kind.REACTION, Kind.INTERNAL)
@@ -43,3 +44,17 @@ def averaged(time: Array, values: Array, period: float) -> Array:
         return np.asarray(total[k] + s * (values[k] + s * slope / 2))
 
     return (integral(middle + period / 2) - integral(middle - period / 2)) / period
+
+
+def mechanism_mass(mechanism: Mechanism) -> float:
+    """Mass of all links, sliders and point masses, kg."""
+    links = [link.mass(mechanism.length(link.name)) for link in mechanism.links if not link.body.massless]
+    return sum(links) + sum(guide.mass for guide in mechanism.guides) + sum(mass.mass for mass in mechanism.masses)
+
+
+def axial_period(mechanism: Mechanism) -> float:
+    """Longest period of axial vibration, s: of a flexible link as a spring that holds all mass there is; 0 without any."""
+    mass = mechanism_mass(mechanism)
+    bodies: list[tuple[Any, float]] = [(link.body, mechanism.length(link.name)) for link in mechanism.links]
+    springs = [(body.section.axial_stiffness, length) for body, length in bodies if body.flexible]
+    return max((2 * pi * sqrt(mass * length / stiffness) for stiffness, length in springs), default=0.0)

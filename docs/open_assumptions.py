@@ -1,6 +1,6 @@
 """What the two papers leave open, and which study has it as a parameter: the table of docs/evidence-open.md.
 
-Written by `python -m buckler.studies.kit.open_assumptions`; a test holds the page to it.
+Written by `python docs/open_assumptions.py`; a test holds the page to it.
 """
 
 from __future__ import annotations

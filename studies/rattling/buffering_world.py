@@ -19,7 +19,7 @@ from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, jud
 from buckler.studies.kit.style import Figure, plain_ticks, subplots
 from buckler.studies.rattling.assumptions import ModalAssumptions
 from buckler.studies.rattling.bars import FourBarParameters, flexible
-from buckler.studies.rattling.buffering_measures import BALANCED, CLAIMS, curves, mean, ratio
+from buckler.studies.rattling.buffering_measures import CLAIMS, curves, mean, ratio, trouble
 from buckler.studies.rattling.turns import Ensemble, ensemble
 
 JOURNALS = 0.2
@@ -67,10 +67,7 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     for name, one in found.items():
         metrics[f"{name}.energy_balance"] = Metric(max(one.balances), "1")
         metrics[f"{name}.depth_over_clearance"] = Metric(float(one.turns["depth"].max() / p.clearance), "1")
-        if not max(one.balances) <= BALANCED:
-            wrong.append(f"{name}: ENERGY, balance {max(one.balances):.1e}, more than {BALANCED:g}")
-        if not one.ok:
-            wrong.append(f"{name}: PENETRATION, a pin deeper in its bush than the clearance")
+        wrong += trouble(name, one)
     for claim in CLAIMS:
         means = {name: mean(one, claim) for name, one in found.items()}
         metrics |= {f"{name}.{claim.name}": Metric(m.value, claim.unit, error=m.error / m.value) for name, m in means.items()}

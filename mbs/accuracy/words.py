@@ -1,0 +1,27 @@
+"""What an accuracy can be asked of, in words; it imports nothing heavy."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from buckler.mbs.validate import short
+
+WORDS = PLACES, ALL_FORCES, MEANS = "places", "forces", "means"
+"""What an accuracy can be asked of, besides signals by their names."""
+FINEST, COARSEST = 1e-6, 0.1
+"""Accuracies that can be asked for."""
+
+
+def wanted(of: str | Sequence[str]) -> str | tuple[str, ...]:
+    """One of `WORDS`, or names of signals; a ValueError if it is neither."""
+    if isinstance(of, str) and of in WORDS:
+        return of
+    listed = isinstance(of, Sequence) and not isinstance(of, str)
+    if not listed or not of or not all(isinstance(name, str) and "." in name for name in of):
+        raise ValueError(f"of = {short(of)}: must be one of {', '.join(map(repr, WORDS))}, or a list of signals' names")
+    return tuple(of)
+
+
+def spoken(of: str | Sequence[str]) -> str:
+    """For a sentence."""
+    return of if isinstance(of, str) else ", ".join(of)

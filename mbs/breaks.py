@@ -1,0 +1,153 @@
+"""Where a function of time that nobody described jumps, has a kink, or changes quickly: found by looking, before a run.
+
+It is looked at every `WIDTH` of the run. Where its second difference stands out is a jump or a kink, found closely by halving.
+What is left is parted until a polynomial fits each piece, as in R. Pachon, R. B. Platte, L. N. Trefethen, Piecewise-smooth
+chebfuns, IMA J. Numer. Anal. 30 (2010) 898, doi 10.1093/imanum/drp008; edges of pieces that are shorter than the steps of a run
+are times onto which it steps. What is shorter than `WIDTH` may be missed: a `Table` names its own kinks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from functools import lru_cache
+from itertools import islice, pairwise
+from typing import Any
+
+import numpy as np
+
+Array = np.ndarray[Any, Any]
+WIDTH = 1e-5
+"""Distance of the looks, of the run."""
+PIECE = 1 / 200
+"""Length of a piece, of the run, from which the steps of any run see what is in it."""
+MOST = 2000
+"""Times at most; a function with more is left to the control of the steps."""
+OUTSTANDING, REACH = 30.0, 6
+"""Second difference over those of its neighbours, so many samples about it, that makes a jump or a kink."""
+DEGREE, SEEN = 8, 1e-3
+"""Of the polynomials; what they may leave, of the function's range."""
+HALVINGS, SAME = 60, 1e-12
+
+
+def breaks(function: Callable[..., Any], duration: float) -> tuple[float, ...]:
+    """Times in (0, duration), s, onto which steps should go; none of a function that fails or has values that are not finite.
+
+    Parameters
+    ----------
+    function : callable
+        Of time, s; values are numbers or sequences of numbers. One of time, angle and speed is looked at where both are none.
+        It is looked at once, if it can be hashed.
+    duration : float
+        s.
+    """
+    try:
+        hash(function)
+    except TypeError:
+        return _found(function, duration)
+    return _kept(function, duration)
+
+
+def _found(function: Callable[..., Any], duration: float) -> tuple[float, ...]:
+    times = np.linspace(0.0, duration, round(1 / WIDTH) + 1)
+    try:
+        function = _of_time(function)
+        values = _looked(function, times)
+        span = float(np.ptp(values, axis=0).max(initial=0.0))
+        if not np.isfinite(values).all() or span == 0:
+            return ()
+        sudden = [t for k in _outstanding(values / span) for t in _sudden(function, times[k - 1 : k + 2], values[k - 1 : k + 2])]
+    except (Exception, SystemExit):  # a function may raise anything: the run will name it
+        return ()
+    edges = [0, *sorted({int(np.searchsorted(times, t)) for t in sudden}), len(times) - 1]
+    quick = (times[k] for a, b in pairwise(edges) for k in _parted(values / span, a + (a > 0), b - 1))
+    found = sorted({*sudden, *islice(quick, MOST)})
+    return tuple(float(t) for t in found if 0 < t < duration) if len(found) < MOST else ()
+
+
+_kept = lru_cache(maxsize=64)(_found)
+
+
+def _of_time(function: Callable[..., Any]) -> Callable[[Any], Any]:
+    """The same of time alone."""
+    try:
+        function(0.0)
+    except TypeError:
+        return lambda t: function(t, 0.0, 0.0)
+    return function
+
+
+def _looked(function: Callable[..., Any], times: Array) -> Array:
+    """Values at times, (times, components): at once where the function takes arrays."""
+    some = times[:: len(times) // 7]
+    one_by_one = np.array([function(float(t)) for t in some], dtype=float)
+    try:
+        at_once = np.broadcast_to(np.asarray(function(times), dtype=float).T, (len(times), *one_by_one.shape[1:]))
+        if np.allclose(at_once[:: len(times) // 7], one_by_one, rtol=SAME, atol=SAME * np.abs(one_by_one).max()):
+            return at_once.reshape(len(times), -1)
+    except (Exception, SystemExit):  # it takes numbers only
+        pass
+    return np.array([function(float(t)) for t in times], dtype=float).reshape(len(times), -1)
+
+
+def _outstanding(values: Array) -> Iterator[int]:
+    """Samples whose second difference stands out; of neighbours the largest."""
+    second = np.abs(np.diff(values, 2, axis=0)).max(axis=1)
+    about = np.pad(second, REACH, mode="edge")
+    others = [about[REACH + k : REACH + k + len(second)] for k in (-REACH, 1 - REACH, REACH - 1, REACH)]
+    stands = second > OUTSTANDING * np.maximum(np.max(others, axis=0), 1e-12)
+    for k in np.flatnonzero(stands):
+        if second[k] >= second[max(0, k - 2) : k + 3].max():
+            yield int(k) + 1
+
+
+def _sudden(function: Callable[[Any], Any], times: Array, values: Array) -> Iterator[float]:
+    """Times of the jumps between three looks, or of the kink if there is none."""
+    jumps = [_jump(function, *times[k : k + 2], *values[k : k + 2]) for k in (0, 1)]
+    found = [t for t in jumps if t is not None]
+    yield from found or [_kink(function, times[0], times[2])]
+
+
+def _jump(function: Callable[[Any], Any], start: float, end: float, before: Array, after: Array) -> float | None:
+    """Last time before values change, however short the interval; None if they do not. A step that ends there sees no change."""
+    whole = np.abs(after - before).max()
+    for _ in range(HALVINGS):
+        middle = (start + end) / 2
+        if not start < middle < end:
+            break
+        value = np.atleast_1d(np.asarray(function(float(middle)), dtype=float)).ravel()
+        if np.abs(value - before).max() > np.abs(after - value).max():
+            end, after = middle, value
+        else:
+            start, before = middle, value
+    return float(start) if np.abs(after - before).max() > max(0.1 * whole, 1e-300) else None
+
+
+def _kink(function: Callable[[Any], Any], start: float, end: float) -> float:
+    """Time of a kink between two, s: the part in which the function is farthest from a straight line."""
+    for _ in range(HALVINGS):
+        middle = (start + end) / 2
+        if not start < middle < end:
+            break
+        quarters = np.array([function(float(t)) for t in np.linspace(start, end, 5)], dtype=float).reshape(5, -1)
+        bends = np.abs(np.diff(quarters, 2, axis=0)).max(axis=1)
+        start, end = ((start, middle), ((start + middle) / 2, (middle + end) / 2), (middle, end))[int(np.argmax(bends))]
+    return float(end)
+
+
+def _parted(values: Array, first: int, last: int) -> Iterator[int]:
+    """Edges of the pieces of a smooth stretch that are shorter than what steps see."""
+    if last - first < 8 * DEGREE or _fits(values[first : last + 1]):
+        return
+    middle = (first + last) // 2
+    yield from _parted(values, first, middle)
+    if last - first < 2 * PIECE / WIDTH:
+        yield middle
+    yield from _parted(values, middle, last)
+
+
+def _fits(values: Array) -> bool:
+    """Whether the polynomial through points near Chebyshev's leaves little of all samples."""
+    nodes = np.unique(np.rint((1 - np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)) / 2 * (len(values) - 1)).astype(int))
+    x = np.linspace(-1.0, 1.0, len(values))
+    fitted = np.polynomial.chebyshev.chebval(x, np.polynomial.chebyshev.chebfit(x[nodes], values[nodes], len(nodes) - 1))
+    return bool(np.abs(fitted.T - values).max() <= SEEN)

@@ -1,0 +1,67 @@
+"""What the errors of a run's signals leave in a number that is read off them, to first order."""
+
+from __future__ import annotations
+
+import ast
+from math import nan
+
+import numpy as np
+
+from buckler.mbs.record.result import Result
+from buckler.mbs.sensitivity.reading import ARGUMENTS, Array, Smooth, parsed, value_of
+
+ERROR = {"impulse": ".impulse", "mean": "", "rms": "", "begins": ".onset", "ends": ".onset"}
+"""Which error of a signal bounds a reading; that of the largest value the others."""
+APART = ("begins", "ends", "peak")
+"""Readings of single contacts: a force is zero between them, whatever its error."""
+
+
+def doubt(text: str, result: Result) -> float:
+    """By how much a measure may err, in its unit; nan where the error of a signal in it is not known to the end of the run.
+
+    Parameters
+    ----------
+    text : str
+        As in `measure`.
+    result : Result
+        Of the run; its errors bound how far each signal is off, and each reading in the formula is changed by as much. By how
+        much straight lines and cubics between samples differ in it comes on top.
+    """
+    tree, names = parsed(text, result.signals)
+    signals = {short: result.signals[name] for short, name in names.items()}
+    known = {
+        f"{short}{kind}": _off(result, f"{name}{kind}") for short, name in names.items() for kind in {*ERROR.values(), ".peak"}
+    }
+    with np.errstate(all="ignore"):
+        exact = value_of(tree, result.time, signals)
+        total = abs(exact - value_of(tree, result.time, signals, Smooth))  # what lies between samples
+        for leaf in ast.walk(tree):
+            if isinstance(leaf, ast.Call) and isinstance(leaf.func, ast.Name) and leaf.func.id in ARGUMENTS:
+                value, off = _reading(leaf, leaf.func.id, result.time, signals, known)
+                ways = [value_of(tree, result.time, signals, given={leaf: value + d}) for d in (off, -off)]
+                total += float(np.max(np.abs(np.subtract(ways, exact))))
+    return float(total)
+
+
+def _off(result: Result, name: str) -> float:
+    """By how much a signal, or what is read off it, may err, in its unit."""
+    errors = result.error
+    told = name in errors.sizes and errors.until >= result.time[-1] * (1 - 1e-9)  # of all of the run
+    return errors.signals[name] * errors.sizes[name] if told else nan
+
+
+def _reading(
+    leaf: ast.Call, reading: str, time: Array, signals: dict[str, Array], known: dict[str, float]
+) -> tuple[float, float]:
+    """A reading, and by how much its signals may change it."""
+    value, change, kind = value_of(leaf, time, signals), 0.0, ERROR.get(reading, ".peak")
+    for short in {node.id for node in ast.walk(leaf.args[0]) if isinstance(node, ast.Name) and node.id in signals}:
+        x, off = signals[short], known[short + kind]
+        if kind == ".onset":
+            change += off + float(np.interp(value, time[1:], np.diff(time)))  # it is a sample
+            continue
+        off = off / float(time[-1]) if kind == ".impulse" else off
+        ways = (np.sign(x),) if reading in APART else (np.sign(x), np.ones(len(x)))
+        others = [value_of(leaf, time, {**signals, short: x + side * off * way}) for way in ways for side in (1, -1)]
+        change += float(np.max(np.abs(np.subtract(others, value))))
+    return value, change

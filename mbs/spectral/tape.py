@@ -1,0 +1,143 @@
+"""What a run leaves for its neighbours, runs of other numbers on the same steps: factors of its Newton matrices, and by how much
+each accepted step's nodes differ from their first guess. Both differ by as little as the numbers do, so that a neighbour needs
+no matrix of its own, and few iterations (H. G. Bock 1983, see `buckler.mbs.sensitivity.frozen`).
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from buckler.mbs.spectral.compiling import aside, copy, inner
+
+Array = np.ndarray[Any, Any]
+ALONE, WRITES, READS = 0, 1, 2
+"""Whether a run has no neighbours, leaves a tape, or goes by one."""
+MOST = 2e8
+"""Bytes of factors; steps beyond have none."""
+ALIKE = 1e-3
+"""Relative difference of lengths up to which two runs' steps are the same one: a contact's beginning moves with the numbers."""
+
+
+QUICK = 0.03
+"""Ratio of Newton steps beyond which the next step of a run that others go by has a new matrix: it serves all of them."""
+SLOT, MODE, STEP, PART, FREE = 0, 1, 2, 3, 4
+"""Of a room's place on a tape: factors in use; one of the modes; number of the step; 1 after the beginning of a contact in it,
+which cuts it in two; first factors that no step goes by."""
+
+
+class Tape(NamedTuple):
+    """Steps of a run, in the second half of all arrays their second parts. The last of the factors are no step's: there a run
+    makes its own.
+
+    Attributes
+    ----------
+    end : array, shape (steps,)
+        Times at which they end, s; 0 where there is no step.
+    length : array, shape (2 steps,)
+        s; 0 where there is no step.
+    factors : array of int, shape (2 steps,)
+        Which of the factors each went by.
+    rates, multipliers, stresses : arrays, shape (2 steps, 3, n), (2 steps, 3, r), (2 steps, 3, points, 3)
+        At the nodes, less their first guess.
+    real, complex : arrays, shape (factors, entries)
+    swaps : array of int, shape (factors, 2, unknowns of fronts)
+    held : array, shape (factors, points, 3, 4)
+        Gradients of the strips' strains that they were made with: any others may be as good as none.
+    """
+
+    end: Array
+    length: Array
+    factors: Array
+    rates: Array
+    multipliers: Array
+    stresses: Array
+    real: Array
+    complex: Array
+    swaps: Array
+    held: Array
+
+
+def tape_for(scene: Any, steps: int = 0) -> Tape:
+    """Make room for so many steps of a scene."""
+    n, r, points, e = scene.size, len(scene.tables.rows), int(scene.tables.strips[:, 2].sum()), scene.fronts
+    most, z = 1 + min(steps, int(MOST / (24 * e.size + 96 * points))), np.zeros
+    return Tape(
+        z(steps), z(2 * steps), z(2 * steps, dtype=np.int64), z((2 * steps, 3, n)), z((2 * steps, 3, r)),
+        z((2 * steps, 3, points, 3)), z((most, e.size)), z((most, e.size), dtype=complex),
+        z((most, 2, len(e.unknowns)), dtype=np.int64), z((most, points, 3, 4)),
+    )  # fmt: skip
+
+
+@inner
+def free_slot(x):
+    """Where the factors of a new matrix go."""
+    last = x.tape.real.shape[0] - 1
+    return min(last, x.at[FREE]) if x.at[MODE] == WRITES else last
+
+
+@inner
+def place(x):
+    """Where on the tape the present step is; -1 beyond its end."""
+    steps = x.tape.end.size
+    return x.at[STEP] + x.at[PART] * steps if x.at[STEP] < steps else -1
+
+
+@inner
+def reads(x, h):
+    """Whether the present step, of this length, is on the tape that this run goes by."""
+    k = place(x)
+    if x.at[MODE] != READS or k < 0 or x.tape.factors[k] == x.tape.real.shape[0] - 1:
+        return False
+    return abs(x.tape.length[k] - h) < ALIKE * h
+
+
+@inner
+def strays(x):
+    """Whether a contact has begun in this step that did not in the one on the tape: no one has seen to its error."""
+    k = place(x)
+    return x.at[MODE] == READS and x.at[PART] == 1 and k >= 0 and x.tape.length[k] == 0.0
+
+
+@inner
+def passed(x, h, ended, t):
+    """Note an accepted step that ends at this time, or the part of one before a contact began."""
+    k = place(x)
+    if x.at[MODE] == WRITES and k >= 0:
+        x.tape.length[k], x.tape.factors[k] = h, x.at[SLOT]
+        x.at[FREE] = max(x.at[FREE], x.at[SLOT] + 1)
+    if ended:
+        if x.at[MODE] == WRITES and k >= 0:
+            x.tape.end[x.at[STEP]] = t
+        x.at[STEP] += 1
+    x.at[PART] = 0 if ended else 1
+
+
+@aside
+def _add(source, share, target):
+    """Fill target with source + share * target."""
+    for i in range(target.size):
+        target.flat[i] = source.flat[i] + share * target.flat[i]
+
+
+@aside
+def guessed(x, share):
+    """Note the first guess at a step's nodes (share 0), or by how much they differ from it (share -1)."""
+    k = place(x)
+    if x.at[MODE] == WRITES and k >= 0:
+        _add(x.rates, share, x.tape.rates[k])
+        _add(x.multipliers, share, x.tape.multipliers[k])
+        _add(x.stresses, share, x.tape.stresses[k])
+
+
+@aside
+def follow(w, x, fresh):
+    """Go by a step on the tape: its factors, and what it differs from its first guess."""
+    k = place(x)
+    _add(x.tape.rates[k], 1.0, x.rates)
+    _add(x.tape.multipliers[k], 1.0, x.multipliers)
+    _add(x.tape.stresses[k], 1.0, x.stresses)
+    if fresh or x.at[SLOT] != x.tape.factors[k]:
+        x.at[SLOT] = x.tape.factors[k]
+        copy(x.tape.held[x.at[SLOT]], w.held)

@@ -1,0 +1,176 @@
+"""Periodic motions with their Floquet multipliers, and the errors of both."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.interpolate import CubicHermiteSpline
+
+from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.spectral.run import State
+from buckler.mbs.spectral.scene import Scene
+from buckler.mbs.spectral.settle import begin
+from buckler.mbs.statics.answer import Answer, Ending, check_count, check_mechanism
+from buckler.mbs.statics.problem import StaticsError, apart, has_strips, places, refined
+from buckler.mbs.statics.rest import HIGHEST, RISE
+from buckler.mbs.statics.shooting import Found, Shooting, values_of
+from buckler.mbs.validate import positive
+
+Array = np.ndarray[Any, Any]
+FIRST = 8
+"""Degree of strips, at first."""
+PARTS = 4
+"""Into which steps are cut where a motion is read."""
+GOAL = 1e-6
+"""Error up to which steps are made shorter and the degree higher."""
+ROUNDS = 4
+"""How often at most."""
+
+
+@dataclass(frozen=True)
+class Periodic(Answer):
+    """A periodic motion.
+
+    Attributes
+    ----------
+    status : Ending
+    message : str
+    scene : Scene
+    period : float
+        s; that which was found where nothing depends on time.
+    time : array, shape (times,)
+        From 0 to the period, s.
+    q, v : array, shape (times, n)
+        Coordinates and rates there.
+    multipliers : array of complex, shape (m,)
+        Growth of small motions in a period, the largest first.
+    errors : array, shape (m,)
+        Of the multipliers: what finer steps, a higher degree of the strips and narrower differences change.
+    stable : bool
+        Whether none is larger than 1, beyond its error.
+    error : float
+        Of places over the longest link, and of angles, rad, at the start: the same, and what the period leaves open.
+    """
+
+    status: Ending
+    message: str
+    scene: Scene
+    period: float
+    time: Array
+    q: Array
+    v: Array
+    multipliers: Array
+    errors: Array
+    stable: bool
+    error: float
+
+    def point(self, link: str, point: str) -> Array:
+        """Places of a point of a link over the period, shape (times, 2)."""
+        return np.array([places(self.scene, q, link, point).position for q in self.q])
+
+    def amplitude(self, link: str, point: str) -> Array:
+        """Half of the way of a point of a link along x and y, m, shape (2,)."""
+        return np.asarray(np.ptp(self.point(link, point), axis=0) / 2)
+
+    def rows(self) -> list[tuple[str, str]]:
+        """Period, stability, and the multipliers."""
+        out = [("period", f"{self.period:.9g} s"), ("stable", "yes" if self.stable else "no"), ("error", f"{self.error:.1e}")]
+        for value, error in zip(self.multipliers, self.errors, strict=True):
+            out.append(("multiplier", f"{value:.9g}, size {abs(value):.9g}, error {error:.1e}"))
+        return out
+
+
+def periodic(
+    mechanism: Mechanism, period: float, *, settle: int = 0, start: Periodic | None = None, degree: int | None = None
+) -> Periodic:
+    """Find a motion that repeats itself after a period, and whether it is stable.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    period : float
+        s, positive: of what drives it, or a multiple. Where nothing depends on time it is where the search begins.
+    settle : int
+        Periods that are run before the search begins.
+    start : Periodic, optional
+        A motion near the one sought; by default the mechanism's own start.
+    degree : int, optional
+        Of the strips' polynomials; by default it is raised until the error is below 1e-6.
+
+    Returns
+    -------
+    Periodic
+        Its status tells whether one was found.
+
+    Raises
+    ------
+    ValueError
+        If what is asked for makes no sense.
+    """
+    check_mechanism(mechanism)
+    period = float(positive("period", period, "s"))
+    check_count("settle", settle, 0, 1_000_000)
+    if degree is not None:
+        check_count("degree", degree, 2, 200)
+    scene = Scene.of(mechanism, degree or (start.scene.degree if start else FIRST))
+    state = State(0.0, *begin(scene), scene.memory())
+    if start is not None:
+        state = state._replace(q=refined(start.scene, scene, start.q[0]), v=refined(start.scene, scene, start.v[0]))
+    shooting = Shooting(scene, period)
+    try:
+        found = shooting.search(shooting.onward(state, settle))
+        return _ladder(shooting, found, degree is not None)
+    except StaticsError as error:
+        none = np.empty((0, scene.size))
+        nothing = np.empty(0)
+        return Periodic(
+            Ending.NOT_REACHED, str(error), scene, period, nothing, none, none, nothing.astype(complex), nothing, False, np.inf
+        )  # fmt: skip
+
+
+def _ladder(shooting: Shooting, found: Found, fixed: bool) -> Periodic:
+    """Make steps shorter and the degree higher until the start does not change; errors are the last change."""
+    values, error = values_of(found), np.inf
+    errors = np.full(len(values), np.inf)
+    for _ in range(ROUNDS):
+        degree = shooting.scene.degree + (RISE if has_strips(shooting.scene) and not fixed else 0)
+        finer = shooting.finer(degree)
+        start = found.state._replace(
+            q=refined(shooting.scene, finer.scene, found.state.q), v=refined(shooting.scene, finer.scene, found.state.v)
+        )
+        try:
+            new = finer.search(start)
+        except StaticsError:  # the one before stands, with the error that was known of it
+            break
+        error = max(apart(finer.scene, start.q, new.state.q), new.open)
+        sharper = values_of(new)
+        errors = np.abs(sharper[:, None] - values[None]).min(axis=1, initial=np.inf)
+        if finer.free:  # one multiplier is 1: how far the nearest is from it, those near it may err
+            off = np.abs(sharper - 1.0)
+            errors = np.where(off < 3.0 * off.min(), np.maximum(errors, off.min()), errors)
+        shooting, found, values = finer, new, sharper
+        if (error <= GOAL and errors[np.abs(values) > 0.1].max(initial=0.0) <= GOAL) or degree > HIGHEST:
+            break
+    return _answer(shooting, found, values, errors, error)
+
+
+def _answer(shooting: Shooting, found: Found, values: Array, errors: Array, error: float) -> Periodic:
+    """Stability, status and message."""
+    grows = np.abs(values) > 1.0 + np.maximum(errors, GOAL)
+    said = []
+    if grows.any():
+        worst = complex(values[0])
+        way = "" if abs(worst.imag) < 1e-9 * abs(worst) and worst.real > 0 else " and turns" if worst.imag else " and alternates"
+        said.append(f"unstable: a small motion grows {abs(worst):.4g} times a period{way}")
+    status = Ending.OK if error < 1e-4 else Ending.INACCURATE
+    if status is Ending.INACCURATE:
+        said.append(f"its error is {error:.1e} of the longest link; give a higher degree")
+    out = found.out
+    motion = CubicHermiteSpline(out.time, out.q, out.v)
+    time = np.interp(np.arange(PARTS * (len(out.time) - 1) + 1) / PARTS, np.arange(len(out.time)), out.time)
+    return Periodic(
+        status, "; ".join(said), shooting.scene, found.period, time, motion(time), motion(time, 1), values, errors,
+        not grows.any(), error,
+    )  # fmt: skip

@@ -1,0 +1,229 @@
+"""The map of a state to that a period later, its fixed points by Newton's method, and its derivative.
+
+A state x = (q, v) that the constraints allow returns after a period T: P(x) = x. Newton's method takes the monodromy matrix
+dP/dx, whose eigenvalues, the multipliers, tell by how much small motions grow in a period. Its columns are central differences of
+runs that share their steps, so that they are those of one smooth map; where a contact begins, each run ends a step of its own.
+
+References
+----------
+G. Floquet, Ann. sci. ENS 12 (1883) 47-88, doi 10.24033/asens.220.
+R. Seydel, Practical Bifurcation and Stability Analysis (2010), ch. 7, doi 10.1007/978-1-4419-1740-9.
+H. G. Bock (1983), see `buckler.mbs.sensitivity.frozen`: differences on shared steps.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from buckler.mbs.solvers.spectral import Spectral
+from buckler.mbs.solvers.steps import Controlled
+from buckler.mbs.spectral.output import Output
+from buckler.mbs.spectral.run import State, integrate, memory_at_end
+from buckler.mbs.spectral.scene import Scene
+from buckler.mbs.spectral.tables import CONTACT, JOURNAL
+from buckler.mbs.statics.problem import StaticsError, solve
+from buckler.mbs.statics.spectrum import null_space
+
+Array = np.ndarray[Any, Any]
+TOLERANCE = 1e-8
+"""Local error of the run that chooses the steps."""
+LONGEST = 1 / 64
+"""Longest step, of the period."""
+OFFSET, STRIKING = 1e-5, 3e-4
+"""Half width of the differences, in units of coordinates and rates; and where something may strike: the moment at which a contact
+lets go, no step ends at, and what that leaves is divided by the width."""
+RETRIES = 20
+"""Steps that a run may take for each that is given."""
+CLOSED = 1e-7
+"""What a period may leave open, in the same units: the error of the steps, where nothing is damped."""
+LONGEST_STEP = 0.3
+"""Longest step of Newton's method, in the same units, or in those of the motion where it is larger."""
+SEARCHES, ITERATIONS, ONWARD = 6, 12, 8
+"""Searches, steps of Newton's method in each, and periods that are run in between."""
+MOVES = 1e-5
+"""Way, in units of coordinates, below which a motion is rest."""
+FREE = 1e-6
+"""Share of the largest singular value below which a direction of Newton's matrix is taken for none."""
+
+
+class Found(NamedTuple):
+    """A state that returns, after how long, how far from itself, the way there, and the monodromy matrix."""
+
+    state: State
+    period: float
+    open: float
+    out: Output
+    matrix: Array
+
+
+@dataclass
+class Shooting:
+    """The map of a state to that a period later.
+
+    Attributes
+    ----------
+    scene : Scene
+    period : float
+        s
+    tolerance, longest : float
+        Local error of the run that chooses the steps, and the longest one, of the period: rest says nothing of them.
+    width : float
+        Half width of the differences.
+    """
+
+    scene: Scene
+    period: float
+    tolerance: float = TOLERANCE
+    longest: float = LONGEST
+    width: float = 0.0
+
+    def __post_init__(self) -> None:
+        strikes = np.isin(self.scene.tables.forces[:, 0], (CONTACT, JOURNAL)).any()
+        self.width = self.width or (STRIKING if strikes else OFFSET)
+        self.units, self.pace = self.scene.units, 2 * np.pi / self.period
+        self.free = self._autonomous()
+        self.shares: Array = np.array([1.0])
+
+    def finer(self, degree: int) -> Shooting:
+        """The same with shorter steps, strips of another degree and narrower differences."""
+        scene = Scene.of(self.scene.mechanism, degree) if degree != self.scene.degree else self.scene
+        return Shooting(scene, self.period, self.tolerance / 32, self.longest / 2, self.width / 2)
+
+    def _autonomous(self) -> bool:
+        """Whether nothing depends on time: seen at three times, somewhere beside the start."""
+        seen = []
+        q, v = (0.01 * self.units * np.cos(np.arange(1 + k, self.scene.size + 1 + k)) for k in range(2))
+        for share in (0.0, 0.217, 0.618):
+            a = self.scene.assemble(self.scene.q0 + q, self.pace * v, t=share * self.period, tangents=False)
+            seen.append(np.concatenate([a.force, a.residual, a.speed, a.change]))
+        return all(np.array_equal(seen[0], other) for other in seen[1:])
+
+    def run(self, state: State, *, own: bool = False) -> Output:
+        """A period from a state, on the shared steps, or on its own, which are shared from then on."""
+        steps = Controlled(tolerance=self.tolerance, max_step=self.longest * self.period)
+        steps = steps if own else Controlled(tolerance=self.tolerance, max_steps=RETRIES * len(self.shares))
+        ends, every = (None, 2) if own else (self.shares * self.period, None)
+        solver = Spectral(steps, method="implicit")
+        out, failure, _ = integrate(self.scene, self.period, solver, state=state, ends=ends, every=every)
+        if failure:
+            raise StaticsError(f"{failure[0]}: {failure[1]}")
+        if own:  # every second step is kept
+            time = np.unique(out.time) / self.period
+            self.shares = np.unique(np.concatenate([time[1:], 0.5 * (time[1:] + time[:-1])]))
+        return out
+
+    def onward(self, state: State, periods: int) -> State:
+        """The state some periods later, all forces that depend on time as at the start of one."""
+        for _ in range(periods):
+            state = self._last(self.run(state, own=True))
+        return state
+
+    def _last(self, out: Output) -> State:
+        q = out.q[-1]
+        turns = np.where(self.units == 1.0, np.round((q - self.scene.q0) / (2 * np.pi)), 0.0)
+        return State(0.0, q - 2 * np.pi * turns, out.v[-1], memory_at_end(out))
+
+    def met(self, state: State) -> State:
+        """The nearest state that the constraints allow."""
+        scene, q, v = self.scene, state.q, state.v
+        still = np.zeros(scene.size)
+        for _ in range(4):
+            q = q - scene.held(q, still, scene.assemble(q, tangents=False).residual)[0]
+        a = scene.assemble(q, tangents=False)
+        return state._replace(q=q, v=v + scene.held(q, still, a.speed - a.jacobian @ v)[0])
+
+    def basis(self, state: State) -> Array:
+        """Columns that span what the constraints allow, (n, f), of length 1 in units."""
+        return null_space(self.scene.assemble(state.q, tangents=False).jacobian, self.units)
+
+    def moved(self, state: State, basis: Array, change: Array) -> State:
+        """The state that is a change (2 f,) of places and rates, in units, away."""
+        f = basis.shape[1]
+        return self.met(state._replace(q=state.q + basis @ change[:f], v=state.v + self.pace * (basis @ change[f:])))
+
+    def change(self, state: State, basis: Array, out: Output) -> Array:
+        """Where a run ends, counted from a state, whole turns left out, (2 f,)."""
+        back = basis.T / self.units**2
+        q = out.q[-1] - state.q
+        q = q - np.where(self.units == 1.0, 2 * np.pi * np.round(q / (2 * np.pi)), 0.0)
+        return np.concatenate([back @ q, back @ (out.v[-1] - state.v) / self.pace])
+
+    def monodromy(self, state: State, basis: Array) -> Array:
+        """dP/dx on what the constraints allow, (2 f, 2 f)."""
+        columns = []
+        for unit in self.width * np.eye(2 * basis.shape[1]):
+            one, other = (self.change(state, basis, self.run(self.moved(state, basis, side * unit))) for side in (1, -1))
+            columns.append((one - other) / (2 * self.width))
+        return np.array(columns).T
+
+    def search(self, state: State) -> Found:
+        """Newton's method, from further on where it does not converge.
+
+        Raises
+        ------
+        StaticsError
+        """
+        left, period = np.inf, self.period
+        for _ in range(SEARCHES):
+            self.period = period
+            found = self.newton(self.met(state))
+            if found.open <= CLOSED and self._moves(found):
+                return found
+            left, self.period = min(left, found.open), period
+            state = self.onward(state, ONWARD)
+        rest = "; only rest" if left <= CLOSED else f": a period leaves {left:.1e} of the longest link"
+        raise StaticsError(f"no motion of period {period:.6g} s was found{rest}")
+
+    def _moves(self, found: Found) -> bool:
+        """Whether it is more than rest, which has any period."""
+        return not self.free or self._way(found.out) > MOVES
+
+    def _way(self, out: Output) -> float:
+        """Largest way of a coordinate in a period, in its unit."""
+        return float((np.ptp(out.q, axis=0) / self.units).max(initial=0.0))
+
+    def newton(self, state: State) -> Found:
+        """Newton's method; the monodromy matrix is made anew where the old one does not do."""
+        matrix = np.empty((0, 0))
+        best = Found(state, self.period, np.inf, self.run(state, own=True), matrix)
+        basis, made, before = self.basis(state), np.inf, np.inf
+        for _ in range(ITERATIONS):
+            out = self.run(state)
+            miss = self.change(state, basis, out)
+            left = float(np.abs(miss).max(initial=0.0))
+            if left < best.open:
+                best = Found(state, self.period, left, out, matrix)
+            elif made <= CLOSED:  # what is left is the error of the steps
+                break
+            if not matrix.size or left > 0.5 * before:
+                basis, made = self.basis(state), left
+                miss, matrix = self.change(state, basis, out), self.monodromy(state, basis)
+            before = left
+            state = self._stepped(state, basis, out, matrix, miss)
+        self.period = best.period
+        if best.open <= CLOSED < made:
+            matrix = self.monodromy(best.state, self.basis(best.state))
+        return best._replace(matrix=matrix)
+
+    def _stepped(self, state: State, basis: Array, out: Output, matrix: Array, miss: Array) -> State:
+        """A step of Newton's method; where nothing depends on time the period is an unknown, too, and the step the shortest."""
+        square = matrix - np.eye(len(matrix))
+        if self.free:
+            back = basis.T / self.units**2
+            flow = np.concatenate([back @ out.v[-1], back @ out.a[-1] / self.pace]) / self.pace
+            step = np.linalg.lstsq(np.column_stack([square, flow]), -miss, rcond=FREE)[0]
+            self.period *= 1.0 + float(np.clip(step[-1] / (2 * np.pi), -0.2, 0.2))
+            step = step[:-1]
+        else:
+            step = solve(square, -miss)
+        longest = LONGEST_STEP * max(1.0, self._way(out))
+        return self.moved(state, basis, step * min(1.0, longest / max(float(np.abs(step).max(initial=0.0)), 1e-300)))
+
+
+def values_of(found: Found) -> Array:
+    """Multipliers, the largest first."""
+    values = np.linalg.eigvals(found.matrix)
+    return np.asarray(values[np.argsort(-np.abs(values), kind="stable")])

@@ -1,0 +1,279 @@
+"""Accuracy as a parameter: what is delivered against other methods, what is told, what may be asked."""
+
+from dataclasses import replace
+from math import hypot, pi
+
+import numpy as np
+import pytest
+from simulations import BAR, LENGTH, SPAN, STRIP, block, pendulum, pressed, rates
+from truths import four_bars, pendulums
+
+pytest.importorskip("numba")
+
+from buckler.elastica import law
+from buckler.mbs import (
+    Beam,
+    Cable,
+    Controlled,
+    Motion,
+    Ramp,
+    Result,
+    Rigid,
+    Section,
+    Spectral,
+    Status,
+    Strut,
+    crank_rocker,
+    simulate,
+    simulation,
+    slider_crank,
+)
+from buckler.mbs.accuracy.goal import Asked
+from buckler.mbs.elements.element import Kind
+from buckler.mbs.functions import Table, own_functions
+from buckler.mbs.laws import KelvinVoigt
+from buckler.mbs.record.errors import Errors
+from buckler.mbs.record.lookup import cubic
+from buckler.studies.trust import benchmark_problems as problems
+from buckler.studies.trust.accuracy_truth import SCENES
+from buckler.studies.trust.drawn import drawn
+from buckler.studies.trust.smooth_precision import Parameters as Smooth
+from buckler.studies.trust.smooth_precision import reference
+
+TIME = np.linspace(0.0, 1.0, 2001)
+THICK = Section(0.03, 2e-3)
+DAMPED = THICK.damped(0.01, 0.31)
+STOP = KelvinVoigt(1e5, 300.0)
+EQUIVALENT = (SPAN**2 / 3 + BAR.section.thickness**2 / 12) / (SPAN / 2)  # length of the simple pendulum of the same period
+PERIOD = float(2 * pi * np.sqrt(EQUIVALENT / pendulums.GRAVITY))
+
+
+def test_cubic_is_of_fourth_order():
+    errors = []
+    for n in (21, 41, 81):
+        t = np.linspace(0.0, 1.0, n)
+        errors.append(abs(cubic(t, np.sin(6 * t), TIME) - np.sin(6 * TIME)).max())
+    assert (rates(errors) > 3.7).all() and errors[-1] < 1e-6
+
+
+# --- what is delivered ------------------------------------------------------------------------------------------------
+
+
+def drawn_case(scene, seed, number, asked):
+    """A mechanism of the study `accuracy`, and how far a result's places are off, as long as it is one trajectory."""
+    made = drawn(seed, number, SCENES[scene].families)
+    truth = SCENES[scene].right(made, asked, "compiled").functions
+    places = [name for name, signal in truth.signals.items() if signal.kind is Kind.PLACE]
+
+    def error(result):
+        times = truth.time[truth.time <= result.error.until]
+        right = truth.at(times)
+        off = {name: result.at(name, times) - right[name] for name in places}
+        return max(float(np.sqrt(np.mean(off[name] ** 2))) / truth.scales[name][0] for name in places)
+
+    return made, error
+
+
+@pytest.mark.parametrize("asked", [1e-2, 1e-3])
+@pytest.mark.parametrize("scene", ["smooth", "ramp", "rigid", "strut", "rigid clearance"])
+def test_delivered_is_as_asked(scene, asked):
+    """Against a spectral strip, loop closure, an equation of motion, and compiled equations with clearance."""
+    case, error = drawn_case(scene, 5, 0, asked)
+    result = simulate(case.mechanism, case.duration, asked)
+    assert result.status is Status.OK, result.message
+    assert error(result) <= asked and result.error.motion <= asked == result.asked and result.error.kind
+    assert result.work["runs"] >= 2
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("scene", "number"), [("buckling", 0), ("modal clearance", 1), ("beam clearance", 1)])
+def test_delivered_is_as_asked_of_dear_scenes(scene, number):
+    case, error = drawn_case(scene, 5, number, 1e-3)
+    result = simulate(case.mechanism, case.duration, 1e-3)
+    assert result.status is Status.OK, result.message
+    assert error(result) <= 1e-3
+
+
+def test_what_a_tighter_accuracy_delivers_is_nearer():
+    """A run of half a second slowly ringing on: 20 periods, in which a frequency off by 1e-3 is 12 % off."""
+    p = Smooth(speed=1.25, turns=0.08)
+    with np.errstate(over="ignore", invalid="ignore"):  # of steps that are tried and rejected
+        exact = reference(p, 6)
+    errors = []
+    for asked in (1e-2, 1e-3):
+        result = simulate(p.mechanism(Cable(p.section)), float(p.times[-1]), asked, of=["coupler.deflection"])
+        assert result.ok, result.message
+        errors.append(np.sqrt(np.mean((result.at("coupler.deflection", p.times) - exact) ** 2) / np.mean(exact**2)))
+        assert errors[-1] <= asked
+    assert errors[1] < errors[0]
+
+
+def test_a_pendulum_of_a_hundred_periods():
+    """Its angle after 100 periods, against the elliptic function."""
+    result = simulate(pendulum(0.1), 100 * PERIOD, 1e-3)
+    angle, _ = pendulums.simple(100 * PERIOD, 0.1, length=EQUIVALENT)
+    assert result.ok and abs(np.arctan2(result["A.x"][-1], -result["A.y"][-1]) - angle) < 1e-3 * 0.1 * 2
+
+
+def test_a_double_pendulum_at_a_millionth():
+    """Its first angle after 5 s against another method at 1e-13."""
+    result = simulate(problems.double_pendulum(), 5.0, 1e-6)
+    angle = float(pendulums.double_by_steps("rods", (pi / 2, pi / 2), 5.0)[0])
+    off = abs(pi / 2 + result["first.angle"][-1] - angle)
+    assert result.ok and off < result.error["first.angle.peak"] * np.ptp(result["first.angle"]) < 2e-5
+    assert result.work["spectral_runs"] >= 2 and "exudyn_runs" not in result.work
+
+
+@pytest.mark.parametrize("accuracy", [1e-3, 1e-6])
+def test_four_bars_through_singular_poses(accuracy):
+    """Ten seconds against the elliptic function."""
+    result = simulate(problems.four_bars(2), 10.0, accuracy)
+    x, y, *_ = four_bars.top(10.0)
+    assert result.ok and hypot(result["B0.x"][-1] - x, result["B0.y"][-1] - y) <= 2 * accuracy
+
+
+def test_a_determined_linkage_is_not_integrated():
+    result = simulate(slider_crank(Rigid(THICK), law=None, mass=0.3, speed=Ramp(0.0, 40.0, 0.05)), 0.1, 1e-6)
+    assert result.ok and result.error.motion <= 1e-6
+    assert result.provenance["settings"]["kind"] == "Closure" and result.work["newton_iterations"] == 0
+
+
+@pytest.mark.slow
+def test_forces_are_delivered_where_they_are_asked_for():
+    """Of a slider that a strut presses on its stop: norm and impulse, against a far finer run."""
+    mechanism = slider_crank(Strut(Section(0.03, 3e-4)), law=STOP, mass=0.3, speed=6.0)
+    result = simulate(mechanism, 0.7, 1e-2, of=["B.contact_force", "B.contact_force.impulse"])
+    fine = simulate(mechanism, 0.7, 1e-4, of=["B.contact_force.impulse"])
+    assert result.ok and result.error["B.contact_force"] <= 1e-2
+    impulses = [float(np.trapezoid(each["B.contact_force"], each.time)) for each in (result, fine)]
+    assert impulses[0] == pytest.approx(impulses[1], rel=1.1e-2)
+
+
+def test_points_of_a_table_of_speeds_are_stepped_onto_where_elements_are_named():
+    """The torque's mean against the compiled solver's, and the ledger."""
+    speed = Table((0.0, 0.03, 0.08, 0.11), (5.0, 14.0, 6.0, 10.0))
+    mechanism = slider_crank(Beam(THICK.damped(0.02, 0.31), elements=4), law=None, mass=0.3, speed=speed)
+    result = simulate(mechanism, 0.15, accuracy=1e-2, ledger=True)
+    assert result.ok and result.energy_balance < 1e-2, result.message
+    fine = simulate(mechanism, 0.15, solver=Spectral(Controlled(1e-8, 1e-3), degree=9))
+    assert abs(result["drive.torque.mean"]).max() == pytest.approx(abs(fine["drive.torque.mean"]).max(), rel=0.05)
+
+
+def test_scenes_nothing_moves_in_or_without_a_drive():
+    still = simulate(block(), 0.1, 1e-3)
+    assert still.ok and still.error.motion <= 1e-8
+    swing = simulate(pendulum(0.3), 1.0, 1e-4)
+    assert swing.ok and swing.error.motion <= 1e-4
+    pushed = simulate(block(speed=0.3), 0.1, 1e-3)
+    assert pushed.ok and pushed.at("A.x", 0.05) == pytest.approx(0.015, abs=1e-9)
+
+
+def test_named_elements_stay_with_exudyn():
+    """What is asked for is the answer of four elements: what they leave out is told."""
+    mechanism = slider_crank(Beam(DAMPED, elements=4), law=None, mass=0.3, speed=20.0)
+    result = simulate(mechanism, 0.05, 1e-2)
+    assert result.ok and "spectral_runs" not in result.work and result.error.elements
+
+
+# --- what is told -----------------------------------------------------------------------------------------------------
+
+
+def test_an_accuracy_out_of_reach_is_told():
+    """Strips that name too few elements."""
+    mechanism = slider_crank(Cable(DAMPED, elements=1), law=None, mass=0.3, speed=20.0)
+    result = simulate(mechanism, 0.1, 1e-4)
+    assert result.status is Status.SUSPECT and "ACCURACY: 'coupler" in result.message and result.error.motion > 1e-4
+
+
+@pytest.mark.parametrize("accuracy", [0.0, -1e-3, 1e-7, 0.2, float("nan")])
+def test_accuracies_out_of_range_are_named(accuracy):
+    with pytest.raises(ValueError, match="accuracy = "):
+        simulate(pendulum(0.3), 0.1, accuracy)
+
+
+def test_time_is_shared_by_all_runs():
+    mechanism = slider_crank(Cable(THICK), law=None, mass=0.3, speed=1.25)
+    result = simulate(mechanism, 50.0, 1e-5, timeout=0.3)
+    assert not result.ok and np.isnan(result.error.motion)
+
+
+def half_law(u):
+    if u > 0.2:
+        raise ValueError(f"shortening = {u:.3f}: must lie in [0, 0.2]")
+    return law.fast(u)
+
+
+def test_a_failed_run_keeps_its_name():
+    """Pressed further than the law of its strut goes: no number of steps helps."""
+    result = simulate(pressed(Strut(STRIP, load=half_law), 0.5 * LENGTH, 1.0), 1.0, 1e-2)
+    assert result.status is Status.STRUT_OUT_OF_RANGE and np.isnan(result.error.motion) and result.asked == 1e-2
+    assert result.work["runs"] == 1
+
+
+def test_what_was_asked_and_found_is_saved(tmp_path):
+    result = simulate(slider_crank(Rigid(THICK), law=None, mass=0.3, speed=40.0), 0.1, 1e-3)
+    again = Result.load(result.save(tmp_path / "run"))
+    assert (again.asked, again.error) == (result.asked, result.error)
+    times = np.linspace(0, 0.1, 7)
+    np.testing.assert_allclose(again.at("B.x", times), result.at("B.x", times), rtol=0, atol=0)
+
+
+def test_a_solver_that_fails_is_followed_by_exudyn_in_runs_without_settings(monkeypatch):
+    """The compiled one may take no step: Exudyn's ladder tells the error, and the work of both is told."""
+
+    def stuck(mechanism, duration, solver, *limits):
+        return compiled(mechanism, duration, replace(solver, steps=replace(solver.steps, max_steps=3)), *limits)
+
+    compiled = simulation.SOLVERS[Spectral]
+    monkeypatch.setitem(simulation.SOLVERS, Spectral, stuck)
+    result = simulate(pendulum(0.3), 1.0)
+    assert result.ok and result.error.motion <= 1e-3
+    assert result.work["exudyn_runs"] >= 2 and result.work["spectral_runs"] == 1
+    assert result.provenance["settings"]["kind"] == "Exudyn"
+
+
+def test_errors_are_a_mapping_that_prints_and_names_what_it_does_not_have():
+    found = simulate(pendulum(0.3), 0.5, 1e-4).error
+    assert 0 <= found.motion <= 1e-4 and 0 <= found["A.x"] <= 1e-4 and "energy.kinetic" in found
+    assert repr(found).startswith("<Errors: motion ")
+    with pytest.raises(ValueError, match=r"no error of 'A\.xx'; near it: A\.x"):
+        found["A.xx"]
+    with pytest.raises(ValueError, match=r"no error of 'A\.x': none was estimated"):
+        Errors()["A.x"]
+    assert not Errors().known and repr(Errors()) == "<Errors: not estimated>"
+
+
+# --- what is asked ----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("of", ["speeds", [], ["B.x", 3], 7])
+def test_what_an_accuracy_may_be_asked_of(of):
+    with pytest.raises(ValueError, match=r"of = .*: must be one of 'places', 'forces', 'means', or a list of signals' names"):
+        simulate(pendulum(0.3), 0.1, 1e-3, of=of)
+
+
+def test_a_signal_that_is_not_there_is_named_with_those_near_it():
+    with pytest.raises(ValueError, match=r"no signal 'A\.z'; near it: .*A\.x"):
+        simulate(pendulum(0.3), 0.1, 1e-3, of=["A.z"])
+
+
+def test_a_signal_that_is_nothing_may_be_asked_for_by_its_name():
+    """The pivot rests: its place is asked to be right to rounding."""
+    result = simulate(pendulum(0.3), 0.1, 1e-3, of=["O.x"])
+    assert result.ok and result.error["O.x"] <= 1e-8
+
+
+def test_of_needs_an_accuracy():
+    with pytest.raises(ValueError, match="of = 'forces': no accuracy"):
+        simulate(pendulum(0.3), 0.1, of="forces")
+
+
+def test_functions_in_python_are_found():
+    mechanism = slider_crank(Rigid(THICK), law=STOP, mass=0.3, speed=6.0)
+    assert not own_functions(mechanism) and not own_functions(crank_rocker(Beam(THICK), speed=30.0))
+    assert own_functions(slider_crank(Rigid(THICK), law=None, mass=0.3, speed=Motion(lambda t: t * t, lambda t: 2 * t)))
+    assert own_functions(slider_crank(Strut(THICK, load=lambda u: u), law=None, mass=0.3, speed=6.0))
+
+
+def test_a_goal_reads_as_words():
+    assert Asked(1e-3).words == "places" and Asked(1e-3, ["B.x", "B.y"]).words == "B.x, B.y"

@@ -1,0 +1,97 @@
+"""Functions of time that nobody described: their jumps, kinks and pulses are found, and stepped onto."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from buckler.mbs import Force, Link, Mechanism, Rigid, Slider, Spectral, simulate
+from buckler.mbs.breaks import MOST, breaks
+
+JUMPS = {
+    "pulse of one look": (lambda t: (1e3 if 5.0 <= t < 5.0001 else 0.0, 0.0), 10.0, (5.0, 5.0001)),
+    "box beside a constant": (lambda t: 5.0 + 10.0 * (0.2 <= t < 0.2004), 1.0, (0.2, 0.2004)),
+    "ramp that ends": (lambda t: min(t, 0.3), 1.0, (0.3,)),
+    "late step": (lambda t: 3.0 + (t > 1.7), 2.0, (1.7,)),
+    "kinks of a sine's magnitude": (lambda t: abs(np.sin(20 * t)), 1.0, tuple(np.pi / 20 * np.arange(1, 7))),
+    "square wave": (lambda t: 1.0 if (50 * t) % 1 < 0.5 else -1.0, 1.0, tuple(np.arange(1, 100) / 100)),
+    "of time, angle and speed": (lambda t, angle, speed: -speed + (t > 0.5), 1.0, (0.5,)),
+}
+
+
+@pytest.mark.parametrize("name", JUMPS)
+def test_jumps_and_kinks_are_found_where_they_are(name):
+    function, duration, right = JUMPS[name]
+    assert breaks(function, duration) == pytest.approx(right, abs=1e-9 * duration)
+
+
+@pytest.mark.parametrize("function", [lambda t: np.sin(20 * t), lambda t: 1 - np.exp(-t / 0.2), lambda t: t**3, lambda _t: 4.0])
+def test_smooth_functions_have_none(function):
+    assert breaks(function, 1.0) == ()
+
+
+def test_a_narrow_hump_is_stepped_onto():
+    found = breaks(lambda t: np.exp(-(((t - 0.3) / 1e-3) ** 2)), 1.0)
+    assert found and all(abs(t - 0.3) < 3e-3 for t in found)
+
+
+def test_what_fails_or_swings_too_fast_has_none():
+    def fails(t):
+        raise RuntimeError("no")
+
+    assert breaks(fails, 1.0) == () == breaks(lambda t: np.inf if t > 0.5 else 0.0, 1.0)
+    assert len(breaks(lambda t: np.sin(1e7 * t * t), 1.0)) < MOST
+
+
+@dataclass
+class Blow:
+    """A function of a class of one's own, which cannot be hashed."""
+
+    at: float
+
+    def __call__(self, t):
+        return (2.0 * (t >= self.at), 1.0)
+
+
+def test_a_function_that_cannot_be_hashed_is_looked_at_too():
+    assert breaks(Blow(0.25), 1.0) == pytest.approx([0.25], abs=1e-9)
+
+
+def test_a_function_that_fails_only_between_looks_has_none():
+    def fails(t):
+        if 0.5 < t < 0.500009 and t != 0.5:
+            raise RuntimeError("no")
+        return float(t >= 0.500005)
+
+    assert breaks(fails, 1.0) == ()
+
+
+def test_work_of_a_force_that_jumps_on_a_line_through_a_point():
+    """A free bar, twice 0.02 N s in 0.1 ms on a line 0.3 m from its centre of mass: J^2/2m + (0.3 J)^2/2I."""
+    pytest.importorskip("numba")
+    bar = Mechanism(
+        points={"A": (0, 0), "B": (0.4, 0)},
+        links=[Link("bar", "A", "B", Rigid.of(mass=1.0, inertia=0.02))],
+        loads=[Force("bar:B", lambda t: (0.0, 200.0 * (0.05 <= t < 0.0501 or 0.06 <= t < 0.0601)), through=(0.5, 0.0))],
+    )
+    energy = simulate(bar, 0.1, solver=Spectral(), ledger=True).energy
+    assert energy["given_load"][-1] == pytest.approx(0.04**2 / 2 + 0.012**2 / 0.04, rel=2e-3)
+    assert energy["kinetic"][-1] == pytest.approx(energy["given_load"][-1], rel=1e-3)
+
+
+@pytest.mark.parametrize("how", [{}, {"accuracy": 1e-3}, {"solver": Spectral()}])
+def test_a_blow_between_all_steps_moves_the_block(how):
+    """1 kN for 0.1 ms on 1 kg at rest, 5 s before the end: 0.5 m."""
+    if "solver" in how:
+        pytest.importorskip("numba")
+    block = Mechanism(
+        points={"A": (0, 0), "B": (0, -0.1)},
+        links=[Link("block", "A", "B", Rigid.of(mass=1.0, inertia=1e-3, centre=(0, 0)))],
+        joints=[Slider("A", "block", "ground", along=(1, 0))],
+        loads=[Force("A", lambda t: (1e3 if 5.0 <= t < 5.0001 else 0.0, 0.0))],
+    )
+    result = simulate(block, 10.0, **how)
+    assert result.ok, result.message
+    off = abs(result["A.x"][-1] - 0.1 * (5 - 5e-5))
+    assert off < 0.5 * (2e-3 if not result.error.known else 2 * result.error["A.x.peak"]) < 2e-3
+    assert any("looked at every 0.0001 s" in note for note in result.provenance["notes"])

@@ -1,0 +1,202 @@
+"""Periodic motions and their multipliers: closed forms, Hill's determinant, and own integrations of the same equations."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.special import ellipk
+
+from buckler.mbs import (
+    Beam,
+    Force,
+    Link,
+    Mechanism,
+    Revolute,
+    Rigid,
+    Section,
+    Slider,
+    Spring,
+    Stop,
+    Torque,
+    Weld,
+    frequencies,
+    periodic,
+)
+from buckler.mbs.laws import KelvinVoigt
+from buckler.mbs.statics.cycles import Periodic
+
+
+def block(*loads, stops=()):
+    """A block of 1 kg on a slide along x; its spring's other end is far, at S."""
+    return Mechanism(
+        {"P": (0, 0), "Q": (0, 0.1), "S": (10, 0)}, [Link("block", "P", "Q", Rigid.of(mass=1.0, inertia=1e-3))],
+        [Slider("P", "block", "ground", along=(1, 0))], stops=list(stops), loads=list(loads),
+    )  # fmt: skip
+
+
+def monodromy(right, state, period):
+    """Where an own run ends, and dP/dx by central differences of it."""
+
+    def run(y):
+        return solve_ivp(right, (0, period), y, method="DOP853", rtol=1e-13, atol=1e-14).y[:, -1]
+
+    h = 1e-5
+    return run(state), np.array([(run(state + e) - run(state - e)) / (2 * h) for e in h * np.eye(2)]).T
+
+
+def multipliers(matrix):
+    values = np.linalg.eigvals(matrix)
+    return values[np.argsort(-np.abs(values), kind="stable")]
+
+
+def test_a_damped_oscillator_swings_as_in_closed_form():
+    stiffness, damping, force, speed = 25.0, 0.6, 1.5, 4.0
+    made = block(
+        Spring("P", "ground:S", stiffness=stiffness, damping=damping), Force("P", lambda t: (force * np.cos(speed * t), 0.0))
+    )
+    found = periodic(made, 2 * np.pi / speed)
+    exact = np.exp(np.roots([1.0, damping, stiffness]) * found.period)
+    response = force / (stiffness - speed**2 + 1j * damping * speed)
+    assert found.status == "OK"
+    assert found.stable
+    assert np.sort_complex(found.multipliers) == pytest.approx(np.sort_complex(exact), abs=1e-8)
+    assert (np.abs(np.sort_complex(found.multipliers) - np.sort_complex(exact)) <= 2 * found.errors + 1e-9).all()
+    assert found.point("block", "P")[0, 0] == pytest.approx(response.real, rel=1e-7)
+    assert found.amplitude("block", "P")[0] == pytest.approx(abs(response), rel=1e-6)
+
+
+def hill(delta, epsilon):
+    """Trace of the monodromy matrix of x'' + (delta + epsilon cos t) x = 0 over 2 pi, by Hill's determinant."""
+    a, q, n = 4 * delta, -2 * epsilon, np.arange(-4000, 4001)
+    side = q / ((2.0 * n) ** 2 - a)
+    before, whole = 1.0, 1.0
+    for one, other in zip(side[1:], side[:-1], strict=True):
+        before, whole = whole, whole - one * other * before
+    return 2 * (1 - 2 * whole * np.sin(np.pi * np.sqrt(complex(a)) / 2) ** 2).real
+
+
+@pytest.mark.parametrize("point", [(0.2, 0.1), (0.27, 0.2), (1.1, 0.3), (1.03, 0.5), (-0.05, 0.5), (-0.05, 0.2)])
+def test_mathieu_is_stable_outside_the_tongues_of_hills_determinant(point):
+    delta, epsilon = point
+    made = Mechanism(
+        {"O": (0, 0), "A": (1, 0)}, [Link("bar", "O", "A", Rigid.of(mass=1.0, inertia=0.2, centre=(0, 0)))],
+        [Revolute("O", "ground", "bar")],
+        loads=[Torque("bar", lambda t, angle, speed: -0.2 * (delta + epsilon * np.cos(t)) * angle)],
+    )  # fmt: skip
+    found, trace = periodic(made, 2 * np.pi), hill(delta, epsilon)
+    assert found.multipliers.sum().real == pytest.approx(trace, abs=1e-6)
+    assert found.multipliers.prod().real == pytest.approx(1.0, abs=1e-6)
+    assert found.stable == (abs(trace) < 2)
+    assert found.stable or ("alternates" in found.message) == (trace < -2)
+
+
+def duffing(t, y):
+    return [y[1], -y[0] - y[0] ** 3 - 0.1 * y[1] + 0.3 * np.cos(1.6 * t)]
+
+
+@pytest.mark.parametrize(("which", "stable"), [(0, True), (1, False), (2, True)])
+def test_duffings_three_motions_at_one_frequency(which, stable):
+    """Hardening: between the folds the smallest and the largest are stable. Harmonic balance is where both searches begin."""
+    made = block(
+        Spring("P", "ground:S", stiffness=0.0, free_length=10.0, law=lambda e, rate: e + e**3 + 0.1 * rate),
+        Force("P", lambda t: (0.3 * np.cos(1.6 * t), 0.0)),
+    )
+    period, off = 2 * np.pi / 1.6, 1 - 1.6**2
+    squares = np.sort(np.roots([0.75**2, 1.5 * off, off**2 + 0.16**2, -(0.3**2)]).real)
+    response = 0.3 / (off + 0.75 * squares[which] + 0.16j)
+    y = np.array([response.real, -1.6 * response.imag])
+    for _ in range(5):  # Newton's method on an own integration
+        end, matrix = monodromy(duffing, y, period)
+        y = y - np.linalg.solve(matrix - np.eye(2), end - y)
+    near = periodic(made, period)
+    near = Periodic(**{**vars(near), "q": near.q.copy(), "v": near.v.copy()})
+    moving = int(np.argmax(np.abs(near.v).max(axis=0)))
+    near.q[0, moving], near.v[0, moving] = y + 1e-3
+    found = periodic(made, period, start=near)
+    assert [found.q[0, moving], found.v[0, moving]] == pytest.approx(y, abs=1e-7)
+    assert found.multipliers == pytest.approx(multipliers(matrix), abs=1e-6)
+    assert found.stable == stable
+
+
+def test_van_der_pols_cycle_finds_its_own_period():
+    made = block(Spring("P", "ground:S", stiffness=0.0, free_length=9.9, law=lambda e, rate: e - (1 - e * e) * rate))
+    found = periodic(made, 6.0)
+    assert found.period == pytest.approx(6.6632868593231302, rel=1e-9)
+    assert found.multipliers[0] == pytest.approx(1.0, abs=1e-6)
+    y = np.array([found.point("block", "P")[0, 0] * -1 + 0.1, -found.v[0, np.argmax(np.abs(found.v).max(axis=0))]])
+    _, matrix = monodromy(lambda t, y: [y[1], (1 - y[0] ** 2) * y[1] - y[0]], y, found.period)
+    assert found.multipliers[1] == pytest.approx(multipliers(matrix)[1], abs=1e-6)
+    assert found.stable
+
+
+def test_a_pendulum_keeps_the_period_of_its_swing():
+    made = Mechanism(
+        {"O": (0, 0), "A": (0.6, -0.8)}, [Link("bar", "O", "A", Rigid.of(mass=1.0, inertia=1 / 12, centre=(0.5, 0)))],
+        [Revolute("O", "ground", "bar")], gravity=(0, -9.81),
+    )  # fmt: skip
+    found = periodic(made, 1.7)
+    places = found.point("bar", "A")
+    swing = np.abs(np.arctan2(places[:, 0], -places[:, 1])).max()
+    assert found.period == pytest.approx(4 * ellipk(np.sin(swing / 2) ** 2) / np.sqrt(9.81 * 0.5 * 3), rel=1e-7)
+    assert (np.abs(found.multipliers - 1) <= 1.01 * found.errors).all()
+    assert found.stable
+
+
+def test_a_block_that_strikes_a_stop_each_period():
+    """Against an own integration, piece by piece, that ends where the stop is touched and left."""
+    stiffness, damping, gap = 40.0, 0.3, 0.02
+    made = block(
+        Spring("P", "ground:S", stiffness=9.0, damping=0.4), Force("P", lambda t: (1.2 * np.cos(5.0 * t), 0.0)),
+        stops=[Stop("P", at=gap, law=KelvinVoigt(stiffness, damping), along=(1, 0))],
+    )  # fmt: skip
+    period = 2 * np.pi / 5
+
+    def own(y):
+        t = 0.0
+        closed = y[0] > gap
+        while t < period:
+
+            def right(t, y, closed=closed):
+                push = max(0.0, stiffness * (y[0] - gap) + damping * y[1]) if closed else 0.0
+                return [y[1], -9.0 * y[0] - 0.4 * y[1] + 1.2 * np.cos(5.0 * t) - push]
+
+            def touch(t, y):
+                return y[0] - gap
+
+            touch.terminal, touch.direction = True, -1.0 if closed else 1.0
+            run = solve_ivp(right, (t, period), y, method="DOP853", rtol=1e-12, atol=1e-13, events=touch)
+            t, y, closed = run.t[-1], run.y[:, -1], not closed
+        return y
+
+    found = periodic(made, period, settle=20)
+    moving = int(np.argmax(np.abs(found.v).max(axis=0)))
+    y, h = np.array([found.point("block", "P")[0, 0], found.v[0, moving]]), 1e-6
+    matrix = np.array([(own(y + e) - own(y - e)) / (2 * h) for e in h * np.eye(2)]).T
+    assert found.point("block", "P")[:, 0].max() > 1.5 * gap
+    assert own(y) == pytest.approx(y, abs=1e-6)
+    assert np.abs(found.multipliers - multipliers(matrix)).max() <= 2 * found.errors.max() <= 2e-3
+    assert found.stable
+
+
+def test_a_strip_about_its_rest_has_the_multipliers_of_its_tangent():
+    section = Section(0.02, 0.002).damped(0.05, 0.4)
+    made = Mechanism(
+        {"A": (0, 0), "B": (0.4, 0)}, [Link("strip", "A", "B", Beam(section))], [Weld("A", "ground", "strip")],
+        loads=[Force("B", lambda t: (0.0, 1e-5 * np.cos(60.0 * t)))],
+    )  # fmt: skip
+    found = periodic(made, 2 * np.pi / 60.0, degree=8)
+    values = frequencies(made, count=2).values
+    exact = np.exp(np.array([value for s in values for value in (s, s.conjugate())]) * found.period)
+    assert np.sort_complex(found.multipliers[:4]) == pytest.approx(np.sort_complex(exact), abs=1e-6)
+
+
+def test_what_does_not_return_is_told():
+    made = block(Force("P", (1.0, 0.0)))
+    found = periodic(made, 1.0)
+    assert found.status == "NOT_REACHED"
+    assert "no motion of period 1 s" in found.message
+
+
+@pytest.mark.parametrize("period", [0.0, -1.0, np.nan, "x"])
+def test_a_period_that_makes_no_sense_is_refused(period):
+    with pytest.raises(ValueError, match="period"):
+        periodic(block(), period)
