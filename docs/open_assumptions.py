@@ -7,8 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from buckler.mbs.declare import Declaration
 from buckler.studies.kit import registry
-from buckler.studies.kit.parameters import Parameter, specs
+from buckler.studies.kit.parameters import specs
 
 STRIKING = ("gravity", "gravity_angle", "motor", "motor_inertia", "imperfection", "mass", "friction")
 """Of the striking slider-crank."""
@@ -61,7 +62,7 @@ def missing(package: str) -> list[tuple[str, str]]:
     ]
 
 
-def _cell(name: str, what: str, own: Mapping[str, Parameter], default: object) -> str:
+def _cell(name: str, what: str, own: Mapping[str, Declaration], default: object) -> str:
     if what in own:
         return own[what].show(default)
     return INSTEAD.get((name, what), "–")
@@ -72,7 +73,7 @@ def _ranges(names: Sequence[str], assumptions: Sequence[str]) -> list[str]:
     rows = ["| assumption | what | allowed |", "|---|---|---|"]
     for what in assumptions:
         own = next(found[what] for found in (specs(registry.load(name).Parameters) for name in names) if what in found)
-        rows.append(f"| `{what}` | {own.help} | {own.allowed} |")
+        rows.append(f"| `{what}` | {own.doc} | {own.allowed} |")
     return rows
 
 

@@ -70,6 +70,10 @@ class Several(Spec):
     def allowed(self) -> str:  # type: ignore[override]
         return f"one or more of {self.item.allowed}" if self.item.allowed else ""
 
+    @property
+    def metavar(self) -> str:  # type: ignore[override]
+        return f"{self.item.metavar},..."
+
     def fits(self, given: Any) -> bool:
         return is_list(given)
 
@@ -135,6 +139,10 @@ class Either(Spec):
     @property
     def allowed(self) -> str:  # type: ignore[override]
         return next((spec.allowed for spec in self.specs if spec.allowed), "")
+
+    @property
+    def metavar(self) -> str:  # type: ignore[override]
+        return self.specs[0].metavar
 
     def fits(self, given: Any) -> bool:
         return any(spec.fits(given) for spec in self.specs)

@@ -15,8 +15,8 @@ from buckler.mbs.validate import short
 
 Class = TypeVar("Class", bound=type)
 MISSING: Any = dataclasses.MISSING
-SPEC, DOC, BOUNDS = "spec", "doc", "bounds"
-"""What the metadata of a field hold: what may stand there, what it is, and by which other fields it is bounded."""
+SPEC, DOC, BOUNDS, GROUP = "spec", "doc", "bounds", "group"
+"""What the metadata of a field hold: what may stand there, what it is, bounds by other fields, what it is listed with."""
 
 
 class RefusalError(ValueError):
@@ -102,13 +102,36 @@ class Declared:
 
 
 class Declaration(typing.NamedTuple):
-    """What is declared of a field: what may stand there, what it is, bounds by other fields, its default."""
+    """What is declared of a field: what may stand there, what it is, bounds by other fields, its default, its group in lists."""
 
     spec: Spec
     doc: str
     bounds: Mapping[str, str]
     required: bool
     default: Any
+    group: str = ""
+
+    @property
+    def unit(self) -> str:
+        """Of a quantity; '' of anything else."""
+        return self.spec.unit
+
+    @property
+    def allowed(self) -> str:
+        """Its range, with the unit."""
+        return self.spec.allowed + self._suffix
+
+    def show(self, value: object) -> str:
+        """A value as it may be given."""
+        if isinstance(value, tuple | list):
+            return ",".join(map(self.show, value))
+        if isinstance(value, str | bool) or value is None:
+            return str(value) or "none"
+        return f"{value:.12g}{self._suffix}"
+
+    @property
+    def _suffix(self) -> str:
+        return f" {self.unit}" if self.unit not in ("", "1") else ""
 
     @property
     def about(self) -> str:
@@ -136,7 +159,9 @@ def _declaration(kind: Any, each: Any) -> Declaration:
     spec = each.metadata.get(SPEC) or _undeclared(kind, each.name)
     required = each.default is MISSING and each.default_factory is MISSING
     default = None if required else each.default if each.default is not MISSING else each.default_factory()
-    return Declaration(spec, each.metadata.get(DOC, ""), each.metadata.get(BOUNDS, {}), required, default)
+    return Declaration(
+        spec, each.metadata.get(DOC, ""), each.metadata.get(BOUNDS, {}), required, default, each.metadata.get(GROUP, "")
+    )
 
 
 def specs(kind: Any) -> dict[str, Spec]:

@@ -32,11 +32,14 @@ class Spec:
         Its range in words.
     words : str
         What may stand there, in words of a message.
+    metavar : str
+        What stands for a value in the help of the command line.
     """
 
     unit: str = ""
     allowed: str = ""
     words: str = "something else"
+    metavar: str = "VALUE"
 
     def fits(self, given: Any) -> bool:
         """Whether a value is of the right sort, so that what this says of it is to the point."""
@@ -119,6 +122,10 @@ class Quantity(Spec):
         return int(value) if isinstance(value, Integral) else float(value)
 
     @property
+    def metavar(self) -> str:  # type: ignore[override]
+        return "NUMBER" if self.unit in ("", "1") else self.unit
+
+    @property
     def allowed(self) -> str:  # type: ignore[override]
         if self.nonzero:
             return "not zero"
@@ -143,7 +150,7 @@ class Whole(Spec):
     low: int = 0
     high: int = 10**9
 
-    words = "a whole number"
+    words, metavar = "a whole number", "N"
 
     def fits(self, given: Any) -> bool:
         if isinstance(given, str):
@@ -182,7 +189,7 @@ class Flag(Spec):
 class Name(Spec):
     """A name."""
 
-    words = "a name"
+    words, metavar = "a name", "NAME"
 
     def fits(self, given: Any) -> bool:
         return isinstance(given, str)
@@ -197,8 +204,7 @@ class Name(Spec):
 class Text(Name):
     """Any words."""
 
-    words = "text"
-    allowed = "any text"
+    words, allowed, metavar = "text", "any text", "TEXT"
 
     def read(self, name: str, given: Any) -> str:
         if not isinstance(given, str):
@@ -211,6 +217,7 @@ class Choice(Spec):
     """One word of several."""
 
     options: tuple[str, ...]
+    metavar = "NAME"
 
     @property
     def words(self) -> str:  # type: ignore[override]

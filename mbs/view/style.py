@@ -5,11 +5,11 @@ A figure is a plain `matplotlib.figure.Figure`, never made through pyplot: no wi
 
 from __future__ import annotations
 
-from typing import Any
+from contextlib import AbstractContextManager
+from typing import TYPE_CHECKING, Any
 
-import matplotlib
-from cycler import cycler
-from matplotlib.figure import Figure
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 WIDTH = 160.0
 """Width of a figure, mm."""
@@ -25,7 +25,7 @@ STYLE: Any = {
     "ytick.labelsize": 8.0,
     "legend.fontsize": 8.0,
     "legend.frameon": False,
-    "axes.prop_cycle": cycler(color=COLOURS),
+    "axes.prop_cycle": f"cycler(color={list(COLOURS)})",
     "axes.spines.top": False,
     "axes.spines.right": False,
     "axes.linewidth": 0.6,
@@ -40,9 +40,11 @@ STYLE: Any = {
 }
 
 
-def house_style() -> Any:
+def house_style() -> AbstractContextManager[None]:
     """Draw in the house style: a context manager around everything that makes or saves a figure."""
-    return matplotlib.rc_context(STYLE)
+    from matplotlib import rc_context  # loading it takes longer than many runs: here as below, only what draws waits for it
+
+    return rc_context(STYLE)
 
 
 def subplots(rows: int = 1, columns: int = 1, height: float = 90.0, **options: Any) -> tuple[Figure, Any]:
@@ -62,6 +64,8 @@ def subplots(rows: int = 1, columns: int = 1, height: float = 90.0, **options: A
     figure : Figure
     axes : Axes, or array of Axes where there are several
     """
+    from matplotlib.figure import Figure
+
     with house_style():
         figure = Figure(figsize=(WIDTH / 25.4, height / 25.4), layout="constrained")
         return figure, figure.subplots(rows, columns, **options)

@@ -20,14 +20,28 @@ from typing import Any
 from buckler.studies.evidence.items import FILES, ITEMS, ROOT, Item, stored
 from buckler.studies.evidence.pages import Quoted, fill, looked_up, pages, quoted, rounding, stale
 from buckler.studies.kit import registry
-from buckler.studies.kit.options import writable, wrong_input
+from buckler.studies.kit.options import writable
 from buckler.studies.kit.report import atomic, to_json, write
 from buckler.studies.kit.running import attempt, drawn
+from buckler.studies.kit.words import Command, repeated, wrong_input
 from buckler.studies.sweeping.worker import sources
+
+
+def _declare(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--quick", action="store_true", help="items of a few seconds alone")
+    repeated(parser.add_argument, ["--only"], "NAME", "this item")
+    parser.add_argument("--check", action="store_true", help="write nothing; exit 1 with the numbers that differ")
+    parser.add_argument("--data", metavar="DIR", type=Path, help="measurements that are not part of Buckler")
+    parser.add_argument("--out", metavar="DIR", type=Path, default=Path("results"), help="where runs are kept; default results")
+    parser.add_argument("-q", "--quiet", action="store_true", help="print what differs and nothing else")
+    parser.set_defaults(json=False)
 
 
 def evidence(options: argparse.Namespace) -> int:
     """Run, then keep or check; the exit status."""
+    for name in options.only:
+        if name not in ITEMS:
+            raise ValueError(f"--only = {name}: must be one of {', '.join(ITEMS)}")
     if not FILES.is_dir():
         return wrong_input(ValueError(f"{FILES}: not there; `evidence` needs a checkout of Buckler, with its docs"))
     try:
@@ -53,6 +67,9 @@ def evidence(options: argparse.Namespace) -> int:
         print(line, file=sys.stderr)
     _tell(f"evidence: {len(wrong)} numbers differ" if wrong else "evidence: every number holds", options)
     return 1 if wrong else 0
+
+
+again = Command(_declare, evidence)
 
 
 def _chosen(options: argparse.Namespace) -> list[str]:

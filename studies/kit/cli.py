@@ -1,34 +1,64 @@
 """The command line: `buckler list`, `new`, `show`, `run`, `sweep`, `sensitivity`, `merge`, `export`, `schema`, `evidence`.
 
 Exit status: 0 fine, or suspect and allowed; 1 the run failed or is suspect; 2 wrong input; 130 interrupted. Nothing
-heavy is imported before a study or a file is known by name, so that `list` and `--help` answer at once.
+heavy is imported before a command is known by name, so that `list` and `--help` answer at once.
 """
 
 from __future__ import annotations
 
+import argparse
+import json
 import os
 import sys
-import time
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, NamedTuple
 
 from buckler.studies.kit import registry
-from buckler.studies.kit.options import Parser, read_options, study_parser, writable, wrong_input
-from buckler.studies.kit.running import MECHANISMS, attempt, finish, program
-from buckler.studies.own.statics import declare as declare_statics
+from buckler.studies.kit.completion import complete
+from buckler.studies.kit.words import MECHANISMS, Command, Parser, program, target, wrong_input
 
-if TYPE_CHECKING:
-    import argparse
+RUN = "buckler.studies.kit.running:run"
+NAMED = {"run": RUN, "sweep": "buckler.studies.sweeping.command:sweep_study"}
+"""Commands whose options depend on the name that follows them: what answers (name, words, prog)."""
 
 
-TURNING = {
-    "sensitivity": "what the numbers of a file's mechanism do to what is read off it",
-    "fit": "fit numbers of a file's mechanism to measured data",
-    "explore": "turn numbers of a file's mechanism by sliders in a page on this machine",
-    "optimise": "choose numbers of a file's mechanism so that a reading is least and others as wanted",
+class Listed(NamedTuple):
+    """What a command does, and where its `Command` is."""
+
+    does: str
+    place: str
+
+
+STUDIES = "buckler.studies"
+"""The package of all places."""
+COMMANDS = {
+    "new": Listed("write an example file of a mechanism, to start from", "kit.cli:new"),
+    "show": Listed("draw the mechanism of a file and tell what it is made of", "own.show:showing"),
+    "equilibrium": Listed("find where the mechanism of a file rests, and whether that is stable", "own.statics:equilibrium"),
+    "path": Listed(
+        "follow its equilibria as a load grows, a drive moves or a number changes: limits, branchings, flutter",
+        "own.statics:path",
+    ),
+    "frequencies": Listed("natural frequencies about its equilibrium, with damping and errors", "own.statics:frequencies"),
+    "periodic": Listed(
+        "find a motion that repeats itself after a period, its multipliers and whether it is stable", "own.statics:periodic"
+    ),
+    "run": Listed("run a file of a mechanism, or a study; `run NAME --help` tells its options", ""),
+    "sweep": Listed("run a file or a study for many parameters; `sweep NAME --help` tells its options", ""),
+    "sensitivity": Listed("what the numbers of a file's mechanism do to what is read off it", "own.turning:sensitivity"),
+    "fit": Listed("fit numbers of a file's mechanism to measured data", "own.turning:fit"),
+    "explore": Listed("turn numbers of a file's mechanism by sliders in a page on this machine", "own.explore:explore"),
+    "optimise": Listed(
+        "choose numbers of a file's mechanism so that a reading is least and others as wanted", "own.turning:optimise"
+    ),
+    "list": Listed("name every study, one a line", "kit.cli:listing"),
+    "export": Listed("write what a sweep has stored as CSV or Parquet", "sweeping.export:export"),
+    "merge": Listed("put the stores of a sweep's parts together; refuses contradictions", "sweeping.merge:merging"),
+    "schema": Listed("print the JSON schema of mechanism files, for editors", "own.show:schemas"),
+    "compile": Listed("compile the solver for this machine, so that no run waits for it", "own.show:compiling"),
+    "evidence": Listed("run again what the documents quote, or check that it still holds", "evidence.command:again"),
 }
-"""Commands that turn numbers of a mechanism, and what they do."""
 
 
 def main(study: str | None = None, argv: Sequence[str] | None = None) -> int:
@@ -64,122 +94,46 @@ def main(study: str | None = None, argv: Sequence[str] | None = None) -> int:
 
 def _dispatch(study: str | None, words: list[str]) -> int:
     if study is not None:
-        return run_study(study, words, f"python -m {registry.entry(study).module}")
-    if words[:1] == ["run"] and len(words) > 1 and not words[1].startswith("-"):
-        prog = f"{program()} run {words[1]}"
-        if words[1].endswith(MECHANISMS):
-            from buckler.studies.own.command import run_file
-
-            return run_file(Path(words[1]), words[2:], prog)
-        return run_study(words[1], words[2:], prog)
-    if words[:1] == ["sweep"] and len(words) > 1 and not words[1].startswith("-"):
-        from buckler.studies.sweeping.command import sweep_study
-
-        return sweep_study(words[1], words[2:])
-    if words[:1] and words[0] in TURNING:
-        from buckler.studies.own.explore import COMMANDS
-
-        return COMMANDS[words[0]](words[1:], f"{program()} {words[0]}")
-    parser = _parser()
+        return int(target(RUN)(study, words, f"python -m {registry.entry(study).module}"))
     if "_ARGCOMPLETE" in os.environ:
-        from buckler.studies.kit.completion import complete
-
-        complete(parser)
-    if words[:1] == ["--version"]:
-        return _version()
+        complete(_general(), parser)
+    name, *rest = words or [""]
     try:
-        options = parser.parse_args(words)
-        status: int = options.answer(options)
-    except ValueError as error:
-        return wrong_input(error)
+        if name in NAMED and rest and not rest[0].startswith("-"):
+            return int(target(NAMED[name])(rest[0], rest[1:], f"{program()} {name} {rest[0]}"))
+        if name == "--version":
+            return _version()
+        if name not in COMMANDS or name in NAMED:
+            _general().parse_args(words)
+        options = parser(name).read(rest)
+        return int(target(f"{STUDIES}.{COMMANDS[name].place}").answer(options))
     except BrokenPipeError:
         raise
     except OSError as error:
-        return wrong_input(ValueError(f"{error.filename}: {error.strerror}"))
-    return status
+        return wrong_input(ValueError(f"{error.filename}: {error.strerror}" if error.filename else str(error)))
+    except (ValueError, OverflowError) as error:
+        return wrong_input(error)
 
 
-def _parser() -> argparse.ArgumentParser:
-    """Every command, with what completes its words."""
-    parser = Parser(prog=program(), description="Planar mechanisms that buckle, rattle and strike: run files and studies.")
-    parser.add_argument("--version", action="store_true", help="print the versions of Buckler and of what it runs on")
-    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    new = commands.add_parser("new", help="write an example file of a mechanism, to start from")
-    new.add_argument("name", metavar="NAME", help="the example; `new list` names them").completer = _examples  # type: ignore[attr-defined]
-    new.add_argument("--out", metavar="FILE", type=Path, help="where to; default NAME.toml")
-    new.set_defaults(answer=_new)
-    show = commands.add_parser("show", help="draw the mechanism of a file and tell what it is made of")
-    show.add_argument("file", metavar="FILE", type=Path, help="a mechanism, .toml or .json")
-    show.add_argument("--out", metavar="FILE", type=Path, help="the drawing; default FILE.png beside it")
-    show.set_defaults(answer=_show)
-    declare_statics(commands)
-    for name, does in (("run", "run a file of a mechanism, or a study"), ("sweep", "run a file or a study for many parameters")):
-        command = commands.add_parser(name, help=f"{does}; `{name} NAME --help` tells its options")
-        command.add_argument(
-            "name", metavar="NAME", help="FILE.toml, FILE.json, STUDY.py or a study of the list"
-        ).completer = _names  # type: ignore[attr-defined]
-    for name, does in TURNING.items():
-        commands.add_parser(name, help=f"{does}; `{name} --help` tells its options")
-    listed = commands.add_parser("list", help="name every study, one a line")
-    listed.add_argument("--json", action="store_true", help="as JSON")
-    listed.set_defaults(answer=_list)
-    export = commands.add_parser("export", help="write what a sweep has stored as CSV or Parquet")
-    export.add_argument("store", metavar="FILE", type=Path, help="a sweep's store")
-    export.add_argument("--out", metavar="FILE", type=Path, required=True, help="FILE.csv or FILE.parquet")
-    export.add_argument("--signals", metavar="DIR", type=Path, help="also write each case's signals there, as npz")
-    export.set_defaults(answer=lambda options: _export(options.store, options.out, options.signals))
-    merge = commands.add_parser("merge", help="put the stores of a sweep's parts together; refuses contradictions")
-    merge.add_argument("parts", metavar="FILE", nargs="+", type=Path, help="stores that `sweep ... --part I/N` has written")
-    merge.add_argument("--out", metavar="FILE", type=Path, required=True, help="where to; if it is there, it takes what it lacks")
-    merge.set_defaults(answer=_merge)
-    schema = commands.add_parser("schema", help="print the JSON schema of mechanism files, for editors")
-    schema.set_defaults(answer=_schema)
-    beforehand = commands.add_parser("compile", help="compile the solver for this machine, so that no run waits for it")
-    beforehand.set_defaults(answer=_compile, json=False)
-    _add_evidence(commands)
-    return parser
+def parser(name: str) -> Parser:
+    """The options of a command that needs no name of a study or file."""
+    does, place = COMMANDS[name]
+    found = Parser(prog=f"{program()} {name}", description=f"{does[0].upper()}{does[1:]}.")
+    target(f"{STUDIES}.{place}").declare(found)
+    return found
 
 
-def _add_evidence(commands: Any) -> None:
-    backed = commands.add_parser("evidence", help="run again what the documents quote, or check that it still holds")
-    backed.add_argument("--quick", action="store_true", help="items of a few seconds alone")
-    backed.add_argument("--only", metavar="NAME", action="append", help="this item; may be given again")
-    backed.add_argument("--check", action="store_true", help="write nothing; exit 1 with the numbers that differ")
-    backed.add_argument("--data", metavar="DIR", type=Path, help="measurements that are not part of Buckler")
-    backed.add_argument("--out", metavar="DIR", type=Path, default=Path("results"), help="where runs are kept; default results")
-    backed.add_argument("-q", "--quiet", action="store_true", help="print what differs and nothing else")
-    backed.set_defaults(answer=_evidence, json=False)
-
-
-def _evidence(options: argparse.Namespace) -> int:
-    """Run, keep or check what the documents quote."""
-    from buckler.studies.evidence.command import evidence
-    from buckler.studies.evidence.items import ITEMS
-
-    for name in options.only or ():
-        if name not in ITEMS:
-            raise ValueError(f"--only = {name}: must be one of {', '.join(ITEMS)}")
-    return evidence(options)
-
-
-def _compile(_options: argparse.Namespace) -> int:
-    """Compile what runs need."""
-    from buckler.mbs.spectral.beforehand import compile_all
-
-    try:
-        spent = compile_all()
-    except ModuleNotFoundError as error:
-        raise ValueError(str(error)) from None
-    print(f"compiled in {spent:.0f} s; it is kept for later runs" if spent else "all is compiled already")
-    return 0
-
-
-def _version() -> int:
-    """Print the versions."""
-    from buckler.studies.kit.versions import versions
-
-    print(", ".join(f"{name} {version or 'of a checkout'}" for name, version in versions().items()))
-    return 0
+def _general() -> Parser:
+    """Every command by its name, and the names of studies and files behind `run` and `sweep`."""
+    found = Parser(prog=program(), description="Planar mechanisms that buckle, rattle and strike: run files and studies.")
+    found.add_argument("--version", action="store_true", help="print the versions of Buckler and of what it runs on")
+    commands = found.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    for name, listed in COMMANDS.items():
+        command = commands.add_parser(name, help=listed.does)
+        if name in NAMED:
+            about = "FILE.toml, FILE.json, STUDY.py or a study of the list"
+            command.add_argument("name", metavar="NAME", help=about).completer = _names  # type: ignore[attr-defined]
+    return found
 
 
 def _names(prefix: str = "", **_: Any) -> list[str]:
@@ -188,19 +142,20 @@ def _names(prefix: str = "", **_: Any) -> list[str]:
     return [name for name in [*registry.STUDIES, *files] if name.startswith(prefix)]
 
 
-def _examples(**_: Any) -> list[str]:
-    return [path.stem for path in EXAMPLES.glob("*.toml")]
+def _version() -> int:
+    """Print the versions."""
+    versions = target("buckler.studies.kit.versions:versions")()
+    print(", ".join(f"{name} {version or 'of a checkout'}" for name, version in versions.items()))
+    return 0
 
 
-EXAMPLES = Path(__file__).resolve().parents[1] / "own" / "examples"
+# --- list, new --------------------------------------------------------------------------------------------------------
 
 
 def _list(options: argparse.Namespace) -> int:
     """Name the studies."""
     studies = registry.everything()
     if options.json:
-        import json
-
         print(json.dumps([{"name": name, **entry._asdict()} for name, entry in studies.items()], indent=2))
         return 0
     width = max(map(len, studies))
@@ -209,9 +164,23 @@ def _list(options: argparse.Namespace) -> int:
     return 0
 
 
+EXAMPLES = Path(__file__).resolve().parents[1] / "own" / "examples"
+
+
+def _examples(**_: Any) -> dict[str, Path]:
+    """Files by their names."""
+    return {path.stem: path for path in sorted(EXAMPLES.glob("*.toml"))}
+
+
+def _declare_new(parser: argparse.ArgumentParser) -> None:
+    about = "the example; `new list` names them"
+    parser.add_argument("name", metavar="NAME", help=about).completer = _examples  # type: ignore[attr-defined]
+    parser.add_argument("--out", metavar="FILE", type=Path, help="where to; default NAME.toml")
+
+
 def _new(options: argparse.Namespace) -> int:
     """Write an example file; never over another."""
-    examples = {path.stem: path for path in sorted(EXAMPLES.glob("*.toml"))}
+    examples = _examples()
     if options.name == "list":
         for name, path in examples.items():
             print(f"{name:15} {path.read_text(encoding='utf-8').partition(chr(10))[0].lstrip('# ')}")
@@ -229,62 +198,5 @@ def _new(options: argparse.Namespace) -> int:
     return 0
 
 
-def _show(options: argparse.Namespace) -> int:
-    """Draw a mechanism and tell what it is made of."""
-    from buckler.studies.own.show import show
-
-    print(show(options.file, options.out))
-    return 0
-
-
-def _schema(options: argparse.Namespace) -> int:
-    """Print the schema of mechanism files."""
-    import json
-
-    from buckler.mbs.schema import schema
-
-    print(json.dumps(schema(), indent=2, ensure_ascii=False))
-    return 0
-
-
-def _export(store: Path, out: Path, signals: Path | None) -> int:
-    """Write a store as a table; say what it holds."""
-    from buckler.studies.sweeping import export
-
-    rows, units = export.read(store)
-    try:
-        export.write(export.columns(rows, units), out)
-        count = export.write_signals(store, signals) if signals else 0
-    except OSError as error:
-        print(f"cannot write {error.filename or out}: {error.strerror}", file=sys.stderr)
-        return 1
-    print(f"{len(rows)} cases written to {out}" + (f", the signals of {count} to {signals}" if signals else ""))
-    return 0
-
-
-def _merge(options: argparse.Namespace) -> int:
-    """Put stores together."""
-    from buckler.studies.sweeping.merge import merge
-
-    found = merge(options.parts, options.out)
-    left = f"; {found.cases - found.ended} have not ended" if found.cases > found.ended else ""
-    print(f"{len(options.parts)} stores, {found.cases} cases, merged into {options.out}{left}")
-    return 0
-
-
-def run_study(name: str, argv: Sequence[str], prog: str) -> int:
-    """Read the options, run the study, print and file what it found; return the exit status."""
-    try:
-        study = registry.load(name)
-        options, given = read_options(study_parser(study, prog), argv, study)
-        parameters = study.Parameters(**given)
-        name = Path(name).stem if name.endswith(".py") else name
-        folder = writable(Path(options.out) / name)
-    except ValueError as error:
-        return wrong_input(error)
-    except ImportError as error:
-        print(f"{name}: cannot be loaded: {error}", file=sys.stderr)
-        return 1
-    begin = time.perf_counter()
-    result = attempt(study.run, parameters, options)
-    return finish(name, study, result, folder, options, time.perf_counter() - begin)
+listing = Command(lambda parser: parser.add_argument("--json", action="store_true", help="as JSON"), _list)
+new = Command(_declare_new, _new)

@@ -1,52 +1,50 @@
-"""Completion in a shell, by argcomplete: of commands and names, and of the options of one study or file."""
+"""Completion in a shell, by argcomplete: of commands and names, and of the options of one command, study or file."""
 
 from __future__ import annotations
 
 import argparse
 import contextlib
-import importlib
 import os
+from collections.abc import Callable
 
-from buckler.studies.kit import registry
-from buckler.studies.kit.options import study_parser
-from buckler.studies.kit.running import MECHANISMS, program
+from buckler.studies.kit.words import program, target
 
-PARSERS = {"run": "buckler.studies.own.command", "sweep": "buckler.studies.sweeping.asked"}
-"""Where the options of a command are declared, for files; `parser(name, prog)`."""
+NAMED = {"run": "buckler.studies.kit.options:parser_of", "sweep": "buckler.studies.sweeping.asked:parser"}
+"""What makes the parser of a study or file from (subject, prog)."""
 
 
-def complete(general: argparse.ArgumentParser) -> None:
+def complete(general: argparse.ArgumentParser, command: Callable[[str], argparse.ArgumentParser]) -> None:
     """Answer the shell and end the process; without argcomplete, return.
 
     Parameters
     ----------
     general : ArgumentParser
-        For everything in front of a study's or file's own options.
+        For commands and names.
+    command : callable
+        The parser of a command by its name.
     """
     with contextlib.suppress(ImportError):
-        import argcomplete
+        argcomplete = target("argcomplete:autocomplete")
+        argcomplete(_own(command) or general)
 
-        argcomplete.autocomplete(_own() or general)
 
-
-def _own() -> argparse.ArgumentParser | None:
-    """The options of the study or file that the line names, the line cut to what they see; None before they begin."""
+def _own(command: Callable[[str], argparse.ArgumentParser]) -> argparse.ArgumentParser | None:
+    """The parser of what the line names, the line cut to what it sees; None before that has its options."""
     line = os.environ["COMP_LINE"][: int(os.environ["COMP_POINT"])]
-    words = line.split(maxsplit=3)
-    if len(words) < 3 or words[1] not in PARSERS or (len(words) == 3 and not line[-1].isspace()):
+    words = line.split()
+    named = len(words) > 1 and words[1] in NAMED
+    first = 3 if named else 2
+    if len(words) < first or (len(words) == first and not line[-1].isspace()):
         return None
-    rest = f"{words[0]} {words[3] if len(words) > 3 else ''}"
-    os.environ |= {"COMP_LINE": rest, "COMP_POINT": str(len(rest.encode()))}
-    return options_of(words[1], words[2])
-
-
-def options_of(command: str, name: str) -> argparse.ArgumentParser | None:
-    """The parser of `run NAME` or `sweep NAME`; None for a name that is none."""
-    prog = f"{program()} {command} {name}"
+    parts = line.split(maxsplit=first)
+    rest = f"{words[0]} {parts[first] if len(parts) > first else ''}"
     try:
-        if command == "run" and not name.endswith(MECHANISMS):
-            return study_parser(registry.load(name), prog)
-        found: argparse.ArgumentParser = importlib.import_module(PARSERS[command]).parser(name, prog)
-        return found
-    except (ValueError, ImportError):
+        if named:
+            found = target("buckler.studies.kit.options:subject")(words[2])
+            made: argparse.ArgumentParser = target(NAMED[words[1]])(found, f"{program()} {words[1]} {words[2]}")
+        else:
+            made = command(words[1])
+    except (ValueError, ImportError, KeyError):
         return None
+    os.environ |= {"COMP_LINE": rest, "COMP_POINT": str(len(rest.encode()))}
+    return made

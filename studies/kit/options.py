@@ -1,17 +1,20 @@
-"""Options of the command line: a study's parameters, from words and TOML files, and where its results go."""
+"""A study on the command line: options from its declared parameters, words and TOML files read, and where results go."""
 
 from __future__ import annotations
 
 import argparse
 import os
-import re
-import sys
-from collections.abc import Collection, Mapping, Sequence
+import tomllib
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from types import ModuleType
-from typing import Any, NoReturn
+from typing import Any, Protocol
 
+from buckler.mbs.declare import Declaration, Flag
+from buckler.mbs.declare.spec import Choice
 from buckler.studies.kit import registry
+from buckler.studies.kit.parameters import Cases, Repeated, StudyParameters, specs
+from buckler.studies.kit.words import MECHANISMS, Parser, target
 
 EPILOG = (
     "A bare number is in the unit shown; others are converted: 0.3mm, 12rpm, 300r/min, 68kN/m, 5ms, 210GPa, 253N.s/m. "
@@ -19,41 +22,91 @@ EPILOG = (
 )
 
 
-RENAMED = {"--trust": "--allow-suspect", "--show": "--metrics"}
-"""Options that had another name."""
+class Subject(Protocol):
+    """What a command line runs or sweeps: a study, or the mechanism of a file."""
+
+    title: str
+    about: str
+
+    @property
+    def module(self) -> ModuleType:
+        """Has `run` and `figure`."""
+
+    def declare(self, parser: Parser, taken: Collection[str] = ()) -> None:
+        """Declare options, but for names that are taken; where some are, cases are wanted."""
+
+    def parameters(self, options: argparse.Namespace) -> StudyParameters:
+        """Those of one run; a ValueError with one line for wrong ones."""
+
+    def cases(self, options: argparse.Namespace, taken: Collection[str]) -> tuple[type[StudyParameters] | Cases, dict[str, Any]]:
+        """What makes the cases of a sweep, and what they share."""
+
+    def probe(self, parameters: StudyParameters) -> str:
+        """Find out what no parameter shows before any case runs; what a store calls the subject."""
 
 
-class Parser(argparse.ArgumentParser):
-    """Raises a ValueError where argparse would end the program."""
-
-    def error(self, message: str) -> NoReturn:
-        """Hand the message on, to be printed as one line without the usage."""
-        raise ValueError(message)
+def subject(name: str) -> Subject:
+    """What the name of a file or a study stands for."""
+    found: Subject = target("buckler.studies.own.command:File")(Path(name)) if name.endswith(MECHANISMS) else Study(name)
+    return found
 
 
-def wrong_input(error: ValueError) -> int:
-    """Say in one line what was wrong; the exit status."""
-    print(f"error: {' '.join(str(error).split())}", file=sys.stderr)
-    return 2
-
-
-def study_parser(study: ModuleType, prog: str, taken: Collection[str] = ()) -> argparse.ArgumentParser:
-    """One option a parameter, in the groups the study declares, but for names that are taken."""
-    from buckler.studies.kit.parameters import specs
-
-    about = (study.__doc__ or "").strip().partition("\n\n")[0]
-    parser = Parser(prog=prog, usage=f"{prog} [options]", description=about, epilog=EPILOG, allow_abbrev=False)
-    defaults = study.Parameters()
-    groups: dict[str, Any] = {}
-    for name, spec in specs(study.Parameters).items():
-        if name in taken:
-            continue
-        group = groups.get(spec.group) or groups.setdefault(spec.group, parser.add_argument_group(spec.group))
-        text = f"{spec.help}; default {spec.show(getattr(defaults, name))}; {spec.allowed}"
-        flag = f"--{name.replace('_', '-')}"
-        group.add_argument(flag, dest=name, default=None, metavar=spec.metavar, help=text.replace("%", "%%"))
-    answers(parser).add_argument("--config", metavar="FILE", help="TOML file of parameters; the command line overrides it")
+def parser_of(found: Subject, prog: str, taken: Collection[str] = ()) -> Parser:
+    """The options of `run NAME`, or, with names that are taken, a part of those of `sweep NAME`."""
+    parser = Parser(prog=prog, usage=f"{prog} [options]", description=found.about, epilog=EPILOG)
+    found.declare(parser, taken)
     return parser
+
+
+class Study:
+    """A study by its name or file."""
+
+    def __init__(self, name: str) -> None:
+        self.module = registry.load(name)
+        self.title = Path(name).stem if name.endswith(".py") else name
+        self.about = (self.module.__doc__ or "").strip().partition("\n\n")[0]
+
+    def declare(self, parser: Parser, taken: Collection[str] = ()) -> None:
+        """One option a parameter, in the groups the study declares."""
+        fields = {name: about for name, about in specs(self.module.Parameters).items() if name not in taken}
+        texts = {name: f"{about.doc}; default {about.show(about.default)}; {about.allowed}" for name, about in fields.items()}
+        add_options(parser, fields, texts)
+        answers(parser).add_argument("--config", metavar="FILE", help="TOML file of parameters; the command line overrides it")
+
+    def parameters(self, options: argparse.Namespace) -> StudyParameters:
+        """Of one run."""
+        made: StudyParameters = self.module.Parameters(**self._given(options, ()))
+        return made
+
+    def cases(self, options: argparse.Namespace, taken: Collection[str]) -> tuple[type[StudyParameters], dict[str, Any]]:
+        """The study's own `Parameters`."""
+        return self.module.Parameters, self._given(options, taken)
+
+    def probe(self, _parameters: StudyParameters) -> str:
+        """Its title; it checks its parameters itself."""
+        return self.title
+
+    def _given(self, options: argparse.Namespace, taken: Collection[str]) -> dict[str, Any]:
+        """Parameters that were given, as yet unread."""
+        names = set(specs(self.module.Parameters))
+        given = _read_config(Path(options.config), names) if options.config else {}
+        return given | {name: each for name, each in vars(options).items() if name in names - set(taken) and each is not None}
+
+
+def add_options(parser: argparse.ArgumentParser, fields: Mapping[str, Declaration], texts: Mapping[str, str]) -> None:
+    """One option a declared field, in the groups that are declared."""
+    groups: dict[str, Any] = {}
+    for name, about in fields.items():
+        group = groups.get(about.group) or groups.setdefault(about.group, parser.add_argument_group(about.group))
+        how: dict[str, Any] = {"metavar": about.spec.metavar}
+        if isinstance(about.spec, Flag):
+            how = {"nargs": "?", "const": True, "metavar": "true"}
+        elif isinstance(about.spec, Repeated) and about.spec.repeats:
+            how = {"action": "append", "metavar": about.spec.item.metavar}
+        text = texts[name].replace("%", "%%")
+        option = group.add_argument(f"--{name.replace('_', '-')}", dest=name, default=None, help=text, **how)
+        if isinstance(about.spec, Choice):
+            option.completer = lambda words=about.spec.options, **_: words
 
 
 def answers(parser: argparse.ArgumentParser) -> Any:
@@ -68,61 +121,7 @@ def answers(parser: argparse.ArgumentParser) -> Any:
     return group
 
 
-def noted(argv: Sequence[str], renamed: Mapping[str, str] = RENAMED) -> list[str]:
-    """Words with the present names of options that had another one, each with a note; negative values made safe."""
-    words = []
-    for word in _joined(argv):
-        name, equals, value = word.partition("=")
-        if name in renamed:
-            print(f"note: {name} is called {renamed[name]} now", file=sys.stderr)
-            name = renamed[name]
-        words.append(f"{name}{equals}{value}")
-    return words
-
-
-def check_words(unknown: Sequence[str], options: argparse.Namespace, extra: Collection[str] = ()) -> None:
-    """Refuse the first word that is no option, with the closest one.
-
-    Raises
-    ------
-    ValueError
-        In one line.
-    """
-    if unknown:
-        word = unknown[0].partition("=")[0]
-        known = [f"--{name.replace('_', '-')}" for name in (*vars(options), *extra) if name not in ("trust", "changes")]
-        what = "parameter" if word.startswith("-") else "argument"
-        raise ValueError(f"unknown {what} '{word}'; {registry.hint(word, [*known, '--allow-suspect']) or 'see --help'}")
-
-
-def read_options(
-    parser: argparse.ArgumentParser, argv: Sequence[str], study: ModuleType, taken: Collection[str] = ()
-) -> tuple[argparse.Namespace, dict[str, Any]]:
-    """Split the words into general options and the parameters that were given, as yet unread."""
-    from buckler.studies.kit.parameters import specs
-
-    options, unknown = parser.parse_known_args(noted(argv))
-    names = set(specs(study.Parameters))
-    check_words(unknown, options)
-    given = _read_config(Path(options.config), names) if options.config else {}
-    given |= {name: value for name, value in vars(options).items() if name in names - set(taken) and value is not None}
-    return options, given
-
-
-def _joined(argv: Sequence[str]) -> list[str]:
-    """Write `--angle -5deg` as `--angle=-5deg`; argparse would take the negative quantity for an option."""
-    words: list[str] = []
-    for word in argv:
-        if words and words[-1].startswith("--") and "=" not in words[-1] and re.match(r"-\.?\d", word):
-            words[-1] += f"={word}"
-        else:
-            words.append(word)
-    return words
-
-
 def _read_config(path: Path, names: set[str]) -> dict[str, Any]:
-    import tomllib
-
     try:
         content = tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:

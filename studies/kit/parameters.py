@@ -11,70 +11,40 @@ its value, the allowed range and the unit. The mechanism is that of `buckler.mbs
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass, fields
-from typing import Any, NamedTuple
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
 
-from buckler.mbs.declare import Declared, Quantity, Several, Spec, Whole, field
+from buckler.mbs.declare import Declaration, Declared, Quantity, Several, Spec, Whole, declarations, field
 from buckler.mbs.declare.spec import Choice, Text
 from buckler.mbs.units import parse_quantity
 
 __all__ = [
-    "Parameter", "StudyParameters", "choice", "choices", "integer", "parse_quantity", "quantities", "quantity", "specs", "text",
+    "Cases", "Repeated", "StudyParameters", "choice", "choices", "integer", "parse_quantity", "quantities", "quantity", "specs",
+    "text",
 ]  # fmt: skip
+PLAIN = "parameters"
+"""The group of what is declared in none."""
 
 
-class Parameter(NamedTuple):
-    """What a parameter may be, and how it is shown.
+class Repeated(Several):
+    """Several, of which one may stand alone; the command line takes its option more than once."""
 
-    Attributes
-    ----------
-    spec : Spec
-    help, group : str
-    """
-
-    spec: Spec
-    help: str
-    group: str
-
-    @property
-    def unit(self) -> str:
-        """Of a quantity; '' of anything else."""
-        return self.spec.unit
-
-    @property
-    def allowed(self) -> str:
-        """Its range, with the unit."""
-        return self.spec.allowed + (f" {self.unit}" if self.unit not in ("", "1") else "")
-
-    @property
-    def metavar(self) -> str:
-        """What stands for a value in the help of the command line."""
-        one = self.spec.item if isinstance(self.spec, Several) else self.spec
-        plain = {Quantity: "NUMBER" if self.unit in ("", "1") else self.unit, Whole: "N", Choice: "NAME", Text: "TEXT"}
-        return plain.get(type(one), "VALUE") + (",..." if isinstance(self.spec, Several) else "")
-
-    def read(self, given: object, name: str = "value") -> Any:
-        """Return the value; ValueError, in one line that begins with the name, if it may not stand there."""
-        return self.spec.read(name, given)
-
-    def show(self, value: Any) -> str:
-        """Return it as it may be given."""
-        if isinstance(value, tuple | list):
-            return ",".join(map(self.show, value))
-        if isinstance(value, str | bool) or value is None:
-            return str(value) or "none"
-        return f"{value:.12g}" + (f" {self.unit}" if self.unit not in ("", "1") else "")
-
-
-class _Listed(Several):
-    """One or more, none of them twice; commas part them in a text, and one may stand alone."""
+    repeats = True
 
     def read(self, name: str, given: Any) -> tuple[Any, ...]:
         """Return a tuple."""
-        if isinstance(given, str):
-            given = given.split(",")
-        return super().read(name, tuple(given) if isinstance(given, Iterable) else (given,))
+        return super().read(name, tuple(given) if isinstance(given, Iterable) and not isinstance(given, str) else (given,))
+
+
+class _Listed(Repeated):
+    """One or more, none of them twice; commas part them in a text."""
+
+    repeats = False
+
+    def read(self, name: str, given: Any) -> tuple[Any, ...]:
+        """Return a tuple."""
+        return super().read(name, given.split(",") if isinstance(given, str) else given)
 
 
 def _several(item: Spec) -> Spec:
@@ -84,32 +54,32 @@ def _several(item: Spec) -> Spec:
 # Each of these returns a dataclass field; the declared type is the value's, as with `dataclasses.field` itself.
 
 
-def quantity(default: float, unit: str, low: float, high: float, help: str, group: str = "parameters") -> Any:
+def quantity(default: float, unit: str, low: float, high: float, help: str, group: str = PLAIN) -> Any:
     """Declare a number with a unit, allowed from `low` to `high`, both included."""
     return field(Quantity(unit, low, high), help, default, group=group)
 
 
-def quantities(default: tuple[float, ...], unit: str, low: float, high: float, help: str, group: str = "parameters") -> Any:
+def quantities(default: tuple[float, ...], unit: str, low: float, high: float, help: str, group: str = PLAIN) -> Any:
     """Declare one or more numbers with a unit: `0.1mm,0.3mm`."""
     return field(_several(Quantity(unit, low, high)), help, default, group=group)
 
 
-def integer(default: int, low: int, high: int, help: str, group: str = "parameters") -> Any:
+def integer(default: int, low: int, high: int, help: str, group: str = PLAIN) -> Any:
     """Declare a whole number, allowed from `low` to `high`, both included."""
     return field(Whole(low, high), help, default, group=group)
 
 
-def choice(default: str, options: Sequence[str], help: str, group: str = "parameters") -> Any:
+def choice(default: str, options: Sequence[str], help: str, group: str = PLAIN) -> Any:
     """Declare one word of several."""
     return field(Choice(tuple(options)), help, default, group=group)
 
 
-def choices(default: tuple[str, ...], options: Sequence[str], help: str, group: str = "parameters") -> Any:
+def choices(default: tuple[str, ...], options: Sequence[str], help: str, group: str = PLAIN) -> Any:
     """Declare one or more words of several: `strut,beam`."""
     return field(_several(Choice(tuple(options))), help, default, group=group)
 
 
-def text(default: str, help: str, group: str = "parameters") -> Any:
+def text(default: str, help: str, group: str = PLAIN) -> Any:
     """Declare any words, such as the name of a file."""
     return field(Text(), help, default, group=group)
 
@@ -145,9 +115,18 @@ class StudyParameters(Declared):
                 raise ValueError(f"{name} = {','.join(f'{x:g}' for x in counts)}: must be whole numbers")
 
 
-def specs(kind: Any) -> dict[str, Parameter]:
-    """Names of a `Parameters` class, or of what makes the like, with what each may be."""
-    if not isinstance(kind, type):
-        return dict(kind.specs())
-    metadata = {each.name: each.metadata for each in fields(kind)}
-    return {name: Parameter(each["spec"], each["doc"], each.get("group", "")) for name, each in metadata.items()}
+@dataclass(frozen=True)
+class Cases:
+    """Makes the cases of a sweep from values by name, as a `Parameters` class does from its parameters."""
+
+    make: Callable[..., StudyParameters]
+    places: Mapping[str, Declaration]
+
+    def __call__(self, **values: Any) -> StudyParameters:
+        """Make a case."""
+        return self.make(values)
+
+
+def specs(kind: type[StudyParameters] | Cases) -> Mapping[str, Declaration]:
+    """What may vary, with what is declared of it."""
+    return kind.places if isinstance(kind, Cases) else declarations(kind)

@@ -16,15 +16,13 @@ from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, Any, TypeVar
+from typing import IO, Any, TypeVar
 
 import numpy as np
 
 from buckler.studies.kit.parameters import StudyParameters
+from buckler.studies.kit.style import Figure, house_style
 from buckler.studies.kit.versions import versions
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 T = TypeVar("T")
 Array = np.ndarray[Any, Any]
@@ -97,6 +95,8 @@ class StudyResult:
         Printed instead of the table of metrics.
     pages : dict of str
         Whole HTML pages by file name.
+    notes : sequence of str
+        Worth knowing, told after the status.
     """
 
     parameters: StudyParameters
@@ -108,6 +108,7 @@ class StudyResult:
     tables: Sequence[Table] = ()
     pages: Mapping[str, str] = field(default_factory=dict)
     units: Mapping[str, str] = field(default_factory=dict)
+    notes: Sequence[str] = ()
 
     def changed(self, **values: Any) -> StudyResult:
         """The same with other values."""
@@ -252,8 +253,6 @@ def _write_text(text: str, file: IO[bytes]) -> None:
 
 
 def _save(figure: Figure, kind: str, file: IO[bytes]) -> None:
-    from buckler.studies.kit.style import house_style
-
     # A PDF without its date is the same file for the same figure.
     details = {"CreationDate": None} if kind == "pdf" else None
     with house_style():

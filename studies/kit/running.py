@@ -1,59 +1,65 @@
-"""A study's run on the command line: attempt it, draw it, file it, say how it ended."""
+"""A run on the command line: read, attempted, drawn and filed; how it ended."""
 
 from __future__ import annotations
 
+import argparse
 import contextlib
 import sys
 import time
 import traceback
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-if TYPE_CHECKING:
-    import argparse
-
-    from matplotlib.figure import Figure
-
-    from buckler.studies.kit.report import StudyResult
-
-MECHANISMS = (".toml", ".json")
-"""Endings of a mechanism's file."""
+from buckler.mbs.interrupts import Interrupted
+from buckler.studies.kit.options import parser_of, subject, writable
+from buckler.studies.kit.report import Progress, StudyResult, write
+from buckler.studies.kit.style import Figure, house_style
+from buckler.studies.kit.versions import versions
+from buckler.studies.kit.words import wrong_input
 
 
-def program() -> str:
-    """What to call the command: as it was called."""
-    return "buckler" if Path(sys.argv[0]).stem == "buckler" else "python -m studies"
+def run(name: str, argv: Sequence[str], prog: str) -> int:
+    """Read the options, run the study or the mechanism of the file, print and file what it found; the exit status."""
+    try:
+        found = subject(name)
+        options = parser_of(found, prog).read(argv)
+        parameters = found.parameters(options)
+        folder = writable(Path(options.out) / found.title)
+    except ValueError as error:
+        return wrong_input(error)
+    except ImportError as error:
+        print(f"{name}: cannot be loaded: {error}", file=sys.stderr)
+        return 1
+    begin = time.perf_counter()
+    result = attempt(found.module.run, parameters, options)
+    wall = time.perf_counter() - begin
+    with _aside(options):
+        result, figures = drawn(found.module, result)
+    return told(found.title, result, figures, folder, options, f"in {wall:.2g} s, written to {folder}")
 
 
 def attempt(run: Callable[..., StudyResult], parameters: Any, options: argparse.Namespace) -> StudyResult:
     """Run a study; whatever it raises becomes a result with status ERROR, its traceback on stderr."""
-    from buckler.studies.kit.report import Progress, StudyResult
-
     begin = time.perf_counter()
     with _aside(options):
         try:
             result = run(parameters, progress=Progress(options.quiet))
+        except Interrupted as stop:  # what there is by then is filed, if the study hands it over
+            if not isinstance(stop.result, StudyResult):
+                raise
+            result = stop.result
         except Exception as error:
             traceback.print_exc()
             result = StudyResult(parameters=parameters, status="ERROR", message=_named(error))
     return result.changed(work={"wall_s": time.perf_counter() - begin, **result.work})
 
 
-def finish(name: str, study: Any, result: StudyResult, folder: Path, options: argparse.Namespace, wall: float) -> int:
-    """Draw, write and print what a run found, the status always; return the exit status."""
-    with _aside(options):
-        result, figures = drawn(study, result)
-    return told(name, result, figures, folder, options, f"in {wall:.2g} s, written to {folder}")
-
-
 def told(
     name: str, result: StudyResult, figures: Mapping[str, Figure], folder: Path, options: argparse.Namespace, where: str
 ) -> int:
     """Write and print a result and where it is kept, the status always; return the exit status."""
-    from buckler.studies.kit.report import write
-
     trusted = options.trust and result.status == "SUSPECT"
     try:
         text = write(result, folder, figures, trusted)
@@ -64,21 +70,25 @@ def told(
         print(text, end="")
     elif not options.quiet:
         more = f"{_work(result)}\n" if options.verbose else ""
-        print(f"{result}\n\n{more}{name}: {result.status} {where}")
+        print("\n".join([f"{result}\n\n{more}{name}: {result.status} {where}", *_pages(result, folder)]))
     if result.status != "OK":
         print(f"{name}: {result.status}{' (allowed)' if trusted else ''}: {result.message}", file=sys.stderr)
+    for note in () if options.quiet else result.notes:
+        print(f"{name}: note: {note}", file=sys.stderr)
     return 0 if result.status == "OK" or trusted else 1
 
 
-def _aside(options: argparse.Namespace) -> Any:
+def _pages(result: StudyResult, folder: Path) -> list[str]:
+    return [f"look at it: {folder / page}" for page in result.pages]
+
+
+def _aside(options: argparse.Namespace) -> contextlib.AbstractContextManager[Any]:
     """With --json, whatever the study or the engine prints must not mix with the JSON."""
     return contextlib.redirect_stdout(sys.stderr) if options.json else contextlib.nullcontext()
 
 
 def _work(result: StudyResult) -> str:
     """What the run took, and what it ran on."""
-    from buckler.studies.kit.versions import versions
-
     took = ", ".join(
         f"{name} {value:.6g}" if isinstance(value, float) else f"{name} {value}" for name, value in result.work.items()
     )
@@ -87,8 +97,6 @@ def _work(result: StudyResult) -> str:
 
 def drawn(study: ModuleType, result: StudyResult) -> tuple[StudyResult, Mapping[str, Figure]]:
     """Draw the result, if there is anything to draw; figures that fail leave the numbers and the status ERROR."""
-    from buckler.studies.kit.style import house_style
-
     if not (result.signals or result.metrics):
         return result, {}
     try:

@@ -9,7 +9,7 @@ import argparse
 import json
 import secrets
 import webbrowser
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -29,7 +29,8 @@ from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.sensitivity.numbers import Family
 from buckler.mbs.simulation import simulate
 from buckler.mbs.solvers.spectral import Spectral
-from buckler.studies.own.turning import Opened, answered, common, fit, number_range, numbers, optimise, sensitivity
+from buckler.studies.kit.words import repeated
+from buckler.studies.own.turning import Opened, command, number_range, numbers
 
 HOST = "127.0.0.1"
 PICTURES, DIGITS = 240, 5
@@ -156,17 +157,15 @@ def server(explorer: Explorer, port: int = 0) -> tuple[ThreadingHTTPServer, str]
     return made, f"http://{HOST}:{made.server_port}/{token}/"
 
 
-def explore(argv: Sequence[str], prog: str) -> int:
-    """Serve the page until Ctrl-C; the exit status."""
-    parser = common(prog, "Turn a mechanism's numbers by sliders in a page on this machine and see it move.")
-    parser.add_argument("--free", action="append", default=[], metavar="PATH[=LOW:HIGH]",
-        help="a number with a slider; may be repeated; default all that are not zero but places")  # fmt: skip
+def _declare(parser: argparse.ArgumentParser) -> None:
+    about = "a number with a slider; default all that are not zero but places"
+    repeated(parser.add_argument, ["--free"], "PATH[=LOW:HIGH]", about)
     parser.add_argument("--port", type=int, default=0, help="of the server; default any that is free")
     parser.add_argument("--no-browser", action="store_true", help="print the address only")
-    return answered(parser, argv, _serve)
 
 
 def _serve(chosen: argparse.Namespace, file: Opened) -> int:
+    """Serve the page until Ctrl-C."""
     free = dict(number_range(file.document, text) if "=" in text else (text, None) for text in chosen.free)
     document = file.document if free else Mechanism.from_dict(file.document).to_dict()
     explorer = Explorer(chosen.file, document, file.duration, free or dict.fromkeys(numbers(document)))
@@ -179,5 +178,4 @@ def _serve(chosen: argparse.Namespace, file: Opened) -> int:
     return 0
 
 
-COMMANDS = {"sensitivity": sensitivity, "fit": fit, "optimise": optimise, "explore": explore}
-"""All that turn numbers."""
+explore = command(_declare, _serve)

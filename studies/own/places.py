@@ -8,32 +8,36 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from buckler.mbs.declare import Quantity, Spec, Whole
-from buckler.mbs.documents.document import changed, read
+from buckler.mbs.declare import Declaration, Quantity, Whole, declarations
+from buckler.mbs.declare.spec import Anything
+from buckler.mbs.documents import document as documents
+from buckler.mbs.documents.document import changed
 from buckler.mbs.documents.shorthand import expanded
 from buckler.mbs.mechanism import RUN, Mechanism
 from buckler.mbs.sensitivity.numbers import standing
-from buckler.studies.kit.parameters import Parameter
+from buckler.studies.own.study import Parameters
 
-SETTINGS = ("duration", "accuracy", "of", "solver", "verify", "ledger", "measure")
-"""What the table [run] of a file may hold; options of the same names override it."""
+DECLARED = declarations(Parameters)
+OPTIONS = {name: about for name, about in DECLARED.items() if about.group}
+"""Of a run, on the command line; files have the same in their table [run], and the solver with its settings."""
+SETTINGS = {**OPTIONS, "solver": DECLARED["solver"]}
 
 
 def opened(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
-    """The document in a file, its short forms written out, and its table [run].
+    """The document in a file, its short forms written out, and its table [run], read.
 
     Raises
     ------
     ValueError
         In one line.
     """
-    document = expanded(read(path))
+    document = expanded(documents.read(path))
     document.pop("about", None)
     run = document.pop(RUN, {})
     if not isinstance(run, dict) or set(run) - set(SETTINGS):
         odd = sorted(set(run) - set(SETTINGS)) if isinstance(run, dict) else [str(run)]
         raise ValueError(f"{RUN}.{odd[0]}: unknown key; known: {', '.join(SETTINGS)}")
-    return document, run
+    return document, {name: SETTINGS[name].spec.read(f"{RUN}.{name}", value) for name, value in run.items()}
 
 
 def typed(text: str) -> Any:
@@ -65,21 +69,17 @@ def set_all(document: Mapping[str, Any], texts: list[str]) -> dict[str, Any]:
     return found
 
 
-class Typed(Spec):
+class Typed(Anything):
     """Whatever the file takes there, as it is typed."""
 
     allowed = "what the file takes there"
-
-    def fits(self, given: Any) -> bool:
-        """Yes."""
-        return True
 
     def read(self, name: str, given: Any) -> Any:
         """Return a TOML value, or else the text."""
         return typed(given) if isinstance(given, str) else given
 
 
-def spec(document: Mapping[str, Any], path: str) -> Parameter:
+def spec(document: Mapping[str, Any], path: str) -> Declaration:
     """What may stand at a place of a document: a number with its unit, or a word.
 
     Raises
@@ -88,12 +88,11 @@ def spec(document: Mapping[str, Any], path: str) -> Parameter:
         If there is no such place.
     """
     about, now, unit = standing(document, path)
-    number = Quantity(unit).fits(now)
-    if about and isinstance(now, int) and Whole().fits(now) and not about.spec.unit:
-        return Parameter(about.spec, about.doc, "varied")
-    if not number and not (about and unit and now is None):
-        return Parameter(Typed(), path, "varied")
-    return Parameter(Quantity(unit), about.doc if about else path, "varied")
+    what = about.doc if about else path
+    if about and isinstance(now, int) and Whole().fits(now) and not about.unit:
+        return Declaration(about.spec, what, {}, True, None)
+    number = Quantity(unit).fits(now) or (about and unit and now is None)
+    return Declaration(Quantity(unit) if number else Typed(), what, {}, True, None)
 
 
 def to_json(document: Mapping[str, Any]) -> str:

@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+import argparse
+import json
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
+from buckler.mbs import statics
 from buckler.mbs.assembly import SAME
 from buckler.mbs.elements import KINDS
+from buckler.mbs.kinematics import linkage, start
 from buckler.mbs.kinematics.diagnosis import remarks
 from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.schema import schema
+from buckler.mbs.spectral.beforehand import compile_all
 from buckler.studies.kit.report import Table
+from buckler.studies.kit.words import Command
 
 
 def show(path: Path, out: Path | None = None) -> str:
@@ -93,8 +100,6 @@ class Mobility(NamedTuple):
 
 def mobility(mechanism: Mechanism) -> Mobility | None:
     """Count coordinates and constraints; None where the linkage cannot be assembled."""
-    from buckler.mbs.kinematics import linkage, start
-
     try:
         undriven = Mechanism(**{**vars(mechanism), "drives": (), "velocities": {}})
         _, rows, _ = start.jacobian(undriven)
@@ -117,10 +122,8 @@ def told(found: Mobility | None, drives: int) -> str:
 
 def lowest(mechanism: Mechanism) -> str:
     """The lowest natural frequencies with the drives held, or why there are none."""
-    from buckler.mbs import frequencies
-
     try:
-        found = frequencies(mechanism, count=4)
+        found = statics.frequencies(mechanism, count=4)
     except ValueError as error:  # an element that the statics does not know: show tells the rest all the same
         return f"lowest frequencies: {error}"
     if not len(found.hertz):
@@ -133,3 +136,34 @@ def draw(mechanism: Mechanism, out: Path) -> Path:
     """Draw it."""
     mechanism.plot().figure.savefig(out)
     return out
+
+
+# --- commands ---------------------------------------------------------------------------------------------------------
+
+
+def _declare(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("file", metavar="FILE", type=Path, help="a mechanism, .toml or .json")
+    parser.add_argument("--out", metavar="FILE", type=Path, help="the drawing; default FILE.png beside it")
+
+
+def _show(options: argparse.Namespace) -> int:
+    print(show(options.file, options.out))
+    return 0
+
+
+def _schema(_options: argparse.Namespace) -> int:
+    print(json.dumps(schema(), indent=2, ensure_ascii=False))
+    return 0
+
+
+def _compile(_options: argparse.Namespace) -> int:
+    try:
+        spent = compile_all()
+    except ModuleNotFoundError as error:
+        raise ValueError(str(error)) from None
+    print(f"compiled in {spent:.0f} s; it is kept for later runs" if spent else "all is compiled already")
+    return 0
+
+
+showing, schemas = Command(_declare, _show), Command(lambda _parser: None, _schema)
+compiling = Command(lambda _parser: None, _compile)

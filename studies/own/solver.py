@@ -11,7 +11,8 @@ from functools import cache
 from importlib.util import find_spec
 from typing import Any, NamedTuple
 
-from buckler.mbs.declare import Declaration, declarations
+from buckler.mbs.declare import Declaration, Spec, declarations
+from buckler.mbs.declare.spec import Choice
 from buckler.mbs.kinematics.determined import answered
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.solvers.closure import Closure
@@ -23,6 +24,8 @@ SOLVERS: dict[str, type[Exudyn | Spectral | Closure]] = {"exudyn": Exudyn, "spec
 KIND = "kind"
 RENAMED = {"count": "steps", "method": "integrator"}
 """Settings whose names say too little apart from their types."""
+GROUP = "the solver; with an accuracy it is kept, and its steps and elements are chosen"
+CHOICE = Declaration(Choice(tuple(SOLVERS)), "default exudyn, or closure where that answers", {}, False, None, GROUP)
 
 
 class Setting(NamedTuple):
@@ -31,6 +34,11 @@ class Setting(NamedTuple):
     homes: tuple[type, ...]
     field: str
     about: Declaration
+
+    @property
+    def kinds(self) -> list[str]:
+        """Solvers that have it."""
+        return [known for known, each in SOLVERS.items() if each in self.homes]
 
 
 @cache
@@ -42,8 +50,25 @@ def settings() -> dict[str, Setting]:
             if field != "steps":
                 name = RENAMED.get(field, field)
                 homes = (*found[name].homes, home) if name in found else (home,)
-                found[name] = Setting(homes, field, about)
+                found[name] = Setting(homes, field, about._replace(group=GROUP))
     return found
+
+
+class Settings(Spec):
+    """A solver's name, or a table of `kind` and settings, kept as pairs."""
+
+    words = f"{' or '.join(SOLVERS)}, or a table of kind and settings"
+
+    def read(self, name: str, given: Any) -> tuple[tuple[str, Any], ...]:
+        """Return the pairs; a ValueError names the setting that is unknown or out of its range."""
+        content = {KIND: given} if isinstance(given, str) else dict(given) if isinstance(given, Mapping | tuple) else None
+        if content is None:
+            raise self.refused(name, given)
+        for key in content:
+            if key != KIND and key not in settings():
+                raise ValueError(f"{name}.{key}: unknown key; known: {', '.join([KIND, *settings()])}")
+        about = {KIND: CHOICE} | {key: setting.about for key, setting in settings().items()}
+        return tuple((key, about[key].spec.read(f"{name}.{key}", value)) for key, value in content.items())
 
 
 def solver(given: Mapping[str, Any], mechanism: Mechanism) -> Exudyn | Spectral | Closure | None:
@@ -60,8 +85,6 @@ def solver(given: Mapping[str, Any], mechanism: Mechanism) -> Exudyn | Spectral 
         return None
     usual = "closure" if answered(mechanism) and all(_settles(Closure, key) for key in given) else "exudyn"
     name = given.get(KIND, usual)
-    if name not in SOLVERS:
-        raise ValueError(f"solver = {name}: must be one of {', '.join(SOLVERS)}")
     if SOLVERS[name] is Spectral and find_spec("numba") is None:
         raise ValueError(f"solver = {name}: needs Numba: pip install 'buckler[fast]'")
     kind, steps = SOLVERS[name], Equal if "steps" in given else Controlled
@@ -72,9 +95,8 @@ def solver(given: Mapping[str, Any], mechanism: Mechanism) -> Exudyn | Spectral 
         setting = settings()[key]
         home = next((home for home in setting.homes if home in mine), None)
         if home is None:
-            there = " and ".join(known for known, each in SOLVERS.items() if each in setting.homes)
-            if there:
-                raise ValueError(f"solver: {key} is a setting of {there}, not of {name}")
+            if setting.kinds:
+                raise ValueError(f"solver: {key} is a setting of {' and '.join(setting.kinds)}, not of {name}")
             needs = "equal steps: give steps" if Equal in setting.homes else "controlled steps: leave out steps"
             raise ValueError(f"solver: {key} is for {needs}")
         mine[home][setting.field] = value
@@ -86,23 +108,3 @@ def _settles(kind: type, key: str) -> bool:
     """Whether a setting is one of a solver's, or of its steps."""
     homes = settings()[key].homes
     return kind in homes or Controlled in homes or Equal in homes
-
-
-def of_file(content: object) -> dict[str, Any]:
-    """The settings in a file's [run]: a solver's name, or a table of `kind` and settings.
-
-    Raises
-    ------
-    ValueError
-        In one line that names the place.
-    """
-    if isinstance(content, str):
-        content = {KIND: content}
-    if not isinstance(content, Mapping):
-        raise ValueError(f"run.solver = {content!r}: must be {' or '.join(SOLVERS)}, or a table of kind and settings")
-    found = {}
-    for key, value in content.items():
-        if key != KIND and key not in settings():
-            raise ValueError(f"run.solver.{key}: unknown key; known: {', '.join([KIND, *settings()])}")
-        found[key] = value if key == KIND else settings()[key].about.spec.read(f"run.solver.{key}", value)
-    return found

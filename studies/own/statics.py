@@ -4,81 +4,58 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-if TYPE_CHECKING:
-    from buckler.mbs.mechanism import Mechanism
-
-COMMANDS = {
-    "equilibrium": "find where the mechanism of a file rests, and whether that is stable",
-    "path": "follow its equilibria as a load grows, a drive moves or a number changes: limits, branchings, flutter",
-    "frequencies": "natural frequencies about its equilibrium, with damping and errors",
-    "periodic": "find a motion that repeats itself after a period, its multipliers and whether it is stable",
-}
+from buckler.mbs import statics
+from buckler.mbs.mechanism import Mechanism
+from buckler.studies.kit.words import Command
 
 
-def declare(commands: Any) -> None:
-    """Add the commands to those of the command line."""
-    for name, does in COMMANDS.items():
-        command = commands.add_parser(name, help=does, description=f"{does[0].upper()}{does[1:]}.")
-        add = command.add_argument
-        add("file", metavar="FILE", type=Path, help="a mechanism, .toml or .json")
-        add("--degree", type=int, help="of the strips' polynomials; by default it is raised until the error is small")
-        add("--csv", metavar="FILE", type=Path, help="also write the numbers there")
-        if name == "equilibrium":
-            add("--load", type=float, default=1.0, help="factor of all loads; default 1")
-            add("--all", action="store_true", help="also list further equilibria")
-        elif name == "frequencies":
-            add("--count", type=int, default=6, help="how many, rigid motions among them; default 6")
-        elif name == "periodic":
-            add("--period", type=float, required=True, help="of what drives it, or where the search begins [s]")
-            add("--settle", type=int, default=0, help="periods that are run before; default 0")
-        else:
-            add(
-                "--to",
-                type=float,
-                required=True,
-                help="where the path ends: factor of the load, travel [rad or m], or the number [SI]",
-            )
-            what = command.add_mutually_exclusive_group()
-            what.add_argument("--load", action="append", help="the load that grows, as force.A; may be repeated; default all")
-            what.add_argument("--drive", help="the drive that moves")
-            what.add_argument(
-                "--parameter", metavar="PATH", help="the number that changes, as links.strip.body.section.thickness"
-            )
-            add("--branches", action="store_true", help="also follow the paths that leave its branchings")
-            add("--steps", type=int, default=250, help="most steps; default 250")
-            add("--plot", metavar="FILE", type=Path, help="draw the bifurcation diagram there; needs --point")
-            add("--point", metavar="LINK:POINT", help="the point whose places are drawn and written")
-        command.set_defaults(answer=answer, statics=name)
+def _declare(kind: str, parser: argparse.ArgumentParser) -> None:
+    add = parser.add_argument
+    add("file", metavar="FILE", type=Path, help="a mechanism, .toml or .json")
+    add("--degree", type=int, help="of the strips' polynomials; by default it is raised until the error is small")
+    add("--csv", metavar="FILE", type=Path, help="also write the numbers there")
+    if kind == "equilibrium":
+        add("--load", type=float, default=1.0, help="factor of all loads; default 1")
+        add("--all", action="store_true", help="also list further equilibria")
+    elif kind == "frequencies":
+        add("--count", type=int, default=6, help="how many, rigid motions among them; default 6")
+    elif kind == "periodic":
+        add("--period", type=float, required=True, help="of what drives it, or where the search begins [s]")
+        add("--settle", type=int, default=0, help="periods that are run before; default 0")
+    else:
+        about = "where the path ends: factor of the load, travel [rad or m], or the number [SI]"
+        add("--to", type=float, required=True, help=about)
+        what = parser.add_mutually_exclusive_group()
+        what.add_argument("--load", action="append", help="the load that grows, as force.A; may be repeated; default all")
+        what.add_argument("--drive", help="the drive that moves")
+        what.add_argument("--parameter", metavar="PATH", help="the number that changes, as links.strip.body.section.thickness")
+        add("--branches", action="store_true", help="also follow the paths that leave its branchings")
+        add("--steps", type=int, default=250, help="most steps; default 250")
+        add("--plot", metavar="FILE", type=Path, help="draw the bifurcation diagram there; needs --point")
+        add("--point", metavar="LINK:POINT", help="the point whose places are drawn and written")
 
 
-def answer(options: argparse.Namespace) -> int:
+def _answer(ask: Callable[[Mechanism, argparse.Namespace], Any], options: argparse.Namespace) -> int:
     """Ask the statics, print and file the answer; the exit status is 1 where it is not OK."""
-    from buckler.mbs.mechanism import Mechanism  # it loads NumPy, which the list of commands does without
-
-    found = _ask(options.statics, Mechanism.load(options.file), options)
+    found = ask(Mechanism.load(options.file), options)
     if options.csv:
-        _write(found, options)
+        options.csv.write_text("\n".join(_lines(found, options)) + "\n", encoding="utf-8")
     print(found)
     for each in (*getattr(found, "others", ()), *getattr(found, "branches", ())):
         print(f"\n{each}")
     return 0 if found.status == "OK" else 1
 
 
-def _ask(kind: str, mechanism: Mechanism, options: argparse.Namespace) -> Any:
-    from buckler import mbs  # loads the compiled solver
-
-    if kind == "equilibrium":
-        return mbs.equilibrium(mechanism, options.load, degree=options.degree, all=options.all)
-    if kind == "frequencies":
-        return mbs.frequencies(mechanism, count=options.count, degree=options.degree)
-    if kind == "periodic":
-        return mbs.periodic(mechanism, options.period, settle=options.settle, degree=options.degree)
+def _path(mechanism: Mechanism, options: argparse.Namespace) -> Any:
+    """Follow a path, and draw it if that is wanted."""
     if (options.plot or options.csv) and not options.point:
         raise ValueError("--point LINK:POINT is missing: whose places are drawn or written")
-    found = mbs.path(
+    found = statics.path(
         mechanism, to=options.to, load=options.load, drive=options.drive, parameter=options.parameter, steps=options.steps,
         branches=options.branches, degree=options.degree,
     )  # fmt: skip
@@ -96,17 +73,23 @@ def _point(options: argparse.Namespace, mechanism: Mechanism) -> tuple[str, str]
     return link, point
 
 
-def _write(found: Any, options: argparse.Namespace) -> None:
-    """Write a path step by step, anything else row by row."""
-    if options.statics == "path":
-        places = found.point(*_point(options, found.scene.mechanism))
-        lines = ["parameter,x [m],y [m],growth [1/s],negative eigenvalues"]
-        lines += [
-            f"{p!r},{x!r},{y!r},{g!r},{n}"
-            for p, (x, y), g, n in zip(
-                found.parameter.tolist(), places.tolist(), found.growth.tolist(), found.unstable, strict=True
-            )
-        ]
-    else:
-        lines = ["what,value", *(f'"{name}","{value}"' for name, value in found.rows())]
-    options.csv.write_text("\n".join(lines) + "\n", encoding="utf-8")
+def _lines(found: Any, options: argparse.Namespace) -> list[str]:
+    """Of a file: a path step by step, anything else row by row."""
+    if "to" not in options:
+        return ["what,value", *(f'"{name}","{value}"' for name, value in found.rows())]
+    places = found.point(*_point(options, found.scene.mechanism)).tolist()
+    rows = zip(found.parameter.tolist(), places, found.growth.tolist(), found.unstable, strict=True)
+    return [
+        "parameter,x [m],y [m],growth [1/s],negative eigenvalues",
+        *(f"{p!r},{x!r},{y!r},{g!r},{n}" for p, (x, y), g, n in rows),
+    ]
+
+
+def _command(kind: str, ask: Callable[[Mechanism, argparse.Namespace], Any]) -> Command:
+    return Command(partial(_declare, kind), partial(_answer, ask))
+
+
+equilibrium = _command("equilibrium", lambda m, o: statics.equilibrium(m, o.load, degree=o.degree, all=o.all))
+frequencies = _command("frequencies", lambda m, o: statics.frequencies(m, count=o.count, degree=o.degree))
+periodic = _command("periodic", lambda m, o: statics.periodic(m, o.period, settle=o.settle, degree=o.degree))
+path = _command("path", _path)

@@ -4,63 +4,54 @@ from __future__ import annotations
 
 import hashlib
 import json
+import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from math import isfinite, nan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from buckler.mbs.accuracy.words import PLACES, spoken, wanted
+from buckler.mbs.accuracy.words import COARSEST, FINEST, PLACES, WORDS, spoken, wanted
+from buckler.mbs.declare import Flag, Name, Quantity, declared, field
+from buckler.mbs.declare.spec import Anything, Text
 from buckler.mbs.documents.document import changed
+from buckler.mbs.interrupts import Interrupted
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.sensitivity.doubt import doubt
-from buckler.mbs.sensitivity.reading import measure
+from buckler.mbs.sensitivity.reading import check, measure
+from buckler.mbs.simulation import simulate
 from buckler.mbs.units import labelled
-from buckler.mbs.validate import number, positive
-from buckler.studies.kit.parameters import Parameter, StudyParameters
+from buckler.mbs.view.report import page
+from buckler.studies.kit.parameters import Repeated, StudyParameters
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult
-from buckler.studies.own.solver import solver
+from buckler.studies.kit.style import Figure, subplots
+from buckler.studies.own.solver import Settings, solver
 from buckler.studies.sweeping.rows import report_name
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from buckler.mbs.record.result import Result
 
 PEAKS = ("contact_force", "normal_force", "force", "torque", "current", "fx", "fy", "axial_force", "compression", "deflection",
          "end_shortening", "penetration")  # fmt: skip
 """Signals whose largest size is told where no measure is asked for: last part of their names."""
 MOST_DRAWN = 6
+GROUP = "the run"
+"""Of fields that a file's table [run] may hold, too."""
+HERE = "."
+"""The folder of everything else that a run writes."""
 
 
-@dataclass(frozen=True)
+class _Of(Repeated):
+    """What an accuracy is asked of: one word, or signals."""
+
+    def read(self, name: str, given: Any) -> Any:
+        """Return one of `WORDS`, or names."""
+        found = super().read(name, given)
+        return wanted(found[0] if len(found) == 1 and found[0] in WORDS else found)
+
+
+@declared
 class Parameters(StudyParameters):
     """What one run of a mechanism is made with.
-
-    Parameters
-    ----------
-    name : str
-        What to call it.
-    document : str
-        The mechanism as JSON, before any change.
-    duration : float
-        s.
-    accuracy : float, optional
-        Largest relative error of what `of` names.
-    of : str or sequence of str
-        "places", "forces", or signals' names; see `buckler.mbs.simulate`.
-    ledger : bool
-        Whether to keep the energy ledger.
-    verify : bool
-        Whether to run the other solver, too.
-    measures : sequence of str
-        What to read off; see `measure`.
-    changes : sequence of (str, value)
-        Places in the document with the values they have instead.
-    solver : sequence of (str, value)
-        The solver's kind and settings; see `solver`.
-    reports : str
-        Folder for the run's report page, '' for none; it changes no number, and no store keeps it.
 
     Raises
     ------
@@ -68,24 +59,33 @@ class Parameters(StudyParameters):
         In one line, if the changed document describes no mechanism.
     """
 
-    name: str
-    document: str = field(repr=False)
-    duration: float
-    accuracy: float | None = None
-    of: str | Sequence[str] = PLACES
-    ledger: bool = False
-    measures: Sequence[str] = ()
-    changes: Sequence[tuple[str, Any]] = ()
-    verify: bool = False
-    solver: Sequence[tuple[str, Any]] = ()
-    reports: str = ""
+    name: str = field(Name(), "what to call it")
+    document: str = field(Text(), "the mechanism as JSON, before any change")
+    duration: float = field(Quantity("s", 0, open_low=True), "how long; default 1 s", default=1.0, group=GROUP)
+    accuracy: float | None = field(
+        Quantity("1", FINEST, COARSEST),
+        "largest relative error of the motion, 1e-6 to 0.1; the settings are chosen to keep it", default=None, group=GROUP,
+    )  # fmt: skip
+    of: str | Sequence[str] = field(
+        _Of(Name()), "what the accuracy is asked of: places, forces, or a signal as B.contact_force", default=PLACES, group=GROUP
+    )
+    verify: bool = field(Flag(), "run the other solver, too, and tell the difference", default=False, group=GROUP)
+    ledger: bool = field(Flag(), "keep the energy ledger and check its balance", default=False, group=GROUP)
+    measure: Sequence[str] = field(
+        Repeated(Text()), "a number to read off, as 'max(B.contact_force)'; default the peaks of all forces", default=(),
+        group=GROUP,
+    )  # fmt: skip
+    solver: Sequence[tuple[str, Any]] = field(Settings(), "kind and settings of the solver", default=())
+    changes: Sequence[tuple[str, Any]] = field(Anything(), "places in the document with the values they have instead", default=())
+    reports: str = field(Text(), "folder for the run's report page, '' for none; no store keeps it", default="")
 
-    def __post_init__(self) -> None:
-        positive("duration", self.duration, "s")
-        if self.accuracy is not None:
-            number("accuracy", self.accuracy, 1e-6, 0.1, "1")
-        object.__setattr__(self, "of", wanted(self.of))
-        solver(dict(self.solver), self.mechanism())  # refuses wrong settings before any run
+    def check(self) -> None:
+        """Wrong settings and measures are refused before any run."""
+        if self.accuracy is None and self.of != PLACES:
+            raise ValueError("of: without an accuracy; give both")
+        for text in self.measure:
+            check(text)
+        solver(dict(self.solver), self.mechanism())
 
     def __getattr__(self, path: str) -> Any:
         """The value at a changed place."""
@@ -102,7 +102,7 @@ class Parameters(StudyParameters):
     def plain(self) -> dict[str, Any]:
         """What a store and a file keep of it: the mechanism by a hash of its document."""
         run: dict[str, Any] = {"duration": self.duration, "accuracy": self.accuracy, "ledger": self.ledger}
-        run |= {"measures": list(self.measures)}
+        run |= {"measures": list(self.measure)}
         run |= {"verify": True} if self.verify else {}
         run |= {"solver": dict(self.solver)} if self.solver else {}
         run |= {} if self.of == PLACES else {"of": spoken(self.of)}
@@ -114,45 +114,17 @@ def digest(document: str) -> str:
     return hashlib.sha256(document.encode()).hexdigest()[:12]
 
 
-@dataclass(frozen=True)
-class Family:
-    """Makes the cases of a sweep: a mechanism and the places that may change.
-
-    Called with values by place, as a study's `Parameters` is with its parameters.
-    """
-
-    base: Mapping[str, Any]
-    """Everything but the changes."""
-    places: Mapping[str, Parameter]
-
-    def specs(self) -> Mapping[str, Parameter]:
-        """What each place may be."""
-        return self.places
-
-    def __call__(self, **values: Any) -> Parameters:
-        """Make a case."""
-        fixed = dict(self.base.get("changes", ()))
-        return Parameters(**{**self.base, "changes": tuple((fixed | values).items())})
-
-
 def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
-    """Simulate, read the numbers off, and write the report page if one is asked for."""
-    result = simulated(parameters, progress)
-    if parameters.reports:
-        result.write_html(Path(parameters.reports) / report_name(parameters.plain()), title=parameters.name)
-    return read_off(parameters, result)
-
-
-def simulated(parameters: Parameters, progress: Progress = QUIET) -> Result:
-    """Simulate the mechanism."""
-    from buckler.mbs.simulation import simulate
-
+    """Simulate, read the numbers off, and make the report page if one is asked for; of an interrupted run what there is."""
     p, mechanism = parameters, parameters.mechanism()
     chosen = solver(dict(p.solver), mechanism)
-    with progress.of_runs(p.name) as shown:
-        return simulate(
-            mechanism, p.duration, p.accuracy, of=p.of, solver=chosen, ledger=p.ledger, verify=p.verify, progress=shown
-        )
+    try:
+        with progress.of_runs(p.name) as shown:
+            return read_off(p, simulate(
+                mechanism, p.duration, p.accuracy, of=p.of, solver=chosen, ledger=p.ledger, verify=p.verify, progress=shown
+            ))  # fmt: skip
+    except Interrupted as stop:
+        raise Interrupted(read_off(p, stop.result)) from None
 
 
 def read_off(parameters: Parameters, result: Result) -> StudyResult:
@@ -166,19 +138,32 @@ def read_off(parameters: Parameters, result: Result) -> StudyResult:
         signals={"time": result.time, **result.signals},
         work=result.work,
         units=result.units,
+        pages=_page(parameters, result),
+        notes=result.provenance.get("notes", ()),
     )
 
 
+def _page(parameters: Parameters, result: Result) -> Mapping[str, str]:
+    """The report page, for the run's own folder or written to another; one that fails takes nothing from the numbers."""
+    try:
+        if parameters.reports == HERE:
+            return {"report.html": page(result, parameters.name)}
+        if parameters.reports:
+            result.write_html(Path(parameters.reports) / report_name(parameters.plain()), title=parameters.name)
+    except Exception as error:
+        print(f"{parameters.name}: no report page: {type(error).__name__}: {error}", file=sys.stderr)
+    return {}
+
+
 def _metrics(parameters: Parameters, result: Result) -> dict[str, Metric]:
-    texts = parameters.measures or peaks(result)
     found = {}
-    for text in texts:
+    for text in parameters.measure or peaks(result):
         value, unit = measure(text, result.time, result.signals, result.units)
         off = doubt(text, result) / abs(value) if value else nan
         found[text] = Metric(value, unit, error=off if isfinite(off) else None)
     if parameters.accuracy is not None:
         found["relative error"] = Metric(result.error.motion, "1")
-        found |= {f"relative error of {name}": Metric(result.error[name], "1") for name in _asked(parameters)}
+        found |= {f"relative error of {name}": Metric(result.error[name], "1") for name in asked(parameters)}
     if parameters.verify:
         found["difference from the other solver"] = Metric(result.verified, "1")
     if parameters.ledger:
@@ -186,7 +171,7 @@ def _metrics(parameters: Parameters, result: Result) -> dict[str, Metric]:
     return found
 
 
-def _asked(parameters: Parameters) -> tuple[str, ...]:
+def asked(parameters: Parameters) -> tuple[str, ...]:
     """The signals an accuracy was asked of by name."""
     return () if isinstance(parameters.of, str) else tuple(parameters.of)
 
@@ -199,8 +184,6 @@ def peaks(result: Result) -> list[str]:
 
 def figure(result: StudyResult) -> dict[str, Figure]:
     """Draw the signals that the measures name over time."""
-    from buckler.studies.kit.style import subplots
-
     names = [name for name in result.signals if name != "time" and any(name in text for text in result.metrics)][:MOST_DRAWN]
     if not names:
         return {}

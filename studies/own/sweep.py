@@ -11,11 +11,11 @@ from time import perf_counter
 from typing import Any
 
 from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.sensitivity.reading import check
+from buckler.studies.kit.parameters import Cases
 from buckler.studies.kit.report import QUIET, Progress
 from buckler.studies.own import study
 from buckler.studies.own.places import spec, to_json
-from buckler.studies.own.study import Family
+from buckler.studies.own.study import Parameters
 from buckler.studies.sweeping import sweep as cases
 from buckler.studies.sweeping.executors import Workers
 from buckler.studies.sweeping.report import Heading, summary, worst, write_page
@@ -70,14 +70,11 @@ def sweep(
         If a place, a value or a measure is wrong, before anything runs.
     """
     document = mechanism.to_dict()
-    measures = (measure,) if isinstance(measure, str) else tuple(measure)
-    for text in measures:
-        check(text)
     places = {path: spec(document, path) for path in values}
-    base = {"name": name, "document": to_json(document), "duration": duration, "accuracy": accuracy}
-    family = Family({**base, "ledger": ledger, "measures": measures}, places)
-    grids = [Grid(path, tuple(places[path].read(each) for each in found)) for path, found in values.items()]
-    chosen = plan(family, {}, grids)  # type: ignore[arg-type]  # it makes cases, as a class does
+    base: dict[str, Any] = {"name": name, "document": to_json(document), "duration": duration, "accuracy": accuracy}
+    base |= {"ledger": ledger, "measure": measure}
+    grids = [Grid(path, tuple(places[path].spec.read(path, each) for each in found)) for path, found in values.items()]
+    chosen = plan(Cases(lambda changes: Parameters(**base, changes=tuple(changes.items())), places), {}, grids)
     units, begin = {path: each.unit for path, each in places.items()}, perf_counter()
     rows = cases.sweep(
         study,

@@ -16,9 +16,9 @@ from buckler.mbs.sensitivity.fitting import fit as fitted
 from buckler.mbs.sensitivity.frozen import RunFailedError
 from buckler.mbs.sensitivity.numbers import DURATION, standing
 from buckler.mbs.units import parse_quantity
-from buckler.studies.kit.options import Parser, check_words, noted, wrong_input
+from buckler.studies.kit.words import Command, repeated
 from buckler.studies.own import places
-from buckler.studies.own.command import DEFAULT_DURATION, named
+from buckler.studies.own.command import named
 
 NOT_TURNED = ("elements", "points", "velocities", "gravity")
 """Parts of a document whose numbers are not turned unless they are named: whole numbers and places."""
@@ -40,52 +40,41 @@ def opened(path: Path, changes: Sequence[str] = (), duration: str | None = None)
     ValueError
         In one line with the file's name.
     """
-    document, run = named(path, places.opened, path)
-    given = run.get("duration", DEFAULT_DURATION) if duration is None else duration
-    seconds = float(given) if isinstance(given, int | float) else named(path, parse_quantity, str(given), "s")
-    measures = run.get("measure", [])
-    document = changed(document, places.set_all(document, list(changes)))
-    named(path, Mechanism.from_dict, document)
-    return Opened(document, seconds, (measures,) if isinstance(measures, str) else tuple(map(str, measures)))
+    about = places.OPTIONS["duration"]
+    with named(path):
+        document, run = places.opened(path)
+        seconds = run.get("duration", about.default) if duration is None else about.spec.read("--duration", duration)
+        document = changed(document, places.set_all(document, list(changes)))
+        Mechanism.from_dict(document)
+    return Opened(document, seconds, run.get("measure", ()))
 
 
-def common(prog: str, about: str) -> Parser:
-    """Options that all commands have that turn numbers."""
-    parser = Parser(prog=prog, description=about, allow_abbrev=False)
+def command(declare: Callable[[argparse.ArgumentParser], Any], answer: Callable[[argparse.Namespace, Opened], int]) -> Command:
+    """A command that turns numbers of a file: its own options behind those that all have; 1 if a run fails."""
+
+    def declared(parser: argparse.ArgumentParser) -> None:
+        parser.add_argument("file", metavar="FILE", type=Path, help="a mechanism, .toml or .json")
+        parser.add_argument("--duration", metavar="s", help="how long, s; default that of the file, or 1 s")
+        repeated(parser.add_argument, ["--set"], "PATH=VALUE", "another value at a place of the file", dest="changes")
+        parser.add_argument("--json", action="store_true", help="print JSON and nothing else")
+        declare(parser)
+
+    def answered(chosen: argparse.Namespace) -> int:
+        try:
+            return answer(chosen, opened(chosen.file, chosen.changes, chosen.duration))
+        except RunFailedError as error:
+            print(f"{chosen.file}: {error}")
+            return 1
+
+    return Command(declared, answered)
+
+
+def _of_sensitivity(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
-    add("file", metavar="FILE", type=Path, help="a mechanism, .toml or .json")
-    add("--duration", metavar="s", help="how long, s; default that of the file, or 1 s")
-    add("--set", action="append", default=[], metavar="PATH=VALUE", dest="changes",
-        help="another value at a place of the file; may be repeated")  # fmt: skip
-    add("--json", action="store_true", help="print JSON and nothing else")
-    return parser
-
-
-def answered(parser: Parser, argv: Sequence[str], answer: Callable[[argparse.Namespace, Opened], int]) -> int:
-    """Answer with the options and the file they name; the exit status: 2 if these are wrong, 1 if a run fails."""
-    try:
-        chosen, unknown = parser.parse_known_args(noted(argv))
-        check_words(unknown, chosen)
-        return answer(chosen, opened(chosen.file, chosen.changes, chosen.duration))
-    except RunFailedError as error:
-        print(f"{chosen.file}: {error}")
-        return 1
-    except BrokenPipeError:
-        raise
-    except (ValueError, OSError, OverflowError) as error:
-        return wrong_input(ValueError(str(error)))
-
-
-def sensitivity(argv: Sequence[str], prog: str) -> int:
-    """Print derivatives of readings; the exit status."""
-    parser = common(prog, "Derivatives of readings by the numbers of a mechanism, each with its error.")
-    parser.add_argument("--by", action="append", default=[], metavar="PATH[=SPREAD]",
-        help="a number, as links.coupler.body.section.thickness, with its standard deviation if the spread of readings is "
-        "wanted; may be repeated; default all numbers that are not zero but places")  # fmt: skip
-    parser.add_argument("--of", action="append", default=[], metavar="READING",
-        help="what is read off, as 'max(B.contact_force)', 'when(B.x, 0.1, 1)', 'frequency(1)'; may be repeated; default the "
-        "measures of the file")  # fmt: skip
-    return answered(parser, argv, _sensitivity)
+    about = "a number, as links.coupler.body.section.thickness, with its standard deviation if the spread of readings is wanted"
+    repeated(add, ["--by"], "PATH[=SPREAD]", f"{about}; default all numbers that are not zero but places")
+    about = "what is read off, as 'max(B.contact_force)', 'when(B.x, 0.1, 1)', 'frequency(1)'; default the measures of the file"
+    repeated(add, ["--of"], "READING", about)
 
 
 def _sensitivity(chosen: argparse.Namespace, file: Opened) -> int:
@@ -106,22 +95,17 @@ def _sensitivity(chosen: argparse.Namespace, file: Opened) -> int:
     return 0
 
 
-def fit(argv: Sequence[str], prog: str) -> int:
-    """Fit numbers to a file of data, print them and write a page; the exit status."""
-    parser = common(prog, "Fit numbers of a mechanism to measured signals.")
+def _of_fit(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
     add("data", metavar="DATA.csv", type=Path, help="first column the time; units in brackets, as 'force [N]'")
-    add("--signal", action="append", default=[], metavar="[COLUMN=]NAME",
-        help="a signal of the mechanism and its column, by default of the same name; may be repeated")  # fmt: skip
-    add("--free", action="append", default=[], metavar="PATH=LOW:HIGH", help="a number that is fitted; may be repeated")
-    add("--own", action="append", default=[], metavar="PATH=LOW:HIGH", help="one that each experiment has of its own")
-    add("--setting", action="append", default=[], metavar="COLUMN",
-        help="a column that parts the experiments, and sets the number of this path if it is one; may be repeated")  # fmt: skip
-    add("--profile", action="append", default=[], metavar="PATH", help="a number whose profile likelihood is wanted")
+    repeated(add, ["--signal"], "[COLUMN=]NAME", "a signal of the mechanism and its column, by default of the same name")
+    repeated(add, ["--free"], "PATH=LOW:HIGH", "a number that is fitted")
+    repeated(add, ["--own"], "PATH=LOW:HIGH", "one that each experiment has of its own")
+    repeated(add, ["--setting"], "COLUMN", "a column that parts the experiments, and sets the number of this path if it is one")
+    repeated(add, ["--profile"], "PATH", "a number whose profile likelihood is wanted")
     add("--robust", action="store_true", help="outliers count by their size and not by its square")
     add("--starts", type=int, default=8, help="points over the ranges from which the fit starts; default 8")
     add("--out", metavar="DIR", type=Path, default=Path("results"), help="where the page goes; default results")
-    return answered(parser, argv, _fit)
 
 
 def _fit(chosen: argparse.Namespace, file: Opened) -> int:
@@ -146,16 +130,13 @@ def _fit(chosen: argparse.Namespace, file: Opened) -> int:
     return 0
 
 
-def optimise(argv: Sequence[str], prog: str) -> int:
-    """Choose numbers and print them; the exit status, 1 where the constraints cannot be kept."""
-    parser = common(prog, "Choose numbers of a mechanism so that a reading is least and others lie where they are wanted.")
+def _of_optimise(parser: argparse.ArgumentParser) -> None:
     add = parser.add_argument
-    add("--free", action="append", default=[], metavar="PATH=LOW:HIGH", help="a number; PATH=A,B,C for one of a list; repeated")
-    add("--minimise", action="append", default=[], metavar="READING", help="as 'max(drive.torque)'; two of them for a front")
-    add("--subject-to", action="append", default=[], metavar="CONSTRAINT", dest="wants",
-        help="as 'max(B.contact_force) = 1.5 N ± 1 %%' or 'max(abs(coupler.deflection)) <= 30 mm'; may be repeated")  # fmt: skip
+    repeated(add, ["--free"], "PATH=LOW:HIGH", "a number; PATH=A,B,C for one of a list")
+    repeated(add, ["--minimise"], "READING", "as 'max(drive.torque)'; two of them for a front")
+    about = "as 'max(B.contact_force) = 1.5 N ± 1 %%' or 'max(abs(coupler.deflection)) <= 30 mm'"
+    repeated(add, ["--subject-to"], "CONSTRAINT", about, dest="wants")
     add("--starts", type=int, default=8, help="points over the ranges from which the search starts; default 8")
-    return answered(parser, argv, _optimise)
 
 
 def _optimise(chosen: argparse.Namespace, file: Opened) -> int:
@@ -217,3 +198,8 @@ def numbers(content: Any, path: str = "") -> Iterator[str]:
 def _finite(row: Mapping[str, Any]) -> dict[str, Any]:
     """A row without what JSON does not know."""
     return {key: None if isinstance(value, float) and not abs(value) < float("inf") else value for key, value in row.items()}
+
+
+sensitivity = command(_of_sensitivity, _sensitivity)
+fit = command(_of_fit, _fit)
+optimise = command(_of_optimise, _optimise)

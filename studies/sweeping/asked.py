@@ -7,18 +7,14 @@ import os
 import shlex
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
-from buckler.studies.kit import registry
-from buckler.studies.kit.options import Parser, answers, check_words, noted, read_options, study_parser, writable
-from buckler.studies.kit.parameters import specs
-from buckler.studies.kit.running import MECHANISMS, program
+from buckler.studies.kit.options import Study, Subject, parser_of, subject, writable
+from buckler.studies.kit.parameters import Cases, StudyParameters, specs
+from buckler.studies.kit.words import Parser, program
 from buckler.studies.sweeping.executors import Dask, Here, Local, Workers
 from buckler.studies.sweeping.sweep import Part
 from buckler.studies.sweeping.vary import METHODS, Plan, Sampling, parse, plan
-
-if TYPE_CHECKING:
-    from types import ModuleType
 
 OPTIONS = (
     "vary", "samples", "method", "draw", "repeat", "workers", "scheduler", "scheduler_file", "part", "store", "signals", "retry",
@@ -30,7 +26,7 @@ OPTIONS = (
 class Asked(NamedTuple):
     """What the command line asks for."""
 
-    study: ModuleType
+    subject: Subject
     options: argparse.Namespace
     plan: Plan
     units: Mapping[str, str]
@@ -42,51 +38,33 @@ class Asked(NamedTuple):
     part: Part | None
     alone: str
     """The command that runs one case, but for what varies."""
+    places: bool
+    """Whether places of a file vary."""
 
 
-def parser(name: str, prog: str) -> argparse.ArgumentParser:
+def parser(found: Subject, prog: str) -> Parser:
     """The options of `sweep NAME`, a study or a file."""
-    if name.endswith(MECHANISMS):
-        from buckler.studies.own import command
-
-        found = Parser(prog=prog, usage=f"{prog} [options]", description="Sweep a mechanism of a file.", allow_abbrev=False)
-        command.options(found)
-        answers(found)
-        _add_options(found, seeded=False)
-        about = "also write each case's report page; the sweep's page links to it"
-        found.add_argument("--reports", action="store_true", help=about)
-        return found
-    study = registry.load(name)
-    options = study_parser(study, prog, OPTIONS)
-    _add_options(options, seeded="seed" in specs(study.Parameters))
+    options = parser_of(found, prog, OPTIONS)
+    _add_options(options, seeded=isinstance(found, Study) and "seed" in specs(found.module.Parameters))
     return options
-
-
-def read_file(path: Path, argv: Sequence[str], prog: str) -> Asked:
-    """The same for the mechanism of a file: places of the file vary in place of a study's parameters."""
-    from buckler.studies.own import command, study
-
-    options, unknown = parser(path.name, prog).parse_known_args(noted(argv))
-    check_words(unknown, options)
-    if not options.vary:
-        raise ValueError("nothing varies: give --vary PATH=VALUES; see --help")
-    family = command.named(path, command.family, path, options)
-    base = family()
-    found = _plan(family, {}, options)
-    command.probe(base)
-    units = {place: spec.unit for place, spec in family.specs().items()}
-    alone = f"{program()} {shlex.join(['run', str(path), *shared(argv)])}"
-    return _asked(study, options, found, units, f"{path.stem} {study.digest(base.document)}", path.stem, alone)
 
 
 def read(name: str, argv: Sequence[str], prog: str) -> Asked:
     """Everything that can be wrong with the words, before anything runs."""
-    study = registry.load(name)
-    options, given = read_options(parser(name, prog), argv, study, OPTIONS)
-    units = {key: spec.unit for key, spec in specs(study.Parameters).items()}
-    title = Path(name).stem if name.endswith(".py") else name
+    found = subject(name)
+    options = parser(found, prog).read(argv)
+    kind, given = found.cases(options, OPTIONS)
+    chosen = _plan(kind, given, options)
     alone = f"{program()} {shlex.join(['run', name, *shared(argv)])}"
-    return _asked(study, options, _plan(study.Parameters, given, options), units, title, title, alone)
+    stored_as = found.probe(chosen.cases[0])
+    folder = writable(Path(options.out) / f"{found.title}-sweep")
+    part = _part(options)
+    store = Path(options.store or folder / (f"part-{part.number}-of-{part.of}.sqlite" if part else "cases.sqlite"))
+    if not store.parent.is_dir():
+        raise ValueError(f"--store {store}: no such folder")
+    units = {key: about.unit for key, about in specs(kind).items()}
+    where = _where(options, found.module.__name__, len(chosen.cases))
+    return Asked(found, options, chosen, units, stored_as, folder, store, where, part, alone, isinstance(kind, Cases))
 
 
 def shared(argv: Sequence[str]) -> list[str]:
@@ -101,7 +79,7 @@ def shared(argv: Sequence[str]) -> list[str]:
     return kept
 
 
-def _plan(kind: Any, given: Mapping[str, Any], options: argparse.Namespace) -> Plan:
+def _plan(kind: type[StudyParameters] | Cases, given: Mapping[str, Any], options: argparse.Namespace) -> Plan:
     """The cases that the options ask for."""
     varied = [parse(text, kind) for text in options.vary]
     sampling = None
@@ -114,29 +92,18 @@ def _plan(kind: Any, given: Mapping[str, Any], options: argparse.Namespace) -> P
     return plan(kind, given, varied, sampling, options.repeat)
 
 
-def _asked(
-    study: ModuleType, options: argparse.Namespace, found: Plan, units: Mapping[str, str], stored_as: str, title: str, alone: str
-) -> Asked:
-    """Where it runs and where it is kept."""
+def _where(options: argparse.Namespace, module: str, count: int) -> Workers:
+    """Where the cases run."""
     if options.scheduler and options.scheduler_file:
         raise ValueError("--scheduler: give it or --scheduler-file")
     cluster = Path(options.scheduler_file) if options.scheduler_file else options.scheduler
     if cluster and options.workers is not None:
         raise ValueError("--workers: the cluster has its own; give it or --scheduler")
     if cluster:
-        where: Workers = Dask(cluster)
-    elif options.workers == 0:
-        where = Here()
-    else:
-        count = (os.cpu_count() or 1) if options.workers is None else options.workers
-        where = Local(min(count, len(found.cases)), study.__name__)
-    folder = writable(Path(options.out) / f"{title}-sweep")
-    part = _part(options)
-    usual = f"part-{part.number}-of-{part.of}.sqlite" if part else "cases.sqlite"
-    store = Path(options.store) if options.store else folder / usual
-    if not store.parent.is_dir():
-        raise ValueError(f"--store {store}: no such folder")
-    return Asked(study, options, found, units, stored_as, folder, store, where, part, alone)
+        return Dask(cluster)
+    if options.workers == 0:
+        return Here()
+    return Local(min((os.cpu_count() or 1) if options.workers is None else options.workers, count), module)
 
 
 def _part(options: argparse.Namespace) -> Part | None:

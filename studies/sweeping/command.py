@@ -9,25 +9,20 @@ import signal
 import sys
 import time
 from collections.abc import Iterator, Sequence
-from pathlib import Path
 from typing import Any
 
-from buckler.studies.kit.options import wrong_input
 from buckler.studies.kit.report import Progress
-from buckler.studies.kit.running import MECHANISMS, program
-from buckler.studies.sweeping.asked import read, read_file
+from buckler.studies.kit.words import wrong_input
+from buckler.studies.sweeping.asked import read
 from buckler.studies.sweeping.executors import SweepError
 from buckler.studies.sweeping.outcome import report, report_part
 from buckler.studies.sweeping.sweep import sweep
 
 
-def sweep_study(name: str, argv: Sequence[str]) -> int:
+def sweep_study(name: str, argv: Sequence[str], prog: str) -> int:
     """Read the options, run the cases, print and file what they give; return the exit status."""
-    prog = f"{program()} sweep {name}"
     try:
-        asked = read_file(Path(name), argv, prog) if name.endswith(MECHANISMS) else read(name, argv, prog)
-    except OSError as error:
-        return wrong_input(ValueError(f"{error.filename or name}: {error.strerror}"))
+        asked = read(name, argv, prog)
     except ValueError as error:
         return wrong_input(error)
     except ImportError as error:
@@ -38,7 +33,7 @@ def sweep_study(name: str, argv: Sequence[str]) -> int:
     try:
         with _told(options.quiet), _ended_like_interrupted():
             rows = sweep(
-                asked.study,
+                asked.subject.module,
                 asked.plan.cases,
                 workers=asked.workers,
                 store=asked.store,
@@ -57,8 +52,8 @@ def sweep_study(name: str, argv: Sequence[str]) -> int:
         return 1
     except ValueError as error:
         return wrong_input(error)
-    title, wall = Path(name).stem if name.endswith((".py", *MECHANISMS)) else name, time.perf_counter() - begin
-    return report_part(title, asked, rows, wall) if asked.part else report(title, asked, rows, wall)
+    finish = report_part if asked.part else report
+    return finish(asked.subject.title, asked, rows, time.perf_counter() - begin)
 
 
 @contextlib.contextmanager

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import argparse
 import csv
 import io
 import json
 import sqlite3
+import sys
 from collections.abc import Iterator, Sequence
 from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from buckler.studies.kit.report import atomic
+from buckler.studies.kit.words import Command
 from buckler.studies.sweeping.rows import Row, read_rows
 from buckler.studies.sweeping.store import StoreError, check_format, explain
 
@@ -140,3 +143,29 @@ def write_signals(path: Path, folder: Path) -> int:
                 file.write(content)
             count += 1
     return count
+
+
+# --- the command ------------------------------------------------------------------------------------------------------
+
+
+def _declare(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("store", metavar="FILE", type=Path, help="a sweep's store")
+    parser.add_argument("--out", metavar="FILE", type=Path, required=True, help="FILE.csv or FILE.parquet")
+    parser.add_argument("--signals", metavar="DIR", type=Path, help="also write each case's signals there, as npz")
+
+
+def _export(options: argparse.Namespace) -> int:
+    """Write a store as a table; say what it holds."""
+    rows, units = read(options.store)
+    try:
+        write(columns(rows, units), options.out)
+        count = write_signals(options.store, options.signals) if options.signals else 0
+    except OSError as error:
+        print(f"cannot write {error.filename or options.out}: {error.strerror}", file=sys.stderr)
+        return 1
+    more = f", the signals of {count} to {options.signals}" if options.signals else ""
+    print(f"{len(rows)} cases written to {options.out}{more}")
+    return 0
+
+
+export = Command(_declare, _export)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import json
 import math
 import sqlite3
@@ -10,6 +11,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from buckler.studies.kit.words import Command
 from buckler.studies.sweeping.export import reading
 from buckler.studies.sweeping.store import Store, StoreError, explain
 
@@ -121,3 +123,20 @@ def _difference(found: tuple[str, str], row: dict[str, Any]) -> str:
         if not (math.isclose(a, b, rel_tol=CLOSE) or (math.isnan(a) and math.isnan(b))):
             return f"{name} = {b:.12g}, elsewhere {a:.12g}"
     return ""
+
+
+def _declare(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("parts", metavar="FILE", nargs="+", type=Path, help="stores that `sweep ... --part I/N` has written")
+    about = "where to; if it is there, it takes what it lacks"
+    parser.add_argument("--out", metavar="FILE", type=Path, required=True, help=about)
+
+
+def _merge(options: argparse.Namespace) -> int:
+    """Put stores together and say what they hold."""
+    found = merge(options.parts, options.out)
+    left = f"; {found.cases - found.ended} have not ended" if found.cases > found.ended else ""
+    print(f"{len(options.parts)} stores, {found.cases} cases, merged into {options.out}{left}")
+    return 0
+
+
+merging = Command(_declare, _merge)

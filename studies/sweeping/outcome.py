@@ -8,10 +8,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from buckler.studies.kit.options import wrong_input
 from buckler.studies.kit.report import Metric, StudyResult
-from buckler.studies.kit.running import program, told
+from buckler.studies.kit.running import told
 from buckler.studies.kit.style import house_style
+from buckler.studies.kit.words import program, wrong_input
 from buckler.studies.sweeping.asked import Asked
 from buckler.studies.sweeping.figure import figures
 from buckler.studies.sweeping.report import Heading, page, summary, worst
@@ -42,15 +42,14 @@ def report(name: str, asked: Asked, rows: Sequence[Row], wall: float) -> int:
     )
     with house_style():
         drawn = figures(asked.plan, found, shown, dict(units))
-    where = f"in {wall:.2g} s, written to {asked.folder}, cases in {asked.store}\nlook at it: {asked.folder / 'report.html'}"
+    where = f"in {wall:.2g} s, written to {asked.folder}, cases in {asked.store}"
     return told(name, result, drawn, asked.folder, options, where)
 
 
 def _heading(name: str, asked: Asked, rows: Sequence[Row], found: Sequence[Point], wall: float) -> Heading:
     """What the page says of the sweep as a whole."""
     facts = [("varied", text) for text in asked.options.vary] + [("store", str(asked.store)), ("workers", asked.workers.where)]
-    places = "changes" in asked.study.Parameters.__dataclass_fields__
-    return Heading(name, worst(rows), summary(found, wall), asked.alone, places, facts, asked.folder / "reports")
+    return Heading(name, worst(rows), summary(found, wall), asked.alone, asked.places, facts, asked.folder / "reports")
 
 
 def report_part(name: str, asked: Asked, rows: Sequence[Row], wall: float) -> int:

@@ -13,8 +13,8 @@ from typing import Any
 
 from buckler.mbs.view.shell import filled
 from buckler.studies.kit.parameters import StudyParameters, specs
-from buckler.studies.kit.running import program
 from buckler.studies.kit.versions import versions
+from buckler.studies.kit.words import program
 from buckler.studies.sweeping.rows import Row, report_name
 from buckler.studies.sweeping.table import Point, points, units_of
 from buckler.studies.sweeping.vary import Plan

@@ -20,7 +20,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from buckler.studies.kit.parameters import Parameter, StudyParameters, specs
+from buckler.mbs.declare import Declaration
+from buckler.studies.kit.parameters import Cases, StudyParameters, specs
 from buckler.studies.kit.registry import hint
 
 Array = np.ndarray[Any, Any]
@@ -89,7 +90,7 @@ class Plan:
     repeats: int
 
 
-def parse(text: str, kind: type[StudyParameters]) -> Grid | Range:
+def parse(text: str, kind: type[StudyParameters] | Cases) -> Grid | Range:
     """Read one `NAME=VALUES`.
 
     Raises
@@ -110,20 +111,20 @@ def parse(text: str, kind: type[StudyParameters]) -> Grid | Range:
         raise ValueError(f"--vary {text}: {reason}") from None
 
 
-def _one(name: str, text: str, spec: Parameter) -> Any:
+def _one(name: str, text: str, spec: Declaration) -> Any:
     """One value; of a parameter that takes several, one alone."""
-    value = spec.read(text, name)
+    value = spec.spec.read(name, text)
     return value[0] if isinstance(value, tuple) else value
 
 
-def _list(name: str, text: str, spec: Parameter) -> Grid:
+def _list(name: str, text: str, spec: Declaration) -> Grid:
     values = tuple(_one(name, part, spec) for part in text.split(","))
     if len(set(values)) < len(values):
         raise ValueError("one of them given twice")
     return Grid(name, values)
 
 
-def _range(name: str, text: str, spec: Parameter) -> Grid | Range:
+def _range(name: str, text: str, spec: Declaration) -> Grid | Range:
     start, stop, *rest = text.split(":")
     log = rest[-1:] == ["log"]
     low, high = _one(name, start, spec), _one(name, stop, spec)
@@ -158,7 +159,7 @@ def _rounded(x: float) -> float:
 
 
 def plan(
-    kind: type[StudyParameters],
+    kind: type[StudyParameters] | Cases,
     given: Mapping[str, Any],
     varied: Sequence[Grid | Range],
     sampling: Sampling | None = None,
@@ -169,7 +170,7 @@ def plan(
     Parameters
     ----------
     kind : type
-        The study's `Parameters`.
+        The study's `Parameters`, or what makes cases in its place.
     given : dict
         Parameters that all cases share.
     varied : sequence of Grid or Range
@@ -202,7 +203,7 @@ def plan(
     return Plan(cases, tuple(names), frozenset(r.name for r in ranges), frozenset(a.name for a in varied if a.log), repeats)
 
 
-def _check(kind: type[StudyParameters], names: Sequence[str], given: Mapping[str, Any], repeats: int) -> None:
+def _check(kind: type[StudyParameters] | Cases, names: Sequence[str], given: Mapping[str, Any], repeats: int) -> None:
     for i, name in enumerate(names):
         if name in names[:i]:
             raise ValueError(f"--vary {name}: given twice")
@@ -216,7 +217,7 @@ def _check(kind: type[StudyParameters], names: Sequence[str], given: Mapping[str
         raise ValueError(f"--repeat {repeats}: the seed is also varied")
 
 
-def _case(kind: type[StudyParameters], given: Mapping[str, Any], varied: Mapping[str, Any]) -> StudyParameters:
+def _case(kind: type[StudyParameters] | Cases, given: Mapping[str, Any], varied: Mapping[str, Any]) -> StudyParameters:
     try:
         return kind(**{**given, **varied})
     except ValueError as error:
