@@ -13,7 +13,6 @@ from typing import Any
 
 from buckler.mbs.assembly import Assembly, assemble, check_links, followed
 from buckler.mbs.declare import (
-    Declared,
     Either,
     Named,
     Part,
@@ -33,9 +32,11 @@ from buckler.mbs.documents import document as documents
 from buckler.mbs.documents.shorthand import SHORT, expanded
 from buckler.mbs.elements import KINDS, Drive, Guide, Link, Mass, Stop
 from buckler.mbs.elements.coupling import Coupling
-from buckler.mbs.elements.element import GROUND, Element, Joint, UnknownError, known, place
+from buckler.mbs.elements.element import GROUND, Element, Parts, place
 from buckler.mbs.elements.frozen import Frozen
+from buckler.mbs.elements.joint import Joint
 from buckler.mbs.elements.load import Load
+from buckler.mbs.elements.references import UnknownError, known
 from buckler.mbs.offers import offered
 from buckler.mbs.validate import short
 
@@ -97,7 +98,7 @@ def _elements(of: str, doc: str) -> Any:
 
 
 @declared
-class Mechanism(Declared):
+class Mechanism(Parts):
     """A planar mechanism, checked for consistency when made.
 
     Raises
@@ -106,8 +107,6 @@ class Mechanism(Declared):
         If a name is unknown or doubled, a link has no length, a joint's link does not reach its point, a point that a link
         carries at a fraction of its length lies elsewhere, and so on.
     """
-
-    in_files = False
 
     points: Mapping[str, Pair] = field(
         Places(Vector("m"), "points"),

@@ -31,7 +31,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from buckler.mbs.elements.clearance import clearances
-from buckler.mbs.elements.element import Array, Kind, Signal, kinks_of
+from buckler.mbs.elements.element import kinks_of
+from buckler.mbs.elements.signal import Kind, Signal
+from buckler.mbs.geometry import Array
 from buckler.mbs.record.energy import ledger, put_through
 from buckler.mbs.record.lookup import between
 from buckler.mbs.record.means import mechanism_mass

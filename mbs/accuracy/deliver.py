@@ -18,7 +18,7 @@ from buckler.mbs.accuracy.compare import Apart, Functions, compare
 from buckler.mbs.accuracy.estimate import LATER, REMAINDER, Differences, parted
 from buckler.mbs.accuracy.goal import BALANCE, Goal, Worst, worst
 from buckler.mbs.accuracy.ladder import Ladder, Runner
-from buckler.mbs.elements.element import Kind
+from buckler.mbs.elements.signal import Kind
 from buckler.mbs.record.errors import Errors
 from buckler.mbs.record.result import Result
 from buckler.mbs.record.run import Run

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from buckler.mbs.accuracy.compare import Apart, Functions
-from buckler.mbs.elements.element import Kind
+from buckler.mbs.elements.signal import Kind
 
 REMAINDER = 1.5
 """Error in time, of the difference to the next rung: the sum of a series that falls to a third."""

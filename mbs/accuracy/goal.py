@@ -9,7 +9,7 @@ from typing import NamedTuple, Protocol
 from buckler.mbs.accuracy.compare import FORCES, Functions
 from buckler.mbs.accuracy.estimate import ROUNDING
 from buckler.mbs.accuracy.words import MEANS, PLACES, spoken, wanted
-from buckler.mbs.elements.element import Kind
+from buckler.mbs.elements.signal import Kind
 from buckler.mbs.record.energy import BALANCE as ALLOWED
 from buckler.mbs.record.lookup import unknown
 from buckler.mbs.units import FORCES as UNITS

@@ -15,7 +15,7 @@ from typing import ClassVar
 from buckler.mbs.accuracy.compare import TINY, Functions
 from buckler.mbs.accuracy.deliver import UNKNOWN, Climb, Delivery, Rung, beside, deliver, delivered
 from buckler.mbs.accuracy.ladder import PLAIN, Runner, compilable, ladder_of, suited
-from buckler.mbs.elements.element import Kind
+from buckler.mbs.elements.signal import Kind
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.errors import Errors
 from buckler.mbs.solvers.exudyn import Exudyn

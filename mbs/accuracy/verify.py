@@ -16,7 +16,7 @@ from buckler.mbs.accuracy.goal import Asked
 from buckler.mbs.accuracy.ladder import Runner, ladder_of
 from buckler.mbs.accuracy.usual import Usual
 from buckler.mbs.elements.clearance import clearances
-from buckler.mbs.elements.element import Kind
+from buckler.mbs.elements.signal import Kind
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.errors import Errors
 from buckler.mbs.record.result import Result

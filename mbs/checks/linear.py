@@ -15,8 +15,10 @@ import numpy as np
 
 from buckler.mbs.checks.check import Check
 from buckler.mbs.checks.unbuckled import GROWTH, grown, recent_mean
-from buckler.mbs.elements.element import Array, Joint, place
+from buckler.mbs.elements.element import place
+from buckler.mbs.elements.joint import Joint
 from buckler.mbs.elements.modal import MeshFile
+from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.result import Result
 from buckler.mbs.record.run import Run

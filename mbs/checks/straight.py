@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs.elements.element import Array
+from buckler.mbs.geometry import Array
 from buckler.mbs.record.record import Record
 
 DEGREE = 10

@@ -9,7 +9,7 @@ import numpy as np
 
 from buckler.mbs.checks.check import Check
 from buckler.mbs.checks.straight import Growth
-from buckler.mbs.elements.element import Array
+from buckler.mbs.geometry import Array
 from buckler.mbs.record.quadrature import trapezoidal
 from buckler.mbs.record.record import Record
 from buckler.mbs.record.result import Result

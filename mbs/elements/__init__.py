@@ -2,14 +2,14 @@
 
 from buckler.mbs.elements.beam import Beam, Cable
 from buckler.mbs.elements.belt import Belt
-from buckler.mbs.elements.body import Body
 from buckler.mbs.elements.clearance import Clearance
 from buckler.mbs.elements.coupling import Coupling
 from buckler.mbs.elements.drive import Drive, Motion, Ramp
-from buckler.mbs.elements.element import Joint
+from buckler.mbs.elements.element import Body
 from buckler.mbs.elements.force import Force
 from buckler.mbs.elements.gear import Gear
 from buckler.mbs.elements.guide import Guide, GuideFriction
+from buckler.mbs.elements.joint import Joint
 from buckler.mbs.elements.line_load import LineLoad
 from buckler.mbs.elements.link import Link
 from buckler.mbs.elements.load import Load

@@ -10,9 +10,10 @@ import numpy as np
 
 from buckler.mbs.callables import Function
 from buckler.mbs.declare import Either, Several, Vector, declared, field, part, quantity, whole
-from buckler.mbs.elements.body import Body
-from buckler.mbs.elements.element import Array, Energy, Kind, Recorded, Signal
+from buckler.mbs.elements.element import Body, Recorded
 from buckler.mbs.elements.section import Profile, Section
+from buckler.mbs.elements.signal import Energy, Kind, Signal
+from buckler.mbs.geometry import Array
 
 DEFAULT_ELEMENTS = 8
 """Elements of a flexible link where neither its maker nor an accuracy asks for a number."""

@@ -7,10 +7,13 @@ from collections.abc import Iterator
 import numpy as np
 
 from buckler.mbs.declare import declared, flag, names, quantity
-from buckler.mbs.elements.coupling import Coupling, carried_by
-from buckler.mbs.elements.element import GROUND, Array, Energy, Kind, Parts, Recorded, Signal, place
-from buckler.mbs.elements.load import Push
+from buckler.mbs.elements.coupling import Coupling
+from buckler.mbs.elements.element import GROUND, Parts, Push, Recorded, place
+from buckler.mbs.elements.load import on_both
+from buckler.mbs.elements.references import carried_by
 from buckler.mbs.elements.rows import Row, Turn
+from buckler.mbs.elements.signal import Energy, Kind, Signal
+from buckler.mbs.geometry import Array
 
 
 @declared
@@ -65,9 +68,8 @@ class Belt(Coupling):
         if self.stiffness is not None:
             pull, none = self.pull(name, record), np.zeros((len(record.time), 2))
             for share, measure in self.shares(record.mechanism):
-                for end, sign in ((measure.first, -share), (measure.second, share)):
-                    if end.body != GROUND:
-                        yield Push(f"{end.body}:{end.point}", none, sign * pull)
+                ends = [f"{end.body}:{end.point}" for end in (measure.first, measure.second)]
+                yield from on_both(ends, none, -share * pull)
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield the pull, N, and of a belt with stiffness the way by which the first rim is ahead, m."""

@@ -8,9 +8,12 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 
 from buckler.mbs.declare import Quantity, Several, declared, field, names, part, quantity
-from buckler.mbs.elements.element import GROUND, Array, Depth, Energy, Joint, Kind, Parts, Recorded, Signal, left, onsets
+from buckler.mbs.elements.element import GROUND, Parts, Push, Recorded
+from buckler.mbs.elements.joint import Joint
 from buckler.mbs.elements.journal import BRISTLE, HARMONICS, ONSET, SINCE, SLIDING, meet, profile
 from buckler.mbs.elements.rows import Row, meets
+from buckler.mbs.elements.signal import Depth, Energy, Kind, Signal
+from buckler.mbs.geometry import Array, cross, left, onsets
 from buckler.mbs.laws import BristleLaw, FrictionLaw, NoFriction, NormalLaw
 from buckler.mbs.validate import short
 
@@ -37,6 +40,8 @@ HARMONIC = Harmonics(Quantity("m"), 0, 2 * HARMONICS)
 class Clearance(Joint):
     """A pin of the first body in a bush of the second, with clearance between them, contact and friction."""
 
+    title: ClassVar[str] = "clearance at '{point}'"
+
     point: str = names(doc="where they meet")
     first: str = names(doc="link with the pin, or 'ground'")
     second: str = names(doc="link with the bush, or 'ground'")
@@ -52,11 +57,6 @@ class Clearance(Joint):
     pin_profile: tuple[float, ...] = field(HARMONIC, f"of the pin: {PROFILE}", default=())
 
     ideal: ClassVar[bool] = False
-
-    @property
-    def where(self) -> str:
-        """'clearance at' and its point."""
-        return f"clearance at '{self.point}'"
 
     def agree(self) -> None:
         """Cosines and sines in pairs; clearance all round."""
@@ -131,6 +131,16 @@ class Clearance(Joint):
         yield Signal(f"{point}.contact_state", contact_state(found.depth), "1", Kind.COUNT)
         touching = found.depth > 0
         yield Signal(f"{point}.contacts", np.cumsum(np.diff(touching, prepend=False) & touching), "1", Kind.COUNT)
+
+    def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
+        """Yield the contact's force on both bodies, with its moment about the centres of pin and bush."""
+        pin, bush = states(self, record)
+        found = contact(self, pin, bush, record.channel(name, "memory"), record.time)
+        force, n = np.column_stack([found.fx, found.fy]), np.column_stack([found.nx, found.ny])
+        arm = self.pin * n - found.shift[:, None] * left(n)
+        for body, sign, lever in ((self.first, 1.0, arm), (self.second, -1.0, arm + pin.place - bush.place)):
+            if body != GROUND:
+                yield Push(f"{body}:{self.point}", sign * force, sign * cross(lever, force))
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
         """Yield what contact and bristles hold, and what they took by damping and by friction.
@@ -236,21 +246,6 @@ def contact(joint: Clearance, pin: Side, bush: Side, memory: Array, time: Array)
         bristle, drag = np.zeros_like(depth), joint.friction.coefficient(sliding) * normal
     fx, fy = -normal * s * nx + drag * ny, -normal * s * ny - drag * nx
     return Touch(normal, drag, depth, rate, sliding, bristle, fx, fy, nx, ny, shift, *place)
-
-
-def moment_on(record: Recorded, body: str) -> Array:
-    """Moment of all joints with clearance on a rigid link about its centre of mass, N m, (times,)."""
-    total = np.zeros_like(record.time)
-    centre = record.links[body].centre()[0]
-    for name, joint in record.mechanism.elements().items():
-        if isinstance(joint, Clearance) and body in (joint.first, joint.second):
-            pin, bush = states(joint, record)
-            found = contact(joint, pin, bush, record.channel(name, "memory"), record.time)
-            n = np.column_stack([found.nx, found.ny])
-            arm = pin.place + joint.pin * n - found.shift[:, None] * left(n) - centre
-            moment = arm[:, 0] * found.fy - arm[:, 1] * found.fx
-            total = total + (moment if body == joint.first else -moment)
-    return total
 
 
 FREE, IMPACT, CONTINUOUS = 0.0, 1.0, 2.0

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from math import inf
-from typing import Any
+from typing import Any, ClassVar
 
 from buckler.mbs.callables import Function
 from buckler.mbs.declare import Declared, Either, Part, Quantity, declared, field, names, quantity
-from buckler.mbs.elements.element import GROUND, Array, Element, Energy, Kind, Parts, Place, Recorded, Signal, known
+from buckler.mbs.elements.element import GROUND, Driven, Parts, Place, Recorded
+from buckler.mbs.elements.references import known
 from buckler.mbs.elements.rows import Along, Row, Turn, row
+from buckler.mbs.elements.signal import Energy, Kind, Signal
 from buckler.mbs.functions import Expression, Integral, Slope, Table, kinks
+from buckler.mbs.geometry import Array
 from buckler.mbs.validate import number, short
 
 
@@ -141,8 +144,11 @@ class Speed(Either):
 
 
 @declared
-class Drive(Element):
+class Drive(Driven):
     """Prescribed rotation of a link, or prescribed travel of a guided point along its guide."""
+
+    title: ClassVar[str] = "drive of '{target}'"
+    label: ClassVar[str] = "drive"
 
     target: str = names(doc="a rigid link, which turns, or a guided point, which travels along its guide")
     speed: float | Ramp | Motion | Expression | Table = field(
@@ -150,22 +156,12 @@ class Drive(Element):
         "constant, or changing; a formula or table of the speed in time is kept as the Motion it makes",
     )
 
-    @property
-    def where(self) -> str:
-        """'drive of' and its target."""
-        return f"drive of '{self.target}'"
-
     def agree(self) -> None:
         """A motion, not a mere function, whose integral nobody knows."""
         if isinstance(self.speed, Expression | Table):
             object.__setattr__(self, "speed", Motion(self.speed.integral(), self.speed))
         elif callable(self.speed):
             raise ValueError(f"{self.where}: speed = {short(self.speed)}: must be a Motion, a Ramp, a formula or a Table")
-
-    @property
-    def key(self) -> str:
-        """'drive'."""
-        return "drive"
 
     def check(self, mechanism: Parts) -> None:
         """A rigid link or a guided point."""

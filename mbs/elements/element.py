@@ -1,140 +1,36 @@
 """What every element has in common: a name, signals, energies; and how an element names a point.
 
-An element answers from plain arrays. It sees a run through its `Record`, which both solvers leave behind.
+An element answers from plain arrays. It sees the mechanism it is in as `Parts`, and a run, which all solvers leave behind alike,
+as `Recorded`: what rooms above make of both, elements do not know.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from enum import StrEnum
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, TypeAlias
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from buckler.mbs.declare import Declared, specs
+from buckler.mbs.declare import Declared
+from buckler.mbs.elements.signal import Depth, Energy, Signal
+from buckler.mbs.geometry import Array
 
-if TYPE_CHECKING:
-    from buckler.mbs.mechanism import Mechanism
-    from buckler.mbs.record.record import Record
-
-Parts: TypeAlias = "Mechanism"
-"""A mechanism, as its elements see it: known to types only, for it is made of elements."""
-Recorded: TypeAlias = "Record"
-"""A run, as elements see it."""
-Array = np.ndarray[Any, Any]
+Pair = tuple[float, float]
 GROUND = "ground"
 
 
-class Kind(StrEnum):
-    """What a signal is: it decides how two runs are compared, and how values between samples are found.
+class Place(NamedTuple):
+    """A point reference: '' for whatever link carries the point, a link's name, or 'ground'."""
 
-    A reaction is a constraint's force, a contact's what pushes while it is closed (its force or depth), an internal force what
-    a law makes of a state or of time: strips, springs, motors, loads.
-    """
-
-    PLACE = "place"
-    RATE = "rate"
-    ACCELERATION = "acceleration"
-    REACTION = "reaction"
-    CONTACT = "contact"
-    FRICTION = "friction"
-    INTERNAL = "internal"
-    ENERGY = "energy"
-    COUNT = "count"
+    body: str
+    point: str
 
 
-class Trait(NamedTuple):
-    """What there is to know of a signal besides its values and unit.
-
-    Attributes
-    ----------
-    kind : Kind
-    group : str
-        Signals of one group are components of a vector: they are measured by the largest of them. By default it is alone.
-    rate : str
-        Name of the signal that is its rate.
-    scale : float
-        What its errors are relative to, where the element knows it: the clearance of a joint.
-    period : float
-        s, over which the signal is a mean; 0 of a signal as computed.
-    """
-
-    kind: Kind
-    group: str = ""
-    rate: str = ""
-    scale: float = 0.0
-    period: float = 0.0
-
-
-class Signal(NamedTuple):
-    """A named series and what it is; kind, group, rate, scale and period as in `Trait`.
-
-    Attributes
-    ----------
-    name : str
-    values : array, shape (times,)
-    unit : str
-    onsets : array, shape (contacts,)
-        Times, s, at which a contact closes or opens: its force jumps or has a kink there.
-    depth : array, shape (times,)
-        m, of a stop's contact; negative where it is open.
-    elastic : callable, optional
-        Force, N, of its law at rest in depths, m.
-    """
-
-    name: str
-    values: Array
-    unit: str
-    kind: Kind
-    group: str = ""
-    rate: str = ""
-    scale: float = 0.0
-    period: float = 0.0
-    onsets: Array = np.empty(0)
-    depth: Array = np.empty(0)
-    elastic: Callable[[Any], Any] = np.zeros_like
-
-    @property
-    def trait(self) -> Trait:
-        """What it is."""
-        return Trait(*self[3:8])
-
-
-def onsets(time: Array, depth: Array, rate: Array) -> Array:
-    """Times, s, at which a depth passes zero, by the cubics through its samples and their rates.
-
-    Parameters
-    ----------
-    time, depth, rate : arrays, shape (times,)
-        s, m, m/s.
-    """
-    found = []
-    for k in np.flatnonzero((depth[:-1] > 0) != (depth[1:] > 0)):
-        h, start, end = time[k + 1] - time[k], depth[k], depth[k + 1]
-        before, after = h * rate[k], h * rate[k + 1]
-        bend, twist = 3 * (end - start) - 2 * before - after, before + after - 2 * (end - start)
-        roots = np.roots([twist, bend, before, start])
-        inside = roots.real[(np.abs(roots.imag) < 1e-9) & (roots.real >= 0) & (roots.real <= 1)]
-        found.append(time[k] + h * (inside[0] if len(inside) else start / (start - end)))
-    return np.array(found)
-
-
-class Energy(NamedTuple):
-    """An energy, J, of shape (times,).
-
-    Attributes
-    ----------
-    kind : str
-        'held' now, 'taken' from the mechanism since t = 0, or 'given' to it since t = 0.
-    name : str
-        What it is added to in the ledger: `kinetic`, `strain`, `contact`, `weight`, `spring`; `damping`, `friction`, `contact`,
-        `resistance`; `drive`, `load`, `motor`.
-    values : array, shape (times,)
-    """
-
-    kind: str
-    name: str
-    values: Array
+def place(at: str) -> Place:
+    """Read a point reference: 'A', 'coupler:A' or 'ground:A'."""
+    body, colon, point = at.rpartition(":")
+    return Place(body if colon else "", point)
 
 
 class Burden(NamedTuple):
@@ -145,22 +41,51 @@ class Burden(NamedTuple):
     inertia: float
 
 
-class Depth(NamedTuple):
-    """How deep a contact may be: signal, depth, m, beyond which its law does not hold, what is so deep, and in what."""
+class Push(NamedTuple):
+    """What an element does to a body at a point reference: a force, N, (times, 2), and a torque, N m, (times,)."""
 
-    signal: str
-    allowed: float
-    what: str
-    where: str
+    at: str
+    force: Array
+    torque: Array
+
+    def power(self, record: Recorded) -> Array:
+        """Power it gives to its body, W, (times,)."""
+        return np.asarray((self.force * record.point(self.at)[1]).sum(axis=1) + self.torque * record.turn(self.at)[1])
+
+
+class _Reference(str):
+    """A text of which a format may ask for a part."""
+
+    def __format__(self, part: str) -> str:
+        parts = {"": str(self), "lower": self.lower(), "point": place(self).point, "body": self.partition(":")[0]}
+        return parts[part]
 
 
 class Element(Declared):
-    """A kind of thing a mechanism is made of: what it is called, whether it fits, its signals, its energies."""
+    """A kind of thing a mechanism is made of: what it is called, whether it fits, its signals, its energies.
+
+    Attributes
+    ----------
+    title, label : str
+        What messages call it, and its name in a mechanism, where a second one of a name is `name.2`: texts with its fields in
+        braces; `{point:point}` and `{link:body}` are parts of a point reference, `{kind}` and `{kind:lower}` name the class.
+    """
+
+    title: ClassVar[str] = ""
+    label: ClassVar[str] = ""
+
+    def _texts(self) -> dict[str, _Reference]:
+        return {key: _Reference(value) for key, value in {**vars(self), "kind": type(self).__name__}.items()}
+
+    @property
+    def where(self) -> str:
+        """What messages call it."""
+        return self.title.format_map(self._texts())
 
     @property
     def key(self) -> str:
-        """Its name in a mechanism; a second one of a name is `name.2`."""
-        raise NotImplementedError
+        """Its name in a mechanism."""
+        return self.label.format_map(self._texts())
 
     def check(self, mechanism: Parts) -> None:
         """Raise a ValueError if what it refers to is not in the mechanism."""
@@ -182,8 +107,8 @@ class Element(Declared):
         """Whether it rubs by its own reaction, so that nobody knows its forces before the motion is solved."""
         return False
 
-    def pushes(self, name: str, record: Recorded) -> Iterator[tuple[str, Array, Array]] | None:
-        """Forces it exerts in a motion that is known: (point reference, force (times, 2), moment (times,)).
+    def pushes(self, name: str, record: Recorded) -> Iterator[Push] | None:
+        """Forces it exerts in a motion that is known.
 
         None, the default, if it cannot tell.
         """
@@ -221,100 +146,60 @@ class Element(Declared):
         yield from ()
 
 
-def kinks_of(mechanism: Parts, duration: float) -> tuple[float, ...]:
-    """Times in (0, duration), s, at which something that acts on a mechanism has a kink or jump, in order."""
-    return tuple(sorted({t for element in mechanism.elements().values() for t in element.kinks(duration)}))
+class Body(Declared):
+    """What a link is made of.
 
-
-class Place(NamedTuple):
-    """A point reference: '' for whatever link carries the point, a link's name, or 'ground'."""
-
-    body: str
-    point: str
-
-
-def place(at: str) -> Place:
-    """Read a point reference: 'A', 'coupler:A' or 'ground:A'."""
-    body, colon, point = at.rpartition(":")
-    return Place(body if colon else "", point)
-
-
-class UnknownError(ValueError):
-    """A name that nothing bears."""
-
-    def __init__(self, name: str, message: str) -> None:
-        super().__init__(message)
-        self.name = name
-
-    def field_of(self, element: Any) -> str:
-        """The field in which an element names it; '' if none does."""
-        texts = {key: value for key in specs(type(element)) if isinstance(value := getattr(element, key), str)}
-        return next((key for key, value in texts.items() if self.name in (value, place(value).point, place(value).body)), "")
-
-
-def known(kind: str, name: str, names: Iterable[str], where: str) -> None:
-    """Raise a ValueError if a name is not among those known."""
-    if name not in names:
-        raise UnknownError(name, f"{where}: unknown {kind} '{name}'; known: {', '.join(sorted(names)) or 'none'}")
-
-
-def reaches(mechanism: Parts, name: str, point: str, where: str) -> None:
-    """Raise a ValueError if a link is unknown or does not reach a point."""
-    links = {link.name: link for link in mechanism.links}
-    known("link", name, links, where)
-    if point not in links[name].points:
-        raise ValueError(f"{where}: link '{name}' does not reach it; its points: {', '.join(links[name].points)}")
-
-
-def refers(mechanism: Parts, at: str, where: str) -> None:
-    """Raise a ValueError if a point reference names an unknown point or link, or a link that does not reach its point."""
-    body, point = place(at)
-    known("point", point, mechanism.points, where)
-    if body and body != GROUND:
-        reaches(mechanism, body, point, where)
-
-
-def holder(mechanism: Parts, at: str) -> str:
-    """Body that a load at a point reference acts on: a link with coordinates, a guide's block (by its point) or 'ground'.
-
-    The end of a strut, which has no mass, is held by what it is pinned to, there or through other struts.
-
-    Raises
-    ------
-    ValueError
-        If nothing with mass holds it.
+    Attributes
+    ----------
+    flexible : bool
+        Whether its ends can move against each other.
+    meshed : bool
+        Whether it is a strip of finite elements; see `buckler.mbs.elements.beam`.
+    massless : bool
+        Whether it is a spring between its neighbours; its force has kinks.
+    turns : bool
+        Whether its points have an angle, so that a torque can act there.
+    carrying : tuple of str
+        How it can carry points besides its ends: at a "fraction" of its length, at a "place" in the plane.
+    linear : bool
+        Whether its deformation is taken for small: modes of a solid.
+    round_off : float
+        What round-off leaves of its internal force, of its axial stiffness.
     """
-    body, point = place(at)
-    links = {link.name: link for link in mechanism.links}
-    if not body:
-        carriers = [link for link in mechanism.links if point in link.points]
-        body = next((link.name for link in carriers if not link.body.massless), carriers[0].name if carriers else GROUND)
-    if body == GROUND or not links[body].body.massless:
-        return body
-    pinned, found = [body], {body}
-    for each in pinned:
-        if each == GROUND or not links[each].body.massless:
-            return each
-        if any(guide.point == point and guide.link == each for guide in mechanism.guides):
-            return point
-        for joint in mechanism.joints:
-            if joint.point == point and each in (joint.first, joint.second):
-                pinned += sorted({joint.first, joint.second} - found)
-                found |= {joint.first, joint.second}
-    needed = "a link with mass, a guide or ground"
-    raise ValueError(f"link '{body}': a Strut is massless, so '{point}' must be pinned to {needed}")
+
+    section: Any
+    flexible: ClassVar[bool] = True
+    meshed: ClassVar[bool] = False
+    massless: ClassVar[bool] = False
+    turns: ClassVar[bool] = True
+    linear: ClassVar[bool] = False
+    carrying: ClassVar[tuple[str, ...]] = ()
+    round_off: ClassVar[float] = 0.0
+
+    @property
+    def meshed_freely(self) -> bool:
+        """Whether it leaves its number of elements to the accuracy asked of a run."""
+        return False
+
+    def inertia(self, length: float) -> tuple[float, float, tuple[float, float]]:
+        """Mass, kg, inertia about the centre of mass, kg m^2, and that centre, m, of the undeformed link."""
+        return self.section.bar(length)
+
+    def along(self, chord: float, fraction: float) -> tuple[float, float]:
+        """Place at a fraction of the stress-free length, m, in the link's frame, for a distance of its ends, m."""
+        return chord * fraction, 0.0
+
+    def signals(self, link: Any, record: Recorded) -> Iterator[Signal]:
+        """Yield those besides the link's."""
+        yield from ()
+
+    def energies(self, link: Any, record: Recorded) -> Iterator[Energy]:
+        """Yield those besides the link's."""
+        yield from ()
 
 
-def takes_moments(mechanism: Parts, names: tuple[str, ...], where: str) -> None:
-    """Raise a ValueError if one of these links is massless: a force between two points takes no moment."""
-    for link in mechanism.links:
-        if link.name in names and link.body.massless:
-            kind = type(link.body).__name__
-            raise ValueError(f"{where}: link '{link.name}' is a {kind}, a force between two points; it takes no moment")
-
-
-class Joint(Element):
-    """What joins two bodies, links or the ground, at a point.
+class Joined(Element):
+    """A joint, as other elements see it.
 
     Attributes
     ----------
@@ -327,39 +212,123 @@ class Joint(Element):
     first: str
     second: str
 
-    @property
-    def where(self) -> str:
-        """'joint at' and its point."""
-        return f"joint at '{self.point}'"
+
+class Linked(Element):
+    """A link, as other elements see it."""
+
+    name: str
+    start: str
+    end: str
+    body: Body
 
     @property
-    def key(self) -> str:
-        """Point and bodies."""
-        return f"{self.point}.{self.first}-{self.second}"
-
-    def check(self, mechanism: Parts) -> None:
-        """Two different bodies that reach the point, not joined there already."""
-        known("point", self.point, mechanism.points, self.where)
-        self.apart(mechanism)
-        for name in (self.first, self.second):
-            if name != GROUND:
-                reaches(mechanism, name, self.point, self.where)
-
-    def apart(self, mechanism: Parts) -> None:
-        """Raise a ValueError if it joins a body to itself, or two that are joined at the point already."""
-        if self.first == self.second:
-            raise ValueError(f"{self.where}: joins '{self.first}' to itself")
-        ends = {self.first, self.second}
-        if sum(joint.point == self.point and {joint.first, joint.second} == ends for joint in mechanism.joints) > 1:
-            raise ValueError(f"{self.where}: joins {' and '.join(sorted(ends))} twice")
+    def points(self) -> tuple[str, ...]:
+        """All points on the link: start, end, carried."""
+        raise NotImplementedError
 
 
-def turned(angle: Array, vector: Any) -> Array:
-    """A fixed vector (2,) turned by angles (times,): (times, 2)."""
-    c, s = np.cos(angle), np.sin(angle)
-    return np.column_stack([c * vector[0] - s * vector[1], s * vector[0] + c * vector[1]])
+class Guided(Element):
+    """A guide, as other elements see it."""
+
+    point: str
+    link: str
+    along: Pair
 
 
-def left(vectors: Array) -> Array:
-    """Vectors (..., 2) turned a quarter to the left."""
-    return np.stack([-vectors[..., 1], vectors[..., 0]], axis=-1)
+class Driven(Element):
+    """A drive, as other elements see it."""
+
+    target: str
+
+
+class Parts(Declared):
+    """A mechanism, as its elements see it."""
+
+    in_files = False
+
+    points: Mapping[str, Pair]
+    links: Sequence[Linked]
+    joints: Sequence[Joined]
+    guides: Sequence[Guided]
+    drives: Sequence[Driven]
+    gravity: Pair
+
+    def link(self, name: str) -> Linked:
+        """The link of that name; KeyError if there is none."""
+        raise NotImplementedError
+
+    def guide(self, point: str) -> Guided:
+        """The guide of that point; KeyError if there is none."""
+        raise NotImplementedError
+
+    def length(self, name: str) -> float:
+        """Distance of a link's two end points, m."""
+        raise NotImplementedError
+
+    def elements(self) -> dict[str, Element]:
+        """All elements by their names: a second one of a name is `name.2`."""
+        raise NotImplementedError
+
+
+@dataclass(frozen=True, eq=False)
+class Recorded:
+    """A run as plain arrays over time, as its elements see it.
+
+    Attributes
+    ----------
+    mechanism : Parts
+    time : array, shape (times,)
+        s.
+    links : mapping of str to motion
+        Of each link that has coordinates of its own: see `buckler.mbs.record.motion`.
+    blocks : mapping of str to BlockMotion
+        Of each guide, by its point.
+    channels : mapping of str to mapping of str to array
+        What was recorded of each element besides, by the element's name and the channel's, each (times, columns).
+    """
+
+    mechanism: Parts
+    time: Array
+    links: Mapping[str, Any]
+    blocks: Mapping[str, Any]
+    channels: Mapping[str, Mapping[str, Array]]
+
+    def channel(self, element: str, name: str) -> Array:
+        """What was recorded of an element; no columns if nothing was."""
+        found: Array = self.channels.get(element, {}).get(name, np.empty((len(self.time), 0)))
+        return found
+
+    def point(self, at: str) -> tuple[Array, Array]:
+        """Place and velocity of a point reference, each (times, 2), from whatever body carries it; fixed if none does."""
+        body, point = place(at)
+        motion = self._carrier(body, point)
+        if motion is not None:
+            places: tuple[Array, Array] = motion.point(point)
+            return places
+        fixed = np.tile(self.mechanism.points[point], (len(self.time), 1))
+        return fixed, np.zeros_like(fixed)
+
+    def turn(self, at: str) -> tuple[Array, Array]:
+        """Angle turned since t = 0 at a point reference, rad, and its rate, each (times,)."""
+        body, point = place(at)
+        motion = self._carrier(body, point)
+        if motion is not None:
+            angles: tuple[Array, Array] = motion.turn(point)
+            return angles
+        return np.zeros_like(self.time), np.zeros_like(self.time)
+
+    def work(self, power: Array, sides: tuple[Array, Array] | None = None) -> Array:
+        """Work, J, of a power, W, since t = 0, each (times,); `sides` are what it is just before and just after each sample."""
+        raise NotImplementedError
+
+    def _carrier(self, body: str, point: str) -> Any:
+        if body == GROUND:
+            return None
+        carriers = [link.name for link in self.mechanism.links if point in link.points]
+        motions = {**self.links, **self.blocks}
+        return next((motions[name] for name in (body, point, *carriers) if name in motions), None)
+
+
+def kinks_of(mechanism: Parts, duration: float) -> tuple[float, ...]:
+    """Times in (0, duration), s, at which something that acts on a mechanism has a kink or jump, in order."""
+    return tuple(sorted({t for element in mechanism.elements().values() for t in element.kinks(duration)}))

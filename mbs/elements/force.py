@@ -3,21 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from typing import ClassVar
 
 import numpy as np
 
 from buckler.mbs.callables import Function
 from buckler.mbs.declare import Either, Nothing, Vector, declared, field, names
-from buckler.mbs.elements.element import GROUND, Array, Energy, Kind, Parts, Recorded, Signal, holder, place, refers
-from buckler.mbs.elements.load import Load, Push, check_turning, held_at, sampled, turning, worked
-from buckler.mbs.functions import kinks
+from buckler.mbs.elements.element import GROUND, Parts, Push, Recorded, place
+from buckler.mbs.elements.load import Given, sampled
+from buckler.mbs.elements.references import check_turning, held_at, holder, refers, turning
+from buckler.mbs.elements.signal import Energy, Kind, Signal
+from buckler.mbs.geometry import Array, cross, turned
 
 Pair = tuple[float, float]
 
 
 @declared
-class Force(Load):
+class Force(Given):
     """A force on a point of a link, or on a guide's block: constant, or a function of time."""
+
+    title: ClassVar[str] = "force on '{point}'"
+    label: ClassVar[str] = "force.{point:point}"
 
     point: str = names(doc="'A', or 'coupler:A' as part of that link; on the end of a strut it acts on what that is pinned to")
     value: Pair | Callable[[float], Pair] = field(
@@ -34,20 +40,6 @@ class Force(Load):
         "a place through which its line of action goes wherever the point is (Reut's load): at the point it acts with a moment",
         default=None,
     )
-
-    @property
-    def where(self) -> str:
-        """'force on' and its point."""
-        return f"force on '{self.point}'"
-
-    def kinks(self, duration: float) -> tuple[float, ...]:
-        """Times in a run at which it jumps, has a kink or changes quickly."""
-        return kinks(self.value, duration)
-
-    @property
-    def key(self) -> str:
-        """'force.A'."""
-        return f"force.{place(self.point).point}"
 
     def check(self, mechanism: Parts) -> None:
         """A point of a body, and a link that turns."""
@@ -68,23 +60,14 @@ class Force(Load):
         """The force, N, (times, 2), at times that may lie a little beside the samples, s."""
         values = sampled(self.value, times) if callable(self.value) else np.tile(self.value, (len(times), 1))
         at = self.turns_with(record.mechanism)
-        if at is None:
-            return values
-        angle = record.turn(at)[0]
-        c, s = np.cos(angle), np.sin(angle)
-        return np.column_stack([c * values[:, 0] - s * values[:, 1], s * values[:, 0] + c * values[:, 1]])
+        return values if at is None else turned(record.turn(at)[0], values)
 
-    def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
-        """Yield the force."""
-        yield self._push(record, record.time)
-
-    def _push(self, record: Recorded, times: Array) -> Push:
+    def push(self, record: Recorded, times: Array) -> Push:
+        """The force, and its moment where its line of action goes through a place."""
         at, force = held_at(record.mechanism, self.point), self.acting(record, times)
-        torque = np.zeros_like(record.time)
-        if self.through is not None:
-            arm = np.array(self.through) - record.point(at)[0]
-            torque = arm[:, 0] * force[:, 1] - arm[:, 1] * force[:, 0]
-        return Push(at, force, torque)
+        if self.through is None:
+            return Push(at, force, np.zeros_like(record.time))
+        return Push(at, force, cross(np.array(self.through) - record.point(at)[0], force))
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield its components, N."""
@@ -94,8 +77,7 @@ class Force(Load):
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
         """Yield the work it gave."""
         if callable(self.value) or self.follows is not None or self.through is not None:
-            kinks = self.kinks(float(record.time[-1]))
-            yield Energy("given", "load", worked(record, lambda times: self._push(record, times), kinks))
+            yield Energy("given", "load", self.worked(record))
             return
         path = record.point(held_at(record.mechanism, self.point))[0]
         yield Energy("given", "load", (path - path[0]) @ np.array(self.value))

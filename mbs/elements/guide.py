@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import ClassVar
 
 import numpy as np
 
 from buckler.mbs.declare import Declared, declared, direction, names, part, quantity
-from buckler.mbs.elements.element import GROUND, Array, Element, Energy, Kind, Parts, Recorded, Signal, known, reaches
+from buckler.mbs.elements.element import GROUND, Guided, Parts, Push, Recorded
 from buckler.mbs.elements.journal import BRISTLE
 from buckler.mbs.elements.link import weight
+from buckler.mbs.elements.references import known, reaches
 from buckler.mbs.elements.rows import Row, on_line
+from buckler.mbs.elements.signal import Energy, Kind, Signal
+from buckler.mbs.geometry import Array
 from buckler.mbs.laws import BristleLaw, FrictionLaw
 from buckler.mbs.validate import non_negative
 
@@ -53,8 +57,11 @@ class GuideFriction(Declared):
 
 
 @declared
-class Guide(Element):
+class Guide(Guided):
     """A slider block pinned to a link's point, free to move along a straight line through the point's initial place."""
+
+    title: ClassVar[str] = "guide of '{point}'"
+    label: ClassVar[str] = "guide {point}"
 
     point: str = names(doc="the guided point")
     link: str = names(doc="the link whose end, or carried point, it is")
@@ -67,16 +74,6 @@ class Guide(Element):
     through: str | None = names(
         doc="another point of the line; it decides where the line is if the guided point's place is left out", default=None
     )
-
-    @property
-    def where(self) -> str:
-        """'guide of' and its point."""
-        return f"guide of '{self.point}'"
-
-    @property
-    def key(self) -> str:
-        """'guide' and its point."""
-        return f"guide {self.point}"
 
     def check(self, mechanism: Parts) -> None:
         """A point of its link, with no other guide."""
@@ -104,14 +101,14 @@ class Guide(Element):
         """Whether its friction is a law of the reaction."""
         return self.friction is not None and not isinstance(self.friction, GuideFriction)
 
-    def pushes(self, name: str, record: Recorded) -> Iterator[tuple[str, Array, Array]] | None:
+    def pushes(self, name: str, record: Recorded) -> Iterator[Push] | None:
         """Return its friction; None if that follows the reaction, which nobody knows before."""
         if self.friction is None:
             return iter(())
         if not isinstance(self.friction, GuideFriction):
             return None
         drag = self.friction.force(record.blocks[self.point].speed)
-        return iter([(f"{self.link}:{self.point}", np.outer(-drag, self.along), np.zeros_like(drag))])
+        return iter([Push(f"{self.link}:{self.point}", np.outer(-drag, self.along), np.zeros_like(drag))])
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
         """Yield the block's kinetic energy and weight, and what friction took."""

@@ -3,17 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import ClassVar
 
 import numpy as np
 
 from buckler.mbs.declare import Vector, declared, field, flag, names, quantity
-from buckler.mbs.elements.element import Array, Energy, Kind, Parts, Recorded, Signal, known
-from buckler.mbs.elements.load import Load, Push
+from buckler.mbs.elements.element import Parts, Push, Recorded
+from buckler.mbs.elements.load import Load
+from buckler.mbs.elements.references import known_link
+from buckler.mbs.elements.signal import Energy, Kind, Signal
+from buckler.mbs.geometry import Array, cross, turned
 
 
 @declared
 class LineLoad(Load):
     """A constant force and moment per length along the whole of a Beam; the force may turn with its sections."""
+
+    title: ClassVar[str] = "load along '{link}'"
+    label: ClassVar[str] = "line_load.{link}"
 
     link: str = names(doc="a Beam")
     force: tuple[float, float] = field(
@@ -22,36 +29,23 @@ class LineLoad(Load):
     moment: float = quantity("N m/m", doc="likewise, counter-clockwise", default=0.0)
     turns: bool = flag(doc="whether the force turns with the section it acts on", default=False)
 
-    @property
-    def where(self) -> str:
-        """'load along' and its link."""
-        return f"load along '{self.link}'"
-
-    @property
-    def key(self) -> str:
-        """'line_load.strip'."""
-        return f"line_load.{self.link}"
-
     def check(self, mechanism: Parts) -> None:
         """A Beam: a Cable has no sections that take moments, nothing else has sections."""
-        known("link", self.link, {link.name for link in mechanism.links}, self.where)
+        known_link(mechanism, self.link, self.where)
         body = mechanism.link(self.link).body
         if not (body.meshed and body.turns):
             raise ValueError(f"{self.where}: it is a {type(body).__name__}; must be a Beam")
 
     def acting(self, turn: Array) -> Array:
         """Force per length, N/m, (times, stations, 2), where sections have turned, rad, (times, stations)."""
-        fx, fy = self.force
-        c, s = (np.cos(turn), np.sin(turn)) if self.turns else (np.ones_like(turn), np.zeros_like(turn))
-        return np.stack([c * fx - s * fy, s * fx + c * fy], axis=-1)
+        return turned(turn * self.turns, self.force)
 
     def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
         """Yield the resultant at the strip's start, with its moment about it."""
         start = f"{self.link}:{record.mechanism.link(self.link).start}"
         lengths, fields, _ = record.links[self.link].stations_of()
         force = self.acting(fields[..., 2])
-        arm = fields[..., :2] - record.point(start)[0][:, None]
-        turning = arm[..., 0] * force[..., 1] - arm[..., 1] * force[..., 0] + self.moment
+        turning = cross(fields[..., :2] - record.point(start)[0][:, None], force) + self.moment
         yield Push(start, np.einsum("k,tkc->tc", lengths, force), turning @ lengths)
 
     def power(self, name: str, record: Recorded) -> Array:

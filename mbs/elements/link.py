@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from math import hypot
-from typing import Any
+from typing import Any, ClassVar
 
 from buckler.mbs.declare import (
     Either,
@@ -23,9 +23,11 @@ from buckler.mbs.declare import (
 )
 from buckler.mbs.declare.compound import any_of, is_list
 from buckler.mbs.declare.spec import Schema
-from buckler.mbs.elements.body import Body
-from buckler.mbs.elements.element import Array, Element, Energy, Kind, Parts, Recorded, Signal, known
+from buckler.mbs.elements.element import Body, Linked, Parts, Recorded
 from buckler.mbs.elements.frozen import Frozen
+from buckler.mbs.elements.references import known
+from buckler.mbs.elements.signal import Energy, Kind, Signal
+from buckler.mbs.geometry import Array
 from buckler.mbs.validate import positive
 
 
@@ -55,8 +57,11 @@ class Carried(Spec):
 
 
 @declared
-class Link(Element):
+class Link(Linked):
     """A named link from one point to another."""
+
+    title: ClassVar[str] = "link '{name}'"
+    label: ClassVar[str] = "{name}"
 
     name: str = names(doc="of the link")
     start: str = names(doc="the point at one end")
@@ -74,11 +79,6 @@ class Link(Element):
     )
     angle: float | None = quantity("rad", default=None, doc="from the x-axis to the direction from start to end, at t = 0")
 
-    @property
-    def where(self) -> str:
-        """'link' and its name."""
-        return f"link '{self.name}'"
-
     def agree(self) -> None:
         """Only points that its body can carry."""
         along: Any = self.carries
@@ -87,11 +87,6 @@ class Link(Element):
             raise ValueError(f"{self.where}: only Rigid links, beams and cables carry further points, not a {kind}")
         if "place" not in self.body.carrying and not all(isinstance(at, float) for at in along.values()):
             raise ValueError(f"{self.where}: only a Rigid link carries points by name or place, not a {kind}; give fractions")
-
-    @property
-    def key(self) -> str:
-        """Its name."""
-        return self.name
 
     def check(self, mechanism: Parts) -> None:
         """Known points, some distance apart."""

@@ -3,37 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from math import hypot
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from buckler.mbs.elements.element import (
-    GROUND,
-    Array,
-    Element,
-    Parts,
-    Recorded,
-    holder,
-    known,
-    place,
-    reaches,
-    takes_moments,
-)
+from buckler.mbs.elements.element import GROUND, Element, Push, Recorded, place
+from buckler.mbs.elements.signal import Energy
+from buckler.mbs.functions import kinks
+from buckler.mbs.geometry import Array
 
 Law = Callable[[float, float], float]
 PIECES = 400
 """Pieces over which the force of a spring's law is integrated."""
 SIDE = 1e-9
 """Of a run: how long before and after a sample a step sees a function."""
-
-
-class Push(NamedTuple):
-    """What a load does to a body at a point reference: a force, N, (times, 2), and a torque, N m, (times,)."""
-
-    at: str
-    force: Array
-    torque: Array
 
 
 class Load(Element):
@@ -45,67 +28,41 @@ class Load(Element):
 
     def power(self, name: str, record: Recorded) -> Array:
         """Power it gives to the bodies, W, (times,)."""
-        return sum((given(push, record) for push in self.pushes(name, record)), np.zeros_like(record.time))
+        return sum((push.power(record) for push in self.pushes(name, record)), np.zeros_like(record.time))
 
 
-def given(push: Push, record: Recorded) -> Array:
-    """Power that a push gives to its body, W, (times,)."""
-    return np.asarray((push.force * record.point(push.at)[1]).sum(axis=1) + push.torque * record.turn(push.at)[1])
+class Given(Load):
+    """A load whose value is given: constant, or a function of time first of all."""
+
+    value: Any
+
+    def kinks(self, duration: float) -> tuple[float, ...]:
+        """Times in a run at which it jumps, has a kink or changes quickly."""
+        return kinks(self.value, duration)
+
+    def push(self, record: Recorded, times: Array) -> Push:
+        """What it does to its body, at times that may lie a little beside the samples, s."""
+        raise NotImplementedError
+
+    def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
+        """Yield it."""
+        yield self.push(record, record.time)
+
+    def worked(self, record: Recorded) -> Array:
+        """Work, J: a step sees no jump at its ends, so that each has the power inside."""
+        power, last = self.push(record, record.time).power(record), float(record.time[-1])
+        if not self.kinks(last):
+            return record.work(power)
+        beside = (np.clip(record.time + side, 0.0, last) for side in (-SIDE * last, SIDE * last))
+        before, after = (self.push(record, times).power(record) for times in beside)
+        return record.work(power, (before, after))
 
 
-def worked(record: Recorded, push: Callable[[Array], Push], kinks: Sequence[float]) -> Array:
-    """Work, J, of a push that is a function of time: a step sees no jump at its ends, so that each has the power inside.
-
-    Parameters
-    ----------
-    record : Recorded
-    push : callable
-        What it is, the times of the samples given, s.
-    kinks : sequence of float
-        Times, s, at which it may jump.
-    """
-    power, last = given(push(record.time), record), float(record.time[-1])
-    if not len(kinks):
-        return record.work(power)
-    before, after = (given(push(np.clip(record.time + side, 0.0, last)), record) for side in (-SIDE * last, SIDE * last))
-    return record.work(power, (before, after))
-
-
-def moment_of_loads(record: Recorded, link: str) -> Array:
-    """Moment of all loads on a link about its centre of mass, N m, (times,)."""
-    total, centre = np.zeros_like(record.time), record.links[link].centre()[0]
-    for name, load in record.mechanism.elements().items():
-        if not isinstance(load, Load):
-            continue
-        for push in load.pushes(name, record):
-            if place(push.at).body == link:
-                arm = record.point(push.at)[0] - centre
-                total = total + arm[:, 0] * push.force[:, 1] - arm[:, 1] * push.force[:, 0] + push.torque
-    return total
-
-
-def held_at(mechanism: Parts, at: str) -> str:
-    """The reference 'body:point' of what holds a point reference; see `holder`."""
-    return f"{holder(mechanism, at)}:{place(at).point}"
-
-
-def turning(mechanism: Parts, at: str, near: str | None = None) -> str:
-    """The reference 'link:point' of what turns: 'crank' is that link at the point `near` if it has it, or else at its start."""
-    if ":" in at:
-        return at
-    if at == GROUND:
-        return f"{GROUND}:{GROUND}"
-    link = mechanism.link(at)
-    return f"{at}:{near if near in link.points else link.start}"
-
-
-def check_turning(mechanism: Parts, at: str, where: str) -> None:
-    """Raise a ValueError if a reference, 'crank' or 'beam:B', is not to a link that turns."""
-    body, colon, point = at.partition(":")
-    known("link", body, {link.name for link in mechanism.links}, where)
-    if colon:
-        reaches(mechanism, body, point, where)
-    takes_moments(mechanism, (body,), where)
+def on_both(ends: Sequence[str], force: Array, torque: Array) -> Iterator[Push]:
+    """Yield a force and a torque on the first of two point references and their opposites on the other, the ground left out."""
+    for at, sign in zip(ends, (1.0, -1.0), strict=True):
+        if place(at).body != GROUND:
+            yield Push(at, sign * force, sign * torque)
 
 
 def sampled(function: Callable[..., Any], *columns: Array) -> Array:
@@ -139,12 +96,16 @@ def potential(law: Law, values: Array) -> Array:
     return total
 
 
-class Elastic:
+class Elastic(Load):
     """A force along a coordinate, of a spring with a damper or of a law: 'force' of (value less free value, rate)."""
 
     stiffness: float
     damping: float
     law: Law | None
+
+    def state(self, record: Recorded) -> tuple[Array, Array]:
+        """Value of the coordinate less its free value, and its rate, each (times,)."""
+        raise NotImplementedError
 
     def tension(self, value: Array, rate: Array) -> Array:
         """Force, N, or torque, N m, that pulls the value back, (times,)."""
@@ -154,9 +115,7 @@ class Elastic:
 
     def stored(self, value: Array) -> Array:
         """Energy, J, (times,)."""
-        if self.law is None:
-            return 0.5 * self.stiffness * value**2
-        return potential(self.law, value)
+        return 0.5 * self.stiffness * value**2 if self.law is None else potential(self.law, value)
 
     def lost(self, value: Array, rate: Array) -> Array:
         """Power that damping takes, W, (times,)."""
@@ -164,14 +123,8 @@ class Elastic:
             return self.damping * rate**2
         return (sampled(self.law, value, rate) - sampled(self.law, value, np.zeros_like(rate))) * rate
 
-
-def unit(vectors: Array) -> tuple[Array, Array]:
-    """Lengths (times,) and directions (times, 2) of vectors; the direction of one without length is zero."""
-    size = np.hypot(*vectors.T)
-    return size, vectors / np.where(size > 0, size, 1.0)[:, None]
-
-
-def distance(mechanism: Parts, a: str, b: str) -> float:
-    """Distance of two point references at t = 0, m."""
-    (x0, y0), (x1, y1) = (mechanism.points[place(at).point] for at in (a, b))
-    return hypot(x1 - x0, y1 - y0)
+    def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
+        """Yield what it stores, and what damping took."""
+        value, rate = self.state(record)
+        yield Energy("held", "spring", self.stored(value))
+        yield Energy("taken", "damping", record.work(self.lost(value, rate)))

@@ -4,31 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from math import hypot
+from typing import ClassVar
 
 import numpy as np
 
 from buckler.mbs.declare import declared, names, quantity
-from buckler.mbs.elements.element import GROUND, Burden, Element, Energy, Parts, Recorded, holder, known, place, reaches
+from buckler.mbs.elements.element import GROUND, Burden, Element, Parts, Recorded, place
+from buckler.mbs.elements.references import holder, known, reaches
+from buckler.mbs.elements.signal import Energy
 
 
 @declared
 class Mass(Element):
     """A mass fixed to a link, or to a guide's block, at a point."""
 
+    title: ClassVar[str] = "mass at '{point}'"
+    label: ClassVar[str] = "mass.{point}"
+
     point: str = names(doc="of a link; on the end of a strut it is fixed to what the strut is pinned to")
     mass: float = quantity("kg", above=0, doc="of what is fixed there")
     inertia: float = quantity("kg m^2", low=0, doc="about the point; a block, which does not turn, takes none", default=0.0)
     link: str | None = names(doc="which of the links at the point carries it; the first that has mass by default", default=None)
-
-    @property
-    def where(self) -> str:
-        """'mass at' and its point."""
-        return f"mass at '{self.point}'"
-
-    @property
-    def key(self) -> str:
-        """'mass.A'."""
-        return f"mass.{self.point}"
 
     def check(self, mechanism: Parts) -> None:
         """A point of a body, one that turns if the mass has an inertia."""

@@ -24,9 +24,9 @@ from buckler.mbs.declare import (
     quantity,
     whole,
 )  # fmt: skip
-from buckler.mbs.elements.body import Body
-from buckler.mbs.elements.element import Energy, Kind, Recorded, Signal
+from buckler.mbs.elements.element import Body, Recorded
 from buckler.mbs.elements.section import Section
+from buckler.mbs.elements.signal import Energy, Kind, Signal
 from buckler.mbs.offers import offered
 from buckler.mbs.validate import number, positive, short
 

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
 from buckler.mbs.callables import Function
 from buckler.mbs.declare import Either, Quantity, declared, field, names, quantity
-from buckler.mbs.elements.element import Array, Burden, Energy, Kind, Parts, Recorded, Signal
-from buckler.mbs.elements.load import Load, Push, check_turning, sampled, turning
+from buckler.mbs.elements.element import Burden, Parts, Push, Recorded
+from buckler.mbs.elements.load import Load, sampled
+from buckler.mbs.elements.references import check_turning, turning
+from buckler.mbs.elements.signal import Energy, Kind, Signal
 from buckler.mbs.functions import kinks
+from buckler.mbs.geometry import Array
 
 CREEP = 1e-3
 """Speed of the rotor, rad/s, below which its friction falls linearly to zero."""
@@ -24,6 +27,9 @@ class Motor(Load):
     With the rotor's speed w = gear times the link's: i = (u - constant w)/resistance, torque on the link
     gear (constant i - friction sign(w)). The rotor's inertia turns with the link, as inertia gear^2.
     """
+
+    title: ClassVar[str] = "motor on '{link}'"
+    label: ClassVar[str] = "motor.{link:body}"
 
     link: str = names(doc="any but a Strut; on a flexible one it acts at the start; 'beam:B' names another of its points")
     voltage: float | Callable[[float], float] = field(
@@ -40,19 +46,9 @@ class Motor(Load):
     )
     dead_band: float = quantity("V", low=0, doc="the voltage acts less this, and not at all below it", default=0.0)
 
-    @property
-    def where(self) -> str:
-        """'motor on' and its link."""
-        return f"motor on '{self.link}'"
-
     def kinks(self, duration: float) -> tuple[float, ...]:
         """Times in a run at which it jumps, has a kink or changes quickly."""
         return kinks(self.voltage, duration)
-
-    @property
-    def key(self) -> str:
-        """'motor.crank'."""
-        return f"motor.{self.link.partition(':')[0]}"
 
     def check(self, mechanism: Parts) -> None:
         """A link with an angle."""

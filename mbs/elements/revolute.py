@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from buckler.mbs.declare import declared, names
-from buckler.mbs.elements.element import Array, Joint, Kind, Parts, Recorded, Signal
+from buckler.mbs.elements.element import Parts, Recorded
+from buckler.mbs.elements.joint import Joint
 from buckler.mbs.elements.rows import Row, meets
+from buckler.mbs.elements.signal import Kind, Signal
+from buckler.mbs.geometry import Array
 
 
 @declared

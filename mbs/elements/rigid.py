@@ -6,9 +6,9 @@ from collections.abc import Iterator, Mapping
 from typing import Any, ClassVar
 
 from buckler.mbs.declare import Declared, declared, part, quantity, vector
-from buckler.mbs.elements.body import Body
-from buckler.mbs.elements.element import Kind, Recorded, Signal
+from buckler.mbs.elements.element import Body, Recorded
 from buckler.mbs.elements.section import Section
+from buckler.mbs.elements.signal import Kind, Signal
 
 
 @declared

@@ -6,10 +6,11 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 from buckler.mbs.declare import Name, Several, declared, field, names
-from buckler.mbs.elements.coupling import Coupling, held_place
-from buckler.mbs.elements.element import GROUND, Kind, Parts, Place, Recorded, Signal, holder, refers
-from buckler.mbs.elements.load import distance
+from buckler.mbs.elements.coupling import Coupling
+from buckler.mbs.elements.element import GROUND, Parts, Place, Recorded
+from buckler.mbs.elements.references import distance, held_place, holder, refers
 from buckler.mbs.elements.rows import Apart, Row
+from buckler.mbs.elements.signal import Kind, Signal
 
 
 @declared

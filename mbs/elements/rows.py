@@ -12,9 +12,9 @@ from math import hypot
 from typing import Any
 
 from buckler.mbs.elements.element import GROUND, Place
+from buckler.mbs.elements.references import FIXED
 
 ACROSS = ((1.0, 0.0), (0.0, 1.0))
-FIXED = Place(GROUND, "")
 
 
 @dataclass(frozen=True)

@@ -6,25 +6,19 @@ from collections.abc import Iterator
 from typing import ClassVar
 
 from buckler.mbs.declare import declared, direction, names
-from buckler.mbs.elements.element import (
-    GROUND,
-    Array,
-    Joint,
-    Kind,
-    Parts,
-    Recorded,
-    Signal,
-    known,
-    reaches,
-    takes_moments,
-    turned,
-)
+from buckler.mbs.elements.element import GROUND, Parts, Recorded
+from buckler.mbs.elements.joint import Joint
+from buckler.mbs.elements.references import known, known_link, reaches, takes_moments
 from buckler.mbs.elements.rows import Row, on_line, same_turn
+from buckler.mbs.elements.signal import Kind, Signal
+from buckler.mbs.geometry import Array, turned
 
 
 @declared
 class Slot(Joint):
     """A pin in a straight slot: a point of the first body stays on a line of the second, and turns freely."""
+
+    title: ClassVar[str] = "{kind} at '{point}'"
 
     keeps_angle: ClassVar[bool] = False
 
@@ -32,11 +26,6 @@ class Slot(Joint):
     first: str = names(doc="a link")
     second: str = names(doc="a link or 'ground'; a flexible one must reach the point: the line is fixed in its section there")
     along: tuple[float, float] = direction(doc="of the line at t = 0; need not be a unit vector", default=(1.0, 0.0))
-
-    @property
-    def where(self) -> str:
-        """Its kind and its point."""
-        return f"{type(self).__name__} at '{self.point}'"
 
     def check(self, mechanism: Parts) -> None:
         """A point of the first body, and a second body in which a line can be fixed there."""
@@ -47,9 +36,8 @@ class Slot(Joint):
         self.apart(mechanism)
         reaches(mechanism, self.first, self.point, where)
         if self.second != GROUND:
-            links = {link.name: link for link in mechanism.links}
-            known("link", self.second, links, where)
-            if links[self.second].body.flexible:
+            known_link(mechanism, self.second, where)
+            if mechanism.link(self.second).body.flexible:
                 reaches(mechanism, self.second, self.point, where)
         takes_moments(mechanism, (self.first, self.second), where)
 

@@ -3,18 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import ClassVar
 
 import numpy as np
 
 from buckler.mbs.callables import Function
 from buckler.mbs.declare import declared, field, names, quantity
-from buckler.mbs.elements.element import GROUND, Array, Energy, Kind, Parts, Recorded, Signal, holder, place, refers
-from buckler.mbs.elements.load import Elastic, Law, Load, Push, distance, held_at, unit
+from buckler.mbs.elements.element import GROUND, Parts, Push, Recorded
+from buckler.mbs.elements.load import Elastic, Law, on_both
+from buckler.mbs.elements.references import distance, held_at, holder, refers
+from buckler.mbs.elements.signal import Kind, Signal
+from buckler.mbs.geometry import Array, unit
 
 
 @declared
-class Spring(Elastic, Load):
+class Spring(Elastic):
     """A spring with a damper on the line between two points."""
+
+    title: ClassVar[str] = "spring from '{a}' to '{b}'"
+    label: ClassVar[str] = "spring.{a:point}-{b:point}"
 
     a: str = names(doc="a point reference: 'A', 'coupler:A' or 'ground:P'")
     b: str = names(doc="the same of its other end")
@@ -27,16 +34,6 @@ class Spring(Elastic, Load):
         "is taken for elastic, the rest for damping",
         default=None,
     )
-
-    @property
-    def where(self) -> str:
-        """'spring' and its ends."""
-        return f"spring from '{self.a}' to '{self.b}'"
-
-    @property
-    def key(self) -> str:
-        """'spring.A-P'."""
-        return f"spring.{place(self.a).point}-{place(self.b).point}"
 
     def check(self, mechanism: Parts) -> None:
         """Two points of different bodies, apart where the spring has a length."""
@@ -58,23 +55,18 @@ class Spring(Elastic, Load):
         length, along = unit(b - a)
         return length - self.free(record.mechanism), ((b_t - a_t) * along).sum(axis=1), along
 
+    def state(self, record: Recorded) -> tuple[Array, Array]:
+        """Elongation, m, and its rate, m/s, each (times,)."""
+        return self.stretch(record)[:2]
+
     def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
         """Yield the tension on both ends."""
         value, rate, along = self.stretch(record)
-        force = self.tension(value, rate)[:, None] * along
-        for at, sign in ((self.a, 1.0), (self.b, -1.0)):
-            held = held_at(record.mechanism, at)
-            if place(held).body != GROUND:
-                yield Push(held, sign * force, np.zeros_like(record.time))
+        ends = [held_at(record.mechanism, at) for at in (self.a, self.b)]
+        yield from on_both(ends, self.tension(value, rate)[:, None] * along, np.zeros_like(value))
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield tension, N, and elongation, m."""
-        value, rate, _ = self.stretch(record)
+        value, rate = self.state(record)
         yield Signal(f"{name}.force", self.tension(value, rate), "N", Kind.INTERNAL)
         yield Signal(f"{name}.elongation", value, "m", Kind.PLACE)
-
-    def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
-        """Yield what it stores, and what damping took."""
-        value, rate, _ = self.stretch(record)
-        yield Energy("held", "spring", self.stored(value))
-        yield Energy("taken", "damping", record.work(self.lost(value, rate)))

@@ -3,28 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from typing import ClassVar
 
 import numpy as np
 
 from buckler.mbs.declare import declared, direction, names, part, quantity
-from buckler.mbs.elements.element import (
-    GROUND,
-    Array,
-    Depth,
-    Element,
-    Energy,
-    Kind,
-    Parts,
-    Recorded,
-    Signal,
-    known,
-    left,
-    onsets,
-    place,
-    reaches,
-    takes_moments,
-    turned,
-)
+from buckler.mbs.elements.element import GROUND, Element, Parts, Push, Recorded, place
+from buckler.mbs.elements.references import known, known_link, reaches, takes_moments
+from buckler.mbs.elements.signal import Depth, Energy, Kind, Signal
+from buckler.mbs.geometry import Array, cross, left, onsets, turned
 from buckler.mbs.laws import NormalLaw
 
 PIERCED = 0.2
@@ -39,6 +26,9 @@ class Stop(Element):
     the point is.
     """
 
+    title: ClassVar[str] = "stop at '{point}'"
+    label: ClassVar[str] = "{point}"
+
     point: str = names(doc="a guided point, or any point of a link")
     at: float = quantity(
         "m", low=-1e6, high=1e6, doc="where the face is along its direction; the point starts on one side of it and is kept there"
@@ -52,16 +42,6 @@ class Stop(Element):
         doc="what carries the face: 'ground', a rigid link, or a point of a flexible one as 'link:point', whose section turns it",
         default=GROUND,
     )
-
-    @property
-    def where(self) -> str:
-        """'stop at' and its point."""
-        return f"stop at '{self.point}'"
-
-    @property
-    def key(self) -> str:
-        """Its point."""
-        return self.point
 
     @property
     def guided(self) -> bool:
@@ -87,11 +67,10 @@ class Stop(Element):
         takes_moments(mechanism, (self.body(mechanism), self.carrier), where)
         if self.carrier == GROUND:
             return
-        links = {link.name: link for link in mechanism.links}
-        known("link", self.carrier, links, f"{where}: on")
+        known_link(mechanism, self.carrier, f"{where}: on")
         if self.carrier == self.body(mechanism):
             raise ValueError(f"{where}: on = '{self.on}': must be another body than the point's")
-        if not links[self.carrier].body.flexible:
+        if not mechanism.link(self.carrier).body.flexible:
             return
         if not place(self.on).body:
             raise ValueError(
@@ -147,10 +126,6 @@ class Stop(Element):
     def _start(self, mechanism: Parts) -> float:
         return float(np.dot(self.across(mechanism), mechanism.points[self.point]))
 
-    def depth(self, record: Recorded) -> Array:
-        """Penetration depth, m, positive in contact, (times,)."""
-        return self.approach(record)[0]
-
     def approach(self, record: Recorded) -> tuple[Array, Array]:
         """Penetration depth, m, positive in contact, and its rate, m/s, each (times,)."""
         mechanism = record.mechanism
@@ -168,15 +143,15 @@ class Stop(Element):
         rate = ((velocity - moving) * across).sum(axis=1) + spin * (apart * left(across)).sum(axis=1)
         return side * (travel - face), side * rate
 
-    def pushes(self, name: str, record: Recorded) -> Iterator[tuple[str, Array, Array]]:
+    def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
         """Yield its force on the point, and the same there on what carries the face."""
         mechanism, at = record.mechanism, f"{self.body(record.mechanism)}:{self.point}"
         angle, _ = record.turn(self.origin(mechanism))
         force = turned(angle, self.across(mechanism)) * (-self.side(mechanism) * record.channel(name, "force")[:, :1])
-        yield at, force, np.zeros(len(force))
+        yield Push(at, force, np.zeros(len(force)))
         if self.carrier != GROUND:
             arm = record.point(at)[0] - record.point(self.origin(mechanism))[0]
-            yield self.origin(mechanism), -force, arm[:, 1] * force[:, 0] - arm[:, 0] * force[:, 1]
+            yield Push(self.origin(mechanism), -force, cross(force, arm))
 
     def depths(self, name: str, mechanism: Parts) -> Iterator[Depth]:
         """Yield its depth and a share of the mechanism's size: of its longest link, or from its points to the face."""

@@ -10,9 +10,10 @@ import numpy as np
 from buckler.elastica import law, pinned
 from buckler.mbs.callables import Function
 from buckler.mbs.declare import declared, field, part
-from buckler.mbs.elements.body import Body
-from buckler.mbs.elements.element import Array, Energy, Kind, Recorded, Signal
+from buckler.mbs.elements.element import Body, Recorded
 from buckler.mbs.elements.section import Profile, Section
+from buckler.mbs.elements.signal import Energy, Kind, Signal
+from buckler.mbs.geometry import Array
 
 POINTS = 400
 """Pieces over which the work of a strut's force is integrated."""

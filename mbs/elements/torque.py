@@ -3,39 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from typing import ClassVar
 
 import numpy as np
 
 from buckler.mbs.callables import Function
 from buckler.mbs.declare import Either, Quantity, declared, field, names
-from buckler.mbs.elements.element import Array, Energy, Kind, Parts, Recorded, Signal
-from buckler.mbs.elements.load import Load, Push, check_turning, sampled, turning, worked
-from buckler.mbs.functions import kinks
+from buckler.mbs.elements.element import Parts, Push, Recorded
+from buckler.mbs.elements.load import Given, sampled
+from buckler.mbs.elements.references import check_turning, turning
+from buckler.mbs.elements.signal import Energy, Kind, Signal
+from buckler.mbs.geometry import Array
 
 
 @declared
-class Torque(Load):
+class Torque(Given):
     """A torque on a link: constant, or a function of time, angle and speed."""
+
+    title: ClassVar[str] = "torque on '{link}'"
+    label: ClassVar[str] = "torque.{link:body}"
 
     link: str = names(doc="any but a Strut; on a flexible one it acts at the start; 'beam:B' names another of its points")
     value: float | Callable[[float, float, float], float] = field(
         Either((Quantity("N m"), Function("t, angle, speed", "N m"))),
         "counter-clockwise, or a function of time, s, the angle turned there since t = 0, rad, and its rate, rad/s",
     )
-
-    @property
-    def where(self) -> str:
-        """'torque on' and its link."""
-        return f"torque on '{self.link}'"
-
-    def kinks(self, duration: float) -> tuple[float, ...]:
-        """Times in a run at which it jumps, has a kink or changes quickly."""
-        return kinks(self.value, duration)
-
-    @property
-    def key(self) -> str:
-        """'torque.crank'."""
-        return f"torque.{self.link.partition(':')[0]}"
 
     def check(self, mechanism: Parts) -> None:
         """A link with an angle."""
@@ -51,11 +43,8 @@ class Torque(Load):
             return sampled(self.value, times, *record.turn(self.at(record.mechanism)))
         return np.full_like(times, self.value)
 
-    def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
-        """Yield the torque."""
-        yield self._push(record, record.time)
-
-    def _push(self, record: Recorded, times: Array) -> Push:
+    def push(self, record: Recorded, times: Array) -> Push:
+        """The torque."""
         return Push(self.at(record.mechanism), np.zeros((len(times), 2)), self.acting(record, times))
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
@@ -65,7 +54,6 @@ class Torque(Load):
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
         """Yield the work it gave."""
         if callable(self.value):
-            kinks = self.kinks(float(record.time[-1]))
-            yield Energy("given", "load", worked(record, lambda times: self._push(record, times), kinks))
+            yield Energy("given", "load", self.worked(record))
         else:
             yield Energy("given", "load", self.value * record.turn(self.at(record.mechanism))[0])

@@ -3,18 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import ClassVar
 
 import numpy as np
 
 from buckler.mbs.callables import Function
 from buckler.mbs.declare import declared, field, names, quantity
-from buckler.mbs.elements.element import GROUND, Array, Energy, Kind, Parts, Recorded, Signal
-from buckler.mbs.elements.load import Elastic, Law, Load, Push, check_turning, turning
+from buckler.mbs.elements.element import GROUND, Parts, Push, Recorded
+from buckler.mbs.elements.load import Elastic, Law, on_both
+from buckler.mbs.elements.references import check_turning, turning
+from buckler.mbs.elements.signal import Kind, Signal
+from buckler.mbs.geometry import Array
 
 
 @declared
-class TorsionSpring(Elastic, Load):
+class TorsionSpring(Elastic):
     """A torsion spring with a damper between two links, or a link and the ground."""
+
+    title: ClassVar[str] = "torsion spring of '{first}' and '{second}'"
+    label: ClassVar[str] = "torsion.{first:body}-{second:body}"
 
     first: str = names(
         doc="any link but a strut, or 'ground'; on a flexible one it acts at the joint of the two, or else at the start; "
@@ -33,16 +40,6 @@ class TorsionSpring(Elastic, Load):
         default=None,
     )
 
-    @property
-    def where(self) -> str:
-        """'torsion spring' and its links."""
-        return f"torsion spring of '{self.first}' and '{self.second}'"
-
-    @property
-    def key(self) -> str:
-        """'torsion.crank-coupler'."""
-        return f"torsion.{self.first.partition(':')[0]}-{self.second.partition(':')[0]}"
-
     def check(self, mechanism: Parts) -> None:
         """Two different bodies with an angle."""
         where = self.where
@@ -59,26 +56,18 @@ class TorsionSpring(Elastic, Load):
         shared = next((joint.point for joint in mechanism.joints if {joint.first, joint.second} == bodies), None)
         return turning(mechanism, self.first, shared), turning(mechanism, self.second, shared)
 
-    def twist(self, record: Recorded) -> tuple[Array, Array]:
+    def state(self, record: Recorded) -> tuple[Array, Array]:
         """Angle from the free one, rad, and its rate, rad/s, each (times,)."""
         (first, first_t), (second, second_t) = (record.turn(at) for at in self.ends(record.mechanism))
         return second - first - (self.free_angle or 0.0), second_t - first_t
 
     def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
         """Yield the torque on both."""
-        torque, none = self.tension(*self.twist(record)), np.zeros((len(record.time), 2))
-        for at, sign in zip(self.ends(record.mechanism), (1.0, -1.0), strict=True):
-            if at.partition(":")[0] != GROUND:
-                yield Push(at, none, sign * torque)
+        none = np.zeros((len(record.time), 2))
+        yield from on_both(self.ends(record.mechanism), none, self.tension(*self.state(record)))
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield the torque on the first, N m, and the angle from the free one, rad."""
-        value, rate = self.twist(record)
+        value, rate = self.state(record)
         yield Signal(f"{name}.torque", self.tension(value, rate), "N m", Kind.INTERNAL)
         yield Signal(f"{name}.angle", value, "rad", Kind.PLACE)
-
-    def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
-        """Yield what it stores, and what damping took."""
-        value, rate = self.twist(record)
-        yield Energy("held", "spring", self.stored(value))
-        yield Energy("taken", "damping", record.work(self.lost(value, rate)))

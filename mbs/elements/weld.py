@@ -3,24 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import ClassVar
 
 from buckler.mbs.declare import declared, names
-from buckler.mbs.elements.element import Array, Joint, Kind, Parts, Recorded, Signal, takes_moments
+from buckler.mbs.elements.element import Parts, Recorded
+from buckler.mbs.elements.joint import Joint
+from buckler.mbs.elements.references import takes_moments
 from buckler.mbs.elements.rows import Row, meets, same_turn
+from buckler.mbs.elements.signal import Kind, Signal
+from buckler.mbs.geometry import Array
 
 
 @declared
 class Weld(Joint):
     """A clamp: two bodies share a point and keep the angle they have there at t = 0."""
 
+    title: ClassVar[str] = "weld at '{point}'"
+
     point: str = names(doc="where they meet")
     first: str = names(doc="a link or 'ground'")
     second: str = names(doc="a link or 'ground'; a Strut has no moment to be clamped by")
-
-    @property
-    def where(self) -> str:
-        """'weld at' and its point."""
-        return f"weld at '{self.point}'"
 
     def check(self, mechanism: Parts) -> None:
         """Two different bodies that reach the point and can take a moment there."""

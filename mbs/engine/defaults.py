@@ -7,9 +7,9 @@ from typing import Any
 import exudyn as exu
 import numpy as np
 
-from buckler.mbs.elements.element import Array
 from buckler.mbs.engine.placed import States
 from buckler.mbs.engine.scene import build
+from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
 
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 import exudyn.itemInterface as eii
+import numpy as np
 
-from buckler.mbs.elements.clearance import moment_on
 from buckler.mbs.elements.drive import Drive
-from buckler.mbs.elements.element import Array
-from buckler.mbs.elements.load import moment_of_loads
+from buckler.mbs.elements.element import place
 from buckler.mbs.engine.watched import watched
+from buckler.mbs.geometry import Array, cross
 from buckler.mbs.record.record import Record
 
 FLYWHEEL = 1e12
@@ -32,7 +32,12 @@ def connect(scene: Any, drives: dict[str, Drive]) -> None:
 
 def _effort(record: Record, drive: Drive) -> Array:
     """Torque that keeps a flywheel's speed against contacts and loads, N m, (times,)."""
-    return -moment_on(record, drive.target) - moment_of_loads(record, drive.target)
+    total, centre = np.zeros_like(record.time), record.links[drive.target].centre()[0]
+    for name, element in record.mechanism.elements().items():
+        for at, force, torque in element.pushes(name, record) or ():
+            if place(at).body == drive.target:
+                total = total - cross(record.point(at)[0] - centre, force) - torque
+    return total
 
 
 def add_drive(system: Any, drive: Drive, coordinate: int, ground: int, scene: Any = None) -> int:

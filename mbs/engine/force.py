@@ -10,7 +10,7 @@ import exudyn.itemInterface as eii
 
 from buckler.mbs.elements.element import place
 from buckler.mbs.elements.force import Force
-from buckler.mbs.elements.load import held_at
+from buckler.mbs.elements.references import held_at
 from buckler.mbs.engine.guarded import Guarded
 from buckler.mbs.engine.torque import add_torque
 

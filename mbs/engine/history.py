@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from buckler.mbs.elements.element import Array
 from buckler.mbs.engine.placed import States
+from buckler.mbs.geometry import Array
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from buckler.mbs.elements import journal
-from buckler.mbs.elements.element import Array
+from buckler.mbs.geometry import Array
 from buckler.mbs.laws import BristleLaw
 
 PATIENCE, SLOWER = 3_000_000, 20

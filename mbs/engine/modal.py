@@ -13,9 +13,9 @@ import exudyn as exu
 import exudyn.itemInterface as eii
 import numpy as np
 
-from buckler.mbs.elements.element import Array
 from buckler.mbs.elements.link import Link
 from buckler.mbs.engine.placed import Placed, States
+from buckler.mbs.geometry import Array
 from buckler.mbs.modal.planar import STATIONS, ModalHistory, PlanarModel
 
 ARM = 0.05

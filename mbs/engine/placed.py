@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import exudyn.itemInterface as eii
 import numpy as np
 
-from buckler.mbs.elements.element import Array
+from buckler.mbs.geometry import Array
 
 
 class States(NamedTuple):

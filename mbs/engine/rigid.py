@@ -8,9 +8,10 @@ from typing import Any
 import exudyn.itemInterface as eii
 import numpy as np
 
-from buckler.mbs.elements.element import Array, left, place, turned
+from buckler.mbs.elements.element import place
 from buckler.mbs.elements.link import Link
 from buckler.mbs.engine.placed import Placed, States
+from buckler.mbs.geometry import Array, left, turned
 from buckler.mbs.record.motion import RigidMotion
 
 

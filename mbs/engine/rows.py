@@ -7,8 +7,9 @@ from typing import Any
 import exudyn.itemInterface as eii
 import numpy as np
 
-from buckler.mbs.elements.element import GROUND, Array, Element, Place
+from buckler.mbs.elements.element import GROUND, Element, Place
 from buckler.mbs.elements.rows import Turn
+from buckler.mbs.geometry import Array
 from buckler.mbs.kinematics.forms import Ends, Forms
 
 

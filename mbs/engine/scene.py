@@ -14,7 +14,7 @@ os.environ.setdefault("EXUDYN_NO_USER_SETTINGS", "1")
 import exudyn as exu
 import exudyn.itemInterface as eii
 
-from buckler.mbs.elements.element import GROUND, Array, Burden
+from buckler.mbs.elements.element import GROUND, Burden
 from buckler.mbs.engine import guide as guides
 from buckler.mbs.engine.history import History, Remembering
 from buckler.mbs.engine.mass import attach
@@ -23,6 +23,7 @@ from buckler.mbs.engine.registry import BODIES, connect
 from buckler.mbs.engine.settle import settle
 from buckler.mbs.engine.stop import StopContact
 from buckler.mbs.engine.strut import StrutSpring
+from buckler.mbs.geometry import Array
 from buckler.mbs.kinematics.diagnosis import redundancies
 from buckler.mbs.kinematics.start import Start, start
 from buckler.mbs.mechanism import Mechanism

@@ -8,7 +8,7 @@ from typing import Any
 import exudyn as exu
 import numpy as np
 
-from buckler.mbs.elements.element import Array
+from buckler.mbs.geometry import Array
 from buckler.mbs.kinematics.settle import STEP, About, settled, settles
 from buckler.mbs.record.means import axial_period
 

@@ -7,7 +7,7 @@ from typing import Any
 import exudyn.itemInterface as eii
 
 from buckler.mbs.elements.element import place
-from buckler.mbs.elements.load import held_at
+from buckler.mbs.elements.references import held_at
 from buckler.mbs.elements.spring import Spring
 from buckler.mbs.engine.guarded import Guarded
 

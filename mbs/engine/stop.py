@@ -9,10 +9,11 @@ from typing import Any
 import exudyn.itemInterface as eii
 import numpy as np
 
-from buckler.mbs.elements.element import GROUND, Array, place
+from buckler.mbs.elements.element import GROUND, place
 from buckler.mbs.elements.stop import Stop
 from buckler.mbs.elements.striking import Striking
 from buckler.mbs.engine.watched import watched
+from buckler.mbs.geometry import Array
 
 
 @dataclass

@@ -13,10 +13,10 @@ from typing import Any
 import exudyn.itemInterface as eii
 import numpy as np
 
-from buckler.mbs.elements.element import Array
 from buckler.mbs.elements.link import Link
 from buckler.mbs.elements.section import Profile, Section
 from buckler.mbs.engine.placed import Placed, States
+from buckler.mbs.geometry import Array
 from buckler.mbs.record.strips import BeamMotion, CableMotion, StripMotion
 
 

@@ -6,10 +6,11 @@ from typing import Any
 
 import exudyn.itemInterface as eii
 
-from buckler.mbs.elements.element import Array, holder
 from buckler.mbs.elements.link import Link
+from buckler.mbs.elements.references import holder
 from buckler.mbs.elements.strut import Strut, StrutLaw
 from buckler.mbs.engine.watched import watched
+from buckler.mbs.geometry import Array
 from buckler.mbs.record.status import Status
 
 

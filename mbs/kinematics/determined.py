@@ -13,7 +13,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from buckler.mbs.elements.element import GROUND, Array, Element, place
+from buckler.mbs.elements.element import GROUND, Element, place
+from buckler.mbs.geometry import Array
 from buckler.mbs.kinematics.diagnosis import blocked, independent_rows
 from buckler.mbs.kinematics.inertias import carried
 from buckler.mbs.kinematics.linkage import Linkage, determined, solved

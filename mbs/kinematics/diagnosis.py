@@ -7,7 +7,8 @@ from itertools import combinations
 
 import numpy as np
 
-from buckler.mbs.elements.element import GROUND, Array
+from buckler.mbs.elements.element import GROUND
+from buckler.mbs.geometry import Array
 from buckler.mbs.kinematics.linkage import ROUNDING, Linkage, involved, rank
 from buckler.mbs.kinematics.start import jacobian
 from buckler.mbs.mechanism import Mechanism

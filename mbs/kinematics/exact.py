@@ -9,11 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs.elements.element import Array, kinks_of
+from buckler.mbs.elements.element import kinks_of
 from buckler.mbs.elements.link import Link
 from buckler.mbs.elements.load import Load
 from buckler.mbs.elements.stop import Stop
 from buckler.mbs.elements.striking import Striking
+from buckler.mbs.geometry import Array
 from buckler.mbs.interrupts import ctrl_c
 from buckler.mbs.kinematics.determined import Ended, Follower, UnclosedError, undecided
 from buckler.mbs.kinematics.diagnosis import remarks
@@ -176,7 +177,7 @@ def _with_contacts(follower: Follower, grid: Array, inside_each: int) -> Array:
         times = np.unique(np.concatenate([grid, *looked]))
         if not (changes | grazes).any():
             continue
-        inside = stop.depth(follower.record(follower.at(times))) > 0
+        inside = stop.approach(follower.record(follower.at(times)))[0] > 0
         edges = [
             _edge(follower, stop, times[k], times[k + 1], rising=bool(inside[k + 1]))
             for k in np.flatnonzero(inside[1:] != inside[:-1])
@@ -192,7 +193,7 @@ def _edge(follower: Follower, stop: Stop, before: float, after: float, *, rising
     """Times before and after a contact begins or ends, s."""
     for _ in range(ROUNDS):
         times = np.linspace(before, after, PIECES + 1)
-        inside = stop.depth(follower.record(follower.at(times))) > 0
+        inside = stop.approach(follower.record(follower.at(times)))[0] > 0
         k = int(np.argmax(inside == rising))
         before, after = float(times[max(0, k - 1)]), float(times[k])
     return before, after

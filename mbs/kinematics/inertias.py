@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from buckler.mbs.elements.element import Array, place
+from buckler.mbs.elements.element import place
+from buckler.mbs.geometry import Array
 from buckler.mbs.kinematics.linkage import Linkage
 
 

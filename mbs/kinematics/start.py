@@ -12,8 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs.elements.element import GROUND, Array, place
+from buckler.mbs.elements.element import GROUND, place
 from buckler.mbs.elements.rows import Row
+from buckler.mbs.geometry import Array
 from buckler.mbs.kinematics.errors import KinematicsError
 from buckler.mbs.kinematics.inertias import mass_matrix
 from buckler.mbs.kinematics.linkage import ROUNDING, Linkage, involved

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from buckler.mbs.elements.element import Array
+from buckler.mbs.geometry import Array
 from buckler.mbs.laws import BristleLaw
 from buckler.mbs.record.record import Record
 

@@ -13,7 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs.elements.element import Array, Kind, Signal
+from buckler.mbs.elements.signal import Kind, Signal
+from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
 
 RINGING = (Kind.REACTION, Kind.INTERNAL)

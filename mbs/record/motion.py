@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs.elements.element import Array, left, turned
+from buckler.mbs.geometry import Array, left, turned
 from buckler.mbs.record.lookup import hermite
 
 
@@ -61,32 +61,42 @@ class BlockMotion:
         kg.
     origin, along : (float, float)
         Place at t = 0, m, and direction of the guide.
-    travel, speed, acceleration : arrays, shape (times,)
-        Along the guide since t = 0.
+    q, q_t, q_tt : arrays, shape (times,)
+        Travel along the guide since t = 0 and its rates.
     """
 
     mass: float
     origin: tuple[float, float]
     along: tuple[float, float]
-    travel: Array
-    speed: Array
-    acceleration: Array
+    q: Array
+    q_t: Array
+    q_tt: Array
+
+    @property
+    def travel(self) -> Array:
+        """Way along the guide since t = 0, m, (times,)."""
+        return self.q
+
+    @property
+    def speed(self) -> Array:
+        """Of the travel, m/s, (times,)."""
+        return self.q_t
 
     def point(self, _name: str = "") -> tuple[Array, Array]:
         """Place and velocity, each (times, 2)."""
-        return self.origin + np.outer(self.travel, self.along), np.outer(self.speed, self.along)
+        return self.origin + np.outer(self.q, self.along), np.outer(self.q_t, self.along)
 
     def turn(self, _name: str = "") -> tuple[Array, Array]:
         """It does not turn."""
-        return np.zeros_like(self.travel), np.zeros_like(self.travel)
+        return np.zeros_like(self.q), np.zeros_like(self.q)
 
     def centre(self) -> tuple[Array, Array, Array]:
         """Place, velocity and acceleration, each (times, 2)."""
-        return *self.point(), np.outer(self.acceleration, self.along)
+        return *self.point(), np.outer(self.q_tt, self.along)
 
     def kinetic(self) -> Array:
         """Kinetic energy, J, (times,)."""
-        return 0.5 * self.mass * self.speed**2
+        return 0.5 * self.mass * self.q_t**2
 
 
 def chosen(motion: Any, rows: Any) -> Any:
@@ -105,6 +115,5 @@ def between(motion: Any, time: Array, times: Array) -> Any:
     times : array, shape (times,)
         s.
     """
-    place, rate, second = ("q", "q_t", "q_tt") if hasattr(motion, "q") else ("travel", "speed", "acceleration")
-    found, speeds = hermite(time, getattr(motion, place), getattr(motion, rate), times)
-    return replace(motion, **{place: found, rate: speeds, second: np.zeros_like(found)})
+    q, q_t = hermite(time, motion.q, motion.q_t, times)
+    return replace(motion, q=q, q_t=q_t, q_tt=np.zeros_like(q))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from buckler.mbs.elements.element import Array
+from buckler.mbs.geometry import Array
 
 EVEN = 10.0
 """Ratio of neighbouring steps beyond which a time between them is taken for a kink: parabolas do not cross it."""

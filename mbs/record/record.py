@@ -4,65 +4,29 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
-from buckler.mbs.elements.element import GROUND, Array, place
+from buckler.mbs.elements.element import Recorded
+from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.motion import between
 from buckler.mbs.record.quadrature import trapezoidal
 
 
 @dataclass(frozen=True, eq=False)
-class Record:
-    """A run as arrays.
+class Record(Recorded):
+    """A run as arrays, made of what `Recorded` lists; of links the motions are `RigidMotion`, `StripMotion`, `ModalHistory`.
 
     Attributes
     ----------
-    mechanism : Mechanism
-    time : array, shape (times,)
-        s.
-    links : dict of str to motion
-        Of each link that has coordinates of its own: `RigidMotion`, `StripMotion`, `ModalHistory`.
-    blocks : dict of str to BlockMotion
-        Of each guide, by its point.
-    channels : dict of str to dict of str to array
-        What was recorded of each element besides, by the element's name and the channel's, each (times, columns).
     rule : callable
         Integral over time that suits how the motion was found, as in `buckler.mbs.record.quadrature`.
     """
 
     mechanism: Mechanism
-    time: Array
-    links: Mapping[str, Any]
-    blocks: Mapping[str, Any]
     channels: Mapping[str, Mapping[str, Array]] = field(default_factory=dict)
     rule: Callable[[Array, Array], Array] = trapezoidal
-
-    def channel(self, element: str, name: str) -> Array:
-        """What was recorded of an element; no columns if nothing was."""
-        found: Array = self.channels.get(element, {}).get(name, np.empty((len(self.time), 0)))
-        return found
-
-    def point(self, at: str) -> tuple[Array, Array]:
-        """Place and velocity of a point reference, each (times, 2), from whatever body carries it; fixed if none does."""
-        body, point = place(at)
-        motion = self._carrier(body, point)
-        if motion is not None:
-            places: tuple[Array, Array] = motion.point(point)
-            return places
-        fixed = np.tile(self.mechanism.points[point], (len(self.time), 1))
-        return fixed, np.zeros_like(fixed)
-
-    def turn(self, at: str) -> tuple[Array, Array]:
-        """Angle turned since t = 0 at a point reference, rad, and its rate, each (times,)."""
-        body, point = place(at)
-        motion = self._carrier(body, point)
-        if motion is not None:
-            angles: tuple[Array, Array] = motion.turn(point)
-            return angles
-        return np.zeros_like(self.time), np.zeros_like(self.time)
 
     def work(self, power: Array, sides: tuple[Array, Array] | None = None) -> Array:
         """Work, J, of a power, W, since t = 0, each (times,); `sides` are what it is just before and just after each sample."""
@@ -85,16 +49,3 @@ class Record:
         links = {name: between(motion, self.time, times) for name, motion in self.links.items()}
         blocks = {name: between(motion, self.time, times) for name, motion in self.blocks.items()}
         return Record(self.mechanism, times, links, blocks)
-
-    def _carrier(self, body: str, point: str) -> Any:
-        if body == GROUND:
-            return None
-        if body in self.links:
-            return self.links[body]
-        if body in self.blocks:
-            return self.blocks[body]
-        if point in self.blocks:
-            return self.blocks[point]
-        return next(
-            (self.links[link.name] for link in self.mechanism.links if point in link.points and link.name in self.links), None
-        )

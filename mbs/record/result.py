@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs.elements.element import Kind, Trait
+from buckler.mbs.elements.signal import Kind, Trait
 from buckler.mbs.offers import offered
 from buckler.mbs.record import stored
 from buckler.mbs.record.errors import Errors

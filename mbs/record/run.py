@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
-from buckler.mbs.elements.element import Array, Signal, Trait
+from buckler.mbs.elements.signal import Signal, Trait
+from buckler.mbs.geometry import Array
 from buckler.mbs.record.record import Record
 from buckler.mbs.record.signals import collect
 from buckler.mbs.record.status import Status

@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs.elements.element import Array, Signal
 from buckler.mbs.elements.link import moving
+from buckler.mbs.elements.signal import Signal
+from buckler.mbs.geometry import Array
 from buckler.mbs.record.means import means
 from buckler.mbs.record.motion import between
 from buckler.mbs.record.record import Record

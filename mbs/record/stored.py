@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs.elements.element import Kind, Trait
+from buckler.mbs.elements.signal import Kind, Trait
 from buckler.mbs.offers import offered
 from buckler.mbs.record.errors import Errors
 from buckler.mbs.record.status import Status

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from buckler.mbs.elements.load import held_at
+from buckler.mbs.elements.references import held_at
 from buckler.mbs.laws.compiled import function_pointer
 from buckler.mbs.spectral.builder import Builder
 from buckler.mbs.spectral.reference import marker_at

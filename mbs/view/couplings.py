@@ -9,8 +9,8 @@ from math import cos, pi, sin
 from buckler.mbs.elements.belt import Belt
 from buckler.mbs.elements.element import place
 from buckler.mbs.elements.gear import Gear
-from buckler.mbs.elements.load import distance
 from buckler.mbs.elements.rack import Rack
+from buckler.mbs.elements.references import distance
 from buckler.mbs.elements.rope import Rope
 from buckler.mbs.view.drawing import Disc, Mark, Path, Span
 from buckler.mbs.view.sheet import Sheet

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs.elements.element import Array
+from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.motion import chosen
 from buckler.mbs.record.record import Record

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from buckler.mbs.elements.element import Array
+from buckler.mbs.geometry import Array
 from buckler.mbs.view.drawing import INKS, Arrow, Disc, Mark, Path
 from buckler.mbs.view.movie import Movie, filmed, placed
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs.elements.element import Array
+from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.units import labelled
 from buckler.mbs.validate import near

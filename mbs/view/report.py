@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs.elements.element import Array
+from buckler.mbs.geometry import Array
 from buckler.mbs.record.energy import ledger
 from buckler.mbs.view.drawing import INKS, Arrow, packed
 from buckler.mbs.view.movie import Movie, filmed

@@ -18,7 +18,7 @@ from buckler.mbs.accuracy.compare import FORCES, Functions, compare, relative
 from buckler.mbs.accuracy.deliver import Climb, Delivery, deliver
 from buckler.mbs.accuracy.goal import Asked, worst
 from buckler.mbs.accuracy.ladder import Ladder, ladder_of, suited
-from buckler.mbs.elements.element import Kind
+from buckler.mbs.elements.signal import Kind
 from buckler.studies.kit.parameters import StudyParameters, choice, choices, integer, quantities, quantity
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
 from buckler.studies.kit.style import COLOURS, Figure, subplots

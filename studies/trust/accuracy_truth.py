@@ -13,7 +13,7 @@ from buckler.mbs import Strut
 from buckler.mbs.accuracy.compare import Functions, compare, relative
 from buckler.mbs.accuracy.ladder import ExudynLadder, Ladder, Runner, SpectralLadder
 from buckler.mbs.accuracy.words import ALL_FORCES, MEANS, PLACES
-from buckler.mbs.elements.element import Kind, Signal
+from buckler.mbs.elements.signal import Kind, Signal
 from buckler.mbs.kinematics.slidercrank import SliderCrank
 from buckler.mbs.simulation import SOLVERS
 from buckler.mbs.solvers.exudyn import Exudyn

@@ -19,7 +19,7 @@ from buckler.elastica import pinned
 from buckler.mbs import Controlled, Exudyn, Mechanism, Result, Spectral, Status, simulate
 from buckler.mbs.accuracy.compare import FORCES
 from buckler.mbs.elements.clearance import Clearance, clearances
-from buckler.mbs.elements.element import Kind
+from buckler.mbs.elements.signal import Kind
 from buckler.mbs.engine.solve import once
 from buckler.mbs.record.means import axial_period
 from buckler.studies.trust.drawn import Drawn, drawn

@@ -29,7 +29,7 @@ from buckler.mbs import (
     slider_crank,
 )
 from buckler.mbs.accuracy.goal import Asked
-from buckler.mbs.elements.element import Kind
+from buckler.mbs.elements.signal import Kind
 from buckler.mbs.functions import Table, own_functions
 from buckler.mbs.laws import KelvinVoigt
 from buckler.mbs.record.errors import Errors

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from buckler.mbs.accuracy.compare import RESTING, SMALL, Functions, compare, relative
-from buckler.mbs.elements.element import Kind, Signal, onsets
+from buckler.mbs.elements.signal import Kind, Signal
+from buckler.mbs.geometry import onsets
 
 END = 2.0
 

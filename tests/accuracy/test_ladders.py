@@ -12,7 +12,7 @@ from buckler.mbs.accuracy.deliver import FUTILE, RUNS, Climb, deliver
 from buckler.mbs.accuracy.estimate import REMAINDER, parted
 from buckler.mbs.accuracy.goal import ALLOWED, BALANCE, Asked, worst
 from buckler.mbs.accuracy.ladder import STRICTER, ladder_of
-from buckler.mbs.elements.element import Kind, Signal
+from buckler.mbs.elements.signal import Kind, Signal
 from buckler.mbs.record.status import Status
 from buckler.mbs.solvers.choice import usual_tolerance
 

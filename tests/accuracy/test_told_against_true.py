@@ -12,7 +12,8 @@ from buckler.mbs.accuracy.compare import Functions, compare, relative
 from buckler.mbs.accuracy.deliver import Climb, deliver
 from buckler.mbs.accuracy.goal import Asked
 from buckler.mbs.accuracy.ladder import ladder_of
-from buckler.mbs.elements.element import Kind, Signal, onsets
+from buckler.mbs.elements.signal import Kind, Signal
+from buckler.mbs.geometry import onsets
 from buckler.mbs.laws import KelvinVoigt
 from buckler.mbs.simulation import SOLVERS
 

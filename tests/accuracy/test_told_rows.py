@@ -44,7 +44,7 @@ from buckler.mbs.accuracy.deliver import Climb, deliver
 from buckler.mbs.accuracy.goal import Asked
 from buckler.mbs.accuracy.ladder import ladder_of, suited
 from buckler.mbs.accuracy.usual import Usual, plain
-from buckler.mbs.elements.element import Kind
+from buckler.mbs.elements.signal import Kind
 from buckler.mbs.kinematics.slidercrank import SliderCrank
 from buckler.mbs.laws import CarvalhoMartins, KelvinVoigt
 from buckler.mbs.simulation import SOLVERS

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from buckler.mbs import Beam, Cable, Result, Section, Status, simulate, slider_crank
-from buckler.mbs.elements.element import Kind, Trait
+from buckler.mbs.elements.signal import Kind, Trait
 from buckler.mbs.laws import ExactRestitution
 from buckler.mbs.record.stored import Shape
 

@@ -3,7 +3,7 @@
 import exudyn.itemInterface as eii
 
 from buckler.mbs.elements.element import place
-from buckler.mbs.elements.load import held_at
+from buckler.mbs.elements.references import held_at
 
 
 def connect(scene, magnets):

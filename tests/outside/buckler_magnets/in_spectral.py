@@ -1,6 +1,6 @@
 """Magnets for the compiled solver."""
 
-from buckler.mbs.elements.load import held_at
+from buckler.mbs.elements.references import held_at
 from buckler.mbs.functions import Expression
 from buckler.mbs.laws.compiled import function_pointer
 from buckler.mbs.spectral.reference import marker_at

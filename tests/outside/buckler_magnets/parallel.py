@@ -2,8 +2,9 @@
 
 from buckler.mbs.declare import declared, names
 from buckler.mbs.elements.coupling import Coupling
-from buckler.mbs.elements.element import Kind, Signal, place
+from buckler.mbs.elements.element import place
 from buckler.mbs.elements.rows import Turn, row
+from buckler.mbs.elements.signal import Kind, Signal
 
 
 @declared

@@ -1,0 +1,113 @@
+"""What elements tell of a run: signals and energies."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from enum import StrEnum
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from buckler.mbs.geometry import Array
+
+
+class Kind(StrEnum):
+    """What a signal is: it decides how two runs are compared, and how values between samples are found.
+
+    A reaction is a constraint's force, a contact's what pushes while it is closed (its force or depth), an internal force what
+    a law makes of a state or of time: strips, springs, motors, loads.
+    """
+
+    PLACE = "place"
+    RATE = "rate"
+    ACCELERATION = "acceleration"
+    REACTION = "reaction"
+    CONTACT = "contact"
+    FRICTION = "friction"
+    INTERNAL = "internal"
+    ENERGY = "energy"
+    COUNT = "count"
+
+
+class Trait(NamedTuple):
+    """What there is to know of a signal besides its values and unit.
+
+    Attributes
+    ----------
+    kind : Kind
+    group : str
+        Signals of one group are components of a vector: they are measured by the largest of them. By default it is alone.
+    rate : str
+        Name of the signal that is its rate.
+    scale : float
+        What its errors are relative to, where the element knows it: the clearance of a joint.
+    period : float
+        s, over which the signal is a mean; 0 of a signal as computed.
+    """
+
+    kind: Kind
+    group: str = ""
+    rate: str = ""
+    scale: float = 0.0
+    period: float = 0.0
+
+
+class Signal(NamedTuple):
+    """A named series and what it is; kind, group, rate, scale and period as in `Trait`.
+
+    Attributes
+    ----------
+    name : str
+    values : array, shape (times,)
+    unit : str
+    onsets : array, shape (contacts,)
+        Times, s, at which a contact closes or opens: its force jumps or has a kink there.
+    depth : array, shape (times,)
+        m, of a stop's contact; negative where it is open.
+    elastic : callable, optional
+        Force, N, of its law at rest in depths, m.
+    """
+
+    name: str
+    values: Array
+    unit: str
+    kind: Kind
+    group: str = ""
+    rate: str = ""
+    scale: float = 0.0
+    period: float = 0.0
+    onsets: Array = np.empty(0)
+    depth: Array = np.empty(0)
+    elastic: Callable[[Any], Any] = np.zeros_like
+
+    @property
+    def trait(self) -> Trait:
+        """What it is."""
+        return Trait(*self[3:8])
+
+
+class Energy(NamedTuple):
+    """An energy, J, of shape (times,).
+
+    Attributes
+    ----------
+    kind : str
+        'held' now, 'taken' from the mechanism since t = 0, or 'given' to it since t = 0.
+    name : str
+        What it is added to in the ledger: `kinetic`, `strain`, `contact`, `weight`, `spring`; `damping`, `friction`, `contact`,
+        `resistance`; `drive`, `load`, `motor`.
+    values : array, shape (times,)
+    """
+
+    kind: str
+    name: str
+    values: Array
+
+
+class Depth(NamedTuple):
+    """How deep a contact may be: signal, depth, m, beyond which its law does not hold, what is so deep, and in what."""
+
+    signal: str
+    allowed: float
+    what: str
+    where: str

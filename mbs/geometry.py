@@ -1,0 +1,50 @@
+"""Plane vectors as arrays, x and y along their last axis, and the zeros of sampled curves."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+Array = np.ndarray[Any, Any]
+
+
+def turned(angle: Array, vectors: Any) -> Array:
+    """Vectors (..., 2), or a fixed one (2,), turned by angles (...)."""
+    c, s, (x, y) = np.cos(angle), np.sin(angle), np.moveaxis(np.asarray(vectors), -1, 0)
+    return np.stack([c * x - s * y, s * x + c * y], axis=-1)
+
+
+def left(vectors: Array) -> Array:
+    """Vectors (..., 2) turned a quarter to the left."""
+    return np.stack([-vectors[..., 1], vectors[..., 0]], axis=-1)
+
+
+def cross(a: Array, b: Array) -> Array:
+    """Cross products of vectors (..., 2): the moment of forces b at arms a."""
+    return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
+
+
+def unit(vectors: Array) -> tuple[Array, Array]:
+    """Lengths (times,) and directions (times, 2) of vectors; the direction of one without length is zero."""
+    size = np.hypot(*vectors.T)
+    return size, vectors / np.where(size > 0, size, 1.0)[:, None]
+
+
+def onsets(time: Array, depth: Array, rate: Array) -> Array:
+    """Times, s, at which a depth passes zero, by the cubics through its samples and their rates.
+
+    Parameters
+    ----------
+    time, depth, rate : arrays, shape (times,)
+        s, m, m/s.
+    """
+    found = []
+    for k in np.flatnonzero((depth[:-1] > 0) != (depth[1:] > 0)):
+        h, start, end = time[k + 1] - time[k], depth[k], depth[k + 1]
+        before, after = h * rate[k], h * rate[k + 1]
+        bend, twist = 3 * (end - start) - 2 * before - after, before + after - 2 * (end - start)
+        roots = np.roots([twist, bend, before, start])
+        inside = roots.real[(np.abs(roots.imag) < 1e-9) & (roots.real >= 0) & (roots.real <= 1)]
+        found.append(time[k] + h * (inside[0] if len(inside) else start / (start - end)))
+    return np.array(found)
