@@ -1,4 +1,4 @@
-"""What the paper on the striking slider-crank leaves open, as parameters: gravity in its plane and the motor of its crank.
+"""Parameters that the studies of the striking slider-crank share, among them what its paper leaves open: gravity and motor.
 
 The paper's figures fit gravity normal to the plane and a crank of prescribed speed no better than others: see `identify`.
 """
@@ -13,9 +13,13 @@ import numpy as np
 
 from buckler.mbs import Mechanism, Motion, Motor, Ramp
 from buckler.studies.kit.gravity import Gravity
-from buckler.studies.kit.parameters import quantity
+from buckler.studies.kit.parameters import StudyParameters, integer, quantity, specs
 
 Array = np.ndarray[Any, Any]
+GRAVITY = 9.81
+"""Presses the slider on its guide, whichever way gravity acts in the plane, m/s^2."""
+SLOWED = 1.2
+"""How much longer a run takes whose crank a motor turns."""
 CONSTANT = 1.0
 """Torque constant of the motor, N m/A; only the slope of torque over speed matters, its square over the resistance."""
 
@@ -50,10 +54,32 @@ class StrikeAssumptions(Gravity):
         motor = Motor("crank", voltage, resistance=CONSTANT**2 / self.motor, constant=CONSTANT, inertia=self.motor_inertia)
         return replace(made, drives=(), loads=(*made.loads, motor), velocities={"crank": float(first) / CONSTANT})
 
+    def lasts(self, duration: float) -> float:
+        """Time, s, in which the crank surely turns as far as it would at the speed without load in `duration`."""
+        return duration * (SLOWED if self.motor else 1.0)
+
     def stated(self) -> str:
         """One sentence for a table."""
         drive = f"DC motor of {self.motor:g} N m s, {self.motor_inertia:g} kg m²" if self.motor else "speed prescribed"
         return f"Left open by the paper: gravity {self.down}; crank: {drive}"
+
+
+@dataclass(frozen=True)
+class StrikeParameters(StrikeAssumptions):
+    """How the strip is simulated, too."""
+
+    damping: float = quantity(0.05, "1", 0, 1, "damping ratio of the strip's first bending mode (beam)", "strip")
+    imperfection: float = quantity(
+        1e-4, "1", -0.05, 0.05, "bow of the unloaded strip over its length, to the side its inertia bends it (beam)", "strip"
+    )
+    elements: int = integer(8, 2, 64, "elements of the beam", "numerics")
+    tolerance: float = quantity(1e-5, "1", 1e-9, 1e-3, "position error allowed a step, over the length", "numerics")
+    timeout: float = quantity(120, "s", 0.01, 86400, "longest time a run may take", "numerics")
+
+
+def common(given: StudyParameters, kind: type[StudyParameters]) -> dict[str, Any]:
+    """Those parameters of a study that another kind has, too."""
+    return {name: getattr(given, name) for name in specs(kind) if name in specs(type(given))}
 
 
 def crank_angle(signals: Mapping[str, Array]) -> Array:

@@ -5,10 +5,10 @@ The models themselves are in studies/impact_models.py.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from math import isnan, nan, pi
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,38 +16,30 @@ from buckler.elastica import pinned
 from buckler.mbs import Section
 from buckler.mbs.accuracy.words import FINEST
 from buckler.mbs.library import PAPER, PAPER_STOP
-from buckler.studies.kit.parameters import choices, integer, quantity
+from buckler.studies.kit.parameters import choices, quantity
 from buckler.studies.kit.published import STRIP_WIDTH
-from buckler.studies.kit.report import worst
-from buckler.studies.striking.assumptions import StrikeAssumptions
-from buckler.studies.striking.strikes import strikes
+from buckler.studies.kit.report import Array, worst
+from buckler.studies.striking.assumptions import GRAVITY, StrikeParameters
+from buckler.studies.striking.strikes import Strike, strikes
 
-Array = np.ndarray[Any, Any]
 MODELS = ("stitched", "strut", "beam")
 COLOURS = {"stitched": "#E69F00", "strut": "#0072B2", "beam": "#D55E00", "exact": "#000000", "published": "#009E73"}
-PLATEAU = np.radians((150.0, 210.0))
-"""Crank angles between which the contact force is held against the elastica."""
+SETTLED_BY = np.radians(210.0)
+"""Crank angle up to which a contact that begins belongs to the way in."""
 DEAD_CENTRE = np.radians((165.0, 195.0))
 """Crank angles between which the largest contact force is looked for."""
 
 
 @dataclass(frozen=True)
-class ImpactParameters(StrikeAssumptions):
+class ImpactParameters(StrikeParameters):
     """Parameters of every slider-crank study; each adds its drive."""
 
     models: tuple[str, ...] = choices(MODELS, MODELS, "models to run side by side", "models")
     thickness: float = quantity(3e-4, "m", 5e-5, 1e-3, "thickness of the strip", "strip")
-    damping: float = quantity(0.05, "1", 0, 1, "damping ratio of the strip's first bending mode (beam)", "strip")
-    imperfection: float = quantity(
-        1e-4, "1", -0.05, 0.05, "bow of the unloaded strip over its length, to the side its inertia bends it (beam)", "strip"
-    )
     mass: float = quantity(0.3, "kg", 0.01, 10, "mass of the slider", "slider and stop")
     friction: float = quantity(0.1, "1", 0, 0.9, "Coulomb coefficient of the slider by its weight", "slider and stop")
     restitution: float = quantity(0.8, "1", 0.1, 1, "restitution of the stop", "slider and stop")
-    elements: int = integer(8, 2, 64, "elements of the beam", "numerics")
-    tolerance: float = quantity(1e-5, "1", 1e-9, 1e-3, "position error allowed a step, over the length", "numerics")
     accuracy: float = quantity(0, "1", 0, 0.1, "error of the motion asked for, instead of elements and tolerance", "numerics")
-    timeout: float = quantity(120, "s", 0.01, 86400, "longest time a model may take", "numerics")
 
     def check(self) -> None:
         """Raise a ValueError at an accuracy that cannot be asked for."""
@@ -61,8 +53,8 @@ class ImpactParameters(StrikeAssumptions):
 
     @property
     def friction_force(self) -> float:
-        """Coulomb friction of the slider, N, by its weight on the guide, whichever way gravity acts on strip and links."""
-        return self.friction * self.mass * 9.81
+        """Coulomb friction of the slider, N."""
+        return self.friction * self.mass * GRAVITY
 
     def stated(self) -> str:
         """One sentence for a table."""
@@ -102,6 +94,11 @@ class ModelRun:
     work: dict[str, float]
 
     @property
+    def ended(self) -> bool:
+        """Whether it came to its end."""
+        return self.status in ("OK", "SUSPECT")
+
+    @property
     def signals(self) -> dict[str, Array]:
         """Arrays by name, for signals.npz."""
         names = ("time", "angle", "force", "speed", "shortening")
@@ -115,17 +112,16 @@ def exact_force(parameters: ImpactParameters, angle: Any) -> Any:
     return force * PAPER.lean_cosine(angle, PAPER_STOP)
 
 
-@dataclass(frozen=True)
-class Reading:
+class Reading(NamedTuple):
     """What one turn of the crank does to the stop; nan where it does not happen.
 
     Attributes
     ----------
-    contact_angle, release_angle : float
-        Crank angles of first and last contact, rad.
+    contact_angle, settled, release_angle : float
+        Crank angles of first contact, from which the slider rests against the stop, and of last contact, rad; `settled` is nan
+        if the slider is off the stop at the dead centre.
     contact_time, settling_time : float
-        From first contact until the last, and until the slider rests against the stop, s; nan if it is off it at the
-        dead centre.
+        From first contact until the last, and until the slider rests, s.
     impact_speed, rebound_ratio : float
         Of the slider at first contact, m/s, and the share of it with which it leaves.
     impact_peak, impact_impulse, impact_time : float
@@ -134,8 +130,6 @@ class Reading:
         How often the slider comes back to the stop on the way in.
     force_180, contact_max : float
         Force at the dead centre, and the largest around it if the slider rests, N.
-    force_error : float
-        Largest relative deviation from the exact elastica on that part of the `PLATEAU` where the slider rests.
     shortening : float
         Largest end shortening over the length.
     buckles_before_stop : bool
@@ -143,6 +137,7 @@ class Reading:
     """
 
     contact_angle: float = nan
+    settled: float = nan
     release_angle: float = nan
     contact_time: float = 0.0
     settling_time: float = nan
@@ -154,74 +149,66 @@ class Reading:
     rebounds: int = 0
     force_180: float = nan
     contact_max: float = nan
-    force_error: float = nan
     shortening: float = nan
     buckles_before_stop: bool = False
 
+    @property
+    def turned(self) -> float:
+        """Angle from first contact to the last, rad."""
+        return self.release_angle - self.contact_angle
 
-def read(run: ModelRun, parameters: ImpactParameters, turn: int = 0) -> Reading:
+
+def read(run: ModelRun, turn: int = 0) -> Reading:
     """Read one turn of the crank; the first is number 0."""
-    seen = _Turn(run, turn)
-    return Reading(**seen.approach(), **seen.impact(), **seen.rest(parameters))
+    part = slice(*np.searchsorted(run.angle, (2 * pi * turn, 2 * pi * (turn + 1))))
+    time, angle, force, speed = run.time[part], run.angle[part] - 2 * pi * turn, run.force[part], run.speed[part]
+    if not time.size:
+        return Reading()
+    own = force.copy()
+    own[[0, -1]] = 0.0  # what begins before or ends after the turn belongs to another
+    contacts = strikes(own)
+    until = contacts[0].first + 1 if contacts else None
+    found = Reading(
+        force_180=float(np.interp(pi, angle, force, right=nan)),
+        shortening=float(run.shortening[part].max()),
+        buckles_before_stop=bool((run.overload[part][:until] > 1).any()),
+    )
+    if not contacts:
+        return found
+    one, released = contacts[0], contacts[-1].last
+    found = found._replace(
+        contact_angle=float(angle[one.first]),
+        release_angle=float(angle[released]),
+        contact_time=float(time[released] - time[one.first]),
+        impact_speed=float(speed[one.before]),
+        rebound_ratio=-float(speed[one.after] / speed[one.before]) if angle[one.last] < pi else nan,
+        impact_peak=one.peak(force),
+        impact_impulse=one.impulse(time, force),
+        impact_time=float(time[one.last] - time[one.first]),
+    )
+    return found._replace(**_rest(time, angle, force, contacts))
 
 
-class _Turn:
-    """Samples of one turn, and its contacts."""
-
-    def __init__(self, run: ModelRun, turn: int) -> None:
-        self.run, turned = run, 2 * pi * turn
-        self.part = slice(*np.searchsorted(run.angle, (turned, turned + 2 * pi)))
-        self.time, self.angle = run.time[self.part], run.angle[self.part] - turned
-        self.force, self.speed = run.force[self.part], run.speed[self.part]
-        own = self.force.copy()
-        own[[0, -1]] = 0.0  # what begins before or ends after the turn belongs to another
-        self.strikes = strikes(own)
-
-    def approach(self) -> dict[str, Any]:
-        until = self.strikes[0].first + 1 if self.strikes else None
-        return {
-            "force_180": float(np.interp(pi, self.angle, self.force, right=nan)),
-            "shortening": float(self.run.shortening[self.part].max()),
-            "buckles_before_stop": bool((self.run.overload[self.part][:until] > 1).any()),
-        }
-
-    def impact(self) -> dict[str, Any]:
-        if not self.strikes:
-            return {}
-        time, angle, force, speed = self.time, self.angle, self.force, self.speed
-        one, released = self.strikes[0], self.strikes[-1].last
-        return {
-            "contact_angle": float(angle[one.first]),
-            "release_angle": float(angle[released]),
-            "contact_time": float(time[released] - time[one.first]),
-            "impact_speed": float(speed[one.before]),
-            "rebound_ratio": -float(speed[one.after] / speed[one.before]) if angle[one.last] < pi else nan,
-            "impact_peak": one.peak(force),
-            "impact_impulse": one.impulse(time, force),
-            "impact_time": float(time[one.last] - time[one.first]),
-        }
-
-    def rest(self, parameters: ImpactParameters) -> dict[str, Any]:
-        inwards = [one for one in self.strikes if self.angle[one.before] < PLATEAU[1]]  # those that begin later are the way out
-        if not inwards:
-            return {}
-        rebounds, angle, force = len(inwards) - 1, self.angle, self.force
-        start, end = inwards[-1].first, inwards[-1].last
-        if not angle[start] < pi <= angle[end]:
-            return {"rebounds": rebounds}
-        resting = (angle >= max(angle[start], PLATEAU[0])) & (angle <= PLATEAU[1])
-        top = (angle >= max(angle[start], DEAD_CENTRE[0])) & (angle <= DEAD_CENTRE[1])
-        return {
-            "rebounds": rebounds,
-            "settling_time": float(self.time[start] - self.time[self.strikes[0].first]),
-            "contact_max": float(force[top].max()),
-            "force_error": float(np.abs(force[resting] / exact_force(parameters, angle[resting]) - 1).max()),
-        }
+def _rest(time: Array, angle: Array, force: Array, contacts: Sequence[Strike]) -> dict[str, Any]:
+    """How often the slider comes back, and from where on it stays."""
+    inwards = [each for each in contacts if angle[each.before] < SETTLED_BY]  # those that begin later are the way out
+    if not inwards:
+        return {}
+    start, end = inwards[-1].first, inwards[-1].last
+    if not angle[start] < pi <= angle[end]:
+        return {"rebounds": len(inwards) - 1}
+    top = (angle >= max(angle[start], DEAD_CENTRE[0])) & (angle <= DEAD_CENTRE[1])
+    return {
+        "rebounds": len(inwards) - 1,
+        "settled": float(angle[start]),
+        "settling_time": float(time[start] - time[contacts[0].first]),
+        "contact_max": float(force[top].max()),
+    }
 
 
 def findings(run: ModelRun, readings: Iterable[Reading]) -> list[str]:
     """What a finished run says about the mechanism rather than about itself, in words that begin with a name."""
-    if run.status not in ("OK", "SUSPECT"):
+    if not run.ended:
         return []
     readings = list(readings)
     states = {

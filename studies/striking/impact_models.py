@@ -14,11 +14,12 @@ from typing import NamedTuple
 import numpy as np
 
 from buckler import mbs
-from buckler.mbs import Beam, Cable, GuideFriction, Mechanism, Ramp, Strut, slider_crank
+from buckler.mbs import Beam, Cable, GuideFriction, Mechanism, Ramp, Section, Strut, slider_crank
+from buckler.mbs.kinematics.slidercrank import SliderCrank
 from buckler.mbs.laws import CarvalhoMartins
 from buckler.mbs.library import PAPER, PAPER_STOP
 from buckler.studies.kit.published import IMPACT_FORCE, IMPACT_SPEED
-from buckler.studies.striking.assumptions import crank_angle
+from buckler.studies.striking.assumptions import StrikeAssumptions, StrikeParameters, crank_angle
 from buckler.studies.striking.impact import ImpactParameters, ModelRun, read
 from buckler.studies.striking.stitched import Stitched, follow
 
@@ -31,6 +32,58 @@ IMPACT_UNTIL = np.radians(150.0)
 """Crank angle, rad, at which a run ends that is about the first impact only."""
 CALIBRATED_TO, TRIALS = 1e-3, 12
 """How close a calibration must come to the published force, and how many runs it may take."""
+
+
+def coupler(
+    kind: type[Beam | Cable | Strut], section: Section, length: float, damping: float, bow: float, elements: int | None = None
+) -> Beam | Cable | Strut:
+    """A coupler of this kind; a strut is damped along its axis, the others are bowed to the side their inertia bends them."""
+    if issubclass(kind, Strut):
+        return Strut(replace(section, material=replace(section.material, axial_damping=AXIAL_DAMPING)))
+    return kind(section.damped(damping, length), elements=elements, imperfection=-bow * length)
+
+
+def striking(
+    body: Beam | Cable | Strut,
+    assumed: StrikeAssumptions,
+    *,
+    stiffness: float,
+    restitution: float,
+    mass: float,
+    friction: float,
+    speed: float | Ramp,
+    stop: float = PAPER_STOP,
+    lengths: SliderCrank = PAPER,
+) -> Mechanism:
+    """The slider-crank with a coupler and a linear stop, in SI units; friction is that of the slider, N."""
+    law = CarvalhoMartins(stiffness, restitution, exponent=1.0)
+    guide = GuideFriction(friction) if friction else None
+    return assumed.under(slider_crank(body, law=law, mass=mass, speed=speed, friction=guide, stop=stop, lengths=lengths))
+
+
+def mechanism(kind: type[Beam | Cable | Strut], parameters: ImpactParameters, stiffness: float, speed: float | Ramp) -> Mechanism:
+    """The slider-crank with a coupler of this kind, and a stop of this stiffness, N/m."""
+    p = parameters
+    elements = None if p.accuracy else p.elements
+    body = coupler(kind, p.section, PAPER.coupler, p.damping, p.imperfection, elements)
+    return striking(
+        body, p, stiffness=stiffness, restitution=p.restitution, mass=p.mass, friction=p.friction_force, speed=speed
+    )  # fmt: skip
+
+
+def simulated(
+    model: str, made: Mechanism, duration: float, fastest: float, numerics: StrikeParameters, accuracy: float = 0.0
+) -> ModelRun:
+    """Run a mechanism whose crank turns at `fastest`, rad/s, at most, for a time, s, by controlled steps or to an accuracy."""
+    solver = None if accuracy else mbs.Exudyn(mbs.Controlled(tolerance=numerics.tolerance, max_step=pi / 180 / fastest))
+    result = mbs.simulate(made, duration, accuracy or None, solver=solver, ledger=True, timeout=numerics.timeout)
+    signals = result.signals
+    shortening = signals["coupler.end_shortening"] / (made.points["A"][0] - made.points["B"][0])
+    work = {name: result.work[name] for name in ("wall_s", "steps")} | ({"error": result.error.motion} if accuracy else {})
+    return ModelRun(
+        model, str(result.status), result.message, result.time, crank_angle(signals), signals["B.contact_force"],
+        -signals["B.vx"], shortening, shortening / BUCKLED_FROM, result.energy_balance, work,
+    )  # fmt: skip
 
 
 def run_model(model: str, parameters: ImpactParameters, stop: float, speed: float | Ramp, duration: float) -> ModelRun:
@@ -50,71 +103,21 @@ def run_model(model: str, parameters: ImpactParameters, stop: float, speed: floa
     if model == "stitched":
         return _run_stitched(parameters, stop, speed, duration)
     fastest = max(speed.start, speed.end) if isinstance(speed, Ramp) else speed
-    result = mbs.simulate(
-        mechanism(COUPLERS[model], parameters, stop, speed),
-        duration,
-        parameters.accuracy or None,
-        solver=None
-        if parameters.accuracy
-        else mbs.Exudyn(mbs.Controlled(tolerance=parameters.tolerance, max_step=pi / 180 / fastest)),
-        ledger=True,
-        timeout=parameters.timeout,
-    )
-    signals = result.signals
-    shortening = signals["coupler.end_shortening"] / PAPER.coupler
-    return ModelRun(
-        model, str(result.status), result.message,
-        result.time, crank_angle(result.signals), signals["B.contact_force"], -signals["B.vx"],
-        shortening, shortening / BUCKLED_FROM,
-        result.energy_balance,
-        {name: result.work[name] for name in ("wall_s", "steps")}
-        | ({"error": result.error.motion} if parameters.accuracy else {}),
-    )  # fmt: skip
+    made = mechanism(COUPLERS[model], parameters, stop, speed)
+    return simulated(model, made, duration, fastest, parameters, parameters.accuracy)
 
 
-def _run_stitched(parameters: ImpactParameters, stop: float, speed: float | Ramp, duration: float) -> ModelRun:
+def _run_stitched(p: ImpactParameters, impact_duration: float, speed: float | Ramp, duration: float) -> ModelRun:
     begin = perf_counter()
     motion = speed if isinstance(speed, Ramp) else Ramp(speed, speed, duration)
-    trace = follow(stitched(parameters, stop), motion, duration)
-    held = f"HELD_OFF: friction, {parameters.friction_force:.3g} N, holds the slider off the stop" if trace.held else ""
+    model = Stitched(p.mass, p.restitution, p.friction_force, impact_duration, p.section.bending_stiffness)
+    trace = follow(model, motion, duration)
+    held = f"HELD_OFF: friction, {p.friction_force:.3g} N, holds the slider off the stop" if trace.held else ""
     return ModelRun(
         "stitched", "OK", held,
         trace.time, trace.angle, trace.force, -trace.speed, trace.shortening, trace.load,
         trace.energy_balance, {"wall_s": perf_counter() - begin, "steps": float(len(trace.time))},
     )  # fmt: skip
-
-
-def stitched(parameters: ImpactParameters, impact_duration: float) -> Stitched:
-    """The published model."""
-    return Stitched(
-        mass=parameters.mass,
-        restitution=parameters.restitution,
-        friction=parameters.friction_force,
-        impact_duration=impact_duration,
-        stiffness=parameters.section.bending_stiffness,
-    )
-
-
-def mechanism(
-    coupler: type[Beam | Cable | Strut], parameters: ImpactParameters, stiffness: float, speed: float | Ramp
-) -> Mechanism:
-    """The slider-crank with a coupler of this kind, and a stop of this stiffness, N/m."""
-    section, length = parameters.section, PAPER.coupler
-    if issubclass(coupler, Strut):
-        material = replace(section.material, axial_damping=AXIAL_DAMPING)
-        body: Beam | Cable | Strut = Strut(replace(section, material=material))
-    else:
-        elements = None if parameters.accuracy else parameters.elements
-        bow = -parameters.imperfection * length
-        body = coupler(section.damped(parameters.damping, length), elements=elements, imperfection=bow)
-    made = slider_crank(
-        body,
-        law=CarvalhoMartins(stiffness, parameters.restitution, exponent=1.0),
-        mass=parameters.mass,
-        speed=speed,
-        friction=GuideFriction(parameters.friction_force) if parameters.friction else None,
-    )
-    return parameters.under(made)
 
 
 def strike(model: str, parameters: ImpactParameters, stop: float, speed: float) -> ModelRun:
@@ -149,8 +152,8 @@ def calibrate(model: str, parameters: ImpactParameters) -> Fit:
     log_stop, slope, trials = 2 * log(IMPACT_FORCE / speed) - log(parameters.mass), 0.5, []  # elastic: F = v sqrt(k m)
     for _ in range(TRIALS):
         run = strike(model, parameters, exp(log_stop), IMPACT_SPEED)
-        force = read(run, parameters).impact_peak
-        if run.status not in ("OK", "SUSPECT") or not force:
+        force = read(run).impact_peak
+        if not run.ended or not force:
             reason = run.message or "the slider does not meet the stop"
             raise NotCalibratedError(f"{model}: no stop stiffness found for {IMPACT_FORCE:g} N: {reason}")
         trials.append((exp(log_stop), force))

@@ -97,7 +97,7 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
 def _peaks(run: ModelRun, p: ImpactParameters) -> np.ndarray:
     """Impact of every turn whose stop was met, N."""
     turns = int(run.angle[-1] // (2 * pi)) + int(run.angle[-1] % (2 * pi) > 5 * pi / 6)
-    return np.array([impact.read(run, p, turn).impact_peak for turn in range(turns)])
+    return np.array([impact.read(run, turn).impact_peak for turn in range(turns)])
 
 
 def figure(result: StudyResult) -> Figure:

@@ -13,11 +13,11 @@ gravity, or a bow above the default, the settled force is held against the finer
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from math import nan, pi
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -25,16 +25,24 @@ from buckler.mbs import Beam, Cable, Controlled, Exudyn, Mechanism, simulate
 from buckler.mbs.accuracy.precision import Point, fastest, time_for, verdict
 from buckler.mbs.record.status import Status
 from buckler.studies.kit import precision
-from buckler.studies.kit.parameters import integer, quantities, quantity, specs
+from buckler.studies.kit.parameters import integer, quantities, quantity
 from buckler.studies.kit.precision import Bar, Runs, Series
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
+from buckler.studies.kit.report import QUIET, Array, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import Figure
-from buckler.studies.striking import impact_models
+from buckler.studies.striking import impact, impact_models
 from buckler.studies.striking import slider_crank as main_study
-from buckler.studies.striking.assumptions import StrikeAssumptions, crank_angle
-from buckler.studies.striking.precision_reading import EXACT, JOB, PLATEAU, TURN, PrecisionReading, ReadRun, read
+from buckler.studies.striking.assumptions import StrikeAssumptions, common, crank_angle
+from buckler.studies.striking.strikes import strikes
 from buckler.studies.trust import plain
 
+JOB = main_study.Parameters()
+"""The main job."""
+TURN = 2 * pi / JOB.speed
+"""One turn of the crank, s."""
+PLATEAU = np.radians(np.linspace(150, 210, 601))
+"""Crank angles at which the pressed slider's force is compared with the exact elastica, rad."""
+EXACT = impact.exact_force(JOB, PLATEAU)
+"""Force of the exact elastica there, in equilibrium and without friction, N."""
 UNTUNED = 1e-6
 """Newton tolerance of the plain run before it is tuned."""
 FINER = 1e-3
@@ -48,8 +56,6 @@ BARS = {
     "energy_balance": Bar("energy balance", 1e-3),
 }
 """What is asked of the chosen run; it is SUSPECT if it misses one."""
-SLOWED = 1.1
-"""How much longer a run takes whose crank a motor turns."""
 SPEEDUPS = {
     "speedup_at_plain_error": Bar("times faster: fastest run no less accurate than the plain run, against it", 4, sign=">="),
     "speedup_at_own_error": Bar("times faster: chosen run, against plain runs as accurate (interpolated)", 4, sign=">="),
@@ -88,8 +94,7 @@ class Parameters(StrikeAssumptions):
     @property
     def job(self) -> main_study.Parameters:
         """The main job under these assumptions."""
-        given: dict[str, Any] = {name: getattr(self, name) for name in (*specs(StrikeAssumptions), "imperfection", "mass")}
-        return replace(JOB, **given)
+        return replace(JOB, **common(self, main_study.Parameters))
 
     @property
     def exact(self) -> bool:
@@ -101,6 +106,61 @@ class Parameters(StrikeAssumptions):
         return f"{super().stated()}; bow {self.imperfection:g} of the length; slider {self.mass:g} kg"
 
 
+class PrecisionReading(NamedTuple):
+    """What is read off a contact force; nan where the run failed or there was no contact.
+
+    Attributes
+    ----------
+    peak, impulse : float
+        Largest force, N, and impulse, N s, from first contact until the force first returns to zero.
+    settled, mean : float
+        Force at a crank angle of 180 degrees and its mean over 150 to 210 degrees, N.
+    release : float
+        Crank angle at the last sample in contact, deg.
+    plateau : array, shape (601,)
+        Force at the angles of `PLATEAU`, N.
+    """
+
+    peak: float = nan
+    impulse: float = nan
+    settled: float = nan
+    mean: float = nan
+    release: float = nan
+    plateau: Array = np.full(PLATEAU.size, nan)
+
+    def off(self, other: PrecisionReading) -> dict[str, float]:
+        """Relative differences of the four numbers that make the error of a run."""
+        return {name: abs(getattr(self, name) / getattr(other, name) - 1) for name in self._fields[:4]}
+
+    def plateau_error(self, standard: Array = EXACT) -> float:
+        """Largest relative deviation over 150 to 210 degrees."""
+        return float(np.abs(self.plateau / standard - 1).max())
+
+
+@dataclass(frozen=True)
+class ReadRun:
+    """Reading of a run, with its status and work."""
+
+    reading: PrecisionReading
+    status: str
+    work: Mapping[str, float]
+    energy_balance: float = nan
+
+
+def read(time: Array, force: Array, angle: Array | None = None) -> PrecisionReading:
+    """Read a contact force, N, over times, s, and crank angles, rad (by default at the job's speed), of the first turn."""
+    angle = JOB.speed * time if angle is None else angle
+    turn = angle <= 2 * pi * (1 + 1e-9)
+    time, force, angle = time[turn], force[turn], angle[turn]
+    found = strikes(force)
+    if not found:
+        return PrecisionReading()
+    plateau = np.interp(PLATEAU, angle, force)
+    mean, release = np.trapezoid(plateau, PLATEAU) / np.ptp(PLATEAU), np.degrees(angle[found[-1].last])
+    settled = float(np.interp(pi, PLATEAU, plateau))
+    return PrecisionReading(found[0].peak(force), found[0].impulse(time, force), settled, float(mean), float(release), plateau)
+
+
 def with_coupler(kind: type[Beam] | type[Cable], elements: int, job: main_study.Parameters = JOB) -> Mechanism:
     """The mechanism of the job, its coupler of that kind."""
     return impact_models.mechanism(kind, replace(job, elements=elements), job.stop_stiffness, job.speed)
@@ -108,12 +168,13 @@ def with_coupler(kind: type[Beam] | type[Cable], elements: int, job: main_study.
 
 def duration(mechanism: Mechanism) -> float:
     """Time in which the crank surely turns once, s."""
-    return TURN if mechanism.drives else SLOWED * TURN
+    return StrikeAssumptions(motor=float(not mechanism.drives)).lasts(TURN)
 
 
-def simulated(mechanism: Mechanism, steps: Controlled, ledger: bool = False) -> ReadRun:
+def simulated(mechanism: Mechanism, tolerance: float, ledger: bool = False, **steps: Any) -> ReadRun:
     """One turn with error-controlled steps."""
-    result = simulate(mechanism, duration(mechanism), solver=Exudyn(steps), ledger=ledger)
+    solver = Exudyn(Controlled(tolerance, **steps))
+    result = simulate(mechanism, duration(mechanism), solver=solver, ledger=ledger)
     ended = result.status in (Status.OK, Status.SUSPECT)
     reading = read(result.time, result.signals["B.contact_force"], crank_angle(result.signals)) if ended else PrecisionReading()
     return ReadRun(reading, result.status, result.work, result.energy_balance)
@@ -126,20 +187,16 @@ def plainly(mechanism: Mechanism, steps: float, newton: float) -> ReadRun:
     return ReadRun(reading, found.message or "OK", found.work)
 
 
-def _with_tolerance(mechanism: Mechanism, tolerance: float) -> ReadRun:
-    return simulated(mechanism, Controlled(tolerance))
-
-
 def _our_runs(p: Parameters) -> Runs:
     """Runs by model and setting: tolerances, and for the chosen one also steps an impact."""
-    models = [(Beam, max(2, p.elements // 2)), (Beam, p.elements), (Cable, p.elements)]
-    found = {
-        f"{kind.__name__} x {n}": precision.by_tolerance(partial(_with_tolerance, with_coupler(kind, n, p.job)), p.tolerances)
-        for kind, n in models
+    made = {
+        f"{kind.__name__} x {n}": with_coupler(kind, n, p.job)
+        for kind, n in ((Beam, max(2, p.elements // 2)), (Beam, p.elements), (Cable, p.elements))
     }
-    found[f"Beam x {p.elements}, steps an impact"] = {
-        f"{n:g}": partial(simulated, with_coupler(Beam, p.elements, p.job), Controlled(p.tolerance, contact_resolution=int(n)))
-        for n in sorted(p.resolutions)
+    chosen = f"Beam x {p.elements}"
+    found = {name: precision.by_tolerance(partial(simulated, each), p.tolerances) for name, each in made.items()}
+    found[f"{chosen}, steps an impact"] = {
+        f"{n:g}": partial(simulated, made[chosen], p.tolerance, contact_resolution=int(n)) for n in sorted(p.resolutions)
     }
     return found
 
@@ -147,22 +204,23 @@ def _our_runs(p: Parameters) -> Runs:
 def _plain_runs(p: Parameters) -> Runs:
     """Plain runs by model and steps: tuned, tuned with twice the elements, not tuned."""
     coarse, fine = with_coupler(Cable, p.elements, p.job), with_coupler(Cable, 2 * p.elements, p.job)
-    steps, tuned = sorted(p.steps), p.plain_newton
+
+    def by_steps(made: Mechanism, newton: float, steps: Sequence[float]) -> Mapping[str, Callable[[], ReadRun]]:
+        return precision.by_steps(lambda n: plainly(made, n, newton), steps)
+
     return {
-        f"plain ANCF x {p.elements}": {precision.thousands(n): partial(plainly, coarse, n, tuned) for n in steps},
-        f"plain ANCF x {2 * p.elements}": {precision.thousands(n): partial(plainly, fine, n, tuned) for n in steps[-2:]},
-        f"plain, Newton {precision.power(UNTUNED)}": {
-            precision.thousands(p.plain_steps): partial(plainly, coarse, p.plain_steps, UNTUNED)
-        },
+        f"plain ANCF x {p.elements}": by_steps(coarse, p.plain_newton, p.steps),
+        f"plain ANCF x {2 * p.elements}": by_steps(fine, p.plain_newton, sorted(p.steps)[-2:]),
+        f"plain, Newton {precision.power(UNTUNED)}": by_steps(coarse, UNTUNED, [p.plain_steps]),
     }
 
 
 def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Run the references, then every variant once for its reading, then all of them in turn for their times."""
     p = parameters
-    reference = simulated(with_coupler(Beam, 2 * p.elements, p.job), Controlled(FINER * min(p.tolerances))).reading
+    reference = simulated(with_coupler(Beam, 2 * p.elements, p.job), FINER * min(p.tolerances)).reading
     second = plainly(with_coupler(Cable, 2 * p.elements, p.job), 8 * p.plain_steps, UNTUNED).reading
-    chosen = simulated(with_coupler(Beam, p.elements, p.job), Controlled(p.tolerance), ledger=True)
+    chosen = simulated(with_coupler(Beam, p.elements, p.job), p.tolerance, ledger=True)
     ours, theirs = _our_runs(p), _plain_runs(p)
     runs = {**ours, **theirs}
     found = precision.outcomes(runs)
@@ -187,9 +245,8 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
 def _reading_metrics(p: Parameters, chosen: ReadRun, reference: PrecisionReading, second: PrecisionReading) -> dict[str, Metric]:
     """What the chosen run reads, and how far it is off."""
     found, off = chosen.reading, chosen.reading.off(reference)
-    standard = EXACT if p.exact or reference.plateau is None else reference.plateau
+    standard = EXACT if p.exact else reference.plateau
     settled = float(np.interp(pi, PLATEAU, standard))
-    plateau_error = nan if found.plateau is None else float(np.abs(found.plateau / standard - 1).max())
     return {
         "peak": Metric(found.peak, "N", error=off["peak"]),
         "impulse": Metric(found.impulse, "N.s", error=off["impulse"]),
@@ -199,7 +256,7 @@ def _reading_metrics(p: Parameters, chosen: ReadRun, reference: PrecisionReading
         "peak_error": Metric(off["peak"], "1"),
         "impulse_error": Metric(off["impulse"], "1"),
         "settled_error": Metric(abs(found.settled / settled - 1), "1"),
-        "plateau_error": Metric(plateau_error, "1"),
+        "plateau_error": Metric(found.plateau_error(standard), "1"),
         "release_error": Metric(abs(found.release - reference.release), "deg"),
         "energy_balance": Metric(chosen.energy_balance, "1"),
         "references_differ": Metric(max(second.off(reference).values()), "1"),
@@ -247,7 +304,7 @@ def _runs_table(
 
 
 def _numbers(reading: PrecisionReading) -> list[float]:
-    return [reading.peak, reading.impulse, reading.settled, reading.plateau_error, reading.release]
+    return [reading.peak, reading.impulse, reading.settled, reading.plateau_error(), reading.release]
 
 
 def figure(result: StudyResult) -> Figure:

@@ -71,7 +71,7 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     runs, readings = [], {}
     for fit in progress(fits, label="models"):
         runs.append(impact_models.run_model(fit.model, parameters, fit.stop, parameters.ramp, parameters.duration))
-        readings[fit.model] = [impact.read(runs[-1], parameters, turn) for turn in range(parameters.turns)]
+        readings[fit.model] = [impact.read(runs[-1], turn) for turn in range(parameters.turns)]
     notes = [note for run in runs for note in impact.findings(run, readings[run.model])]
     metrics = {
         f"{run.model}.{name}": metric
@@ -145,7 +145,7 @@ def heaviest(p: Parameters) -> float:
         case = replace(p, mass=mass)
         stop = impact_models.calibrate("stitched", case).stop
         run = impact_models.run_model("stitched", case, stop, p.ramp, p.duration)
-        return all(impact.read(run, case, turn).settling_time >= 0 for turn in range(p.turns))  # nan is not
+        return all(impact.read(run, turn).settling_time >= 0 for turn in range(p.turns))  # nan is not
 
     low, high = MASSES
     if not rests(low):

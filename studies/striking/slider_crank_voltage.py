@@ -78,7 +78,7 @@ class _Bench:
         """Impact force at a crank speed, the stop held, N; nan without impact."""
         parameters = replace(case.parameters, **changes)
         self.runs.append(strike(case.model, parameters, case.fit.stop, speed))
-        return impact.read(self.runs[-1], parameters).impact_peak or nan
+        return impact.read(self.runs[-1]).impact_peak or nan
 
 
 def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:

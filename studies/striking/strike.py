@@ -26,8 +26,6 @@ from buckler.studies.striking.strikes import strikes
 
 UNTIL = np.radians(190.0)
 """Crank angle, rad, at which a run ends, if its crank keeps to its speed."""
-SLOWED = 1.2
-"""How much longer a run takes whose crank a motor turns."""
 HUB = 0.05
 """Length of the arm that the drive holds at its speed and that turns the crank by a spring, m."""
 TORQUES = ("motor.crank.torque", "torsion.hub-crank.torque", "drive.torque")
@@ -95,7 +93,7 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
 
 def duration(p: Parameters) -> float:
     """Length of a run, s."""
-    return float(UNTIL / p.speed * (SLOWED if p.motor else 1.0))
+    return p.lasts(float(UNTIL) / p.speed)
 
 
 def struck(p: Parameters) -> dict[str, float]:

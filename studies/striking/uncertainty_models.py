@@ -15,22 +15,23 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from scipy import stats
 
 from buckler.elastica import pinned
-from buckler.mbs import Beam, GuideFriction, Mechanism, Section, Strut, sensitivities, slider_crank
+from buckler.mbs import Material, Mechanism, Section, sensitivities
+from buckler.mbs.elements.section import STEEL
 from buckler.mbs.kinematics.slidercrank import SliderCrank
-from buckler.mbs.laws import AdamsFriction, CarvalhoMartins, ExactRestitution, Impact
+from buckler.mbs.laws import AdamsFriction, ExactRestitution, Impact
 from buckler.mbs.library import PAPER
 from buckler.mbs.sensitivity.derivatives import Sensitivities
 from buckler.studies.kit.published import STRIP_WIDTH
 from buckler.studies.rattling.bars import FourBarParameters
-from buckler.studies.striking.assumptions import StrikeAssumptions
-from buckler.studies.striking.impact_models import AXIAL_DAMPING, IMPACT_UNTIL
+from buckler.studies.striking.assumptions import GRAVITY, StrikeAssumptions
+from buckler.studies.striking.impact_models import COUPLERS, IMPACT_UNTIL, coupler, striking
 
 Array = np.ndarray[Any, Any]
 Model = Callable[[Array], Array]
@@ -46,10 +47,6 @@ BALANCED = 1e-3
 DAMPED, ELEMENTS = 0.05, 8
 """Damping ratio of a beam's first bending mode, and its elements."""
 IMPACT = "impact_force"
-SLOWED = 1.2
-"""How much longer a run takes whose crank a motor turns."""
-WEIGHT = 9.81
-"""Weight of a unit mass, N/kg: gravity is normal to the plane of motion and presses the slider on its guide."""
 
 
 class Input(NamedTuple):
@@ -169,31 +166,25 @@ class Striker:
         velocity = -speed * SliderCrank(crank, length).slider_rate(angle)
         return np.stack([contact, mass * (1 + restitution) * velocity / self.impact_duration])
 
-    def body(self, thickness: float, modulus: float, length: float, bow: float) -> Strut | Beam:
-        """The coupler."""
-        section = Section(STRIP_WIDTH, thickness)
-        section = replace(section, material=replace(section.material, modulus=modulus))
-        if self.coupler == "strut":
-            return Strut(replace(section, material=replace(section.material, axial_damping=AXIAL_DAMPING)))
-        return Beam(section.damped(DAMPED, length), elements=ELEMENTS, imperfection=-bow * length)
-
     def mechanism(self, **given: float) -> Mechanism:
         """The simulated one, of inputs by their names."""
-        made = slider_crank(
-            self.body(given["thickness"], given["modulus"], given["length"], given["bow"]),
-            law=CarvalhoMartins(given["stop_stiffness"], min(given["restitution"], 1.0), exponent=1.0),
+        section, length = Section(STRIP_WIDTH, given["thickness"], Material(given["modulus"], STEEL.density)), given["length"]
+        return striking(
+            coupler(COUPLERS[self.coupler], section, length, DAMPED, given["bow"], ELEMENTS),
+            self.assumed,
+            stiffness=given["stop_stiffness"],
+            restitution=min(given["restitution"], 1.0),
             mass=given["mass"],
+            friction=given["friction"] * given["mass"] * GRAVITY,
             speed=given["speed"],
-            friction=GuideFriction(given["friction"] * given["mass"] * WEIGHT),
             stop=-given["stop"],
-            lengths=SliderCrank(PAPER.crank, given["length"]),
+            lengths=SliderCrank(PAPER.crank, length),
         )
-        return self.assumed.under(made)
 
     def simulated(self, inputs: Sequence[Input]) -> Sensitivities:
         """Derivatives of the simulated impact force by all inputs, which give its spread to first order."""
         at = {given.name: given.mean for given in inputs}
-        duration = IMPACT_UNTIL / at["speed"] * (SLOWED if self.assumed.motor else 1.0)
+        duration = self.assumed.lasts(IMPACT_UNTIL / at["speed"])
         by = {given.name: float(given.distribution.std()) for given in inputs}
         return sensitivities(self.mechanism, duration, by=by, of={IMPACT: "peak(B.contact_force, 1)"}, at=at)
 

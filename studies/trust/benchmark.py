@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from buckler.mbs import Beam, Cable, Controlled, Modal, Section, simulate
+from buckler.mbs import Beam, Cable, Modal, Section, simulate
 from buckler.mbs.accuracy.precision import Point, verdict, work_precision
 from buckler.mbs.library import PAPER
 from buckler.studies.kit.parameters import StudyParameters, choices, integer
@@ -97,9 +97,9 @@ def _smooth() -> TimedJob:
 def _buckling() -> TimedJob:
     from buckler.studies.striking import slider_crank_precision as study
 
-    reference = study.simulated(study.with_coupler(Beam, 16), Controlled(1e-8)).reading
+    reference = study.simulated(study.with_coupler(Beam, 16), 1e-8).reading
     return TimedJob(
-        partial(study.simulated, study.with_coupler(Beam, 8), Controlled(1e-5)),
+        partial(study.simulated, study.with_coupler(Beam, 8), 1e-5),
         partial(study.plainly, study.with_coupler(Cable, 8), 10_000, 1e-4),
         lambda outcome: max(outcome.reading.off(reference).values()),
         5e-3,

@@ -21,5 +21,4 @@ def drawn(study, result):
 
 
 def peak(stop=7.2e4, speed=1.25, **changes):
-    p = slider_crank.Parameters(**changes)
-    return read(strike("beam", p, stop, speed), p).impact_peak
+    return read(strike("beam", slider_crank.Parameters(**changes), stop, speed)).impact_peak

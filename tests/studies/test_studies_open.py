@@ -8,7 +8,7 @@ import pytest
 
 pytest.importorskip("numba")
 
-from buckler.mbs import Cable, Controlled, simulate
+from buckler.mbs import Cable, simulate
 from buckler.studies.rattling import bifurcation, clearance_speed
 from buckler.studies.rattling.bars import RockerParameters
 from buckler.studies.rattling.bifurcation_points import member
@@ -72,10 +72,10 @@ def test_plain_runs_agree_under_what_the_paper_leaves_open(given):
     """Our beam and a plain run straight on the engine, with gravity, a motor, a bow: impact within 2 %, the rest 0.2 %."""
     p = slider_crank_precision.Parameters(**given)
     mechanism = slider_crank_precision.with_coupler(Cable, 8, p.job)
-    ours = slider_crank_precision.simulated(mechanism, Controlled(1e-5)).reading
+    ours = slider_crank_precision.simulated(mechanism, 1e-5).reading
     theirs = slider_crank_precision.plainly(mechanism, 20_000, 1e-6).reading
     off = ours.off(theirs)
     assert off["peak"] < 0.02 and off["impulse"] < 0.02 and off["settled"] < 2e-3 and off["mean"] < 2e-3
-    plain = slider_crank_precision.simulated(slider_crank_precision.with_coupler(Cable, 8), Controlled(1e-5)).reading
+    plain = slider_crank_precision.simulated(slider_crank_precision.with_coupler(Cable, 8), 1e-5).reading
     assert ours.off(plain)["peak"] > 0.5  # the straight strip at constant speed strikes with 156 N
     assert not p.exact or "motor" in given

@@ -20,7 +20,7 @@ def test_27_newton_identify_another_number_in_each_model(model, stop, within):
     p = slider_crank.Parameters()
     fit = calibrate(model, p)
     assert fit.stop == pytest.approx(stop, rel=within)
-    assert read(strike(model, p, fit.stop, 1.25), p).impact_peak == pytest.approx(27, rel=2e-3)
+    assert read(strike(model, p, fit.stop, 1.25)).impact_peak == pytest.approx(27, rel=2e-3)
     assert len(fit.trials) <= 5
 
 
