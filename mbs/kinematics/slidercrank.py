@@ -25,6 +25,12 @@ class SliderCrank(NamedTuple):
         s, c = np.sin(theta), np.cos(theta)
         return -self.crank * s + self.crank**2 * s * c / np.sqrt(self.coupler**2 - (self.crank * s) ** 2)
 
+    def slider_second_rate(self, theta: Any) -> Any:
+        """d2x/dtheta2, m/rad^2; times the speed squared it is the slider's acceleration at constant speed."""
+        s, c = np.sin(theta), np.cos(theta)
+        q = np.sqrt(self.coupler**2 - (self.crank * s) ** 2)
+        return -self.crank * c + self.crank**2 * (c**2 - s**2) / q + (self.crank**2 * s * c) ** 2 / q**3
+
     def chord(self, theta: Any, stop: float) -> Any:
         """Distance of crank pin and a slider held at x = stop, m (eq. 8)."""
         return np.hypot(self.crank * np.cos(theta) - stop, self.crank * np.sin(theta))

@@ -3,7 +3,7 @@
 The exact elastica and the closed-form peak of the stop's law give the design; full simulations check it. `strut`, the coupler a
 massless exact elastica, is the model the closed form is about. `beam` gives the coupler its inertia: straight, it buckles late
 and strikes far harder. With `hold_for = beam` the design is corrected by simulated turns until the beam does what is asked for
-(`studies.striking.design_beam`); a wish that no strip can do is told with the reason. With `strut` a wish that cannot be had is
+(`studies.striking.design_check`); a wish that no strip can do is told with the reason. With `strut` a wish that cannot be had is
 answered by the nearest that can.
 Of thickness and width, and of speed, mass and stop stiffness, one each is 0: the one that is solved for.
 
@@ -15,25 +15,25 @@ B. Demirel et al., Compliant Impact Generator for Required Impact and Contact Fo
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import degrees, isfinite, nan, pi
 from typing import Any
 
 import numpy as np
 
-from buckler.studies.kit.parameters import choice, choices, integer, quantity, specs
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
+from buckler.studies.kit.parameters import choice, choices, integer, quantity
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged, worst
 from buckler.studies.kit.style import Figure
-from buckler.studies.striking import design_beam
-from buckler.studies.striking.assumptions import StrikeAssumptions
-from buckler.studies.striking.design_check import MODELS, CheckedTurn, Numerics, check, drawn_wishes, random_wishes
+from buckler.studies.striking.assumptions import StrikeParameters
+from buckler.studies.striking.design_check import BARS, BeamDesign, CheckedTurn, check, drawn_wishes, for_beam, random_wishes
 from buckler.studies.striking.inverse import Design, Given, Wish, design
 from buckler.studies.striking.inverse_limits import NothingNearError, binding, broken, feasible, limits, nearest
 
-BARS = {"contact_force": (5e-3, "0.5 %"), "impact_force": (2e-2, "2 %"), "contact_angle": (np.radians(0.5), "0.5 deg")}
-"""How far `strut` may be off what was asked for: relative for the forces, absolute for the angle."""
-BEAM_BARS = {name: (design_beam.BARS[name], shown) for name, shown in zip(BARS, ("0.5 %", "5 %", "0.5 deg"), strict=True)}
-"""How far `beam` may be, if the design is to hold for it, in a turn of twice the elements and a hundredth of the tolerance."""
+ASKED = {"contact_force": ("N", 1.0), "impact_force": ("N", 1.0), "contact_angle": ("deg", degrees(1.0))}
+"""Numbers of a wish: the unit in which they are shown, and how many of it are one in SI."""
+MODELS = tuple(BARS)
+Turns = Mapping[str, CheckedTurn]
+"""Simulated turns of a design by their model."""
 SOLVED = (("thickness", "width"), ("speed", "mass", "stop_stiffness"))
 """Groups of parameters of which one is 0, to be solved for."""
 NOTES = """\
@@ -43,7 +43,7 @@ up to {friction:g} N off the contact force of a slider at rest, or add it; the c
 
 
 @dataclass(frozen=True)
-class Parameters(StrikeAssumptions):
+class Parameters(StrikeParameters):
     """Parameters of the study."""
 
     contact_force: float = quantity(2.0, "N", 1e-3, 1e4, "largest force of the buckled strip, crank at 180 deg", "wish")
@@ -72,11 +72,6 @@ class Parameters(StrikeAssumptions):
     models: tuple[str, ...] = choices(MODELS, MODELS, "models the design is checked with", "check")
     wishes: int = integer(10, 0, 1000, "random wishes around this one that are designed and checked alike", "check")
     seed: int = integer(1, 0, 2**31, "of the random wishes", "check")
-    damping: float = quantity(0.05, "1", 0, 1, "damping ratio of the strip's first bending mode (beam)", "numerics")
-    imperfection: float = quantity(1e-4, "1", -0.05, 0.05, "bow of the unloaded strip over its length (beam)", "numerics")
-    elements: int = integer(8, 2, 64, "elements of the beam", "numerics")
-    tolerance: float = quantity(1e-5, "1", 1e-9, 1e-3, "position error allowed a step, over the length", "numerics")
-    timeout: float = quantity(120, "s", 0.01, 86400, "longest time a simulation may take", "numerics")
 
     def check(self) -> None:
         """One of each group is 0; lengths and speeds fit each other."""
@@ -110,79 +105,57 @@ class Parameters(StrikeAssumptions):
             lightest=self.lightest, heaviest=self.heaviest,
         )  # fmt: skip
 
-    @property
-    def numerics(self) -> Numerics:
-        """How designs are simulated."""
-        given: dict[str, Any] = {name: getattr(self, name) for name in specs(StrikeAssumptions)}
-        assumed = StrikeAssumptions(**given)
-        return Numerics(self.damping, self.imperfection, self.elements, self.tolerance, self.timeout, assumed)
-
 
 def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
-    """Design, or find the nearest wish that can be had and design that; then simulate."""
-    if parameters.hold_for == "beam":
-        return _run_beam(parameters, progress)
-    asked = design(parameters.wish, parameters.given)
-    try:
-        d, message = _possible(asked)
-    except NothingNearError as error:
-        found, shown = {"feasible": Metric(0.0, "1")}, [_limits(asked)]
-        return StudyResult(parameters=parameters, status="INFEASIBLE", message=str(error), metrics=found, tables=shown)
-    outcomes = [check(model, d, parameters.numerics) for model in progress(parameters.models, label="models")]
-    around = [(other, [check(model, other, parameters.numerics) for model in parameters.models])
-              for other in progress(random_wishes(d, parameters.wishes, parameters.seed), label="random wishes")]  # fmt: skip
-    tables = [_mechanism(d, bool(message)), _comparison(d, outcomes, parameters), _limits(d)]
-    signals = {f"{o.model}.{name}": getattr(o, name) for o in outcomes for name in ("angle", "force")}
-    status: dict[str, Any] = {"status": "INFEASIBLE", "message": message} if message else _verdict(d, outcomes)
+    """Design, or find the nearest wish that can be had and design that; simulate, and do the same for random wishes."""
+    p, instead, why_not = parameters, "", ""
+    searched: dict[str, Metric] = {}
+    if p.hold_for == "beam":
+        d, turns, reason = for_beam(p.wish, p.given, p)
+        searched, why_not = {"turns": Metric(float(turns), "1")}, f"no strip can: {reason}" if reason else ""
+    else:
+        d = design(p.wish, p.given)
+        try:
+            d, instead = _possible(d)
+        except NothingNearError as error:
+            why_not = str(error)
+    metrics = {"feasible": Metric(float(not (instead or why_not)), "1"), **searched}
+    if why_not:
+        return StudyResult(parameters=p, status="INFEASIBLE", message=why_not, metrics=metrics, tables=[_limits(d)])
+    outcomes = {model: check(model, d, p, _finely(p, model)) for model in progress(p.models, label="models")}
+    around, refused = _around(p, d, progress)
+    spread, statistics = _spread(around, p.hold_for)
+    if p.hold_for == "beam":
+        spread["around.asked"] = Metric(float(len(around) + len(refused)), "1")
+        tables = statistics + _reasons(refused)
+    else:
+        tables = [_limits(d), *statistics]
     return StudyResult(
-        parameters=parameters,
-        **status,
-        metrics={"feasible": Metric(float(not message), "1"), **_metrics(d, outcomes), **_spread(around)},
-        signals=signals,
-        work={f"{o.model}.wall_s": o.wall_s for o in outcomes},
-        tables=[*tables, *([_statistics(around)] if around else [])],
+        parameters=p,
+        **({"status": "INFEASIBLE", "message": instead} if instead else _verdict(p, d, outcomes, around, refused)),
+        metrics={**metrics, **_metrics(d, outcomes), **spread},
+        signals={f"{model}.{name}": getattr(o.run, name) for model, o in outcomes.items() for name in ("angle", "force")},
+        work={f"{model}.wall_s": o.run.work["wall_s"] for model, o in outcomes.items()},
+        tables=[_mechanism(d, bool(instead)), _comparison(d, outcomes, p), *tables],
     )
 
 
-def _run_beam(p: Parameters, progress: Progress) -> StudyResult:
-    """Design for the beam, simulate that more finely, and do the same for random wishes."""
-    finer = replace(p.numerics, elements=2 * p.elements, tolerance=p.tolerance / 100)
-    found = design_beam.for_beam(p.wish, p.given, p.numerics)
-    d = found.design
-    if found.reason:
-        metrics = {"feasible": Metric(0.0, "1"), "turns": Metric(float(found.turns), "1")}
-        message = f"no strip can: {found.reason}"
-        return StudyResult(parameters=p, status="INFEASIBLE", message=message, metrics=metrics, tables=[_limits(d)])
-    outcomes = [check(model, d, finer if model == "beam" else p.numerics) for model in progress(p.models, label="models")]
+def _finely(p: Parameters, model: str) -> bool:
+    """Whether a turn is the one by which a design for the beam is judged."""
+    return p.hold_for == model == "beam"
+
+
+def _around(p: Parameters, d: Design, progress: Progress) -> tuple[list[tuple[Design, Turns]], list[BeamDesign]]:
+    """Designs of random wishes, simulated, and those for which there is none."""
+    if p.hold_for == "strut":
+        designs = progress(random_wishes(d, p.wishes, p.seed), label="random wishes")
+        return [(other, {model: check(model, other, p) for model in p.models}) for other in designs], []
     wishes = drawn_wishes(p.wish, p.wishes, p.seed)
-    others = [design_beam.for_beam(wish, p.given, p.numerics) for wish in progress(wishes, label="random wishes")]
-    around = [(x.design, [check("beam", x.design, finer)]) for x in others if not x.reason]
-    bad = [f"{name} off by more than {shown}" for name, (bar, shown) in BEAM_BARS.items()
-           if not all(abs(off(x, o)[name]) <= bar for x, (*_, o) in [(d, outcomes[-1:]), *around])]  # fmt: skip
-    asked = f"{len(around)} of {len(others)} random wishes can be had"
-    return StudyResult(
-        parameters=p,
-        status="SUSPECT" if bad else "OK",
-        message=f"beam: {', '.join(bad)}" if bad else asked,
-        metrics={
-            "feasible": Metric(1.0, "1"), "turns": Metric(float(found.turns), "1"), **_metrics(d, outcomes), **_spread(around),
-            "around.asked": Metric(float(len(others)), "1"),
-        },
-        signals={f"{o.model}.{name}": getattr(o, name) for o in outcomes for name in ("angle", "force")},
-        work={f"{o.model}.wall_s": o.wall_s for o in outcomes},
-        tables=[_mechanism(d, False), _comparison(d, outcomes, p), *([_statistics(around, BEAM_BARS)] if around else []),
-                *([_reasons(others)] if len(around) < len(others) else [])],
-    )  # fmt: skip
-
-
-def _reasons(others: Sequence[design_beam.BeamDesign]) -> Table:
-    """Random wishes that no strip can do, and why."""
-    rows = [
-        [f"{x.design.wish.contact_force:.3g}", f"{x.design.wish.impact_force:.3g}",
-         f"{degrees(x.design.wish.contact_angle):.3g}", x.reason]
-        for x in others if x.reason
-    ]  # fmt: skip
-    return Table(["contact [N]", "impact [N]", "angle [deg]", "why"], rows, "Random wishes that no strip can do")
+    found = [for_beam(wish, p.given, p) for wish in progress(wishes, label="random wishes")]
+    held: list[tuple[Design, Turns]] = [
+        (x.design, {"beam": check("beam", x.design, p, finer=True)}) for x in found if not x.reason
+    ]
+    return held, [x for x in found if x.reason]
 
 
 def _possible(asked: Design) -> tuple[Design, str]:
@@ -196,42 +169,36 @@ def _possible(asked: Design) -> tuple[Design, str]:
     return design(found, asked.given), f"{binding(asked)}{also}; nearest wish that can be had: {wanted}"
 
 
-def off(d: Design, outcome: CheckedTurn) -> dict[str, float]:
-    """How far a simulation is off the wish: relative for the forces, rad for the angle."""
-    return {
-        "contact_force": outcome.contact_force / d.wish.contact_force - 1,
-        "impact_force": outcome.impact_force / d.wish.impact_force - 1,
-        "contact_angle": outcome.contact_angle - d.wish.contact_angle,
-    }
-
-
-def _verdict(d: Design, outcomes: Sequence[CheckedTurn]) -> dict[str, Any]:
-    """A run that failed gives its status; `strut` beyond its bars makes the design suspect; `beam` may be where it is."""
-    for outcome in outcomes:
-        if outcome.status != "OK":
-            return {"status": outcome.status, "message": f"{outcome.model}: {outcome.message}"}
+def _verdict(
+    p: Parameters, d: Design, outcomes: Turns, around: Sequence[tuple[Design, Turns]], refused: Sequence[BeamDesign]
+) -> dict[str, Any]:
+    """A run that failed gives its status; the model held for, beyond its bars, makes the design suspect; others may be off."""
+    model = p.hold_for
+    failed = [(name, o.run) for name, o in outcomes.items() if o.run.status != "OK"]
+    if model == "strut" and failed:
+        return worst(failed[:1])
+    judging = [(d, outcomes), *(around if model == "beam" else [])]
     wrong = [
-        f"{name} off by more than {BARS[name][1]}"
-        for outcome in outcomes
-        for name, value in off(d, outcome).items()
-        if outcome.model == "strut" and not abs(value) <= BARS[name][0]
+        f"{name} off by more than {_off(name, bar)[1:]}"
+        for name, bar in BARS[model].items()
+        if not all(abs(turns[model].off(x.wish)[name]) <= bar for x, turns in judging if model in turns)
     ]
-    return {"status": "SUSPECT", "message": f"strut: {', '.join(wrong)}"} if wrong else {}
+    asked = f"{len(around)} of {len(around) + len(refused)} random wishes can be had" if model == "beam" else ""
+    return judged([f"{model}: {', '.join(wrong)}"] if wrong else [], asked)
 
 
 # --- numbers and tables -----------------------------------------------------------------------------------------------
 
 
-def _metrics(d: Design, outcomes: Sequence[CheckedTurn]) -> dict[str, Metric]:
-    wish = {"contact_force": (d.wish.contact_force, "N"), "impact_force": (d.wish.impact_force, "N")}
-    wish["contact_angle"] = (degrees(d.wish.contact_angle), "deg")
-    found = {f"wish.{name}": Metric(float(value), unit) for name, (value, unit) in wish.items()}
+def _metrics(d: Design, outcomes: Turns) -> dict[str, Metric]:
+    wish = {name: scale * float(getattr(d.wish, name)) for name, (_, scale) in ASKED.items()}
+    found = {f"wish.{name}": Metric(value, ASKED[name][0]) for name, value in wish.items()}
     found |= {name: Metric(value, unit) for name, value, unit, _ in _parts(d)}
-    for o in outcomes:
-        values = {"contact_force": o.contact_force, "impact_force": o.impact_force, "contact_angle": degrees(o.contact_angle)}
-        found |= {f"{o.model}.{name}": Metric(values[name], wish[name][1], exact=float(wish[name][0])) for name in values}
-        found[f"{o.model}.settled"] = Metric(degrees(o.settled), "deg")
-        found[f"{o.model}.energy_balance"] = Metric(o.energy_balance, "1")
+    for model, o in outcomes.items():
+        for name, (unit, scale) in ASKED.items():
+            found[f"{model}.{name}"] = Metric(scale * getattr(o, name), unit, exact=wish[name])
+        found[f"{model}.settled"] = Metric(degrees(o.settled), "deg")
+        found[f"{model}.energy_balance"] = Metric(o.run.energy_balance, "1")
     return found
 
 
@@ -259,29 +226,21 @@ def _mechanism(d: Design, instead: bool) -> Table:
     return Table(["", "value", "unit", ""], rows, f"{'Nearest that can be had: ' if instead else ''}{title} in contact")
 
 
-def _comparison(d: Design, outcomes: Sequence[CheckedTurn], p: Parameters) -> Table:
+def _comparison(d: Design, outcomes: Turns, p: Parameters) -> Table:
     """What was asked for and what each model does."""
-    asked = {"contact_force": d.wish.contact_force, "impact_force": d.wish.impact_force, "contact_angle": d.wish.contact_angle}
     rows: list[list[Any]] = []
-    for name, value in asked.items():
-        scale, unit = (degrees(1), "deg") if name == "contact_angle" else (1.0, "N")
-        row: list[Any] = [name, unit, f"{scale * value:.5g}"]
-        for o in outcomes:
-            row += [f"{scale * getattr(o, name):.5g}", _off(name, off(d, o)[name])]
-        rows.append(row)
-    rows.append(["rests from", "deg", None, *(x for o in outcomes for x in (f"{degrees(o.settled):.1f}", None))])
-    rows.append(["status", None, None, *(x for o in outcomes for x in (o.status, None))])
-    headers = ["", "unit", "wish", *(x for o in outcomes for x in (o.model, "off"))]
-    return Table(
-        headers,
-        rows,
-        "Full simulation of the design",
-        f"{NOTES.format(bow=p.imperfection, friction=p.friction_force)}\n{p.stated()}.",
-    )
+    for name, (unit, scale) in ASKED.items():
+        found = [(f"{scale * getattr(o, name):.5g}", _off(name, o.off(d.wish)[name])) for o in outcomes.values()]
+        rows.append([name, unit, f"{scale * getattr(d.wish, name):.5g}", *(x for pair in found for x in pair)])
+    rows.append(["rests from", "deg", None, *(x for o in outcomes.values() for x in (f"{degrees(o.settled):.1f}", None))])
+    rows.append(["status", None, None, *(x for o in outcomes.values() for x in (o.run.status, None))])
+    headers = ["", "unit", "wish", *(x for model in outcomes for x in (model, "off"))]
+    notes = f"{NOTES.format(bow=p.imperfection, friction=p.friction_force)}\n{p.stated()}."
+    return Table(headers, rows, "Full simulation of the design", notes)
 
 
 def _off(name: str, value: float) -> str:
-    return f"{degrees(value):+.3f} deg" if name == "contact_angle" else f"{100 * value:+.3g} %"
+    return f"{degrees(value):+.3g} deg" if name == "contact_angle" else f"{100 * value:+.3g} %"
 
 
 def _limits(d: Design) -> Table:
@@ -293,36 +252,29 @@ def _limits(d: Design) -> Table:
     return Table(["limit", "", "value", "", "bound", "unit", "used"], rows, "Limits")
 
 
-Around = Sequence[tuple[Design, Sequence[CheckedTurn]]]
+def _reasons(refused: Sequence[BeamDesign]) -> list[Table]:
+    """Random wishes that no strip can do, and why."""
+    rows = [[*(f"{scale * getattr(x.design.wish, name):.3g}" for name, (_, scale) in ASKED.items()), x.reason] for x in refused]
+    heads = ["contact [N]", "impact [N]", "angle [deg]", "why"]
+    return [Table(heads, rows, "Random wishes that no strip can do")] if rows else []
 
 
-def _errors(around: Around, name: str, model: str) -> Any:
-    """How far each random wish's simulation by a model is off; runs that did not reach the stop are left out."""
-    found = [off(d, o)[name] for d, outcomes in around for o in outcomes if o.model == model]
-    return np.abs([value for value in found if isfinite(value)])
-
-
-def _spread(around: Around) -> dict[str, Metric]:
-    """Largest and median error of each model over the random wishes."""
-    found = {"around.wishes": Metric(float(len(around)), "1")}
-    for model in dict.fromkeys(o.model for _, outcomes in around for o in outcomes):
-        for name in BARS:
-            errors, unit = _errors(around, name, model), "rad" if name == "contact_angle" else "1"
-            for word, reduce in (("median", np.median), ("largest", np.max)):
-                found[f"around.{model}.{name}.{word}"] = Metric(float(reduce(errors)) if errors.size else nan, unit)
-    return found
-
-
-def _statistics(around: Around, bars: Mapping[str, tuple[float, str]] = BARS) -> Table:
-    rows = []
-    for model in dict.fromkeys(o.model for _, outcomes in around for o in outcomes):
-        for name, (bar, shown) in bars.items():
-            errors = _errors(around, name, model)
-            row = [f"{q:.0f} %" for q in [100 * np.mean(errors <= bar) if errors.size else nan]]
-            within = [_off(name, float(x))[1:] for x in (np.median(errors), errors.max())] if errors.size else [None, None]
-            rows.append([model, name, *within, shown, *row])
+def _spread(around: Sequence[tuple[Design, Turns]], held: str) -> tuple[dict[str, Metric], list[Table]]:
+    """Median and largest error of each model over the random wishes; runs that did not reach the stop are left out."""
+    found, rows = {"around.wishes": Metric(float(len(around)), "1")}, []
+    for model in around[0][1] if around else ():
+        for name, bar in BARS[held].items():
+            errors = np.abs([turns[model].off(d.wish)[name] for d, turns in around])
+            errors = errors[np.isfinite(errors)]
+            middle, most, within = (
+                (float(np.median(errors)), float(errors.max()), 100 * np.mean(errors <= bar)) if errors.size else (nan, nan, nan)
+            )
+            unit = "rad" if name == "contact_angle" else "1"
+            found |= {f"around.{model}.{name}.{word}": Metric(x, unit) for word, x in (("median", middle), ("largest", most))}
+            shown = [_off(name, x)[1:] if isfinite(x) else None for x in (middle, most)]
+            rows.append([model, name, *shown, _off(name, bar)[1:], f"{within:.0f} %"])
     title = f"{len(around)} random wishes around this one, all within the limits: how far the simulation is off"
-    return Table(["model", "", "median", "largest", "bar", "within"], rows, title)
+    return found, [Table(["model", "", "median", "largest", "bar", "within"], rows, title)] if rows else []
 
 
 def figure(result: StudyResult) -> Figure:

@@ -19,7 +19,7 @@ from buckler.mbs.kinematics.slidercrank import SliderCrank
 from buckler.mbs.laws import CarvalhoMartins
 from buckler.mbs.library import PAPER, PAPER_STOP
 from buckler.studies.kit.published import IMPACT_FORCE, IMPACT_SPEED
-from buckler.studies.striking.assumptions import StrikeAssumptions, StrikeParameters, crank_angle
+from buckler.studies.striking.assumptions import StrikeAssumptions, crank_angle
 from buckler.studies.striking.impact import ImpactParameters, ModelRun, read
 from buckler.studies.striking.stitched import Stitched, follow
 
@@ -72,11 +72,10 @@ def mechanism(kind: type[Beam | Cable | Strut], parameters: ImpactParameters, st
 
 
 def simulated(
-    model: str, made: Mechanism, duration: float, fastest: float, numerics: StrikeParameters, accuracy: float = 0.0
+    model: str, made: Mechanism, duration: float, solver: mbs.Exudyn | None, timeout: float, accuracy: float = 0.0
 ) -> ModelRun:
-    """Run a mechanism whose crank turns at `fastest`, rad/s, at most, for a time, s, by controlled steps or to an accuracy."""
-    solver = None if accuracy else mbs.Exudyn(mbs.Controlled(tolerance=numerics.tolerance, max_step=pi / 180 / fastest))
-    result = mbs.simulate(made, duration, accuracy or None, solver=solver, ledger=True, timeout=numerics.timeout)
+    """Run a mechanism for a time, s, by a solver, or without one to an accuracy."""
+    result = mbs.simulate(made, duration, accuracy or None, solver=solver, ledger=True, timeout=timeout)
     signals = result.signals
     shortening = signals["coupler.end_shortening"] / (made.points["A"][0] - made.points["B"][0])
     work = {name: result.work[name] for name in ("wall_s", "steps")} | ({"error": result.error.motion} if accuracy else {})
@@ -102,9 +101,9 @@ def run_model(model: str, parameters: ImpactParameters, stop: float, speed: floa
     """
     if model == "stitched":
         return _run_stitched(parameters, stop, speed, duration)
-    fastest = max(speed.start, speed.end) if isinstance(speed, Ramp) else speed
-    made = mechanism(COUPLERS[model], parameters, stop, speed)
-    return simulated(model, made, duration, fastest, parameters, parameters.accuracy)
+    p, fastest = parameters, max(speed.start, speed.end) if isinstance(speed, Ramp) else speed
+    solver = None if p.accuracy else mbs.Exudyn(mbs.Controlled(tolerance=p.tolerance, max_step=pi / 180 / fastest))
+    return simulated(model, mechanism(COUPLERS[model], p, stop, speed), duration, solver, p.timeout, p.accuracy)
 
 
 def _run_stitched(p: ImpactParameters, impact_duration: float, speed: float | Ramp, duration: float) -> ModelRun:

@@ -41,7 +41,6 @@ from scipy.optimize import brentq
 from buckler.mbs.laws import CarvalhoMartins
 from buckler.mbs.laws.peak import peak_factors
 from buckler.studies.kit.report import Array
-from buckler.studies.striking.inverse import second_rate
 from buckler.studies.striking.sine_strip import SineStrip
 
 LATE, SAGS = 1.5, 0.95
@@ -91,7 +90,7 @@ class ImpactNumbers:
         stiffness = 1 / (1 / strip.stiffness + lean**2 / axial)
         places = np.linspace(0.0, angle, 200)
         leans = np.sqrt(1 - (lengths.crank / lengths.coupler * np.sin(places)) ** 2)
-        loads = (strip.friction - strip.mass * second_rate(lengths, places) * strip.speed**2) / leans
+        loads = (strip.friction - strip.mass * lengths.slider_second_rate(places) * strip.speed**2) / leans
         return cls(
             euler, stiffness * speed / (euler * strip.frequency * lean), speed * np.sqrt(strip.stiffness * strip.mass) / euler,
             float(loads.max() / euler), speed * np.pi * np.sqrt(strip.mass / strip.stiffness) * lean / lengths.coupler,

@@ -228,7 +228,7 @@ def design(wish: Wish, given: Given | None = None) -> Design:
         thickness, width = _section(bending, given)
         euler = np.pi**2 * bending / L**2
         push = euler * lean - given.friction
-        rise = np.clip(push + mass * second_rate(lengths, angle) * speed**2, 0.0, 2 * euler)  # more is no design anyway
+        rise = np.clip(push + mass * lengths.slider_second_rate(angle) * speed**2, 0.0, 2 * euler)  # more is no design anyway
         lag = _lag(rise, given, thickness * width * lean**2, rate * speed)
         strength = np.sqrt(np.maximum(wish.impact_force * (wish.impact_force - 2 * c1 * push), 0.0)) / c0
         hit = np.maximum(strength, 1e-3 * wish.impact_force) + lag * (stiffness / mass) ** (1 / 6)
@@ -241,14 +241,6 @@ def design(wish: Wish, given: Given | None = None) -> Design:
     found = (thickness, width, stop, speed, mass, stiffness, angle, u, euler, rate * speed, push, strength)
     shape = np.broadcast_shapes(*(np.shape(x) for x in found))
     return Design(wish, given, *(np.broadcast_to(x, shape) if shape else float(x) for x in found))
-
-
-def second_rate(lengths: SliderCrank, angle: Any) -> Any:
-    """d2x/dtheta2 of the slider, m/rad^2; times the speed squared it is the slider's acceleration at constant speed."""
-    r, L = lengths
-    s, c = np.sin(angle), np.cos(angle)
-    q = np.sqrt(L**2 - (r * s) ** 2)
-    return -r * c + r**2 * (c**2 - s**2) / q + (r**2 * s * c) ** 2 / q**3
 
 
 def _section(bending: Floats, given: Given) -> tuple[Floats, Floats]:

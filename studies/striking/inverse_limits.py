@@ -36,7 +36,7 @@ from scipy.optimize import minimize
 
 from buckler.elastica import law, pinned
 from buckler.mbs.elements import GuideFriction
-from buckler.studies.striking.inverse import Design, Given, Wish, design, second_rate
+from buckler.studies.striking.inverse import Design, Given, Wish, design
 
 Array = np.ndarray[Any, Any]
 SLENDER, HELD, NEAR, RESTED, CREPT, DEEP, GIVEN_WAY, CHANGED = 0.02, 0.8, np.radians(5.0), 0.8, 2e-3, 0.02, 0.1, 0.03
@@ -45,6 +45,8 @@ PLACES = 33
 """Crank angles on the way at which the compression is looked at; its largest value is met within 1e-3."""
 REACH = np.log(1e3)
 """Of the search for a wish that can be had: a thousandth to a thousand times each force."""
+GRID, STARTS = 49, 3
+"""Places of the search along each of the three, and how many of the nearest that can be had it goes on from."""
 STEP = 1e-5
 """Of the differences by which the search sees how its limits change."""
 INSIDE = 1e-3
@@ -129,7 +131,7 @@ def _compression(d: Design) -> Any:
     for share in np.linspace(0.0, 1.0, PLACES):
         c = np.cos(share * d.angle)
         s2 = 1 - c * c
-        lean = np.sqrt(1 - (r / L) ** 2 * s2)  # second_rate, spelt out: it is most of the work of a large array
+        lean = np.sqrt(1 - (r / L) ** 2 * s2)  # slider_second_rate, spelt out: it is most of the work of a large array
         second = r * (r / (L * lean) * (1 - 2 * s2 + (r / (L * lean)) ** 2 * s2 * c * c) - c)
         largest = np.maximum(largest, (d.given.friction - inertia * second) / lean)
     return largest
@@ -138,7 +140,7 @@ def _compression(d: Design) -> Any:
 def _change(d: Design) -> Any:
     """|x''| w sqrt(m/K)/|x'| at contact."""
     lengths = d.given.lengths
-    return np.abs(second_rate(lengths, d.angle) / lengths.slider_rate(d.angle)) * d.speed * np.sqrt(d.mass / d.stiffness)
+    return np.abs(lengths.slider_second_rate(d.angle) / lengths.slider_rate(d.angle)) * d.speed * np.sqrt(d.mass / d.stiffness)
 
 
 def _holding(d: Design) -> Any:
@@ -184,7 +186,7 @@ def nearest(wish: Wish, given: Given | None = None) -> Wish:
     """The wish that can be had with the least relative change: least sum of squares of the logarithms of the three ratios.
 
     A wish that can be had is returned as it is. The search scans wishes on a grid and then follows the limits by sequential
-    quadratic programming from the best places found.
+    quadratic programming from the best places there.
 
     Parameters
     ----------
@@ -200,50 +202,30 @@ def nearest(wish: Wish, given: Given | None = None) -> Wish:
         return wish
     asked = np.log([wish.contact_force, wish.impact_force, wish.contact_angle])
 
-    def at(x: Array) -> Wish:
-        return Wish(*np.exp(np.moveaxis(x + asked, -1, 0)))
-
     def room(x: Array) -> Array:
-        return np.moveaxis(-np.log(np.maximum(use(design(at(x), given)), 1e-9)), 0, -1) - INSIDE
+        """How far each limit of changed logarithms is from being broken; positive within."""
+        changed = design(Wish(*np.exp(np.moveaxis(x + asked, -1, 0))), given)
+        return np.moveaxis(-np.log(np.maximum(use(changed), 1e-9)), 0, -1) - INSIDE
 
     def slope(x: Array) -> Array:
         return ((room(x + STEP * np.eye(3)) - room(x - STEP * np.eye(3))) / (2 * STEP)).T
 
-    starts = _starts(room, asked)
-    if not starts:
+    angle = np.log([2 * NEAR, 2 * np.pi - 2 * NEAR]) - asked[2]
+    bounds = [(-REACH, REACH), (-REACH, REACH), (angle[0], angle[1])]
+    grid = np.stack(np.meshgrid(*(np.linspace(low, high, GRID) for low, high in bounds)), axis=-1).reshape(-1, 3)
+    starts = grid[np.all(room(grid) >= 0, axis=-1)]
+    if not len(starts):
         raise NothingNearError(f"no wish within a thousandth to a thousand times these forces; {binding(design(wish, given))}")
-    best = starts[-1]
-    bounds, kept = list(zip(*_box(asked), strict=True)), {"type": "ineq", "fun": room, "jac": slope}
-    for start in (starts[0], starts[-1]):
-        found = minimize(lambda x: x @ x, start, jac=lambda x: 2 * x, method="SLSQP", bounds=bounds, constraints=kept,
-                         options={"ftol": 1e-12, "maxiter": 60}).x  # fmt: skip
-        if found @ found < best @ best and np.all(room(found) >= -0.5 * INSIDE):
-            best = found
+    starts = starts[np.argsort((starts**2).sum(axis=-1))][:STARTS]
+    kept = {"type": "ineq", "fun": room, "jac": slope}
+    found = [
+        minimize(lambda x: x @ x, start, jac=lambda x: 2 * x, method="SLSQP", bounds=bounds, constraints=kept,
+                 options={"ftol": 1e-12, "maxiter": 60}).x
+        for start in starts
+    ]  # fmt: skip
+    best = min([starts[0], *(x for x in found if np.all(room(x) >= -0.5 * INSIDE))], key=lambda x: float(x @ x))
     return Wish(*(float(v) for v in np.exp(best + asked)))
 
 
 class NothingNearError(ValueError):
     """No wish of any size can be had with what is given."""
-
-
-def _box(asked: Array) -> tuple[Array, Array]:
-    """Lowest and highest change of the logarithms; the contact angle within what the dead centres leave."""
-    angle = np.log([2 * NEAR, 2 * np.pi - 2 * NEAR]) - asked[2]
-    return np.array([-REACH, -REACH, angle[0]]), np.array([REACH, REACH, angle[1]])
-
-
-def _starts(room: Any, asked: Array) -> list[Array]:
-    """Changes that can be had, the best of ever finer grids around the one before; none if the first grid holds none."""
-    low, high = _box(asked)
-    found: list[Array] = []
-    for points in (49, 17, 17, 17):
-        axes = np.meshgrid(*(np.linspace(a, b, points) for a, b in zip(low, high, strict=True)), indexing="ij")
-        x = np.stack([axis.ravel() for axis in axes], axis=-1)
-        x = x[np.all(room(x) >= 0, axis=-1)]
-        if len(x):
-            found.append(x[np.argmin((x**2).sum(axis=-1))])
-        if not found:
-            break
-        span = 2 * (high - low) / (points - 1)
-        low, high = np.maximum(found[-1] - span, _box(asked)[0]), np.minimum(found[-1] + span, _box(asked)[1])
-    return found

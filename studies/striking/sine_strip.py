@@ -29,7 +29,6 @@ from buckler.mbs import Section
 from buckler.mbs.kinematics.slidercrank import SliderCrank
 from buckler.mbs.laws import CarvalhoMartins
 from buckler.mbs.library import PAPER, PAPER_STOP
-from buckler.studies.striking.inverse import second_rate
 
 Array = np.ndarray[Any, Any]
 BEFORE = np.radians(3.0)
@@ -140,7 +139,7 @@ class SineStrip:
         """Amplitudes, m, and compression, N, on a slider that moves as on a rigid coupler."""
         r, length = self.lengths
         lean = float(np.sqrt(1 - (r / length * np.sin(angle)) ** 2))
-        moved = float(second_rate(self.lengths, angle)) * self.speed**2
+        moved = float(self.lengths.slider_second_rate(angle)) * self.speed**2
         load = (self.friction - self.mass * moved) / lean
         k, bend = self.waves * np.pi / length, self.bend
         pulled = self._across(angle, r * np.cos(angle) - lean * length, moved)

@@ -30,7 +30,6 @@ from buckler.mbs.elements import Motion, Ramp
 from buckler.mbs.kinematics.slidercrank import SliderCrank
 from buckler.mbs.library import PAPER, PAPER_STOP
 from buckler.mbs.validate import non_negative, number, positive
-from buckler.studies.striking.inverse import second_rate
 
 Array = np.ndarray[Any, Any]
 NEGLIGIBLE = 1e-2
@@ -153,7 +152,7 @@ class Stitched:
 
         N cos(phi) = -(m x_tt + f sign(x_t)), x the slider's position, from crank angle, speed and acceleration.
         """
-        rate, second = self.lengths.slider_rate(angle), second_rate(self.lengths, angle)
+        rate, second = self.lengths.slider_rate(angle), self.lengths.slider_second_rate(angle)
         resisting = self.mass * (second * speed**2 + rate * acceleration) + self.friction * np.sign(rate * speed)
         return -resisting / self.lengths.lean_cosine(angle, self.lengths.slider(angle))
 
