@@ -1,7 +1,7 @@
 """Where the cases of a sweep run: this process, processes of this machine, a Dask cluster, MPI ranks.
 
-Each is a `concurrent.futures.Executor` with three things the protocol leaves open: how many cases to keep in flight,
-what a dead worker looks like, and how to begin again after one.
+Each is a `concurrent.futures.Executor` with what the protocol leaves open: how many cases to keep in flight, what a dead worker
+looks like, and how often a case may bring that about.
 """
 
 from __future__ import annotations
@@ -16,48 +16,43 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from queue import SimpleQueue
+from typing import Any, Self
 
 from buckler.studies.sweeping import worker
 
 START = "forkserver" if "forkserver" in multiprocessing.get_all_start_methods() else "spawn"
 """Never a fork of this process, whose threads and open store would come along. A fork server imports the engine once,
 so that a worker that died is replaced in milliseconds; it is single-threaded when it forks."""
-PATIENCE = 60.0
-"""How long, s, a cluster may be without workers."""
 
 
 class SweepError(RuntimeError):
     """The machinery failed, not a case; what was stored stays. The message says what to do."""
 
 
-class Workers:
-    """What a sweep needs to know of an executor."""
+class Workers(Executor):
+    """An executor as a sweep needs it; a context manager that ends at once, without waiting for cases at work, if it is left
+    by an exception.
+    """
 
     where: str
     """What to call it."""
-    fall_together = True
-    """Whether all cases in flight are lost with a worker, and which of them it died of is not known."""
     slots: int
     """How many cases to keep in flight."""
+    dead: tuple[type[BaseException], ...] = (BrokenExecutor,)
+    """What a future raises whose worker has died."""
+    tries = 1
+    """How often a case may take its worker down before it is given up; 0 where nothing goes on after that."""
 
-    def start(self) -> Executor:
-        """Begin, or begin again after a worker has died."""
-        raise NotImplementedError
-
-    def stop(self, executor: Executor, at_once: bool) -> None:
-        """End; `at_once` without waiting for the cases at work."""
-
-    def died(self, error: BaseException) -> bool:
-        """Whether a case ended in this way because its worker died."""
-        return isinstance(error, BrokenExecutor)
+    def __exit__(self, *raised: object) -> None:
+        """End; nothing by default."""
 
     def idle(self) -> None:
         """Called when nothing has ended for a while; raises SweepError if nothing ever will."""
 
 
 class Local(Workers):
-    """Processes of this machine.
+    """Processes of this machine, each a pool of its own: of one that dies it is known with which case.
 
     Parameters
     ----------
@@ -67,28 +62,48 @@ class Local(Workers):
         The study, which the fork server imports before it forks.
     """
 
-    where = "the pool of processes"
+    where, tries = "the pool of processes", 3
 
     def __init__(self, count: int, module: str) -> None:
         if count < 1:
             raise ValueError(f"workers = {count}: out of range; allowed: 0 or more")
-        self.count, self.slots = count, 2 * count
-        self.module, self._context = module, multiprocessing.get_context(START)
+        self.slots, self.module, self._context = count, module, multiprocessing.get_context(START)
         for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
             os.environ.setdefault(name, "1")  # a process a core, each with a thread a core, would crowd the machine
 
-    def start(self) -> Executor:
+    def __enter__(self) -> Self:
         """Begin, with a pipe of which this process holds the only writing end: workers end when it closes."""
+        self._reader, self._leash = self._context.Pipe(duplex=False)
+        self._made: list[ProcessPoolExecutor] = []
+        self._free: SimpleQueue[ProcessPoolExecutor] = SimpleQueue()
+        for _ in range(self.slots):
+            self._free.put(self._pool())
+        return self
+
+    def _pool(self) -> ProcessPoolExecutor:
         if START == "forkserver":
             _start_server([worker.__name__, self.module])
-        self._reader, self._leash = self._context.Pipe(duplex=False)
-        return _Pool(self.count, self._context, worker.begin, (self._reader,))
+        self._made.append(ProcessPoolExecutor(1, self._context, worker.begin, (self._reader,)))
+        return self._made[-1]
 
-    def stop(self, executor: Executor, at_once: bool) -> None:
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **options: Any) -> Future[Any]:
+        """Send a case to a process that is free, or to a new one in place of one that has died."""
+        pool = self._free.get()
+        with _undisturbed():
+            try:
+                future = pool.submit(fn, *args, **options)
+            except BrokenExecutor:
+                pool = self._pool()
+                future = pool.submit(fn, *args, **options)
+        future.add_done_callback(lambda _: self._free.put(pool))
+        return future
+
+    def __exit__(self, *raised: object) -> None:
         """End."""
-        if at_once:
+        if raised[0] is not None:
             self._leash.close()
-        executor.shutdown(wait=True, cancel_futures=True)
+        for pool in self._made:
+            pool.shutdown(cancel_futures=True)
         self._leash.close()
         self._reader.close()
 
@@ -110,16 +125,9 @@ def _undisturbed() -> Iterator[None]:
         signal.raise_signal(asked[0][0])
 
 
-class _Pool(ProcessPoolExecutor):
-    def submit(self, fn: Callable[..., Any], /, *args: Any, **options: Any) -> Future[Any]:
-        """Send a case off, and start a process for it if there is none."""
-        with _undisturbed():
-            return super().submit(fn, *args, **options)
-
-
 def _start_server(modules: list[str]) -> None:
     """Start the fork server, unless it runs, with Ctrl-C blocked in it and in all it forks, from their first moment."""
-    from multiprocessing import forkserver, resource_tracker
+    from multiprocessing import forkserver, resource_tracker  # not on every system
 
     forkserver.set_forkserver_preload(modules)
     resource_tracker.ensure_running()  # or the server would start it, and that unblocks signals
@@ -140,28 +148,20 @@ class Given(Workers):
         How many cases to keep in flight.
     """
 
+    tries = 0
+
     def __init__(self, executor: Executor, slots: int) -> None:
-        self.executor, self.slots, self._begun = executor, slots, False
-        self.where = type(executor).__name__
+        self.executor, self.slots, self.where = executor, slots, type(executor).__name__
 
-    def start(self) -> Executor:
-        """Begin; there is no second time."""
-        if self._begun:
-            raise SweepError(f"a worker of {self.where} died, and it cannot be started again from here")
-        self._begun = True
-        return self.executor
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **options: Any) -> Future[Any]:
+        """Hand it on."""
+        return self.executor.submit(fn, *args, **options)
 
 
-class Here(Workers, Executor):
+class Here(Workers):
     """In this process: for a handful of quick cases, and to step through one in a debugger."""
 
-    where = "this process"
-    slots = 1
-    fall_together = False
-
-    def start(self) -> Executor:
-        """Begin."""
-        return self
+    where, slots = "this process", 1
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **options: Any) -> Future[Any]:
         """Run it now."""
@@ -171,7 +171,7 @@ class Here(Workers, Executor):
 
 
 class Dask(Workers):
-    """A Dask cluster that is already running; `pip install 'buckler[cluster]'`.
+    """A Dask cluster that is already running; `pip install 'buckler[cluster]'`. It tries a case on several workers itself.
 
     Parameters
     ----------
@@ -181,13 +181,11 @@ class Dask(Workers):
         How long, s, it may be without workers.
     """
 
-    fall_together = False
-
-    def __init__(self, address: str | Path, patience: float = PATIENCE) -> None:
+    def __init__(self, address: str | Path, patience: float = 60.0) -> None:
         self.address, self.patience, self._alone_since = address, patience, 0.0
         self.where = f"the Dask cluster {'of' if isinstance(address, Path) else 'at'} {address}"
 
-    def start(self) -> Executor:
+    def __enter__(self) -> Self:
         """Connect.
 
         Raises
@@ -199,7 +197,7 @@ class Dask(Workers):
             import distributed
         except ImportError as error:
             raise SweepError(f"a Dask cluster needs `pip install 'buckler[cluster]'`: {error}") from None
-        self._killed = distributed.KilledWorker
+        self.dead = (distributed.KilledWorker,)
         for name in ("distributed.client", "distributed.core", "distributed.comm", "tornado.application"):
             logging.getLogger(name).setLevel(logging.CRITICAL + 1)  # pages of traceback for what is said here in one line
         try:
@@ -212,21 +210,23 @@ class Dask(Workers):
         except TimeoutError:
             self._client.close()
             raise SweepError(f"the Dask cluster has no workers; start some with `dask worker {self.address}`") from None
-        return self._client.get_executor(pure=False)  # pure: an equal call would get an earlier result
+        self._executor = self._client.get_executor(pure=False)  # pure: an equal call would get an earlier result
+        return self
 
     @property
     def slots(self) -> int:  # type: ignore[override]
         """Two for each thread there is now; workers may come and go."""
         return 2 * max(1, sum(self._client.nthreads().values()))
 
-    def stop(self, executor: Executor, at_once: bool) -> None:
-        """Cancel what is at work and leave the cluster as it was."""
-        executor.shutdown(wait=not at_once)
-        self._client.close()
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **options: Any) -> Future[Any]:
+        """Hand it on."""
+        future: Future[Any] = self._executor.submit(fn, *args, **options)
+        return future
 
-    def died(self, error: BaseException) -> bool:
-        """Dask has tried it on several workers by then, and knows which case it was."""
-        return isinstance(error, self._killed)
+    def __exit__(self, *raised: object) -> None:
+        """Cancel what is at work and leave the cluster as it was."""
+        self._executor.shutdown(wait=raised[0] is None)
+        self._client.close()
 
     def idle(self) -> None:
         """Find out whether the scheduler and any worker are still there."""

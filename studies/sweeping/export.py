@@ -5,18 +5,15 @@ from __future__ import annotations
 import argparse
 import csv
 import io
-import json
-import sqlite3
 import sys
-from collections.abc import Iterator, Sequence
-from contextlib import closing, contextmanager
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from buckler.studies.kit.report import atomic
 from buckler.studies.kit.words import Command
-from buckler.studies.sweeping.rows import Row, read_rows
-from buckler.studies.sweeping.store import StoreError, check_format, explain
+from buckler.studies.sweeping.rows import Row
+from buckler.studies.sweeping.store import Store
 
 KINDS = (".csv", ".parquet")
 
@@ -44,24 +41,8 @@ def read(path: Path) -> tuple[list[Row], dict[str, str]]:
     StoreError
         If it is not there, in use, damaged, or no store.
     """
-    with reading(path) as connection:
-        (units,) = connection.execute("SELECT value FROM about WHERE name = 'units'").fetchone() or ("{}",)
-        return list(read_rows(connection)), json.loads(units)
-
-
-@contextmanager
-def reading(path: Path) -> Iterator[sqlite3.Connection]:
-    """A connection that only reads; errors name the file."""
-    if not path.is_file():
-        raise StoreError(f"{path}: no such file")
-    # What a killed sweep left in its journal can be read only by someone who may write; a closed store has none.
-    mode = "rw" if path.with_name(f"{path.name}-wal").exists() else "ro"
-    try:
-        with closing(sqlite3.connect(f"{path.absolute().as_uri()}?mode={mode}", uri=True, timeout=1)) as connection:
-            check_format(connection, path)
-            yield connection
-    except sqlite3.Error as error:
-        raise StoreError(explain(error, path)) from None
+    with Store(path, write=False) as store:
+        return store.rows(), store.about().get("units", {})
 
 
 def columns(rows: Sequence[Row], units: dict[str, str]) -> list[Column]:
@@ -136,13 +117,13 @@ def _parquet(table: Sequence[Column]) -> bytes:
 def write_signals(path: Path, folder: Path) -> int:
     """Write the signals a store keeps, case-000012.npz for case 12; how many there were."""
     folder.mkdir(parents=True, exist_ok=True)
-    count = 0
-    with reading(path) as connection:
-        for number, content in connection.execute("SELECT number, signals FROM cases WHERE signals IS NOT NULL"):
+    with Store(path, write=False) as store:
+        kept = store.ask("SELECT number FROM cases WHERE signals IS NOT NULL")
+        for (number,) in kept:
+            ((content,),) = store.ask("SELECT signals FROM cases WHERE number = ?", (number,))
             with atomic(folder / f"case-{number:06d}.npz") as file:
                 file.write(content)
-            count += 1
-    return count
+    return len(kept)
 
 
 # --- the command ------------------------------------------------------------------------------------------------------

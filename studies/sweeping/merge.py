@@ -5,19 +5,17 @@ from __future__ import annotations
 import argparse
 import json
 import math
-import sqlite3
-from collections.abc import Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from buckler.studies.kit.words import Command
-from buckler.studies.sweeping.export import reading
-from buckler.studies.sweeping.store import Store, StoreError, explain
+from buckler.studies.sweeping.rows import FIELDS
+from buckler.studies.sweeping.store import Store, StoreError
 
 CLOSE = 1e-9
 """Relative difference up to which the same case computed twice has the same numbers."""
-COLUMNS = ("number", "parameters", "status", "message", "metrics", "work", "wall_s", "provenance", "signals")
 
 
 class Merged(NamedTuple):
@@ -51,67 +49,44 @@ def merge(parts: Sequence[Path], out: Path) -> Merged:
     with suppress(OSError):  # opening the store then says why not
         out.parent.mkdir(parents=True, exist_ok=True)
     try:
-        with Store(out) as book, _all_or_nothing(book.connection, out):
+        with Store(out) as book, book.transaction():
             for path in parts:
-                with reading(path) as part:
-                    _same_sweep(book.connection, part, out, path)
-                    for row in part.execute(f"SELECT {', '.join(COLUMNS)} FROM cases ORDER BY number"):
-                        _take(book.connection, dict(zip(COLUMNS, row, strict=True)), path)
-            return Merged(*book.connection.execute("SELECT count(*), count(status) FROM cases").fetchone())
+                with Store(path, write=False) as part:
+                    _same_sweep(book, part)
+                    for row in part.ask(f"SELECT {', '.join(FIELDS)} FROM cases ORDER BY number"):
+                        _refuse_contradiction(book, dict(zip(FIELDS, row, strict=True)), path)
+                        book.take(row)
+            return Merged(*book.ask("SELECT count(*), count(status) FROM cases")[0])
     except BaseException:
         if new:
             out.unlink(missing_ok=True)
         raise
 
 
-@contextmanager
-def _all_or_nothing(connection: sqlite3.Connection, path: Path) -> Any:
-    connection.execute("BEGIN")
-    try:
-        yield
-        connection.execute("COMMIT")
-    except sqlite3.Error as error:
-        raise StoreError(explain(error, path)) from None
-    finally:
-        if connection.in_transaction:
-            connection.execute("ROLLBACK")
-
-
-def _about(connection: sqlite3.Connection) -> dict[str, Any]:
-    return {name: json.loads(value) for name, value in connection.execute("SELECT name, value FROM about")}
-
-
-def _same_sweep(book: sqlite3.Connection, part: sqlite3.Connection, out: Path, path: Path) -> None:
+def _same_sweep(book: Store, part: Store) -> None:
     """Refuse a part of another sweep; the first one says what the sweep is."""
-    mine, theirs = _about(book), _about(part)
-    if not mine:
-        book.executemany("INSERT INTO about VALUES (?, ?)", [(name, json.dumps(value)) for name, value in theirs.items()])
-        return
+    mine, theirs = book.about(), part.about()
+    for name, value in theirs.items() if not mine else ():
+        book.ask("INSERT INTO about VALUES (?, ?)", (name, json.dumps(value)))
     for name, value in mine.items():
         if theirs.get(name) != value:
-            raise StoreError(f"{path} is of another sweep than {out}: {name} {_told(theirs.get(name))}, not {_told(value)}")
+            said = f"{name} {_told(theirs.get(name))}, not {_told(value)}"
+            raise StoreError(f"{part.path} is of another sweep than {book.path}: {said}")
 
 
 def _told(value: Any) -> str:
     return ", ".join(f"{k} {v}" for k, v in value.items()) if isinstance(value, dict) else str(value)
 
 
-def _take(book: sqlite3.Connection, row: dict[str, Any], path: Path) -> None:
-    """Take a case over, unless it is there already."""
-    found = book.execute("SELECT status, metrics FROM cases WHERE parameters = ?", (row["parameters"],)).fetchone()
-    if found is None:
-        book.execute(f"INSERT INTO cases ({', '.join(COLUMNS)}) VALUES ({', '.join('?' * len(COLUMNS))})", list(row.values()))
-    elif found[0] is None:
-        told = COLUMNS[2:]
-        sets = ", ".join(f"{name} = ?" for name in told)
-        book.execute(f"UPDATE cases SET {sets} WHERE parameters = ?", [*(row[name] for name in told), row["parameters"]])
-    elif row["status"] is not None:
-        difference = _difference(found, row)
-        if difference:
+def _refuse_contradiction(book: Store, row: Mapping[str, Any], path: Path) -> None:
+    """Refuse a case that has ended in both, and not alike."""
+    for found in book.ask("SELECT status, metrics FROM cases WHERE parameters = ?", (row["parameters"],)):
+        difference = None in (found[0], row["status"]) or _difference(found, row)
+        if isinstance(difference, str) and difference:
             raise StoreError(f"{path} contradicts another part in case {row['number']}: {difference}; {row['parameters']}")
 
 
-def _difference(found: tuple[str, str], row: dict[str, Any]) -> str:
+def _difference(found: Sequence[str], row: Mapping[str, Any]) -> str:
     """What tells two endings of one case apart; '' if nothing does."""
     if found[0] != row["status"]:
         return f"{row['status']}, elsewhere {found[0]}"

@@ -6,17 +6,14 @@ import hashlib
 import io
 import json
 import math
-import sqlite3
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field, fields
 from typing import Any
 
 import numpy as np
 
 from buckler.studies.kit.parameters import StudyParameters
 from buckler.studies.kit.report import Metric, plain
-
-COLUMNS = "number, parameters, status, message, metrics, work, wall_s, provenance"
 
 
 @dataclass(frozen=True)
@@ -75,30 +72,26 @@ def report_name(parameters: Mapping[str, Any]) -> str:
     return f"{hashlib.sha256(to_json(parameters).encode()).hexdigest()[:12]}.html"
 
 
-def read_rows(connection: sqlite3.Connection, signals: bool = False) -> Iterator[Row]:
-    """Every case that has ended, in the order of the plan, with its signals only if asked for."""
-    columns = f"{COLUMNS}, {'signals' if signals else 'NULL'}"
-    for row in connection.execute(f"SELECT {columns} FROM cases WHERE status IS NOT NULL ORDER BY number"):
-        number, parameters, status, message, metrics, work, wall_s, provenance, content = row
-        yield Row(
-            number,
-            json.loads(parameters),
-            status,
-            message,
-            {name: _metric(metric) for name, metric in json.loads(metrics).items()},
-            json.loads(work),
-            math.nan if wall_s is None else wall_s,
-            json.loads(provenance),
-            content,
-        )
-
-
 def to_json(content: Any) -> str:
     """Strict JSON, which SQLite's own functions read, that keeps every float: NaN and infinities are words."""
     return json.dumps(plain(content, str), ensure_ascii=False, separators=(",", ":"), allow_nan=False)
 
 
-def _metric(stored: Mapping[str, Any]) -> Metric:
-    """A metric back from JSON."""
-    published, exact, error = (None if stored[n] is None else float(stored[n]) for n in ("published", "exact", "error"))
-    return Metric(float(stored["value"]), stored["unit"], published, exact, error)
+FIELDS = tuple(each.name for each in fields(Row))
+"""Names of what a case has: the columns of a store's table."""
+KEPT_AS_JSON = ("parameters", "metrics", "work", "provenance")
+
+
+def packed(row: Row) -> list[Any]:
+    """A row as the columns have it."""
+    content = {**vars(row), "metrics": {name: asdict(metric) for name, metric in row.metrics.items()}}
+    return [to_json(content[name]) if name in KEPT_AS_JSON else content[name] for name in FIELDS]
+
+
+def unpacked(columns: Sequence[Any]) -> Row:
+    """The row that `packed` made columns of."""
+    content = {name: json.loads(each) if name in KEPT_AS_JSON else each for name, each in zip(FIELDS, columns, strict=True)}
+    for name, each in content["metrics"].items():
+        published, exact, error = (None if each[n] is None else float(each[n]) for n in ("published", "exact", "error"))
+        content["metrics"][name] = Metric(float(each["value"]), each["unit"], published, exact, error)
+    return Row(**content | {"wall_s": math.nan if content["wall_s"] is None else content["wall_s"]})

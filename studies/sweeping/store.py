@@ -13,18 +13,22 @@ from __future__ import annotations
 import json
 import sqlite3
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from types import TracebackType
-from typing import Self
+from typing import Any, Self
 
 from buckler.studies.kit.parameters import StudyParameters
-from buckler.studies.sweeping.rows import Row, canonical, read_rows, to_json
+from buckler.studies.sweeping.rows import FIELDS, Row, canonical, packed, to_json, unpacked
 
 APPLICATION, SCHEMA = 0x4275636B, 1  # SQLite keeps both in the header of the file
 WAIT = 1.0
 """How long to wait, s, for another user of the file to be gone."""
+
+
+ENDING = FIELDS[2:]
+"""What becomes known of a case when it ends."""
+UPSERT = "ON CONFLICT (parameters) DO UPDATE SET"
 
 
 class StoreError(ValueError):
@@ -59,6 +63,8 @@ class Store:
     ----------
     path : Path, optional
         The file, made if it is not there; without it the rows are kept in memory.
+    write : bool
+        Whether it may change; a file that may not is only looked at, and must be there.
 
     Raises
     ------
@@ -66,14 +72,22 @@ class Store:
         If it is in use, no store, damaged, of another format, or cannot be written.
     """
 
-    def __init__(self, path: Path | None = None) -> None:
-        self.path = path
-        with self._named():
-            self.connection = sqlite3.connect(":memory:" if path is None else path, timeout=WAIT, isolation_level=None)
+    def __init__(self, path: Path | None = None, write: bool = True) -> None:
+        self.path, self.write, place = path, write, ":memory:"
+        if path is not None:
+            if not write and not path.is_file():
+                raise StoreError(f"{path}: no such file")
+            # What a killed sweep left in its journal can be read only by someone who may write; a closed store has none.
+            mode = "rwc" if write else "rw" if path.with_name(f"{path.name}-wal").exists() else "ro"
+            place = f"{path.absolute().as_uri()}?mode={mode}"
         try:
-            with self._named():
+            self.connection = sqlite3.connect(place, uri=True, timeout=WAIT, isolation_level=None)
+        except sqlite3.Error as error:
+            raise StoreError(explain(error, path)) from None
+        try:
+            if write:
                 self._lock()
-                self._check_format()
+            self._check_format()
         except BaseException:
             self.connection.close()
             raise
@@ -81,57 +95,64 @@ class Store:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(self, *raised: object) -> None:
         self.close()
 
     def close(self) -> None:
         """Leave one plain file; a journal it could not fold in, on a full disk say, stays beside it and is kept."""
-        try:
-            self.connection.execute("PRAGMA journal_mode = DELETE")
-        except sqlite3.Error:
-            pass
+        with suppress(StoreError):
+            if self.write:
+                self.ask("PRAGMA journal_mode = DELETE")
         self.connection.close()
 
-    def _lock(self) -> None:
-        execute = self.connection.execute
-        execute("PRAGMA locking_mode = EXCLUSIVE")  # also spares the shared memory that network file systems lack
-        execute("BEGIN EXCLUSIVE")
-        execute("COMMIT")
-        execute("PRAGMA journal_mode = WAL")
-        execute("PRAGMA synchronous = NORMAL")
-
-    def _check_format(self) -> None:
-        execute = self.connection.execute
-        if not execute("SELECT count(*) FROM sqlite_master").fetchone()[0]:
-            with self._transaction():
-                execute("CREATE TABLE about (name TEXT PRIMARY KEY, value TEXT NOT NULL)")
-                execute(
-                    "CREATE TABLE cases (number INTEGER NOT NULL, parameters TEXT PRIMARY KEY, status TEXT, message TEXT, "
-                    "metrics TEXT, work TEXT, wall_s REAL, provenance TEXT, signals BLOB)"
-                )
-                execute(f"PRAGMA application_id = {APPLICATION}")
-                execute(f"PRAGMA user_version = {SCHEMA}")
-            return
-        check_format(self.connection, self.path)
-
-    @contextmanager
-    def _named(self) -> Iterator[None]:
-        """Turn what SQLite raises into a StoreError that names the file."""
+    def ask(self, statement: str, values: Sequence[Any] | Mapping[str, Any] = ()) -> list[tuple[Any, ...]]:
+        """Rows of a statement; what SQLite raises names the file."""
         try:
-            yield
+            return self.connection.execute(statement, values).fetchall()
         except sqlite3.Error as error:
             raise StoreError(explain(error, self.path)) from None
 
+    def _lock(self) -> None:
+        self.ask("PRAGMA locking_mode = EXCLUSIVE")  # also spares the shared memory that network file systems lack
+        self.ask("BEGIN EXCLUSIVE")
+        self.ask("COMMIT")
+        self.ask("PRAGMA journal_mode = WAL")
+        self.ask("PRAGMA synchronous = NORMAL")
+
+    def _check_format(self) -> None:
+        """Make the tables of a new file; refuse what is no store, of another format, or damaged."""
+        if self.write and not self.ask("SELECT * FROM sqlite_master"):
+            with self.transaction():
+                self.ask("CREATE TABLE about (name TEXT PRIMARY KEY, value TEXT NOT NULL)")
+                self.ask(
+                    "CREATE TABLE cases (number INTEGER NOT NULL, parameters TEXT PRIMARY KEY, status TEXT, message TEXT, "
+                    "metrics TEXT, work TEXT, wall_s REAL, provenance TEXT, signals BLOB)"
+                )
+                self.ask(f"PRAGMA application_id = {APPLICATION}")
+                self.ask(f"PRAGMA user_version = {SCHEMA}")
+        ((application,),), ((schema,),) = (self.ask(f"PRAGMA {name}") for name in ("application_id", "user_version"))
+        if application != APPLICATION:
+            raise StoreError(f"{self.path} is an SQLite file, but no sweep's store")
+        if schema != SCHEMA:
+            raise StoreError(f"{self.path} has format {schema}, this version of Buckler reads and writes format {SCHEMA}")
+        ((verdict,),) = self.ask("PRAGMA quick_check(1)")
+        if verdict != "ok":
+            raise StoreError(f"{self.path} is damaged: {verdict.splitlines()[-1]}")
+
     @contextmanager
-    def _transaction(self) -> Iterator[None]:
-        self.connection.execute("BEGIN")
+    def transaction(self) -> Iterator[None]:
+        """All of a block's statements, or none."""
+        self.ask("BEGIN")
         try:
             yield
-        except BaseException:
+            self.ask("COMMIT")
+        finally:
             if self.connection.in_transaction:  # SQLite itself rolls back on a full disk
-                self.connection.execute("ROLLBACK")
-            raise
-        self.connection.execute("COMMIT")
+                self.ask("ROLLBACK")
+
+    def about(self) -> dict[str, Any]:
+        """What its cases share, by the names of `About`."""
+        return {name: json.loads(value) for name, value in self.ask("SELECT name, value FROM about")}
 
     def plan(self, about: About, cases: Sequence[StudyParameters], retry: bool = False) -> list[int]:
         """Write the cases down, unless they are; which of them are still to be run.
@@ -156,24 +177,22 @@ class Store:
         """
         keys = [canonical(case) for case in cases]
         _no_doubles(keys)
-        with self._named(), self._transaction():
-            execute, many = self.connection.execute, self.connection.executemany
+        with self.transaction():
             self._compare(about)
-            stored = {key for (key,) in execute("SELECT parameters FROM cases")}
+            stored = {key for (key,) in self.ask("SELECT parameters FROM cases")}
             if not stored <= set(keys):
                 raise StoreError(f"{self.path} holds another sweep, {_differs(stored, keys)}; name another file")
-            many("INSERT OR REPLACE INTO about VALUES (?, ?)", [(k, json.dumps(v)) for k, v in asdict(about).items()])
-            new = [(i, key) for i, key in enumerate(keys) if key not in stored]
-            if stored:  # it grows, or was merged: every case may have another place now
-                many("UPDATE cases SET number = ? WHERE parameters = ?", list(enumerate(keys)))
-            many("INSERT INTO cases (number, parameters) VALUES (?, ?)", new)
+            for name, value in asdict(about).items():
+                self.ask("INSERT OR REPLACE INTO about VALUES (?, ?)", (name, json.dumps(value)))
+            for number, key in enumerate(keys):  # a store that grows, or was merged: every case may have another place now
+                self.ask(f"INSERT INTO cases (number, parameters) VALUES (?, ?) {UPSERT} number = excluded.number", (number, key))
             if retry:
-                execute("UPDATE cases SET status = NULL WHERE status NOT IN ('OK', 'SUSPECT')")
-            return [n for (n,) in execute("SELECT number FROM cases WHERE status IS NULL ORDER BY number")]
+                self.ask("UPDATE cases SET status = NULL WHERE status NOT IN ('OK', 'SUSPECT')")
+            return [n for (n,) in self.ask("SELECT number FROM cases WHERE status IS NULL ORDER BY number")]
 
     def _compare(self, about: About) -> None:
         """Refuse a store whose numbers came about in another way."""
-        found = {name: json.loads(value) for name, value in self.connection.execute("SELECT name, value FROM about")}
+        found = self.about()
         if not found:
             return
         if found["study"] != about.study:
@@ -191,39 +210,25 @@ class Store:
 
     def record(self, row: Row) -> None:
         """Write down a case that has ended; it stays written if the process is killed right after."""
-        metrics = {name: asdict(metric) for name, metric in row.metrics.items()}
-        told = [row.status, row.message, *map(to_json, (metrics, row.work)), row.wall_s, to_json(row.provenance), row.signals]
-        with self._named():
-            self.connection.execute(
-                "UPDATE cases SET status = ?, message = ?, metrics = ?, work = ?, wall_s = ?, provenance = ?, signals = ? "
-                "WHERE number = ? AND status IS NULL",
-                [*told, row.number],
-            )
+        values = dict(zip(FIELDS, packed(row), strict=True))
+        sets = ", ".join(f"{name} = :{name}" for name in ENDING)
+        self.ask(f"UPDATE cases SET {sets} WHERE number = :number AND status IS NULL", values)
+
+    def take(self, values: Sequence[Any]) -> None:
+        """Take a case over from another store, unless it has ended here."""
+        sets = ", ".join(f"{name} = excluded.{name}" for name in ENDING)
+        places = ", ".join("?" for _ in FIELDS)
+        self.ask(f"INSERT INTO cases ({', '.join(FIELDS)}) VALUES ({places}) {UPSERT} {sets} WHERE cases.status IS NULL", values)
 
     def rows(self, signals: bool = False) -> list[Row]:
         """Every case that has ended, in the order of the plan, with its signals only if asked for."""
-        with self._named():
-            return list(read_rows(self.connection, signals))
+        columns = ", ".join(name if signals or name != "signals" else "NULL" for name in FIELDS)
+        return [unpacked(row) for row in self.ask(f"SELECT {columns} FROM cases WHERE status IS NOT NULL ORDER BY number")]
 
     def sources(self) -> set[str]:
         """Hashes of the sources the stored cases come from."""
-        with self._named():
-            found = self.connection.execute(
-                "SELECT DISTINCT json_extract(provenance, '$.sources') FROM cases WHERE status IS NOT NULL"
-            )
-            return {source for (source,) in found}
-
-
-def check_format(connection: sqlite3.Connection, path: Path | None) -> None:
-    """Refuse what is no store, of another format, or damaged."""
-    (application,), (schema,) = (connection.execute(f"PRAGMA {name}").fetchone() for name in ("application_id", "user_version"))
-    if application != APPLICATION:
-        raise StoreError(f"{path} is an SQLite file, but no sweep's store")
-    if schema != SCHEMA:
-        raise StoreError(f"{path} has format {schema}, this version of Buckler reads and writes format {SCHEMA}")
-    (verdict,) = connection.execute("PRAGMA quick_check(1)").fetchone()
-    if verdict != "ok":
-        raise StoreError(f"{path} is damaged: {verdict.splitlines()[-1]}")
+        source = "json_extract(provenance, '$.sources')"
+        return {each for (each,) in self.ask(f"SELECT DISTINCT {source} FROM cases WHERE status IS NOT NULL")}
 
 
 def explain(error: sqlite3.Error, path: Path | None) -> str:

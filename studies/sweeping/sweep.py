@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import logging
 from collections import Counter, deque
-from collections.abc import Generator, Iterator, Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
 from contextlib import closing
 from datetime import UTC, datetime
@@ -35,8 +35,7 @@ from buckler.studies.sweeping.worker import Job, run_case, sources, stamp
 
 __all__ = ["sweep", "Part", "Row", "StoreError", "SweepError"]
 
-TRIES = 3
-"""How often a case may take its process down, from the second time on alone in a fresh pool, before it is given up."""
+CRASHED = "its process died several times: killed, out of memory, or a fault in compiled code"
 PAUSE = 5.0
 """Seconds without a result after which the workers are asked whether they are still there."""
 LOG = logging.getLogger("buckler.studies.sweeping.sweep")
@@ -132,9 +131,12 @@ def sweep(
                 jobs = [Job(number, module.__name__, cases[number], signals) for number in sorted(pending)]
                 if isinstance(workers, int):
                     workers = Local(min(workers, len(jobs)), module.__name__) if workers else Here()
-                with closing(_Run(workers, stamp(module.__name__)).rows(jobs)) as rows:
+                with closing(_rows(workers, jobs, stamp(module.__name__))) as rows:
                     for row in progress(rows, total=len(jobs), label=name):
-                        _record(book, row)
+                        try:
+                            book.record(row)
+                        except StoreError as error:  # no fault of who called
+                            raise SweepError(str(error)) from None
                         pending.remove(row.number)
         except BaseException:
             if store:
@@ -143,131 +145,59 @@ def sweep(
         return [row for row in book.rows(signals) if row.number in mine]
 
 
-def _record(book: Store, row: Row) -> None:
-    """Write a row down; that it cannot be is no fault of who called."""
+def _rows(workers: Workers, jobs: Sequence[Job], mine: Mapping[str, Any]) -> Generator[Row]:
+    """Run jobs, a row each in the order in which they end; `mine` is the stamp of this process."""
+    waiting, running, deaths = deque(jobs), dict[Future[Row], Job](), Counter[int]()
+    with workers:
+        _compare(_loaded(workers, jobs[0].module), mine)
+        while waiting or running:
+            while waiting and len(running) < workers.slots:
+                job = waiting.popleft()
+                running[workers.submit(run_case, job)] = job
+            ended, _ = wait(running, timeout=PAUSE, return_when=FIRST_COMPLETED)
+            if not ended:
+                workers.idle()
+            for future in ended:
+                job = running.pop(future)
+                row = _result(workers, future, "a worker failed outside any case")
+                if row is not None:
+                    _compare(row.provenance, mine)
+                    yield row
+                    continue
+                deaths[job.number] += 1
+                if deaths[job.number] < workers.tries:
+                    LOG.warning("a worker died of case %d, which runs again", job.number)
+                    waiting.append(job)
+                else:
+                    ended_at = datetime.now(UTC).isoformat(timespec="seconds")
+                    yield Row(job.number, {}, "CRASHED", CRASHED, provenance={**mine, "ended": ended_at})
+
+
+def _loaded(workers: Workers, module: str) -> Mapping[str, Any]:
+    """Let a worker load the study before any case is risked on it; its stamp."""
+    for _ in range(workers.tries or 1):
+        found: Mapping[str, Any] | None = _result(workers, workers.submit(stamp, module), f"workers cannot load {module}")
+        if found is not None:
+            return found
+    raise SweepError(f"workers cannot load {module}: they die; a script that sweeps needs `if __name__ == '__main__':`")
+
+
+def _result(workers: Workers, future: Future[Any], what: str) -> Any:
+    """What a future gives; None if its worker has died."""
     try:
-        book.record(row)
-    except StoreError as error:
-        raise SweepError(str(error)) from None
+        return future.result()
+    except CancelledError:
+        raise SweepError(f"{workers.where} is gone") from None
+    except workers.dead:
+        if not workers.tries:
+            raise SweepError(f"a worker of {workers.where} died, and it cannot be started again from here") from None
+        return None
+    except Exception as error:
+        raise SweepError(f"{what}: {type(error).__name__}: {error}") from error
 
 
-class _Run:
-    """Jobs on their way through workers that may die."""
-
-    def __init__(self, workers: Workers, stamp: dict[str, Any]) -> None:
-        self.workers, self.stamp = workers, stamp
-        self.waiting: deque[Job] = deque()
-        self.suspects: deque[Job] = deque()
-        """Were in flight when a worker died; each runs alone, so that none is blamed for another's end."""
-        self.running: dict[Future[Row], Job] = {}
-        self.crashes: Counter[int] = Counter()
-
-    def rows(self, jobs: Sequence[Job]) -> Generator[Row]:
-        """Run them; a row each, in the order in which they end."""
-        self.waiting.extend(jobs)
-        self.executor = self.workers.start()
-        finished = False
-        try:
-            self._check_workers(jobs[0].module)
-            while self.waiting or self.suspects or self.running:
-                self._fill()
-                yield from self._collect()
-            finished = True
-        finally:
-            self.workers.stop(self.executor, at_once=not finished)
-
-    def _check_workers(self, module: str) -> None:
-        """Let a worker load the study before any case is risked on it."""
-        for attempt in range(TRIES):
-            try:
-                return self._compare(self.executor.submit(stamp, module).result())
-            except SweepError:
-                raise
-            except CancelledError:
-                raise SweepError(f"{self.workers.where} is gone") from None
-            except Exception as error:
-                died = self.workers.died(error)
-                if not died or attempt == TRIES - 1:
-                    hint = "; a script that sweeps needs `if __name__ == '__main__':`" if died else ""
-                    raise SweepError(f"workers cannot load {module}: {type(error).__name__}: {error}{hint}") from None
-                self._begin_again()
-
-    def _compare(self, found: Mapping[str, Any]) -> None:
-        """Refuse rows that another version of anything has computed."""
-        for name, version in self.stamp["versions"].items():
-            if found["versions"].get(name) != version:
-                raise SweepError(f"the worker on {found['host']} has {name} {found['versions'].get(name)}, not {version}")
-
-    def _fill(self) -> None:
-        """Keep as many in flight as the workers take; a suspect only alone."""
-        if self.suspects:
-            if not self.running:
-                self._submit(self.suspects)
-            return
-        for _ in range(min(len(self.waiting), self.workers.slots - len(self.running))):
-            if not self._submit(self.waiting):
-                return
-
-    def _submit(self, queue: deque[Job]) -> bool:
-        """Send the next case off, unless a worker has died just now."""
-        try:
-            future = self.executor.submit(run_case, queue[0])
-        except Exception as error:
-            if not self.workers.died(error):
-                raise
-            if not self.running:  # otherwise the cases in flight tell, and all of it is done then
-                self._begin_again()
-            return False
-        self.running[future] = queue.popleft()
-        return True
-
-    def _collect(self) -> Iterator[Row]:
-        """Rows of what has ended; none after a pause."""
-        if not self.running:
-            return
-        ended, _ = wait(self.running, timeout=PAUSE, return_when=FIRST_COMPLETED)
-        if not ended:
-            self.workers.idle()
-        lost: list[Job] = []
-        yield from self._read(ended, lost)
-        if lost and self.workers.fall_together:
-            yield from self._read(wait(self.running).done, lost)
-            yield from self._suspect(lost)
-            self._begin_again()
-        else:
-            yield from map(self._crashed, lost)
-
-    def _read(self, ended: set[Future[Row]], lost: list[Job]) -> Iterator[Row]:
-        """Rows of futures that have ended; those whose worker died join `lost`."""
-        for future in ended:
-            job = self.running.pop(future)
-            try:
-                row = future.result()
-            except CancelledError:
-                raise SweepError(f"{self.workers.where} is gone") from None
-            except Exception as error:
-                if not self.workers.died(error):
-                    raise SweepError(f"a worker failed outside any case: {type(error).__name__}: {error}") from error
-                lost.append(job)
-            else:
-                self._compare(row.provenance)
-                yield row
-
-    def _suspect(self, lost: list[Job]) -> Iterator[Row]:
-        """Put cases whose worker may have died of them aside; a row for the one that has done it too often."""
-        self.crashes.update(job.number for job in lost)
-        if len(lost) == 1 and self.crashes[lost[0].number] >= TRIES:
-            yield self._crashed(lost.pop())
-            return
-        again = sorted(lost, key=lambda job: job.number)
-        LOG.warning("a worker died; run again, one at a time: cases %s", ", ".join(str(job.number) for job in again))
-        self.suspects.extend(again)
-
-    def _crashed(self, job: Job) -> Row:
-        message = "its process died several times: killed, out of memory, or a fault in compiled code"
-        ended = datetime.now(UTC).isoformat(timespec="seconds")
-        return Row(job.number, {}, "CRASHED", message, provenance={**self.stamp, "ended": ended})
-
-    def _begin_again(self) -> None:
-        self.workers.stop(self.executor, at_once=True)
-        self.executor = self.workers.start()
+def _compare(found: Mapping[str, Any], mine: Mapping[str, Any]) -> None:
+    """Refuse rows that another version of anything has computed."""
+    for name, version in mine["versions"].items():
+        if found["versions"].get(name) != version:
+            raise SweepError(f"the worker on {found['host']} has {name} {found['versions'].get(name)}, not {version}")

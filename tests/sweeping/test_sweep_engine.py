@@ -108,7 +108,7 @@ def test_every_way_to_end_is_a_row(caplog):
     assert rows[4].message == "its process died several times: killed, out of memory, or a fault in compiled code"
     assert rows[4].parameters["length"] == 4
     assert rows[5].value("strut.force") == 51
-    assert "a worker died; run again, one at a time: cases" in caplog.text
+    assert "a worker died of case 4, which runs again" in caplog.text
 
 
 def test_only_the_case_that_kills_its_worker_is_blamed():
