@@ -54,6 +54,14 @@ class PowerLaw(NamedTuple):
         return [Metric(slope, "1", error=abs(error / slope) if slope else None) for slope, error in pairs]
 
 
+def exponent(x: Any, y: Any) -> float:
+    """Exponent n of the power law y ~ x^n through the points that are finite and positive; nan for fewer than two."""
+    x, y = np.asarray(x), np.asarray(y)
+    good = (x > 0) & (y > 0)  # false for nan
+    x, y = np.log(x[good]), np.log(y[good])
+    return float((x - x.mean()) @ (y - y.mean()) / ((x - x.mean()) @ x)) if len(set(x)) > 1 else nan
+
+
 def power_law(inputs: Array, output: Array) -> PowerLaw:
     """Fit one output, shape (n,), to inputs of shape (d, n)."""
     x, y = np.log(inputs), np.log(output)

@@ -12,7 +12,8 @@ from matplotlib.patches import Patch
 
 from buckler.elastica import law
 from buckler.studies.kit.report import StudyResult
-from buckler.studies.kit.style import Figure, subplots
+from buckler.studies.kit.style import Figure, plain_ticks, subplots
+from buckler.studies.striking import impact
 from buckler.studies.striking.inverse import Design, Given, Wish, design
 from buckler.studies.striking.inverse_limits import feasible, limits
 
@@ -22,7 +23,6 @@ SHADES = {
     "mass": "#cfcfe8",
 }  # fmt: skip
 """Colour of the limit that is broken first."""
-COLOURS = {"beam": "#D55E00", "strut": "#0072B2"}
 CHOSEN: dict[str, Any] = {"color": "#D55E00", "markersize": 7, "markeredgecolor": "white", "linestyle": ""}
 POINTS = 300
 
@@ -80,9 +80,7 @@ def _draw_map(ax: Any, d: Design, asked: Design) -> None:
     if feasible(d):
         ax.plot(1e3 * d.thickness, degrees(p.contact_angle), "o", **CHOSEN, label="design")
     ax.set(xscale="log", xlim=(x[0], x[-1]), ylim=(0, 360), yticks=range(0, 361, 60))
-    ax.xaxis.set_major_locator(_ticks(x))
-    ax.xaxis.set_major_formatter("{x:.3g}")
-    ax.xaxis.set_minor_locator(_ticks(()))
+    plain_ticks(ax.xaxis)
     ax.grid(False)
     ax.set(xlabel=f"thickness [mm], width {1e3 * d.width:.3g} mm", ylabel="contact angle [deg]")
     _stop_axis(ax, given)
@@ -92,15 +90,6 @@ def _draw_map(ax: Any, d: Design, asked: Design) -> None:
     handles = [*ax.get_legend_handles_labels()[0], *shown]
     small = {"fontsize": 7, "columnspacing": 1.0, "handlelength": 1.6}
     ax.legend(handles=handles, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=5, **small)
-
-
-def _ticks(x: Any) -> Any:
-    from matplotlib.ticker import FixedLocator
-
-    if not len(x):
-        return FixedLocator([])
-    steps = np.outer(10.0 ** np.arange(-4, 4), [1, 1.5, 2, 3, 4, 5, 7]).ravel()
-    return FixedLocator(steps[(steps >= x[0]) & (steps <= x[-1])].tolist())
 
 
 def _stop_axis(ax: Any, given: Given) -> None:
@@ -119,19 +108,17 @@ def _draw_turn(ax: Any, d: Design, result: StudyResult) -> None:
     u = np.clip(d.given.lengths.shortening(angle, d.stop - d.wish.contact_force / d.stiffness), 0.0, 1.0)
     exact = law.fast(u) * d.euler_load / pi**2 * d.given.lengths.lean_cosine(angle, d.stop)
     floor = exact.min() / 4
-    for model, colour in COLOURS.items():
+    for model in ("beam", "strut"):
         if f"{model}.angle" in result.signals:
-            force = np.maximum(result.signals[f"{model}.force"], floor / 2)
-            ax.semilogy(np.degrees(result.signals[f"{model}.angle"]), force, color=colour, lw=1.0, label=model)
+            turned, force = np.degrees(result.signals[f"{model}.angle"]), result.signals[f"{model}.force"]
+            impact.draw_force(ax, turned, force, model, floor, linewidth=1.0)
     ax.semilogy(np.degrees(angle), exact, "--", color="#000000", lw=1.0, label="elastica at rest")
     ax.plot(180, d.wish.contact_force, "o", color="#009E73", label=f"contact wished, {d.wish.contact_force:.3g} N")
     ax.axhline(d.wish.impact_force, color="#009E73", linestyle=":", label=f"impact wished, {d.wish.impact_force:.3g} N")
     ax.axvspan(180 - degrees(half), 180 + degrees(half), color="#009E73", alpha=0.08, lw=0, label="contact angle wished")
     margin = max(4.0, 0.08 * degrees(half))
-    ax.set(xlim=(180 - degrees(half) - margin, 180 + degrees(half) + margin), ylim=(floor, None))
-    ax.set(xlabel="crank angle [deg]", ylabel="force on the stop [N]")
-    ax.yaxis.set_major_formatter("{x:g}")
-    ax.set_ylim(top=6 * ax.get_ylim()[1])
+    ax.set(xlim=(180 - degrees(half) - margin, 180 + degrees(half) + margin), xlabel="crank angle [deg]")
+    impact.frame_force(ax, floor, 6)
     ax.legend(loc="upper right", ncols=3, fontsize=7)
     if not feasible(d):
         ax.set_title("no wish like this can be had")

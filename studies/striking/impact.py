@@ -5,7 +5,7 @@ The models themselves are in studies/impact_models.py.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from math import isnan, nan, pi
 from typing import Any, NamedTuple
@@ -18,7 +18,7 @@ from buckler.mbs.accuracy.words import FINEST
 from buckler.mbs.library import PAPER, PAPER_STOP
 from buckler.studies.kit.parameters import choices, quantity
 from buckler.studies.kit.published import STRIP_WIDTH
-from buckler.studies.kit.report import Array, worst
+from buckler.studies.kit.report import Array, Metric, StudyResult, Table, worst
 from buckler.studies.striking.assumptions import GRAVITY, StrikeParameters
 from buckler.studies.striking.strikes import Strike, strikes
 
@@ -231,11 +231,38 @@ def findings(run: ModelRun, readings: Iterable[Reading]) -> list[str]:
     return [f"{run.model}: {text}" for text in found]
 
 
-def verdict(runs: Iterable[ModelRun], notes: Iterable[str] = ()) -> dict[str, Any]:
-    """Status and message of a study: those of its worst run, and all that was found."""
-    return worst([(run.model, run) for run in runs], notes)
+def told(
+    p: ImpactParameters,
+    runs: Sequence[ModelRun],
+    notes: Iterable[str],
+    metrics: Mapping[str, Mapping[str, Metric]],
+    signals: Mapping[str, Array],
+    tables: Sequence[Table],
+) -> StudyResult:
+    """Of a study: status and message of its worst run, and all that was found; signals and work of each model."""
+    return StudyResult(
+        parameters=p,
+        **worst([(run.model, run) for run in runs], notes),
+        metrics={f"{model}.{name}": metric for model, own in metrics.items() for name, metric in own.items()},
+        signals={**signals, **{name: values for run in runs for name, values in run.signals.items()}},
+        work={f"{run.model}.{name}": value for run in runs for name, value in run.work.items()},
+        tables=tables,
+    )  # fmt: skip
 
 
-def work(runs: Iterable[ModelRun]) -> dict[str, float]:
-    """Run time and steps of each model."""
-    return {f"{run.model}.{name}": value for run in runs for name, value in run.work.items()}
+def draw_force(ax: Any, x: Any, force: Array, model: str, floor: float, **look: Any) -> None:
+    """Draw a force on the stop on a logarithmic axis that begins at a floor, N; without contact it lies below."""
+    ax.semilogy(x, np.maximum(force, floor / 2), color=COLOURS[model], label=model, **look)
+
+
+def frame_force(ax: Any, floor: float, room: float) -> None:
+    """End a logarithmic axis of forces, from its floor, N, with room for a legend: that many times the largest."""
+    ax.set(ylim=(floor, None), ylabel="force on the stop [N]")
+    ax.set_ylim(top=room * ax.get_ylim()[1])
+    ax.yaxis.set_major_formatter("{x:g}")
+
+
+def draw_published(ax: Any, force: float, label: str = "", at: float = 0) -> None:
+    """Draw a published force, N, with its label at a place of the axis."""
+    ax.axhline(force, color=COLOURS["published"], linestyle=":")
+    ax.annotate(label, (at, force), xytext=(0, 3), textcoords="offset points", color=COLOURS["published"], fontsize=8)

@@ -16,11 +16,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from buckler.studies.kit.parameters import integer, quantities, quantity, specs
+from buckler.studies.kit.parameters import integer, quantities, quantity
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
+from buckler.studies.kit.statistics import exponent
 from buckler.studies.kit.style import COLOURS, Figure, subplots
 from buckler.studies.striking import strike
-from buckler.studies.striking.assumptions import StrikeAssumptions
+from buckler.studies.striking.assumptions import StrikeAssumptions, common
 from buckler.studies.striking.impact_models import BUCKLED_FROM
 from buckler.studies.striking.impact_numbers import LATE, REGIMES, SAGS, ImpactNumbers, regime
 from buckler.studies.striking.sine_strip import SineStrike, SineStrip
@@ -48,8 +49,7 @@ class Parameters(StrikeAssumptions):
 
     def cases(self) -> list[strike.Parameters]:
         """One strike for each mass, stiffness, bow and speed, the last running fastest."""
-        shared = ("thickness", "damping", "friction", "restitution", "elements", *specs(StrikeAssumptions))
-        given: dict[str, Any] = {name: getattr(self, name) for name in shared}
+        given = common(self, strike.Parameters)
         return [
             strike.Parameters(mass=mass, stop_stiffness=stiffness, imperfection=bow, speed=speed, **given)
             for mass, stiffness, bow, speed in product(self.masses, self.stiffnesses, self.bows, self.speeds)
@@ -134,9 +134,8 @@ def _metrics(points: Sequence[MapPoint]) -> dict[str, Metric]:
         found[f"regime.{name.replace(' ', '_')}"] = Metric(float(sum(x.regime == name for x in points)), "1")
     late = [x for x in points if x.regime == "late buckling" and x.numbers.bow < 5]
     if len({x.case.speed for x in late}) > 1:
-        at = np.log([x.numbers.rate for x in late])
-        slope = np.polyfit(at, np.log([x.compression for x in late]), 1)[0]
-        found["late.power_of_rate"] = Metric(float(slope), "1", exact=0.5)
+        slope = exponent([x.numbers.rate for x in late], [x.compression for x in late])
+        found["late.power_of_rate"] = Metric(slope, "1", exact=0.5)
     return found
 
 
@@ -212,7 +211,7 @@ def _middle(p: Parameters, **changes: Any) -> strike.Parameters:
     """The strike in the middle of the grid."""
     lists = {"mass": p.masses, "stop_stiffness": p.stiffnesses, "speed": p.speeds}
     middle = {name: values[len(values) // 2] for name, values in lists.items()}
-    return strike.Parameters(thickness=p.thickness, damping=p.damping, friction=p.friction, **middle | changes)
+    return strike.Parameters(**common(p, strike.Parameters) | middle | changes)
 
 
 def _closed(p: Parameters, bow: float) -> tuple[list[float], list[float]]:

@@ -18,7 +18,7 @@ import numpy as np
 from buckler.mbs import Ramp
 from buckler.studies.kit.parameters import choices, quantity
 from buckler.studies.kit.published import IMPACT_FORCE, IMPACT_SPEED, VOLTAGE_FORCES
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, worst
 from buckler.studies.kit.style import Figure, subplots
 from buckler.studies.striking import impact, impact_models
 from buckler.studies.striking.impact import MODELS, ImpactParameters, ModelRun
@@ -86,7 +86,7 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     heads = ["", "", "model", "printed [N]", "first impact [N]", "last impact [N]", "turns"]
     return StudyResult(
         parameters=p,
-        **impact.verdict(runs.values()),
+        **worst([(run.model, run) for run in runs.values()]),
         metrics=metrics,
         signals={f"fig{f}.{m}.{what}": getattr(r, what) for (f, m), r in runs.items() for what in ("time", "force")},
         work={f"fig{f}.{m}.wall_s": r.work["wall_s"] for (f, m), r in runs.items()},

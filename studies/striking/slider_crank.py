@@ -50,28 +50,15 @@ class Parameters(ImpactParameters):
 
 def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Run each model for one turn and read it."""
-    duration = 2 * pi / parameters.speed
-    runs = [
-        impact_models.run_model(model, parameters, parameters.stop(model), parameters.speed, duration)
-        for model in progress(parameters.models, label="models")
-    ]
+    p, duration = parameters, 2 * pi / parameters.speed
+    models = progress(p.models, label="models")
+    runs = [impact_models.run_model(model, p, p.stop(model), p.speed, duration) for model in models]
     readings = [impact.read(run) for run in runs]
-    metrics = {
-        f"{run.model}.{name}": metric
-        for run, reading in zip(runs, readings, strict=True)
-        for name, metric in _metrics(run, reading, parameters).items()
-    }
+    metrics = {run.model: _metrics(run, reading, p) for run, reading in zip(runs, readings, strict=True)}
     notes = [note for run, reading in zip(runs, readings, strict=True) for note in impact.findings(run, [reading])]
     grid = np.radians(np.linspace(CONTACT, 360 - CONTACT, 481))
-    exact = {"exact.angle": grid, "exact.force": impact.exact_force(parameters, grid)}
-    return StudyResult(
-        parameters=parameters,
-        **impact.verdict(runs, notes),
-        metrics=metrics,
-        signals={**exact, **{name: values for run in runs for name, values in run.signals.items()}},
-        work=impact.work(runs),
-        tables=[_table(metrics, runs, notes, parameters)],
-    )
+    exact = {"exact.angle": grid, "exact.force": impact.exact_force(p, grid)}
+    return impact.told(p, runs, notes, metrics, exact, [_table(metrics, runs, notes, p)])
 
 
 def _metrics(run: ModelRun, reading: Reading, p: Parameters) -> dict[str, Metric]:
@@ -107,20 +94,18 @@ def _force_error(run: ModelRun, reading: Reading, p: Parameters) -> float:
     return float(np.abs(run.force[resting] / impact.exact_force(p, run.angle[resting]) - 1).max())
 
 
-def _table(metrics: Mapping[str, Metric], runs: Sequence[ModelRun], notes: Sequence[str], p: Parameters) -> Table:
+def _table(found: Mapping[str, Mapping[str, Metric]], runs: Sequence[ModelRun], notes: Sequence[str], p: Parameters) -> Table:
     """Published, exact and computed side by side, each with its relative error; run time and steps below."""
-    models = [run.model for run in runs]
-    names = [name.partition(".")[2] for name in metrics if name.startswith(f"{models[0]}.")]
     rows: list[list[Any]] = []
-    for name in names:
-        found = [metrics[f"{model}.{name}"] for model in models]
-        scale, unit = (1e6, "MPa") if found[0].unit == "Pa" else (1.0, found[0].unit)
-        known = [unit, *(None if x is None else x / scale for x in (found[0].published, found[0].exact))]
-        rows.append([name, *known, *(x for metric in found for x in (metric.value / scale, _error(metric)))])
+    for name in found[runs[0].model]:
+        own = [metrics[name] for metrics in found.values()]
+        scale, unit = (1e6, "MPa") if own[0].unit == "Pa" else (1.0, own[0].unit)
+        known = [unit, *(None if x is None else x / scale for x in (own[0].published, own[0].exact))]
+        rows.append([name, *known, *(x for metric in own for x in (metric.value / scale, _error(metric)))])
     for name, unit in (("wall_s", "s"), ("steps", "1"), ("error", "1")):
         if any(name in run.work for run in runs):  # the error, where an accuracy was asked for
             rows.append([name, unit, None, None, *(x for run in runs for x in (run.work.get(name), None))])
-    headers = ["", "unit", "published", "exact", *(x for model in models for x in (model, f"{model}, relative error"))]
+    headers = ["", "unit", "published", "exact", *(x for model in found for x in (model, f"{model}, relative error"))]
     return Table(headers, rows, "One turn of the crank", "\n".join([NOTES, f"{p.stated()}.", *notes]))
 
 
@@ -133,14 +118,12 @@ def _error(metric: Metric) -> str | None:
 
 def figure(result: StudyResult) -> Figure:
     """Draw the whole turn on a log scale, and enlarged the impact and the contact."""
-    fig, axes = subplots(2, 2, height=140, height_ratios=(1.15, 1))
-    grid = axes[0, 0].get_gridspec()
-    for ax in axes[0]:
-        ax.remove()
-    turn = fig.add_subplot(grid[0, :])
+    fig, ((turn, beside), below) = subplots(2, 2, height=140, height_ratios=(1.15, 1))
+    beside.remove()
+    turn.set_subplotspec(turn.get_gridspec()[0, :])
     _draw_turn(turn, result)
-    _draw_impact(axes[1, 0], result)
-    _draw_contact(axes[1, 1], result)
+    _draw_impact(below[0], result)
+    _draw_contact(below[1], result)
     return fig
 
 
@@ -153,19 +136,17 @@ def _curves(result: StudyResult) -> list[tuple[str, Any, Any, Any]]:
 
 def _draw_turn(ax: Any, result: StudyResult) -> None:
     p: Any = result.parameters
-    speed, exact = p.speed, result.signals["exact.force"]
-    floor = exact.min() / 4
+    exact = result.signals["exact.force"]
     for model, _, angle, force in _curves(result):
-        ax.semilogy(angle, np.maximum(force, floor / 2), color=impact.COLOURS[model], lw=WIDTHS[model], label=model)
+        impact.draw_force(ax, angle, force, model, exact.min() / 4, linewidth=WIDTHS[model])
     ax.semilogy(np.degrees(result.signals["exact.angle"]), exact, "--", color=impact.COLOURS["exact"], label="elastica")
-    if speed == IMPACT_SPEED:
-        _published(ax, IMPACT_FORCE, "Fig. 5: 27 N", at=190)
-    ax.set(xlim=(110, 250), ylim=(floor, None), xlabel="crank angle [deg]", ylabel="force on the stop [N]")
-    top = ax.secondary_xaxis("top", functions=(lambda a: np.radians(a) / speed, lambda t: np.degrees(t * speed)))
+    if p.speed == IMPACT_SPEED:
+        impact.draw_published(ax, IMPACT_FORCE, "Fig. 5: 27 N", at=190)
+    ax.set(xlim=(110, 250), xlabel="crank angle [deg]")
+    top = ax.secondary_xaxis("top", functions=(lambda a: np.radians(a) / p.speed, lambda t: np.degrees(t * p.speed)))
     top.set_xlabel("time [s]")
     ax.spines["top"].set_visible(True)
-    ax.set_ylim(top=4 * ax.get_ylim()[1])
-    ax.yaxis.set_major_formatter("{x:g}")
+    impact.frame_force(ax, exact.min() / 4, 4)
     ax.legend(loc="upper right", ncols=4)
 
 
@@ -173,12 +154,11 @@ def _draw_impact(ax: Any, result: StudyResult) -> None:
     times = [metric.value for name, metric in result.metrics.items() if name.endswith("impact_time")]
     longest = 1e3 * max((t for t in times if t < 0.1), default=0.01)  # not of contacts that never break
     for model, time, _, force in _curves(result):
-        touching = np.flatnonzero(force > 0)
-        if touching.size:
-            ax.plot(1e3 * (time - time[touching[0]]), force, color=impact.COLOURS[model], lw=WIDTHS[model])
+        if (force > 0).any():
+            ax.plot(1e3 * (time - time[np.argmax(force > 0)]), force, color=impact.COLOURS[model], lw=WIDTHS[model])
     p: Any = result.parameters
     if p.speed == IMPACT_SPEED:
-        _published(ax, IMPACT_FORCE)
+        impact.draw_published(ax, IMPACT_FORCE)
     ax.set(xlim=(-0.05 * longest, 1.3 * longest), ylim=(0, None), title="first impact")
     ax.set(xlabel="time since first contact [ms]", ylabel="force on the stop [N]")
 
@@ -189,19 +169,8 @@ def _draw_contact(ax: Any, result: StudyResult) -> None:
     exact = result.signals["exact.force"]
     ax.plot(np.degrees(result.signals["exact.angle"]), exact, "--", color=impact.COLOURS["exact"])
     p: Any = result.parameters
-    published = CONTACT_FORCES.get(p.thickness)
+    published, low, high = CONTACT_FORCES.get(p.thickness), exact.min(), exact.max()
     if published:
-        _published(ax, published, f"Table 2: {published} N", at=195)
-    low, high = exact.min(), exact.max()
-    ax.set(
-        xlim=(115, 245),
-        ylim=(low - 0.3 * (high - low), high + 0.4 * (high - low)),
-        title="pressed against the stop",
-    )
+        impact.draw_published(ax, published, f"Table 2: {published} N", at=195)
+    ax.set(xlim=(115, 245), ylim=(1.3 * low - 0.3 * high, 1.4 * high - 0.4 * low), title="pressed against the stop")
     ax.set(xlabel="crank angle [deg]", ylabel="force on the stop [N]")
-
-
-def _published(ax: Any, force: float, label: str = "", at: float = 0) -> None:
-    colour = impact.COLOURS["published"]
-    ax.axhline(force, color=colour, linestyle=":")
-    ax.annotate(label, (at, force), xytext=(0, 3), textcoords="offset points", color=colour, fontsize=8)

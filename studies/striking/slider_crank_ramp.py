@@ -20,6 +20,7 @@ from buckler.mbs.library import PAPER, PAPER_STOP
 from buckler.studies.kit.parameters import quantity
 from buckler.studies.kit.published import IMPACT_FORCE, IMPACT_SPEED
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, metrics_table
+from buckler.studies.kit.statistics import exponent
 from buckler.studies.kit.style import Figure, subplots
 from buckler.studies.striking import impact, impact_models
 from buckler.studies.striking.impact import ImpactParameters, ModelRun, Reading
@@ -68,44 +69,24 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
         fits = [impact_models.calibrate(model, parameters) for model in models]
     except impact_models.NotCalibratedError as error:
         return StudyResult(parameters=parameters, status="NOT_CALIBRATED", message=str(error))
-    runs, readings = [], {}
-    for fit in progress(fits, label="models"):
-        runs.append(impact_models.run_model(fit.model, parameters, fit.stop, parameters.ramp, parameters.duration))
-        readings[fit.model] = [impact.read(runs[-1], turn) for turn in range(parameters.turns)]
+    runs = [
+        impact_models.run_model(fit.model, parameters, fit.stop, parameters.ramp, parameters.duration)
+        for fit in progress(fits, label="models")
+    ]
+    readings = {run.model: [impact.read(run, turn) for turn in range(parameters.turns)] for run in runs}
     notes = [note for run in runs for note in impact.findings(run, readings[run.model])]
-    metrics = {
-        f"{run.model}.{name}": metric
-        for run, fit in zip(runs, fits, strict=True)
-        for name, metric in _metrics(run, fit, readings[run.model], parameters).items()
-    }
-    return StudyResult(
-        parameters=parameters,
-        **impact.verdict(runs, notes),
-        metrics=metrics,
-        signals=_signals(runs, readings, parameters),
-        work=impact.work(runs),
-        tables=[_turns_table(readings, parameters), _trends_table(metrics, [f"{parameters.stated()}.", *notes])],
-    )
-
-
-def _signals(runs: Sequence[ModelRun], readings: Mapping[str, list[Reading]], p: Parameters) -> dict[str, Any]:
-    signals = {name: values for run in runs for name, values in run.signals.items()}
-    signals["turn.crank_speed"] = crank_speeds(p, CONTACT)
+    metrics = {run.model: _metrics(run, fit, readings[run.model], parameters) for run, fit in zip(runs, fits, strict=True)}
+    signals = {"turn.crank_speed": crank_speeds(parameters, CONTACT)}
     for model, turns in readings.items():
         signals |= {f"{model}.turn.{name}": np.array([getattr(turn, name) for turn in turns]) for name in COLUMNS}
-    return signals
+    found = impact.told(parameters, runs, notes, metrics, signals, [])
+    trends = replace(metrics_table(found.metrics), title="Trends", notes="\n".join([NOTES, f"{parameters.stated()}.", *notes]))
+    return found.changed(tables=[_turns_table(readings, parameters), trends])
 
 
 def crank_speeds(p: Parameters, angle: float) -> np.ndarray:
     """Crank speed at a crank angle of each turn, rad/s: the square root of w0^2 + 2 (dw/dt) angle."""
     return np.sqrt(p.start**2 + 2 * (2 * pi * np.arange(p.turns) + angle) * (p.end - p.start) / p.duration)
-
-
-def exponent(x: Any, y: Any) -> float:
-    """Exponent n of the power law y ~ x^n through the points that are finite and positive; nan for fewer than two."""
-    x, y = np.asarray(x), np.asarray(y)
-    good = (x > 0) & (y > 0)  # false for nan
-    return float(np.polyfit(np.log(x[good]), np.log(y[good]), 1)[0]) if good.sum() > 1 else nan
 
 
 def _metrics(run: ModelRun, fit: Fit, turns: Sequence[Reading], p: Parameters) -> dict[str, Metric]:
@@ -173,17 +154,14 @@ def _turns_table(readings: Mapping[str, list[Reading]], p: Parameters) -> Table:
     return Table(headers, rows, "Turn by turn", notes)
 
 
-def _trends_table(metrics: Mapping[str, Metric], notes: Sequence[str]) -> Table:
-    return replace(metrics_table(metrics), title="Trends", notes="\n".join([NOTES, *notes]))
-
-
 def figure(result: StudyResult) -> Figure:
     """Draw the force over the whole run, and impact, contact maximum and contact time over the speed."""
-    fig, axes = subplots(2, 3, height=140)
-    for ax in axes[0]:
+    fig, (above, below) = subplots(2, 3, height=140)
+    for ax in above[1:]:
         ax.remove()
-    _draw_run(fig.add_subplot(axes[0, 0].get_gridspec()[0, :]), result)
-    _draw_turns(axes[1], result)
+    above[0].set_subplotspec(above[0].get_gridspec()[0, :])
+    _draw_run(above[0], result)
+    _draw_turns(below, result)
     return fig
 
 
@@ -192,12 +170,11 @@ def _draw_run(ax: Any, result: StudyResult) -> None:
     floor = float(impact.exact_force(p, CONTACT)) / 4
     for model, width in {"beam": 0.8, "stitched": 1.6, "strut": 0.6}.items():
         if model in p.models:
-            force = np.maximum(result.signals[f"{model}.force"], floor / 2)
-            ax.semilogy(result.signals[f"{model}.time"], force, color=impact.COLOURS[model], label=model, lw=width)
+            time, force = (result.signals[f"{model}.{name}"] for name in ("time", "force"))
+            impact.draw_force(ax, time, force, model, floor, linewidth=width)
     ax.axhline(float(impact.exact_force(p, pi)), color="black", linestyle="--", label="elastica, 180 deg")
-    ax.set(xlim=(0, p.duration), xlabel="time [s]", ylabel="force on the stop [N]")
-    ax.set_ylim(floor, 6 * ax.get_ylim()[1])
-    ax.yaxis.set_major_formatter("{x:g}")
+    ax.set(xlim=(0, p.duration), xlabel="time [s]")
+    impact.frame_force(ax, floor, 6)
     ax.legend(loc="upper left", ncols=4)
 
 
@@ -207,13 +184,7 @@ def _draw_turns(axes: Any, result: StudyResult) -> None:
     crank = s["turn.crank_speed"]
     for model in p.models:
         marker, size = MARKERS[model]
-        look = {
-            "color": impact.COLOURS[model],
-            "marker": marker,
-            "markersize": size,
-            "fillstyle": "none",
-            "linestyle": "",
-        }
+        look = {"color": impact.COLOURS[model], "marker": marker, "markersize": size, "fillstyle": "none", "linestyle": ""}
         axes[0].plot(s[f"{model}.turn.impact_speed"], s[f"{model}.turn.impact_peak"], **look)
         axes[1].plot(crank, s[f"{model}.turn.contact_max"], **look)
         axes[2].plot(crank, s[f"{model}.turn.contact_time"], **look, label=model)

@@ -14,14 +14,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import cycle
-from math import log, nan
+from math import nan
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from buckler.studies.kit.parameters import quantities, quantity
 from buckler.studies.kit.published import IMPACT_FORCE, IMPACT_SPEED, SENSOR_RANGE, SENSOR_VOLTAGE, VOLTAGE_FORCES
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, worst
+from buckler.studies.kit.statistics import exponent
 from buckler.studies.kit.style import Figure, subplots
 from buckler.studies.striking import impact
 from buckler.studies.striking.impact import ImpactParameters, ModelRun
@@ -67,69 +68,62 @@ class VoltageCase(NamedTuple):
         """Name and unit of what was calibrated."""
         return ("impact_duration", "s") if self.model == "stitched" else ("stop_stiffness", "N/m")
 
+    def strike(self, speed: float, **changes: Any) -> ModelRun:
+        """Run past the first impact at a crank speed, the stop held."""
+        return strike(self.model, replace(self.parameters, **changes), self.fit.stop, speed)
 
-class _Bench:
-    """Strikes on demand and keeps the runs."""
+    def varied(self) -> dict[str, dict[float, ModelRun]]:
+        """Strikes at 1.25 rad/s with each parameter below and above its value, within its range; none of zero."""
+        found = {}
+        for name, (least, most) in VARIED.items():
+            value, change = getattr(self.parameters, name), self.parameters.variation
+            ends = max(value * (1 - change), least), min(value * (1 + change), most)
+            found[name] = {end: self.strike(IMPACT_SPEED, **{name: end}) for end in ends if ends[0] < ends[1]}
+        return found
 
-    def __init__(self) -> None:
-        self.runs: list[ModelRun] = []
 
-    def force(self, case: VoltageCase, speed: float, **changes: Any) -> float:
-        """Impact force at a crank speed, the stop held, N; nan without impact."""
-        parameters = replace(case.parameters, **changes)
-        self.runs.append(strike(case.model, parameters, case.fit.stop, speed))
-        return impact.read(self.runs[-1]).impact_peak or nan
+def force(run: ModelRun) -> float:
+    """Impact force, N; nan without impact."""
+    return impact.read(run).impact_peak or nan
 
 
 def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Calibrate each case, predict the forces, vary the parameters."""
-    bench = _Bench()
+    p = parameters
+    bowed = [(f"beam_bow_{bow:g}", "beam", replace(p, imperfection=bow)) for bow in (p.bows if "beam" in p.models else ())]
+    asked = [*((model, model, p) for model in p.models), *bowed]
     try:
-        cases = [VoltageCase(*case, calibrate(*case[1:])) for case in progress(_uncalibrated(parameters), label="calibration")]
+        cases = [VoltageCase(*case, calibrate(*case[1:])) for case in progress(asked, label="calibration")]
     except NotCalibratedError as error:
-        return StudyResult(parameters=parameters, status="NOT_CALIBRATED", message=str(error))
-    speeds = [parameters.speed(voltage) for voltage in parameters.voltages]
-    forces = {case.name: [bench.force(case, speed) for speed in speeds] for case in progress(cases, label="voltages")}
-    plain = [case for case in cases if case.name == case.model]
-    slopes = {case.name: _sensitivity(case, bench) for case in progress(plain, label="sensitivity")}
-    metrics = {name: metric for case in cases for name, metric in _metrics(case, forces, slopes).items()}
-    trials = [len(case.fit.trials) for case in cases]
+        return StudyResult(parameters=p, status="NOT_CALIBRATED", message=str(error))
+    predicted = {case.name: [case.strike(p.speed(v)) for v in p.voltages] for case in progress(cases, label="voltages")}
+    plain = progress([case for case in cases if case.name == case.model], label="sensitivity")
+    varied = {case.name: case.varied() for case in plain}
+    runs = [run for own in predicted.values() for run in own]
+    runs += [run for own in varied.values() for ends in own.values() for run in ends.values()]
+    forces = {name: [force(run) for run in own] for name, own in predicted.items()}
+    slopes = {
+        name: {what: exponent([*ends], [force(run) for run in ends.values()]) for what, ends in own.items()}
+        for name, own in varied.items()
+    }
     return StudyResult(
-        parameters=parameters,
-        **impact.verdict(bench.runs),
-        metrics=metrics,
-        signals={"voltage": np.array(parameters.voltages), **{f"{k}.force": np.array(v) for k, v in forces.items()}},
-        work={"runs": len(bench.runs) + sum(trials), "steps": sum(run.work["steps"] for run in bench.runs)},
-        tables=[_forces_table(cases, forces), _calibration_table(cases), _sensitivity_table(slopes, parameters)],
+        parameters=p,
+        **worst([(run.model, run) for run in runs]),
+        metrics={name: metric for case in cases for name, metric in _metrics(case, forces, slopes).items()},
+        signals={"voltage": np.array(p.voltages), **{f"{name}.force": np.array(own) for name, own in forces.items()}},
+        work={"runs": len(runs) + sum(len(case.fit.trials) for case in cases), "steps": sum(run.work["steps"] for run in runs)},
+        tables=[_forces_table(cases, forces), _calibration_table(cases), _sensitivity_table(slopes, p)],
     )
 
 
-def _uncalibrated(p: Parameters) -> list[tuple[str, str, Parameters]]:
-    """Name, model and parameters of each case."""
-    bows = p.bows if "beam" in p.models else ()
-    return [(model, model, p) for model in p.models] + [
-        (f"beam_bow_{bow:g}", "beam", replace(p, imperfection=bow)) for bow in bows
-    ]
-
-
-def _sensitivity(case: VoltageCase, bench: _Bench) -> dict[str, float]:
-    """Logarithmic slopes d ln F/d ln parameter at 1.25 rad/s, by central differences but for the ends of a range."""
-    slopes = {}
-    for name, (least, most) in VARIED.items():
-        value, change = getattr(case.parameters, name), case.parameters.variation
-        ends = [max(value * (1 - change), least), min(value * (1 + change), most)]
-        if ends[0] == ends[1]:  # zero has no relative change
-            slopes[name] = nan
-            continue
-        low, high = (bench.force(case, IMPACT_SPEED, **{name: end}) for end in ends)
-        slopes[name] = log(high / low) / log(ends[1] / ends[0])
-    return slopes
-
-
-def exponent(voltages: Sequence[float], forces: Sequence[float]) -> float:
+def _from_ends(voltages: Sequence[float], forces: Sequence[float]) -> float:
     """Exponent of force against voltage from the lowest to the highest voltage; nan if they are the same."""
-    low, high = int(np.argmin(voltages)), int(np.argmax(voltages))
-    return log(forces[high] / forces[low]) / log(voltages[high] / voltages[low]) if low != high else nan
+    ends = [int(np.argmin(voltages)), int(np.argmax(voltages))]
+    return exponent(np.array(voltages)[ends], np.array(forces)[ends])
+
+
+PUBLISHED = _from_ends(list(VOLTAGE_FORCES), list(VOLTAGE_FORCES.values()))
+"""Exponent of the published forces."""
 
 
 def _metrics(
@@ -140,8 +134,7 @@ def _metrics(
     found = {stop: Metric(case.fit.stop, unit), "force_calibrated": Metric(case.fit.trials[-1][1], "N", IMPACT_FORCE)}
     for voltage, force in zip(voltages, forces[case.name], strict=True):
         found[f"force_{voltage:g}V"] = Metric(force, "N", VOLTAGE_FORCES.get(voltage))
-    published = exponent(list(VOLTAGE_FORCES), list(VOLTAGE_FORCES.values()))
-    found["exponent"] = Metric(exponent(voltages, forces[case.name]), "1", published)
+    found["exponent"] = Metric(_from_ends(voltages, forces[case.name]), "1", PUBLISHED)
     found |= {f"slope_{name}": Metric(slope, "1") for name, slope in slopes.get(case.name, {}).items()}
     return {f"{case.name}.{name}": metric for name, metric in found.items()}
 
@@ -160,9 +153,8 @@ def _forces_table(cases: Sequence[VoltageCase], forces: Mapping[str, Sequence[fl
             force = forces[case.name][i]
             row += [f"{force:.2f}", f"{force / published - 1:+.1%}" if published else None]
         rows.append(row)
-    ends = [f"{exponent(p.voltages, forces[case.name]):.3f}" for case in cases]
-    published_exponent = f"{exponent(list(VOLTAGE_FORCES), list(VOLTAGE_FORCES.values())):.3f}"
-    rows.append(["exponent", None, published_exponent, *(x for end in ends for x in (end, None))])
+    ends = [f"{_from_ends(p.voltages, forces[case.name]):.3f}" for case in cases]
+    rows.append(["exponent", None, f"{PUBLISHED:.3f}", *(x for end in ends for x in (end, None))])
     notes = (
         f"assumed: speed proportional to voltage, {IMPACT_SPEED:g} rad/s at {p.reference_voltage:g} V; "
         "predicted: the forces; exponent: of force against speed.\n"

@@ -19,12 +19,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from buckler.studies.kit.parameters import choices, integer, quantities, quantity, specs
+from buckler.studies.kit.parameters import choices, integer, quantities, quantity
 from buckler.studies.kit.published import CONTACT_FORCES
 from buckler.studies.kit.report import QUIET, Array, Metric, Progress, StudyResult, Table, judged, relative
 from buckler.studies.kit.style import COLOURS, Figure, subplots
 from buckler.studies.striking import slider_crank
-from buckler.studies.striking.assumptions import StrikeAssumptions
+from buckler.studies.striking.assumptions import StrikeParameters, common
 from buckler.studies.striking.impact import MODELS
 from buckler.studies.sweeping.report import study_page
 from buckler.studies.sweeping.sweep import sweep
@@ -46,7 +46,7 @@ LINES = {"strut": "solid", "beam": "dashed", "stitched": "dotted"}
 
 
 @dataclass(frozen=True)
-class Parameters(StrikeAssumptions):
+class Parameters(StrikeParameters):
     """Parameters of the study."""
 
     thicknesses: tuple[float, ...] = quantities(
@@ -59,11 +59,6 @@ class Parameters(StrikeAssumptions):
     friction: float = quantity(0.0, "1", 0, 0.9, "Coulomb coefficient of the slider by its weight", "slider and stop")
     restitution: float = quantity(0.8, "1", 0.1, 1, "restitution of the stop", "slider and stop")
     stop_stiffness: float = quantity(7.2e4, "N/m", 1e3, 1e8, "stiffness of the stop (strut, beam)", "slider and stop")
-    damping: float = quantity(0.05, "1", 0, 1, "damping ratio of the strip's first bending mode (beam)", "strip")
-    imperfection: float = quantity(1e-4, "1", -0.05, 0.05, "bow of the unloaded strip over its length (beam)", "strip")
-    elements: int = integer(8, 2, 64, "elements of the beam", "numerics")
-    tolerance: float = quantity(1e-5, "1", 1e-9, 1e-3, "position error allowed a step, over the length", "numerics")
-    timeout: float = quantity(120, "s", 0.01, 86400, "longest time a case may take", "numerics")
     workers: int = integer(2, 0, 256, "processes, 0 for none but this", "numerics")
 
     def check(self) -> None:
@@ -74,11 +69,9 @@ class Parameters(StrikeAssumptions):
 
     def cases(self) -> list[slider_crank.Parameters]:
         """One for each model, thickness and speed, in this order; the slow speed first."""
-        shared = ("mass", "friction", "restitution", "stop_stiffness", "damping", "elements", "tolerance", "timeout",
-                  "imperfection", *specs(StrikeAssumptions))  # fmt: skip
-        given: dict[str, Any] = {name: getattr(self, name) for name in shared}
+        given = common(self, slider_crank.Parameters)
         return [
-            slider_crank.Parameters(models=(model,), thickness=thickness, speed=speed, **given)
+            slider_crank.Parameters(**given | {"models": (model,), "thickness": thickness, "speed": speed})
             for model in self.models
             for thickness in self.thicknesses
             for speed in (self.slow, *self.speeds)
@@ -202,14 +195,8 @@ def _cube_table(p: Parameters, metrics: Mapping[str, Metric]) -> Table:
         published = CONTACT_FORCES.get(h)
         found = [metrics[f"{model}.cube.{1e3 * h:g}mm"] for model in p.models]
         ratio = f"{published / base:.2f}" if published and base else ""
-        rows.append(
-            [
-                f"{1e3 * h:g}",
-                f"{found[0].exact:g}",
-                ratio,
-                *(x for f in found for x in (f"{f.value:.4f}", relative(f.error or 0.0))),
-            ]
-        )
+        errors = (x for f in found for x in (f"{f.value:.4f}", relative(f.error or 0.0)))
+        rows.append([f"{1e3 * h:g}", f"{found[0].exact:g}", ratio, *errors])
     headers = ["h [mm]", "cube", "published", *(x for model in p.models for x in (model, f"{model}, relative error"))]
     title = f"Force at the dead centre over that of the thinnest strip, at {p.slow:g} rad/s"
     stated = f"{p.stated()}; bow {p.imperfection:g} of the length; slider {p.mass:g} kg."

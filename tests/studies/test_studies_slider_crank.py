@@ -8,8 +8,9 @@ import pytest
 from strikers import drawn, value
 
 from buckler.mbs.library import PAPER, PAPER_STOP
+from buckler.studies.kit.report import worst
 from buckler.studies.striking import impact, slider_crank
-from buckler.studies.striking.impact import ModelRun, exact_force, findings, read, verdict
+from buckler.studies.striking.impact import ModelRun, exact_force, findings, read
 
 NAMES = {
     "contact_force_180", "contact_force_error", "impact_peak", "impact_impulse", "impact_time", "rebound_ratio",
@@ -192,9 +193,9 @@ def test_second_turn_is_read_on_its_own():
 
 def test_verdict_is_that_of_the_worst_run():
     runs = [made_up([]), replace(made_up([]), status="SUSPECT", message="why"), made_up([])]
-    assert verdict(runs, ["note"]) == {"status": "SUSPECT", "message": "made up: why; note"}
+    assert worst([(run.model, run) for run in runs], ["note"]) == {"status": "SUSPECT", "message": "made up: why; note"}
     runs.append(replace(made_up([]), status="NEWTON_DIVERGED", message="there"))
-    assert verdict(runs)["status"] == "NEWTON_DIVERGED"
+    assert worst([(run.model, run) for run in runs])["status"] == "NEWTON_DIVERGED"
     assert findings(runs[-1], [read(runs[-1])]) == []
 
 
