@@ -41,7 +41,6 @@ _DENOMINATOR = (
 )
 _BLOCK = 24576
 """Values evaluated together: three work arrays, 576 KiB, stay in a second-level cache of 1 MiB."""
-_BITS_OF_ONE = np.float64(1.0).view(np.uint64)
 
 
 def quartic(shortening: ArrayLike) -> Any:
@@ -80,16 +79,21 @@ def fast(shortening: ArrayLike) -> Any:
     -------
     float or array, P L^2/(E I)
     """
-    if isinstance(shortening, (float, int)):
-        x = _checked(shortening) - 0.5
-        return _polynomial(_NUMERATOR, x) / _polynomial(_DENOMINATOR, x)
+    if np.ndim(shortening) == 0:
+        return _rational(shortening)
     u = np.asarray(shortening, dtype=float)
     flat, load = u.reshape(-1), np.empty(u.size)
-    work = _aligned(3, min(u.size, _BLOCK))
     for start in range(0, u.size, _BLOCK):
         block = slice(start, start + _BLOCK)
-        _fast_block(flat[block], load[block], work)
-    return load.reshape(u.shape) if u.ndim else float(load[0])
+        load[block] = _rational(flat[block])
+    return load.reshape(u.shape)
+
+
+def _rational(shortening: ArrayLike) -> Any:
+    x = _checked(shortening) - 0.5
+    load = _polynomial(_NUMERATOR, x)
+    load /= _polynomial(_DENOMINATOR, x)
+    return load
 
 
 def fast_stiffness(shortening: ArrayLike) -> Any:
@@ -115,39 +119,13 @@ _DENOMINATOR_SLOPE = _derivative(_DENOMINATOR)
 
 
 def _polynomial(coefficients: Sequence[float], x: Any) -> Any:
-    """Horner's rule, highest power first; for floats and arrays alike."""
-    value = coefficients[0] * x + coefficients[1]
+    """Horner's rule, highest power first; for floats and, in place, for arrays."""
+    value = coefficients[0] * x
+    value += coefficients[1]
     for c in coefficients[2:]:
-        value = value * x + c
+        value *= x
+        value += c
     return value
-
-
-def _fast_block(u: Array, load: Array, work: Array) -> None:
-    """Write the law at u, shape (k,), into load, shape (k,), with work of shape (3, >= k)."""
-    if u.view(np.uint64).max() > _BITS_OF_ONE:  # floats from 0 up sort as their bits; negative and NaN sort above
-        _checked(u)
-    x, numerator, denominator = work[:, : u.size]
-    np.subtract(u, 0.5, x)
-    np.multiply(x, _NUMERATOR[0], numerator)
-    np.add(numerator, _NUMERATOR[1], numerator)
-    np.add(x, _DENOMINATOR[1], denominator)  # its leading coefficient is 1
-    _horner(numerator, x, _NUMERATOR[2:])
-    _horner(denominator, x, _DENOMINATOR[2:])
-    np.divide(numerator, denominator, load)
-
-
-def _horner(value: Array, x: Array, coefficients: Sequence[float]) -> None:
-    """Continue Horner's rule in place; value and x of shape (k,)."""
-    for c in coefficients:
-        np.multiply(value, x, value)
-        np.add(value, c, value)
-
-
-def _aligned(rows: int, columns: int) -> Array:
-    """Work arrays that start on a cache line of 64 bytes; vector loads that straddle two cost a quarter more."""
-    buffer = np.empty(rows * columns + 8)
-    start = -(buffer.ctypes.data // 8) % 8
-    return buffer[start : start + rows * columns].reshape(rows, columns)
 
 
 def _checked(shortening: ArrayLike) -> Any:

@@ -21,23 +21,26 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy import stats
 
 from buckler.mbs.library import PAPER_STOP
+from buckler.mbs.sensitivity.derivatives import Sensitivities
 from buckler.studies.kit.parameters import choice, choices, integer, quantity
 from buckler.studies.kit.published import DAMPING_UNITS
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
-from buckler.studies.kit.statistics import power_law
+from buckler.studies.kit.statistics import PowerLaw, power_law
 from buckler.studies.kit.style import COLOURS, Figure, subplots
 from buckler.studies.rattling.bars import RockerParameters
-from buckler.studies.striking.assumptions import StrikeAssumptions
+from buckler.studies.striking.assumptions import StrikeAssumptions, common
 from buckler.studies.striking.uncertainty_models import (
     IMPACT,
+    LEVEL,
     MEASURES,
     SEED,
+    Indices,
     Input,
     Rattler,
     Striker,
@@ -47,17 +50,6 @@ from buckler.studies.striking.uncertainty_models import (
     sobol,
     thickness_share,
 )
-from buckler.studies.striking.uncertainty_tables import (
-    LEVEL,
-    OUTPUTS,
-    arrays,
-    rattler_table,
-    shares,
-    slope_metrics,
-    spread,
-    spread_table,
-    striker_table,
-)
 
 Array = np.ndarray[Any, Any]
 MECHANISMS = ("slider-crank", "crank-rocker")
@@ -66,6 +58,11 @@ STOP = 1.633e4
 FIELDS = {"friction": "guide_friction", "speed": "slider_speed", "bow": "imperfection"}
 """Inputs whose parameter is called otherwise."""
 
+OUTPUTS = {
+    "slider-crank": {"contact_force": "N", "impact_force": "N"},
+    "crank-rocker": {name: unit for name, (_, _, unit) in MEASURES.items()},
+}
+"""Outputs of each mechanism, and their units."""
 KINDS = {"first": "first order", "total": "total"}
 LABELS = {
     "contact_force": "contact force", "impact_force": "impact force", "peak_force": "peak force, pin B",
@@ -148,8 +145,7 @@ class Parameters(RockerParameters, StrikeAssumptions):
         ]
 
 
-@dataclass(frozen=True)
-class Part:
+class Part(NamedTuple):
     """What one mechanism gives: metrics, arrays, tables, and what speaks against it, each beginning with a name."""
 
     metrics: Mapping[str, Metric]
@@ -174,29 +170,28 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
 
 def slider_crank(p: Parameters, progress: Progress = QUIET) -> Part:
     """The slider-crank: closed form, and the impact once more by simulation."""
-    assumed = StrikeAssumptions(p.gravity, p.gravity_angle, p.motor, p.motor_inertia)
+    assumed = StrikeAssumptions(**common(p, StrikeAssumptions))
     inputs, striker = p.inputs("slider-crank"), Striker(p.impact_duration, p.coupler, assumed)
-    found = sobol(striker.closed_form, inputs, p.samples, p.seed, LEVEL)
+    found = sobol(striker.closed_form, inputs, p.samples, p.seed)
     slope = slopes(striker.closed_form, inputs)
     exact = thickness_share(inputs)
     simulated = striker.simulated(inputs)
     first = Metric(float(found.first[0, 0]), "1", exact=exact)
-    half = float(np.ptp(found.first_range[0, 0])) / 2
+    half = found.of("first", 0, 0)[1]
     notes = [f"DERIVATIVE: {row.number}: {row.note}" for row in simulated.rows if row.note]
     if abs(first.value - exact) > 3 * half:
         notes.append(f"SOBOL: share of the thickness {first.value:.3f}, exactly {exact:.3f}; raise `samples`")
-    metrics = spread("slider-crank", found.sample) | shares("slider-crank", inputs, found)
+    metrics = found.metrics(OUTPUTS["slider-crank"], inputs)
     metrics |= {
         "contact_force.thickness.first": first,
         "simulated.impact_force.mean": Metric(simulated.rows[0].value, "N"),
         "simulated.impact_force.sd": Metric(simulated.spread(IMPACT), "N"),
         **{f"simulated.impact_force.{row.number}.slope": Metric(row.relative, "1", error=row.share) for row in simulated.rows},
     }  # fmt: skip
-    signals = arrays(found, "slider-crank")
     linear = linear_shares(slope, inputs)
     stated = f"{assumed.stated()}; the closed form knows neither, nor bow and stop stiffness. Simulated: {p.coupler}."
     tables = [spread_table(p, "slider-crank", metrics), striker_table(inputs, found, slope, linear, simulated, exact, stated)]
-    return Part(metrics, signals, tables, notes)
+    return Part(metrics, found.arrays(OUTPUTS["slider-crank"]), tables, notes)
 
 
 def crank_rocker(p: Parameters, progress: Progress = QUIET) -> Part:
@@ -213,7 +208,7 @@ def crank_rocker(p: Parameters, progress: Progress = QUIET) -> Part:
         wrong.append(names)
         return values
 
-    found = sobol(model, inputs, p.runs, p.seed, LEVEL)
+    found = sobol(model, inputs, p.runs, p.seed)
     chances = SEED.distribution.rvs(p.repeats, random_state=np.random.default_rng(p.seed + 2))
     still = np.repeat([[i.mean] for i in inputs[:3]], p.repeats, axis=1)
     again, _ = rattler.run_all(np.vstack([still, chances]), progress, "chance")
@@ -222,12 +217,77 @@ def crank_rocker(p: Parameters, progress: Progress = QUIET) -> Part:
     every = np.concatenate(wrong).tolist()
     notes = [f"{name}: in {every.count(name)} of {len(every)} runs" for name in sorted(set(every) - {""})]
     fits = [power_law(stepped(found.inputs)[:3], values) for values in found.sample]
-    metrics = spread("crank-rocker", found.sample) | shares("crank-rocker", inputs, found)
+    metrics = found.metrics(OUTPUTS["crank-rocker"], inputs)
     for name, share, fitted in zip(MEASURES, chance.tolist(), fits, strict=True):
         metrics[f"{name}.chance_at_mean"] = Metric(share, "1", error=float(error))
-        metrics |= slope_metrics(name, inputs[:-1], fitted)
+        metrics[f"{name}.explained"] = Metric(fitted.explained, "1")
+        metrics |= {f"{name}.{x.name}.slope": slope for x, slope in zip(inputs[:-1], fitted.metrics(), strict=True)}
     tables = [spread_table(p, "crank-rocker", metrics), rattler_table(p, inputs, found, fits, chance, chance * error)]
-    return Part(metrics, arrays(found, "crank-rocker") | {"chance_at_mean": again}, tables, notes)
+    return Part(metrics, found.arrays(OUTPUTS["crank-rocker"]) | {"chance_at_mean": again}, tables, notes)
+
+
+# --- tables -----------------------------------------------------------------------------------------------------------
+
+
+def spread_table(p: Any, mechanism: str, metrics: Mapping[str, Metric]) -> Table:
+    """Distribution of each output."""
+    columns = ("mean", "sd", "5%", "50%", "95%")
+    rows = [[name, unit, *(metrics[f"{name}.{c}"].value for c in columns)] for name, unit in OUTPUTS[mechanism].items()]
+    if mechanism == "slider-crank":
+        values = [metrics[f"simulated.impact_force.{c}"].value for c in ("mean", "sd")]
+        rows.append([f"impact_force, {p.coupler} simulated", "N", *values])
+    titles = {
+        "slider-crank": f"Slider-crank at {p.slider_speed:g} rad/s, h = {1e3 * p.thickness:g} mm",
+        "crank-rocker": f"Crank-rocker, c = {1e3 * p.clearance:g} mm, {p.speed:.4g} rad/s: means over {p.cycles} turns a run",
+    }
+    return Table(["", "unit", *columns], rows, titles[mechanism])
+
+
+def _shown(found: Indices, kind: str, s: int, d: int) -> str:
+    return "{:.3f} ± {:.3f}".format(*found.of(kind, s, d))
+
+
+def striker_table(
+    inputs: Sequence[Input], found: Indices, slope: Array, shares: Array, simulated: Sensitivities, exact: float, stated: str
+) -> Table:
+    """Slope, first-order index and its value for small tolerances, of both forces; slope of the simulated impact."""
+    rows = []
+    for d, given in enumerate(inputs):
+        row = [given.name, f"{given.sd / given.mean:.2%}"]
+        for s in range(2):
+            row += [f"{slope[s, d]:.2f}", _shown(found, "first", s, d), f"{shares[s, d]:.3f}"]
+        told = simulated[IMPACT, given.name]
+        rows.append([*row, f"{told.relative:.2f} ± {told.relative_error:.2g}"])
+    force = ("slope", "first order", "linear")
+    headers = ["", "sd", *(f"contact: {x}" for x in force), *(f"impact: {x}" for x in force), "simulated impact: slope"]
+    notes = (
+        "slope: d ln F/d ln x. linear: (slope sd)^2 over their sum. The share of the thickness in the contact force is exactly "
+        f"{exact:.4f}.\n± half a {LEVEL:.0%} interval (first order), error of the derivative (simulation, whose "
+        f"mean and deviation are of first order).\n{stated}"
+    )
+    return Table(headers, rows, "Whose variance it is", notes)
+
+
+def rattler_table(
+    p: Any, inputs: Sequence[Input], found: Indices, fits: Sequence[PowerLaw], chance: Array, error: Array
+) -> Table:
+    """Slopes and indices of each output, the share of chance among them; `error` is the standard error of `chance`."""
+    rows = []
+    for s, name in enumerate(MEASURES):
+        for d, given in enumerate(inputs[:-1]):
+            slope = f"{fits[s].slope[d]:.2f} ± {fits[s].error[d]:.2f}"
+            first, total = (_shown(found, kind, s, d) for kind in KINDS)
+            rows.append([name, given.name, f"{given.sd / given.mean:.1%}", slope, first, total])
+            rows[-1].append(f"{found.total[s, d] - found.total[s, -1]:.3f}")
+        rows.append([name, "chance", "", "", *(_shown(found, kind, s, -1) for kind in KINDS), ""])
+        rows.append([name, "chance, at the mean", "", "", "", f"{chance[s]:.3f} ± {2 * error[s]:.3f}", ""])
+    notes = (
+        f"slope: d ln y/d ln x by least squares, its standard error. ± half a {LEVEL:.0%} interval. chance: the seed; its total "
+        f"index is what no tolerance\ntakes away; at the mean: of {p.repeats} runs that differ by their seed only. Means over m "
+        f"times as many turns have 1/m of its variance.\nContact and friction laws take 8 values each, alike in "
+        f"probability.\n{p.stated()}."
+    )
+    return Table(["", "input", "sd", "slope", "first order", "total", "total - chance"], rows, "Whose variance it is", notes)
 
 
 # --- figures ----------------------------------------------------------------------------------------------------------

@@ -13,7 +13,7 @@ A. Saltelli et al., Variance based sensitivity analysis of model output, Compute
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, NamedTuple
@@ -29,11 +29,15 @@ from buckler.mbs.laws import AdamsFriction, ExactRestitution, Impact
 from buckler.mbs.library import PAPER
 from buckler.mbs.sensitivity.derivatives import Sensitivities
 from buckler.studies.kit.published import STRIP_WIDTH
+from buckler.studies.kit.report import Metric
+from buckler.studies.kit.statistics import mean
 from buckler.studies.rattling.bars import FourBarParameters
 from buckler.studies.striking.assumptions import GRAVITY, StrikeAssumptions
 from buckler.studies.striking.impact_models import COUPLERS, IMPACT_UNTIL, coupler, striking
 
 Array = np.ndarray[Any, Any]
+LEVEL = 0.95
+"""Of all confidence intervals."""
 Model = Callable[[Array], Array]
 """From inputs, shape (d, n), to outputs, shape (s, n)."""
 CUT = 3.0
@@ -90,8 +94,30 @@ class Indices(NamedTuple):
     first_range: Array
     total_range: Array
 
+    def arrays(self, outputs: Iterable[str]) -> dict[str, Array]:
+        """What goes to signals.npz, the outputs by their names."""
+        return {**dict(zip(outputs, self.sample, strict=True)), **{k: x for k, x in self._asdict().items() if k != "sample"}}
 
-def sobol(model: Model, inputs: Sequence[Input], n: int, seed: int, level: float = 0.95) -> Indices:
+    def metrics(self, outputs: Mapping[str, str], inputs: Sequence[Input]) -> dict[str, Metric]:
+        """Mean, standard deviation, quantiles and indices of outputs with these units; an index's error is half its interval."""
+        found: dict[str, Metric] = {}
+        for s, (name, unit) in enumerate(outputs.items()):
+            values = self.sample[s]
+            error = float(np.sqrt(0.5 / (values.size - 1)))  # as for normal numbers
+            found |= {f"{name}.mean": mean(unit, values), f"{name}.sd": Metric(float(values.std(ddof=1)), unit, error=error)}
+            found |= {f"{name}.{q}%": Metric(float(np.quantile(values, q / 100)), unit) for q in (5, 50, 95)}
+            for d, given in enumerate(inputs):
+                for kind in ("first", "total"):
+                    value, half = self.of(kind, s, d)
+                    found[f"{name}.{given.name}.{kind}"] = Metric(value, "1", error=half / abs(value) if value else np.nan)
+        return found
+
+    def of(self, kind: str, s: int, d: int) -> tuple[float, float]:
+        """An index, `first` or `total`, and half its interval."""
+        return float(getattr(self, kind)[s, d]), float(np.ptp(getattr(self, f"{kind}_range")[s, d])) / 2
+
+
+def sobol(model: Model, inputs: Sequence[Input], n: int, seed: int) -> Indices:
     """First-order and total indices from n (d + 2) evaluations, n a power of two."""
     d = len(inputs)
     unit = stats.qmc.Sobol(2 * d, rng=np.random.default_rng(seed)).random(n)
@@ -104,7 +130,7 @@ def sobol(model: Model, inputs: Sequence[Input], n: int, seed: int, level: float
     rng = np.random.default_rng(seed)
     first, total = _indices(parts, np.arange(n))
     again = np.array([_indices(parts, rng.integers(n, size=n)) for _ in range(RESAMPLED)])
-    limits = np.moveaxis(np.quantile(again, [(1 - level) / 2, (1 + level) / 2], axis=0), 0, -1)
+    limits = np.moveaxis(np.quantile(again, [(1 - LEVEL) / 2, (1 + LEVEL) / 2], axis=0), 0, -1)
     sample = parts[:, :2].reshape(len(values), -1)
     return Indices(np.concatenate([a, b], axis=1), sample, first, total, limits[0], limits[1])
 
