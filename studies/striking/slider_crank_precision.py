@@ -83,10 +83,7 @@ class Parameters(StrikeAssumptions):
 
     def check(self) -> None:
         """Check that the chosen runs are among those run, and that counts are whole."""
-        for name, value, among in (
-            ("tolerance", self.tolerance, self.tolerances),
-            ("plain_steps", self.plain_steps, self.steps),
-        ):
+        for name, value, among in (("tolerance", self.tolerance, self.tolerances), ("plain_steps", self.plain_steps, self.steps)):
             if value not in among:
                 raise ValueError(f"{name} = {value:g}: must be one of {', '.join(f'{x:g}' for x in among)}")
         self.check_counts("steps", "resolutions")

@@ -12,7 +12,7 @@ is 0 here. Source: B. Demirel et al., doi 10.1115/IMECE2008-68796.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import degrees, isfinite, nan
 from typing import Any, NamedTuple
@@ -22,7 +22,8 @@ import numpy as np
 from buckler.studies.kit.parameters import choices, integer, quantities, quantity
 from buckler.studies.kit.published import CONTACT_FORCES
 from buckler.studies.kit.report import QUIET, Array, Metric, Progress, StudyResult, Table, judged, relative
-from buckler.studies.kit.style import COLOURS, Figure, subplots
+from buckler.studies.kit.statistics import power_law
+from buckler.studies.kit.style import COLOURS, Figure, plain_ticks, subplots
 from buckler.studies.striking import slider_crank
 from buckler.studies.striking.assumptions import StrikeParameters, common
 from buckler.studies.striking.impact import MODELS
@@ -132,60 +133,46 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     given = p.cases()
     rows = sweep("slider-crank", given, workers=p.workers, progress=progress)
     cases = [read(row, case.models[0], case.speed) for row, case in zip(rows, given, strict=True)]
-    grid = np.array(cases, dtype=object).reshape(len(p.models), len(p.thicknesses), 1 + len(p.speeds), len(GridCase._fields))
-    metrics, wrong = _metrics(p, grid)
-    kept = {name: grid[..., i].astype(float) for i, name in enumerate(GridCase._fields) if name not in ("state", "message")}
+    shape = len(p.models), len(p.thicknesses), 1 + len(p.speeds)
+    columns = {name: np.array([getattr(case, name) for case in cases]).reshape(shape) for name in GridCase._fields}
+    notes = columns.pop("message")
+    metrics, wrong = _metrics(p, columns)
     return StudyResult(
         parameters=p,
         **judged(wrong),
         metrics=metrics,
-        signals={"state": _column(grid, "state").astype(str), **kept},
+        signals=columns,
         work={"cases": len(cases), "cases_wall_s": sum(row.wall_s for row in rows)},
         pages={"report.html": study_page("thickness-speed", "slider-crank", given, ("models", "thickness", "speed"), rows)},
-        tables=[_cube_table(p, metrics), *(_table(p, grid[m], model) for m, model in enumerate(p.models))],
+        tables=[_cube_table(p, metrics), *(_table(p, columns, notes, m) for m in range(len(p.models)))],
     )
 
 
-def _column(grid: Array, name: str) -> Array:
-    return np.asarray(grid[..., GridCase._fields.index(name)])
-
-
-def _metrics(p: Parameters, grid: Array) -> tuple[dict[str, Metric], list[str]]:
+def _metrics(p: Parameters, columns: Mapping[str, Array]) -> tuple[dict[str, Metric], list[str]]:
     """Cubes at the slow speed, the forces' distance from the elastica, how the impact grows; and what is wrong."""
     found: dict[str, Metric] = {}
     wrong = []
-    force, exact, impact, state = (_column(grid, name) for name in ("force", "exact", "impact", "state"))
     for m, model in enumerate(p.models):
-        cubes = force[m, :, 0].astype(float) / float(force[m, 0, 0])
-        for h, ratio in zip(p.thicknesses, cubes.tolist(), strict=True):
+        force, exact, impact, state = (columns[name][m] for name in ("force", "exact", "impact", "state"))
+        for h, ratio in zip(p.thicknesses, (force[:, 0] / force[0, 0]).tolist(), strict=True):
             name, cube = f"{1e3 * h:g}mm", (h / p.thicknesses[0]) ** 3
             found[f"{model}.cube.{name}"] = Metric(ratio, "1", exact=cube)
             if not abs(ratio / cube - 1) < CUBE_TO:
-                why = (
-                    f"ratio {ratio:.4g} instead of {cube:.4g}" if isfinite(ratio) else "no force to be had: lower `slow`, `mass`"
-                )
+                known = isfinite(ratio)
+                why = f"ratio {ratio:.4g} instead of {cube:.4g}" if known else "no force to be had: lower `slow`, `mass`"
                 wrong.append(f"CUBE: {model}, {name} at {p.slow:g} rad/s: {why}")
-        pressed = state[m] == "pressed"
-        off = np.abs(force[m][pressed].astype(float) / exact[m][pressed].astype(float) - 1)
-        found[f"{model}.force_off_elastica"] = Metric(float(off.max(initial=0.0)), "1")
-        static = pressed & (np.abs(force[m].astype(float) / exact[m].astype(float) - 1) < STATIC_TO)
-        for i, h in enumerate(p.thicknesses):
-            found |= _over_speed(f"{model}.{1e3 * h:g}mm", p.speeds, static[i, 1:], state[m, i, 1:], impact[m, i, 1:])
+        off = np.where(state == "pressed", np.abs(force / exact - 1), nan)
+        found[f"{model}.force_off_elastica"] = Metric(float(np.nanmax(off, initial=0.0)), "1")
+        for h, far, states, forces in zip(p.thicknesses, off[:, 1:], state[:, 1:], impact[:, 1:], strict=True):
+            until = np.max(p.speeds, where=np.logical_and.accumulate(far < STATIC_TO), initial=0.0)
+            found[f"{model}.{1e3 * h:g}mm.static_up_to"] = Metric(float(until), "rad/s")
+            met = (states == "pressed") | (states == "in the air")
+            if met.sum() > 2:
+                law = power_law(np.array(p.speeds)[None, met], forces[met])
+                found[f"{model}.{1e3 * h:g}mm.impact_power"] = law.metrics()[0]
         for name in STATES:
-            found[f"{model}.cases.{name.replace(' ', '_')}"] = Metric(float((state[m] == name).sum()), "1")
+            found[f"{model}.cases.{name.replace(' ', '_')}"] = Metric(float((state == name).sum()), "1")
     return found, wrong
-
-
-def _over_speed(name: str, speeds: Sequence[float], static: Array, state: Array, impact: Array) -> dict[str, Metric]:
-    """Largest speed up to which the force is the elastica's, and the power of the speed with which the impact grows."""
-    until = np.logical_and.accumulate(static)
-    found = {f"{name}.static_up_to": Metric(float(np.max(np.array(speeds), where=until, initial=0.0)), "rad/s")}
-    met = (state == "pressed") | (state == "in the air")
-    if met.sum() > 2:
-        x, y = np.log(np.array(speeds)[met]), np.log(impact[met].astype(float))
-        (slope, _), cov = np.polyfit(x, y, 1, cov=True)
-        found[f"{name}.impact_power"] = Metric(float(slope), "1", error=float(np.sqrt(cov[0, 0]) / abs(slope)))
-    return found
 
 
 def _cube_table(p: Parameters, metrics: Mapping[str, Metric]) -> Table:
@@ -203,37 +190,37 @@ def _cube_table(p: Parameters, metrics: Mapping[str, Metric]) -> Table:
     return Table(headers, rows, title, stated)
 
 
-def _table(p: Parameters, grid: Array, model: str) -> Table:
-    rows, told = [], []
+def _table(p: Parameters, columns: Mapping[str, Array], messages: Array, m: int) -> Table:
+    rows, notes = [], []
     for i, h in enumerate(p.thicknesses):
         for k, speed in enumerate((p.slow, *p.speeds)):
-            case = GridCase(*grid[i, k])
+            case = GridCase(**{name: column[m, i, k] for name, column in columns.items()})
             numbers = (case.force, case.force / case.exact - 1, case.impact, case.duration, degrees(case.turned))
             shown = [f"{x:.4g}" if isfinite(x) else "-" for x in numbers]
             rows.append([f"{1e3 * h:g}", f"{speed:g}", *shown, f"{case.energy_balance:.1e}", STATES[case.state][0]])
-            told.append(case.message.partition(";")[0])
+            if why := messages[m, i, k].partition(";")[0]:
+                notes.append(f"{1e3 * h:g} mm, {speed:g} rad/s: {why}")
     headers = ["h [mm]", "[rad/s]", "contact [N]", "off elastica", "impact [N]", "contact [s]", "[deg]", "energy", ""]
-    notes = "\n".join(f"{row[0]} mm, {row[1]} rad/s: {why}" for row, why in zip(rows, told, strict=True) if why)
-    return Table(headers, rows, f"Model {model}, slider of {p.mass:g} kg", notes)
+    return Table(headers, rows, f"Model {p.models[m]}, slider of {p.mass:g} kg", "\n".join(notes))
 
 
 def figure(result: StudyResult) -> Figure:
     """Draw contact force over thickness, impact and contact over speed, and what each case comes to."""
+    p: Any = result.parameters
     fig, axes = subplots(2, 2, height=140)
-    _draw_forces(axes[0, 0], result)
-    _draw_over_speed(axes[0, 1], result, "impact", 1.0, "impact force [N]")
-    _draw_over_speed(axes[1, 0], result, "turned", degrees(1.0), "contact, turn of the crank [deg]")
-    _draw_states(axes[1, 1], result)
-    axes[0, 1].set(xscale="log", yscale="log")
-    axes[1, 0].set(xscale="log")
-    for ax in (axes[0, 1], axes[1, 0]):
-        _speed_ticks(ax, result)
-    axes[0, 1].set_yticks([10, 20, 50, 100, 200, 500])
-    axes[0, 1].set_ylim(10, 600)
-    axes[0, 1].yaxis.set_major_formatter("{x:g}")
-    axes[0, 1].yaxis.set_minor_formatter("")
-    axes[0, 1].legend(title="h [mm]", ncols=2, fontsize=7, title_fontsize=7)
-    fig.legend(*axes[1, 1].get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    (forces, impacts), (turns, states) = axes
+    _draw_forces(forces, result)
+    _draw_over_speed(impacts, result, "impact", 1.0, "impact force [N]")
+    _draw_over_speed(turns, result, "turned", degrees(1.0), "contact, turn of the crank [deg]")
+    _draw_states(states, result)
+    for ax in (impacts, turns, states):
+        ax.set(xscale="log", xlabel="speed of the crank [rad/s]")
+        ax.set(xticks=p.speeds, xticklabels=[f"{w:g}" for w in p.speeds])
+        ax.xaxis.set_minor_formatter("")
+    impacts.set(yscale="log", ylim=(10, 600))
+    plain_ticks(impacts.yaxis)
+    impacts.legend(title="h [mm]", ncols=2, fontsize=7, title_fontsize=7)
+    fig.legend(*states.get_legend_handles_labels(), loc="outside lower center", ncols=3)
     return fig
 
 
@@ -264,7 +251,7 @@ def _draw_over_speed(ax: Any, result: StudyResult, name: str, factor: float, lab
             values = np.where(ok, factor * result.signals[name][m, i, 1:], np.nan)
             style = {"color": COLOURS[i % len(COLOURS)], "marker": ".", "linestyle": LINES[model], "linewidth": 0.9}
             ax.plot(p.speeds, values, label=f"{1e3 * h:g}" if m == 0 else None, **style)
-    ax.set(xlabel="speed of the crank [rad/s]", ylabel=label)
+    ax.set_ylabel(label)
     ax.set_title(", ".join(f"{model} {LINES[model]}" for model in p.models), fontsize=7, loc="left")
 
 
@@ -276,14 +263,6 @@ def _draw_states(ax: Any, result: StudyResult) -> None:
         if m.size:
             y = np.arange(len(p.thicknesses))[i] + 1.5 * np.asarray(shift)[m]
             ax.plot(np.array(p.speeds)[k], y, mark, color=colour, label=name, linestyle="", markersize=4.5)
-    ax.set(xscale="log", xlabel="speed of the crank [rad/s]", ylabel="thickness [mm]")
-    ax.set(yticks=range(len(p.thicknesses)), yticklabels=[f"{1e3 * h:g}" for h in p.thicknesses])
+    ax.set(ylabel="thickness [mm]", yticks=range(len(p.thicknesses)), yticklabels=[f"{1e3 * h:g}" for h in p.thicknesses])
     ax.set(ylim=(-0.5, len(p.thicknesses) - 0.5))
     ax.set_title(" above ".join(reversed(p.models)), fontsize=7, loc="left")
-    _speed_ticks(ax, result)
-
-
-def _speed_ticks(ax: Any, result: StudyResult) -> None:
-    p: Any = result.parameters
-    ax.set(xticks=p.speeds, xticklabels=[f"{w:g}" for w in p.speeds])
-    ax.xaxis.set_minor_formatter("")

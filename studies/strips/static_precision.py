@@ -131,11 +131,7 @@ def _variants(p: Parameters) -> Mapping[str, Mapping[str, Callable[[], LoadCurve
 
 
 def _metrics(
-    series: Series,
-    curves: Mapping[str, LoadCurve],
-    beam: Point,
-    plain: Point,
-    equal: Point | None,
+    series: Series, curves: Mapping[str, LoadCurve], beam: Point, plain: Point, equal: Point | None
 ) -> dict[str, Metric]:
     ours = [curve.on_branch for name, curve in curves.items() if not name.startswith(SERIES["plain"])]
     found = {
@@ -184,13 +180,7 @@ def figure(result: StudyResult) -> Figure:
     ax.axvline(time, color="0.5", linestyle=":", linewidth=0.8)
     ax.text(time, ax.get_ylim()[1], f" {TIME_BAR:g} of plain x {p.plain_elements}", color="0.4", va="top", fontsize=8)
     ax.text(
-        ax.get_xlim()[1],
-        ERROR_BAR,
-        f"{ERROR_BAR:.0e}".replace("e-0", "e-"),
-        color="0.4",
-        ha="right",
-        va="bottom",
-        fontsize=8,
+        ax.get_xlim()[1], ERROR_BAR, f"{ERROR_BAR:.0e}".replace("e-0", "e-"), color="0.4", ha="right", va="bottom", fontsize=8
     )
     ax.set(ylabel="largest relative error of the load")
     return fig

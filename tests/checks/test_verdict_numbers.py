@@ -60,11 +60,7 @@ def test_what_a_design_may_use(what):
 def test_a_cube_that_is_none(off, named):
     """Forces of three thicknesses at the slow speed, the last one off the cube."""
     p = thickness_speed.Parameters(models="strut", thicknesses="0.1mm,0.2mm,0.3mm", speeds="1")
-    fields = thickness_speed.GridCase._fields
-    grid = np.empty((1, 3, 2, len(fields)), dtype=object)
-    grid[...] = 1.0
-    grid[..., fields.index("state")] = "pressed"
-    for i, force in enumerate((1.0, 8.0, 27.0 * (1 + off))):
-        grid[0, i, :, fields.index("force")] = grid[0, i, :, fields.index("exact")] = force
-    wrong = thickness_speed._metrics(p, grid)[1]
+    forces = np.array([[[1.0], [8.0], [27.0 * (1 + off)]]]) * np.ones(2)
+    same = {"force": forces, "exact": forces, "impact": forces, "state": np.full(forces.shape, "pressed")}
+    wrong = thickness_speed._metrics(p, same)[1]
     assert [text.startswith("CUBE: strut, 0.3mm") for text in wrong] == [True] * named

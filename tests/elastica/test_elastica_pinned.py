@@ -13,14 +13,7 @@ from buckler import elastica
 from buckler.elastica import pinned
 
 ROOT = Path(__file__).resolve().parents[2]
-FUNCTIONS = (
-    pinned.load,
-    pinned.stiffness,
-    pinned.energy,
-    pinned.end_angle,
-    pinned.mid_deflection,
-    pinned.curvature_max,
-)
+FUNCTIONS = (pinned.load, pinned.stiffness, pinned.energy, pinned.end_angle, pinned.mid_deflection, pinned.curvature_max)
 
 
 @pytest.fixture(autouse=True)
@@ -75,8 +68,7 @@ def test_shortening_at_angle_matches_mpmath():
 
 
 @pytest.mark.parametrize(
-    ("angle", "tolerance"),
-    [(1e-6, 2e-15), (0.01, 2e-15), (11.5, 2e-15), (60, 2e-15), (120, 5e-15), (150, 5e-14), (179, 1e-12)],
+    ("angle", "tolerance"), [(1e-6, 2e-15), (0.01, 2e-15), (11.5, 2e-15), (60, 2e-15), (120, 5e-15), (150, 5e-14), (179, 1e-12)]
 )
 def test_shape_matches_mpmath(angle, tolerance):
     m = mp.sin(mp.radians(mpf(angle)) / 2) ** 2

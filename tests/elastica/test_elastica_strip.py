@@ -82,12 +82,7 @@ def test_clamped_strip_is_four_quarters_of_the_pinned_one():
 
 @pytest.mark.parametrize("shear", [np.inf, 300.0])
 @pytest.mark.parametrize(
-    ("start", "end", "wave"),
-    [
-        ("pinned", "roller", np.pi),
-        ("clamped", "free", np.pi / 2.0),
-        ("clamped", "guided", 2.0 * np.pi),
-    ],
+    ("start", "end", "wave"), [("pinned", "roller", np.pi), ("clamped", "free", np.pi / 2.0), ("clamped", "guided", 2.0 * np.pi)]
 )
 def test_euler_loads_with_shear_are_haringx(start, end, wave, shear):
     """Haringx: p (1 + p (1/shear - 1/axial)) = wave^2: shear lowers the load, compression raises it."""

@@ -104,8 +104,7 @@ def test_a_wish_that_can_be_had_is_its_own_nearest():
 
 
 @pytest.mark.parametrize(
-    "name",
-    ["yield", "buckling", "rest", "speed", *(pytest.param(name, marks=pytest.mark.slow) for name in SEARCHED)],
+    "name", ["yield", "buckling", "rest", "speed", *(pytest.param(name, marks=pytest.mark.slow) for name in SEARCHED)]
 )
 def test_nearest_wish_can_be_had_and_nothing_nearer(name):
     """Against 50 000 random wishes that are nearer."""

@@ -141,13 +141,7 @@ def dynamics():
     """Coarse: one tolerance, five thousand steps."""
     return slider_crank_precision.run(
         slider_crank_precision.Parameters(
-            elements=6,
-            tolerances="1e-4",
-            tolerance=1e-4,
-            resolutions="20",
-            steps="5000,10000",
-            plain_steps=5000,
-            repeats=1,
+            elements=6, tolerances="1e-4", tolerance=1e-4, resolutions="20", steps="5000,10000", plain_steps=5000, repeats=1
         )
     )
 
