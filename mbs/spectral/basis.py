@@ -11,7 +11,7 @@ B. Szabo, I. Babuska, Finite Element Analysis (1991), ch. 3 (ISBN 978-0-471-5027
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cache
+from functools import cache, lru_cache
 from typing import Any
 
 import numpy as np
@@ -21,8 +21,15 @@ Array = np.ndarray[Any, Any]
 
 
 def basis(degree: int, x: Array, derivative: int = 0) -> Array:
-    """Values of the degree + 1 members at x, or of their derivative of an order; shape (points, degree + 1)."""
-    values: Array = legendre.legval(np.atleast_1d(np.asarray(x, dtype=float)), _series(degree, derivative)).T
+    """Values of the degree + 1 members at x, or of their derivative of an order, not to be written to: (points, degree + 1)."""
+    return _members(degree, np.asarray(x, dtype=float).tobytes(), derivative)
+
+
+@lru_cache(maxsize=4096)
+def _members(degree: int, x: bytes, derivative: int) -> Array:
+    """The same, found once: runs of many mechanisms ask for the same points."""
+    values: Array = legendre.legval(np.frombuffer(x), _series(degree, derivative)).T
+    values.flags.writeable = False
     return values
 
 

@@ -107,11 +107,11 @@ def solve(e, lu, swaps, x, room):
         for c in range(pivots):
             p = swap[c]
             room[c], room[p] = room[p], room[c]
-        for c in range(pivots):
-            value = room[c]
-            if value != 0.0:
-                for i in range(c + 1, size):
-                    room[i] -= lu[at + i * size + c] * value
+        for i in range(1, size):
+            row, total = part(lu, at + i * size, size), room[i]
+            for c in range(min(i, pivots)):
+                total -= row[c] * room[c]
+            room[i] = total
         for i in range(size):
             x[unknowns[i]] = room[i]
     for f in range(e.fronts.shape[0] - 1, -1, -1):

@@ -87,7 +87,7 @@ class SpectralStrip:
     def _fields(self, values: Array, piece: Piece, x: Array, order: int = 0) -> Array:
         """Fields of coordinates (times, n) at x of a piece, or their derivatives by the arc: (times, points, fields)."""
         members = basis(piece.degree, x, order) / piece.jacobian**order
-        return np.asarray(np.einsum("gk,tfk->tgf", members, values[:, piece.places]))
+        return np.asarray((values[:, piece.places] @ members.T).swapaxes(1, 2))
 
     def point(self, name: str) -> tuple[Array, Array]:
         """Place and velocity of one of its points, each (times, 2)."""

@@ -65,7 +65,8 @@ def record_of(scene: Scene, out: Output) -> Record:
         body = builder.bodies[link.name]
         if isinstance(body, FrameBody) and not hasattr(body, "model"):
             frames[link.name] = _own_centre(scene, link, body)
-    scene.refresh()
+    if len(builder.markers) > len(scene.tables.markers):
+        scene.refresh()
     traces, reports = _followed(scene, out)
 
     def trace(marker: int) -> Trace:

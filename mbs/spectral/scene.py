@@ -273,9 +273,8 @@ class Scene:
 
     def marker(self, link: str, point: str) -> int:
         """Marker of a point as part of a link, or of the ground; the scene gets a new one where it has none yet."""
-        count = len(self.builder.markers)
         marker = self.builder.marker(link, point)
-        if len(self.builder.markers) > count:
+        if len(self.builder.markers) > len(self.tables.markers):
             self.refresh()
         return marker
 
