@@ -9,17 +9,23 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from functools import lru_cache, singledispatch
 from math import pi
 from typing import Any
 
 import numpy as np
 
+from buckler.elastica import pinned
+from buckler.mbs.elements.beam import Flexible
+from buckler.mbs.elements.element import Body
+from buckler.mbs.elements.link import Link
+from buckler.mbs.elements.modal import Modal
+from buckler.mbs.elements.strut import Strut
 from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.motion import chosen
 from buckler.mbs.record.record import Record
-from buckler.mbs.view.drawing import Mark, Path, packed, unpacked
+from buckler.mbs.view.drawing import Disc, Label, Mark, Path, Span, Strip, packed, unpacked
 from buckler.mbs.view.sheet import FIXED, MIDDLE, Sheet
 from buckler.mbs.view.symbols import drawn
 
@@ -27,6 +33,10 @@ FEWEST, MOST, A_TURN = 240, 1440, 180
 """Pictures of a movie: at least, at most, and for a turn of the link that turns most."""
 STATIONS = 25
 """Places along a massless strip."""
+Bent = tuple[Array, Array, Array]
+"""Line (times, stations, 2), bending and axial strain (times, stations)."""
+ROUND = np.exp(2j * pi * np.arange(48) / 48)
+"""A circle."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,6 +146,27 @@ def placed(frame: Array, points: Any) -> Array:
     return np.asarray(np.asarray(points) @ np.array([[c, s], [-s, c]]) + frame[:2])
 
 
+def corners(movie: Movie, mark: Mark, k: int) -> Array:
+    """Corners of a mark's line or outline in picture k, (n, 2); of a label its place."""
+    match mark:
+        case Strip():
+            return movie.bands[mark.link].points[k]
+        case Span():
+            a, b = movie.frames[mark.frame][k, :2], movie.frames[mark.other][k, :2]
+            along, points = b - a, np.array(mark.points)
+            left = np.array([-along[1], along[0]]) / max(np.hypot(*along), 1e-300)
+            return np.asarray(a + points[:, :1] * along + points[:, 1:] * left)
+        case Disc():
+            local: Any = np.array(mark.centre) + mark.radius * np.column_stack([ROUND.real, ROUND.imag])
+        case Label():
+            local = [mark.place]
+        case Path():
+            local = mark.points
+        case _:
+            raise ValueError(f"{mark}: has no corners")
+    return placed(movie.frames[mark.frame][k], local)
+
+
 @dataclass(eq=False)
 class Film:
     """The movie of a run, made when first asked for."""
@@ -177,34 +208,23 @@ def still(mechanism: Mechanism) -> Movie:
 
 def pictures(record: Record) -> int:
     """How many pictures show a run: `A_TURN` for each turn of the link that turns most, within limits."""
-    turns = [np.abs(np.diff(motion.turn(next(iter(_names(motion))))[0])).sum() / (2 * pi) for motion in record.links.values()]
+    starts = {name: record.mechanism.link(name).start for name in record.links}
+    turns = [np.abs(np.diff(motion.turn(starts[name])[0])).sum() / (2 * pi) for name, motion in record.links.items()]
     return int(np.clip(A_TURN * max(turns, default=0.0), FEWEST, MOST)) + 1
-
-
-def _names(motion: Any) -> Any:
-    """Names of a motion's points."""
-    return next(getattr(motion, name) for name in ("arms", "nodes", "stations") if hasattr(motion, name))
 
 
 def _finite(record: Record) -> Record:
     """The record up to its last finite state."""
-    states: list[Array] = [motion.q for motion in record.links.values()]
-    states += [block.travel for block in record.blocks.values()]
-    fine = np.logical_and.reduce([np.isfinite(q).reshape(len(q), -1).all(axis=1) for q in states], initial=True)
-    bad = np.flatnonzero(~np.broadcast_to(fine, record.time.shape))
+    motions = (*record.links.values(), *record.blocks.values())
+    fine = [np.isfinite(motion.q).reshape(len(motion.q), -1).all(axis=1) for motion in motions]
+    bad = np.flatnonzero(~np.broadcast_to(np.logical_and.reduce(fine, initial=True), record.time.shape))
     if not len(bad):
         return record
     if bad[0] < 2:
         return Record(record.mechanism, record.time[:1], {}, {})
-    links = {name: _first(motion, bad[0]) for name, motion in record.links.items()}
-    blocks = {name: _first(motion, bad[0]) for name, motion in record.blocks.items()}
-    return Record(record.mechanism, record.time[: bad[0]], links, blocks)
-
-
-def _first(motion: Any, count: int) -> Any:
-    """The first rows of a motion."""
-    names = ("q", "q_t", "q_tt") if hasattr(motion, "q") else ("travel", "speed", "acceleration")
-    return replace(motion, **{name: getattr(motion, name)[:count] for name in names if getattr(motion, name) is not None})
+    first = slice(bad[0])
+    links, blocks = ({name: chosen(each, first) for name, each in some.items()} for some in (record.links, record.blocks))
+    return Record(record.mechanism, record.time[first], links, blocks)
 
 
 def _movie(record: Record, source: Record) -> Movie:
@@ -217,10 +237,10 @@ def _movie(record: Record, source: Record) -> Movie:
     frames = {name: _frame(record, name, *spec) for name, spec in sheet.frames.items()}
     bands = {}
     for link in mechanism.links:
-        band = _band(record, source, link)
-        if band is not None:
-            middle = band.points[:, band.points.shape[1] // 2]
-            bands[link.name] = band
+        bent = _bent(link.body, record, source, link)
+        if bent is not None:
+            section, middle = link.body.section, bent[0][:, bent[0].shape[1] // 2]
+            bands[link.name] = Band(*bent, section.thickness, section.width, section.material.modulus)
             frames[MIDDLE + link.name] = np.column_stack([middle, np.zeros(len(middle))])
     return Movie(record.time, frames, bands, marks, sheet.unit, tuple(mechanism.points))
 
@@ -238,26 +258,21 @@ def _frame(record: Record, name: str, ref: str, pin: str, factor: float) -> Arra
 # --- flexible links ---------------------------------------------------------------------------------------------------
 
 
-def _band(record: Record, source: Record, link: Any) -> Band | None:
-    """A link that bends; None for one that does not."""
-    motion, body = record.links.get(link.name), link.body
-    if hasattr(motion, "arcs"):
-        found = _strip(motion, source.links[link.name], source.time, record.time)
-    elif hasattr(motion, "model"):
-        found = _modal(motion)
-    elif hasattr(body, "load"):
-        found = _strut(record, link)
-    elif hasattr(body, "curve"):
-        found = _rest(record, link, body.curve(record.mechanism.length(link.name)).places(np.linspace(0.0, 1.0, 33)))
-    elif hasattr(body, "modes"):
-        found = _rest(record, link, np.array([[0.0, 0.0], [record.mechanism.length(link.name), 0.0]]))
-    else:
-        return None
-    section = body.section
-    return Band(*found, section.thickness, section.width, section.material.modulus)
+@singledispatch
+def _bent(_body: Body, _record: Record, _source: Record, _link: Link) -> Bent | None:
+    """Line, bending and axial strain of a link that bends; None for one that does not."""
+    return None
 
 
-def _strip(motion: Any, own: Any, time: Array, times: Array) -> tuple[Array, Array, Array]:
+@_bent.register
+def _(body: Flexible, record: Record, source: Record, link: Link) -> Bent:
+    motion = record.links.get(link.name)
+    if motion is not None:
+        return _strip(motion, source.links[link.name], source.time, record.time)
+    return _rest(record, link, body.curve(record.mechanism.length(link.name)).places(np.linspace(0.0, 1.0, 33)))
+
+
+def _strip(motion: Any, own: Any, time: Array, times: Array) -> Bent:
     """Line and strains of elements or polynomials, strains taken from the integration points to the line's stations.
 
     Strains are those of the solver's own times, linear between them: a strip is so stiff along its line that the small errors
@@ -281,9 +296,12 @@ def _strip(motion: Any, own: Any, time: Array, times: Array) -> tuple[Array, Arr
     return line, spread(strains[-1]), spread(strains[0])
 
 
-def _modal(motion: Any) -> tuple[Array, Array, Array]:
-    """Line of a modal link, its bending by differences along the line."""
-    line = motion.line()
+@_bent.register
+def _(_body: Modal, record: Record, _source: Record, link: Link) -> Bent:
+    motion = record.links.get(link.name)
+    if motion is None:
+        return _rest(record, link, np.array([[0.0, 0.0], [record.mechanism.length(link.name), 0.0]]))
+    line = motion.line()  # its bending follows by differences along the line
     undeformed = motion.model.line[:, 0]
     c, s = np.cos(motion.q[:, 2])[:, None], np.sin(motion.q[:, 2])[:, None]
     x, y = line[..., 0] - motion.q[:, None, 0], line[..., 1] - motion.q[:, None, 1]
@@ -292,7 +310,7 @@ def _modal(motion: Any) -> tuple[Array, Array, Array]:
     return line, bending, np.zeros_like(bending)
 
 
-def _rest(record: Record, link: Any, local: Array) -> tuple[Array, Array, Array]:
+def _rest(record: Record, link: Link, local: Array) -> Bent:
     """A link's stress-free line between its ends at t = 0."""
     start, end = (np.array(record.mechanism.points[p]) for p in (link.start, link.end))
     along = (end - start) / np.hypot(*(end - start))
@@ -304,15 +322,14 @@ def _rest(record: Record, link: Any, local: Array) -> tuple[Array, Array, Array]
 @lru_cache
 def _elasticas() -> tuple[Array, Array]:
     """Roots of end shortenings over the length; x, y, curvature times length of the exact elastica, (cases, stations, 3)."""
-    from buckler.elastica import pinned
-
     roots, arc = np.linspace(0.0, 1.0, 41), np.linspace(0.0, 1.0, STATIONS)
     x, y, theta = pinned.shape(roots[:, None] ** 2, arc[None])
     return roots, np.stack([x, y, np.gradient(theta, arc, axis=1)], axis=-1)
 
 
-def _strut(record: Record, link: Any) -> tuple[Array, Array, Array]:
-    """A massless strip between its ends: the exact elastica, drawn on the left of its chord as the model knows no side."""
+@_bent.register
+def _(_body: Strut, record: Record, _source: Record, link: Link) -> Bent:
+    # A massless strip between its ends: the exact elastica, drawn on the left of its chord as the model knows no side.
     length = record.mechanism.length(link.name)
     start, end = record.point(link.start)[0], record.point(link.end)[0]
     chord = end - start

@@ -11,13 +11,12 @@ from buckler.mbs.elements.link import Link
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.view.movie import still
 from buckler.mbs.view.plot import draw
+from buckler.mbs.view.style import house_style
 
 
 def mechanism_html(mechanism: Mechanism) -> str:
     """Picture (SVG) and a table of the elements."""
     from matplotlib.figure import Figure
-
-    from buckler.mbs.view.style import house_style
 
     text = StringIO()
     with house_style():

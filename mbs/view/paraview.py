@@ -11,13 +11,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from buckler.mbs.elements.modal import Modal
 from buckler.mbs.geometry import Array
-from buckler.mbs.view.drawing import INKS, Arrow, Disc, Mark, Path
-from buckler.mbs.view.movie import Movie, filmed, placed
+from buckler.mbs.view.drawing import INKS, Arrow, Disc, Path
+from buckler.mbs.view.movie import Movie, corners, filmed
 
 HEXAHEDRON, TETRA, VERTEX, POLYGON = 12, 10, 1, 7
-SIDES = 24
-"""Corners of a disc."""
 
 
 def write_paraview(result: Any, folder: str | FilePath, times: Any = None) -> FilePath:
@@ -77,7 +76,7 @@ def solids(record: Any, times: Array) -> dict[str, Deformed]:
     if record is None or len(record.time) < 2:
         return found
     for name, motion in record.at(times).links.items():
-        if hasattr(motion, "model") and record.mechanism.link(name).body.modes.of_solid:
+        if isinstance(body := record.mechanism.link(name).body, Modal) and body.modes.of_solid:
             found[name] = _deformed(record.mechanism, name, motion.q)
     return found
 
@@ -108,14 +107,14 @@ def links(movie: Movie, k: int, deformed: dict[str, Deformed]) -> Grid:
     values: dict[str, list[Array]] = {"curvature": [], "axial_force": [], "stress": []}
     owners: list[int] = []
     first = 0
-    for number, (corners, own, kind, data) in enumerate(_solids(movie, k, deformed)):
-        points.append(corners)
+    for number, (places, own, kind, data) in enumerate(_solids(movie, k, deformed)):
+        points.append(places)
         cells += [cell + first for cell in own]
         kinds += [kind] * len(own)
         owners += [number] * len(own)
         for name, column in values.items():
-            column.append(data.get(name, np.zeros(len(corners))))
-        first += len(corners)
+            column.append(data.get(name, np.zeros(len(places))))
+        first += len(places)
     if not points:
         return Grid(np.empty((0, 3)), [], [], {}, {})
     joined = {name: np.concatenate(column) for name, column in values.items()}
@@ -125,8 +124,7 @@ def links(movie: Movie, k: int, deformed: dict[str, Deformed]) -> Grid:
 def _solids(movie: Movie, k: int, deformed: dict[str, Deformed]) -> Any:
     for mark in movie.marks:
         if isinstance(mark, Path) and mark.closed and mark.width > 0:
-            outline = placed(movie.frames[mark.frame][k], mark.points)
-            yield *_prism(outline, mark.width), POLYGON, {}
+            yield *_prism(corners(movie, mark, k), mark.width), POLYGON, {}
     for solid in deformed.values():
         yield np.column_stack([solid.corners[k], solid.height]), list(solid.cells), solid.kind, {}
     for name, band in movie.bands.items():
@@ -137,11 +135,11 @@ def _solids(movie: Movie, k: int, deformed: dict[str, Deformed]) -> Any:
         left = np.stack([-along[:, 1], along[:, 0]], axis=1) / np.maximum(np.hypot(*along.T), 1e-300)[:, None]
         sides = [line + side * band.thickness / 2 * left for side in (-1.0, 1.0)]
         half = band.width / 2
-        corners = np.stack([np.pad(sides[j], ((0, 0), (0, 1)), constant_values=z) for z in (-half, half) for j in (0, 1)], axis=1)
+        places = np.stack([np.pad(sides[j], ((0, 0), (0, 1)), constant_values=z) for z in (-half, half) for j in (0, 1)], axis=1)
         base = 4 * np.arange(len(line) - 1)[:, None]
         hexahedra = base + np.array([0, 4, 5, 1, 2, 6, 7, 3])
         data = {"curvature": band.bending[k], "axial_force": band.axial_force[k], "stress": band.stress[k]}
-        yield corners.reshape(-1, 3), list(hexahedra), HEXAHEDRON, {key: np.repeat(column, 4) for key, column in data.items()}
+        yield places.reshape(-1, 3), list(hexahedra), HEXAHEDRON, {key: np.repeat(column, 4) for key, column in data.items()}
 
 
 def _prism(outline: Array, width: float) -> tuple[Array, list[Array]]:
@@ -162,25 +160,14 @@ def symbols(movie: Movie, k: int) -> Grid:
     inks: list[float] = []
     first, names = 0, list(INKS)
     for mark in movie.marks:
-        outline = _outline(mark)
-        if outline is None or not isinstance(mark, Path | Disc):
-            continue
-        flat = placed(movie.frames[mark.frame][k], outline)
-        points.append(np.pad(flat, ((0, 0), (0, 1)), constant_values=before))
-        cells.append(np.arange(len(flat)) + first)
-        inks.append(float(names.index(mark.ink)))
-        first += len(flat)
+        if isinstance(mark, Disc) or (isinstance(mark, Path) and mark.closed and not mark.width):
+            flat = corners(movie, mark, k)
+            points.append(np.pad(flat, ((0, 0), (0, 1)), constant_values=before))
+            cells.append(np.arange(len(flat)) + first)
+            inks.append(float(names.index(mark.ink)))
+            first += len(flat)
     joined = np.concatenate(points) if points else np.empty((0, 3))
     return Grid(joined, cells, [POLYGON] * len(cells), {}, {"symbol": np.array(inks)})
-
-
-def _outline(mark: Mark) -> Array | None:
-    if isinstance(mark, Disc):
-        angles = np.linspace(0.0, 2 * np.pi, SIDES, endpoint=False)
-        return np.array(mark.centre) + mark.radius * np.column_stack([np.cos(angles), np.sin(angles)])
-    if isinstance(mark, Path) and mark.closed and not mark.width:
-        return np.array(mark.points)
-    return None
 
 
 def _forces(result: Any, movie: Movie, arrows: list[Arrow], k: int) -> Grid:

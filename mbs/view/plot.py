@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from itertools import chain
+from collections.abc import Callable, Sequence
 from pathlib import Path as FilePath
 from shutil import which
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,13 +13,21 @@ from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.units import labelled
 from buckler.mbs.validate import near
-from buckler.mbs.view.drawing import INKS, Arrow, Disc, Label, Mark, Path, Span, Strip
-from buckler.mbs.view.movie import Movie, placed, still
+from buckler.mbs.view.drawing import INKS, Arrow, Disc, Label, Mark, Path, Strip
+from buckler.mbs.view.movie import Movie, corners, still
+from buckler.mbs.view.style import WIDTH, house_style
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from buckler.mbs.record.result import Result
 
 MARGIN = 4.0
 """Room around a mechanism, in symbols."""
 FRAMES = 120
 """Pictures of an animation at most."""
+ROUND: Any = {"solid_capstyle": "round", "solid_joinstyle": "round"}
 
 
 def plot_mechanism(mechanism: Mechanism, axes: Any = None, names: bool = True) -> Any:
@@ -44,8 +51,6 @@ def draw(movie: Movie, k: int, axes: Any = None, names: bool = True) -> Any:
     -------
     axes : matplotlib Axes
     """
-    from buckler.mbs.view.style import house_style
-
     with house_style():
         axes = _axes(axes, movie)
         for mark in movie.marks:
@@ -55,21 +60,25 @@ def draw(movie: Movie, k: int, axes: Any = None, names: bool = True) -> Any:
     return axes
 
 
-def _axes(axes: Any, movie: Movie) -> Any:
+def _axes(axes: Axes, movie: Movie) -> Any:
     """Those given, or new ones about as high as the mechanism."""
     if axes is not None:
         return axes
     import matplotlib.pyplot as plt
 
-    from buckler.mbs.view.style import WIDTH
-
-    left, right, low, high = movie.box
-    room = 2 * MARGIN * movie.unit
-    height = float(np.clip(WIDTH * (high - low + room) / (right - left + room) + 15.0, 0.25 * WIDTH, WIDTH))
+    wide, high = _extent(movie)
+    height = float(np.clip(WIDTH * high / wide + 15.0, 0.25 * WIDTH, WIDTH))
     return plt.subplots(figsize=(WIDTH / 25.4, height / 25.4), layout="constrained")[1]
 
 
-def _frame_axes(axes: Any, movie: Movie) -> None:
+def _extent(movie: Movie) -> tuple[float, float]:
+    """Width and height of a mechanism with room for its symbols, m."""
+    left, right, low, high = movie.box
+    room = 2 * MARGIN * movie.unit
+    return right - left + room, high - low + room
+
+
+def _frame_axes(axes: Axes, movie: Movie) -> None:
     """Equal scales, room for symbols, axes in m."""
     left, right, low, high = movie.box
     room = MARGIN * movie.unit
@@ -80,60 +89,37 @@ def _frame_axes(axes: Any, movie: Movie) -> None:
 class _Drawn:
     """One mark on some axes, which can be moved to any picture of a movie."""
 
-    def __init__(self, axes: Any, mark: Mark) -> None:
+    def __init__(self, axes: Axes, mark: Mark) -> None:
+        from matplotlib.patches import Polygon
+
         self.mark, ink = mark, INKS.get(getattr(mark, "ink", "other"), INKS["other"])
-        paint = {"edgecolor": ink.line, "facecolor": ink.fill or "none", "linewidth": ink.width}
-        line = {"color": ink.line, "linewidth": ink.width, "solid_capstyle": "round", "solid_joinstyle": "round"}
-        if isinstance(mark, Path) and mark.closed:
-            from matplotlib.patches import Polygon
-
-            self.artist: Any = axes.add_patch(Polygon(np.zeros((3, 2)), closed=True, zorder=2, **paint))
-        elif isinstance(mark, Disc):
-            from matplotlib.patches import Circle
-
-            self.artist = axes.add_patch(Circle((0, 0), mark.radius, zorder=3, **paint))
-        elif isinstance(mark, Label):
+        self.move_to: Callable[[Array], object]
+        if isinstance(mark, Label):
             colour, size = ("#1B2733", 9.0) if mark.what == "point" else ("#4B5560", 8.0)
-            self.artist = axes.text(0, 0, mark.text, color=colour, fontsize=size, ha="center", va="center", zorder=5)
+            text = axes.text(0, 0, mark.text, color=colour, fontsize=size, ha="center", va="center", zorder=5)
             if mark.what == "link":
-                self.artist.set_bbox({"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.8})
+                text.set_bbox({"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.8})
+            self.move_to = lambda corners: text.set_position(corners[0])
+        elif isinstance(mark, Disc) or (isinstance(mark, Path) and mark.closed):
+            paint: dict[str, Any] = {"edgecolor": ink.line, "facecolor": ink.fill or "none", "linewidth": ink.width}
+            outline = Polygon(np.zeros((3, 2)), closed=True, zorder=3 if isinstance(mark, Disc) else 2, **paint)
+            axes.add_patch(outline)
+            self.move_to = outline.set_xy
         else:
-            (self.artist,) = axes.plot([], [], zorder=2, **line)
-            if isinstance(mark, Strip):
-                self.artist.set_linewidth(2.0)
+            width = 2.0 if isinstance(mark, Strip) else ink.width
+            (line,) = axes.plot([], [], zorder=2, color=ink.line, linewidth=width, **ROUND)
+            self.move_to = lambda corners: line.set_data(*corners.T)
 
     def move(self, movie: Movie, k: int) -> None:
         """Put it where it is in picture k."""
-        mark, artist = self.mark, self.artist
-        if isinstance(mark, Disc):
-            artist.center = placed(movie.frames[mark.frame][k], [mark.centre])[0]
-        elif isinstance(mark, Label):
-            artist.set_position(placed(movie.frames[mark.frame][k], [mark.place])[0])
-        elif isinstance(mark, Path) and mark.closed:
-            artist.set_xy(placed(movie.frames[mark.frame][k], mark.points))
-        elif isinstance(mark, Path):
-            artist.set_data(*placed(movie.frames[mark.frame][k], mark.points).T)
-        elif isinstance(mark, Strip):
-            artist.set_data(*movie.bands[mark.link].points[k].T)
-        elif isinstance(mark, Span):
-            artist.set_data(*_stretched(movie, mark, k).T)
-
-
-def _stretched(movie: Movie, mark: Span, k: int) -> Array:
-    a, b = movie.frames[mark.frame][k, :2], movie.frames[mark.other][k, :2]
-    along = b - a
-    left = np.array([-along[1], along[0]]) / max(np.hypot(*along), 1e-300)
-    points = np.array(mark.points)
-    return np.asarray(a + points[:, :1] * along + points[:, 1:] * left)
+        self.move_to(corners(movie, self.mark, k))
 
 
 # --- signals ----------------------------------------------------------------------------------------------------------
 
 
-def plot_signals(result: Any, names: Sequence[str], axes: Any = None) -> Any:
+def plot_signals(result: Result, names: Sequence[str], axes: Any = None) -> Any:
     """Draw signals over time, one row for each unit; see `Result.plot`."""
-    from buckler.mbs.view.style import house_style
-
     if not names:
         raise ValueError("plot: name one signal at least, as in result.plot('B.x')")
     for name in names:
@@ -155,10 +141,8 @@ def plot_signals(result: Any, names: Sequence[str], axes: Any = None) -> Any:
     return rows[0] if len(rows) == 1 else np.array(rows)
 
 
-def plot_energy(result: Any, axes: Any = None) -> Any:
+def plot_energy(result: Result, axes: Any = None) -> Any:
     """Draw the energy ledger over time; see `Result.plot_energy`."""
-    from buckler.mbs.view.style import house_style
-
     if not result.energy:
         raise ValueError("no energy ledger: call simulate(..., ledger=True)")
     with house_style():
@@ -180,13 +164,11 @@ def _rows(axes: Any, count: int) -> list[Any]:
         return list(np.atleast_1d(axes))
     import matplotlib.pyplot as plt
 
-    from buckler.mbs.view.style import WIDTH
-
     size = (WIDTH / 25.4, (30 + 50 * count) / 25.4)
     return list(plt.subplots(count, 1, figsize=size, sharex=True, squeeze=False, layout="constrained")[1][:, 0])
 
 
-def _warn(axes: Any, result: Any) -> None:
+def _warn(axes: Axes, result: Result) -> None:
     """Say above a picture that its run is not to be trusted."""
     if not result.ok:
         axes.set_title(f"\u25b2 {result.status}: do not trust these values", color="#B3261E", loc="left")
@@ -203,63 +185,54 @@ def animate(movie: Movie, path: str | FilePath, seconds: float = 6.0, width: flo
         raise ValueError(f"animate: '{path.name}' must end in .gif or .mp4")
     if kind == ".mp4" and which("ffmpeg") is None:
         raise RuntimeError(f"animate: '{path.name}' needs the program ffmpeg, which was not found; install it, or write a .gif")
-    chosen = np.unique(np.linspace(0, len(movie.time) - 1, min(FRAMES, len(movie.time))).round().astype(int))
-    rate = max(1.0, len(chosen) / seconds)
+    rows = np.unique(np.linspace(0, len(movie.time) - 1, min(FRAMES, len(movie.time))).round().astype(int)).tolist()
+    rate = max(1, round(len(rows) / seconds))
     path.parent.mkdir(parents=True, exist_ok=True)
-    pictures = _pictures(movie, chosen, width)
-    (_write_gif if kind == ".gif" else _write_mp4)(path, pictures, rate)
+    with house_style():
+        figure, put = _stage(movie, width)
+        if kind == ".mp4":
+            from matplotlib.animation import FFMpegWriter
+
+            even = ["-vf", "crop=trunc(iw/2)*2:trunc(ih/2)*2", "-pix_fmt", "yuv420p"]  # the codec wants even sizes
+            writer = FFMpegWriter(rate, codec="libx264", extra_args=even)
+            with writer.saving(figure, str(path), 100):
+                for k in rows:
+                    put(k)
+                    writer.grab_frame()
+        else:
+            _write_gif(path, [put(k) for k in rows], rate)
     return path
 
 
-def _pictures(movie: Movie, chosen: Array, width: float) -> Iterator[Array]:
-    """Pictures as arrays (height, width, 3) of bytes, with even numbers of pixels."""
+def _stage(movie: Movie, width: float) -> tuple[Figure, Callable[[int], Array]]:
+    """A figure of so many pixels, and what draws a picture on it and returns its bytes, (height, width, 4)."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    from buckler.mbs.view.style import house_style
+    wide, high = _extent(movie)
+    height = 2 * round(float(np.clip(width * high / wide, 0.3 * width, 1.2 * width)) / 2)
+    figure = Figure(figsize=(width / 100, height / 100), dpi=100)
+    canvas, axes = FigureCanvasAgg(figure), figure.add_axes((0.0, 0.0, 1.0, 1.0))
+    drawn = [_Drawn(axes, mark) for mark in movie.marks if not isinstance(mark, Arrow | Label)]
+    _frame_axes(axes, movie)
+    axes.set_axis_off()
+    clock = axes.text(0.02, 0.97, "", transform=axes.transAxes, va="top", fontsize=10)
 
-    left, right, low, high = movie.box
-    room = 2 * MARGIN * movie.unit
-    height = 2 * round(float(np.clip(width * (high - low + room) / (right - left + room), 0.3 * width, 1.2 * width)) / 2)
-    with house_style():
-        figure = Figure(figsize=(width / 100, height / 100), dpi=100)
-        canvas = FigureCanvasAgg(figure)
-        axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
-        drawn = [_Drawn(axes, mark) for mark in movie.marks if not isinstance(mark, Arrow | Label)]
-        _frame_axes(axes, movie)
-        axes.set_axis_off()
-        clock = axes.text(0.02, 0.97, "", transform=axes.transAxes, va="top", fontsize=10)
-        for k in chosen:
-            for mark in drawn:
-                mark.move(movie, int(k))
-            clock.set_text(f"t = {movie.time[k]:.3f} s")
-            canvas.draw()
-            yield np.asarray(canvas.buffer_rgba())[..., :3].copy()
+    def put(k: int) -> Array:
+        for mark in drawn:
+            mark.move(movie, k)
+        clock.set_text(f"t = {movie.time[k]:.3f} s")
+        canvas.draw()
+        return np.array(canvas.buffer_rgba())
+
+    return figure, put
 
 
-def _write_gif(path: FilePath, pictures: Iterator[Array], rate: float) -> None:
+def _write_gif(path: FilePath, pictures: Sequence[Array], rate: int) -> None:
     """One palette for all pictures, so that only what changes is stored."""
     from PIL import Image
 
-    whole = [Image.fromarray(picture) for picture in pictures]
+    whole = [Image.fromarray(picture[..., :3]) for picture in pictures]
     palette = whole[len(whole) // 2].quantize(64)
     first, *others = (picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in whole)
     first.save(path, save_all=True, append_images=others, duration=round(1000 / rate), loop=0, optimize=True)
-
-
-def _write_mp4(path: FilePath, pictures: Iterator[Array], rate: float) -> None:
-    import subprocess
-
-    first = next(pictures)
-    size = f"{first.shape[1]}x{first.shape[0]}"
-    command = ["ffmpeg", "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24", "-s", size, "-r", f"{rate:g}"]
-    command += ["-i", "-"]
-    even = "crop=trunc(iw/2)*2:trunc(ih/2)*2"  # the codec wants even sizes
-    command += ["-an", "-vf", even, "-c:v", "libx264", "-pix_fmt", "yuv420p", str(path)]
-    with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as process:
-        assert process.stdin is not None
-        for picture in chain([first], pictures):
-            process.stdin.write(picture.tobytes())
-        _, said = process.communicate()
-    if process.returncode:
-        raise RuntimeError(f"animate: ffmpeg failed: {said.decode(errors='replace').strip()[-300:]}")

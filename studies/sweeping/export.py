@@ -3,27 +3,18 @@
 from __future__ import annotations
 
 import argparse
-import csv
-import io
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
+from buckler.mbs.view.tables import Column, csv_of, parquet_of
 from buckler.studies.kit.report import atomic
 from buckler.studies.kit.words import Command
 from buckler.studies.sweeping.rows import Row
 from buckler.studies.sweeping.store import Store
 
 KINDS = (".csv", ".parquet")
-
-
-class Column(NamedTuple):
-    """One column of the table; None where a case has no such value."""
-
-    name: str
-    unit: str
-    values: Sequence[Any]
 
 
 def read(path: Path) -> tuple[list[Row], dict[str, str]]:
@@ -85,33 +76,12 @@ def write(table: Sequence[Column], path: Path) -> None:
     """
     if path.suffix not in KINDS:
         raise ValueError(f"--out {path}: the name must end in {' or '.join(KINDS)}")
-    content = _csv(table) if path.suffix == ".csv" else _parquet(table)
+    try:
+        content = csv_of(table, ("", "1")) if path.suffix == ".csv" else parquet_of(table, "--out", {})
+    except ImportError as error:
+        raise ValueError(str(error)) from None
     with atomic(path) as file:
         file.write(content)
-
-
-def _csv(table: Sequence[Column]) -> bytes:
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(c.name if c.unit in ("", "1") else f"{c.name} [{c.unit}]" for c in table)
-    writer.writerows(zip(*(c.values for c in table), strict=True))
-    return text.getvalue().encode()
-
-
-def _parquet(table: Sequence[Column]) -> bytes:
-    try:
-        import pyarrow
-        from pyarrow import parquet
-    except ImportError as error:
-        raise ValueError(f"Parquet needs `pip install 'buckler[parquet]'`: {error}") from None
-    arrays = [pyarrow.array(column.values) for column in table]
-    fields = [
-        pyarrow.field(column.name, array.type, metadata={"unit": column.unit} if column.unit else None)
-        for column, array in zip(table, arrays, strict=True)
-    ]
-    sink = io.BytesIO()
-    parquet.write_table(pyarrow.Table.from_arrays(arrays, schema=pyarrow.schema(fields)), sink)
-    return sink.getvalue()
 
 
 def write_signals(path: Path, folder: Path) -> int:
