@@ -38,11 +38,6 @@ CHECK = Check(
     "ENERGY",
     "failed when energy held, taken and given do not add up, or something that takes energy gives it back",
     _unbalanced,
-    {
-        "balance": BALANCE,
-        "way of rest": AT_REST,
-        "unseen stretch": STRETCH,
-        "unseen bristle": BRISTLE,
-    },
+    {"balance": BALANCE, "way of rest": AT_REST, "unseen stretch": STRETCH, "unseen bristle": BRISTLE},
     _idle,
 )

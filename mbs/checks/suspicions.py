@@ -8,18 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from buckler.mbs.checks import (
-    clock,
-    closure,
-    contact,
-    crossed,
-    dead_centre,
-    energy,
-    finite,
-    linear,
-    penetration,
-    unbuckled,
-)
+from buckler.mbs.checks import clock, closure, contact, crossed, dead_centre, energy, finite, linear, penetration, unbuckled
 from buckler.mbs.checks.check import Check
 from buckler.mbs.record.result import Result
 from buckler.mbs.record.run import Run

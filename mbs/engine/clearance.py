@@ -155,10 +155,6 @@ def add_clearances(scene: Any, group: ClearanceGroup) -> int:
         forces = watched(scene, f"a law of the clearance at '{group.joints[0].point}'", forces)
     return int(
         scene.system.AddObject(
-            eii.ObjectGenericODE2(
-                nodeNumbers=group.nodes,
-                massMatrix=np.zeros((size, size)),
-                forceUserFunction=forces,
-            )
+            eii.ObjectGenericODE2(nodeNumbers=group.nodes, massMatrix=np.zeros((size, size)), forceUserFunction=forces)
         )
     )

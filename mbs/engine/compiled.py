@@ -31,10 +31,7 @@ V, T, PLACES = float64[::1], float64[:, ::1], int64[:, ::1]
 PAIR, TRIPLE = float64(V, float64, float64), float64(V, float64, float64, float64)
 LAWS = types.FunctionType(TRIPLE), types.FunctionType(PAIR), types.FunctionType(TRIPLE)
 """Normal force, friction coefficient, bristle."""
-SIGNATURES = {
-    "forces": void(*LAWS, float64, V, V, T, PLACES, T, V),
-    "report": void(*LAWS, float64, V, V, T, PLACES, T, T),
-}
+SIGNATURES = {"forces": void(*LAWS, float64, V, V, T, PLACES, T, V), "report": void(*LAWS, float64, V, V, T, PLACES, T, T)}
 CODES, NUMBERS = 4, 8
 """Codes and numbers of a law. The codes of both laws follow the geometry, as the bits of
 whole numbers, and the numbers of both laws follow them."""

@@ -111,8 +111,7 @@ def add_anchor(system: Any, placed: PlacedModal, point: str) -> int:
     start = placed.model.motion(placed.stations[point], placed.reference, rigid)
     node = system.AddNode(
         eii.NodeRigidBody2D(
-            referenceCoordinates=[*start.position[0], *start.angle],
-            initialVelocities=[*start.velocity[0], *start.spin],
+            referenceCoordinates=[*start.position[0], *start.angle], initialVelocities=[*start.velocity[0], *start.spin]
         )
     )
     pin = system.AddMarker(eii.MarkerNodePosition(nodeNumber=node))

@@ -110,11 +110,7 @@ def box_mesh(length: float, depth: float, width: float, elements: Sequence[int] 
 
 
 def read_mesh(
-    path: str | Path,
-    start: Sequence[float],
-    end: Sequence[float],
-    normal: Sequence[float] = (0.0, 0.0, 1.0),
-    scale: float = 1.0,
+    path: str | Path, start: Sequence[float], end: Sequence[float], normal: Sequence[float] = (0.0, 0.0, 1.0), scale: float = 1.0
 ) -> SolidMesh:
     """Read a solid mesh of any format meshio knows (gmsh, Abaqus, VTU, ...) and turn it into link axes.
 

@@ -20,10 +20,7 @@ class Exudyn(Declared):
         default=0.7,
     )
     newton_relative: float = quantity(
-        "1",
-        above=0,
-        doc="Newton's tolerance on the residual against its first value; either of the two suffices",
-        default=1e-10,
+        "1", above=0, doc="Newton's tolerance on the residual against its first value; either of the two suffices", default=1e-10
     )
     newton_absolute: float | None = quantity(
         "N", above=0, default=None,

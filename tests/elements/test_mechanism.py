@@ -140,10 +140,7 @@ INCONSISTENT = {  # what is changed in a consistent mechanism -> words of the me
     "link twice": (dict(links=[*LINKS, LINKS[0]]), ["unique", "crank"]),
     "link named ground": (dict(links=[*LINKS, Link("ground", "O", "B", Rigid(BAR))]), ["'ground'"]),
     "link named like a point": (dict(links=[*LINKS, Link("B", "O", "B", Rigid(BAR))]), ["point's name", "B"]),
-    "link to nowhere": (
-        dict(links=[*LINKS, Link("x", "O", "Z", Rigid(BAR))]),
-        ["link 'x'", "unknown point 'Z'", "A, B, O"],
-    ),
+    "link to nowhere": (dict(links=[*LINKS, Link("x", "O", "Z", Rigid(BAR))]), ["link 'x'", "unknown point 'Z'", "A, B, O"]),
     "carried point nowhere": (dict(links=[*LINKS, Link("x", "O", "A", Rigid(BAR), ["Z"])]), ["link 'x'", "'Z'"]),
     "no length": (dict(links=[*LINKS, Link("x", "O", "O", Rigid(BAR))]), ["length of link 'x' = 0.0 m", "(0, inf) m"]),
     "joint nowhere": (dict(joints=[Revolute("Z", "ground", "crank")]), ["joint at 'Z'", "unknown point"]),
@@ -154,10 +151,7 @@ INCONSISTENT = {  # what is changed in a consistent mechanism -> words of the me
     "guide of a stranger": (dict(guides=[Guide("B", "arm")]), ["guide of 'B'", "unknown link 'arm'"]),
     "guide out of reach": (dict(guides=[Guide("O", "rod")]), ["'rod' does not reach"]),
     "two guides": (dict(guides=[*GUIDES, Guide("B", "rod")]), ["at most one guide"]),
-    "stop of a free point": (
-        dict(stops=[Stop("A", at=0.5, law=LAW)]),
-        ["stop at 'A'", "along: must be given", "as (1, 0)"],
-    ),
+    "stop of a free point": (dict(stops=[Stop("A", at=0.5, law=LAW)]), ["stop at 'A'", "along: must be given", "as (1, 0)"]),
     "drive of nothing": (dict(drives=[Drive("arm", 1.0)]), ["drive", "'arm'", "B, crank"]),
     "drive of a strut": (dict(drives=[Drive("rod", 1.0)]), ["drive", "rigid link", "'rod'"]),
     "drive of a free point": (dict(drives=[Drive("A", 1.0)]), ["drive", "guided point", "'A'"]),

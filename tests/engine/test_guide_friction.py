@@ -190,10 +190,7 @@ def test_stiction_serves_joints_with_clearance():
     assert (np.abs(run["A.friction_force"]) <= 0.3 * run["A.normal_force"] * (1 + 1e-9)).all()
 
 
-WRONG = {
-    "a number": (0.3, r"guide of 'A': friction = 0.3: must be GuideFriction"),
-    "a class": (Coulomb, "must be an instance"),
-}
+WRONG = {"a number": (0.3, r"guide of 'A': friction = 0.3: must be GuideFriction"), "a class": (Coulomb, "must be an instance")}
 
 
 @pytest.mark.parametrize(("friction", "message"), WRONG.values(), ids=WRONG.keys())

@@ -26,11 +26,7 @@ exu.config.printToConsole = False
 LENGTH, TILT = 0.175, 0.7
 POINTS = {"A": (0.1, 0.2), "B": (0.1 + LENGTH * np.cos(TILT), 0.2 + LENGTH * np.sin(TILT))}
 RATES = np.array([1.0, 2.0, 300.0])
-PLACE, SPEED, SPIN = (
-    exu.OutputVariableType.Position,
-    exu.OutputVariableType.Velocity,
-    exu.OutputVariableType.AngularVelocity,
-)
+PLACE, SPEED, SPIN = (exu.OutputVariableType.Position, exu.OutputVariableType.Velocity, exu.OutputVariableType.AngularVelocity)
 
 
 class Run:

@@ -259,11 +259,7 @@ def test_a_solver_of_a_wrong_type_is_refused(solver):
 
 def test_the_same_input_gives_the_same_bits():
     mechanism = slider_crank(
-        Beam(STRIP.damped(0.02, LENGTH)),
-        law=CarvalhoMartins(1e5, 0.8),
-        mass=0.3,
-        speed=1.25,
-        friction=GuideFriction(0.1),
+        Beam(STRIP.damped(0.02, LENGTH)), law=CarvalhoMartins(1e5, 0.8), mass=0.3, speed=1.25, friction=GuideFriction(0.1)
     )
     one, two = (simulate(mechanism, 2.5, ledger=True) for _ in range(2))
     assert one.ok and one.signals["B.contact_force"].max() > 1  # so that there is something to repeat

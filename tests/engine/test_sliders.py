@@ -104,12 +104,7 @@ def test_rod_feels_what_the_bead_feels():
 @pytest.mark.parametrize("rod", [Beam(BAR, 4), Cable(BAR, 4)], ids=["beam", "cable"])
 def test_line_of_a_flexible_link_turns_with_its_section(rod):
     flexible = bead_on_a_rod(Slider, 0.0, start=0.99)
-    mechanism = replace(
-        flexible,
-        links=[Link("rod", "O", "P", rod), flexible.links[1]],
-        drives=[],
-        gravity=(0, -G),
-    )
+    mechanism = replace(flexible, links=[Link("rod", "O", "P", rod), flexible.links[1]], drives=[], gravity=(0, -G))
     result = fine(simulate(mechanism, 0.2, solver=Exudyn(Controlled(tolerance=2e-8)), ledger=True))
     assert result.energy_balance < 1e-6
     assert np.abs(result.signals["P.bead-rod.travel"]).max() > 1e-3

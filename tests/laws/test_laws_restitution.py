@@ -224,9 +224,7 @@ def test_elastic_depth_and_contact_time(exponent):
     deepest = elastic_depth(law, mass, speed)
     assert law.potential(deepest) == pytest.approx(0.5 * mass * speed**2, rel=1e-13)
 
-    def slowness(
-        angle,
-    ):  # dt = dd/v with v from the energy; d = deepest sin^2 leaves no singularity at the turning point
+    def slowness(angle):  # dt = dd/v with v from the energy; d = deepest sin^2 leaves no singularity at the turning point
         return deepest * math.sin(2 * angle) / math.sqrt(1.0 - math.sin(angle) ** (2 * exponent + 2))
 
     time = contact_time(law, mass, speed)

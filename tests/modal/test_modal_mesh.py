@@ -69,8 +69,7 @@ def test_curved_cells_keep_their_curve(kind):
 
 
 @pytest.mark.parametrize(
-    ("suffix", "kind"),
-    [(".vtu", "hexahedron27"), (".inp", "tetra10"), (".msh", "hexahedron"), (".vtk", "hexahedron20")],
+    ("suffix", "kind"), [(".vtu", "hexahedron27"), (".inp", "tetra10"), (".msh", "hexahedron"), (".vtk", "hexahedron20")]
 )
 def test_a_file_in_other_axes_and_millimetres_gives_the_same_link(tmp_path, suffix, kind):
     """A mesh turned, moved and in mm, with a point and a triangle that belong to no solid, is the bar again."""

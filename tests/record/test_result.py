@@ -23,10 +23,7 @@ def small(**changed):
         status=Status.SUSPECT,
         message="ENERGY: balance 3 %; gap = 1e-5 m, \u03b7 > 2",
         time=time,
-        signals={
-            "B.x": np.array([0.0, 1.0, -2.0, 1e-300]),
-            "drive.torque": np.array([np.nan, np.inf, 0.1 + 0.2, -0.0]),
-        },
+        signals={"B.x": np.array([0.0, 1.0, -2.0, 1e-300]), "drive.torque": np.array([np.nan, np.inf, 0.1 + 0.2, -0.0])},
         units={"B.x": "m", "drive.torque": "N m"},
         work={"wall_s": 0.125, "steps": 3.0},
         energy={"error": np.array([0.0, 1e-3, -2e-3, 1e-3]), "throughput": np.array([0.0, 0.1, 0.3, 0.5])},
