@@ -6,31 +6,8 @@ import numpy as np
 import pytest
 from simulations import BAR, LENGTH, STRIP, G, block, fine, pendulum, pressed
 
+from buckler import mbs
 from buckler.elastica import pinned
-from buckler.mbs import (
-    Beam,
-    Cable,
-    Clearance,
-    Closure,
-    Controlled,
-    Drive,
-    Equal,
-    Exudyn,
-    Force,
-    Guide,
-    Link,
-    Mechanism,
-    Modal,
-    Ramp,
-    Revolute,
-    Rigid,
-    Section,
-    Status,
-    Strut,
-    crank_rocker,
-    simulate,
-    slider_crank,
-)
 from buckler.mbs.checks.suspicions import suspicions
 from buckler.mbs.engine import callback, clearance, kernel
 from buckler.mbs.engine.solve import once
@@ -41,31 +18,31 @@ from buckler.mbs.view.verdicts import verdicts
 K = 2.53e5 * 1e3**1.5
 RATTLING, CLOSED = Impact(K, 253.0, 1e-5), Impact(K, 253e3, 1e-5)
 FRICTION = AdamsFriction(0.3, 0.1)
-BARS = Section(0.005, 0.020)
+BARS = mbs.Section(0.005, 0.020)
 
 
 def rattling(law=RATTLING, friction=FRICTION, rocker=None, with_play="OABC", gap=2.5e-4):
     def play(point, first, second):
-        return Clearance(point, first, second, 5e-3, gap, law, friction)
+        return mbs.Clearance(point, first, second, 5e-3, gap, law, friction)
 
-    return crank_rocker(rocker or Rigid(BARS), speed=10 * np.pi, play=play, with_play=with_play, section=BARS, angle=0.5)
+    return mbs.crank_rocker(rocker or mbs.Rigid(BARS), speed=10 * np.pi, play=play, with_play=with_play, section=BARS, angle=0.5)
 
 
 def striking(coupler):
-    return slider_crank(coupler, law=CarvalhoMartins(7.2e4, 0.8, exponent=1.0), mass=0.3, speed=1.25)
+    return mbs.slider_crank(coupler, law=CarvalhoMartins(7.2e4, 0.8, exponent=1.0), mass=0.3, speed=1.25)
 
 
 WET = STRIP.damped(0.05, LENGTH)
 COUPLER = {
-    "beam": Beam(WET, elements=8, imperfection=-1e-4 * LENGTH),
-    "cable": Cable(WET, elements=12, imperfection=-1e-4 * LENGTH),
-    "strut": Strut(STRIP),
+    "beam": mbs.Beam(WET, elements=8, imperfection=-1e-4 * LENGTH),
+    "cable": mbs.Cable(WET, elements=12, imperfection=-1e-4 * LENGTH),
+    "strut": mbs.Strut(STRIP),
 }
 
 
 def suspect(result, name):
     """The reasons by which a run is suspect, which must name this check."""
-    assert result.status is Status.SUSPECT, f"{result.status}: {result.message}"
+    assert result.status is mbs.Status.SUSPECT, f"{result.status}: {result.message}"
     reasons = [reason for reason in result.message.split("; ") if reason.startswith(f"{name}:")]
     assert reasons, result.message
     return reasons[0]
@@ -76,25 +53,31 @@ def suspect(result, name):
 
 @pytest.mark.parametrize("kind", COUPLER)
 def test_slider_crank_is_fine(kind):
-    fine(simulate(striking(COUPLER[kind]), 2.8))
+    fine(mbs.simulate(striking(COUPLER[kind]), 2.8))
 
 
-ROCKERS = {"rigid": Rigid(BARS), "beam": Beam(BARS.damped(0.01, 0.175), elements=4), "modal": Modal(BARS, damping=0.01)}
+ROCKERS = {
+    "rigid": mbs.Rigid(BARS),
+    "beam": mbs.Beam(BARS.damped(0.01, 0.175), elements=4),
+    "modal": mbs.Modal(BARS, damping=0.01),
+}
 
 
 @pytest.mark.parametrize("law", [RATTLING, CLOSED], ids=["rattling", "closed"])
 @pytest.mark.parametrize("rocker", ["rigid", "modal", pytest.param("beam", marks=pytest.mark.slow)])
 def test_crank_rocker_with_play_is_fine(rocker, law):
-    fine(simulate(rattling(law, rocker=ROCKERS[rocker]), 0.02))
+    fine(mbs.simulate(rattling(law, rocker=ROCKERS[rocker]), 0.02))
 
 
 def test_ideal_linkage_is_fine_and_so_is_a_swing():
     fine(
-        simulate(
-            crank_rocker(Rigid(BARS), speed=10 * np.pi, section=BARS, angle=0.5), 0.2, solver=Exudyn(Controlled(max_step=5e-4))
+        mbs.simulate(
+            mbs.crank_rocker(mbs.Rigid(BARS), speed=10 * np.pi, section=BARS, angle=0.5),
+            0.2,
+            solver=mbs.Exudyn(mbs.Controlled(max_step=5e-4)),
         )
     )
-    fine(simulate(pendulum(1.5), 2.0))
+    fine(mbs.simulate(pendulum(1.5), 2.0))
 
 
 # --- contacts ---------------------------------------------------------------------------------------------------------
@@ -117,8 +100,8 @@ class Driving(NoFriction):
 
 
 def test_contact_damping_of_the_wrong_sign_makes_energy():
-    assert "makes energy" in suspect(simulate(block(G, Backwards(1e8)), 0.3), "ENERGY")
-    suspect(simulate(rattling(Backwards(K), with_play="B"), 0.005, timeout=20), "ENERGY")
+    assert "makes energy" in suspect(mbs.simulate(block(G, Backwards(1e8)), 0.3), "ENERGY")
+    suspect(mbs.simulate(rattling(Backwards(K), with_play="B"), 0.005, timeout=20), "ENERGY")
 
 
 @dataclass(frozen=True)
@@ -136,12 +119,12 @@ def test_law_for_which_no_step_is_short_enough_ends_by_name(law, monkeypatch):
     for module in (kernel, callback):
         monkeypatch.setattr(module, "PATIENCE", 30_000)
     assert clearance.kernel(law, FRICTION).compiled == (type(law) is Backwards)
-    result = simulate(rattling(law), 0.05, timeout=20)
-    assert result.status is Status.NEWTON_DIVERGED and "rejected again and again" in result.message
+    result = mbs.simulate(rattling(law), 0.05, timeout=20)
+    assert result.status is mbs.Status.NEWTON_DIVERGED and "rejected again and again" in result.message
 
 
 def test_friction_of_the_wrong_sign_makes_energy():
-    reason = suspect(simulate(rattling(friction=Driving(), with_play="B"), 0.005, timeout=20), "ENERGY")
+    reason = suspect(mbs.simulate(rattling(friction=Driving(), with_play="B"), 0.005, timeout=20), "ENERGY")
     assert "'taken_friction' gives back" in reason
 
 
@@ -154,13 +137,13 @@ class Sticky(KelvinVoigt):
 
 
 def test_a_contact_that_pulls():
-    assert "'A.contact_force' pulls with -" in suspect(simulate(block(G, Sticky(1e6, 1e3)), 0.3), "CONTACT")
+    assert "'A.contact_force' pulls with -" in suspect(mbs.simulate(block(G, Sticky(1e6, 1e3)), 0.3), "CONTACT")
 
 
 def run_of(mechanism, duration, solver=None):
     """A run and its result, to be spoilt."""
-    solver = solver or Exudyn()
-    return once(mechanism, duration, solver, None, None), simulate(mechanism, duration, solver=solver)
+    solver = solver or mbs.Exudyn()
+    return once(mechanism, duration, solver, None, None), mbs.simulate(mechanism, duration, solver=solver)
 
 
 @pytest.fixture(scope="module")
@@ -193,90 +176,92 @@ def test_a_signal_that_is_no_number_and_time_that_turns_back(fallen):
 
 def test_a_run_that_failed_is_not_checked(fallen):
     made, result = fallen
-    failed = replace(result, status=Status.NOT_FINITE, message="why", time=result.time[::-1])
+    failed = replace(result, status=mbs.Status.NOT_FINITE, message="why", time=result.time[::-1])
     assert list(suspicions(made, failed)) == []
 
 
 def test_a_stop_and_a_bush_pierced():
-    assert "'A' is" in suspect(simulate(block(G, Hertz(10.0)), 0.4), "PENETRATION")
+    assert "'A' is" in suspect(mbs.simulate(block(G, Hertz(10.0)), 0.4), "PENETRATION")
     soft = Impact(1e-4 * K, 2.5, 1e-5)
-    assert "more than 0.00025 m, its clearance" in suspect(simulate(rattling(soft), 0.01), "PENETRATION")
+    assert "more than 0.00025 m, its clearance" in suspect(mbs.simulate(rattling(soft), 0.01), "PENETRATION")
 
 
 # --- branches ---------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("body", [Beam(STRIP), Cable(STRIP)], ids=["beam", "cable"])
+@pytest.mark.parametrize("body", [mbs.Beam(STRIP), mbs.Cable(STRIP)], ids=["beam", "cable"])
 def test_a_strip_that_stays_straight(body):
     """Perfectly straight and pressed in line: the integrator does not leave the branch that no strip takes."""
-    assert "'strip' is" in suspect(simulate(pressed(body, 0.3 * LENGTH, 1.0), 1.0), "UNBUCKLED")
+    assert "'strip' is" in suspect(mbs.simulate(pressed(body, 0.3 * LENGTH, 1.0), 1.0), "UNBUCKLED")
 
 
 def test_a_bowed_strip_buckles_and_is_fine():
-    strip = Beam(STRIP.damped(0.5, LENGTH), elements=8, imperfection=1e-3 * LENGTH)
-    result = fine(simulate(pressed(strip, 0.3 * LENGTH, 10.0), 10.0))
+    strip = mbs.Beam(STRIP.damped(0.5, LENGTH), elements=8, imperfection=1e-3 * LENGTH)
+    result = fine(mbs.simulate(pressed(strip, 0.3 * LENGTH, 10.0), 10.0))
     load = STRIP.euler_load(LENGTH) / np.pi**2 * float(pinned.load(0.3))
     late = result.time > 9.9
     assert np.median(result.signals["drive.force"][late]) == pytest.approx(load, rel=0.05)
 
 
 def test_a_strut_whose_ends_meet():
-    suspect(simulate(pressed(Strut(STRIP), 0.995 * LENGTH, 1.0), 1.0), "CROSSED")
+    suspect(mbs.simulate(pressed(mbs.Strut(STRIP), 0.995 * LENGTH, 1.0), 1.0), "CROSSED")
 
 
 LENGTHS = CrankRocker()
 
 
-def short_of_dead_centre(room, solver=Closure):
+def short_of_dead_centre(room, solver=mbs.Closure):
     """A turn of a linkage whose frame is so short that coupler and rocker come into line but for this, m."""
     lengths = LENGTHS._replace(frame=LENGTHS.crank + LENGTHS.coupler - LENGTHS.rocker + room)
-    mechanism = crank_rocker(Rigid(BARS), speed=10 * np.pi, section=BARS, lengths=lengths, angle=0.5)
-    return simulate(mechanism, 0.2, solver=solver(Controlled(max_step=2e-4)))
+    mechanism = mbs.crank_rocker(mbs.Rigid(BARS), speed=10 * np.pi, section=BARS, lengths=lengths, angle=0.5)
+    return mbs.simulate(mechanism, 0.2, solver=solver(mbs.Controlled(max_step=2e-4)))
 
 
 def test_a_linkage_that_meets_a_dead_centre():
     fine(short_of_dead_centre(1e-2))
     fine(short_of_dead_centre(1e-5))
     result = short_of_dead_centre(0.0)
-    assert result.status is Status.SINGULAR and "coupler and rocker in line" in result.message
+    assert result.status is mbs.Status.SINGULAR and "coupler and rocker in line" in result.message
     assert "is not determined" in result.message
     assert result.time[-1] == pytest.approx(0.1 - 0.5 / (10 * np.pi) + 0.1, abs=1e-6)  # the crank at 2 pi
 
 
 def test_a_linkage_that_is_integrated_through_a_dead_centre():
-    suspect(short_of_dead_centre(1e-5, Exudyn), "CLOSURE")
-    assert "is not determined" in suspect(short_of_dead_centre(0.0, Exudyn), "BRANCH")
+    suspect(short_of_dead_centre(1e-5, mbs.Exudyn), "CLOSURE")
+    assert "is not determined" in suspect(short_of_dead_centre(0.0, mbs.Exudyn), "BRANCH")
 
 
 def test_equal_steps_too_long_for_a_linkage():
-    mechanism = crank_rocker(Rigid(BARS), speed=10 * np.pi, section=BARS, angle=0.5)
-    assert "loop closure gives another" in suspect(simulate(mechanism, 0.2, solver=Exudyn(Equal(20))), "CLOSURE")
-    fine(simulate(mechanism, 0.2, solver=Exudyn(Equal(2000))))
+    mechanism = mbs.crank_rocker(mbs.Rigid(BARS), speed=10 * np.pi, section=BARS, angle=0.5)
+    assert "loop closure gives another" in suspect(mbs.simulate(mechanism, 0.2, solver=mbs.Exudyn(mbs.Equal(20))), "CLOSURE")
+    fine(mbs.simulate(mechanism, 0.2, solver=mbs.Exudyn(mbs.Equal(2000))))
 
 
 # --- elements and steps -----------------------------------------------------------------------------------------------
 
 COARSE = {
-    "1 of 3 nodes": Beam(WET, elements=1, imperfection=-1e-4 * LENGTH),
-    "2 of 2 nodes": Beam(WET, elements=2, nodes=2, imperfection=-1e-4 * LENGTH),
-    "1 cable": Cable(WET, elements=1, imperfection=-1e-4 * LENGTH),
+    "1 of 3 nodes": mbs.Beam(WET, elements=1, imperfection=-1e-4 * LENGTH),
+    "2 of 2 nodes": mbs.Beam(WET, elements=2, nodes=2, imperfection=-1e-4 * LENGTH),
+    "1 cable": mbs.Cable(WET, elements=1, imperfection=-1e-4 * LENGTH),
 }
 
 
 @pytest.mark.parametrize("mesh", COARSE)
 def test_elements_too_few_for_a_rebound(mesh):
-    result = simulate(striking(COARSE[mesh]), 2.8)
+    result = mbs.simulate(striking(COARSE[mesh]), 2.8)
     suspect(result, "ACCURACY")
     assert max(result.error.space.values()) > 10 * 5e-3
 
 
-@pytest.mark.parametrize("body", [Beam(WET, elements=1, imperfection=1e-3), Beam(WET, elements=4, nodes=2, imperfection=1e-3)])
+@pytest.mark.parametrize(
+    "body", [mbs.Beam(WET, elements=1, imperfection=1e-3), mbs.Beam(WET, elements=4, nodes=2, imperfection=1e-3)]
+)
 def test_elements_too_few_for_a_load(body):
-    suspect(simulate(pressed(body, 0.3 * LENGTH, 10.0), 10.0), "ACCURACY")
+    suspect(mbs.simulate(pressed(body, 0.3 * LENGTH, 10.0), 10.0), "ACCURACY")
 
 
 def test_steps_of_ones_own_have_no_known_error():
-    result = simulate(pendulum(2.5), 1.5, solver=Exudyn(Equal(20)))
+    result = mbs.simulate(pendulum(2.5), 1.5, solver=mbs.Exudyn(mbs.Equal(20)))
     assert not result.error.known and "error not known" in repr(result)
     assert [row.verdict for row in verdicts(result) if row.name == "ACCURACY"] == ["not run"]
 
@@ -285,22 +270,24 @@ def test_steps_of_ones_own_have_no_known_error():
 
 
 @pytest.mark.parametrize("share", [1e-4, 4.9e-3])
-@pytest.mark.parametrize("body", [Beam(STRIP), Cable(STRIP), Beam(STRIP, elements=16)], ids=["beam", "cable", "fine beam"])
+@pytest.mark.parametrize(
+    "body", [mbs.Beam(STRIP), mbs.Cable(STRIP), mbs.Beam(STRIP, elements=16)], ids=["beam", "cable", "fine beam"]
+)
 def test_a_straight_strip_pressed_beyond_its_critical_load(body, share):
     """130 and 6400 times the critical load, the shortening far below half a per cent."""
-    said = suspect(simulate(pressed(body, share * LENGTH, 1.0), 1.0), "UNBUCKLED")
+    said = suspect(mbs.simulate(pressed(body, share * LENGTH, 1.0), 1.0), "UNBUCKLED")
     assert "straight, though its bending grows at" in said
 
 
 def test_a_strip_with_a_bow_may_be_pressed_beyond_it():
-    fine(simulate(pressed(Beam(WET, imperfection=1e-3), 4.9e-3 * LENGTH, 1.0), 1.0))
+    fine(mbs.simulate(pressed(mbs.Beam(WET, imperfection=1e-3), 4.9e-3 * LENGTH, 1.0), 1.0))
 
 
 def test_a_straight_strip_may_be_pressed_beyond_it_for_a_moment():
     """In a tenth of a period nothing can have grown."""
     brief = 0.1 / STRIP.first_frequency(LENGTH)
-    moved = replace(pressed(Beam(STRIP), 0.0, 1.0), drives=[Drive("A", 1e-5 * LENGTH / brief)])
-    result = simulate(moved, brief)
+    moved = replace(pressed(mbs.Beam(STRIP), 0.0, 1.0), drives=[mbs.Drive("A", 1e-5 * LENGTH / brief)])
+    result = mbs.simulate(moved, brief)
     assert -result.signals["strip.axial_force"].min() > 5 * STRIP.euler_load(LENGTH)
     assert "UNBUCKLED" not in result.message
 
@@ -315,7 +302,7 @@ def test_a_slider_that_sticks_is_fine(stiffness, damping, duration):
     """On a slope of 8 degrees, below its angle of friction: it does not move but for the bend of its bristles."""
     slope = np.radians(8.0)
     mechanism = block(friction=Stiction(0.3, 0.3, 1e-2, stiffness, damping), along=(np.cos(slope), np.sin(slope)))
-    result = fine(simulate(replace(mechanism, gravity=(0.0, -G)), duration))
+    result = fine(mbs.simulate(replace(mechanism, gravity=(0.0, -G)), duration))
     pull = mechanism.guide("A").mass * G * np.sin(slope)
     assert np.hypot(result.signals["A.x"], result.signals["A.y"]).max() < 1e-3 * 0.1
     drag = result.signals["A.friction_force"]
@@ -327,12 +314,12 @@ def test_a_slider_that_sticks_is_fine(stiffness, damping, duration):
 def column(body, share, mass=0.1, weight=False):
     """A strip between a pin and a slider under a share of its critical load: suddenly, or as the slider's weight."""
     load = share * WET.euler_load(LENGTH)
-    return Mechanism(
+    return mbs.Mechanism(
         points={"A": (0, LENGTH), "B": (0, 0)},
-        links=[Link("strip", "A", "B", body)],
-        joints=[Revolute("B", "ground", "strip")],
-        guides=[Guide("A", "strip", (0, 1), load / G if weight else mass)],
-        loads=[] if weight else [Force("A", (0.0, -load))],
+        links=[mbs.Link("strip", "A", "B", body)],
+        joints=[mbs.Revolute("B", "ground", "strip")],
+        guides=[mbs.Guide("A", "strip", (0, 1), load / G if weight else mass)],
+        loads=[] if weight else [mbs.Force("A", (0.0, -load))],
         gravity=(0.0, -G) if weight else (0.0, 0.0),
     )
 
@@ -340,34 +327,34 @@ def column(body, share, mass=0.1, weight=False):
 @pytest.mark.parametrize(
     "mechanism",
     [
-        column(Beam(WET, imperfection=1e-4 * LENGTH), 0.9),
-        column(Beam(WET, imperfection=1e-4 * LENGTH), 0.9, mass=0.0),
-        column(Cable(WET, imperfection=1e-3 * LENGTH), 0.9),
-        column(Beam(WET, imperfection=1e-4 * LENGTH), 0.9, weight=True),
+        column(mbs.Beam(WET, imperfection=1e-4 * LENGTH), 0.9),
+        column(mbs.Beam(WET, imperfection=1e-4 * LENGTH), 0.9, mass=0.0),
+        column(mbs.Cable(WET, imperfection=1e-3 * LENGTH), 0.9),
+        column(mbs.Beam(WET, imperfection=1e-4 * LENGTH), 0.9, weight=True),
     ],
     ids=["beam", "light", "cable", "weight"],
 )
 def test_a_column_near_its_critical_load_is_fine(mechanism):
     """It hardly moves: the load's work is that of an axial vibration that steps leave out."""
-    fine(simulate(mechanism, 1.0))
+    fine(mbs.simulate(mechanism, 1.0))
 
 
 def test_a_double_pendulum_that_is_accurate_is_fine():
     """The ledger is that of the finest run, which extrapolation made more accurate."""
     places = {"O": (0, 0), "A": (0.5, 0), "B": (1.0, 0)}
-    links = [Link("first", "O", "A", BAR), Link("second", "A", "B", BAR)]
-    joints = [Revolute("O", "ground", "first"), Revolute("A", "first", "second")]
-    fine(simulate(Mechanism(points=places, links=links, joints=joints, gravity=(0.0, -G)), 2.0, 1e-3))
+    links = [mbs.Link("first", "O", "A", BAR), mbs.Link("second", "A", "B", BAR)]
+    joints = [mbs.Revolute("O", "ground", "first"), mbs.Revolute("A", "first", "second")]
+    fine(mbs.simulate(mbs.Mechanism(points=places, links=links, joints=joints, gravity=(0.0, -G)), 2.0, 1e-3))
 
 
 def test_a_pin_deeper_than_its_clearance_is_remarked():
     """Its law is followed, as it would be with any clearance."""
-    result = fine(simulate(rattling(Hertz(K), gap=1e-6), 0.003))
+    result = fine(mbs.simulate(rattling(Hertz(K), gap=1e-6), 0.003))
     assert any("more than its clearance 1e-06 m" in note for note in result.provenance["notes"])
 
 
 @pytest.mark.parametrize("duration", [1e-3, 0.5])
 def test_ramps_and_rest_are_fine(duration):
-    fine(simulate(slider_crank(Rigid(BARS), law=None, mass=0.3, speed=Ramp(0.0, 10.0, duration)), 1.0))
-    fine(simulate(block(), 1.0))
-    fine(simulate(pendulum(0.0), 1.0))
+    fine(mbs.simulate(mbs.slider_crank(mbs.Rigid(BARS), law=None, mass=0.3, speed=mbs.Ramp(0.0, 10.0, duration)), 1.0))
+    fine(mbs.simulate(block(), 1.0))
+    fine(mbs.simulate(pendulum(0.0), 1.0))

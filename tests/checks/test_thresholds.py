@@ -11,21 +11,7 @@ import numpy as np
 import pytest
 from simulations import LENGTH, STRIP, G, block, pendulum
 
-from buckler.mbs import (
-    Beam,
-    Clearance,
-    Exudyn,
-    Guide,
-    Link,
-    Mechanism,
-    Modal,
-    Revolute,
-    Rigid,
-    Section,
-    Strut,
-    Weld,
-    crank_rocker,
-)
+from buckler import mbs
 from buckler.mbs.checks import closure, dead_centre
 from buckler.mbs.checks.suspicions import CHECKS
 from buckler.mbs.elements.clearance import PIERCED
@@ -54,41 +40,55 @@ def near(name, threshold=""):
 @cache
 def right(kind):
     """A run that is right, and its result."""
-    bar = Rigid(Section(0.005, 0.020))
-    strip = Beam(STRIP.damped(0.5, LENGTH), elements=4)
+    bar = mbs.Rigid(mbs.Section(0.005, 0.020))
+    strip = mbs.Beam(STRIP.damped(0.5, LENGTH), elements=4)
     held = {"points": {"A": (0, 0), "B": (LENGTH, 0)}, "gravity": (0.0, -1e-3)}
     made = {
         "fallen": lambda: (block(G, Hertz(1e8)), 0.3),
         "swing": lambda: (pendulum(0.5), 1.0),
-        "rocker": lambda: (crank_rocker(bar, speed=30.0, section=bar.section, angle=0.5), 0.2),
-        "strip": lambda: (Mechanism(links=[Link("s", "A", "B", strip)], joints=[Revolute("A", "ground", "s")], **held), 1.0),
-        "clamped": lambda: (Mechanism(links=[Link("s", "A", "B", strip)], joints=[Weld("A", "ground", "s")], **held), 1.0),
+        "rocker": lambda: (mbs.crank_rocker(bar, speed=30.0, section=bar.section, angle=0.5), 0.2),
+        "strip": lambda: (
+            mbs.Mechanism(links=[mbs.Link("s", "A", "B", strip)], joints=[mbs.Revolute("A", "ground", "s")], **held),
+            1.0,
+        ),
+        "clamped": lambda: (
+            mbs.Mechanism(links=[mbs.Link("s", "A", "B", strip)], joints=[mbs.Weld("A", "ground", "s")], **held),
+            1.0,
+        ),
         "column": lambda: (
-            Mechanism(
-                links=[Link("s", "A", "B", strip)], joints=[Revolute("A", "ground", "s")], guides=[Guide("B", "s")], **held
+            mbs.Mechanism(
+                links=[mbs.Link("s", "A", "B", strip)],
+                joints=[mbs.Revolute("A", "ground", "s")],
+                guides=[mbs.Guide("B", "s")],
+                **held,
             ),
             0.1,
         ),
         "propped": lambda: (
-            Mechanism(links=[Link("s", "A", "B", strip)], joints=[Weld("A", "ground", "s")], guides=[Guide("B", "s")], **held),
+            mbs.Mechanism(
+                links=[mbs.Link("s", "A", "B", strip)],
+                joints=[mbs.Weld("A", "ground", "s")],
+                guides=[mbs.Guide("B", "s")],
+                **held,
+            ),
             0.1,
         ),
         "modal": lambda: (
-            Mechanism(
-                links=[Link("s", "A", "B", Modal(STRIP, BarModes(bending=2, axial=0)))],
-                joints=[Revolute("A", "ground", "s")],
-                guides=[Guide("B", "s")],
+            mbs.Mechanism(
+                links=[mbs.Link("s", "A", "B", mbs.Modal(STRIP, BarModes(bending=2, axial=0)))],
+                joints=[mbs.Revolute("A", "ground", "s")],
+                guides=[mbs.Guide("B", "s")],
                 **held,
             ),
             1.0,
         ),
         "built in": lambda: (
-            Mechanism(links=[Link("s", "A", "B", strip)], joints=[Weld(end, "ground", "s") for end in "AB"], **held),
+            mbs.Mechanism(links=[mbs.Link("s", "A", "B", strip)], joints=[mbs.Weld(end, "ground", "s") for end in "AB"], **held),
             1.0,
         ),
     }
     mechanism, duration = made[kind]()
-    run = once(mechanism, duration, Exudyn(), None, None)
+    run = once(mechanism, duration, mbs.Exudyn(), None, None)
     assert run.failure is None
     return run, Result(Status.OK, "", run.record.time, run.values, run.units, run.work)
 
@@ -175,7 +175,7 @@ def bent(way):
     """What ENERGY says of a slider on bristles bent by so much, m, whose energy is missing."""
     push = 2.0
     mechanism = replace(block(0.0, friction=Stiction(0.3, 0.3, 1e-2, 1e3)), gravity=(0.0, -G))
-    run = once(mechanism, 0.1, Exudyn(), None, None)
+    run = once(mechanism, 0.1, mbs.Exudyn(), None, None)
     time = run.record.time
     memory = np.zeros((len(time), 4))
     memory[:, 1] = way
@@ -210,7 +210,7 @@ def _(wrong):
 
 @pytest.mark.parametrize(("gap", "wrong", "fine"), [(1e-6, 3e-4, 2e-4), (1e-3, 1.1e-3, 0.9e-3)])
 def test_a_pin_may_be_as_deep_as_its_clearance_or_a_twentieth_of_its_radius(gap, wrong, fine):
-    joint = Clearance("A", "ground", "bar", 5e-3, gap, Hertz(1e9))
+    joint = mbs.Clearance("A", "ground", "bar", 5e-3, gap, Hertz(1e9))
     (depth,) = joint.depths("A", None)
     assert fine < depth.allowed < wrong and PIERCED == 0.05
     notes = list(joint.remarks("A", {"A.penetration": np.array([1.2 * gap])}))
@@ -292,7 +292,7 @@ def _(wrong):
 
 @near("CROSSED", "distance over length")
 def _(wrong):
-    mechanism = replace(pendulum(0.5), links=[Link("bar", "O", "A", Strut(STRIP))])
+    mechanism = replace(pendulum(0.5), links=[mbs.Link("bar", "O", "A", mbs.Strut(STRIP))])
     time = np.array([0.0, 1.0])
     short = np.array([0.0, 0.985 if wrong else 0.975]) * mechanism.length("bar")
     run = SimpleNamespace(record=SimpleNamespace(mechanism=mechanism))

@@ -4,21 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from buckler.mbs import (
-    Beam,
-    Exudyn,
-    Force,
-    Guide,
-    Link,
-    Mechanism,
-    Revolute,
-    Section,
-    Slider,
-    Spectral,
-    TorsionSpring,
-    Weld,
-    simulate,
-)  # fmt: skip
+from buckler import mbs
 from buckler.mbs.checks.unbuckled import grown, recent_mean
 
 TIME = np.linspace(1.0, 5.0, 4001)
@@ -35,17 +21,21 @@ def test_the_mean_looks_back_by_its_span_and_not_before_the_start():
     assert found == pytest.approx([2.0, 2.3, 5.0, 9.0], abs=1e-9)
 
 
-SECTION, LENGTH = Section(0.02, 0.001).damped(0.02, 0.3), 0.3
+SECTION, LENGTH = mbs.Section(0.02, 0.001).damped(0.02, 0.3), 0.3
 
 
 def cantilever(share, ends="free", lean=0.0):
     """A strip along x, or turned by an angle, clamped at one end and pressed by so many Euler loads."""
     along = np.array([np.cos(lean), np.sin(lean)])
-    joints = [Weld("O", "ground", "strip")] if ends != "pinned" else [Revolute("O", "ground", "strip")]
-    held = {"free": [], "pinned": [Guide("A", "strip", along=tuple(along))], "guided": [Guide("A", "strip", along=tuple(along))]}
-    return Mechanism(
-        points={"O": (0, 0), "A": tuple(LENGTH * along)}, links=[Link("strip", "O", "A", Beam(SECTION))], joints=joints,
-        guides=held[ends], loads=[Force("A", tuple(-share * SECTION.euler_load(LENGTH) * along))],
+    joints = [mbs.Weld("O", "ground", "strip")] if ends != "pinned" else [mbs.Revolute("O", "ground", "strip")]
+    held = {
+        "free": [],
+        "pinned": [mbs.Guide("A", "strip", along=tuple(along))],
+        "guided": [mbs.Guide("A", "strip", along=tuple(along))],
+    }
+    return mbs.Mechanism(
+        points={"O": (0, 0), "A": tuple(LENGTH * along)}, links=[mbs.Link("strip", "O", "A", mbs.Beam(SECTION))], joints=joints,
+        guides=held[ends], loads=[mbs.Force("A", tuple(-share * SECTION.euler_load(LENGTH) * along))],
     )  # fmt: skip
 
 
@@ -56,24 +46,24 @@ def column(k):
     """
     d = np.random.default_rng(k)
     length, turn = d.uniform(0.2, 0.5), d.choice([0.0, d.uniform(-np.pi, np.pi)])
-    section = Section(d.uniform(0.005, 0.03), length * np.exp(d.uniform(np.log(1e-3), np.log(1e-2)))).damped(0.02, length)
+    section = mbs.Section(d.uniform(0.005, 0.03), length * np.exp(d.uniform(np.log(1e-3), np.log(1e-2)))).damped(0.02, length)
     along, ends = np.array([np.cos(turn), np.sin(turn)]), ("pins", "free", "propped", "guided", "spring")[k % 5]
     stiffness, guides = section.bending_stiffness / length * d.uniform(1, 10), []
     waves = {"pins": np.pi, "free": np.pi / 2, "propped": brentq(lambda u: np.tan(u) - u, 4.4, 4.6), "guided": 2 * np.pi}
     ratio = section.bending_stiffness / (stiffness * length)
     waves["spring"] = brentq(lambda u: np.sin(u) * (1 + u**2 * ratio) - u * np.cos(u), np.pi, 4.5)
-    joints = [(Weld if ends in ("free", "propped", "guided") else Revolute)("O", "ground", "strip")]
+    joints = [(mbs.Weld if ends in ("free", "propped", "guided") else mbs.Revolute)("O", "ground", "strip")]
     if ends == "guided":
-        joints.append(Slider("A", "strip", "ground", along=tuple(along)))
+        joints.append(mbs.Slider("A", "strip", "ground", along=tuple(along)))
     elif ends != "free":
-        guides.append(Guide("A", "strip", along=tuple(along)))
+        guides.append(mbs.Guide("A", "strip", along=tuple(along)))
     share = d.uniform(1.4, 3.0) if k % 2 else d.uniform(0.6, 0.95)
     critical = section.bending_stiffness * (waves[ends] / length) ** 2
-    loads = [Force("A", tuple(-share * critical * along))]
+    loads = [mbs.Force("A", tuple(-share * critical * along))]
     if ends == "spring":
-        loads.append(TorsionSpring("ground", "strip", stiffness=stiffness))
-    made = Mechanism(
-        {"O": (0, 0), "A": tuple(length * along)}, [Link("strip", "O", "A", Beam(section))], joints, guides, loads=loads
+        loads.append(mbs.TorsionSpring("ground", "strip", stiffness=stiffness))
+    made = mbs.Mechanism(
+        {"O": (0, 0), "A": tuple(length * along)}, [mbs.Link("strip", "O", "A", mbs.Beam(section))], joints, guides, loads=loads
     )
     slowest = section.first_frequency(length) * (waves[ends] / np.pi) ** 2 * np.sqrt(abs(share - 1.0))
     return made, share > 1.0, 50.0 / slowest
@@ -83,7 +73,7 @@ def column(k):
 @pytest.mark.parametrize("k", range(30))
 def test_drawn_strips_past_their_load_are_unbuckled_and_no_others(k):
     made, buckles, duration = column(k)
-    result = simulate(made, duration, solver=(Spectral(), Exudyn())[k % 2 ^ k // 2 % 2])
+    result = mbs.simulate(made, duration, solver=(mbs.Spectral(), mbs.Exudyn())[k % 2 ^ k // 2 % 2])
     bent = bool(np.abs(result.signals["strip.deflection"]).max() > 1e-3 * made.length("strip"))  # from rounding, where it leans
     assert (bent or "UNBUCKLED" in result.message) is buckles
 
@@ -97,7 +87,7 @@ def growth(share):
     return -damping / 2 + np.sqrt(damping**2 / 4 + square)
 
 
-@pytest.mark.parametrize("solver", [Exudyn(), Spectral()], ids=["engine", "compiled"])
+@pytest.mark.parametrize("solver", [mbs.Exudyn(), mbs.Spectral()], ids=["engine", "compiled"])
 @pytest.mark.parametrize(
     ("ends", "share", "lean", "buckles"),
     [("free", 0.5, 0.0, True), ("free", 0.9, 0.0, True), ("free", 0.24, 0.0, False), ("free", 0.5, 1.0, True),
@@ -105,11 +95,11 @@ def growth(share):
 )  # fmt: skip
 def test_a_straight_strip_past_its_load_is_unbuckled_by_any_clamp(ends, share, lean, buckles, solver):
     """Critical at 1/4, 1 and 2.0457 Euler loads; one that leans leaves the straight line by rounding, far too late."""
-    result = simulate(cantilever(share, ends, lean), 1.0, solver=solver)
+    result = mbs.simulate(cantilever(share, ends, lean), 1.0, solver=solver)
     assert ("UNBUCKLED" in result.message) is buckles
 
 
 def test_the_rate_told_is_that_of_the_pinned_strip():
-    result = simulate(cantilever(1.5, "pinned"), 1.0, solver=Spectral())
+    result = mbs.simulate(cantilever(1.5, "pinned"), 1.0, solver=mbs.Spectral())
     told = float(result.message.split("grows at ")[1].split(" 1/s")[0])
     assert told == pytest.approx(growth(1.5), rel=0.02)

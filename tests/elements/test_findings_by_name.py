@@ -12,33 +12,14 @@ import pytest
 from found import made
 from simulations import BAR, STRIP, block, fine, parallelogram, pendulum, pressed
 
-from buckler.mbs import (
-    Beam,
-    Clearance,
-    Drive,
-    Exudyn,
-    Guide,
-    Link,
-    Mechanism,
-    Motion,
-    Result,
-    Revolute,
-    Rigid,
-    Spectral,
-    Status,
-    Stop,
-    Strut,
-    crank_rocker,
-    simulate,
-    slider_crank,
-)
+from buckler import mbs
 from buckler.mbs.laws import Hertz
 
 # --- what fails, fails by name ----------------------------------------------------------------------------------------
 
 
 def test_a_parallel_fourth_leg_is_redundant_and_runs_right():
-    result = fine(simulate(parallelogram([Drive("a", 1.0)]), 0.5, ledger=True))
+    result = fine(mbs.simulate(parallelogram([mbs.Drive("a", 1.0)]), 0.5, ledger=True))
     assert "redundant, and left out: 'C.c-k'" in result.provenance["notes"][0]
     for leg in "abc":
         assert result[f"{leg}.ax"] == pytest.approx(0.5 * np.sin(result.time), abs=1e-12)
@@ -50,7 +31,7 @@ def test_a_free_parallelogram_with_a_parallel_leg_swings_as_a_pendulum():
     from scipy.integrate import solve_ivp
 
     mechanism = parallelogram([], velocities={"a": 1.0}, gravity=(0.0, -9.81))
-    result = fine(simulate(mechanism, 0.5, ledger=True))
+    result = fine(mbs.simulate(mechanism, 0.5, ledger=True))
     leg, inertia, _ = BAR.inertia(1.0)
     top = BAR.inertia(2.0)[0]
     turning = 3 * (inertia + leg / 4) + top
@@ -61,21 +42,21 @@ def test_a_free_parallelogram_with_a_parallel_leg_swings_as_a_pendulum():
 
 
 def test_a_slider_past_its_reach_locks():
-    result = simulate(made(points={"O": (0, 0), "A": (1, 0.5), "B": (2, 0)}, drives=[Drive("B", 0.5)]), 5.0)
-    assert result.status is Status.LOCKED and result.message.startswith("the linkage locks at t = ")
+    result = mbs.simulate(made(points={"O": (0, 0), "A": (1, 0.5), "B": (2, 0)}, drives=[mbs.Drive("B", 0.5)]), 5.0)
+    assert result.status is mbs.Status.LOCKED and result.message.startswith("the linkage locks at t = ")
     assert "(crank and rod in line)" in result.message
     assert result.time[-1] == pytest.approx((2 * math.hypot(1, 0.5) - 2) / 0.5, abs=1e-7)
 
 
 def test_a_drive_square_to_its_guide_is_refused_by_name():
     with pytest.raises(ValueError, match=r"'guide B'|'O.ground-bar'.*'drive'") as caught:
-        simulate(
-            Mechanism(
+        mbs.simulate(
+            mbs.Mechanism(
                 {"O": (0, 0), "B": (1, 0)},
-                [Link("bar", "O", "B", BAR)],
-                [Revolute("O", "ground", "bar")],
-                [Guide("B", "bar")],
-                drives=[Drive("B", 0.1)],
+                [mbs.Link("bar", "O", "B", BAR)],
+                [mbs.Revolute("O", "ground", "bar")],
+                [mbs.Guide("B", "bar")],
+                drives=[mbs.Drive("B", 0.1)],
             ),
             1.0,
         )
@@ -88,8 +69,8 @@ class Typo(Hertz):
 
 
 def test_a_law_with_a_typo_is_told_first():
-    result = simulate(block(9.81, Typo(1e8)), 0.3)
-    assert result.status is Status.FUNCTION_FAILED and "the law of the stop of 'A' raised AttributeError" in result.message
+    result = mbs.simulate(block(9.81, Typo(1e8)), 0.3)
+    assert result.status is mbs.Status.FUNCTION_FAILED and "the law of the stop of 'A' raised AttributeError" in result.message
     assert "stifness" in result.message and "\n" not in result.message and len(result.message) < 200
     assert result.time[-1] == pytest.approx(math.sqrt(0.2 / 9.81), rel=0.02)
 
@@ -100,16 +81,16 @@ def test_a_motion_that_raises_between_the_looks_is_told_first():
             raise RuntimeError("sensor broken")
         return t
 
-    drive = Drive("A", Motion(lambda t: 1e-3 * place(t), lambda t: 1e-3))
-    result = simulate(replace(pressed(Strut(STRIP), 0.1, 1.0), drives=[drive]), 0.08)
-    assert result.status is Status.FUNCTION_FAILED and "raised RuntimeError: sensor broken" in result.message
+    drive = mbs.Drive("A", mbs.Motion(lambda t: 1e-3 * place(t), lambda t: 1e-3))
+    result = mbs.simulate(replace(pressed(mbs.Strut(STRIP), 0.1, 1.0), drives=[drive]), 0.08)
+    assert result.status is mbs.Status.FUNCTION_FAILED and "raised RuntimeError: sensor broken" in result.message
 
 
 def test_ctrl_c_ends_a_run_within_a_second():
     threading.Timer(0.5, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
     begin = time.perf_counter()
     with pytest.raises(KeyboardInterrupt):
-        simulate(slider_crank(Beam(STRIP, elements=40), law=None, mass=0.3, speed=1.25), 500.0)
+        mbs.simulate(mbs.slider_crank(mbs.Beam(STRIP, elements=40), law=None, mass=0.3, speed=1.25), 500.0)
     assert time.perf_counter() - begin < 3.0
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
@@ -121,7 +102,7 @@ def test_what_a_progress_raises_comes_through(error):
             raise error
 
     with pytest.raises(error):
-        simulate(slider_crank(Beam(STRIP), law=None, mass=0.3, speed=1.25), 5.0, accuracy=1e-2, progress=progress)
+        mbs.simulate(mbs.slider_crank(mbs.Beam(STRIP), law=None, mass=0.3, speed=1.25), 5.0, accuracy=1e-2, progress=progress)
 
 
 # --- notes ------------------------------------------------------------------------------------------------------------
@@ -129,15 +110,15 @@ def test_what_a_progress_raises_comes_through(error):
 
 NOTED = {
     "a point shared without a joint": (
-        lambda: replace(pendulum(0.1), links=[*pendulum(0.1).links, Link("other", "O", "A", BAR)]),
+        lambda: replace(pendulum(0.1), links=[*pendulum(0.1).links, mbs.Link("other", "O", "A", BAR)]),
         "links 'bar' and 'other' share the point 'O' without a joint there",
     ),
     "a driven link without bearing": (
-        lambda: Mechanism({"O": (0, 0), "A": (1, 0)}, [Link("crank", "O", "A", BAR)], drives=[Drive("crank", 1.0)]),
+        lambda: mbs.Mechanism({"O": (0, 0), "A": (1, 0)}, [mbs.Link("crank", "O", "A", BAR)], drives=[mbs.Drive("crank", 1.0)]),
         "nothing ties the driven link 'crank' to the ground",
     ),
     "a stop out of reach": (
-        lambda: made(drives=[Drive("crank", 1.0)], stops=[Stop("B", at=20.0, law=Hertz(1e8))]),
+        lambda: made(drives=[mbs.Drive("crank", 1.0)], stops=[mbs.Stop("B", at=20.0, law=Hertz(1e8))]),
         "the stop of 'B' lies farther than the links reach",
     ),
 }
@@ -146,7 +127,7 @@ NOTED = {
 @pytest.mark.parametrize("case", NOTED)
 def test_what_looks_forgotten_is_noted(case):
     make, words = NOTED[case]
-    notes = simulate(make(), 0.05).provenance["notes"]
+    notes = mbs.simulate(make(), 0.05).provenance["notes"]
     assert any(words in note for note in notes), notes
 
 
@@ -157,21 +138,23 @@ class Wordy(Hertz):
         return {"force": super().force(depth, rate, onset)}["force"]
 
 
-@pytest.mark.parametrize("solver", [Exudyn(), Spectral()], ids=["Exudyn", "Spectral"])
+@pytest.mark.parametrize("solver", [mbs.Exudyn(), mbs.Spectral()], ids=["Exudyn", "Spectral"])
 def test_a_law_that_cannot_be_compiled_is_told(solver):
-    play = [Clearance("A", "crank", "rod", pin=0.01, gap=1e-4, law=law(1e8)) for law in (Wordy, Hertz)]
-    slow, quick = (simulate(made(joints=[Revolute("O", "ground", "crank"), joint]), 1e-4, solver=solver) for joint in play)
+    play = [mbs.Clearance("A", "crank", "rod", pin=0.01, gap=1e-4, law=law(1e8)) for law in (Wordy, Hertz)]
+    slow, quick = (
+        mbs.simulate(made(joints=[mbs.Revolute("O", "ground", "crank"), joint]), 1e-4, solver=solver) for joint in play
+    )
     assert any("called back in Python" in note and "slower" in note for note in slow.provenance["notes"])
     assert not any("Python" in note for note in quick.provenance.get("notes", ()))
     assert slow["rod.x"] == pytest.approx(quick["rod.x"])
 
 
 def test_nothing_is_noted_of_a_plain_mechanism():
-    for mechanism in (made(drives=[Drive("crank", 1.0)]), crank_rocker(Rigid(STRIP), speed=1.0), pendulum(1.0)):
-        assert "notes" not in simulate(mechanism, 0.01).provenance
+    for mechanism in (made(drives=[mbs.Drive("crank", 1.0)]), mbs.crank_rocker(mbs.Rigid(STRIP), speed=1.0), pendulum(1.0)):
+        assert "notes" not in mbs.simulate(mechanism, 0.01).provenance
 
 
 def test_a_result_survives_its_file(tmp_path):
-    result = simulate(parallelogram([Drive("a", 1.0)]), 0.1)
-    again = Result.load(result.save(tmp_path / "run"))
+    result = mbs.simulate(parallelogram([mbs.Drive("a", 1.0)]), 0.1)
+    again = mbs.Result.load(result.save(tmp_path / "run"))
     assert again.status is result.status and again.provenance["notes"] == result.provenance["notes"]

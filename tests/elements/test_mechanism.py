@@ -6,23 +6,7 @@ import numpy as np
 import pytest
 from made import BAR, GUIDES, JOINTS, LAW, LENGTH, LINKS, POINTS, STRIP, mechanism, steel
 
-from buckler.mbs import (
-    Beam,
-    Cable,
-    Clearance,
-    Drive,
-    Guide,
-    GuideFriction,
-    Link,
-    Motion,
-    Ramp,
-    Revolute,
-    Rigid,
-    Section,
-    Stop,
-    Strut,
-    slider_crank,
-)
+from buckler import mbs
 from buckler.mbs.kinematics.slidercrank import SliderCrank
 from buckler.mbs.laws import ExactRestitution, NoFriction
 from buckler.mbs.validate import non_negative, number, positive, whole
@@ -31,7 +15,7 @@ INF, NAN = math.inf, math.nan
 
 
 def play(**changed):
-    return Clearance(**{"point": "A", "first": "crank", "second": "rod", "pin": 5e-3, "gap": 1e-4, "law": LAW, **changed})
+    return mbs.Clearance(**{"point": "A", "first": "crank", "second": "rod", "pin": 5e-3, "gap": 1e-4, "law": LAW, **changed})
 
 
 # --- validate: one voice ----------------------------------------------------------------------------------------------
@@ -84,7 +68,7 @@ def test_whole_names_what_is_no_number(value):
 
 def test_a_whole_float_is_refused_or_becomes_an_integer():
     try:
-        body = Beam(STRIP, elements=8.0)
+        body = mbs.Beam(STRIP, elements=8.0)
     except ValueError as error:
         assert "elements = 8.0" in str(error)
     else:
@@ -101,28 +85,28 @@ WRONG = {  # what is made -> what the message must say: parameter = value, range
     "poisson low": (lambda: steel(poisson=-1.0), "poisson = -1.0", "(-1, 0.5]"),
     "bending damping": (lambda: steel(bending_damping=-1e-9), "bending_damping = -1e-09 s", "[0, inf) s"),
     "axial damping": (lambda: steel(axial_damping=NAN), "axial_damping = nan s", "[0, inf) s"),
-    "width": (lambda: Section(width=0.0, thickness=1e-3), "width = 0.0 m", "[1e-09, 1e+06] m"),
-    "thickness": (lambda: Section(width=0.1, thickness=NAN), "thickness = nan m", "[1e-09, 1e+06] m"),
+    "width": (lambda: mbs.Section(width=0.0, thickness=1e-3), "width = 0.0 m", "[1e-09, 1e+06] m"),
+    "thickness": (lambda: mbs.Section(width=0.1, thickness=NAN), "thickness = nan m", "[1e-09, 1e+06] m"),
     "ratio": (lambda: STRIP.damped(-0.1, LENGTH), "ratio = -0.1", "[0, inf)"),
-    "elements low": (lambda: Beam(STRIP, elements=0), "elements = 0", "[1, 1000]"),
-    "elements high": (lambda: Beam(STRIP, elements=1001), "elements = 1001", "[1, 1000]"),
-    "elements broken": (lambda: Cable(STRIP, elements=2.5), "elements = 2.5", "[1, 1000]"),
-    "nodes": (lambda: Beam(STRIP, nodes=4), "nodes = 4", "[2, 3]"),
-    "imperfection": (lambda: Beam(STRIP, imperfection=1.1), "imperfection = 1.1 m", "[-1, 1] m"),
-    "imperfection of a cable": (lambda: Cable(STRIP, imperfection=NAN), "imperfection = nan m", "[-1, 1] m"),
-    "dynamic": (lambda: GuideFriction(-1.0), "dynamic = -1.0 N", "[0, inf) N"),
-    "static below dynamic": (lambda: GuideFriction(2.0, static=1.0), "static = 1.0 N", "[2, inf) N"),
-    "viscous": (lambda: GuideFriction(1.0, viscous=-1.0), "viscous = -1.0 N s/m", "[0, inf) N s/m"),
-    "regularisation": (lambda: GuideFriction(1.0, regularisation=0.0), "regularisation = 0.0 m/s", "(0, inf) m/s"),
-    "stribeck": (lambda: GuideFriction(1.0, stribeck=0.0), "stribeck = 0.0 m/s", "(0, inf) m/s"),
-    "coefficient": (lambda: GuideFriction.of_weight(-0.1, 1.0), "coefficient = -0.1", "[0, inf)"),
-    "along": (lambda: Guide("B", "bar", along=(0.0, 0.0)), "along (length) = 0.0", "(0, inf)"),
-    "mass": (lambda: Guide("B", "bar", mass=-0.3), "mass = -0.3 kg", "[0, inf) kg"),
-    "at": (lambda: Stop("B", at=INF, law=LAW), "at = inf m", "[-1e+06, 1e+06] m"),
+    "elements low": (lambda: mbs.Beam(STRIP, elements=0), "elements = 0", "[1, 1000]"),
+    "elements high": (lambda: mbs.Beam(STRIP, elements=1001), "elements = 1001", "[1, 1000]"),
+    "elements broken": (lambda: mbs.Cable(STRIP, elements=2.5), "elements = 2.5", "[1, 1000]"),
+    "nodes": (lambda: mbs.Beam(STRIP, nodes=4), "nodes = 4", "[2, 3]"),
+    "imperfection": (lambda: mbs.Beam(STRIP, imperfection=1.1), "imperfection = 1.1 m", "[-1, 1] m"),
+    "imperfection of a cable": (lambda: mbs.Cable(STRIP, imperfection=NAN), "imperfection = nan m", "[-1, 1] m"),
+    "dynamic": (lambda: mbs.GuideFriction(-1.0), "dynamic = -1.0 N", "[0, inf) N"),
+    "static below dynamic": (lambda: mbs.GuideFriction(2.0, static=1.0), "static = 1.0 N", "[2, inf) N"),
+    "viscous": (lambda: mbs.GuideFriction(1.0, viscous=-1.0), "viscous = -1.0 N s/m", "[0, inf) N s/m"),
+    "regularisation": (lambda: mbs.GuideFriction(1.0, regularisation=0.0), "regularisation = 0.0 m/s", "(0, inf) m/s"),
+    "stribeck": (lambda: mbs.GuideFriction(1.0, stribeck=0.0), "stribeck = 0.0 m/s", "(0, inf) m/s"),
+    "coefficient": (lambda: mbs.GuideFriction.of_weight(-0.1, 1.0), "coefficient = -0.1", "[0, inf)"),
+    "along": (lambda: mbs.Guide("B", "bar", along=(0.0, 0.0)), "along (length) = 0.0", "(0, inf)"),
+    "mass": (lambda: mbs.Guide("B", "bar", mass=-0.3), "mass = -0.3 kg", "[0, inf) kg"),
+    "at": (lambda: mbs.Stop("B", at=INF, law=LAW), "at = inf m", "[-1e+06, 1e+06] m"),
     "pin": (lambda: play(pin=0.0), "pin = 0.0 m", "(0, inf) m"),
     "gap": (lambda: play(gap=-1e-5), "gap = -1e-05 m", "(0, inf) m"),
-    "duration": (lambda: Ramp(0.0, 1.0, 0.0), "duration = 0.0 s", "(0, inf) s"),
-    "position(0)": (lambda: Motion(math.cos, lambda t: -math.sin(t)), "position(0) = 1.0 rad or m", "[-1e-12, 1e-12]"),
+    "duration": (lambda: mbs.Ramp(0.0, 1.0, 0.0), "duration = 0.0 s", "(0, inf) s"),
+    "position(0)": (lambda: mbs.Motion(math.cos, lambda t: -math.sin(t)), "position(0) = 1.0 rad or m", "[-1e-12, 1e-12]"),
 }
 
 
@@ -138,23 +122,26 @@ def test_wrong_value_is_named_with_its_range_and_unit(case):
 INCONSISTENT = {  # what is changed in a consistent mechanism -> words of the message
     "no link": (dict(links=()), ["links", "at least one"]),
     "link twice": (dict(links=[*LINKS, LINKS[0]]), ["unique", "crank"]),
-    "link named ground": (dict(links=[*LINKS, Link("ground", "O", "B", Rigid(BAR))]), ["'ground'"]),
-    "link named like a point": (dict(links=[*LINKS, Link("B", "O", "B", Rigid(BAR))]), ["point's name", "B"]),
-    "link to nowhere": (dict(links=[*LINKS, Link("x", "O", "Z", Rigid(BAR))]), ["link 'x'", "unknown point 'Z'", "A, B, O"]),
-    "carried point nowhere": (dict(links=[*LINKS, Link("x", "O", "A", Rigid(BAR), ["Z"])]), ["link 'x'", "'Z'"]),
-    "no length": (dict(links=[*LINKS, Link("x", "O", "O", Rigid(BAR))]), ["length of link 'x' = 0.0 m", "(0, inf) m"]),
-    "joint nowhere": (dict(joints=[Revolute("Z", "ground", "crank")]), ["joint at 'Z'", "unknown point"]),
-    "joint with itself": (dict(joints=[Revolute("A", "crank", "crank")]), ["joint at 'A'", "itself"]),
-    "joint of a stranger": (dict(joints=[Revolute("A", "crank", "arm")]), ["unknown link 'arm'", "crank, rod"]),
-    "joint out of reach": (dict(joints=[Revolute("B", "ground", "crank")]), ["'crank' does not reach", "O, A"]),
-    "guide nowhere": (dict(guides=[Guide("Z", "rod")]), ["guide of 'Z'", "unknown point"]),
-    "guide of a stranger": (dict(guides=[Guide("B", "arm")]), ["guide of 'B'", "unknown link 'arm'"]),
-    "guide out of reach": (dict(guides=[Guide("O", "rod")]), ["'rod' does not reach"]),
-    "two guides": (dict(guides=[*GUIDES, Guide("B", "rod")]), ["at most one guide"]),
-    "stop of a free point": (dict(stops=[Stop("A", at=0.5, law=LAW)]), ["stop at 'A'", "along: must be given", "as (1, 0)"]),
-    "drive of nothing": (dict(drives=[Drive("arm", 1.0)]), ["drive", "'arm'", "B, crank"]),
-    "drive of a strut": (dict(drives=[Drive("rod", 1.0)]), ["drive", "rigid link", "'rod'"]),
-    "drive of a free point": (dict(drives=[Drive("A", 1.0)]), ["drive", "guided point", "'A'"]),
+    "link named ground": (dict(links=[*LINKS, mbs.Link("ground", "O", "B", mbs.Rigid(BAR))]), ["'ground'"]),
+    "link named like a point": (dict(links=[*LINKS, mbs.Link("B", "O", "B", mbs.Rigid(BAR))]), ["point's name", "B"]),
+    "link to nowhere": (
+        dict(links=[*LINKS, mbs.Link("x", "O", "Z", mbs.Rigid(BAR))]),
+        ["link 'x'", "unknown point 'Z'", "A, B, O"],
+    ),
+    "carried point nowhere": (dict(links=[*LINKS, mbs.Link("x", "O", "A", mbs.Rigid(BAR), ["Z"])]), ["link 'x'", "'Z'"]),
+    "no length": (dict(links=[*LINKS, mbs.Link("x", "O", "O", mbs.Rigid(BAR))]), ["length of link 'x' = 0.0 m", "(0, inf) m"]),
+    "joint nowhere": (dict(joints=[mbs.Revolute("Z", "ground", "crank")]), ["joint at 'Z'", "unknown point"]),
+    "joint with itself": (dict(joints=[mbs.Revolute("A", "crank", "crank")]), ["joint at 'A'", "itself"]),
+    "joint of a stranger": (dict(joints=[mbs.Revolute("A", "crank", "arm")]), ["unknown link 'arm'", "crank, rod"]),
+    "joint out of reach": (dict(joints=[mbs.Revolute("B", "ground", "crank")]), ["'crank' does not reach", "O, A"]),
+    "guide nowhere": (dict(guides=[mbs.Guide("Z", "rod")]), ["guide of 'Z'", "unknown point"]),
+    "guide of a stranger": (dict(guides=[mbs.Guide("B", "arm")]), ["guide of 'B'", "unknown link 'arm'"]),
+    "guide out of reach": (dict(guides=[mbs.Guide("O", "rod")]), ["'rod' does not reach"]),
+    "two guides": (dict(guides=[*GUIDES, mbs.Guide("B", "rod")]), ["at most one guide"]),
+    "stop of a free point": (dict(stops=[mbs.Stop("A", at=0.5, law=LAW)]), ["stop at 'A'", "along: must be given", "as (1, 0)"]),
+    "drive of nothing": (dict(drives=[mbs.Drive("arm", 1.0)]), ["drive", "'arm'", "B, crank"]),
+    "drive of a strut": (dict(drives=[mbs.Drive("rod", 1.0)]), ["drive", "rigid link", "'rod'"]),
+    "drive of a free point": (dict(drives=[mbs.Drive("A", 1.0)]), ["drive", "guided point", "'A'"]),
 }
 
 
@@ -168,13 +155,13 @@ def test_inconsistent_mechanism_is_refused_in_words(case):
 
 
 UNSEEN = {
-    "speed": lambda: Drive("crank", NAN),
-    "speed in words": lambda: Drive("crank", "fast"),
-    "start": lambda: Ramp(NAN, 1.0, 1.0),
-    "end": lambda: Ramp(0.0, INF, 1.0),
+    "speed": lambda: mbs.Drive("crank", NAN),
+    "speed in words": lambda: mbs.Drive("crank", "fast"),
+    "start": lambda: mbs.Ramp(NAN, 1.0, 1.0),
+    "end": lambda: mbs.Ramp(0.0, INF, 1.0),
     "gravity": lambda: mechanism(gravity=(0.0, NAN)),
     "points": lambda: mechanism(points={**POINTS, "C": (INF, 0.0)}),
-    "joint twice": lambda: mechanism(joints=[*JOINTS, Revolute("A", "rod", "crank")]),
+    "joint twice": lambda: mechanism(joints=[*JOINTS, mbs.Revolute("A", "rod", "crank")]),
 }
 
 
@@ -185,21 +172,21 @@ def test_this_too_is_checked_when_made(case):
 
 
 def test_a_motion_is_never_asked_for_times_before_the_start():
-    motion = Motion(lambda t: math.sqrt(t) ** 5, lambda t: 2.5 * math.sqrt(t) ** 3)
+    motion = mbs.Motion(lambda t: math.sqrt(t) ** 5, lambda t: 2.5 * math.sqrt(t) ** 3)
     assert motion.acceleration(0.0) == pytest.approx(0.0, abs=0.1)
 
 
 def test_only_a_rigid_link_carries_points():
-    assert Link("bar", "A", "B", Rigid(BAR), carries=["C"]).points == ("A", "B", "C")
-    for body in (Strut(STRIP), Beam(STRIP), Cable(STRIP)):
+    assert mbs.Link("bar", "A", "B", mbs.Rigid(BAR), carries=["C"]).points == ("A", "B", "C")
+    for body in (mbs.Strut(STRIP), mbs.Beam(STRIP), mbs.Cable(STRIP)):
         with pytest.raises(ValueError, match=f"link 'bar'.*Rigid.*{type(body).__name__}"):
-            Link("bar", "A", "B", body, carries=["C"])
+            mbs.Link("bar", "A", "B", body, carries=["C"])
 
 
 def test_a_stop_needs_a_law():
     for nonsense in (None, 1e5, lambda depth: depth):
         with pytest.raises(ValueError, match=r"stop at 'B'.*law"):
-            Stop("B", at=0.0, law=nonsense)
+            mbs.Stop("B", at=0.0, law=nonsense)
 
 
 def test_a_joint_with_play_needs_play_a_law_and_friction():
@@ -219,4 +206,4 @@ def test_law_parameters_are_checked_where_the_law_is_made():
 
 def test_wrong_lengths_of_the_slider_crank_are_named():
     with pytest.raises(ValueError, match="of link 'coupler'"):
-        slider_crank(Rigid(BAR), law=None, mass=0.3, speed=1.0, lengths=SliderCrank(crank=0.1, coupler=0.0))
+        mbs.slider_crank(mbs.Rigid(BAR), law=None, mass=0.3, speed=1.0, lengths=SliderCrank(crank=0.1, coupler=0.0))

@@ -11,25 +11,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from simulations import fine
 
-from buckler.mbs import (
-    Beam,
-    Cable,
-    Clearance,
-    Controlled,
-    Drive,
-    Exudyn,
-    Guide,
-    Link,
-    Mechanism,
-    Ramp,
-    Revolute,
-    Rigid,
-    Section,
-    Stop,
-    build,
-    crank_rocker,
-    simulate,
-)
+from buckler import mbs
 from buckler.mbs.laws import (
     AdamsFriction,
     Coulomb,
@@ -44,7 +26,7 @@ from buckler.mbs.laws import (
     delivered,
 )
 
-BAR = Section(width=0.020, thickness=0.005)
+BAR = mbs.Section(width=0.020, thickness=0.005)
 MASS = BAR.mass_per_length * 0.1
 K, GAP, PIN = 2.53e5 * 1e3**1.5, 1e-4, 5e-3  # K of the crank-rocker paper, N/m^1.5
 SPEED = 10 * pi
@@ -59,17 +41,17 @@ HOW_TO = (Path(__file__).parents[2] / "docs" / "how-to-add-a-law.md").read_text(
 def resting(law, friction=None, *, gap=GAP, gravity=9.81, speed=None, pin_is="bar"):
     """A bar whose middle is a pin in the ground's bush, or the bush of the ground's pin; weight pulls it down."""
     names = ("bar", "ground") if pin_is == "bar" else ("ground", "bar")
-    return Mechanism(
+    return mbs.Mechanism(
         points={"P": (0.0, 0.0), "Q": (-0.05, 0.0), "R": (0.05, 0.0)},
-        links=[Link("bar", "Q", "R", Rigid(BAR), carries=["P"])],
-        joints=[Clearance("P", *names, PIN, gap, law, friction or NoFriction())],
-        drives=[] if speed is None else [Drive("bar", speed)],
+        links=[mbs.Link("bar", "Q", "R", mbs.Rigid(BAR), carries=["P"])],
+        joints=[mbs.Clearance("P", *names, PIN, gap, law, friction or NoFriction())],
+        drives=[] if speed is None else [mbs.Drive("bar", speed)],
         gravity=(0.0, -gravity),
     )
 
 
 def test_pin_in_the_very_middle_feels_nothing(plain):
-    result = fine(simulate(resting(RATTLING, gravity=0.0), 1e-4, ledger=True))  # fine: every signal is finite
+    result = fine(mbs.simulate(resting(RATTLING, gravity=0.0), 1e-4, ledger=True))  # fine: every signal is finite
     assert result.signals["P.journal_x"].max() == result.signals["P.normal_force"].max() == 0
 
 
@@ -79,7 +61,7 @@ def test_pin_in_the_very_middle_feels_nothing(plain):
     ids=lambda law: f"{type(law).__name__} {law.exponent:g}",
 )
 def test_journal_at_rest_sinks_in_as_its_weight_says(law, plain):
-    result = fine(simulate(resting(law, gap=1e-5), 0.02, ledger=True))
+    result = fine(mbs.simulate(resting(law, gap=1e-5), 0.02, ledger=True))
     depth = (MASS * 9.81 / law.stiffness) ** (1 / law.exponent)
     assert result.signals["P.penetration"][-1] == pytest.approx(depth, rel=1e-9, abs=0)
     assert result.signals["P.journal_y"][-1] == pytest.approx(-1e-5 - depth, rel=1e-9)
@@ -94,7 +76,7 @@ def test_turning_journal_climbs_and_loses_what_friction_says(dynamic, speed, pin
     gravity, friction = 1e4, Coulomb(dynamic, 1e-3, viscous=0.5)  # viscous friction ends the rocking on the slope
     law = Impact(8e9, 3000.0, 1e-7)
     mechanism = resting(law, friction, gravity=gravity, speed=speed, pin_is=pin_is)
-    result = fine(simulate(mechanism, 0.04, ledger=True, solver=Exudyn(Controlled(tolerance=1e-5))))
+    result = fine(mbs.simulate(mechanism, 0.04, ledger=True, solver=mbs.Exudyn(mbs.Controlled(tolerance=1e-5))))
     s, energy = result.signals, result.energy
     arm = PIN if pin_is == "bar" else PIN + GAP + s["P.penetration"][-1]
     mu = abs(friction.coefficient(speed * arm))
@@ -116,12 +98,12 @@ def test_turning_journal_climbs_and_loses_what_friction_says(dynamic, speed, pin
 
 def struck(law, speed=0.3, gap=1e-3):
     """A bush that comes at constant speed upon the pin of a bar at rest: a central impact and nothing else."""
-    return Mechanism(
+    return mbs.Mechanism(
         points={"P": (0.0, 0.0), "Q": (-0.1, 0.0), "R": (0.1, 0.0)},
-        links=[Link("bar", "P", "Q", Rigid(BAR)), Link("block", "P", "R", Rigid(BAR))],
-        joints=[Clearance("P", "bar", "block", PIN, gap, law)],
-        guides=[Guide("P", "block"), Guide("R", "block")],
-        drives=[Drive("P", Ramp(0.0, speed, 0.5 * gap / speed))],
+        links=[mbs.Link("bar", "P", "Q", mbs.Rigid(BAR)), mbs.Link("block", "P", "R", mbs.Rigid(BAR))],
+        joints=[mbs.Clearance("P", "bar", "block", PIN, gap, law)],
+        guides=[mbs.Guide("P", "block"), mbs.Guide("R", "block")],
+        drives=[mbs.Drive("P", mbs.Ramp(0.0, speed, 0.5 * gap / speed))],
     )
 
 
@@ -136,7 +118,9 @@ STRUCK = [
 def test_engine_delivers_the_restitution_of_the_law(law, plain):
     """Implicit integrator; it leaves (1 + e) times as fast as the bush comes."""
     speed, gap = 0.3, 1e-3
-    result = fine(simulate(struck(law), 3 * gap / speed, solver=Exudyn(Controlled(tolerance=1e-7)), ledger=True, timeout=20))
+    result = fine(
+        mbs.simulate(struck(law), 3 * gap / speed, solver=mbs.Exudyn(mbs.Controlled(tolerance=1e-7)), ledger=True, timeout=20)
+    )
     assert result.signals["P.contacts"][-1] == 1 and result.signals["P.contact_state"][-1] == 0
     assert result.signals["bar.vx"][-1] / speed - 1 == pytest.approx(delivered(law, MASS, speed), abs=1e-3)
     assert result.energy_balance < 2e-3
@@ -151,7 +135,7 @@ def test_bar_dropped_into_its_bush_moves_as_the_law_says(law, plain):
     """Explicit integrator: fall through the play, impact and rise; against scipy, gravity included."""
     gravity, gap = 9.81, 1e-3
     fall = np.sqrt(2 * gap / gravity)
-    result = fine(simulate(resting(law, gap=gap), 1.5 * fall, solver=Exudyn(Controlled(tolerance=1e-8)), timeout=20))
+    result = fine(mbs.simulate(resting(law, gap=gap), 1.5 * fall, solver=mbs.Exudyn(mbs.Controlled(tolerance=1e-8)), timeout=20))
     onset = np.sqrt(2 * gravity * gap)
 
     def motion(_t, y):
@@ -166,55 +150,55 @@ def test_bar_dropped_into_its_bush_moves_as_the_law_says(law, plain):
 
 def rattling(with_play="OABC", rocker=None, law=RATTLING, friction=FRICTION, gap=GAP, speed=SPEED):
     def play(point, first, second):
-        return Clearance(point, first, second, PIN, gap, law, friction)
+        return mbs.Clearance(point, first, second, PIN, gap, law, friction)
 
-    return crank_rocker(rocker or Rigid(BAR), speed=speed, play=play, with_play=with_play)
+    return mbs.crank_rocker(rocker or mbs.Rigid(BAR), speed=speed, play=play, with_play=with_play)
 
 
-ROCKERS = {"rigid": Rigid(BAR), "beam": Beam(BAR.damped(0.01, 0.175), elements=4)}
+ROCKERS = {"rigid": mbs.Rigid(BAR), "beam": mbs.Beam(BAR.damped(0.01, 0.175), elements=4)}
 
 
 @pytest.mark.parametrize("with_play", ["B", "BC", "ABC", "OABC"])
 @pytest.mark.parametrize("law", [RATTLING, CLOSED], ids=["N s per m", "N s per mm"])
 @pytest.mark.parametrize("rocker", ROCKERS)
 def test_energy_balances(rocker, law, with_play):
-    result = fine(simulate(rattling(with_play, ROCKERS[rocker], law), 0.05, solver=Exudyn(), ledger=True, timeout=20))
+    result = fine(mbs.simulate(rattling(with_play, ROCKERS[rocker], law), 0.05, solver=mbs.Exudyn(), ledger=True, timeout=20))
     assert result.signals["B.contacts"][-1] > 0 and result.energy["taken_contact"][-1] > 0
     assert result.energy_balance < 1e-3
-    assert build(rattling(with_play)).summary()["Clearance"] == len(with_play)
+    assert mbs.build(rattling(with_play)).summary()["Clearance"] == len(with_play)
 
 
 def test_explicit_and_implicit_integrator_agree_over_ten_milliseconds():
     """The same constant speed as a number lets the explicit one run, as a ramp it needs a constraint."""
     ends = []
-    for speed in (SPEED, Ramp(SPEED, SPEED, 1.0)):
+    for speed in (SPEED, mbs.Ramp(SPEED, SPEED, 1.0)):
         mechanism = rattling(speed=speed)
-        assert build(mechanism).loose == isinstance(speed, float)
-        result = fine(simulate(mechanism, 0.010, solver=Exudyn(Controlled(tolerance=1e-8)), timeout=60))
+        assert mbs.build(mechanism).loose == isinstance(speed, float)
+        result = fine(mbs.simulate(mechanism, 0.010, solver=mbs.Exudyn(mbs.Controlled(tolerance=1e-8)), timeout=60))
         ends.append([result.signals[f"{point}.{axis}"][-1] for point in "AB" for axis in "xy"])
         assert sum(result.signals[f"{point}.contacts"][-1] for point in "OABC") > 10
     assert ends[0] == pytest.approx(ends[1], rel=0, abs=1e-8)
 
 
 def test_slider_with_play_is_a_short_link_guided_at_both_ends():
-    section = Section(0.03, 0.03)
+    section = mbs.Section(0.03, 0.03)
 
     def mechanism(joint):
-        return Mechanism(
+        return mbs.Mechanism(
             points={"O": (0.0, 0.0), "A": (0.1, 0.0), "B": (0.4, 0.0), "D": (0.44, 0.0)},
             links=[
-                Link("crank", "O", "A", Rigid(BAR)), Link("coupler", "A", "B", Rigid(BAR)),
-                Link("slider", "B", "D", Rigid(section)),
+                mbs.Link("crank", "O", "A", mbs.Rigid(BAR)), mbs.Link("coupler", "A", "B", mbs.Rigid(BAR)),
+                mbs.Link("slider", "B", "D", mbs.Rigid(section)),
             ],
-            joints=[Revolute("O", "ground", "crank"), Revolute("A", "crank", "coupler"), joint],
-            guides=[Guide("B", "slider"), Guide("D", "slider")],
-            stops=[Stop("D", at=0.5, law=ExactRestitution(1e7, 0.5))],
-            drives=[Drive("crank", 20.0)],
+            joints=[mbs.Revolute("O", "ground", "crank"), mbs.Revolute("A", "crank", "coupler"), joint],
+            guides=[mbs.Guide("B", "slider"), mbs.Guide("D", "slider")],
+            stops=[mbs.Stop("D", at=0.5, law=ExactRestitution(1e7, 0.5))],
+            drives=[mbs.Drive("crank", 20.0)],
         )  # fmt: skip
 
-    play = Clearance("B", "coupler", "slider", PIN, GAP, RATTLING, FRICTION)
-    result = fine(simulate(mechanism(play), 0.1, ledger=True, timeout=20))
-    ideal = fine(simulate(mechanism(Revolute("B", "coupler", "slider")), 0.1))
+    play = mbs.Clearance("B", "coupler", "slider", PIN, GAP, RATTLING, FRICTION)
+    result = fine(mbs.simulate(mechanism(play), 0.1, ledger=True, timeout=20))
+    ideal = fine(mbs.simulate(mechanism(mbs.Revolute("B", "coupler", "slider")), 0.1))
     assert result.signals["B.contacts"][-1] > 3 and result.energy_balance < 1e-3
     assert np.abs(result.signals["slider.y"]).max() < 1e-12
     away = result.signals["D.x"] - ideal.at("D.x", result.time)
@@ -224,7 +208,7 @@ def test_slider_with_play_is_a_short_link_guided_at_both_ends():
 def test_step_that_did_not_converge_is_tried_with_a_new_jacobian():
     """Friction that reverses within 0.1 mm/s: with the Jacobian of a longer step no step converges, down to the smallest."""
     mechanism = rattling(rocker=ROCKERS["beam"], law=CLOSED, friction=AdamsFriction(0.3, 0.1, 1e-4, 1e-3))
-    fine(simulate(mechanism, 0.25 * pi / SPEED, solver=Exudyn(Controlled(tolerance=1e-3)), timeout=20))
+    fine(mbs.simulate(mechanism, 0.25 * pi / SPEED, solver=mbs.Exudyn(mbs.Controlled(tolerance=1e-3)), timeout=20))
 
 
 # --- a user's own law -------------------------------------------------------------------------------------------------
@@ -236,7 +220,7 @@ def test_a_law_of_ones_own_runs_in_a_joint_with_play():
     sys.modules[module.__name__] = module  # where dataclasses look for it
     exec(re.search(r"```python\n(from functools.*?)```", HOW_TO, re.DOTALL)[1], module.__dict__)
     law = module.HardeningStop(2e7, 1e-4, 0.6)
-    result = fine(simulate(rattling(law=law), 0.01, ledger=True, timeout=20))
+    result = fine(mbs.simulate(rattling(law=law), 0.01, ledger=True, timeout=20))
     s = result.signals
     touching = s["B.penetration"] > 0
     assert touching.any() and result.energy_balance < 1e-3
@@ -257,12 +241,12 @@ def test_a_law_of_ones_own_runs_in_a_joint_with_play():
 def test_what_is_no_joint_with_play_is_refused(change, message):
     given = {"pin": PIN, "gap": GAP, "law": RATTLING, "friction": FRICTION} | change
     with pytest.raises(ValueError, match=message):
-        Clearance("B", "coupler", "rocker", **given)
+        mbs.Clearance("B", "coupler", "rocker", **given)
 
 
 def test_cable_rattles_as_the_shear_stiff_beam_it_is():
-    solver = Exudyn(Controlled(tolerance=1e-4))
-    runs = [fine(simulate(rattling("B", kind(BAR, 4)), 0.005, solver=solver)) for kind in (Beam, Cable)]
+    solver = mbs.Exudyn(mbs.Controlled(tolerance=1e-4))
+    runs = [fine(mbs.simulate(rattling("B", kind(BAR, 4)), 0.005, solver=solver)) for kind in (mbs.Beam, mbs.Cable)]
     impulses = [np.trapezoid(run.signals["B.normal_force"], run.time) for run in runs]
     assert impulses[1] == pytest.approx(impulses[0], rel=0.05)
     assert impulses[0] > 0.01

@@ -9,27 +9,12 @@ from fourbar import FourBar
 from scipy.integrate import solve_ivp
 from simulations import fine, rates
 
-from buckler.mbs import (
-    Clearance,
-    Controlled,
-    Drive,
-    Equal,
-    Exudyn,
-    Link,
-    Mechanism,
-    Ramp,
-    Revolute,
-    Rigid,
-    Section,
-    Status,
-    crank_rocker,
-    simulate,
-)
+from buckler import mbs
 from buckler.mbs.kinematics.errors import KinematicsError
 from buckler.mbs.laws import AdamsFriction, Coulomb, Impact
 from buckler.mbs.library import CLOSED, RATTLING, CrankRocker
 
-BAR = Section(width=0.020, thickness=0.005)
+BAR = mbs.Section(width=0.020, thickness=0.005)
 PIN, GAP = 5e-3, 1e-4
 FRICTION = AdamsFriction(0.3, 0.1)
 
@@ -38,13 +23,13 @@ FRICTION = AdamsFriction(0.3, 0.1)
 
 def test_two_bars_that_only_touch_each_other_keep_their_momentum():
     """The first is made to turn, about its own centre of mass: no force from outside."""
-    flown = Mechanism(
+    flown = mbs.Mechanism(
         points={"A": (0.0, 0.0), "B": (0.1, 0.0), "C": (0.25, 0.05)},
-        links=[Link("one", "A", "B", Rigid(BAR)), Link("two", "B", "C", Rigid(BAR))],
-        joints=[Clearance("B", "one", "two", PIN, GAP, RATTLING, FRICTION)],
-        drives=[Drive("one", 30.0)],
+        links=[mbs.Link("one", "A", "B", mbs.Rigid(BAR)), mbs.Link("two", "B", "C", mbs.Rigid(BAR))],
+        joints=[mbs.Clearance("B", "one", "two", PIN, GAP, RATTLING, FRICTION)],
+        drives=[mbs.Drive("one", 30.0)],
     )
-    result = fine(simulate(flown, 0.1, ledger=True))
+    result = fine(mbs.simulate(flown, 0.1, ledger=True))
     assert result.signals["B.contacts"][-1] > 20 and result.energy_balance < 1e-3
     one, two = BAR.mass_per_length * 0.1, BAR.mass_per_length * hypot(0.15, 0.05)
     for axis in ("vx", "vy"):
@@ -57,7 +42,7 @@ def test_two_bars_that_only_touch_each_other_keep_their_momentum():
 def test_each_bar_is_accelerated_by_the_forces_of_its_joints(law, bar):
     """To rounding where the forces give the accelerations, to Newton's tolerance where they are solved for."""
     four = FourBar(law=law)
-    signals = fine(simulate(mechanism(four), 0.02, solver=Exudyn(Controlled(tolerance=1e-5)))).signals
+    signals = fine(mbs.simulate(mechanism(four), 0.02, solver=mbs.Exudyn(mbs.Controlled(tolerance=1e-5)))).signals
     for axis in "xy":
         o, a, b, c = (signals[f"{point}.{pair}.f{axis}"] for point, pair in JOINTS.items())  # on the second body of each
         for name, mass, force in zip(CENTRES, four.masses, (o - a, a - b, b + c), strict=True):
@@ -75,14 +60,17 @@ def test_journal_in_a_turning_bush_is_spun_up_and_loses_what_friction_says(dynam
     Friction grows a little with speed, which ends the rocking on the slope that the fall into the bush began.
     """
     gravity, span, friction, law = 1e4, 0.3, Coulomb(dynamic, 1e-3, viscous=0.05), Impact(8e9, 3000.0, 1e-7)
-    spun = Mechanism(
+    spun = mbs.Mechanism(
         points={"O": (0.0, 0.0), "D": (0.02, 0.0), "P": (0.0, 0.0), "Q": (-span / 2, 0.0), "R": (span / 2, 0.0)},
-        links=[Link("drum", "O", "D", Rigid(BAR), carries=["P"]), Link("bar", "Q", "R", Rigid(BAR), carries=["P"])],
-        joints=[Revolute("O", "ground", "drum"), Clearance("P", "bar", "drum", PIN, GAP, law, friction)],
-        drives=[Drive("drum", speed)],
+        links=[
+            mbs.Link("drum", "O", "D", mbs.Rigid(BAR), carries=["P"]),
+            mbs.Link("bar", "Q", "R", mbs.Rigid(BAR), carries=["P"]),
+        ],
+        joints=[mbs.Revolute("O", "ground", "drum"), mbs.Clearance("P", "bar", "drum", PIN, GAP, law, friction)],
+        drives=[mbs.Drive("drum", speed)],
         gravity=(0.0, -gravity),
     )
-    result = fine(simulate(spun, 0.06, solver=Exudyn(Controlled(tolerance=1e-4)), ledger=True, timeout=60))
+    result = fine(mbs.simulate(spun, 0.06, solver=mbs.Exudyn(mbs.Controlled(tolerance=1e-4)), ledger=True, timeout=60))
     s, settled = result.signals, np.searchsorted(result.time, 0.035)
     along = [s[f"R.{axis}"] - s[f"Q.{axis}"] for axis in ("x", "y", "vx", "vy")]
     spin = (along[0] * along[3] - along[1] * along[2]) / span**2
@@ -112,7 +100,7 @@ IDEAL = FourBar(gap=0.0, start=0.5)
 
 def test_ideal_joints_move_as_the_closed_form():
     """Nothing is integrated: places, velocities and accelerations to rounding, at any step."""
-    result = fine(simulate(mechanism(IDEAL), IDEAL.period))
+    result = fine(mbs.simulate(mechanism(IDEAL), IDEAL.period))
     exact = IDEAL.ideal(result.time)
     for kind, form, scale in (("v", exact.velocity, IDEAL.speed), ("a", exact.acceleration, IDEAL.speed**2)):
         for i, bar in enumerate(CENTRES):
@@ -124,7 +112,7 @@ def test_engine_holds_ideal_joints_together_and_converges_to_the_closed_form():
     """The loop closes to rounding; velocities and, once the start is forgotten, accelerations to second order in the step."""
     errors = []
     for steps in (400, 800, 1600):
-        result = fine(simulate(mechanism(IDEAL), IDEAL.period, solver=Exudyn(Equal(steps)), ledger=True))
+        result = fine(mbs.simulate(mechanism(IDEAL), IDEAL.period, solver=mbs.Exudyn(mbs.Equal(steps)), ledger=True))
         s, exact, late = result.signals, IDEAL.ideal(result.time), result.time > IDEAL.period / 4
         for pair, length in (("OA", IDEAL.crank), ("AB", IDEAL.coupler), ("CB", IDEAL.rocker)):
             span = np.hypot(*(s[f"{pair[0]}.{axis}"] - s[f"{pair[1]}.{axis}"] for axis in "xy"))
@@ -153,7 +141,7 @@ def test_dead_centre_at_the_start_is_named():
     with pytest.raises(KinematicsError, match=r"crank angle 3\.14159 rad: coupler and rocker .*dead centre"):
         flat.places(pi)
     with pytest.raises(KinematicsError, match=r"crank angle 0 rad: coupler and rocker do not close"):
-        crank_rocker(Rigid(BAR), speed=1.0, lengths=NO_GRASHOF, angle=0.0)
+        mbs.crank_rocker(mbs.Rigid(BAR), speed=1.0, lengths=NO_GRASHOF, angle=0.0)
 
 
 def test_crank_that_cannot_turn_stops_by_name():
@@ -162,15 +150,15 @@ def test_crank_that_cannot_turn_stops_by_name():
     near = abs(c.coupler - c.rocker)
     dead = 2 * pi - np.arccos((c.crank**2 + c.frame**2 - near**2) / (2 * c.crank * c.frame))
     speed, start = 10 * pi, 1.0
-    ideal = simulate(crank_rocker(Rigid(BAR), speed=speed, lengths=c, angle=start), 0.2, timeout=60)
-    assert ideal.status is Status.LOCKED and "(coupler and rocker in line)" in ideal.message
+    ideal = mbs.simulate(mbs.crank_rocker(mbs.Rigid(BAR), speed=speed, lengths=c, angle=start), 0.2, timeout=60)
+    assert ideal.status is mbs.Status.LOCKED and "(coupler and rocker in line)" in ideal.message
     assert start + speed * ideal.time[-1] == pytest.approx(dead, abs=1e-7)
 
     def play(point, first, second):
-        return Clearance(point, first, second, PIN, GAP, RATTLING)
+        return mbs.Clearance(point, first, second, PIN, GAP, RATTLING)
 
-    torn = simulate(crank_rocker(Rigid(BAR), speed=speed, play=play, lengths=c, angle=start), 0.16, timeout=60)
-    assert torn.status is Status.SUSPECT and "PENETRATION: pin 'B'" in torn.message
+    torn = mbs.simulate(mbs.crank_rocker(mbs.Rigid(BAR), speed=speed, play=play, lengths=c, angle=start), 0.16, timeout=60)
+    assert torn.status is mbs.Status.SUSPECT and "PENETRATION: pin 'B'" in torn.message
 
 
 # --- no play ----------------------------------------------------------------------------------------------------------
@@ -179,8 +167,8 @@ def test_crank_that_cannot_turn_stops_by_name():
 def away(law, gap, tolerance):
     """Largest distance of a bar's centre from the closed form without play, over a tenth of a turn, and the depth, m."""
     bar = FourBar(gap=gap, start=IDEAL.start, law=law)
-    result = simulate(mechanism(bar), 0.02, solver=Exudyn(Controlled(tolerance=tolerance)), ledger=True, timeout=120)
-    assert result.status is Status.OK or result.message.startswith("PENETRATION"), result.message
+    result = mbs.simulate(mechanism(bar), 0.02, solver=mbs.Exudyn(mbs.Controlled(tolerance=tolerance)), ledger=True, timeout=120)
+    assert result.status is mbs.Status.OK or result.message.startswith("PENETRATION"), result.message
     assert result.energy_balance < 1e-3
     exact = IDEAL.ideal(result.time).place
     distance = max(
@@ -208,7 +196,7 @@ def test_motion_tends_to_the_closed_form_of_ideal_joints(law, floor):
 
 def test_ramp_and_number_drive_the_same_motion_without_play():
     """Constant speed by either: the closed form."""
-    for speed in (IDEAL.speed, Ramp(IDEAL.speed, IDEAL.speed, 1.0)):
-        result = fine(simulate(mechanism(IDEAL, speed=speed), 0.02))
+    for speed in (IDEAL.speed, mbs.Ramp(IDEAL.speed, IDEAL.speed, 1.0)):
+        result = fine(mbs.simulate(mechanism(IDEAL, speed=speed), 0.02))
         exact = IDEAL.ideal(result.time).place
         assert np.abs(result.signals["rocker.x"] - exact[:, 2, 0]).max() < 1e-9

@@ -8,25 +8,11 @@ from clearance_pair import mechanism
 from fourbar import FourBar
 from simulations import fine
 
-from buckler.mbs import (
-    Clearance,
-    Controlled,
-    Drive,
-    Exudyn,
-    Guide,
-    Link,
-    Mechanism,
-    Motion,
-    Ramp,
-    Revolute,
-    Rigid,
-    Section,
-    simulate,
-)
+from buckler import mbs
 from buckler.mbs.laws import Impact, LuGre
 from buckler.mbs.library import CLOSED, RATTLING
 
-BAR = Section(width=0.020, thickness=0.005)
+BAR = mbs.Section(width=0.020, thickness=0.005)
 PIN, GAP = 5e-3, 1e-4
 STATIC, DYNAMIC, STRIBECK, BRISTLES = 0.3, 0.1, 0.05, 1e5
 WEIGHT, LANDED = 1e3, 4e-3
@@ -36,12 +22,15 @@ NORMAL = BAR.mass_per_length * 0.05 * WEIGHT
 
 def pressed(friction, turn):
     """A pin that turns in place, under a block that can only move up and down: normal force and sliding speed are given."""
-    return Mechanism(
+    return mbs.Mechanism(
         points={"O": (0.0, 0.0), "D": (0.05, 0.0), "E": (-0.05, 0.0), "P": (0.0, 0.0), "S": (0.0, 0.05)},
-        links=[Link("shaft", "D", "E", Rigid(BAR), carries=["O", "P"]), Link("block", "P", "S", Rigid(BAR))],
-        joints=[Revolute("O", "ground", "shaft"), Clearance("P", "shaft", "block", PIN, GAP, Impact(8e9, 500.0, 1e-6), friction)],
-        guides=[Guide("P", "block", along=(0, 1)), Guide("S", "block", along=(0, 1))],
-        drives=[Drive("shaft", turn)],
+        links=[mbs.Link("shaft", "D", "E", mbs.Rigid(BAR), carries=["O", "P"]), mbs.Link("block", "P", "S", mbs.Rigid(BAR))],
+        joints=[
+            mbs.Revolute("O", "ground", "shaft"),
+            mbs.Clearance("P", "shaft", "block", PIN, GAP, Impact(8e9, 500.0, 1e-6), friction),
+        ],
+        guides=[mbs.Guide("P", "block", along=(0, 1)), mbs.Guide("S", "block", along=(0, 1))],
+        drives=[mbs.Drive("shaft", turn)],
         gravity=(0.0, -WEIGHT),
     )
 
@@ -49,10 +38,10 @@ def pressed(friction, turn):
 def rubbed(friction, turn, duration, max_step):
     """Signals after the landing, with `time` and the coefficient of friction, `mu`."""
     result = fine(
-        simulate(
+        mbs.simulate(
             pressed(friction, turn),
             duration,
-            solver=Exudyn(Controlled(tolerance=1e-5, max_step=max_step)),
+            solver=mbs.Exudyn(mbs.Controlled(tolerance=1e-5, max_step=max_step)),
             ledger=True,
             timeout=60,
         )
@@ -68,7 +57,7 @@ def rubbed(friction, turn, duration, max_step):
 def test_steady_sliding_is_the_stribeck_curve(side):
     """The shaft is sped up so slowly that the bristles have always settled; it feels the friction at the pin's radius."""
     viscous, alpha = 0.2, side * 0.4 / PIN / 0.2
-    found = rubbed(LuGre(STATIC, DYNAMIC, STRIBECK, 10 * BRISTLES, viscous=viscous), Ramp(0.0, 0.2 * alpha, 0.2), 0.2, 4e-5)
+    found = rubbed(LuGre(STATIC, DYNAMIC, STRIBECK, 10 * BRISTLES, viscous=viscous), mbs.Ramp(0.0, 0.2 * alpha, 0.2), 0.2, 4e-5)
     time, speed = found["time"], found["P.sliding_speed"]
     late = time > 0.01
     np.testing.assert_allclose(speed, PIN * alpha * time, rtol=1e-4)
@@ -90,7 +79,7 @@ def test_presliding_is_a_spring_that_yields_and_is_left_bent():
     def speed(t):
         return there * pi / period * float(np.sin(2 * pi * max(t - LANDED, 0.0) / period))
 
-    turn = Motion(lambda t: float(moved(t)) / PIN, lambda t: speed(t) / PIN)
+    turn = mbs.Motion(lambda t: float(moved(t)) / PIN, lambda t: speed(t) / PIN)
     found = rubbed(LuGre(STATIC, DYNAMIC, STRIBECK, BRISTLES), turn, LANDED + period, 2e-5)
     time, mu = found["time"], found["mu"]
     x, forth = moved(time), time <= LANDED + period / 2
@@ -111,7 +100,9 @@ def test_bristles_bend_over_accepted_steps_only(law, damped):
     """Marched here, from one recorded step to the next; a rejected one that had bent them would show from there on."""
     friction = LuGre(STATIC, DYNAMIC, 0.1, BRISTLES, damped)
     result = fine(
-        simulate(mechanism(FourBar(law=law, friction=friction)), 0.01, solver=Exudyn(Controlled(tolerance=1e-5)), ledger=True)
+        mbs.simulate(
+            mechanism(FourBar(law=law, friction=friction)), 0.01, solver=mbs.Exudyn(mbs.Controlled(tolerance=1e-5)), ledger=True
+        )
     )
     assert result.energy_balance < 1e-3 and (law is RATTLING or result.work["rejected"] > 10)
     for point in "OABC":

@@ -4,23 +4,7 @@ import numpy as np
 import pytest
 from simulations import BAR, block
 
-from buckler.mbs import (
-    Beam,
-    Controlled,
-    Drive,
-    Exudyn,
-    Force,
-    Link,
-    Mechanism,
-    Motor,
-    Ramp,
-    Revolute,
-    Rigid,
-    Section,
-    Spectral,
-    simulate,
-    slider_crank,
-)
+from buckler import mbs
 from buckler.mbs import Torque as Moment
 from buckler.mbs.elements.element import kinks_of
 from buckler.mbs.functions import Components, Expression, Table, kinks
@@ -28,7 +12,7 @@ from buckler.mbs.functions import Components, Expression, Table, kinks
 SPEED = Table((0.0, 0.123, 0.3, 0.55), (0.0, 8.0, 8.0, 3.0))
 """Of a crank, rad/s; it is constant in the middle and beyond the end."""
 SLOPES = (8.0 / 0.123, 0.0, -5.0 / 0.25, 0.0)
-MOTION = Drive("crank", SPEED).motion
+MOTION = mbs.Drive("crank", SPEED).motion
 
 
 def angle(t):
@@ -67,25 +51,25 @@ def test_the_acceleration_is_that_of_the_side_of_the_kink(after):
 
 def test_everything_that_acts_tells_its_kinks():
     table = Table((0.1, 0.2), (0.0, 1.0))
-    crank = Mechanism(
-        {"O": (0, 0), "A": (0.5, 0)}, [Link("crank", "O", "A", BAR)], [Revolute("O", "ground", "crank")],
+    crank = mbs.Mechanism(
+        {"O": (0, 0), "A": (0.5, 0)}, [mbs.Link("crank", "O", "A", BAR)], [mbs.Revolute("O", "ground", "crank")],
         loads=[
-            Force("A", Components((Table((0.3, 0.4), (0.0, 1.0)), 0.0))), Moment("crank", table),
-            Motor("crank", Table((0.5, 0.6), (0.0, 1.0)), 1.0, 0.1),
+            mbs.Force("A", Components((Table((0.3, 0.4), (0.0, 1.0)), 0.0))), Moment("crank", table),
+            mbs.Motor("crank", Table((0.5, 0.6), (0.0, 1.0)), 1.0, 0.1),
         ],
     )  # fmt: skip
     assert kinks_of(crank, 0.55) == (0.1, 0.2, 0.3, 0.4, 0.5)
-    assert kinks_of(slider_crank(BAR, law=None, mass=0.3, speed=Ramp(0, 1, 0.1)), 1.0) == (0.1,)
+    assert kinks_of(mbs.slider_crank(BAR, law=None, mass=0.3, speed=mbs.Ramp(0, 1, 0.1)), 1.0) == (0.1,)
 
 
 def test_the_torque_of_a_crank_jumps_where_its_speed_has_a_kink():
     """I alpha about its pivot, on both sides of every kink, and nothing between."""
-    bar = Rigid.of(mass=0.4, inertia=3e-3)
-    crank = Mechanism(
-        {"O": (0, 0), "A": (0.5, 0)}, [Link("crank", "O", "A", bar)], [Revolute("O", "ground", "crank")],
-        drives=[Drive("crank", SPEED)],
+    bar = mbs.Rigid.of(mass=0.4, inertia=3e-3)
+    crank = mbs.Mechanism(
+        {"O": (0, 0), "A": (0.5, 0)}, [mbs.Link("crank", "O", "A", bar)], [mbs.Revolute("O", "ground", "crank")],
+        drives=[mbs.Drive("crank", SPEED)],
     )  # fmt: skip
-    result = simulate(crank, 0.9)
+    result = mbs.simulate(crank, 0.9)
     inertia = 3e-3 + 0.4 * 0.25**2
     side = np.searchsorted((0.123, 0.3, 0.55), result.time, side="right")
     assert result.ok
@@ -94,12 +78,14 @@ def test_the_torque_of_a_crank_jumps_where_its_speed_has_a_kink():
     assert impulse == pytest.approx(inertia * 3.0, rel=1e-9)
 
 
-STRIP = Beam(Section(0.03, 3e-3).damped(0.02, 0.31), elements=4)
+STRIP = mbs.Beam(mbs.Section(0.03, 3e-3).damped(0.02, 0.31), elements=4)
 
 
-@pytest.mark.parametrize("solver", [Exudyn(), Exudyn(Controlled(max_step=0.1)), Spectral()], ids=["default", "long", "compiled"])
+@pytest.mark.parametrize(
+    "solver", [mbs.Exudyn(), mbs.Exudyn(mbs.Controlled(max_step=0.1)), mbs.Spectral()], ids=["default", "long", "compiled"]
+)
 def test_steps_end_at_kinks(solver):
-    result = simulate(slider_crank(STRIP, law=None, mass=0.3, speed=SPEED), 0.7, solver=solver)
+    result = mbs.simulate(mbs.slider_crank(STRIP, law=None, mass=0.3, speed=SPEED), 0.7, solver=solver)
     for kink in (0.123, 0.3, 0.55):
         assert np.abs(result.time - kink).min() < 1e-9
     assert np.diff(result.time).max() <= 0.1 * (1 + 1e-9)
@@ -109,14 +95,16 @@ PUSH = Table((0.1, 0.101, 0.102), (0.0, 50.0, 0.0))
 """A short push, N, that long steps would not see."""
 
 
-@pytest.mark.parametrize("solver", [Exudyn(), Exudyn(Controlled(max_step=0.5)), Spectral()], ids=["default", "long", "compiled"])
+@pytest.mark.parametrize(
+    "solver", [mbs.Exudyn(), mbs.Exudyn(mbs.Controlled(max_step=0.5)), mbs.Spectral()], ids=["default", "long", "compiled"]
+)
 def test_a_short_push_between_two_steps_is_felt(solver):
     """Its impulse is 0.05 N s; the block and its bar have known masses."""
     pushed = block()
-    pushed = Mechanism(
-        pushed.points, pushed.links, guides=pushed.guides, loads=[Force("A", Components((PUSH, 0.0)))], gravity=(0, 0)
+    pushed = mbs.Mechanism(
+        pushed.points, pushed.links, guides=pushed.guides, loads=[mbs.Force("A", Components((PUSH, 0.0)))], gravity=(0, 0)
     )
-    result = simulate(pushed, 1.0, solver=solver)
+    result = mbs.simulate(pushed, 1.0, solver=solver)
     mass = pushed.guide("A").mass + pushed.links[0].mass(0.1)
     assert result.signals["A.vx"][-1] == pytest.approx(0.05 / mass, rel=2e-3)
     assert result.signals["A.x"][-1] == pytest.approx(0.05 / mass * (1.0 - 0.101), rel=2e-3)

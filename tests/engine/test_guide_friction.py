@@ -7,27 +7,11 @@ import numpy as np
 import pytest
 from simulations import fine
 
-from buckler.mbs import (
-    Clearance,
-    Controlled,
-    Drive,
-    Equal,
-    Exudyn,
-    Guide,
-    GuideFriction,
-    Link,
-    Mechanism,
-    Revolute,
-    Rigid,
-    Section,
-    Strut,
-    build,
-    simulate,
-)
+from buckler import mbs
 from buckler.mbs.laws import Coulomb, ExactRestitution, LuGre, Stiction
 
 G = 9.81
-MASS, BAR = 0.5, Rigid.of(mass=0.2, inertia=1e-3, centre=(0.0, 0.0))
+MASS, BAR = 0.5, mbs.Rigid.of(mass=0.2, inertia=1e-3, centre=(0.0, 0.0))
 WEIGHT = (MASS + 0.2) * G
 STICKING = Stiction(0.25, 0.2, 1e-2, 1e5, 100.0)
 
@@ -36,10 +20,10 @@ def slope(friction, angle, turn=0.0):
     """A block on a line, gravity at an angle to the line's normal; the whole scene turned."""
     c, s = math.cos(turn), math.sin(turn)
     down, across = G * math.sin(angle), -G * math.cos(angle)
-    return Mechanism(
+    return mbs.Mechanism(
         points={"A": (0, 0), "B": (0.1 * s, -0.1 * c)},
-        links=[Link("bar", "A", "B", BAR)],
-        guides=[Guide("A", "bar", along=(c, s), mass=MASS, friction=friction)],
+        links=[mbs.Link("bar", "A", "B", BAR)],
+        guides=[mbs.Guide("A", "bar", along=(c, s), mass=MASS, friction=friction)],
         gravity=(c * down - s * across, s * down + c * across),
     )
 
@@ -48,8 +32,10 @@ def slope(friction, angle, turn=0.0):
 def test_block_slides_down_a_slope(turn):
     """It gains g (sin - mu cos), with the reaction W cos on the left of the line."""
     angle, mu = 0.5, 0.2
-    solver = Exudyn(Controlled(tolerance=1e-9, max_step=2e-4))  # the first step, a thousandth of that, knows no friction yet
-    result = fine(simulate(slope(Coulomb(mu, 1e-7), angle, turn), 0.5, solver=solver, ledger=True))
+    solver = mbs.Exudyn(
+        mbs.Controlled(tolerance=1e-9, max_step=2e-4)
+    )  # the first step, a thousandth of that, knows no friction yet
+    result = fine(mbs.simulate(slope(Coulomb(mu, 1e-7), angle, turn), 0.5, solver=solver, ledger=True))
     run = result.signals
     pull = G * (math.sin(angle) - mu * math.cos(angle))
     assert np.hypot(run["A.x"], run["A.y"])[-1] == pytest.approx(pull * 0.5**2 / 2, rel=1e-6)
@@ -61,11 +47,11 @@ def test_block_slides_down_a_slope(turn):
 
 def ladder(friction, speed=1e-3, mass=2.0):
     """A rod on floor and wall, both rough, its foot drawn out."""
-    return Mechanism(
+    return mbs.Mechanism(
         points={"A": (0.3, 0), "E": (0, 0.4)},
-        links=[Link("rod", "A", "E", Rigid.of(mass=mass, inertia=0.02))],
-        guides=[Guide("A", "rod", friction=friction), Guide("E", "rod", along=(0, 1), friction=friction)],
-        drives=[Drive("A", speed)],
+        links=[mbs.Link("rod", "A", "E", mbs.Rigid.of(mass=mass, inertia=0.02))],
+        guides=[mbs.Guide("A", "rod", friction=friction), mbs.Guide("E", "rod", along=(0, 1), friction=friction)],
+        drives=[mbs.Drive("A", speed)],
         gravity=(0, -G),
     )
 
@@ -81,7 +67,7 @@ LAWS = {
 @pytest.mark.parametrize("law", LAWS.values(), ids=LAWS.keys())
 def test_ladder_slips_by_the_closed_form(law, mu):
     """Moments about the foot: H (b + mu a) = W a/2; floor N = W - mu H; the foot is drawn with mu N - H."""
-    result = fine(simulate(ladder(law(mu)), 20.0, solver=Exudyn(), ledger=True))
+    result = fine(mbs.simulate(ladder(law(mu)), 20.0, solver=mbs.Exudyn(), ledger=True))
     run = result.signals
     a, b, weight = run["A.x"], run["E.y"], 2 * G
     wall = weight * a / (2 * (b + a * mu))
@@ -96,14 +82,14 @@ def test_ladder_slips_by_the_closed_form(law, mu):
 
 
 def test_newton_takes_few_iterations_near_the_wedge():
-    result = fine(simulate(ladder(Coulomb(1.5, 1e-9)), 20.0))
+    result = fine(mbs.simulate(ladder(Coulomb(1.5, 1e-9)), 20.0))
     assert result.work["newton_iterations"] < 8 * result.work["steps"]
 
 
 @pytest.mark.parametrize("angle", [0.2, -0.2])
 def test_slider_stays_at_rest_and_its_force_is_between_the_limits(angle):
     """Sticking force = the pull; the limit mu_s N is the interval that statics leave; no drift at all once at rest."""
-    result = fine(simulate(slope(STICKING, angle), 0.5, solver=Exudyn(Equal(2000)), ledger=True))
+    result = fine(mbs.simulate(slope(STICKING, angle), 0.5, solver=mbs.Exudyn(mbs.Equal(2000)), ledger=True))
     run = result.signals
     half = len(result.time) // 2
     assert np.ptp(run["A.x"][half:]) == 0.0
@@ -117,7 +103,7 @@ def test_slider_stays_at_rest_and_its_force_is_between_the_limits(angle):
 
 @pytest.mark.slow
 def test_slider_stays_at_rest_for_a_million_steps():
-    run = simulate(slope(STICKING, 0.2), 100.0, solver=Exudyn(Equal(10**6, 1000))).signals
+    run = mbs.simulate(slope(STICKING, 0.2), 100.0, solver=mbs.Exudyn(mbs.Equal(10**6, 1000))).signals
     assert np.ptp(run["A.x"][10:]) == 0.0
     assert run["A.friction_force"][-1] == pytest.approx(WEIGHT * math.sin(0.2), rel=1e-8)
 
@@ -125,10 +111,10 @@ def test_slider_stays_at_rest_for_a_million_steps():
 def test_slider_slips_where_the_static_limit_is_passed():
     """Gravity at an angle beyond atan(mu_s) moves it, below that it holds; a regularised law creeps."""
     for angle, slides in ((math.atan(0.26), True), (math.atan(0.24), False)):
-        run = simulate(slope(STICKING, angle), 0.5, solver=Exudyn(Controlled(tolerance=1e-7))).signals
+        run = mbs.simulate(slope(STICKING, angle), 0.5, solver=mbs.Exudyn(mbs.Controlled(tolerance=1e-7))).signals
         assert (run["A.x"][-1] > 1e-3) == slides
     creep = [
-        np.ptp(simulate(slope(law, 0.2), 0.5, solver=Exudyn(Equal(2000))).signals["A.x"][1000:])
+        np.ptp(mbs.simulate(slope(law, 0.2), 0.5, solver=mbs.Exudyn(mbs.Equal(2000))).signals["A.x"][1000:])
         for law in (LuGre(0.25, 0.2, 1e-2, 1e5, 100.0), STICKING, Coulomb(0.25, 1e-3))
     ]
     assert creep[1] == 0.0 and creep[2] > 1e-4
@@ -136,13 +122,13 @@ def test_slider_slips_where_the_static_limit_is_passed():
 
 def test_shaken_load_below_the_limit_does_not_move_a_stuck_slider():
     """A rocking pendulum on the block pulls it to and fro: after hundreds of cycles the block is where it was."""
-    mechanism = Mechanism(
+    mechanism = mbs.Mechanism(
         points={"A": (0, 0), "B": (0.03, -0.1)},
-        links=[Link("bar", "A", "B", Rigid.of(mass=0.1, inertia=1e-4))],
-        guides=[Guide("A", "bar", mass=2.0, friction=replace(STICKING, bristle_damping=10.0))],
+        links=[mbs.Link("bar", "A", "B", mbs.Rigid.of(mass=0.1, inertia=1e-4))],
+        guides=[mbs.Guide("A", "bar", mass=2.0, friction=replace(STICKING, bristle_damping=10.0))],
         gravity=(0, -G),
     )
-    result = simulate(mechanism, 4.0, solver=Exudyn(Equal(8000)), ledger=True)
+    result = mbs.simulate(mechanism, 4.0, solver=mbs.Exudyn(mbs.Equal(8000)), ledger=True)
     run = result.signals
     assert np.ptp(run["B.x"]) > 0.05
     assert np.abs(run["A.friction_force"]).max() > 0.1
@@ -152,8 +138,8 @@ def test_shaken_load_below_the_limit_does_not_move_a_stuck_slider():
 
 
 def test_given_friction_and_none_tell_the_reaction_too():
-    for friction in (None, GuideFriction(1.0)):
-        run = fine(simulate(slope(friction, 0.5), 0.2)).signals
+    for friction in (None, mbs.GuideFriction(1.0)):
+        run = fine(mbs.simulate(slope(friction, 0.5), 0.2)).signals
         assert run["A.guide_force"][1:] == pytest.approx(WEIGHT * math.cos(0.5), rel=1e-8)
         assert ("A.friction_force" in run) == (friction is not None)
         assert "A.friction_limit" not in run
@@ -162,29 +148,32 @@ def test_given_friction_and_none_tell_the_reaction_too():
 
 def test_reaction_under_a_strut():
     """A strut leans on a block: the guide takes its lateral part and the block's weight."""
-    section = Section(0.02, 0.0005)
-    mechanism = Mechanism(
+    section = mbs.Section(0.02, 0.0005)
+    mechanism = mbs.Mechanism(
         points={"A": (0, 0), "C": (-0.3, 0.2), "O": (-0.3, 0.2)},
-        links=[Link("strut", "C", "A", Strut(section))],
-        guides=[Guide("A", "strut", mass=0.3, friction=GuideFriction(0.5)), Guide("C", "strut", along=(1, 0), mass=0.1)],
-        drives=[Drive("C", 0.0)],
+        links=[mbs.Link("strut", "C", "A", mbs.Strut(section))],
+        guides=[
+            mbs.Guide("A", "strut", mass=0.3, friction=mbs.GuideFriction(0.5)),
+            mbs.Guide("C", "strut", along=(1, 0), mass=0.1),
+        ],
+        drives=[mbs.Drive("C", 0.0)],
         gravity=(0.5, -G),
     )
-    run = simulate(mechanism, 0.05).signals
+    run = mbs.simulate(mechanism, 0.05).signals
     chord = np.column_stack([run["A.x"] - run["C.x"], run["A.y"] - run["C.y"]])
     push = run["strut.compression"] * chord[:, 1] / np.hypot(*chord.T)
     assert run["A.guide_force"] == pytest.approx(0.3 * G - push, rel=1e-6, abs=1e-9)
 
 
 def test_stiction_serves_joints_with_clearance():
-    joint = Clearance("A", "ground", "rod", 5e-3, 1e-4, ExactRestitution(1e8, 0.5), Stiction(0.3, 0.2, 1e-2, 1e5, 10.0))
-    mechanism = Mechanism(
+    joint = mbs.Clearance("A", "ground", "rod", 5e-3, 1e-4, ExactRestitution(1e8, 0.5), Stiction(0.3, 0.2, 1e-2, 1e5, 10.0))
+    mechanism = mbs.Mechanism(
         points={"A": (0, 0), "B": (0.2, 0)},
-        links=[Link("rod", "A", "B", Rigid(Section(0.02, 0.01)))],
+        links=[mbs.Link("rod", "A", "B", mbs.Rigid(mbs.Section(0.02, 0.01)))],
         joints=[joint],
         gravity=(0, -G),
     )
-    result = fine(simulate(mechanism, 0.05, ledger=True))
+    result = fine(mbs.simulate(mechanism, 0.05, ledger=True))
     run = result.signals
     assert np.abs(run["A.friction_force"]).max() > 0.01
     assert (np.abs(run["A.friction_force"]) <= 0.3 * run["A.normal_force"] * (1 + 1e-9)).all()
@@ -196,32 +185,35 @@ WRONG = {"a number": (0.3, r"guide of 'A': friction = 0.3: must be GuideFriction
 @pytest.mark.parametrize(("friction", "message"), WRONG.values(), ids=WRONG.keys())
 def test_friction_that_is_none_is_refused(friction, message):
     with pytest.raises(ValueError, match=message):
-        Guide("A", "bar", friction=friction)
+        mbs.Guide("A", "bar", friction=friction)
 
 
 def test_law_that_needs_the_reaction_is_refused_under_a_strut():
-    mechanism = Mechanism(
+    mechanism = mbs.Mechanism(
         points={"A": (0, 0), "C": (-0.3, 0.2)},
-        links=[Link("strut", "C", "A", Strut(Section(0.02, 0.0005)))],
-        guides=[Guide("A", "strut", mass=0.3, friction=Coulomb(0.1)), Guide("C", "strut", mass=0.1)],
+        links=[mbs.Link("strut", "C", "A", mbs.Strut(mbs.Section(0.02, 0.0005)))],
+        guides=[mbs.Guide("A", "strut", mass=0.3, friction=Coulomb(0.1)), mbs.Guide("C", "strut", mass=0.1)],
     )
     with pytest.raises(ValueError, match="needs a link with mass there, not a Strut"):
-        build(mechanism)
+        mbs.build(mechanism)
 
 
 def test_slider_crank_with_and_without_an_engine_agree_on_the_reaction():
     """Constraints alone decide its motion: closure and inverse dynamics; friction of next to nothing asks the engine."""
     found = []
     for friction in (None, Coulomb(1e-9)):
-        mechanism = Mechanism(
+        mechanism = mbs.Mechanism(
             points={"O": (0, 0), "A": (0.05, 0.05), "B": (0.3, 0.0)},
-            links=[Link("crank", "O", "A", Rigid(Section(0.02, 0.01))), Link("rod", "A", "B", Rigid(Section(0.02, 0.01)))],
-            joints=[Revolute("O", "ground", "crank"), Revolute("A", "crank", "rod")],
-            guides=[Guide("B", "rod", along=(-1, 0.1), mass=0.7, friction=friction)],
-            drives=[Drive("crank", 10.0)],
+            links=[
+                mbs.Link("crank", "O", "A", mbs.Rigid(mbs.Section(0.02, 0.01))),
+                mbs.Link("rod", "A", "B", mbs.Rigid(mbs.Section(0.02, 0.01))),
+            ],
+            joints=[mbs.Revolute("O", "ground", "crank"), mbs.Revolute("A", "crank", "rod")],
+            guides=[mbs.Guide("B", "rod", along=(-1, 0.1), mass=0.7, friction=friction)],
+            drives=[mbs.Drive("crank", 10.0)],
             gravity=(1.0, -G),
         )
-        result = fine(simulate(mechanism, 0.3, solver=Exudyn(Equal(3000), spectral_radius=0.6)))
+        result = fine(mbs.simulate(mechanism, 0.3, solver=mbs.Exudyn(mbs.Equal(3000), spectral_radius=0.6)))
         found.append(result.signals["B.guide_force"])
     assert found[1][50:] == pytest.approx(found[0][50:], abs=1e-3 * np.abs(found[0]).max())
     assert np.ptp(found[0]) > 0.5
@@ -230,18 +222,18 @@ def test_slider_crank_with_and_without_an_engine_agree_on_the_reaction():
 def test_slider_crank_pushes_its_block_at_the_friction_angle():
     """Slow, its rod without weight: the rod's push P at angle phi has P cos phi = load + mu N, N = P sin phi."""
     mu, load = 0.3, 5.0
-    mechanism = Mechanism(
+    mechanism = mbs.Mechanism(
         points={"O": (0, 0), "A": (0.0, 0.1), "B": (0.3, 0.0)},
         links=[
-            Link("crank", "O", "A", Rigid.of(mass=1e-6, inertia=1e-9)),
-            Link("rod", "A", "B", Rigid.of(mass=1e-6, inertia=1e-9)),
+            mbs.Link("crank", "O", "A", mbs.Rigid.of(mass=1e-6, inertia=1e-9)),
+            mbs.Link("rod", "A", "B", mbs.Rigid.of(mass=1e-6, inertia=1e-9)),
         ],
-        joints=[Revolute("O", "ground", "crank"), Revolute("A", "crank", "rod")],
-        guides=[Guide("B", "rod", mass=load, friction=Coulomb(mu, 1e-9))],
-        drives=[Drive("crank", -1e-3)],
+        joints=[mbs.Revolute("O", "ground", "crank"), mbs.Revolute("A", "crank", "rod")],
+        guides=[mbs.Guide("B", "rod", mass=load, friction=Coulomb(mu, 1e-9))],
+        drives=[mbs.Drive("crank", -1e-3)],
         gravity=(-1.0, 0.0),
     )
-    run = fine(simulate(mechanism, 600.0)).signals
+    run = fine(mbs.simulate(mechanism, 600.0)).signals
     later = slice(5, None)
     phi = np.arcsin(run["A.y"] / np.hypot(run["B.x"] - run["A.x"], run["A.y"]))[later]
     push = load / (np.cos(phi) - mu * np.sin(phi))

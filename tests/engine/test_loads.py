@@ -9,43 +9,20 @@ from loaded import ABOUT_PIN, CENTRE, INERTIA, MASS, TIP, crank, free, period, t
 from scipy.special import ellipk
 from simulations import BAR, G, fine
 
-from buckler.mbs import (
-    Beam,
-    Cable,
-    Clearance,
-    Controlled,
-    Drive,
-    Equal,
-    Exudyn,
-    Force,
-    Guide,
-    Link,
-    Mass,
-    Material,
-    Mechanism,
-    Modal,
-    Motor,
-    Revolute,
-    Rigid,
-    Section,
-    Spring,
-    Strut,
-    Torque,
-    TorsionSpring,
-    build,
-    simulate,
-)
+from buckler import mbs
 from buckler.mbs.elements.load import Load
 from buckler.mbs.laws import Impact
 
-DAMPED = Section(0.02, 0.005, Material(210e9, 7850.0, 0.3, bending_damping=5e-3, axial_damping=1e-4))
+DAMPED = mbs.Section(0.02, 0.005, mbs.Material(210e9, 7850.0, 0.3, bending_damping=5e-3, axial_damping=1e-4))
 SPAN = 0.5
 
 
 # --- rigid links of given mass, masses on links -----------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("extra", [(), (Mass("A", 0.7, 0.02),), (Mass("A", 0.4, 0.01), Mass("O", 3.0, 0.01, "crank"))])
+@pytest.mark.parametrize(
+    "extra", [(), (mbs.Mass("A", 0.7, 0.02),), (mbs.Mass("A", 0.4, 0.01), mbs.Mass("O", 3.0, 0.01, "crank"))]
+)
 def test_compound_pendulum_with_its_centre_off_the_line(extra):
     """T = 4 K(sin^2(a/2))/omega, omega^2 = m g c/I about the pin, c from the pin to the centre of mass of all; tilted link."""
     reach = math.hypot(*TIP)
@@ -61,14 +38,16 @@ def test_compound_pendulum_with_its_centre_off_the_line(extra):
     square = G * np.linalg.norm(moment) / inertia
     exact = 4 / math.sqrt(square) * ellipk(math.sin(lowest / 2) ** 2)
     mechanism = crank(masses=extra, gravity=(0, -G))
-    result = fine(simulate(mechanism, 2.2 * exact, solver=tight(20000), ledger=True))
+    result = fine(mbs.simulate(mechanism, 2.2 * exact, solver=tight(20000), ledger=True))
     assert period(result.time, turn(result)[0]) == pytest.approx(exact, rel=3e-6)
     assert result.energy_balance < 1e-6
 
 
 def test_centre_of_mass_is_the_links_own_whatever_it_bears():
     """A mass on the tip: the link's own centre still moves as a point of the link, and Newton's law holds of link and mass."""
-    result = fine(simulate(crank(masses=[Mass("A", 0.7, 0.02)], gravity=(0, -G)), 0.5, solver=Exudyn(Equal(4000))))
+    result = fine(
+        mbs.simulate(crank(masses=[mbs.Mass("A", 0.7, 0.02)], gravity=(0, -G)), 0.5, solver=mbs.Exudyn(mbs.Equal(4000)))
+    )
     angle, spin = turn(result)
     own = np.array(CENTRE) @ np.array([TIP, (-TIP[1], TIP[0])]) / math.hypot(*TIP)
     c, s = np.cos(angle), np.sin(angle)
@@ -86,35 +65,37 @@ def test_a_mass_on_any_body_falls_and_weighs_as_it_should(kind):
     if kind == "modal":
         pytest.importorskip("skfem")
     if kind == "block":
-        mechanism = Mechanism(
+        mechanism = mbs.Mechanism(
             points={"A": (0, 0), "B": (0, -SPAN)},
-            links=[Link("strip", "A", "B", Strut(Section(0.02, 0.005)))],
-            joints=[Revolute("A", "ground", "strip")],
-            guides=[Guide("B", "strip", (0, 1), mass=0.5)],
-            masses=[Mass("B", 0.25, link="strip")],
+            links=[mbs.Link("strip", "A", "B", mbs.Strut(mbs.Section(0.02, 0.005)))],
+            joints=[mbs.Revolute("A", "ground", "strip")],
+            guides=[mbs.Guide("B", "strip", (0, 1), mass=0.5)],
+            masses=[mbs.Mass("B", 0.25, link="strip")],
             gravity=(0, -G),
         )
-        result = fine(simulate(mechanism, 0.005, solver=Exudyn(Equal(2000), spectral_radius=0.9), ledger=True))
+        result = fine(mbs.simulate(mechanism, 0.005, solver=mbs.Exudyn(mbs.Equal(2000), spectral_radius=0.9), ledger=True))
         stiffness = DAMPED.axial_stiffness / SPAN
         assert result.signals["strip.compression"].min() == pytest.approx(-2 * 0.75 * G, rel=1e-2)  # loaded at once: twice
         assert period(result.time, result.signals["B.y"]) == pytest.approx(2 * math.pi * math.sqrt(0.75 / stiffness), rel=2e-3)
         return
-    body = {"beam": Beam(DAMPED, 4), "cable": Cable(DAMPED, 4)}.get(kind) or Modal(DAMPED)
+    body = {"beam": mbs.Beam(DAMPED, 4), "cable": mbs.Cable(DAMPED, 4)}.get(kind) or mbs.Modal(DAMPED)
     inertia = 0.0 if kind == "cable" else 1e-3
-    mechanism = Mechanism(
+    mechanism = mbs.Mechanism(
         points={"A": (0, 0), "B": (SPAN, 0)},
-        links=[Link("strip", "A", "B", body)],
-        masses=[Mass("A", 0.3, inertia), Mass("B", 0.3, inertia)],
+        links=[mbs.Link("strip", "A", "B", body)],
+        masses=[mbs.Mass("A", 0.3, inertia), mbs.Mass("B", 0.3, inertia)],
         gravity=(0, -G),
     )
-    result = fine(simulate(mechanism, 0.2, solver=Exudyn(Equal(200), spectral_radius=0.9), ledger=True))
+    result = fine(mbs.simulate(mechanism, 0.2, solver=mbs.Exudyn(mbs.Equal(200), spectral_radius=0.9), ledger=True))
     for point in "AB":
         np.testing.assert_allclose(result.signals[f"{point}.y"], -G * result.time**2 / 2, atol=1e-7)
     weight = (0.6 + DAMPED.mass_per_length * SPAN) * G
     assert result.energy["kinetic"][-1] == pytest.approx(weight * G * 0.2**2 / 2, rel=1e-5)
-    turned = replace(mechanism, gravity=(0.0, 0.0), loads=[Torque("strip:A", 0.5), Torque("strip:B", 0.5)][: 2 if inertia else 0])
+    turned = replace(
+        mechanism, gravity=(0.0, 0.0), loads=[mbs.Torque("strip:A", 0.5), mbs.Torque("strip:B", 0.5)][: 2 if inertia else 0]
+    )
     if inertia:
-        result = fine(simulate(turned, 0.1, solver=Exudyn(Equal(400), spectral_radius=0.9), ledger=True))
+        result = fine(mbs.simulate(turned, 0.1, solver=mbs.Exudyn(mbs.Equal(400), spectral_radius=0.9), ledger=True))
         about = DAMPED.mass_per_length * SPAN**3 / 12 + 0.3 * SPAN**2 / 2 + 2 * inertia
         mean = (result.signals["B.y"][-1] - result.signals["A.y"][-1]) / SPAN
         assert mean == pytest.approx(0.1**2 / 2 / about, rel=2e-2)
@@ -126,8 +107,10 @@ def test_a_mass_on_any_body_falls_and_weighs_as_it_should(kind):
 
 def test_a_force_in_time_moves_a_free_link():
     """F = (2 + 6 t, -3 t^2) at the centre of mass of a bar: x'' = F/m."""
-    bar = Rigid.of(mass=2.0, inertia=0.05, centre=(0.0, 0.0))
-    result = fine(simulate(free(Force("O", lambda t: (2 + 6 * t, -3 * t * t)), body=bar), 1.0, solver=tight(12000), ledger=True))
+    bar = mbs.Rigid.of(mass=2.0, inertia=0.05, centre=(0.0, 0.0))
+    result = fine(
+        mbs.simulate(free(mbs.Force("O", lambda t: (2 + 6 * t, -3 * t * t)), body=bar), 1.0, solver=tight(12000), ledger=True)
+    )
     t = result.time
     np.testing.assert_allclose(result.signals["O.x"], t**2 / 2 + t**3 / 2, atol=1e-7)
     np.testing.assert_allclose(result.signals["O.y"], -(t**4) / 8, atol=1e-7)
@@ -140,16 +123,16 @@ def test_newton_and_euler_hold_of_every_load():
     from buckler.mbs.engine.solve import once
 
     loads = [
-        Force("A", (1.0, -2.0)),
-        Force("A", lambda t: (3 * math.sin(9 * t), t), follows="crank"),
-        Force("A", (2.0, 1.0), through=(0.3, -0.4)),
-        Torque("crank", 0.7),
-        Torque("crank", lambda t, angle, speed: math.cos(7 * t) - 0.3 * speed + 0.2 * angle),
-        Motor("crank", lambda t: 12 * math.cos(3 * t), 0.8, 0.05, gear=-3.0, friction=0.02, dead_band=1.0),
-        Spring("A", "ground:O", 90.0, 2.0, free_length=0.1),
-        Spring("ground:A", "O", 0.0, law=lambda e, rate: 30 * e + 400 * e**3 + 0.5 * rate, free_length=0.2),
-        TorsionSpring("ground", "crank", 2.0, 0.1, free_angle=0.3),
-        TorsionSpring("crank", "ground", 0.0, law=lambda angle, rate: 2 * math.sin(angle) + 0.05 * rate),
+        mbs.Force("A", (1.0, -2.0)),
+        mbs.Force("A", lambda t: (3 * math.sin(9 * t), t), follows="crank"),
+        mbs.Force("A", (2.0, 1.0), through=(0.3, -0.4)),
+        mbs.Torque("crank", 0.7),
+        mbs.Torque("crank", lambda t, angle, speed: math.cos(7 * t) - 0.3 * speed + 0.2 * angle),
+        mbs.Motor("crank", lambda t: 12 * math.cos(3 * t), 0.8, 0.05, gear=-3.0, friction=0.02, dead_band=1.0),
+        mbs.Spring("A", "ground:O", 90.0, 2.0, free_length=0.1),
+        mbs.Spring("ground:A", "O", 0.0, law=lambda e, rate: 30 * e + 400 * e**3 + 0.5 * rate, free_length=0.2),
+        mbs.TorsionSpring("ground", "crank", 2.0, 0.1, free_angle=0.3),
+        mbs.TorsionSpring("crank", "ground", 0.0, law=lambda angle, rate: 2 * math.sin(angle) + 0.05 * rate),
     ]
     record = once(free(*loads), 1.0, tight(2000), None, None).record
     motion, mechanism = record.links["crank"], record.mechanism
@@ -169,9 +152,9 @@ def test_power_of_a_load_is_what_its_energies_say():
     """Virtual work: the power on the bodies is minus that stored and taken, plus that given, to rounding."""
     from buckler.mbs.engine.solve import once
 
-    motor = Motor("crank", lambda t: 12 * math.cos(3 * t), 0.8, 0.05, gear=-3.0, friction=0.02, dead_band=1.0)
-    spring = Spring("A", "ground:O", 90.0, 2.0, free_length=0.1)
-    torsion = TorsionSpring("ground", "crank", 2.0, 0.1, free_angle=0.3)
+    motor = mbs.Motor("crank", lambda t: 12 * math.cos(3 * t), 0.8, 0.05, gear=-3.0, friction=0.02, dead_band=1.0)
+    spring = mbs.Spring("A", "ground:O", 90.0, 2.0, free_length=0.1)
+    torsion = mbs.TorsionSpring("ground", "crank", 2.0, 0.1, free_angle=0.3)
     record = once(crank(motor, spring, torsion), 0.5, tight(500), None, None).record
     stretch, rate, _ = spring.stretch(record)
     twist, spin = torsion.twist(record)
@@ -190,22 +173,22 @@ def test_power_of_a_load_is_what_its_energies_say():
 def test_a_force_that_follows_its_link_turns_it_evenly():
     """Square to the crank at its tip it is a constant torque: angle = F r t^2/2 I, beyond a turn."""
     reach = math.hypot(*TIP)
-    push = Force("A", (-20 * TIP[1] / reach, 20 * TIP[0] / reach), follows="crank")
-    result = fine(simulate(crank(push), 0.6, solver=tight(16000), ledger=True))
+    push = mbs.Force("A", (-20 * TIP[1] / reach, 20 * TIP[0] / reach), follows="crank")
+    result = fine(mbs.simulate(crank(push), 0.6, solver=tight(16000), ledger=True))
     np.testing.assert_allclose(turn(result)[0], 20 * reach / ABOUT_PIN * result.time**2 / 2, atol=1e-5, rtol=2e-6)
     assert turn(result)[0][-1] > 2 * math.pi
     assert result.energy_balance < 1e-6
 
 
-@pytest.mark.parametrize("body", [Beam(DAMPED, 4), Cable(DAMPED, 4), Modal(DAMPED)], ids=["beam", "cable", "modal"])
+@pytest.mark.parametrize("body", [mbs.Beam(DAMPED, 4), mbs.Cable(DAMPED, 4), mbs.Modal(DAMPED)], ids=["beam", "cable", "modal"])
 def test_a_force_that_follows_a_flexible_link(body):
     """On a stiff strip it does what it does on a rigid one of the same mass."""
-    if isinstance(body, Modal):
+    if isinstance(body, mbs.Modal):
         pytest.importorskip("skfem")
     found = []
-    for kind in (body, Rigid(DAMPED)):
-        push = Force("crank:A", (-0.5 * TIP[1], 0.5 * TIP[0]), follows="crank")
-        result = fine(simulate(crank(push, body=kind), 0.4, solver=Exudyn(Equal(2000)), ledger=True))
+    for kind in (body, mbs.Rigid(DAMPED)):
+        push = mbs.Force("crank:A", (-0.5 * TIP[1], 0.5 * TIP[0]), follows="crank")
+        result = fine(mbs.simulate(crank(push, body=kind), 0.4, solver=mbs.Exudyn(mbs.Equal(2000)), ledger=True))
         assert result.energy_balance < 1e-4
         found.append(turn(result)[0][-1])
     assert found[0] == pytest.approx(found[1], rel=1e-2) and found[1] > 0.4
@@ -213,8 +196,8 @@ def test_a_force_that_follows_a_flexible_link(body):
 
 def test_a_torque_of_angle_and_speed_is_a_damped_oscillator():
     stiff, damped = 3.0, 0.2
-    law = Torque("crank", lambda _t, angle, speed: stiff * (0.5 - angle) - damped * speed)
-    result = fine(simulate(crank(law), 2.0, solver=tight(20000), ledger=True))
+    law = mbs.Torque("crank", lambda _t, angle, speed: stiff * (0.5 - angle) - damped * speed)
+    result = fine(mbs.simulate(crank(law), 2.0, solver=tight(20000), ledger=True))
     decay = damped / ABOUT_PIN / 2
     omega = math.sqrt(stiff / ABOUT_PIN - decay**2)
     wave = np.cos(omega * result.time) + decay / omega * np.sin(omega * result.time)
@@ -229,15 +212,15 @@ def test_a_load_on_a_struts_end_acts_on_what_it_is_pinned_to():
     """A spring, a force and a mass named on the strut: the block moves as if they were named on it."""
     found = []
     for end in ("B", "strip:B"):
-        mechanism = Mechanism(
+        mechanism = mbs.Mechanism(
             points={"A": (0, 0), "B": (SPAN, 0), "P": (SPAN + 0.2, 0)},
-            links=[Link("strip", "A", "B", Strut(Section(0.02, 0.005)))],
-            joints=[Revolute("A", "ground", "strip")],
-            guides=[Guide("B", "strip", mass=0.5)],
-            loads=[Spring(end, "ground:P", 3000.0, 2.0, free_length=0.1), Force(end, lambda t: (-5e4 * t, 0.0))],
-            masses=[Mass("B", 0.5, link="strip" if ":" in end else None)],
+            links=[mbs.Link("strip", "A", "B", mbs.Strut(mbs.Section(0.02, 0.005)))],
+            joints=[mbs.Revolute("A", "ground", "strip")],
+            guides=[mbs.Guide("B", "strip", mass=0.5)],
+            loads=[mbs.Spring(end, "ground:P", 3000.0, 2.0, free_length=0.1), mbs.Force(end, lambda t: (-5e4 * t, 0.0))],
+            masses=[mbs.Mass("B", 0.5, link="strip" if ":" in end else None)],
         )
-        result = fine(simulate(mechanism, 0.02, solver=Exudyn(Equal(4000)), ledger=True))
+        result = fine(mbs.simulate(mechanism, 0.02, solver=mbs.Exudyn(mbs.Equal(4000)), ledger=True))
         assert result.energy_balance < 1e-3
         found.append(result.signals["B.x"])
     np.testing.assert_array_equal(*found)
@@ -251,12 +234,12 @@ def loose(*loads, masses=(), drives=()):
     """A rattling four-bar of rigid links: the explicit integrator runs it."""
 
     def play(point, first, second):
-        return Clearance(point, first, second, 5e-3, 1e-4, LAW)
+        return mbs.Clearance(point, first, second, 5e-3, 1e-4, LAW)
 
-    bar = Rigid(Section(0.02, 0.005))
-    return Mechanism(
+    bar = mbs.Rigid(mbs.Section(0.02, 0.005))
+    return mbs.Mechanism(
         points={"O": (0, 0), "A": (0.1, 0), "B": (0.3, 0.1), "C": (0.3, -0.1)},
-        links=[Link("crank", "O", "A", bar), Link("coupler", "A", "B", bar), Link("rocker", "C", "B", bar)],
+        links=[mbs.Link("crank", "O", "A", bar), mbs.Link("coupler", "A", "B", bar), mbs.Link("rocker", "C", "B", bar)],
         joints=[play("O", "ground", "crank"), play("A", "crank", "coupler"), play("B", "coupler", "rocker"),
                 play("C", "ground", "rocker")],
         loads=loads, masses=masses, drives=drives, gravity=(0, -G),
@@ -264,35 +247,37 @@ def loose(*loads, masses=(), drives=()):
 
 
 EVERYWHERE = (
-    Spring("B", "ground:O", 2000.0, 1.0, free_length=0.3),
-    Spring("rocker:B", "A", 0.0, law=lambda e, rate: 500 * e + 0.2 * rate),
-    Torque("crank", lambda _t, _angle, speed: 1.0 - 0.1 * speed),
-    Torque("rocker", -0.3),
-    Force("coupler:A", lambda t: (10 * math.sin(50 * t), 3.0)),
-    Force("rocker:B", (0, 3.0), follows="coupler"),
-    TorsionSpring("crank", "coupler", 1.0, 0.001, free_angle=0.2),
-    Motor("rocker", 3.0, 1.0, 0.05, inertia=1e-5, gear=2.0),
+    mbs.Spring("B", "ground:O", 2000.0, 1.0, free_length=0.3),
+    mbs.Spring("rocker:B", "A", 0.0, law=lambda e, rate: 500 * e + 0.2 * rate),
+    mbs.Torque("crank", lambda _t, _angle, speed: 1.0 - 0.1 * speed),
+    mbs.Torque("rocker", -0.3),
+    mbs.Force("coupler:A", lambda t: (10 * math.sin(50 * t), 3.0)),
+    mbs.Force("rocker:B", (0, 3.0), follows="coupler"),
+    mbs.TorsionSpring("crank", "coupler", 1.0, 0.001, free_angle=0.2),
+    mbs.Motor("rocker", 3.0, 1.0, 0.05, inertia=1e-5, gear=2.0),
 )
 
 
 @pytest.mark.parametrize("driven", [False, True])
 def test_the_explicit_integrator_takes_every_load(driven):
     """Its balance closes, and its motion is the implicit integrator's until rattling tells them apart."""
-    mechanism = loose(*EVERYWHERE, masses=[Mass("B", 0.1, 1e-4, "rocker")], drives=[Drive("crank", 20.0)] if driven else [])
-    assert build(mechanism).loose
-    explicit = fine(simulate(mechanism, 0.01, solver=Exudyn(Controlled(1e-7)), ledger=True))
+    mechanism = loose(
+        *EVERYWHERE, masses=[mbs.Mass("B", 0.1, 1e-4, "rocker")], drives=[mbs.Drive("crank", 20.0)] if driven else []
+    )
+    assert mbs.build(mechanism).loose
+    explicit = fine(mbs.simulate(mechanism, 0.01, solver=mbs.Exudyn(mbs.Controlled(1e-7)), ledger=True))
     assert explicit.work["jacobians"] == 0
     assert explicit.energy_balance < 1e-4
     if not driven:
-        held = Guide("P", "extra", mass=1.0)  # a slider of its own makes it a scene for the implicit integrator
+        held = mbs.Guide("P", "extra", mass=1.0)  # a slider of its own makes it a scene for the implicit integrator
         apart = replace(
             mechanism,
             points={**mechanism.points, "P": (1, 0), "Q": (1.1, 0)},
-            links=[*mechanism.links, Link("extra", "P", "Q", BAR)],
+            links=[*mechanism.links, mbs.Link("extra", "P", "Q", BAR)],
             guides=[held],
         )
-        assert not build(apart).loose
-        implicit = fine(simulate(apart, 0.01, solver=Exudyn(Controlled(1e-6))))
+        assert not mbs.build(apart).loose
+        implicit = fine(mbs.simulate(apart, 0.01, solver=mbs.Exudyn(mbs.Controlled(1e-6))))
         for name in ("A.x", "A.y", "B.x", "B.y"):
             assert explicit.signals[name][-1] == pytest.approx(implicit.signals[name][-1], abs=2e-6)
 
@@ -300,6 +285,6 @@ def test_the_explicit_integrator_takes_every_load(driven):
 def test_torque_of_a_drive_bears_the_loads_of_its_link():
     """A flywheel driven in a scene with clearance: a torque on it is one the drive need not give."""
     plain, loaded = (
-        fine(simulate(loose(*loads, drives=[Drive("crank", 20.0)]), 0.005)) for loads in ((), (Torque("crank", 2.5),))
+        fine(mbs.simulate(loose(*loads, drives=[mbs.Drive("crank", 20.0)]), 0.005)) for loads in ((), (mbs.Torque("crank", 2.5),))
     )
     np.testing.assert_allclose(loaded.signals["drive.torque"], plain.signals["drive.torque"] - 2.5, atol=1e-9)

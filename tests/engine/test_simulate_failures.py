@@ -7,26 +7,8 @@ import numpy as np
 import pytest
 from simulations import BAR, LENGTH, STRIP, UNIT, G, block, fine, pendulum, pressed
 
+from buckler import mbs
 from buckler.elastica import pinned
-from buckler.mbs import (
-    STEEL,
-    Beam,
-    Controlled,
-    Drive,
-    Equal,
-    Exudyn,
-    Guide,
-    GuideFriction,
-    Link,
-    Mechanism,
-    Ramp,
-    Revolute,
-    Status,
-    Stop,
-    Strut,
-    simulate,
-    slider_crank,
-)
 from buckler.mbs.laws import CarvalhoMartins, ExactRestitution, Hertz
 from buckler.mbs.library import PAPER
 
@@ -50,9 +32,9 @@ class Broken(Hertz):
 
 
 def test_a_stop_that_makes_energy_is_suspect():
-    result = simulate(block(G, Kicker(1e8)), 0.3, ledger=True)
+    result = mbs.simulate(block(G, Kicker(1e8)), 0.3, ledger=True)
     assert result.energy["taken_contact"][-1] < -0.1  # joules, of 0.5 put in
-    assert result.status is Status.SUSPECT and "ENERGY" in result.message
+    assert result.status is mbs.Status.SUSPECT and "ENERGY" in result.message
 
 
 def test_a_force_the_ledger_does_not_know_is_suspect(monkeypatch):
@@ -73,79 +55,79 @@ def test_a_force_the_ledger_does_not_know_is_suspect(monkeypatch):
         return force
 
     monkeypatch.setattr(StopState, "accept", booked)
-    result = simulate(block(G, Hertz(1e8)), 0.3, solver=Exudyn(), ledger=True)
-    assert result.status is Status.SUSPECT and "ENERGY" in result.message
+    result = mbs.simulate(block(G, Hertz(1e8)), 0.3, solver=mbs.Exudyn(), ledger=True)
+    assert result.status is mbs.Status.SUSPECT and "ENERGY" in result.message
 
 
 @pytest.mark.parametrize(("mechanism", "steps"), [(pendulum(2.5), 20), (block(G, Hertz(1e10)), 100)], ids=["swing", "hit"])
 def test_too_large_uniform_steps_are_suspect(mechanism, steps):
-    result = simulate(mechanism, 1.5 if steps == 20 else 0.4, ledger=True, solver=Exudyn(Equal(steps)))
-    assert result.status is Status.SUSPECT and "ENERGY" in result.message
+    result = mbs.simulate(mechanism, 1.5 if steps == 20 else 0.4, ledger=True, solver=mbs.Exudyn(mbs.Equal(steps)))
+    assert result.status is mbs.Status.SUSPECT and "ENERGY" in result.message
     assert result.energy_balance > 1e-2
 
 
 def test_uniform_steps_stay_uniform_or_fail():
-    result = simulate(pendulum(1.5), 10.0, solver=Exudyn(Equal(10)))
-    assert result.status is not Status.OK or len(result.time) == 11
+    result = mbs.simulate(pendulum(1.5), 10.0, solver=mbs.Exudyn(mbs.Equal(10)))
+    assert result.status is not mbs.Status.OK or len(result.time) == 11
 
 
-def test_unbuckled_strip_is_suspect():
-    """Perfectly straight and pressed in line: the integrator stays on the straight branch."""
-    result = simulate(pressed(Beam(STRIP), 0.5 * LENGTH, 1.0), 1.0)
-    assert result.status is Status.SUSPECT and "UNBUCKLED" in result.message and "'strip'" in result.message
+STRAIGHT = pressed(mbs.Beam(STRIP), 0.5 * LENGTH, 1.0)
+"""Perfectly straight and pressed in line: the integrator stays on the straight branch."""
 
 
-def test_soft_stop_is_suspect():
-    result = simulate(block(G, Hertz(10.0)), 0.4)
-    assert result.status is Status.SUSPECT and "PENETRATION" in result.message
+@pytest.mark.parametrize(
+    ("mechanism", "duration", "word"), [(STRAIGHT, 1.0, "UNBUCKLED"), (block(G, Hertz(10.0)), 0.4, "PENETRATION")]
+)
+def test_what_no_law_holds_for_is_suspect(mechanism, duration, word):
+    result = mbs.simulate(mechanism, duration)
+    assert result.status is mbs.Status.SUSPECT and word in result.message
 
 
 def test_out_of_time():
-    result = simulate(slider_crank(Beam(STRIP), law=None, mass=0.3, speed=1.25), 5.0, timeout=1e-9, ledger=True)
-    assert result.status is Status.TIMED_OUT and "of 5 s" in result.message
+    result = mbs.simulate(mbs.slider_crank(mbs.Beam(STRIP), law=None, mass=0.3, speed=1.25), 5.0, timeout=1e-9, ledger=True)
+    assert result.status is mbs.Status.TIMED_OUT and "of 5 s" in result.message
     assert 1 <= result.work["steps"] < 50 and len(result.signals["B.x"]) == len(result.time)
 
 
 def test_too_many_steps():
-    result = simulate(slider_crank(Beam(STRIP), law=None, mass=0.3, speed=1.25), 5.0, solver=Exudyn(Controlled(max_steps=7)))
-    assert result.status is Status.TOO_MANY_STEPS and "max_steps = 7" in result.message
+    result = mbs.simulate(
+        mbs.slider_crank(mbs.Beam(STRIP), law=None, mass=0.3, speed=1.25), 5.0, solver=mbs.Exudyn(mbs.Controlled(max_steps=7))
+    )
+    assert result.status is mbs.Status.TOO_MANY_STEPS and "max_steps = 7" in result.message
     assert len(result.time) <= 8
 
 
 def test_drive_out_of_reach_locks():
     """The slider is pulled on beyond the stretched linkage."""
-    linkage = Mechanism(
+    linkage = mbs.Mechanism(
         points={"O": (0, 0), "A": (0.1, 0.1), "B": (0.4, 0)},
-        links=[Link("a", "O", "A", BAR), Link("b", "A", "B", BAR)],
-        joints=[Revolute("O", "ground", "a"), Revolute("A", "a", "b")],
-        guides=[Guide("B", "b")],
-        drives=[Drive("B", 0.1)],
+        links=[mbs.Link("a", "O", "A", BAR), mbs.Link("b", "A", "B", BAR)],
+        joints=[mbs.Revolute("O", "ground", "a"), mbs.Revolute("A", "a", "b")],
+        guides=[mbs.Guide("B", "b")],
+        drives=[mbs.Drive("B", 0.1)],
     )
     reach = math.hypot(0.1, 0.1) + math.hypot(0.3, 0.1)
-    result = simulate(linkage, 2.0)
-    assert result.status is Status.LOCKED and result.message == "the linkage locks at t = 0.576491 s (a and b in line)"
+    result = mbs.simulate(linkage, 2.0)
+    assert result.status is mbs.Status.LOCKED and result.message == "the linkage locks at t = 0.576491 s (a and b in line)"
     assert result.signals["B.x"][-1] == pytest.approx(reach, abs=1e-8)
     for solver, off in (
-        (Exudyn(), 0.1 * 2.0 / 200),
-        (Exudyn(Controlled(tolerance=1e-5)), 1e-4),
+        (mbs.Exudyn(), 0.1 * 2.0 / 200),
+        (mbs.Exudyn(mbs.Controlled(tolerance=1e-5)), 1e-4),
     ):  # by default equal steps: it ends within one
-        result = simulate(linkage, 2.0, solver=solver)
-        assert result.status is Status.LOCKED and "(a and b in line)" in result.message
+        result = mbs.simulate(linkage, 2.0, solver=solver)
+        assert result.status is mbs.Status.LOCKED and "(a and b in line)" in result.message
         assert reach - off < result.signals["B.x"][-1] < reach + 1e-6 and "0.57" in result.message
 
 
-def test_redundant_rigid_linkage_is_no_success():
-    joints = [Revolute("O", "ground", "bar"), Revolute("O", "bar", "ground")]
-    try:
-        result = simulate(replace(pendulum(1.0), joints=joints), 0.1)
-    except ValueError:
-        return
-    assert result.status is Status.NEWTON_DIVERGED
+def test_a_joint_that_stands_twice_is_refused():
+    joints = [mbs.Revolute("O", "ground", "bar"), mbs.Revolute("O", "bar", "ground")]
+    with pytest.raises(ValueError, match="twice"):
+        replace(pendulum(1.0), joints=joints)
 
 
 def test_force_that_is_no_number_is_a_failure():
-    result = simulate(block(G, Broken(1e8)), 0.3)
-    assert result.status in (Status.NEWTON_DIVERGED, Status.NOT_FINITE)
+    result = mbs.simulate(block(G, Broken(1e8)), 0.3)
+    assert result.status in (mbs.Status.NEWTON_DIVERGED, mbs.Status.NOT_FINITE)
     assert result.time[-1] < math.sqrt(0.2 / G) * 1.01
 
 
@@ -156,44 +138,32 @@ def half_elastica(u):
 
 
 def test_strut_beyond_its_law_has_a_name():
-    result = simulate(pressed(Strut(STRIP, load=half_elastica), 0.5 * LENGTH, 1.0), 1.0)
-    assert result.status is Status.STRUT_OUT_OF_RANGE
+    result = mbs.simulate(pressed(mbs.Strut(STRIP, load=half_elastica), 0.5 * LENGTH, 1.0), 1.0)
+    assert result.status is mbs.Status.STRUT_OUT_OF_RANGE and "must lie in [0, 0.2]" in result.message
     assert result.signals["strip.end_shortening"][-1] == pytest.approx(0.2 * LENGTH, rel=0.05)
 
 
-def test_what_a_law_complained_of_reaches_the_reader():
-    result = simulate(pressed(Strut(STRIP, load=half_elastica), 0.5 * LENGTH, 1.0), 1.0)
-    assert "must lie in [0, 0.2]" in result.message
-
-
 def test_failed_run_keeps_the_shapes_it_reached():
-    mechanism = slider_crank(Beam(STRIP), law=None, mass=0.3, speed=1.25)
-    result = simulate(mechanism, 5.0, solver=Exudyn(Controlled(max_steps=20)), shapes=[0.0, 4.0])
-    assert result.status is Status.TOO_MANY_STEPS and result.shapes["coupler"].times.tolist() == [0.0]
+    mechanism = mbs.slider_crank(mbs.Beam(STRIP), law=None, mass=0.3, speed=1.25)
+    result = mbs.simulate(mechanism, 5.0, solver=mbs.Exudyn(mbs.Controlled(max_steps=20)), shapes=[0.0, 4.0])
+    assert result.status is mbs.Status.TOO_MANY_STEPS and result.shapes["coupler"].times.tolist() == [0.0]
 
 
 def test_block_between_two_stops():
     between = block(1.0, Hertz(1e8), 0.1)
-    both = replace(between, stops=[*between.stops, Stop("A", at=-0.05, law=Hertz(1e8))])
-    result = simulate(both, 1.0, ledger=True)
-    assert result.status is Status.OK, result.message
+    both = replace(between, stops=[*between.stops, mbs.Stop("A", at=-0.05, law=Hertz(1e8))])
+    result = mbs.simulate(both, 1.0, ledger=True)
+    assert result.status is mbs.Status.OK, result.message
 
 
-def test_names_may_have_blanks_or_are_refused_when_made():
-    try:
-        mechanism = Mechanism(
-            points={"pivot": (0, 0), "far end": (0.5, 0)},
-            links=[Link("long bar", "pivot", "far end", BAR)],
-            joints=[Revolute("pivot", "ground", "long bar")],
-        )
-    except ValueError:
-        return
-    assert simulate(mechanism, 0.01).ok
+def test_names_may_have_blanks():
+    points, links = {"pivot": (0, 0), "far end": (0.5, 0)}, [mbs.Link("long bar", "pivot", "far end", BAR)]
+    assert mbs.simulate(mbs.Mechanism(points, links, [mbs.Revolute("pivot", "ground", "long bar")]), 0.01).ok
 
 
 def test_strip_may_be_pressed_by_a_ramp_from_rest():
-    ramped = replace(pressed(Strut(STRIP), 1.0, 1.0), drives=[Drive("A", Ramp(0.0, 0.05, 0.1))])
-    assert simulate(ramped, 0.1).ok
+    ramped = replace(pressed(mbs.Strut(STRIP), 1.0, 1.0), drives=[mbs.Drive("A", mbs.Ramp(0.0, 0.05, 0.1))])
+    assert mbs.simulate(ramped, 0.1).ok
 
 
 # --- wrong input, repeatability, manners ------------------------------------------------------------------------------
@@ -207,13 +177,13 @@ def test_wrong_input_is_refused_before_the_engine(monkeypatch):
 
     monkeypatch.setattr(solve, "build", no_engine)
     with pytest.raises(AssertionError):
-        simulate(pendulum(1.0), 1.0)
+        mbs.simulate(pendulum(1.0), 1.0)
     for value in (0, -1.0, math.nan, math.inf, None, "1"):
         with pytest.raises(ValueError, match=r"duration = .* s: must (lie in \(0, inf\) s|be finite)"):
-            simulate(pendulum(1.0), value)
+            mbs.simulate(pendulum(1.0), value)
     for value in (0.0, -1.0, math.nan):
         with pytest.raises(ValueError, match=r"timeout = .* s: must lie in \(0, inf\) s"):
-            simulate(pendulum(1.0), 1.0, timeout=value)
+            mbs.simulate(pendulum(1.0), 1.0, timeout=value)
 
 
 @pytest.mark.parametrize("times", [[2.0], [-0.1], [math.nan]])
@@ -222,7 +192,7 @@ def test_wrong_times_of_shapes_are_refused_before_the_run(times, monkeypatch):
 
     monkeypatch.setattr(solve, "build", lambda *_: pytest.fail("the engine was asked"))
     with pytest.raises(ValueError, match="shapes"):
-        simulate(slider_crank(Beam(STRIP), law=None, mass=0.3, speed=1.25), 1.0, shapes=times)
+        mbs.simulate(mbs.slider_crank(mbs.Beam(STRIP), law=None, mass=0.3, speed=1.25), 1.0, shapes=times)
 
 
 SETTINGS = {
@@ -244,24 +214,24 @@ SETTINGS = {
 def test_wrong_settings_are_named(name):
     value, allowed = SETTINGS[name]
     with pytest.raises(ValueError) as caught:
-        kind = next(kind for kind in (Controlled, Equal, Exudyn) if name in {field.name for field in fields(kind)})
-        kind(**({"count": 1} if kind is Equal else {}) | {name: value})
+        kind = next(kind for kind in (mbs.Controlled, mbs.Equal, mbs.Exudyn) if name in {field.name for field in fields(kind)})
+        kind(**({"count": 1} if kind is mbs.Equal else {}) | {name: value})
     assert f"{name} = {value!r}" in str(caught.value) and allowed in str(caught.value)
 
 
-@pytest.mark.parametrize("solver", ["Exudyn", Exudyn, Controlled()])
+@pytest.mark.parametrize("solver", ["Exudyn", mbs.Exudyn, mbs.Controlled()])
 def test_a_solver_of_a_wrong_type_is_refused(solver):
     with pytest.raises(ValueError, match=r"solver = .*must be Exudyn"):
-        simulate(pendulum(1.0), 0.1, solver=solver)
+        mbs.simulate(pendulum(1.0), 0.1, solver=solver)
     with pytest.raises(ValueError, match="accuracy = "):
-        simulate(pendulum(1.0), 0.1, solver)
+        mbs.simulate(pendulum(1.0), 0.1, solver)
 
 
 def test_the_same_input_gives_the_same_bits():
-    mechanism = slider_crank(
-        Beam(STRIP.damped(0.02, LENGTH)), law=CarvalhoMartins(1e5, 0.8), mass=0.3, speed=1.25, friction=GuideFriction(0.1)
+    mechanism = mbs.slider_crank(
+        mbs.Beam(STRIP.damped(0.02, LENGTH)), law=CarvalhoMartins(1e5, 0.8), mass=0.3, speed=1.25, friction=mbs.GuideFriction(0.1)
     )
-    one, two = (simulate(mechanism, 2.5, ledger=True) for _ in range(2))
+    one, two = (mbs.simulate(mechanism, 2.5, ledger=True) for _ in range(2))
     assert one.ok and one.signals["B.contact_force"].max() > 1  # so that there is something to repeat
     assert np.array_equal(one.time, two.time)
     for name in one.signals:
@@ -271,35 +241,35 @@ def test_the_same_input_gives_the_same_bits():
 
 
 def test_the_ledger_changes_nothing_but_itself():
-    mechanism = slider_crank(Strut(STRIP), law=ExactRestitution(1e5, 0.8), mass=0.3, speed=1.25)
-    one, two = simulate(mechanism, 2.0), simulate(mechanism, 2.0, ledger=True)
+    mechanism = mbs.slider_crank(mbs.Strut(STRIP), law=ExactRestitution(1e5, 0.8), mass=0.3, speed=1.25)
+    one, two = mbs.simulate(mechanism, 2.0), mbs.simulate(mechanism, 2.0, ledger=True)
     assert not one.energy and two.energy
     assert all(np.array_equal(one.signals[name], two.signals[name]) for name in one.signals)
 
 
 def test_progress_rises_from_zero_to_one():
     seen = []
-    simulate(pendulum(1.0), 0.3, progress=seen.append, solver=Exudyn())
+    mbs.simulate(pendulum(1.0), 0.3, progress=seen.append, solver=mbs.Exudyn())
     assert seen[0] == 0 and seen[-1] == pytest.approx(1.0) and (np.diff(seen) > 0).all()
 
 
 def test_progress_of_several_runs_is_that_of_each_in_turn():
     seen = []
-    result = simulate(pendulum(1.0), 0.3, progress=seen.append)
+    result = mbs.simulate(pendulum(1.0), 0.3, progress=seen.append)
     assert np.isclose(seen, 1.0).sum() == result.work["runs"] == 2 and seen[-1] == pytest.approx(1.0)
 
 
 def test_run_ends_where_it_should_and_keeps_to_the_largest_step():
-    result = fine(simulate(pendulum(1.0), 0.7, solver=Exudyn(Controlled(max_step=0.01))))
+    result = fine(mbs.simulate(pendulum(1.0), 0.7, solver=mbs.Exudyn(mbs.Controlled(max_step=0.01))))
     assert result.time[0] == 0 and result.time[-1] == pytest.approx(0.7, rel=1e-12)
     assert np.diff(result.time).max() <= 0.01 * (1 + 1e-9)
 
 
 def test_published_slider_crank_quasi_static_contact_force():
     """Largest force on the stop from the exact elastica, 1.7246 N at 180 degrees, once the impact has died out."""
-    section = replace(STRIP, material=STEEL).damped(0.1, LENGTH)
-    mechanism = slider_crank(Beam(section), law=CarvalhoMartins(1e5, 0.3), mass=0.05, speed=0.5)
-    result = fine(simulate(mechanism, math.radians(200) / 0.5, ledger=True))
+    section = replace(STRIP, material=mbs.STEEL).damped(0.1, LENGTH)
+    mechanism = mbs.slider_crank(mbs.Beam(section), law=CarvalhoMartins(1e5, 0.3), mass=0.05, speed=0.5)
+    result = fine(mbs.simulate(mechanism, math.radians(200) / 0.5, ledger=True))
     u = PAPER.shortening(np.pi, mechanism.stops[0].at)
     force = result.at("B.contact_force", math.pi / 0.5)
     assert force == pytest.approx(UNIT * pinned.load(u), rel=5e-3)

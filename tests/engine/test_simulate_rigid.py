@@ -10,22 +10,7 @@ from scipy.interpolate import CubicHermiteSpline
 from scipy.special import ellipk
 from simulations import BAR, SIMPLE, SPAN, G, fine, pendulum, rates, simply_supported
 
-from buckler.mbs import (
-    Beam,
-    Cable,
-    Controlled,
-    Drive,
-    Equal,
-    Exudyn,
-    Link,
-    Mechanism,
-    Ramp,
-    Revolute,
-    Rigid,
-    Section,
-    simulate,
-    slider_crank,
-)
+from buckler import mbs
 from buckler.mbs.functions import Expression
 from buckler.mbs.library import PAPER
 
@@ -57,8 +42,8 @@ def exact_swing(angle, times):
 def test_pendulum_period_is_the_elliptic_integral(angle):
     """T = 4 K(sin^2(a/2))/omega."""
     period = 4 / pendulum_frequency() * ellipk(math.sin(angle / 2) ** 2)
-    solver = Exudyn(Controlled(tolerance=1e-7, max_step=period / 400))
-    result = fine(simulate(pendulum(angle), 1.3 * period, solver=solver, ledger=True))
+    solver = mbs.Exudyn(mbs.Controlled(tolerance=1e-7, max_step=period / 400))
+    result = fine(mbs.simulate(pendulum(angle), 1.3 * period, solver=solver, ledger=True))
     crossings = CubicHermiteSpline(result.time, *swing(result)).roots(extrapolate=False)
     assert 2 * (crossings[1] - crossings[0]) == pytest.approx(period, rel=1e-4)
     assert result.energy_balance < 2e-4
@@ -69,7 +54,7 @@ def test_pendulum_period_is_the_elliptic_integral(angle):
 def test_uniform_steps_converge_at_second_order(radius):
     errors = []
     for steps in (200, 400, 800):
-        result = fine(simulate(pendulum(1.5), 1.5, solver=Exudyn(Equal(steps), spectral_radius=radius)))
+        result = fine(mbs.simulate(pendulum(1.5), 1.5, solver=mbs.Exudyn(mbs.Equal(steps), spectral_radius=radius)))
         assert len(result.time) == steps + 1
         assert np.diff(result.time) == pytest.approx(1.5 / steps, rel=1e-9)
         errors.append(np.abs(swing(result)[0] - exact_swing(1.5, result.time)).max())
@@ -81,7 +66,7 @@ def test_error_follows_the_tolerance():
     """A third-order local error held at tol makes steps ~ tol^(-1/3) and a global error ~ tol^(2/3)."""
     tolerances, errors, steps = 10.0 ** -np.arange(5, 9), [], []
     for tolerance in tolerances:
-        result = fine(simulate(pendulum(1.5), 1.5, solver=Exudyn(Controlled(tolerance=tolerance, max_step=0.1))))
+        result = fine(mbs.simulate(pendulum(1.5), 1.5, solver=mbs.Exudyn(mbs.Controlled(tolerance=tolerance, max_step=0.1))))
         errors.append(np.abs(swing(result)[0] - exact_swing(1.5, result.time)).max())
         steps.append(result.work["steps"])
     assert np.polyfit(np.log(tolerances), np.log(errors), 1)[0] == pytest.approx(2 / 3, abs=0.12)
@@ -93,7 +78,7 @@ def test_error_follows_the_tolerance():
 
 
 def test_hanging_bar_pulls_with_its_weight():
-    result = fine(simulate(pendulum(0.0), 0.1))
+    result = fine(mbs.simulate(pendulum(0.0), 0.1))
     weight = BAR.section.mass_per_length * SPAN * G
     assert result.signals["O.ground-bar.fy"] == pytest.approx(weight, rel=1e-8)
     assert np.abs(result.signals["O.ground-bar.fx"]).max() < 1e-8 * weight
@@ -101,7 +86,7 @@ def test_hanging_bar_pulls_with_its_weight():
 
 def test_action_is_reaction():
     """The same joint named from the other side: the force on the other body."""
-    one, two = (fine(simulate(pendulum(1.0, swapped), 0.5)) for swapped in (False, True))
+    one, two = (fine(mbs.simulate(pendulum(1.0, swapped), 0.5)) for swapped in (False, True))
     for axis in ("fx", "fy"):
         on_bar, on_ground = one.signals[f"O.ground-bar.{axis}"], two.signals[f"O.bar-ground.{axis}"]
         assert on_ground == pytest.approx(-on_bar, abs=1e-6 * np.abs(on_bar).max())
@@ -109,7 +94,7 @@ def test_action_is_reaction():
 
 def test_pin_force_of_a_swinging_pendulum():
     """Force m (a_C - g): radial m (g cos + omega^2 L/2), transverse m (g sin + alpha L/2)."""
-    result = fine(simulate(pendulum(1.5), 1.0, solver=Exudyn(Equal(1000))))
+    result = fine(mbs.simulate(pendulum(1.5), 1.0, solver=mbs.Exudyn(mbs.Equal(1000))))
     angle, rate = swing(result)
     mass, alpha = BAR.section.mass_per_length * SPAN, -(pendulum_frequency() ** 2) * np.sin(angle)
     radial, transverse = mass * (G * np.cos(angle) + rate**2 * SPAN / 2), mass * (G * np.sin(angle) + alpha * SPAN / 2)
@@ -121,23 +106,23 @@ def test_pin_force_of_a_swinging_pendulum():
 
 
 def test_each_pin_of_a_chain_carries_what_hangs_below():
-    chain = Mechanism(
+    chain = mbs.Mechanism(
         points={"O": (0, 0), "A": (0, -0.3), "B": (0, -0.8)},
-        links=[Link("upper", "O", "A", BAR), Link("lower", "A", "B", BAR)],
-        joints=[Revolute("O", "ground", "upper"), Revolute("A", "upper", "lower")],
+        links=[mbs.Link("upper", "O", "A", BAR), mbs.Link("lower", "A", "B", BAR)],
+        joints=[mbs.Revolute("O", "ground", "upper"), mbs.Revolute("A", "upper", "lower")],
         gravity=(0.0, -G),
     )
-    result, weight = fine(simulate(chain, 0.1)), BAR.section.mass_per_length * G
+    result, weight = fine(mbs.simulate(chain, 0.1)), BAR.section.mass_per_length * G
     assert result.signals["O.ground-upper.fy"][-1] == pytest.approx(0.8 * weight, rel=1e-8)
     assert result.signals["A.upper-lower.fy"][-1] == pytest.approx(0.5 * weight, rel=1e-8)
 
 
 def test_centre_of_mass_moves_by_the_sum_of_forces():
     """A strip between two pins side by side, alike by symmetry: m a = 2 F - m g, to the solver's tolerance."""
-    section = Section(width=0.020, thickness=0.004)
-    for body in (Beam(section, elements=2), Beam(section, elements=3, nodes=2), Cable(section, elements=2)):
+    section = mbs.Section(width=0.020, thickness=0.004)
+    for body in (mbs.Beam(section, elements=2), mbs.Beam(section, elements=3, nodes=2), mbs.Cable(section, elements=2)):
         mechanism = simply_supported(body, G)
-        result = fine(simulate(mechanism, 0.02, solver=Exudyn(Equal(400), spectral_radius=0.9)))
+        result = fine(mbs.simulate(mechanism, 0.02, solver=mbs.Exudyn(mbs.Equal(400), spectral_radius=0.9)))
         mass, later = section.mass_per_length * SIMPLE, result.time > 0.002
         expected = 2 * result.signals["A.ground-strip.fy"] / mass - G
         found = result.signals["strip.ay"]
@@ -148,7 +133,7 @@ def test_centre_of_mass_moves_by_the_sum_of_forces():
 
 
 def test_centre_of_a_rigid_link_is_its_middle():
-    result = fine(simulate(slider_crank(BAR, law=None, mass=0.3, speed=2.0), 1.0))
+    result = fine(mbs.simulate(mbs.slider_crank(BAR, law=None, mass=0.3, speed=2.0), 1.0))
     for name, tolerance in {"x": 1e-9, "y": 1e-9, "vx": 1e-5, "vy": 1e-5}.items():  # speeds: to the order of the steps
         middle = (result.signals[f"A.{name}"] + result.signals[f"B.{name}"]) / 2
         assert result.signals[f"coupler.{name}"] == pytest.approx(middle, abs=tolerance)
@@ -163,7 +148,7 @@ class RigidSliderCrank:
     """Energy and forces of the rigid slider-crank in closed form; derivatives by the complex step."""
 
     def __init__(self, gravity):
-        plain = slider_crank(Rigid(Section(0.030, 0.003)), law=None, mass=0.3, speed=OMEGA)
+        plain = mbs.slider_crank(mbs.Rigid(mbs.Section(0.030, 0.003)), law=None, mass=0.3, speed=OMEGA)
         self.mechanism = replace(plain, gravity=gravity)
         crank, coupler = (link.body.section for link in plain.links)
         self.crank = crank.mass_per_length * PAPER.crank
@@ -202,7 +187,7 @@ def differences(function, x, weights, scale, h):
 def test_torque_and_pin_force_of_a_rigid_slider_crank_are_exact(gravity):
     """To what is left of the differences they are compared with."""
     exact = RigidSliderCrank(gravity)
-    result = fine(simulate(exact.mechanism, 1.0, ledger=True))
+    result = fine(mbs.simulate(exact.mechanism, 1.0, ledger=True))
     angle = OMEGA * result.time
     for name, right, off in (
         ("B.x", PAPER.slider(angle), 1e-13),
@@ -219,8 +204,8 @@ def test_torque_and_pin_force_of_an_integrated_slider_crank(gravity):
     """Both converge at second order once the start, felt for a few steps, is over."""
     exact, errors = RigidSliderCrank(gravity), []
     for steps in (200, 400, 800):
-        solver = Exudyn(Equal(steps), newton_relative=1e-14, newton_absolute=1e-10)
-        result = fine(simulate(exact.mechanism, 1.0, ledger=True, solver=solver))
+        solver = mbs.Exudyn(mbs.Equal(steps), newton_relative=1e-14, newton_absolute=1e-10)
+        result = fine(mbs.simulate(exact.mechanism, 1.0, ledger=True, solver=solver))
         angle, later = OMEGA * result.time, result.time > 0.2
         assert result.signals["drive.position"] == pytest.approx(angle, abs=1e-11)
         assert result.signals["B.x"] == pytest.approx(PAPER.slider(angle), abs=1e-9)
@@ -239,8 +224,8 @@ def test_torque_and_pin_force_of_an_integrated_slider_crank(gravity):
 def test_drive_gives_what_the_mechanism_takes():
     """From rest to speed: the drive's work is the kinetic energy of the closed form."""
     exact = RigidSliderCrank((0.0, 0.0))
-    ramp = Ramp(0.0, OMEGA, 0.5)
-    result = fine(simulate(replace(exact.mechanism, drives=[Drive("crank", ramp)]), 1.0, ledger=True))
+    ramp = mbs.Ramp(0.0, OMEGA, 0.5)
+    result = fine(mbs.simulate(replace(exact.mechanism, drives=[mbs.Drive("crank", ramp)]), 1.0, ledger=True))
     kinetic = exact.energy(np.array(ramp.position(1.0))) + exact.crank * PAPER.crank**2 / 6 * OMEGA**2
     assert result.energy["given_drive"][-1] == pytest.approx(kinetic, rel=2e-3)
 
@@ -248,5 +233,5 @@ def test_drive_gives_what_the_mechanism_takes():
 def test_the_energy_of_a_shaken_slider_crank_adds_up():
     """A crank that turns back 150 times a second; samples of two grids side by side let the balance err by 1.3 per cent."""
     motion = Expression("48*cos(472*t)")
-    result = fine(simulate(slider_crank(BAR, law=None, mass=0.3, speed=motion), 1.0, ledger=True))
+    result = fine(mbs.simulate(mbs.slider_crank(BAR, law=None, mass=0.3, speed=motion), 1.0, ledger=True))
     assert result.energy_balance < 3e-3

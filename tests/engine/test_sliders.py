@@ -8,53 +8,34 @@ import pytest
 from jointed import BAR, G, turned
 from simulations import closed, fine
 
-from buckler.mbs import (
-    Beam,
-    Cable,
-    Closure,
-    Controlled,
-    Drive,
-    Equal,
-    Exudyn,
-    Guide,
-    Link,
-    Mechanism,
-    Motion,
-    Revolute,
-    Rigid,
-    Slider,
-    Slot,
-    Strut,
-    Weld,
-    simulate,
-)
+from buckler import mbs
 
-EQUAL = Exudyn(Equal(4000), spectral_radius=0.6)
+EQUAL = mbs.Exudyn(mbs.Equal(4000), spectral_radius=0.6)
 """Constraint forces ring where steps change their size."""
 
 
 # --- sliders and slots ------------------------------------------------------------------------------------------------
 
 
-BEAD = Rigid.of(mass=0.3, inertia=2e-4, centre=(0.0, 0.0))
+BEAD = mbs.Rigid.of(mass=0.3, inertia=2e-4, centre=(0.0, 0.0))
 
 
 def bead_on_a_rod(kind, speed, angle=0.5, start=0.1):
     """A bead on a rod that turns about its end; no gravity."""
     o, p, q, e = turned(angle, (0, 0), (start, 0), (start, 0.02), (1.0, 0))
-    return Mechanism(
+    return mbs.Mechanism(
         points={"O": o, "P": p, "Q": q, "E": e},
-        links=[Link("rod", "O", "E", Rigid(BAR)), Link("bead", "P", "Q", BEAD)],
-        joints=[Revolute("O", "ground", "rod"), kind("P", "bead", "rod", along=turned(angle, (1, 0))[0])],
-        drives=[Drive("rod", speed)],
+        links=[mbs.Link("rod", "O", "E", mbs.Rigid(BAR)), mbs.Link("bead", "P", "Q", BEAD)],
+        joints=[mbs.Revolute("O", "ground", "rod"), kind("P", "bead", "rod", along=turned(angle, (1, 0))[0])],
+        drives=[mbs.Drive("rod", speed)],
     )
 
 
-@pytest.mark.parametrize("kind", [Slider, Slot])
+@pytest.mark.parametrize("kind", [mbs.Slider, mbs.Slot])
 def test_bead_flies_out_along_a_turning_rod(kind):
     """Its distance grows by r'' = w^2 r: r = r_0 cosh w t, with 2 m w r' across the rod."""
     speed = 8.0
-    result = fine(simulate(bead_on_a_rod(kind, speed), 0.2, solver=EQUAL, ledger=True))
+    result = fine(mbs.simulate(bead_on_a_rod(kind, speed), 0.2, solver=EQUAL, ledger=True))
     run, t = result.signals, result.time
     out = 0.1 * (np.cosh(speed * t) - 1)
     assert run["P.bead-rod.travel"] == pytest.approx(out, abs=2e-6)
@@ -63,17 +44,17 @@ def test_bead_flies_out_along_a_turning_rod(kind):
     assert run["P.bead-rod.normal_force"][later] == pytest.approx(pushed[later], abs=1e-3 * np.abs(pushed).max())
     turned_by = run["Q.x"] - run["P.x"], run["Q.y"] - run["P.y"]
     turn = np.unwrap(np.arctan2(*turned_by[::-1])) - 0.5 - math.pi / 2
-    assert turn[-1] == pytest.approx(speed * 0.2 if kind is Slider else 0.0, abs=1e-9)
+    assert turn[-1] == pytest.approx(speed * 0.2 if kind is mbs.Slider else 0.0, abs=1e-9)
     assert result.energy_balance < 1e-6
 
 
 def test_slider_carries_the_moment_that_turns_the_bead_and_a_slot_none():
-    spin_up = Motion(lambda t: 20 * t**3, lambda t: 60 * t**2)
-    for kind in (Slider, Slot):
-        result = fine(simulate(bead_on_a_rod(kind, spin_up), 0.2, solver=EQUAL, ledger=True))
+    spin_up = mbs.Motion(lambda t: 20 * t**3, lambda t: 60 * t**2)
+    for kind in (mbs.Slider, mbs.Slot):
+        result = fine(mbs.simulate(bead_on_a_rod(kind, spin_up), 0.2, solver=EQUAL, ledger=True))
         run, t = result.signals, result.time
         beads = np.arctan2(run["Q.y"] - run["P.y"], run["Q.x"] - run["P.x"]) - 0.5 - math.pi / 2
-        if kind is Slider:
+        if kind is mbs.Slider:
             assert run["P.bead-rod.moment"][5:] == pytest.approx(-2e-4 * 120 * t[5:], abs=1e-5)
             assert beads == pytest.approx(20 * t**3, abs=1e-9)
         else:
@@ -84,15 +65,15 @@ def test_slider_carries_the_moment_that_turns_the_bead_and_a_slot_none():
 
 def test_rod_feels_what_the_bead_feels():
     """Rod free to swing under gravity: the drive's absence leaves weight, pin, and the bead's force and moment on it."""
-    for kind in (Slider, Slot):
+    for kind in (mbs.Slider, mbs.Slot):
         plain = bead_on_a_rod(kind, 0.0)
         free = replace(plain, drives=[], gravity=(0, -G))
-        result = fine(simulate(free, 0.3, solver=EQUAL, ledger=True))
+        result = fine(mbs.simulate(free, 0.3, solver=EQUAL, ledger=True))
         assert result.energy_balance < 1e-6
         run = result.signals
         angle = np.unwrap(np.arctan2(run["E.y"], run["E.x"]))
         spin = run["E.x"] * run["E.vy"] - run["E.y"] * run["E.vx"]
-        mass, inertia, _ = Rigid(BAR).inertia(1.0)
+        mass, inertia, _ = mbs.Rigid(BAR).inertia(1.0)
         moment = (inertia + mass / 4) * np.gradient(spin, result.time, edge_order=2) + mass * G * np.cos(angle) / 2
         reach = 0.1 + run["P.bead-rod.travel"]
         exerted = run["P.bead-rod.normal_force"] * reach + run.get("P.bead-rod.moment", 0.0)
@@ -101,26 +82,27 @@ def test_rod_feels_what_the_bead_feels():
         assert np.abs(aside).max() < 1e-9
 
 
-@pytest.mark.parametrize("rod", [Beam(BAR, 4), Cable(BAR, 4)], ids=["beam", "cable"])
+@pytest.mark.parametrize("rod", [mbs.Beam(BAR, 4), mbs.Cable(BAR, 4)], ids=["beam", "cable"])
 def test_line_of_a_flexible_link_turns_with_its_section(rod):
-    flexible = bead_on_a_rod(Slider, 0.0, start=0.99)
-    mechanism = replace(flexible, links=[Link("rod", "O", "P", rod), flexible.links[1]], drives=[], gravity=(0, -G))
-    result = fine(simulate(mechanism, 0.2, solver=Exudyn(Controlled(tolerance=2e-8)), ledger=True))
+    flexible = bead_on_a_rod(mbs.Slider, 0.0, start=0.99)
+    mechanism = replace(flexible, links=[mbs.Link("rod", "O", "P", rod), flexible.links[1]], drives=[], gravity=(0, -G))
+    result = fine(mbs.simulate(mechanism, 0.2, solver=mbs.Exudyn(mbs.Controlled(tolerance=2e-8)), ledger=True))
     assert result.energy_balance < 1e-6
     assert np.abs(result.signals["P.bead-rod.travel"]).max() > 1e-3
 
 
-@pytest.mark.parametrize("kind", [Slider, Slot])
+@pytest.mark.parametrize("kind", [mbs.Slider, mbs.Slot])
 def test_loop_closure_knows_joints_that_slide(kind):
     """A quick-return linkage: velocities and accelerations from closure against differences of its places."""
-    mechanism = Mechanism(
+    mechanism = mbs.Mechanism(
         points={"O": (0, 0), "A": (0.05, 0.1), "D": (0.0, -0.2), "E": (0.1, 0.3), "F": (0.07, 0.1)},
-        links=[Link("crank", "O", "A", Rigid(BAR)), Link("block", "A", "F", BEAD), Link("arm", "D", "E", Rigid(BAR))],
-        joints=[Revolute("O", "ground", "crank"), Revolute("D", "ground", "arm"), Revolute("A", "crank", "block"),
-                Slider("A", "block", "arm", along=(0.05, 0.3))] if kind is Slider else
-               [Revolute("O", "ground", "crank"), Revolute("D", "ground", "arm"), Weld("A", "crank", "block"),
-                Slot("A", "block", "arm", along=(0.05, 0.3))],
-        drives=[Drive("crank", Motion(lambda t: 3 * t + t * t, lambda t: 3 + 2 * t))],
+        links=[mbs.Link("crank", "O", "A", mbs.Rigid(BAR)), mbs.Link("block", "A", "F", BEAD),
+               mbs.Link("arm", "D", "E", mbs.Rigid(BAR))],
+        joints=[mbs.Revolute("O", "ground", "crank"), mbs.Revolute("D", "ground", "arm"), mbs.Revolute("A", "crank", "block"),
+                mbs.Slider("A", "block", "arm", along=(0.05, 0.3))] if kind is mbs.Slider else
+               [mbs.Revolute("O", "ground", "crank"), mbs.Revolute("D", "ground", "arm"), mbs.Weld("A", "crank", "block"),
+                mbs.Slot("A", "block", "arm", along=(0.05, 0.3))],
+        drives=[mbs.Drive("crank", mbs.Motion(lambda t: 3 * t + t * t, lambda t: 3 + 2 * t))],
     )  # fmt: skip
     h = 1e-4
     closure, states = closed(mechanism, 0.3 + h * np.arange(-1, 2))
@@ -129,7 +111,7 @@ def test_loop_closure_knows_joints_that_slide(kind):
     change = (states[2].q_t - states[0].q_t) / (2 * h)
     assert states[1].q_t == pytest.approx(rate, abs=1e-5)
     assert states[1].q_tt == pytest.approx(change, abs=1e-4)
-    result = fine(simulate(mechanism, 0.3, solver=Closure(Equal(400)), ledger=True))
+    result = fine(mbs.simulate(mechanism, 0.3, solver=mbs.Closure(mbs.Equal(400)), ledger=True))
     end = states[1].q
     assert [result.signals[f"{p}.{a}"][-1] for p in "AE" for a in "xy"] == pytest.approx(
         [*closure.position("block", "A", end), *closure.position("arm", "E", end)], abs=1e-8
@@ -162,26 +144,29 @@ def reactions(mechanism, closure, state):
 
 def test_forces_of_a_linkage_that_is_held_are_those_of_statics():
     """Constraints alone decide it: a bar welded to a held crank; a bead on a held rod, its centre of mass 20 mm ahead."""
-    bar = Rigid.of(mass=2.0, inertia=0.01, centre=(0.1, 0.0))
-    arm = Mechanism(
+    bar = mbs.Rigid.of(mass=2.0, inertia=0.01, centre=(0.1, 0.0))
+    arm = mbs.Mechanism(
         points={"O": (0, 0), "A": (0.3, 0), "B": (0.5, 0)},
-        links=[Link("crank", "O", "A", Rigid(BAR)), Link("bar", "A", "B", bar)],
-        joints=[Revolute("O", "ground", "crank"), Weld("A", "crank", "bar")],
-        drives=[Drive("crank", 0.0)],
+        links=[mbs.Link("crank", "O", "A", mbs.Rigid(BAR)), mbs.Link("bar", "A", "B", bar)],
+        joints=[mbs.Revolute("O", "ground", "crank"), mbs.Weld("A", "crank", "bar")],
+        drives=[mbs.Drive("crank", 0.0)],
         gravity=(0, -G),
     )
-    run = simulate(arm, 0.1).signals
+    run = mbs.simulate(arm, 0.1).signals
     assert run["A.crank-bar.fy"] == pytest.approx(2.0 * G, rel=1e-9)
     assert run["A.crank-bar.moment"] == pytest.approx(2.0 * G * 0.1, rel=1e-9)
-    bead = Mechanism(
+    bead = mbs.Mechanism(
         points={"O": (0, 0), "E": (1, 0), "P": (0.4, 0), "Q": (0.5, 0)},
-        links=[Link("rod", "O", "E", Rigid(BAR)), Link("bead", "P", "Q", Rigid.of(mass=0.3, inertia=1e-3, centre=(0.02, 0)))],
-        joints=[Revolute("O", "ground", "rod"), Slider("P", "bead", "rod", along=(1, 0))],
-        guides=[Guide("P", "bead", along=(0, 1))],
-        drives=[Drive("rod", 0.0)],
+        links=[
+            mbs.Link("rod", "O", "E", mbs.Rigid(BAR)),
+            mbs.Link("bead", "P", "Q", mbs.Rigid.of(mass=0.3, inertia=1e-3, centre=(0.02, 0))),
+        ],
+        joints=[mbs.Revolute("O", "ground", "rod"), mbs.Slider("P", "bead", "rod", along=(1, 0))],
+        guides=[mbs.Guide("P", "bead", along=(0, 1))],
+        drives=[mbs.Drive("rod", 0.0)],
         gravity=(0, -G),
     )
-    run = simulate(bead, 0.1).signals
+    run = mbs.simulate(bead, 0.1).signals
     assert run["P.bead-rod.normal_force"] == pytest.approx(-0.3 * G, rel=1e-9)
     assert run["P.bead-rod.moment"] == pytest.approx(-0.3 * G * 0.02, rel=1e-9)
 
@@ -190,25 +175,29 @@ def test_forces_of_a_linkage_that_is_held_are_those_of_statics():
 
 
 WRONG = {
-    "strut clamped": ([Weld("A", "ground", "strut")], "Weld|weld at 'A': link 'strut' is a Strut"),
-    "welded to itself": ([Weld("A", "bar", "bar")], "joins 'bar' to itself"),
-    "welded twice": ([Weld("A", "bar", "ground"), Revolute("A", "ground", "bar")], "twice"),
-    "out of reach": ([Weld("C", "bar", "ground")], "'bar' does not reach it"),
-    "ground slides": ([Slider("A", "ground", "bar")], "first = 'ground': the point must be a link's; swap the bodies"),
-    "line of a stranger": ([Slider("A", "bar", "arm")], "unknown link 'arm'"),
-    "line off a beam": ([Slider("A", "bar", "beam")], "link 'beam' does not reach it"),
-    "slot in a strut": ([Slot("A", "bar", "strut")], "'strut' is a Strut"),
+    "strut clamped": ([mbs.Weld("A", "ground", "strut")], "Weld|weld at 'A': link 'strut' is a Strut"),
+    "welded to itself": ([mbs.Weld("A", "bar", "bar")], "joins 'bar' to itself"),
+    "welded twice": ([mbs.Weld("A", "bar", "ground"), mbs.Revolute("A", "ground", "bar")], "twice"),
+    "out of reach": ([mbs.Weld("C", "bar", "ground")], "'bar' does not reach it"),
+    "ground slides": ([mbs.Slider("A", "ground", "bar")], "first = 'ground': the point must be a link's; swap the bodies"),
+    "line of a stranger": ([mbs.Slider("A", "bar", "arm")], "unknown link 'arm'"),
+    "line off a beam": ([mbs.Slider("A", "bar", "beam")], "link 'beam' does not reach it"),
+    "slot in a strut": ([mbs.Slot("A", "bar", "strut")], "'strut' is a Strut"),
 }
 
 
 @pytest.mark.parametrize(("joints", "message"), WRONG.values(), ids=WRONG.keys())
 def test_joint_that_cannot_be_is_refused(joints, message):
     points = {"A": (0, 0), "B": (1, 0), "C": (1, 1)}
-    links = [Link("bar", "A", "B", Rigid(BAR)), Link("strut", "A", "C", Strut(BAR)), Link("beam", "B", "C", Beam(BAR))]
+    links = [
+        mbs.Link("bar", "A", "B", mbs.Rigid(BAR)),
+        mbs.Link("strut", "A", "C", mbs.Strut(BAR)),
+        mbs.Link("beam", "B", "C", mbs.Beam(BAR)),
+    ]
     with pytest.raises(ValueError, match=message):
-        Mechanism(points, links, joints)
+        mbs.Mechanism(points, links, joints)
 
 
 def test_slider_needs_a_direction():
     with pytest.raises(ValueError, match=r"Slider at 'A': along"):
-        Slider("A", "bar", "ground", along=(0, 0))
+        mbs.Slider("A", "bar", "ground", along=(0, 0))

@@ -10,23 +10,7 @@ from scipy.integrate import solve_ivp
 from scipy.special import ellipk
 from simulations import BAR, G, fine
 
-from buckler.mbs import (
-    Drive,
-    Equal,
-    Exudyn,
-    Force,
-    Link,
-    Mass,
-    Mechanism,
-    Motor,
-    Ramp,
-    Rigid,
-    Spring,
-    Status,
-    Torque,
-    TorsionSpring,
-    simulate,
-)
+from buckler import mbs
 
 # --- motors -----------------------------------------------------------------------------------------------------------
 
@@ -36,13 +20,13 @@ from buckler.mbs import (
 )
 def test_motor_runs_up_as_it_should(extra):
     """Omega = (u_eff k - friction R)/(k^2 g) (1 - exp(-t/tau)), tau = (I + J g^2) R/(k g)^2: to 1e-8."""
-    motor = Motor("crank", 12.0, 0.8, 0.05, **{"gear": 10.0, **extra})
+    motor = mbs.Motor("crank", 12.0, 0.8, 0.05, **{"gear": 10.0, **extra})
     total = ABOUT_PIN + motor.inertia * motor.gear**2
     tau = total * motor.resistance / (motor.constant * motor.gear) ** 2
     speed = ((12.0 - motor.dead_band) / motor.constant - motor.friction * motor.resistance / motor.constant**2) / motor.gear
     if motor.gear < 0:
         speed = (12.0 / motor.constant - motor.friction * motor.resistance / motor.constant**2) / motor.gear
-    result = fine(simulate(crank(motor), 1.2 * tau, solver=tight(16000), ledger=True))
+    result = fine(mbs.simulate(crank(motor), 1.2 * tau, solver=tight(16000), ledger=True))
     exact = speed * (1 - np.exp(-result.time / tau))
     late = result.time > 0.01 * tau  # friction sets in within 1e-3 rad/s of the rotor
     allowed = 1e-8 if not motor.friction else 5e-5  # the first step, in which friction sets in, is a kink
@@ -54,13 +38,13 @@ def test_motor_runs_up_as_it_should(extra):
 
 def test_motor_stands_still_in_its_dead_band_and_against_its_friction():
     for motor in (
-        Motor("crank", 1.9, 0.8, 0.05, dead_band=2.0),
-        Motor("crank", lambda t: -1.9 * math.sin(30 * t), 0.8, 0.05, dead_band=2.0),
+        mbs.Motor("crank", 1.9, 0.8, 0.05, dead_band=2.0),
+        mbs.Motor("crank", lambda t: -1.9 * math.sin(30 * t), 0.8, 0.05, dead_band=2.0),
     ):
-        result = fine(simulate(crank(motor), 0.5))
+        result = fine(mbs.simulate(crank(motor), 0.5))
         assert np.abs(turn(result)[0]).max() < 1e-12
-    stalled = Motor("crank", 1.9, 0.8, 0.05, friction=0.2)  # 0.119 N m drive it
-    assert np.abs(turn(fine(simulate(crank(stalled), 0.5)))[1]).max() < 1e-3
+    stalled = mbs.Motor("crank", 1.9, 0.8, 0.05, friction=0.2)  # 0.119 N m drive it
+    assert np.abs(turn(fine(mbs.simulate(crank(stalled), 0.5)))[1]).max() < 1e-3
 
 
 # --- springs ----------------------------------------------------------------------------------------------------------
@@ -68,10 +52,10 @@ def test_motor_stands_still_in_its_dead_band_and_against_its_friction():
 
 def hung(**spring):
     """A bar that hangs by a spring from the ground, upright."""
-    return Mechanism(
+    return mbs.Mechanism(
         points={"P": (0.2, 0.5), "A": (0.2, 0.0), "B": (0.2, -0.3)},
-        links=[Link("bar", "A", "B", BAR)],
-        loads=[Spring("ground:P", "A", **spring)],
+        links=[mbs.Link("bar", "A", "B", BAR)],
+        loads=[mbs.Spring("ground:P", "A", **spring)],
         gravity=(0, -G),
     )
 
@@ -80,7 +64,7 @@ def test_a_mass_on_a_spring_keeps_its_time():
     """It falls by m g/k (1 - cos w t), and with a damper the decayed wave."""
     mass, stiff = BAR.section.mass_per_length * 0.3, 68.0
     for damping in (0.0, 0.4):
-        result = fine(simulate(hung(stiffness=stiff, damping=damping), 2.0, solver=tight(20000), ledger=True))
+        result = fine(mbs.simulate(hung(stiffness=stiff, damping=damping), 2.0, solver=tight(20000), ledger=True))
         decay = damping / mass / 2
         omega = math.sqrt(stiff / mass - decay**2)
         t = result.time
@@ -92,18 +76,20 @@ def test_a_mass_on_a_spring_keeps_its_time():
 
 def test_a_law_takes_the_place_of_stiffness_and_damping():
     """A law k e + c e' runs and balances as the spring does; a cubic one has the period of Duffing's oscillator."""
-    linear = fine(simulate(hung(stiffness=68.0, damping=0.4), 1.0, solver=tight(20000), ledger=True))
-    by_law = fine(simulate(hung(stiffness=0.0, law=lambda e, rate: 68 * e + 0.4 * rate), 1.0, solver=tight(20000), ledger=True))
+    linear = fine(mbs.simulate(hung(stiffness=68.0, damping=0.4), 1.0, solver=tight(20000), ledger=True))
+    by_law = fine(
+        mbs.simulate(hung(stiffness=0.0, law=lambda e, rate: 68 * e + 0.4 * rate), 1.0, solver=tight(20000), ledger=True)
+    )
     np.testing.assert_allclose(by_law.signals["A.y"], linear.signals["A.y"], atol=1e-10)
     for name in ("spring", "taken_damping"):
         np.testing.assert_allclose(by_law.energy[name], linear.energy[name], atol=1e-10)
     mass, a, start = 1.0, 2000.0, 0.1
-    mechanism = Mechanism(
+    mechanism = mbs.Mechanism(
         points={"O": (0, 0), "A": (1.0 + start, 0), "B": (1.5, 0)},
-        links=[Link("bar", "A", "B", Rigid.of(mass=mass, inertia=0.01))],
-        loads=[Spring("A", "ground:O", 0.0, free_length=1.0, law=lambda e, _rate: a * e**3)],
+        links=[mbs.Link("bar", "A", "B", mbs.Rigid.of(mass=mass, inertia=0.01))],
+        loads=[mbs.Spring("A", "ground:O", 0.0, free_length=1.0, law=lambda e, _rate: a * e**3)],
     )
-    result = fine(simulate(mechanism, 3.0, solver=tight(20000), ledger=True))
+    result = fine(mbs.simulate(mechanism, 3.0, solver=tight(20000), ledger=True))
     exact = 4 * ellipk(0.5) / (start * math.sqrt(a / mass))  # x'' = -a x^3
     assert period(result.time, result.signals["A.x"]) == pytest.approx(exact, rel=1e-5)
     assert result.energy_balance < 1e-6
@@ -112,13 +98,13 @@ def test_a_law_takes_the_place_of_stiffness_and_damping():
 def test_a_spring_pendulum_follows_its_equations():
     """A mass on a spring that swings, against an integration in polar coordinates."""
     stiff, free_length, mass = 40.0, 0.4, 0.5
-    mechanism = Mechanism(
+    mechanism = mbs.Mechanism(
         points={"P": (0, 0), "A": (0.5, 0.1), "B": (0.6, 0.1)},
-        links=[Link("bob", "A", "B", Rigid.of(mass=mass, inertia=1e-3, centre=(0, 0)))],
-        loads=[Spring("A", "ground:P", stiff, free_length=free_length)],
+        links=[mbs.Link("bob", "A", "B", mbs.Rigid.of(mass=mass, inertia=1e-3, centre=(0, 0)))],
+        loads=[mbs.Spring("A", "ground:P", stiff, free_length=free_length)],
         gravity=(0, -G),
     )
-    result = fine(simulate(mechanism, 2.0, solver=tight(20000), ledger=True))
+    result = fine(mbs.simulate(mechanism, 2.0, solver=tight(20000), ledger=True))
 
     def rates(_t, s):
         r = math.hypot(s[0], s[1])
@@ -133,13 +119,13 @@ def test_a_spring_pendulum_follows_its_equations():
 def test_springs_between_links_keep_momentum():
     """Two free links, a spring and a torsion spring between them: linear and angular momentum stay as they were."""
     points = {"A": (0, 0), "B": (0.4, 0.1), "C": (0.5, -0.2), "D": (0.8, 0.3)}
-    mechanism = Mechanism(
+    mechanism = mbs.Mechanism(
         points=points,
-        links=[Link("one", "A", "B", CRANK), Link("two", "C", "D", BAR)],
+        links=[mbs.Link("one", "A", "B", CRANK), mbs.Link("two", "C", "D", BAR)],
         loads=[
-            Spring("B", "two:C", 300.0, 0.5, free_length=0.2),
-            TorsionSpring("one", "two", 5.0, 0.05, free_angle=0.6),
-            Spring("A", "D", 0.0, law=lambda e, rate: 80 * e**3 + 0.1 * rate),
+            mbs.Spring("B", "two:C", 300.0, 0.5, free_length=0.2),
+            mbs.TorsionSpring("one", "two", 5.0, 0.05, free_angle=0.6),
+            mbs.Spring("A", "D", 0.0, law=lambda e, rate: 80 * e**3 + 0.1 * rate),
         ],
     )
     from buckler.mbs.engine.solve import once
@@ -160,20 +146,20 @@ def test_torsion_springs_swing_in_their_time():
     """Between a link and the ground omega^2 = k/I; between two free links k (1/I_1 + 1/I_2), by a law too."""
     stiff = 3.0
     for law in (None, lambda angle, _rate: stiff * angle):
-        spring = TorsionSpring("ground", "crank", stiff, free_angle=0.4, law=law)
-        result = fine(simulate(crank(spring), 2.0, solver=tight(12000), ledger=True))
+        spring = mbs.TorsionSpring("ground", "crank", stiff, free_angle=0.4, law=law)
+        result = fine(mbs.simulate(crank(spring), 2.0, solver=tight(12000), ledger=True))
         angle = 0.4 * (1 - np.cos(math.sqrt(stiff / ABOUT_PIN) * result.time))
         np.testing.assert_allclose(turn(result)[0], angle, atol=1e-5)
         np.testing.assert_allclose(result.signals["torsion.ground-crank.torque"], stiff * (angle - 0.4), atol=3e-5)
         assert result.energy_balance < 1e-6
     points = {"A": (0, 0), "B": (0.4, 0), "C": (1, 0), "D": (1.2, 0)}
-    bodies = [Rigid.of(mass=1.0, inertia=i) for i in (0.02, 0.05)]
-    mechanism = Mechanism(
+    bodies = [mbs.Rigid.of(mass=1.0, inertia=i) for i in (0.02, 0.05)]
+    mechanism = mbs.Mechanism(
         points=points,
-        links=[Link("one", "A", "B", bodies[0]), Link("two", "C", "D", bodies[1])],
-        loads=[TorsionSpring("one", "two", stiff, free_angle=-0.5)],
+        links=[mbs.Link("one", "A", "B", bodies[0]), mbs.Link("two", "C", "D", bodies[1])],
+        loads=[mbs.TorsionSpring("one", "two", stiff, free_angle=-0.5)],
     )
-    result = fine(simulate(mechanism, 1.0, solver=tight(12000)))
+    result = fine(mbs.simulate(mechanism, 1.0, solver=tight(12000)))
     omega = math.sqrt(stiff * (1 / 0.02 + 1 / 0.05))
     np.testing.assert_allclose(result.signals["torsion.one-two.angle"], 0.5 * np.cos(omega * result.time), atol=1e-4)
 
@@ -198,38 +184,46 @@ def later(value):
 @pytest.mark.parametrize(
     ("load", "name", "what"),
     [
-        (Force("A", later(None)), "force.A", "raised RuntimeError: no more"),
-        (Force("A", later((math.nan, 0.0))), "force.A", "returned (nan, 0.0)"),
-        (Force("A", later((1.0, 2.0, 3.0))), "force.A", "returned (1.0, 2.0, 3.0)"),
-        (Torque("crank", later(math.inf)), "torque.crank", "returned inf"),
-        (Motor("crank", later("much"), 1.0, 0.1), "motor.crank", "returned 'much'"),
-        (Spring("A", "ground:O", 0.0, law=lambda e, _r: 500.0 if e > -0.05 else math.nan), "spring.A-O", "returned nan"),
-        (TorsionSpring("ground", "crank", 0.0, law=lambda a, _r: -50.0 if a < 0.1 else math.nan), "torsion.ground-crank", "nan"),
+        (mbs.Force("A", later(None)), "force.A", "raised RuntimeError: no more"),
+        (mbs.Force("A", later((math.nan, 0.0))), "force.A", "returned (nan, 0.0)"),
+        (mbs.Force("A", later((1.0, 2.0, 3.0))), "force.A", "returned (1.0, 2.0, 3.0)"),
+        (mbs.Torque("crank", later(math.inf)), "torque.crank", "returned inf"),
+        (mbs.Motor("crank", later("much"), 1.0, 0.1), "motor.crank", "returned 'much'"),
+        (mbs.Spring("A", "ground:O", 0.0, law=lambda e, _r: 500.0 if e > -0.05 else math.nan), "spring.A-O", "returned nan"),
+        (
+            mbs.TorsionSpring("ground", "crank", 0.0, law=lambda a, _r: -50.0 if a < 0.1 else math.nan),
+            "torsion.ground-crank",
+            "nan",
+        ),
     ],
 )
 def test_a_function_that_fails_ends_the_run_by_name(load, name, what):
-    result = simulate(free(load), 1.0)
-    assert result.status is Status.FUNCTION_FAILED, result.message
+    result = mbs.simulate(free(load), 1.0)
+    assert result.status is mbs.Status.FUNCTION_FAILED, result.message
     assert f"the function of '{name}'" in result.message and what in result.message
     assert 0 < result.time[-1] < 1.0 and np.isfinite(result.signals["A.x"]).all()
 
 
 @pytest.mark.parametrize(
-    "load", [Force("A", later(None)), Torque("crank", later(math.nan)), Motor("crank", later(math.inf), 1.0, 0.1)]
+    "load", [mbs.Force("A", later(None)), mbs.Torque("crank", later(math.nan)), mbs.Motor("crank", later(math.inf), 1.0, 0.1)]
 )
 def test_a_function_that_fails_ends_a_driven_run_by_name(load):
     """Where constraints alone decide the motion nothing is integrated; the run ends all the same."""
-    mechanism = replace(crank(load), drives=[Drive("crank", 2.0)])
-    result = simulate(mechanism, 0.5)
-    assert result.status is Status.FUNCTION_FAILED, result.message
+    mechanism = replace(crank(load), drives=[mbs.Drive("crank", 2.0)])
+    result = mbs.simulate(mechanism, 0.5)
+    assert result.status is mbs.Status.FUNCTION_FAILED, result.message
     assert f"the function of '{load.key}'" in result.message
     assert result.time[-1] <= 0.1 and np.isfinite(result.signals["drive.torque"]).all()
 
 
 def test_a_drive_bears_motor_spring_and_mass():
     """Power of the drive: what the energies change by, less what the motor gave; to the trapezoidal rule."""
-    loads = [Force("A", (0, -2.0)), Motor("crank", 12.0, 0.8, 0.05, inertia=1e-4, gear=5.0), Spring("A", "ground:P", 50.0, 1.0)]
-    mechanism = crank(*loads, masses=[Mass("A", 0.3, 0.01)], gravity=(0, -G))
-    mechanism = replace(mechanism, drives=[Drive("crank", Ramp(2.0, 5.0, 0.6))])
-    result = fine(simulate(mechanism, 0.5, solver=Exudyn(Equal(4000)), ledger=True))
+    loads = [
+        mbs.Force("A", (0, -2.0)),
+        mbs.Motor("crank", 12.0, 0.8, 0.05, inertia=1e-4, gear=5.0),
+        mbs.Spring("A", "ground:P", 50.0, 1.0),
+    ]
+    mechanism = crank(*loads, masses=[mbs.Mass("A", 0.3, 0.01)], gravity=(0, -G))
+    mechanism = replace(mechanism, drives=[mbs.Drive("crank", mbs.Ramp(2.0, 5.0, 0.6))])
+    result = fine(mbs.simulate(mechanism, 0.5, solver=mbs.Exudyn(mbs.Equal(4000)), ledger=True))
     assert result.energy_balance < 1e-6
