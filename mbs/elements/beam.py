@@ -13,7 +13,7 @@ from buckler.mbs.declare import Either, Several, Vector, declared, field, part, 
 from buckler.mbs.elements.element import Body, Recorded
 from buckler.mbs.elements.section import Profile, Section
 from buckler.mbs.elements.signal import Energy, Kind, Signal
-from buckler.mbs.geometry import Array
+from buckler.mbs.geometry import Array, cross
 
 DEFAULT_ELEMENTS = 8
 """Elements of a flexible link where neither its maker nor an accuracy asks for a number."""
@@ -88,8 +88,7 @@ class Flexible(Body):
         span = np.hypot(*chord.T)
         yield Signal(f"{link.name}.end_shortening", strip.length - span, "m", Kind.PLACE)
         yield Signal(f"{link.name}.axial_force", strip.axial_force(), "N", Kind.INTERNAL)
-        deflection = (chord[:, 0] * middle[:, 1] - chord[:, 1] * middle[:, 0]) / span
-        yield Signal(f"{link.name}.deflection", deflection, "m", Kind.PLACE)
+        yield Signal(f"{link.name}.deflection", cross(chord, middle) / span, "m", Kind.PLACE)
 
     def energies(self, link: Any, record: Recorded) -> Iterator[Energy]:
         """Yield strain energy and what damping took."""

@@ -6,7 +6,7 @@ keeps its value at t = 0, or follows a drive's motion from there.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import hypot
 from typing import Any
@@ -106,6 +106,18 @@ def meets(point: str, first: str, second: str, *, start_only: bool = False) -> I
     """Yield the two rows of a point of one body that stays on the same point of another: x, then y."""
     for direction in ACROSS:
         yield row(Along(Place(first, point), Place(second, point), direction), start_only=start_only)
+
+
+def pinned(rows: Sequence[Row]) -> Along | None:
+    """The first measure of rows that hold a point as `meets` does and, besides, turns only; None of others."""
+    measures = [measure for row in rows for _, measure in row.terms]
+    alone = len(measures) == len(rows) and not any(row.motion or row.start_only or row.terms[0][0] != 1.0 for row in rows)
+    if not alone or len(rows) < 2 or not all(isinstance(measure, Turn) for measure in measures[2:]):
+        return None
+    pin = measures[0]
+    if not isinstance(pin, Along) or pin.first.point != pin.second.point:
+        return None
+    return pin if measures[:2] == [Along(pin.first, pin.second, axis) for axis in ACROSS] else None
 
 
 def on_line(point: str, first: str, second: str, along: tuple[float, float]) -> Iterator[Row]:

@@ -16,7 +16,6 @@ from buckler.mbs.engine import (
     mass,
     modal,
     motor,
-    revolute,
     rigid,
     rows,
     slider,
@@ -26,7 +25,6 @@ from buckler.mbs.engine import (
     strut,
     torque,
     torsion_spring,
-    weld,
 )
 from buckler.mbs.extensions import extensions
 
@@ -40,9 +38,9 @@ BODIES: dict[type, Callable[..., Any]] = {
 """Adds a link: (scene, link, velocity of its start) -> Placed, or None if it has no coordinates."""
 
 CONNECTORS: dict[type, Callable[..., None]] = {
-    elements.Revolute: revolute.connect,
+    elements.Revolute: rows.connect,
     elements.Clearance: clearance.connect,
-    elements.Weld: weld.connect,
+    elements.Weld: rows.connect,
     elements.Slider: slider.connect,
     elements.Slot: slider.connect,
     elements.Guide: guide.connect,

@@ -1,4 +1,4 @@
-"""Rows of elements in the engine: any linear form over bodies as one constraint on the coordinates of their nodes."""
+"""Rows of elements in the engine: its own pins and turns, or any linear form as one constraint on the coordinates of nodes."""
 
 from __future__ import annotations
 
@@ -8,28 +8,55 @@ import exudyn.itemInterface as eii
 import numpy as np
 
 from buckler.mbs.elements.element import GROUND, Element, Place
-from buckler.mbs.elements.rows import Turn
+from buckler.mbs.elements.rows import Row, Turn, pinned
+from buckler.mbs.engine.history import History
 from buckler.mbs.geometry import Array
 from buckler.mbs.kinematics.forms import Ends, Forms
+from buckler.mbs.record.record import Record
 
 
 def connect(scene: Any, elements: dict[str, Element]) -> None:
-    """Add the rows of each element; its channels are what `reactions` makes of the multipliers."""
+    """Add the rows of each element; its channels are what `reactions` makes of the multipliers, which push against the rows.
+
+    A strut acts on its neighbour directly: rows that hold its ends are left out.
+    """
     for name, element in elements.items():
-        held = Held(scene, element)
-        scene.constraints[name] = held.add()
-        for channel in element.reactions(np.zeros((0, held.forms.count))) or ():
-            scene.reads(name, channel, _reader(scene, name, element, channel))
+        rows = list(element.rows(scene.mechanism))
+        if any(row.bodies & scene.strut_links for row in rows):
+            continue
+        parts = _added(scene, rows)
+        scene.constraints |= {f"{name}: {k}" if k else name: part for k, part in enumerate(parts)}
+        for channel in element.reactions(np.zeros((0, len(rows)))) or ():
+            scene.reads(name, channel, _reader(scene, parts, element, channel))
         scene.parts[type(element).__name__] += 1
 
 
-def _reader(scene: Any, name: str, element: Element, channel: str) -> Any:
-    """Reader of a channel; the engine's multipliers push against the rows."""
-    return lambda run, _record: (element.reactions(-run.multipliers[:, scene.multipliers(name)]) or {})[channel]
+def _added(scene: Any, rows: list[Row]) -> list[int]:
+    """Engine numbers of the constraints for an element's rows, in order: a pin for two that hold a point, else one for all."""
+    pin = pinned(rows)
+    if pin is None:
+        return [Held(scene, rows).add()]
+    markers = [scene.marker(*end) for end in (pin.second, pin.first)]
+    held = [int(scene.system.AddObject(eii.ObjectJointRevolute2D(markerNumbers=markers)))]
+    for row in rows[2:]:
+        ((_, turn),) = row.terms
+        markers = [scene.turning(*end) for end in (turn.second, turn.first)]
+        held.append(int(scene.system.AddObject(eii.CoordinateConstraint(markerNumbers=markers))))
+    return held
+
+
+def _reader(scene: Any, parts: list[int], element: Element, channel: str) -> Any:
+    """Reader of a channel from the multipliers of the engine's constraints."""
+
+    def read(run: History, _record: Record) -> Array:
+        places = np.concatenate([scene.system.systemData.GetObjectLTGAE(part) for part in parts])
+        return (element.reactions(-run.multipliers[:, places]) or {})[channel]
+
+    return read
 
 
 class Held:
-    """An element's rows as equations of engine nodes, each a body with place and turn.
+    """Rows as equations of engine nodes, each a body with place and turn.
 
     Attributes
     ----------
@@ -37,9 +64,8 @@ class Held:
         Node numbers, in order, and their places at t = 0, m.
     """
 
-    def __init__(self, scene: Any, element: Element) -> None:
+    def __init__(self, scene: Any, rows: list[Row]) -> None:
         self.scene, self.points = scene, scene.mechanism.points
-        rows = list(element.rows(scene.mechanism))
         self.nodes: dict[int, Array] = {}
         self.at: dict[Place, int] = {}
         for row in rows:

@@ -14,7 +14,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from buckler.mbs.elements.element import GROUND, Element, place
-from buckler.mbs.geometry import Array
+from buckler.mbs.elements.link import Link
+from buckler.mbs.geometry import Array, cross, left
 from buckler.mbs.kinematics.diagnosis import blocked, independent_rows
 from buckler.mbs.kinematics.inertias import carried
 from buckler.mbs.kinematics.linkage import Linkage, determined, solved
@@ -247,18 +248,33 @@ class Follower:
     def record(self, course: Course) -> Record:
         """Motions of links and blocks."""
         linkage, mechanism = self.linkage, self.linkage.mechanism
-        links = {link.name: _motion(linkage, course, link.name) for link in mechanism.links}
-        blocks = {}
+        links, blocks = {link.name: self._motion(course, link) for link in mechanism.links}, {}
         for guide in mechanism.guides:
-            along = np.array(guide.along)
-            place_, velocity = links[guide.link].point(guide.point)
             i, origin = linkage.index[guide.link], np.array(mechanism.points[guide.point])
-            arm = place_ - course.q[:, i, :2]
-            spin, change = course.q_t[:, i, 2:], course.q_tt[:, i, 2:]
-            acceleration = course.q_tt[:, i, :2] + change * _left(arm) - spin**2 * arm
-            travels = ((place_ - origin) @ along, velocity @ along, acceleration @ along)
+            _, place, *rates = self._carried(course, i, complex(*(origin - linkage.reference[i, :2])))
+            travels = (values @ np.array(guide.along) for values in (place - origin, *rates))
             blocks[guide.point] = BlockMotion(guide.mass, (origin[0], origin[1]), guide.along, *travels)
         return Record(mechanism, course.time, links, blocks, {}, corrected)
+
+    def _carried(self, course: Course, i: int, arm: complex) -> tuple[Array, Array, Array, Array]:
+        """Arm from a link's start to what lies there at t = 0, and its place, velocity and acceleration, each (times, 2)."""
+        now = arm * np.exp(1j * (course.q[:, i, 2] - self.linkage.reference[i, 2]))
+        arms, spin, change = np.column_stack([now.real, now.imag]), course.q_t[:, i, 2:], course.q_tt[:, i, 2:]
+        place, velocity, acceleration = (values[:, i, :2] for values in (course.q, course.q_t, course.q_tt))
+        return arms, place + arms, velocity + spin * left(arms), acceleration + change * left(arms) - spin**2 * arms
+
+    def _motion(self, course: Course, link: Link) -> RigidMotion:
+        """Of a link's centre of mass."""
+        mechanism, i = self.linkage.mechanism, self.linkage.index[link.name]
+        start = self.linkage.reference[i]
+        mass, inertia, centre = link.body.inertia(mechanism.length(link.name))
+        arm = complex(*centre) * np.exp(1j * start[2])
+        _, *places = self._carried(course, i, arm)
+        turns = course.q[:, i, 2:] - start[2], course.q_t[:, i, 2:], course.q_tt[:, i, 2:]
+        away = {
+            point: np.subtract(where, start[:2] + np.array([arm.real, arm.imag])) for point, where in mechanism.points.items()
+        }
+        return RigidMotion(mass, inertia, away, *(np.hstack(pair) for pair in zip(places, turns, strict=True)))
 
     def reactions(self, course: Course, record: Record) -> dict[str, dict[str, Array]]:
         """Channels of all elements that hold the linkage: multipliers of J^T mu = M q_tt - f; none of dropped rows."""
@@ -279,12 +295,10 @@ class Follower:
         total = np.zeros_like(course.q)
         for part in carried(linkage):
             i = part.link
-            arm = part.arm * np.exp(1j * (course.q[:, i, 2] - linkage.reference[i, 2]))
-            arms = np.column_stack([arm.real, arm.imag])
-            spin, change = course.q_t[:, i, 2:], course.q_tt[:, i, 2:]
-            force = part.mass * (course.q_tt[:, i, :2] + change * _left(arms) - spin**2 * arms - gravity)
+            arms, _, _, acceleration = self._carried(course, i, part.arm)
+            force = part.mass * (acceleration - gravity)
             total[:, i, :2] += force
-            total[:, i, 2] += arms[:, 0] * force[:, 1] - arms[:, 1] * force[:, 0] + part.inertia * change[:, 0]
+            total[:, i, 2] += cross(arms, force) + part.inertia * course.q_tt[:, i, 2]
         return total
 
     def _pushes(self, record: Record) -> Array:
@@ -301,7 +315,7 @@ class Follower:
                 i = linkage.index[body]
                 arm = record.links[body].point(point)[0] - record.links[body].point(mechanism.links[i].start)[0]
                 total[:, i, :2] += force
-                total[:, i, 2] += arm[:, 0] * force[:, 1] - arm[:, 1] * force[:, 0] + moment
+                total[:, i, 2] += cross(arm, force) + moment
         return total
 
 
@@ -310,28 +324,6 @@ def independent(linkage: Linkage, jacobian: Array) -> Array:
     driven = [k for k, _ in linkage.driven]
     order = [*driven, *(k for k in range(len(jacobian)) if k not in driven)]
     return np.array(sorted(order[k] for k in independent_rows(jacobian[order])), dtype=int)
-
-
-def _motion(linkage: Linkage, course: Course, name: str) -> RigidMotion:
-    """A link's centre of mass."""
-    mechanism, i = linkage.mechanism, linkage.index[name]
-    link = mechanism.links[i]
-    mass, inertia, centre = link.body.inertia(mechanism.length(name))
-    at_start = complex(*centre) * np.exp(1j * linkage.reference[i, 2])
-    arm = complex(*centre) * np.exp(1j * course.q[:, i, 2])
-    arms = np.column_stack([arm.real, arm.imag])
-    turn = course.q[:, i, 2:] - linkage.reference[i, 2]
-    spin, change = course.q_t[:, i, 2:], course.q_tt[:, i, 2:]
-    q = np.hstack([course.q[:, i, :2] + arms, turn])
-    q_t = np.hstack([course.q_t[:, i, :2] + spin * _left(arms), spin])
-    q_tt = np.hstack([course.q_tt[:, i, :2] + change * _left(arms) - spin**2 * arms, change])
-    origin = linkage.reference[i, :2] + (at_start.real, at_start.imag)
-    away = {point: np.subtract(where, origin) for point, where in mechanism.points.items()}
-    return RigidMotion(mass, inertia, away, q, q_t, q_tt)
-
-
-def _left(vectors: Array) -> Array:
-    return np.column_stack([-vectors[:, 1], vectors[:, 0]])
 
 
 def _quintic(anchors: Course, times: Array) -> Array:

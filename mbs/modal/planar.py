@@ -12,6 +12,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from buckler.mbs.geometry import cross, left, turned
+
 Array = np.ndarray[Any, Any]
 STATIONS = ("start", "end", "centre")
 
@@ -99,7 +101,7 @@ class PlanarModel:
     def momentum(self, q: Array, q_t: Array) -> tuple[Array, Array]:
         """Linear momentum (times, 2), N s, and angular momentum about the origin (times,), N m s."""
         linear = self.mass * q_t[:, :2]
-        return linear, _cross(q[:, :2], linear) + self._own_angular_momentum(q, q_t)
+        return linear, cross(q[:, :2], linear) + self._own_angular_momentum(q, q_t)
 
     def _own_angular_momentum(self, q: Array, q_t: Array) -> Array:
         """(I + 2 h q + q G q) theta_t + q C q_t, about the centre of mass."""
@@ -116,9 +118,9 @@ class PlanarModel:
         slip, push = rate[:, 3:] @ shape[:2].T, second[:, 3:] @ shape[:2].T
         spin, swing = rate[:, 2:3], second[:, 2:3]
         return FrameMotion(
-            q[:, :2] + _turned(q[:, 2], arm),
-            rate[:, :2] + _turned(q[:, 2], slip + spin * _left(arm)),
-            second[:, :2] + _turned(q[:, 2], push + 2 * spin * _left(slip) + swing * _left(arm) - spin**2 * arm),
+            q[:, :2] + turned(q[:, 2], arm),
+            rate[:, :2] + turned(q[:, 2], slip + spin * left(arm)),
+            second[:, :2] + turned(q[:, 2], push + 2 * spin * left(slip) + swing * left(arm) - spin**2 * arm),
             q[:, 2] + q[:, 3:] @ shape[2],
             rate[:, 2] + rate[:, 3:] @ shape[2],
             second[:, 2] + second[:, 3:] @ shape[2],
@@ -127,9 +129,7 @@ class PlanarModel:
     def points(self, q: Array) -> Array:
         """Positions along the link, shape (times, p, 2)."""
         local = self.line + np.einsum("pam,tm->tpa", self.line_shapes, q[:, 3:])
-        c, s = np.cos(q[:, 2])[:, None], np.sin(q[:, 2])[:, None]
-        x, y = local[..., 0], local[..., 1]
-        return q[:, None, :2] + np.stack([c * x - s * y, s * x + c * y], axis=-1)
+        return q[:, None, :2] + turned(q[:, 2:3], local)
 
 
 class ModalStrain(NamedTuple):
@@ -213,18 +213,3 @@ class ModalHistory:
     def end_shortening(self) -> Array:
         """Length less the distance of the joints, m, shape (times,)."""
         return self.model.length - np.linalg.norm(self.motion("end").position - self.motion("start").position, axis=1)
-
-
-def _left(vectors: Array) -> Array:
-    """Turned a quarter to the left."""
-    return np.stack([-vectors[..., 1], vectors[..., 0]], axis=-1)
-
-
-def _turned(angle: Array, vectors: Array) -> Array:
-    """A(angle) v."""
-    c, s = np.cos(angle), np.sin(angle)
-    return np.stack([c * vectors[:, 0] - s * vectors[:, 1], s * vectors[:, 0] + c * vectors[:, 1]], axis=-1)
-
-
-def _cross(a: Array, b: Array) -> Array:
-    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]

@@ -50,12 +50,11 @@ def slopes(time: Array, values: Array, smooth: bool) -> Array:
     F. N. Fritsch, J. Butland, A method for constructing local monotone piecewise cubic interpolants, SIAM J. Sci. Stat. Comput.
     5 (1984) 300, doi 10.1137/0905021.
     """
+    if smooth:
+        return np.asarray(np.gradient(values, time, axis=0, edge_order=2))
     h = np.diff(time).reshape((-1, *[1] * (values.ndim - 1)))
     secants = np.diff(values, axis=0) / h
     h1, h2, before, after = h[:-1], h[1:], secants[:-1], secants[1:]
-    if smooth:
-        inner = (h2 * before + h1 * after) / (h1 + h2)
-        return np.concatenate([2 * secants[:1] - inner[:1], inner, 2 * secants[-1:] - inner[-1:]])
     share = (h1 + 2 * h2) / (3 * (h1 + h2))
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         mean = before * after / (share * after + (1 - share) * before)

@@ -14,6 +14,7 @@ import numpy as np
 
 from buckler.mbs.elements.beam import Flexible
 from buckler.mbs.elements.section import Profile, Section
+from buckler.mbs.geometry import cross
 
 Array = np.ndarray[Any, Any]
 GAUSS = {n: np.polynomial.legendre.leggauss(n) for n in (1, 2, 3, 4)}
@@ -227,7 +228,7 @@ class CableMotion(StripMotion):
         node = self.nodes[name]
         slope, rate, before = self.q[:, node, 2:], self.q_t[:, node, 2:], self.reference[node, 2:]
         angle = np.unwrap(np.arctan2(slope[:, 1], slope[:, 0]))
-        return angle - np.arctan2(before[1], before[0]), _cross(slope, rate) / (slope**2).sum(axis=1)
+        return angle - np.arctan2(before[1], before[0]), cross(slope, rate) / (slope**2).sum(axis=1)
 
     def _fields(self, nodal: Array, xi: Array) -> tuple[Array, Array, Array]:
         """Position, first and second derivative at xi, shape (times, elements, points, 2)."""
@@ -252,14 +253,14 @@ class CableMotion(StripMotion):
         _, d_t, dd_t = self._fields(self.q_t, GAUSS[2][0])
         _, d0, dd0 = self._fields(self.reference[None], GAUSS[2][0])
         square = (d * d).sum(-1)
-        curvature = _cross(d, dd) / square
-        curvature_t = (_cross(d_t, dd) + _cross(d, dd_t)) / square - curvature * 2 * (d * d_t).sum(-1) / square
+        curvature = cross(d, dd) / square
+        curvature_t = (cross(d_t, dd) + cross(d, dd_t)) / square - curvature * 2 * (d * d_t).sum(-1) / square
         bending, ea = section.bending_stiffness, section.axial_stiffness
         return [
             Strain(ea, ea * damping.axial_damping, self.lengths(LOBATTO[1]), axial, axial_t),
             Strain(
                 bending, bending * damping.bending_damping, self.lengths(GAUSS[2][1]),
-                curvature - _cross(d0, dd0) / (d0 * d0).sum(-1), curvature_t,
+                curvature - cross(d0, dd0) / (d0 * d0).sum(-1), curvature_t,
             ),
         ]  # fmt: skip
 
@@ -268,10 +269,6 @@ class CableMotion(StripMotion):
         xi, weights = GAUSS[4]
         velocity, _, _ = self._fields(self.q_t, xi)
         return 0.5 * self.section.mass_per_length * np.einsum("tegc,eg->t", velocity**2, self.lengths(weights))
-
-
-def _cross(a: Array, b: Array) -> Array:
-    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
 
 
 def centre_weights(body: Flexible, pieces: Array) -> Array:

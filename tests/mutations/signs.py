@@ -10,17 +10,17 @@ ELEMENTS, ENGINE, SPECTRAL = "mbs/elements", "mbs/engine", "mbs/spectral"
 
 MIRRORS = {
     "rigid": "spinning_start simulate_rigid loads", "strip": "spinning_start simulate_strips inner_points", "modal": "modal_body",
-    "strut": "simulate_strips simulate_contact", "revolute": "joints", "weld": "joints", "slider": "joints",
+    "strut": "simulate_strips simulate_contact", "slider": "joints",
     "clearance": "clearance_kernel clearance_limits clearance", "guide": "guide_friction simulate_rigid",
     "stop": "free_stops simulate_contact", "force": "loads", "torque": "loads", "motor": "loads", "spring": "loads",
-    "torsion_spring": "loads", "rows": "couplings", "belt": "couplings", "mass": "loads",
+    "torsion_spring": "loads", "rows": "couplings joints", "belt": "couplings", "mass": "loads",
     "drive": "simulate_rigid loads clearance",
 }  # fmt: skip
 """Tests of `tests/engine` for a file of `mbs/engine`, where those of that folder were not among the callers."""
 
 PLAIN = (
     # what elements say of a run: pushes, signals, energies
-    ("Beam", f"{ELEMENTS}/beam.py", "chord[:, 0] * middle[:, 1] - chord[:, 1]", "chord[:, 0] * middle[:, 1] + chord[:, 1]"),
+    ("Beam", f"{ELEMENTS}/beam.py", "cross(chord, middle)", "cross(middle, chord)"),
     ("Strip", f"{ELEMENTS}/beam.py", "strip.length - span", "span - strip.length"),
     ("Strut", f"{ELEMENTS}/strut.py", "return -self.unit * float(self.load(u))", "return self.unit * float(self.load(u))"),
     ("Strut", f"{ELEMENTS}/strut.py", "self.rigidity * elongation + self.damping", "self.rigidity * elongation - self.damping"),
@@ -72,8 +72,8 @@ PLAIN = (
     ("Modal", f"{ENGINE}/modal.py", "np.kron(-model.gyration", "np.kron(model.gyration"),
     ("Modal", f"{ENGINE}/modal.py", "np.zeros((2, m)), -model.turning", "np.zeros((2, m)), model.turning"),
     ("Strut", f"{ENGINE}/strut.py", "return self.force(elongation", "return -self.force(elongation"),
-    ("Revolute", f"{ENGINE}/revolute.py", "scene.multiplier(name))", "lambda *a, m=scene.multiplier(name): -m(*a))"),
-    ("Weld", f"{ENGINE}/weld.py", "scene.multiplier(turn))", "lambda *a, m=scene.multiplier(turn): -m(*a))"),
+    ("Revolute", f"{ENGINE}/rows.py", "in (pin.second, pin.first)", "in (pin.first, pin.second)"),
+    ("Weld", f"{ENGINE}/rows.py", "in (turn.second, turn.first)", "in (turn.first, turn.second)"),
     ("Slider", f"{ENGINE}/slider.py", "_local((-ay, ax)", "_local((ay, ax)"),
     ("Slider", f"{ENGINE}/slider.py", "np.array([-1.0, 1.0])", "np.array([1.0, 1.0])"),
     ("Slider", f"{ENGINE}/slider.py", "np.array([-1.0, 1.0])", "np.array([-1.0, -1.0])"),
