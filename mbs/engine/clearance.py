@@ -11,8 +11,8 @@ from buckler.mbs.elements.clearance import Clearance
 from buckler.mbs.elements.element import GROUND
 from buckler.mbs.elements.journal import BRISTLE, COLUMNS, MEMORY, ONSET, SINCE, SLIDING, End
 from buckler.mbs.elements.striking import SLOWEST_ONSET
+from buckler.mbs.engine.guarded import watched
 from buckler.mbs.engine.kernel import Kernel, has_bristle, plain
-from buckler.mbs.engine.watched import watched
 from buckler.mbs.geometry import Array
 
 DEPTH, RATE, SPEED, BENT = (COLUMNS.index(name) for name in ("depth", "rate", "sliding", "bristle"))

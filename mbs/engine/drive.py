@@ -9,7 +9,7 @@ import numpy as np
 
 from buckler.mbs.elements.drive import Drive
 from buckler.mbs.elements.element import place
-from buckler.mbs.engine.watched import watched
+from buckler.mbs.engine.guarded import watched
 from buckler.mbs.geometry import Array, cross
 from buckler.mbs.record.record import Record
 

@@ -11,7 +11,7 @@ import exudyn.itemInterface as eii
 from buckler.mbs.elements.element import place
 from buckler.mbs.elements.force import Force
 from buckler.mbs.elements.references import held_at
-from buckler.mbs.engine.guarded import Guarded
+from buckler.mbs.engine.guarded import guarded
 from buckler.mbs.engine.torque import add_torque
 
 
@@ -43,7 +43,7 @@ def _moment(scene: Any, at: tuple[str, str], through: tuple[float, float], force
 
 
 def _function(scene: Any, name: str, load: Force, follows: str | None) -> Callable[..., list[float]]:
-    value = Guarded(scene, name, load.value).pair if callable(load.value) else lambda _t, _u: load.value
+    value = guarded(scene, name, load.value, 2)
 
     def vector(_system: Any, t: float, _load: Any) -> list[float]:
         fx, fy = value(t, t)

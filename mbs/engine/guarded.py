@@ -6,48 +6,59 @@ from collections.abc import Callable
 from math import isfinite
 from typing import Any
 
-from buckler.mbs.engine.watched import failed
 from buckler.mbs.record.status import Status
 
 
-class Guarded:
-    """A user's function of an element; `scene.stopped` tells why it could not give a value.
+def failed(t: float, what: str, error: BaseException, out_of_range: Status | None = None) -> tuple[Status, str]:
+    """Status and sentence for an exception of a user's function: a ValueError may mean that it is out of its range."""
+    if out_of_range is not None and isinstance(error, ValueError):
+        return out_of_range, f"at t = {t:.6g} s {what}: {error}"
+    return Status.FUNCTION_FAILED, f"at t = {t:.6g} s {what} raised {type(error).__name__}: {error}"
 
-    Call it with the time, for the message, and with the function's own arguments.
+
+def watched(scene: Any, what: str, function: Callable[..., Any], out_of_range: Status | None = None) -> Callable[..., Any]:
+    """Return a function called with (anything, time, ...) that tells `scene.stopped` what it raised first.
+
+    Parameters
+    ----------
+    scene : Scene or None
+    what : str
+        What raises, in words.
+    function : callable
+    out_of_range : Status, optional
+        What a ValueError means; any other exception, and it too by default, is FUNCTION_FAILED.
     """
 
-    def __init__(self, scene: Any, name: str, function: Callable[..., Any]) -> None:
-        self.scene, self.name, self.function = scene, name, function
-
-    def number(self, t: float, *arguments: float) -> float:
-        """One number."""
-        value = self._value(t, arguments)
+    def call(system: Any, t: float, *arguments: Any) -> Any:
         try:
-            if isfinite(value):
-                return float(value)
-        except TypeError:
-            pass
-        raise self._stop(t, f"returned {value!r}")
-
-    def pair(self, t: float, *arguments: float) -> tuple[float, float]:
-        """Two numbers."""
-        value = self._value(t, arguments)
-        try:
-            x, y = value
-            if isfinite(x) and isfinite(y):
-                return float(x), float(y)
-        except (TypeError, ValueError):
-            pass
-        raise self._stop(t, f"returned {value!r}")
-
-    def _value(self, t: float, arguments: tuple[float, ...]) -> Any:
-        try:
-            return self.function(*arguments)
+            return function(system, t, *arguments)
         except (Exception, SystemExit) as error:  # the engine mangles what leaves a function
-            self.scene.stopped = failed(t, f"the function of '{self.name}'", error)
+            if scene is not None and scene.stopped is None:
+                scene.stopped = failed(t, what, error, out_of_range)
             raise
 
-    def _stop(self, t: float, what: str) -> ValueError:
-        message = f"at t = {t:.6g} s the function of '{self.name}' {what}"
-        self.scene.stopped = (Status.FUNCTION_FAILED, message)
-        return ValueError(message)
+    return call
+
+
+def guarded(scene: Any, name: str, function: Any, size: int = 1) -> Callable[..., Any]:
+    """Return an element's function of the time, for messages, and of its own arguments, whose value is so many numbers.
+
+    A number in the place of a function is its constant value.
+    """
+    if not callable(function):
+        return lambda _t, *_: function
+    what = f"the function of '{name}'"
+    asked = watched(scene, what, lambda _system, _t, *arguments: function(*arguments))
+
+    def call(t: float, *arguments: float) -> Any:
+        value = asked(None, t, *arguments)
+        try:
+            parts = (value,) if size == 1 else tuple(value)
+            if len(parts) == size and all(map(isfinite, parts)):
+                return float(value) if size == 1 else [float(part) for part in parts]
+        except (TypeError, ValueError):
+            pass
+        scene.stopped = (Status.FUNCTION_FAILED, f"at t = {t:.6g} s {what} returned {value!r}")
+        raise ValueError(scene.stopped[1])
+
+    return call

@@ -12,9 +12,9 @@ import numpy as np
 from buckler.mbs.elements.guide import Guide, GuideFriction
 from buckler.mbs.elements.journal import BRISTLE, MEMORY, SINCE, SLIDING
 from buckler.mbs.elements.strut import StrutLaw, state
+from buckler.mbs.engine.guarded import watched
 from buckler.mbs.engine.history import History
 from buckler.mbs.engine.placed import Placed, States
-from buckler.mbs.engine.watched import watched
 from buckler.mbs.geometry import Array
 from buckler.mbs.laws import BristleLaw
 from buckler.mbs.record.motion import BlockMotion

@@ -6,15 +6,14 @@ from typing import Any
 
 from buckler.mbs.elements.element import place
 from buckler.mbs.elements.motor import Motor
-from buckler.mbs.engine.guarded import Guarded
+from buckler.mbs.engine.guarded import guarded
 from buckler.mbs.engine.torque import add_torque
 
 
 def connect(scene: Any, loads: dict[str, Motor]) -> None:
     """Let each motor turn its link."""
     for name, load in loads.items():
-        given: Any = load.voltage
-        voltage = Guarded(scene, name, given).number if callable(given) else lambda _t, _u, given=given: given
+        voltage = guarded(scene, name, load.voltage)
 
         def torque(t: float, _u: float, _angle: float, speed: float, load: Motor = load, voltage: Any = voltage) -> float:
             return float(load.torque(voltage(t, t), speed))

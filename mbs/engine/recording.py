@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 
 from buckler.mbs.elements.journal import SINCE
+from buckler.mbs.engine.guarded import failed
 from buckler.mbs.engine.history import History, Remembering
 from buckler.mbs.engine.placed import States
 from buckler.mbs.engine.scene import Scene
 from buckler.mbs.engine.stop import StopContact
-from buckler.mbs.engine.watched import failed
 from buckler.mbs.record.status import Status
 from buckler.mbs.solvers.exudyn import Exudyn
 

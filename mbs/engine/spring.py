@@ -9,7 +9,7 @@ import exudyn.itemInterface as eii
 from buckler.mbs.elements.element import place
 from buckler.mbs.elements.references import held_at
 from buckler.mbs.elements.spring import Spring
-from buckler.mbs.engine.guarded import Guarded
+from buckler.mbs.engine.guarded import guarded
 
 
 def connect(scene: Any, loads: dict[str, Spring]) -> None:
@@ -28,7 +28,7 @@ def pull(scene: Any, name: str, load: Any) -> dict[str, Any]:
     """The engine's parameters of what pulls a coordinate back: stiffness and damping, or a law of (value, rate)."""
     if load.law is None:
         return {"stiffness": load.stiffness, "damping": load.damping}
-    law = Guarded(scene, name, load.law).number
+    law = guarded(scene, name, load.law)
 
     def force(_system: Any, t: float, _item: int, value: float, rate: float, *_: float) -> float:
         return law(t, value, rate)

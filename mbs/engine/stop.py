@@ -12,7 +12,7 @@ import numpy as np
 from buckler.mbs.elements.element import GROUND, place
 from buckler.mbs.elements.stop import Stop
 from buckler.mbs.elements.striking import Striking
-from buckler.mbs.engine.watched import watched
+from buckler.mbs.engine.guarded import watched
 from buckler.mbs.geometry import Array
 
 

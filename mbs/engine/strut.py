@@ -9,7 +9,7 @@ import exudyn.itemInterface as eii
 from buckler.mbs.elements.link import Link
 from buckler.mbs.elements.references import holder
 from buckler.mbs.elements.strut import Strut, StrutLaw
-from buckler.mbs.engine.watched import watched
+from buckler.mbs.engine.guarded import watched
 from buckler.mbs.geometry import Array
 from buckler.mbs.record.status import Status
 

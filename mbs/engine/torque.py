@@ -8,7 +8,7 @@ import exudyn.itemInterface as eii
 
 from buckler.mbs.elements.element import place
 from buckler.mbs.elements.torque import Torque
-from buckler.mbs.engine.guarded import Guarded
+from buckler.mbs.engine.guarded import guarded
 
 
 def connect(scene: Any, loads: dict[str, Torque]) -> None:
@@ -16,7 +16,7 @@ def connect(scene: Any, loads: dict[str, Torque]) -> None:
     for name, load in loads.items():
         marker = scene.turning(*place(load.at(scene.mechanism)))
         if callable(load.value):
-            add_torque(scene, marker, Guarded(scene, name, load.value).number)
+            add_torque(scene, marker, guarded(scene, name, load.value))
         else:
             scene.system.AddLoad(eii.LoadCoordinate(markerNumber=marker, load=load.value))
         scene.parts["Torque"] += 1

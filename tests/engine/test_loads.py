@@ -157,7 +157,7 @@ def test_power_of_a_load_is_what_its_energies_say():
     torsion = mbs.TorsionSpring("ground", "crank", 2.0, 0.1, free_angle=0.3)
     record = once(crank(motor, spring, torsion), 0.5, tight(500), None, None).record
     stretch, rate, _ = spring.stretch(record)
-    twist, spin = torsion.twist(record)
+    twist, spin = torsion.state(record)
     voltage, speed = 12 * np.cos(3 * record.time), record.turn("crank:O")[1]
     current = motor.current(voltage, speed)
     electric = motor.effective(voltage) * current - motor.resistance * current**2
