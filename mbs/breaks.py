@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from functools import lru_cache
-from itertools import islice, pairwise
+from itertools import chain, islice, pairwise
 from typing import Any
 
 import numpy as np
@@ -24,8 +24,9 @@ MOST = 2000
 """Times at most; a function with more is left to the control of the steps."""
 OUTSTANDING, REACH = 30.0, 6
 """Second difference over those of its neighbours, so many samples about it, that makes a jump or a kink."""
-DEGREE, SEEN = 8, 1e-3
-"""Of the polynomials; what they may leave, of the function's range."""
+DEGREE, FEWEST, SEEN = 8, 4, 1e-3
+"""Of the polynomials, of a line between as few looks; what they may leave, of the function's range, and times the length of a
+step of the function's integral: a step may take what it sees at one instant for all of it."""
 HALVINGS, SAME = 60, 1e-12
 
 
@@ -59,7 +60,8 @@ def _found(function: Callable[..., Any], duration: float) -> tuple[float, ...]:
     except (Exception, SystemExit):  # a function may raise anything: the run will name it
         return ()
     edges = [0, *sorted({int(np.searchsorted(times, t)) for t in sudden}), len(times) - 1]
-    quick = (times[k] for a, b in pairwise(edges) for k in _parted(values / span, a + (a > 0), b - 1))
+    whole = np.abs(values - np.median(values, axis=0)).sum(axis=0).max() / span
+    quick = (times[k] for a, b in pairwise(edges) for k in _short(a, _parted(values / span, a + (a > 0), b - 1, SEEN * whole), b))
     found = sorted({*sudden, *islice(quick, MOST)})
     return tuple(float(t) for t in found if 0 < t < duration) if len(found) < MOST else ()
 
@@ -134,20 +136,29 @@ def _kink(function: Callable[[Any], Any], start: float, end: float) -> float:
     return float(end)
 
 
-def _parted(values: Array, first: int, last: int) -> Iterator[int]:
-    """Edges of the pieces of a smooth stretch that are shorter than what steps see."""
-    if last - first < 8 * DEGREE or _fits(values[first : last + 1]):
+def _parted(values: Array, first: int, last: int, little: float) -> Iterator[int]:
+    """Edges of the pieces of a smooth stretch."""
+    if last - first < FEWEST or _left(values[first : last + 1]) <= min(SEEN, little / min(last - first, PIECE / WIDTH)):
         return
     middle = (first + last) // 2
-    yield from _parted(values, first, middle)
-    if last - first < 2 * PIECE / WIDTH:
-        yield middle
-    yield from _parted(values, middle, last)
+    yield from _parted(values, first, middle, little)
+    yield middle
+    yield from _parted(values, middle, last, little)
 
 
-def _fits(values: Array) -> bool:
-    """Whether the polynomial through points near Chebyshev's leaves little of all samples."""
-    nodes = np.unique(np.rint((1 - np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)) / 2 * (len(values) - 1)).astype(int))
+def _short(first: int, inner: Iterator[int], last: int) -> Iterator[int]:
+    """Edges, those between two ends, of pieces that are shorter than what steps see."""
+    before, here = first, next(inner, last)
+    for after in chain(inner, (last,)):
+        if min(here - before, after - here) < PIECE / WIDTH and here < last:
+            yield here
+        before, here = here, after
+
+
+def _left(values: Array) -> float:
+    """What the polynomial through points near Chebyshev's leaves of all samples, at most."""
+    degree = min(DEGREE, len(values) // FEWEST)  # most looks are to be between the points
+    nodes = np.unique(np.rint((1 - np.cos(np.pi * np.arange(degree + 1) / degree)) / 2 * (len(values) - 1)).astype(int))
     x = np.linspace(-1.0, 1.0, len(values))
     fitted = np.polynomial.chebyshev.chebval(x, np.polynomial.chebyshev.chebfit(x[nodes], values[nodes], len(nodes) - 1))
-    return bool(np.abs(fitted.T - values).max() <= SEEN)
+    return float(np.abs(fitted.T - values).max())

@@ -10,10 +10,11 @@ Any Python function will do in their place, but it cannot be saved in a file.
 from __future__ import annotations
 
 import ast
+from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, is_dataclass
 from itertools import pairwise
-from math import inf
+from math import ceil, inf, log2
 from typing import Any
 
 import numpy as np
@@ -28,8 +29,8 @@ SIGNATURES = (("t",), ("s",), ("x",), ("x", "v"), ("t", "angle", "speed"))
 """Variables a formula may have, in the order in which it is called with them: time; fraction of a length; elongation and its
 rate; time, angle and speed of a link."""
 OURS = "buckler."
-PANEL, NODES = 1 / 128, 12
-"""Width, s, of the pieces over which a formula is integrated, and Gauss points in each."""
+PANEL, EXACT = 1 / 128, 1e-11
+"""Width, s, of the pieces over which a formula is integrated, and how far the integral may be off, relative."""
 
 
 def kinks(function: Any, duration: float = inf) -> tuple[float, ...]:
@@ -38,10 +39,12 @@ def kinks(function: Any, duration: float = inf) -> tuple[float, ...]:
     Parameters
     ----------
     function : callable or float
-        Of time. One that does not tell its kinks is looked at by `mbs.breaks`, if there is a duration.
+        Of time. One that does not tell its kinks, or of what it is made, is looked at by `mbs.breaks`, if there is a duration.
     duration : float
         s.
     """
+    if hasattr(function, "made_of"):
+        return tuple(sorted({t for part in function.made_of for t in kinks(part, duration)}))
     found: tuple[float, ...] | None = getattr(function, "kinks", None)
     if found is not None:
         return tuple(t for t in found if 0 < t < duration) if duration < inf else found
@@ -168,30 +171,25 @@ class Slope(Given):
 
 @dataclass(frozen=True)
 class Integral(Given):
-    """The integral from 0 of a formula or table: Gauss quadrature on pieces that are kept."""
+    """The integral from 0 of a formula or table: adaptive quadrature on pieces that are kept."""
 
     of: Callable[..., Any]
 
     def __post_init__(self) -> None:
-        nodes, weights = np.polynomial.legendre.leggauss(NODES)
-        object.__setattr__(self, "_rule", (0.5 * (nodes + 1.0), 0.5 * weights))
         object.__setattr__(self, "_sums", [0.0])
 
     @property
-    def kinks(self) -> tuple[float, ...]:
-        """Those of what was integrated."""
-        return kinks(self.of)
+    def made_of(self) -> tuple[Any, ...]:
+        """What was integrated."""
+        return (self.of,)
 
     def _piece(self, start: float, end: float) -> float:
-        inner = [t for t in self.kinks if start < t < end]
-        if inner:  # the rule holds for smooth pieces
-            edges = [start, *inner, end]
-            return sum(self._smooth(a, b) for a, b in pairwise(edges))
-        return self._smooth(start, end)
+        """Over a piece, parted where what is integrated has a kink or changes quickly: what is short may lie between nodes."""
+        from scipy.integrate import quad  # it takes a while to load, and few need it
 
-    def _smooth(self, start: float, end: float) -> float:
-        nodes, weights = self._rule  # type: ignore[attr-defined]
-        return float(sum(w * self.of(start + x * (end - start)) for x, w in zip(nodes, weights, strict=True)) * (end - start))
+        known = kinks(self.of, 2.0 ** ceil(log2(max(end, PANEL))))
+        edges = [start, *known[bisect_right(known, start) : bisect_left(known, end)], end]
+        return sum(quad(self.of, a, b, epsabs=0.0, epsrel=EXACT, full_output=1)[0] for a, b in pairwise(edges))
 
     def __call__(self, t: Any, *_: Any) -> Any:
         """Integral from 0 to t >= 0, s."""
@@ -221,9 +219,9 @@ class Components(Given, Declared):
         object.__setattr__(self, "parts", tuple(parts))
 
     @property
-    def kinks(self) -> tuple[float, ...]:
-        """Those of all parts."""
-        return tuple(t for part in self.parts for t in kinks(part))
+    def made_of(self) -> tuple[Any, ...]:
+        """All parts."""
+        return tuple(self.parts)
 
     def __call__(self, *values: Any) -> tuple[Any, ...]:
         """Values at the variables."""

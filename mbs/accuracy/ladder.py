@@ -22,15 +22,15 @@ from buckler.mbs.solvers.choice import is_loose, usual_tolerance
 from buckler.mbs.solvers.closure import Closure
 from buckler.mbs.solvers.exudyn import Exudyn
 from buckler.mbs.solvers.spectral import Spectral
-from buckler.mbs.solvers.steps import Controlled
+from buckler.mbs.solvers.steps import COARSEST, Controlled
 
 STRICTER = 8.0
 """Ratio of the tolerances of two rungs."""
 TOLERANCE, POWER, PLAIN = 1e-4, 0.8, 1e-3
 """The compiled solver's first tolerance for an error of `PLAIN`; it goes by this power of the error: Radau IIA of three stages
 controls a local error of fourth order, so that a global one is a step better."""
-STEPS, ORDER = 40, 5
-"""Its longest first step, of the run, and the order by which that goes with the tolerance."""
+ORDER = 5
+"""Order by which its longest step goes with the tolerance."""
 DEGREE = 6
 """Degree of a strip's first polynomials: whole bending within and four more."""
 RADII = (Exudyn().spectral_radius, 0.9)
@@ -84,7 +84,7 @@ class SpectralLadder(Integrated):
     def made(self, time: int, space: int, run: Runner) -> Run:
         """See `Ladder`."""
         share = (self.level / PLAIN) ** POWER / STRICTER**time
-        longest = self.duration / STEPS * min(1.0, share ** (1 / ORDER))
+        longest = self.duration / COARSEST * min(1.0, share ** (1 / ORDER))
         most = self.solver.steps.max_steps
         steps = Controlled(tolerance=max(TINIEST, TOLERANCE * share * self.play), max_step=longest, max_steps=most)
         contact = self.solver.contact_tolerance * min(1.0, share)

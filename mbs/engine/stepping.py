@@ -19,7 +19,7 @@ from buckler.mbs.engine.strut import StrutSpring
 from buckler.mbs.laws import contact_time
 from buckler.mbs.solvers.choice import position_error
 from buckler.mbs.solvers.exudyn import Exudyn
-from buckler.mbs.solvers.steps import Controlled
+from buckler.mbs.solvers.steps import Controlled, parted
 
 Array = np.ndarray[Any, Any]
 LIGHTEST = 1e-6
@@ -49,7 +49,7 @@ class StepControl(Recorder):
         stops = [_StopWatch(state, steps) for state in self.stops]
         struts = [_StrutWatch(scene, name, spring, steps, self.limit) for name, spring in scene.struts.items()]
         self.watched: list[_StopWatch | _StrutWatch] = [*stops, *struts]
-        self.kinks = [*kinks_of(scene.mechanism, duration), np.inf]
+        self.kinks = [*parted(kinks_of(scene.mechanism, duration), self.max_step, Controlled().longest(duration)), np.inf]
         self.accelerations: Array | None = None
         self.candidate: Array | None = None
         self.error = self.tried = 0.0

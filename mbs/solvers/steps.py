@@ -2,10 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from itertools import pairwise
 from math import ceil
 from typing import ClassVar
 
+import numpy as np
+
 from buckler.mbs.declare import Declared, declared, quantity, whole
+
+
+COARSEST = 40
+"""Steps of the coarsest runs, at least."""
 
 
 @declared
@@ -64,3 +72,10 @@ class Equal(Declared):
     def number(self, _duration: float) -> int:
         """Steps of a run."""
         return self.count
+
+
+def parted(kinks: Sequence[float], longest: float, usual: float) -> list[float]:
+    """Kinks, s, with times between those that one step would join: a run whose longest step is finer is finer there too."""
+    parts = max(1, ceil(usual / longest - 1e-9))
+    between = (np.linspace(a, b, parts + 1)[:-1] for a, b in pairwise(kinks) if b - a < longest)
+    return sorted({*kinks, *(float(t) for piece in between for t in piece)})

@@ -18,6 +18,7 @@ from buckler.mbs.record.run import Run
 from buckler.mbs.record.status import Status
 from buckler.mbs.solvers.choice import stiffly_damped
 from buckler.mbs.solvers.spectral import Spectral
+from buckler.mbs.solvers.steps import COARSEST, parted
 from buckler.mbs.spectral import explicit, implicit, output
 from buckler.mbs.spectral.fronts import Orders
 from buckler.mbs.spectral.output import Output
@@ -127,7 +128,8 @@ def integrate(
         run, shortest, order = implicit.run_implicit, implicit.SHORTEST, Orders(scene.fronts, scene.heavy_fronts)
     controls, clock, counts = _controls(state.time, end, solver), output.blank(output.CLOCK), output.blank(output.COUNTS)
     controls.shortest = shortest * end
-    stops = np.array([t for t in kinks_of(scene.mechanism, end) if state.time < t < end])
+    kinks = [t for t in kinks_of(scene.mechanism, end) if state.time < t < end]
+    stops = np.array(kinks if controls.fixed else parted(kinks, controls.longest, end / COARSEST))
     if ends is not None:
         stops = np.unique(np.concatenate([stops, ends]))
         controls.first_step, controls.longest, controls.fixed, controls.close = end, end, True, CLOSEST / solver.tolerance

@@ -4,9 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from scipy.special import erf
 
-from buckler.mbs import Force, Link, Mechanism, Rigid, Slider, Spectral, simulate
+from buckler.mbs import Exudyn, Force, Link, Mechanism, Rigid, Slider, Spectral, simulate
 from buckler.mbs.breaks import MOST, breaks
+from buckler.mbs.functions import Components, Expression, kinks
 
 JUMPS = {
     "pulse of one look": (lambda t: (1e3 if 5.0 <= t < 5.0001 else 0.0, 0.0), 10.0, (5.0, 5.0001)),
@@ -32,7 +34,7 @@ def test_smooth_functions_have_none(function):
 
 def test_a_narrow_hump_is_stepped_onto():
     found = breaks(lambda t: np.exp(-(((t - 0.3) / 1e-3) ** 2)), 1.0)
-    assert found and all(abs(t - 0.3) < 3e-3 for t in found)
+    assert found and all(abs(t - 0.3) < 6e-3 for t in found)
 
 
 def test_what_fails_or_swings_too_fast_has_none():
@@ -95,3 +97,52 @@ def test_a_blow_between_all_steps_moves_the_block(how):
     off = abs(result["A.x"][-1] - 0.1 * (5 - 5e-5))
     assert off < 0.5 * (2e-3 if not result.error.known else 2 * result.error["A.x.peak"]) < 2e-3
     assert any("looked at every 0.0001 s" in note for note in result.provenance["notes"])
+
+
+# --- short pulses, whoever describes them ---------------------------------------------------------------------------------
+
+
+HUMP, AT, DURATION = 5e-5, 0.3127, 0.8
+"""Width of a Gaussian, of the run; its place, of the run; the run, s."""
+
+
+def hump(t):
+    return np.exp(-(((np.asarray(t) - AT * DURATION) / (HUMP * DURATION)) ** 2))
+
+
+def reached(t):
+    """Integral of the hump from 0."""
+    return HUMP * DURATION * np.sqrt(np.pi) / 2 * (1 + erf((t - AT * DURATION) / (HUMP * DURATION)))
+
+
+FORMULA = Expression(f"exp(-((t - {AT * DURATION!r})/{HUMP * DURATION!r})**2)")
+
+
+def test_a_formula_among_components_is_looked_at():
+    """A force's formulas were not, and neither solver saw the pulse."""
+    found = kinks(Components((FORMULA, 0.0)), DURATION)
+    assert sum(abs(t / DURATION - AT) < 3 * HUMP for t in found) > 3
+
+
+def test_the_integral_of_a_short_hump_is_right():
+    integral = FORMULA.integral()
+    for t in (AT * DURATION, 0.5, DURATION):
+        assert integral(t) == pytest.approx(reached(t), rel=1e-9)
+
+
+PUSHES = {"formula": Components((FORMULA, 0.0)), "function": lambda t: (float(hump(t)), 0.0)}
+
+
+@pytest.mark.parametrize("solver", [Spectral(), Exudyn()], ids=["compiled", "exudyn"])
+@pytest.mark.parametrize("push", PUSHES)
+def test_a_short_hump_is_told_and_right(push, solver):
+    """The way after a blow, against its integral: the two runs of a difference took the same steps within it."""
+    blow = Mechanism(
+        {"A": (0, 0), "B": (0, -0.1)}, [Link("b", "A", "B", Rigid.of(mass=1.0, inertia=1e-3))],
+        [Slider("A", "b", "ground", along=(1, 0))], loads=[Force("A", PUSHES[push])],
+    )  # fmt: skip
+    result = simulate(blow, DURATION, 1e-2, solver=solver)
+    right = reached(DURATION) * (1 - AT) * DURATION
+    off = abs(result["A.x"][-1] / right - 1)
+    assert result.ok, result.message
+    assert off <= max(2 * result.error["A.x.peak"], 1e-4) < 0.1
