@@ -11,7 +11,6 @@ import numpy as np
 
 from buckler.mbs.declare import Declared, declared, quantity, whole
 
-
 COARSEST = 40
 """Steps of the coarsest runs, at least."""
 
