@@ -25,7 +25,7 @@ from scipy.stats import qmc
 from buckler.mbs import Controlled, Mechanism, Spectral, fit
 from buckler.mbs.sensitivity.data import Experiment, Read
 from buckler.studies.kit.parameters import StudyParameters, choice, choices, integer, quantity
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import COLOURS, Figure, subplots
 from buckler.studies.striking.evidence import (
     CAUSES,
@@ -71,8 +71,6 @@ TOLERANCE = 1e-5
 """Of the runs that are fitted, as of the strikes."""
 FIELDS = {"bow": "imperfection"}
 """Unknowns whose parameter of `strike` is called otherwise."""
-Best = tuple[dict[str, float], list[float]]
-"""Values, and forces of the readings, N."""
 WITHIN = 1.0
 """N: how near a force must come to count as explained."""
 
@@ -105,51 +103,62 @@ class Parameters(StudyParameters):
             raise ValueError(f"points = {self.points}: must be a power of two")
 
 
+class Weighed(NamedTuple):
+    """A hypothesis after the readings.
+
+    `error` is the relative error of the interpolated forces, `span` that of the log evidence where it matters; `points` were
+    simulated, and `failed` strikes of them had no force. `best` are the values fitted, `forces` those of the readings there, N.
+    """
+
+    posterior: Posterior
+    error: float
+    span: tuple[float, ...]
+    points: int
+    failed: int
+    best: Mapping[str, float]
+    forces: Sequence[float]
+
+    @property
+    def name(self) -> str:
+        """Of the hypothesis."""
+        return self.posterior.hypothesis.name
+
+
 def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Weigh every hypothesis, fit its best point, look for readings that would tell them apart."""
     p = parameters
     with ThreadPoolExecutor(p.workers) as pool:
-        weighed = [_weighed(h, p, pool) for h in progress(p.hypotheses, label="hypotheses")]
-    found = [each.posterior for each in weighed]
-    fits = [fitted(each, p) for each in progress(found, label="best points")]
+        found = [_weighed(h, p, pool) for h in progress(p.hypotheses, label="hypotheses")]
+    chances = probabilities([each.posterior for each in found])
     column = {what: len(READINGS) - 1 + k for k, what in enumerate(UNITS)} | {"peak": len(READINGS) - 1}
-    told = {what: information([each.numbers[:, column[what]] for each in found], probabilities(found), sd, p.seed)
+    bits = {what: information([each.posterior.numbers[:, column[what]] for each in found], chances, sd, p.seed)
             for what, (_, sd, _) in FURTHER.items()}  # fmt: skip
-    errors, failed = {w.posterior.hypothesis.name: w.error for w in weighed}, sum(w.failed for w in weighed)
-    spans = {w.posterior.hypothesis.name: w.span for w in weighed if w.error > EXACT}
-    runs = len(READINGS) * sum(w.points for w in weighed)
-    metrics = _metrics(found, fits, told) | {
-        "emulator.error": Metric(float(np.mean(list(errors.values()))), "1"),
-        **{f"emulator.{name}.error": Metric(float(error), "1") for name, error in errors.items()},
-        "emulator.worst": Metric(float(max(errors.values())), "1"),
+    runs, failed = len(READINGS) * sum(each.points for each in found), sum(each.failed for each in found)
+    errors = [each.error for each in found]
+    metrics = {
+        name: metric for each, chance in zip(found, chances, strict=True) for name, metric in _metrics(each, chance).items()
+    }
+    metrics |= {f"{what}.information": Metric(value, "bit") for what, value in bits.items()}
+    metrics |= {
+        "emulator.error": Metric(float(np.mean(errors)), "1"),
+        **{f"emulator.{each.name}.error": Metric(each.error, "1") for each in found},
+        "emulator.worst": Metric(max(errors), "1"),
         "emulator.failed": Metric(float(failed), "1"),
-        **{f"{name}.log_evidence.{end}": Metric(x, "1") for name, span in spans.items()
-           for end, x in zip(("low", "high"), span, strict=True)},
+        **{f"{each.name}.log_evidence.{end}": Metric(x, "1") for each in found
+           for end, x in zip(("low", "high"), each.span, strict=False)},
     }  # fmt: skip
-    suspect = f"EMULATOR: {failed} of {runs} strikes failed" if failed > 0.01 * runs else ""
     return StudyResult(
         parameters=p,
-        status="SUSPECT" if suspect else "OK",
-        message=suspect,
+        **judged([f"EMULATOR: {failed} of {runs} strikes failed"] if failed > 0.01 * runs else []),
         metrics=metrics,
-        signals={f"{each.hypothesis.name}.forces": each.forces for each in found},
+        signals={f"{each.name}.forces": each.posterior.forces for each in found},
         work={"strikes": runs},
-        tables=[_table(found, fits, errors, spans, p), _further_table(told)],
+        tables=[_table(found, chances, p), _further_table(bits)],
     )
 
 
-class _Weighed(NamedTuple):
-    """A posterior, relative error of the interpolated forces, span of the log evidence, points, strikes that failed."""
-
-    posterior: Posterior
-    error: float
-    span: tuple[float, float]
-    points: int
-    failed: int
-
-
-def _weighed(h: Hypothesis, p: Parameters, pool: ThreadPoolExecutor) -> _Weighed:
-    """Simulate over the priors, then where the posterior lies, and integrate."""
+def _weighed(h: Hypothesis, p: Parameters, pool: ThreadPoolExecutor) -> Weighed:
+    """Simulate over the priors, then where the posterior lies, integrate, and fit the best point."""
     strikes, d = Strikes(h, lambda values: _simulated(values, p, pool)), len(h.axes)
 
     def weigh(error: float) -> Posterior:
@@ -161,9 +170,10 @@ def _weighed(h: Hypothesis, p: Parameters, pool: ThreadPoolExecutor) -> _Weighed
         off = strikes.add(strikes.spread(weigh(error).unit, p.refined * d))
         error = float(np.sqrt(np.nanmean(off**2)))
     found = weigh(error)
-    logs = [found.log_evidence, *(weigh(other).log_evidence for other in ((0.0, 2 * error) if error > EXACT else ()))]
+    logs = [found.log_evidence, *(weigh(other).log_evidence for other in (0.0, 2 * error) if error > EXACT)]
     failed = int((strikes.logs[:, : len(READINGS)] <= np.log(FLOOR)).sum())
-    return _Weighed(found, error, (min(logs), max(logs)), len(strikes.unit), failed)
+    span = (min(logs), max(logs)) if error > EXACT else ()
+    return Weighed(found, error, span, len(strikes.unit), failed, *fitted(found, p))
 
 
 def case(values: Mapping[str, float], voltage: float | None, p: Parameters) -> Strike:
@@ -186,7 +196,7 @@ def _simulated(values: Mapping[str, Array], p: Parameters, pool: ThreadPoolExecu
     return np.hstack([rows[:, :, 0], rows[:, 0, 1:]])
 
 
-def fitted(found: Posterior, p: Parameters) -> Best:
+def fitted(found: Posterior, p: Parameters) -> tuple[dict[str, float], list[float]]:
     """The best point of a hypothesis, from that of its posterior on, and the forces there, N."""
     h, start = found.hypothesis, dict(zip(found.hypothesis.axes, found.best.tolist(), strict=True))
 
@@ -209,19 +219,18 @@ def fitted(found: Posterior, p: Parameters) -> Best:
     return at(best.values), [float(said[PEAK]) for said in best.predicted]
 
 
-def _metrics(found: Sequence[Posterior], fits: Sequence[Best], told: Mapping[str, float]) -> dict[str, Metric]:
-    """Of every hypothesis: evidence, probability, forces over its posterior and at its best point; of readings: bits."""
-    metrics: dict[str, Metric] = {}
-    for each, chance, (best, simulated) in zip(found, probabilities(found), fits, strict=True):
-        name = each.hypothesis.name
-        metrics[f"{name}.log_evidence"] = Metric(each.log_evidence, "1", error=abs(each.error / each.log_evidence))
-        metrics[f"{name}.probability"] = Metric(float(chance), "1")
-        for what, reading, forces, checked in zip(NAMES, READINGS, each.forces, simulated, strict=True):
-            known = None if reading.bound else reading.force
-            metrics[f"{name}.{what}"] = Metric(float(forces.mean()), "N", known)
-            metrics[f"{name}.best.{what}"] = Metric(checked, "N", known)
-        metrics |= {f"{name}.best.{axis}": Metric(value, _unit(axis)) for axis, value in best.items()}
-    return metrics | {f"{what}.information": Metric(bits, "bit") for what, bits in told.items()}
+def _metrics(each: Weighed, chance: float) -> dict[str, Metric]:
+    """Of a hypothesis: evidence, probability, forces over its posterior and at its best point."""
+    own, name = each.posterior, each.name
+    metrics = {
+        f"{name}.log_evidence": Metric(own.log_evidence, "1", error=abs(own.error / own.log_evidence)),
+        f"{name}.probability": Metric(float(chance), "1"),
+    }
+    for what, reading, forces, fitted in zip(NAMES, READINGS, own.forces, each.forces, strict=True):
+        known = None if reading.bound else reading.force
+        metrics[f"{name}.{what}"] = Metric(float(forces.mean()), "N", known)
+        metrics[f"{name}.best.{what}"] = Metric(fitted, "N", known)
+    return metrics | {f"{name}.best.{axis}": Metric(value, _unit(axis)) for axis, value in each.best.items()}
 
 
 def _unit(axis: str) -> str:
@@ -243,28 +252,20 @@ def _explains(simulated: Sequence[float]) -> bool:
     return all(x <= WITHIN and (reading.bound or x >= -WITHIN) for reading, x in zip(READINGS, off, strict=True))
 
 
-def _table(
-    found: Sequence[Posterior],
-    fits: Sequence[Best],
-    errors: Mapping[str, float],
-    spans: Mapping[str, tuple[float, float]],
-    p: Parameters,
-) -> Table:
+def _table(found: Sequence[Weighed], chances: Array, p: Parameters) -> Table:
     """One row a hypothesis, the likeliest first."""
     rows = []
-    chances = probabilities(found)
     for k in np.argsort(-chances):
-        each, (at, simulated) = found[k], fits[k]
-        best = ", ".join(f"{axis.replace('_', ' ')} {value:.3g}" for axis, value in at.items())
-        forces = [f"{mean:.1f} ({checked:.1f})" for mean, checked in zip(each.forces.mean(axis=1), simulated, strict=True)]
-        evidence = f"{each.log_evidence:.2f} ± {each.error:.2f}"
-        name = _words(each.hypothesis.name)
-        if each.hypothesis.name in spans:
-            evidence += " ({:.1f} to {:.1f})".format(*spans[each.hypothesis.name])
-        rows.append([name, evidence, f"{chances[k]:.3f}", *forces, "yes" if _explains(simulated) else "no", best])
+        each, own = found[k], found[k].posterior
+        best = ", ".join(f"{axis.replace('_', ' ')} {value:.3g}" for axis, value in each.best.items())
+        forces = [f"{mean:.1f} ({fitted:.1f})" for mean, fitted in zip(own.forces.mean(axis=1), each.forces, strict=True)]
+        evidence = f"{own.log_evidence:.2f} ± {own.error:.2f}"
+        if each.span:
+            evidence += " ({:.1f} to {:.1f})".format(*each.span)
+        rows.append([_words(each.name), evidence, f"{chances[k]:.3f}", *forces, "yes" if _explains(each.forces) else "no", best])
     heads = ["cause", "log evidence", "probability", "1.25 rad/s: 27 N", "2.5 V: 25 N", "3 V: 30 N", "4.4 V: at most 44.18 N",
              "within 1 N", "best point"]  # fmt: skip
-    told = ", ".join(f"{_words(name)} {100 * error:.1f} %" for name, error in errors.items())
+    told = ", ".join(f"{_words(each.name)} {100 * each.error:.1f} %" for each in found)
     priors = ", ".join(f"{_words(name)} {low:g} to {high:g} {_unit(name)}" for name, (low, high) in RANGES.items())
     notes = (
         "forces: mean over the posterior, N; in brackets at the best point. Readings: standard deviation "
