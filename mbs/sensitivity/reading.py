@@ -59,6 +59,12 @@ class Measured(NamedTuple):
     unit: str
 
 
+def spells(x: Array) -> Array:
+    """Where samples are above zero: first and one past the last of each time that they are, shape (times, 2)."""
+    above = np.concatenate([[False], x > 0, [False]])
+    return np.flatnonzero(above[1:] != above[:-1]).reshape(-1, 2)
+
+
 @dataclass(frozen=True)
 class Curve:
     """A signal over a run, straight between its samples: what can be read off it. Methods are the words of a formula.
@@ -108,8 +114,7 @@ class Curve:
 
     def _above(self, count: float) -> Curve | None:
         """The part that is above zero for the `count`-th time, from the last on for -1, -2, ..., with the samples beside it."""
-        above = np.concatenate([[False], self.x > 0, [False]])
-        parts = np.flatnonzero(above[1:] != above[:-1]).reshape(-1, 2)
+        parts = spells(self.x)
         k = int(count) - 1 if count > 0 else len(parts) + int(count)
         if not 0 <= k < len(parts):
             return None

@@ -5,11 +5,12 @@ from typing import TYPE_CHECKING, Any
 from buckler.mbs.view.style import COLOURS, STYLE, WIDTH, house_style, subplots
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 else:
-    Figure = Any  # nothing here needs matplotlib before it draws
+    Axes = Figure = Any  # nothing here needs matplotlib before it draws
 
-__all__ = ["COLOURS", "STYLE", "WIDTH", "Figure", "house_style", "plain_ticks", "subplots"]
+__all__ = ["COLOURS", "STYLE", "WIDTH", "Axes", "Figure", "house_style", "plain_ticks", "subplots"]
 
 
 def plain_ticks(axis: Any) -> None:

@@ -12,7 +12,7 @@ from matplotlib.patches import Patch
 
 from buckler.elastica import law
 from buckler.studies.kit.report import StudyResult
-from buckler.studies.kit.style import Figure, plain_ticks, subplots
+from buckler.studies.kit.style import Axes, Figure, plain_ticks, subplots
 from buckler.studies.striking import impact
 from buckler.studies.striking.inverse import Design, Given, Wish, design
 from buckler.studies.striking.inverse_limits import feasible, limits
@@ -52,7 +52,7 @@ def _force(thickness: Any, width: Any, stop: Any, given: Given) -> Any:
     return law.fast(u) * given.modulus * width * thickness**3 / (12 * given.coupler**2)
 
 
-def _draw_map(ax: Any, d: Design, asked: Design) -> None:
+def _draw_map(ax: Axes, d: Design, asked: Design) -> None:
     """Contact force by lines, the limit that is broken first by colour; speed follows from the impact force everywhere."""
     given, p = d.given, d.wish
     least, most = sorted((d.thickness, np.clip(asked.thickness, d.thickness / 5, 5 * d.thickness)))
@@ -92,7 +92,7 @@ def _draw_map(ax: Any, d: Design, asked: Design) -> None:
     ax.legend(handles=handles, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=5, **small)
 
 
-def _stop_axis(ax: Any, given: Given) -> None:
+def _stop_axis(ax: Axes, given: Given) -> None:
     """The place of the stop, at the contact angles on the left."""
     twin = ax.twinx()
     angle = np.array(ax.get_yticks())
@@ -101,7 +101,7 @@ def _stop_axis(ax: Any, given: Given) -> None:
     twin.grid(False)
 
 
-def _draw_turn(ax: Any, d: Design, result: StudyResult) -> None:
+def _draw_turn(ax: Axes, d: Design, result: StudyResult) -> None:
     """Force on the stop over crank angle: simulated, exact, and what was asked for."""
     half = d.wish.contact_angle / 2
     angle = np.linspace(pi - half, pi + half, 400)

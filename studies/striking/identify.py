@@ -26,7 +26,7 @@ from buckler.mbs import Controlled, Mechanism, Spectral, fit
 from buckler.mbs.sensitivity.data import Experiment, Read
 from buckler.studies.kit.parameters import StudyParameters, choice, choices, integer, quantity
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
-from buckler.studies.kit.style import COLOURS, Figure, subplots
+from buckler.studies.kit.style import COLOURS, Axes, Figure, subplots
 from buckler.studies.striking.evidence import (
     CAUSES,
     DEAD_BAND,
@@ -313,7 +313,7 @@ def figure(result: StudyResult) -> Figure:
     return fig
 
 
-def _draw_readings(ax: Any, p: Any) -> None:
+def _draw_readings(ax: Axes, p: Any) -> None:
     """Readings with their error; the bound as an arrow that points down."""
     for reading in READINGS:
         volt = p.reference_voltage if reading.voltage is None else reading.voltage

@@ -16,11 +16,12 @@ from buckler.elastica import pinned
 from buckler.mbs import Section
 from buckler.mbs.accuracy.words import FINEST
 from buckler.mbs.library import PAPER, PAPER_STOP
+from buckler.mbs.sensitivity.reading import spells
 from buckler.studies.kit.parameters import choices, quantity
 from buckler.studies.kit.published import STRIP_WIDTH
 from buckler.studies.kit.report import Array, Metric, StudyResult, Table, worst
+from buckler.studies.kit.style import Axes
 from buckler.studies.striking.assumptions import GRAVITY, StrikeParameters
-from buckler.studies.striking.strikes import Strike, strikes
 
 MODELS = ("stitched", "strut", "beam")
 COLOURS = {"stitched": "#E69F00", "strut": "#0072B2", "beam": "#D55E00", "exact": "#000000", "published": "#009E73"}
@@ -166,44 +167,41 @@ def read(run: ModelRun, turn: int = 0) -> Reading:
         return Reading()
     own = force.copy()
     own[[0, -1]] = 0.0  # what begins before or ends after the turn belongs to another
-    contacts = strikes(own)
-    until = contacts[0].first + 1 if contacts else None
+    contacts = spells(own)
+    until = contacts[0, 0] + 1 if len(contacts) else None
     found = Reading(
         force_180=float(np.interp(pi, angle, force, right=nan)),
         shortening=float(run.shortening[part].max()),
         buckles_before_stop=bool((run.overload[part][:until] > 1).any()),
     )
-    if not contacts:
+    if not len(contacts):
         return found
-    one, released = contacts[0], contacts[-1].last
-    found = found._replace(
-        contact_angle=float(angle[one.first]),
+    (start, free), released = contacts[0], contacts[-1, 1] - 1
+    with_ends = slice(start - 1, free + 1)  # the samples without force beside it
+    return found._replace(
+        contact_angle=float(angle[start]),
         release_angle=float(angle[released]),
-        contact_time=float(time[released] - time[one.first]),
-        impact_speed=float(speed[one.before]),
-        rebound_ratio=-float(speed[one.after] / speed[one.before]) if angle[one.last] < pi else nan,
-        impact_peak=one.peak(force),
-        impact_impulse=one.impulse(time, force),
-        impact_time=float(time[one.last] - time[one.first]),
+        contact_time=float(time[released] - time[start]),
+        impact_speed=float(speed[start - 1]),
+        rebound_ratio=-float(speed[free] / speed[start - 1]) if angle[free - 1] < pi else nan,
+        impact_peak=float(force[with_ends].max()),
+        impact_impulse=float(np.trapezoid(force[with_ends], time[with_ends])),
+        impact_time=float(time[free - 1] - time[start]),
+        **_rest(time, angle, force, contacts),
     )
-    return found._replace(**_rest(time, angle, force, contacts))
 
 
-def _rest(time: Array, angle: Array, force: Array, contacts: Sequence[Strike]) -> dict[str, Any]:
+def _rest(time: Array, angle: Array, force: Array, contacts: Array) -> dict[str, Any]:
     """How often the slider comes back, and from where on it stays."""
-    inwards = [each for each in contacts if angle[each.before] < SETTLED_BY]  # those that begin later are the way out
-    if not inwards:
+    inwards = contacts[angle[contacts[:, 0] - 1] < SETTLED_BY]  # those that begin later are the way out
+    if not len(inwards):
         return {}
-    start, end = inwards[-1].first, inwards[-1].last
-    if not angle[start] < pi <= angle[end]:
-        return {"rebounds": len(inwards) - 1}
+    (start, free), rebounds = inwards[-1], {"rebounds": len(inwards) - 1}
+    if not angle[start] < pi <= angle[free - 1]:
+        return rebounds
     top = (angle >= max(angle[start], DEAD_CENTRE[0])) & (angle <= DEAD_CENTRE[1])
-    return {
-        "rebounds": len(inwards) - 1,
-        "settled": float(angle[start]),
-        "settling_time": float(time[start] - time[contacts[0].first]),
-        "contact_max": float(force[top].max()),
-    }
+    settling = {"settled": float(angle[start]), "settling_time": float(time[start] - time[contacts[0, 0]])}
+    return {**rebounds, **settling, "contact_max": float(force[top].max())}
 
 
 def findings(run: ModelRun, readings: Iterable[Reading]) -> list[str]:
@@ -250,19 +248,19 @@ def told(
     )  # fmt: skip
 
 
-def draw_force(ax: Any, x: Any, force: Array, model: str, floor: float, **look: Any) -> None:
+def draw_force(ax: Axes, x: Any, force: Array, model: str, floor: float, **look: Any) -> None:
     """Draw a force on the stop on a logarithmic axis that begins at a floor, N; without contact it lies below."""
     ax.semilogy(x, np.maximum(force, floor / 2), color=COLOURS[model], label=model, **look)
 
 
-def frame_force(ax: Any, floor: float, room: float) -> None:
+def frame_force(ax: Axes, floor: float, room: float) -> None:
     """End a logarithmic axis of forces, from its floor, N, with room for a legend: that many times the largest."""
     ax.set(ylim=(floor, None), ylabel="force on the stop [N]")
     ax.set_ylim(top=room * ax.get_ylim()[1])
     ax.yaxis.set_major_formatter("{x:g}")
 
 
-def draw_published(ax: Any, force: float, label: str = "", at: float = 0) -> None:
+def draw_published(ax: Axes, force: float, label: str = "", at: float = 0) -> None:
     """Draw a published force, N, with its label at a place of the axis."""
     ax.axhline(force, color=COLOURS["published"], linestyle=":")
     ax.annotate(label, (at, force), xytext=(0, 3), textcoords="offset points", color=COLOURS["published"], fontsize=8)

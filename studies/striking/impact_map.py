@@ -19,7 +19,7 @@ import numpy as np
 from buckler.studies.kit.parameters import integer, quantities, quantity
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.statistics import exponent
-from buckler.studies.kit.style import COLOURS, Figure, subplots
+from buckler.studies.kit.style import COLOURS, Axes, Figure, subplots
 from buckler.studies.striking import strike
 from buckler.studies.striking.assumptions import StrikeAssumptions, common
 from buckler.studies.striking.impact_models import BUCKLED_FROM
@@ -221,7 +221,7 @@ def _closed(p: Parameters, bow: float) -> tuple[list[float], list[float]]:
     return [x.rate for x in found], [x.compression() for x in found]
 
 
-def _borders(ax: Any, p: Parameters) -> None:
+def _borders(ax: Axes, p: Parameters) -> None:
     """Closed border of late buckling over bow, for the middle mass and stiffness."""
     base = ImpactNumbers.of(sine_strip(_middle(p)))
     (least, most), (slow, fast) = ax.get_ylim(), ax.get_xlim()

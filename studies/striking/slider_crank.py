@@ -19,7 +19,7 @@ from buckler.mbs.library import PAPER, PAPER_STOP
 from buckler.studies.kit.parameters import quantity
 from buckler.studies.kit.published import CONTACT_FORCES, IMPACT_FORCE, IMPACT_SPEED
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, relative
-from buckler.studies.kit.style import Figure, subplots
+from buckler.studies.kit.style import Axes, Figure, subplots
 from buckler.studies.striking import impact, impact_models
 from buckler.studies.striking.impact import ImpactParameters, ModelRun, Reading
 
@@ -134,7 +134,7 @@ def _curves(result: StudyResult) -> list[tuple[str, Any, Any, Any]]:
     return [(m, s[f"{m}.time"], np.degrees(s[f"{m}.angle"]), s[f"{m}.force"]) for m in models]
 
 
-def _draw_turn(ax: Any, result: StudyResult) -> None:
+def _draw_turn(ax: Axes, result: StudyResult) -> None:
     p: Any = result.parameters
     exact = result.signals["exact.force"]
     for model, _, angle, force in _curves(result):
@@ -150,7 +150,7 @@ def _draw_turn(ax: Any, result: StudyResult) -> None:
     ax.legend(loc="upper right", ncols=4)
 
 
-def _draw_impact(ax: Any, result: StudyResult) -> None:
+def _draw_impact(ax: Axes, result: StudyResult) -> None:
     times = [metric.value for name, metric in result.metrics.items() if name.endswith("impact_time")]
     longest = 1e3 * max((t for t in times if t < 0.1), default=0.01)  # not of contacts that never break
     for model, time, _, force in _curves(result):
@@ -163,7 +163,7 @@ def _draw_impact(ax: Any, result: StudyResult) -> None:
     ax.set(xlabel="time since first contact [ms]", ylabel="force on the stop [N]")
 
 
-def _draw_contact(ax: Any, result: StudyResult) -> None:
+def _draw_contact(ax: Axes, result: StudyResult) -> None:
     for model, _, angle, force in _curves(result):
         ax.plot(angle, force, color=impact.COLOURS[model], lw=0.6 * WIDTHS[model])
     exact = result.signals["exact.force"]

@@ -24,6 +24,7 @@ import numpy as np
 from buckler.mbs import Beam, Cable, Controlled, Exudyn, Mechanism, simulate
 from buckler.mbs.accuracy.precision import Point, fastest, time_for, verdict
 from buckler.mbs.record.status import Status
+from buckler.mbs.sensitivity.reading import spells
 from buckler.studies.kit import precision
 from buckler.studies.kit.parameters import integer, quantities, quantity
 from buckler.studies.kit.precision import Bar, Runs, Series
@@ -32,7 +33,6 @@ from buckler.studies.kit.style import Figure
 from buckler.studies.striking import impact, impact_models
 from buckler.studies.striking import slider_crank as main_study
 from buckler.studies.striking.assumptions import StrikeAssumptions, common, crank_angle
-from buckler.studies.striking.strikes import strikes
 from buckler.studies.trust import plain
 
 JOB = main_study.Parameters()
@@ -149,13 +149,19 @@ def read(time: Array, force: Array, angle: Array | None = None) -> PrecisionRead
     angle = JOB.speed * time if angle is None else angle
     turn = angle <= 2 * pi * (1 + 1e-9)
     time, force, angle = time[turn], force[turn], angle[turn]
-    found = strikes(force)
-    if not found:
+    contacts = spells(force)
+    if not len(contacts):
         return PrecisionReading()
+    pulse = slice(max(contacts[0, 0] - 1, 0), contacts[0, 1] + 1)
     plateau = np.interp(PLATEAU, angle, force)
-    mean, release = np.trapezoid(plateau, PLATEAU) / np.ptp(PLATEAU), np.degrees(angle[found[-1].last])
-    settled = float(np.interp(pi, PLATEAU, plateau))
-    return PrecisionReading(found[0].peak(force), found[0].impulse(time, force), settled, float(mean), float(release), plateau)
+    return PrecisionReading(
+        peak=float(force[pulse].max()),
+        impulse=float(np.trapezoid(force[pulse], time[pulse])),
+        settled=float(np.interp(pi, PLATEAU, plateau)),
+        mean=float(np.trapezoid(plateau, PLATEAU) / np.ptp(PLATEAU)),
+        release=float(np.degrees(angle[contacts[-1, 1] - 1])),
+        plateau=plateau,
+    )
 
 
 def with_coupler(kind: type[Beam] | type[Cable], elements: int, job: main_study.Parameters = JOB) -> Mechanism:

@@ -21,7 +21,7 @@ from buckler.studies.kit.parameters import quantity
 from buckler.studies.kit.published import IMPACT_FORCE, IMPACT_SPEED
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, metrics_table
 from buckler.studies.kit.statistics import exponent
-from buckler.studies.kit.style import Figure, subplots
+from buckler.studies.kit.style import Axes, Figure, subplots
 from buckler.studies.striking import impact, impact_models
 from buckler.studies.striking.impact import ImpactParameters, ModelRun, Reading
 from buckler.studies.striking.impact_models import Fit
@@ -165,7 +165,7 @@ def figure(result: StudyResult) -> Figure:
     return fig
 
 
-def _draw_run(ax: Any, result: StudyResult) -> None:
+def _draw_run(ax: Axes, result: StudyResult) -> None:
     p: Any = result.parameters
     floor = float(impact.exact_force(p, CONTACT)) / 4
     for model, width in {"beam": 0.8, "stitched": 1.6, "strut": 0.6}.items():

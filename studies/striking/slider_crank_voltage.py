@@ -23,7 +23,7 @@ from buckler.studies.kit.parameters import quantities, quantity
 from buckler.studies.kit.published import IMPACT_FORCE, IMPACT_SPEED, SENSOR_RANGE, SENSOR_VOLTAGE, VOLTAGE_FORCES
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, worst
 from buckler.studies.kit.statistics import exponent
-from buckler.studies.kit.style import Figure, subplots
+from buckler.studies.kit.style import Axes, Figure, subplots
 from buckler.studies.striking import impact
 from buckler.studies.striking.impact import ImpactParameters, ModelRun
 from buckler.studies.striking.impact_models import Fit, NotCalibratedError, calibrate, strike
@@ -189,7 +189,7 @@ def figure(result: StudyResult) -> Figure:
     return fig
 
 
-def _draw_forces(ax: Any, result: StudyResult) -> None:
+def _draw_forces(ax: Axes, result: StudyResult) -> None:
     p: Any = result.parameters
     names = [name.removesuffix(".force") for name in result.signals if name.endswith(".force")]
     strokes = cycle(("--", "-.", ":", (0, (5, 1, 1, 1, 1, 1))))
@@ -201,12 +201,12 @@ def _draw_forces(ax: Any, result: StudyResult) -> None:
         ax.plot(voltages[order], forces[order], marker=".", label=_label(name), **look)
     ax.plot(*zip(*VOLTAGE_FORCES.items(), strict=True), "k*", markersize=8, label="published")
     ax.errorbar(
-        SENSOR_VOLTAGE, SENSOR_RANGE, yerr=[[0.06 * SENSOR_RANGE], [0]], uplims=True, color="black", capsize=3,
+        SENSOR_VOLTAGE, SENSOR_RANGE, yerr=np.array([[0.06 * SENSOR_RANGE], [0.0]]), uplims=True, color="black", capsize=3,
         label="bound: sensor range",
     )  # fmt: skip
     ax.plot(p.reference_voltage, IMPACT_FORCE, "ko", markerfacecolor="white", markersize=6, label="calibrated on")
     ax.set(xlabel="voltage [V]", ylabel="impact force [N]")
-    ax.yaxis.get_major_locator().set_params(integer=True)
+    ax.locator_params(axis="y", integer=True)
 
 
 def _label(name: str) -> str:
@@ -215,7 +215,7 @@ def _label(name: str) -> str:
     return f"{model}, bow {bow} L" if bow else model
 
 
-def _draw_sensitivity(ax: Any, result: StudyResult) -> None:
+def _draw_sensitivity(ax: Axes, result: StudyResult) -> None:
     p: Any = result.parameters
     models = [model for model in impact.MODELS if model in p.models]
     height = 0.8 / len(models)

@@ -14,6 +14,7 @@ import numpy as np
 from buckler import mbs
 from buckler.mbs import Beam, Link, Mechanism, Revolute, Rigid, TorsionSpring
 from buckler.mbs.library import PAPER
+from buckler.mbs.sensitivity.reading import spells
 from buckler.mbs.spectral.run import once
 from buckler.studies.kit.parameters import choices, quantity
 from buckler.studies.kit.published import IMPACT_SPEED
@@ -22,7 +23,6 @@ from buckler.studies.kit.style import Figure, subplots
 from buckler.studies.striking import impact_models
 from buckler.studies.striking.assumptions import crank_angle
 from buckler.studies.striking.impact import ImpactParameters
-from buckler.studies.striking.strikes import strikes
 
 UNTIL = np.radians(190.0)
 """Crank angle, rad, at which a run ends, if its crank keeps to its speed."""
@@ -105,22 +105,21 @@ def struck(p: Parameters) -> dict[str, float]:
 def read(time: Array, signals: Mapping[str, Array]) -> dict[str, float]:
     """Numbers of `UNITS` and `PUSH` as far as they happen."""
     force = signals["B.contact_force"]
-    found = strikes(force)
-    if not found:
+    contacts = spells(force)
+    if not len(contacts):
         return {}
-    first, last = found[0].first, found[0].last
-    angle = crank_angle(signals)
+    first, free = contacts[0]
     torque = next(signals[name] for name in TORQUES if name in signals)
     told = {
-        "peak": found[0].peak(force),
-        "pulse": float(time[last] - time[first]),
-        "torque": float(np.abs(torque[first : last + 2]).max()),
-        "force_180": float(np.interp(pi, angle, force, right=nan)),
-        "compression": float(-signals["coupler.axial_force"][first : last + 1].min()),
+        "peak": float(force[first:free].max()),
+        "pulse": float(time[free - 1] - time[first]),
+        "torque": float(np.abs(torque[first : free + 1]).max()),
+        "force_180": float(np.interp(pi, crank_angle(signals), force, right=nan)),
+        "compression": float(-signals["coupler.axial_force"][first:free].min()),
         "early": float(np.ptp(signals["coupler.end_shortening"][: first + 1]) / PAPER.coupler),
     }
-    if len(found) > 1:
-        told["between"] = float(time[found[1].first] - time[last])
+    if len(contacts) > 1:
+        told["between"] = float(time[contacts[1, 0]] - time[free - 1])
     return told
 
 

@@ -23,7 +23,7 @@ from buckler.studies.kit.parameters import choices, integer, quantities, quantit
 from buckler.studies.kit.published import CONTACT_FORCES
 from buckler.studies.kit.report import QUIET, Array, Metric, Progress, StudyResult, Table, judged, relative
 from buckler.studies.kit.statistics import power_law
-from buckler.studies.kit.style import COLOURS, Figure, plain_ticks, subplots
+from buckler.studies.kit.style import COLOURS, Axes, Figure, plain_ticks, subplots
 from buckler.studies.striking import slider_crank
 from buckler.studies.striking.assumptions import StrikeParameters, common
 from buckler.studies.striking.impact import MODELS
@@ -224,7 +224,7 @@ def figure(result: StudyResult) -> Figure:
     return fig
 
 
-def _draw_forces(ax: Any, result: StudyResult) -> None:
+def _draw_forces(ax: Axes, result: StudyResult) -> None:
     p: Any = result.parameters
     s, h = result.signals, np.array(p.thicknesses)
     for m, model in enumerate(p.models):
@@ -243,19 +243,19 @@ def _draw_forces(ax: Any, result: StudyResult) -> None:
     ax.legend()
 
 
-def _draw_over_speed(ax: Any, result: StudyResult, name: str, factor: float, label: str) -> None:
+def _draw_over_speed(ax: Axes, result: StudyResult, name: str, factor: float, label: str) -> None:
     p: Any = result.parameters
     for m, model in enumerate(p.models):
         for i, h in enumerate(p.thicknesses):
             ok = np.isin(result.signals["state"][m, i, 1:], ("pressed", "in the air"))
             values = np.where(ok, factor * result.signals[name][m, i, 1:], np.nan)
-            style = {"color": COLOURS[i % len(COLOURS)], "marker": ".", "linestyle": LINES[model], "linewidth": 0.9}
-            ax.plot(p.speeds, values, label=f"{1e3 * h:g}" if m == 0 else None, **style)
+            label_of = f"{1e3 * h:g}" if m == 0 else None
+            ax.plot(p.speeds, values, ".", color=COLOURS[i % len(COLOURS)], linestyle=LINES[model], linewidth=0.9, label=label_of)
     ax.set_ylabel(label)
     ax.set_title(", ".join(f"{model} {LINES[model]}" for model in p.models), fontsize=7, loc="left")
 
 
-def _draw_states(ax: Any, result: StudyResult) -> None:
+def _draw_states(ax: Axes, result: StudyResult) -> None:
     p: Any = result.parameters
     shift = np.linspace(-0.1, 0.1, len(p.models)) if len(p.models) > 1 else [0.0]
     for state, (name, mark, colour) in STATES.items():

@@ -25,7 +25,7 @@ from buckler.mbs.record.status import Status
 from buckler.studies.kit.parameters import StudyParameters, integer, quantities, quantity
 from buckler.studies.kit.published import CONTACT_FORCES, STRIP_WIDTH
 from buckler.studies.kit.report import QUIET, Array, Metric, Progress, StudyResult, Table, judged
-from buckler.studies.kit.style import Figure, subplots
+from buckler.studies.kit.style import Axes, Figure, subplots
 from buckler.studies.strips.friction_interval import Pressed, friction_interval, laws
 
 KNOWN = 3e-4
@@ -281,7 +281,7 @@ def figure(result: StudyResult) -> Figure:
     return fig
 
 
-def _thickness_axes(ax: Any, result: StudyResult) -> None:
+def _thickness_axes(ax: Axes, result: StudyResult) -> None:
     """Forces at dead centre over h^3: where they are level, the force is cubic in the thickness."""
     parameters: Any = result.parameters
     h = sorted(parameters.thicknesses)
