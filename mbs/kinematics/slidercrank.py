@@ -31,7 +31,7 @@ class SliderCrank(NamedTuple):
         q = np.sqrt(self.coupler**2 - (self.crank * s) ** 2)
         return -self.crank * c + self.crank**2 * (c**2 - s**2) / q + (self.crank**2 * s * c) ** 2 / q**3
 
-    def chord(self, theta: Any, stop: float) -> Any:
+    def chord(self, theta: Any, stop: Any) -> Any:
         """Distance of crank pin and a slider held at x = stop, m (eq. 8)."""
         return np.hypot(self.crank * np.cos(theta) - stop, self.crank * np.sin(theta))
 

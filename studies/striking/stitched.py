@@ -199,12 +199,13 @@ def follow(model: Stitched, motion: Ramp | Motion, duration: float) -> Trace:
         If the slider never reaches the stop's place.
     """
     crank = _Crank(motion, positive("duration", duration, "s"))
-    meeting = model.contact_angle
     pieces: list[_Piece] = []
-    time, turn = 0.0, 0
+    time, turn, meeting = 0.0, 0, model.contact_angle
     while time < duration:
         meets, leaves = crank.time(2 * pi * turn + meeting), crank.time(2 * pi * (turn + 1) - meeting)
-        pieces.append(_rigid(model, crank, time, meets))
+        moving = _times("rigid", time, meets)
+        angle, speed, _ = crank.along(moving)
+        pieces.append(_piece("rigid", moving, model.lengths.slider(angle), model.lengths.slider_rate(angle) * speed))
         pieces += _strike(model, crank, meets, leaves)
         time, turn = float(pieces[-1].time[-1]), turn + 1
     return _trace(model, crank, pieces)
@@ -216,14 +217,10 @@ class _Crank(NamedTuple):
     motion: Ramp | Motion
     duration: float
 
-    def angle(self, times: Array) -> Array:
-        return np.array([self.motion.position(t) for t in times])
-
-    def speed(self, times: Array) -> Array:
-        return np.array([self.motion.speed(t) for t in times])
-
-    def acceleration(self, times: Array) -> Array:
-        return np.array([self.motion.acceleration(t) for t in times])
+    def along(self, times: Array) -> Array:
+        """Angle, speed and acceleration at times, shape (3, times)."""
+        m = self.motion
+        return np.array([[each(t) for t in times] for each in (m.position, m.speed, m.acceleration)])
 
     def time(self, angle: float) -> float:
         """When the crank gets to an angle, or the end of the run."""
@@ -242,15 +239,12 @@ class _Piece(NamedTuple):
     force: Array
 
 
+def _piece(mode: str, time: Array, position: Any, speed: Any = 0.0, force: Any = 0.0) -> _Piece:
+    return _Piece(mode, *np.broadcast_arrays(time, position, speed, force))
+
+
 def _times(mode: str, start: float, end: float) -> Array:
     return np.linspace(start, end, SAMPLES[mode])
-
-
-def _rigid(model: Stitched, crank: _Crank, start: float, end: float) -> _Piece:
-    time = _times("rigid", start, end)
-    angle = crank.angle(time)
-    speed = model.lengths.slider_rate(angle) * crank.speed(time)
-    return _Piece("rigid", time, model.lengths.slider(angle), speed, np.zeros_like(time))
 
 
 def _strike(model: Stitched, crank: _Crank, start: float, end: float) -> Iterator[_Piece]:
@@ -258,28 +252,21 @@ def _strike(model: Stitched, crank: _Crank, start: float, end: float) -> Iterato
     time = start
     first = speed = abs(model.lengths.slider_rate(model.contact_angle)) * crank.motion.speed(start)
     while time < end and speed > NEGLIGIBLE * first:
-        pulse = _times("impact", time, min(time + model.impact_duration, end))
-        force = np.full_like(pulse, model.impact_force(speed))
-        away = model.restitution * speed
-        yield _Piece("impact", pulse, np.full_like(pulse, model.stop), np.linspace(-speed, away, len(pulse)), force)
+        pulse, away = _times("impact", time, min(time + model.impact_duration, end)), model.restitution * speed
+        yield _piece("impact", pulse, model.stop, np.linspace(-speed, away, len(pulse)), model.impact_force(speed))
         time = float(pulse[-1])
         push = float(model.contact_force(crank.motion.position(time)))
         rebound = Rebound(away, push, model.friction, model.mass)
         flight = _times("rebound", time, min(time + rebound.duration, end))
         travel, rate = rebound.motion(flight - time)
-        yield _Piece("rebound", flight, model.stop + travel, rate, np.zeros_like(flight))
+        yield _piece("rebound", flight, model.stop + travel, rate)
         time, speed = float(flight[-1]), rebound.return_speed
         if not rebound.returns:
-            yield _rest("held", model, crank, time, end, model.stop + rebound.height)
+            yield _piece("held", _times("held", time, end), model.stop + rebound.height)
             return
     if time < end:
-        yield _rest("contact", model, crank, time, end, model.stop)
-
-
-def _rest(mode: str, model: Stitched, crank: _Crank, start: float, end: float, position: float) -> _Piece:
-    time = _times(mode, start, end)
-    force = model.contact_force(crank.angle(time)) if mode == "contact" else np.zeros_like(time)
-    return _Piece(mode, time, np.full_like(time, position), np.zeros_like(time), force)
+        rest = _times("contact", time, end)
+        yield _piece("contact", rest, model.stop, force=model.contact_force(crank.along(rest)[0]))
 
 
 def _trace(model: Stitched, crank: _Crank, pieces: list[_Piece]) -> Trace:
@@ -287,8 +274,8 @@ def _trace(model: Stitched, crank: _Crank, pieces: list[_Piece]) -> Trace:
     time, position, speed, force = (np.concatenate([piece[i] for piece in pieces]) for i in range(1, 5))
     number_of = np.repeat(np.arange(len(pieces)), [len(piece.time) for piece in pieces])
     modes = np.array([piece.mode for piece in pieces])[number_of]
-    angle, turning = crank.angle(time), crank.speed(time)
-    chord = np.hypot(model.lengths.crank * np.cos(angle) - position, model.lengths.crank * np.sin(angle))
+    angle, turning, faster = crank.along(time)
+    chord = model.lengths.chord(angle, position)
     rigid = modes == "rigid"
     shortening = np.where(rigid, 0.0, np.maximum(1 - chord / model.lengths.coupler, 0.0))
     within = np.diff(number_of, prepend=-1) == 0
@@ -310,5 +297,5 @@ def _trace(model: Stitched, crank: _Crank, pieces: list[_Piece]) -> Trace:
     }
     held, taken = energy["kinetic"] + energy["strain"], energy["taken_impact"] + energy["taken_friction"]
     energy["error"] = held - held[0] + taken - energy["given_drive"]
-    load = rigid * model.compression(angle, turning, crank.acceleration(time)) / model.strip_force(0.0)
+    load = rigid * model.compression(angle, turning, faster) / model.strip_force(0.0)
     return Trace(time, angle, position, speed, force, shortening, load, energy, bool((modes == "held").any()))
