@@ -1,6 +1,6 @@
 """What the slider-crank studies share: their parameters, a model's run, and what is read off it.
 
-The models themselves are in studies/impact_models.py.
+The models themselves are in studies/striking/impact_models.py.
 """
 
 from __future__ import annotations

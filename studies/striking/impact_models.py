@@ -1,6 +1,6 @@
 """The three models of the slider-crank on one footing, and the stop that makes each strike as published.
 
-`stitched` is the published model (studies/stitched.py). `strut` and `beam` simulate slider, guide friction, stop and
+`stitched` is the published model (studies/striking/stitched.py). `strut` and `beam` simulate slider, guide friction, stop and
 drive together and differ in the coupler: a massless exact elastica, or a geometrically exact beam with its own inertia.
 """
 

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -102,33 +103,29 @@ def table_2_stop() -> float:
 
 def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Every model of every strip, at both stops."""
-    described = f"e{np.degrees(parameters.stop_angle):g}"
-    stops = {described: float(PAPER.slider(parameters.stop_angle)), "eTable2": table_2_stop()}
-    angle = np.linspace(parameters.stop_angle, np.pi, parameters.angles)
-    curves: dict[float, dict[str, Array]] = {}
-    largest: dict[tuple[float, str], dict[str, float]] = {}
+    p, described = parameters, f"e{np.degrees(parameters.stop_angle):g}"
+    stops = {described: float(PAPER.slider(p.stop_angle)), "eTable2": table_2_stop()}
+    angle = np.linspace(p.stop_angle, np.pi, p.angles)
     failures: set[str] = set()
-    for h in progress(parameters.thicknesses, label="thicknesses"):
-        models = _models(h, parameters.elements, failures)
-        for stop, place in stops.items():
-            press = Press(h, place)
-            largest[h, stop] = {name: float(press.force(load, np.pi)[0]) for name, load in models.items()}
-        curves[h] = {name: Press(h, stops[described]).force(load, angle) for name, load in models.items()}
-    presses = {(h, stop): Press(h, place) for h in parameters.thicknesses for stop, place in stops.items()}
-    yielding = _yielding(presses, parameters.yield_strength)
-    settled = {h: _settled(h, parameters) for h in parameters.thicknesses}
+    models = {h: _models(h, p.elements, failures) for h in progress(p.thicknesses, label="thicknesses")}
+    presses = {(h, stop): Press(h, place) for h in p.thicknesses for stop, place in stops.items()}
+    largest = {
+        (h, stop): {name: float(press.force(load, np.pi)[0]) for name, load in models[h].items()}
+        for (h, stop), press in presses.items()
+    }
+    curves = {h: {name: presses[h, described].force(load, angle) for name, load in own.items()} for h, own in models.items()}
+    settled = {h: _settled(h, p) for h in p.thicknesses}
+    yielding = _yielding(presses, p.yield_strength)
     signals = {f"F_h{_mm(h)}.{name}": force for h, curve in curves.items() for name, force in curve.items()}
     return StudyResult(
-        parameters=parameters,
+        parameters=p,
         metrics=_metrics(largest, presses, stops["eTable2"]) | {k: m for each in settled.values() for k, m in each.items()},
         signals={"angle": angle, **signals},
         tables=[
-            _largest_table(largest, presses, yielding),
-            _angle_table(curves, stops[described]),
-            _friction_table(settled, parameters),
+            _largest_table(largest, presses, yielding), _angle_table(curves, stops[described]), _friction_table(settled, p)
         ],
         **judged(sorted(failures), yielding),
-    )
+    )  # fmt: skip
 
 
 def _mm(thickness: float) -> str:
@@ -149,21 +146,14 @@ def _models(thickness: float, elements: int, failures: set[str]) -> Mapping[str,
             failures.add(f"h = {_mm(thickness)} mm: {states.status}: {states.message}")
         return states.load
 
-    def rod(u: Array) -> Array:
-        return np.array([strip.at_shortening(x).load for x in u])
-
-    return {"quartic": law.quartic, "exact": pinned.load, "rod": _buckled(rod), "beam": _buckled(beam)}
-
-
-def _buckled(load: Callable[[Array], Array]) -> Callable[[Array], Array]:
-    """The load where the strip is bent enough, nan elsewhere."""
-
-    def where_buckled(u: Array) -> Array:
+    def buckled(load: Callable[[Array], Array], u: Array) -> Array:
         p, bent = np.full(u.shape, np.nan), u >= STRAIGHTEST
-        p[bent] = load(u[bent]) if bent.any() else np.nan
+        if bent.any():
+            p[bent] = load(u[bent])
         return p
 
-    return where_buckled
+    rod = np.vectorize(lambda u: strip.at_shortening(u).load)
+    return {"quartic": law.quartic, "exact": pinned.load, "rod": partial(buckled, rod), "beam": partial(buckled, beam)}
 
 
 def _yielding(presses: Mapping[tuple[float, str], Press], strength: float) -> str:
@@ -184,16 +174,14 @@ def _metrics(
         f"F_h{_mm(h)}_{name}": Metric(forces["beam"], "N", CONTACT_FORCES.get(h), forces["exact"])
         for (h, name), forces in largest.items()
     }
-    first = min(h for h, _ in largest)
-    name = next(iter(largest))[1]
-    for h in sorted({h for h, _ in largest} - {first}):
+    name, (first, *others) = next(iter(largest))[1], sorted({h for h, _ in largest})
+    for h in others:
         published = CONTACT_FORCES[h] / CONTACT_FORCES[first] if {h, first} <= CONTACT_FORCES.keys() else None
         ratio = largest[h, name]["beam"] / largest[first, name]["beam"]
         found[f"ratio_h{_mm(h)}_h{_mm(first)}"] = Metric(ratio, "1", published, (h / first) ** 3)
     found["stop_eTable2"] = Metric(-stop, "m")
     found["angle_eTable2"] = Metric(float(np.degrees(PAPER.contact_angle(stop))), "deg")
-    stresses = {f"stress_h{_mm(h)}_{name}": Metric(press.stress, "Pa") for (h, name), press in presses.items()}
-    return found | stresses
+    return found | {f"stress_h{_mm(h)}_{name}": Metric(press.stress, "Pa") for (h, name), press in presses.items()}
 
 
 def _settled(thickness: float, p: Parameters) -> dict[str, Metric]:
@@ -248,13 +236,8 @@ def _friction_table(settled: Mapping[float, Mapping[str, Metric]], p: Parameters
             forces = [found[f"{name}.{kind}.{memory}"] for memory in MEMORIES.values()]
             row = [_mm(h), f"{forces[0].exact:.4f}", f"{low:.4f} to {high:.4f}", kind.replace("_", " ")]
             rows.append([*row, *(f"{force.value:.4f}" for force in forces)])
-    heads = [
-        "h [mm]",
-        "without friction [N]",
-        "true friction allows [N]",
-        "law",
-        *(f"{m.replace('_', ' ')} [N]" for m in MEMORIES.values()),
-    ]
+    heads = ["h [mm]", "without friction [N]", "true friction allows [N]", "law"]
+    heads += [f"{memory.replace('_', ' ')} [N]" for memory in MEMORIES.values()]
     notes = (
         f"The interval is the answer: a slider of {p.mass:g} kg at rest, coefficients {p.static_friction:g} and {p.friction:g}"
         f" of its weight, holds any of these forces, by what went before.\nLaws: pressed from {np.degrees(PRESSED_FROM):g} deg "
