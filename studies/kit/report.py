@@ -25,6 +25,7 @@ from buckler.studies.kit.style import Figure, house_style
 from buckler.studies.kit.versions import versions
 
 T = TypeVar("T")
+P = TypeVar("P", bound=StudyParameters)
 Array = np.ndarray[Any, Any]
 
 
@@ -113,6 +114,12 @@ class StudyResult:
     def changed(self, **values: Any) -> StudyResult:
         """The same with other values."""
         return replace(self, **values)
+
+    def of(self, kind: type[P]) -> P:
+        """The parameters, which are of a kind."""
+        if not isinstance(self.parameters, kind):
+            raise TypeError(f"parameters: must be {kind.__module__}.{kind.__name__}")
+        return self.parameters
 
     def __post_init__(self) -> None:
         if self.status != "OK" and not self.message:

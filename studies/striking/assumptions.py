@@ -14,8 +14,8 @@ import numpy as np
 from buckler.mbs import Mechanism, Motion, Motor, Ramp
 from buckler.studies.kit.gravity import Gravity
 from buckler.studies.kit.parameters import StudyParameters, integer, quantity, specs
+from buckler.studies.kit.report import Array
 
-Array = np.ndarray[Any, Any]
 GRAVITY = 9.81
 """Presses the slider on its guide, whichever way gravity acts in the plane, m/s^2."""
 SLOWED = 1.2

@@ -23,8 +23,8 @@ from scipy.special import log_ndtr, logsumexp
 from scipy.stats import qmc
 
 from buckler.studies.kit.published import IMPACT_FORCE, IMPACT_SPEED, SENSOR_RANGE, SENSOR_VOLTAGE, VOLTAGE_FORCES
+from buckler.studies.kit.report import Array
 
-Array = np.ndarray[Any, Any]
 DEAD_BAND = (0.0, 1.8)
 """Prior of the voltage below which the motor does not turn, V; uniform."""
 RANGES = {"stop_stiffness": (1e3, 2e5), "bow": (1e-3, 0.03), "motor": (0.2, 20.0), "compliance": (1e-3, 1.0)}

@@ -25,7 +25,7 @@ from scipy.stats import qmc
 from buckler.mbs import Controlled, Mechanism, Spectral, fit
 from buckler.mbs.sensitivity.data import Experiment, Read
 from buckler.studies.kit.parameters import StudyParameters, choice, choices, integer, quantity
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
+from buckler.studies.kit.report import QUIET, Array, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import COLOURS, Axes, Figure, subplots
 from buckler.studies.striking.evidence import (
     CAUSES,
@@ -45,7 +45,6 @@ from buckler.studies.striking.evidence import (
 from buckler.studies.striking.strike import UNITS, duration, mechanism, struck
 from buckler.studies.striking.strike import Parameters as Strike
 
-Array = np.ndarray[Any, Any]
 NAMES = ("f125", "v25", "v30", "v44")
 """Of the readings in metrics."""
 FURTHER = {
@@ -294,7 +293,7 @@ def _further_table(told: Mapping[str, float]) -> Table:
 def figure(result: StudyResult) -> Figure:
     """Draw the forces that single causes predict over the voltage, and the evidence of all."""
     fig, (left, right) = subplots(1, 2, height=105, width_ratios=(1.25, 1))
-    p: Any = result.parameters
+    p = result.of(Parameters)
     every = p.hypotheses
     volts = np.array([p.reference_voltage if r.voltage is None else r.voltage for r in READINGS])
     order = np.argsort(volts)

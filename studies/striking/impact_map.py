@@ -174,7 +174,7 @@ def _table(p: Parameters, points: Sequence[MapPoint]) -> Table:
 
 def figure(result: StudyResult) -> Figure:
     """Compression over rate; regimes over rate and bow, and over the way; simulated against closed peaks."""
-    p: Any = result.parameters
+    p = result.of(Parameters)
     s, fig_axes = result.signals, subplots(2, 2, height=150)
     fig, ((over, plane), (parity, way)) = fig_axes
     shape = len(p.masses), len(p.stiffnesses), len(p.bows), len(p.speeds)

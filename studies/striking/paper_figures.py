@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from math import pi
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -102,7 +102,7 @@ def _peaks(run: ModelRun, p: ImpactParameters) -> np.ndarray:
 
 def figure(result: StudyResult) -> Figure:
     """One row a figure of the paper, one column a model, on the printed axes."""
-    p: Any = result.parameters
+    p = result.of(Parameters)
     fig, axes = subplots(len(p.figures), len(p.models), height=20 + 42 * len(p.figures), squeeze=False)
     for line, number in zip(axes, p.figures, strict=True):
         printed = PRINTED[number]

@@ -20,7 +20,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -29,8 +29,8 @@ from buckler.mbs import Section
 from buckler.mbs.kinematics.slidercrank import SliderCrank
 from buckler.mbs.laws import CarvalhoMartins
 from buckler.mbs.library import PAPER, PAPER_STOP
+from buckler.studies.kit.report import Array
 
-Array = np.ndarray[Any, Any]
 BEFORE = np.radians(3.0)
 """Crank angle before first contact at which it begins, rad."""
 AFTER = np.radians(25.0)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from math import degrees, isnan, nan, pi
 from typing import Any
 
@@ -135,7 +136,7 @@ def _curves(result: StudyResult) -> list[tuple[str, Any, Any, Any]]:
 
 
 def _draw_turn(ax: Axes, result: StudyResult) -> None:
-    p: Any = result.parameters
+    p = result.of(Parameters)
     exact = result.signals["exact.force"]
     for model, _, angle, force in _curves(result):
         impact.draw_force(ax, angle, force, model, exact.min() / 4, linewidth=WIDTHS[model])
@@ -143,7 +144,8 @@ def _draw_turn(ax: Axes, result: StudyResult) -> None:
     if p.speed == IMPACT_SPEED:
         impact.draw_published(ax, IMPACT_FORCE, "Fig. 5: 27 N", at=190)
     ax.set(xlim=(110, 250), xlabel="crank angle [deg]")
-    top = ax.secondary_xaxis("top", functions=(lambda a: np.radians(a) / p.speed, lambda t: np.degrees(t * p.speed)))
+    turning = float(np.degrees(p.speed))
+    top = ax.secondary_xaxis("top", functions=(partial(np.multiply, 1 / turning), partial(np.multiply, turning)))
     top.set_xlabel("time [s]")
     ax.spines["top"].set_visible(True)
     impact.frame_force(ax, exact.min() / 4, 4)
@@ -156,7 +158,7 @@ def _draw_impact(ax: Axes, result: StudyResult) -> None:
     for model, time, _, force in _curves(result):
         if (force > 0).any():
             ax.plot(1e3 * (time - time[np.argmax(force > 0)]), force, color=impact.COLOURS[model], lw=WIDTHS[model])
-    p: Any = result.parameters
+    p = result.of(Parameters)
     if p.speed == IMPACT_SPEED:
         impact.draw_published(ax, IMPACT_FORCE)
     ax.set(xlim=(-0.05 * longest, 1.3 * longest), ylim=(0, None), title="first impact")
@@ -168,7 +170,7 @@ def _draw_contact(ax: Axes, result: StudyResult) -> None:
         ax.plot(angle, force, color=impact.COLOURS[model], lw=0.6 * WIDTHS[model])
     exact = result.signals["exact.force"]
     ax.plot(np.degrees(result.signals["exact.angle"]), exact, "--", color=impact.COLOURS["exact"])
-    p: Any = result.parameters
+    p = result.of(Parameters)
     published, low, high = CONTACT_FORCES.get(p.thickness), exact.min(), exact.max()
     if published:
         impact.draw_published(ax, published, f"Table 2: {published} N", at=195)

@@ -166,7 +166,7 @@ def figure(result: StudyResult) -> Figure:
 
 
 def _draw_run(ax: Axes, result: StudyResult) -> None:
-    p: Any = result.parameters
+    p = result.of(Parameters)
     floor = float(impact.exact_force(p, CONTACT)) / 4
     for model, width in {"beam": 0.8, "stitched": 1.6, "strut": 0.6}.items():
         if model in p.models:
@@ -180,7 +180,7 @@ def _draw_run(ax: Axes, result: StudyResult) -> None:
 
 def _draw_turns(axes: Any, result: StudyResult) -> None:
     s = result.signals
-    p: Any = result.parameters
+    p = result.of(Parameters)
     crank = s["turn.crank_speed"]
     for model in p.models:
         marker, size = MARKERS[model]

@@ -190,7 +190,7 @@ def figure(result: StudyResult) -> Figure:
 
 
 def _draw_forces(ax: Axes, result: StudyResult) -> None:
-    p: Any = result.parameters
+    p = result.of(Parameters)
     names = [name.removesuffix(".force") for name in result.signals if name.endswith(".force")]
     strokes = cycle(("--", "-.", ":", (0, (5, 1, 1, 1, 1, 1))))
     for name in names:
@@ -216,7 +216,7 @@ def _label(name: str) -> str:
 
 
 def _draw_sensitivity(ax: Axes, result: StudyResult) -> None:
-    p: Any = result.parameters
+    p = result.of(Parameters)
     models = [model for model in impact.MODELS if model in p.models]
     height = 0.8 / len(models)
     for i, model in enumerate(models):

@@ -30,8 +30,8 @@ from buckler.mbs.elements import Motion, Ramp
 from buckler.mbs.kinematics.slidercrank import SliderCrank
 from buckler.mbs.library import PAPER, PAPER_STOP
 from buckler.mbs.validate import non_negative, number, positive
+from buckler.studies.kit.report import Array
 
-Array = np.ndarray[Any, Any]
 NEGLIGIBLE = 1e-2
 """Rebounds are over when they come back at less than this part of the first impact's speed."""
 SAMPLES = {"rigid": 240, "impact": 5, "rebound": 41, "held": 240, "contact": 480}

@@ -206,7 +206,7 @@ def _table(p: Parameters, columns: Mapping[str, Array], messages: Array, m: int)
 
 def figure(result: StudyResult) -> Figure:
     """Draw contact force over thickness, impact and contact over speed, and what each case comes to."""
-    p: Any = result.parameters
+    p = result.of(Parameters)
     fig, axes = subplots(2, 2, height=140)
     (forces, impacts), (turns, states) = axes
     _draw_forces(forces, result)
@@ -225,7 +225,7 @@ def figure(result: StudyResult) -> Figure:
 
 
 def _draw_forces(ax: Axes, result: StudyResult) -> None:
-    p: Any = result.parameters
+    p = result.of(Parameters)
     s, h = result.signals, np.array(p.thicknesses)
     for m, model in enumerate(p.models):
         force = np.where(s["state"][m] == "pressed", s["force"][m], np.nan)
@@ -244,7 +244,7 @@ def _draw_forces(ax: Axes, result: StudyResult) -> None:
 
 
 def _draw_over_speed(ax: Axes, result: StudyResult, name: str, factor: float, label: str) -> None:
-    p: Any = result.parameters
+    p = result.of(Parameters)
     for m, model in enumerate(p.models):
         for i, h in enumerate(p.thicknesses):
             ok = np.isin(result.signals["state"][m, i, 1:], ("pressed", "in the air"))
@@ -256,7 +256,7 @@ def _draw_over_speed(ax: Axes, result: StudyResult, name: str, factor: float, la
 
 
 def _draw_states(ax: Axes, result: StudyResult) -> None:
-    p: Any = result.parameters
+    p = result.of(Parameters)
     shift = np.linspace(-0.1, 0.1, len(p.models)) if len(p.models) > 1 else [0.0]
     for state, (name, mark, colour) in STATES.items():
         m, i, k = np.nonzero(result.signals["state"][..., 1:] == state)

@@ -30,7 +30,7 @@ from buckler.mbs.library import PAPER_STOP
 from buckler.mbs.sensitivity.derivatives import Sensitivities
 from buckler.studies.kit.parameters import choice, choices, integer, quantity
 from buckler.studies.kit.published import DAMPING_UNITS
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
+from buckler.studies.kit.report import QUIET, Array, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.statistics import PowerLaw, power_law
 from buckler.studies.kit.style import COLOURS, Figure, subplots
 from buckler.studies.rattling.bars import RockerParameters
@@ -51,7 +51,6 @@ from buckler.studies.striking.uncertainty_models import (
     thickness_share,
 )
 
-Array = np.ndarray[Any, Any]
 MECHANISMS = ("slider-crank", "crank-rocker")
 STOP = 1.633e4
 """Stiffness of the stop that a beam with a bow of 1 % strikes with some 27 N at 1.25 rad/s, N/m."""
@@ -295,7 +294,7 @@ def rattler_table(
 
 def figure(result: StudyResult) -> dict[str, Figure]:
     """One figure a mechanism: the distribution of each output above, the indices of all inputs below."""
-    p: Any = result.parameters
+    p = result.of(Parameters)
     return {name.replace("-", "_"): _draw(result, p, name) for name in p.mechanism}
 
 

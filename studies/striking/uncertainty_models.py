@@ -29,13 +29,12 @@ from buckler.mbs.laws import AdamsFriction, ExactRestitution, Impact
 from buckler.mbs.library import PAPER
 from buckler.mbs.sensitivity.derivatives import Sensitivities
 from buckler.studies.kit.published import STRIP_WIDTH
-from buckler.studies.kit.report import Metric
+from buckler.studies.kit.report import Array, Metric
 from buckler.studies.kit.statistics import mean
 from buckler.studies.rattling.bars import FourBarParameters
 from buckler.studies.striking.assumptions import GRAVITY, StrikeAssumptions
 from buckler.studies.striking.impact_models import COUPLERS, IMPACT_UNTIL, coupler, striking
 
-Array = np.ndarray[Any, Any]
 LEVEL = 0.95
 """Of all confidence intervals."""
 Model = Callable[[Array], Array]

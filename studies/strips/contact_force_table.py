@@ -248,7 +248,7 @@ def _friction_table(settled: Mapping[float, Mapping[str, Metric]], p: Parameters
 
 def figure(result: StudyResult) -> Figure:
     """Force over crank angle, largest force over thickness; in units of E I/L^2: one curve, one level for all."""
-    parameters: Any = result.parameters
+    parameters = result.of(Parameters)
     signals = result.signals
     fig, (left, right) = subplots(1, 2, height=85)
     thickest = parameters.thicknesses[-1]
@@ -266,7 +266,7 @@ def figure(result: StudyResult) -> Figure:
 
 def _thickness_axes(ax: Axes, result: StudyResult) -> None:
     """Forces at dead centre over h^3: where they are level, the force is cubic in the thickness."""
-    parameters: Any = result.parameters
+    parameters = result.of(Parameters)
     h = sorted(parameters.thicknesses)
     units = {x: Press(x, 0.0).unit for x in h}
     names = [name.rpartition("_")[2] for name in result.metrics if name.startswith(f"F_h{_mm(h[0])}_")]

@@ -120,7 +120,7 @@ def _percent(share: float) -> str:
 
 def figure(result: StudyResult) -> Figure:
     """Peak over rate: beam as points, first mode as lines, Airy dotted."""
-    p: Any = result.parameters
+    p = result.of(Parameters)
     fig, ax = subplots(height=90)
     rates = np.geomspace(min(p.rates) / 2, 2 * max(p.rates), 40)
     for k, bow in enumerate(p.bows):

@@ -9,7 +9,6 @@ Euler load. Source: B. Demirel et al., doi 10.1115/IMECE2008-68796.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -139,7 +138,7 @@ STYLES = {
 
 def figure(result: StudyResult) -> Figure:
     """Load above, error of each law below."""
-    parameters: Any = result.parameters
+    parameters = result.of(Parameters)
     s, u = result.signals, result.signals["shortening"]
     fig, (above, below) = subplots(2, 1, height=130, sharex=True, height_ratios=(1, 1.2))
     above.plot(u, s["exact"], color="C0", label="exact")

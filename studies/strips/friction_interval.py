@@ -22,8 +22,8 @@ from scipy.integrate import solve_ivp
 from buckler.elastica import pinned
 from buckler.mbs.laws import Coulomb, LuGre, Stribeck
 from buckler.mbs.library import PAPER, PAPER_STOP
+from buckler.studies.kit.report import Array
 
-Array = np.ndarray[Any, Any]
 DAMPING_RATIO = 0.2
 """Of slider and stop."""
 

@@ -12,7 +12,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Any
 
 import numpy as np
 
@@ -171,7 +170,7 @@ def _table(series: Series, curves: Mapping[str, LoadCurve], plain: Point, notes:
 
 def figure(result: StudyResult) -> Figure:
     """Error over time, with the box that was asked for."""
-    p: Any = result.parameters
+    p = result.of(Parameters)
     s = result.signals
     fig, ax = subplots(height=95)
     draw(ax, s, SERIES, "elements", setting=".elements")
