@@ -57,12 +57,8 @@ def test_force_is_predicted_from_one_calibrated_number(voltage):
     drawn(slider_crank_voltage, voltage)
 
 
-def test_straight_beam_contradicts_the_voltages(voltage):
-    assert value(voltage, "beam.exponent") < 0.5
-    assert value(voltage, "beam.force_4.4V") < 0.8 * 44.18
-
-
-def test_sensitivities(voltage):
+def test_sensitivities_and_what_a_straight_beam_contradicts(voltage):
+    assert value(voltage, "beam.exponent") < 0.5 and value(voltage, "beam.force_4.4V") < 0.8 * 44.18
     assert value(voltage, "stitched.slope_mass") == pytest.approx(1, abs=1e-9)
     assert value(voltage, "stitched.slope_restitution") == pytest.approx(0.8 / 1.8, rel=5e-3)
     assert value(voltage, "stitched.slope_friction") == 0
@@ -111,13 +107,10 @@ def test_ramp_bounds_the_mass_of_the_slider(ramp):
     assert "(turn 8, 9)" in heavy.message
 
 
-def test_ramp_lists_every_turn(ramp):
+def test_ramp_lists_every_turn_and_needs_one(ramp):
     assert len(ramp.tables[0].rows) == 9
     assert ramp.signals["turn.crank_speed"][[0, -1]] == pytest.approx([1.4800, 6.4237], abs=1e-4)
     drawn(slider_crank_ramp, ramp)
-
-
-def test_ramp_needs_a_turn():
     with pytest.raises(ValueError, match="duration"):
         slider_crank_ramp.Parameters(duration=1)
 

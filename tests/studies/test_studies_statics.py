@@ -5,9 +5,7 @@ import pytest
 from drawing import drawn
 
 from buckler.elastica import law, pinned
-from buckler.elastica.rod import Rod
-from buckler.mbs import Beam, Cable, Section
-from buckler.mbs.accuracy.precision import rate
+from buckler.mbs import Cable, Section
 from buckler.mbs.engine.pressed import pinned_strip
 from buckler.mbs.library import PAPER, PAPER_STOP
 from buckler.studies.kit.cli import main
@@ -26,17 +24,16 @@ def laws():
     return elastica_law.run(elastica_law.Parameters(points=21, values=20_000, repeats=3))
 
 
-def test_quartic_is_worst_at_no_shortening(laws):
+def test_each_law_is_as_far_from_the_closed_form_as_it_may_be(laws):
     assert laws.status == "OK"
     assert laws.metrics["quartic_error"].value == pytest.approx(9.8879488 / np.pi**2 - 1, rel=1e-9)
     assert laws.metrics["quartic_error_at"].value == 0
     assert laws.metrics["load_at_1"].error == pytest.approx(1.3e-3, abs=1e-4)
-
-
-def test_rod_and_fast_law_agree_with_the_closed_form(laws):
     assert laws.metrics["rod_difference"].value < 1e-13
     assert 0 < laws.metrics["fast_error"].value < 1e-12
     assert laws.metrics["strip_difference"].value == pytest.approx(4.45e-6, rel=0.02)
+    _, lower = drawn(elastica_law, laws).axes
+    assert lower.get_yscale() == "log" and len(lower.get_legend().get_texts()) == 5
 
 
 def test_bow_takes_the_load_away_where_the_strip_is_nearly_straight(laws):
@@ -70,12 +67,6 @@ def test_fast_law_costs_a_few_quartics():
     assert 0.5 < min(found) < 5
 
 
-def test_law_figure(laws):
-    _, lower = drawn(elastica_law, laws).axes
-    assert lower.get_yscale() == "log"
-    assert len(lower.get_legend().get_texts()) == 5
-
-
 # --- contact-force-table ----------------------------------------------------------------------------------------------
 
 
@@ -84,21 +75,21 @@ def table():
     return contact_force_table.run(contact_force_table.Parameters(angles=7))
 
 
-def test_every_required_metric_is_there_with_what_was_printed(table):
+def test_forces_against_what_was_printed_and_the_cube(table):
+    metrics = table.metrics
     assert table.status == "OK" and table.message == ""
-    printed = {"0.1": 0.0655, "0.3": 1.7684, "0.5": 8.1871}
-    for h, force in printed.items():
-        for stop in ("e120", "eTable2"):
-            metric = table.metrics[f"F_h{h}_{stop}"]
-            assert (metric.unit, metric.published) == ("N", force)
-            assert metric.error < 1e-5
-
-
-def test_largest_force_at_the_stop_described(table):
-    assert table.metrics["F_h0.3_e120"].exact == pytest.approx(1.72465, abs=5e-6)
-    assert table.metrics["F_h0.3_e120"].value == pytest.approx(1.72465, rel=1e-5)
-    printed = table.metrics["F_h0.3_e120"].published
-    assert printed / table.metrics["F_h0.3_e120"].value == pytest.approx(1.0254, abs=2e-4)
+    for h, force in {"0.1": 0.0655, "0.3": 1.7684, "0.5": 8.1871}.items():
+        for metric in (metrics[f"F_h{h}_e120"], metrics[f"F_h{h}_eTable2"]):
+            assert (metric.unit, metric.published) == ("N", force) and metric.error < 1e-5
+    described = metrics["F_h0.3_e120"]
+    assert (described.exact, described.value) == (pytest.approx(1.72465, abs=5e-6), pytest.approx(1.72465, rel=1e-5))
+    assert described.published / described.value == pytest.approx(1.0254, abs=2e-4)
+    for name, cube, printed in (("ratio_h0.3_h0.1", 27, 26.998), ("ratio_h0.5_h0.1", 125, 124.99)):
+        assert metrics[name].exact == pytest.approx(cube) and metrics[name].error < 1e-5
+        assert metrics[name].published == pytest.approx(printed, abs=0.01)
+    left, right = drawn(contact_force_table, table).axes
+    assert len(left.get_legend().get_texts()) == 4
+    assert "printed in Table 2" in [text.get_text() for text in right.get_legend().get_texts()]
 
 
 def test_one_printed_number_places_the_stop_and_predicts_the_others(table):
@@ -108,13 +99,6 @@ def test_one_printed_number_places_the_stop_and_predicts_the_others(table):
     assert metrics["F_h0.3_eTable2"].exact == pytest.approx(1.7684, rel=1e-14)
     for h, digits in (("0.1", 5e-5), ("0.5", 1e-4)):  # to the digits printed
         assert metrics[f"F_h{h}_eTable2"].value == pytest.approx(metrics[f"F_h{h}_eTable2"].published, abs=digits)
-
-
-def test_force_is_cubic_in_thickness(table):
-    for name, cube, printed in (("ratio_h0.3_h0.1", 27, 26.998), ("ratio_h0.5_h0.1", 125, 124.99)):
-        assert table.metrics[name].exact == pytest.approx(cube)
-        assert table.metrics[name].error < 1e-5
-        assert table.metrics[name].published == pytest.approx(printed, abs=0.01)
 
 
 def test_force_over_crank_angle(table):
@@ -128,16 +112,11 @@ def test_force_over_crank_angle(table):
     assert table.signals["F_h0.3.quartic"] == pytest.approx(known, rel=2e-3)
 
 
-def test_force_is_largest_at_dead_centre_and_symmetric_about_it():
+def test_force_is_largest_at_dead_centre_and_its_moment_makes_the_stress():
     press = contact_force_table.Press(3e-4, PAPER_STOP)
     before, top, after = press.force(pinned.load, np.radians([160, 180, 200]))
-    assert before == pytest.approx(after, rel=1e-12)
-    assert before < top
-
-
-def test_stress_is_the_moment_of_the_force_over_the_section():
-    press = contact_force_table.Press(3e-4, PAPER_STOP)
-    moment = press.force(pinned.load, np.pi)[0] * PAPER.coupler * pinned.mid_deflection(press.shortening)
+    assert before == pytest.approx(after, rel=1e-12) and before < top
+    moment = top * PAPER.coupler * pinned.mid_deflection(press.shortening)
     assert press.stress == pytest.approx(moment * press.thickness / 2 / press.section.second_moment, rel=1e-12)
     assert press.stress == pytest.approx(376e6, rel=2e-3)
 
@@ -168,37 +147,7 @@ def test_beam_that_fails_makes_the_table_suspect(monkeypatch):
     assert result.message.startswith("h = 0.3 mm: SUSPECT: ")
 
 
-def test_table_figure(table):
-    left, right = drawn(contact_force_table, table).axes
-    assert len(left.get_legend().get_texts()) == 4
-    assert "printed in Table 2" in [text.get_text() for text in right.get_legend().get_texts()]
-
-
-# --- convergence of the elements --------------------------------------------------------------------------------------
-
-SHEARABLE = Rod(STRIP.axial_stiffness / UNIT, STRIP.shear_stiffness / UNIT)
-UNSHEARABLE = Rod(STRIP.axial_stiffness / UNIT)
-
-
-@pytest.mark.parametrize(
-    ("kind", "rod", "counts", "order", "finest"),
-    [
-        (lambda n: Beam(STRIP, n), SHEARABLE, (8, 16, 32), 4, 1.5e-6),
-        (lambda n: Beam(STRIP, n, nodes=2), SHEARABLE, (16, 32, 64), 2, 6e-4),
-        (lambda n: Cable(STRIP, n), UNSHEARABLE, (16, 32, 64), 4, 2.5e-6),
-    ],
-    ids=["Beam, 3 nodes", "Beam, 2 nodes", "Cable"],
-)
-def test_load_converges_at_the_order_of_the_element(kind, rod, counts, order, finest):
-    u = np.array([0.05, 0.5, 0.95])
-    exact = np.array([rod.at_shortening(x).load for x in u])
-    errors = []
-    for n in counts:
-        states = pinned_strip(kind(n), PAPER.coupler, u)
-        assert states.status == "OK", states.message
-        errors.append(np.abs(states.load / exact - 1).max())
-    assert rate(1 / np.array(counts), errors) == pytest.approx(order, abs=0.15)
-    assert errors[-1] < finest
+# --- a plain run on the engine ----------------------------------------------------------------------------------------
 
 
 def test_plain_strip_is_the_same_mesh_as_the_cable():

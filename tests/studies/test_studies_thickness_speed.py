@@ -36,11 +36,12 @@ def test_force_goes_with_the_cube_of_the_thickness_but_for_the_stop(small):
         assert metric.value == pytest.approx(static_force(h, 7.2e4) / thin, rel=5e-5)
         assert metric.error < 3e-4
     assert 124.9 < ratios[2].value < 125  # not the cube itself: the stop gives way by a tenth of a millimetre
-
-
-def test_published_ratios_stand_beside_the_cubes(small):
     rows = {row[0]: row for row in small.tables[0].rows}
     assert rows["0.3"][1:3] == ["27", "27.00"] and rows["0.5"][1:3] == ["125", "124.99"]
+    with house_style():
+        drawn = thickness_speed.figure(small)
+        drawn.canvas.draw()
+    assert [bool(ax.get_xlabel() and ax.get_ylabel()) for ax in drawn.axes] == [True] * 4
 
 
 def test_force_does_not_depend_on_the_speed_until_the_slider_has_no_time_to_rest(small):
@@ -106,13 +107,6 @@ def test_states_follow_from_the_metrics(given, state):
         assert case.duration == pytest.approx(pi / 3) and case.turned == pytest.approx(2 * pi / 3) and case.exact == 1.72
     if state == "SUSPECT":
         assert case.message == "SUSPECT: strut: ENERGY" and isnan(case.impact)
-
-
-def test_figure(small):
-    with house_style():
-        drawn = thickness_speed.figure(small)
-        drawn.canvas.draw()
-    assert [bool(ax.get_xlabel() and ax.get_ylabel()) for ax in drawn.axes] == [True] * 4
 
 
 @pytest.mark.parametrize(("wrong", "message"), [

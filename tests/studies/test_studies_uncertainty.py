@@ -122,18 +122,11 @@ def test_distribution_of_an_input():
 # --- the slider-crank -------------------------------------------------------------------------------------------------
 
 
-def at_mean(p):
-    return STRIKER.closed_form(np.array([[i.mean] for i in p.inputs("slider-crank")]))[:, 0]
-
-
-def test_forces_at_the_mean_are_the_known_ones():
-    contact, impact = at_mean(uncertainty.Parameters())
-    assert contact == pytest.approx(1.72465, abs=1e-5) and impact == pytest.approx(27.0, rel=1e-3)
-
-
 def test_elasticities_are_those_of_the_formulas():
     """D ln F/d ln x of p(u) E b h^3/(12 L^2), u = 1 - (e - r)/L; the pulse goes with m (1 + e_r) alone besides speed."""
     inputs = uncertainty.Parameters().inputs("slider-crank")
+    contact, impact = STRIKER.closed_form(np.array([[i.mean] for i in inputs]))[:, 0]
+    assert contact == pytest.approx(1.72465, abs=1e-5) and impact == pytest.approx(27.0, rel=1e-3)
     found = dict(zip([i.name for i in inputs], slopes(STRIKER.closed_form, inputs).T, strict=True))
     length, stop, crank = PAPER.coupler, -PAPER_STOP, PAPER.crank
     u = 1 - (stop - crank) / length
@@ -161,7 +154,7 @@ def test_share_of_the_thickness_is_that_of_its_cube():
     assert thickness_share(inputs) == pytest.approx(cube * power(modulus, 1) ** 2 / whole, rel=1e-6)
 
 
-def test_small_tolerances_share_variance_by_the_squares_of_slopes(fast):
+def test_small_tolerances_share_and_spread_as_slopes_say(fast):
     p = fast.parameters
     parts = {i.name: i.sd / i.mean for i in p.inputs("slider-crank")}
     expected = (3 * parts["thickness"]) ** 2 / ((3 * parts["thickness"]) ** 2 + parts["modulus"] ** 2)
@@ -172,9 +165,6 @@ def test_small_tolerances_share_variance_by_the_squares_of_slopes(fast):
     for name, share in alone.items():
         found = fast.metrics[f"slider-crank.impact_force.{name}.total"].value
         assert found == pytest.approx(share / sum(alone.values()), abs=0.03)
-
-
-def test_distribution_has_the_sd_that_slopes_say(fast):
     contact = {name: fast.metrics[f"slider-crank.contact_force.{name}"].value for name in ("mean", "sd", "5%", "50%", "95%")}
     sd = np.hypot(3 * 5e-6 / 3e-4, 4e9 / 210e9) * np.sqrt(moment(2))
     assert contact["sd"] / contact["mean"] == pytest.approx(sd, rel=0.03)
@@ -246,6 +236,11 @@ def test_crank_rocker_gives_all_its_numbers(fast):
     text = str(fast)
     assert "chance, at the mean" in text and "simulated impact: slope" in text
     assert fast.signals["crank-rocker.peak_force"].shape == (16,)
+    with house_style():
+        figures = uncertainty.figure(fast)
+        for drawn in figures.values():
+            drawn.canvas.draw()
+    assert {name: len(drawn.axes) for name, drawn in figures.items()} == {"slider_crank": 4, "crank_rocker": 6}
 
 
 @pytest.mark.slow
@@ -267,14 +262,6 @@ def test_peak_force_goes_with_the_clearance_and_chance_is_the_same_by_both_ways(
 
 
 # --- both -------------------------------------------------------------------------------------------------------------
-
-
-def test_figures(fast):
-    with house_style():
-        figures = uncertainty.figure(fast)
-        for drawn in figures.values():
-            drawn.canvas.draw()
-    assert {name: len(drawn.axes) for name, drawn in figures.items()} == {"slider_crank": 4, "crank_rocker": 6}
 
 
 def test_seed_decides():
