@@ -263,7 +263,7 @@ def facts(result: Any) -> list[tuple[str, list[tuple[str, str]]]]:
         error.append(("error of the energy balance", share(result.energy_balance)))
     spent = {**result.work, "share_of_the_run_shown": result.work["share"]} if "share" in result.work else result.work
     work = [
-        (name.replace("_", " ").replace("wall s", "wall time, s"), f"{value:.6g}")
+        (name.replace("_", " ").replace("wall s", "wall time [s]"), f"{value:.6g}")
         for name, value in spent.items()
         if name != "share"
     ]

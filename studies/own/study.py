@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import re
 import sys
 from collections.abc import Mapping, Sequence
 from math import isfinite, nan
@@ -184,7 +185,8 @@ def peaks(result: Result) -> list[str]:
 
 def figure(result: StudyResult) -> dict[str, Figure]:
     """Draw the signals that the measures name over time."""
-    names = [name for name in result.signals if name != "time" and any(name in text for text in result.metrics)][:MOST_DRAWN]
+    whole = {name: re.compile(rf"(?<![\w.]){re.escape(name)}(?![\w.])") for name in result.signals if name != "time"}
+    names = [name for name, pattern in whole.items() if any(map(pattern.search, result.metrics))][:MOST_DRAWN]
     if not names:
         return {}
     drawn, axes = subplots(len(names), 1, height=25.0 + 32.0 * len(names), sharex=True, squeeze=False)
@@ -192,4 +194,5 @@ def figure(result: StudyResult) -> dict[str, Figure]:
         ax.plot(result.signals["time"], result.signals[name])
         ax.set_ylabel(labelled(name, result.units.get(name, "")))
     axes[-1, 0].set_xlabel("time [s]")
+    drawn.align_ylabels()
     return {"signals": drawn}

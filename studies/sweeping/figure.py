@@ -173,6 +173,8 @@ class _Picture:
             ax.set(**{f"{axis}label": labelled(name.replace("_", " "), self.units[name])})
             if name in self.plan.log:
                 ax.set(**{f"{axis}scale": "log"})
+            else:
+                getattr(ax, f"{axis}axis").set_major_formatter("{x:g}")  # 0.0004 and not 0.000400
 
     def _legend(self, ax: Any, where: Any = None, suspect: str = "o", **options: Any) -> None:
         """Name the curves, and the marks that occur."""

@@ -346,7 +346,7 @@ function ticks(low, high, wanted) {
 }
 
 const plotUnit = ({ unit, limits }) => [prefix(Math.max(...limits.map(Math.abs)), unit)[1], unit];
-const axisUnit = ([letter, unit]) => (unit && unit !== "1" ? `, ${letter}${unit.replace("^2", "\u00b2")}` : "");
+const axisUnit = ([letter, unit]) => (unit && unit !== "1" ? ` [${letter}${unit.replace("^2", "\u00b2")}]` : "");
 
 class Plot {
   /** Curves on one pair of axes with the page's cursor. */
@@ -527,7 +527,7 @@ function showEnergy() {
       .replace(/^error$/, "error of the balance") + " ", item);
     return [element("output", "", item), signal];
   });
-  $("energy-heading").textContent = `Energy, ${plot.letter}J`;
+  $("energy-heading").textContent = `Energy [${plot.letter}J]`;
   energy = () => {
     for (const [output, signal] of items) output.textContent = withUnit(valueAt(signal, clock.time), "J", plot.high);
     plot.render();
