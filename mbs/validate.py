@@ -14,7 +14,7 @@ LARGEST = 1e30
 
 
 def number(
-    name: str, value: float, low: float, high: float, unit: str, *, open_low: bool = False, open_high: bool = False
+    name: str, value: float | Real, low: float, high: float, unit: str, *, open_low: bool = False, open_high: bool = False
 ) -> float:
     """Return `value` as a float if it is finite and in [low, high], without an end that is open; infinite bounds stay open.
 
@@ -60,14 +60,14 @@ def non_negative(name: str, value: float, unit: str) -> float:
     return number(name, value, 0.0, math.inf, unit)
 
 
-def whole(name: str, value: int, low: int, high: int) -> int:
+def whole(name: str, value: object, low: int, high: int) -> int:
     """Return `value` if it is an integer in [low, high]; ValueError otherwise."""
-    if isinstance(value, bool) or not isinstance(value, Integral) or not low <= value <= high:
+    if isinstance(value, bool) or not isinstance(value, Integral) or not low <= int(value) <= high:
         raise ValueError(f"{name} = {short(value)}: must be a whole number in [{low}, {high}]")
     return int(value)
 
 
-def word(name: str, value: Any) -> str:
+def word(name: str, value: object) -> str:
     """Return `value` if it is a name; ValueError otherwise."""
     if not isinstance(value, str) or not value or not value.isprintable():
         raise ValueError(f"{name} = {short(value)}: must be a name")
@@ -110,7 +110,7 @@ def listed(name: str, values: Any) -> tuple[Any, ...]:
     return tuple(values)
 
 
-def short(value: Any) -> str:
+def short(value: object) -> str:
     """A value as text, in one line of at most 120 characters."""
     try:
         text = repr(value)

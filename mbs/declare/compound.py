@@ -4,9 +4,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeGuard
 
 from buckler.mbs.declare.spec import Nothing, Quantity, Schema, Spec, shown
 from buckler.mbs.validate import word
@@ -18,14 +18,13 @@ class Vector(Spec):
 
     unit: str = "1"
 
-    @property
-    def words(self) -> str:  # type: ignore[override]
-        return f"two numbers (x, y), {self.unit}"
+    def __post_init__(self) -> None:
+        self.words = f"two numbers (x, y), {self.unit}"
 
-    def fits(self, given: Any) -> bool:
+    def fits(self, given: object) -> bool:
         return is_list(given) and len(given) == 2 and all(Quantity(self.unit).fits(each) for each in given)
 
-    def read(self, name: str, given: Any) -> tuple[float, float]:
+    def read(self, name: str, given: object) -> tuple[float, float]:
         if not is_list(given) or len(given) != 2:
             raise self.refused(name, given)
         part = Quantity(self.unit)
@@ -42,7 +41,7 @@ class Vector(Spec):
 class Direction(Vector):
     """A direction (x, y), kept as a unit vector."""
 
-    def read(self, name: str, given: Any) -> tuple[float, float]:
+    def read(self, name: str, given: object) -> tuple[float, float]:
         x, y = super().read(name, given)
         length = Quantity("1", 0.0, open_low=True).read(f"{name} (length)", (x * x + y * y) ** 0.5)
         return (x, y) if abs(length - 1.0) < 1e-15 else (x / length, y / length)  # a unit vector stays what it is
@@ -57,27 +56,19 @@ class Several(Spec):
     most: int | None = None
     distinct: bool = False
 
-    @property
-    def unit(self) -> str:  # type: ignore[override]
-        return self.item.unit
+    def __post_init__(self) -> None:
+        self.unit, self.metavar = self.item.unit, f"{self.item.metavar},..."
+        self.allowed = f"one or more of {self.item.allowed}" if self.item.allowed else ""
 
     @property
     def words(self) -> str:  # type: ignore[override]
         count = f" of {self.least}" if self.least == self.most else f" of at least {self.least}" if self.least else ""
         return f"a list{count}, each {self.item.words}"
 
-    @property
-    def allowed(self) -> str:  # type: ignore[override]
-        return f"one or more of {self.item.allowed}" if self.item.allowed else ""
-
-    @property
-    def metavar(self) -> str:  # type: ignore[override]
-        return f"{self.item.metavar},..."
-
-    def fits(self, given: Any) -> bool:
+    def fits(self, given: object) -> bool:
         return is_list(given)
 
-    def read(self, name: str, given: Any) -> tuple[Any, ...]:
+    def read(self, name: str, given: object) -> tuple[Any, ...]:
         if not is_list(given) or not self.least <= len(given) <= (len(given) if self.most is None else self.most):
             raise self.refused(name, given)
         found = tuple(self.item.read(f"{name}[{k}]", each) for k, each in enumerate(given))
@@ -99,18 +90,17 @@ class Named(Spec):
     item: Spec
     of: str = "names"
 
-    @property
-    def unit(self) -> str:  # type: ignore[override]
-        return self.item.unit
+    def __post_init__(self) -> None:
+        self.unit = self.item.unit
 
     @property
     def words(self) -> str:  # type: ignore[override]
         return f"a table of {self.of}, each {self.item.words}"
 
-    def fits(self, given: Any) -> bool:
+    def fits(self, given: object) -> bool:
         return isinstance(given, Mapping)
 
-    def read(self, name: str, given: Any) -> dict[str, Any]:
+    def read(self, name: str, given: object) -> dict[str, Any]:
         if not isinstance(given, Mapping):
             raise self.refused(name, given)
         return {word(f"{name}: a name", key): self.item.read(f"{name}.{key}", each) for key, each in given.items()}
@@ -128,26 +118,19 @@ class Either(Spec):
 
     specs: tuple[Spec, ...]
 
-    @property
-    def unit(self) -> str:  # type: ignore[override]
-        return next((spec.unit for spec in self.specs if spec.unit), "")
+    def __post_init__(self) -> None:
+        self.unit = next((spec.unit for spec in self.specs if spec.unit), "")
+        self.allowed = next((spec.allowed for spec in self.specs if spec.allowed), "")
+        self.metavar = self.specs[0].metavar
 
     @property
     def words(self) -> str:  # type: ignore[override]
         return " or ".join(dict.fromkeys(spec.words for spec in self.specs if not isinstance(spec, Nothing)))
 
-    @property
-    def allowed(self) -> str:  # type: ignore[override]
-        return next((spec.allowed for spec in self.specs if spec.allowed), "")
-
-    @property
-    def metavar(self) -> str:  # type: ignore[override]
-        return self.specs[0].metavar
-
-    def fits(self, given: Any) -> bool:
+    def fits(self, given: object) -> bool:
         return any(spec.fits(given) for spec in self.specs)
 
-    def read(self, name: str, given: Any) -> Any:
+    def read(self, name: str, given: object) -> Any:
         return self._fitting(name, given).read(name, given)
 
     def written(self, name: str, value: Any) -> Any:
@@ -156,7 +139,7 @@ class Either(Spec):
     def schema(self) -> Schema:
         return any_of([spec.schema() for spec in self.specs])
 
-    def _fitting(self, name: str, given: Any) -> Spec:
+    def _fitting(self, name: str, given: object) -> Spec:
         for spec in self.specs:
             if spec.fits(given):
                 return spec
@@ -173,6 +156,6 @@ def any_of(schemas: list[Schema]) -> Schema:
     return unique[0] if len(unique) == 1 else {"anyOf": unique}
 
 
-def is_list(given: Any) -> bool:
+def is_list(given: object) -> TypeGuard[Sequence[Any]]:
     """Whether it is a list, a tuple or an array."""
     return isinstance(given, Iterable) and hasattr(given, "__len__") and not isinstance(given, str | bytes | Mapping)

@@ -41,11 +41,11 @@ class Spec:
     words: str = "something else"
     metavar: str = "VALUE"
 
-    def fits(self, given: Any) -> bool:
+    def fits(self, given: object) -> bool:
         """Whether a value is of the right sort, so that what this says of it is to the point."""
         raise NotImplementedError
 
-    def read(self, name: str, given: Any) -> Any:
+    def read(self, name: str, given: object) -> Any:
         """Return the value as it is kept; ValueError, in one line that begins with the name, if it may not stand there."""
         raise NotImplementedError
 
@@ -57,7 +57,7 @@ class Spec:
         """Its JSON schema."""
         return {}
 
-    def refused(self, name: str, given: Any, why: str = "") -> ValueError:
+    def refused(self, name: str, given: object, why: str = "") -> ValueError:
         """The error for what is of the wrong sort."""
         return ValueError(f"{name} = {shown(given)}: {why}must be {self.words}")
 
@@ -90,11 +90,18 @@ class Quantity(Spec):
     def __post_init__(self) -> None:
         for unit in self.unit.split(" or "):
             parse_unit(unit.replace("^n", ""))  # a misspelt unit shows at once
+        self.metavar = "NUMBER" if self.unit in ("", "1") else self.unit
+        low = f"{'>' if self.open_low else '>='} {self.low:.12g}" if self.low > -inf else ""
+        self.allowed = low or (f"<= {self.high:.12g}" if self.high < inf else "")
+        if self.low > -inf and self.high < inf:
+            self.allowed = f"{'above ' if self.open_low else ''}{self.low:.12g} to {self.high:.12g}"
+        if self.nonzero:
+            self.allowed = "not zero"
 
-    def fits(self, given: Any) -> bool:
+    def fits(self, given: object) -> bool:
         return is_measured(given) if isinstance(given, str) else isinstance(given, Real) and not isinstance(given, bool)
 
-    def read(self, name: str, given: Any) -> float:
+    def read(self, name: str, given: object) -> float:
         if type(given) is float and self.low < given < self.high and 1 / LARGEST < abs(given) < LARGEST:
             return given
         if not isinstance(given, str | Real) or isinstance(given, bool):
@@ -121,19 +128,6 @@ class Quantity(Spec):
     def written(self, name: str, value: Any) -> float:
         return int(value) if isinstance(value, Integral) else float(value)
 
-    @property
-    def metavar(self) -> str:  # type: ignore[override]
-        return "NUMBER" if self.unit in ("", "1") else self.unit
-
-    @property
-    def allowed(self) -> str:  # type: ignore[override]
-        if self.nonzero:
-            return "not zero"
-        if self.low > -inf and self.high < inf:
-            return f"{'above ' if self.open_low else ''}{self.low:.12g} to {self.high:.12g}"
-        low = f"{'>' if self.open_low else '>='} {self.low:.12g}" if self.low > -inf else ""
-        return low or (f"<= {self.high:.12g}" if self.high < inf else "")
-
     def schema(self) -> Schema:
         plain: Schema = {"type": "number"}
         if self.low > -inf:
@@ -152,17 +146,16 @@ class Whole(Spec):
 
     words, metavar = "a whole number", "N"
 
-    def fits(self, given: Any) -> bool:
+    def __post_init__(self) -> None:
+        self.allowed = f"{self.low} to {self.high}"
+
+    def fits(self, given: object) -> bool:
         if isinstance(given, str):
             return bool(re.fullmatch(r"\s*[+-]?\d+\s*", given))
         return isinstance(given, Integral) and not isinstance(given, bool)
 
-    def read(self, name: str, given: Any) -> int:
+    def read(self, name: str, given: object) -> int:
         return whole(name, int(given) if isinstance(given, str) and self.fits(given) else given, self.low, self.high)
-
-    @property
-    def allowed(self) -> str:  # type: ignore[override]
-        return f"{self.low} to {self.high}"
 
     def schema(self) -> Schema:
         return {"type": "integer", "minimum": self.low, "maximum": self.high}
@@ -174,10 +167,10 @@ class Flag(Spec):
     words = "true or false"
     allowed = "true or false"
 
-    def fits(self, given: Any) -> bool:
+    def fits(self, given: object) -> bool:
         return isinstance(given, bool) or given in ("true", "false")
 
-    def read(self, name: str, given: Any) -> bool:
+    def read(self, name: str, given: object) -> bool:
         if not self.fits(given):
             raise self.refused(name, given)
         return given is True or given == "true"
@@ -191,10 +184,10 @@ class Name(Spec):
 
     words, metavar = "a name", "NAME"
 
-    def fits(self, given: Any) -> bool:
+    def fits(self, given: object) -> bool:
         return isinstance(given, str)
 
-    def read(self, name: str, given: Any) -> str:
+    def read(self, name: str, given: object) -> str:
         return word(name, given)
 
     def schema(self) -> Schema:
@@ -206,7 +199,7 @@ class Text(Name):
 
     words, allowed, metavar = "text", "any text", "TEXT"
 
-    def read(self, name: str, given: Any) -> str:
+    def read(self, name: str, given: object) -> str:
         if not isinstance(given, str):
             raise self.refused(name, given)
         return given.strip()
@@ -219,18 +212,13 @@ class Choice(Spec):
     options: tuple[str, ...]
     metavar = "NAME"
 
-    @property
-    def words(self) -> str:  # type: ignore[override]
-        return f"one of {', '.join(map(repr, self.options))}"
+    def __post_init__(self) -> None:
+        self.words, self.allowed = f"one of {', '.join(map(repr, self.options))}", ", ".join(self.options)
 
-    @property
-    def allowed(self) -> str:  # type: ignore[override]
-        return ", ".join(self.options)
-
-    def fits(self, given: Any) -> bool:
+    def fits(self, given: object) -> bool:
         return isinstance(given, str)
 
-    def read(self, name: str, given: Any) -> str:
+    def read(self, name: str, given: object) -> str:
         if not isinstance(given, str) or given.strip() not in self.options:
             raise self.refused(name, given)
         return given.strip()
@@ -244,10 +232,10 @@ class Nothing(Spec):
 
     words = "'none'"
 
-    def fits(self, given: Any) -> bool:
+    def fits(self, given: object) -> bool:
         return given is None or (isinstance(given, str) and given.strip() == "none")
 
-    def read(self, name: str, given: Any) -> None:
+    def read(self, name: str, given: object) -> None:
         return None
 
     def written(self, name: str, value: Any) -> str:
@@ -260,10 +248,10 @@ class Nothing(Spec):
 class Anything(Spec):
     """Whatever stands there, as it is: fields that are declared by nobody."""
 
-    def fits(self, given: Any) -> bool:
+    def fits(self, given: object) -> bool:
         return True
 
-    def read(self, name: str, given: Any) -> Any:
+    def read(self, name: str, given: object) -> Any:
         return given
 
 
@@ -273,6 +261,6 @@ def did_you_mean(given: str, names: Iterable[str]) -> str:
     return f", did you mean '{close[0]}'?" if close else ""
 
 
-def shown(given: Any) -> str:
+def shown(given: object) -> str:
     """A value as a file has it, not too long."""
     return "true" if given is True else "false" if given is False else short(given)

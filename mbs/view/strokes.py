@@ -64,19 +64,7 @@ def hatching(frame: str, start: Pair, end: Pair, size: float, ink: str = "ground
 
 
 def hull(points: Sequence[Pair]) -> Points:
-    """Convex hull, counter-clockwise (Andrew's monotone chain)."""
-    ordered = sorted(set(points))
+    """Convex hull of points that are not in line, counter-clockwise."""
+    from scipy.spatial import ConvexHull  # only a plate needs it, and loading it takes longer than drawing
 
-    def half(row: Sequence[Pair]) -> list[Pair]:
-        kept: list[Pair] = []
-        for p in row:
-            while len(kept) > 1 and _left_of(kept[-2], kept[-1], p) <= 0:
-                kept.pop()
-            kept.append(p)
-        return kept[:-1]
-
-    return (*half(ordered), *half(ordered[::-1]))
-
-
-def _left_of(a: Pair, b: Pair, c: Pair) -> float:
-    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+    return tuple(points[k] for k in ConvexHull(points).vertices)

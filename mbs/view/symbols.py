@@ -13,9 +13,23 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs.elements.element import GROUND, place
+from buckler.mbs.elements.clearance import Clearance
+from buckler.mbs.elements.drive import Drive
+from buckler.mbs.elements.element import GROUND, Element, place
+from buckler.mbs.elements.force import Force
+from buckler.mbs.elements.guide import Guide
+from buckler.mbs.elements.joint import Joint
+from buckler.mbs.elements.line_load import LineLoad
 from buckler.mbs.elements.link import Link
+from buckler.mbs.elements.mass import Mass
+from buckler.mbs.elements.motor import Motor
 from buckler.mbs.elements.section import Section
+from buckler.mbs.elements.slider import Slider, Slot
+from buckler.mbs.elements.spring import Spring
+from buckler.mbs.elements.stop import Stop
+from buckler.mbs.elements.torque import Torque
+from buckler.mbs.elements.torsion_spring import TorsionSpring
+from buckler.mbs.elements.weld import Weld
 from buckler.mbs.extensions import extensions
 from buckler.mbs.view import couplings
 from buckler.mbs.view.drawing import Arrow, Disc, Label, Mark, Path, Span, Strip
@@ -78,7 +92,7 @@ def symbol(element: Any) -> Symbol:
 # --- links ------------------------------------------------------------------------------------------------------------
 
 
-def bar(sheet: Sheet, name: str, link: Any) -> Iterator[Mark]:
+def bar(sheet: Sheet, name: str, link: Link) -> Iterator[Mark]:
     """A rigid link to scale: a bar through its points, a plate where they are not in line."""
     section, frame, ink = link.body.section, sheet.body(name), sheet.inks[name]
     plain = isinstance(section, Section)
@@ -103,7 +117,7 @@ def bar(sheet: Sheet, name: str, link: Any) -> Iterator[Mark]:
     yield Label(frame, name, side, "link")
 
 
-def strip(sheet: Sheet, name: str, link: Any) -> Iterator[Mark]:
+def strip(sheet: Sheet, name: str, link: Link) -> Iterator[Mark]:
     """A flexible link along its bent line."""
     yield Strip(name, sheet.inks[name])
     yield Label(MIDDLE + name, name, (0.0, 0.9 * sheet.unit), "link")
@@ -112,7 +126,7 @@ def strip(sheet: Sheet, name: str, link: Any) -> Iterator[Mark]:
 # --- joints, guides, stops --------------------------------------------------------------------------------------------
 
 
-def support(sheet: Sheet, joint: Any) -> Iterator[Mark]:
+def support(sheet: Sheet, joint: Joint) -> Iterator[Mark]:
     """Triangle on the ground below a joint that one of its bodies is the ground of."""
     if GROUND in (joint.first, joint.second):
         u, frame = sheet.unit, sheet.at(GROUND, joint.point)
@@ -120,13 +134,13 @@ def support(sheet: Sheet, joint: Any) -> Iterator[Mark]:
         yield from hatching(frame, (-1.3 * u, -1.4 * u), (1.3 * u, -1.4 * u), u)
 
 
-def pin(sheet: Sheet, _name: str, joint: Any) -> Iterator[Mark]:
+def pin(sheet: Sheet, _name: str, joint: Joint) -> Iterator[Mark]:
     """An ideal pin."""
     yield from support(sheet, joint)
     yield Disc(sheet.at(_moving(joint), joint.point), "pin", (0.0, 0.0), 0.38 * sheet.unit)
 
 
-def bush(sheet: Sheet, _name: str, joint: Any) -> Iterator[Mark]:
+def bush(sheet: Sheet, _name: str, joint: Clearance) -> Iterator[Mark]:
     """A pin in a bush; radii are symbols, and the pin's distance from the centre is enlarged so that it touches when it does."""
     yield from support(sheet, joint)
     outer, inner, u = sheet.at(joint.second, joint.point), sheet.at(joint.first, joint.point), sheet.unit
@@ -134,14 +148,14 @@ def bush(sheet: Sheet, _name: str, joint: Any) -> Iterator[Mark]:
     yield Disc(sheet.inside(outer, inner, 0.28 * u / joint.gap), "pin", (0.0, 0.0), 0.38 * u)
 
 
-def weld(sheet: Sheet, _name: str, joint: Any) -> Iterator[Mark]:
+def weld(sheet: Sheet, _name: str, joint: Weld) -> Iterator[Mark]:
     """Two bodies in one: a dark square."""
     yield from support(sheet, joint)
     h = 0.42 * sheet.unit
     yield Path(sheet.at(_moving(joint), joint.point), "mass", ((-h, -h), (h, -h), (h, h), (-h, h)), True)
 
 
-def slot(sheet: Sheet, _name: str, joint: Any) -> Iterator[Mark]:
+def slot(sheet: Sheet, _name: str, joint: Slot) -> Iterator[Mark]:
     """A pin of the first body in a slot of the second."""
     u, along = sheet.unit, unit(joint.along)
     groove = capsule((-4.0 * u, 0.0), (4.0 * u, 0.0), 0.5 * u)
@@ -149,7 +163,7 @@ def slot(sheet: Sheet, _name: str, joint: Any) -> Iterator[Mark]:
     yield Disc(sheet.at(joint.first, joint.point), "pin", (0.0, 0.0), 0.38 * u)
 
 
-def sleeve(sheet: Sheet, _name: str, joint: Any) -> Iterator[Mark]:
+def sleeve(sheet: Sheet, _name: str, joint: Slider) -> Iterator[Mark]:
     """A block of the first body on a line of the second."""
     u, along = sheet.unit, unit(joint.along)
     line = turned(((-4.0, 0.0), (4.0, 0.0)), along, u, sheet.local(joint.second, joint.point))
@@ -157,7 +171,7 @@ def sleeve(sheet: Sheet, _name: str, joint: Any) -> Iterator[Mark]:
     yield Path(sheet.at(joint.first, joint.point), "block", turned(_BLOCK, along, u), True)
 
 
-def guide(sheet: Sheet, _name: str, guide: Any) -> Iterator[Mark]:
+def guide(sheet: Sheet, _name: str, guide: Guide) -> Iterator[Mark]:
     """A block on a rail as long as its travel."""
     u, along = sheet.unit, guide.along
     a, b = sheet.travel(guide.point, along)
@@ -172,7 +186,7 @@ def guide(sheet: Sheet, _name: str, guide: Any) -> Iterator[Mark]:
 _BLOCK = ((-0.95, -0.58), (0.95, -0.58), (0.95, 0.58), (-0.95, 0.58))
 
 
-def stop(sheet: Sheet, name: str, stop: Any) -> Iterator[Mark]:
+def stop(sheet: Sheet, name: str, stop: Stop) -> Iterator[Mark]:
     """A wall, set off by what its point is drawn as, so that the two touch when they do."""
     mechanism, u = sheet.mechanism, sheet.unit
     along, side = stop.across(mechanism), stop.side(mechanism)
@@ -191,7 +205,7 @@ def stop(sheet: Sheet, name: str, stop: Any) -> Iterator[Mark]:
 # --- springs, loads, masses, drives -----------------------------------------------------------------------------------
 
 
-def spring(sheet: Sheet, _name: str, spring: Any) -> Iterator[Mark]:
+def spring(sheet: Sheet, _name: str, spring: Spring) -> Iterator[Mark]:
     """A zigzag between its two places."""
     ends = [sheet.at(*place(ref)) for ref in (spring.a, spring.b)]
     turns, h = 7, 0.5 * sheet.unit
@@ -204,26 +218,25 @@ def spring(sheet: Sheet, _name: str, spring: Any) -> Iterator[Mark]:
             yield from hatching(frame, (-0.8 * u, -0.3 * u), (0.8 * u, -0.3 * u), 0.7 * u)
 
 
-def spiral(sheet: Sheet, _name: str, spring: Any) -> Iterator[Mark]:
+def spiral(sheet: Sheet, _name: str, spring: TorsionSpring) -> Iterator[Mark]:
     """A spiral about the point that its two bodies share."""
     frame = sheet.frame(FIXED + sheet.shared(spring.first, spring.second))
     u, turns = sheet.unit, [2.25 * 2 * pi * k / 60 for k in range(61)]
     yield Path(frame, "spring", tuple((r * cos(a), r * sin(a)) for a in turns for r in [u * (0.45 + 0.07 * a)]))
 
 
-def force(sheet: Sheet, _name: str, load: Any) -> Iterator[Mark]:
+def force(sheet: Sheet, _name: str, load: Force) -> Iterator[Mark]:
     """An arrow that ends at its point, in the direction of the force at t = 0."""
-    value = next((getattr(load, name) for name in ("value", "force") if hasattr(load, name)), (0.0, -1.0))
-    along = unit(value(0.0) if callable(value) else value)
-    follows = getattr(load, "follows", None)
+    along = unit(load.value(0.0) if callable(load.value) else load.value)
+    follows = load.follows.partition(":")[0] if load.follows else None
     point = place(load.point).point
-    frame = sheet.at(follows, sheet.mechanism.link(follows).start) if follows else sheet.frame(FIXED + point)
+    frame = sheet.body(follows) if follows else sheet.frame(FIXED + point)
     start = sheet.local(follows, point) if follows else (0.0, 0.0)
     tail, tip = turned(((-4.0, 0.0), (-0.5, 0.0)), along, sheet.unit, start)
     yield from arrow(frame, "load", tail, tip, sheet.unit)
 
 
-def line_load(sheet: Sheet, _name: str, load: Any) -> Iterator[Mark]:
+def line_load(sheet: Sheet, _name: str, load: LineLoad) -> Iterator[Mark]:
     """Arrows onto a strip's ends, in the direction of the force; a turning arrow for moments."""
     link, u = sheet.mechanism.link(load.link), sheet.unit
     for point in (link.start, link.end) if any(load.force) else ():
@@ -233,13 +246,13 @@ def line_load(sheet: Sheet, _name: str, load: Any) -> Iterator[Mark]:
         yield from torque(sheet, _name, load)
 
 
-def torque(sheet: Sheet, _name: str, load: Any) -> Iterator[Mark]:
+def torque(sheet: Sheet, _name: str, load: Torque | LineLoad) -> Iterator[Mark]:
     """A turning arrow on its link, beside the link's name."""
     x, y = sheet.local(load.link, sheet.mechanism.link(load.link).end)
     yield from turning(sheet.body(load.link), "load", 1.2 * sheet.unit, (0.3 * x, 0.3 * y))
 
 
-def motor(sheet: Sheet, _name: str, load: Any) -> Iterator[Mark]:
+def motor(sheet: Sheet, _name: str, load: Motor) -> Iterator[Mark]:
     """A circle with an M about the joint its link turns in."""
     frame = sheet.frame(FIXED + sheet.pivot(load.link))
     u = sheet.unit
@@ -248,7 +261,7 @@ def motor(sheet: Sheet, _name: str, load: Any) -> Iterator[Mark]:
     yield from turning(frame, "drive", 1.1 * u)
 
 
-def drive(sheet: Sheet, _name: str, drive: Any) -> Iterator[Mark]:
+def drive(sheet: Sheet, _name: str, drive: Drive) -> Iterator[Mark]:
     """A turning arrow about the pivot of a driven link, a straight one at a driven point."""
     u = sheet.unit
     if drive.target not in sheet.mechanism.points:
@@ -259,12 +272,12 @@ def drive(sheet: Sheet, _name: str, drive: Any) -> Iterator[Mark]:
     yield from arrow(sheet.frame(FIXED + drive.target), "drive", tail, tip, 0.8 * u)
 
 
-def mass(sheet: Sheet, _name: str, mass: Any) -> Iterator[Mark]:
+def mass(sheet: Sheet, _name: str, mass: Mass) -> Iterator[Mark]:
     """A dark disc."""
-    yield Disc(sheet.at(getattr(mass, "link", None) or "", mass.point), "mass", (0.0, 0.0), 0.55 * sheet.unit)
+    yield Disc(sheet.at(mass.link or "", mass.point), "mass", (0.0, 0.0), 0.55 * sheet.unit)
 
 
-def unknown(sheet: Sheet, name: str, element: Any) -> Iterator[Mark]:
+def unknown(sheet: Sheet, name: str, element: Element) -> Iterator[Mark]:
     """A neutral mark with the element's name, where it names a point or a link."""
     for field in ("point", "at", "a", "first", "link", "target", "start"):
         at = getattr(element, field, None)
@@ -309,7 +322,7 @@ SYMBOLS: dict[str, Symbol] = {
 """Symbol of each kind of element or body, by the name of its class."""
 
 
-def _forces(sheet: Sheet, name: str, element: Any) -> Iterator[Mark]:
+def _forces(sheet: Sheet, name: str, element: Element) -> Iterator[Mark]:
     """An arrow for whatever has signals `<name>.fx` and `<name>.fy`: a force on the second body, or on the point."""
     point = getattr(element, "point", None)
     if isinstance(point, str):
@@ -328,6 +341,6 @@ def _gravity(sheet: Sheet) -> Iterator[Mark]:
         yield Label("", "g", (corner[0] + 0.7 * u, corner[1]), "symbol")
 
 
-def _moving(joint: Any) -> str:
+def _moving(joint: Joint) -> str:
     """The body of a joint that is not the ground."""
     return str(joint.second if joint.first == GROUND else joint.first)

@@ -12,7 +12,7 @@ import platform
 import subprocess
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import asdict, dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -55,6 +55,10 @@ class Metric:
     def __post_init__(self) -> None:
         if self.error is None and self.exact:
             object.__setattr__(self, "error", abs(self.value - self.exact) / abs(self.exact))
+
+    def plain(self) -> dict[str, Any]:
+        """What is known of it, by name."""
+        return {key: value for key, value in asdict(self).items() if value is not None or key == "value"}
 
 
 @dataclass(frozen=True)
@@ -226,25 +230,27 @@ def write(result: StudyResult, folder: Path, figures: Mapping[str, Figure], trus
     text : str
         The content of metrics.json.
     """
-    writers: dict[str, Callable[[IO[bytes]], Any]] = {}
+    writers: dict[str, Callable[[IO[bytes]], object]] = {}
     if result.signals:
         signals: dict[str, Any] = dict(result.signals)
         writers["signals.npz"] = partial(np.savez_compressed, **signals)
     for name, figure in figures.items():
-        for kind in ("png", "pdf"):
-            writers[f"{name}.{kind}"] = partial(_save, figure, kind)
+        # A PDF without its date is the same file for the same figure.
+        for kind, details in {"png": None, "pdf": {"CreationDate": None}}.items():
+            writers[f"{name}.{kind}"] = partial(figure.savefig, format=kind, metadata=details)
     for name, page in result.pages.items():
         writers[name] = partial(_write_text, page)
     _remove_earlier(folder)
-    for name, writer in writers.items():
-        with atomic(folder / name) as file:
-            writer(file)
+    with house_style() if figures else nullcontext():
+        for name, writer in writers.items():
+            with atomic(folder / name) as file:
+                writer(file)
     text = to_json(
         {
             "status": result.status,
             "message": result.message,
             **({"trusted": True} if trusted else {}),
-            "metrics": {name: _without_none(metric) for name, metric in result.metrics.items()},
+            "metrics": {name: metric.plain() for name, metric in result.metrics.items()},
             "work": result.work,
             "provenance": provenance(result.parameters),
             "files": list(writers),
@@ -257,13 +263,6 @@ def write(result: StudyResult, folder: Path, figures: Mapping[str, Figure], trus
 
 def _write_text(text: str, file: IO[bytes]) -> None:
     file.write(text.encode())
-
-
-def _save(figure: Figure, kind: str, file: IO[bytes]) -> None:
-    # A PDF without its date is the same file for the same figure.
-    details = {"CreationDate": None} if kind == "pdf" else None
-    with house_style():
-        figure.savefig(file, format=kind, metadata=details)
 
 
 @contextmanager
@@ -307,10 +306,6 @@ def plain(content: Any, beyond: Callable[[float], Any]) -> Any:
     if isinstance(content, float) and not math.isfinite(content):
         return beyond(content)
     return content if isinstance(content, str | int | float | None) else str(content)
-
-
-def _without_none(metric: Metric) -> dict[str, Any]:
-    return {key: value for key, value in asdict(metric).items() if value is not None or key == "value"}
 
 
 def provenance(parameters: StudyParameters) -> dict[str, Any]:

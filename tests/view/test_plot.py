@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 from looked_at import loose, pendulum, pushed, run
 
-from buckler.mbs import Mechanism
+from buckler.mbs import Force, Mechanism
 from buckler.mbs.view import plot
 from buckler.mbs.view.drawing import Label
+from buckler.mbs.view.drawing import Path as Path_
 from buckler.mbs.view.movie import placed, still
 
 
@@ -39,6 +40,15 @@ def test_a_mechanism_is_drawn_with_its_names(make):
     assert left < places[:, 0].min() and right > places[:, 0].max() and low < places[:, 1].min() and high > places[:, 1].max()
     assert axes.get_aspect() == 1.0
     assert min(text.get_fontsize() for text in axes.texts) >= 7
+
+
+def test_a_force_that_turns_with_another_point_ends_at_its_own():
+    """`follows` may name a point, as 'bar:B'; the arrow's tip is half a symbol before the force's point."""
+    mechanism = Mechanism(**{**vars(pushed()), "loads": [Force("B", (0.0, 1.0), follows="bar:B")]})
+    movie = still(mechanism)
+    (line,) = [mark for mark in movie.marks if isinstance(mark, Path_) and mark.ink == "load" and len(mark.points) == 2]
+    tip = placed(movie.frames[line.frame][0], line.points)[1]
+    assert tip == pytest.approx(np.array(mechanism.points["B"]) - (0.0, 0.5 * movie.unit), abs=1e-12)
 
 
 def test_a_link_is_drawn_to_scale():
