@@ -37,55 +37,28 @@ def near(name, threshold=""):
     return keep
 
 
+def held(body, joints, guided=False):
+    """A strip of a body under hardly any weight."""
+    links, guides = [mbs.Link("s", "A", "B", body)], [mbs.Guide("B", "s")] if guided else []
+    return mbs.Mechanism({"A": (0, 0), "B": (LENGTH, 0)}, links, joints, guides, gravity=(0.0, -1e-3))
+
+
 @cache
 def right(kind):
     """A run that is right, and its result."""
     bar = mbs.Rigid(mbs.Section(0.005, 0.020))
-    strip = mbs.Beam(STRIP.damped(0.5, LENGTH), elements=4)
-    held = {"points": {"A": (0, 0), "B": (LENGTH, 0)}, "gravity": (0.0, -1e-3)}
+    strip, modal = mbs.Beam(STRIP.damped(0.5, LENGTH), elements=4), mbs.Modal(STRIP, BarModes(bending=2, axial=0))
+    pin, clamps = [mbs.Revolute("A", "ground", "s")], [mbs.Weld(end, "ground", "s") for end in "AB"]
     made = {
         "fallen": lambda: (block(G, Hertz(1e8)), 0.3),
         "swing": lambda: (pendulum(0.5), 1.0),
         "rocker": lambda: (mbs.crank_rocker(bar, speed=30.0, section=bar.section, angle=0.5), 0.2),
-        "strip": lambda: (
-            mbs.Mechanism(links=[mbs.Link("s", "A", "B", strip)], joints=[mbs.Revolute("A", "ground", "s")], **held),
-            1.0,
-        ),
-        "clamped": lambda: (
-            mbs.Mechanism(links=[mbs.Link("s", "A", "B", strip)], joints=[mbs.Weld("A", "ground", "s")], **held),
-            1.0,
-        ),
-        "column": lambda: (
-            mbs.Mechanism(
-                links=[mbs.Link("s", "A", "B", strip)],
-                joints=[mbs.Revolute("A", "ground", "s")],
-                guides=[mbs.Guide("B", "s")],
-                **held,
-            ),
-            0.1,
-        ),
-        "propped": lambda: (
-            mbs.Mechanism(
-                links=[mbs.Link("s", "A", "B", strip)],
-                joints=[mbs.Weld("A", "ground", "s")],
-                guides=[mbs.Guide("B", "s")],
-                **held,
-            ),
-            0.1,
-        ),
-        "modal": lambda: (
-            mbs.Mechanism(
-                links=[mbs.Link("s", "A", "B", mbs.Modal(STRIP, BarModes(bending=2, axial=0)))],
-                joints=[mbs.Revolute("A", "ground", "s")],
-                guides=[mbs.Guide("B", "s")],
-                **held,
-            ),
-            1.0,
-        ),
-        "built in": lambda: (
-            mbs.Mechanism(links=[mbs.Link("s", "A", "B", strip)], joints=[mbs.Weld(end, "ground", "s") for end in "AB"], **held),
-            1.0,
-        ),
+        "strip": lambda: (held(strip, pin), 1.0),
+        "clamped": lambda: (held(strip, clamps[:1]), 1.0),
+        "column": lambda: (held(strip, pin, guided=True), 0.1),
+        "propped": lambda: (held(strip, clamps[:1], guided=True), 0.1),
+        "modal": lambda: (held(modal, pin, guided=True), 1.0),
+        "built in": lambda: (held(strip, clamps), 1.0),
     }
     mechanism, duration = made[kind]()
     run = once(mechanism, duration, mbs.Exudyn(), None, None)

@@ -12,26 +12,14 @@ from scipy.integrate import solve_ivp
 from simulations import fine
 
 from buckler import mbs
-from buckler.mbs.laws import (
-    AdamsFriction,
-    Coulomb,
-    ExactRestitution,
-    Flores,
-    Gonthier,
-    Hertz,
-    HuntCrossley,
-    Impact,
-    KelvinVoigt,
-    NoFriction,
-    delivered,
-)
+from buckler.mbs import laws
 
 BAR = mbs.Section(width=0.020, thickness=0.005)
 MASS = BAR.mass_per_length * 0.1
 K, GAP, PIN = 2.53e5 * 1e3**1.5, 1e-4, 5e-3  # K of the crank-rocker paper, N/m^1.5
 SPEED = 10 * pi
-RATTLING, CLOSED = Impact(K, 253.0, 1e-5), Impact(K, 253e3, 1e-5)  # c_max = 253 N s/m or N s/mm
-FRICTION = AdamsFriction(0.3, 0.1)
+RATTLING, CLOSED = laws.Impact(K, 253.0, 1e-5), laws.Impact(K, 253e3, 1e-5)  # c_max = 253 N s/m or N s/mm
+FRICTION = laws.AdamsFriction(0.3, 0.1)
 HOW_TO = (Path(__file__).parents[2] / "docs" / "how-to-add-a-law.md").read_text(encoding="utf-8")
 
 
@@ -44,7 +32,7 @@ def resting(law, friction=None, *, gap=GAP, gravity=9.81, speed=None, pin_is="ba
     return mbs.Mechanism(
         points={"P": (0.0, 0.0), "Q": (-0.05, 0.0), "R": (0.05, 0.0)},
         links=[mbs.Link("bar", "Q", "R", mbs.Rigid(BAR), carries=["P"])],
-        joints=[mbs.Clearance("P", *names, PIN, gap, law, friction or NoFriction())],
+        joints=[mbs.Clearance("P", *names, PIN, gap, law, friction or laws.NoFriction())],
         drives=[] if speed is None else [mbs.Drive("bar", speed)],
         gravity=(0.0, -gravity),
     )
@@ -57,7 +45,12 @@ def test_pin_in_the_very_middle_feels_nothing(plain):
 
 @pytest.mark.parametrize(
     "law",
-    [Impact(8e9, 1300.0, 1e-7), Impact(8e12, 1300.0, 1e-7, exponent=2.0), ExactRestitution(8e9, 0.3), KelvinVoigt(4e6, 900.0)],
+    [
+        laws.Impact(8e9, 1300.0, 1e-7),
+        laws.Impact(8e12, 1300.0, 1e-7, exponent=2.0),
+        laws.ExactRestitution(8e9, 0.3),
+        laws.KelvinVoigt(4e6, 900.0),
+    ],
     ids=lambda law: f"{type(law).__name__} {law.exponent:g}",
 )
 def test_journal_at_rest_sinks_in_as_its_weight_says(law, plain):
@@ -73,8 +66,8 @@ def test_journal_at_rest_sinks_in_as_its_weight_says(law, plain):
 @pytest.mark.parametrize(("dynamic", "speed"), [(0.1, 20.0), (0.3, -50.0)])
 def test_turning_journal_climbs_and_loses_what_friction_says(dynamic, speed, pin_is):
     """At rest on the slope of angle phi = atan(mu): N = m g cos(phi), torque mu N times the bar's own radius at P."""
-    gravity, friction = 1e4, Coulomb(dynamic, 1e-3, viscous=0.5)  # viscous friction ends the rocking on the slope
-    law = Impact(8e9, 3000.0, 1e-7)
+    gravity, friction = 1e4, laws.Coulomb(dynamic, 1e-3, viscous=0.5)  # viscous friction ends the rocking on the slope
+    law = laws.Impact(8e9, 3000.0, 1e-7)
     mechanism = resting(law, friction, gravity=gravity, speed=speed, pin_is=pin_is)
     result = fine(mbs.simulate(mechanism, 0.04, ledger=True, solver=mbs.Exudyn(mbs.Controlled(tolerance=1e-5))))
     s, energy = result.signals, result.energy
@@ -108,9 +101,9 @@ def struck(law, speed=0.3, gap=1e-3):
 
 
 STRUCK = [
-    *(law(8e9, e) for law in (ExactRestitution, HuntCrossley, Gonthier, Flores) for e in (0.2, 0.5, 0.9)),
-    ExactRestitution(1e7, 0.4, exponent=1.0), ExactRestitution(1e12, 0.4, exponent=2.0),
-    Hertz(8e9), RATTLING, CLOSED, KelvinVoigt(1e7, 300.0),
+    *(law(8e9, e) for law in (laws.ExactRestitution, laws.HuntCrossley, laws.Gonthier, laws.Flores) for e in (0.2, 0.5, 0.9)),
+    laws.ExactRestitution(1e7, 0.4, exponent=1.0), laws.ExactRestitution(1e12, 0.4, exponent=2.0),
+    laws.Hertz(8e9), RATTLING, CLOSED, laws.KelvinVoigt(1e7, 300.0),
 ]  # fmt: skip
 
 
@@ -122,7 +115,7 @@ def test_engine_delivers_the_restitution_of_the_law(law, plain):
         mbs.simulate(struck(law), 3 * gap / speed, solver=mbs.Exudyn(mbs.Controlled(tolerance=1e-7)), ledger=True, timeout=20)
     )
     assert result.signals["P.contacts"][-1] == 1 and result.signals["P.contact_state"][-1] == 0
-    assert result.signals["bar.vx"][-1] / speed - 1 == pytest.approx(delivered(law, MASS, speed), abs=1e-3)
+    assert result.signals["bar.vx"][-1] / speed - 1 == pytest.approx(laws.delivered(law, MASS, speed), abs=1e-3)
     assert result.energy_balance < 2e-3
     peak = result.signals["P.normal_force"].argmax()  # the bush has come from the left: the pin hangs back, and is pushed on
     force, place = (result.signals[f"P.{name}"][peak] for name in ("bar-block.fx", "journal_x"))
@@ -130,7 +123,9 @@ def test_engine_delivers_the_restitution_of_the_law(law, plain):
     assert place == pytest.approx(-gap - result.signals["P.penetration"][peak], rel=1e-12)
 
 
-@pytest.mark.parametrize("law", [ExactRestitution(8e9, 0.5), HuntCrossley(8e9, 0.7), Hertz(8e9), RATTLING], ids=str)
+@pytest.mark.parametrize(
+    "law", [laws.ExactRestitution(8e9, 0.5), laws.HuntCrossley(8e9, 0.7), laws.Hertz(8e9), RATTLING], ids=str
+)
 def test_bar_dropped_into_its_bush_moves_as_the_law_says(law, plain):
     """Explicit integrator: fall through the play, impact and rise; against scipy, gravity included."""
     gravity, gap = 9.81, 1e-3
@@ -192,7 +187,7 @@ def test_slider_with_play_is_a_short_link_guided_at_both_ends():
             ],
             joints=[mbs.Revolute("O", "ground", "crank"), mbs.Revolute("A", "crank", "coupler"), joint],
             guides=[mbs.Guide("B", "slider"), mbs.Guide("D", "slider")],
-            stops=[mbs.Stop("D", at=0.5, law=ExactRestitution(1e7, 0.5))],
+            stops=[mbs.Stop("D", at=0.5, law=laws.ExactRestitution(1e7, 0.5))],
             drives=[mbs.Drive("crank", 20.0)],
         )  # fmt: skip
 
@@ -207,7 +202,7 @@ def test_slider_with_play_is_a_short_link_guided_at_both_ends():
 
 def test_step_that_did_not_converge_is_tried_with_a_new_jacobian():
     """Friction that reverses within 0.1 mm/s: with the Jacobian of a longer step no step converges, down to the smallest."""
-    mechanism = rattling(rocker=ROCKERS["beam"], law=CLOSED, friction=AdamsFriction(0.3, 0.1, 1e-4, 1e-3))
+    mechanism = rattling(rocker=ROCKERS["beam"], law=CLOSED, friction=laws.AdamsFriction(0.3, 0.1, 1e-4, 1e-3))
     fine(mbs.simulate(mechanism, 0.25 * pi / SPEED, solver=mbs.Exudyn(mbs.Controlled(tolerance=1e-3)), timeout=20))
 
 

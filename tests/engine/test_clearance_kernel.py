@@ -8,23 +8,9 @@ import pytest
 from buckler.mbs import Clearance, laws
 from buckler.mbs.elements.journal import BRISTLE, COLUMNS, MEMORY, ONSET, SINCE, SLIDING, End
 from buckler.mbs.engine.clearance import kernel, tables
-from buckler.mbs.laws import (
-    AdamsFriction,
-    Ambrosio,
-    Coulomb,
-    ExactRestitution,
-    Hertz,
-    HysteresisLaw,
-    Impact,
-    KelvinVoigt,
-    LuGre,
-    NoFriction,
-    Stribeck,
-    Threlfall,
-)
 
 GAP, PIN = 1e-4, 5e-3
-RATTLING, FRICTION = Impact(8e9, 253.0, 1e-5), AdamsFriction(0.3, 0.1)
+RATTLING, FRICTION = laws.Impact(8e9, 253.0, 1e-5), laws.AdamsFriction(0.3, 0.1)
 
 
 ENDS = [
@@ -34,10 +20,10 @@ ENDS = [
 ]
 """Pins and bushes of ground and two bodies: node and arm place both centres of a joint at one point."""
 FRICTIONS = [
-    NoFriction(), Coulomb(0.1, 1e-3, 0.01), FRICTION, Ambrosio(0.1, 0.01, 0.02), Threlfall(0.1, 0.01),
-    Stribeck(0.3, 0.1, 0.1), LuGre(0.3, 0.1, 0.1, 1e5, 10.0, 0.01),
+    laws.NoFriction(), laws.Coulomb(0.1, 1e-3, 0.01), FRICTION, laws.Ambrosio(0.1, 0.01, 0.02), laws.Threlfall(0.1, 0.01),
+    laws.Stribeck(0.3, 0.1, 0.1), laws.LuGre(0.3, 0.1, 0.1, 1e5, 10.0, 0.01),
 ]  # fmt: skip
-NORMALS = [ExactRestitution(8e9, 0.5), RATTLING, KelvinVoigt(1e6, 50.0), Hertz(8e9)]
+NORMALS = [laws.ExactRestitution(8e9, 0.5), RATTLING, laws.KelvinVoigt(1e6, 50.0), laws.Hertz(8e9)]
 
 
 class Bodies:
@@ -96,7 +82,7 @@ def test_power_is_that_of_the_forces_reported(plain, friction):
     given = (bodies.forces() * bodies.q_t).sum(axis=1)
     taken = (found["normal"] * found["rate"] + found["tangential"] * found["sliding"]).sum(axis=1)
     assert np.abs(taken).max() > 1 and np.abs(given + taken).max() < 1e-12 * np.abs(taken).max()
-    if not isinstance(friction, LuGre):  # a bristle springs back
+    if not isinstance(friction, laws.LuGre):  # a bristle springs back
         assert (found["tangential"] * found["sliding"] >= 0).all()
 
 
@@ -109,7 +95,7 @@ def test_rate_is_the_derivative_of_the_depth(plain):
 
 def test_depth_normal_and_force_of_a_pin_put_somewhere(plain):
     """Pin of a body held 0.5 mm along (3, 4)/5 from its bush on the ground, turning in place at 2 rad/s."""
-    law, friction = Hertz(1e9), Coulomb(0.25, 1e-3)
+    law, friction = laws.Hertz(1e9), laws.Coulomb(0.25, 1e-3)
     joint = Clearance("P", "a", "ground", PIN, GAP, law, friction)
     places, numbers = tables([joint], [(End(0, (1.0, 1.0), (0.0, 0.0)), End(-1, (1.0, 1.0), (0.0, 0.0)))])
     out, f = np.zeros((1, len(COLUMNS))), np.zeros(3)
@@ -125,11 +111,11 @@ def test_depth_normal_and_force_of_a_pin_put_somewhere(plain):
 
 def test_rolling_pin_does_not_slide(plain):
     """Its centre runs round at 3 rad/s on a circle of 0.3 mm; it rolls in its bush if it turns backwards by e 3/R."""
-    joint = Clearance("P", "a", "ground", PIN, GAP, Hertz(1e9), FRICTION)
+    joint = Clearance("P", "a", "ground", PIN, GAP, laws.Hertz(1e9), FRICTION)
     places, numbers = tables([joint], [(End(0, (0.0, 0.0), (0.0, 0.0)), End(-1, (0.0, 0.0), (0.0, 0.0)))])
     e, out = 3e-4, np.zeros((1, len(COLUMNS)))
     state = 0.0, np.array([0.0, e, 0.0]), np.array([-3.0 * e, 0.0, -3.0 * e / PIN]), np.zeros((1, len(MEMORY)))
-    kernel(Hertz(1e9), FRICTION).report(*state, places, numbers, out)
+    kernel(laws.Hertz(1e9), FRICTION).report(*state, places, numbers, out)
     assert abs(out[0, COLUMNS.index("sliding")]) < 1e-18 and out[0, COLUMNS.index("normal")] > 0
 
 
@@ -153,7 +139,7 @@ def test_compiled_kernel_equals_plain_python(law, friction, monkeypatch):
 
 def test_every_normal_law_uses_one_of_the_formulas_compiled_above():
     every = {getattr(laws, name) for name in laws.__all__}
-    normal = {law for law in every if isinstance(law, type) and hasattr(law, "potential")} - {laws.PowerLaw, HysteresisLaw}
+    normal = {law for law in every if isinstance(law, type) and hasattr(law, "potential")} - {laws.PowerLaw, laws.HysteresisLaw}
     assert {law.force for law in normal} - {laws.NormalLaw.force} == {type(law).force for law in NORMALS}
 
 
@@ -175,14 +161,14 @@ def test_what_the_engine_does_not_hand_over_is_refused():
 def test_law_that_asks_itself_for_its_force_runs_in_python():
     """What the compiler cannot follow is no error."""
 
-    class Halved(Hertz):
+    class Halved(laws.Hertz):
         def force(self, depth, rate, onset):
-            return 0.5 * Hertz.force(self, depth, rate, onset)
+            return 0.5 * laws.Hertz.force(self, depth, rate, onset)
 
-    made = kernel(Halved(8e9), NoFriction())
+    made = kernel(Halved(8e9), laws.NoFriction())
     assert not made.compiled
-    states, out, whole = Bodies(Halved(8e9), NoFriction()), np.zeros(6), np.zeros(6)
+    states, out, whole = Bodies(Halved(8e9), laws.NoFriction()), np.zeros(6), np.zeros(6)
     given = states.t[0], states.q[0], states.q_t[0], states.memory[0], states.places
     made.forces(*given, states.numbers, out)
-    kernel(Hertz(8e9), NoFriction()).forces(*given, Bodies(Hertz(8e9), NoFriction()).numbers, whole)
+    kernel(laws.Hertz(8e9), laws.NoFriction()).forces(*given, Bodies(laws.Hertz(8e9), laws.NoFriction()).numbers, whole)
     assert np.abs(out).max() > 0 and out == pytest.approx(0.5 * whole, rel=1e-12)

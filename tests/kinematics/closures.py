@@ -21,18 +21,10 @@ def joint_by_circles(angle):
 def crank_rocker(speed=SPEED, carried=()):
     b, a = joint_by_circles(START), CRANK * np.exp(1j * START)
     points = {"O": (0, 0), "A": (a.real, a.imag), "B": (b.real, b.imag), "C": (FRAME, 0), **dict(carried)}
-    return Mechanism(
-        points=points,
-        links=[
-            Link("crank", "O", "A", BAR),
-            Link("coupler", "A", "B", BAR, carries=[name for name, _ in carried]),
-            Link("rocker", "C", "B", BAR),
-        ],
-        joints=[
-            Revolute("O", "ground", "crank"),
-            Revolute("A", "crank", "coupler"),
-            Revolute("B", "coupler", "rocker"),
-            Revolute("C", "ground", "rocker"),
-        ],
-        drives=[Drive("crank", speed)],
-    )
+    joints = [("O", "ground", "crank"), ("A", "crank", "coupler"), ("B", "coupler", "rocker"), ("C", "ground", "rocker")]
+    links = [
+        Link("crank", "O", "A", BAR),
+        Link("coupler", "A", "B", BAR, carries=[name for name, _ in carried]),
+        Link("rocker", "C", "B", BAR),
+    ]
+    return Mechanism(points, links, [Revolute(*joint) for joint in joints], drives=[Drive("crank", speed)])

@@ -9,16 +9,14 @@ import pytest
 pytest.importorskip("skfem")
 
 import meshio
+from meshed import LENGTH, STEEL, TALL, THIN, WIDE
 
-from buckler.mbs.elements.section import Material, Section
+from buckler.mbs.elements.section import Section
 from buckler.mbs.modal import AdamsDamping, CraigBampton, EndFace, FreeModes, MeshFile, Modal, PinHole, reduced
 from buckler.mbs.modal.conforming import hanging
 from buckler.mbs.modal.modes import free_modes
 from buckler.mbs.modal.solid import EDGES, SolidMesh, assemble, box_mesh, read_mesh, rigid_motions
 
-STEEL = Material(modulus=207e9, density=7850.0, poisson=0.29)
-LENGTH, WIDE, THIN = 0.175, 0.020, 0.005
-TALL = Section(width=THIN, thickness=WIDE, material=STEEL)
 KUHN = [[0, *np.cumsum(step)] for step in itertools.permutations((1, 2, 4))]
 """Six tetrahedra of a cube whose corners are numbered x + 2 y + 4 z."""
 CORNER = [0, 1, 3, 2, 4, 5, 7, 6]
