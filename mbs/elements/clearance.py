@@ -15,6 +15,7 @@ from buckler.mbs.elements.rows import Row, meets
 from buckler.mbs.elements.signal import Depth, Energy, Kind, Signal
 from buckler.mbs.geometry import Array, cross, left, onsets
 from buckler.mbs.laws import BristleLaw, FrictionLaw, NoFriction, NormalLaw
+from buckler.mbs.laws.friction import remembering
 from buckler.mbs.validate import short
 
 ROUND_ABOUT = np.linspace(0.0, 2 * np.pi, 721)
@@ -161,9 +162,7 @@ class Clearance(Joint):
             power, half = getattr(ends, force) * getattr(ends, speed), getattr(middle, force) * getattr(middle, speed)
             return np.concatenate([[0.0], np.cumsum(h * (power[:-1] + 4 * half + power[1:]) / 6)])
 
-        elastic, bent = self.law.potential(ends.depth), np.zeros_like(ends.depth)
-        if isinstance(self.friction, BristleLaw):
-            bent = ends.normal * self.friction.stored(ends.bristle)
+        elastic, bent = self.law.potential(ends.depth), ends.normal * remembering(self.friction).stored(ends.bristle)
         yield Energy("held", "contact", elastic + bent)
         lost = work("normal", "rate") - (elastic - elastic[0])
         rubbed = work("tangential", "sliding") - (bent - bent[0])
@@ -238,12 +237,9 @@ def contact(joint: Clearance, pin: Side, bush: Side, memory: Array, time: Array)
     depth, rate, sliding, nx, ny, s, shift = meet(joint.pin, joint.gap, profiles, place, speed, *ends)
     inside = depth > 0
     normal = np.where(inside, joint.law.force(depth, rate, memory[:, ONSET]), 0.0)
-    if isinstance(joint.friction, BristleLaw):
-        mean, passed = 0.5 * (memory[:, SLIDING] + sliding), time - memory[:, SINCE]
-        bristle = np.where(inside, joint.friction.after(memory[:, BRISTLE], mean, passed), 0.0)
-        drag = joint.friction.coefficient(sliding, bristle) * normal
-    else:
-        bristle, drag = np.zeros_like(depth), joint.friction.coefficient(sliding) * normal
+    friction, mean, passed = remembering(joint.friction), 0.5 * (memory[:, SLIDING] + sliding), time - memory[:, SINCE]
+    bristle = np.where(inside, friction.after(memory[:, BRISTLE], mean, passed), 0.0)
+    drag = friction.coefficient(sliding, bristle) * normal
     fx, fy = -normal * s * nx + drag * ny, -normal * s * ny - drag * nx
     return Touch(normal, drag, depth, rate, sliding, bristle, fx, fy, nx, ny, shift, *place)
 

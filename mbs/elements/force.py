@@ -12,7 +12,7 @@ from buckler.mbs.declare import Either, Nothing, Vector, declared, field, names
 from buckler.mbs.elements.element import GROUND, Parts, Push, Recorded, place
 from buckler.mbs.elements.load import Given, sampled
 from buckler.mbs.elements.references import check_turning, held_at, holder, refers, turning
-from buckler.mbs.elements.signal import Energy, Kind, Signal
+from buckler.mbs.elements.signal import Energy, Kind, Signal, vector
 from buckler.mbs.geometry import Array, cross, turned
 
 Pair = tuple[float, float]
@@ -71,8 +71,7 @@ class Force(Given):
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield its components, N."""
-        for letter, values in zip("xy", self.acting(record, record.time).T, strict=True):
-            yield Signal(f"{name}.f{letter}", values, "N", Kind.INTERNAL, name)
+        yield from vector(f"{name}.f", self.acting(record, record.time), "N", Kind.INTERNAL, name)
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
         """Yield the work it gave."""

@@ -16,6 +16,7 @@ from buckler.mbs.elements.rows import Row, on_line
 from buckler.mbs.elements.signal import Energy, Kind, Signal
 from buckler.mbs.geometry import Array
 from buckler.mbs.laws import BristleLaw, FrictionLaw
+from buckler.mbs.laws.friction import remembering
 from buckler.mbs.validate import non_negative
 
 ON_LINE = 1e-9
@@ -139,23 +140,24 @@ class Guide(Guided):
         """Whether a joint at the point has friction of its own, whose signals bear the point's name."""
         return any(joint.point == self.point and not joint.ideal for joint in mechanism.joints)
 
+    def _pressed(self, name: str, record: Recorded) -> tuple[Array, Array]:
+        """Size of the reaction, N, and bristle, m."""
+        memory = record.channel(name, "memory")
+        bristle = memory[:, BRISTLE] if memory.size else np.zeros_like(record.time)
+        return np.abs(record.channel(name, "reaction")[:, 0]), bristle
+
     def _drag(self, name: str, record: Recorded) -> Array:
         """Friction force against the speed, N."""
-        friction, speed = self.friction, record.blocks[self.point].speed
-        if isinstance(friction, GuideFriction):
-            return friction.force(speed)
-        normal = np.abs(record.channel(name, "reaction")[:, 0])
-        if isinstance(friction, BristleLaw):
-            found: Array = friction.coefficient(speed, record.channel(name, "memory")[:, BRISTLE]) * normal
-        else:
-            found = friction.coefficient(speed) * normal  # type: ignore[union-attr]
-        return found
+        speed = record.blocks[self.point].speed
+        if isinstance(self.friction, GuideFriction):
+            return self.friction.force(speed)
+        assert self.friction is not None  # or nobody asks
+        normal, bristle = self._pressed(name, record)
+        return np.asarray(remembering(self.friction).coefficient(speed, bristle) * normal)
 
     def _held(self, name: str, record: Recorded) -> Array:
         """Energy of a bent bristle, J."""
         if not isinstance(self.friction, BristleLaw):
             return np.zeros_like(record.time)
-        held: Array = np.abs(record.channel(name, "reaction")[:, 0]) * self.friction.stored(
-            record.channel(name, "memory")[:, BRISTLE]
-        )
-        return held
+        normal, bristle = self._pressed(name, record)
+        return np.asarray(normal * self.friction.stored(bristle))

@@ -11,7 +11,7 @@ from buckler.mbs.declare import Vector, declared, field, flag, names, quantity
 from buckler.mbs.elements.element import Parts, Push, Recorded
 from buckler.mbs.elements.load import Load
 from buckler.mbs.elements.references import known_link
-from buckler.mbs.elements.signal import Energy, Kind, Signal
+from buckler.mbs.elements.signal import Energy, Kind, Signal, vector
 from buckler.mbs.geometry import Array, cross, turned
 
 
@@ -57,8 +57,7 @@ class LineLoad(Load):
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield the components of the whole force, N."""
         for push in self.pushes(name, record):
-            for letter, values in zip("xy", push.force.T, strict=True):
-                yield Signal(f"{name}.f{letter}", values, "N", Kind.INTERNAL, name)
+            yield from vector(f"{name}.f", push.force, "N", Kind.INTERNAL, name)
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
         """Yield the work it gave."""

@@ -26,7 +26,7 @@ from buckler.mbs.declare.spec import Schema
 from buckler.mbs.elements.element import Body, Linked, Parts, Recorded
 from buckler.mbs.elements.frozen import Frozen
 from buckler.mbs.elements.references import known
-from buckler.mbs.elements.signal import Energy, Kind, Signal
+from buckler.mbs.elements.signal import Energy, Kind, Signal, vector
 from buckler.mbs.geometry import Array
 from buckler.mbs.validate import positive
 
@@ -140,9 +140,9 @@ def moving(name: str, *motion: Array) -> Iterator[Signal]:
     """Yield place, velocity and acceleration, each (times, 2), as signals: as many of them as there are."""
     letters, units, kinds = ("", "v", "a"), ("m", "m/s", "m/s^2"), (Kind.PLACE, Kind.RATE, Kind.ACCELERATION)
     for order, (letter, unit, kind, values) in enumerate(zip(letters, units, kinds, motion, strict=False)):
-        for axis, along in enumerate("xy"):
-            rate = f"{name}.{letters[order + 1]}{along}" if order + 1 < len(motion) else ""
-            yield Signal(f"{name}.{letter}{along}", values[:, axis], unit, kind, f"{name}.{letter}", rate)
+        yield from vector(
+            f"{name}.{letter}", values, unit, kind, rate=f"{name}.{letters[order + 1]}" if order + 1 < len(motion) else ""
+        )
 
 
 def weight(motion: Any, record: Recorded) -> Iterator[Energy]:

@@ -8,7 +8,7 @@ from buckler.mbs.declare import declared, names
 from buckler.mbs.elements.element import Parts, Recorded
 from buckler.mbs.elements.joint import Joint
 from buckler.mbs.elements.rows import Row, meets
-from buckler.mbs.elements.signal import Kind, Signal
+from buckler.mbs.elements.signal import Kind, Signal, vector
 from buckler.mbs.geometry import Array
 
 
@@ -31,6 +31,5 @@ class Revolute(Joint):
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield the force on the second body, N; none where a strut is pinned, as it acts on its neighbour directly."""
         force = record.channel(name, "force")
-        for axis, letter in enumerate("xy"):
-            if force.size:
-                yield Signal(f"{name}.f{letter}", force[:, axis], "N", Kind.REACTION, name)
+        if force.size:
+            yield from vector(f"{name}.f", force, "N", Kind.REACTION, name)

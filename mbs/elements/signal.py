@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from enum import StrEnum
 from typing import Any, NamedTuple
 
@@ -84,6 +84,12 @@ class Signal(NamedTuple):
     def trait(self) -> Trait:
         """What it is."""
         return Trait(*self[3:8])
+
+
+def vector(name: str, values: Array, unit: str, kind: Kind, group: str = "", rate: str = "") -> Iterator[Signal]:
+    """Yield the components (times, 2) of a vector: `F.f` gives `F.fx` and `F.fy`; likewise of the vector that is its rate."""
+    for axis, letter in enumerate("xy"):
+        yield Signal(f"{name}{letter}", values[:, axis], unit, kind, group or name, f"{rate}{letter}" if rate else "")
 
 
 class Energy(NamedTuple):

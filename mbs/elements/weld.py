@@ -10,7 +10,7 @@ from buckler.mbs.elements.element import Parts, Recorded
 from buckler.mbs.elements.joint import Joint
 from buckler.mbs.elements.references import takes_moments
 from buckler.mbs.elements.rows import Row, meets, same_turn
-from buckler.mbs.elements.signal import Kind, Signal
+from buckler.mbs.elements.signal import Kind, Signal, vector
 from buckler.mbs.geometry import Array
 
 
@@ -40,7 +40,5 @@ class Weld(Joint):
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
         """Yield force, N, and moment, N m, on the second body."""
-        force, moment = record.channel(name, "force"), record.channel(name, "moment")
-        yield Signal(f"{name}.fx", force[:, 0], "N", Kind.REACTION, f"{name}.f")
-        yield Signal(f"{name}.fy", force[:, 1], "N", Kind.REACTION, f"{name}.f")
-        yield Signal(f"{name}.moment", moment[:, 0], "N m", Kind.REACTION)
+        yield from vector(f"{name}.f", record.channel(name, "force"), "N", Kind.REACTION)
+        yield Signal(f"{name}.moment", record.channel(name, "moment")[:, 0], "N m", Kind.REACTION)

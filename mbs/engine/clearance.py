@@ -12,8 +12,10 @@ from buckler.mbs.elements.element import GROUND
 from buckler.mbs.elements.journal import BRISTLE, COLUMNS, MEMORY, ONSET, SINCE, SLIDING, End
 from buckler.mbs.elements.striking import SLOWEST_ONSET
 from buckler.mbs.engine.guarded import watched
-from buckler.mbs.engine.kernel import Kernel, has_bristle, plain
-from buckler.mbs.geometry import Array
+from buckler.mbs.engine.kernel import Kernel, plain
+from buckler.mbs.geometry import Array, onsets
+from buckler.mbs.laws import BristleLaw
+from buckler.mbs.record.lookup import hermite
 
 DEPTH, RATE, SPEED, BENT = (COLUMNS.index(name) for name in ("depth", "rate", "sliding", "bristle"))
 
@@ -55,7 +57,7 @@ class ClearanceGroup:
         self.memory[:, ONSET] = SLOWEST_ONSET
         self.latest = np.zeros(2)
         self.columns = np.empty((0, 3), dtype=int)
-        self.remembers = has_bristle(friction) or law.force(1e-6, 0.1, 1.0) != law.force(1e-6, 0.1, 2.0)
+        self.remembers = isinstance(friction, BristleLaw) or law.force(1e-6, 0.1, 1.0) != law.force(1e-6, 0.1, 2.0)
         self._report = np.zeros((len(joints), len(COLUMNS)))
         self._before: np.ndarray[Any, Any] | None = None
 
@@ -79,25 +81,17 @@ class ClearanceGroup:
         if self._before is not None:
             h, before = t - memory[0, SINCE], self._before
             for j in np.flatnonzero(~free & (before[:, DEPTH] <= 0)):
-                speed = _crossing_speed(h, before[j, DEPTH], before[j, RATE], depth[j], rate[j])
+                speed = _crossing_speed(h, [before[j, DEPTH], depth[j]], [before[j, RATE], rate[j]])
                 memory[j, ONSET] = max(speed, SLOWEST_ONSET)
         memory[:, [BRISTLE, SLIDING]], memory[:, SINCE] = now[:, [BENT, SPEED]], t
         self._before = now.copy()
         return memory.copy()
 
 
-def _crossing_speed(h: float, d0: float, v0: float, d1: float, v1: float) -> float:
-    """Speed at which a cubic Hermite depth with these ends crosses zero: bisection, the crossing is bracketed."""
-
-    def depth(s: float) -> float:
-        return (1 + 2 * s) * (1 - s) ** 2 * d0 + s * (1 - s) ** 2 * h * v0 + s * s * (3 - 2 * s) * d1 + s * s * (s - 1) * h * v1
-
-    low, high = 0.0, 1.0
-    for _ in range(40):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if depth(middle) <= 0 else (low, middle)
-    s = 0.5 * (low + high)
-    return 6 * s * (1 - s) * (d1 - d0) / h + (1 - s) * (1 - 3 * s) * v0 + s * (3 * s - 2) * v1
+def _crossing_speed(h: float, depths: list[float], rates: list[float]) -> float:
+    """Speed at which the cubic with depths and rates at both ends of a step crosses zero, m/s."""
+    step = np.array([0.0, h]), np.array(depths), np.array(rates)
+    return float(hermite(*step, onsets(*step))[1][0])
 
 
 def connect(scene: Any, joints: dict[str, Clearance]) -> None:

@@ -17,6 +17,7 @@ from buckler.mbs.engine.history import History
 from buckler.mbs.engine.placed import Placed, States
 from buckler.mbs.geometry import Array
 from buckler.mbs.laws import BristleLaw
+from buckler.mbs.laws.friction import remembering
 from buckler.mbs.record.motion import BlockMotion
 from buckler.mbs.record.record import Record
 
@@ -134,9 +135,9 @@ class Rubbing:
     """
 
     def __init__(self, scene: Any, name: str, guide: Guide) -> None:
-        self.scene, self.name, self.guide, self.law = scene, name, guide, guide.friction
+        self.scene, self.name, self.guide, self.law = scene, name, guide, remembering(guide.friction)  # type: ignore[arg-type]
         self.memory, self.latest = np.zeros((1, len(MEMORY))), np.zeros(2)
-        self.remembers = isinstance(self.law, BristleLaw)
+        self.remembers = isinstance(guide.friction, BristleLaw)
         self.column, self.rows = 0, np.zeros(2, dtype=int)
         self.time, self.seen, self.used, self.gap, self.share = -1.0, 0.0, 0.0, 0.0, 1.0
 
@@ -167,18 +168,14 @@ class Rubbing:
         """Bristle now, m, from the way made since the last accepted step: a body that comes back finds it as it was."""
         _, bent, before, since = self.memory[0]
         passed = t - since
-        bristle: float = self.law.after(bent, (travel - before) / passed if passed > 0 else speed, max(passed, 0.0))  # type: ignore[union-attr]
+        bristle: float = self.law.after(bent, (travel - before) / passed if passed > 0 else speed, max(passed, 0.0))
         return bristle
 
     def __call__(self, _system: Any, t: float, _item: int, travel: float, speed: float, *_: float) -> float:
         """Engine callback: friction against the speed, N."""
         fx, fy = self.data.GetAECoordinates()[self.rows]
         normal = self.normal(t, self.guide.along[1] * fx - self.guide.along[0] * fy - self.weight)
-        if self.remembers:
-            coefficient = self.law.coefficient(speed, self.bristle(t, travel, speed))  # type: ignore[union-attr, call-arg]
-        else:
-            coefficient = self.law.coefficient(speed)  # type: ignore[union-attr, call-arg]
-        return float(coefficient * normal)
+        return float(self.law.coefficient(speed, self.bristle(t, travel, speed)) * normal)
 
     def accept(self, q: Array, q_t: Array, t: float) -> Array:
         """Take over an accepted step; a copy of the memory."""

@@ -11,7 +11,7 @@ import numpy as np
 
 from buckler.mbs.elements import journal
 from buckler.mbs.geometry import Array
-from buckler.mbs.laws import BristleLaw
+from buckler.mbs.laws.friction import remembering
 
 PATIENCE, SLOWER = 3_000_000, 20
 """Calls, some 10 s of them, without a later time than any before; of plain Python so many times fewer. The engine's explicit
@@ -48,24 +48,14 @@ class Kernel:
     owners: tuple[Any, ...] = ()
 
 
-def has_bristle(friction: Any) -> bool:
-    """Tell whether a friction law bends a bristle."""
-    return isinstance(friction, BristleLaw)
-
-
 def plain(law: Any, friction: Any) -> Kernel:
     """Make the functions in plain Python."""
 
     def normal(_numbers: Array, depth: float, rate: float, onset: float) -> Any:
         return law.force(depth, rate, onset)
 
-    def rubbing(_numbers: Array, speed: float, bristle: float) -> Any:
-        return friction.coefficient(speed, bristle) if has_bristle(friction) else friction.coefficient(speed)
-
-    def bend(_numbers: Array, bristle: float, speed: float, time: float) -> Any:
-        return friction.after(bristle, speed, time) if has_bristle(friction) else 0.0
-
-    laws = normal, rubbing, bend
+    rubs = remembering(friction)
+    laws = normal, lambda _numbers, *state: rubs.coefficient(*state), lambda _numbers, *state: rubs.after(*state)
     forces = partial(journal.forces, *laws)
 
     def callback(memory: Array, places: Array, numbers: Array, size: int, latest: Array) -> Callable[..., Any]:

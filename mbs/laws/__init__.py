@@ -1,7 +1,16 @@
 """Contact and friction laws: small, frozen, pure objects, one concept each, equation and source in the docstring."""
 
 from buckler.mbs.laws.bristle import LuGre, Stiction
-from buckler.mbs.laws.friction import AdamsFriction, Ambrosio, BristleLaw, Coulomb, FrictionLaw, NoFriction, Stribeck, Threlfall
+from buckler.mbs.laws.friction import (
+    AdamsFriction,
+    Ambrosio,
+    BristleLaw,
+    Coulomb,
+    FrictionLaw,
+    NoFriction,
+    Stribeck,
+    Threlfall,
+)
 from buckler.mbs.laws.hertz import effective_modulus, hertz_external, hertz_internal
 from buckler.mbs.laws.hysteresis import (
     CarvalhoMartins,

@@ -11,7 +11,7 @@ for dynamic analysis of multibody mechanical systems", Nonlinear Dynamics 86 (20
 doi 10.1007/s11071-016-2999-3.
 """
 
-from typing import Protocol, runtime_checkable
+from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -39,6 +39,29 @@ class BristleLaw(Protocol):
 
     def stored(self, bristle: Reals) -> Reals:
         """Energy a bristle holds, per unit of normal force [J/N]."""
+
+
+class Unbent(NamedTuple):
+    """A law without memory as one whose bristle never bends."""
+
+    law: FrictionLaw
+
+    def coefficient(self, speed: Reals, _bristle: Reals) -> Reals:
+        """Of the speed alone."""
+        return self.law.coefficient(speed)
+
+    def after(self, bristle: Reals, _speed: Reals, _time: Reals) -> Reals:
+        """Nothing."""
+        return 0.0 * bristle
+
+    def stored(self, bristle: Reals) -> Reals:
+        """Nothing."""
+        return 0.0 * bristle
+
+
+def remembering(friction: FrictionLaw | BristleLaw) -> BristleLaw:
+    """Any friction law as one that bends a bristle."""
+    return friction if isinstance(friction, BristleLaw) else Unbent(friction)
 
 
 def stribeck_level(speed: Reals, static: float, dynamic: float, v_stribeck: float, exponent: float) -> Reals:

@@ -81,7 +81,7 @@ PLAIN = (
     ("Clearance", f"{ENGINE}/clearance.py", "[*pin.place, *pin.arm,", "[*pin.place, *(-x for x in pin.arm),"),
     ("Guide", f"{ENGINE}/guide.py", "[[ax, -ay, 0.0]", "[[ax, ay, 0.0]"),
     ("Guide", f"{ENGINE}/guide.py", "force[:, 1:]) - _weight", "force[:, 1:]) + _weight"),
-    ("Guide", f"{ENGINE}/guide.py", "float(coefficient * normal)", "float(-coefficient * normal)"),
+    ("Guide", f"{ENGINE}/guide.py", "float(self.law.coefficient", "float(-self.law.coefficient"),
     ("GuideFriction", f"{ENGINE}/guide.py", "=friction.dynamic", "=-friction.dynamic"),
     ("Stop", f"{ENGINE}/stop.py", "return [-force * each", "return [force * each"),
     ("Stop", f"{ENGINE}/stop.py", "return contact.side * contact.force", "return -contact.side * contact.force"),
