@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 from buckler.mbs.record.result import Result
 from buckler.mbs.record.run import Run
@@ -39,3 +40,8 @@ class Check:
             return
         for said in self.look(run, result):
             yield f"{self.name}: {said}"
+
+
+def without(subjects: Callable[[Run], Iterable[Any]], words: str) -> Callable[[Run, Result], str]:
+    """Make what says in words that a run has none of what a check looks at."""
+    return lambda run, _result: words if next(iter(subjects(run)), None) is None else ""

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from buckler.mbs.checks.check import Check
+from buckler.mbs.checks.check import Check, without
 from buckler.mbs.record.result import Result
 from buckler.mbs.record.run import Run
 
@@ -32,11 +32,7 @@ def _one_sided(run: Run) -> list[tuple[str, str]]:
     return [signals for name, element in run.record.mechanism.elements().items() for signals in element.one_sided(name)]
 
 
-def _idle(run: Run, _result: Result) -> str:
-    return "" if _one_sided(run) else "no stop, no joint with clearance and no rope"
-
-
 CHECK = Check(
     "CONTACT", "failed when a contact pulls, or acts without touching, or a rope pushes", _pulls,
-    {"share of the largest force": ROUNDING}, _idle,
+    {"share of the largest force": ROUNDING}, without(_one_sided, "no stop, no joint with clearance and no rope"),
 )  # fmt: skip

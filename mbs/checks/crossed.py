@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from buckler.mbs.checks.check import Check
+from buckler.mbs.checks.check import Check, without
 from buckler.mbs.record.result import Result
 from buckler.mbs.record.run import Run
 
@@ -23,8 +23,5 @@ def _struts(run: Run) -> list[str]:
     return [link.name for link in run.record.mechanism.links if link.body.massless]
 
 
-def _idle(run: Run, _result: Result) -> str:
-    return "" if _struts(run) else "no strut"
-
-
-CHECK = Check("CROSSED", "failed when the ends of a strut have met", _crossed, {"distance over length": ENDS_MET}, _idle)
+NONE = without(_struts, "no strut")
+CHECK = Check("CROSSED", "failed when the ends of a strut have met", _crossed, {"distance over length": ENDS_MET}, NONE)

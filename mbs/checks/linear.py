@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs.checks.check import Check
+from buckler.mbs.checks.check import Check, without
 from buckler.mbs.checks.unbuckled import GROWTH, grown, recent_mean
 from buckler.mbs.elements.element import place
 from buckler.mbs.elements.joint import Joint
@@ -84,14 +84,10 @@ def _modal(run: Run) -> list[str]:
     return [link.name for link in run.record.mechanism.links if link.body.linear and link.name in run.record.links]
 
 
-def _idle(run: Run, _result: Result) -> str:
-    return "" if _modal(run) else "no modal link"
-
-
 CHECK = Check(
     "LINEAR",
     "failed when a modal link bends, or is pressed, so far that what linear theory leaves out can be seen",
     _beyond,
     {"of the length": LEFT_OUT, "growth, exponent": GROWTH},
-    _idle,
+    without(_modal, "no modal link"),
 )

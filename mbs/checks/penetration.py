@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
-from buckler.mbs.checks.check import Check
+from buckler.mbs.checks.check import Check, without
+from buckler.mbs.elements.signal import Depth
 from buckler.mbs.record.result import Result
 from buckler.mbs.record.run import Run
 
@@ -18,14 +18,10 @@ def _pierced(run: Run, result: Result) -> Iterator[str]:
             yield f"{depth.what} is {deepest:.3g} m {depth.where}"
 
 
-def _depths(run: Run) -> Iterator[Any]:
+def _depths(run: Run) -> Iterator[Depth]:
     mechanism = run.record.mechanism
     for name, element in mechanism.elements().items():
         yield from element.depths(name, mechanism)
-
-
-def _idle(run: Run, _result: Result) -> str:
-    return "" if any(_depths(run)) else "no stop and no joint with clearance"
 
 
 CHECK = Check(
@@ -33,5 +29,5 @@ CHECK = Check(
     "failed when a point is deeper in its stop than a share of the mechanism, or a pin in its bush than both its clearance and a "
     "share of its radius: a law of surfaces does not hold there",
     _pierced,
-    idle=_idle,
+    idle=without(_depths, "no stop and no joint with clearance"),
 )

@@ -47,11 +47,12 @@ class Growth:
     def _pose(self, k: int, forces: dict[str, float]) -> Array:
         """Coordinates of the scene at a sample."""
         q = self.scene.q0.copy()
-        for name, body in self.scene.builder.bodies.items():
-            if hasattr(body, "elements"):
+        for name, motion in self.record.links.items():
+            body, made = self.scene.builder.bodies[name], self.record.mechanism.link(name)
+            if made.body.meshed:
                 self._lay(q, name, body, k, forces.get(name, 0.0))
-            elif hasattr(body, "centre"):
-                place, turned = self.record.links[name].centre()[0][k], self.record.links[name].turn("")[0][k]
+            else:
+                place, turned = motion.centre()[0][k], motion.turn(made.start)[0][k]
                 q[body.offset : body.offset + 3] = [*place, q[body.offset + 2] + turned]
         for offset, link, point, turns in self.scene.builder.loose:
             if not turns:

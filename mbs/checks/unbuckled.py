@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 
-from buckler.mbs.checks.check import Check
+from buckler.mbs.checks.check import Check, without
 from buckler.mbs.checks.straight import Growth
+from buckler.mbs.elements.link import Link
 from buckler.mbs.geometry import Array
 from buckler.mbs.record.quadrature import trapezoidal
 from buckler.mbs.record.record import Record
@@ -32,28 +32,27 @@ PRESSED = 0.01
 
 
 def _unbuckled(run: Run, result: Result) -> Iterator[str]:
-    yield from _straight_strips(run.record, result)
-    yield from _overloaded_strips(run.record, result)
+    yield from _straight_strips(run, result)
+    yield from _overloaded_strips(run, result)
 
 
-def _straight_strips(record: Record, result: Result) -> Iterator[str]:
+def _straight_strips(run: Run, result: Result) -> Iterator[str]:
     """A strip much shorter than its arc must have bent: a chord shortened by axial strain alone is an unbuckled state."""
-    for link in record.mechanism.links:
-        if link.body.meshed:
-            shortening = result.signals[f"{link.name}.end_shortening"] / record.links[link.name].length
-            strain = -result.signals[f"{link.name}.axial_force"] / link.body.section.axial_stiffness
-            unbuckled = (shortening > BUCKLED_FROM) & (strain > AXIAL * shortening)
-            if unbuckled.any():
-                k = int(np.argmax(unbuckled))
-                yield f"at t = {result.time[k]:.4g} s '{link.name}' is {shortening[k]:.2g} of its length short, unbent"
+    for link in _strips(run):
+        shortening = result.signals[f"{link.name}.end_shortening"] / run.record.links[link.name].length
+        strain = -result.signals[f"{link.name}.axial_force"] / link.body.section.axial_stiffness
+        unbuckled = (shortening > BUCKLED_FROM) & (strain > AXIAL * shortening)
+        if unbuckled.any():
+            k = int(np.argmax(unbuckled))
+            yield f"at t = {result.time[k]:.4g} s '{link.name}' is {shortening[k]:.2g} of its length short, unbent"
 
 
-def _overloaded_strips(record: Record, result: Result) -> Iterator[str]:
+def _overloaded_strips(run: Run, result: Result) -> Iterator[str]:
     """A strip in which a bending grows cannot stay straight for long: the least disturbance grows.
 
     The normal force is the mean over a quarter of the pinned strip's first period, which leaves axial vibration out.
     """
-    time, strips = result.time, [link for link in record.mechanism.links if link.body.meshed]
+    record, time, strips = run.record, result.time, _strips(run)
     forces = {link.name: recent_mean(time, result.signals[f"{link.name}.axial_force"], _quarter(record, link)) for link in strips}
     unbent = {link.name: _unbent(record, result, link) for link in strips}
     pressed = {
@@ -75,7 +74,7 @@ def _overloaded_strips(record: Record, result: Result) -> Iterator[str]:
             yield f"{carries}, though its bending grows at {rate[k]:.3g} 1/s; give it an imperfection"
 
 
-def _may_grow(record: Record, link: Any, time: Array, force: Array) -> bool:
+def _may_grow(record: Record, link: Link, time: Array, force: Array) -> bool:
     """Whether bending could have grown far enough under a force, N: P/2 sqrt(EI mu) bounds the rate of a strip held at its ends.
 
     (P k^2 - EI k^4)/mu is largest at k^2 = P/2 EI; ends that move are granted twice that rate.
@@ -94,12 +93,12 @@ def _between(rows: Array, rates: Array, pressing: Array) -> Array:
     return found
 
 
-def _quarter(record: Record, link: Any) -> float:
+def _quarter(record: Record, link: Link) -> float:
     """A quarter of the first period of a strip with pinned ends, s."""
     return float(np.pi / 2 / link.body.section.first_frequency(record.links[link.name].length))
 
 
-def _unbent(record: Record, result: Result, link: Any) -> Array:
+def _unbent(record: Record, result: Result, link: Link) -> Array:
     """Where a strip's deflection is that of the start; an arch that passes its chord has bent."""
     deflection = result.signals[f"{link.name}.deflection"]
     unbent: Array = np.abs(deflection - deflection[0]) < UNBENT * record.links[link.name].length
@@ -120,9 +119,8 @@ def recent_mean(time: Array, values: Array, span: float) -> Array:
     return np.where(time > since, (total - np.interp(since, time, total)) / np.maximum(time - since, 1e-300), values)
 
 
-def no_strip(run: Run, _result: Result) -> str:
-    """Why there is nothing to look at, where no link is a meshed strip."""
-    return "" if any(link.body.meshed for link in run.record.mechanism.links) else "no beam and no cable"
+def _strips(run: Run) -> list[Link]:
+    return [link for link in run.record.mechanism.links if link.body.meshed]
 
 
 CHECK = Check(
@@ -131,5 +129,5 @@ CHECK = Check(
     "disturbance of its bending takes to grow, by the tangent of the mechanism",
     _unbuckled,
     {"end shortening": BUCKLED_FROM, "axial share": AXIAL, "growth, exponent": GROWTH, "deflection that is none": UNBENT},
-    no_strip,
+    without(_strips, "no beam and no cable"),
 )

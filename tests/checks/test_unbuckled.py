@@ -6,6 +6,7 @@ from scipy.optimize import brentq
 
 from buckler import mbs
 from buckler.mbs.checks.unbuckled import grown, recent_mean
+from buckler.mbs.modal import BarModes
 
 TIME = np.linspace(1.0, 5.0, 4001)
 
@@ -103,3 +104,17 @@ def test_the_rate_told_is_that_of_the_pinned_strip():
     result = mbs.simulate(cantilever(1.5, "pinned"), 1.0, solver=mbs.Spectral())
     told = float(result.message.split("grows at ")[1].split(" 1/s")[0])
     assert told == pytest.approx(growth(1.5), rel=0.02)
+
+
+def test_a_modal_link_that_presses_a_strip_is_in_the_pose():
+    """A stiff one led along the line: the strip is clamped at both ends, critical at four Euler loads."""
+    stiff = mbs.Modal(mbs.Section(0.02, 0.01), BarModes(2, 0))
+    for share, buckles in ((3.0, False), (6.0, True)):
+        pressed = mbs.Mechanism(
+            {"O": (0, 0), "A": (LENGTH, 0), "B": (2 * LENGTH, 0)},
+            [mbs.Link("strip", "O", "A", mbs.Beam(SECTION)), mbs.Link("block", "A", "B", stiff)],
+            [mbs.Weld("O", "ground", "strip"), mbs.Weld("A", "strip", "block")],
+            [mbs.Guide("A", "block"), mbs.Guide("B", "block")],
+            loads=[mbs.Force("B", (-share * SECTION.euler_load(LENGTH), 0.0))],
+        )
+        assert ("UNBUCKLED" in mbs.simulate(pressed, 1.0, solver=mbs.Spectral()).message) is buckles
