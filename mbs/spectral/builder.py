@@ -5,7 +5,7 @@ The files of the kinds call it; it knows no kind.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import atan2
 from typing import Any, Protocol
@@ -16,8 +16,6 @@ from buckler.mbs.elements.drive import Ramp
 from buckler.mbs.laws.compiled import Pointer, function_pointer
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.spectral import tables as k
-from buckler.mbs.spectral.sparsity import Block, sparsity_of
-from buckler.mbs.spectral.tables import Tables
 
 Array = np.ndarray[Any, Any]
 Pair = tuple[float, float]
@@ -283,89 +281,3 @@ class Builder:
         a = self._placed(a) if kind == k.PUSH and len(numbers) == 3 else a  # with a fixed line it turns, too
         self.forces.append(Force(name, kind, a, b, law, friction, row, numbers))
         return len(self.forces) - 1
-
-    def time_function(self, function: Callable[[float], float], about: str) -> Pointer:
-        """Address of a function of time."""
-        return function_pointer(function, 1)
-
-    # --- packing ------------------------------------------------------------------------------------------------------
-
-    def blocks(self) -> list[Block]:
-        """The small matrices whose sum the mechanism's are: of constraints, forces, strips, modal links, masses."""
-        n = len(self.q)
-        rows = [self._row_block(row, n + r) for r, row in enumerate(self.rows)]
-        forces = [
-            Block([*self._places(a), *self._places(b), *([n + force.row] if force.row >= 0 else [])])
-            for force in self.forces
-            for a, b in [self.measures[force.a][1:] if force.kind < k.JOURNAL else (force.a, force.b)]
-        ]
-        strips = [Block(self.places[at : at + (3 if kind == k.REISSNER else 2) * m]) for kind, m, _, at, _ in self.strips]
-        modal = [Block(range(o, o + 3 + m)) for o, m, _ in self.modal]
-        return [*rows, *forces, *strips, *modal, *(Block(at) for at, _ in self.masses)]
-
-    def _row_block(self, row: Row, unknown: int) -> Block:
-        """Block of a constraint: its gradient, and second derivatives, that couple both markers if a direction turns."""
-        unknowns: list[int] = []
-        parts: list[tuple[slice, slice]] = []
-        for number in row.measures:
-            kind, a, b = self.measures[number]
-            begin, middle = len(unknowns), len(unknowns) + len(self._places(a))
-            unknowns += [*self._places(a), *self._places(b)]
-            whole, one, other = slice(begin, len(unknowns)), slice(begin, middle), slice(middle, len(unknowns))
-            parts += [(whole, whole)] if kind in (k.TURNING, k.DISTANCE) else [(one, one), (other, other)]
-        every, last = slice(0, len(unknowns)), slice(len(unknowns), None)
-        return Block([*unknowns, unknown], (*parts, (every, last), (last, every)))
-
-    def _places(self, marker: int) -> list[int]:
-        """Coordinates that move a marker."""
-        _, _, _, first, count, _ = self.markers[marker]
-        return self.places[first : first + count]
-
-    def pack(self) -> Tables:
-        """Pack all into tables; values of rows that are None are left 0 for the scene to fill."""
-        n = len(self.q)
-        weight = np.zeros(n)
-        for at, amount in self.weights:
-            np.add.at(weight, at, amount)
-        blocks = self.blocks()
-        sparsity = sparsity_of(blocks, n + len(self.rows))
-        mass = np.zeros(len(sparsity.row) + 1)
-        for i, (_, block) in enumerate(self.masses, len(blocks) - len(self.masses)):
-            sparsity.add(i, block, mass)
-        heavy = np.flatnonzero(mass)
-        forces = [
-            (f.kind, f.a, f.b, f.law, f.friction, f.row, self.numbers([*f.numbers, *[0.0] * (8 - len(f.numbers))]))
-            for f in self.forces
-        ]
-        return Tables(
-            *sparsity,
-            mass=mass,
-            mass_first=np.searchsorted(sparsity.row[heavy], np.arange(n + 1)),
-            mass_col=sparsity.col[heavy],
-            mass_value=mass[heavy],
-            weight=weight,
-            modal=_whole(self.modal, 3),
-            strips=_whole(self.strips, 5),
-            markers=_whole(self.markers, 6),
-            places=np.array(self.places, dtype=np.int64),
-            measures=_whole(self.measures, 3),
-            directions=_real(self.directions, 3),
-            rows=_whole([(r.measure, r.motion, r.count) for r in self.rows], 3),
-            values=np.array([r.value or 0.0 for r in self.rows], dtype=float),
-            motions=_whole(self.motions, 3),
-            ramps=_real(self.ramps, 3),
-            forces=_whole(forces, 7),
-            factors=np.ones(len(forces) + 1),
-            elastic=_whole(self.elastic, 7),
-            laws=_whole(self.laws, 4),
-            law_numbers=_real(self.law_numbers, 8),
-            data=np.array(self.data, dtype=float),
-        )
-
-
-def _whole(rows: Any, columns: int) -> Array:
-    return np.array(rows, dtype=np.int64).reshape(-1, columns)
-
-
-def _real(rows: Any, columns: int) -> Array:
-    return np.array(rows, dtype=float).reshape(-1, columns)

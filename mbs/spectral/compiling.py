@@ -21,7 +21,7 @@ from numba.extending import infer_getattr, intrinsic, lower_getattr_generic, mod
 
 COMPILED = (
     "compiling", "tables", "tape", "markers", "lawtable", "strips", "forces", "fronts", "kernel", "output", "contacts", "room",
-    "radau", "doors", "implicit", "explicit", "ledger", "recording",
+    "radau", "samples", "doors", "implicit", "explicit", "ledger", "recording",
 )  # fmt: skip
 """Files that hold compiled functions."""
 DRAFTED: list[str] = []

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from buckler.mbs.spectral.compiling import aside, inner
-from buckler.mbs.spectral.tables import CONTACT, FASTEST, JOURNAL, LENGTH, NUMBERS, ONSET, RATE, VALUE
+from buckler.mbs.spectral.tables import CONTACT, FASTEST, JOURNAL, KIND, LENGTH, NUMBERS, ONSET, RATE, VALUE
 
 
 @inner
 def touches(s, k):
     """Whether force k is a contact."""
-    return s.forces[k, 0] == CONTACT or s.forces[k, 0] == JOURNAL
+    return s.forces[k, KIND] == CONTACT or s.forces[k, KIND] == JOURNAL
 
 
 @inner
 def depth_of(s, reports, k):
     """Depth of contact k, from its report."""
-    if s.forces[k, 0] == JOURNAL:
+    if s.forces[k, KIND] == JOURNAL:
         return reports[k, LENGTH]
     side, face = s.data[s.forces[k, NUMBERS]], s.data[s.forces[k, NUMBERS] + 1]
     return side * (reports[k, LENGTH] - face)
@@ -24,7 +24,7 @@ def depth_of(s, reports, k):
 @inner
 def rate_of_depth(s, reports, k):
     """Its rate."""
-    return reports[k, RATE] if s.forces[k, 0] == JOURNAL else s.data[s.forces[k, NUMBERS]] * reports[k, RATE]
+    return reports[k, RATE] if s.forces[k, KIND] == JOURNAL else s.data[s.forces[k, NUMBERS]] * reports[k, RATE]
 
 
 @inner
@@ -95,7 +95,7 @@ def remember_onset(s, before, reports, k, m, floor, graze):
     if new <= 0.0 or old <= 0.0:
         m[ONSET] = max(rate, floor, graze * m[FASTEST])
     if new > 0.0 and old <= 0.0:
-        if s.forces[k, 0] == CONTACT:
+        if s.forces[k, KIND] == CONTACT:
             m[FASTEST] = max(m[FASTEST], m[ONSET])
         return 1
     return -1 if new <= 0.0 and old > 0.0 else 0

@@ -24,7 +24,8 @@ class Dense(NamedTuple):
     ----------
     time : array, shape (times,)
     q, v, a : arrays, shape (times, n)
-    lam : array, shape (times, r)
+    lam, speed : array, shape (times, r)
+        Multipliers, and speeds of constraints that move.
     reports : array, shape (times, forces, 8)
         See `buckler.mbs.spectral.tables.Work`.
     """
@@ -34,6 +35,7 @@ class Dense(NamedTuple):
     v: Array
     a: Array
     lam: Array
+    speed: Array
     reports: Array
 
 
@@ -78,9 +80,10 @@ def right_hand_side(scene: Scene) -> Callable[[float, Array], Array]:
 def _seen(scene: Scene, time: Array, q: Array, v: Array, memory: Array) -> Dense:
     n, r, k = scene.size, len(scene.tables.rows), len(scene.tables.forces)
     room = flight_for(scene, scene.q0, np.zeros(n), np.zeros(r), scene.memory())
-    a, lam, reports = np.empty((len(time), n)), np.empty((len(time), r)), np.empty((len(time), k, 8))
-    look(scene.tables, scene.heavy_fronts, scene.work, room, time, q, v, np.ascontiguousarray(memory), a, lam, reports)
-    return Dense(time, q, v, a, lam, reports)
+    a, lam, speed, reports = (np.empty((len(time), *shape)) for shape in ((n,), (r,), (r,), (k, 8)))
+    memory = np.ascontiguousarray(memory)
+    look(scene.tables, scene.heavy_fronts, scene.work, room, time, q, v, memory, a, lam, speed, reports)
+    return Dense(time, q, v, a, lam, speed, reports)
 
 
 def _between(out: Output, i: Array, j: Array, h: Array, x: Array) -> tuple[Array, Array]:

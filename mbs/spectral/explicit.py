@@ -26,7 +26,7 @@ from buckler.mbs.spectral.lawtable import bristle_rate
 from buckler.mbs.spectral.markers import place_marker
 from buckler.mbs.spectral.output import NOT_FINITE, OK, TOO_MANY, UNDERFLOW
 from buckler.mbs.spectral.strips import add_strips
-from buckler.mbs.spectral.tables import BRISTLE, FASTEST, FRICTION_OF, JOURNAL, LENGTH, ONSET, SEAT, SLIDING, SLIP
+from buckler.mbs.spectral.tables import BRISTLE, FASTEST, FRICTION_OF, JOURNAL, KIND, LENGTH, ONSET, SEAT, SLIDING, SLIP
 
 Array = np.ndarray[Any, Any]
 NODES = np.array([0.0, 0.2, 0.3, 0.8, 8.0 / 9.0, 1.0, 1.0])
@@ -118,20 +118,20 @@ def rates_at(s, e, w, x, t, y, out):
     for k in range(r):
         x.lam[k] = x.right[n + k]
     for k in range(s.forces.shape[0]):
-        kind, law = s.forces[k, 0], s.forces[k, FRICTION_OF]
+        kind, law = s.forces[k, KIND], s.forces[k, FRICTION_OF]
         out[2 * n + k] = 0.0
         if law >= 0 and (kind == SEAT or (kind == JOURNAL and w.reports[k, LENGTH] > 0.0)):
             out[2 * n + k] = bristle_rate(s, law, y[2 * n + k], w.reports[k, SLIP])
 
 
 @jit
-def look(s, e, w, x, time, q, v, memory, a, lam, reports):
-    """Fill a (times, n), lam (times, r) and reports (times, forces, 8) from the equations of motion at given states."""
-    _look(lend(s), lend(e), lend(w), lend(x), time, q, v, memory, a, lam, reports)
+def look(s, e, w, x, time, q, v, memory, a, lam, speed, reports):
+    """Fill a (times, n), lam and drives' speeds (times, r), and reports (times, forces, 8) at given states."""
+    _look(lend(s), lend(e), lend(w), lend(x), time, q, v, memory, a, lam, speed, reports)
 
 
 @aside
-def _look(s, e, w, x, time, q, v, memory, a, lam, reports):
+def _look(s, e, w, x, time, q, v, memory, a, lam, speed, reports):
     n = x.force.size
     for i in range(time.size):
         for j in range(n):
@@ -142,7 +142,7 @@ def _look(s, e, w, x, time, q, v, memory, a, lam, reports):
         rates_at(s, e, w, x, time[i], x.trial, x.rates[1])
         for j in range(n):
             a[i, j] = x.rates[1, n + j]
-        copy(x.lam, lam[i]), copy(w.reports, reports[i])
+        copy(x.lam, lam[i]), copy(x.speed, speed[i]), copy(w.reports, reports[i])
 
 
 @close

@@ -19,7 +19,6 @@ from buckler.mbs.spectral.markers import (
     add_geometric,
     add_gradient,
     add_pair,
-    add_pair_drift,
     clear_block,
     curve,
     measure,
@@ -38,6 +37,7 @@ from buckler.mbs.spectral.tables import (
     FY,
     GIVEN,
     JOURNAL,
+    KIND,
     LAW,
     LAW_OF,
     LENGTH,
@@ -56,6 +56,8 @@ from buckler.mbs.spectral.tables import (
     VALUE,
     VX,
     VY,
+    A,
+    B,
     X,
     Y,
 )  # fmt: skip
@@ -97,7 +99,7 @@ def motor(t, speed, p, address):
 @inner
 def value_along(s, k, t, value, rate, mem, since, reaction):
     """Force of row k along its measure; reaction is the multiplier of the constraint it rubs on."""
-    kind, number = s.forces[k, 0], s.forces[k, NUMBERS]
+    kind, number = s.forces[k, KIND], s.forces[k, NUMBERS]
     p = s.data[number : number + 8]
     if kind == LINE_SPRING:
         return -p[0] * (value - p[2]) - p[1] * rate
@@ -123,7 +125,7 @@ def value_along(s, k, t, value, rate, mem, since, reaction):
 @aside
 def slopes_along(s, k, t, value, rate, mem, since, reaction):
     """Derivatives of the force along a measure by the measure and its rate."""
-    kind, number = s.forces[k, 0], s.forces[k, NUMBERS]
+    kind, number = s.forces[k, KIND], s.forces[k, NUMBERS]
     p = s.data[number : number + 8]
     if kind == LINE_SPRING:
         return -p[0], -p[1]
@@ -154,13 +156,13 @@ def slopes_along(s, k, t, value, rate, mem, since, reaction):
 @close
 def _along(s, w, k, t, lam, mem, since, f):
     """A force along a measure."""
-    number, grad, row = s.forces[k, 1], w.small[6], s.forces[k, ROW_OF]
+    number, grad, row = s.forces[k, A], w.grad, s.forces[k, ROW_OF]
     value, rate = measure(s, w, number, grad)
     reaction = lam[row] if row >= 0 else 0.0
     force = s.factors[k] * value_along(s, k, t, value, rate, mem[k], since, reaction)
     out = w.reports[k]
     out[VALUE], out[LENGTH], out[RATE], out[SLIP] = force, value, rate, rate
-    if s.forces[k, 0] == SEAT:
+    if s.forces[k, KIND] == SEAT:
         out[BENT] = rubbing(s, s.forces[k, FRICTION_OF], rate, mem[k], since)[1]
     add_gradient(s, w, number, grad, force, f)
 
@@ -168,29 +170,29 @@ def _along(s, w, k, t, lam, mem, since, f):
 @aside
 def _bend_along(s, w, k, t, q, lam, mem, since, mass):
     """Derivatives of a force along a measure; of one that follows a constraint's own force also by that."""
-    number, grad, hess, row = s.forces[k, 1], w.small[6], w.small[:6], s.forces[k, ROW_OF]
-    a, b, factor, force = s.measures[number, 1], s.measures[number, 2], s.factors[k], w.reports[k, VALUE]
+    number, grad, hess, row = s.forces[k, A], w.grad, w.hess, s.forces[k, ROW_OF]
+    a, b, factor, force = s.measures[number, A], s.measures[number, B], s.factors[k], w.reports[k, VALUE]
     reaction = lam[row] if row >= 0 else 0.0
     value, rate = measure(s, w, number, grad)
     curve(s, w, number, grad, hess)
     by_value, by_rate = slopes_along(s, k, t, value, rate, mem[k], since, reaction)
-    h, c = w.small[8:14], w.small[14:20]
+    h, c = w.by_place, w.by_rate
     for i in range(6):
         bend = 0.0
         for j in range(6):
             bend += hess[i, j] * rate_of(w, a, b, j)
-        w.small[7, i] = bend
+        w.sway[i] = bend
     for i in range(6):
         for j in range(6):
             c[i, j] = factor * by_rate * grad[i] * grad[j]
-            h[i, j] = factor * (by_value * grad[i] * grad[j] + by_rate * grad[i] * w.small[7, j]) + force * hess[i, j]
-    add_pair(s, w, a, b, h, -1.0, w.stiff, 0)
+            h[i, j] = factor * (by_value * grad[i] * grad[j] + by_rate * grad[i] * w.sway[j]) + force * hess[i, j]
+    add_pair(s, w, a, b, h, -1.0, w.slope, w.stiff, 0)
     add_geometric(s, w, a, q, -force * grad[0], -force * grad[1], -force * grad[2], w.stiff, 0)
     add_geometric(s, w, b, q, -force * grad[3], -force * grad[4], -force * grad[5], w.stiff, s.markers[a, COUNT])
     if by_rate != 0.0:
-        add_pair(s, w, a, b, c, -1.0, w.damp, 0)
-        add_pair_drift(s, w, a, b, c, -1.0, w.stiff)
-    if s.forces[k, 0] == SEAT and reaction != 0.0:
+        add_pair(s, w, a, b, c, -1.0, w.slope, w.damp, 0)
+        add_pair(s, w, a, b, c, -1.0, w.drift, w.stiff, 0)
+    if s.forces[k, KIND] == SEAT and reaction != 0.0:
         _add_cross(s, w, k, number, grad, -force / reaction, mass)
 
 
@@ -210,7 +212,7 @@ def touch(s, w, k, mem, since, out):
 
     e = r_pin - r_bush, n = e/|e|; both bodies feel the force at the pin's surface r_pin + R n, so that force and moment balance.
     """
-    a, b, number = w.state[s.forces[k, 1]], w.state[s.forces[k, 2]], s.forces[k, NUMBERS]
+    a, b, number = w.state[s.forces[k, A]], w.state[s.forces[k, B]], s.forces[k, NUMBERS]
     radius, gap = s.data[number], s.data[number + 1]
     ex, ey, ux, uy = a[X] - b[X], a[Y] - b[Y], a[VX] - b[VX], a[VY] - b[VY]
     e = np.sqrt(ex * ex + ey * ey)
@@ -228,16 +230,20 @@ def touch(s, w, k, mem, since, out):
 
 
 @close
+def _pressed(s, k, number, out):
+    """Pin's radius, eccentricity, friction's force, and all force on the pin, of a contact that is closed."""
+    nx, ny, push, drag = out[FX], out[FY], s.factors[k] * out[VALUE], s.factors[k] * out[FRICTION]
+    return s.data[number], out[LENGTH] + s.data[number + 1], drag, drag * ny - push * nx, -push * ny - drag * nx
+
+
+@close
 def _journal(s, w, k, mem, since, f):
     """A pin in a bush."""
-    ma, mb, number, out = s.forces[k, 1], s.forces[k, 2], s.forces[k, NUMBERS], w.reports[k]
+    ma, mb, number, out = s.forces[k, A], s.forces[k, B], s.forces[k, NUMBERS], w.reports[k]
     touch(s, w, k, mem[k], since, out)
     if out[LENGTH] <= 0.0:
         return
-    factor, radius = s.factors[k], s.data[number]
-    e, nx, ny, push, drag = out[LENGTH] + s.data[number + 1], out[FX], out[FY], factor * out[VALUE], factor * out[FRICTION]
-    tx, ty = -ny, nx
-    fx, fy = -push * nx - drag * tx, -push * ny - drag * ty
+    radius, e, drag, fx, fy = _pressed(s, k, number, out)
     add_force(s, w, ma, fx, fy, -radius * drag, f)
     add_force(s, w, mb, -fx, -fy, (e + radius) * drag, f)
 
@@ -245,18 +251,16 @@ def _journal(s, w, k, mem, since, f):
 @aside
 def _bend_journal(s, w, k, q, mem, since):
     """Derivatives of the force of a pin in a bush."""
-    ma, mb, number, out = s.forces[k, 1], s.forces[k, 2], s.forces[k, NUMBERS], w.reports[k]
+    ma, mb, number, out = s.forces[k, A], s.forces[k, B], s.forces[k, NUMBERS], w.reports[k]
     if out[LENGTH] <= 0.0:
         return
-    factor, radius = s.factors[k], s.data[number]
-    e, nx, ny, push, drag = out[LENGTH] + s.data[number + 1], out[FX], out[FY], factor * out[VALUE], factor * out[FRICTION]
-    tx, ty = -ny, nx
-    fx, fy = -push * nx - drag * tx, -push * ny - drag * ty
+    factor, tx, ty = s.factors[k], -out[FY], out[FX]
+    (radius, e, drag, fx, fy), nx, ny, push = _pressed(s, k, number, out), out[FX], out[FY], factor * out[VALUE]
     by_depth, by_rate = normal_slopes(s, s.forces[k, LAW_OF], out[LENGTH], out[RATE], mem[k, ONSET])
     coefficient = drag / push if push != 0.0 else 0.0
     by_slide = push * rubbing_slope(s, s.forces[k, FRICTION_OF], out[SLIP], mem[k], since)
     sway = (w.state[ma, VX] - w.state[mb, VX]) * tx + (w.state[ma, VY] - w.state[mb, VY]) * ty
-    h, c = w.small[8:14], w.small[14:20]
+    h, c = w.by_place, w.by_rate
     for j in range(6):
         # one unit of x_j, then of its rate: changes of e along n and t, of the rates along them, of the spins
         sign = 1.0 if j < 3 else -1.0
@@ -276,9 +280,9 @@ def _bend_journal(s, w, k, q, mem, since):
         vx, vy = -push_v * nx - drag_v * tx, -push_v * ny - drag_v * ty
         c[0, j], c[1, j], c[2, j] = vx, vy, -radius * drag_v
         c[3, j], c[4, j], c[5, j] = -vx, -vy, (e + radius) * drag_v
-    add_pair(s, w, ma, mb, h, -1.0, w.stiff, 0)
-    add_pair(s, w, ma, mb, c, -1.0, w.damp, 0)
-    add_pair_drift(s, w, ma, mb, c, -1.0, w.stiff)
+    add_pair(s, w, ma, mb, h, -1.0, w.slope, w.stiff, 0)
+    add_pair(s, w, ma, mb, c, -1.0, w.slope, w.damp, 0)
+    add_pair(s, w, ma, mb, c, -1.0, w.drift, w.stiff, 0)
     add_geometric(s, w, ma, q, -fx, -fy, radius * drag, w.stiff, 0)
     add_geometric(s, w, mb, q, fx, fy, -(e + radius) * drag, w.stiff, s.markers[ma, COUNT])
 
@@ -286,7 +290,7 @@ def _bend_journal(s, w, k, q, mem, since):
 @inner
 def _moment(s, w, k, fx, fy):
     """Of a push about its marker, where its line of action stays in the plane."""
-    a, number = s.forces[k, 1], s.forces[k, NUMBERS]
+    a, number = s.forces[k, A], s.forces[k, NUMBERS]
     rx, ry = s.data[number + 4] - w.state[a, X], s.data[number + 5] - w.state[a, Y]
     return s.data[number + 3] * (rx * fy - ry * fx)
 
@@ -294,7 +298,7 @@ def _moment(s, w, k, fx, fy):
 @close
 def _push(s, w, k, t, f):
     """A force at marker a, whose direction turns with marker b; its line may go through a fixed place."""
-    a, b, number, law = s.forces[k, 1], s.forces[k, 2], s.forces[k, NUMBERS], s.forces[k, LAW_OF]
+    a, b, number, law = s.forces[k, A], s.forces[k, B], s.forces[k, NUMBERS], s.forces[k, LAW_OF]
     px, py = s.data[number], s.data[number + 1]
     if law >= 0:
         px, py = call1(s.laws[law, 1], t), call1(s.laws[law, 2], t)
@@ -308,7 +312,7 @@ def _push(s, w, k, t, f):
 @aside
 def _bend_push(s, w, k, q):
     """Derivatives of a force at a marker."""
-    a, b, fx, fy, h = s.forces[k, 1], s.forces[k, 2], w.reports[k, FX], w.reports[k, FY], w.small[8:14]
+    a, b, fx, fy, h = s.forces[k, A], s.forces[k, B], w.reports[k, FX], w.reports[k, FY], w.by_place
     add_geometric(s, w, a, q, -fx, -fy, -_moment(s, w, k, fx, fy), w.stiff, 0)
     for i in range(6):
         for j in range(6):
@@ -316,13 +320,13 @@ def _bend_push(s, w, k, q):
     held = s.data[s.forces[k, NUMBERS] + 3]
     h[0, 5], h[1, 5], h[2, 5] = -fy, fx, _moment(s, w, k, -fy, fx)
     h[2, 0], h[2, 1] = -held * fy, held * fx
-    add_pair(s, w, a, b, h, -1.0, w.stiff, 0)
+    add_pair(s, w, a, b, h, -1.0, w.slope, w.stiff, 0)
 
 
 @close
 def add_one(s, w, k, t, lam, mem, since, f):
     """Add force k; see `add_forces`."""
-    kind = s.forces[k, 0]
+    kind = s.forces[k, KIND]
     if kind == JOURNAL:
         _journal(s, w, k, mem, since, f)
     elif kind == PUSH:
@@ -346,7 +350,7 @@ def add_forces(s, w, t, lam, mem, since, f):
 def bend_forces(s, w, t, q, lam, mem, since, mass, damp, stiff):
     """Add -df/dq to stiff, -df/dv to damp, -df/dlambda to mass, of the forces that were added last."""
     for k in range(s.forces.shape[0]):
-        kind, block = s.forces[k, 0], s.rows.shape[0] + k
+        kind, block = s.forces[k, KIND], s.rows.shape[0] + k
         clear_block(s, w, block)
         if kind == JOURNAL:
             _bend_journal(s, w, k, q, mem, since)

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from buckler.mbs.modal.planar import PlanarModel
 from buckler.mbs.spectral import tables as k
 from buckler.mbs.spectral.builder import Attached, Builder
 
@@ -30,6 +31,8 @@ class FrameBody:
         kg; kg m^2 about the centre of mass.
     shapes : dict of str to array, shape (modes, 3)
         At the points that have them: x, y in the frame, rotation.
+    model : PlanarModel, optional
+        Of a link with modes.
     """
 
     offset: int
@@ -40,6 +43,7 @@ class FrameBody:
     start: Array
     modes: int = 0
     shapes: dict[str, Array] = field(default_factory=dict)
+    model: PlanarModel | None = None
 
     def marker(self, builder: Builder, point: str) -> int:
         """Marker of a point on it."""

@@ -1,14 +1,10 @@
-"""Collocation at Radau points with variable steps, compiled: onsets located, kinks hit, constraints kept. See `radau`.
-
-Samples lie closer than the steps: between a step's ends coordinates are the quintic with the places, rates and accelerations
-there, multipliers the cubic through the nodes. They are as many as straight lines between them need.
-"""
+"""Collocation at Radau points with variable steps, compiled: onsets located, kinks hit, constraints kept. See `radau`."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from buckler.mbs.spectral.compiling import aside, copy, inner, jit, lend
+from buckler.mbs.spectral.compiling import aside, copy, jit, lend
 from buckler.mbs.spectral.contacts import depth_of, error_of_depth, first_onset, lets_go, remember_onset, touches
 from buckler.mbs.spectral.forces import add_forces
 from buckler.mbs.spectral.fronts import solve
@@ -17,7 +13,6 @@ from buckler.mbs.spectral.lawtable import AFTER
 from buckler.mbs.spectral.markers import place_markers
 from buckler.mbs.spectral.output import NOT_FINITE, OK, TOO_MANY, UNDERFLOW
 from buckler.mbs.spectral.radau import (
-    PAST,
     REAL,
     ROUNDING,
     SLOW,
@@ -27,18 +22,14 @@ from buckler.mbs.spectral.radau import (
     predict,
     put_back,
     renew_heavy,
-    size_of,
 )  # fmt: skip
+from buckler.mbs.spectral.samples import MOST_SAMPLES, PARTS, dense, samples_in, write, write_after_jump, write_between
 from buckler.mbs.spectral.strips import MIXED, PLAIN, elastic_stresses
-from buckler.mbs.spectral.tables import BENT, BRISTLE, FASTEST, JOURNAL, ONSET, SEAT, SLIDING, SLIP, VALUE
+from buckler.mbs.spectral.tables import BENT, BRISTLE, JOURNAL, KIND, SEAT, SLIDING, SLIP, VALUE
 from buckler.mbs.spectral.tape import ALONE, MODE, QUICK, WRITES, follow, guessed, passed, reads, strays
 
 SHARE = 100.0
 """The tolerance of inner coordinates of strips and modes is relative to so many times their largest deformation so far."""
-STRAIGHT = 0.75
-"""Straight lines between samples may err by the tolerance to this power, in units of coordinates."""
-MOST_SAMPLES, PARTS = 40, 2
-"""In a step; in those of runs that share them, where as many as are needed would be no smooth function of numbers."""
 ORDER = 0.25
 """One over the order of the local error."""
 HARDER, LIGHT, FORGETS = 2.0, 1e-2, 0.8
@@ -164,7 +155,7 @@ def _remember(s, w, x, controls, counts):
     """Take over the accepted step: onset speeds of contacts, bristles; whether a contact has closed or let go."""
     changed = False
     for k in range(s.forces.shape[0]):
-        kind, m = s.forces[k, 0], x.memory[k]
+        kind, m = s.forces[k, KIND], x.memory[k]
         x.old[k, 0], x.old[k, 1] = m[BRISTLE], m[SLIDING]
         x.largest[k] = max(FORGETS * x.largest[k], abs(w.reports[k, VALUE]))
         if touches(s, k):
@@ -175,72 +166,6 @@ def _remember(s, w, x, controls, counts):
         if kind == JOURNAL or kind == SEAT:
             m[BRISTLE], m[SLIDING] = w.reports[k, BENT], w.reports[k, SLIP]
     return changed
-
-
-@aside
-def _write(x, out, counts, t, before):
-    """Write the present state as a row; bristles and sliding speeds are those of the step before, at time `before`."""
-    row = counts.samples
-    out.time[row] = t
-    copy(x.q, out.q[row]), copy(x.v, out.v[row]), copy(x.a, out.a[row]), copy(x.lam, out.lam[row])
-    _write_memory(x, out, row, before)
-    counts.samples += 1
-
-
-@aside
-def _write_after_jump(x, out, counts, t, moment):
-    """Write a row for the moment after a jump of accelerations and multipliers."""
-    _write(x, out, counts, t + moment, t)
-    row = counts.samples - 1
-    for i in range(x.q.size):
-        out.q[row, i], out.v[row, i] = x.q[i] + moment * x.v[i], x.v[i] + moment * x.a[i]
-
-
-@aside
-def _write_memory(x, out, row, before):
-    for k in range(x.old.shape[0]):
-        m = out.memory[row, k]
-        m[ONSET], m[FASTEST], m[BRISTLE], m[SLIDING] = x.memory[k, ONSET], before, x.old[k, 0], x.old[k, 1]
-
-
-@aside
-def _samples_in(x, elastic, h, tolerance):
-    """How many parts of the step straight lines need."""
-    for i in range(x.q.size):
-        x.dq[0, i] = 0.125 * h * h * max(abs(x.a[i]), abs(x.seconds[2, i]))
-    bend = size_of(x, elastic, x.dq[0]) / tolerance**STRAIGHT
-    return int(min(MOST_SAMPLES, np.ceil(np.sqrt(bend) + 1e-9)))
-
-
-@aside
-def _write_between(x, out, counts, t, h, parts):
-    """Write rows within the step from the present state to its end, all parts but the last."""
-    for part in range(1, parts):
-        y, row = part / parts, counts.samples
-        for i in range(x.q.size):
-            v0, a0, v1, a1 = h * x.v[i], h * h * x.a[i], h * x.rates[2, i], h * h * x.seconds[2, i]
-            # c3 y^3 + c4 y^4 + c5 y^5 beside q + v0 y + a0 y^2/2
-            d0, d1, d2 = x.places[2, i] - x.q[i] - v0 - 0.5 * a0, v1 - v0 - a0, a1 - a0
-            c3, c4, c5 = 10.0 * d0 - 4.0 * d1 + 0.5 * d2, -15.0 * d0 + 7.0 * d1 - d2, 6.0 * d0 - 3.0 * d1 + 0.5 * d2
-            out.q[row, i] = x.q[i] + y * (v0 + y * (0.5 * a0 + y * (c3 + y * (c4 + y * c5))))
-            out.v[row, i] = (v0 + y * (a0 + y * (3.0 * c3 + y * (4.0 * c4 + y * 5.0 * c5)))) / h
-            out.a[row, i] = (a0 + y * (6.0 * c3 + y * (12.0 * c4 + y * 20.0 * c5))) / (h * h)
-        out.time[row], out.lam[row] = t + y * h, 0.0
-        for j in range(4):
-            factor, lam = 1.0, x.lam if j == 0 else x.multipliers[j - 1]
-            for m in range(4):
-                if m != j:
-                    factor *= (y - PAST[m]) / (PAST[j] - PAST[m])
-            for k in range(x.lam.size):
-                out.lam[row, k] += factor * lam[k]
-        _write_memory(x, out, row, t)
-        counts.samples += 1
-
-
-@inner
-def _dense(x, controls):
-    """Whether as many rows are written within steps as are needed."""
-    return not controls.fixed and controls.every == 1 and x.at[MODE] == ALONE
 
 
 @aside
@@ -259,8 +184,8 @@ def _jump(s, e, w, x, clock, controls, out, counts):
     """Start anew after a jump of accelerations and multipliers; the moment after it has a row of its own."""
     clock.previous, clock.fresh, moment = 0.0, True, JUMP * controls.shortest
     _restart(s, e, w, x, clock.time)
-    if clock.time < controls.end - 2.0 * moment and _dense(x, controls):
-        _write_after_jump(x, out, counts, clock.time, moment)
+    if clock.time < controls.end - 2.0 * moment and dense(x, controls):
+        write_after_jump(x, out, counts, clock.time, moment)
 
 
 @aside
@@ -325,10 +250,10 @@ def _try(s, e, w, x, clock, h, at, controls, counts):
 def _accept(s, e, w, x, clock, h, target, controls, out, counts, ended):
     """Take over a step of length h to the time `target`, and write its rows; `ended`: no contact began at its end."""
     changed, before = _remember(s, w, x, controls, counts), clock.time
-    if _dense(x, controls):
-        _write_between(x, out, counts, before, h, _samples_in(x, s.elastic, h, controls.tolerance))
+    if dense(x, controls):
+        write_between(x, out, counts, before, h, samples_in(x, s.elastic, h, controls.tolerance))
     elif controls.fixed and x.at[MODE] != ALONE:
-        _write_between(x, out, counts, before, h, PARTS)
+        write_between(x, out, counts, before, h, PARTS)
     _take_over(x)
     passed(x, h, ended, target)
     _follow_units(x, s.elastic, controls.tolerance)
@@ -336,7 +261,7 @@ def _accept(s, e, w, x, clock, h, target, controls, out, counts, ended):
     counts.steps += 1
     clock.time, clock.previous, clock.reach, clock.skipped = target, h, REACH, clock.skipped + 1
     if clock.skipped >= controls.every or changed or target >= controls.end - controls.shortest:
-        _write(x, out, counts, target, before)
+        write(x, out, counts, target, before)
         clock.skipped = 0
     if changed:
         _jump(s, e, w, x, clock, controls, out, counts)
@@ -369,7 +294,7 @@ def _run(s, e, w, x, clock, controls, stops, out, counts):
     if counts.steps == 0:
         clock.fresh, clock.grow, clock.reach = True, GROW, REACH
         _begin(s, e, w, x, clock.time, controls.tolerance)
-        _write(x, out, counts, clock.time, clock.time)
+        write(x, out, counts, clock.time, clock.time)
     w.mixed[0], rows = MIXED, out.time.size - MOST_SAMPLES - 2
     while clock.time < controls.end - controls.shortest and counts.status == OK and counts.samples < rows:
         stop = _next_stop(s, e, w, x, clock, controls, stops, out, counts)

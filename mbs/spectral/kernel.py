@@ -176,7 +176,7 @@ def tangents(s, w, t, q, v, lam, mem, since, mass, damp, stiff):
 @close
 def row_at(s, w, r, t, g, jacobian, speed):
     """Residual, row of the Jacobian and right side of G v = speed of constraint r. Markers are placed."""
-    grad, at, total = w.small[6], s.blocks[r, 0], 0.0
+    grad, at, total = w.grad, s.blocks[r, 0], 0.0
     first, drive, count = s.rows[r, 0], s.rows[r, 1], s.rows[r, 2]
     travel, rate = 0.0, 0.0
     if drive >= 0:
@@ -193,11 +193,11 @@ def row_at(s, w, r, t, g, jacobian, speed):
 @close
 def change_at(s, w, r, t, side, change):
     """Right side of G a = change of constraint r; `side`: see `second_rate`. Markers are placed."""
-    first, drive, grad = s.rows[r, 0], s.rows[r, 1], w.small[6]
+    first, drive, grad = s.rows[r, 0], s.rows[r, 1], w.grad
     change[r] = second_rate(s, drive, t, side) if drive >= 0 else 0.0
     for k in range(first, first + s.rows[r, 2]):
         measure(s, w, k, grad)
-        change[r] -= s.directions[k, SHARE] * bias_of(s, w, k, grad, w.small[:6])
+        change[r] -= s.directions[k, SHARE] * bias_of(s, w, k, grad, w.hess)
 
 
 @aside
@@ -263,7 +263,7 @@ def add_rows(s, jacobian, values):
 @aside
 def add_multipliers(s, w, q, lam, stiff):
     """Add d(G^T lambda)/dq to stiff. Markers are placed."""
-    grad, hess = w.small[6], w.small[:6]
+    grad, hess = w.grad, w.hess
     for r in range(s.rows.shape[0]):
         clear_block(s, w, r)
         at = 0
@@ -271,7 +271,7 @@ def add_multipliers(s, w, q, lam, stiff):
             a, b, push = s.measures[k, 1], s.measures[k, 2], lam[r] * s.directions[k, SHARE]
             measure(s, w, k, grad)
             if curve(s, w, k, grad, hess):
-                add_pair(s, w, a, b, hess, push, w.stiff, at)
+                add_pair(s, w, a, b, hess, push, w.slope, w.stiff, at)
             add_geometric(s, w, a, q, push * grad[0], push * grad[1], push * grad[2], w.stiff, at)
             at += s.markers[a, COUNT]
             add_geometric(s, w, b, q, push * grad[3], push * grad[4], push * grad[5], w.stiff, at)

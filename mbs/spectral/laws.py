@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from functools import singledispatch
+from collections.abc import Mapping
 from typing import Any
 
 from buckler.mbs import laws
@@ -11,80 +10,35 @@ from buckler.mbs.laws.compiled import method_pointer
 from buckler.mbs.spectral import tables as k
 from buckler.mbs.spectral.builder import Builder
 
-Row = tuple[int, Sequence[float]]
+Rows = Mapping[type, tuple[int, tuple[str, ...]]]
+NORMAL: Rows = {
+    laws.HysteresisLaw: (k.POWER, ("stiffness", "exponent", "chi")),
+    laws.Hertz: (k.POWER, ("stiffness", "exponent")),
+    laws.KelvinVoigt: (k.VOIGT, ("stiffness", "damping")),
+    laws.Impact: (k.IMPACT, ("stiffness", "exponent", "damping", "damping_depth")),
+}
+RUBBING = ("static", "dynamic", "v_stribeck", "exponent")
+FRICTION: Rows = {
+    laws.NoFriction: (k.SMOOTH, ()),
+    laws.Coulomb: (k.COULOMB, ("dynamic", "v_reg", "viscous")),
+    laws.AdamsFriction: (k.ADAMS, ("static", "dynamic", "v_s", "v_d")),
+    laws.Ambrosio: (k.AMBROSIO, ("dynamic", "v0", "v1")),
+    laws.Threlfall: (k.THRELFALL, ("dynamic", "v0")),
+    laws.Stribeck: (k.STRIBECK, (*RUBBING, "v_reg", "viscous")),
+    laws.LuGre: (k.LUGRE, (*RUBBING, "bristle_stiffness", "bristle_damping", "viscous")),
+}
+"""Kind of the row of a law of this package, and its numbers by name; an exponent that a law does not have is 2."""
 
 
-@singledispatch
-def normal_row(law: Any) -> Row | None:
-    """Kind and numbers of a normal law; None if it is not one of this package's."""
-    return None
-
-
-@normal_row.register
-def _(law: laws.HysteresisLaw) -> Row | None:
-    return k.POWER, (law.stiffness, law.exponent, law.chi)
-
-
-@normal_row.register
-def _(law: laws.Hertz) -> Row | None:
-    return k.POWER, (law.stiffness, law.exponent, 0.0)
-
-
-@normal_row.register
-def _(law: laws.KelvinVoigt) -> Row | None:
-    return k.VOIGT, (law.stiffness, law.damping)
-
-
-@normal_row.register
-def _(law: laws.Impact) -> Row | None:
-    return k.IMPACT, (law.stiffness, law.exponent, law.damping, law.damping_depth)
-
-
-@singledispatch
-def friction_row(law: Any) -> Row | None:
-    """Kind and numbers of a friction law; None if it is not one of this package's."""
-    return None
-
-
-@friction_row.register
-def _(law: laws.NoFriction) -> Row | None:
-    return k.SMOOTH, ()
-
-
-@friction_row.register
-def _(law: laws.Coulomb) -> Row | None:
-    return k.COULOMB, (law.dynamic, law.v_reg, law.viscous)
-
-
-@friction_row.register
-def _(law: laws.AdamsFriction) -> Row | None:
-    return k.ADAMS, (law.static, law.dynamic, law.v_s, law.v_d)
-
-
-@friction_row.register
-def _(law: laws.Ambrosio) -> Row | None:
-    return k.AMBROSIO, (law.dynamic, law.v0, law.v1)
-
-
-@friction_row.register
-def _(law: laws.Threlfall) -> Row | None:
-    return k.THRELFALL, (law.dynamic, law.v0)
-
-
-@friction_row.register
-def _(law: laws.Stribeck) -> Row | None:
-    return k.STRIBECK, (law.static, law.dynamic, law.v_stribeck, law.exponent, law.v_reg, law.viscous)
-
-
-@friction_row.register
-def _(law: laws.LuGre) -> Row | None:
-    stiff, damp = law.bristle_stiffness, law.bristle_damping
-    return k.LUGRE, (law.static, law.dynamic, law.v_stribeck, 2.0, stiff, damp, law.viscous)
+def _row(law: Any, rows: Rows) -> tuple[int, list[float]] | None:
+    """Kind and numbers of a law; None if it is not one of this package's."""
+    found = next((rows[kind] for kind in type(law).__mro__ if kind in rows), None) if _ours(law) else None
+    return found and (found[0], [getattr(law, name, 2.0) for name in found[1]])
 
 
 def add_normal(builder: Builder, law: Any) -> int:
     """Add a normal law to the table."""
-    row, key = (normal_row(law) if _ours(law) else None), _key("normal", law)
+    row, key = _row(law, NORMAL), _key("normal", law)
     if row is not None:
         return builder.add_law(key, *row)
     about = f"the normal law {type(law).__name__}"
@@ -93,7 +47,7 @@ def add_normal(builder: Builder, law: Any) -> int:
 
 def add_friction(builder: Builder, law: Any) -> int:
     """Add a friction law to the table."""
-    row, key = (friction_row(law) if _ours(law) else None), _key("friction", law)
+    row, key = _row(law, FRICTION), _key("friction", law)
     if row is not None:
         return builder.add_law(key, *row)
     about = f"the friction law {type(law).__name__}"

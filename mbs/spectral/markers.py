@@ -29,6 +29,8 @@ from buckler.mbs.spectral.tables import (
     TURNING_BIAS,
     VX,
     VY,
+    A,
+    B,
     X,
     Y,
 )  # fmt: skip
@@ -154,26 +156,14 @@ def add_geometric(s, w, m, q, fx, fy, turning, out, at):
 
 
 @inner
-def add_block(s, w, a, b, h, row, column, factor, out, to, across):
-    """Add factor J_a^T h J_b to out from (to, across) on, h the 3 x 3 block at row and column."""
+def _add_block(s, w, a, b, h, row, column, factor, right, out, to, across):
+    """Add factor J_a^T h R_b to out from (to, across) on, h the 3 x 3 block at row and column, R_b b's columns of `right`."""
     fa, fb = s.markers[a, FIRST], s.markers[b, FIRST]
     for i in range(s.markers[a, COUNT]):
         tx, ty, ta = _row_times(w, fa + i, h, row, column, factor)
         if tx != 0.0 or ty != 0.0 or ta != 0.0:
             for j in range(s.markers[b, COUNT]):
-                out[to + i, across + j] += tx * w.slope[0, fb + j] + ty * w.slope[1, fb + j] + ta * w.slope[2, fb + j]
-
-
-@inner
-def add_drift(s, w, a, b, h, row, column, factor, out, to, across):
-    """Likewise with the derivatives of b's rates by the coordinates on the right."""
-    fa, fb = s.markers[a, FIRST], s.markers[b, FIRST]
-    if s.markers[b, KIND] == LINEAR:
-        return
-    for i in range(s.markers[a, COUNT]):
-        tx, ty, ta = _row_times(w, fa + i, h, row, column, factor)
-        for j in range(s.markers[b, COUNT]):
-            out[to + i, across + j] += tx * w.drift[0, fb + j] + ty * w.drift[1, fb + j] + ta * w.drift[2, fb + j]
+                out[to + i, across + j] += tx * right[0, fb + j] + ty * right[1, fb + j] + ta * right[2, fb + j]
 
 
 @inner
@@ -190,7 +180,7 @@ def _row_times(w, i, h, row, column, factor):
 @close
 def measure(s, w, k, grad):
     """Length or angle k and its rate, and its gradient by (x, y, angle) of markers a and b."""
-    kind, pa, pb = s.measures[k, KIND], w.state[s.measures[k, 1]], w.state[s.measures[k, 2]]
+    kind, pa, pb = s.measures[k, KIND], w.state[s.measures[k, A]], w.state[s.measures[k, B]]
     if kind == ANGLE:
         for i in range(6):
             grad[i] = 0.0
@@ -213,7 +203,7 @@ def measure(s, w, k, grad):
 @inner
 def curve(s, w, k, grad, hess):
     """Hessian of measure k by (x, y, angle) of markers a and b; its gradient is at hand. Whether it is other than zero."""
-    kind, pa, pb, dx, dy = s.measures[k, KIND], w.state[s.measures[k, 1]], w.state[s.measures[k, 2]], grad[0], grad[1]
+    kind, pa, pb, dx, dy = s.measures[k, KIND], w.state[s.measures[k, A]], w.state[s.measures[k, B]], grad[0], grad[1]
     for i in range(6):
         for j in range(6):
             hess[i, j] = 0.0
@@ -234,8 +224,8 @@ def curve(s, w, k, grad, hess):
 @close
 def add_gradient(s, w, k, grad, factor, out):
     """Add factor times the gradient of measure k by the coordinates."""
-    add_force(s, w, s.measures[k, 1], factor * grad[0], factor * grad[1], factor * grad[2], out)
-    add_force(s, w, s.measures[k, 2], factor * grad[3], factor * grad[4], factor * grad[5], out)
+    add_force(s, w, s.measures[k, A], factor * grad[0], factor * grad[1], factor * grad[2], out)
+    add_force(s, w, s.measures[k, B], factor * grad[3], factor * grad[4], factor * grad[5], out)
 
 
 @close
@@ -245,7 +235,7 @@ def put_gradient(s, w, k, grad, factor, out, at):
     Returns the place after them.
     """
     for side in range(2):
-        m = s.measures[k, 1 + side]
+        m = s.measures[k, A + side]
         fx, fy, turning = factor * grad[3 * side], factor * grad[3 * side + 1], factor * grad[3 * side + 2]
         first = s.markers[m, FIRST]
         for i in range(s.markers[m, COUNT]):
@@ -255,21 +245,15 @@ def put_gradient(s, w, k, grad, factor, out, at):
 
 
 @aside
-def add_pair(s, w, a, b, h, factor, out, at):
-    """Add factor J^T h J of two markers, h of shape (6, 6), to the block of their coordinates, that begins at `at`."""
+def add_pair(s, w, a, b, h, factor, right, out, at):
+    """Add factor J^T h R of two markers, h of shape (6, 6), to the block of their coordinates, that begins at `at`.
+
+    R is J itself, w.slope, or the derivatives of the markers' rates by the coordinates, w.drift.
+    """
     for i in range(2):
         for j in range(2):
             to, across = at + i * s.markers[a, COUNT], at + j * s.markers[a, COUNT]
-            add_block(s, w, a if i == 0 else b, a if j == 0 else b, h, 3 * i, 3 * j, factor, out, to, across)
-
-
-@aside
-def add_pair_drift(s, w, a, b, h, factor, out):
-    """Likewise with the derivatives of the rates by the coordinates on the right."""
-    for i in range(2):
-        for j in range(2):
-            to, across = i * s.markers[a, COUNT], j * s.markers[a, COUNT]
-            add_drift(s, w, a if i == 0 else b, a if j == 0 else b, h, 3 * i, 3 * j, factor, out, to, across)
+            _add_block(s, w, a if i == 0 else b, a if j == 0 else b, h, 3 * i, 3 * j, factor, right, out, to, across)
 
 
 @inner
@@ -301,7 +285,7 @@ def rate_of(w, a, b, k):
 @close
 def bias_of(s, w, k, grad, hess):
     """Second rate of measure k at zero coordinate acceleration; its gradient is at hand."""
-    a, b, total = s.measures[k, 1], s.measures[k, 2], 0.0
+    a, b, total = s.measures[k, A], s.measures[k, B], 0.0
     for i in range(3):
         total += grad[i] * w.state[a, AX + i] + grad[3 + i] * w.state[b, AX + i]
     if curve(s, w, k, grad, hess):

@@ -29,8 +29,7 @@ def add_modal(builder: Builder, link: Any) -> FrameBody:
         builder.modal.append((o, m, at))
         builder.deforms(range(o + 3, o + 3 + m))
     shapes = {p: model.shapes[STATIONS.index(n)].T.copy() for p, n in ((link.start, "start"), (link.end, "end"))}
-    body = FrameBody(o, centre, angle, model.mass, model.inertia, start, m, shapes)
-    body.model = model  # type: ignore[attr-defined]
+    body = FrameBody(o, centre, angle, model.mass, model.inertia, start, m, shapes, model)
     for each in builder.attached.get(link.name, ()):
         add_block(builder, body.marker(builder, each.point), each, link.name)
     return body

@@ -63,11 +63,11 @@ def record_of(scene: Scene, out: Output) -> Record:
     frames = {}
     for link in mechanism.links:
         body = builder.bodies[link.name]
-        if isinstance(body, FrameBody) and not hasattr(body, "model"):
+        if isinstance(body, FrameBody) and body.model is None:
             frames[link.name] = _own_centre(scene, link, body)
     if len(builder.markers) > len(scene.tables.markers):
         scene.refresh()
-    traces, reports = _followed(scene, out)
+    traces, reports = followed(scene, out)
 
     def trace(marker: int) -> Trace:
         t = traces[:, marker]
@@ -89,7 +89,8 @@ def record_of(scene: Scene, out: Output) -> Record:
     return Record(mechanism, out.time, links, blocks, _channels(scene, out, reports))
 
 
-def _followed(scene: Scene, out: Output) -> tuple[Array, Array]:
+def followed(scene: Scene, out: Output) -> tuple[Array, Array]:
+    """Markers' states and second rates, (times, markers, 9), and reports of forces, (times, forces, 8)."""
     times = len(out.time)
     traces, reports = np.zeros((times, len(scene.tables.markers), 9)), np.zeros((times, len(scene.tables.forces), 8))
     follow(scene.tables, scene.work, out.time, out.q, out.v, out.a, out.lam, out.memory, traces, reports)

@@ -23,9 +23,9 @@ from buckler.mbs.spectral import tables as k
 from buckler.mbs.spectral.builder import Attached, Builder
 from buckler.mbs.spectral.elimination import Fronts, fronts_of
 from buckler.mbs.spectral.linear import Linear
+from buckler.mbs.spectral.packing import pack
 from buckler.mbs.spectral.reference import link_of
 from buckler.mbs.spectral.registry import add_body, add_element
-from buckler.mbs.spectral.strip_body import strains_of
 from buckler.mbs.spectral.strut import StrutBody, find_hosts, join_strut
 from buckler.mbs.spectral.tables import Tables, Work, work_for
 
@@ -154,7 +154,7 @@ class Scene:
             join_strut(builder, body)
         for name, element in elements_of(mechanism).items():
             add_element(builder, name, element)
-        tables = builder.pack()
+        tables = pack(builder)
         redundant = redundancies(mechanism)
         scene = cls(
             mechanism, builder.degree, builder, tables, np.array(builder.q, dtype=float),
@@ -192,11 +192,6 @@ class Scene:
         from buckler.mbs.spectral.start import start_rates
 
         return start_rates(self)
-
-    @property
-    def mass(self) -> Array:
-        """Mass matrix at t = 0, shape (n, n)."""
-        return self.mass_at(self.q0)
 
     @cached_property
     def fronts(self) -> Fronts:
@@ -296,27 +291,6 @@ class Scene:
         doors.place(self.tables, self.work, q, np.zeros(self.size))
         return float(doors.measured(self.tables, self.work, measure, np.zeros(6), np.zeros((6, 6))))
 
-    def energy(self, q: Array, v: Array) -> dict[str, float]:
-        """Kinetic energy, strain energy of strips and modes, and potential of gravity, J."""
-        mass, s = self.mass_at(q), self.tables
-        strain = 0.0
-        for kind, nb, ng, first, at in s.strips:
-            fields = 3 if kind == k.REISSNER else 2
-            places = s.places[first : first + fields * nb].reshape(fields, nb)
-            d = s.data[at + 5 :]
-            values = [d[(4 + i * nb) * ng :][: ng * nb].reshape(ng, nb) for i in range(3)]
-            for stiffness, strains, free in zip(
-                s.data[at : at + 3], strains_of(kind, q[places], values), range(1, 4), strict=True
-            ):
-                strain += 0.5 * stiffness * float(d[:ng] @ (strains - d[free * ng : (free + 1) * ng]) ** 2)
-        for o, m, at in s.modal:
-            strain += 0.5 * float(s.data[at + m + 2 * m * m :][:m] @ q[o + 3 : o + 3 + m] ** 2)
-        return {
-            "kinetic": 0.5 * float(v @ mass @ v),
-            "strain": strain,
-            "weight": -float(s.factors[-1] * s.weight @ (q - self.q0)),
-        }
-
     def summary(self) -> dict[str, int]:
         """What was built, part by part, and how many coordinates and constraints it has."""
         parts = Counter(type(link.body).__name__ for link in self.mechanism.links)
@@ -352,7 +326,7 @@ class Scene:
         """Take markers into the tables that were added since."""
         values, factors = self.tables.values.copy(), self.tables.factors.copy()
         numbers = len(self.builder.data)
-        self.tables = self.builder.pack()
+        self.tables = pack(self.builder)
         del self.builder.data[numbers:]
         self.tables.values[:], self.tables.factors[:] = values[: len(self.tables.values)], factors
         self.work = work_for(self.tables)

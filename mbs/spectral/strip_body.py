@@ -14,31 +14,10 @@ from buckler.mbs.spectral import tables as k
 from buckler.mbs.spectral.basis import basis, fit, gauss
 from buckler.mbs.spectral.builder import Attached, Builder
 from buckler.mbs.spectral.frame_body import add_block, line_of
+from buckler.mbs.spectral.motion import Piece
 
 Array = np.ndarray[Any, Any]
 Line = Callable[[Array], tuple[Array, Array, Array]]
-
-
-@dataclass
-class Element:
-    """One polynomial piece of a strip.
-
-    Attributes
-    ----------
-    start, end : float
-        Along the stress-free arc, m.
-    places : array of int, shape (fields, members)
-        Coordinates of x, y and, for Reissner's strip, the angle.
-    """
-
-    start: float
-    end: float
-    places: Array
-
-    @property
-    def jacobian(self) -> float:
-        """Arc per unit of the polynomial's variable."""
-        return 0.5 * (self.end - self.start)
 
 
 @dataclass
@@ -59,7 +38,7 @@ class StripBody:
 
     offset: int
     kind: int
-    elements: list[Element]
+    elements: list[Piece]
     stations: dict[str, float]
     length: float
     start: Array
@@ -76,7 +55,7 @@ class StripBody:
             piece = next((i for i, e in enumerate(self.elements) if arc <= e.end * (1 + 1e-12)), len(self.elements) - 1)
         element = self.elements[piece]
         x = np.clip((arc - element.start) / element.jacobian - 1.0, -1.0, 1.0)
-        degree = element.places.shape[1] - 1
+        degree = element.degree
         value = basis(degree, x)[0]
         if self.kind == k.KIRCHHOFF:
             slope = basis(degree, x, 1)[0] / element.jacobian
@@ -97,13 +76,12 @@ class StripBody:
         line, arc, fractions = shape_of(link, builder.mechanism.length(link.name))
         at = {point: float(line(np.array([fraction]))[0][0]) for point, fraction in fractions.items()}
         for element in self.elements:
-            degree = element.places.shape[1] - 1
             for i, places in enumerate(element.places):
 
-                def moves(x: Array, i: int = i, element: Element = element) -> Array:
+                def moves(x: Array, i: int = i, element: Piece = element) -> Array:
                     return start.bending(link, at, line((element.start + (x + 1) * element.jacobian) / arc)[0])[:, i]
 
-                out[places] = fit(degree, moves, tuple(moves(np.array([-1.0, 1.0]))))
+                out[places] = fit(element.degree, moves, tuple(moves(np.array([-1.0, 1.0]))))
         return out
 
 
@@ -137,11 +115,11 @@ def add_strip(builder: Builder, link: Any, kind: int) -> StripBody:
                 rigid.append([[rate, 0, -other], [0, rate, one], [0, 0, rate]][i])
         shared = places[:, 1].tolist()
         builder.deforms(places[0, 2:].tolist(), places[1, 2:].tolist(), places[:2, :2].T.ravel().tolist())
-        elements.append(Element(left * arc, right * arc, places))
+        elements.append(Piece(left * arc, right * arc, places))
     stations = {point: fraction * arc for point, fraction in fractions.items()}
     body = StripBody(first, kind, elements, stations, arc, start, np.array(rigid), link.body.section)
     for i, element in enumerate(elements):
-        _tabulate(builder, body, element, degree)
+        _tabulate(builder, body, element)
         if i and kind == k.KIRCHHOFF:
             a, b = (body.marker_at(builder, element.start, piece) for piece in (i - 1, i))
             builder.add_row(f"{link.name}.slope", [(1.0, builder.add_measure(k.ANGLE, a, b))])
@@ -179,9 +157,9 @@ def _fitted(line: Any, left: float, right: float, degree: int, kind: int) -> Arr
     return np.array([of(i) for i in range(3 if kind == k.REISSNER else 2)])
 
 
-def _tabulate(builder: Builder, body: StripBody, element: Element, degree: int) -> None:
+def _tabulate(builder: Builder, body: StripBody, element: Piece) -> None:
     """Write a piece's mass and its row of the table of strips."""
-    section, jacobian = body.section, element.jacobian
+    section, jacobian, degree = body.section, element.jacobian, element.degree
     x, w = gauss(degree + 2)
     n = basis(degree, x)
     gram = (n * (w * jacobian)[:, None]).T @ n

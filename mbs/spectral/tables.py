@@ -135,8 +135,10 @@ class Work(NamedTuple):
         Derivatives of (x, y, angle) of a marker by its coordinates.
     drift : array, shape (3, places)
         Derivatives of their rates by the coordinates.
-    small : array, shape (20, 6)
-        Of one measure: Hessian, gradient, its rate, two matrices.
+    grad, hess, sway : arrays, shape (6,), (6, 6), (6,)
+        Of one measure by (x, y, angle) of two markers: gradient, Hessian, and that times the markers' rates.
+    by_place, by_rate : arrays, shape (6, 6)
+        Derivatives of one force on two markers by their places and rates.
     element : array
         One strip's coordinates, rates and forces.
     stiff, damp : arrays, shape (m, m)
@@ -156,7 +158,11 @@ class Work(NamedTuple):
     state: Array
     slope: Array
     drift: Array
-    small: Array
+    grad: Array
+    hess: Array
+    sway: Array
+    by_place: Array
+    by_rate: Array
     element: Array
     stiff: Array
     damp: Array
@@ -177,7 +183,11 @@ def work_for(tables: Tables) -> Work:
         np.zeros((len(tables.markers), 11)),
         np.zeros((3, len(tables.places))),
         np.zeros((3, len(tables.places))),
-        np.zeros((20, 6)),
+        np.zeros(6),
+        np.zeros((6, 6)),
+        np.zeros(6),
+        np.zeros((6, 6)),
+        np.zeros((6, 6)),
         np.zeros(max(9 * strip, block)),
         np.zeros((block, block)),
         np.zeros((block, block)),

@@ -9,8 +9,8 @@ pytest.importorskip("numba")
 from buckler.mbs import Material, Section
 from buckler.mbs.modal import BarModes, Modal
 from buckler.mbs.modal.planar import PlanarModel
-from buckler.mbs.spectral.explicit import flight_for
-from buckler.mbs.spectral.ledger import account
+from buckler.mbs.spectral.dense import at_times
+from buckler.mbs.spectral.ledger import ledger
 from buckler.mbs.spectral.output import Output
 from buckler.mbs.spectral.tables import ONSET as ONSET_OF
 
@@ -179,18 +179,16 @@ def compiled(bar, q, v, t):
     memory = scene.memory()
     for i, name in enumerate(scene.force_names):
         memory[i, ONSET_OF] = ONSET["OABC".index(name[0])]
-    room = flight_for(scene, scene.q0, np.zeros(n), np.zeros(r), memory)
     one = Output(np.array([t]), state.q[None], state.v[None], np.zeros((1, n)), np.zeros((1, r)), memory[None])
-    reports, power, work, top = np.zeros((1, k, 8)), *(np.zeros((1, 2 * k + r + 7)) for _ in range(2)), np.zeros((1, 2 * k + 6))
-    account(scene.tables, scene.heavy_fronts, scene.work, room, one, np.array(markers), reports, power, work, top)
-    joints = model.joints(reports, room.lam[None])
+    seen, (_, reports, power, _, top) = at_times(scene, one, one.time), ledger(scene, one, markers)
+    joints = model.joints(reports, seen.lam)
     lost = np.zeros((2, 4))
     for i, name in enumerate(scene.force_names):
         lost[:, "OABC".index(name[0])] = power[0, [i, k + i]]
     drive = power[0, 2 * k + scene.row_names.index("drive")]
-    ledger = np.concatenate([[drive], lost.ravel(), [power[0, -1]]])
-    rates = room.rates[1]
-    return rates[:n][model.columns], rates[n : 2 * n][model.columns], ledger, joints, (power[0, 2 * k + r : -1], top[0, 2 * k :])
+    powers = np.concatenate([[drive], lost.ravel(), [power[0, -1]]])
+    rush = (power[0, 2 * k + r : -1], top[0, 2 * k :])
+    return seen.v[0, model.columns], seen.a[0, model.columns], powers, joints, rush
 
 
 def watched(scene):

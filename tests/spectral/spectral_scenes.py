@@ -13,6 +13,8 @@ from buckler.mbs.elements.section import Material, Section
 from buckler.mbs.laws import AdamsFriction, CarvalhoMartins, ExactRestitution, Impact, LuGre
 from buckler.mbs.library import crank_rocker, slider_crank
 from buckler.mbs.spectral.scene import Scene
+from buckler.mbs.spectral.strip_body import strains_of
+from buckler.mbs.spectral.tables import REISSNER
 
 DAMPED = Section(0.03, 0.003, Material(210e9, 7850.0, 0.3, bending_damping=1e-3, axial_damping=2e-5))
 STOP = CarvalhoMartins(1e5, 0.5, exponent=1.0)
@@ -40,6 +42,22 @@ def state(scene: Scene, seed: int, size: float = 1e-4, rate: float = 1.0) -> tup
     rng = np.random.default_rng(seed)
     q = scene.q0 + size * rng.standard_normal(scene.size)
     return q, rate * rng.standard_normal(scene.size), 10 * rng.standard_normal(len(scene.row_names))
+
+
+def energy(scene: Scene, q: Any, v: Any) -> dict[str, float]:
+    """Kinetic energy, strain energy of strips and modes, and potential of gravity, J."""
+    s, strain = scene.tables, 0.0
+    for kind, members, points, first, at in s.strips:
+        fields = 3 if kind == REISSNER else 2
+        places = s.places[first : first + fields * members].reshape(fields, members)
+        weights, *free = s.data[at + 5 : at + 5 + 4 * points].reshape(4, points)
+        values = s.data[at + 5 + 4 * points :][: 3 * points * members].reshape(3, points, members)
+        strains = strains_of(kind, q[places], list(values))
+        strain += 0.5 * sum(d * weights @ (e - e0) ** 2 for d, e, e0 in zip(s.data[at : at + 3], strains, free, strict=True))
+    for first, modes, at in s.modal:
+        strain += 0.5 * float(s.data[at + modes + 2 * modes**2 :][:modes] @ q[first + 3 : first + 3 + modes] ** 2)
+    kinetic = 0.5 * float(v @ scene.mass_at(q) @ v)
+    return {"kinetic": kinetic, "strain": float(strain), "weight": -float(s.factors[-1] * s.weight @ (q - scene.q0))}
 
 
 def slope(function: Callable[[Any], Any], at: Any, step: float) -> Any:

@@ -1,0 +1,98 @@
+"""A builder's lists, packed into the kernel's tables."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from buckler.mbs.spectral import tables as k
+from buckler.mbs.spectral.builder import Builder, Row
+from buckler.mbs.spectral.sparsity import Block, sparsity_of
+from buckler.mbs.spectral.tables import Tables
+
+Array = np.ndarray[Any, Any]
+
+
+def _blocks(builder: Builder) -> list[Block]:
+    """The small matrices whose sum the mechanism's are: of constraints, forces, strips, modal links, masses."""
+    n = len(builder.q)
+    rows = [_row_block(builder, row, n + r) for r, row in enumerate(builder.rows)]
+    forces = [
+        Block([*_places(builder, a), *_places(builder, b), *([n + force.row] if force.row >= 0 else [])])
+        for force in builder.forces
+        for a, b in [builder.measures[force.a][1:] if force.kind < k.JOURNAL else (force.a, force.b)]
+    ]
+    strips = [Block(builder.places[at : at + (3 if kind == k.REISSNER else 2) * m]) for kind, m, _, at, _ in builder.strips]
+    modal = [Block(range(o, o + 3 + m)) for o, m, _ in builder.modal]
+    return [*rows, *forces, *strips, *modal, *(Block(at) for at, _ in builder.masses)]
+
+
+def _row_block(builder: Builder, row: Row, unknown: int) -> Block:
+    """Block of a constraint: its gradient, and second derivatives, that couple both markers if a direction turns."""
+    unknowns: list[int] = []
+    parts: list[tuple[slice, slice]] = []
+    for number in row.measures:
+        kind, a, b = builder.measures[number]
+        begin, middle = len(unknowns), len(unknowns) + len(_places(builder, a))
+        unknowns += [*_places(builder, a), *_places(builder, b)]
+        whole, one, other = slice(begin, len(unknowns)), slice(begin, middle), slice(middle, len(unknowns))
+        parts += [(whole, whole)] if kind in (k.TURNING, k.DISTANCE) else [(one, one), (other, other)]
+    every, last = slice(0, len(unknowns)), slice(len(unknowns), None)
+    return Block([*unknowns, unknown], (*parts, (every, last), (last, every)))
+
+
+def _places(builder: Builder, marker: int) -> list[int]:
+    """Coordinates that move a marker."""
+    _, _, _, first, count, _ = builder.markers[marker]
+    return builder.places[first : first + count]
+
+
+def pack(builder: Builder) -> Tables:
+    """Pack all into tables; values of rows that are None are left 0 for the scene to fill."""
+    n = len(builder.q)
+    weight = np.zeros(n)
+    for at, amount in builder.weights:
+        np.add.at(weight, at, amount)
+    blocks = _blocks(builder)
+    sparsity = sparsity_of(blocks, n + len(builder.rows))
+    mass = np.zeros(len(sparsity.row) + 1)
+    for i, (_, block) in enumerate(builder.masses, len(blocks) - len(builder.masses)):
+        sparsity.add(i, block, mass)
+    heavy = np.flatnonzero(mass)
+    forces = [
+        (f.kind, f.a, f.b, f.law, f.friction, f.row, builder.numbers([*f.numbers, *[0.0] * (8 - len(f.numbers))]))
+        for f in builder.forces
+    ]
+    return Tables(
+        *sparsity,
+        mass=mass,
+        mass_first=np.searchsorted(sparsity.row[heavy], np.arange(n + 1)),
+        mass_col=sparsity.col[heavy],
+        mass_value=mass[heavy],
+        weight=weight,
+        modal=_whole(builder.modal, 3),
+        strips=_whole(builder.strips, 5),
+        markers=_whole(builder.markers, 6),
+        places=np.array(builder.places, dtype=np.int64),
+        measures=_whole(builder.measures, 3),
+        directions=_real(builder.directions, 3),
+        rows=_whole([(r.measure, r.motion, r.count) for r in builder.rows], 3),
+        values=np.array([r.value or 0.0 for r in builder.rows], dtype=float),
+        motions=_whole(builder.motions, 3),
+        ramps=_real(builder.ramps, 3),
+        forces=_whole(forces, 7),
+        factors=np.ones(len(forces) + 1),
+        elastic=_whole(builder.elastic, 7),
+        laws=_whole(builder.laws, 4),
+        law_numbers=_real(builder.law_numbers, 8),
+        data=np.array(builder.data, dtype=float),
+    )
+
+
+def _whole(rows: Any, columns: int) -> Array:
+    return np.array(rows, dtype=np.int64).reshape(-1, columns)
+
+
+def _real(rows: Any, columns: int) -> Array:
+    return np.array(rows, dtype=float).reshape(-1, columns)

@@ -1,0 +1,85 @@
+"""Rows that the implicit integrator writes, compiled: at the ends of steps, within them, and after a jump.
+
+Between a step's ends coordinates are the quintic with the places, rates and accelerations there, multipliers the cubic through
+the nodes. Rows are as many as straight lines between them need.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from buckler.mbs.spectral.compiling import aside, copy, inner
+from buckler.mbs.spectral.radau import PAST, size_of
+from buckler.mbs.spectral.tables import BRISTLE, FASTEST, ONSET, SLIDING
+from buckler.mbs.spectral.tape import ALONE, MODE
+
+STRAIGHT = 0.75
+"""Straight lines between samples may err by the tolerance to this power, in units of coordinates."""
+MOST_SAMPLES, PARTS = 40, 2
+"""In a step; in those of runs that share them, where as many as are needed would be no smooth function of numbers."""
+
+
+@aside
+def write(x, out, counts, t, before):
+    """Write the present state as a row; bristles and sliding speeds are those of the step before, at time `before`."""
+    row = counts.samples
+    out.time[row] = t
+    copy(x.q, out.q[row]), copy(x.v, out.v[row]), copy(x.a, out.a[row]), copy(x.lam, out.lam[row])
+    _write_memory(x, out, row, before)
+    counts.samples += 1
+
+
+@aside
+def write_after_jump(x, out, counts, t, moment):
+    """Write a row for the moment after a jump of accelerations and multipliers."""
+    write(x, out, counts, t + moment, t)
+    row = counts.samples - 1
+    for i in range(x.q.size):
+        out.q[row, i], out.v[row, i] = x.q[i] + moment * x.v[i], x.v[i] + moment * x.a[i]
+
+
+@aside
+def _write_memory(x, out, row, before):
+    for k in range(x.old.shape[0]):
+        m = out.memory[row, k]
+        m[ONSET], m[FASTEST], m[BRISTLE], m[SLIDING] = x.memory[k, ONSET], before, x.old[k, 0], x.old[k, 1]
+
+
+@aside
+def samples_in(x, elastic, h, tolerance):
+    """How many parts of the step straight lines need."""
+    for i in range(x.q.size):
+        x.dq[0, i] = 0.125 * h * h * max(abs(x.a[i]), abs(x.seconds[2, i]))
+    bend = size_of(x, elastic, x.dq[0]) / tolerance**STRAIGHT
+    return int(min(MOST_SAMPLES, np.ceil(np.sqrt(bend) + 1e-9)))
+
+
+@aside
+def write_between(x, out, counts, t, h, parts):
+    """Write rows within the step from the present state to its end, all parts but the last."""
+    for part in range(1, parts):
+        y, row = part / parts, counts.samples
+        for i in range(x.q.size):
+            v0, a0, v1, a1 = h * x.v[i], h * h * x.a[i], h * x.rates[2, i], h * h * x.seconds[2, i]
+            # c3 y^3 + c4 y^4 + c5 y^5 beside q + v0 y + a0 y^2/2
+            d0, d1, d2 = x.places[2, i] - x.q[i] - v0 - 0.5 * a0, v1 - v0 - a0, a1 - a0
+            c3, c4, c5 = 10.0 * d0 - 4.0 * d1 + 0.5 * d2, -15.0 * d0 + 7.0 * d1 - d2, 6.0 * d0 - 3.0 * d1 + 0.5 * d2
+            out.q[row, i] = x.q[i] + y * (v0 + y * (0.5 * a0 + y * (c3 + y * (c4 + y * c5))))
+            out.v[row, i] = (v0 + y * (a0 + y * (3.0 * c3 + y * (4.0 * c4 + y * 5.0 * c5)))) / h
+            out.a[row, i] = (a0 + y * (6.0 * c3 + y * (12.0 * c4 + y * 20.0 * c5))) / (h * h)
+        out.time[row], out.lam[row] = t + y * h, 0.0
+        for j in range(4):
+            factor, lam = 1.0, x.lam if j == 0 else x.multipliers[j - 1]
+            for m in range(4):
+                if m != j:
+                    factor *= (y - PAST[m]) / (PAST[j] - PAST[m])
+            for k in range(x.lam.size):
+                out.lam[row, k] += factor * lam[k]
+        _write_memory(x, out, row, t)
+        counts.samples += 1
+
+
+@inner
+def dense(x, controls):
+    """Whether as many rows are written within steps as are needed."""
+    return not controls.fixed and controls.every == 1 and x.at[MODE] == ALONE
