@@ -5,9 +5,15 @@ from __future__ import annotations
 from enum import StrEnum
 from html import escape
 from math import isfinite
+from numbers import Real
 from typing import Any
 
+import numpy as np
+
 from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.spectral.scene import Scene
+
+Array = np.ndarray[Any, Any]
 
 
 class Ending(StrEnum):
@@ -56,13 +62,27 @@ def check_mechanism(mechanism: Mechanism) -> None:
         raise ValueError(f"mechanism: must be a Mechanism, not {type(mechanism).__name__}")
 
 
-def check_number(name: str, value: Any, unit: str = "", *, nonzero: bool = False) -> None:
-    """Raise a ValueError if a value is no finite number, or zero where that makes no sense."""
-    number = isinstance(value, int | float) or hasattr(value, "__float__")
-    if isinstance(value, bool) or not number or not isfinite(float(value)):
-        raise ValueError(f"{name} = {value!r}: must be a finite number{f' [{unit}]' if unit else ''}")
-    if nonzero and float(value) == 0.0:
-        raise ValueError(f"{name} = 0: must not be zero{f' [{unit}]' if unit else ''}")
+def check_number(name: str, value: Any) -> None:
+    """Raise a ValueError if a value is no finite number."""
+    if isinstance(value, bool) or not isinstance(value, Real) or not isfinite(value):
+        raise ValueError(f"{name} = {value!r}: must be a finite number")
+
+
+def check_coordinates(name: str, value: Any, scene: Scene) -> Array:
+    """Coordinates of a scene, (n,), as they were given.
+
+    Raises
+    ------
+    ValueError
+        If they are none.
+    """
+    try:
+        found = np.array(value, dtype=float)
+    except (TypeError, ValueError):
+        found = np.empty(0)
+    if found.shape != (scene.size,) or not np.isfinite(found).all():
+        raise ValueError(f"{name}: must be {scene.size} finite coordinates, as of a scene of degree {scene.degree}")
+    return found
 
 
 def check_count(name: str, value: Any, least: int, most: int) -> None:

@@ -145,8 +145,9 @@ class Arc:
         """Whether a step that could be shorter turns so much that it may have ended on another path."""
         n = len(step.rest.q)
         one, other = (np.sqrt(self.metric[:n]) * way[:n] for way in (step.direction, after))
-        sizes = float(np.linalg.norm(one) * np.linalg.norm(other))
-        return step.arc > 10.0 * SHORTEST and float(one @ other) < np.cos(CORNER) * sizes
+        moves = float(np.linalg.norm(other))
+        turns = float(one @ other) < np.cos(CORNER) * float(np.linalg.norm(one)) * moves
+        return step.arc > 10.0 * SHORTEST and step.arc * moves > NEAR and turns
 
     def next_arc(self, step: Step, after: Array, longest: float) -> float:
         """Length of the next step, by how far this one turned."""

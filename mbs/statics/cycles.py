@@ -114,6 +114,8 @@ def periodic(
     check_count("settle", settle, 0, 1_000_000)
     if degree is not None:
         check_count("degree", degree, 2, 200)
+    if start is not None and not (isinstance(start, Periodic) and start.status is not Ending.NOT_REACHED):
+        raise ValueError("start: must be a Periodic that was found")
     scene = Scene.of(mechanism, degree or (start.scene.degree if start else FIRST))
     state = State(0.0, *begin(scene), scene.memory())
     if start is not None:

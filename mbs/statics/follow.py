@@ -15,9 +15,11 @@ from buckler.mbs.statics.answer import Ending, check_count, check_mechanism, che
 from buckler.mbs.statics.arc import Arc
 from buckler.mbs.statics.critical import Critical, State, criticals, state_at
 from buckler.mbs.statics.problem import Problem, Rest, StaticsError, has_strips, loads_of, places
-from buckler.mbs.statics.rest import HIGHEST, RISE
+from buckler.mbs.statics.rest import HIGHEST, RISE, find
 from buckler.mbs.statics.route import Path
+from buckler.mbs.statics.settling import settle
 from buckler.mbs.statics.varied import Varied
+from buckler.mbs.validate import pair, positive
 
 Array = np.ndarray[Any, Any]
 Branch = tuple[str, str, tuple[float, float]]
@@ -25,6 +27,9 @@ DEGREE = 12
 """Of strips, at first."""
 GOAL = 1e-6
 """Relative error of critical points up to which the degree is raised."""
+
+BESIDE = 1e-8
+"""Share of the way by which the load stands beside a branching where paths leave it."""
 
 
 @one_thread()
@@ -36,7 +41,8 @@ def path(
 ) -> Path:  # fmt: skip
     """Follow the equilibria of a mechanism as a load grows, a drive moves or a number of it changes.
 
-    Loads and drives start at 0, from the stress-free pose; a number starts at its value.
+    Loads and drives start at 0, from the stress-free pose, or, if it is free there, where it rests under a first part of the
+    load; a number starts at its value. Loads that stay grow first.
 
     Parameters
     ----------
@@ -68,20 +74,24 @@ def path(
         If what is asked for makes no sense.
     """
     check_mechanism(mechanism)
-    check_number("to", to, nonzero=parameter is None)
+    check_number("to", to)
     check_count("steps", steps, 1, 100_000)
     if degree is not None:
         check_count("degree", degree, 2, 200)
     for name, value in (("step", step), ("longest", longest)):
-        check_number(name, value, nonzero=True)
+        positive(name, value, "1")
     if sum(each is not None for each in (load, drive, parameter)) > 1:
         raise ValueError("load, drive, parameter: give one of them")
     if branch is not None:
         _check_branch(mechanism, branch)
     names = [load] if isinstance(load, str) else load
+    if names is not None and not names:
+        raise ValueError("load = []: name at least one")
 
     def run(degree: int) -> Path:
         problem = _problem(mechanism, names, drive, parameter, degree)
+        if float(to) == _begun(problem):
+            raise ValueError(f"to = {to:g}: the path begins there")
         try:
             return _Follower(problem, float(to), branch, steps, step, longest).whole(branches)
         finally:
@@ -101,11 +111,18 @@ def _problem(mechanism: Mechanism, load: Iterable[str] | None, drive: str | None
     return Problem(scene, (), scene.row_names.index(drive))
 
 
+def _begun(problem: Problem) -> float:
+    return problem.begun if isinstance(problem, Varied) else 0.0
+
+
 def _check_branch(mechanism: Mechanism, branch: Branch) -> None:
     links = {link.name: link for link in mechanism.links}
-    if not (
-        isinstance(branch, tuple | list) and len(branch) == 3 and branch[0] in links and branch[1] in links[branch[0]].points
-    ):
+    try:
+        link, point, way = branch
+        known = point in links[link].points and any(pair("", way, ""))
+    except (KeyError, TypeError, ValueError):
+        known = False
+    if not known:
         raise ValueError(f"branch = {branch!r}: must be (link, point of it, (x, y)); links: {', '.join(links)}")
 
 
@@ -150,7 +167,7 @@ class _Follower:
 
     def __init__(self, problem: Problem, to: float, branch: Branch | None, steps: int, step: float, longest: float) -> None:
         self.problem, self.to, self.branch = problem, to, branch
-        self.begun = problem.begun if isinstance(problem, Varied) else 0.0
+        self.begun = _begun(problem)
         self.steps, self.step, self.longest = steps, step, longest
         self.arc = Arc(problem, self.begun, to)
         self.left = False
@@ -158,13 +175,23 @@ class _Follower:
 
     def whole(self, branches: bool) -> Path:
         """The path from the start, and the paths that leave it."""
-        first = self.run(self.problem.newton(self.problem.start(self.begun)), None)
+        first = self.run(self._start(), None)
         if branches:
             for point in [each for each in first.points if each.kind == "branching"]:
                 for shape in self._ways(point):
                     for side in (1.0, -1.0):
-                        first.branches.append(self.run(point.rest, side * self._unit(shape)))
+                        first.branches.append(self.run(self._beside(point), side * self._unit(shape)))
         return first
+
+    def _start(self) -> Rest:
+        """The rest at the start, under the loads that stay; of what is free until loads act, that under the first step's."""
+        problem = self.problem
+        problem.set(self.begun)
+        others = Problem(problem.scene, [i for i in loads_of(problem.scene) if i not in problem.loads])
+        rest = find(others, others.start(1.0), False)[0]._replace(parameter=self.begun)
+        if problem.loads and problem.spectrum(rest).neutral.any():
+            return settle(problem, rest._replace(parameter=self.step * self.to))
+        return rest
 
     def run(self, rest: Rest, direction: Array | None) -> Path:
         """Follow from a state of rest; from a branching in a direction."""
@@ -189,7 +216,7 @@ class _Follower:
             way = self._leaves(found)
             if way is not None:
                 points += found[: way[0] + 1]
-                rest, direction, left, self.branch, arc = found[way[0]].rest, way[1], True, None, min(self.step, 1e-2)
+                rest, direction, left, self.branch, arc = self._beside(found[way[0]]), way[1], True, None, min(self.step, 1e-2)
                 rests.append(rest)
                 states.append(state_at(self.problem, rest))
                 continue
@@ -201,6 +228,10 @@ class _Follower:
                 ended = why
                 break
         return self._path(rests, states, points, ended)
+
+    def _beside(self, point: Critical) -> Rest:
+        """A branching's state, its load beside it: there the shapes that are not taken are no longer free."""
+        return point.rest._replace(parameter=point.rest.parameter + BESIDE * (self.to - self.begun))
 
     def _over(self, rests: list[Rest], points: list[Critical]) -> str:
         """Why it has ended, if it has; then its last equilibrium is at the end exactly."""

@@ -86,7 +86,8 @@ class Problem:
         """The matrix [[K, G^T], [G, 0]] in units of the coordinates, and the force that goes with them."""
         n, r = len(stiffness), len(jacobian)
         k = stiffness * np.outer(self.units, self.units)
-        scale = max(float(np.median(np.abs(np.diag(k)))), 1e-300)
+        size = np.abs(np.diag(k))
+        scale = float(np.median(size[size > 0.0])) if size.any() else 1.0
         matrix = np.zeros((n + r, n + r))
         matrix[:n, :n] = k / scale
         matrix[n:, :n] = jacobian * self.units
@@ -190,10 +191,9 @@ def solve(matrix: Array, right: Array) -> Array:
             return np.asarray(out)
     except np.linalg.LinAlgError:
         pass
-    try:
-        return np.asarray(np.linalg.lstsq(matrix, right, rcond=1e-12)[0])
-    except np.linalg.LinAlgError:
+    if not (np.isfinite(matrix).all() and np.isfinite(right).all()):
         return np.full(len(right), np.nan)
+    return np.asarray(np.linalg.lstsq(matrix, right, rcond=1e-12)[0])
 
 
 def refined(coarse: Scene, fine: Scene, q: Array) -> Array:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,7 @@ from buckler.mbs.spectral import tables as k
 from buckler.mbs.spectral.scene import Place, Scene
 from buckler.mbs.spectral.threads import one_thread
 from buckler.mbs.statics import deflation
-from buckler.mbs.statics.answer import Answer, Ending, check_count, check_mechanism, check_number
+from buckler.mbs.statics.answer import Answer, Ending, check_coordinates, check_count, check_mechanism, check_number
 from buckler.mbs.statics.problem import Problem, Rest, StaticsError, apart, has_strips, loads_of, moving, places, refined
 from buckler.mbs.statics.settling import RunsAwayError, settle
 
@@ -129,17 +129,19 @@ def equilibrium(
         check_count("degree", degree, 2, 200)
     fixed = degree is not None or scene is not None
     problem = _problem(scene or Scene.of(mechanism, degree))
-    start = problem.start(load) if guess is None else problem.start(load)._replace(q=np.array(guess, dtype=float))
+    start = problem.start(load)
+    if guess is not None:
+        start = start._replace(q=check_coordinates("guess", guess, problem.scene))
     try:
-        rest, message = _find(problem, start, guess is not None)
+        rest, message = find(problem, start, guess is not None)
     except StaticsError as error:
         return _failed(problem, start, error, load)
     finally:
         problem.set(1.0)
     found = _answer(problem, rest, message, fixed)
     if all:
-        further = tuple(_answer(problem, each, "", True) for each in deflation.others(problem, rest))
-        return Equilibrium(**{**vars(found), "others": further})
+        further = (_answer(problem, each, "", fixed, anew=False) for each in deflation.others(problem, rest))
+        found = replace(found, others=tuple(each for each in further if fixed or each.error < np.inf))
     return found
 
 
@@ -147,8 +149,8 @@ def _problem(scene: Scene) -> Problem:
     return Problem(scene, loads_of(scene))
 
 
-def _find(problem: Problem, start: Rest, near: bool) -> tuple[Rest, str]:
-    """The rest, and how it was reached if that is worth a word."""
+def find(problem: Problem, start: Rest, near: bool) -> tuple[Rest, str]:
+    """The rest, and how it was reached if that is worth a word; `near` it, all loads act at once."""
     load = start.parameter
     if near:
         return problem.newton(start), ""
@@ -200,8 +202,8 @@ def _grow(problem: Problem, load: float) -> tuple[Rest, float]:
     return rest, done
 
 
-def _answer(problem: Problem, rest: Rest, message: str, fixed: bool) -> Equilibrium:
-    """Raise the degree until the error is small, unless it is given; tell stability."""
+def _answer(problem: Problem, rest: Rest, message: str, fixed: bool, anew: bool = True) -> Equilibrium:
+    """Raise the degree until the error is small, unless it is given, if need be with a search `anew`; tell stability."""
     load, error, before = rest.parameter, 0.0, np.inf
     while has_strips(problem.scene):
         finer = _problem(Scene.of(problem.scene.mechanism, problem.scene.degree + RISE))
@@ -210,10 +212,10 @@ def _answer(problem: Problem, rest: Rest, message: str, fixed: bool) -> Equilibr
             new = finer.newton(guess._replace(multipliers=carried(finer, guess)))
         except StaticsError:
             error = np.inf
-            if fixed or finer.scene.degree > HIGHEST:
+            if fixed or not anew or finer.scene.degree > HIGHEST:
                 break
             try:
-                new, message = _find(finer, finer.start(load), False)
+                new, message = find(finer, finer.start(load), False)
             except StaticsError:
                 break
         else:
@@ -221,7 +223,8 @@ def _answer(problem: Problem, rest: Rest, message: str, fixed: bool) -> Equilibr
         if fixed:
             break
         problem, rest = finer, new
-        if error <= GOAL or error > 0.5 * before or problem.scene.degree > HIGHEST:
+        stalled = 0.5 * before < error < np.inf  # found anew at this degree, it is compared with the next
+        if error <= GOAL or stalled or problem.scene.degree > HIGHEST:
             break
         before = error
     error = max(error, problem.step(rest)[1])
@@ -235,7 +238,8 @@ def _answer(problem: Problem, rest: Rest, message: str, fixed: bool) -> Equilibr
     if growth > 0.0:
         said.append(f"unstable: a small motion grows at {growth:.4g} 1/s")
     if status is Ending.INACCURATE:
-        said.append(f"its error is {error:.1e} of the longest link; give a higher degree, or points along the strip")
+        hint = "; give a higher degree, or points along the strip" if has_strips(problem.scene) else ""
+        said.append(f"its error is {error:.1e} of the longest link{hint}")
     problem.set(1.0)
     return Equilibrium(
         status, "; ".join(said), problem.scene, rest.q, rest.multipliers, load, growth == 0.0, growth, neutral, error

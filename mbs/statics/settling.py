@@ -17,9 +17,12 @@ import numpy as np
 from buckler.mbs.statics.problem import Problem, Rest, StaticsError, moving, solve
 
 Array = np.ndarray[Any, Any]
-STEPS = 600
-"""Most steps; each moves a tenth of a length, or turns a tenth of a radian, where the mechanism is far from rest."""
 MOVE = 0.1
+"""Way of a step, lengths or rad, where the mechanism is far from rest."""
+AWAY = 60.0
+"""Way after which a motion is taken for endless."""
+STEPS = 6000
+"""Most steps: along a stiff contact that bends they are short."""
 
 
 class RunsAwayError(StaticsError):
@@ -33,11 +36,14 @@ def settle(problem: Problem, rest: Rest) -> Rest:
     ------
     RunsAwayError
         If it does not end.
+    StaticsError
+        If it has not ended after so many steps.
     """
     rest, span = rest._replace(multipliers=np.zeros_like(rest.multipliers)), 0.0
-    begun, kicks = rest, 0
+    begun, kicks, way = rest, 0, 0.0
     for _ in range(STEPS):
         new, span, moved = _step(problem, rest, span)
+        way += moved
         if moved < 1e-3:
             try:
                 found = problem.newton(new)
@@ -52,8 +58,10 @@ def settle(problem: Problem, rest: Rest) -> Rest:
                 kick = 1e-2 * shape / np.abs(shape / problem.units).max()
                 new, span = found._replace(q=found.q + kick), 1.0 / float(spectrum.growth[worst]) ** 2
         rest = new
-    name = moving(problem.scene, rest.q, rest.q - begun.q)
-    raise RunsAwayError(f"no equilibrium: '{name}' is free to move, and its load is not balanced on the way")
+        if way > AWAY:
+            name = moving(problem.scene, rest.q, rest.q - begun.q)
+            raise RunsAwayError(f"no equilibrium: '{name}' is free to move, and its load is not balanced on the way")
+    raise StaticsError(f"'{moving(problem.scene, rest.q, rest.q - begun.q)}' still moves after {STEPS} damped steps")
 
 
 def _step(problem: Problem, rest: Rest, span: float) -> tuple[Rest, float, float]:

@@ -94,8 +94,12 @@ class Spectrum:
 
     @property
     def neutral(self) -> Array:
-        """Which are zero within rounding: rigid motions, and states at which stability is lost."""
-        return np.abs(self.values) <= self.rounding
+        """Which are zero within rounding: rigid motions, and states at which stability is lost.
+
+        What lies above the shift is not zero, however little is known of it.
+        """
+        size = np.abs(self.values)
+        return (size <= self.rounding) & (size**2 <= self.shift)
 
     @property
     def growth(self) -> Array:

@@ -12,7 +12,7 @@ from buckler.mbs.spectral.doors import place
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.start import slopes
 from buckler.mbs.spectral.threads import one_thread
-from buckler.mbs.statics.answer import Answer, Ending, check_count, check_mechanism
+from buckler.mbs.statics.answer import Answer, Ending, check_coordinates, check_count, check_mechanism
 from buckler.mbs.statics.problem import Problem, Rest, StaticsError, has_strips, loads_of, moving, refined
 from buckler.mbs.statics.rest import HIGHEST, RISE, Equilibrium, carried, equilibrium
 from buckler.mbs.statics.spectrum import Spectrum
@@ -105,8 +105,8 @@ def frequencies(
     """
     check_mechanism(mechanism)
     check_count("count", count, 1, 1000)
-    if about is not None and not isinstance(about, Equilibrium) and np.asarray(about).dtype.kind not in "fi":
-        raise ValueError(f"about = {about!r}: must be an Equilibrium or coordinates")
+    if degree is not None:
+        check_count("degree", degree, 2, 200)
     if about is None:
         about = equilibrium(mechanism, degree=degree)
     if isinstance(about, Equilibrium):
@@ -115,7 +115,7 @@ def frequencies(
         state = _State(Problem(about.scene, loads_of(about.scene)), Rest(about.q, about.multipliers, about.load), True)
     else:
         problem = Problem(scene := Scene.of(mechanism, degree), loads_of(scene))
-        pose = problem.start(1.0)._replace(q=np.array(about, dtype=float))
+        pose = problem.start(1.0)._replace(q=check_coordinates("about", about, scene))
         state = _State(problem, pose._replace(multipliers=carried(problem, pose)), False)
     return _ladder(state, int(count), degree is not None)
 

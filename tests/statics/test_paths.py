@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from buckler.mbs import Beam, Force, Guide, Link, Mechanism, Revolute, Rigid, Section, Spring, TorsionSpring, Weld, path
 
@@ -111,6 +112,54 @@ def test_a_truss_branches_before_or_after_its_limit(height):
     assert sorted(half) == pytest.approx(sorted(force(at)), rel=1e-4)
 
 
+def posts(count, weight=0.0):
+    """Upright bars of 1 m on torsion springs of 50 N m, each pressed at its top."""
+    points, links, joints, loads = {}, [], [], []
+    for k in range(count):
+        points |= {f"O{k}": (k, 0), f"A{k}": (k, 1.0)}
+        links.append(Link(f"bar{k}", f"O{k}", f"A{k}", Rigid(Section(0.02, 0.02))))
+        joints.append(Revolute(f"O{k}", "ground", f"bar{k}"))
+        loads += [TorsionSpring("ground", f"bar{k}", stiffness=50.0), Force(f"A{k}", (0.0, -1.0 - weight))]
+    return Mechanism(points, links, joints, loads=loads)
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_posts_branch_where_their_springs_yield_and_lean_to_both_sides(count):
+    """50 t = F sin t; most coordinates of a rigid bar have no stiffness of their own, and its path does not move."""
+    found = path(posts(count), to=80.0, branches=True)
+    turn = brentq(lambda t: 50 * t - 80 * np.sin(t), 0.5, 3.0)
+    assert found.ended == "reached"
+    assert found.branchings == pytest.approx([50.0] * count, rel=1e-9)
+    assert [each.ended for each in found.branches] == ["reached"] * 2 * count
+    leans = [each.point(f"bar{k // 2}", f"A{k // 2}")[-1] - [k // 2, 0] for k, each in enumerate(found.branches)]
+    assert np.abs(leans) == pytest.approx(np.tile([np.sin(turn), -np.cos(turn)], (2 * count, 1)), abs=1e-7)
+
+
+def test_a_post_whose_spring_softens_branches_where_it_carries_no_more():
+    found = path(posts(1, weight=24.0), parameter="loads.0.stiffness", to=5.0)
+    assert found.branchings == pytest.approx([25.0], rel=1e-9)
+    assert found.ended == "reached"
+
+
+def test_a_pendulum_drawn_anywhere_is_followed_from_where_it_hangs():
+    """Under its weight, which stays, and a force that grows: tan t = 2 F/W. Under all loads at once it hangs all along."""
+    bar = Rigid(Section(0.03, 0.005))
+    made = Mechanism({"O": (0, 0), "A": (0.3, 0.1)}, [Link("bar", "O", "A", bar)], [Revolute("O", "ground", "bar")],
+                     loads=[Force("A", (1.0, 0.0))], gravity=(0.0, -9.81))  # fmt: skip
+    length = np.hypot(0.3, 0.1)
+    weight = bar.section.mass_per_length * length * 9.81
+    found = path(made, load="force.A", to=3.0)
+    turn = np.arctan2(2 * 3.0, weight)
+    assert found.ended == "reached"
+    assert found.stable.all()
+    assert found.point("bar", "A")[0] == pytest.approx([0.0, -length], abs=1e-10)
+    assert found.point("bar", "A")[-1] == pytest.approx([length * np.sin(turn), -length * np.cos(turn)], abs=1e-10)
+    both = path(made, to=1.0)
+    turn = np.arctan2(2.0, weight)
+    assert both.ended == "reached"
+    assert both.point("bar", "A")[[0, -1]] == pytest.approx(np.tile([length * np.sin(turn), -length * np.cos(turn)], (2, 1)))
+
+
 def beck(section):
     return Mechanism(
         {"A": (0, 0), "B": (LENGTH, 0)}, [Link("column", "A", "B", Beam(section))], [Weld("A", "ground", "column")],
@@ -146,6 +195,10 @@ def test_a_path_that_runs_out_of_steps_says_so():
         ({"to": 0}, "to = 0"),
         ({"to": np.nan}, "to = nan"),
         ({"to": 1.0, "steps": 0}, "steps = 0"),
+        ({"to": 1.0, "step": -1.0}, "step = -1"),
+        ({"to": 1.0, "load": []}, r"load = \[\]"),
+        ({"to": 1.0, "branch": ("a", "Ma", (0, 0))}, "branch = "),
+        ({"to": 0.001, "parameter": "links.a.body.section.thickness"}, "to = 0.001: the path begins there"),
         ({"to": 1.0, "branch": ("a", "nowhere", (0, 1))}, "branch = "),
         ({"to": 1.0, "load": "force.X"}, "load = 'force.X': unknown"),
         ({"to": 1.0, "parameter": "links.a.name"}, "parameter = "),

@@ -2,8 +2,28 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+from scipy.special import ellipe, ellipk
 
-from buckler.mbs import Beam, Force, Link, Mechanism, Revolute, Rigid, Section, Slider, Spring, Stop, Torque, Weld, equilibrium
+from buckler.mbs import (
+    Beam,
+    Clearance,
+    Force,
+    Guide,
+    Link,
+    Mechanism,
+    Revolute,
+    Rigid,
+    Section,
+    Slider,
+    Spring,
+    Stop,
+    Torque,
+    Weld,
+    equilibrium,
+    frequencies,
+)
 from buckler.mbs.laws import KelvinVoigt
 
 BAR, LENGTH, GRAVITY = Section(0.03, 0.005), 0.3, 9.81
@@ -67,6 +87,18 @@ def test_a_bar_falls_upon_a_stop_however_stiff_and_rests_there(stiffness):
     depth = (section.mass_per_length * length * GRAVITY / 2 + load) / 0.6 / stiffness
     assert rest.stable
     assert rest.point("bar", "M").position[1] == pytest.approx(-2.25e-3 - depth, rel=1e-9)
+
+
+@pytest.mark.parametrize("turn", [1.2, 2.5, -1.0])
+def test_a_pendulum_slides_along_its_bush_however_long_and_hangs(turn):
+    """A stiff contact that bends takes short steps: it is no endless motion."""
+    bush = Clearance("O", "ground", "bar", pin=5e-3, gap=1e-4, law=KelvinVoigt(1e7, 10.0))
+    tip = (LENGTH * np.cos(turn), LENGTH * np.sin(turn))
+    made = Mechanism({"O": (0, 0), "A": tip}, [Link("bar", "O", "A", Rigid(BAR))], [bush], gravity=(0.0, -GRAVITY))
+    rest, sunk = equilibrium(made), 1e-4 + BAR.mass_per_length * LENGTH * GRAVITY / 1e7
+    assert rest.status == "OK"
+    assert rest.stable
+    assert rest.point("bar", "A").position == pytest.approx([0.0, -LENGTH - sunk], abs=1e-9)
 
 
 def block(height, stop=True):
@@ -144,6 +176,56 @@ def test_the_error_of_a_bent_strip_bounds_its_difference_to_a_fine_one():
         true = np.abs(rest.point("strip", "B").position - fine).max() / 0.5
         assert true <= rest.error + 1e-10
         assert rest.error < (1e-8 if degree is None else 1.0)
+
+
+@pytest.mark.parametrize("times", [5.0, 28.0, 30.0])
+def test_a_force_across_a_strip_that_turns_with_it_rolls_it_up(times):
+    """Against Reissner's strip integrated from its tip, in whose frame the force is known."""
+    section, length = Section(0.02, 0.0005), 0.5
+    force = times * section.bending_stiffness / length**2
+    axial, shear, bend = section.axial_stiffness, section.shear_stiffness, section.bending_stiffness
+
+    def back(s, y):
+        along, across = 1 + force * np.sin(y[2]) / axial, force * np.cos(y[2]) / shear
+        x = along * np.cos(y[2]) - across * np.sin(y[2])
+        return [-x, -(along * np.sin(y[2]) + across * np.cos(y[2])), -y[3] / bend, x * force]
+
+    x, y, turn, _ = solve_ivp(back, (0, length), np.zeros(4), rtol=1e-11, atol=1e-13).y[:, -1]
+    c, s = np.cos(turn), np.sin(turn)
+    rest = equilibrium(Mechanism(
+        {"A": (0, 0), "B": (length, 0)}, [Link("strip", "A", "B", Beam(section))], [Weld("A", "ground", "strip")],
+        loads=[Force("B", (0.0, force), follows="strip")],
+    ))  # fmt: skip
+    assert rest.point("strip", "B").position == pytest.approx([-c * x - s * y, s * x - c * y], abs=1e-8)
+    assert rest.status == "OK"
+    assert rest.error < 1e-7
+    assert rest.stable
+    assert rest.neutral == ()
+
+
+def test_the_other_equilibria_of_a_column_have_errors_as_small_as_the_first():
+    """Buckled to both sides: Euler's elastica, P = 4 K^2 EI/L^2, its ends (2 E/K - 1) L apart; or turned over and pulled."""
+    section, length = Section(0.02, 0.0002), 0.5
+    load = 2 * section.euler_load(length)
+    rest = equilibrium(Mechanism(
+        {"A": (0, 0), "B": (length, 0)}, [Link("strip", "A", "B", Beam(section))], [Revolute("A", "ground", "strip")],
+        [Guide("B", "strip")], loads=[Force("B", (-load, 0.0))],
+    ), all=True)  # fmt: skip
+    m = brentq(lambda m: 4 * ellipk(m) ** 2 - 2 * np.pi**2, 0.1, 0.9)
+    buckled = [each for each in rest.others if each.stable and each.point("strip", "B").position[0] > -0.9 * length]
+    assert not rest.stable
+    assert len(buckled) == 2
+    for each in buckled:
+        assert each.point("strip", "B").position[0] == pytest.approx((2 * ellipe(m) / ellipk(m) - 1) * length, abs=1e-6)
+        assert each.error < 1e-7
+
+
+@pytest.mark.parametrize("guess", ["x", [1.0], [np.nan] * 3])
+def test_coordinates_that_are_none_of_the_mechanism_are_refused(guess):
+    with pytest.raises(ValueError, match="guess: must be 3 finite coordinates"):
+        equilibrium(pendulum(0.1), guess=guess)
+    with pytest.raises(ValueError, match="about: must be 3 finite coordinates"):
+        frequencies(pendulum(0.1), about=guess)
 
 
 @pytest.mark.parametrize(("asked", "said"), [({"load": np.nan}, "load"), ({"degree": 2.5}, "degree"), ({"degree": 0}, "degree")])
