@@ -60,6 +60,10 @@ class Metric:
         """What is known of it, by name."""
         return {key: value for key, value in asdict(self).items() if value is not None or key == "value"}
 
+    def shown(self, value: str = ".4g", error: str = ".2g") -> str:
+        """Value and standard error in these formats: 12.3 ± 0.4; the value alone where no error is known."""
+        return f"{self.value:{value}}" + ("" if self.error is None else f" ± {abs(self.value) * self.error:{error}}")
+
 
 @dataclass(frozen=True)
 class Table:

@@ -23,11 +23,14 @@ class Mean(NamedTuple):
         n = len(values)
         return cls(float(values.mean()) if n else nan, float(values.std(ddof=1)) / sqrt(n) if n > 1 else nan, n)
 
+    def metric(self, unit: str) -> Metric:
+        """With its relative standard error where there are several values."""
+        return Metric(self.value, unit, error=self.error / abs(self.value) if self.n > 1 and self.value else None)
+
 
 def mean(unit: str, values: Any) -> Metric:
     """Mean of independent values, and its relative standard error where there are several."""
-    found = Mean.of(np.asarray(values))
-    return Metric(found.value, unit, error=found.error / abs(found.value) if found.n > 1 and found.value else None)
+    return Mean.of(np.asarray(values)).metric(unit)
 
 
 class PowerLaw(NamedTuple):

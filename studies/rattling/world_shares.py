@@ -11,7 +11,7 @@ import numpy as np
 from buckler.studies.kit.report import Array, Metric, Table
 from buckler.studies.kit.style import COLOURS, Figure, plain_ticks, subplots
 from buckler.studies.rattling.buffering_measures import CLAIMS
-from buckler.studies.rattling.worlds import ASSUMPTIONS, Tree, Worlds, grown, sentence, wilson
+from buckler.studies.rattling.worlds import ASSUMPTIONS, Worlds, grown, sentence, wilson
 
 NOTES = """\
 A world has one value of everything that the paper leaves open, drawn from a Sobol' set: {names}.
@@ -24,24 +24,18 @@ clearance."""
 
 @dataclass(frozen=True)
 class Share:
-    """One claim over all worlds.
-
-    Attributes
-    ----------
-    hits, of : int
-        Worlds in which it holds, and all that count.
-    unsure : float
-        Share of worlds whose ratio is within two standard errors of the bound.
-    tree : Tree
-    words : str
-        The verdict.
-    """
+    """One claim over all worlds: in how many it holds of how many, the share unsure, what decides it, the verdict in words."""
 
     hits: int
     of: int
     unsure: float
-    tree: Tree
+    place: int
     words: str
+
+    @property
+    def share(self) -> float:
+        """Of the worlds in which it holds."""
+        return self.hits / max(self.of, 1)
 
     @property
     def interval(self) -> tuple[float, float]:
@@ -51,7 +45,7 @@ class Share:
     @property
     def decided_by(self) -> str:
         """Name of the assumption that divides the worlds best."""
-        return "none" if self.tree.root is None else ASSUMPTIONS[self.tree.root.place].name
+        return "none" if self.place < 0 else ASSUMPTIONS[self.place].name
 
 
 def shares(worlds: Worlds, ratios: Array, errors: Array, margin: float) -> dict[str, Share]:
@@ -64,21 +58,16 @@ def shares(worlds: Worlds, ratios: Array, errors: Array, margin: float) -> dict[
         tree = grown(codes[sound], answers)
         hits, of = int(answers.sum()), int(sound.sum())
         unsure = float((np.abs(value - (1 - margin)) < 2 * error).mean()) if of else 1.0
-        words = sentence(hits / of if of else 0.0, *wilson(hits, of), tree, codes[sound], answers)
-        found[claim.name] = Share(hits, of, unsure, tree, words)
+        words = sentence(hits / of if of else 0.0, *wilson(hits, of), tree, answers)
+        found[claim.name] = Share(hits, of, unsure, -1 if tree.root is None else tree.root.place, words)
     return found
 
 
 def metrics(found: dict[str, Share]) -> dict[str, Metric]:
     """`<claim>.share`, `.low`, `.high`, `.unsure`, `.decided_by`."""
-    numbers = {}
-    for name, one in found.items():
-        low, high = one.interval
-        numbers[f"{name}.share"] = Metric(one.hits / one.of if one.of else 0.0, "1")
-        numbers[f"{name}.low"], numbers[f"{name}.high"] = Metric(low, "1"), Metric(high, "1")
-        numbers[f"{name}.unsure"] = Metric(one.unsure, "1")
-        numbers[f"{name}.decided_by"] = Metric(float(-1 if one.tree.root is None else one.tree.root.place), "1")
-    return numbers
+    keys = ("share", "low", "high", "unsure", "decided_by")
+    numbers = {name: (one.share, *one.interval, one.unsure, float(one.place)) for name, one in found.items()}
+    return {f"{name}.{key}": Metric(x, "1") for name, all_ in numbers.items() for key, x in zip(keys, all_, strict=True)}
 
 
 def table(found: dict[str, Share], margin: float, count: int, members: int, cycles: int) -> Table:
@@ -87,13 +76,11 @@ def table(found: dict[str, Share], margin: float, count: int, members: int, cycl
     for claim in CLAIMS:
         one = found[claim.name]
         low, high = one.interval
-        interval = f"{one.hits / max(one.of, 1):.2f}, {low:.2f} to {high:.2f}"
+        interval = f"{one.share:.2f}, {low:.2f} to {high:.2f}"
         rows.append([claim.text, interval, f"{one.unsure:.2f}", one.decided_by, one.words])
     names = ", ".join(f"{k} {a.name}" for k, a in enumerate(ASSUMPTIONS))
     sound = max(one.of for one in found.values())
-    notes = NOTES.format(
-        names=names, margin=100 * margin, count=count, suspect=count - sound, members=members, cycles=cycles
-    )  # fmt: skip
+    notes = NOTES.format(names=names, margin=100 * margin, count=count, suspect=count - sound, members=members, cycles=cycles)
     return Table(["claim", "share of worlds", "unsure", "decided by", "verdict"], rows, "Over all worlds", notes)
 
 
@@ -106,24 +93,19 @@ def figure(found: dict[str, Share], ratios: Array) -> Figure:
         left.plot(values, place + draw.uniform(-0.3, 0.3, len(values)), ".", color=COLOURS[0], markersize=1.5, alpha=0.5)
         left.plot(np.median(values), place, "|", color=COLOURS[6], markersize=11, markeredgewidth=1.5)
         one = found[claim.name]
-        share, (low, high) = one.hits / max(one.of, 1), one.interval
-        right.errorbar(share, place, xerr=[[share - low], [high - share]], fmt="o", color=COLOURS[1], capsize=2)
+        low, high = one.interval
+        right.errorbar(one.share, place, xerr=[[one.share - low], [high - one.share]], fmt="o", color=COLOURS[1], capsize=2)
         right.annotate(
             one.decided_by.replace("c_max in", "unit of c_max"), (1.03, place), va="center", fontsize=7, annotation_clip=False
         )
     left.axvline(1, color="#999999", linewidth=0.8)
     left.set(xscale="log", xlabel="flexible/rigid; bar: median")
     plain_ticks(left.xaxis)
-    left.set_yticks(places, [_short(claim.text) for claim in CLAIMS], fontsize=7)
+    left.set_yticks(places, [claim.text.replace(": ", ":\n") for claim in CLAIMS], fontsize=7)
     right.axvline(0.5, color="#999999", linewidth=0.8)
     right.set(xlim=(0, 1), xlabel="share of worlds")
     right.annotate("decided by:", (1.03, len(CLAIMS) - 0.3), va="center", fontsize=7, annotation_clip=False)
     return fig
-
-
-def _short(text: str) -> str:
-    """A claim's text in two lines."""
-    return text.replace(": ", ":\n")
 
 
 def read(rows: Sequence[Any]) -> tuple[Array, Array]:

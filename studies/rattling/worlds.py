@@ -13,7 +13,8 @@ L. Breiman et al., Classification and Regression Trees, doi 10.1201/978131513947
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import pi, sqrt
+from itertools import combinations
+from math import pi
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -33,13 +34,7 @@ COUNTS = {"2 + 1": (2, 1), "3 + 1": (3, 1), "6 + 3": (6, 3)}
 
 @dataclass(frozen=True)
 class Assumption:
-    """One thing left open: words to choose from alike, or a number alike in its logarithm from `low` to `high`.
-
-    Attributes
-    ----------
-    factor, unit : float, str
-        What a number is shown in.
-    """
+    """One thing left open: words to choose from alike, or a number alike in its logarithm from `low` to `high`."""
 
     name: str
     words: tuple[str, ...] = ()
@@ -96,17 +91,7 @@ class Worlds(NamedTuple):
 
 
 def drawn(count: int, seed: int, **shared: Any) -> Worlds:
-    """Draw worlds from a scrambled Sobol' sequence; the first of them are the same for any count.
-
-    Parameters
-    ----------
-    count : int
-        A power of two keeps the set even.
-    seed : int
-        Of the scrambling.
-    **shared
-        Parameters of every world.
-    """
+    """Draw worlds from a Sobol' sequence scrambled by a seed; the first are the same for any count, a power of two is even."""
     sobol = qmc.Sobol(len(ASSUMPTIONS), rng=np.random.default_rng(seed))
     points = sobol.random_base2(max(0, (count - 1).bit_length()))[:count]
     values = [{a.name: a.draw(x) for a, x in zip(ASSUMPTIONS, point, strict=True)} for point in points]
@@ -145,26 +130,33 @@ def wilson(hits: int, of: int, level: float = 0.05) -> tuple[float, float]:
 
 
 class Split(NamedTuple):
-    """The split of one assumption that divides best: its number, which values are on the first side, and what is gained.
-
-    Attributes
-    ----------
-    place : int
-        Among `ASSUMPTIONS`.
-    side : tuple of float, or float
-        Codes of the words on the first side, or the number below which it lies.
-    gain : float
-        Fall of the Gini impurity, times the worlds.
-    """
+    """One assumption's place among `ASSUMPTIONS`, and its first side: codes of words, or the number below which it lies."""
 
     place: int
     side: tuple[float, ...] | float
-    gain: float
 
     def first(self, codes: Array) -> Array:
         """Which worlds are on the first side."""
         column = codes[:, self.place]
         return np.isin(column, self.side) if isinstance(self.side, tuple) else column < self.side
+
+    def words(self, first: bool) -> str:
+        """One side of it."""
+        assumption = ASSUMPTIONS[self.place]
+        if first or not isinstance(self.side, tuple):
+            return assumption.question(self.side).replace(" below ", " below " if first else " from ")
+        return assumption.question(tuple(float(k) for k in range(len(assumption.words)) if k not in self.side))
+
+
+def splits(codes: Array) -> list[Split]:
+    """Every way to part the worlds by one assumption: its words in two sets, or its numbers below and from one."""
+    found = []
+    for place, assumption in enumerate(ASSUMPTIONS):
+        kinds = np.unique(codes[:, place])
+        sizes = range(1, len(kinds)) if assumption.words else ()
+        sides = [side for size in sizes for side in combinations(kinds.tolist(), size)]
+        found += [Split(place, side) for side in sides or np.sqrt(kinds[1:] * kinds[:-1]).tolist()]
+    return found
 
 
 def _impurity(hits: Array, of: Array) -> Array:
@@ -172,90 +164,50 @@ def _impurity(hits: Array, of: Array) -> Array:
     return 2 * hits * (1 - hits / np.maximum(of, 1))
 
 
-def _best_of(codes: Array, answers: Array, place: int, least: int) -> Split:
-    """Best split of one assumption; words are ordered by their share, numbers by themselves; then one cut decides."""
-    column, words = codes[:, place], bool(ASSUMPTIONS[place].words)
-    kinds = np.unique(column)
-    hits, of = (np.array([(w * (column == k)).sum() for k in kinds]) for w in (answers, np.ones_like(answers)))
-    order = np.argsort(hits / of, kind="stable") if words else np.arange(len(kinds))
-    left_hits, left = np.cumsum(hits[order])[:-1], np.cumsum(of[order])[:-1]
-    gain = _impurity(hits.sum(), of.sum()) - _impurity(left_hits, left) - _impurity(hits.sum() - left_hits, of.sum() - left)
-    gain[(left < least) | (of.sum() - left < least)] = -1.0
-    if not gain.size or gain.max() < 0:
-        return Split(place, (), -1.0)
-    cut = int(np.argmax(gain))
-    if words:
-        return Split(place, tuple(sorted(kinds[order[: cut + 1]].tolist())), float(gain[cut]))
-    low, high = kinds[cut], kinds[cut + 1]
-    return Split(place, float(sqrt(low * high)), float(gain[cut]))
-
-
 def best_split(codes: Array, answers: Array, *, least: int = 8, shuffles: int = 19, seed: int = 0) -> Split | None:
     """The split that divides best, or None if shuffled answers are divided as well: chance of a false one 1/(shuffles + 1).
 
-    Parameters
-    ----------
-    codes : array, shape (worlds, assumptions)
-    answers : array of 0 and 1, shape (worlds,)
-    least : int
-        Worlds on either side.
+    Codes have shape (worlds, assumptions), answers of 0 and 1 (worlds,); either side holds `least` worlds. Of words, the first
+    side is that of fewer answers of 1.
     """
-
-    def best(a: Array) -> Split:
-        return max((_best_of(codes, a, k, least) for k in range(codes.shape[1])), key=lambda split: split.gain)
-
     if answers.min(initial=1.0) == answers.max(initial=0.0):
         return None
-    found, draw = best(answers), np.random.default_rng(seed)
-    if found.gain <= max((best(draw.permutation(answers)).gain for _ in range(shuffles)), default=0.0):
+    every, draw = splits(codes), np.random.default_rng(seed)
+    first = np.array([split.first(codes) for split in every], dtype=float)
+    drawn = np.stack([answers, *(draw.permutation(answers) for _ in range(shuffles))], axis=1)
+    all_hits, count = answers.sum(), len(answers)
+    hits, of = first @ drawn, first.sum(axis=1, keepdims=True)
+    gain = _impurity(all_hits, count) - _impurity(hits, of) - _impurity(all_hits - hits, count - of)
+    gain = np.where(np.minimum(of, count - of) < least, -1.0, gain)
+    best, *by_chance = gain.max(axis=0)
+    if best <= max(by_chance, default=0.0):
         return None
-    return found
+    return every[min(np.flatnonzero(np.isclose(gain[:, 0], best)), key=lambda k: hits[k, 0] / of[k, 0])]
 
 
 class Tree(NamedTuple):
-    """Two questions: the first of all worlds, the second of either side; None where no question divides."""
+    """What divides all worlds best, None if nothing does; what leads to each end of two questions, and which worlds are there."""
 
     root: Split | None
-    branches: tuple[Split | None, Split | None]
+    ends: list[tuple[str, Array]]
 
 
 def grown(codes: Array, answers: Array, seed: int = 0) -> Tree:
     """The tree of depth two."""
-    root = best_split(codes, answers, seed=seed)
+    root, ends = best_split(codes, answers, seed=seed), []
     if root is None:
-        return Tree(None, (None, None))
-    side = root.first(codes)
-    first, second = (best_split(codes[k], answers[k], seed=seed + 1) for k in (side, ~side))
-    return Tree(root, (first, second))
+        return Tree(None, [("all worlds", np.ones(len(codes), dtype=bool))])
+    for side in (True, False):
+        here = root.first(codes) == side
+        branch = best_split(codes[here], answers[here], seed=seed + 1)
+        if branch is None:
+            ends.append((root.words(side), here))
+        else:
+            ends += [(f"{root.words(side)}, {branch.words(x)}", here & (branch.first(codes) == x)) for x in (True, False)]
+    return Tree(root, ends)
 
 
-def leaves(tree: Tree, codes: Array) -> list[tuple[str, Array]]:
-    """What leads to each end of the tree, in words, and which worlds are there."""
-    everywhere = np.ones(len(codes), dtype=bool)
-    if tree.root is None:
-        return [("all worlds", everywhere)]
-    found = []
-    for split, side, branch in zip((tree.root,) * 2, (True, False), tree.branches, strict=True):
-        here = split.first(codes) == side
-        for inner in (True, False) if branch else (True,):
-            there = here & (branch.first(codes) == inner) if branch else here
-            words = [_words(split, side)] + ([_words(branch, inner)] if branch else [])
-            found.append((", ".join(words), there))
-    return found
-
-
-def _words(split: Split, first: bool) -> str:
-    """One side of a split."""
-    assumption = ASSUMPTIONS[split.place]
-    if first:
-        return assumption.question(split.side)
-    if isinstance(split.side, tuple):
-        rest = tuple(float(k) for k in range(len(assumption.words)) if k not in split.side)
-        return assumption.question(rest)
-    return assumption.question(split.side).replace(" below ", " from ")
-
-
-def sentence(share: float, low: float, high: float, tree: Tree, codes: Array, answers: Array) -> str:
+def sentence(share: float, low: float, high: float, tree: Tree, answers: Array) -> str:
     """Verdict of one claim."""
     if low > 0.5:
         verdict = "holds in most worlds" if low < 0.95 else "holds in nearly every world"
@@ -265,5 +217,5 @@ def sentence(share: float, low: float, high: float, tree: Tree, codes: Array, an
     text = f"{verdict} ({share:.0%}, {low:.0%} to {high:.0%})"
     if tree.root is None:
         return f"{text}; no single assumption decides it"
-    parts = [f"{answers[here].mean():.0%} with {words}" for words, here in leaves(tree, codes) if here.any()]
+    parts = [f"{answers[here].mean():.0%} with {words}" for words, here in tree.ends if here.any()]
     return f"{text}: " + "; ".join(parts)
