@@ -22,22 +22,27 @@ OF_MODES = ("modal_damping", "modes_of", "bending", "axial", "frequency_factor")
 """Parameters of a rocker of modes alone."""
 
 
+class InPython:
+    """A contact law that the compiler cannot see into, and whose evaluations are counted."""
+
+    def __init__(self, law: NormalLaw) -> None:
+        self.law, self.calls = law, 0
+        self.stiffness, self.exponent = law.stiffness, law.exponent
+        self.elastic, self.potential = law.elastic, law.potential
+
+    def force(self, depth: Any, rate: Any, onset: Any) -> Any:
+        """Force of the law, N."""
+        self.calls += 1
+        return self.law.force(depth, rate, onset)
+
+
 def bars(
     law: NormalLaw, friction: FrictionLaw, gap: float, *, depth: float = 20e-3, pin: float = 5e-3, speed: float | Ramp = 10 * pi,
     angle: float = 0.0, rocker: Any = None, turned: str = "", gravity: tuple[float, float] = (0.0, 0.0), joints: str = JOINTS,
 ) -> Mechanism:  # fmt: skip
-    """The crank-rocker with clearance, m, in some joints, none if it is 0.
+    """The crank-rocker with clearance, m, in some joints, none if it is 0; bars so deep in the plane, m.
 
-    Parameters
-    ----------
-    depth : float
-        Side of the bars in the plane, m.
-    angle : float
-        Of the crank at the start, rad.
-    rocker : Body, optional
-        Rigid by default.
-    turned : str
-        Joints whose pin is on the body that by default carries the bush.
+    Turned joints have the pin on the body that by default carries the bush.
     """
 
     def play(point: str, first: str, second: str) -> Clearance:
@@ -126,7 +131,7 @@ class RockerParameters(FourBarParameters, ModalAssumptions):
         return super().stated() if self.rocker == "modal" else f"{JointAssumptions.stated(self)}; rocker rigid"
 
 
-def flexible(p: Any) -> Modal:
+def flexible(p: Any, depth: float | None = None) -> Modal:
     """The rocker of modes that a study's assumptions ask for."""
-    modes = rocker_modes(p.modes_of, p.in_plane_depth, p.bending, p.axial, p.frequency_factor)
+    modes = rocker_modes(p.modes_of, depth or p.in_plane_depth, p.bending, p.axial, p.frequency_factor)
     return damped(modes, p.modal_damping, p.rocker_damping)

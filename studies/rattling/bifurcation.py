@@ -18,13 +18,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from math import nan
 from typing import Any
 
 import numpy as np
 
 from buckler.mbs import Mechanism
 from buckler.studies.kit.report import QUIET, Array, Metric, Progress, StudyResult, Table, judged
+from buckler.studies.kit.statistics import Mean
 from buckler.studies.kit.style import COLOURS, Figure, subplots
 from buckler.studies.rattling import bifurcation_points as diagram
 from buckler.studies.rattling.bifurcation_points import DiagramPoint, Growth, SectionParameters
@@ -65,13 +65,13 @@ def _metrics(p: Parameters, base: Mechanism, points: Sequence[DiagramPoint], gro
     here = diagram.exponent(growth.rate * period(base) / growth.rate.shape[-1], period(base))
     exponents = [x.exponent for x in points]
     ends = {"smallest": min(exponents), "largest": max(exponents)}
-    relative = abs(here.error / here.value)
+    rate = here.metric("1/s")
     return {
-        "exponent": Metric(here.value, "1/s", error=relative),
-        "exponent_per_turn": Metric(here.value * period(base), "1", error=relative),
+        "exponent": rate,
+        "exponent_per_turn": Metric(here.value * period(base), "1", error=rate.error),
         "fastest_growth": Metric(diagram.fastest(growth.rate, period(base)), "1/s"),
         "alone_against_drawn_back": Metric(diagram.agreement(growth, p.clearance), "1"),
-        **{f"{end}_exponent": Metric(x.value, "1/s", error=abs(x.error / x.value)) for end, x in ends.items()},
+        **{f"{end}_exponent": x.metric("1/s") for end, x in ends.items()},
         "repeating": Metric(float(sum(x.period > 0 for x in points)), "1"),
         "chaotic": Metric(float(sum(x.exponent.value > diagram.SURE * x.exponent.error for x in points)), "1"),
     }
@@ -120,9 +120,8 @@ def _growth_table(p: Parameters, base: Mechanism, growth: Growth) -> Table:
     angles = (np.arange(steps) + 0.5) / steps * 360
     rows = []
     for low, high in parts:
-        rates = growth.rate[..., (angles >= low) & (angles < high)].mean(axis=-1).ravel()
-        error = rates.std(ddof=1) / np.sqrt(rates.size) if rates.size > 1 else nan
-        rows.append([f"{low} to {high}", f"{rates.mean():.0f}", f"{error:.0f}"])
+        found = Mean.of(growth.rate[..., (angles >= low) & (angles < high)].mean(axis=-1).ravel())
+        rows.append([f"{low} to {high}", f"{found.value:.0f}", f"{found.error:.0f}"])
     title = f"Rate over a turn at {1e3 * p.clearance:g} mm, {p.speed:.4g} rad/s, c_max = {p.damping:g} {p.damping_unit}"
     notes = f"fastest over {1e3 * diagram.WINDOW:g} ms: {diagram.fastest(growth.rate, period(base)):.0f}/s"
     return Table(["crank angle past the section [deg]", "rate [1/s]", "std. error"], rows, title, notes)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import ceil, nan
+from math import ceil
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,6 +20,7 @@ from buckler.mbs.spectral.ensembles import offset, resume
 from buckler.mbs.spectral.run import State
 from buckler.mbs.spectral.scene import Scene
 from buckler.studies.kit.parameters import choice, integer, quantities, quantity
+from buckler.studies.kit.statistics import Mean
 from buckler.studies.rattling.assumptions import JOINTS
 from buckler.studies.rattling.bars import RockerParameters
 from buckler.studies.rattling.turns import deep, finished, gap, period, solver
@@ -92,32 +93,15 @@ class SectionParameters(RockerParameters):
         return max(50, ceil(period(mechanism) / self.interval))
 
 
-class Exponent(NamedTuple):
-    """A largest Lyapunov exponent and its standard error, both 1/s."""
-
-    value: float
-    error: float
-
-
 class DiagramPoint(NamedTuple):
-    """What one value gives.
+    """What one value gives: places of the pin in its bush, in clearances, (seeds, turns, 2), and their standard deviation.
 
-    Attributes
-    ----------
-    section : array, shape (seeds, turns, 2)
-        Place of the pin in its bush, in clearances.
-    exponent : Exponent
-        1/s, with its standard error.
-    period : int
-        Turns after which every section repeats, 0 if it does not within `LONGEST_PERIOD`.
-    spread : float
-        Standard deviation of the section, in clearances.
-    notes : tuple of str
-        What speaks against the point, each beginning with a name.
+    Further the exponent, 1/s; turns after which every section repeats, 0 if not within `LONGEST_PERIOD`; what speaks against
+    the point, each note beginning with a name.
     """
 
     section: Array
-    exponent: Exponent
+    exponent: Mean
     period: int
     spread: float
     notes: tuple[str, ...]
@@ -179,14 +163,12 @@ def _scale(scene: Scene) -> Array:
     return np.concatenate([lengths, lengths * period(scene.mechanism) / (60 * np.pi)])
 
 
-def exponent(growth: Array, turn: float) -> Exponent:
+def exponent(growth: Array, turn: float) -> Mean:
     """Exponent from growth, shape (..., turns, steps), of turns that last so long, s; the error of one turn is nan.
 
     Turns are taken for independent: where joints rattle, nothing is left after one of how it began.
     """
-    rates = np.asarray(growth).sum(axis=-1).ravel() / turn
-    error = float(rates.std(ddof=1) / np.sqrt(rates.size)) if rates.size > 1 else nan
-    return Exponent(float(rates.mean()), error)
+    return Mean.of(np.asarray(growth).sum(axis=-1).ravel() / turn)
 
 
 def member(p: SectionParameters, mechanism: Mechanism, seed: int) -> tuple[Array, Array, str]:
@@ -231,14 +213,10 @@ def repeats(section: Array) -> int:
 
 
 class Growth(NamedTuple):
-    """Over one turn from the angle of the section, at the parameters themselves.
+    """Over one turn from the angle of the section: local rate at which motions part, 1/s, (members, turns, steps).
 
-    Attributes
-    ----------
-    rate : array, shape (members, turns, steps)
-        Local rate at which motions part, 1/s.
-    alone, drawn : array, shape (members, steps + 1)
-        Size, m, of an offset of 1e-12 m that is left alone, and what its growth comes to if it is drawn back.
+    Further the size, m, of an offset of 1e-12 m that is left alone, and what its growth comes to if it is drawn back,
+    (members, steps + 1).
     """
 
     rate: Array

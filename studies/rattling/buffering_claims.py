@@ -29,8 +29,8 @@ from buckler.studies.kit.style import COLOURS, Figure, subplots
 from buckler.studies.rattling import buffering_measures as measures
 from buckler.studies.rattling import world_shares
 from buckler.studies.rattling.assumptions import BODIES, ModalAssumptions
+from buckler.studies.rattling.bars import flexible
 from buckler.studies.rattling.buffering_measures import CLAIMS, VERDICTS, EnsembleParameters
-from buckler.studies.rattling.mode_sets import damped, rocker_modes
 from buckler.studies.rattling.turns import Ensemble, period
 from buckler.studies.rattling.worlds import drawn
 from buckler.studies.sweeping.sweep import sweep
@@ -85,7 +85,8 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     for case, rocker in progress(list(product(every, ROCKERS)), label="ensembles"):
         found = _measured(p, case, rocker)
         wrong += measures.trouble(f"{case.name}.{rocker}", found)
-        metrics |= _numbers(f"{case.name}.{rocker}", found)
+        metrics |= measures.numbers(f"{case.name}.{rocker}", found)
+        metrics[f"{case.name}.{rocker}.penetration"] = Metric(float(found.turns["depth"].max()), "m")
         if rocker == "rigid":
             rigid = found
         else:
@@ -133,8 +134,7 @@ def _measured(p: Parameters, case: ClaimCase, rocker: str) -> Ensemble:
     """Run one rocker; the two have other seeds, so their errors are independent."""
     if rocker == "rigid":
         return p.ensemble(p.bars(*case))
-    modes = rocker_modes(p.modes_of, case.depth, p.bending, p.axial, p.frequency_factor)
-    return p.ensemble(p.bars(*case, damped(modes, p.modal_damping, p.rocker_damping)), batch=1)
+    return p.ensemble(p.bars(*case, flexible(p, case.depth)), batch=1)
 
 
 def _ideal(p: Parameters, depth: float) -> Mapping[str, Any]:
@@ -147,24 +147,12 @@ def _ideal(p: Parameters, depth: float) -> Mapping[str, Any]:
     return {"force": np.array(force), "peak_a": np.array(peak), "travel_a": np.abs(np.diff(a, axis=0)).sum(axis=0)}
 
 
-def _numbers(name: str, found: Ensemble) -> dict[str, Metric]:
-    """What the claims are about, for one rocker in one case, each with its relative standard error; and the checks."""
-    numbers = {}
-    for claim in CLAIMS:
-        value, error, _ = measures.mean(found, claim)
-        numbers[f"{name}.{claim.name}"] = Metric(value, claim.unit, error=error / value)
-    return numbers | {
-        f"{name}.energy_balance": Metric(max(found.balances), "1"),
-        f"{name}.penetration": Metric(float(found.turns["depth"].max()), "m"),
-    }
-
-
-def _compared(p: Parameters, case: ClaimCase, rigid: Ensemble, flexible: Ensemble, ideal: Any, count: int) -> dict[str, Metric]:
+def _compared(p: Parameters, case: ClaimCase, rigid: Ensemble, bent: Ensemble, ideal: Any, count: int) -> dict[str, Metric]:
     """Ratios of the two, their verdicts; and what clearance does with the rigid rocker, over ideal joints."""
     numbers = {}
     for claim in CLAIMS:
-        found, name = measures.ratio(measures.mean(flexible, claim), measures.mean(rigid, claim)), f"{case.name}.{claim.name}"
-        numbers[f"{name}.ratio"] = Metric(found.value, "1", error=found.error / found.value)
+        found, name = measures.ratio(measures.mean(bent, claim), measures.mean(rigid, claim)), f"{case.name}.{claim.name}"
+        numbers[f"{name}.ratio"] = found.metric
         numbers[f"{name}.verdict"] = Metric(VERDICTS[found.verdict(p.level / (len(CLAIMS) * count), p.margin)], "1")
         if claim.family in OVER_IDEAL:
             over = measures.mean(rigid, claim).value / float(ideal[claim.measure][claim.column])
@@ -190,9 +178,8 @@ def _table(metrics: Mapping[str, Metric], p: Parameters, unit: str, depth: float
     for claim in CLAIMS:
         row = [claim.text]
         for case in here:
-            found = metrics[f"{case.name}.{claim.name}.ratio"]
-            mark = "*" if _marked(case, wrong) else ""
-            row.append(f"{found.value:.3f} ± {found.value * (found.error or 0):.3f} {_verdict(metrics, case, claim.name)}{mark}")
+            shown, mark = metrics[f"{case.name}.{claim.name}.ratio"].shown(".3f", ".3f"), "*" if _marked(case, wrong) else ""
+            row.append(f"{shown} {_verdict(metrics, case, claim.name)}{mark}")
         rows.append(row)
     title = f"flexible/rigid, ± standard error; c_max = 253 {unit}, {1e3 * depth:g} mm in the plane"
     suspect = f"* suspect: energy balance above {measures.BALANCED:g}, or a pin deeper in than the clearance"

@@ -30,12 +30,12 @@ from buckler.mbs.library import CLOSED, RATTLING
 from buckler.mbs.record.lookup import between
 from buckler.mbs.spectral.ensembles import Member
 from buckler.studies.kit.parameters import choices, integer, quantities, quantity
+from buckler.studies.kit.report import Array, Metric
 from buckler.studies.kit.statistics import Mean
 from buckler.studies.rattling.assumptions import BODIES, JOINTS, Assumptions
 from buckler.studies.rattling.bars import bars
 from buckler.studies.rattling.turns import Ensemble, along, ensemble, gap, period, root_mean_squares
 
-Array = np.ndarray[Any, Any]
 READINGS = {"N.s/m": RATTLING, "N.s/mm": CLOSED}
 """Contact laws by how the unit of the published c_max = 253 is read."""
 TURN = np.linspace(0, 1, 2001)
@@ -177,6 +177,11 @@ class Ratio(NamedTuple):
     error: float
     freedom: float
 
+    @property
+    def metric(self) -> Metric:
+        """With its relative standard error."""
+        return Metric(self.value, "1", error=self.error / self.value)
+
     def reach(self, level: float) -> float:
         """Half width of the interval whose one end the truth passes with this chance."""
         return float(student.isf(level, self.freedom)) * self.error
@@ -193,6 +198,12 @@ def mean(found: Ensemble, claim: Claim) -> Mean:
     """Of a claim's number."""
     value, error = found.mean(claim.measure)[claim.column], found.error(claim.measure)[claim.column]
     return Mean(float(value), float(error), len(found.outcomes))
+
+
+def numbers(name: str, found: Ensemble) -> dict[str, Metric]:
+    """What the claims are about, of one rocker, each with its relative standard error; and the energy balance."""
+    means = {f"{name}.{claim.name}": mean(found, claim).metric(claim.unit) for claim in CLAIMS}
+    return means | {f"{name}.energy_balance": Metric(max(found.balances), "1")}
 
 
 def ratio(flexible: Mean, rigid: Mean) -> Ratio:

@@ -19,7 +19,7 @@ from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, jud
 from buckler.studies.kit.style import Figure, plain_ticks, subplots
 from buckler.studies.rattling.assumptions import ModalAssumptions
 from buckler.studies.rattling.bars import FourBarParameters, flexible
-from buckler.studies.rattling.buffering_measures import CLAIMS, curves, mean, ratio, trouble
+from buckler.studies.rattling.buffering_measures import CLAIMS, curves, mean, numbers, ratio, trouble
 from buckler.studies.rattling.turns import Ensemble, ensemble
 
 JOURNALS = 0.2
@@ -63,16 +63,14 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     for batch, (name, rocker) in enumerate(progress(list(p.rockers().items()), label="rockers")):
         first = LATEST * (2 * p.seed + batch)  # other seeds for each rocker and world: errors are independent
         found[name] = measured(p, rocker, range(first, first + p.members))
-    metrics, wrong = {}, []
+    metrics: dict[str, Metric] = {}
+    wrong: list[str] = []
     for name, one in found.items():
-        metrics[f"{name}.energy_balance"] = Metric(max(one.balances), "1")
+        metrics |= numbers(name, one)
         metrics[f"{name}.depth_over_clearance"] = Metric(float(one.turns["depth"].max() / p.clearance), "1")
         wrong += trouble(name, one)
     for claim in CLAIMS:
-        means = {name: mean(one, claim) for name, one in found.items()}
-        metrics |= {f"{name}.{claim.name}": Metric(m.value, claim.unit, error=m.error / m.value) for name, m in means.items()}
-        over = ratio(means["flexible"], means["rigid"])
-        metrics[f"{claim.name}.ratio"] = Metric(over.value, "1", error=over.error / over.value)
+        metrics[f"{claim.name}.ratio"] = ratio(*(mean(found[name], claim) for name in ("flexible", "rigid"))).metric
     return StudyResult(
         parameters=p,
         **judged(wrong),

@@ -18,15 +18,11 @@ from buckler.studies.kit.parameters import choices, integer, quantity
 from buckler.studies.rattling.assumptions import BODIES, Assumptions
 from buckler.studies.rattling.bars import PlayParameters
 from buckler.studies.rattling.mode_sets import damped, section
-from buckler.studies.rattling.turns import force_on_second, joint_force
+from buckler.studies.rattling.turns import STEPS_A_TURN, chance, force_on_second, joint_force
 
 Array = np.ndarray[Any, Any]
 WITH_PLAY = ("", "B", "BC", "ABC", "OABC")
 """Joints that get clearance as their number grows: first those that are looked at, coupler–rocker and rocker–frame."""
-START_OFFSET = 1e-9
-"""Scale, rad, of the chance offset of the start: far below all errors, yet rattling joints soon move otherwise."""
-STEPS_A_TURN = 720
-"""Steps taken at least for a turn of the crank."""
 SAMPLES = ("coupler.vx", "rocker.vx", "coupler.ax", "rocker.ax")
 FORCES = {"coupler_rocker": "B", "rocker_frame": "C"}
 """The joints whose force is read."""
@@ -101,7 +97,7 @@ class CrankRockerParameters(PlayParameters, Assumptions):
     @property
     def angle(self) -> float:
         """Of the crank at the start, with its chance offset, rad."""
-        return self.start_angle + START_OFFSET * float(np.random.default_rng(self.seed).standard_normal())
+        return self.start_angle + chance(self.seed)
 
     def modal(self) -> Modal:
         """Rocker of a solid's modes."""
@@ -124,8 +120,7 @@ def run_variants(parameters: CrankRockerParameters, progress: Any) -> list[Varia
     """Run the rigid mechanism with ideal joints, as `ideal`, and each rocker asked for with clearance."""
     cases = [("ideal", "rigid", "")] + [(label(r), r, parameters.with_play) for r in parameters.rocker]
     return [
-        Variant(name, with_play, simulate(parameters, rocker, with_play))
-        for name, rocker, with_play in progress(cases, label="variants")
+        Variant(name, joints, simulate(parameters, rocker, joints)) for name, rocker, joints in progress(cases, label="variants")
     ]
 
 
@@ -165,10 +160,10 @@ def read(variant: Variant, ideal: Variant, settle: float) -> dict[str, tuple[flo
     def mean_square(values: Array) -> float:
         return rms(time, values[kept]) if time.size else np.nan
 
+    signals = result.signals
     for name, joint in FORCES.items():
         found[f"peak_force_{name}"] = (largest(joint_force(result, joint)), "N")
     for link in ("coupler", "rocker"):
-        signals = result.signals
         off = signals[f"{link}.vx"] - ideal.result.at(f"{link}.vx", result.time, outside=np.nan)
         found[f"peak_ax_{link}"] = (largest(signals[f"{link}.ax"]), "m/s^2")
         found[f"rms_ax_{link}"] = (mean_square(signals[f"{link}.ax"]), "m/s^2")

@@ -8,7 +8,7 @@ the first 10 ms, in clearances. Rattling is chaotic: what comes later is compare
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from math import isfinite
@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from buckler.mbs import Modal
+from buckler.mbs import Beam, Controlled, Equal, Exudyn, Mechanism, Modal
 from buckler.mbs.accuracy.precision import Point, time_for, verdict
 from buckler.mbs.modal import BarModes
 from buckler.mbs.solvers.choice import usual_tolerance
@@ -28,9 +28,9 @@ from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Tab
 from buckler.studies.kit.style import Figure, subplots
 from buckler.studies.rattling import clearance_precision_runs as variants
 from buckler.studies.rattling.assumptions import Assumptions
+from buckler.studies.rattling.bars import InPython
 from buckler.studies.rattling.clearance import CrankRockerParameters
 from buckler.studies.rattling.clearance_precision_cycles import QUANTITIES, Comparison, compare
-from buckler.studies.rattling.clearance_precision_runs import BarPaths
 
 DEFAULT, EQUAL, OWN_STEP = "default", "1e-7", "20 us"
 """Setting of a run with no settings; the compiled solver's tolerance for ratios; step with the engine's own settings."""
@@ -106,85 +106,75 @@ class Parameters(Assumptions):
         )
 
 
-@dataclass(frozen=True)
-class Model:
-    """One rocker: its runs, the error of an outcome in clearances, and what the statistics compare.
-
-    Attributes
-    ----------
-    chosen : str
-        Name of the series whose default run is looked at more closely.
-    """
+class Model(NamedTuple):
+    """One rocker: its runs, the mechanism of the finest run, and those whose turns are averaged: on the engine, compiled."""
 
     runs: Runs
-    error: Callable[[BarPaths], float]
-    statistics: Callable[..., Comparison]
-    chosen: str
+    fine: Mechanism
+    usual: Mechanism
+    like: Mechanism
 
 
 def _rigid(p: Parameters) -> Model:
     bars, span = p.bars, p.span
     free, held = variants.mechanism(bars), variants.mechanism(bars, ramp=True)
-    slow, plain = (variants.mechanism(bars, law=variants.InPython(bars.law), ramp=ramp) for ramp in (False, True))
+    slow, plain = (variants.mechanism(bars, law=InPython(bars.law), ramp=ramp) for ramp in (False, True))
     runs: Runs = {
         "compiled": {precision.power(x): partial(variants.compiled, free, span, x) for x in TOLERANCES},
         "scipy DOP853": {EQUAL: partial(variants.by_scipy(free), span, float(EQUAL))},
-        "Rigid": _both(free, p),
-        "Rigid, implicit": _both(held, p),
-        "Rigid, equal steps": precision.by_steps(partial(variants.with_equal_steps, free, span), p.steps),
+        "Rigid": _by_tolerance(free, p),
+        "Rigid, implicit": _by_tolerance(held, p),
+        "Rigid, equal steps": _by_steps(free, span, p.steps),
         "Python law": {DEFAULT: partial(variants.on_engine, slow, span)},
         "engine's own, Python law": {OWN_STEP: partial(variants.plainly, plain, span, round(span / 20e-6))},
     }
-    return _model(p, runs, free, free, "Rigid")
+    return Model(runs, free, free, free)
 
 
 def _beam(p: Parameters) -> Model:
     bars, span = p.bars, p.span
-    bar = variants.mechanism(bars, variants.modes_of_beam(bars))
+    fine = variants.mechanism(bars, variants.modes_of_beam(bars))
     few = variants.mechanism(bars, Modal(bars.section, BarModes(2, 1), 0.01))
-    usual = variants.mechanism(bars, variants.beam(bars, 4))
+    beams = {n: variants.mechanism(bars, Beam(variants.damped(bars), elements=n)) for n in sorted({4, *map(int, p.elements)})}
     runs: Runs = {
-        YARDSTICK: {precision.power(TOLERANCES[0]): partial(variants.compiled, bar, span, TOLERANCES[0])},
+        YARDSTICK: {precision.power(TOLERANCES[0]): partial(variants.compiled, fine, span, TOLERANCES[0])},
         "compiled, 2 + 1 modes": {EQUAL: partial(variants.compiled, few, span, float(EQUAL))},
-        **{f"Beam x {n}": _both(variants.mechanism(bars, variants.beam(bars, n)), p) for n in sorted({4, *map(int, p.elements)})},
-        "Beam x 4, equal steps": precision.by_steps(partial(variants.with_equal_steps, usual, span), p.steps),
+        **{f"Beam x {n}": _by_tolerance(beam, p) for n, beam in beams.items()},
+        "Beam x 4, equal steps": _by_steps(beams[4], span, p.steps),
     }
-    model = _model(p, runs, bar, usual, "Beam x 4")
     like = variants.mechanism(bars, variants.modes_of_beam(bars, FEWER))  # chance does more to a turn than a mode of 60 kHz
-    return replace(model, statistics=partial(compare, usual, like, p.members, p.cycles))
+    return Model(runs, fine, beams[4], like)
 
 
 def _modal(p: Parameters) -> Model:
-    bars, span = p.bars, p.span
-    bar = variants.mechanism(bars, bars.modal())
+    bar = variants.mechanism(p.bars, p.bars.modal())
     runs: Runs = {
-        "compiled, same modes": {precision.power(x): partial(variants.compiled, bar, span, x) for x in TOLERANCES},
-        "Modal": _both(bar, p),
-        "Modal, equal steps": precision.by_steps(partial(variants.with_equal_steps, bar, span), (min(p.steps),)),
+        "compiled, same modes": {precision.power(x): partial(variants.compiled, bar, p.span, x) for x in TOLERANCES},
+        "Modal": _by_tolerance(bar, p),
+        "Modal, equal steps": _by_steps(bar, p.span, (min(p.steps),)),
     }
-    return _model(p, runs, bar, bar, "Modal")
+    return Model(runs, bar, bar, bar)
 
 
-def _both(made: Any, p: Parameters) -> dict[str, Callable[[], BarPaths]]:
+def _by_steps(made: Mechanism, span: float, steps: Sequence[float]) -> dict[str, Callable[[], Any]]:
+    return precision.by_steps(lambda count: variants.on_engine(made, span, Exudyn(Equal(count))), steps)
+
+
+def _by_tolerance(made: Mechanism, p: Parameters) -> dict[str, Callable[[], Any]]:
     """By tolerance, and without settings at its place among them."""
-    usual = usual_tolerance(made)
-    coarser, finer = ([x for x in p.tolerances if (x > usual) == side] for side in (True, False))
-    default = {DEFAULT: partial(variants.on_engine, made, p.span)}
-    run = partial(variants.with_tolerance, made, p.span)
-    return precision.by_tolerance(run, coarser) | default | precision.by_tolerance(run, finer)
-
-
-def _model(p: Parameters, runs: Runs, bar: Any, usual: Any, chosen: str) -> Model:
-    distance = variants.finest(bar, p.compared)
-    return Model(
-        runs,
-        lambda outcome: distance(outcome) / p.clearance,
-        partial(compare, usual, bar, p.members, p.cycles),
-        chosen,
-    )
+    run, usual = partial(variants.on_engine, made, p.span), usual_tolerance(made)
+    sides = ([x for x in p.tolerances if (x > usual) == side] for side in (True, False))
+    coarser, finer = (precision.by_tolerance(lambda x: run(Exudyn(Controlled(x))), side) for side in sides)
+    return coarser | {DEFAULT: run} | finer
 
 
 MODELS: dict[str, Callable[[Parameters], Model]] = {"rigid": _rigid, "beam": _beam, "modal": _modal}
+CHOSEN = {
+    "rigid": ("Rigid", ("compiled", EQUAL)),
+    "beam": ("Beam x 4", (YARDSTICK, precision.power(TOLERANCES[0]))),
+    "modal": ("Modal", ("compiled, same modes", EQUAL)),
+}
+"""The series whose default run is looked at more closely, and the run that it is compared with in words."""
 
 
 def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
@@ -197,9 +187,9 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     for name in p.rockers:
         model = MODELS[name](p)
         found[name] = series = _measure(model, p, progress, f"{name}: runs")
-        compared[name] = model.statistics(progress=partial(progress, label=f"{name}: turns"))
-        chosen = series[model.chosen][DEFAULT]
-        metrics |= _metrics(name, chosen, compared[name])
+        turns = partial(progress, label=f"{name}: turns")
+        compared[name] = compare(model.usual, model.like, p.members, p.cycles, turns)
+        metrics |= _metrics(name, series[CHOSEN[name][0]][DEFAULT], compared[name])
         signals |= precision.as_signals({f"{name}: {key}": part for key, part in series.items()})
     metrics |= {name: Metric(_ratio(found, name), "1") for name in RATIOS if RATIOS[name].model in found}
     if "rigid" in found:
@@ -220,7 +210,8 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
 
 def _measure(model: Model, p: Parameters, progress: Progress, label: str) -> Series:
     """Errors and times of a model's runs; the front is that of the engine as we use it."""
-    series = precision.measure(model.runs, model.error, p.repeats, progress, label)
+    distance = variants.finest(model.fine, p.compared)
+    series = precision.measure(model.runs, lambda outcome: distance(outcome) / p.clearance, p.repeats, progress, label)
     ours = precision.points_of({name: part for name, part in series.items() if not name.startswith(RIVALS)})
 
     def leads(point: Point) -> bool:
@@ -267,13 +258,9 @@ def _at_equal_error(series: Mapping[str, Mapping[str, Point]]) -> float:
 
 def _sentence(found: Mapping[str, Series]) -> str:
     """The default run of the first model against the one it is most like."""
-    chosen, rival = {
-        "rigid": (("Rigid", DEFAULT), ("compiled", EQUAL)),
-        "beam": (("Beam x 4", DEFAULT), (YARDSTICK, precision.power(TOLERANCES[0]))),
-        "modal": (("Modal", DEFAULT), ("compiled, same modes", EQUAL)),
-    }[next(iter(found))]
-    series = next(iter(found.values()))
-    return verdict(series[chosen[0]][chosen[1]], series[rival[0]][rival[1]])
+    model, series = next(iter(found.items()))
+    chosen, (rival, key) = CHOSEN[model]
+    return verdict(series[chosen][DEFAULT], series[rival][key])
 
 
 def _runs_table(found: Mapping[str, Series], notes: str) -> Table:
@@ -291,7 +278,7 @@ def _runs_table(found: Mapping[str, Series], notes: str) -> Table:
 def _statistics_table(compared: Mapping[str, Comparison]) -> Table:
     rows = [
         [model, quantity, unit, f"{found.engine[:, k].mean():.5g}", f"{found.compiled[:, k].mean():.5g}",
-         f"{100 * found.relative_error[k]:.1f}", f"{found.apart[k]:+.1f}"]
+         f"{100 * found.error[k] / found.compiled[:, k].mean():.1f}", f"{found.apart[k]:+.1f}"]
         for model, found in compared.items()
         for k, (quantity, unit) in enumerate(QUANTITIES.items())
     ]  # fmt: skip

@@ -12,13 +12,13 @@ from typing import Any
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from buckler.mbs import Beam, Controlled, Equal, Exudyn, Mechanism, Modal, Ramp, Section, simulate
-from buckler.mbs.library import STEEL_CRANK_ROCKER
+from buckler.mbs import Exudyn, Mechanism, Modal, Ramp, Section, simulate
 from buckler.mbs.modal import BarModes
 from buckler.mbs.spectral.dense import right_hand_side
 from buckler.mbs.spectral.run import integrate
 from buckler.mbs.spectral.scene import Scene
 from buckler.studies.rattling.clearance import CrankRockerParameters
+from buckler.studies.rattling.mode_sets import LENGTH
 from buckler.studies.rattling.turns import period, solver
 
 Array = np.ndarray[Any, Any]
@@ -27,40 +27,18 @@ FINEST = 1e-12
 """Tolerance of the run that others are held against."""
 SEEN = 1e-4
 """Time between the samples of scipy's runs, s."""
-LENGTH = STEEL_CRANK_ROCKER.rocker
-"""Of the rocker, m."""
 MODES = 12
 """Bending and as many axial modes of the rocker that stands for the beam."""
 
 
 @dataclass(frozen=True)
 class BarPaths:
-    """Path of the centres of coupler and rocker, how the run ended, what it counted.
-
-    Attributes
-    ----------
-    time : array, shape (times,)
-    path : array, shape (times, 4)
-        x and y of the coupler's centre, then of the rocker's, m.
-    """
+    """Path of the centres of coupler and rocker, x and y of each, m, (times, 4); how the run ended, what it counted."""
 
     time: Array
     path: Array
     status: str = "OK"
     work: dict[str, float] = field(default_factory=dict)
-
-
-class InPython:
-    """A contact law that the compiler cannot see into: the engine calls Python for every force."""
-
-    def __init__(self, law: Any) -> None:
-        self.law = law
-        self.stiffness, self.exponent = law.stiffness, law.exponent
-        self.elastic, self.potential = law.elastic, law.potential
-
-    def force(self, depth: Any, rate: Any, onset: Any) -> Any:
-        """Force of the law, N."""
-        return self.law.force(depth, rate, onset)
 
 
 def mechanism(p: CrankRockerParameters, rocker: Any = None, *, ramp: bool = False, **changes: Any) -> Mechanism:
@@ -73,11 +51,6 @@ def damped(p: CrankRockerParameters) -> Section:
     """Of the rocker, with Kelvin-Voigt damping in bending and along its axis."""
     found = p.section.damped(p.rocker_damping, LENGTH)
     return replace(found, material=replace(found.material, axial_damping=found.material.bending_damping))
-
-
-def beam(p: CrankRockerParameters, elements: int) -> Beam:
-    """Rocker of elements."""
-    return Beam(damped(p), elements=elements)
 
 
 def modes_of_beam(p: CrankRockerParameters, count: int = MODES) -> Modal:
@@ -93,16 +66,6 @@ def on_engine(made: Mechanism, duration: float, solver: Exudyn | None = None) ->
     result = simulate(made, duration, solver=solver or Exudyn(), timeout=300)
     path = np.stack([result.signals[f"{bar}.{axis}"] for bar in LINKS for axis in "xy"], axis=1)
     return BarPaths(result.time, path, result.status, result.work)
-
-
-def with_tolerance(made: Mechanism, duration: float, tolerance: float) -> BarPaths:
-    """By `simulate`, with that tolerance."""
-    return on_engine(made, duration, Exudyn(Controlled(tolerance)))
-
-
-def with_equal_steps(made: Mechanism, duration: float, count: int) -> BarPaths:
-    """By `simulate`, in equal steps."""
-    return on_engine(made, duration, Exudyn(Equal(count)))
 
 
 def compiled(made: Mechanism, duration: float, tolerance: float) -> BarPaths:

@@ -18,19 +18,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from buckler.mbs import Controlled, Exudyn, Mechanism, Result, simulate
+from buckler.mbs import Mechanism, Result, simulate
 from buckler.studies.kit.parameters import integer, quantities
 from buckler.studies.kit.report import QUIET, Array, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.statistics import mean, power_law
 from buckler.studies.kit.style import COLOURS, Figure, subplots
+from buckler.studies.rattling import turns
 from buckler.studies.rattling.bars import RockerParameters
-from buckler.studies.rattling.clearance import START_OFFSET
 from buckler.studies.rattling.turns import by_turn, ensemble, period
 
 JOINT = 2
 """Joint whose force is read: B, coupler and rocker."""
-STEP, STEPS_A_TURN = 5e-5, 720
-"""Tolerance of the runs on the engine, and the fewest of their steps in a turn."""
+STEP = 5e-5
+"""Tolerance of the runs on the engine."""
 MEASURES = {
     "peak_force": ("force", JOINT, "N", "peak force, joint B [N]"),
     "rms_ax_coupler": ("rms_a", 0, "m/s^2", "rms $a_x$, coupler [m/s²]"),
@@ -67,16 +67,9 @@ class Parameters(RockerParameters):
 
 
 class SpeedPoint(NamedTuple):
-    """What an ensemble gives.
+    """Means of `MEASURES` over turns and their errors, (3,); largest penetration over the clearance, impacts in B a turn.
 
-    Attributes
-    ----------
-    mean, error : array, shape (3,)
-        Of `MEASURES`, over turns, and their standard errors.
-    depth, impacts : float
-        Largest penetration over the clearance, of all joints; impacts in joint B a turn.
-    notes : tuple of str
-        What speaks against the point, each beginning with a name.
+    Notes say what speaks against the point, each beginning with a name.
     """
 
     mean: Array
@@ -112,25 +105,17 @@ def ideal(p: Parameters, speed: float) -> Array:
 
 
 def on_engine(p: Parameters, seed: int) -> Array:
-    """The three means over turns of one member on the engine, shape (3,).
-
-    Raises
-    ------
-    RuntimeError
-        If the run does not end well.
-    """
-    mechanism = p.bars(angle=START_OFFSET * float(np.random.default_rng(seed).standard_normal()))
-    turn, turns = period(mechanism), p.settle + p.cycles
-    steps = Exudyn(Controlled(STEP, max_step=turn / STEPS_A_TURN))
-    result = simulate(mechanism, turns * turn, solver=steps, ledger=True, timeout=300)
+    """The three means over turns of one member on the engine, shape (3,)."""
+    mechanism = p.bars()
+    result = turns.on_engine(mechanism, p.cycles, p.settle, seed, STEP)
     if not result.ok:
         raise RuntimeError(f"engine, seed {seed}: {result.message}")
-    return of_turns(result, turn, turns, p.settle)
+    return of_turns(result, period(mechanism), p.settle + p.cycles, p.settle)
 
 
-def of_turns(result: Result, turn: float, turns: int, settle: int = 0) -> Array:
+def of_turns(result: Result, turn: float, count: int, settle: int = 0) -> Array:
     """The three means over turns of a run, shape (3,)."""
-    found = by_turn(result, turn, turns, settle)
+    found = by_turn(result, turn, count, settle)
     return np.array([found[name][:, column].mean() for name, column, *_ in MEASURES.values()])
 
 
@@ -148,16 +133,11 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     metrics, wrong = _metrics(p, grid, points, here, engine)
     wrong += [f"FAILED: {1e3 * c:g} mm, {w:g} rad/s" for (c, w), x in zip(grid, points, strict=True) if not np.isfinite(x.depth)]
     shape = len(p.clearances), len(p.speeds)
-    signals = {
-        "clearance": np.array(p.clearances),
-        "speed": np.array(p.speeds),
-        "mean": np.array([x.mean for x in points]).reshape(*shape, -1),
-        "error": np.array([x.error for x in points]).reshape(*shape, -1),
-        "depth": np.array([x.depth for x in points]).reshape(shape),
-        "impacts": np.array([x.impacts for x in points]).reshape(shape),
-        "valid": np.array([not x.notes for x in points]).reshape(shape),
-        "ideal": rigid,
-    }
+    signals = {"clearance": np.array(p.clearances), "speed": np.array(p.speeds), "ideal": rigid}
+    for name in ("mean", "error", "depth", "impacts"):
+        values = np.array([getattr(x, name) for x in points])
+        signals[name] = values.reshape(*shape, *values.shape[1:])
+    signals["valid"] = np.array([not x.notes for x in points]).reshape(shape)
     tables = [_table(p, grid, points, np.tile(rigid, (len(p.clearances), 1))), _powers_table(p, metrics)]
     if engine.size:
         tables.append(_engine_table(p, metrics))
@@ -198,11 +178,9 @@ def _table(p: Parameters, grid: Sequence[tuple[float, float]], points: Sequence[
     rows = []
     for (clearance, speed), x, still in zip(grid, points, rigid, strict=True):
         numbers = [f"{m:.4g} ± {e:.2g}" for m, e in zip(x.mean, x.error, strict=True)]
+        numbers.insert(1, f"{x.mean[0] / still[0]:.1f}")
         names = ", ".join(note.partition(":")[0] for note in x.notes)
-        over = f"{x.mean[0] / still[0]:.1f}"
-        rows.append(
-            [f"{1e3 * clearance:g}", f"{speed:g}", numbers[0], over, *numbers[1:], f"{x.depth:.3f}", f"{x.impacts:.0f}", names]
-        )
+        rows.append([f"{1e3 * clearance:g}", f"{speed:g}", *numbers, f"{x.depth:.3f}", f"{x.impacts:.0f}", names])
     means = ("peak force B [N]", "over ideal", "rms ax coupler", "rms ax rocker [m/s^2]")
     headers = ["c [mm]", "[rad/s]", *means, "depth/c", "impacts", ""]
     title = f"Means over turns, c_max = {p.damping:g} {p.damping_unit}"
@@ -216,16 +194,14 @@ def _powers_table(p: Parameters, metrics: Mapping[str, Metric]) -> Table:
     for name in MEASURES:
         if f"{name}.scatter" in metrics:
             found = [metrics[f"{name}.power_of_{over}"] for over in ("clearance", "speed")]
-            shown = [f"{m.value:.2f} ± {abs(m.value) * (m.error or 0):.2f}" for m in found]
-            rows.append([name, *shown, f"{metrics[f'{name}.scatter'].value:.0%}"])
+            rows.append([name, *(m.shown(".2f", ".2f") for m in found), f"{metrics[f'{name}.scatter'].value:.0%}"])
     return Table(["", "clearance to the", "speed to the", "scatter"], rows, "Powers, by least squares over the valid points")
 
 
 def _engine_table(p: Parameters, metrics: Mapping[str, Metric]) -> Table:
     rows = []
     for name, (_, _, unit, _) in MEASURES.items():
-        both = [metrics[f"{kind}{name}"] for kind in ("", "engine.")]
-        shown = [f"{m.value:.4g} ± {m.value * (m.error or 0):.2g}" for m in both]
+        shown = [metrics[f"{kind}{name}"].shown() for kind in ("", "engine.")]
         rows.append([name, unit, *shown, f"{metrics[f'engine.{name}.apart'].value:.1f}"])
     title = f"Reference and engine at {1e3 * p.clearance:g} mm and {p.speed:.4g} rad/s"
     return Table(["", "unit", "compiled solver", "engine", "apart, in standard errors"], rows, title)
@@ -272,10 +248,7 @@ def _maps(result: StudyResult) -> Figure:
             text = f"{over[k, c]:.3g}" if s["valid"][c, k] else f"({over[k, c]:.3g})"
             ax.text(c, k, text, ha="center", va="center", fontsize=7, color=colour)
         ax.set(title=name, ylabel="crank [rad/s]")
-        ax.set_xticks(
-            range(len(s["clearance"])),
-            [f"{1e3 * c:g}" for c in s["clearance"]],
-        )
+        ax.set_xticks(range(len(s["clearance"])), [f"{1e3 * c:g}" for c in s["clearance"]])
         ax.set_yticks(range(len(s["speed"])), [f"{w:g}" for w in s["speed"]])
         fig.colorbar(image, ax=ax, label="log10")
     axes[-1].set_xlabel("radial clearance [mm]; in brackets: PENETRATION, deeper than the clearance")

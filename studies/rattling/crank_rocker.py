@@ -82,7 +82,7 @@ def _table(metrics: Mapping[str, Metric], variants: list[str], p: Parameters) ->
     both = {"rigid", "flexible"} <= set(variants)
     for name in names:
         values = [metrics[f"{variant}.{name}"] for variant in variants]
-        row: list[Any] = [name, values[0].unit, *(_shown(m) for m in values)]
+        row: list[Any] = [name, values[0].unit, *(m.shown() for m in values)]
         if both:
             rigid, flexible = metrics[f"rigid.{name}"], metrics[f"flexible.{name}"]
             row.append(_ratio(flexible, rigid) if rigid.value and name != "energy_balance" else None)
@@ -90,10 +90,6 @@ def _table(metrics: Mapping[str, Metric], variants: list[str], p: Parameters) ->
     headers = ["", "unit", *variants, *(["flexible/rigid"] if both else [])]
     title = f"{p.clearance_joints} joints with {1e3 * p.clearance:g} mm clearance, c_max = {p.damping:g} {p.damping_unit}"
     return Table(headers, rows, title, f"{NOTES.format(members=p.members, seed=p.seed)}\n{p.stated()}.")
-
-
-def _shown(m: Metric) -> str:
-    return f"{m.value:.4g}" + (f" ± {abs(m.value) * m.error:.2g}" if m.error else "")
 
 
 def _ratio(flexible: Metric, rigid: Metric) -> str:

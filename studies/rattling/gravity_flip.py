@@ -55,16 +55,9 @@ class Parameters(world.Parameters):
 
     def case(self, theory: str, count: str, factor: float, gravity: float) -> world.Parameters:
         """The world of a case."""
-        bending, axial = COUNTS[count]
-        changes = {
-            "modes_of": THEORIES[theory],
-            "bending": bending,
-            "axial": axial,
-            "frequency_factor": factor,
-            "gravity": gravity,
-        }
+        changes = dict(zip(("bending", "axial"), COUNTS[count], strict=True), modes_of=THEORIES[theory])
         shared = {each.name: getattr(self, each.name) for each in fields(world.Parameters)}
-        return world.Parameters(**{**shared, **changes})
+        return world.Parameters(**{**shared, **changes, "frequency_factor": factor, "gravity": gravity})
 
 
 def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
@@ -86,8 +79,7 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
             found[gravity] = []
         else:
             found[gravity].append(ratio(mean(ensemble, CLAIM), rigid))
-    value = {gravity: np.array([each.value for each in some]) for gravity, some in found.items()}
-    error = {gravity: np.array([each.error for each in some]) for gravity, some in found.items()}
+    value, error = ({g: np.array([each[k] for each in some]) for g, some in found.items()} for k in (0, 1))
     return StudyResult(
         parameters=p,
         **judged(wrong),

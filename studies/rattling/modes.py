@@ -23,7 +23,7 @@ from buckler.mbs.modal import FreeModes
 from buckler.studies.kit.parameters import choices, integer, quantity
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import COLOURS, Figure, subplots
-from buckler.studies.rattling.buffering_measures import CLAIMS, Claim, EnsembleParameters, Ratio, mean, ratio, trouble
+from buckler.studies.rattling.buffering_measures import CLAIMS, Claim, EnsembleParameters, Ratio, mean, numbers, ratio, trouble
 from buckler.studies.rattling.mode_sets import BENDING, MESH, NAMES, SETS, beam_frequencies, counted, damped, flexibility, section
 from buckler.studies.rattling.turns import Ensemble, solver
 
@@ -116,27 +116,24 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
 
 def _counted_metrics(depth: float) -> dict[str, Metric]:
     """Frequencies by kind, those in the plane against beam theory."""
-    numbers, theory = {}, beam_frequencies(depth)
+    found, theory = {}, beam_frequencies(depth)
     table = counted(depth).table()
     for kind, exact in theory.items():
-        mine = [hertz for _, hertz, found, *_ in table if found == kind]
+        mine = [hertz for _, hertz, what, *_ in table if what == kind]
         for i, (hertz, known) in enumerate(zip(mine, exact, strict=False), 1):
-            numbers[f"h{1e3 * depth:g}mm.{kind.replace(' ', '_')}.{i}"] = Metric(hertz, "Hz", exact=float(known))
-    return numbers
+            found[f"h{1e3 * depth:g}mm.{kind.replace(' ', '_')}.{i}"] = Metric(hertz, "Hz", exact=float(known))
+    return found
 
 
 def _numbers(p: Parameters, name: str, one: Ensemble, base: Ensemble, best: Ensemble) -> dict[str, Metric]:
     """Every claim's number for one set, over that of the rigid rocker and over that of the fullest set."""
-    numbers = {}
+    found = numbers(name, one)
     level = p.level / (2 * len(CLAIMS) * (len(p.chosen) - 1) * len(cases(p)))
     for claim in CLAIMS:
-        value, error, _ = mean(one, claim)
-        numbers[f"{name}.{claim.name}"] = Metric(value, claim.unit, error=error / value)
-        for what, other in (("over_rigid", base), ("over_fullest", best)):
-            found = _over(one, other, claim)
-            numbers[f"{name}.{claim.name}.{what}"] = Metric(found.value, "1", error=found.error / found.value)
-        numbers[f"{name}.{claim.name}.agrees"] = Metric(MARKS[sameness(found, level, p.margin)], "1")
-    return numbers | {f"{name}.energy_balance": Metric(max(one.balances), "1")}
+        rigid, fullest = (_over(one, other, claim) for other in (base, best))
+        found |= {f"{name}.{claim.name}.over_rigid": rigid.metric, f"{name}.{claim.name}.over_fullest": fullest.metric}
+        found[f"{name}.{claim.name}.agrees"] = Metric(MARKS[sameness(fullest, level, p.margin)], "1")
+    return found
 
 
 def _over(one: Ensemble, other: Ensemble, claim: Claim) -> Ratio:
@@ -192,8 +189,8 @@ def _table(metrics: Mapping[str, Metric], p: Parameters, case: ModeCase) -> Tabl
     for name in p.chosen:
         row = [NAMES[name]]
         for claim in SHOWN:
-            value, error = _with_error(metrics[f"{case.name}.{name}.{claim}.over_rigid"])
-            row.append(f"{value:.3f} ± {error:.3f} {marks[metrics[f'{case.name}.{name}.{claim}.agrees'].value]}")
+            over = metrics[f"{case.name}.{name}.{claim}.over_rigid"].shown(".3f", ".3f")
+            row.append(f"{over} {marks[metrics[f'{case.name}.{name}.{claim}.agrees'].value]}")
         rows.append(row)
     title = f"over the rigid rocker's, ± standard error; c_max = 253 {case.unit}, {1e3 * case.depth:g} mm in the plane"
     notes = (
@@ -212,10 +209,6 @@ def _check_table(metrics: Mapping[str, Metric], p: Parameters) -> list[Table]:
     return [Table(["plane", "distance/clearance"], rows, title)] if rows else []
 
 
-def _with_error(metric: Metric) -> tuple[float, float]:
-    return metric.value, metric.value * (metric.error or 0.0)
-
-
 def figure(result: StudyResult) -> Figure:
     """Ratios to the rigid rocker with bars of two standard errors, a panel for each reading of c_max and plane."""
     p: Any = result.parameters
@@ -226,7 +219,8 @@ def figure(result: StudyResult) -> Figure:
         ax.axvline(1, color="#999999", linewidth=0.8)
         ax.axhspan(names.index(BEST) - 0.5, names.index(BEST) + 0.5, color="#eeeeee", zorder=0)
         for i, (claim, colour) in enumerate(zip(SHOWN, COLOURS, strict=False)):
-            found = np.array([_with_error(result.metrics[f"{case.name}.{name}.{claim}.over_rigid"]) for name in names])
+            over = [result.metrics[f"{case.name}.{name}.{claim}.over_rigid"] for name in names]
+            found = np.array([(m.value, m.value * (m.error or 0.0)) for m in over])
             place = np.arange(len(names)) + 0.11 * (2.5 - i)
             dots: dict[str, Any] = {"fmt": "o", "color": colour, "markersize": 2.5, "elinewidth": 0.8}
             ax.errorbar(found[:, 0], place, xerr=2 * found[:, 1], label=SHOWN[claim], **dots)

@@ -8,14 +8,15 @@ agree, and the standard error is small for that reason. All is read off signals,
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
-from math import pi
+from math import atan2, pi
 
 import numpy as np
 
-from buckler.mbs import Controlled, Mechanism, Result, Spectral, Status
+from buckler.mbs import Controlled, Exudyn, Mechanism, Result, Spectral, Status, simulate
 from buckler.mbs.elements.clearance import clearances
+from buckler.mbs.library import CrankRocker
 from buckler.mbs.record.quadrature import corrected
 from buckler.mbs.record.record import Record
 from buckler.mbs.spectral import ensembles
@@ -28,6 +29,10 @@ LOOSE = 1e-6
 """Tolerance from which on stability, not accuracy, limits explicit steps where contacts are stiffly damped."""
 BETWEEN = 3
 """States looked at within each of such steps: they go over the peaks of impacts."""
+START_OFFSET = 1e-9
+"""Scale, rad, of the chance offset of the start: far below all errors, yet rattling joints soon move otherwise."""
+STEPS_A_TURN = 720
+"""Steps that the engine takes at least for a turn of the crank."""
 
 
 def period(mechanism: Mechanism) -> float:
@@ -53,6 +58,31 @@ def solver(mechanism: Mechanism, tolerance: float) -> Spectral:
 def gap(mechanism: Mechanism) -> float:
     """The largest clearance, m."""
     return max(joint.gap for joint in clearances(mechanism))
+
+
+def chance(seed: int) -> float:
+    """Offset of the crank at the start that a seed draws, rad."""
+    return START_OFFSET * float(np.random.default_rng(seed).standard_normal())
+
+
+def on_engine(made: Mechanism, turns: int, settle: int, seed: int, tolerance: float | None = None) -> Result:
+    """The turns and those before them on the engine, the crank offset at the start by chance.
+
+    Raises
+    ------
+    RuntimeError
+        If the run stops before its time.
+    """
+    (ax, ay), (cx, _) = made.points["A"], made.points["C"]
+    places = CrankRocker(*(made.length(link) for link in ("crank", "coupler", "rocker")), frame=cx).places(
+        atan2(ay, ax) + chance(seed)
+    )
+    turn = period(made)
+    steps, end = Exudyn(Controlled(tolerance, max_step=turn / STEPS_A_TURN)), (settle + turns) * turn
+    result = simulate(replace(made, points=places), end, solver=steps, ledger=True, timeout=300)
+    if result.time[-1] < end * (1 - 1e-9):
+        raise RuntimeError(f"engine, seed {seed}: {result.status}, {result.message}")
+    return result
 
 
 def deep(mechanism: Mechanism, result: Result) -> str:
@@ -89,19 +119,11 @@ def joint_force(result: Result, joint: str) -> Array:
 
 
 def by_turn(result: Result, turn: float, turns: int, settle: int = 0, a: Array | None = None) -> dict[str, Array]:
-    """Measures of each turn after the first `settle`, arrays of shape (turns - settle, ...).
+    """Measures of each turn of so many s after the first `settle`, arrays of shape (turns - settle, ...), of a run with a ledger.
 
     `impacts` of each joint, its largest `force`, N, and `depth`, m; largest and root-mean-square x-acceleration, m/s^2, of
-    coupler and rocker centre (`peak_a`, `rms_a`); energy `lost` in all contacts and their friction, J.
-
-    Parameters
-    ----------
-    result : Result
-        With its energy ledger.
-    turn : float
-        Time of one, s.
-    a : array, shape (samples, columns), optional
-        Accelerations to look at instead.
+    coupler and rocker centre (`peak_a`, `rms_a`), or of what is given, (samples, columns); energy `lost` in all contacts and
+    their friction, J.
     """
     time, edges = result.time, turn * np.arange(settle, turns + 1)
     parts = list(pairwise(np.searchsorted(time, edges * (1 + 1e-12), side="right")))
@@ -131,18 +153,9 @@ def root_mean_squares(time: Array, values: Array, edges: Array) -> Array:
 
 @dataclass(frozen=True)
 class Ensemble:
-    """Turns of all members.
+    """Turns of all members: what `by_turn` gives for the places of `along`, and `measure` of `ensemble`, (members, turns, ...).
 
-    Attributes
-    ----------
-    gap : float
-        The largest clearance, m.
-    turns : dict of str to array, shape (members, turns, ...)
-        What `by_turn` gives for the three places of `along`, and what `measure` of `ensemble` gave.
-    outcomes : tuple of Status
-        Of each member.
-    balances : tuple of float
-        Energy balance of each member.
+    Further the largest clearance, m, and how each member ended and balanced its energy.
     """
 
     gap: float

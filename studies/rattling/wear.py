@@ -22,7 +22,8 @@ from buckler.studies.kit.parameters import integer, quantity
 from buckler.studies.kit.report import QUIET, Array, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import Figure, subplots
 from buckler.studies.rattling.assumptions import BODIES
-from buckler.studies.rattling.clearance import COLOURS, STEPS_A_TURN, CrankRockerParameters, label
+from buckler.studies.rattling.clearance import COLOURS, CrankRockerParameters, label
+from buckler.studies.rattling.turns import STEPS_A_TURN
 from buckler.studies.rattling.wearing import BUSH, PIN, Jump, Rubbing, directions, fitted, jumps, shares, size
 
 SIDES = {"bush": BUSH, "pin": PIN}

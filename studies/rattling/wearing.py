@@ -45,18 +45,9 @@ def directions(bins: int) -> Array:
 
 
 class Rubbing(NamedTuple):
-    """What rubs in a joint, at samples.
+    """What rubs in a joint, at samples: place of the pin's centre in the bush, m, (times, 2), and depth of the contact, m.
 
-    Attributes
-    ----------
-    place : array, shape (times, 2)
-        Of the pin's centre in the bush, m.
-    depth : array, shape (times,)
-        Of the contact, m.
-    rubbed : array, shape (times,)
-        Normal force times sliding way since the sample before, N m.
-    turned : pair of arrays, shape (times,)
-        Angles of bush and pin since the start, rad.
+    Further normal force times sliding way since the sample before, N m, and angles of bush and pin since the start, rad.
     """
 
     place: Array
@@ -68,14 +59,7 @@ class Rubbing(NamedTuple):
 def shares(rub: Rubbing, gap: float, worn: Array, side: int) -> Array:
     """Wear of a surface over k, per radian: the integral of F v over the arc of each contact, N m/rad, (bins,).
 
-    Parameters
-    ----------
-    gap : float
-        Radial clearance of the new joint, m.
-    worn : array, shape (2, bins)
-        Depths gone of bush and pin, m.
-    side : int
-        `BUSH` or `PIN`.
+    Of a radial clearance of the new joint, m; depths gone of bush and pin, m, (2, bins); side `BUSH` or `PIN`.
     """
     own, found = directions(worn.shape[1]), np.zeros(worn.shape[1])
     touching = np.flatnonzero((rub.depth > 0) & (rub.rubbed > 0))
@@ -106,16 +90,7 @@ def fitted(gap: float, worn: Array) -> tuple[float, tuple[float, ...]]:
 
 @dataclass(frozen=True)
 class Jump:
-    """The state after a jump.
-
-    Attributes
-    ----------
-    turns : float
-    worn, rate : array
-        Depths, m, and what a turn adds at the jump's end.
-    error : float
-        Of all jumps up to here, as `size` measures it, m.
-    """
+    """The state after a jump: turns, depths, m, what a turn adds, and the error of all jumps up to here as of `size`, m."""
 
     turns: float
     worn: Array
@@ -130,16 +105,8 @@ def jumps(rate: Callable[[Array], Array], worn: Array, turns: float, allowed: fl
     J, the growth of the rate with wear, is that along the way. The sizes of both are added; r'' is from the last three rates, and
     the first jump errs as Euler's. What earlier jumps left grows and falls as the rate does: two courses of the same wear, one a
     little ahead, stay apart by that time times the rate. All places decide how long a jump may be, or grooves dig in by turns;
-    what the contact sees is told.
-
-    Parameters
-    ----------
-    rate : callable
-        Depth that a turn takes of surfaces worn so far, m, (..., bins) of (..., bins).
-    worn : array, shape (..., bins)
-        At the start.
-    allowed : float
-        Error allowed of one jump, m.
+    what the contact sees is told. The rate is what a turn takes of surfaces worn so far, m, (..., bins); `allowed` is
+    the error of a jump.
     """
     now, error, r = 0.0, np.zeros_like(worn), rate(worn)
     before, slope = 0.0, None

@@ -159,7 +159,7 @@ def splits(codes: Array) -> list[Split]:
     return found
 
 
-def _impurity(hits: Array, of: Array) -> Array:
+def _impurity(hits: Array, of: Array | int) -> Array:
     """2 n p (1 - p)."""
     return 2 * hits * (1 - hits / np.maximum(of, 1))
 

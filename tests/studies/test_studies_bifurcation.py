@@ -12,7 +12,6 @@ from buckler.studies.kit.style import house_style
 from buckler.studies.rattling import bifurcation
 from buckler.studies.rattling.bars import PlayParameters
 from buckler.studies.rattling.bifurcation_points import (
-    Exponent,
     Growth,
     SectionParameters,
     agreement,
@@ -220,7 +219,7 @@ def test_section_and_exponent_that_contradict_each_other_are_named():
     ):  # fmt: skip
         found = read(p, bar, [(section, 0.1 * noise + mean, "")])
         assert [note.partition(":")[0] for note in found.notes] == ([name] if name else [])
-        assert isinstance(found.exponent, Exponent) and found.exponent.value == pytest.approx(100 * mean / TURN, rel=0.1)
+        assert found.exponent.value == pytest.approx(100 * mean / TURN, rel=0.1)
     assert read(p, bar, [(still, noise, "PENETRATION: deep"), (wild, noise, "")]).period == 0
 
 

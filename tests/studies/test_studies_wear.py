@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from buckler import mbs
-from buckler.studies.rattling.clearance import STEPS_A_TURN
+from buckler.studies.rattling.turns import STEPS_A_TURN
 from buckler.studies.rattling.wear import Parameters, run, worn_mechanism
 
 
