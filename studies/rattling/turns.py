@@ -74,9 +74,8 @@ def on_engine(made: Mechanism, turns: int, settle: int, seed: int, tolerance: fl
         If the run stops before its time.
     """
     (ax, ay), (cx, _) = made.points["A"], made.points["C"]
-    places = CrankRocker(*(made.length(link) for link in ("crank", "coupler", "rocker")), frame=cx).places(
-        atan2(ay, ax) + chance(seed)
-    )
+    crank, coupler, rocker = (made.length(link) for link in ("crank", "coupler", "rocker"))
+    places = CrankRocker(crank, coupler, rocker, cx).places(atan2(ay, ax) + chance(seed))
     turn = period(made)
     steps, end = Exudyn(Controlled(tolerance, max_step=turn / STEPS_A_TURN)), (settle + turns) * turn
     result = simulate(replace(made, points=places), end, solver=steps, ledger=True, timeout=300)

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass, field
+from functools import singledispatch
 from itertools import pairwise
 from math import nan
 from time import perf_counter
@@ -25,31 +26,23 @@ from buckler.mbs.elements import Cable, GuideFriction, Motor, Rigid
 from buckler.mbs.elements.section import Section
 from buckler.mbs.engine.integrate import explicit_settings, implicit_settings
 from buckler.mbs.engine.scene import build
-from buckler.mbs.laws import HysteresisLaw, KelvinVoigt
+from buckler.mbs.laws import KelvinVoigt
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.solvers.exudyn import Exudyn
 
 exu.config.printToConsole = False
 
 Array = np.ndarray[Any, Any]
+STORED: dict[str, Any] = {"storeInternal": True, "writeToFile": False}
 
 
 @dataclass(frozen=True)
 class Plain:
-    """What a plain run gives.
+    """What a plain run gives: end shortening over length and strip force, N; or time, s, and contact force, N; or, without a
+    stop, time, s, and deflection of the coupler's middle from its chord, m; all of shape (values,).
 
-    Attributes
-    ----------
-    x, force : array, shape (values,)
-        End shortening over length and strip force, N; or time, s, and contact force, N; or, where there is no stop, time, s,
-        and deflection of the coupler's middle from its chord, m.
-    message : str
-        What the engine said, if it failed.
-    work : dict
-        newton_iterations.
-    angle : array, shape (values,), or None
-        Crank angle from the start, rad, of a run whose crank a motor turns.
-    """
+    Further what the engine said, if it failed, its work, and the angle, rad, of a crank that a motor turns.
+    """  # fmt: skip
 
     x: Array
     force: Array
@@ -74,24 +67,22 @@ class _System:
         markers = [self.ground, self.marker(node, coordinate)]
         return self.system.AddObject(eii.CoordinateConstraint(markerNumbers=markers, **motion))
 
+    def sense(self, sensor: Any) -> int:
+        return int(self.system.AddSensor(sensor))
+
+    def stored(self, sensor: int) -> Array:
+        return np.asarray(self.system.GetSensorStoredData(sensor))
+
     def weight(self, body: int, gravity: tuple[float, float]) -> None:
         if any(gravity):
             marker = self.system.AddMarker(eii.MarkerBodyMass(bodyNumber=body))
             self.system.AddLoad(eii.LoadMassProportional(markerNumber=marker, loadVector=[*gravity, 0.0]))
 
     def cable(self, section: Section, length: float, nodes: list[int], **more: Any) -> list[int]:
+        stiff = {"bendingStiffness": section.bending_stiffness, "axialStiffness": section.axial_stiffness}
+        given = {"length": length / (len(nodes) - 1), "massPerLength": section.mass_per_length, **stiff, **more}
         return [
-            self.system.AddObject(
-                eii.ObjectANCFCable2D(
-                    nodeNumbers=list(pair),
-                    length=length / (len(nodes) - 1),
-                    massPerLength=section.mass_per_length,
-                    bendingStiffness=section.bending_stiffness,
-                    axialStiffness=section.axial_stiffness,
-                    useReducedOrderIntegration=2,
-                    **more,
-                )
-            )
+            self.system.AddObject(eii.ObjectANCFCable2D(nodeNumbers=list(pair), useReducedOrderIntegration=2, **given))
             for pair in pairwise(nodes)
         ]
 
@@ -122,7 +113,7 @@ def buckled_strip(section: Section, length: float, shortenings: Array, elements:
         return -length * (span[0] + (span[1] - span[0]) * t)
 
     constraint = job.fix(nodes[-1], 0, offsetUserFunction=travel)
-    force = job.system.AddSensor(
+    force = job.sense(
         eii.SensorObject(objectNumber=constraint, outputVariableType=exu.OutputVariableType.Force, writeToFile=False)
     )
     job.system.Assemble()
@@ -156,62 +147,44 @@ def _half_sine_nodes(job: _System, length: float, shortening: float, elements: i
 
 
 def slider_crank(mechanism: Mechanism, duration: float, steps: int, newton: float) -> Plain:
-    """Contact force of `buckler.mbs.library.slider_crank` with a `Cable` coupler, in uniform steps.
+    """Contact force of `buckler.mbs.library.slider_crank` with a `Cable` coupler, in uniform steps, all of them sampled.
 
-    Its crank turns at constant speed, or by a motor of constant voltage. The only callback is the stop's force. It samples every
-    step, for the peak.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-        Its stop has a `HysteresisLaw` of exponent 1.
-    duration : float, s
-    steps : int
-    newton : float
-        Relative and absolute tolerance of Newton's method.
+    Its stop has a `HysteresisLaw` of exponent 1; its force is the only callback. The crank turns at constant speed, or by a motor
+    of constant voltage. `newton` is the relative and absolute tolerance of Newton's method.
     """
     job = _System()
-    speed = float(mechanism.drives[0].speed if mechanism.drives else mechanism.velocities["crank"])  # type: ignore[arg-type]
-    coupler = _moving_strip(job, mechanism, speed)
-    crank = (_add_crank if mechanism.drives else _add_motor)(job, mechanism, speed, coupler[0])
-    contact = _add_slider(job, mechanism, coupler[-1])
-    stored: dict[str, Any] = {"storeInternal": True, "writeToFile": False}
-    force = job.system.AddSensor(
-        eii.SensorObject(objectNumber=contact, outputVariableType=exu.OutputVariableType.Force, **stored)
-    )
-    turned = job.system.AddSensor(
-        eii.SensorNode(nodeNumber=crank, outputVariableType=exu.OutputVariableType.Coordinates, **stored)
-    )
+    crank, _, contact = _slider_crank(job, mechanism)
+    force = job.sense(eii.SensorObject(objectNumber=contact, outputVariableType=exu.OutputVariableType.Force, **STORED))
+    turned = job.sense(eii.SensorNode(nodeNumber=crank, outputVariableType=exu.OutputVariableType.Coordinates, **STORED))
     failure, work = _solve(job, duration, steps, newton, newton)
     if failure:
         return Plain(np.empty(0), np.empty(0), failure)
-    time, forces = np.asarray(job.system.GetSensorStoredData(force)).T
-    angle = None if mechanism.drives else np.asarray(job.system.GetSensorStoredData(turned))[:, 3]
-    return Plain(time, np.abs(forces), work=work, angle=angle)
+    time, forces = job.stored(force).T
+    return Plain(time, np.abs(forces), work=work, angle=None if mechanism.drives else job.stored(turned)[:, 3])
 
 
 def smooth_slider_crank(mechanism: Mechanism, duration: float, steps: int, relative: float, absolute: float) -> Plain:
     """Deflection of the coupler's middle in the same mechanism, a sample a step; without a stop there is no callback at all."""
     job = _System()
-    speed = float(mechanism.drives[0].speed)  # type: ignore[arg-type]
-    coupler = _moving_strip(job, mechanism, speed)
-    _add_crank(job, mechanism, speed, coupler[0])
-    _add_slider(job, mechanism, coupler[-1])
-    places = [
-        job.system.AddSensor(
-            eii.SensorNode(
-                nodeNumber=coupler[k], outputVariableType=exu.OutputVariableType.Position, storeInternal=True, writeToFile=False
-            )
-        )
-        for k in (0, len(coupler) // 2, -1)
-    ]
+    _, coupler, _ = _slider_crank(job, mechanism)
+    ends = (coupler[k] for k in (0, len(coupler) // 2, -1))
+    kind = exu.OutputVariableType.Position
+    places = [job.sense(eii.SensorNode(nodeNumber=node, outputVariableType=kind, **STORED)) for node in ends]
     failure, work = _solve(job, duration, steps, relative, absolute)
     if failure:
         return Plain(np.empty(0), np.empty(0), failure)
-    stored = [np.asarray(job.system.GetSensorStoredData(place)) for place in places]
-    chord, middle = stored[2][:, 1:3] - stored[0][:, 1:3], stored[1][:, 1:3] - stored[0][:, 1:3]
+    start, middle, end = (job.stored(place) for place in places)
+    chord, middle = end[:, 1:3] - start[:, 1:3], middle[:, 1:3] - start[:, 1:3]
     deflection = (chord[:, 0] * middle[:, 1] - chord[:, 1] * middle[:, 0]) / np.hypot(*chord.T)
-    return Plain(stored[0][:, 0], deflection, work=work)
+    return Plain(start[:, 0], deflection, work=work)
+
+
+def _slider_crank(job: _System, mechanism: Mechanism) -> tuple[int, list[int], int]:
+    """Add all items: nodes of crank and coupler, and the object added last, which is the stop if there is one."""
+    speed = float(mechanism.drives[0].speed if mechanism.drives else mechanism.velocities["crank"])  # type: ignore[arg-type]
+    coupler = _moving_strip(job, mechanism, speed)
+    crank = (_add_crank if mechanism.drives else _add_motor)(job, mechanism, speed, coupler[0])
+    return crank, coupler, _add_slider(job, mechanism, coupler[-1])
 
 
 def same_items(mechanism: Mechanism, duration: float, solver: Exudyn) -> tuple[float, float]:
@@ -319,31 +292,17 @@ def _add_slider(job: _System, mechanism: Mechanism, end: int) -> int:
     along = job.marker(node, 0)
     added = job.system.AddObject(eii.CoordinateConstraint(markerNumbers=[along, job.marker(end, 0)]))
     if isinstance(guide.friction, GuideFriction):
-        job.system.AddObject(
-            eii.ObjectConnectorCoordinateSpringDamperExt(
-                markerNumbers=[job.ground, along],
-                dynamicFrictionForce=guide.friction.dynamic,
-                frictionProportionalZone=guide.friction.regularisation,
-            )
-        )
+        friction = {"dynamicFrictionForce": guide.friction.dynamic, "frictionProportionalZone": guide.friction.regularisation}
+        job.system.AddObject(eii.ObjectConnectorCoordinateSpringDamperExt(markerNumbers=[job.ground, along], **friction))
     for stop in mechanism.stops:
-        added = job.system.AddObject(
-            eii.ObjectConnectorCoordinateSpringDamper(
-                markerNumbers=[job.ground, along],
-                stiffness=1.0,
-                springForceUserFunction=_stop_force(stop.law, stop.at - start),
-            )
-        )
+        law: Any = {"stiffness": 1.0, "springForceUserFunction": _stop_force(stop.law, stop.at - start)}
+        added = job.system.AddObject(eii.ObjectConnectorCoordinateSpringDamper(markerNumbers=[job.ground, along], **law))
     return int(added)
 
 
+@singledispatch
 def _stop_force(law: Any, face: float) -> Any:
-    """Force of the stop as a callback: max(0, K d + c d'), or max(0, K d (1 + chi d'/v0)), v0 the last speed before contact."""
-    if isinstance(law, KelvinVoigt):
-        return lambda _system, _t, _item, travel, speed, *_: (
-            -max(0.0, law.stiffness * (face - travel) - law.damping * speed) if travel < face else 0.0
-        )
-    assert isinstance(law, HysteresisLaw) and law.exponent == 1
+    """Force of a stop as a callback: max(0, K d (1 + chi d'/v0)), v0 the last speed before contact; of a law of exponent 1."""
     stiffness, chi, onset = law.stiffness, law.chi, [1e-4]
 
     def force(_system: Any, _t: float, _item: int, travel: float, speed: float, *_: float) -> float:
@@ -354,3 +313,11 @@ def _stop_force(law: Any, face: float) -> Any:
         return -max(0.0, stiffness * depth * (1 - chi * speed / onset[0]))
 
     return force
+
+
+@_stop_force.register
+def _(law: KelvinVoigt, face: float) -> Any:
+    """max(0, K d + c d')."""
+    return lambda _system, _t, _item, travel, speed, *_: (
+        -max(0.0, law.stiffness * (face - travel) - law.damping * speed) if travel < face else 0.0
+    )
