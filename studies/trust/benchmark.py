@@ -36,6 +36,16 @@ START = np.linspace(0.0, 0.01, 101)
 """Rattling is chaotic: paths are compared in the first 10 ms only, s."""
 
 
+ERROR = {
+    "static": "largest error of the load [1]",
+    "smooth": "L2 error of the deflection [1]",
+    "buckling": "largest error of four readings [1]",
+    "rigid clearance": "distance in 10 ms [clearances]",
+    "beam clearance": "distance in 5 ms [clearances]",
+}
+"""What the error of each job is."""
+
+
 class TimedJob(NamedTuple):
     """Ours and the baseline, the error of an outcome, and the largest that is accepted of ours."""
 
@@ -49,12 +59,7 @@ class TimedJob(NamedTuple):
 class Parameters(StudyParameters):
     """Parameters of the study."""
 
-    jobs: tuple[str, ...] = choices(
-        ("static", "smooth", "buckling", "rigid clearance", "beam clearance"),
-        ("static", "smooth", "buckling", "rigid clearance", "beam clearance"),
-        "jobs to run",
-        "jobs",
-    )
+    jobs: tuple[str, ...] = choices(tuple(ERROR), tuple(ERROR), "jobs to run", "jobs")
     repeats: int = integer(5, 1, 1000, "repetitions, ours and baseline in turn", "numerics")
 
 
@@ -128,23 +133,9 @@ def _with_play(beam: bool) -> TimedJob:
     )
 
 
-JOBS: dict[str, Callable[[], TimedJob]] = {
-    "static": _static,
-    "smooth": _smooth,
-    "buckling": _buckling,
-    "rigid clearance": partial(_with_play, False),
-    "beam clearance": partial(_with_play, True),
-}
-
-
-ERROR = {
-    "static": "largest error of the load [1]",
-    "smooth": "L2 error of the deflection [1]",
-    "buckling": "largest error of four readings [1]",
-    "rigid clearance": "distance in 10 ms [clearances]",
-    "beam clearance": "distance in 5 ms [clearances]",
-}
-"""What the error of each job is."""
+JOBS: dict[str, Callable[[], TimedJob]] = dict(
+    zip(ERROR, (_static, _smooth, _buckling, partial(_with_play, False), partial(_with_play, True)), strict=True)
+)
 
 
 def _measure(p: Parameters, progress: Progress) -> Iterator[tuple[str, TimedJob, Point, Point]]:

@@ -13,15 +13,14 @@ from math import atan2, pi
 from time import perf_counter
 from typing import NamedTuple
 
-import numpy as np
-
 from buckler.elastica.strip import Load, Strip
 from buckler.mbs import Equal, Exudyn, Mechanism, simulate
 from buckler.mbs.statics import equilibrium
 from buckler.studies.kit.parameters import StudyParameters, choices, integer, quantity
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
-from buckler.studies.kit.style import Figure, subplots
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
+from buckler.studies.kit.style import Figure
 from buckler.studies.trust import benchmark_problems as problems
+from buckler.studies.trust import known
 
 
 class Row(NamedTuple):
@@ -34,6 +33,7 @@ class Row(NamedTuple):
     status: str = "OK"
 
 
+PROBLEMS = ("andrews", "four_bar_n2", "princeton", "simeon", "pendulum")
 ALLOWED = {
     "andrews.beta": 1e-6,
     "four_bar_n2.x": 1e-4,
@@ -55,12 +55,7 @@ ABSOLUTE = ("four_bar_n2.x", "four_bar_n2.y", "pendulum")
 class Parameters(StudyParameters):
     """Parameters of the study."""
 
-    problems: tuple[str, ...] = choices(
-        ("andrews", "four_bar_n2", "princeton", "simeon", "pendulum"),
-        ("andrews", "four_bar_n2", "princeton", "simeon", "pendulum"),
-        "which are solved",
-        "problems",
-    )
+    problems: tuple[str, ...] = choices(PROBLEMS, PROBLEMS, "which are solved", "problems")
     steps: int = integer(25_000, 100, 1_000_000, "equal steps of the coarser run of rigid problems", "numerics")
     singular_accuracy: float = quantity(1e-6, "1", 1e-6, 1e-2, "accuracy asked of the four-bar", "numerics")
     accuracy: float = quantity(1e-3, "1", 1e-6, 1e-2, "accuracy asked of the flexible slider-crank", "numerics")
@@ -120,13 +115,9 @@ def _pendulum(p: Parameters) -> dict[str, Row]:
     return {"pendulum": Row(problems.DOUBLE_PENDULUM[0], 1e-15, pi / 2 + turned, "rad", status)}
 
 
-SOLVE: dict[str, Callable[[Parameters], dict[str, Row]]] = {
-    "andrews": _andrews,
-    "four_bar_n2": _four_bar,
-    "princeton": _princeton,
-    "simeon": _simeon,
-    "pendulum": _pendulum,
-}
+SOLVE: dict[str, Callable[[Parameters], dict[str, Row]]] = dict(
+    zip(PROBLEMS, (_andrews, _four_bar, _princeton, _simeon, _pendulum), strict=True)
+)
 
 
 def error(name: str, row: Row) -> float:
@@ -144,18 +135,7 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
         rows |= SOLVE[problem](parameters)
         walls[problem] = perf_counter() - start
     errors = {name: error(name, row) for name, row in rows.items()}
-    missed = [
-        f"{name} is {errors[name]:.1e} off, allowed {ALLOWED[name]:.0e}" + ("" if row.status == "OK" else f" ({row.status})")
-        for name, row in rows.items()
-        if name in ALLOWED and not errors[name] <= max(ALLOWED[name], row.within / abs(row.reference))
-    ]
-    missed += [
-        f"{name}: its run is {row.status}, though within what is allowed"
-        if name in ALLOWED
-        else f"{name}: its run is {row.status}"
-        for name, row in rows.items()
-        if row.status != "OK" and not any(line.startswith(f"{name} is") for line in missed)
-    ]
+    missed = list(filter(None, (_missed(name, row, errors[name]) for name, row in rows.items())))
     metrics = {name: Metric(row.found, row.unit, exact=row.reference, error=errors[name]) for name, row in rows.items()} | {
         f"{name}.wall": Metric(wall, "s") for name, wall in walls.items()
     }
@@ -169,9 +149,17 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
         "Published benchmark problems",
         "Errors are relative, those marked m and rad absolute. docs/benchmarks.md tells the problems and where theories differ.",
     )  # fmt: skip
-    status = {"status": "SUSPECT", "message": "; ".join(missed)} if missed else {}
-    signals = {"error": np.array(list(errors.values())), "allowed": np.array([ALLOWED.get(name, np.nan) for name in rows])}
-    return StudyResult(parameters=parameters, metrics=metrics, signals=signals, tables=[table], **status)  # type: ignore[arg-type]
+    signals = known.as_signals(errors, ALLOWED.get)
+    return StudyResult(parameters=parameters, metrics=metrics, signals=signals, tables=[table], **judged(missed))
+
+
+def _missed(name: str, row: Row, off: float) -> str:
+    """What is wrong with a number or with the run it is from."""
+    allowed = ALLOWED.get(name)
+    if allowed is not None and not off <= max(allowed, row.within / abs(row.reference)):
+        return f"{name} is {off:.1e} off, allowed {allowed:.0e}" + ("" if row.status == "OK" else f" ({row.status})")
+    though = ", though within what is allowed" if allowed is not None else ""
+    return "" if row.status == "OK" else f"{name}: its run is {row.status}{though}"
 
 
 def _told(name: str, value: float | None) -> str:
@@ -184,12 +172,4 @@ def _told(name: str, value: float | None) -> str:
 def figure(result: StudyResult) -> Figure:
     """Error of each number as a point, what is allowed as a bar."""
     names = [name for name in result.metrics if not name.endswith(".wall")]
-    fig, ax = subplots(height=12 * len(names) + 20)
-    places = np.arange(len(names))
-    ax.semilogx(np.maximum(result.signals["error"], 1e-16), places, "o", label="found")
-    ax.semilogx(result.signals["allowed"], places, "|", color="C3", markersize=14, markeredgewidth=2, label="allowed")
-    ax.set_yticks(places, names)
-    ax.invert_yaxis()
-    ax.set(xlabel="error: relative; of pendulum and four-bar in rad and m")
-    ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
-    return fig
+    return known.figure(result, names, "error: relative; of pendulum and four-bar in rad and m", row=12)

@@ -50,6 +50,10 @@ class Plain:
     work: dict[str, float] = field(default_factory=dict)
     angle: Array | None = None
 
+    def at(self, times: Array) -> Array:
+        """The second at values of the first; nan of a run that failed."""
+        return np.interp(times, self.x, self.force) if self.x.size else np.full(len(times), np.nan)
+
 
 class _System:
     """An engine system with the few items both jobs share."""

@@ -30,7 +30,7 @@ from buckler.mbs.record.lookup import cubic
 from buckler.mbs.solvers.spectral import Spectral
 from buckler.studies.kit.parameters import StudyParameters, choices, integer, quantity
 from buckler.studies.kit.precision import footnote
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import Figure, subplots
 from buckler.studies.trust import plain
 
@@ -106,9 +106,7 @@ def plainly(work: Work) -> tuple[Array, dict[str, float]]:
     """Deflection by a plain run."""
     elements, steps, relative, absolute = work.plain
     found = plain.smooth_slider_crank(work.mechanism(Cable, elements=elements), work.duration, steps, relative, absolute)
-    if not found.x.size:
-        return np.full(TIMES, np.nan), found.work
-    return np.interp(work.times, found.x, found.force), found.work
+    return found.at(work.times), found.work
 
 
 def timed(calls: dict[str, Callable[[], Any]], repeats: int) -> dict[str, tuple[float, Any]]:
@@ -134,6 +132,16 @@ class Row(NamedTuple):
     known_error: float = float("nan")
     known_time: float = float("nan")
 
+    @property
+    def ratio(self) -> float:
+        """Time of the plain run over ours."""
+        return self.plain_time / self.time
+
+    @property
+    def known_ratio(self) -> float:
+        """The same over a call with a known error."""
+        return self.plain_time / self.known_time
+
 
 def compare(work: Work, p: Parameters) -> Row:
     """Run one work both ways."""
@@ -158,41 +166,31 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Run every work."""
     p = parameters
     rows = {name: compare(WORKS[name], p) for name in progress(p.works, label="works")}
-    metrics = {}
-    for name, row in rows.items():
-        metrics[f"{name}_error"] = Metric(row.error, "1")
-        metrics[f"{name}_plain_error"] = Metric(row.plain_error, "1")
-        metrics[f"{name}_ratio"] = Metric(row.plain_time / row.time, "1")
-        metrics[f"{name}_known_error"] = Metric(row.known_error, "1")
-        metrics[f"{name}_known_ratio"] = Metric(row.plain_time / row.known_time, "1")
+    keys = ("error", "plain_error", "ratio", "known_error", "known_ratio")
+    metrics = {f"{name}_{key}": Metric(getattr(row, key), "1") for name, row in rows.items() for key in keys}
     table = [
         [
-            name, row.error, 1e3 * row.time, int(row.steps), row.plain_error, 1e3 * row.plain_time, row.plain_time / row.time,
-            WORKS[name].bar, row.known_error, row.plain_time / row.known_time,
+            name, row.error, 1e3 * row.time, int(row.steps), row.plain_error, 1e3 * row.plain_time, row.ratio,
+            WORKS[name].bar, row.known_error, row.known_ratio,
         ]
         for name, row in rows.items()
     ]  # fmt: skip
-    headers = [
-        "work",
-        "error",
-        "time [ms]",
-        "steps",
-        "plain error",
-        "plain [ms]",
-        "plain/time",
-        "bar",
-        "known: error",
-        "plain/known",
-    ]
+    times = ("error", "time [ms]", "steps", "plain error", "plain [ms]", "plain/time", "bar", "known: error", "plain/known")
+    title = "One run each: relative L2 error of the deflection, time of the processor"
     worse = [name for name, row in rows.items() if not row.error <= row.plain_error]
     lost = [name for name, row in rows.items() if not np.isfinite(row.error + row.plain_error)]
     return StudyResult(
         parameters=p,
         metrics=metrics,
-        signals={"work": np.array(list(rows)), "ratio": np.array([row.plain_time / row.time for row in rows.values()])},
-        tables=[Table(headers, table, "One run each: relative L2 error of the deflection, time of the processor", footnote(p))],
-        status="SUSPECT" if lost else "OK",
-        message=f"no result: {', '.join(lost)}" if lost else f"less accurate than the plain run: {', '.join(worse) or 'none'}",
+        signals={"work": np.array(list(rows)), "ratio": np.array([row.ratio for row in rows.values()])},
+        tables=[
+            Table(
+                ["work", *times], table, "One run each: relative L2 error of the deflection, time of the processor", footnote(p)
+            )
+        ],
+        **judged(
+            [f"no result: {', '.join(lost)}"] if lost else [], f"less accurate than the plain run: {', '.join(worse) or 'none'}"
+        ),
     )
 
 

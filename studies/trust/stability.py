@@ -17,13 +17,13 @@ import numpy as np
 from scipy.linalg import eigvals
 from scipy.optimize import brentq, minimize_scalar
 
+from buckler import mbs
 from buckler.elastica.member import Member
 from buckler.elastica.vibration import beam_frequencies
 from buckler.mbs import (
     Beam,
     Force,
     Guide,
-    LineLoad,
     Link,
     Mass,
     Mechanism,
@@ -34,15 +34,14 @@ from buckler.mbs import (
     Spring,
     TorsionSpring,
     Weld,
-    equilibrium,
     frequencies,
     path,
-)  # fmt: skip
+)
 from buckler.mbs.statics.route import Path
 from buckler.studies.kit.parameters import StudyParameters, choices
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
-from buckler.studies.kit.style import Figure, subplots
-from buckler.studies.trust import frames
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
+from buckler.studies.kit.style import Figure
+from buckler.studies.trust import frames, known
 from buckler.studies.trust.frames import Frame
 
 LENGTH, STRIP, THIN = 0.5, Section(0.02, 0.001), Section(0.02, 0.0002)
@@ -92,22 +91,28 @@ def critical(ends: str, number: int) -> float:
     return float(brentq(missing, *(bend * (parts * each / LENGTH) ** 2 for each in (low, high)), xtol=1e-13, rtol=1e-14))
 
 
+def _found(path: Path, kind: str, exact: float, number: int = 0, unit: str = "1") -> Found:
+    """One of a path's `limits`, `branchings` or `flutter` against what is exact."""
+    return Found(getattr(path, kind)[number], float(exact), float(path.errors[kind][number]), unit)
+
+
 def _euler(ends: str, number: int) -> Found:
     exact = critical(ends, number)
-    found = path(column(ends), to=1.1 * exact)
-    return Found(found.branchings[number - 1], exact, float(found.errors["branchings"][number - 1]), "N")
+    return _found(path(column(ends), to=1.1 * exact), "branchings", exact, number - 1, "N")
+
+
+def _thin(exact: float, **given: Any) -> Found:
+    """A thin cantilever that flutters under EI/L^2 and more."""
+    return _found(path(column("cantilever", THIN, THIN.bending_stiffness / LENGTH**2, **given), to=25.0), "flutter", exact)
 
 
 def _beck() -> Found:
-    unit = THIN.bending_stiffness / LENGTH**2
-    found = path(column("cantilever", THIN, unit, follows="strip"), to=25.0)
-    return Found(found.flutter[0], 20.05095, float(found.errors["flutter"][0]))
+    return _thin(20.05095, follows="strip")
 
 
 def _reut() -> Found:
     """A force whose line stays is the adjoint of one that follows: the load is Beck's (V. V. Bolotin 1963)."""
-    found = path(column("cantilever", THIN, THIN.bending_stiffness / LENGTH**2, through=(0.0, 0.0)), to=25.0)
-    return Found(found.flutter[0], 20.05095, float(found.errors["flutter"][0]))
+    return _thin(20.05095, through=(0.0, 0.0))
 
 
 def flutter_with_tip(ratio: float) -> float:
@@ -140,18 +145,15 @@ def flutter_with_tip(ratio: float) -> float:
 
 def _pfluger(ratio: float) -> Found:
     """A. Pflüger, Z. angew. Math. Mech. 35 (1955) 191: Beck's column with a mass at its tip."""
-    mass = ratio * THIN.mass_per_length * LENGTH
-    found = path(column("cantilever", THIN, THIN.bending_stiffness / LENGTH**2, follows="strip", tip=mass), to=25.0)
-    return Found(found.flutter[0], flutter_with_tip(ratio), float(found.errors["flutter"][0]))
+    return _thin(flutter_with_tip(ratio), follows="strip", tip=ratio * THIN.mass_per_length * LENGTH)
 
 
 def _leipholz() -> Found:
     """H. H. E. Leipholz, Z. angew. Math. Phys. 13 (1962) 581: a tangential force along the whole column, 40.05 EI/L^3."""
     unit = THIN.bending_stiffness / LENGTH**3
     made = column("cantilever", THIN, 0.0)
-    loaded = Mechanism(made.points, made.links, made.joints, loads=[LineLoad("strip", (-unit, 0.0), turns=True)])
-    found = path(loaded, to=45.0)
-    return Found(found.flutter[0], leipholz(14), float(found.errors["flutter"][0]))
+    loaded = Mechanism(made.points, made.links, made.joints, loads=[mbs.LineLoad("strip", (-unit, 0.0), turns=True)])
+    return _found(path(loaded, to=45.0), "flutter", leipholz(14))
 
 
 def leipholz(count: int) -> float:
@@ -189,25 +191,20 @@ def _ziegler(damping: float) -> Found:
             Force("B", (-stiffness / length, 0), follows="b"),
         ],
     )  # fmt: skip
-    found = path(made, load="force.B", to=2.5)
     exact = 41 / 28 + damping**2 / 2 if damping else 3.5 - np.sqrt(2.0)
-    return Found(found.flutter[0], float(exact), float(found.errors["flutter"][0]))
+    return _found(path(made, load="force.B", to=2.5), "flutter", exact)
 
 
 def _portal() -> Found:
     """Of three equal members on two hinges, pressed at both corners, sways where kL tan kL = 6 (Timoshenko and Gere 1961)."""
     names, points = ("left", "beam", "right"), {"A": (0, 0), "B": (0, LENGTH), "C": (LENGTH, LENGTH), "D": (LENGTH, 0)}
     members = [Link(name, ends[0], ends[1], Beam(STRIP)) for name, ends in zip(names, ("AB", "BC", "DC"), strict=True)]
-    joints = [
-        Revolute("A", "ground", "left"),
-        Weld("B", "left", "beam"),
-        Weld("C", "beam", "right"),
-        Revolute("D", "ground", "right"),
-    ]
+    welds = [Weld("B", "left", "beam"), Weld("C", "beam", "right")]
+    joints = [*welds, Revolute("A", "ground", "left"), Revolute("D", "ground", "right")]
     unit = STRIP.bending_stiffness / LENGTH**2
     found = path(Mechanism(points, members, joints, loads=[Force(p, (0, -unit)) for p in "BC"]), to=1.9)
     wave = brentq(lambda x: x * np.sin(x) - 6 * np.cos(x), 1.0, 1.5, xtol=1e-14)
-    return Found(found.branchings[0], float(wave**2), float(found.errors["branchings"][0]))
+    return _found(found, "branchings", wave**2)
 
 
 def _truss() -> Found:
@@ -222,8 +219,7 @@ def _truss() -> Found:
     )
     y = float(np.sqrt(free ** (2 / 3) - 1))
     exact = 2 * stiffness * (free - np.hypot(1, y)) * y / np.hypot(1, y)
-    found = path(made, load="force.P", to=2 * exact)
-    return Found(found.limits[0], float(exact), float(found.errors["limits"][0]), "N")
+    return _found(path(made, load="force.P", to=2 * exact), "limits", exact, unit="N")
 
 
 FRAMES: dict[str, Callable[[], Frame]] = {
@@ -249,8 +245,7 @@ def _followed(name: str) -> tuple[Path, dict[str, list[float]]]:
 
 def _frame(name: str, kind: str, number: int) -> Found:
     found, alone = _followed(name)
-    many = {"limit": "limits", "branching": "branchings"}[kind]
-    return Found(getattr(found, many)[number], alone[kind][number], float(found.errors[many][number]))
+    return _found(found, {"limit": "limits", "branching": "branchings"}[kind], alone[kind][number], number)
 
 
 def _frequency(ends: str, number: int, section: Section) -> Found:
@@ -281,7 +276,7 @@ def _pendulum(turn: float) -> Found:
         {"O": (0, 0), "A": (float(np.cos(turn)), float(np.sin(turn)))}, [Link("bar", "O", "A", Rigid(STRIP))],
         [Revolute("O", "ground", "bar")], gravity=(0, -9.81),
     )  # fmt: skip
-    rest = equilibrium(made)
+    rest = mbs.equilibrium(made)
     return Found(float(rest.point("bar", "A").position[1]), -1.0, rest.error, "m")
 
 
@@ -340,10 +335,8 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
         for name, e in found.items()
     ]
     table = Table(["case", "unit", "found", "exact", "relative error", "error told"], rows, "Stability")
-    return StudyResult(
-        parameters=parameters, status="SUSPECT" if missed else "OK", message="; ".join(missed), metrics=metrics, tables=[table],
-        signals={"error": np.array(list(off.values())), "allowed": np.array([allowed(name) for name in found])},
-    )  # fmt: skip
+    signals = known.as_signals(off, allowed)
+    return StudyResult(parameters=parameters, **judged(missed), metrics=metrics, tables=[table], signals=signals)
 
 
 def allowed(name: str) -> float:
@@ -354,12 +347,4 @@ def allowed(name: str) -> float:
 def figure(result: StudyResult) -> Figure:
     """Error of each case as a point, what is allowed as a bar."""
     names = [name.removesuffix(".value") for name in result.metrics if name.endswith(".value")]
-    fig, ax = subplots(height=10 * len(names) + 25)
-    places = np.arange(len(names))
-    ax.semilogx(np.maximum(result.signals["error"], 1e-16), places, "o", label="found")
-    ax.semilogx(result.signals["allowed"], places, "|", color="C3", markersize=12, markeredgewidth=2, label="allowed")
-    ax.set_yticks(places, names)
-    ax.invert_yaxis()
-    ax.set(xlabel="relative error")
-    ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
-    return fig
+    return known.figure(result, names, "relative error")
