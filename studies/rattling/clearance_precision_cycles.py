@@ -10,7 +10,7 @@ from scipy.stats import ttest_ind
 
 from buckler.mbs import Mechanism
 from buckler.studies.kit.report import Array
-from buckler.studies.rattling.turns import by_turn, ensemble, on_engine, period
+from buckler.studies.rattling.turns import another, by_turn, ensemble, on_engine, period
 
 QUANTITIES = {
     "peak_force_coupler_rocker": "N", "peak_force_rocker_frame": "N", "rms_ax_coupler": "m/s^2", "rms_ax_rocker": "m/s^2",
@@ -44,7 +44,7 @@ class Comparison(NamedTuple):
 
 def compare(usual: Mechanism, compiled: Mechanism, members: int, cycles: int, progress: Callable[..., Any] = iter) -> Comparison:
     """Run the engine at its default tolerance, the compiled solver four times as often; each member has a start of its own."""
-    runs = [on_engine(usual, cycles, 1, seed) for seed in progress(range(members))]
+    runs = [on_engine(another(usual, seed), cycles, 1) for seed in progress(range(members))]
     engine = np.stack([columns(by_turn(run, period(usual), 1 + cycles, 1)).mean(axis=0) for run in runs])
     found = ensemble(compiled, cycles, range(4 * members)).turns
     return Comparison(engine, columns(found).mean(axis=1), max(run.energy_balance for run in runs))

@@ -106,8 +106,8 @@ def ideal(p: Parameters, speed: float) -> Array:
 
 def on_engine(p: Parameters, seed: int) -> Array:
     """The three means over turns of one member on the engine, shape (3,)."""
-    mechanism = p.bars()
-    result = turns.on_engine(mechanism, p.cycles, p.settle, seed, STEP)
+    mechanism = p.bars(angle=turns.chance(seed))
+    result = turns.on_engine(mechanism, p.cycles, p.settle, STEP)
     if not result.ok:
         raise RuntimeError(f"engine, seed {seed}: {result.message}")
     return of_turns(result, period(mechanism), p.settle + p.cycles, p.settle)

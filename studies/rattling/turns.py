@@ -65,22 +65,20 @@ def chance(seed: int) -> float:
     return START_OFFSET * float(np.random.default_rng(seed).standard_normal())
 
 
-def on_engine(made: Mechanism, turns: int, settle: int, seed: int, tolerance: float | None = None) -> Result:
-    """The turns and those before them on the engine, the crank offset at the start by chance.
-
-    Raises
-    ------
-    RuntimeError
-        If the run stops before its time.
-    """
+def another(made: Mechanism, seed: int) -> Mechanism:
+    """The same, its crank offset at the start by chance."""
     (ax, ay), (cx, _) = made.points["A"], made.points["C"]
     crank, coupler, rocker = (made.length(link) for link in ("crank", "coupler", "rocker"))
-    places = CrankRocker(crank, coupler, rocker, cx).places(atan2(ay, ax) + chance(seed))
+    return replace(made, points=CrankRocker(crank, coupler, rocker, cx).places(atan2(ay, ax) + chance(seed)))
+
+
+def on_engine(made: Mechanism, turns: int, settle: int, tolerance: float | None = None) -> Result:
+    """The turns and those before them on the engine; RuntimeError if the run stops before its time."""
     turn = period(made)
     steps, end = Exudyn(Controlled(tolerance, max_step=turn / STEPS_A_TURN)), (settle + turns) * turn
-    result = simulate(replace(made, points=places), end, solver=steps, ledger=True, timeout=300)
+    result = simulate(made, end, solver=steps, ledger=True, timeout=300)
     if result.time[-1] < end * (1 - 1e-9):
-        raise RuntimeError(f"engine, seed {seed}: {result.status}, {result.message}")
+        raise RuntimeError(f"engine: {result.status}, {result.message}")
     return result
 
 

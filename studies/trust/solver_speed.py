@@ -183,14 +183,8 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
         parameters=p,
         metrics=metrics,
         signals={"work": np.array(list(rows)), "ratio": np.array([row.ratio for row in rows.values()])},
-        tables=[
-            Table(
-                ["work", *times], table, "One run each: relative L2 error of the deflection, time of the processor", footnote(p)
-            )
-        ],
-        **judged(
-            [f"no result: {', '.join(lost)}"] if lost else [], f"less accurate than the plain run: {', '.join(worse) or 'none'}"
-        ),
+        tables=[Table(["work", *times], table, title, footnote(p))],
+        **judged([f"no result: {name}" for name in lost], f"less accurate than the plain run: {', '.join(worse) or 'none'}"),
     )
 
 
