@@ -20,7 +20,7 @@ from buckler.mbs.accuracy.goal import Asked, worst
 from buckler.mbs.accuracy.ladder import Ladder, ladder_of, suited
 from buckler.mbs.elements.signal import Kind
 from buckler.studies.kit.parameters import StudyParameters, choice, choices, integer, quantities, quantity
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import COLOURS, Figure, subplots
 from buckler.studies.trust.accuracy_truth import PATIENCE, SCENES, Truth, runner
 from buckler.studies.trust.drawn import Drawn, drawn
@@ -64,22 +64,11 @@ class Parameters(StudyParameters):
 
 
 class Delivered(NamedTuple):
-    """What came of one mechanism.
+    """What came of one mechanism: what was asked for, true error and told one of the signal asked for that is worst.
 
-    Attributes
-    ----------
-    scene, name : str
-    asked, error, estimate : float
-        What was asked for; the true error and the told one of the signal asked for that is worst.
-    said : str
-        What it says that it misses; '' if it claims to be what was asked for.
-    told : mapping of str to float
-        Told over true error by signal, where that is judged.
-    kinds : mapping of str to str
-        Of those signals, of `KINDS`.
-    price : float
-        Processor time of all runs over that of the cheapest single one that is as accurate; nan where not looked for.
-    wall_s : float
+    Further what it says that it misses, '' if it claims to be what was asked for; told over true errors by signal, where that is
+    judged, and the signals' `KINDS`; processor time of all runs over that of the cheapest single one that is as accurate, nan
+    where not looked for; wall time, s.
     """
 
     scene: str
@@ -163,10 +152,10 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
         "within": Metric(within, "1"),
         "worst_ratio": Metric(_worst(found), "1"),
         "silent": Metric(float(len(silent)), "1"),
-        **_effectivity("effectivity", [x for o in found for n, x in o.told.items() if o.kinds[n] == "places"]),
     }
-    for kind in ("rates", "forces"):
-        metrics |= _effectivity(f"effectivity.{kind}", [x for o in found for n, x in o.told.items() if o.kinds[n] == kind])
+    for kind in KINDS:
+        key = "effectivity" if kind == "places" else f"effectivity.{kind}"
+        metrics |= _effectivity(key, [x for o in found for n, x in o.told.items() if o.kinds[n] == kind])
     prices = [o.price for o in found if np.isfinite(o.price)]
     for name, q in (("median", 50), ("p95", 95)):
         metrics[f"price.{name}"] = Metric(float(np.percentile(prices, q)) if prices else float("nan"), "1")
@@ -175,15 +164,12 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
         metrics[f"{key}.within"] = Metric(_within(group), "1")
         metrics[f"{key}.worst_ratio"] = Metric(_worst(group), "1")
     wrong = [f"{o.scene}, {o.name}: {o.error:.1e} where {o.asked:g} was asked, not told" for o in silent]
+    share = f"{100 * within:.3g} % of {len(found)} results as accurate as asked, or telling that they are not"
     if not within >= WITHIN:
-        wrong.append(
-            f"{100 * within:.3g} % of all results as accurate as asked, or telling that they are not; must be {100 * WITHIN:g} %"
-        )
+        wrong.append(f"{share}; must be {100 * WITHIN:g} %")
     return StudyResult(
         parameters=parameters,
-        status="SUSPECT" if wrong else "OK",
-        message="; ".join(wrong)
-        or f"{100 * within:.3g} % of {len(found)} results as accurate as asked, or telling that they are not",
+        **judged(wrong, share),
         metrics=metrics,
         signals={name: np.array([getattr(o, name) for o in found]) for name in ("asked", "error", "estimate", "wall_s", "price")}
         | {"scene": np.array([list(SCENES).index(o.scene) for o in found]), "told": np.array([bool(o.said) for o in found])},
@@ -235,25 +221,16 @@ def _table(p: Parameters, groups: dict[str, list[Delivered]]) -> Table:
 
 def figure(result: StudyResult) -> Figure:
     """Delivered over asked error, a mark a mechanism; hollow where the run said so itself."""
-    s, fig_ax = result.signals, subplots(height=105)
-    fig, ax = fig_ax
+    s, (fig, ax) = result.signals, subplots(height=105)
     names, spread = list(SCENES), np.random.default_rng(0)
     for k in np.unique(s["scene"]):
         mine = s["scene"] == k
         colour = COLOURS[int(k) % len(COLOURS)]
         x = s["asked"][mine] * 10 ** spread.uniform(-0.18, 0.18, mine.sum())
         y = np.clip(s["error"][mine] / s["asked"][mine], 1e-6, 1e3)
-        faces = ["none" if told else colour for told in s["told"][mine]]
-        ax.scatter(
-            x,
-            y,
-            s=16,
-            marker=MARKS[int(k) % len(MARKS)],
-            facecolors=faces,
-            edgecolors=colour,
-            linewidths=0.8,
-            label=names[int(k)],
-        )
+        look: dict[str, Any] = {"marker": MARKS[int(k) % len(MARKS)], "edgecolors": colour, "linewidths": 0.8}
+        look["facecolors"] = ["none" if told else colour for told in s["told"][mine]]
+        ax.scatter(x, y, s=16, label=names[int(k)], **look)
     ax.axhline(1.0, color="#000000", linewidth=0.8)
     ax.axhline(SILENT, color="#000000", linewidth=0.8, linestyle=":")
     ax.set(xscale="log", yscale="log", xlabel="error asked for", ylabel="error delivered over error asked for")

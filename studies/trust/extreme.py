@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cache, partial
+from typing import Any
 
 import numpy as np
 
@@ -92,8 +93,8 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     return StudyResult(parameters=parameters, status="OK", message=said, metrics=metrics)
 
 
-def finding(message: str, verdict: float, off: float, price: float, wall_s: float) -> Finding:
+def finding(row: Any) -> Finding:
     """Read a row of the sweep again."""
-    family, name, worst, said = message.split("\n", 3)
-    off, price = (np.nan if value < 0 else np.inf if value > 1e299 else value for value in (off, price))
-    return Finding(family, name, VERDICTS[int(verdict)], off, worst, said, wall_s, price)
+    family, name, worst, said = row.message.split("\n", 3)
+    off, price = (np.nan if value < 0 else np.inf if value > 1e299 else value for value in map(row.value, ("off", "price")))
+    return Finding(family, name, VERDICTS[int(row.value("verdict"))], off, worst, said, row.wall_s, price)

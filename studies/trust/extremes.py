@@ -18,27 +18,17 @@ from typing import Any
 import numpy as np
 
 from buckler.studies.kit.parameters import StudyParameters, choices, integer, quantity, text
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
+from buckler.studies.kit.report import QUIET, Array, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import COLOURS, Figure, subplots
 from buckler.studies.sweeping.sweep import sweep
 from buckler.studies.trust import extreme
 from buckler.studies.trust.extreme import FAMILIES, slug
-from buckler.studies.trust.extremes_case import (
-    FAILED,
-    FALSE_ALARM,
-    KINDS,
-    OPEN,
-    REFUSED,
-    SUSPECT,
-    UNFINISHED,
-    VERDICTS,
-    WITHIN,
-    WRONG,
-    Finding,
-)
+from buckler.studies.trust.extremes_case import KINDS, VERDICTS, Finding, Verdict
 
-Array = np.ndarray[Any, Any]
-ENDS = (WITHIN, WRONG, SUSPECT, REFUSED, FALSE_ALARM, FAILED, UNFINISHED, OPEN)
+ENDS = (
+    Verdict.WITHIN, Verdict.WRONG, Verdict.SUSPECT, Verdict.REFUSED, Verdict.FALSE_ALARM, Verdict.FAILED, Verdict.UNFINISHED,
+    Verdict.OPEN,
+)  # fmt: skip
 COLOUR = dict(zip(ENDS, (*COLOURS, "#bbbbbb"), strict=True))
 MARK = dict(zip(ENDS, "oX^sDPv*", strict=True))
 """How a verdict is drawn: by its shape, too."""
@@ -71,19 +61,13 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Run every case and its reference."""
     store = Path(parameters.store) if parameters.store else None
     rows = sweep(extreme, parameters.all, workers=parameters.workers, store=store, progress=progress, name="extremes")
+    findings = [extreme.finding(row) for row in rows if row.status == "OK"]
+    said = [f"{f.family}: {f.name}: {f.verdict}" for f in findings if f.verdict in (Verdict.WRONG, Verdict.OPEN)]
     lost = [row for row in rows if row.status != "OK"]
-    findings = [
-        extreme.finding(row.message, row.value("verdict"), row.value("off"), row.value("price"), row.wall_s)
-        for row in rows
-        if row.status == "OK"
-    ]
-    wrong = [finding for finding in findings if finding.verdict in (WRONG, OPEN)]
-    said = [f"{f.family}: {f.name}: {f.verdict}" for f in wrong]
     said += [f"{row.parameters['family']} {row.parameters['number']}: {row.status}: {row.message}" for row in lost]
     return StudyResult(
         parameters=parameters,
-        status="SUSPECT" if said else "OK",
-        message="; ".join(said) or f"{len(findings)} cases, none of them silently wrong",
+        **judged(said, f"{len(findings)} cases, none of them silently wrong"),
         metrics=_metrics(findings),
         signals={name: np.array([getattr(f, name) for f in findings]) for name in Finding._fields},
         tables=[_by_family(findings), _named(findings)],
@@ -92,17 +76,17 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
 
 def _metrics(findings: Sequence[Finding]) -> dict[str, Metric]:
     count = Counter(finding.verdict for finding in findings)
-    fine = [finding.off for finding in findings if finding.verdict == WITHIN]
+    fine = [finding.off for finding in findings if finding.verdict == Verdict.WITHIN]
     prices = [finding.price for finding in findings if np.isfinite(finding.price)]
     return {
         "cases": Metric(len(findings), "1"),
-        "within_tolerance": Metric(count[WITHIN], "1"),
-        "refused": Metric(count[REFUSED], "1"),
-        "failed_by_name": Metric(count[FAILED] + count[SUSPECT], "1"),
-        "silent_wrong": Metric(count[WRONG], "1", exact=0.0),
-        "false_alarms": Metric(count[FALSE_ALARM], "1", exact=0.0),
-        "unfinished": Metric(count[UNFINISHED], "1", exact=0.0),
-        "no_reference": Metric(count[OPEN], "1"),
+        "within_tolerance": Metric(count[Verdict.WITHIN], "1"),
+        "refused": Metric(count[Verdict.REFUSED], "1"),
+        "failed_by_name": Metric(count[Verdict.FAILED] + count[Verdict.SUSPECT], "1"),
+        "silent_wrong": Metric(count[Verdict.WRONG], "1", exact=0.0),
+        "false_alarms": Metric(count[Verdict.FALSE_ALARM], "1", exact=0.0),
+        "unfinished": Metric(count[Verdict.UNFINISHED], "1", exact=0.0),
+        "no_reference": Metric(count[Verdict.OPEN], "1"),
         "price": Metric(float(np.median(prices)) if prices else float("nan"), "1"),
         "largest_error_reported_fine": Metric(max(fine, default=0.0), "1"),
     }
@@ -111,10 +95,11 @@ def _metrics(findings: Sequence[Finding]) -> dict[str, Metric]:
 def _by_family(findings: Sequence[Finding]) -> Table:
     """How many cases of each family ended how."""
     rows: list[list[Any]] = []
-    for family in [name for name in FAMILIES if any(f.family == name for f in findings)]:
-        mine = [f for f in findings if f.family == family]
-        rows.append([family, len(mine), *_counts(mine), max((f.off for f in mine if f.verdict == WITHIN), default=None)])
-    rows.append(["all", len(findings), *_counts(findings), max((f.off for f in findings if f.verdict == WITHIN), default=None)])
+    for family in (*FAMILIES, "all"):
+        if mine := [f for f in findings if family in (f.family, "all")]:
+            counted = Counter(f.verdict for f in mine)
+            worst = max((f.off for f in mine if f.verdict is Verdict.WITHIN), default=None)
+            rows.append([family, len(mine), *(counted[verdict] for verdict in VERDICTS), worst])
     allowed = "\n".join(f"{name} to {kind.allowed:g}: {kind.why}" for name, kind in KINDS.items())
     notes = (
         f"error: largest of those within tolerance, over what is allowed. Allowed, relative to the largest or as said:\n{allowed}"
@@ -122,17 +107,12 @@ def _by_family(findings: Sequence[Finding]) -> Table:
     return Table(["family", "cases", *VERDICTS, "error"], rows, "Stiff and extreme cases", notes)
 
 
-def _counts(findings: Sequence[Finding]) -> list[int]:
-    counted = Counter(f.verdict for f in findings)
-    return [counted[verdict] for verdict in VERDICTS]
-
-
 def _named(findings: Sequence[Finding]) -> Table:
     """Every case that is not within tolerance, with what was said of it."""
     rows = [
         [f.family, f.name, f.verdict, None if np.isnan(f.off) else f"{f.off:.2g} {f.worst}", f.message[:90]]
         for f in sorted(findings, key=lambda f: (VERDICTS.index(f.verdict), FAMILIES.index(f.family)))
-        if f.verdict != WITHIN
+        if f.verdict != Verdict.WITHIN
     ]
     return Table(["family", "case", "verdict", "error/allowed", "said"], rows, "Cases that are not within tolerance")
 

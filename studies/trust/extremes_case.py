@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from enum import StrEnum
 from time import perf_counter
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -15,14 +16,24 @@ from buckler.mbs import Status
 
 Array = np.ndarray[Any, Any]
 Measures = Mapping[str, Any]
-WITHIN, REFUSED, FAILED, SUSPECT, FALSE_ALARM, WRONG, UNFINISHED, OPEN = (
-    "within tolerance", "refused before the run", "failed by name", "suspect by name", "suspect, yet within tolerance",
-    "silently wrong", "unfinished", "no reference",
-)  # fmt: skip
-"""Verdicts. UNFINISHED ran out of time; OPEN was reported fine, and its reference itself failed."""
-VERDICTS = (WITHIN, REFUSED, FAILED, SUSPECT, FALSE_ALARM, WRONG, UNFINISHED, OPEN)
 OF_THE_MODEL = frozenset(("PENETRATION", "LINEAR"))
 """Checks that say that a law or a linear link is beyond its range. A reference of the same model cannot gainsay them."""
+
+
+class Verdict(StrEnum):
+    """What becomes of a case. UNFINISHED ran out of time; OPEN was reported fine, and its reference itself failed."""
+
+    WITHIN = "within tolerance"
+    REFUSED = "refused before the run"
+    FAILED = "failed by name"
+    SUSPECT = "suspect by name"
+    FALSE_ALARM = "suspect, yet within tolerance"
+    WRONG = "silently wrong"
+    UNFINISHED = "unfinished"
+    OPEN = "no reference"
+
+
+VERDICTS = tuple(Verdict)
 
 
 def largest(values: Array) -> float:
@@ -36,17 +47,7 @@ def mean_square(values: Array) -> float:
 
 
 class Kind(NamedTuple):
-    """How far a measure may be off.
-
-    Attributes
-    ----------
-    allowed : float
-        Of the scale.
-    why : str
-        Why that is fair.
-    norm : callable
-        Of the error.
-    """
+    """How far a measure may be off, of its scale; why that is fair; the norm of the error."""
 
     allowed: float
     why: str
@@ -80,19 +81,11 @@ class CaseOutcome:
 
 @dataclass(frozen=True)
 class Case:
-    """A case: what is run, and what is held to be right.
+    """A case: what is run within a time, s, which raises ValueError if it is refused, and what is held to be right.
 
-    Attributes
-    ----------
-    family, name : str
-    run : callable
-        Gives an CaseOutcome, or raises ValueError.
-    reference : callable, optional
-        Gives the measures that are right, from another method, or None if that failed; None where a run cannot be right.
-    scales : dict of str to float
-        By measure; the largest value of the reference where there is none.
-    plain : callable, optional
-        Runs the same once, with nothing checked or refined: what the price is held against.
+    The reference gives the measures that are right, by another method, or None if that failed; there is none where a run cannot
+    be right. Measures without a scale are compared with the reference's largest value. `plain` runs the same once, with nothing
+    checked or refined: what the price is held against.
     """
 
     family: str
@@ -112,7 +105,7 @@ class Finding(NamedTuple):
 
     family: str
     name: str
-    verdict: str
+    verdict: Verdict
     off: float
     worst: str
     message: str
@@ -124,28 +117,28 @@ def judge(case: Case, timeout: float) -> Finding:
     """Run a case and its reference, and say what became of it."""
     start = perf_counter()
 
-    def found(verdict: str, off: float = np.nan, worst: str = "", said: str = "", price: float = np.nan) -> Finding:
+    def found(verdict: Verdict, off: float = np.nan, worst: str = "", said: str = "", price: float = np.nan) -> Finding:
         return Finding(case.family, case.name, verdict, float(off), worst, said, perf_counter() - start, price)
 
     try:
         outcome = case.run(timeout)
     except ValueError as error:  # KinematicsError among them
-        return found(REFUSED, said=" ".join(str(error).split()))
+        return found(Verdict.REFUSED, said=" ".join(str(error).split()))
     fine, suspect, said = outcome.status == Status.OK, outcome.status == Status.SUSPECT, _text(outcome)
     if outcome.status == Status.TIMED_OUT:
-        return found(UNFINISHED, said=said)
+        return found(Verdict.UNFINISHED, said=said)
     if not fine and not suspect:
-        return found(FAILED, said=said)
+        return found(Verdict.FAILED, said=said)
     price = np.nan if case.plain is None else outcome.wall_s / _timed(case.plain)
     right = case.reference() if case.reference else None
     if right is None and case.reference:
-        return found(OPEN if fine else SUSPECT, said=said, price=price)
+        return found(Verdict.OPEN if fine else Verdict.SUSPECT, said=said, price=price)
     off, worst = np.inf, "no run of it can be right"
     if right is not None:
         off, worst = compare(outcome.measures, right, case.scales, outcome.told)
     named = set(re.findall(r"(?:^|; )([A-Z]+): ", outcome.message))
-    good = WITHIN if fine else SUSPECT if named and named <= OF_THE_MODEL else FALSE_ALARM
-    return found(good if off <= 1 else WRONG if fine else SUSPECT, off, worst, said, price)
+    good = Verdict.WITHIN if fine else Verdict.SUSPECT if named and named <= OF_THE_MODEL else Verdict.FALSE_ALARM
+    return found(good if off <= 1 else Verdict.WRONG if fine else Verdict.SUSPECT, off, worst, said, price)
 
 
 def _timed(run: Callable[[], None]) -> float:

@@ -25,7 +25,7 @@ from buckler.mbs.library import BAR, PAPER, crank_rocker, slider_crank
 from buckler.mbs.spectral.run import once
 from buckler.studies.kit.parameters import StudyParameters, integer, quantity
 from buckler.studies.kit.published import STRIP_WIDTH
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import Figure, subplots
 from buckler.studies.trust import benchmark_problems as problems
 from buckler.studies.trust.accuracy_truth import runner
@@ -143,25 +143,24 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Run both solvers on each mechanism."""
     jobs = list(pairs(parameters))
     found = [compare(pair, parameters) for pair in progress(jobs, label="mechanisms")]
-    judged = [c for c in found if np.isfinite(c.ratio)]
-    beyond = [c for c in judged if c.ratio > BEYOND]
-    times = [c.engine_s / c.compiled_s for c in judged]
+    counted = [c for c in found if np.isfinite(c.ratio)]
+    beyond = [c for c in counted if c.ratio > BEYOND]
+    times = [c.engine_s / c.compiled_s for c in counted]
     median = float(np.median(times)) if times else float("nan")
     metrics = {
         "cases": Metric(float(len(found)), "1"),
-        "compared": Metric(float(len(judged)), "1"),
-        "within_estimates": Metric(float(np.mean([c.ratio <= 1 for c in judged])) if judged else float("nan"), "1"),
+        "compared": Metric(float(len(counted)), "1"),
+        "within_estimates": Metric(float(np.mean([c.ratio <= 1 for c in counted])) if counted else float("nan"), "1"),
         "beyond_three": Metric(float(len(beyond)), "1"),
         "median_ratio": Metric(median, "1"),
     }
     wrong = [f"{c.name}: {c.difference:.1e} apart in {c.where}, estimates {c.engine:.1e} and {c.compiled:.1e}" for c in beyond]
     wrong += [f"{c.name}: only one solver ended, {c.alone}" for c in found if c.alone]
-    told = f"{len(judged)} of {len(found)} mechanisms compared, {len(judged) - len(beyond)} no farther apart than 3 estimates"
+    told = f"{len(counted)} of {len(found)} mechanisms compared, {len(counted) - len(beyond)} no farther apart than 3 estimates"
     names = ("difference", "engine", "compiled", "engine_s", "compiled_s", "ratio")
     return StudyResult(
         parameters=parameters,
-        status="SUSPECT" if wrong or not judged else "OK",
-        message="; ".join(wrong) or told,
+        **judged(wrong or [told] * (not counted), told),
         metrics=metrics,
         signals={name: np.array([getattr(c, name) for c in found]) for name in names},
         tables=[_table(found)],

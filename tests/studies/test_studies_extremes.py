@@ -14,22 +14,7 @@ from buckler.studies.kit.report import to_json
 from buckler.studies.trust import extreme, extremes, extremes_truth
 from buckler.studies.trust.drawn import Drawn
 from buckler.studies.trust.drawn import drawn as drawn_mechanism
-from buckler.studies.trust.extremes_case import (
-    FAILED,
-    FALSE_ALARM,
-    KINDS,
-    OPEN,
-    REFUSED,
-    SUSPECT,
-    UNFINISHED,
-    VERDICTS,
-    WITHIN,
-    WRONG,
-    Case,
-    CaseOutcome,
-    compare,
-    judge,
-)
+from buckler.studies.trust.extremes_case import KINDS, VERDICTS, Case, CaseOutcome, Verdict, compare, judge
 from buckler.studies.trust.extremes_listed import loose, pressed
 
 
@@ -46,18 +31,18 @@ def ended(status, force=1.0, right=1.0, reference=True, said="why"):
 @pytest.mark.parametrize(
     ("case", "verdict"),
     [
-        (ended(Status.OK, 1.04), WITHIN),
-        (ended(Status.OK, 1.06), WRONG),
-        (ended(Status.OK, np.nan), WRONG),
-        (ended(Status.OK, reference=False), WRONG),
-        (ended(Status.OK, right=None), OPEN),
-        (ended(Status.SUSPECT, 1.06), SUSPECT),
-        (ended(Status.SUSPECT, 1.04), FALSE_ALARM),
-        (ended(Status.SUSPECT, 1.04, said="LINEAR: bends; PENETRATION: deep"), SUSPECT),
-        (ended(Status.SUSPECT, 1.04, said="LINEAR: bends; STEPS: long"), FALSE_ALARM),
-        (ended(Status.SUSPECT, right=None), SUSPECT),
-        (ended(Status.NEWTON_DIVERGED), FAILED),
-        (ended(Status.TIMED_OUT), UNFINISHED),
+        (ended(Status.OK, 1.04), Verdict.WITHIN),
+        (ended(Status.OK, 1.06), Verdict.WRONG),
+        (ended(Status.OK, np.nan), Verdict.WRONG),
+        (ended(Status.OK, reference=False), Verdict.WRONG),
+        (ended(Status.OK, right=None), Verdict.OPEN),
+        (ended(Status.SUSPECT, 1.06), Verdict.SUSPECT),
+        (ended(Status.SUSPECT, 1.04), Verdict.FALSE_ALARM),
+        (ended(Status.SUSPECT, 1.04, said="LINEAR: bends; PENETRATION: deep"), Verdict.SUSPECT),
+        (ended(Status.SUSPECT, 1.04, said="LINEAR: bends; STEPS: long"), Verdict.FALSE_ALARM),
+        (ended(Status.SUSPECT, right=None), Verdict.SUSPECT),
+        (ended(Status.NEWTON_DIVERGED), Verdict.FAILED),
+        (ended(Status.TIMED_OUT), Verdict.UNFINISHED),
     ],
 )
 def test_verdicts(case, verdict):
@@ -69,7 +54,7 @@ def test_a_refused_case_keeps_the_reason():
         raise ValueError("thickness = 0 m:\n must be positive")
 
     found = judge(Case("made up", "case", refuse), 1.0)
-    assert (found.verdict, found.message) == (REFUSED, "thickness = 0 m: must be positive")
+    assert (found.verdict, found.message) == (Verdict.REFUSED, "thickness = 0 m: must be positive")
 
 
 def test_comparison_takes_the_worst_measure_over_what_is_allowed():

@@ -10,7 +10,7 @@ from simulations import LENGTH, pressed
 from buckler.mbs import Beam, Cable, Mechanism, Modal, Section, Spectral, simulate
 from buckler.mbs.modal import BarModes
 from buckler.studies.trust.drawn import Drawn
-from buckler.studies.trust.extremes_case import FALSE_ALARM, WITHIN, WRONG, judge
+from buckler.studies.trust.extremes_case import Verdict, judge
 from buckler.studies.trust.extremes_listed import loose, played
 from buckler.studies.trust.extremes_truth import _reference, case_of, listed_case
 
@@ -20,7 +20,7 @@ SECTION = Section(0.03, 3e-4)
 def verdict(case):
     """How a case ends, and how far it is off."""
     found = judge(case, 60.0)
-    assert found.verdict in (WITHIN, FALSE_ALARM, WRONG), found
+    assert found.verdict in (Verdict.WITHIN, Verdict.FALSE_ALARM, Verdict.WRONG), found
     return found.verdict, found.off, found.worst
 
 
@@ -38,7 +38,7 @@ def test_a_slow_crank_with_clearance_in_all_joints():
     Three methods agree on where they are. What is compared over 10 ms alone does not see it.
     """
     found = [verdict(listed_case(played(f"{speed:g} rad/s", speed=speed))) for speed in (0.9997, 0.9999, 1.0, 1.0001, 1.0003)]
-    assert WRONG not in [each[0] for each in found], found
+    assert Verdict.WRONG not in [each[0] for each in found], found
 
 
 with (Path(__file__).parent / "found_wrong.json").open() as file:
@@ -54,13 +54,13 @@ def found_wrong(name):
 
 @pytest.mark.parametrize("name", [name for name, row in FOUND.items() if not row["slow"]])
 def test_a_mechanism_whose_run_was_silently_wrong(name):
-    assert verdict(found_wrong(name))[0] != WRONG
+    assert verdict(found_wrong(name))[0] != Verdict.WRONG
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name, row in FOUND.items() if row["slow"]])
 def test_a_longer_one(name):
-    assert verdict(found_wrong(name))[0] != WRONG
+    assert verdict(found_wrong(name))[0] != Verdict.WRONG
 
 
 @pytest.mark.parametrize(
