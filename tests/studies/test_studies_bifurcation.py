@@ -240,14 +240,3 @@ def test_fastest_window_wraps_around_the_turn():
 def test_agreement_looks_only_where_both_are_small():
     size = np.geomspace(1e-12, 1e-3, 10)[None]
     assert agreement(Growth(size, size, np.where(size < 1e-6, 2 * size, 1.0)), 1e-3) == pytest.approx(2)
-
-
-@pytest.mark.parametrize(("wrong", "message"), [
-    ({"speeds": "40,20"}, "speeds = 40,20: must be two numbers"),
-    ({"clearances": "1mm"}, "clearances = 0.001: must be two numbers"),
-    ({"dynamic_friction": 0.4}, "static = 0.3"),
-    ({"joint": "D"}, "joint = 'D': must be one of 'O', 'A', 'B', 'C'"),
-])  # fmt: skip
-def test_wrong_input_is_refused_in_one_line(wrong, message):
-    with pytest.raises(ValueError, match=message):
-        bifurcation.Parameters(**wrong)

@@ -187,20 +187,6 @@ def test_figures(small):
     assert len(texts) == 3 * 6 and sum(text.startswith("(") for text in texts) == 3 * 2
 
 
-@pytest.mark.parametrize(
-    ("wrong", "message"),
-    [
-        ({"engine_members": 1}, "engine_members = 1: one member has no standard error"),
-        ({"clearances": "5mm"}, r"clearances\[0\] = 5mm: must lie in \[1e-06, 0.002\] m"),
-        ({"members": 1}, r"members = 1: must be a whole number in \[2, 10000\]"),
-    ],
-)
-def test_wrong_input_is_refused_in_one_line(wrong, message):
-    with pytest.raises(ValueError, match=message) as caught:
-        parameters(**wrong)
-    assert "\n" not in str(caught.value)
-
-
 def test_command_line(tmp_path, capsys):
     words = [word for name, value in SMALL.items() for word in (f"--{name}", str(value))]
     assert main("clearance-speed", [*words, "--engine-members", "0", "--out", str(tmp_path)]) == 0

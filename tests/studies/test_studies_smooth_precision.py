@@ -19,11 +19,7 @@ def test_engine_and_plain_runs_agree_with_the_spectral_strip(short):
     assert short.metrics["reference_own_error"].value < 3e-4
     plain = short.signals["plain ANCF x 4, tuned.error"]
     assert (plain < 5e-3).all() and plain[-1] < 1e-3
-    assert len(short.tables[0].rows) == 4 + 4
-
-
-def test_it_is_drawn(short):
-    assert smooth_precision.figure(short).axes
+    assert len(short.tables[0].rows) == 4 + 4 and smooth_precision.figure(short).axes
 
 
 def test_a_wrong_mass_is_found(monkeypatch):
@@ -37,8 +33,3 @@ def test_failed_plain_run_has_no_error():
     p = Parameters(**SHORT)
     failed = smooth_precision.plainly(p, 4, 50, 1e-300, 1e-300)
     assert failed.status != "OK" and np.isnan(failed.deflection).all()
-
-
-def test_counts_are_whole():
-    with pytest.raises(ValueError, match=r"elements = 1\.5: must be whole"):
-        Parameters(elements=(1.5,))

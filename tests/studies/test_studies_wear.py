@@ -46,8 +46,3 @@ def test_worn_surfaces_stand_in_the_joints():
     assert joint.gap == pytest.approx(p.clearance + 1e-5 + 2e-6, rel=1e-3)
     assert joint.pin_profile[0] == pytest.approx(2e-6, rel=0.02)
     assert max(map(abs, joint.bush_profile)) < 1e-15
-
-
-def test_without_clearance_nothing_wears():
-    with pytest.raises(ValueError, match="no joint can wear"):
-        small(clearance_joints=0)
