@@ -16,54 +16,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from buckler.mbs import (
-    Beam,
-    Belt,
-    Cable,
-    Clearance,
-    Drive,
-    Force,
-    Gear,
-    Guide,
-    GuideFriction,
-    LineLoad,
-    Link,
-    Mass,
-    Mechanism,
-    Modal,
-    Motor,
-    Rack,
-    Ramp,
-    Revolute,
-    Rigid,
-    Rope,
-    Section,
-    Slider,
-    Slot,
-    Spring,
-    Stop,
-    Strut,
-    Torque,
-    TorsionSpring,
-    Weld,
-)
+from buckler import mbs
+from buckler.mbs import laws
 from buckler.mbs.functions import Components, Expression, Table
 from buckler.mbs.kinematics.slidercrank import SliderCrank
-from buckler.mbs.laws import (
-    AdamsFriction,
-    Ambrosio,
-    CarvalhoMartins,
-    Coulomb,
-    Flores,
-    Hertz,
-    HuntCrossley,
-    Impact,
-    KelvinVoigt,
-    LuGre,
-    NoFriction,
-    Stribeck,
-    Threlfall,
-)
 from buckler.mbs.library import BAR, PAPER, CrankRocker, crank_rocker, slider_crank
 from buckler.mbs.modal import BarModes
 from buckler.studies.kit.published import STRIP_WIDTH
@@ -71,7 +27,7 @@ from buckler.studies.kit.published import STRIP_WIDTH
 WEIGHT = (0.0, -9.81)
 PLAYED = 0.01
 """Longest time of a run with clearance, s: its motion is one trajectory for so long."""
-Made = tuple[Mechanism, float]
+Made = tuple[mbs.Mechanism, float]
 
 
 class Dice(np.random.Generator):
@@ -101,7 +57,7 @@ class Drawn(NamedTuple):
     """A mechanism, what it is called, and how long it runs, s."""
 
     name: str
-    mechanism: Mechanism
+    mechanism: mbs.Mechanism
     duration: float
 
 
@@ -115,33 +71,33 @@ def drawn(seed: int, k: int, families: Sequence[str] = ()) -> Drawn:
 # --- parts -----------------------------------------------------------------------------------------------------------------
 
 
-def _strip(d: Dice, length: float, thin: float = 3e-4, thick: float = 3e-3, bow: float = 0.0) -> Beam | Cable:
+def _strip(d: Dice, length: float, thin: float = 3e-4, thick: float = 3e-3, bow: float = 0.0) -> mbs.Beam | mbs.Cable:
     """A damped strip of elements that are named, or left to the run."""
-    section = Section(STRIP_WIDTH, d.log(thin, thick)).damped(d.log(3e-3, 0.1), length)
-    kind, fewest, most = d.one((Beam, 3, 10), (Cable, 6, 16))
-    made: Beam | Cable = kind(section, elements=int(d.integers(fewest, most)) if d.chance() else None, imperfection=bow)
+    section = mbs.Section(STRIP_WIDTH, d.log(thin, thick)).damped(d.log(3e-3, 0.1), length)
+    kind, fewest, most = d.one((mbs.Beam, 3, 10), (mbs.Cable, 6, 16))
+    made: mbs.Beam | mbs.Cable = kind(section, elements=int(d.integers(fewest, most)) if d.chance() else None, imperfection=bow)
     return made
 
 
-def _bar(d: Dice) -> Rigid:
-    return Rigid(Section(d.uniform(0.01, 0.03), d.uniform(3e-3, 1e-2)))
+def _bar(d: Dice) -> mbs.Rigid:
+    return mbs.Rigid(mbs.Section(d.uniform(0.01, 0.03), d.uniform(3e-3, 1e-2)))
 
 
-def _solid(d: Dice, length: float) -> Rigid:
+def _solid(d: Dice, length: float) -> mbs.Rigid:
     """A bar, or a body with its centre of mass aside."""
     mass, centre = d.uniform(0.05, 0.5), (d.uniform(0.2, 0.8) * length, d.uniform(-0.3, 0.3) * length)
-    return d.one(_bar(d), Rigid.of(mass=mass, inertia=d.uniform(0.05, 0.1) * mass * length**2, centre=centre))
+    return d.one(_bar(d), mbs.Rigid.of(mass=mass, inertia=d.uniform(0.05, 0.1) * mass * length**2, centre=centre))
 
 
-def _modal(d: Dice) -> Modal:
-    return Modal(Section(d.uniform(5e-3, 2e-2), d.uniform(4e-3, 2e-2)), BarModes(2, 1), d.uniform(0.01, 0.05))
+def _modal(d: Dice) -> mbs.Modal:
+    return mbs.Modal(mbs.Section(d.uniform(5e-3, 2e-2), d.uniform(4e-3, 2e-2)), BarModes(2, 1), d.uniform(0.01, 0.05))
 
 
 BODIES: dict[str, Callable[[Dice, float], Any]] = {
     "rigid": lambda d, length: _bar(d),
     "strip": lambda d, length: _strip(d, length, 1e-3, bow=d.uniform(-3e-3, 3e-3) * length),
-    "beam": lambda d, length: Beam(BAR.damped(0.01, length)),
-    "strut": lambda d, length: Strut(Section(STRIP_WIDTH, d.log(2e-4, 1e-3))),
+    "beam": lambda d, length: mbs.Beam(BAR.damped(0.01, length)),
+    "strut": lambda d, length: mbs.Strut(mbs.Section(STRIP_WIDTH, d.log(2e-4, 1e-3))),
     "modal": lambda d, length: _modal(d),
 }
 
@@ -151,7 +107,7 @@ def _motion(d: Dice, kind: str, fast: float, duration: float) -> Any:
     if kind == "constant":
         return fast
     if kind == "ramp":
-        return Ramp(0.0, fast, d.log(1e-3, 0.5) * duration)
+        return mbs.Ramp(0.0, fast, d.log(1e-3, 0.5) * duration)
     if kind == "table":
         times = [0.0, *np.sort(d.uniform(0.05, 0.9, 3)).tolist()]
         return Table([t * duration for t in times], (fast * d.uniform(0.2, 1.0, 4)).tolist())
@@ -162,22 +118,25 @@ def _motion(d: Dice, kind: str, fast: float, duration: float) -> Any:
 def _impact(d: Dice) -> Any:
     """Law of a stop."""
     stiffness = d.log(1e4, 1e6)
-    soft = KelvinVoigt(stiffness, d.uniform(0.05, 1.0) * sqrt(stiffness))
-    return d.one(CarvalhoMartins(stiffness, d.uniform(0.2, 0.95), exponent=d.one(1.0, 1.5)), soft, HuntCrossley(stiffness, 0.3))
+    soft = laws.KelvinVoigt(stiffness, d.uniform(0.05, 1.0) * sqrt(stiffness))
+    return d.one(
+        laws.CarvalhoMartins(stiffness, d.uniform(0.2, 0.95), exponent=d.one(1.0, 1.5)), soft, laws.HuntCrossley(stiffness, 0.3)
+    )
 
 
-def _play(d: Dice) -> Callable[[str, str, str], Clearance]:
+def _play(d: Dice) -> Callable[[str, str, str], mbs.Clearance]:
     """Joints with clearance of one law and friction."""
     gap, stiffness, rough = d.log(2e-5, 1e-3), 10 ** d.uniform(7.5, 10.4), d.uniform(0.05, 0.3)
     law = d.one(
-        Impact(stiffness, d.uniform(100, 2e3), 1e-5), Hertz(stiffness), Flores(stiffness, d.uniform(0.3, 0.9)),
-        KelvinVoigt(1e7, d.uniform(0, 500)),
+        laws.Impact(stiffness, d.uniform(100, 2e3), 1e-5), laws.Hertz(stiffness), laws.Flores(stiffness, d.uniform(0.3, 0.9)),
+        laws.KelvinVoigt(1e7, d.uniform(0, 500)),
     )  # fmt: skip
     friction = d.one(
-        NoFriction(), Coulomb(rough, 0.01), AdamsFriction(1.5 * rough, rough, 0.1, 1.0), AdamsFriction(1.5 * rough, rough),
-        Ambrosio(rough, 0.01, 0.1), Threlfall(rough, 0.1), Stribeck(1.5 * rough, rough, 0.1), LuGre(1.5 * rough, rough, 0.1),
+        laws.NoFriction(), laws.Coulomb(rough, 0.01), laws.AdamsFriction(1.5 * rough, rough, 0.1, 1.0),
+        laws.AdamsFriction(1.5 * rough, rough), laws.Ambrosio(rough, 0.01, 0.1), laws.Threlfall(rough, 0.1),
+        laws.Stribeck(1.5 * rough, rough, 0.1), laws.LuGre(1.5 * rough, rough, 0.1),
     )  # fmt: skip
-    return lambda point, pin, bush: Clearance(point, pin, bush, 5e-3, gap, law, friction)
+    return lambda point, pin, bush: mbs.Clearance(point, pin, bush, 5e-3, gap, law, friction)
 
 
 def _place(z: complex) -> tuple[float, float]:
@@ -214,9 +173,9 @@ def _striking(d: Dice, bodies: Sequence[str], rubs: float = 0.25) -> Made:
     """The slider-crank on its stop, its coupler so thin that it buckles; a share of guides rubs. It ends pressed, or released."""
     fast, length = d.log(1, 15), PAPER.coupler
     bowed = _strip(d, length, 2e-4, 8e-4, bow=d.one(-1, 1) * d.log(1e-4, 1e-2) * length)
-    body = bowed if d.one(*bodies) == "strip" else Strut(Section(STRIP_WIDTH, d.log(2e-4, 6e-4)))
+    body = bowed if d.one(*bodies) == "strip" else mbs.Strut(mbs.Section(STRIP_WIDTH, d.log(2e-4, 6e-4)))
     dynamic = d.uniform(0, 1)
-    friction = GuideFriction(dynamic, dynamic * d.uniform(1, 1.5)) if d.chance(rubs) else None
+    friction = mbs.GuideFriction(dynamic, dynamic * d.uniform(1, 1.5)) if d.chance(rubs) else None
     made = slider_crank(body, law=_impact(d), mass=d.uniform(0.1, 0.5), speed=fast, friction=friction)
     return made, d.uniform(0.4, 0.75) * 2 * pi / fast
 
@@ -245,7 +204,7 @@ def _mixed(d: Dice) -> Made:
     if kind == 1:
         return _rattling(d, ("strip", "beam"))
     near, play = PAPER.crank - PAPER.coupler - d.uniform(5e-4, 3e-3), _play(d)
-    made = slider_crank(Rigid(BAR), law=_impact(d), mass=0.3, speed=d.uniform(20, 60), stop=near)
+    made = slider_crank(mbs.Rigid(BAR), law=_impact(d), mass=0.3, speed=d.uniform(20, 60), stop=near)
     return replace(made, joints=[made.joints[0], play("A", "crank", "coupler")]), PLAYED
 
 
@@ -253,9 +212,9 @@ def _rubbing(d: Dice) -> Made:
     """A slider-crank of rigid links, driven or let go, whose guide rubs, by its own reaction or as given."""
     fast = d.uniform(5, 20)
     made = slider_crank(_bar(d), law=None, mass=d.uniform(0.1, 0.5), speed=fast)
-    guide = replace(made.guides[0], friction=d.one(Coulomb(d.uniform(0.05, 0.4), 0.05), GuideFriction(1.0)))
+    guide = replace(made.guides[0], friction=d.one(laws.Coulomb(d.uniform(0.05, 0.4), 0.05), mbs.GuideFriction(1.0)))
     if d.chance(0.6):
-        made = replace(made, drives=[], velocities={"crank": fast}, loads=[Torque("crank", d.uniform(-1, 1))])
+        made = replace(made, drives=[], velocities={"crank": fast}, loads=[mbs.Torque("crank", d.uniform(-1, 1))])
     return replace(made, guides=[guide], gravity=WEIGHT), d.uniform(0.2, 0.8) * 2 * pi / fast
 
 
@@ -263,13 +222,13 @@ def _guided(d: Dice) -> Made:
     """A driven bar with a block on a line, or a falling one with a block on an inclined line, pulled by a spring."""
     length, turn, driven = d.uniform(0.2, 0.5), d.uniform(0.3, 1.2), d.chance()
     along = (1.0, 0.0) if driven else _place(_ray(d.uniform(-0.6, 0.6)))
-    return Mechanism(
+    return mbs.Mechanism(
         {"A": (0.0, 0.0), "B": _place(length * _ray(turn)), "C": (2 * length, 0.0)},
-        [Link("crank", "A", "B", _bar(d)), Link("rod", "B", "C", _bar(d))],
-        [Revolute("A", "ground", "crank"), Revolute("B", "crank", "rod")],
-        guides=[Guide("C", "rod", along=along, mass=d.uniform(0.1, 0.5))],
-        loads=[Spring("C", "ground:A", stiffness=d.uniform(10, 200), damping=d.uniform(0, 1))],
-        drives=[Drive("crank", d.uniform(2, 10))] if driven else [],
+        [mbs.Link("crank", "A", "B", _bar(d)), mbs.Link("rod", "B", "C", _bar(d))],
+        [mbs.Revolute("A", "ground", "crank"), mbs.Revolute("B", "crank", "rod")],
+        guides=[mbs.Guide("C", "rod", along=along, mass=d.uniform(0.1, 0.5))],
+        loads=[mbs.Spring("C", "ground:A", stiffness=d.uniform(10, 200), damping=d.uniform(0, 1))],
+        drives=[mbs.Drive("crank", d.uniform(2, 10))] if driven else [],
         gravity=WEIGHT,
     ), d.uniform(0.1, 0.3)
 
@@ -280,20 +239,20 @@ def _sliding(d: Dice) -> Made:
     end = length * _ray(d.uniform(-1.0, 1.0))
     points = {"O": 0j, "A": end, "B": 0.6 * end, "C": 0.6 * end + 0.15 * _ray(turn - pi / 2)}
     points["Q"] = complex(d.uniform(0, 0.3), d.uniform(-0.5, -0.3))
-    joint = d.one(Slot, Slider)("B", "bob", "arm", along=_place(_ray(d.uniform(-0.6, 0.6))))
-    motor = Motor("arm", voltage=d.uniform(2, 12), resistance=2.0, constant=0.05, inertia=1e-5, gear=d.uniform(1, 3))
+    joint = d.one(mbs.Slot, mbs.Slider)("B", "bob", "arm", along=_place(_ray(d.uniform(-0.6, 0.6))))
+    motor = mbs.Motor("arm", voltage=d.uniform(2, 12), resistance=2.0, constant=0.05, inertia=1e-5, gear=d.uniform(1, 3))
     loads = d.some(
-        Spring("C", "ground:Q", stiffness=d.uniform(5, 50), free_length=0.1),
-        TorsionSpring("arm", "bob", stiffness=d.uniform(0.05, 0.5), damping=d.uniform(0, 0.01)),
-        d.one(motor, Torque("arm", d.uniform(-0.1, 0.1))),
+        mbs.Spring("C", "ground:Q", stiffness=d.uniform(5, 50), free_length=0.1),
+        mbs.TorsionSpring("arm", "bob", stiffness=d.uniform(0.05, 0.5), damping=d.uniform(0, 0.01)),
+        d.one(motor, mbs.Torque("arm", d.uniform(-0.1, 0.1))),
     )
-    pull = Spring("B", "ground:O", stiffness=d.uniform(100, 500), damping=d.uniform(0, 2), free_length=0.6 * length)
-    return Mechanism(
+    pull = mbs.Spring("B", "ground:O", stiffness=d.uniform(100, 500), damping=d.uniform(0, 2), free_length=0.6 * length)
+    return mbs.Mechanism(
         {name: _place(z) for name, z in points.items()},
-        [Link("arm", "O", "A", _bar(d)), Link("bob", "B", "C", _bar(d))],
-        [Revolute("O", "ground", "arm"), joint],
+        [mbs.Link("arm", "O", "A", _bar(d)), mbs.Link("bob", "B", "C", _bar(d))],
+        [mbs.Revolute("O", "ground", "arm"), joint],
         loads=[pull, *loads],
-        masses=d.some(Mass("C", d.uniform(0.02, 0.2), d.uniform(0, 1e-5)), share=0.5),
+        masses=d.some(mbs.Mass("C", d.uniform(0.02, 0.2), d.uniform(0, 1e-5)), share=0.5),
         gravity=WEIGHT,
     ), d.uniform(0.1, 0.25)
 
@@ -303,18 +262,18 @@ def _two_drives(d: Dice) -> Made:
     low, fast = d.uniform(0.08, 0.12), d.uniform(3, 12)
     duration = d.uniform(0.4, 1.0) / fast
     left = _motion(d, d.one("constant", "ramp", "table"), fast, duration)
-    return Mechanism(
+    return mbs.Mechanism(
         {"O": (0, 0), "A": (0, low), "P": (0.3, 0), "D": (0.3, low), "B": (0.15, low + d.uniform(0.15, 0.2))},
         [
-            Link("left", "O", "A", _bar(d)), Link("right", "P", "D", _bar(d)), Link("one", "A", "B", d.one(_bar(d), _modal(d))),
-            Link("two", "D", "B", _bar(d)),
+            mbs.Link("left", "O", "A", _bar(d)), mbs.Link("right", "P", "D", _bar(d)),
+            mbs.Link("one", "A", "B", d.one(_bar(d), _modal(d))), mbs.Link("two", "D", "B", _bar(d)),
         ],
         [
-            Revolute("O", "ground", "left"), Revolute("P", "ground", "right"), Revolute("A", "left", "one"),
-            Revolute("D", "right", "two"), Revolute("B", "one", "two"),
+            mbs.Revolute("O", "ground", "left"), mbs.Revolute("P", "ground", "right"), mbs.Revolute("A", "left", "one"),
+            mbs.Revolute("D", "right", "two"), mbs.Revolute("B", "one", "two"),
         ],
-        loads=d.some(Force("B", (d.uniform(-2, 2), d.uniform(-2, 2))), share=0.5),
-        drives=[Drive("left", left), Drive("right", Expression(f"{d.uniform(0.1, 0.3) * fast!r}*cos({fast!r}*t)"))],
+        loads=d.some(mbs.Force("B", (d.uniform(-2, 2), d.uniform(-2, 2))), share=0.5),
+        drives=[mbs.Drive("left", left), mbs.Drive("right", Expression(f"{d.uniform(0.1, 0.3) * fast!r}*cos({fast!r}*t)"))],
         gravity=WEIGHT,
     ), duration  # fmt: skip
 
@@ -325,10 +284,10 @@ def _two_drives(d: Dice) -> Made:
 def _free(d: Dice) -> Made:
     """A pendulum let go, for three to a hundred periods."""
     angle, length = d.uniform(0.05, 2.8), d.uniform(0.2, 0.6)
-    return Mechanism(
+    return mbs.Mechanism(
         {"O": (0, 0), "A": _place(length * _ray(angle - pi / 2))},
-        [Link("bar", "O", "A", Rigid(Section(0.02, 0.01)))],
-        [Revolute("O", "ground", "bar")],
+        [mbs.Link("bar", "O", "A", mbs.Rigid(mbs.Section(0.02, 0.01)))],
+        [mbs.Revolute("O", "ground", "bar")],
         gravity=WEIGHT,
     ), d.log(3, 100) * 2 * pi * sqrt(2 * length / 3 / 9.81)
 
@@ -341,32 +300,34 @@ def _chain(d: Dice) -> Made:
     points = {f"P{k}": _place(complex(z)) for k, z in enumerate(ends)}
     points |= {"Q": tuple(d.uniform(0.5, 1.0, 2).tolist()), "R": _place(ends[-1] + d.uniform(-0.1, 0.1) * 1j * _ray(turns[-1]))}
     last = names[-1]
-    wound = TorsionSpring("ground", "bar0", stiffness=d.uniform(0.1, 1), damping=d.uniform(0, 0.01), free_angle=d.uniform(-1, 1))
-    loads = d.some(
-        Force("R", (d.uniform(-1, 1), d.uniform(-1, 1)), follows=d.one(last, None)),
-        Spring("R", "ground:Q", stiffness=d.uniform(5, 100), damping=d.uniform(0, 0.5), free_length=d.uniform(0.1, 0.5)),
-        Torque(last, d.one(d.uniform(-0.05, 0.05), Expression(f"-{d.uniform(1e-3, 1e-2)!r}*speed"))),
+    wound = mbs.TorsionSpring(
+        "ground", "bar0", stiffness=d.uniform(0.1, 1), damping=d.uniform(0, 0.01), free_angle=d.uniform(-1, 1)
     )
-    return Mechanism(
+    loads = d.some(
+        mbs.Force("R", (d.uniform(-1, 1), d.uniform(-1, 1)), follows=d.one(last, None)),
+        mbs.Spring("R", "ground:Q", stiffness=d.uniform(5, 100), damping=d.uniform(0, 0.5), free_length=d.uniform(0.1, 0.5)),
+        mbs.Torque(last, d.one(d.uniform(-0.05, 0.05), Expression(f"-{d.uniform(1e-3, 1e-2)!r}*speed"))),
+    )
+    return mbs.Mechanism(
         points,
         [
-            Link(name, f"P{k}", f"P{k + 1}", _solid(d, lengths[k]), carries=("R",) if name == last else ())
+            mbs.Link(name, f"P{k}", f"P{k + 1}", _solid(d, lengths[k]), carries=("R",) if name == last else ())
             for k, name in enumerate(names)
         ],
-        [Revolute(f"P{k}", names[k - 1] if k else "ground", name) for k, name in enumerate(names)],
+        [mbs.Revolute(f"P{k}", names[k - 1] if k else "ground", name) for k, name in enumerate(names)],
         loads=[wound, *loads],
-        masses=d.some(Mass("R", d.uniform(0.05, 0.5), d.uniform(0, 1e-4)), share=0.5),
+        masses=d.some(mbs.Mass("R", d.uniform(0.05, 0.5), d.uniform(0, 1e-4)), share=0.5),
         velocities={"bar0": d.uniform(-3, 3)} if d.chance() else {},
         gravity=WEIGHT,
     ), d.uniform(0.2, 0.6)
 
 
-def _block(d: Dice, **more: Any) -> Mechanism:
+def _block(d: Dice, **more: Any) -> mbs.Mechanism:
     """A block on a line."""
-    return Mechanism(
+    return mbs.Mechanism(
         {"A": (0, 0), "B": (0.1, 0), "F": (-0.3, 0)},
-        [Link("bar", "A", "B", Rigid(Section(1e-3, 1e-3)))],
-        guides=[Guide("A", "bar", mass=d.uniform(0.1, 1)), Guide("B", "bar")],
+        [mbs.Link("bar", "A", "B", mbs.Rigid(mbs.Section(1e-3, 1e-3)))],
+        guides=[mbs.Guide("A", "bar", mass=d.uniform(0.1, 1)), mbs.Guide("B", "bar")],
         **more,
     )
 
@@ -377,30 +338,30 @@ def _grazing(d: Dice) -> Made:
     if d.chance():
         made, duration = _turning(d, ("slider-crank",), ("rigid",))
         face = made.points["B"][0] - 2 * made.points["A"][0] + d.log(1e-6, 3e-3)  # just short of where it turns round
-        return replace(made, stops=[Stop("B", face, law), Stop("B", face - 1e-5, law)][: d.integers(1, 3)]), duration
+        return replace(made, stops=[mbs.Stop("B", face, law), mbs.Stop("B", face - 1e-5, law)][: d.integers(1, 3)]), duration
     pull, room, apart = d.uniform(1, 10), d.uniform(0.02, 0.1), d.one(0.0, 1e-5, 1e-3)
-    faces = [Stop("A", room, law), Stop("B", 0.1 + room + apart, law)][: d.integers(1, 3)]
+    faces = [mbs.Stop("A", room, law), mbs.Stop("B", 0.1 + room + apart, law)][: d.integers(1, 3)]
     return _block(d, stops=faces, gravity=(pull, 0.0)), d.uniform(1.5, 8) * sqrt(2 * room / pull)
 
 
 def _bouncing(d: Dice) -> Made:
     """A block on a spring, thrown against a stop that it meets once or many times."""
     stiffness, away = d.log(20, 2000), d.uniform(0.02, 0.08)
-    spring = Spring("A", "ground:F", stiffness=stiffness, damping=d.uniform(0, 0.5), free_length=0.3 + away)
-    made = _block(d, loads=[spring], stops=[Stop("A", d.uniform(0.05, 1.9) * away, _impact(d))])
+    spring = mbs.Spring("A", "ground:F", stiffness=stiffness, damping=d.uniform(0, 0.5), free_length=0.3 + away)
+    made = _block(d, loads=[spring], stops=[mbs.Stop("A", d.uniform(0.05, 1.9) * away, _impact(d))])
     return made, d.uniform(0.5, 6) * 2 * pi * sqrt(made.guides[0].mass / stiffness)
 
 
 # --- strips ----------------------------------------------------------------------------------------------------------------
 
 
-def _column(length: float, body: Any, mass: float, **more: Any) -> Mechanism:
+def _column(length: float, body: Any, mass: float, **more: Any) -> mbs.Mechanism:
     """A link in line with the guide of its near end, its far end on a pin."""
-    return Mechanism(
+    return mbs.Mechanism(
         {"A": (0, 0), "B": (length, 0)},
-        [Link("strip", "A", "B", body)],
-        [Revolute("B", "ground", "strip")],
-        guides=[Guide("A", "strip", mass=mass)],
+        [mbs.Link("strip", "A", "B", body)],
+        [mbs.Revolute("B", "ground", "strip")],
+        guides=[mbs.Guide("A", "strip", mass=mass)],
         **more,
     )
 
@@ -408,11 +369,11 @@ def _column(length: float, body: Any, mass: float, **more: Any) -> Mechanism:
 def _pressed(d: Dice) -> Made:
     """A strip, or a modal link, in line with its guide and pressed slowly far beyond its critical load."""
     length, duration = PAPER.coupler, 10.0
-    section = Section(STRIP_WIDTH, d.log(2e-4, 6e-4)).damped(0.5, length)
+    section = mbs.Section(STRIP_WIDTH, d.log(2e-4, 6e-4)).damped(0.5, length)
     bow = d.one(0.0, 1e-5 * length)  # little beside the deflection, so that the straight strip's load holds
-    body = d.one(Beam(section, imperfection=bow), Cable(section, imperfection=bow), Modal(section, damping=0.5))
+    body = d.one(mbs.Beam(section, imperfection=bow), mbs.Cable(section, imperfection=bow), mbs.Modal(section, damping=0.5))
     share = section.euler_load(length) / section.axial_stiffness * d.log(20, 1e4)
-    return _column(length, body, 0.1, drives=[Drive("A", Expression(f"{3 * share * length / duration**3!r}*t**2"))]), duration
+    return _column(length, body, 0.1, drives=[mbs.Drive("A", Expression(f"{3 * share * length / duration**3!r}*t**2"))]), duration
 
 
 def _critical(d: Dice) -> Made:
@@ -422,22 +383,22 @@ def _critical(d: Dice) -> Made:
     load = d.uniform(0.4, 0.99) * body.section.euler_load(length)
     duration = d.uniform(2, 8) * 2 * pi / body.section.first_frequency(length)
     push = d.one((load, 0.0), Components((Table((0.0, duration / 2), (0.0, load)), 0.0)))
-    return _column(length, body, d.uniform(0, 0.3), loads=[Force("A", push)]), duration
+    return _column(length, body, d.uniform(0, 0.3), loads=[mbs.Force("A", push)]), duration
 
 
 def _cantilever(d: Dice) -> Made:
     """A clamped strip with a rigid arm welded or pinned to its tip, loaded there and, if it is a beam, along itself, heavy."""
     length = d.uniform(0.2, 0.4)
-    made = Mechanism(
+    made = mbs.Mechanism(
         {"A": (0, 0), "B": (length, 0), "C": _place(length + d.uniform(0.05, 0.15) * _ray(d.uniform(-pi / 2, pi / 2)))},
-        [Link("strip", "A", "B", _strip(d, length, 1e-3, 2e-3)), Link("arm", "B", "C", _bar(d))],
-        [Weld("A", "ground", "strip"), d.one(Weld, Revolute)("B", "strip", "arm")],
-        loads=[Force("C", (d.uniform(-1, 1), d.uniform(-2, 0)))],
+        [mbs.Link("strip", "A", "B", _strip(d, length, 1e-3, 2e-3)), mbs.Link("arm", "B", "C", _bar(d))],
+        [mbs.Weld("A", "ground", "strip"), d.one(mbs.Weld, mbs.Revolute)("B", "strip", "arm")],
+        loads=[mbs.Force("C", (d.uniform(-1, 1), d.uniform(-2, 0)))],
         gravity=WEIGHT,
     )
     duration = d.uniform(0.1, 0.3)
-    if isinstance(made.links[0].body, Beam) and d.chance():
-        along = LineLoad("strip", (d.uniform(-3, 3), d.uniform(-3, 3)), d.uniform(-0.05, 0.05), turns=d.one(True, False))
+    if isinstance(made.links[0].body, mbs.Beam) and d.chance():
+        along = mbs.LineLoad("strip", (d.uniform(-3, 3), d.uniform(-3, 3)), d.uniform(-0.05, 0.05), turns=d.one(True, False))
         made = replace(made, loads=[*made.loads, along])
     return made, duration
 
@@ -445,31 +406,31 @@ def _cantilever(d: Dice) -> Made:
 def _landing(d: Dice) -> Made:
     """A pendulum, rigid or a clamped strip, let go or bent by a force, that lands with a point on a stop of the ground."""
     length = d.uniform(0.2, 0.4)
-    strip = Link("bar", "O", "A", _strip(d, length, 1.5e-3, 2.5e-3), carries={"M": 0.6}), Weld("O", "ground", "bar")
-    rigid = Link("bar", "O", "A", _bar(d), carries=("M",)), Revolute("O", "ground", "bar")
+    strip = mbs.Link("bar", "O", "A", _strip(d, length, 1.5e-3, 2.5e-3), carries={"M": 0.6}), mbs.Weld("O", "ground", "bar")
+    rigid = mbs.Link("bar", "O", "A", _bar(d), carries=("M",)), mbs.Revolute("O", "ground", "bar")
     link, joint = d.one(strip, rigid)
-    return Mechanism(
+    return mbs.Mechanism(
         {"O": (0, 0), "A": (length, 0), "M": (0.6 * length, 0)}, [link], [joint],
-        stops=[Stop("M", at=-d.uniform(1e-3, 1e-2), law=_impact(d), along=(0.0, 1.0))],
-        loads=[Force("A", (0.0, -d.uniform(1, 10)))], gravity=WEIGHT,
+        stops=[mbs.Stop("M", at=-d.uniform(1e-3, 1e-2), law=_impact(d), along=(0.0, 1.0))],
+        loads=[mbs.Force("A", (0.0, -d.uniform(1, 10)))], gravity=WEIGHT,
     ), d.uniform(0.1, 0.2)  # fmt: skip
 
 
 def _spinning(d: Dice) -> Made:
     """A soft bowed link on a pin, a strip or one of modes, that starts with a spin; an arm welded to its tip is pushed; heavy."""
     length, turn, spin = d.uniform(0.3, 0.5), d.uniform(-pi, pi), d.one(-1, 1) * d.uniform(5, 15)
-    soft = Modal(Section(STRIP_WIDTH, d.uniform(1.5e-3, 3e-3)), BarModes(2, 1), 0.02)
+    soft = mbs.Modal(mbs.Section(STRIP_WIDTH, d.uniform(1.5e-3, 3e-3)), BarModes(2, 1), 0.02)
     body = d.one(_strip(d, length, 1.5e-3, bow=d.uniform(0.01, 0.02)), soft)
     tip, hardening = length * _ray(turn), d.uniform(0.1, 1.0)
-    return Mechanism(
+    return mbs.Mechanism(
         {"O": (0, 0), "A": _place(tip), "B": _place(tip + 0.1 * _ray(turn + d.uniform(-1, 1)))},
-        [Link("link", "O", "A", body, carries={"M": 0.6} if body.meshed else {}), Link("arm", "A", "B", _bar(d))],
-        [Revolute("O", "ground", "link"), Weld("A", "link", "arm")],
+        [mbs.Link("link", "O", "A", body, carries={"M": 0.6} if body.meshed else {}), mbs.Link("arm", "A", "B", _bar(d))],
+        [mbs.Revolute("O", "ground", "link"), mbs.Weld("A", "link", "arm")],
         loads=[
-            Force("B", (0.0, d.uniform(0.2, 1.0)), follows="arm"),
-            TorsionSpring("ground", "link", 0.0, law=Expression(f"{hardening!r}*(x + x**3)"), free_angle=d.uniform(-1, 1)),
+            mbs.Force("B", (0.0, d.uniform(0.2, 1.0)), follows="arm"),
+            mbs.TorsionSpring("ground", "link", 0.0, law=Expression(f"{hardening!r}*(x + x**3)"), free_angle=d.uniform(-1, 1)),
         ],
-        masses=[Mass("M" if body.meshed else "B", d.uniform(0.02, 0.1))],
+        masses=[mbs.Mass("M" if body.meshed else "B", d.uniform(0.02, 0.1))],
         velocities={"link": spin, "arm": spin},
         gravity=WEIGHT,
     ), d.uniform(0.1, 0.3)
@@ -483,20 +444,20 @@ def _coupled(d: Dice) -> Made:
     points |= {"C": (near, -hang), "c": (near, -hang - 0.1), "D": (far, -hang), "d": (far, -hang - 0.1)}
     wheels = [("one", "A", d.log(1e-4, 1e-3)), ("two", "B", d.log(1e-4, 1e-3))]
     links = [
-        Link(name, at, at.lower(), Rigid.of(mass=d.uniform(0.2, 1), inertia=inertia, centre=(0.0, 0.0)))
+        mbs.Link(name, at, at.lower(), mbs.Rigid.of(mass=d.uniform(0.2, 1), inertia=inertia, centre=(0.0, 0.0)))
         for name, at, inertia in wheels
     ]
     weights = [("weight", "C", d.uniform(0.1, 0.5)), ("counter", "D", d.uniform(0.3, 0.6))]
-    links += [Link(name, at, at.lower(), Rigid.of(mass=mass, inertia=1e-3)) for name, at, mass in weights]
-    joints = [Revolute(at, "ground", name) for name, at, _ in wheels] + [
-        Slider(at, name, "ground", (0, 1)) for name, at, _ in weights
+    links += [mbs.Link(name, at, at.lower(), mbs.Rigid.of(mass=mass, inertia=1e-3)) for name, at, mass in weights]
+    joints = [mbs.Revolute(at, "ground", name) for name, at, _ in wheels] + [
+        mbs.Slider(at, name, "ground", (0, 1)) for name, at, _ in weights
     ]
-    belt = Belt("one:A", "two:B", size, d.uniform(0.5, 1.5) * size, crossed=d.one(True, False))
+    belt = mbs.Belt("one:A", "two:B", size, d.uniform(0.5, 1.5) * size, crossed=d.one(True, False))
     soft = replace(belt, stiffness=d.log(1e3, 1e5), damping=d.uniform(0, 2))
-    pair = d.one(Gear("one:A", "two:B", d.one(-1, 1) * d.uniform(0.6, 0.9)), belt, soft)
-    return Mechanism(
-        points, links, joints, loads=[Torque("one", d.uniform(-0.05, 0.05))], gravity=WEIGHT,
-        couplings=[pair, Rack("two:B", "weight:C", size, (0, 1)), Rope("C", "D", over=("P", "Q"))],
+    pair = d.one(mbs.Gear("one:A", "two:B", d.one(-1, 1) * d.uniform(0.6, 0.9)), belt, soft)
+    return mbs.Mechanism(
+        points, links, joints, loads=[mbs.Torque("one", d.uniform(-0.05, 0.05))], gravity=WEIGHT,
+        couplings=[pair, mbs.Rack("two:B", "weight:C", size, (0, 1)), mbs.Rope("C", "D", over=("P", "Q"))],
     ), d.uniform(0.05, 0.15)  # fmt: skip
 
 

@@ -9,33 +9,15 @@ from typing import Any, NamedTuple
 
 from scipy.stats import qmc
 
-from buckler.mbs import (
-    Beam,
-    Cable,
-    Clearance,
-    Controlled,
-    Drive,
-    Equal,
-    Exudyn,
-    Guide,
-    GuideFriction,
-    Link,
-    Material,
-    Mechanism,
-    Modal,
-    Revolute,
-    Rigid,
-    Section,
-    Strut,
-)
+from buckler import mbs
+from buckler.mbs import laws
 from buckler.mbs.functions import Expression
-from buckler.mbs.laws import AdamsFriction, CarvalhoMartins, Coulomb, Hertz, HuntCrossley, Impact, KelvinVoigt, NoFriction
 from buckler.mbs.library import CLOSED, PAPER, RATTLING, CrankRocker, crank_rocker, slider_crank
 from buckler.studies.kit.published import STEEL, STRIP_WIDTH
 
 LENGTH, MASS, TURN = PAPER.coupler, 0.3, 0.56
 """Of the coupler, m; of the slider, kg; how much of a turn is run: until 200 degrees, contact began at 120."""
-BARS, SPEED, START = Section(0.005, 0.020, STEEL), 10 * pi, 0.5
+BARS, SPEED, START = mbs.Section(0.005, 0.020, STEEL), 10 * pi, 0.5
 """The paper's bars, 20 mm in the plane; speed of the crank, rad/s; its angle at the start, rad."""
 PLAYED = 0.010
 """Time of a run with clearance at the paper's speed, s: a twentieth of a turn."""
@@ -46,9 +28,9 @@ class Listed(NamedTuple):
 
     family: str
     name: str
-    mechanism: Callable[[], Mechanism]
+    mechanism: Callable[[], mbs.Mechanism]
     duration: float
-    solver: Exudyn | None = None
+    solver: mbs.Exudyn | None = None
     possible: bool = True
 
 
@@ -58,16 +40,16 @@ class Listed(NamedTuple):
 def slider(
     kind: str, thickness: float = 3e-4, speed: float = 1.25, stiffness: float = 7.2e4, restitution: float = 0.8,
     friction: float = 0.1, damping: float = 0.05, bow: float = 1e-4, **mesh: int,
-) -> Mechanism:  # fmt: skip
+) -> mbs.Mechanism:  # fmt: skip
     """The slider-crank with a strut, beam or cable: m, rad/s, N/m, coefficients, damping ratio, bow over its length."""
-    section = Section(STRIP_WIDTH, thickness, Material(210e9, 7850.0, axial_damping=9e-5 if kind == "strut" else 0.0))
+    section = mbs.Section(STRIP_WIDTH, thickness, mbs.Material(210e9, 7850.0, axial_damping=9e-5 if kind == "strut" else 0.0))
     elements = {"elements": 8 if kind == "beam" else 12} | mesh
-    body: Any = Strut(section)
+    body: Any = mbs.Strut(section)
     if kind != "strut":
-        flexible = Beam if kind == "beam" else Cable
+        flexible = mbs.Beam if kind == "beam" else mbs.Cable
         body = flexible(section.damped(damping, LENGTH), imperfection=-bow * LENGTH, **elements)  # type: ignore[arg-type]
-    law = CarvalhoMartins(stiffness, restitution, exponent=1.0)
-    return slider_crank(body, law=law, mass=MASS, speed=speed, friction=GuideFriction.of_weight(friction, MASS))
+    law = laws.CarvalhoMartins(stiffness, restitution, exponent=1.0)
+    return slider_crank(body, law=law, mass=MASS, speed=speed, friction=mbs.GuideFriction.of_weight(friction, MASS))
 
 
 def corners(count: int) -> Iterator[tuple[str, dict[str, Any]]]:
@@ -87,12 +69,12 @@ EDGES: dict[str, dict[str, Any]] = {
     "much bowed": {"bow": 0.03},
 }
 SETTINGS = {
-    **{f"{n} equal steps": Exudyn(Equal(n)) for n in (50, 200, 1000, 4000, 20000)},
-    **{f"tolerance {x:g}": Exudyn(Controlled(x)) for x in (1.0, 1e-1, 1e-2, 1e-3, 1e-4)},
-    **{f"no step below {x:g} s": Exudyn(Controlled(min_step=x)) for x in (1e-2, 1e-3, 1e-4)},
-    **{f"contact in {n} steps": Exudyn(Controlled(contact_resolution=n)) for n in (1, 4)},
-    "hardly damped integrator": Exudyn(spectral_radius=0.9999),
-    "Newton stops early": Exudyn(newton_relative=1e-1, newton_absolute=10.0),
+    **{f"{n} equal steps": mbs.Exudyn(mbs.Equal(n)) for n in (50, 200, 1000, 4000, 20000)},
+    **{f"tolerance {x:g}": mbs.Exudyn(mbs.Controlled(x)) for x in (1.0, 1e-1, 1e-2, 1e-3, 1e-4)},
+    **{f"no step below {x:g} s": mbs.Exudyn(mbs.Controlled(min_step=x)) for x in (1e-2, 1e-3, 1e-4)},
+    **{f"contact in {n} steps": mbs.Exudyn(mbs.Controlled(contact_resolution=n)) for n in (1, 4)},
+    "hardly damped integrator": mbs.Exudyn(spectral_radius=0.9999),
+    "Newton stops early": mbs.Exudyn(newton_relative=1e-1, newton_absolute=10.0),
 }
 COARSE: dict[str, tuple[str, dict[str, Any]]] = {
     **{f"{n} elements of 3 nodes": ("beam", {"elements": n}) for n in (1, 2, 3, 4)},
@@ -104,7 +86,7 @@ COARSE: dict[str, tuple[str, dict[str, Any]]] = {
 def slider_cranks() -> Iterator[Listed]:
     """Corners of the range, edges, solver settings and meshes."""
 
-    def case(family: str, kind: str, name: str, solver: Exudyn | None = None, **given: Any) -> Listed:
+    def case(family: str, kind: str, name: str, solver: mbs.Exudyn | None = None, **given: Any) -> Listed:
         duration = TURN * 2 * pi / given.get("speed", 1.25)
         return Listed(f"slider-crank, {family}", f"{kind}, {name}", partial(slider, kind, **given), duration, solver)
 
@@ -123,25 +105,25 @@ def slider_cranks() -> Iterator[Listed]:
 # --- strips pressed in line with their guide -------------------------------------------------------------------------------
 
 
-def pressed(body: Any, share: float, duration: float) -> Mechanism:
+def pressed(body: Any, share: float, duration: float) -> mbs.Mechanism:
     """A strip in line with its guide, its far end on a pin; the near end travels as t^3 to a share of the length."""
-    return Mechanism(
+    return mbs.Mechanism(
         points={"A": (0, 0), "B": (LENGTH, 0)},
-        links=[Link("strip", "A", "B", body)],
-        joints=[Revolute("B", "ground", "strip")],
-        guides=[Guide("A", "strip", mass=0.1)],
-        drives=[Drive("A", Expression(f"{3 * share * LENGTH / duration**3!r}*t**2"))],
+        links=[mbs.Link("strip", "A", "B", body)],
+        joints=[mbs.Revolute("B", "ground", "strip")],
+        guides=[mbs.Guide("A", "strip", mass=0.1)],
+        drives=[mbs.Drive("A", Expression(f"{3 * share * LENGTH / duration**3!r}*t**2"))],
     )
 
 
 def pressed_strips() -> Iterator[Listed]:
     """Straight, hardly bowed and bowed strips, pressed slowly."""
-    section = Section(STRIP_WIDTH, 3e-4)
+    section = mbs.Section(STRIP_WIDTH, 3e-4)
     wet = section.damped(0.5, LENGTH)
     bodies = {
-        "straight": Beam(section), "straight cable": Cable(section), "straight strut": Strut(section),
-        "bowed by 1e-9 of its length": Beam(wet, imperfection=1e-9 * LENGTH),
-        "bowed by 1e-3": Beam(wet, imperfection=1e-3 * LENGTH), "bowed cable": Cable(wet, imperfection=1e-3 * LENGTH),
+        "straight": mbs.Beam(section), "straight cable": mbs.Cable(section), "straight strut": mbs.Strut(section),
+        "bowed by 1e-9 of its length": mbs.Beam(wet, imperfection=1e-9 * LENGTH),
+        "bowed by 1e-3": mbs.Beam(wet, imperfection=1e-3 * LENGTH), "bowed cable": mbs.Cable(wet, imperfection=1e-3 * LENGTH),
     }  # fmt: skip
     for share in (0.3, 0.9):
         for name, body in bodies.items():
@@ -156,7 +138,7 @@ def four_bar(name: str, lengths: CrankRocker, angle: float, turn: float = 2 * pi
     speed = given.get("speed", SPEED)
     low, high = abs(lengths.coupler - lengths.rocker), lengths.coupler + lengths.rocker
     turns = low < abs(lengths.frame - lengths.crank) and lengths.frame + lengths.crank < high
-    make = partial(crank_rocker, Rigid(BARS), speed=speed, section=BARS, lengths=lengths, angle=angle)
+    make = partial(crank_rocker, mbs.Rigid(BARS), speed=speed, section=BARS, lengths=lengths, angle=angle)
     return Listed("four-bar, ideal joints", name, make, turn / abs(speed), given.get("solver"), turns)
 
 
@@ -179,32 +161,32 @@ def four_bars() -> Iterator[Listed]:
         for angle in (0.0, 0.5):
             yield four_bar(f"{name}, from {angle:g} rad", paper._replace(**side), angle)
     for steps in (5, 20, 50, 200, 2000):
-        yield four_bar(f"{steps} equal steps", paper, START, solver=Exudyn(Equal(steps)))
+        yield four_bar(f"{steps} equal steps", paper, START, solver=mbs.Exudyn(mbs.Equal(steps)))
     for speed in (0.01, 1e3, 1e5):
         yield four_bar(f"{speed:g} rad/s", paper, START, speed=speed)
-    yield four_bar("tolerance 1", paper, START, solver=Exudyn(Controlled(1.0)))
-    yield four_bar("tolerance 1, one step in all", paper, START, solver=Exudyn(Controlled(1.0, 1.0)))
+    yield four_bar("tolerance 1", paper, START, solver=mbs.Exudyn(mbs.Controlled(1.0)))
+    yield four_bar("tolerance 1, one step in all", paper, START, solver=mbs.Exudyn(mbs.Controlled(1.0, 1.0)))
 
 
 # --- four-bars with clearance ----------------------------------------------------------------------------------------------
 
 LAWS: dict[str, Any] = {"rattling": RATTLING, "closed": CLOSED}
-ADAMS = AdamsFriction(static=0.3, dynamic=0.1)
+ADAMS = laws.AdamsFriction(static=0.3, dynamic=0.1)
 
 
 def loose(
     gap: float = 2.5e-4, law: Any = RATTLING, friction: Any = ADAMS, joints: str = "OABC", speed: float = SPEED,
     rocker: Any = None,
-) -> Mechanism:  # fmt: skip
+) -> mbs.Mechanism:  # fmt: skip
     """The paper's crank-rocker with clearance in some joints."""
 
-    def play(point: str, pin: str, bush: str) -> Clearance:
-        return Clearance(point, pin, bush, 5e-3, gap, law, friction)
+    def play(point: str, pin: str, bush: str) -> mbs.Clearance:
+        return mbs.Clearance(point, pin, bush, 5e-3, gap, law, friction)
 
-    return crank_rocker(rocker or Rigid(BARS), speed=speed, play=play, with_play=joints, section=BARS, angle=START)
+    return crank_rocker(rocker or mbs.Rigid(BARS), speed=speed, play=play, with_play=joints, section=BARS, angle=START)
 
 
-def played(name: str, share: float = 1.0, solver: Exudyn | None = None, kind: str = "", **given: Any) -> Listed:
+def played(name: str, share: float = 1.0, solver: mbs.Exudyn | None = None, kind: str = "", **given: Any) -> Listed:
     """Make a case with clearance; `share` scales the time run."""
     duration = share * PLAYED * SPEED / given.get("speed", SPEED)
     return Listed(f"four-bar with clearance{kind}", name, partial(loose, **given), duration, solver)
@@ -220,21 +202,29 @@ def plays() -> Iterator[Listed]:
         for rpm in (30, 3000):
             yield played(f"{rpm} r/min, {name}", min(1.0, rpm / 120), law=law, speed=rpm * pi / 30)
         for tolerance in (1e-5, 1e-1, 1.0, 100.0):
-            yield played(f"{name}, tolerance {tolerance:g}", solver=Exudyn(Controlled(tolerance)), law=law)
+            yield played(f"{name}, tolerance {tolerance:g}", solver=mbs.Exudyn(mbs.Controlled(tolerance)), law=law)
         for steps in (20, 100, 1000):
-            yield played(f"{name}, {steps} equal steps", solver=Exudyn(Equal(steps)), law=law)
-        yield played(f"{name}, no step below 1e-5 s", solver=Exudyn(Controlled(1e-3, min_step=1e-5)), law=law)
+            yield played(f"{name}, {steps} equal steps", solver=mbs.Exudyn(mbs.Equal(steps)), law=law)
+        yield played(f"{name}, no step below 1e-5 s", solver=mbs.Exudyn(mbs.Controlled(1e-3, min_step=1e-5)), law=law)
     for times in (1e-4, 1e-2, 0.1, 10.0, 100.0):
-        yield played(f"{times:g} times as stiff", law=Impact(RATTLING.stiffness * times, 253.0 * times**0.5, 1e-5))
+        yield played(f"{times:g} times as stiff", law=laws.Impact(RATTLING.stiffness * times, 253.0 * times**0.5, 1e-5))
     frictions = {
-        "no friction": NoFriction(), "much friction": Coulomb(0.9, 1e-3), "friction from 1e-4 m/s": Coulomb(0.3, 1e-4),
-        "much friction from 1e-4 m/s": Coulomb(0.9, 1e-4), "stiction from 1e-3 m/s": AdamsFriction(0.9, 0.1, 1e-3, 1e-2),
-    }  # fmt: skip
+        "no friction": laws.NoFriction(),
+        "much friction": laws.Coulomb(0.9, 1e-3),
+        "friction from 1e-4 m/s": laws.Coulomb(0.3, 1e-4),
+        "much friction from 1e-4 m/s": laws.Coulomb(0.9, 1e-4),
+        "stiction from 1e-3 m/s": laws.AdamsFriction(0.9, 0.1, 1e-3, 1e-2),
+    }
     for name, friction in frictions.items():
         yield played(name, friction=friction)
     for speed in (0.1, 1.0, 100.0, 500.0):
         yield played(f"{speed:g} rad/s", 0.25 if speed < 1 else 1.0, speed=speed)
-    for law in (Hertz(RATTLING.stiffness), HuntCrossley(RATTLING.stiffness, 0.3), KelvinVoigt(1e7, 0.0), KelvinVoigt(1e7, 300.0)):
+    for law in (
+        laws.Hertz(RATTLING.stiffness),
+        laws.HuntCrossley(RATTLING.stiffness, 0.3),
+        laws.KelvinVoigt(1e7, 0.0),
+        laws.KelvinVoigt(1e7, 300.0),
+    ):
         yield played(f"{type(law).__name__}({', '.join(f'{x:.3g}' for x in vars(law).values())})", law=law)
 
 
@@ -242,40 +232,42 @@ def flexibles() -> Iterator[Listed]:
     """Rockers that are beams, cables and modal links; meshes, laws, steps."""
     wet = BARS.damped(0.01, 0.175)
     bodies = {
-        **{f"beam of {n}": Beam(wet, elements=n) for n in (1, 2, 4)},
-        **{f"cable of {n}": Cable(wet, elements=n) for n in (1, 4)},
-        "thin beam": Beam(Section(0.02, 0.0005, STEEL).damped(0.01, 0.175), elements=8),
-        "modal": Modal(BARS, damping=0.01),
+        **{f"beam of {n}": mbs.Beam(wet, elements=n) for n in (1, 2, 4)},
+        **{f"cable of {n}": mbs.Cable(wet, elements=n) for n in (1, 4)},
+        "thin beam": mbs.Beam(mbs.Section(0.02, 0.0005, STEEL).damped(0.01, 0.175), elements=8),
+        "modal": mbs.Modal(BARS, damping=0.01),
     }
     case = partial(played, share=0.5, kind=", flexible rocker")
     for name, body in bodies.items():
         for kind, law in LAWS.items():
             yield case(f"{name}, {kind}", law=law, rocker=body)
     for tolerance in (1e-1, 10.0):
-        yield case(f"beam of 4, tolerance {tolerance:g}", solver=Exudyn(Controlled(tolerance)), rocker=Beam(wet, elements=4))
+        yield case(
+            f"beam of 4, tolerance {tolerance:g}", solver=mbs.Exudyn(mbs.Controlled(tolerance)), rocker=mbs.Beam(wet, elements=4)
+        )
 
 
 # --- wrong input -----------------------------------------------------------------------------------------------------------
 
 WRONG: dict[str, Callable[[], Any]] = {
-    "thickness 0": lambda: Section(0.030, 0.0),
-    "thickness not a number": lambda: Section(0.030, nan),
-    "modulus negative": lambda: Material(-210e9, 7850.0),
-    "density infinite": lambda: Material(210e9, inf),
-    "no elements": lambda: Beam(BARS, elements=0),
-    "stop stiffness 0": lambda: CarvalhoMartins(0.0, 0.8, exponent=1.0),
-    "restitution above 1": lambda: CarvalhoMartins(7.2e4, 1.2, exponent=1.0),
-    "contact damping negative": lambda: KelvinVoigt(1e7, -1.0),
-    "contact damping depth 0": lambda: Impact(1e9, 1e3, 0.0),
-    "friction negative": lambda: Coulomb(-0.1, 1e-3),
-    "friction from 0 m/s": lambda: Coulomb(0.1, 0.0),
-    "static friction below sliding": lambda: AdamsFriction(0.1, 0.3),
-    "guide friction negative": lambda: GuideFriction.of_weight(-0.1, 0.3),
+    "thickness 0": lambda: mbs.Section(0.030, 0.0),
+    "thickness not a number": lambda: mbs.Section(0.030, nan),
+    "modulus negative": lambda: mbs.Material(-210e9, 7850.0),
+    "density infinite": lambda: mbs.Material(210e9, inf),
+    "no elements": lambda: mbs.Beam(BARS, elements=0),
+    "stop stiffness 0": lambda: laws.CarvalhoMartins(0.0, 0.8, exponent=1.0),
+    "restitution above 1": lambda: laws.CarvalhoMartins(7.2e4, 1.2, exponent=1.0),
+    "contact damping negative": lambda: laws.KelvinVoigt(1e7, -1.0),
+    "contact damping depth 0": lambda: laws.Impact(1e9, 1e3, 0.0),
+    "friction negative": lambda: laws.Coulomb(-0.1, 1e-3),
+    "friction from 0 m/s": lambda: laws.Coulomb(0.1, 0.0),
+    "static friction below sliding": lambda: laws.AdamsFriction(0.1, 0.3),
+    "guide friction negative": lambda: mbs.GuideFriction.of_weight(-0.1, 0.3),
     "clearance 0": lambda: loose(gap=0.0),
     "clearance negative": lambda: loose(gap=-1e-4),
-    "tolerance 0": lambda: Exudyn(Controlled(tolerance=0.0)),
-    "no steps": lambda: Exudyn(Equal(0)),
-    "integrator undamped": lambda: Exudyn(spectral_radius=1.0),
+    "tolerance 0": lambda: mbs.Exudyn(mbs.Controlled(tolerance=0.0)),
+    "no steps": lambda: mbs.Exudyn(mbs.Equal(0)),
+    "integrator undamped": lambda: mbs.Exudyn(spectral_radius=1.0),
     "speed infinite": lambda: slider("beam", speed=inf),
     "bars that do not reach": lambda: four_bar("", CrankRocker(0.1, 0.05, 0.1, 0.5), 0.5).mechanism(),
 }

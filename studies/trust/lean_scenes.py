@@ -17,21 +17,8 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs import (
-    Beam,
-    Cable,
-    Clearance,
-    GuideFriction,
-    Mechanism,
-    Modal,
-    Result,
-    Rigid,
-    Section,
-    Strut,
-    build,
-    crank_rocker,
-    simulate,
-)
+from buckler import mbs
+from buckler.mbs import build, crank_rocker, simulate
 from buckler.mbs import slider_crank as slider
 from buckler.mbs.checks.suspicions import suspicions
 from buckler.mbs.elements.clearance import clearances
@@ -50,7 +37,7 @@ OVER = {"static friction": "friction"}
 """What a part is measured over, where that is not the scene without any."""
 AFTER = ("signals", "contact signals", "self-checks")
 """What is made after the engine's work."""
-STRIP, BARS = Section(STRIP_WIDTH, 3e-4), Section(0.005, 0.020)
+STRIP, BARS = mbs.Section(STRIP_WIDTH, 3e-4), mbs.Section(0.005, 0.020)
 LENGTH, MASS, SPEED = 0.310, 0.3, 1.25
 ITEMS = ("objects", "nodes", "loads", "sensors")
 PULL = (0.0, -9.81)
@@ -60,7 +47,7 @@ PULL = (0.0, -9.81)
 class LeanScene:
     """A scene with or without a part: what is built, how long it runs, what is asked of the run."""
 
-    mechanism: Mechanism
+    mechanism: mbs.Mechanism
     duration: float
     asked: Mapping[str, Any] = field(default_factory=dict)
 
@@ -77,14 +64,14 @@ def striking(coupler: Any) -> Variants:
     """The slider-crank, half a turn; its stop is a part."""
     plain = LeanScene(slider(coupler, law=None, mass=MASS, speed=SPEED), pi / SPEED)
 
-    def made(law: Any = None, friction: GuideFriction | None = None) -> LeanScene:
+    def made(law: Any = None, friction: mbs.GuideFriction | None = None) -> LeanScene:
         return replace(plain, mechanism=slider(coupler, law=law, mass=MASS, speed=SPEED, friction=friction))
 
     return {
         BASE: plain,
         "stop": made(CarvalhoMartins(7.2e4, 0.8, exponent=1.0)),
-        "friction": made(friction=GuideFriction(0.3)),
-        "static friction": made(friction=GuideFriction(0.3, static=0.6)),
+        "friction": made(friction=mbs.GuideFriction(0.3)),
+        "static friction": made(friction=mbs.GuideFriction(0.3, static=0.6)),
         **_asked(plain, not coupler.massless),
     }
 
@@ -93,8 +80,8 @@ def turning(rocker: Any, with_play: str) -> Variants:
     """The crank-rocker, a tenth of a turn; friction of its joints is a part."""
 
     def made(friction: FrictionLaw) -> LeanScene:
-        def play(point: str, first: str, second: str) -> Clearance:
-            return Clearance(point, first, second, 5e-3, 2.5e-4, Impact(CONTACT_STIFFNESS, CONTACT_DAMPING, 1e-5), friction)
+        def play(point: str, first: str, second: str) -> mbs.Clearance:
+            return mbs.Clearance(point, first, second, 5e-3, 2.5e-4, Impact(CONTACT_STIFFNESS, CONTACT_DAMPING, 1e-5), friction)
 
         speed = 10 * pi
         made = crank_rocker(rocker, speed=speed, play=play, with_play=with_play, section=BARS, angle=0.5)
@@ -117,13 +104,13 @@ def _asked(plain: LeanScene, flexible: bool) -> Variants:
 
 
 SCENES: dict[str, Callable[[], Variants]] = {
-    "slider-crank-strut": lambda: striking(Strut(STRIP)),
-    "slider-crank-beam": lambda: striking(Beam(STRIP.damped(0.05, LENGTH), elements=8, imperfection=-1e-4 * LENGTH)),
-    "slider-crank-cable": lambda: striking(Cable(STRIP.damped(0.05, LENGTH), elements=8, imperfection=-1e-4 * LENGTH)),
-    "crank-rocker-ideal": lambda: turning(Rigid(BARS), ""),
-    "crank-rocker-play": lambda: turning(Rigid(BARS), "OABC"),
-    "crank-rocker-play-beam": lambda: turning(Beam(BARS.damped(0.01, 0.175), elements=4), "OABC"),
-    "crank-rocker-play-modal": lambda: turning(Modal(BARS, damping=0.01), "OABC"),
+    "slider-crank-strut": lambda: striking(mbs.Strut(STRIP)),
+    "slider-crank-beam": lambda: striking(mbs.Beam(STRIP.damped(0.05, LENGTH), elements=8, imperfection=-1e-4 * LENGTH)),
+    "slider-crank-cable": lambda: striking(mbs.Cable(STRIP.damped(0.05, LENGTH), elements=8, imperfection=-1e-4 * LENGTH)),
+    "crank-rocker-ideal": lambda: turning(mbs.Rigid(BARS), ""),
+    "crank-rocker-play": lambda: turning(mbs.Rigid(BARS), "OABC"),
+    "crank-rocker-play-beam": lambda: turning(mbs.Beam(BARS.damped(0.01, 0.175), elements=4), "OABC"),
+    "crank-rocker-play-modal": lambda: turning(mbs.Modal(BARS, damping=0.01), "OABC"),
 }
 
 
@@ -208,7 +195,7 @@ def _timed(work: Callable[[], Any]) -> tuple[float, Any]:
     return process_time() - start, made
 
 
-def _after(variant: LeanScene, result: Result) -> dict[str, float]:
+def _after(variant: LeanScene, result: mbs.Result) -> dict[str, float]:
     """Seconds of what is made after the engine's work."""
     run = once(variant.mechanism, variant.duration, Exudyn(), None, None)
     found = {

@@ -20,23 +20,7 @@ from scipy.optimize import brentq, minimize_scalar
 from buckler import mbs
 from buckler.elastica.member import Member
 from buckler.elastica.vibration import beam_frequencies
-from buckler.mbs import (
-    Beam,
-    Force,
-    Guide,
-    Link,
-    Mass,
-    Mechanism,
-    Revolute,
-    Rigid,
-    Section,
-    Slider,
-    Spring,
-    TorsionSpring,
-    Weld,
-    frequencies,
-    path,
-)
+from buckler.mbs import frequencies, path
 from buckler.mbs.statics.route import Path
 from buckler.studies.kit.parameters import StudyParameters, choices
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
@@ -44,7 +28,7 @@ from buckler.studies.kit.style import Figure
 from buckler.studies.trust import frames, known
 from buckler.studies.trust.frames import Frame
 
-LENGTH, STRIP, THIN = 0.5, Section(0.02, 0.001), Section(0.02, 0.0002)
+LENGTH, STRIP, THIN = 0.5, mbs.Section(0.02, 0.001), mbs.Section(0.02, 0.0002)
 
 
 class Found(NamedTuple):
@@ -57,17 +41,17 @@ class Found(NamedTuple):
 
 
 def column(
-    ends: str, section: Section = STRIP, load: float = 1.0, follows: str | None = None,
+    ends: str, section: mbs.Section = STRIP, load: float = 1.0, follows: str | None = None,
     through: tuple[float, float] | None = None, tip: float = 0.0,
-) -> Mechanism:  # fmt: skip
+) -> mbs.Mechanism:  # fmt: skip
     """A straight strip along x pressed at its far end; ends 'pinned', 'cantilever', 'propped' or 'clamped'."""
-    joints: list[Any] = [(Revolute if ends == "pinned" else Weld)("A", "ground", "strip")]
-    joints += [Slider("B", "strip", "ground", along=(1, 0))] if ends == "clamped" else []
-    guides = [Guide("B", "strip")] if ends in ("pinned", "propped") else []
-    return Mechanism(
-        {"A": (0, 0), "B": (LENGTH, 0)}, [Link("strip", "A", "B", Beam(section))], joints, guides,
-        loads=[Force("B", (-load, 0), follows=follows, through=through)],
-        masses=[Mass("B", tip)] if tip else [],
+    joints: list[Any] = [(mbs.Revolute if ends == "pinned" else mbs.Weld)("A", "ground", "strip")]
+    joints += [mbs.Slider("B", "strip", "ground", along=(1, 0))] if ends == "clamped" else []
+    guides = [mbs.Guide("B", "strip")] if ends in ("pinned", "propped") else []
+    return mbs.Mechanism(
+        {"A": (0, 0), "B": (LENGTH, 0)}, [mbs.Link("strip", "A", "B", mbs.Beam(section))], joints, guides,
+        loads=[mbs.Force("B", (-load, 0), follows=follows, through=through)],
+        masses=[mbs.Mass("B", tip)] if tip else [],
     )  # fmt: skip
 
 
@@ -152,7 +136,7 @@ def _leipholz() -> Found:
     """H. H. E. Leipholz, Z. angew. Math. Phys. 13 (1962) 581: a tangential force along the whole column, 40.05 EI/L^3."""
     unit = THIN.bending_stiffness / LENGTH**3
     made = column("cantilever", THIN, 0.0)
-    loaded = Mechanism(made.points, made.links, made.joints, loads=[mbs.LineLoad("strip", (-unit, 0.0), turns=True)])
+    loaded = mbs.Mechanism(made.points, made.links, made.joints, loads=[mbs.LineLoad("strip", (-unit, 0.0), turns=True)])
     return _found(path(loaded, to=45.0), "flutter", leipholz(14))
 
 
@@ -179,16 +163,18 @@ def _ziegler(damping: float) -> Found:
     """Two massless bars, masses 2 m and m at their ends: (7/2 - sqrt 2) k/l; with small dampers 41/28 k/l + b^2/(2 m l^3)."""
     length, stiffness, mass = 0.4, 3.0, 0.7
     bars = [
-        Link(name, start, end, Rigid.of(mass=m, inertia=1e-12, centre=(length, 0)))
+        mbs.Link(name, start, end, mbs.Rigid.of(mass=m, inertia=1e-12, centre=(length, 0)))
         for name, start, end, m in (("a", "O", "A", 2 * mass), ("b", "A", "B", mass))
     ]
     damper = damping * float(np.sqrt(mass * stiffness)) * length
-    made = Mechanism(
-        {"O": (0, 0), "A": (length, 0), "B": (2 * length, 0)}, bars, [Revolute("O", "ground", "a"), Revolute("A", "a", "b")],
+    made = mbs.Mechanism(
+        {"O": (0, 0), "A": (length, 0), "B": (2 * length, 0)},
+        bars,
+        [mbs.Revolute("O", "ground", "a"), mbs.Revolute("A", "a", "b")],
         loads=[
-            TorsionSpring("ground", "a", stiffness=stiffness, damping=damper),
-            TorsionSpring("a", "b", stiffness=stiffness, damping=damper),
-            Force("B", (-stiffness / length, 0), follows="b"),
+            mbs.TorsionSpring("ground", "a", stiffness=stiffness, damping=damper),
+            mbs.TorsionSpring("a", "b", stiffness=stiffness, damping=damper),
+            mbs.Force("B", (-stiffness / length, 0), follows="b"),
         ],
     )  # fmt: skip
     exact = 41 / 28 + damping**2 / 2 if damping else 3.5 - np.sqrt(2.0)
@@ -198,11 +184,11 @@ def _ziegler(damping: float) -> Found:
 def _portal() -> Found:
     """Of three equal members on two hinges, pressed at both corners, sways where kL tan kL = 6 (Timoshenko and Gere 1961)."""
     names, points = ("left", "beam", "right"), {"A": (0, 0), "B": (0, LENGTH), "C": (LENGTH, LENGTH), "D": (LENGTH, 0)}
-    members = [Link(name, ends[0], ends[1], Beam(STRIP)) for name, ends in zip(names, ("AB", "BC", "DC"), strict=True)]
-    welds = [Weld("B", "left", "beam"), Weld("C", "beam", "right")]
-    joints = [*welds, Revolute("A", "ground", "left"), Revolute("D", "ground", "right")]
+    members = [mbs.Link(name, ends[0], ends[1], mbs.Beam(STRIP)) for name, ends in zip(names, ("AB", "BC", "DC"), strict=True)]
+    welds = [mbs.Weld("B", "left", "beam"), mbs.Weld("C", "beam", "right")]
+    joints = [*welds, mbs.Revolute("A", "ground", "left"), mbs.Revolute("D", "ground", "right")]
     unit = STRIP.bending_stiffness / LENGTH**2
-    found = path(Mechanism(points, members, joints, loads=[Force(p, (0, -unit)) for p in "BC"]), to=1.9)
+    found = path(mbs.Mechanism(points, members, joints, loads=[mbs.Force(p, (0, -unit)) for p in "BC"]), to=1.9)
     wave = brentq(lambda x: x * np.sin(x) - 6 * np.cos(x), 1.0, 1.5, xtol=1e-14)
     return _found(found, "branchings", wave**2)
 
@@ -211,11 +197,14 @@ def _truss() -> Found:
     """A mass on two inclined springs: F = 2 k (l0 - l) y/l turns where l^3 = l0."""
     height, stiffness = 0.3, 1e4
     free = float(np.hypot(1, height))
-    made = Mechanism(
+    made = mbs.Mechanism(
         points={"P": (0, height), "Q": (0, height + 0.1), "A": (-1, 0), "C": (1, 0)},
-        links=[Link("block", "P", "Q", Rigid.of(mass=1.0, inertia=1e-3))],
-        joints=[Slider("P", "block", "ground", along=(0, 1))],
-        loads=[*(Spring("P", f"ground:{end}", stiffness=stiffness, free_length=free) for end in "AC"), Force("P", (0, -1.0))],
+        links=[mbs.Link("block", "P", "Q", mbs.Rigid.of(mass=1.0, inertia=1e-3))],
+        joints=[mbs.Slider("P", "block", "ground", along=(0, 1))],
+        loads=[
+            *(mbs.Spring("P", f"ground:{end}", stiffness=stiffness, free_length=free) for end in "AC"),
+            mbs.Force("P", (0, -1.0)),
+        ],
     )
     y = float(np.sqrt(free ** (2 / 3) - 1))
     exact = 2 * stiffness * (free - np.hypot(1, y)) * y / np.hypot(1, y)
@@ -248,13 +237,13 @@ def _frame(name: str, kind: str, number: int) -> Found:
     return _found(found, {"limit": "limits", "branching": "branchings"}[kind], alone[kind][number], number)
 
 
-def _frequency(ends: str, number: int, section: Section) -> Found:
+def _frequency(ends: str, number: int, section: mbs.Section) -> Found:
     member = Member(
         LENGTH, section.bending_stiffness, section.mass_per_length, section.shear_stiffness, section.inertia_per_length,
         section.axial_stiffness,
     )  # fmt: skip
-    joints = {"cantilever": [Weld("A", "ground", "s")], "clamped-clamped": [Weld(p, "ground", "s") for p in "AB"]}[ends]
-    made = Mechanism({"A": (0, 0), "B": (LENGTH, 0)}, [Link("s", "A", "B", Beam(section))], joints)
+    joints = {"cantilever": [mbs.Weld("A", "ground", "s")], "clamped-clamped": [mbs.Weld(p, "ground", "s") for p in "AB"]}[ends]
+    made = mbs.Mechanism({"A": (0, 0), "B": (LENGTH, 0)}, [mbs.Link("s", "A", "B", mbs.Beam(section))], joints)
     found = frequencies(made, count=number)
     exact = float(beam_frequencies(member, ends, number)[number - 1]) / (2 * pi)
     return Found(float(found.hertz[number - 1]), exact, float(found.errors[number - 1]), "Hz")
@@ -272,9 +261,9 @@ def _near_buckling() -> Found:
 
 
 def _pendulum(turn: float) -> Found:
-    made = Mechanism(
-        {"O": (0, 0), "A": (float(np.cos(turn)), float(np.sin(turn)))}, [Link("bar", "O", "A", Rigid(STRIP))],
-        [Revolute("O", "ground", "bar")], gravity=(0, -9.81),
+    made = mbs.Mechanism(
+        {"O": (0, 0), "A": (float(np.cos(turn)), float(np.sin(turn)))}, [mbs.Link("bar", "O", "A", mbs.Rigid(STRIP))],
+        [mbs.Revolute("O", "ground", "bar")], gravity=(0, -9.81),
     )  # fmt: skip
     rest = mbs.equilibrium(made)
     return Found(float(rest.point("bar", "A").position[1]), -1.0, rest.error, "m")

@@ -90,7 +90,7 @@ def test_statistics_tell_a_difference_from_chance():
     assert np.abs(alike.apart).max() < 3 and apart.apart[3] == pytest.approx(-1 / np.hypot(1 / 40**0.5, 1 / 160**0.5), abs=2)
     k = int(np.abs(alike.apart).argmax())
     assert alike.chance == pytest.approx(min(1.0, 5 * 2 * norm.sf(abs(alike.apart[k]))), rel=0.5)  # nearly normal with so many
-    assert len(QUANTITIES) == alike.relative_error.size == 5
+    assert len(QUANTITIES) == alike.error.size == 5
 
 
 def test_measures_of_a_turn_are_those_of_the_curves():
