@@ -39,20 +39,14 @@ class _Picture:
 
     def draw(self) -> Figure:
         """Choose the kind of picture."""
-        match len(self.numbers):
-            case 0:
-                return self._categories()
-            case 1:
-                return self._lines(self.numbers[0], self.words)
-            case 2 if not self.plan.sampled.intersection(self.numbers):
-                few, many = sorted(self.numbers, key=lambda name: len(set(self.values[name])))
-                if len(set(self.values[few])) <= FEW:
-                    return self._lines(many, [*self.words, few])
-                return self._maps(self._heat)
-            case 2:
-                return self._maps(self._dots)
-            case _:
-                return self._against_each()
+        numbers = self.numbers
+        if len(numbers) == 2:
+            few, many = sorted(numbers, key=lambda name: len(set(self.values[name])))
+            sampled = bool(self.plan.sampled.intersection(numbers))
+            if sampled or len(set(self.values[few])) > FEW:
+                return self._maps(self._dots if sampled else self._heat)
+            return self._curves([many], [*self.words, few])
+        return self._curves(numbers, self.words, joined=len(numbers) == 1) if numbers else self._categories()
 
     def _families(self, names: Sequence[str]) -> list[tuple[str, Array]]:
         """Name of each combination of values, and which points have it."""
@@ -66,41 +60,34 @@ class _Picture:
             found.append((label, np.array(chosen)))
         return found
 
-    def _lines(self, x: str, families: Sequence[str]) -> Figure:
-        """The metric against one number."""
-        fig, ax = subplots(height=90)
-        self._curves(ax, x, families)
-        self._scale(ax, [x])
-        self._legend(ax)
-        ax.set_ylabel(self.label)
-        return fig
-
-    def _against_each(self) -> Figure:
-        """Three numbers or more: dots against each of them."""
-        columns = min(3, len(self.numbers))
-        rows = math.ceil(len(self.numbers) / columns)
-        fig, axes = subplots(rows, columns, height=20 + 60 * rows, sharey=True, squeeze=False)
-        for ax, name in zip(axes.flat, self.numbers, strict=False):
-            self._curves(ax, name, self.words, joined=False)
+    def _curves(self, names: Sequence[str], families: Sequence[str], joined: bool = True) -> Figure:
+        """The metric against each of some numbers."""
+        columns = min(3, len(names))
+        rows = math.ceil(len(names) / columns)
+        height = 90 if len(names) == 1 else 20 + 60 * rows
+        fig, axes = subplots(rows, columns, height=height, sharey=True, squeeze=False)
+        for ax, name in zip(axes.flat, names, strict=False):
+            x, lines = np.array(self.values[name], dtype=float), joined and name not in self.plan.sampled
+            for i, (label, chosen) in enumerate(self._families(families)):
+                self._family(ax, x, chosen, i, label or None, lines)
+            self._mark_failed(ax, x)
             self._scale(ax, [name])
         self._legend(axes[0, 0])
-        for ax in axes.flat[len(self.numbers) :]:
+        for ax in axes.flat[len(names) :]:
             ax.remove()
         for line in axes:
             line[0].set_ylabel(self.label)
         return fig
 
-    def _curves(self, ax: Any, name: str, families: Sequence[str], joined: bool = True) -> None:
-        x, joined = np.array(self.values[name], dtype=float), joined and name not in self.plan.sampled
-        for i, (label, chosen) in enumerate(self._families(families)):
-            colour, mark = COLOURS[i % len(COLOURS)], MARKS[i % len(MARKS)]
-            order = np.flatnonzero(chosen)[np.argsort(x[chosen], kind="stable")]
-            error = None if np.isnan(self.error[order]).all() else np.nan_to_num(self.error[order])
-            style = {"fmt": f"{mark}-" if joined else mark, "color": colour, "capsize": 2, "elinewidth": 0.8}
-            ax.errorbar(x[order], self.mean[order], error, label=label or None, **style)
-            doubtful = chosen & self.suspect
-            ax.plot(x[doubtful], self.mean[doubtful], mark, mfc="white", mec=colour, zorder=5)
-        self._mark_failed(ax, x)
+    def _family(self, ax: Any, x: Array, chosen: Array, i: int, label: str | None, joined: bool) -> None:
+        """Marks with their errors, hollow where they are suspect."""
+        colour, mark = COLOURS[i % len(COLOURS)], MARKS[i % len(MARKS)]
+        order = np.flatnonzero(chosen)[np.argsort(x[chosen], kind="stable")]
+        error = None if np.isnan(self.error[order]).all() else np.nan_to_num(self.error[order])
+        style = {"fmt": f"{mark}-" if joined else mark, "color": colour, "capsize": 2, "elinewidth": 0.8}
+        ax.errorbar(x[order], self.mean[order], error, label=label, **style)
+        doubtful = chosen & self.suspect
+        ax.plot(x[doubtful], self.mean[doubtful], mark, mfc="white", mec=colour, zorder=5)
 
     def _mark_failed(self, ax: Any, x: Any) -> None:
         """Crosses along the bottom, where no value is."""
@@ -112,13 +99,11 @@ class _Picture:
         """Words only, or nothing but repeats: one place a point."""
         fig, ax = subplots(height=80)
         x = np.arange(len(self.found))
-        error = None if np.isnan(self.error).all() else np.nan_to_num(self.error)
-        ax.errorbar(x, self.mean, error, fmt="o", color=COLOURS[0], capsize=2)
+        self._family(ax, x, np.ones(len(x), bool), 0, None, joined=False)
         for place, point in zip(x, self.found, strict=True):
             each = [row.value(self.metric) for row in point.used]
             if len(each) > 1:
                 ax.plot(np.full(len(each), place - 0.1), each, ".", color=COLOURS[0], alpha=0.4, markersize=3)
-        ax.plot(x[self.suspect], self.mean[self.suspect], "o", mfc="white", mec=COLOURS[0], zorder=5)
         self._mark_failed(ax, x)
         ax.set_xticks(x, [", ".join(map(str, point.values)) or "all" for point in self.found])
         ax.set(xlim=(-0.5, len(x) - 0.5), xlabel=", ".join(self.plan.names), ylabel=self.label)

@@ -236,20 +236,15 @@ def _samples(ranges: Sequence[Range], sampling: Sampling | None) -> list[dict[st
         raise ValueError(f"--vary {ranges[0].name}: no count; write START:STOP:COUNT, or give --samples")
     if not 1 <= sampling.count <= MOST:
         raise ValueError(f"--samples {sampling.count}: out of range; allowed: 1 to {MOST}")
-    points = _points(len(ranges), sampling)
-    return [{r.name: _place(r, u) for r, u in zip(ranges, point, strict=True)} for point in points]
-
-
-def _points(dimension: int, sampling: Sampling) -> Array:
-    """Points of the unit cube, shape (count, dimension)."""
-    from scipy.stats import qmc
+    from scipy.stats import qmc  # slow to load, and most sweeps sample nothing
 
     kinds: dict[str, Any] = {"sobol": qmc.Sobol, "halton": qmc.Halton, "lhs": qmc.LatinHypercube}
     if sampling.method not in kinds:
         raise ValueError(f"--method {sampling.method}: unknown; allowed: {', '.join(METHODS)}")
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "The balance properties of Sobol")  # any count is allowed; the how-to tells
-        return kinds[sampling.method](dimension, seed=np.random.default_rng(sampling.draw)).random(sampling.count)
+        points = kinds[sampling.method](len(ranges), seed=np.random.default_rng(sampling.draw)).random(sampling.count)
+    return [{r.name: _place(r, u) for r, u in zip(ranges, point, strict=True)} for point in points]
 
 
 def _place(r: Range, u: float) -> Any:

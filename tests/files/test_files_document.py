@@ -48,17 +48,12 @@ def there_and_back(mechanism, folder):
     assert pickle.loads(pickle.dumps(mechanism)) == mechanism
 
 
-@settings(max_examples=100, **CALM)
-@given(mechanism=mechanisms())
-def test_generated_mechanisms_survive_a_file(mechanism, tmp_path_factory):
-    there_and_back(mechanism, tmp_path_factory.mktemp("files"))
+MANY = pytest.mark.parametrize("count", [100, pytest.param(1000, marks=pytest.mark.slow)])
 
 
-@pytest.mark.slow
-@settings(max_examples=500, **CALM)
-@given(mechanism=mechanisms())
-def test_five_hundred_generated_mechanisms_survive_a_file(mechanism, tmp_path_factory):
-    there_and_back(mechanism, tmp_path_factory.mktemp("files"))
+@MANY
+def test_generated_mechanisms_survive_a_file(count, tmp_path):
+    settings(max_examples=count, **CALM)(given(mechanisms())(lambda mechanism: there_and_back(mechanism, tmp_path)))()
 
 
 def test_numbers_with_units_are_the_same_floats():
@@ -236,7 +231,7 @@ def mutilated(draw, content):
     return content
 
 
-def one_clear_line(data, folder):
+def one_clear_line(data):
     content = mutilated(data.draw, EXAMPLE)
     try:
         Mechanism.from_dict(content)
@@ -248,17 +243,9 @@ def one_clear_line(data, folder):
         assert top in {*content, *EXAMPLE, "mechanism"} or message.startswith("lacks '"), message
 
 
-@settings(max_examples=200, **CALM)
-@given(data=st.data())
-def test_mutilated_documents_give_one_line_with_the_place(data, tmp_path_factory):
-    one_clear_line(data, None)
-
-
-@pytest.mark.slow
-@settings(max_examples=2000, **CALM)
-@given(data=st.data())
-def test_two_thousand_mutilated_documents_give_one_line_with_the_place(data, tmp_path_factory):
-    one_clear_line(data, None)
+@MANY
+def test_mutilated_documents_give_one_line_with_the_place(count):
+    settings(max_examples=2 * count, **CALM)(given(st.data())(one_clear_line))()
 
 
 @settings(max_examples=100, **CALM)

@@ -86,22 +86,6 @@ def test_cluster_gives_the_rows_of_this_process_though_a_worker_dies(cluster, tm
 
 
 @pytest.mark.slow
-def test_a_worker_that_dies_costs_nothing(cluster, tmp_path):
-    path = tmp_path / "s.sqlite"
-    first, _ = cluster.worker(), cluster.worker()
-    process = start(*command(cluster, path, "--vary", "length=0:1:30", "--pause", "0.1"))
-    process.stderr.readline()
-    journal = path.with_name("s.sqlite-wal")
-    size = journal.stat().st_size
-    while journal.stat().st_size == size:
-        time.sleep(0.05)
-    first.kill()
-    _, err = process.communicate(timeout=120)
-    assert process.returncode == 0, err
-    assert stored(path) == same(sweep(sweep_toy, toys(30, noise=1, pause=0.1), workers=0))
-
-
-@pytest.mark.slow
 def test_a_case_that_kills_its_workers_is_named_and_the_others_run(cluster):
     for _ in range(6):  # Dask gives a case up when four workers have died of it
         cluster.worker()
