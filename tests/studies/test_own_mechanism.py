@@ -267,21 +267,16 @@ def test_the_schema_knows_units_ranges_and_kinds(capsys):
         assert kind.get("description"), name
 
 
-def test_help_and_list_are_quick_and_light():
-    """No heavy import, and not much longer than Python itself with argparse."""
-    code = (
-        "import sys; from buckler.studies.kit.cli import main\ntry: main(argv=['--help'])\nexcept SystemExit: pass\n"
-        "heavy = {'numpy', 'scipy', 'exudyn', 'matplotlib', 'numba'} & set(sys.modules)\n"
-        "raise SystemExit(str(heavy) if heavy else 0)"
-    )
+def test_help_is_quick():
+    """Not much longer than Python itself with argparse."""
+    help_ = "from buckler.studies.kit.cli import main\ntry: main(argv=['--help'])\nexcept SystemExit: pass"
 
     def once(code):
         begin = time.perf_counter()
-        done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True)
-        assert done.returncode == 0, done.stderr
+        subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, check=True)
         return time.perf_counter() - begin
 
-    ours, plain = zip(*((once(code), once("import argparse")) for _ in range(9)), strict=True)  # in turn: the machine is shared
+    ours, plain = zip(*((once(help_), once("import argparse")) for _ in range(9)), strict=True)  # in turn: the machine is shared
     assert min(ours) < 3 * min(plain)
 
 
