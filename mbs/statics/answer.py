@@ -10,6 +10,8 @@ from typing import Any
 
 import numpy as np
 
+from buckler.mbs.elements import Clearance, Motor
+from buckler.mbs.laws import NoFriction
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.spectral.scene import Scene
 
@@ -60,6 +62,16 @@ def check_mechanism(mechanism: Mechanism) -> None:
     """Raise a ValueError if this is no mechanism."""
     if not isinstance(mechanism, Mechanism):
         raise ValueError(f"mechanism: must be a Mechanism, not {type(mechanism).__name__}")
+
+
+def left_out(mechanism: Mechanism, friction: str) -> list[str]:
+    """What statics do not know of a mechanism: dry friction, which holds it in an interval, and how good modes are."""
+    rubs = [guide.point for guide in mechanism.guides if guide.friction is not None]
+    rubs += [x.point for x in mechanism.joints if isinstance(x, Clearance) and not isinstance(x.friction, NoFriction)]
+    rubs += [load.link for load in mechanism.loads if isinstance(load, Motor) and load.friction]
+    modes = [link.name for link in mechanism.links if link.body.linear]
+    said = [f"{friction}: {', '.join(map(repr, rubs))}"] if rubs else []
+    return said + ([f"errors leave out the choice of modes of {', '.join(map(repr, modes))}"] if modes else [])
 
 
 def check_number(name: str, value: Any) -> None:

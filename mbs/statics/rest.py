@@ -12,7 +12,7 @@ from buckler.mbs.spectral import tables as k
 from buckler.mbs.spectral.scene import Place, Scene
 from buckler.mbs.spectral.threads import one_thread
 from buckler.mbs.statics import deflation
-from buckler.mbs.statics.answer import Answer, Ending, check_coordinates, check_count, check_mechanism, check_number
+from buckler.mbs.statics.answer import Answer, Ending, check_coordinates, check_count, check_mechanism, check_number, left_out
 from buckler.mbs.statics.problem import Problem, Rest, StaticsError, apart, has_strips, loads_of, moving, places, refined
 from buckler.mbs.statics.settling import RunsAwayError, settle
 
@@ -25,6 +25,8 @@ RISE = 4
 """By how much at once."""
 HIGHEST = 40
 """Degree at which that ends."""
+
+FRICTION = "friction is left out, which may hold it where it is drawn, or elsewhere"
 
 
 @dataclass(frozen=True)
@@ -241,6 +243,7 @@ def _answer(problem: Problem, rest: Rest, message: str, fixed: bool, anew: bool 
         hint = "; give a higher degree, or points along the strip" if has_strips(problem.scene) else ""
         said.append(f"its error is {error:.1e} of the longest link{hint}")
     problem.set(1.0)
+    said += left_out(problem.scene.mechanism, FRICTION)
     return Equilibrium(
         status, "; ".join(said), problem.scene, rest.q, rest.multipliers, load, growth == 0.0, growth, neutral, error
     )  # fmt: skip
@@ -256,5 +259,6 @@ def _failed(problem: Problem, start: Rest, error: Exception, load: float) -> Equ
     if isinstance(error, RunsAwayError):
         status = Ending.OPEN_CONTACT if contacts else Ending.FREE_MOTION
         message += f"; open: {', '.join(contacts)}" if contacts else ""
+    message = "; ".join([message, *left_out(scene.mechanism, FRICTION)])
     nowhere = np.full_like(start.q, np.nan), np.full_like(start.multipliers, np.nan)
     return Equilibrium(status, message, scene, *nowhere, load, False, float("nan"), (), float("inf"))

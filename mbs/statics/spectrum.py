@@ -27,6 +27,9 @@ EPS = float(np.finfo(float).eps)
 ROUNDING = 16 * EPS
 """Relative error of a matrix entry that is a sum of some dozen products."""
 
+UNKNOWN = 1e-4
+"""Relative error of -s^2 beyond which it is sought again."""
+
 
 @dataclass(frozen=True)
 class Tangent:
@@ -169,7 +172,8 @@ def _undamped(m: Array, k: Array, near: float) -> tuple[Array, Array, Array, Arr
         1.0 / np.where(squared == -shift, EPS, squared + shift), np.einsum("ij,ij->j", left.conj(), m @ right), left, m @ right
     )
     if symmetric:
-        squared, moved = _by_quotient(m, k, right, squared, moved)
+        squared, moved, right = _by_quotient(m, k, right, squared, moved)
+        left = right
     values = np.sqrt(-np.asarray(squared, dtype=complex))
     values = np.where(values.imag < 0.0, -values, values)
     if symmetric:
@@ -177,13 +181,25 @@ def _undamped(m: Array, k: Array, near: float) -> tuple[Array, Array, Array, Arr
     return values, left, right, np.minimum(moved / (2 * np.abs(values) + 1e-300), np.sqrt(moved)), shift
 
 
-def _by_quotient(m: Array, k: Array, vectors: Array, squared: Array, moved: Array) -> tuple[Array, Array]:
-    """Rayleigh's quotients, with the residual's norm as their error, where that is less: for the high ones."""
-    quotient = np.einsum("ij,ij->j", vectors, k @ vectors)
-    residual = k @ vectors - m @ vectors * quotient
-    error = np.sqrt(np.abs(np.einsum("ij,ij->j", residual, solve(m, residual))))
-    better = error < moved
-    return np.where(better, quotient, squared), np.where(better, error, moved)
+def _by_quotient(m: Array, k: Array, vectors: Array, squared: Array, moved: Array) -> tuple[Array, Array, Array]:
+    """Rayleigh's quotients, with the residual's norm as their error, where that is less: for the high ones.
+
+    Those that the inverse does not know, far above its shift, come from M and K themselves.
+    """
+    for plain in (False, True):
+        if plain:
+            if (moved <= UNKNOWN * np.abs(squared)).all():
+                break
+            order = np.argsort(squared)
+            squared, moved, vectors = squared[order], moved[order], vectors[:, order]
+        tried = eigh(k, m)[1] if plain else vectors
+        quotient = np.einsum("ij,ij->j", tried, k @ tried)
+        residual = k @ tried - m @ tried * quotient
+        error = np.sqrt(np.abs(np.einsum("ij,ij->j", residual, solve(m, residual))))
+        better = error < moved
+        squared, moved = np.where(better, quotient, squared), np.where(better, error, moved)
+        vectors = np.where(better, tried, vectors)
+    return squared, moved, vectors
 
 
 def _by_inverse(theta: Array, product: Array, left: Array, right: Array) -> Array:

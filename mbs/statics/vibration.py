@@ -12,7 +12,7 @@ from buckler.mbs.spectral.doors import place
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.start import slopes
 from buckler.mbs.spectral.threads import one_thread
-from buckler.mbs.statics.answer import Answer, Ending, check_coordinates, check_count, check_mechanism
+from buckler.mbs.statics.answer import Answer, Ending, check_coordinates, check_count, check_mechanism, left_out
 from buckler.mbs.statics.problem import Problem, Rest, StaticsError, has_strips, loads_of, moving, refined
 from buckler.mbs.statics.rest import HIGHEST, RISE, Equilibrium, carried, equilibrium
 from buckler.mbs.statics.spectrum import Spectrum
@@ -190,6 +190,7 @@ def _frequencies(state: _State, found: Spectrum, errors: Array, count: int) -> F
     wrong = [i + 1 for i, (value, error) in enumerate(zip(values, errors, strict=True)) if error > 1e-4 * abs(value) and value]
     said = [] if found.stable else [f"unstable: a small motion grows at {found.growth.max():.4g} 1/s"]
     said += [f"frequencies {', '.join(map(str, wrong))} are not known to 1e-4; give a higher degree"] if wrong else []
+    said += left_out(scene.mechanism, "friction damps as its law does near rest")
     status = Ending.INACCURATE if wrong else Ending.OK
     return Frequencies(
         status, "; ".join(said), scene, state.rest.q, values, found.shapes[:, :count], errors / (2 * np.pi), names, found.stable

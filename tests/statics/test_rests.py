@@ -20,11 +20,12 @@ from buckler.mbs import (
     Spring,
     Stop,
     Torque,
+    TorsionSpring,
     Weld,
     equilibrium,
     frequencies,
 )
-from buckler.mbs.laws import KelvinVoigt
+from buckler.mbs.laws import Coulomb, KelvinVoigt
 
 BAR, LENGTH, GRAVITY = Section(0.03, 0.005), 0.3, 9.81
 TURNS = np.linspace(-np.pi, np.pi, 17) + 0.05
@@ -218,6 +219,18 @@ def test_the_other_equilibria_of_a_column_have_errors_as_small_as_the_first():
     for each in buckled:
         assert each.point("strip", "B").position[0] == pytest.approx((2 * ellipe(m) / ellipk(m) - 1) * length, abs=1e-6)
         assert each.error < 1e-7
+
+
+def test_a_block_on_an_incline_that_friction_may_hold_is_no_free_motion_without_a_word():
+    slope = (np.cos(0.2), np.sin(0.2))
+    made = Mechanism(
+        {"P": (0, 0), "Q": (0, 0.1)}, [Link("block", "P", "Q", Rigid.of(mass=1.0, inertia=1e-3))],
+        guides=[Guide("P", "block", along=slope, friction=Coulomb(0.4))], loads=[TorsionSpring("ground", "block", stiffness=1.0)],
+        gravity=(0.0, -GRAVITY),
+    )  # fmt: skip
+    rest = equilibrium(made)
+    assert rest.status == "FREE_MOTION"
+    assert "friction is left out, which may hold it where it is drawn, or elsewhere: 'P'" in rest.message
 
 
 @pytest.mark.parametrize("guess", ["x", [1.0], [np.nan] * 3])

@@ -1,12 +1,16 @@
 """Frequencies with their errors: Timoshenko's equation, forces that follow the motion, dampers, rigid motions."""
 
+from fractions import Fraction
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from scipy.linalg import eigvals
 
 from buckler.elastica.member import Member
 from buckler.elastica.vibration import beam_frequencies
-from buckler.mbs import Beam, Force, Guide, Link, Mechanism, Revolute, Rigid, Section, Slider, Spring, Weld, frequencies
+from buckler.mbs import Beam, Force, Guide, Link, Mechanism, Modal, Revolute, Rigid, Section, Slider, Spring, Weld, frequencies
+from buckler.mbs.laws import Coulomb
 
 LENGTH = 0.5
 
@@ -121,6 +125,46 @@ def test_light_and_heavy_masses_on_soft_and_stiff_springs_keep_their_frequencies
         loads=[Spring("P", "ground:S", stiffness=1e9), Spring("P2", "ground:S2", stiffness=1e-9)],
     )
     assert frequencies(made).angular == pytest.approx([1e-6, np.sqrt(1e15)], rel=1e-8)
+
+
+def below(masses, springs, square):
+    """How many eigenvalues of a chain lie below w^2, by Sturm's sequence in fractions, without rounding."""
+    masses, springs, square = [Fraction(x) for x in masses], [Fraction(x) for x in springs], Fraction(square)
+    count, pivot = 0, Fraction(1)
+    for k, mass in enumerate(masses):
+        pivot = springs[k] + springs[k + 1] - square * mass - (springs[k] ** 2 / pivot if k else 0)
+        count += pivot < 0
+    return count
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_chain_of_masses_and_springs_over_twelve_decades_keeps_every_frequency(seed):
+    dice, count = np.random.default_rng(seed), 8
+    masses, springs = 10 ** dice.uniform(-6, 6, count), 10 ** dice.uniform(-3, 9, count + 1)
+    points = {"W": (0, 0), "V": (count + 1, 0)} | {f"P{k}": (k + 1, 0) for k in range(count)}
+    points |= {f"Q{k}": (k + 1, 0.1) for k in range(count)}
+    links = [Link(f"b{k}", f"P{k}", f"Q{k}", Rigid.of(mass=m, inertia=1e-3 * m)) for k, m in enumerate(masses)]
+    ends = ["ground:W", *(f"P{k}" for k in range(count)), "ground:V"]
+    made = Mechanism(
+        points, links, [Slider(f"P{k}", f"b{k}", "ground", along=(1, 0)) for k in range(count)],
+        loads=[Spring(a, b, stiffness=k) for (a, b), k in zip(pairwise(ends), springs, strict=True)],
+    )  # fmt: skip
+    found = frequencies(made, count=count)
+    assert found.status == "OK"
+    for k, (value, error) in enumerate(zip(found.angular, 2 * np.pi * found.errors, strict=True)):
+        for off in (error + 1e-12 * value, 1e-5 * value):
+            assert below(masses, springs, (value - off) ** 2) == k
+            assert below(masses, springs, (value + off) ** 2) == k + 1
+
+
+def test_what_the_errors_leave_out_is_said():
+    modal = Mechanism(
+        {"A": (0, 0), "B": (0.3, 0)}, [Link("rod", "A", "B", Modal(Section(0.02, 0.004)))], [Revolute("A", "ground", "rod")],
+        [Guide("B", "rod", friction=Coulomb(0.1))],
+    )  # fmt: skip
+    found = frequencies(modal)
+    assert "errors leave out the choice of modes of 'rod'" in found.message
+    assert "friction damps as its law does near rest: 'B'" in found.message
 
 
 def test_a_pinned_and_guided_strip_past_its_load_grows():
