@@ -89,36 +89,23 @@ def along(curve: Curve, terms: int = TERMS) -> tuple[Angle, float]:
     places = np.array(np.broadcast_arrays(*curve(u), u)[:2], dtype=float)
     require("curve", curve, bool(np.all(np.isfinite(places))), "finite from 0 to 1")
     fits = np.linalg.solve(chebyshev.chebvander(2.0 * u - 1.0, terms - 1), places.T)
+    x, y = (chebyshev.Chebyshev(fit, domain=(0.0, 1.0)) for fit in fits.T)
     rough = float(np.max(np.abs(fits[-4:])) / np.max(np.abs(fits)))
     require(
         "curve", curve, rough < 1e-10, f"smooth: its {terms} Chebyshev terms end at {rough:.1e} of the largest, not below 1e-10"
     )
-    dense = np.linspace(-1.0, 1.0, 16 * terms)
-    slopes = chebyshev.chebval(dense, chebyshev.chebder(fits))
-    require("curve", curve, float(np.min(np.hypot(*slopes))) > 0.0, "nowhere at rest")
-    turned = np.unwrap(np.arctan2(slopes[1], slopes[0]))
-
-    def slope(t: Array) -> Array:
-        return chebyshev.chebval(t, chebyshev.chebder(fits))
-
-    nodes, weights = np.polynomial.legendre.leggauss(terms)
-
-    def length(t: Array) -> Array:
-        half = (np.asarray(t) + 1.0) / 2.0
-        places = -1.0 + half[..., None] * (nodes + 1.0)
-        return half * (np.hypot(*slope(places)) @ weights)
-
-    whole = float(length(np.array(1.0)))
-    lengths = length(dense)
+    dense, dx, dy = np.linspace(0.0, 1.0, 16 * terms), x.deriv(), y.deriv()
+    require("curve", curve, float(np.min(np.hypot(dx(dense), dy(dense)))) > 0.0, "nowhere at rest")
+    speed = chebyshev.Chebyshev.interpolate(lambda u: np.hypot(dx(u), dy(u)), 4 * terms, domain=(0.0, 1.0))
+    length = speed.integ(lbnd=0.0)
+    lengths, turned, whole = length(dense), np.unwrap(np.arctan2(dy(dense), dx(dense))), float(length(1.0))
 
     def angle(s: Array) -> Array:
         s = np.asarray(s, dtype=float)
-        t = np.interp(s * whole, lengths, dense)
+        u = np.interp(s * whole, lengths, dense)
         for _ in range(4):
-            t = np.clip(t - (length(t) - s * whole) / np.hypot(*slope(t)), -1.0, 1.0)
-        dx, dy = slope(t)
-        near = np.interp(t, dense, turned)
-        exact = np.arctan2(dy, dx)
+            u = np.clip(u - (length(u) - s * whole) / speed(u), 0.0, 1.0)
+        near, exact = np.interp(u, dense, turned), np.arctan2(dy(u), dx(u))
         return exact + 2.0 * pi * np.round((near - exact) / (2.0 * pi))
 
     return angle, whole
