@@ -13,7 +13,7 @@ from buckler.mbs import Section
 from buckler.mbs.laws import CarvalhoMartins
 from buckler.mbs.laws.peak import peak_factors
 from buckler.mbs.library import PAPER
-from buckler.studies.striking.design_check import check
+from buckler.studies.striking.design_check import BARS, check
 from buckler.studies.striking.inverse import Design, Given, Wish, design
 from buckler.studies.striking.inverse_limits import binding, feasible, use
 
@@ -44,6 +44,8 @@ def test_the_published_mechanism_comes_back():
     assert d.impact_speed / d.speed == pytest.approx(0.18873831 / 1.25, rel=1e-7)
     speed = design(Wish(1.72465, 27.0, np.radians(120.0)), Given(friction=0.1 * 0.3 * 9.81)).speed
     assert speed == pytest.approx(1.25, rel=2e-3)  # 7.2e4 N/m was fitted to 27 N at 1.25 rad/s by simulations
+    wide = design(WISH, Given(width=0.24))
+    assert wide.thickness == pytest.approx(design(WISH).thickness / 2, rel=1e-12) and binding(wide).use <= 1
 
 
 @pytest.mark.parametrize("angle", [30.0, 120.0, 240.0])
@@ -122,12 +124,6 @@ def test_what_was_found_may_be_given_and_the_given_found(solved):
         np.testing.assert_allclose(getattr(second, name), getattr(first, name), rtol=1e-10, err_msg=name)
 
 
-def test_wider_strips_are_thinner_by_the_cube_root():
-    wide = design(WISH, Given(width=0.24))
-    assert wide.thickness == pytest.approx(design(WISH).thickness / 2, rel=1e-12)
-    assert binding(wide).use <= 1
-
-
 def test_numbers_stay_finite_where_nothing_can_be_had():
     force = np.geomspace(1e-3, 1e4, 30)[:, None, None]
     impact = np.geomspace(1e-3, 1e5, 30)[:, None]
@@ -167,7 +163,7 @@ def picked(spec, index):
     return replace(spec, **changes)
 
 
-def test_arrays_give_the_same_numbers_as_one_by_one():
+def test_arrays_give_the_same_numbers_as_one_by_one_and_floats_give_floats():
     wish, given = random_cases(200)
     together, used = design(wish, given), use(design(wish, given))
     names = [field.name for field in fields(Design) if field.name not in ("wish", "given")]
@@ -176,11 +172,7 @@ def test_arrays_give_the_same_numbers_as_one_by_one():
         for name in names:
             assert getattr(alone, name) == pytest.approx(getattr(together, name)[i], rel=1e-12), name
         np.testing.assert_allclose(use(alone), used[:, i], rtol=1e-12)
-
-
-def test_floats_in_floats_out():
-    d = design(WISH)
-    assert all(type(getattr(d, f.name)) is float for f in fields(Design) if f.name not in ("wish", "given"))
+    assert all(type(getattr(design(WISH), name)) is float for name in names)
     grid = design(Wish(np.array([[1.0], [2.0]]), np.array([20.0, 30.0, 40.0]), 2.0))
     assert grid.thickness.shape == grid.speed.shape == (2, 3) == use(grid).shape[1:]
 
@@ -237,9 +229,8 @@ def held_to(count, seed):
         d = design(picked(wish, i), picked(given, i))
         o = check("strut", d)
         assert o.run.ended, o.run.message
-        errors.append((o.contact_force / d.wish.contact_force - 1, o.impact_force / d.wish.impact_force - 1,
-                       np.degrees(o.contact_angle - d.wish.contact_angle)))  # fmt: skip
-        assert np.all(np.abs(errors[-1]) < (5e-3, 2e-2, 0.5)), (d, o)
+        assert o.within(d.wish, BARS["strut"]), (d, o)
+        errors.append([*o.off(d.wish).values()])
     return np.abs(errors).max(axis=0)
 
 
@@ -251,22 +242,14 @@ def test_random_wishes_come_true():
 def test_a_hundred_random_wishes_come_true():
     """Of any strip, slider, stop and friction; `pytest -m slow -s -k hundred_random` prints the largest errors."""
     contact, impact, angle = held_to(100, seed=12)
-    print(f"100 wishes: contact force within {contact:.3%}, impact force {impact:.2%}, angle {angle:.3f} deg")
+    print(f"100 wishes: contact force within {contact:.3%}, impact force {impact:.2%}, angle {np.degrees(angle):.3f} deg")
 
 
-def test_another_linkage_comes_true():
+def test_another_linkage_comes_true_and_a_beam_strikes_harder():
     given = Given(crank=0.05, coupler=0.25, width=0.02, mass=0.1, friction=0.05, restitution=0.7)
     d = design(Wish(3.0, 20.0, np.radians(140)), given)
-    assert feasible(d)
-    o = check("strut", d)
-    assert o.contact_force == pytest.approx(3.0, rel=5e-3)
-    assert o.impact_force == pytest.approx(20.0, rel=2e-2)
-    assert np.degrees(o.contact_angle) == pytest.approx(140, abs=0.5)
-
-
-def test_a_beam_strikes_harder_than_designed_and_presses_as_designed():
+    assert feasible(d) and check("strut", d).within(d.wish, BARS["strut"])
     d = design(WISH)
     o = check("beam", d)
-    assert o.contact_force == pytest.approx(2.0, rel=5e-3)
-    assert o.impact_force > 4 * 30.0
+    assert o.contact_force == pytest.approx(2.0, rel=5e-3) and o.impact_force > 4 * 30.0
     assert np.degrees(o.contact_angle) == pytest.approx(120, abs=1.0)

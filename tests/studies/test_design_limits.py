@@ -18,16 +18,12 @@ def named(d, name):
     return next(limit for limit in limits(d) if limit.name == name)
 
 
-def test_compression_on_the_way_is_that_of_the_rigid_mechanism():
+def test_compression_on_the_way_is_that_of_the_rigid_mechanism_and_stress_that_of_the_strip():
     d = design(WISH)
     rigid = Stitched(d.mass, 0.8, d.given.friction, 1.0, 1.0, stop=d.stop)
     angle = np.linspace(1e-6, d.angle, 20001)
     largest = rigid.compression(angle, d.speed).max()
     assert named(d, "buckling").value * d.euler_load == pytest.approx(largest, rel=1e-3)
-
-
-def test_stress_and_shortening_are_those_of_the_strip():
-    d = design(WISH)
     exact = pinned.surface_stress(d.shortening, d.thickness, PAPER.coupler, 210e9)
     assert named(d, "yield").value == pytest.approx(exact / 1e6, rel=1e-12)
     assert named(d, "yield").use == pytest.approx(exact / 1e9, rel=1e-12)
@@ -99,10 +95,6 @@ def distance(a, b):
     return float(np.linalg.norm(np.log([getattr(a, f.name) / getattr(b, f.name) for f in fields(Wish)])))
 
 
-def test_a_wish_that_can_be_had_is_its_own_nearest():
-    assert nearest(WISH) is WISH
-
-
 @pytest.mark.parametrize(
     "name", ["yield", "buckling", "rest", "speed", *(pytest.param(name, marks=pytest.mark.slow) for name in SEARCHED)]
 )
@@ -139,6 +131,7 @@ def test_nearest_when_only_the_speed_binds_is_known():
     assert np.exp(speed(x)) == pytest.approx(1.2, rel=2e-3)
 
 
-def test_nothing_at_all_can_be_had():
+def test_a_wish_that_can_be_had_is_its_own_nearest_and_nothing_at_all_can_be_had():
+    assert nearest(WISH) is WISH
     with pytest.raises(NothingNearError, match=r"no wish within .*: .* allowed"):
         nearest(WISH, Given(slowest=500.0, fastest=1000.0))

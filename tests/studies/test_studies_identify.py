@@ -40,12 +40,6 @@ def forces(stiffness, speed, n):
 # --- readings ---------------------------------------------------------------------------------------------------------
 
 
-def test_readings_are_the_published_ones_and_the_last_is_a_bound():
-    assert [(r.force, r.voltage, r.bound) for r in READINGS] == [
-        (27.0, None, False), (25.0, 2.5, False), (30.0, 3.0, False), (44.18, 4.4, True),
-    ]  # fmt: skip
-
-
 def test_likelihood_is_that_of_normal_readings_and_of_a_bound_kept():
     forces = [26.0, 25.5, 28.0, 45.0]
     by_hand = sum(norm.logpdf(x, y, 1.0) for x, y in zip((27, 25, 30), forces[:3], strict=True)) + norm.logcdf(44.18, 45, 1.0)
@@ -59,17 +53,16 @@ def test_likelihood_is_that_of_normal_readings_and_of_a_bound_kept():
     )
 
 
-def test_speed_over_voltage():
-    assert crank_speed(None, 0.7, 2.7) == 1.25 and crank_speed(2.7, 1.3, 2.7) == pytest.approx(1.25)
-    assert crank_speed(4.4, 0.0, 2.7) == pytest.approx(1.25 * 4.4 / 2.7)
-    slope = crank_speed(3.7, 1.43, 2.7) - crank_speed(2.7, 1.43, 2.7)
-    assert slope == pytest.approx(1.25 / 1.27)
-
-
-def test_hypotheses_are_causes_and_their_pairs():
+def test_readings_hypotheses_and_the_speed_over_voltage():
+    assert [(r.force, r.voltage, r.bound) for r in READINGS] == [
+        (27.0, None, False), (25.0, 2.5, False), (30.0, 3.0, False), (44.18, 4.4, True),
+    ]  # fmt: skip
     names = [h.name for h in hypotheses()]
     assert names[:6] == ["stop", "bow", "gravity", "motor", "dead_band", "compliance"] and len(names) == 6 + 9
     assert "motor_compliance" not in names and "gravity_motor" in names
+    assert crank_speed(None, 0.7, 2.7) == 1.25 and crank_speed(2.7, 1.3, 2.7) == pytest.approx(1.25)
+    assert crank_speed(4.4, 0.0, 2.7) == pytest.approx(1.25 * 4.4 / 2.7)
+    assert crank_speed(3.7, 1.43, 2.7) - crank_speed(2.7, 1.43, 2.7) == pytest.approx(1.25 / 1.27)
 
 
 # --- evidence ---------------------------------------------------------------------------------------------------------
