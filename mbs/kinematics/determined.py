@@ -35,9 +35,8 @@ SHORTEST = 1e-9
 """Shortest step, of the run: what cannot be followed by it ends there."""
 MOST, CHUNK = 30, 1024
 """Newton steps at most; times that are closed at once."""
-EXACT, ROUGH, CLOSED = 2e-15, 1e-6, 1e-9
-"""Gap, in lengths, at which loops are closed to rounding; the same of anchors, which are but guesses; gap of redundant rows
-beyond which they contradict the others."""
+EXACT, CLOSED = 2e-15, 1e-9
+"""Gap, in lengths, at which loops are closed to rounding; gap of redundant rows beyond which they contradict the others."""
 BLOWN_UP = 20.0
 """Growth of the links' speeds towards a pose where the drive is locked; at another singular pose they stay finite."""
 
@@ -128,10 +127,9 @@ class Follower:
 
     def _follow(self, duration: float) -> Course:
         linkage = self.linkage
-        begun = self._close(np.zeros(1), linkage.reference[None].copy())
-        assert begun is not None  # the rows kept are independent there
-        state = begun
-        found, t, hard = [state], 0.0, False  # near a lock even rough closing must be exact
+        state = self._close(np.zeros(1), linkage.reference[None].copy())
+        assert state is not None  # the rows kept are independent there
+        found, t = [state], 0.0
         fastest = float(np.abs(state.q_t[..., 2]).max())
         h = min(duration, FIRST / fastest if fastest > 0 else duration / 100)
         slow = SLOW * linkage.size / duration
@@ -147,13 +145,9 @@ class Follower:
             if duration - t - h < 1e-12 * duration:
                 h = duration - t
             guess = state.q + h * state.q_t + h * h / 2 * state.q_tt
-            after = self._step(t + h, guess, EXACT if hard else ROUGH)
+            after = self._close(np.array([t + h]), guess)
             off = float(np.abs((after.q - guess) * self.lengths).max()) / linkage.size if after is not None else np.inf
             if after is None or off > FAR or self._kinked(state, after, slow) or np.linalg.det(after.jacobian[0]) * side <= 0:
-                if not hard:
-                    found = self._exact_end(found)
-                    state, hard = found[-1], True
-                    t = float(state.time[0])
                 h /= 2
                 if h < SHORTEST * duration:
                     self.ended = self._end(state, found)
@@ -163,7 +157,6 @@ class Follower:
             if self.progress is not None:
                 self.progress(t / duration)
             found.append(state)
-            hard = hard and off > NEAR / 8
             h *= 2 if off < NEAR / 8 else 1.3 if off < NEAR else 0.8 if off > FAR / 2 else 1.0
         return Course(*(np.concatenate(part) for part in zip(*found, strict=True)))
 
@@ -172,19 +165,6 @@ class Follower:
         h = float(after.time[0] - before.time[0])
         change = float(np.abs((after.q_t - before.q_t - h * before.q_tt) * self.lengths).max())
         return change > BEND * max(slow, *(float(np.abs(part.q_t * self.lengths).max()) for part in (before, after)))
-
-    def _exact_end(self, found: list[Course]) -> list[Course]:
-        """The anchors with the last one closed exactly; one that lies beyond a lock by its rough closing is left out."""
-        while len(found) > 1:
-            exact = self._step(float(found[-1].time[0]), found[-1].q, EXACT)
-            if exact is not None:
-                return [*found[:-1], exact]
-            found = found[:-1]
-        return found
-
-    def _step(self, t: float, guess: Array, enough: float) -> Course | None:
-        state = self._close(np.array([t]), guess, enough)
-        return state if state is not None and all(np.isfinite(part).all() for part in state) else None
 
     def _end(self, state: Course, found: list[Course]) -> Ended:
         """Name what ended it: a lock, where speeds grow beyond bounds, or another singular pose."""
@@ -211,7 +191,7 @@ class Follower:
         halves = [self._at(part) for part in np.array_split(times, 2)]
         return Course(*(np.concatenate(part) for part in zip(*halves, strict=True)))
 
-    def _close(self, times: Array, q: Array, enough: float = EXACT) -> Course | None:
+    def _close(self, times: Array, q: Array) -> Course | None:
         """Newton's method at each time from close by, then the rates; None if one does not close."""
         linkage, zero, kept = self.linkage, np.zeros_like(q), self.kept
         travel, scale = linkage.travel(times), max(1.0, linkage.size)
@@ -223,8 +203,8 @@ class Follower:
             if not np.isfinite(gap) or gap > 1e3 * scale:
                 return None
             jacobian = jacobian[..., kept, :]
-            if gap < enough * scale or (last < 1e-9 * scale and gap >= last):  # the next would not be better
-                return self._rates(times, q, jacobian) if np.abs(residual).max() < max(CLOSED, enough) * scale else None
+            if gap < EXACT * scale or (last < 1e-9 * scale and gap >= last):  # the next would not be better
+                return self._rates(times, q, jacobian) if np.abs(residual).max() < CLOSED * scale else None
             last = gap
             try:
                 q = q - solved(jacobian, residual[..., kept]).reshape(q.shape)
@@ -241,7 +221,7 @@ class Follower:
         q_t = (inverse @ linkage.speed(times)[..., kept, None])[..., 0].reshape(q.shape)
         right = linkage.convective(q, q_t) + linkage.acceleration(times)
         q_tt = (inverse @ right[..., kept, None])[..., 0].reshape(q.shape)
-        return Course(times, q, q_t, q_tt, jacobian)
+        return Course(times, q, q_t, q_tt, jacobian) if np.isfinite(q_tt).all() else None
 
     # --- what it leaves ---------------------------------------------------------------------------------------------------
 
