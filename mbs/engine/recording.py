@@ -50,27 +50,12 @@ class Rows:
         return History(time, States(q, q_t, q_tt), forces, np.array(self.contact).reshape(count, len(scene.stops)), memory)
 
 
-class StopState:
-    """One stop as the run sees it: touching or not, force."""
-
-    def __init__(self, contact: StopContact) -> None:
-        self.contact = contact
-        self.touching, self.force = False, 0.0
-
-    def accept(self, q: Array, q_t: Array) -> float:
-        """Take over an accepted step; the contact force, N."""
-        depth, rate = self.contact.state(q, q_t)
-        self.touching = self.contact.accept(depth, rate)
-        self.force = self.contact.force(depth, rate) if self.touching else 0.0
-        return self.force
-
-
 class Recorder:
     """The engine's callback after each accepted step: record, tell the progress, end the run where it must end."""
 
     def __init__(self, scene: Scene, solver: Exudyn, duration: float, timeout: float | None, progress: Any) -> None:
         self.solver, self.duration, self.data = solver, duration, scene.system.systemData
-        self.stops = [StopState(contact) for contact in scene.stops.values()]
+        self.stops = list(scene.stops.values())
         self.groups: list[Remembering] = [group for group in scene.remembering if group.remembers]
         self.constrained = self.data.AEsize() > 0
         self.record = Rows()
@@ -108,11 +93,11 @@ class Recorder:
             self.progress(t / self.duration)
         self.next_step(q, q_t)
 
-    def _contact(self, stop: StopState, q: Array, q_t: Array, t: float) -> float:
+    def _contact(self, stop: StopContact, q: Array, q_t: Array, t: float) -> float:
         try:
-            return stop.accept(q, q_t)
+            return stop.step(q, q_t)
         except Exception as error:
-            self.failure = failed(t, f"the law of the stop of '{stop.contact.stop.point}'", error)
+            self.failure = failed(t, f"the law of the stop of '{stop.stop.point}'", error)
             return nan
 
     def next_step(self, q: Array, q_t: Array) -> None:

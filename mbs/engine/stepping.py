@@ -13,8 +13,9 @@ import numpy as np
 
 from buckler.mbs.elements.element import kinks_of
 from buckler.mbs.elements.striking import GRAZE
-from buckler.mbs.engine.recording import Recorder, StopState
+from buckler.mbs.engine.recording import Recorder
 from buckler.mbs.engine.scene import Scene
+from buckler.mbs.engine.stop import StopContact
 from buckler.mbs.engine.strut import StrutSpring
 from buckler.mbs.laws import contact_time
 from buckler.mbs.solvers.choice import position_error
@@ -46,7 +47,7 @@ class StepControl(Recorder):
         self.weights = _position_weights(scene)
         self.limit = position_error(scene.mechanism, steps.tolerance)
         self.min_step, self.max_step = steps.min_step, steps.longest(duration)
-        stops = [_StopWatch(state, steps) for state in self.stops]
+        stops = [_StopWatch(contact, steps) for contact in self.stops]
         struts = [_StrutWatch(scene, name, spring, steps, self.limit) for name, spring in scene.struts.items()]
         self.watched: list[_StopWatch | _StrutWatch] = [*stops, *struts]
         self.kinks = [*parted(kinks_of(scene.mechanism, duration), self.max_step, Controlled().longest(duration)), np.inf]
@@ -117,19 +118,19 @@ def implicit_control(
 class _StopWatch:
     """How large a step may be near and on a stop."""
 
-    def __init__(self, state: StopState, steps: Controlled) -> None:
-        self.state, self.contact, self.resolution = state, state.contact, steps.contact_resolution
-        self.mass, self.shortest = max(state.contact.mass, LIGHTEST), 0.0
+    def __init__(self, contact: StopContact, steps: Controlled) -> None:
+        self.contact, self.resolution = contact, steps.contact_resolution
+        self.mass, self.shortest = max(contact.mass, LIGHTEST), 0.0
         self.contact.share = GRAZE * min(1.0, Controlled().contact_resolution / self.resolution)
 
     def step_limit(self, q: Array, q_t: Array, wanted: float) -> float:
         """Come up to the onset in short steps; resolve the impact; leave a resting contact alone."""
         depth, speed = self.contact.state(q, q_t)
         gap = -depth
-        if not self.state.touching and not 0 < gap < speed * wanted:
+        if not self.contact.touching and not 0 < gap < speed * wanted:
             return wanted
         lasts = contact_time(self.contact.stop.law, self.mass, self.contact.onset)
-        if not self.state.touching:
+        if not self.contact.touching:
             return _landing(gap, speed, lasts / self.resolution, wanted)
         self.shortest = lasts / self.resolution
         if abs(speed) * lasts > STRIKING * abs(gap):
@@ -138,13 +139,13 @@ class _StopWatch:
 
     def excess(self, h: float, errors: Array, q: Array) -> float:
         """Error of the force of a contact that lasts, in units of its limit; or a long step that ended inside."""
-        if not self.state.touching and self.contact.state(q, q)[0] > 0:
+        if not self.contact.touching and self.contact.state(q, q)[0] > 0:
             lasts = contact_time(self.contact.stop.law, self.mass, self.contact.onset)
             return OVERSHOT if h > 2 * lasts / self.resolution else 0.0
-        if self.state.force == 0 or h <= self.shortest:
+        if self.contact.pressing == 0 or h <= self.shortest:
             return 0.0
         stiffness = self.contact.stop.law.stiffness  # order of magnitude only, for exponents beyond 1
-        return stiffness * errors[self.contact.columns].sum() / (FORCE_ERROR * self.state.force)
+        return stiffness * errors[self.contact.columns].sum() / (FORCE_ERROR * self.contact.pressing)
 
 
 class _StrutWatch:

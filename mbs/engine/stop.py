@@ -30,12 +30,18 @@ class StopContact(Striking):
         Of what strikes, kg: as light as it can be for want of everything joined to it.
     columns : array of int
         Places in the engine's vector of the coordinates that decide it, once assembled.
+    touching : bool
+        Whether it did at the end of the last accepted step.
+    pressing : float
+        With what force, N.
     """
 
     face: float = 0.0
     side: float = 1.0
     mass: float = 0.0
     columns: Array = field(default_factory=lambda: np.empty(0, dtype=int))
+    touching: bool = False
+    pressing: float = 0.0
 
     def locate(self, scene: Any) -> None:
         """Take down where the coordinates lie, once the system is assembled."""
@@ -45,6 +51,13 @@ class StopContact(Striking):
         """Depth, m, positive in contact, and its rate, m/s, of all coordinates and rates."""
         column = self.columns[0]
         return self.side * (float(q[column]) - self.face), self.side * float(q_t[column])
+
+    def step(self, q: Array, q_t: Array) -> float:
+        """Take over an accepted step; the contact force, N."""
+        depth, rate = self.state(q, q_t)
+        self.touching = self.accept(depth, rate)
+        self.pressing = self.force(depth, rate) if self.touching else 0.0
+        return self.pressing
 
 
 @dataclass
