@@ -27,15 +27,14 @@ import numpy as np
 Array = np.ndarray[Any, Any]
 COLUMNS = ("normal", "tangential", "depth", "rate", "sliding", "bristle", "fx", "fy", "nx", "ny", "shift")
 """What the kernel reports of each joint: N, N, m, m/s, m/s, m, force on the pin, direction of contact, p'/s in m."""
-ONSET, BRISTLE, SLIDING, SINCE = 0, 1, 2, 3
 MEMORY = ("onset", "bristle", "sliding", "since")
 """What is known of each joint's last accepted step: speed at contact onset, m/s; bristle, m; sliding speed, m/s; its time, s."""
-
-
+ONSET, BRISTLE, SLIDING, SINCE = range(len(MEMORY))
 HARMONICS = 8
 """Harmonics of a profile at most."""
-PIN, GAP, ROUND, PROFILES = 8, 9, 10, 11
-"""In a joint's row of numbers: radius, clearance, whether both are round; harmonics of the bush, then of the pin."""
+PIN, GAP, ROUND, PROFILES = range(8, 12)
+"""In a joint's row of numbers, after places and arms of both ends: radius, clearance, whether both are round; harmonics of the
+bush, then of the pin."""
 TINY = 1e-300
 """What a distance of 0 is divided by."""
 GEOMETRY = PROFILES + 4 * HARMONICS

@@ -21,8 +21,8 @@ Array = np.ndarray[Any, Any]
 METH_VARARGS = 1
 TIME, Q, Q_T = 1, 3, 4
 """Places among the engine's arguments: system, time, item, coordinates, their rates."""
-NOWHERE = 1_000
-"""A place where no tuple here has anything."""
+OBJECT, NULL = c_ssize_t, 0
+"""A pointer to an object of Python, as compiled code has it: a number."""
 
 
 def _c(name: str, result: Any, *arguments: Any) -> Any:
@@ -30,18 +30,18 @@ def _c(name: str, result: Any, *arguments: Any) -> Any:
     return ctypes.CFUNCTYPE(result, *arguments)(ctypes.cast(getattr(pythonapi, name), c_void_p).value)  # type: ignore[arg-type]
 
 
-tuple_size = _c("PyTuple_Size", c_ssize_t, c_void_p)
-tuple_item = _c("PyTuple_GetItem", c_void_p, c_void_p, c_ssize_t)
-list_item = _c("PyList_GetItem", c_void_p, c_void_p, c_ssize_t)
-list_size = _c("PyList_Size", c_ssize_t, c_void_p)
-new_list = _c("PyList_New", c_void_p, c_ssize_t)
-set_item = _c("PyList_SetItem", c_int, c_void_p, c_ssize_t, c_void_p)
-as_float = _c("PyFloat_AsDouble", c_double, c_void_p)
-new_float = _c("PyFloat_FromDouble", c_void_p, c_double)
-set_error = _c("PyErr_SetObject", None, c_void_p, c_void_p)
-as_size = _c("PyLong_AsSsize_t", c_ssize_t, c_void_p)
-as_floats = _c("PyLong_AsVoidPtr", POINTER(c_double), c_void_p)
-as_integers = _c("PyLong_AsVoidPtr", POINTER(c_int64), c_void_p)
+tuple_size = _c("PyTuple_Size", c_ssize_t, OBJECT)
+tuple_item = _c("PyTuple_GetItem", OBJECT, OBJECT, c_ssize_t)
+list_item = _c("PyList_GetItem", OBJECT, OBJECT, c_ssize_t)
+list_size = _c("PyList_Size", c_ssize_t, OBJECT)
+new_list = _c("PyList_New", OBJECT, c_ssize_t)
+set_item = _c("PyList_SetItem", c_int, OBJECT, c_ssize_t, OBJECT)
+as_float = _c("PyFloat_AsDouble", c_double, OBJECT)
+new_float = _c("PyFloat_FromDouble", OBJECT, c_double)
+set_error = _c("PyErr_SetObject", None, OBJECT, OBJECT)
+as_size = _c("PyLong_AsSsize_t", c_ssize_t, OBJECT)
+as_floats = _c("PyLong_AsVoidPtr", POINTER(c_double), OBJECT)
+as_integers = _c("PyLong_AsVoidPtr", POINTER(c_int64), OBJECT)
 
 
 class _Method(ctypes.Structure):
@@ -62,7 +62,7 @@ def engine_call(
     Each joint has `width` numbers.
     """
 
-    @cfunc(types.voidptr(types.voidptr, types.voidptr))
+    @cfunc(types.intp(types.intp, types.intp))
     def call(own: Any, given: Any) -> Any:
         joints, n = as_size(tuple_item(own, 0)), as_size(tuple_item(own, 1))
         memory = carray(as_floats(tuple_item(own, 2)), (joints, 4))
@@ -72,7 +72,7 @@ def engine_call(
         out = carray(as_floats(tuple_item(own, 7)), n)
         latest = carray(as_floats(tuple_item(own, 8)), 2)  # time, and calls since that is the latest
         if tuple_size(given) <= Q_T:
-            return tuple_item(given, Q_T)  # NULL, with Python's error set: something else than the engine calls
+            return tuple_item(given, Q_T)  # NULL, and sets Python's error: something else than the engine calls
         places_given, rates_given = tuple_item(given, Q), tuple_item(given, Q_T)
         if list_size(places_given) != n or list_size(rates_given) != n:
             return list_item(places_given, -1)  # NULL likewise
@@ -81,9 +81,8 @@ def engine_call(
         latest[0] = max(t, latest[0])
         if latest[1] > PATIENCE:
             latest[1] = np.inf
-            null = tuple_item(given, NOWHERE)
             set_error(tuple_item(own, 9), tuple_item(own, 10))
-            return null
+            return NULL
         for i in range(n):
             q[i], v[i] = as_float(list_item(places_given, i)), as_float(list_item(rates_given, i))
         forces(normal, friction, bend, t, q, v, memory, places, numbers, out)

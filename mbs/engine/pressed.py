@@ -54,18 +54,6 @@ class Equilibria:
     work: dict[str, float]
 
 
-class _Travel:
-    """Prescribed travel of the moving end; the engine asks for it by callback."""
-
-    value = 0.0
-
-    def position(self, _t: float) -> float:
-        return self.value
-
-    def speed(self, _t: float) -> float:
-        return 0.0
-
-
 def pinned_strip(body: Beam | Cable, length: float, shortenings: Any, *, tolerance: float = 1e-7) -> Equilibria:
     """Equilibrium of a strip pinned at both ends at each of some end shortenings.
 
@@ -100,7 +88,7 @@ def pinned_strip(body: Beam | Cable, length: float, shortenings: Any, *, toleran
     if not ((u >= 1e-6) & (u <= 1.5)).all():
         raise ValueError(f"shortenings = {u[~((u >= 1e-6) & (u <= 1.5))][0]!r}: must lie in [1e-06, 1.5]")
     start = perf_counter()
-    travel = _Travel()
+    travel = [0.0]  # of the moving end, m; the engine asks for it by callback
     scene = build(_between_ground_and_slider(body, length, travel))
     guesses = _exact_coordinates(scene, body, u)
     engine, settings = exu.MainSolverStatic(), _static_settings(scene, tolerance)
@@ -108,7 +96,7 @@ def pinned_strip(body: Beam | Cable, length: float, shortenings: Any, *, toleran
     row = int(scene.multipliers("drive")[0])
     load, states, iterations, failure = np.full(len(u), np.nan), [], 0, (Status.OK, "")
     for k, guess in enumerate(guesses):
-        travel.value = -u[k] * length
+        travel[0] = -u[k] * length
         scene.system.systemData.SetODE2Coordinates(guess, configuration=exu.ConfigurationType.Initial)
         if not _solved(engine, scene.system, settings):
             failure = (Status.NEWTON_DIVERGED, f"no equilibrium found at u = {u[k]:g}")
@@ -123,13 +111,13 @@ def pinned_strip(body: Beam | Cable, length: float, shortenings: Any, *, toleran
     return Equilibria(*failure, u, load, shapes, {"wall_s": wall, "newton_iterations": float(iterations)})
 
 
-def _between_ground_and_slider(body: Beam | Cable, length: float, travel: _Travel) -> Mechanism:
+def _between_ground_and_slider(body: Beam | Cable, length: float, travel: list[float]) -> Mechanism:
     return Mechanism(
         points={"A": (0.0, 0.0), "B": (length, 0.0)},
         links=[Link("strip", "A", "B", body)],
         joints=[Revolute("A", "ground", "strip")],
         guides=[Guide("B", "strip")],
-        drives=[Drive("B", Motion(travel.position, travel.speed))],
+        drives=[Drive("B", Motion(lambda _t: travel[0], lambda _t: 0.0))],
     )
 
 

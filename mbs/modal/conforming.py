@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from itertools import combinations
 from typing import Any
 
 import numpy as np
 import scipy
 
 Array = np.ndarray[Any, Any]
-TETRA = ((0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3))
+TETRA = tuple(combinations(range(4), 3))
 HEXAHEDRON = ((0, 4, 7, 3), (1, 2, 6, 5), (0, 1, 5, 4), (3, 7, 6, 2), (0, 3, 2, 1), (4, 5, 6, 7))
-"""Corners of a cell's faces."""
+"""Corners of a cell's faces; of a hexahedron in the order of its 27-node form: -x, +x, -y, +y, -z, +z."""
 ON = 1e-6
 """Distance from a face, relative to its size, within which a node lies on it."""
 

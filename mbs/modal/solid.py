@@ -16,16 +16,15 @@ import numpy as np
 import scipy
 
 from buckler.mbs.elements.section import Material
-from buckler.mbs.modal.conforming import hanging
+from buckler.mbs.modal.conforming import HEXAHEDRON, hanging
 from buckler.mbs.validate import number, positive, whole
 
 Array = np.ndarray[Any, Any]
 KINDS = {"tetra": 4, "tetra10": 10, "hexahedron": 8, "hexahedron20": 20, "hexahedron27": 27}
 """Cells that are read, by meshio's names, with their numbers of nodes."""
-FACES = ((0, 4, 7, 3), (1, 2, 6, 5), (0, 1, 5, 4), (3, 7, 6, 2), (0, 3, 2, 1), (4, 5, 6, 7))
-"""Corners of a hexahedron's faces in the order of its 27-node form: -x, +x, -y, +y, -z, +z."""
-EDGES = ((0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7))
-"""Corners of its edges, in the order of the mid-edge nodes."""
+RING = [(k, (k + 1) % 4) for k in range(4)]
+EDGES = (*RING, *((a + 4, b + 4) for a, b in RING), *((k, k + 4) for k in range(4)))
+"""Corners of a hexahedron's edges, in the order of the mid-edge nodes: below, above, between."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,12 +185,12 @@ def _with_face_nodes(mesh: SolidMesh) -> SolidMesh:
     """Turn 20-node hexahedra into 27-node ones: the missing nodes lie where the serendipity map puts them."""
     corner, edge = mesh.points[mesh.cells[:, :8]], mesh.points[mesh.cells[:, 8:]]
     places = []
-    for face in FACES:
+    for face in HEXAHEDRON:
         mids = [k for k, ends in enumerate(EDGES) if set(ends) <= set(face)]
         places.append(-corner[:, face].sum(axis=1) / 4 + edge[:, mids].sum(axis=1) / 2)
     places.append(-corner.sum(axis=1) / 4 + edge.sum(axis=1) / 4)
     middle = np.stack(places, axis=1)  # cells, 7, 3
-    faces = np.sort(mesh.cells[:, np.array(FACES)], axis=2).reshape(-1, 4)
+    faces = np.sort(mesh.cells[:, np.array(HEXAHEDRON)], axis=2).reshape(-1, 4)
     _, first, shared = np.unique(faces, axis=0, return_index=True, return_inverse=True)
     start = len(mesh.points)
     on_faces = start + shared.reshape(-1, 6)
