@@ -28,6 +28,8 @@ from buckler.mbs.spectral.markers import (
 from buckler.mbs.spectral.tables import (
     BENT,
     BRISTLE,
+    CALL,
+    CALL_TOO,
     CONTACT,
     COUNT,
     DRY,
@@ -111,15 +113,15 @@ def value_along(s, k, t, value, rate, mem, since, reaction):
     if kind == SEAT:
         return -rubbing(s, s.forces[k, FRICTION_OF], rate, mem, since)[0] * abs(reaction)
     if kind == STRUT:
-        return -strut(value, rate, p, s.laws[s.forces[k, LAW_OF], 1])
+        return -strut(value, rate, p, s.laws[s.forces[k, LAW_OF], CALL])
     if kind == GIVEN:
-        address = s.laws[s.forces[k, LAW_OF], 1] if s.forces[k, LAW_OF] >= 0 else 0
+        address = s.laws[s.forces[k, LAW_OF], CALL] if s.forces[k, LAW_OF] >= 0 else 0
         return p[0] if address == 0 else call1(address, t)
     if kind == MOTOR:
-        return motor(t, rate, p, s.laws[s.forces[k, LAW_OF], 1] if s.forces[k, LAW_OF] >= 0 else 0)
+        return motor(t, rate, p, s.laws[s.forces[k, LAW_OF], CALL] if s.forces[k, LAW_OF] >= 0 else 0)
     if p[0] == 1.0:  # a spring's law
-        return -call2(s.laws[s.forces[k, LAW_OF], 1], value - p[2], rate)
-    return call3(s.laws[s.forces[k, LAW_OF], 1], t, value - p[2], rate)
+        return -call2(s.laws[s.forces[k, LAW_OF], CALL], value - p[2], rate)
+    return call3(s.laws[s.forces[k, LAW_OF], CALL], t, value - p[2], rate)
 
 
 @aside
@@ -200,7 +202,7 @@ def _bend_along(s, w, k, t, q, lam, mem, since, mass):
 def _add_cross(s, w, k, number, grad, factor, mass):
     """Add factor times the gradient of a measure to the column of the multiplier that force k follows."""
     block = s.rows.shape[0] + k
-    m, slot = s.blocks[block, 1], s.blocks[block, 2]
+    _, m, slot = s.blocks[block]
     put_gradient(s, w, number, grad, factor, w.element, 0)
     for i in range(m - 1):
         mass[s.slots[slot + i * m + m - 1]] += w.element[i]
@@ -301,7 +303,7 @@ def _push(s, w, k, t, f):
     a, b, number, law = s.forces[k, A], s.forces[k, B], s.forces[k, NUMBERS], s.forces[k, LAW_OF]
     px, py = s.data[number], s.data[number + 1]
     if law >= 0:
-        px, py = call1(s.laws[law, 1], t), call1(s.laws[law, 2], t)
+        px, py = call1(s.laws[law, CALL], t), call1(s.laws[law, CALL_TOO], t)
     angle = w.state[b, TURN] - s.data[number + 2]
     c, sn = np.cos(angle), np.sin(angle)
     fx, fy = s.factors[k] * (c * px - sn * py), s.factors[k] * (sn * px + c * py)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from buckler.mbs.spectral.compiling import aside, copy, jit, lend
+from buckler.mbs.spectral.compiling import aside, copy, inner, jit, lend
 from buckler.mbs.spectral.contacts import depth_of, error_of_depth, first_onset, lets_go, remember_onset, touches
 from buckler.mbs.spectral.forces import add_forces
 from buckler.mbs.spectral.fronts import solve
@@ -50,19 +50,25 @@ JUMP = 0.1
 """The moment after a jump, of the shortest step."""
 
 
+@inner
+def _deformed(x, elastic, k):
+    """An inner coordinate, or a vector's part across its chord, whose direction is noted."""
+    i, j = elastic[k, 0], elastic[k, 1]
+    if j < 0:
+        return x.q[i]
+    dx, dy = x.q[elastic[k, 5]] - x.q[elastic[k, 3]], x.q[elastic[k, 6]] - x.q[elastic[k, 4]]
+    length = max(np.sqrt(dx * dx + dy * dy), 1e-300)
+    x.turn[k, 0], x.turn[k, 1] = dx / length, dy / length
+    return x.turn[k, 0] * x.q[j] - x.turn[k, 1] * x.q[i]
+
+
 @aside
 def _follow_units(x, elastic, tolerance):
     """Take the largest deformation across the chord so far as the unit of inner coordinates, as far as rounding allows."""
     least = max(1e-5, 10.0 * ROUNDING / tolerance)
     for k in range(elastic.shape[0]):
-        i, j, group = elastic[k, 0], elastic[k, 1], elastic[k, 2]
-        size = x.q[i]
-        if j >= 0:
-            dx, dy = x.q[elastic[k, 5]] - x.q[elastic[k, 3]], x.q[elastic[k, 6]] - x.q[elastic[k, 4]]
-            length = max(np.sqrt(dx * dx + dy * dy), 1e-300)
-            x.turn[k, 0], x.turn[k, 1] = dx / length, dy / length
-            size = (dx * x.q[j] - dy * x.q[i]) / length
-        x.amount[group] = max(x.amount[group], abs(size - x.rest[k]))
+        group = elastic[k, 2]
+        x.amount[group] = max(x.amount[group], abs(_deformed(x, elastic, k) - x.rest[k]))
     for k in range(elastic.shape[0]):
         i, j, group = elastic[k, 0], elastic[k, 1], elastic[k, 2]
         unit = min(x.whole[i], max(least * x.whole[i], SHARE * x.amount[group]))
@@ -86,11 +92,9 @@ def _begin(s, e, w, x, t, tolerance):
         x.weight[i] = 1.0 / x.whole[i]
     for k in range(s.elastic.shape[0]):
         i, j = s.elastic[k, 0], s.elastic[k, 1]
-        x.rest[k] = x.q[i]
+        x.rest[k] = _deformed(x, s.elastic, k)
         if j >= 0:
             x.weight[i] = x.weight[j] = 0.0
-            dx, dy = x.q[s.elastic[k, 5]] - x.q[s.elastic[k, 3]], x.q[s.elastic[k, 6]] - x.q[s.elastic[k, 4]]
-            x.rest[k] = (dx * x.q[j] - dy * x.q[i]) / max(np.sqrt(dx * dx + dy * dy), 1e-300)
     _follow_units(x, s.elastic, tolerance)
 
 

@@ -22,50 +22,64 @@ from buckler.mbs.spectral.markers import (
     put_gradient,
 )  # fmt: skip
 from buckler.mbs.spectral.strips import add_strips, bend_strips
-from buckler.mbs.spectral.tables import ANGLE, COUNT, KIND, SHARE
+from buckler.mbs.spectral.tables import ANGLE, COUNT, KIND, LEAD, MEMBERS, MOTION_OF, SHARE, TERMS, WIDTH, A, B
+
+
+@close
+def _numbers(s, row):
+    """Of a modal link: its first coordinate, that of its modes, their number; where radial, gram, gyration, stiffness begin."""
+    o, m, d = s.modal[row, 0], s.modal[row, 1], s.modal[row, 2]
+    return o, o + 3, m, d, d + m, d + m + m * m, d + m + 2 * m * m
+
+
+@close
+def _block(s, row):
+    """Number of a modal link's block."""
+    return s.rows.shape[0] + s.forces.shape[0] + s.strips.shape[0] + row
+
+
+@inner
+def _times(s, at, i, m, x, first):
+    """Row i of the (m, m) numbers at a place, times the amplitudes in x."""
+    total = 0.0
+    for j in range(m):
+        total += s.data[at + i * m + j] * x[first + j]
+    return total
 
 
 @inner
 def add_modal(s, q, v, f):
     """Elastic, damping and gyroscopic forces of modal links (mean axes): see docs/theory-modal.md."""
     for row in range(s.modal.shape[0]):
-        o, m, d = s.modal[row, 0], s.modal[row, 1], s.modal[row, 2]
-        g, c = d + m, d + m + m * m
-        k, r, spin, e = d + m + 2 * m * m, d + 2 * m + 2 * m * m, v[o + 2], o + 3
+        o, e, m, radial, gram, gyration, stiffness = _numbers(s, row)
+        spin = v[o + 2]
         for i in range(m):
-            gram, swirl = s.data[d + i], 0.0
-            for j in range(m):
-                gram += s.data[g + i * m + j] * q[e + j]
-                swirl += s.data[c + i * m + j] * v[e + j]
-            f[o + 2] -= 2.0 * spin * gram * v[e + i]
-            f[e + i] += spin * spin * gram + 2.0 * spin * swirl - s.data[k + i] * q[e + i] - s.data[r + i] * v[e + i]
+            wide, swirl = s.data[radial + i] + _times(s, gram, i, m, q, e), _times(s, gyration, i, m, v, e)
+            f[o + 2] -= 2.0 * spin * wide * v[e + i]
+            f[e + i] += spin * spin * wide + 2.0 * spin * swirl
+            f[e + i] -= s.data[stiffness + i] * q[e + i] + s.data[stiffness + m + i] * v[e + i]
 
 
 @aside
 def bend_modal(s, w, q, v, damp, stiff):
     """Derivatives of the forces of modal links."""
     for row in range(s.modal.shape[0]):
-        o, m, d = s.modal[row, 0], s.modal[row, 1], s.modal[row, 2]
-        g, c = d + m, d + m + m * m
-        k, r, spin, e = d + m + 2 * m * m, d + 2 * m + 2 * m * m, v[o + 2], o + 3
-        block = s.rows.shape[0] + s.forces.shape[0] + s.strips.shape[0] + row
-        clear_block(s, w, block)
+        o, e, m, radial, gram, gyration, stiffness = _numbers(s, row)
+        spin = v[o + 2]
+        clear_block(s, w, _block(s, row))
         for i in range(m):
-            gram, rate, swirl = s.data[d + i], 0.0, 0.0
+            wide, swirl = s.data[radial + i] + _times(s, gram, i, m, q, e), _times(s, gyration, i, m, v, e)
             for j in range(m):
-                gram += s.data[g + i * m + j] * q[e + j]
-                rate += s.data[g + i * m + j] * v[e + j]
-                swirl += s.data[c + i * m + j] * v[e + j]
-                w.stiff[3 + i, 3 + j] -= spin * spin * s.data[g + i * m + j]
-                w.damp[3 + i, 3 + j] -= 2.0 * spin * s.data[c + i * m + j]
-            w.stiff[2, 3 + i] += 2.0 * spin * rate
-            w.damp[2, 2] += 2.0 * gram * v[e + i]
-            w.damp[2, 3 + i] += 2.0 * spin * gram
-            w.damp[3 + i, 2] -= 2.0 * spin * gram + 2.0 * swirl
-            w.stiff[3 + i, 3 + i] += s.data[k + i]
-            w.damp[3 + i, 3 + i] += s.data[r + i]
-        add_entries(s, block, w.stiff, stiff)
-        add_entries(s, block, w.damp, damp)
+                w.stiff[3 + i, 3 + j] -= spin * spin * s.data[gram + i * m + j]
+                w.damp[3 + i, 3 + j] -= 2.0 * spin * s.data[gyration + i * m + j]
+            w.stiff[2, 3 + i] += 2.0 * spin * _times(s, gram, i, m, v, e)
+            w.damp[2, 2] += 2.0 * wide * v[e + i]
+            w.damp[2, 3 + i] += 2.0 * spin * wide
+            w.damp[3 + i, 2] -= 2.0 * spin * wide + 2.0 * swirl
+            w.stiff[3 + i, 3 + i] += s.data[stiffness + i]
+            w.damp[3 + i, 3 + i] += s.data[stiffness + m + i]
+        add_entries(s, _block(s, row), w.stiff, stiff)
+        add_entries(s, _block(s, row), w.damp, damp)
 
 
 @aside
@@ -79,7 +93,7 @@ def mass_matrix(s, w, q, mass):
 def renew_mass(s, w, q, jacobian, mass):
     """Write anew what changes of M(q), G and G^T."""
     for row in range(s.modal.shape[0]):
-        _, m, slot = s.blocks[s.rows.shape[0] + s.forces.shape[0] + s.strips.shape[0] + row]
+        _, m, slot = s.blocks[_block(s, row)]
         for k in range(slot, slot + m * m):
             mass[s.slots[k]] = s.mass[s.slots[k]]
     add_modal_mass(s, w, q, mass)
@@ -95,25 +109,21 @@ def renew_mass(s, w, q, jacobian, mass):
 def add_modal_mass(s, w, q, mass):
     """Add the part of M(q) that depends on q."""
     for row in range(s.modal.shape[0]):
-        o, m, d = s.modal[row, 0], s.modal[row, 1], s.modal[row, 2]
-        block = s.rows.shape[0] + s.forces.shape[0] + s.strips.shape[0] + row
-        clear_block(s, w, block)
+        clear_block(s, w, _block(s, row))
+        e, m = s.modal[row, 0] + 3, s.modal[row, 1]
         for i in range(m):
-            gram, swirl = _coupling(s, q, o, m, d, i)
-            w.stiff[2, 2] += gram * q[o + 3 + i]
+            wide, swirl = _coupling(s, row, q, i)
+            w.stiff[2, 2] += wide * q[e + i]
             w.stiff[2, 3 + i] += swirl
             w.stiff[3 + i, 2] += swirl
-        add_entries(s, block, w.stiff, mass)
+        add_entries(s, _block(s, row), w.stiff, mass)
 
 
 @inner
-def _coupling(s, q, o, m, d, i):
+def _coupling(s, row, q, i):
     """Of mode i of a modal link: what its amplitude adds to the inertia, and mass between it and the frame's angle."""
-    gram, swirl = 2.0 * s.data[d + i], 0.0
-    for j in range(m):
-        gram += s.data[d + m + i * m + j] * q[o + 3 + j]
-        swirl -= s.data[d + m + m * m + i * m + j] * q[o + 3 + j]
-    return gram, swirl
+    _, e, m, radial, gram, gyration, _ = _numbers(s, row)
+    return 2.0 * s.data[radial + i] + _times(s, gram, i, m, q, e), -_times(s, gyration, i, m, q, e)
 
 
 @inner
@@ -125,29 +135,25 @@ def mass_times(s, q, a, out):
             total += s.mass_value[k] * a[s.mass_col[k]]
         out[i] = total
     for row in range(s.modal.shape[0]):
-        o, m, d = s.modal[row, 0], s.modal[row, 1], s.modal[row, 2]
+        o, e, m = s.modal[row, 0], s.modal[row, 0] + 3, s.modal[row, 1]
         for i in range(m):
-            gram, swirl = _coupling(s, q, o, m, d, i)
-            out[o + 2] += gram * q[o + 3 + i] * a[o + 2] + swirl * a[o + 3 + i]
-            out[o + 3 + i] += swirl * a[o + 2]
+            wide, swirl = _coupling(s, row, q, i)
+            out[o + 2] += wide * q[e + i] * a[o + 2] + swirl * a[e + i]
+            out[e + i] += swirl * a[o + 2]
 
 
 @aside
 def add_mass_slope(s, w, q, a, stiff):
     """Add d(M(q) a)/dq to stiff."""
     for row in range(s.modal.shape[0]):
-        o, m, d = s.modal[row, 0], s.modal[row, 1], s.modal[row, 2]
-        block = s.rows.shape[0] + s.forces.shape[0] + s.strips.shape[0] + row
-        clear_block(s, w, block)
+        o, e, m, radial, gram, gyration, _ = _numbers(s, row)
+        clear_block(s, w, _block(s, row))
         for i in range(m):
-            gram, swirl = s.data[d + i], 0.0
+            wide, swirl = s.data[radial + i] + _times(s, gram, i, m, q, e), _times(s, gyration, i, m, a, e)
             for j in range(m):
-                gram += s.data[d + m + i * m + j] * q[o + 3 + j]
-                cij = s.data[d + m + m * m + i * m + j]
-                swirl += cij * a[o + 3 + j]
-                w.stiff[3 + i, 3 + j] -= cij * a[o + 2]
-            w.stiff[2, 3 + i] += 2.0 * gram * a[o + 2] + swirl
-        add_entries(s, block, w.stiff, stiff)
+                w.stiff[3 + i, 3 + j] -= s.data[gyration + i * m + j] * a[o + 2]
+            w.stiff[2, 3 + i] += 2.0 * wide * a[o + 2] + swirl
+        add_entries(s, _block(s, row), w.stiff, stiff)
 
 
 @aside
@@ -176,8 +182,8 @@ def tangents(s, w, t, q, v, lam, mem, since, mass, damp, stiff):
 @close
 def row_at(s, w, r, t, g, jacobian, speed):
     """Residual, row of the Jacobian and right side of G v = speed of constraint r. Markers are placed."""
-    grad, at, total = w.grad, s.blocks[r, 0], 0.0
-    first, drive, count = s.rows[r, 0], s.rows[r, 1], s.rows[r, 2]
+    grad, at, total = w.grad, s.blocks[r, MEMBERS], 0.0
+    first, drive, count = s.rows[r, LEAD], s.rows[r, MOTION_OF], s.rows[r, TERMS]
     travel, rate = 0.0, 0.0
     if drive >= 0:
         travel, rate = motion(s, drive, t)
@@ -193,9 +199,9 @@ def row_at(s, w, r, t, g, jacobian, speed):
 @close
 def change_at(s, w, r, t, side, change):
     """Right side of G a = change of constraint r; `side`: see `second_rate`. Markers are placed."""
-    first, drive, grad = s.rows[r, 0], s.rows[r, 1], w.grad
+    first, drive, grad = s.rows[r, LEAD], s.rows[r, MOTION_OF], w.grad
     change[r] = second_rate(s, drive, t, side) if drive >= 0 else 0.0
-    for k in range(first, first + s.rows[r, 2]):
+    for k in range(first, first + s.rows[r, TERMS]):
         measure(s, w, k, grad)
         change[r] -= s.directions[k, SHARE] * bias_of(s, w, k, grad, w.hess)
 
@@ -235,8 +241,8 @@ def constraints(s, w, t, jacobian, g, speed, change):
 @inner
 def row_times(s, r, jacobian, v):
     """Row r of G times v."""
-    first, total = s.blocks[r, 0], 0.0
-    for i in range(first, first + s.blocks[r, 1] - 1):
+    first, total = s.blocks[r, MEMBERS], 0.0
+    for i in range(first, first + s.blocks[r, WIDTH] - 1):
         total += jacobian[i] * v[s.members[i]]
     return total
 
@@ -245,8 +251,8 @@ def row_times(s, r, jacobian, v):
 def add_reactions(s, jacobian, lam, out):
     """Add G^T lambda to out."""
     for r in range(s.rows.shape[0]):
-        first, push = s.blocks[r, 0], lam[r]
-        for i in range(first, first + s.blocks[r, 1] - 1):
+        first, push = s.blocks[r, MEMBERS], lam[r]
+        for i in range(first, first + s.blocks[r, WIDTH] - 1):
             out[s.members[i]] += jacobian[i] * push
 
 
@@ -254,7 +260,7 @@ def add_reactions(s, jacobian, lam, out):
 def add_rows(s, jacobian, values):
     """Add G and G^T to the entries of a matrix."""
     for r in range(s.rows.shape[0]):
-        first, m, slot = s.blocks[r, 0], s.blocks[r, 1], s.blocks[r, 2]
+        first, m, slot = s.blocks[r]
         for i in range(m - 1):
             values[s.slots[slot + i * m + m - 1]] += jacobian[first + i]
             values[s.slots[slot + (m - 1) * m + i]] += jacobian[first + i]
@@ -267,8 +273,8 @@ def add_multipliers(s, w, q, lam, stiff):
     for r in range(s.rows.shape[0]):
         clear_block(s, w, r)
         at = 0
-        for k in range(s.rows[r, 0], s.rows[r, 0] + s.rows[r, 2]):
-            a, b, push = s.measures[k, 1], s.measures[k, 2], lam[r] * s.directions[k, SHARE]
+        for k in range(s.rows[r, LEAD], s.rows[r, LEAD] + s.rows[r, TERMS]):
+            a, b, push = s.measures[k, A], s.measures[k, B], lam[r] * s.directions[k, SHARE]
             measure(s, w, k, grad)
             if curve(s, w, k, grad, hess):
                 add_pair(s, w, a, b, hess, push, w.slope, w.stiff, at)

@@ -11,13 +11,18 @@ from buckler.mbs.spectral.compiling import aside, call1, call2, call3, inner
 from buckler.mbs.spectral.tables import (
     ADAMS,
     AMBROSIO,
+    BRISTLE,
     BRISTLE_CALLED,
+    CALL,
+    CALL_TOO,
     COEFFICIENT_CALLED,
     COULOMB,
     IMPACT,
+    KIND,
     LUGRE,
     POWER,
     RAMP,
+    SLIDING,
     SMOOTH,
     STEADY,
     STRIBECK,
@@ -49,14 +54,14 @@ def cubic_step(x, x0, h0, x1, h1):
 @inner
 def normal_force(s, law, depth, rate, onset):
     """Force >= 0 of a normal law at a depth > 0, its rate and its onset speed."""
-    kind, p = s.laws[law, 0], s.law_numbers[law]
+    kind, p = s.laws[law, KIND], s.law_numbers[law]
     if kind == POWER:
         return p[0] * power(depth, p[1]) * max(0.0, 1.0 + p[2] * rate / onset)
     if kind == VOIGT:
         return max(0.0, p[0] * depth + p[1] * rate)
     if kind == IMPACT:
         return max(0.0, p[0] * power(depth, p[1]) + cubic_step(depth, 0.0, 0.0, p[3], p[2]) * rate)
-    return call3(s.laws[law, 1], depth, rate, onset)
+    return call3(s.laws[law, CALL], depth, rate, onset)
 
 
 @aside
@@ -77,31 +82,31 @@ def _level(speed, p):
 @inner
 def bristle_rate(s, law, bristle, speed):
     """dz/dt of a bristle; zero for a law without."""
-    kind, p = s.laws[law, 0], s.law_numbers[law]
+    kind, p = s.laws[law, KIND], s.law_numbers[law]
     if kind == LUGRE:
         return speed - p[4] * abs(speed) * bristle / _level(speed, p)
     if kind == BRISTLE_CALLED:
         short = 1e-9
-        return (call3(s.laws[law, 2], bristle, speed, short) - bristle) / short
+        return (call3(s.laws[law, CALL_TOO], bristle, speed, short) - bristle) / short
     return 0.0
 
 
 @inner
 def bristle_after(s, law, bristle, speed, time):
     """Bristle after a time at constant speed."""
-    kind, p = s.laws[law, 0], s.law_numbers[law]
+    kind, p = s.laws[law, KIND], s.law_numbers[law]
     if kind == LUGRE:
         level = _level(speed, p) / p[4]
         return bristle - np.expm1(-abs(speed) * time / level) * (level * np.sign(speed) - bristle)
     if kind == BRISTLE_CALLED:
-        return call3(s.laws[law, 2], bristle, speed, time)
+        return call3(s.laws[law, CALL_TOO], bristle, speed, time)
     return 0.0
 
 
 @inner
 def friction(s, law, speed, bristle):
     """Signed friction coefficient."""
-    kind, p = s.laws[law, 0], s.law_numbers[law]
+    kind, p = s.laws[law, KIND], s.law_numbers[law]
     if kind == SMOOTH:
         return 0.0
     if kind == COULOMB:
@@ -119,19 +124,19 @@ def friction(s, law, speed, bristle):
         rate = speed - p[4] * abs(speed) * bristle / _level(speed, p)
         return p[4] * bristle + s.law_numbers[law, 5] * rate + s.law_numbers[law, 6] * speed
     if kind == COEFFICIENT_CALLED:
-        return call1(s.laws[law, 1], speed)
-    return call2(s.laws[law, 1], speed, bristle)
+        return call1(s.laws[law, CALL], speed)
+    return call2(s.laws[law, CALL], speed, bristle)
 
 
 @inner
 def rubbing(s, law, speed, mem, since):
     """Coefficient and bristle now: the bristle bent since the last step, or as it stands where since < 0 (it is a state)."""
-    kind = s.laws[law, 0]
+    kind = s.laws[law, KIND]
     if kind != LUGRE and kind != BRISTLE_CALLED:
         return friction(s, law, speed, 0.0), 0.0
-    bristle = mem[1]
+    bristle = mem[BRISTLE]
     if since >= 0.0:
-        bristle = bristle_after(s, law, mem[1], 0.5 * (mem[2] + speed), since)
+        bristle = bristle_after(s, law, mem[BRISTLE], 0.5 * (mem[SLIDING] + speed), since)
     return friction(s, law, speed, bristle), bristle
 
 
@@ -145,24 +150,24 @@ def rubbing_slope(s, law, speed, mem, since):
 @inner
 def motion(s, k, t):
     """Travel of drive k at time t, and its speed."""
-    kind = s.motions[k, 0]
+    kind = s.motions[k, KIND]
     if kind == RAMP:
         start, end, duration = s.ramps[k, 0], s.ramps[k, 1], s.ramps[k, 2]
         r, slope = min(t, duration), (end - start) / duration
         return start * r + 0.5 * slope * r * r + end * (t - r), start + slope * r
     if kind == STEADY:
         return 0.0, 0.0
-    return call1(s.motions[k, 1], t), call1(s.motions[k, 2], t)
+    return call1(s.motions[k, CALL], t), call1(s.motions[k, CALL_TOO], t)
 
 
 @inner
 def second_rate(s, k, t, side):
     """Acceleration of drive k at time t; where it jumps, that of the side AFTER or BEFORE."""
-    kind = s.motions[k, 0]
+    kind = s.motions[k, KIND]
     if kind == RAMP:
         start, end, duration = s.ramps[k, 0], s.ramps[k, 1], s.ramps[k, 2]
         return (end - start) / duration if t < duration else 0.0
     if kind == STEADY:
         return 0.0
-    speed, h = s.motions[k, 2], side if t + 2.0 * side >= 0.0 else AFTER
+    speed, h = s.motions[k, CALL_TOO], side if t + 2.0 * side >= 0.0 else AFTER
     return (4.0 * call1(speed, t + h) - 3.0 * call1(speed, t) - call1(speed, t + 2.0 * h)) / (2.0 * h)

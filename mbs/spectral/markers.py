@@ -29,6 +29,7 @@ from buckler.mbs.spectral.tables import (
     TURNING_BIAS,
     VX,
     VY,
+    WIDTH,
     A,
     B,
     X,
@@ -259,7 +260,7 @@ def add_pair(s, w, a, b, h, factor, right, out, at):
 @inner
 def clear_block(s, w, block):
     """Make room for a block's entries."""
-    m = s.blocks[block, 1]
+    m = s.blocks[block, WIDTH]
     for i in range(m):
         for j in range(m):
             w.stiff[i, j] = 0.0
@@ -269,7 +270,7 @@ def clear_block(s, w, block):
 @inner
 def add_entries(s, block, entries, values):
     """Add a block's entries to the matrix they are a part of."""
-    m, slot = s.blocks[block, 1], s.blocks[block, 2]
+    _, m, slot = s.blocks[block]
     for i in range(m):
         for j in range(m):
             values[s.slots[slot]] += entries[i, j]

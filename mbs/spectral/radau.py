@@ -91,6 +91,16 @@ def size_of(x, elastic, u):
     return worst
 
 
+@inner
+def lagrange(at, j):
+    """Lagrange's polynomial j of the places where a step's rates are known, at a fraction of the step."""
+    factor = 1.0
+    for m in range(4):
+        if m != j:
+            factor *= (at - PAST[m]) / (PAST[j] - PAST[m])
+    return factor
+
+
 @aside
 def predict(x, h, before):
     """First guess at the nodes: rates by the last step's polynomial, or where there is none by the present acceleration;
@@ -113,10 +123,7 @@ def predict(x, h, before):
         for k in range(n):
             rates[k] = x.v[k] - x.past[3, k]
         for j in range(4):
-            factor, past = 1.0, x.past[j]
-            for m in range(4):
-                if m != j:
-                    factor *= (at - PAST[m]) / (PAST[j] - PAST[m])
+            factor, past = lagrange(at, j), x.past[j]
             for k in range(n):
                 rates[k] += factor * past[k]
 
@@ -188,6 +195,12 @@ def _lacks(s, w, x, t, h):
             residual[n + k] = row_times(s, k, x.jacobian, v) - x.speed[k]
 
 
+@inner
+def _solve_real(e, x, right):
+    """Solve with the real Newton matrix, in place."""
+    solve(e.newton, x.tape.real[x.at[SLOT]], x.tape.swaps[x.at[SLOT], 0], right, x.part)
+
+
 @aside
 def _correct(s, e, w, x, h):
     """One Newton step from what the equations lack; its size in the coordinates' units, and in whole ones."""
@@ -198,7 +211,7 @@ def _correct(s, e, w, x, h):
         one = BACK[0, 0] * r0 + BACK[0, 1] * r1 + BACK[0, 2] * r2
         two = complex(BACK[1, 0] * r0 + BACK[1, 1] * r1 + BACK[1, 2] * r2, -BACK[2, 0] * r0 - BACK[2, 1] * r1 - BACK[2, 2] * r2)
         x.step[k], x.swirl[k] = (-k1 * one, -k2 * two) if k < n else (-one, -two)
-    solve(e.newton, x.tape.real[x.at[SLOT]], x.tape.swaps[x.at[SLOT], 0], x.step, x.part)
+    _solve_real(e, x, x.step)
     solve(e.newton, x.tape.complex[x.at[SLOT]], x.tape.swaps[x.at[SLOT], 1], x.swirl, x.twin)
     for k in range(m):
         one, two = (x.step[k], x.swirl[k]) if k < n else (x.step[k] / k1, x.swirl[k] / k2)
@@ -256,23 +269,20 @@ def newton(s, e, w, x, t, h, allowed, fresh, counts):
     return 2.0
 
 
+@inner
+def _embedded(nodes, start, k):
+    """What the nodes of component k add to its slope at the start, times the length of the step, by the embedded formula."""
+    return ERROR[0] * (nodes[0, k] - start[k]) + ERROR[1] * (nodes[1, k] - start[k]) + ERROR[2] * (nodes[2, k] - start[k])
+
+
 @aside
 def error_of(s, e, x, h):
     """Put the local error of the coordinates into x.step; its size in their units."""
     n, r, k1 = x.q.size, x.lam.size, h / REAL
     moved, pushed = x.dq[0], x.dv[0]
     for k in range(n):
-        moved[k] = (
-            x.v[k]
-            + (ERROR[0] * (x.places[0, k] - x.q[k]) + ERROR[1] * (x.places[1, k] - x.q[k]) + ERROR[2] * (x.places[2, k] - x.q[k]))
-            / h
-        )
-        pushed[k] = (
-            x.a[k]
-            + moved[k] / k1
-            + (ERROR[0] * (x.rates[0, k] - x.v[k]) + ERROR[1] * (x.rates[1, k] - x.v[k]) + ERROR[2] * (x.rates[2, k] - x.v[k]))
-            / h
-        )
+        moved[k] = x.v[k] + _embedded(x.places, x.q, k) / h
+        pushed[k] = x.a[k] + moved[k] / k1 + _embedded(x.rates, x.v, k) / h
     mass_times(s, x.q, pushed, x.step[:n])
     for k in range(s.row.size):
         if s.row[k] < n and s.col[k] < n:
@@ -281,7 +291,7 @@ def error_of(s, e, x, h):
         x.step[i] *= k1 * k1
     for k in range(r):
         x.step[n + k] = k1 * row_times(s, k, x.base, moved)
-    solve(e.newton, x.tape.real[x.at[SLOT]], x.tape.swaps[x.at[SLOT], 0], x.step, x.part)
+    _solve_real(e, x, x.step)
     return size_of(x, s.elastic, x.step[:n])
 
 
@@ -305,7 +315,7 @@ def put_back(s, e, w, x, t):
         if attempt == 3 or worst <= 1e-13:
             break
         _fill(x.right, n, x.gap)
-        solve(e.newton, x.tape.real[x.at[SLOT]], x.tape.swaps[x.at[SLOT], 0], x.right, x.part)
+        _solve_real(e, x, x.right)
         for i in range(n):
             q[i] -= x.right[i]
     changes_at(s, w, t, BEFORE, x.change)
@@ -313,16 +323,19 @@ def put_back(s, e, w, x, t):
         x.speed[k] = row_times(s, k, x.jacobian, v) - x.speed[k]
         x.change[k] = row_times(s, k, x.jacobian, a) - x.change[k]
     renew_heavy(s, e, w, x, q, x.jacobian, True)
-    _fill(x.right, n, x.speed)
-    solve(e.mass, x.heavy, x.heavy_swaps, x.right, x.part)
-    for i in range(n):
-        v[i] -= x.right[i]
-    _fill(x.right, n, x.change)
-    solve(e.mass, x.heavy, x.heavy_swaps, x.right, x.part)
-    for i in range(n):
-        a[i] -= x.right[i]
+    _project(e, x, x.speed, v)
+    _project(e, x, x.change, a)
     for k in range(r):
         lam[k] -= x.right[n + k]
+
+
+@inner
+def _project(e, x, rows, y):
+    """Take from y what makes the constraints' rows, with least kinetic energy."""
+    _fill(x.right, y.size, rows)
+    solve(e.mass, x.heavy, x.heavy_swaps, x.right, x.part)
+    for i in range(y.size):
+        y[i] -= x.right[i]
 
 
 @inner

@@ -18,7 +18,7 @@ from buckler.mbs.spectral.motion import Piece, SpectralStrip
 from buckler.mbs.spectral.output import Output
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.strip_body import StripBody
-from buckler.mbs.spectral.tables import CONTACT, JOURNAL, SEAT, VALUE
+from buckler.mbs.spectral.tables import AX, CONTACT, COUNT, FASTEST, FIRST, JOURNAL, SEAT, VALUE
 
 Array = np.ndarray[Any, Any]
 
@@ -45,13 +45,13 @@ def _follow(s, w, time, q, v, a, lam, memory, traces, reports):
         for m in range(s.markers.shape[0]):
             for c in range(6):
                 traces[i, m, c] = w.state[m, c]
-            first, count = s.markers[m, 3], s.markers[m, 4]
+            first, count = s.markers[m, FIRST], s.markers[m, COUNT]
             for c in range(3):
-                total = w.state[m, 6 + c]
+                total = w.state[m, AX + c]
                 for j in range(first, first + count):
                     total += w.slope[c, j] * a[i, s.places[j]]
                 traces[i, m, 6 + c] = total
-        since = time[i] - memory[i, 0, 3] if memory.shape[1] > 0 else 0.0
+        since = time[i] - memory[i, 0, FASTEST] if memory.shape[1] > 0 else 0.0
         add_forces(s, w, time[i], lam[i], memory[i], since, f)
         copy(w.reports, reports[i])
 
@@ -140,8 +140,6 @@ def _channels(scene: Scene, out: Output, reports: Array) -> dict[str, dict[str, 
         found = channels.setdefault(name, {})
         if kind in (JOURNAL, SEAT):
             found["memory"] = out.memory[:, i]
-        elif kind == SEAT:
-            found["memory"], found["reaction"] = out.memory[:, i], -multipliers[:, names == name]
         elif kind == CONTACT:
             found["force"] = np.abs(reports[:, i, [VALUE]])
         else:

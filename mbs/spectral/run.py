@@ -29,7 +29,6 @@ from buckler.mbs.spectral.settle import begin
 from buckler.mbs.spectral.start import balance
 from buckler.mbs.spectral.tables import DRY, FASTEST, JOURNAL, ONSET, SEAT, STRUT, TURN
 from buckler.mbs.spectral.tape import Tape
-from buckler.mbs.spectral.threads import one_thread
 
 Array = np.ndarray[Any, Any]
 CLOSE = 1e-4
@@ -142,13 +141,8 @@ def integrate(
     with ctrl_c() as interrupted:
         while clock.time < end * (1 - ARRIVED) and failure is None:
             out = output.output_for(ROWS, scene.size, len(rest.multipliers), state.memory.shape)
-            try:
-                with one_thread():
-                    run(scene.tables, order, scene.work, room, clock, controls, stops, out, counts)
-                failure = _failure(counts, clock.time, solver)
-            except np.linalg.LinAlgError:
-                counts.samples = int(np.argmax(out.time)) + 1
-                failure = Status.SINGULAR, f"the constraints' matrix is singular after t = {out.time.max():.6g} s"
+            run(scene.tables, order, scene.work, room, clock, controls, stops, out, counts)
+            failure = _failure(counts, clock.time, solver)
             parts.append(Output(*(x[: counts.samples] for x in out)))
             if progress is not None:
                 progress(clock.time / end)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from buckler.mbs.spectral.compiling import aside, copy, inner
-from buckler.mbs.spectral.radau import PAST, size_of
+from buckler.mbs.spectral.radau import lagrange, size_of
 from buckler.mbs.spectral.tables import BRISTLE, FASTEST, ONSET, SLIDING
 from buckler.mbs.spectral.tape import ALONE, MODE
 
@@ -69,10 +69,7 @@ def write_between(x, out, counts, t, h, parts):
             out.a[row, i] = (a0 + y * (6.0 * c3 + y * (12.0 * c4 + y * 20.0 * c5))) / (h * h)
         out.time[row], out.lam[row] = t + y * h, 0.0
         for j in range(4):
-            factor, lam = 1.0, x.lam if j == 0 else x.multipliers[j - 1]
-            for m in range(4):
-                if m != j:
-                    factor *= (y - PAST[m]) / (PAST[j] - PAST[m])
+            factor, lam = lagrange(y, j), x.lam if j == 0 else x.multipliers[j - 1]
             for k in range(x.lam.size):
                 out.lam[row, k] += factor * lam[k]
         _write_memory(x, out, row, t)

@@ -35,6 +35,12 @@ SMOOTH, COULOMB, ADAMS, AMBROSIO, THRELFALL, STRIBECK, LUGRE, COEFFICIENT_CALLED
 # --- columns ----------------------------------------------------------------------------------------------------------
 KIND, OFFSET, SIZE, FIRST, COUNT, DATA = 0, 1, 2, 3, 4, 5
 """Of markers: first coordinate, modes or members of the basis, where its places begin and how many, where its numbers begin."""
+LEAD, MOTION_OF, TERMS = 0, 1, 2
+"""Of rows: first measure, motion or -1, number of measures."""
+MEMBERS, WIDTH, ENTRIES = 0, 1, 2
+"""Of blocks: where its unknowns begin, how many, where its slots begin."""
+CALL, CALL_TOO = 1, 2
+"""Of laws and motions, after the kind: addresses of functions."""
 SHARE = 2
 """Of directions: the measure's coefficient in its constraint."""
 A, B = 1, 2

@@ -1,4 +1,4 @@
-"""The compiled solver's matrices are small: threads of the linear algebra library would wait for each other most of the time."""
+"""Matrices of statics are small: threads of the linear algebra library would wait for each other most of the time."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ NAMES = ("scipy_openblas_{}_num_threads", "openblas_{}_num_threads", "scipy_open
 
 @cache
 def _doors() -> list[tuple[Any, Any]]:
-    """Functions that get and set the number of threads of the libraries of SciPy, which Numba uses, and of NumPy."""
+    """Functions that get and set the number of threads of the libraries of SciPy and of NumPy."""
     found = []
     for package in ("scipy", "numpy"):
         for file in Path(scipy.__file__).parent.parent.glob(f"{package}.libs/*openblas*"):
