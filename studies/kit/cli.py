@@ -12,7 +12,7 @@ import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from buckler.studies.kit import registry
 from buckler.studies.kit.completion import complete
@@ -23,42 +23,35 @@ NAMED = {"run": RUN, "sweep": "buckler.studies.sweeping.command:sweep_study"}
 """Commands whose options depend on the name that follows them: what answers (name, words, prog)."""
 
 
-class Listed(NamedTuple):
-    """What a command does, and where its `Command` is."""
-
-    does: str
-    place: str
-
-
 STUDIES = "buckler.studies"
 """The package of all places."""
-COMMANDS = {
-    "new": Listed("write an example file of a mechanism, to start from", "kit.cli:new"),
-    "show": Listed("draw the mechanism of a file and tell what it is made of", "own.show:showing"),
-    "equilibrium": Listed("find where the mechanism of a file rests, and whether that is stable", "own.statics:equilibrium"),
-    "path": Listed(
+COMMANDS: dict[str, tuple[str, str]] = {
+    "new": ("write an example file of a mechanism, to start from", "kit.cli:new"),
+    "show": ("draw the mechanism of a file and tell what it is made of", "own.show:showing"),
+    "equilibrium": ("find where the mechanism of a file rests, and whether that is stable", "own.statics:equilibrium"),
+    "path": (
         "follow its equilibria as a load grows, a drive moves or a number changes: limits, branchings, flutter",
         "own.statics:path",
     ),
-    "frequencies": Listed("natural frequencies about its equilibrium, with damping and errors", "own.statics:frequencies"),
-    "periodic": Listed(
-        "find a motion that repeats itself after a period, its multipliers and whether it is stable", "own.statics:periodic"
+    "frequencies": ("natural frequencies about its equilibrium, with damping and errors", "own.statics:frequencies"),
+    "periodic": (
+        "find a motion that repeats itself after a period, its multipliers and whether it is stable",
+        "own.statics:periodic",
     ),
-    "run": Listed("run a file of a mechanism, or a study; `run NAME --help` tells its options", ""),
-    "sweep": Listed("run a file or a study for many parameters; `sweep NAME --help` tells its options", ""),
-    "sensitivity": Listed("what the numbers of a file's mechanism do to what is read off it", "own.turning:sensitivity"),
-    "fit": Listed("fit numbers of a file's mechanism to measured data", "own.turning:fit"),
-    "explore": Listed("turn numbers of a file's mechanism by sliders in a page on this machine", "own.explore:explore"),
-    "optimise": Listed(
-        "choose numbers of a file's mechanism so that a reading is least and others as wanted", "own.turning:optimise"
-    ),
-    "list": Listed("name every study, one a line", "kit.cli:listing"),
-    "export": Listed("write what a sweep has stored as CSV or Parquet", "sweeping.export:export"),
-    "merge": Listed("put the stores of a sweep's parts together; refuses contradictions", "sweeping.merge:merging"),
-    "schema": Listed("print the JSON schema of mechanism files, for editors", "own.show:schemas"),
-    "compile": Listed("compile the solver for this machine, so that no run waits for it", "own.show:compiling"),
-    "evidence": Listed("run again what the documents quote, or check that it still holds", "evidence.command:again"),
+    "run": ("run a file of a mechanism, or a study; `run NAME --help` tells its options", ""),
+    "sweep": ("run a file or a study for many parameters; `sweep NAME --help` tells its options", ""),
+    "sensitivity": ("what the numbers of a file's mechanism do to what is read off it", "own.turning:sensitivity"),
+    "fit": ("fit numbers of a file's mechanism to measured data", "own.turning:fit"),
+    "explore": ("turn numbers of a file's mechanism by sliders in a page on this machine", "own.explore:explore"),
+    "optimise": ("choose numbers of a file's mechanism so that a reading is least and others as wanted", "own.turning:optimise"),
+    "list": ("name every study, one a line", "kit.cli:listing"),
+    "export": ("write what a sweep has stored as CSV or Parquet", "sweeping.export:export"),
+    "merge": ("put the stores of a sweep's parts together; refuses contradictions", "sweeping.merge:merging"),
+    "schema": ("print the JSON schema of mechanism files, for editors", "own.show:schemas"),
+    "compile": ("compile the solver for this machine, so that no run waits for it", "own.show:compiling"),
+    "evidence": ("run again what the documents quote, or check that it still holds", "evidence.command:again"),
 }
+"""What each command does, and where its `Command` is; '' for those in `NAMED`."""
 
 
 def main(study: str | None = None, argv: Sequence[str] | None = None) -> int:
@@ -96,17 +89,18 @@ def _dispatch(study: str | None, words: list[str]) -> int:
     if study is not None:
         return int(target(RUN)(study, words, f"python -m {registry.entry(study).module}"))
     if "_ARGCOMPLETE" in os.environ:
-        complete(_general(), parser)
+        complete(_parsers)
     name, *rest = words or [""]
     try:
         if name in NAMED and rest and not rest[0].startswith("-"):
             return int(target(NAMED[name])(rest[0], rest[1:], f"{program()} {name} {rest[0]}"))
         if name == "--version":
             return _version()
-        if name not in COMMANDS or name in NAMED:
-            _general().parse_args(words)
-        options = parser(name).read(rest)
-        return int(target(f"{STUDIES}.{COMMANDS[name].place}").answer(options))
+        general, mine = _parsers(name)
+        if mine is None:
+            general.parse_args(words)
+            return 0
+        return int(target(f"{STUDIES}.{COMMANDS[name][1]}").answer(mine.read(rest)))
     except BrokenPipeError:
         raise
     except OSError as error:
@@ -115,25 +109,20 @@ def _dispatch(study: str | None, words: list[str]) -> int:
         return wrong_input(error)
 
 
-def parser(name: str) -> Parser:
-    """The options of a command that needs no name of a study or file."""
-    does, place = COMMANDS[name]
-    found = Parser(prog=f"{program()} {name}", description=f"{does[0].upper()}{does[1:]}.")
-    target(f"{STUDIES}.{place}").declare(found)
-    return found
-
-
-def _general() -> Parser:
-    """Every command by its name, and the names of studies and files behind `run` and `sweep`."""
-    found = Parser(prog=program(), description="Planar mechanisms that buckle, rattle and strike: run files and studies.")
-    found.add_argument("--version", action="store_true", help="print the versions of Buckler and of what it runs on")
-    commands = found.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    for name, listed in COMMANDS.items():
-        command = commands.add_parser(name, help=listed.does)
+def _parsers(chosen: str) -> tuple[Parser, Parser | None]:
+    """The parser of all commands, with the options of the chosen one; and the chosen one's, if it needs no name of a study."""
+    general = Parser(prog=program(), description="Planar mechanisms that buckle, rattle and strike: run files and studies.")
+    general.add_argument("--version", action="store_true", help="print the versions of Buckler and of what it runs on")
+    commands, mine = general.add_subparsers(dest="command", required=True, metavar="COMMAND"), None
+    for name, (does, place) in COMMANDS.items():
+        command: Parser = commands.add_parser(name, help=does, description=f"{does[0].upper()}{does[1:]}.")
         if name in NAMED:
             about = "FILE.toml, FILE.json, STUDY.py or a study of the list"
             command.add_argument("name", metavar="NAME", help=about).completer = _names  # type: ignore[attr-defined]
-    return found
+        elif name == chosen:
+            target(f"{STUDIES}.{place}").declare(command)
+            mine = command
+    return general, mine
 
 
 def _names(prefix: str = "", **_: Any) -> list[str]:

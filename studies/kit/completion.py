@@ -13,38 +13,22 @@ NAMED = {"run": "buckler.studies.kit.options:parser_of", "sweep": "buckler.studi
 """What makes the parser of a study or file from (subject, prog)."""
 
 
-def complete(general: argparse.ArgumentParser, command: Callable[[str], argparse.ArgumentParser]) -> None:
+def complete(parsers: Callable[[str], tuple[argparse.ArgumentParser, object]]) -> None:
     """Answer the shell and end the process; without argcomplete, return.
 
     Parameters
     ----------
-    general : ArgumentParser
-        For commands and names.
-    command : callable
-        The parser of a command by its name.
+    parsers : callable
+        Gives, first, the parser of all commands with the options of the one that is named.
     """
-    with contextlib.suppress(ImportError):
-        argcomplete = target("argcomplete:autocomplete")
-        argcomplete(_own(command) or general)
-
-
-def _own(command: Callable[[str], argparse.ArgumentParser]) -> argparse.ArgumentParser | None:
-    """The parser of what the line names, the line cut to what it sees; None before that has its options."""
     line = os.environ["COMP_LINE"][: int(os.environ["COMP_POINT"])]
-    words = line.split()
-    named = len(words) > 1 and words[1] in NAMED
-    first = 3 if named else 2
-    if len(words) < first or (len(words) == first and not line[-1].isspace()):
-        return None
-    parts = line.split(maxsplit=first)
-    rest = f"{words[0]} {parts[first] if len(parts) > first else ''}"
-    try:
-        if named:
-            found = target("buckler.studies.kit.options:subject")(words[2])
-            made: argparse.ArgumentParser = target(NAMED[words[1]])(found, f"{program()} {words[1]} {words[2]}")
-        else:
-            made = command(words[1])
-    except (ValueError, ImportError, KeyError):
-        return None
-    os.environ |= {"COMP_LINE": rest, "COMP_POINT": str(len(rest.encode()))}
-    return made
+    command, name, *_ = [*line.split(maxsplit=3)[1:], "", ""]
+    rest = line.split(maxsplit=3)[3:]
+    parser, _ = parsers(command)
+    if command in NAMED and name and (rest or line[-1].isspace()):  # the parser of the study or file sees its options alone
+        with contextlib.suppress(ImportError, ValueError):
+            parser = target(NAMED[command])(target("buckler.studies.kit.options:subject")(name), f"{program()} {command} {name}")
+            words = f"{line.split()[0]} {''.join(rest)}"
+            os.environ |= {"COMP_LINE": words, "COMP_POINT": str(len(words.encode()))}
+    with contextlib.suppress(ImportError):
+        target("argcomplete:autocomplete")(parser)
