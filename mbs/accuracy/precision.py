@@ -64,6 +64,7 @@ def work_precision(
     repeats: int = 5,
     *,
     progress: Callable[[Sequence[str]], Iterable[str]] = iter,
+    clock: Callable[[], float] = perf_counter,
 ) -> list[Point]:
     """Run every variant several times in turn, and measure its error and its run time.
 
@@ -78,6 +79,8 @@ def work_precision(
         Turns, at least 1. The first outcome of a variant gives its error and its work.
     progress : callable, optional
         Passes on the names of the runs ahead, as a progress bar does.
+    clock : callable, optional
+        Time, s; `time.process_time` for that of the processor alone.
 
     Returns
     -------
@@ -95,20 +98,15 @@ def work_precision(
     outcomes: dict[str, Any] = {}
     walls: dict[str, list[float]] = {name: [] for name in variants}
     for name in progress([*variants] * repeats):
-        outcome, wall = _timed(variants[name])
+        start = clock()
+        outcome = variants[name]()
+        walls[name].append(clock() - start)
         outcomes.setdefault(name, outcome)
-        walls[name].append(wall)
     points = [
         Point(name, float(error(outcome)), tuple(walls[name]), dict(getattr(outcome, "work", {})))
         for name, outcome in outcomes.items()
     ]
     return [replace(p, front=isfinite(p.error) and not any(q.beats(p) for q in points)) for p in points]
-
-
-def _timed(run: Callable[[], Any]) -> tuple[Any, float]:
-    start = perf_counter()
-    outcome = run()
-    return outcome, perf_counter() - start
 
 
 def fastest(points: Iterable[Point], error: float) -> Point | None:

@@ -62,13 +62,7 @@ class JointAssumptions(Gravity):
 
     @property
     def turned(self) -> str:
-        """Joints whose pin is on the body that by default carries the bush.
-
-        Raises
-        ------
-        ValueError
-            If a joint is named twice.
-        """
+        """Joints whose pin is on the body that by default carries the bush; ValueError if one is named twice."""
         named = [name[0] for name in self.pin_on]
         if len(set(named)) < len(named):
             raise ValueError(f"pin_on = {','.join(self.pin_on)}: one body a joint")

@@ -14,6 +14,7 @@ from buckler.mbs import Beam, Mechanism, Modal, Result, Rigid, Section
 from buckler.mbs.accuracy.words import FINEST
 from buckler.mbs.library import STEEL_CRANK_ROCKER
 from buckler.mbs.modal import BarModes, CraigBampton
+from buckler.mbs.sensitivity.reading import Curve
 from buckler.studies.kit.parameters import choices, integer, quantity
 from buckler.studies.rattling.assumptions import BODIES, Assumptions
 from buckler.studies.rattling.bars import PlayParameters
@@ -141,40 +142,25 @@ def simulate(parameters: CrankRockerParameters, rocker: str, with_play: str) -> 
     )
 
 
-def rms(time: Array, values: Array) -> float:
-    """Root mean square weighted by time: steps crowd where contacts are, and would count most in a mean of samples."""
-    return float(np.sqrt(np.trapezoid(values**2, time) / (time[-1] - time[0])))
-
-
 def read(variant: Variant, ideal: Variant, settle: float) -> dict[str, tuple[float, str]]:
     """Numbers of one run from `settle` on, each with its unit; nan where the run did not get that far."""
-    result, found = variant.result, {}
+    result, signals, found = variant.result, variant.result.signals, {}
     kept = result.time >= settle
-    if kept.sum() < 2:
-        kept = np.zeros_like(kept)
-    time = result.time[kept]
 
-    def largest(values: Array) -> float:
-        return float(np.abs(values[kept]).max()) if time.size else np.nan
+    def curve(values: Array) -> Curve:
+        return Curve(result.time[kept], values[kept]) if kept.sum() > 1 else Curve(np.zeros(2), np.full(2, np.nan))
 
-    def mean_square(values: Array) -> float:
-        return rms(time, values[kept]) if time.size else np.nan
-
-    signals = result.signals
     for name, joint in FORCES.items():
-        found[f"peak_force_{name}"] = (largest(joint_force(result, joint)), "N")
+        found[f"peak_force_{name}"] = (curve(joint_force(result, joint)).max(), "N")
     for link in ("coupler", "rocker"):
         off = signals[f"{link}.vx"] - ideal.result.at(f"{link}.vx", result.time, outside=np.nan)
-        found[f"peak_ax_{link}"] = (largest(signals[f"{link}.ax"]), "m/s^2")
-        found[f"rms_ax_{link}"] = (mean_square(signals[f"{link}.ax"]), "m/s^2")
-        found[f"rms_vx_error_{link}"] = (mean_square(off), "m/s")
-    deepest = max((largest(result.signals[f"{p}.penetration"]) for p in variant.with_play), default=0.0)
-    contacts = sum(float(result.signals[f"{p}.contacts"].max(initial=0.0)) for p in variant.with_play)
-    return found | {
-        "penetration": (deepest, "m"),
-        "contacts": (contacts, "1"),
-        "energy_balance": (result.energy_balance, "1"),
-    }
+        found[f"peak_ax_{link}"] = (curve(np.abs(signals[f"{link}.ax"])).max(), "m/s^2")
+        found[f"rms_ax_{link}"] = (curve(signals[f"{link}.ax"]).rms(), "m/s^2")
+        found[f"rms_vx_error_{link}"] = (curve(off).rms(), "m/s")
+    deepest = max((curve(np.abs(signals[f"{p}.penetration"])).max() for p in variant.with_play), default=0.0)
+    contacts = sum(float(signals[f"{p}.contacts"].max(initial=0.0)) for p in variant.with_play)
+    checks = {"penetration": (deepest, "m"), "contacts": (contacts, "1"), "energy_balance": (result.energy_balance, "1")}
+    return found | checks
 
 
 def drawn(joint: str) -> str:

@@ -87,10 +87,7 @@ def flexibility(depth: float, name: str, damping: float) -> Modal | None:
 def rocker_modes(kind: str, depth: float, bending: int = 3, axial: int = 1, factor: float = 1.0) -> Modal:
     """Rocker of modes without damping, by `KINDS`: so many free ones from beam theory, or all of Craig and Bampton's.
 
-    Parameters
-    ----------
-    factor : float
-        On all frequencies: the modulus takes its square.
+    All frequencies take the factor, the modulus its square.
     """
     bar = section(depth)
     bar = replace(bar, material=replace(bar.material, modulus=bar.material.modulus * factor**2))

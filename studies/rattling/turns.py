@@ -36,13 +36,7 @@ STEPS_A_TURN = 720
 
 
 def period(mechanism: Mechanism) -> float:
-    """Time of a turn of the crank, s.
-
-    Raises
-    ------
-    ValueError
-        If it stands.
-    """
+    """Time of a turn of the crank, s; ValueError if it stands."""
     speed = mechanism.drives[0].speed
     if not isinstance(speed, int | float) or not speed:
         raise ValueError(f"speed = {speed} rad/s: turns need a crank that turns at one speed")
@@ -188,25 +182,10 @@ def ensemble(
     mechanism: Mechanism, turns: int, seeds: Iterable[int], *, spread: float = 1e-9, settle: int = 1, tolerance: float = 1e-8,
     workers: int = 1, measure: Callable[[Member, int, int], dict[str, Array]] | None = None,
 ) -> Ensemble:  # fmt: skip
-    """Run the mechanism once for each seed; see `buckler.mbs.spectral.ensembles.ensemble`.
+    """Run a crank-rocker with clearance once for each seed; see `buckler.mbs.spectral.ensembles.ensemble`.
 
-    Parameters
-    ----------
-    mechanism : Mechanism
-        A crank-rocker with clearance.
-    turns : int
-        Of the crank, to measure, after `settle` that are discarded.
-    seeds, spread, workers
-        As there. The spread must leave pins in their bushes.
-    tolerance : float
-        Of a step; see `Spectral`.
-    measure : callable
-        Further measures, (member, turns, settle) as `by_turn`.
-
-    Raises
-    ------
-    RuntimeError
-        If a member stops before its time.
+    So many turns are measured, by `by_turn` and by `measure`(member, turns, settle), after those that settle. The spread of the
+    starts must leave pins in their bushes. RuntimeError if a member stops before its time.
     """
     whole("turns", turns, 1, 1_000_000), whole("settle", settle, 0, 1_000_000)
     every, turn = turns + settle, period(mechanism)
@@ -227,13 +206,7 @@ def ensemble(
 
 
 def finished(member: Member) -> Result:
-    """Its signals.
-
-    Raises
-    ------
-    RuntimeError
-        If it stopped before its time.
-    """
+    """Its signals; RuntimeError if it stopped before its time."""
     if not member.result.ok:
         raise RuntimeError(f"seed {member.seed}: {member.result.status}: {member.result.message}")
     return member.result

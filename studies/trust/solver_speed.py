@@ -13,17 +13,16 @@ mechanism to the signals included on our side, from the first item to the last s
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from math import pi, sqrt
-from statistics import median
+from math import nan, pi, sqrt
 from time import process_time
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from buckler.mbs import Beam, Cable, Controlled, Mechanism, Section, simulate, slider_crank
+from buckler.mbs.accuracy.precision import Point, work_precision
 from buckler.mbs.laws import KelvinVoigt
 from buckler.mbs.library import PAPER
 from buckler.mbs.record.lookup import cubic
@@ -33,9 +32,9 @@ from buckler.studies.kit.precision import footnote
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import Figure, subplots
 from buckler.studies.trust import plain
+from buckler.studies.trust.smooth_precision import TIMES, DeflectionRun
 
 Array = np.ndarray[Any, Any]
-TIMES = 401
 DEFLECTION = "coupler.deflection"
 MASS, STIFFNESS = 0.3, 1e5
 """Of the slider, kg; of the stop, N/m, which is damped critically."""
@@ -91,98 +90,81 @@ class Parameters(StudyParameters):
     timeout: float = quantity(60.0, "s", 1.0, 3600, "longest time of that call", "numerics")
 
 
-def ours(work: Work, tolerance: float, degree: int) -> tuple[Array, dict[str, float]]:
-    """Deflection by the compiled solver, and its work."""
+def ours(work: Work, tolerance: float, degree: int) -> DeflectionRun:
+    """Deflection by the compiled solver."""
     from buckler.mbs.spectral.run import once  # takes a second to load
 
     run = once(work.mechanism(Beam), work.duration, Spectral(Controlled(tolerance), degree=degree))
-    signals = run.values
     if run.failure is not None:
-        return np.full(TIMES, np.nan), run.work
-    return cubic(run.record.time, signals[DEFLECTION], work.times), run.work
+        return DeflectionRun(np.full(TIMES, np.nan), str(run.failure[0]), run.work)
+    return DeflectionRun(cubic(run.record.time, run.values[DEFLECTION], work.times), "OK", run.work)
 
 
-def plainly(work: Work) -> tuple[Array, dict[str, float]]:
+def plainly(work: Work) -> DeflectionRun:
     """Deflection by a plain run."""
     elements, steps, relative, absolute = work.plain
     found = plain.smooth_slider_crank(work.mechanism(Cable, elements=elements), work.duration, steps, relative, absolute)
-    return found.at(work.times), found.work
+    return DeflectionRun(found.at(work.times), found.message or "OK", found.work)
 
 
-def timed(calls: dict[str, Callable[[], Any]], repeats: int) -> dict[str, tuple[float, Any]]:
-    """Median time of the processor, s, and last outcome of each call, taken in turn after one that is not timed."""
-    spent: dict[str, list[float]] = {name: [] for name in calls}
-    outcomes = {name: call() for name, call in calls.items()}
-    for _ in range(repeats):
-        for name, call in calls.items():
-            begin = process_time()
-            outcomes[name] = call()
-            spent[name].append(process_time() - begin)
-    return {name: (median(times), outcomes[name]) for name, times in spent.items()}
+def known(work: Work, level: float, timeout: float) -> DeflectionRun:
+    """Deflection by a call with an accuracy asked of it."""
+    result = simulate(work.mechanism(Beam), work.duration, level, of=[DEFLECTION], timeout=timeout)
+    return DeflectionRun(result.at(DEFLECTION, work.times, outside=np.nan), result.status, result.work)
 
 
 class Row(NamedTuple):
-    """What one work came to: errors, times in s, and what a call with a known error delivered and took."""
+    """What one work came to: our run, the plain one, and a call with a known error where that was asked for."""
 
-    error: float
-    time: float
-    steps: float
-    plain_error: float
-    plain_time: float
-    known_error: float = float("nan")
-    known_time: float = float("nan")
+    ours: Point
+    plain: Point
+    known: Point | None = None
 
     @property
-    def ratio(self) -> float:
-        """Time of the plain run over ours."""
-        return self.plain_time / self.time
-
-    @property
-    def known_ratio(self) -> float:
-        """The same over a call with a known error."""
-        return self.plain_time / self.known_time
+    def numbers(self) -> dict[str, float]:
+        """By their metrics' names; ratios are of the plain run's time."""
+        error, ratio = (self.known.error, self.known.speedup(self.plain)) if self.known else (nan, nan)
+        found = {"error": self.ours.error, "plain_error": self.plain.error, "ratio": self.ours.speedup(self.plain)}
+        return found | {"known_error": error, "known_ratio": ratio}
 
 
 def compare(work: Work, p: Parameters) -> Row:
-    """Run one work both ways."""
-    exact, _ = ours(work, work.fine, work.fine_degree)
+    """Run one work both ways, each once untimed: the first call of anything is slow."""
+    exact = ours(work, work.fine, work.fine_degree).deflection
     size = float(np.linalg.norm(exact))
 
-    def off(deflection: Array) -> float:
-        return float(min(np.linalg.norm(sign * deflection - exact) for sign in (1, -1))) / size
+    def off(run: DeflectionRun) -> float:
+        return float(min(np.linalg.norm(sign * run.deflection - exact) for sign in (1, -1))) / size
 
-    found = timed({"ours": partial(ours, work, work.tolerance, work.degree), "plain": partial(plainly, work)}, p.repeats)
-    (time, (deflection, done)), (plain_time, (other, _)) = found["ours"], found["plain"]
-    row = Row(off(deflection), time, done["steps"], off(other), plain_time)
-    if not p.known:
-        return row
-    level = max(row.plain_error, 1e-6)
-    call = partial(simulate, work.mechanism(Beam), work.duration, level, of=[DEFLECTION], timeout=p.timeout)
-    spent, result = timed({"known": call}, p.repeats)["known"]
-    return row._replace(known_error=off(result.at(DEFLECTION, work.times, outside=np.nan)), known_time=spent)
+    calls = {"ours": partial(ours, work, work.tolerance, work.degree), "plain": partial(plainly, work)}
+    first = {name: call() for name, call in calls.items()}
+    if p.known:
+        calls["known"] = partial(known, work, max(off(first["plain"]), 1e-6), p.timeout)
+        calls["known"]()
+    return Row(*work_precision(calls, off, p.repeats, clock=process_time))
 
 
 def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Run every work."""
     p = parameters
     rows = {name: compare(WORKS[name], p) for name in progress(p.works, label="works")}
-    keys = ("error", "plain_error", "ratio", "known_error", "known_ratio")
-    metrics = {f"{name}_{key}": Metric(getattr(row, key), "1") for name, row in rows.items() for key in keys}
+    numbers = {name: row.numbers for name, row in rows.items()}
+    metrics = {f"{name}_{key}": Metric(value, "1") for name, found in numbers.items() for key, value in found.items()}
     table = [
         [
-            name, row.error, 1e3 * row.time, int(row.steps), row.plain_error, 1e3 * row.plain_time, row.ratio,
-            WORKS[name].bar, row.known_error, row.known_ratio,
+            name, n["error"], 1e3 * row.ours.wall_s, int(row.ours.work["steps"]), n["plain_error"], 1e3 * row.plain.wall_s,
+            n["ratio"], WORKS[name].bar, n["known_error"], n["known_ratio"],
         ]
-        for name, row in rows.items()
+        for (name, row), n in zip(rows.items(), numbers.values(), strict=True)
     ]  # fmt: skip
     times = ("error", "time [ms]", "steps", "plain error", "plain [ms]", "plain/time", "bar", "known: error", "plain/known")
     title = "One run each: relative L2 error of the deflection, time of the processor"
-    worse = [name for name, row in rows.items() if not row.error <= row.plain_error]
-    lost = [name for name, row in rows.items() if not np.isfinite(row.error + row.plain_error)]
+    worse = [name for name, n in numbers.items() if not n["error"] <= n["plain_error"]]
+    lost = [name for name, n in numbers.items() if not np.isfinite(n["error"] + n["plain_error"])]
     return StudyResult(
         parameters=p,
         metrics=metrics,
-        signals={"work": np.array(list(rows)), "ratio": np.array([row.ratio for row in rows.values()])},
+        signals={"work": np.array(list(rows)), "ratio": np.array([n["ratio"] for n in numbers.values()])},
         tables=[Table(["work", *times], table, title, footnote(p))],
         **judged([f"no result: {name}" for name in lost], f"less accurate than the plain run: {', '.join(worse) or 'none'}"),
     )

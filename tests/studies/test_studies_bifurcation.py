@@ -77,25 +77,6 @@ def test_damped_oscillator_has_minus_its_decay_and_sees_the_number_of_the_step()
     assert seen == [k for k in range(800) for _ in range(2)]
 
 
-def test_lorenz_system_has_0906():
-    """0.9056 is J. C. Sprott's value for the classical parameters (Chaos and Time-Series Analysis, Oxford 2003)."""
-
-    def rate(s):
-        x, y, z = s
-        return np.array([10 * (y - x), x * (28 - z) - y, x * y - 8 / 3 * z])
-
-    def flow(s, _, h=0.01):
-        for _ in range(20):
-            a = rate(s)
-            b = rate(s + h / 2 * a)
-            c = rate(s + h / 2 * b)
-            s = s + h / 6 * (a + 2 * b + 2 * c + rate(s + h * c))
-        return s
-
-    growth = stretching(flow, flow(np.array([1.0, 1.0, 20.0]), 0), 1000, offset=1e-8)
-    assert growth[50:].mean() / 0.2 == pytest.approx(0.9056, abs=0.05)
-
-
 def test_error_is_that_of_independent_turns():
     growth = np.random.default_rng(0).normal(0.3, 1.0, (5, 400, 50))
     found = exponent(growth, 0.2)

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from simulations import closed
 
+from buckler.mbs.sensitivity.reading import Curve
 from buckler.studies.kit.report import worst
 from buckler.studies.rattling import clearance, crank_rocker
-from buckler.studies.rattling.clearance import Variant, rms
+from buckler.studies.rattling.clearance import Variant
 from buckler.studies.trust import restitution
 
 HOW_TO = (Path(__file__).parents[2] / "docs" / "how-to-add-a-clearance-joint.md").read_text(encoding="utf-8")
@@ -91,8 +92,8 @@ def test_ideal_mechanism_is_that_of_loop_closure_and_newton():
     ax_coupler, ax_rocker, force = by_hand(p, times)
     for variant in ("ideal", "rigid"):
         value = {name: result.metrics[f"{variant}.{name}"].value for name in NUMBERS}
-        assert value["rms_ax_coupler"] == pytest.approx(rms(times, ax_coupler), rel=1e-3)
-        assert value["rms_ax_rocker"] == pytest.approx(rms(times, ax_rocker), rel=1e-3)
+        assert value["rms_ax_coupler"] == pytest.approx(Curve(times, ax_coupler).rms(), rel=1e-3)
+        assert value["rms_ax_rocker"] == pytest.approx(Curve(times, ax_rocker).rms(), rel=1e-3)
         assert value["peak_ax_coupler"] == pytest.approx(np.abs(ax_coupler).max(), rel=1e-3)
         assert value["peak_force_coupler_rocker"] == pytest.approx(force.max(), rel=1e-3)
         assert value["energy_balance"] < 1e-3
@@ -137,9 +138,9 @@ def test_figures_show_what_figures_5_to_10_show(short):
 
 def test_rms_weights_by_time():
     time = np.array([0.0, 1.0, 2.0, 2.001, 2.002, 2.003, 4.0])
-    assert rms(time, np.full(7, 3.0)) == pytest.approx(3.0)
+    assert Curve(time, np.full(7, 3.0)).rms() == pytest.approx(3.0)
     time = np.concatenate([np.linspace(0, 1, 11), np.linspace(1, 2, 1001)])
-    assert rms(time, np.where(np.arange(len(time)) <= 10, 2.0, 0.0)) == pytest.approx(np.sqrt(2), rel=1e-3)
+    assert Curve(time, np.where(np.arange(len(time)) <= 10, 2.0, 0.0)).rms() == pytest.approx(np.sqrt(2), rel=1e-3)
 
 
 @pytest.mark.parametrize("count", [1, 3])
