@@ -25,12 +25,12 @@ import numpy as np
 
 from buckler.studies.kit.parameters import integer, quantities, quantity, text
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
-from buckler.studies.kit.style import COLOURS, Figure, subplots
+from buckler.studies.kit.style import COLOURS, Figure, plain_ticks, subplots
 from buckler.studies.rattling import buffering_measures as measures
 from buckler.studies.rattling import world_shares
 from buckler.studies.rattling.assumptions import BODIES, ModalAssumptions
 from buckler.studies.rattling.bars import flexible
-from buckler.studies.rattling.buffering_measures import CLAIMS, VERDICTS, EnsembleParameters
+from buckler.studies.rattling.buffering_measures import CLAIMS, VERDICTS, ClaimCase, EnsembleParameters
 from buckler.studies.rattling.turns import Ensemble, period
 from buckler.studies.rattling.worlds import drawn
 from buckler.studies.sweeping.sweep import sweep
@@ -56,19 +56,6 @@ class Parameters(EnsembleParameters, ModalAssumptions):
     world_settle: int = integer(1, 0, 10_000, "turns before that", "worlds")
     world_tolerance: float = quantity(1e-6, "1", 1e-12, 1e-4, "of a step, of the longest bar and a radian", "worlds")
     worlds_store: str = text("", "file that keeps the worlds that have run, to go on from; none: memory only", "worlds")
-
-
-class ClaimCase(NamedTuple):
-    """One reading of c_max, side in the plane and clearance, m."""
-
-    unit: str
-    depth: float
-    gap: float
-
-    @property
-    def name(self) -> str:
-        """As in metrics.json."""
-        return f"c_max[{self.unit}].h{1e3 * self.depth:g}mm.c{1e6 * self.gap:g}um"
 
 
 def cases(p: Parameters) -> list[ClaimCase]:
@@ -245,11 +232,7 @@ def _over_clearance(result: StudyResult) -> Figure:
         ax.set_xticks([], minor=True)
     for ax in axes[0]:
         ax.set_yscale("log")
-        low, high = ax.get_ylim()
-        steps = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50) if high > 10 * low else (0.3, 0.5, 0.7, 1, 1.4, 2, 3, 4)
-        ticks = [tick for tick in steps if low <= tick <= high]
-        ax.set_yticks(ticks, [f"{tick:g}" for tick in ticks])
-        ax.set_yticks([], minor=True)
+        plain_ticks(ax.yaxis)
     fig.supxlabel("clearance c [mm]", fontsize=9)
     _legend(fig)
     return fig

@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from math import hypot
+from math import hypot, isnan, nan
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -67,6 +67,19 @@ class Claim(NamedTuple):
     def name(self) -> str:
         """As in metrics.json."""
         return f"{self.family}.{self.place}"
+
+
+class ClaimCase(NamedTuple):
+    """One reading of c_max, side in the plane and, where that varies, clearance, m."""
+
+    unit: str
+    depth: float
+    gap: float = nan
+
+    @property
+    def name(self) -> str:
+        """As in metrics.json."""
+        return f"c_max[{self.unit}].h{1e3 * self.depth:g}mm" + ("" if isnan(self.gap) else f".c{1e6 * self.gap:g}um")
 
 
 FAMILIES = {

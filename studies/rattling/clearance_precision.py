@@ -30,7 +30,7 @@ from buckler.studies.rattling import clearance_precision_runs as variants
 from buckler.studies.rattling.assumptions import Assumptions
 from buckler.studies.rattling.bars import InPython
 from buckler.studies.rattling.clearance import CrankRockerParameters
-from buckler.studies.rattling.clearance_precision_cycles import QUANTITIES, Comparison, compare
+from buckler.studies.rattling.clearance_precision_runs import QUANTITIES, Comparison, compare
 
 DEFAULT, EQUAL, OWN_STEP = "default", "1e-7", "20 us"
 """Setting of a run with no settings; the compiled solver's tolerance for ratios; step with the engine's own settings."""

@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import product
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -22,8 +22,18 @@ from buckler.mbs import Modal
 from buckler.mbs.modal import FreeModes
 from buckler.studies.kit.parameters import choices, integer, quantity
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
-from buckler.studies.kit.style import COLOURS, Figure, subplots
-from buckler.studies.rattling.buffering_measures import CLAIMS, Claim, EnsembleParameters, Ratio, mean, numbers, ratio, trouble
+from buckler.studies.kit.style import COLOURS, Figure, plain_ticks, subplots
+from buckler.studies.rattling.buffering_measures import (
+    CLAIMS,
+    Claim,
+    ClaimCase,
+    EnsembleParameters,
+    Ratio,
+    mean,
+    numbers,
+    ratio,
+    trouble,
+)
 from buckler.studies.rattling.mode_sets import BENDING, MESH, NAMES, SETS, beam_frequencies, counted, damped, flexibility, section
 from buckler.studies.rattling.turns import Ensemble, solver
 
@@ -67,28 +77,16 @@ class Parameters(EnsembleParameters):
         return [name for name in SETS if name in (*self.sets, BASE, BEST)]
 
 
-class ModeCase(NamedTuple):
-    """One reading of c_max and side in the plane, m."""
-
-    unit: str
-    depth: float
-
-    @property
-    def name(self) -> str:
-        """As in metrics.json."""
-        return f"c_max[{self.unit}].h{1e3 * self.depth:g}mm"
-
-
-def cases(p: Parameters) -> list[ModeCase]:
+def cases(p: Parameters) -> list[ClaimCase]:
     """All of them."""
-    return [ModeCase(*each) for each in product(p.damping_unit, p.in_plane_depth)]
+    return [ClaimCase(*each) for each in product(p.damping_unit, p.in_plane_depth)]
 
 
 def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Count the modes, run every set in every case, compare; run one on the engine."""
     p = parameters
     metrics = {name: metric for depth in p.in_plane_depth for name, metric in _counted_metrics(depth).items()}
-    found: dict[tuple[ModeCase, str], Ensemble] = {}
+    found: dict[tuple[ClaimCase, str], Ensemble] = {}
     wrong: list[str] = []
     for case, name in progress(list(product(cases(p), p.chosen)), label="ensembles"):
         modes = flexibility(case.depth, name, p.rocker_damping)
@@ -182,7 +180,7 @@ def _modes_table(depth: float) -> Table:
     return Table(heads, rows, f"Modes of the free rocker, {1e3 * depth:g} mm in the plane, by the number they have", notes)
 
 
-def _table(metrics: Mapping[str, Metric], p: Parameters, case: ModeCase) -> Table:
+def _table(metrics: Mapping[str, Metric], p: Parameters, case: ClaimCase) -> Table:
     """One row a set, one column a number: over the rigid rocker's, and whether it is the fullest set's."""
     rows = []
     marks = {number: mark for mark, number in MARKS.items()}
@@ -227,9 +225,7 @@ def figure(result: StudyResult) -> Figure:
         ax.set_title(f"{case.unit}, {1e3 * case.depth:g} mm in the plane")
         ax.set_yticks(range(len(names)), [NAMES[name] for name in names])
         ax.set_xscale("log")
-        ticks = (0.3, 0.5, 0.7, 1, 1.5, 2)
-        ax.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
-        ax.set_xticks([], minor=True)
+        plain_ticks(ax.xaxis)
     for ax in axes[-1]:
         ax.set_xlabel("over the rigid rocker's")
     fig.legend(*axes[0][0].get_legend_handles_labels(), loc="outside upper center", ncols=3)

@@ -23,11 +23,10 @@ from buckler.mbs.library import PAPER
 from buckler.studies.kit.parameters import StudyParameters, choices, integer
 from buckler.studies.kit.precision import footnote
 from buckler.studies.kit.published import STRIP_WIDTH
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
+from buckler.studies.kit.report import QUIET, Array, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import COLOURS, Figure, subplots
 from buckler.studies.strips.static_precision import SHORTENINGS
 
-Array = np.ndarray[Any, Any]
 SMOOTH, PLAY = 6.2e-4, 1e-2
 """Accuracies asked for: that of the tuned plain run, and in clearances."""
 TURN = 0.2

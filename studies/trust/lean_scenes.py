@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 from math import pi
 from statistics import median
 from time import process_time
@@ -20,6 +21,7 @@ import numpy as np
 from buckler import mbs
 from buckler.mbs import build, crank_rocker, simulate
 from buckler.mbs import slider_crank as slider
+from buckler.mbs.accuracy.precision import work_precision
 from buckler.mbs.checks.suspicions import suspicions
 from buckler.mbs.elements.clearance import clearances
 from buckler.mbs.engine.solve import once
@@ -35,8 +37,6 @@ from buckler.studies.kit.style import COLOURS, Figure, subplots
 BASE, AGAIN = "nothing optional", "nothing, again"
 OVER = {"static friction": "friction"}
 """What a part is measured over, where that is not the scene without any."""
-AFTER = ("signals", "contact signals", "self-checks")
-"""What is made after the engine's work."""
 STRIP, BARS = mbs.Section(STRIP_WIDTH, 3e-4), mbs.Section(0.005, 0.020)
 LENGTH, MASS, SPEED = 0.310, 0.3, 1.25
 ITEMS = ("objects", "nodes", "loads", "sensors")
@@ -163,47 +163,41 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
 
 
 def _costs(variants: Variants, summaries: Mapping[str, Mapping[str, int]], repeats: int) -> dict[str, Cost]:
-    """Time every variant in turn, forth and back, `repeats` times after a first that is not counted."""
-    whole: dict[str, list[float]] = {part: [] for part in variants}
-    step: dict[str, list[float]] = {part: [] for part in variants}
-    after: dict[str, list[float]] = {part: [] for part in AFTER}
-    for k in range(repeats + 1):
-        for part, variant in list(variants.items())[:: 1 if k % 2 else -1]:
-            seconds, result = _timed(lambda v=variant: simulate(v.mechanism, v.duration, solver=Exudyn(), **v.asked))  # type: ignore[misc]
-            if k:
-                whole[part].append(seconds)
-                step[part].append(seconds / result.work["steps"])
-                if part == BASE:
-                    for name, spent in _after(variant, result).items():
-                        after[name].append(seconds / (seconds - min(spent, 0.9 * seconds)))
+    """Time every variant in turn after a first run that is not counted."""
+    runs = {part: partial(simulate, v.mechanism, v.duration, solver=Exudyn(), **v.asked) for part, v in variants.items()}
+    first = {part: run() for part, run in runs.items()}
+    points = {point.name: point for point in work_precision(runs, lambda _: 0.0, repeats, clock=process_time)}
     found = {}
-    for part in variants:
-        over = OVER.get(part, BASE)
+    for part, point in points.items():
         if part != BASE:
-            now, before = summaries[part], summaries[over]
+            over = OVER.get(part, BASE)
+            now, before, plain = summaries[part], summaries[over], points[over]
+            ratio, steps = point.wall_s / plain.wall_s, plain.work["steps"] / point.work["steps"]
             items = sum(now[item] - before[item] for item in ITEMS)
-            more = now["coordinates"] - before["coordinates"]
-            ratios = (median(times[part]) / median(times[over]) for times in (whole, step))
-            found[part] = Cost(items, more, *ratios)
-    return found | {part: Cost(0, 0, median(ratios), median(ratios)) for part, ratios in after.items() if ratios}
+            found[part] = Cost(items, now["coordinates"] - before["coordinates"], ratio, ratio * steps)
+    whole, after = points[BASE].wall_s, [_after(variants[BASE], first[BASE]) for _ in range(repeats)]
+    for name in after[0]:
+        spent = min(median(each[name] for each in after), 0.9 * whole)
+        found[name] = Cost(0, 0, whole / (whole - spent), whole / (whole - spent))
+    return found
 
 
-def _timed(work: Callable[[], Any]) -> tuple[float, Any]:
-    """Seconds of this process, which other work on the machine lengthens least, and what was made."""
+def _seconds(work: Callable[[], Any]) -> float:
+    """Of this process, which other work on the machine lengthens least."""
     start = process_time()
-    made = work()
-    return process_time() - start, made
+    work()
+    return process_time() - start
 
 
 def _after(variant: LeanScene, result: mbs.Result) -> dict[str, float]:
     """Seconds of what is made after the engine's work."""
     run = once(variant.mechanism, variant.duration, Exudyn(), None, None)
     found = {
-        "signals": _timed(lambda: collect(run.record))[0],
-        "self-checks": _timed(lambda: list(suspicions(run, result)))[0],
+        "signals": _seconds(lambda: collect(run.record)),
+        "self-checks": _seconds(lambda: list(suspicions(run, result))),
     }
     joints = [(name, joint) for name, joint in variant.mechanism.elements().items() if joint in clearances(variant.mechanism)]
-    contacts = _timed(lambda: [list(joint.signals(name, run.record)) for name, joint in joints])[0]
+    contacts = _seconds(lambda: [list(joint.signals(name, run.record)) for name, joint in joints])
     return found | ({"contact signals": contacts} if joints else {})
 
 

@@ -20,11 +20,10 @@ from buckler.mbs.accuracy.precision import Point, fastest, verdict
 from buckler.studies.kit.parameters import StudyParameters, integer, quantities, quantity
 from buckler.studies.kit.precision import Runs, Series, as_signals, by_tolerance, figure_of, footnote, mark, measure, points_of
 from buckler.studies.kit.published import STRIP_WIDTH
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
+from buckler.studies.kit.report import QUIET, Array, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import Figure
 from buckler.studies.trust import plain
 
-Array = np.ndarray[Any, Any]
 TIMES = 401
 REFERENCE = 1e-8
 """Tolerance of the compiled solver's runs."""

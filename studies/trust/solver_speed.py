@@ -29,12 +29,11 @@ from buckler.mbs.record.lookup import cubic
 from buckler.mbs.solvers.spectral import Spectral
 from buckler.studies.kit.parameters import StudyParameters, choices, integer, quantity
 from buckler.studies.kit.precision import footnote
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
+from buckler.studies.kit.report import QUIET, Array, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import Figure, subplots
 from buckler.studies.trust import plain
 from buckler.studies.trust.smooth_precision import TIMES, DeflectionRun
 
-Array = np.ndarray[Any, Any]
 DEFLECTION = "coupler.deflection"
 MASS, STIFFNESS = 0.3, 1e5
 """Of the slider, kg; of the stop, N/m, which is damped critically."""

@@ -12,8 +12,7 @@ pytest.importorskip("numba")
 from buckler.mbs import Rigid
 from buckler.studies.rattling import clearance_precision
 from buckler.studies.rattling.clearance_precision import DEFAULT, RATIOS, Parameters, run
-from buckler.studies.rattling.clearance_precision_cycles import QUANTITIES, Comparison, columns, compare
-from buckler.studies.rattling.clearance_precision_runs import finest, mechanism, plainly
+from buckler.studies.rattling.clearance_precision_runs import QUANTITIES, Comparison, columns, compare, finest, mechanism, plainly
 from buckler.studies.rattling.turns import by_turn
 
 SHORT = {

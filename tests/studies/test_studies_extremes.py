@@ -103,6 +103,10 @@ def test_families_take_turns_and_a_list_ends():
     assert Counter(case.family for case in chosen) == {"slider-crank-mesh": listed, "free": 50 - listed}
     assert len({(case.family, case.number) for case in chosen}) == 50
     assert len(extremes.Parameters(cases=50, families=("slider-crank-mesh",)).all) == listed
+    families = [extreme.slug(name) for name in extreme.FAMILIES]
+    turns = extremes.Parameters(cases=2 * len(families) + 6, seed=7).all
+    assert [p.family for p in turns[: len(families)]] == families and {p.seed for p in turns} == {7}
+    assert [p.number for p in turns[:: len(families)]] == [0, 1, 2]
 
 
 def test_over_two_hundred_listed_cases_cover_every_scene_and_every_kind_of_extreme():
@@ -133,14 +137,6 @@ def test_a_list_is_shuffled_by_the_seed():
     assert names(2, whole) != once and sorted(names(2, whole)) == sorted(once)
     with pytest.raises(ValueError, match=f"number = {whole}: .* 0 to {whole - 1}"):
         names(1, whole + 1)
-
-
-def test_families_take_turns():
-    families = [extreme.slug(name) for name in extreme.FAMILIES]
-    turn = len(families)
-    parameters = extremes.Parameters(cases=2 * turn + 6, seed=7).all
-    assert [p.family for p in parameters[:turn]] == families
-    assert [p.number for p in parameters[::turn]] == [0, 1, 2] and {p.seed for p in parameters} == {7}
 
 
 def test_a_pendulum_is_known_in_closed_form():
