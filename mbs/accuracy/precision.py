@@ -64,7 +64,7 @@ def work_precision(
     repeats: int = 5,
     *,
     progress: Callable[[Sequence[str]], Iterable[str]] = iter,
-    clock: Callable[[], float] = perf_counter,
+    clock: Callable[[], float] | None = None,
 ) -> list[Point]:
     """Run every variant several times in turn, and measure its error and its run time.
 
@@ -80,7 +80,7 @@ def work_precision(
     progress : callable, optional
         Passes on the names of the runs ahead, as a progress bar does.
     clock : callable, optional
-        Time, s; `time.process_time` for that of the processor alone.
+        Time, s: that of the wall by default; `time.process_time` for that of the processor alone.
 
     Returns
     -------
@@ -95,12 +95,13 @@ def work_precision(
     whole("repeats", repeats, 1, 10**6)
     if not variants:
         raise ValueError("variants: there must be at least one")
+    now = clock or perf_counter
     outcomes: dict[str, Any] = {}
     walls: dict[str, list[float]] = {name: [] for name in variants}
     for name in progress([*variants] * repeats):
-        start = clock()
+        start = now()
         outcome = variants[name]()
-        walls[name].append(clock() - start)
+        walls[name].append(now() - start)
         outcomes.setdefault(name, outcome)
     points = [
         Point(name, float(error(outcome)), tuple(walls[name]), dict(getattr(outcome, "work", {})))

@@ -20,6 +20,7 @@ import numpy as np
 from buckler.mbs import Controlled, Exudyn, Mechanism, Result, simulate
 from buckler.studies.kit.parameters import StudyParameters, choices, quantities, quantity
 from buckler.studies.kit.report import QUIET, Array, Metric, Progress, StudyResult, Table, judged
+from buckler.studies.kit.statistics import exponent
 from buckler.studies.kit.style import COLOURS, Figure, subplots
 from buckler.studies.rattling.nonsmooth_cases import ARM, CLEARANCE, CRANK, ROD, fourbar, slider_crank
 from buckler.studies.rattling.siconos import FOURBAR, SLIDER_CRANK
@@ -112,11 +113,8 @@ def _signals(name: str, key: str, result: Result) -> dict[str, Array]:
 def _rates(name: str, stiffnesses: Sequence[float], metrics: dict[str, Metric]) -> dict[str, Metric]:
     """Power of the stiffness with which the distance falls: over all but the stiffest, which are at the published error."""
     some = sorted(stiffnesses)[: max(2, len(stiffnesses) - 1)]
-    apart = [metrics[f"{name}.{k:g}.distance"].value for k in some]
-    if len(some) < 2:
-        return {}
-    slope = float(np.polyfit(np.log(some), np.log(apart), 1)[0])
-    return {f"{name}.power_of_stiffness": Metric(slope, "1")}
+    power = exponent(some, [metrics[f"{name}.{k:g}.distance"].value for k in some])
+    return {f"{name}.power_of_stiffness": Metric(power, "1")} if len(some) > 1 else {}
 
 
 def _table(rows: list[list[Any]], metrics: dict[str, Metric], p: Parameters) -> Table:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from math import pi, sqrt
+from math import pi
 from typing import Any
 
 import numpy as np
@@ -20,6 +20,7 @@ from buckler.mbs import Mechanism, Result
 from buckler.mbs.elements.clearance import clearances, contact, states
 from buckler.studies.kit.parameters import integer, quantity
 from buckler.studies.kit.report import QUIET, Array, Metric, Progress, StudyResult, Table, judged
+from buckler.studies.kit.statistics import Mean
 from buckler.studies.kit.style import Figure, subplots
 from buckler.studies.rattling.assumptions import BODIES
 from buckler.studies.rattling.clearance import COLOURS, CrankRockerParameters, label
@@ -104,13 +105,9 @@ class Rate:
         if result.time[-1] < 2 * p.turn:
             raise RuntimeError(f"{result.status}: {result.message}")
         each = np.stack([self._of(result, point, by_point[point]) for point in p.with_play], axis=1)
-        total = each.sum(axis=(1, 2, 3))
-        self.scatter = float(np.std(total, ddof=1) / sqrt(len(total)) / np.mean(total)) if len(total) > 1 else np.nan
+        total = Mean.of(each.sum(axis=(1, 2, 3)))
+        self.scatter = total.error / total.value
         return np.asarray(each.mean(axis=0))
-
-    def _whole(self, result: Result) -> range:
-        """Turns measured that the run got through."""
-        return range(1, round(result.time[-1] / self.p.turn))
 
     def _of(self, result: Result, point: str, worn: Array) -> Array:
         """Depth that each turn takes of bush and pin, m, (turns, 2, bins)."""
@@ -122,7 +119,7 @@ class Rate:
         power = found.normal * np.abs(found.sliding)
         way = np.concatenate([[0.0], (power[1:] + power[:-1]) / 2 * np.diff(record.time)])
         place, taken = np.column_stack([found.ex, found.ey]), []
-        for k in self._whole(result):
+        for k in range(1, round(result.time[-1] / p.turn)):  # those that the run got through
             kept = (record.time > k * p.turn) & (record.time <= (k + 1) * p.turn)
             rub = Rubbing(place[kept], found.depth[kept], way[kept], (bush.angle[kept], pin.angle[kept]))
             taken.append([c * shares(rub, p.clearance, worn, side) for side, c in enumerate(p.coefficients)])

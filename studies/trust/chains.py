@@ -52,22 +52,9 @@ class Point(NamedTuple):
 class Chain(NamedTuple):
     """Pieces welded to each other between two supports, and a dead force p times `force` where a piece ends.
 
-    Attributes
-    ----------
-    pieces : tuple of Piece
-    at : int
-        After so many pieces the force acts,
-    force : (float, float)
-    arm : (float, float)
-        at this distance from there, on an arm that turns with the strip.
-    rtol : float
-        Of the integration along the path; critical points have a hundredth of it.
-    clamped : (bool, bool)
-        Whether the start and the end are clamped; both are held.
-    end : (float, float)
-        Place of the end from the start.
-    to : float
-        Load at which its path ends.
+    The force acts after so many pieces, `arm` away from there on an arm that turns with the strip. Start and end are held or
+    clamped; `end` is the place of the end from the start. The path ends at the load `to`. `rtol` is that of the integration
+    along the path; critical points have a hundredth of it.
     """
 
     pieces: tuple[Piece, ...]

@@ -77,6 +77,12 @@ class _System:
     def stored(self, sensor: int) -> Array:
         return np.asarray(self.system.GetSensorStoredData(sensor))
 
+    def place(self, body: int, x: float) -> int:
+        return self.system.AddMarker(eii.MarkerBodyPosition(bodyNumber=body, localPosition=[x, 0, 0]))
+
+    def pin(self, *markers: int) -> None:
+        self.system.AddObject(eii.ObjectJointRevolute2D(markerNumbers=list(markers)))
+
     def weight(self, body: int, gravity: tuple[float, float]) -> None:
         if any(gravity):
             marker = self.system.AddMarker(eii.MarkerBodyMass(bodyNumber=body))
@@ -252,19 +258,13 @@ def _add_motor(job: _System, mechanism: Mechanism, speed: float, pin: int) -> in
     crank, radius = mechanism.link("crank").body, mechanism.length("crank")
     assert isinstance(crank, Rigid)
     mass, inertia, (centre, _) = crank.inertia(radius)
-    node = job.system.AddNode(
-        eii.NodeRigidBody2D(referenceCoordinates=[centre, 0, 0], initialVelocities=[0, speed * centre, speed])
-    )
+    velocity = [0, speed * centre, speed]
+    node = job.system.AddNode(eii.NodeRigidBody2D(referenceCoordinates=[centre, 0, 0], initialVelocities=velocity))
     body = job.system.AddObject(eii.ObjectRigidBody2D(mass=mass, inertia=inertia + motor.inertia, nodeNumber=node))
     job.weight(body, mechanism.gravity)
     ground = job.system.AddObject(eii.ObjectGround())
-    places = ((ground, 0.0), (body, -centre), (body, radius - centre))
-    pivot, start, end = (
-        job.system.AddMarker(eii.MarkerBodyPosition(bodyNumber=which, localPosition=[x, 0, 0])) for which, x in places
-    )
-    carried = job.system.AddMarker(eii.MarkerNodePosition(nodeNumber=pin))
-    for pair in ([pivot, start], [end, carried]):
-        job.system.AddObject(eii.ObjectJointRevolute2D(markerNumbers=pair))
+    job.pin(job.place(ground, 0.0), job.place(body, -centre))
+    job.pin(job.place(body, radius - centre), job.system.AddMarker(eii.MarkerNodePosition(nodeNumber=pin)))
     slope = motor.constant**2 / motor.resistance
     turning = job.marker(node, 2)
     job.system.AddObject(eii.ObjectConnectorCoordinateSpringDamper(markerNumbers=[job.ground, turning], damping=slope))
@@ -279,9 +279,7 @@ def _add_crank(job: _System, mechanism: Mechanism, speed: float, pin: int) -> in
     for coordinate in (0, 1):
         job.fix(node, coordinate)
     job.fix(node, 2, offset=speed, velocityLevel=True)
-    end = job.system.AddMarker(eii.MarkerBodyPosition(bodyNumber=body, localPosition=[mechanism.length("crank"), 0, 0]))
-    start = job.system.AddMarker(eii.MarkerNodePosition(nodeNumber=pin))
-    job.system.AddObject(eii.ObjectJointRevolute2D(markerNumbers=[end, start]))
+    job.pin(job.place(body, mechanism.length("crank")), job.system.AddMarker(eii.MarkerNodePosition(nodeNumber=pin)))
     return int(node)
 
 
