@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -35,13 +36,28 @@ class SliderCrank(NamedTuple):
         """Distance of crank pin and a slider held at x = stop, m (eq. 8)."""
         return np.hypot(self.crank * np.cos(theta) - stop, self.crank * np.sin(theta))
 
-    def shortening(self, theta: Any, stop: float) -> Any:
+    def shortening(self, theta: Any, stop: Any) -> Any:
         """Normalised end shortening u = 1 - chord/L of a coupler whose slider is held at x = stop (eqs 7-9)."""
         return 1 - self.chord(theta, stop) / self.coupler
 
-    def lean_cosine(self, theta: Any, stop: float) -> Any:
+    def lean_cosine(self, theta: Any, stop: Any) -> Any:
         """cos(phi) of the chord against the slider's line (eq. 10)."""
         return (self.crank * np.cos(theta) - stop) / self.chord(theta, stop)
+
+    def push(self, load: Callable[[Any], Any], rigidity: float, theta: Any, stop: Any) -> Any:
+        """Force p(u) E I/L^2 cos(phi) of a buckled coupler on a slider held at x = stop, along its line, N (eqs 7-13).
+
+        Parameters
+        ----------
+        load : callable
+            P L^2/(E I) of the end shortening over the length, such as `buckler.elastica.pinned.load`.
+        rigidity : float
+            E I of the coupler, N m^2.
+        theta, stop : float or array
+            Crank angle, rad, and place of the slider, m; a coupler that is not shortened counts as just buckling.
+        """
+        u = np.maximum(self.shortening(theta, stop), 0.0)
+        return load(u) * rigidity / self.coupler**2 * self.lean_cosine(theta, stop)
 
     def contact_angle(self, stop: float) -> float:
         """Crank angle in (0, pi) at which the rigid slider reaches x = stop: the cosine rule.

@@ -11,7 +11,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.patches import Patch
 
 from buckler.elastica import law
-from buckler.studies.kit.report import StudyResult
+from buckler.studies.kit.report import Array, StudyResult
 from buckler.studies.kit.style import Axes, Figure, plain_ticks, subplots
 from buckler.studies.striking import impact
 from buckler.studies.striking.inverse import Design, Given, Wish, design
@@ -46,10 +46,9 @@ def designed(result: StudyResult) -> Design:
     return design(Wish(force, impact, np.radians(angle)), p.given)
 
 
-def _force(thickness: Any, width: Any, stop: Any, given: Given) -> Any:
-    """Contact force at the dead centre of a stop that does not give way, N."""
-    u = np.clip(1 - (-stop - given.crank) / given.coupler, 0.0, 1.0)
-    return law.fast(u) * given.modulus * width * thickness**3 / (12 * given.coupler**2)
+def _load(shortening: Array) -> Array:
+    """Of the elastica; that of ends that meet where they cannot come nearer."""
+    return np.asarray(law.fast(np.minimum(shortening, 1.0)))
 
 
 def _draw_map(ax: Axes, d: Design, asked: Design) -> None:
@@ -60,7 +59,7 @@ def _draw_map(ax: Axes, d: Design, asked: Design) -> None:
     angle = np.linspace(np.radians(4), 2 * pi - np.radians(4), POINTS)
     h, turned = np.meshgrid(thickness, angle)
     stop = given.lengths.slider(pi - turned / 2)
-    force = _force(h, d.width, stop, given)
+    force = given.lengths.push(_load, given.modulus * d.width * h**3 / 12, pi, stop)
     free = replace(given, thickness=None, width=d.width)
     names = list(SHADES)
     first = np.full(h.shape, len(names))
@@ -105,8 +104,8 @@ def _draw_turn(ax: Axes, d: Design, result: StudyResult) -> None:
     """Force on the stop over crank angle: simulated, exact, and what was asked for."""
     half = d.wish.contact_angle / 2
     angle = np.linspace(pi - half, pi + half, 400)
-    u = np.clip(d.given.lengths.shortening(angle, d.stop - d.wish.contact_force / d.stiffness), 0.0, 1.0)
-    exact = law.fast(u) * d.euler_load / pi**2 * d.given.lengths.lean_cosine(angle, d.stop)
+    rigidity = d.euler_load * (d.given.coupler / pi) ** 2
+    exact = d.given.lengths.push(_load, rigidity, angle, d.stop - d.wish.contact_force / d.stiffness)
     floor = exact.min() / 4
     for model in ("beam", "strut"):
         if f"{model}.angle" in result.signals:

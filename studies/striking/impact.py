@@ -108,9 +108,7 @@ class ModelRun:
 
 def exact_force(parameters: ImpactParameters, angle: Any) -> Any:
     """Force on the stop of the exact elastica in equilibrium, N; angles in contact, rad."""
-    u = np.maximum(PAPER.shortening(angle, PAPER_STOP), 0.0)
-    force = pinned.load(u) * parameters.section.bending_stiffness / PAPER.coupler**2
-    return force * PAPER.lean_cosine(angle, PAPER_STOP)
+    return PAPER.push(pinned.load, parameters.section.bending_stiffness, angle, PAPER_STOP)
 
 
 class Reading(NamedTuple):

@@ -140,8 +140,7 @@ class Stitched:
 
     def contact_force(self, angle: Any) -> Any:
         """Quasi-static force on the stop, p(u) E I/L^2 cos(phi), N, for angles in contact (eq. 13)."""
-        u = np.maximum(self.lengths.shortening(angle, self.stop), 0.0)
-        return self.strip_force(u) * self.lengths.lean_cosine(angle, self.stop)
+        return self.lengths.push(self.load, self.stiffness, angle, self.stop)
 
     def impact_force(self, speed: float) -> float:
         """Force of a pulse, m (1 + e) v/dt, N."""

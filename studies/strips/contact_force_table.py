@@ -91,8 +91,7 @@ class Press:
 
     def force(self, load: Callable[[Array], Array], angle: Any) -> Array:
         """F = p(u) E I/L^2 cos(phi) at crank angles, rad, for a load p(u) of an array (eqs 7-13), N."""
-        u = np.maximum(PAPER.shortening(np.atleast_1d(angle), self.stop), 0.0)
-        return self.unit * load(u) * PAPER.lean_cosine(np.atleast_1d(angle), self.stop)
+        return np.asarray(PAPER.push(load, self.section.bending_stiffness, np.atleast_1d(angle), self.stop))
 
 
 def table_2_stop() -> float:

@@ -63,9 +63,7 @@ class Pressed:
 
     def push(self, angle: Any, depth: Any = 0.0) -> Any:
         """Force of the strip on the slider along its line, N, at crank angles, rad, the slider so deep in the stop, m."""
-        place = PAPER_STOP - depth
-        u = np.maximum(PAPER.shortening(angle, place), 0.0)
-        return pinned.load(u) * self.rigidity / PAPER.coupler**2 * PAPER.lean_cosine(angle, place)
+        return PAPER.push(pinned.load, self.rigidity, angle, PAPER_STOP - depth)
 
     def settled(self, law: Any, start: float, end: float, held: float = 0.0) -> float:
         """Force on the stop at a crank angle, N, of a slider that was at rest at another.
