@@ -13,10 +13,10 @@ else:
 __all__ = ["COLOURS", "STYLE", "WIDTH", "Axes", "Figure", "house_style", "plain_ticks", "subplots"]
 
 
-def plain_ticks(axis: Any) -> None:
-    """Write the ticks of a logarithmic axis of a decade or two as plain numbers, at 1, 2 and 5."""
+def plain_ticks(axis: Any, subs: tuple[float, ...] = (1, 2, 5)) -> None:
+    """Write the ticks of a logarithmic axis of a decade or two as plain numbers, by default at 1, 2 and 5."""
     from matplotlib.ticker import LogLocator, NullFormatter
 
-    axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    axis.set_major_locator(LogLocator(subs=subs))
     axis.set_major_formatter("{x:g}")
     axis.set_minor_formatter(NullFormatter())

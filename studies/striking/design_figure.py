@@ -79,7 +79,7 @@ def _draw_map(ax: Axes, d: Design, asked: Design) -> None:
     if feasible(d):
         ax.plot(1e3 * d.thickness, degrees(p.contact_angle), "o", **CHOSEN, label="design")
     ax.set(xscale="log", xlim=(x[0], x[-1]), ylim=(0, 360), yticks=range(0, 361, 60))
-    plain_ticks(ax.xaxis)
+    plain_ticks(ax.xaxis, (1, 1.5, 2, 3, 4, 5, 7))
     ax.grid(False)
     ax.set(xlabel=f"thickness [mm], width {1e3 * d.width:.3g} mm", ylabel="contact angle [deg]")
     _stop_axis(ax, given)
