@@ -250,12 +250,12 @@ def _bend(a: Functions, b: Functions, end: float) -> tuple[tuple[Array, Array], 
 
 
 def _seen(times: Array, samples: Array, jumps: Array) -> Array:
-    """0 at times between two samples about an onset or a kink, else 1."""
-    out, near = np.ones(len(times)), 1e-9 * float(samples[-1])
+    """0 at times between two samples about an onset or a kink, else 1; samples of both sides of one leave nothing between."""
+    out, near = np.ones(len(times)), 1e-6 * float(samples[-1])
     for t in jumps:
-        first = samples[max(int(np.searchsorted(samples, t - near)) - 1, 0)]
-        last = samples[min(int(np.searchsorted(samples, t + near)), len(samples) - 1)]
-        out[(times >= first) & (times <= last)] = 0.0
+        last = min(int(np.searchsorted(samples, t - near)), len(samples) - 1)
+        first = max(int(np.searchsorted(samples, t + near, side="right")) - 1, 0)
+        out[(times >= samples[min(first, last)]) & (times <= samples[max(first, last)])] = 0.0
     return out
 
 

@@ -25,9 +25,10 @@ ROUNDING = 1e-8
 """Error told at least: two runs that agree to rounding are told to."""
 UNRELATED = 0.1
 """Difference of places, over their range, from which two runs no longer know of each other."""
-LATER = 1.5
+LATER, FASTEST = 1.5, 2
 """A rung in time later two runs of a motion that can be computed part so many times later at least, if they part at all: an
-error that goes by the fourth power of time, and shrinks to a fifth, does."""
+error that goes by the fourth power of time, and shrinks to a fifth, does. Power of time by which an error grows at most where
+steps do not follow a vibration: that of its phase by time, and by its square where its frequency drifts."""
 
 
 class Differences(NamedTuple):
@@ -46,10 +47,12 @@ def parted(a: Functions, b: Functions) -> float:
     """Time, s, to which two runs of one mechanism are one trajectory; infinite where they are to the end.
 
     Those that no longer know of each other at the end are held to be one as long as they differ by less than a hundredth of
-    `UNRELATED`. Where finer runs part hardly later (`LATER`), the motion is chaotic, and one of many beyond.
+    `UNRELATED`. Where finer runs part hardly later (`LATER`), the motion is chaotic, and one of many beyond. Steps that do not
+    follow a vibration part as early on each rung, but are no sign of it: their difference grows by a power of time (`FASTEST`),
+    that of a chaotic motion a hundredfold in as long as it took for the hundredfold before.
     """
     end = min(a.time[-1], b.time[-1])
-    times = np.linspace(0.0, end, 400)
+    times = a.time[a.time <= end]
     mine, theirs, off = a.at(times), b.at(times), np.zeros(len(times))
     for name, (scale, _) in b.scales.items():
         if b.signals[name].kind is Kind.PLACE and name in a.signals:
@@ -57,4 +60,8 @@ def parted(a: Functions, b: Functions) -> float:
     off = np.maximum.accumulate(off)
     if not off[-1] > UNRELATED:
         return np.inf
-    return float(times[max(1, int(np.argmax(off > UNRELATED / 100)) - 1)])
+    begun, little, whole = (int(np.argmax(off > UNRELATED * share)) for share in (1e-4, 1e-2, 1.0))
+    before = times[max(0, begun - 1)]
+    if times[whole] - before > 100 ** (1 / FASTEST) * (times[little] - before):
+        return np.inf
+    return float(times[max(1, little - 1)])

@@ -101,3 +101,17 @@ def test_onsets_lie_where_the_cubic_passes_zero():
     time = np.linspace(0, 4, 17)
     found = onsets(time, np.sin(time + 1e-3), np.cos(time + 1e-3))
     assert found == pytest.approx([np.pi - 1e-3], abs=2e-5)
+
+
+def test_what_lies_after_an_onset_that_is_a_sample_counts():
+    """The step after it was left out with the onset itself; in the first milliseconds of a joint the force there was 1 % off."""
+    time = np.linspace(0, END, 201)
+
+    def run(samples):
+        push = np.maximum(samples - 1.0, 0.0) ** 1.5
+        return Functions(samples, {"c": Signal("c", push, "N", Kind.CONTACT, onsets=np.array([1.0 + 1e-9]))}, 1.0)
+
+    found = relative(compare(run(np.append(time[time <= 1.0], np.linspace(1.25, END, 4))), run(time)))
+    between = np.linspace(1.0, 1.25, 1001)
+    off = np.abs(run(np.append(time[time <= 1.0], np.linspace(1.25, END, 4))).at(between)["c"] - (between - 1.0) ** 1.5).max()
+    assert found["c.peak"] == pytest.approx(off, rel=0.05) and off > 2e-3

@@ -225,3 +225,12 @@ def test_a_solver_with_an_accuracy_climbs_its_own_ladder(monkeypatch):
         assert 0 < result.error["O.ground-bar.fx"] <= 1e-4 == result.asked
         assert result.work["runs"] == result.work[f"{type(solver).__name__.lower()}_runs"] >= 2
         assert set(result.error.time) == set(result.error.signals)
+
+
+@pytest.mark.parametrize("power", [1, 2])
+@pytest.mark.parametrize("begins", [0.0, 0.4])
+def test_a_difference_that_grows_by_a_power_of_time_parts_no_runs(power, begins):
+    """Of steps that do not follow a vibration: it was taken for chaos, and the error told up to a fiftieth of the run."""
+    off = np.maximum(TIME - begins, 0.0) ** power
+    runs = [Functions(TIME, {"P.x": Signal("P.x", RIGHT + each, "m", Kind.PLACE)}, 1.0) for each in (off, 0.0 * TIME)]
+    assert parted(*runs) == np.inf
