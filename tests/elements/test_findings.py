@@ -68,10 +68,8 @@ WRONG = {
     "no such signal by item": (lambda: ran()["B.z"], ["no signal 'B.z'", "near it", "B.x"]),
     "after the run": (lambda: ran().at("B.x", 0.2), ["'B.x' at t = 0.2 s", "[0, 0.1] s"]),
     "before the run": (lambda: ran().at("B.x", [0.05, -0.1]), ["t = -0.1 s"]),
-    "a solver for an accuracy": (lambda: mbs.simulate(made(), 0.1, mbs.Exudyn()), ["accuracy = Exudyn"]),
     "no mechanism": (lambda: mbs.simulate(None, 0.1), ["mechanism = None"]),
     "infinite modulus": (lambda: mbs.Material(modulus=math.inf, density=1.0, poisson=0.3), ["modulus = inf Pa: must be finite"]),
-    "radius 1": (lambda: mbs.Exudyn(spectral_radius=1.0), ["spectral_radius = 1.0"]),
     "a clearance beyond its links": (
         lambda: made(joints=[mbs.Clearance("A", "crank", "rod", pin=0.01, gap=2.0, law=Hertz(1e8))]),
         ["gap = 2 m at 'A'", "below the length", "1 m"],

@@ -5,7 +5,6 @@ import pytest
 from simulations import closed
 
 from buckler import mbs
-from buckler.mbs.kinematics.errors import KinematicsError
 from buckler.mbs.kinematics.linkage import Linkage
 from buckler.mbs.laws import ExactRestitution
 
@@ -141,14 +140,6 @@ def test_strut_between_ground_and_a_bar_needs_no_guide():
     joints = [mbs.Revolute("O", "ground", "bar"), mbs.Revolute("A", "bar", "stay"), mbs.Revolute("B", "stay", "ground")]
     scene = mbs.build(mbs.Mechanism(points, links, joints))
     assert scene.summary()["coordinates"] == 3 and scene.summary()["Revolute"] == 1
-
-
-def test_stop_where_the_point_starts_is_refused():
-    plain = crank_and_slider()
-    at = float(plain.points["B"][0])
-    mechanism = mbs.Mechanism(plain.points, plain.links, plain.joints, plain.guides, [mbs.Stop("B", at=at, law=LAW)])
-    with pytest.raises(ValueError, match=r"stop at 'B': at = .* m is where the point starts"):
-        mbs.build(mechanism)
 
 
 # --- any planar linkage -----------------------------------------------------------------------------------------------
@@ -314,12 +305,6 @@ def test_linkage_starts_as_drawn_with_consistent_velocities(mechanism):
 def test_coordinates_minus_constraints_are_the_freedoms(mechanism):
     data = mbs.build(mechanism).summary()
     assert data["coordinates"] - data["constraints"] == Linkage(mechanism).mobility() == 0
-
-
-def test_drive_at_a_dead_centre_is_refused_before_the_run():
-    plain = crank_and_slider()
-    with pytest.raises(KinematicsError, match="dead centre"):
-        mbs.build(mbs.Mechanism(plain.points, plain.links, plain.joints, plain.guides, drives=[mbs.Drive("B", -0.1)]))
 
 
 def test_length_along_the_arc():
