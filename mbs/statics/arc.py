@@ -28,8 +28,8 @@ BEND = 0.15
 """Angle by which the path may turn in a step, rad: the next one is as long as that asks for."""
 CORNER = 0.5
 """Angle, rad, by which places may turn in a step: where paths cross, one that turns more has reached over to another."""
-ASIDE = (1e-2, 1e-3)
-"""Shares of a step within which a crossing is sought at first."""
+ASIDE = (1e-2, 1e-3, 5e-2)
+"""Shares of a step within which a crossing is sought at first; the last where paths part before they cross."""
 ALIKE = 1e-3
 """Difference of two polynomials' roots, over twice that."""
 
@@ -113,11 +113,13 @@ class Arc:
             if at(0.0) * at(step.arc) > 0.0:
                 return None
             found = brentq(at, 0.0, step.arc, xtol=1e-13 * step.arc + 1e-300, rtol=1e-14, maxiter=60, disp=False)
-        except StaticsError:
-            pass
-        else:
             if found not in seen:
                 at(found)
+        except StaticsError:  # where it has been sought so far, a straight line between the nearest on both sides
+            sides = [[arc for arc in seen if seen[arc][0] * seen[0.0][0] * sign > 0.0] for sign in (1.0, -1.0)]
+            if all(sides):
+                (one, a), (other, b) = seen[max(sides[0])], seen[min(sides[1])]
+                return Rest(*((one * y - other * x) / (one - other) for x, y in zip(a, b, strict=True)))
         return min(seen.values(), key=lambda each: abs(each[0]))[1] if seen else None
 
     def crossing(self, step: Step, function: Callable[[Rest], float]) -> Rest | None:
@@ -125,21 +127,34 @@ class Arc:
 
         They go through equilibria on both sides of a rough root; where two of them do not agree, it is sought there after all.
         """
+        if function(step.rest) * function(step.new) > 0.0:
+            return None
         parts = np.array([-1.0, 1.0, -2.0, 2.0, -3.0, 3.0])
-        try:
-            for aside in ASIDE:
-                if function(step.rest) * function(step.new) > 0.0:
-                    return None
-                rough = brentq(lambda arc: function(self.along(step, arc)), 0.0, step.arc, xtol=aside * step.arc)
+        for aside in ASIDE:
+            try:
+                rough = self._rough(step, function, aside * step.arc)
                 rests = [self.along(step, rough + 2.0 * aside * step.arc * part) for part in parts]
-                found = [function(rest) for rest in rests]
-                few, all_ = (_root_of(parts[:n], found[:n]) for n in (4, 6))
-                if abs(all_ - few) < ALIKE:
-                    weights = [np.prod([(all_ - b) / (a - b) for b in parts if b != a]) for a in parts]
-                    return Rest(*(sum(w * x for w, x in zip(weights, each, strict=True)) for each in zip(*rests, strict=True)))
-        except StaticsError:
-            pass
+            except StaticsError:
+                continue
+            found = [function(rest) for rest in rests]
+            few, all_ = (_root_of(parts[:n], found[:n]) for n in (4, 6))
+            if abs(all_ - few) < ALIKE:
+                weights = [np.prod([(all_ - b) / (a - b) for b in parts if b != a]) for a in parts]
+                return Rest(*(sum(w * x for w, x in zip(weights, each, strict=True)) for each in zip(*rests, strict=True)))
         return self.root(step, function)
+
+    def _rough(self, step: Step, function: Callable[[Rest], float], near: float) -> float:
+        """A root to within about `near`: at the crossing itself, on which a secant may fall, none is found, but beside it."""
+
+        def value(arc: float) -> float:
+            for part in (0.0, 0.3, -0.3):
+                try:
+                    return function(self.along(step, min(max(arc + part * near, 0.0), step.arc)))
+                except StaticsError as error:
+                    last = error
+            raise last
+
+        return float(brentq(value, 0.0, step.arc, xtol=near))
 
     def reaches_over(self, step: Step, after: Array) -> bool:
         """Whether a step that could be shorter turns so much that it may have ended on another path."""

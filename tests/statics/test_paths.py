@@ -1,5 +1,7 @@
 """Paths of equilibria: every critical point of columns and trusses against closed forms, flutter, branches, any number."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.optimize import brentq
@@ -59,6 +61,31 @@ def test_all_branches_of_a_column_leave_to_both_sides():
     assert ends[0] == pytest.approx(-ends[1], rel=1e-6)
     assert all(each.stable[-1] for each in found.branches)
     assert not found.stable[-1]
+
+
+def propped(load, stiffness):
+    """Zero where a column on a spring at its middle buckles into one wave, by half of it, with shear and stretching."""
+    bend, axial, shear = SECTION.bending_stiffness, SECTION.axial_stiffness, SECTION.shear_stiffness
+    soft = 1.0 - load / axial + load / shear
+    wave = np.sqrt(load * soft / bend)
+    turn = wave * LENGTH / 2
+    return soft * (np.sin(turn) / wave - np.cos(turn) * LENGTH / 2) + load * np.cos(turn) * (LENGTH / 2 / shear + 2 / stiffness)
+
+
+@pytest.mark.parametrize("to", [4.4, 4.5, 6.0])
+@pytest.mark.parametrize("stiffness", [100.0, 500.0])
+def test_a_column_on_a_spring_branches_at_both_its_loads_wherever_the_path_ends(stiffness, to):
+    """As it shortens its spring tilts by 4e-6, so that paths part where they would cross: a secant that falls there fails."""
+    made = columns("a", load=EULER)
+    spring = Spring("Ma", "ground:G", stiffness=stiffness, free_length=1.0)
+    made = replace(made, points={**made.points, "G": (LENGTH / 2, -1.0)}, loads=[*made.loads, spring])
+    found = path(made, to=to, load="force.Ba")
+    loads = np.linspace(1.2, 4.45, 100) * EULER
+    signs = np.sign([propped(load, stiffness) for load in loads])
+    (k,) = np.flatnonzero(np.diff(signs))
+    alone = brentq(propped, loads[k], loads[k + 1], args=(stiffness,), xtol=1e-13)
+    assert found.branchings == pytest.approx(sorted([alone / EULER, engesser(2) / EULER]), rel=1e-7)
+    assert found.unstable[-1] == 2
 
 
 def test_the_diagram_of_a_column_is_dashed_from_its_load_on():
