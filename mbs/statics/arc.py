@@ -115,12 +115,15 @@ class Arc:
             found = brentq(at, 0.0, step.arc, xtol=1e-13 * step.arc + 1e-300, rtol=1e-14, maxiter=60, disp=False)
             if found not in seen:
                 at(found)
+            return seen[found][1]  # a function may jump there
         except StaticsError:  # where it has been sought so far, a straight line between the nearest on both sides
             sides = [[arc for arc in seen if seen[arc][0] * seen[0.0][0] * sign > 0.0] for sign in (1.0, -1.0)]
-            if all(sides):
-                (one, a), (other, b) = seen[max(sides[0])], seen[min(sides[1])]
-                return Rest(*((one * y - other * x) / (one - other) for x, y in zip(a, b, strict=True)))
-        return min(seen.values(), key=lambda each: abs(each[0]))[1] if seen else None
+            if not all(sides):
+                return None
+            (one, a), (other, b) = seen[max(sides[0])], seen[min(sides[1])]
+            ends, n = (self.problem.vector(a), self.problem.vector(b)), len(a.q)
+            between = ends[0] + one / (one - other) * (ends[1] - ends[0])
+            return Rest(between[:n], between[n:-1], float(between[-1]))
 
     def crossing(self, step: Step, function: Callable[[Rest], float]) -> Rest | None:
         """The same of what is zero where paths cross: there Newton's matrix is singular, so that the root is that of polynomials.

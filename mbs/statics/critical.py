@@ -158,12 +158,12 @@ def _flutters(arc: Arc, step: Step, before: State, after: State) -> list[Critica
 
 
 def _fastest(problem: Problem, rest: Rest) -> float:
-    """Largest real part of an exponent that swings, rounding left out."""
+    """Largest real part of an exponent that swings, rounding left out; below zero where none swings any more."""
     problem.set(rest.parameter)
     found = spectrum(Tangent.at(problem.scene, rest.q, rest.multipliers))
     swings = np.abs(found.values.imag) > found.rounding
     known = swings & (found.rounding < 0.1 * np.abs(found.values))
-    return float(found.values.real[known].max(initial=-1e300))
+    return float(found.values.real[known].max(initial=-np.abs(found.values).max()))
 
 
 def _meeting(arc: Arc, step: Step, before: State, after: State) -> Any:

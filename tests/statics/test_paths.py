@@ -203,6 +203,33 @@ def test_becks_column_flutters_and_branches_nowhere():
     assert not found.stable[-1]
 
 
+@pytest.mark.parametrize(("first", "second"), [(0.01, 0.01), (0.01, 0.2), (0.3, 0.01)])
+def test_a_damped_flutter_ends_where_its_motions_cease_to_swing(first, second):
+    """Ziegler's double pendulum with unequal dampers: flutter begins on the imaginary axis and ends on the real one."""
+    length, stiffness, mass = 0.4, 3.0, 0.7
+    bars = [
+        Link(name, start, end, Rigid.of(mass=m, inertia=1e-12, centre=(length, 0)))
+        for name, start, end, m in (("a", "O", "A", 2 * mass), ("b", "A", "B", mass))
+    ]
+    found = path(Mechanism(
+        {"O": (0, 0), "A": (length, 0), "B": (2 * length, 0)}, bars, [Revolute("O", "ground", "a"), Revolute("A", "a", "b")],
+        loads=[TorsionSpring("ground", "a", stiffness=stiffness, damping=first),
+               TorsionSpring("a", "b", stiffness=stiffness, damping=second), Force("B", (-stiffness / length, 0), follows="b")],
+    ), load="force.B", to=6.2)  # fmt: skip
+
+    def swinging(load):
+        inertia, damping = mass * length**2 * np.array([[3, 1], [1, 1]]), np.array([[first + second, -second], [-second, second]])
+        rows = np.linalg.solve(inertia, np.hstack([stiffness * np.array([[2 - load, load - 1], [-1, 1]]), damping]))
+        values = np.linalg.eigvals(np.block([[np.zeros((2, 2)), np.eye(2)], [-rows]]))
+        return values.real[np.abs(values.imag) > 1e-9].max(initial=-1.0)
+
+    loads = np.linspace(0.1, 6.1, 601)
+    at = np.flatnonzero(np.diff(np.sign([swinging(load) for load in loads])))
+    exact = [brentq(swinging, loads[k], loads[k + 1], xtol=1e-12) for k in at]
+    assert len(exact) == 2
+    assert found.flutter == pytest.approx(exact, rel=1e-6)
+
+
 def test_a_thickness_is_followed_to_where_the_column_buckles():
     load = 2.0
     thin = (load * 12 * LENGTH**2 / np.pi**2 / SECTION.material.modulus / SECTION.width) ** (1 / 3)
