@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from buckler.studies.kit.parameters import StudyParameters, choices, integer, quantity, text
-from buckler.studies.kit.report import QUIET, Array, Metric, Progress, StudyResult, Table, judged
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import COLOURS, Figure, subplots
 from buckler.studies.sweeping.sweep import sweep
 from buckler.studies.trust import extreme
@@ -125,8 +125,9 @@ def figure(result: StudyResult) -> Figure:
     row = np.array([families.index(name) for name in s["family"]])
     compared = ~np.isnan(s["off"])
     place = np.clip(np.nan_to_num(s["off"], posinf=MOST), LEAST, MOST)
-    place[~compared] = 40 * MOST * 6 ** _spread(row, ~compared, 0.7548777)[~compared]
-    height = row + 0.6 * _spread(row, compared, 0.618034)
+    apart, aside = np.random.default_rng(0).uniform(-0.5, 0.5, (2, len(row)))  # keep the dots of a row apart
+    place[~compared] = 40 * MOST * 6 ** aside[~compared]
+    height = row + 0.6 * apart
     for verdict in [v for v in VERDICTS if (s["verdict"] == v).any()]:
         mine = s["verdict"] == verdict
         ax.plot(place[mine], height[mine], MARK[verdict], ms=3.5, color=COLOUR[verdict], label=f"{verdict} ({mine.sum()})")
@@ -139,13 +140,3 @@ def figure(result: StudyResult) -> Figure:
     ax.invert_yaxis()
     ax.legend(loc="lower center", bbox_to_anchor=(0.25, 1.0), ncols=3, columnspacing=1.0)
     return fig
-
-
-def _spread(row: Array, chosen: Array, stride: float) -> Array:
-    """Offsets, -0.5 to 0.5, that keep the dots of a row apart, the same in every drawing: multiples of an irrational number."""
-    offsets = np.zeros(len(row))
-    for part in (chosen, ~chosen):
-        for k in np.unique(row[part]):
-            mine = np.flatnonzero(part & (row == k))
-            offsets[mine] = np.modf((np.arange(len(mine)) + 1) * stride)[0] - 0.5
-    return offsets

@@ -142,33 +142,29 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
         metrics=metrics,
         signals={name: np.array([getattr(d, name) for d in drops]) for name in ("asked", "found", "exact")},
         work={name: sum(getattr(d, name) for d in drops) for name in ("steps", "evaluations")},
-        tables=[_asked_table(metrics, parameters), _impact_table(metrics, parameters, float(np.nanmax(off)))],
+        tables=_tables(metrics, parameters, float(np.nanmax(off))),
     )
 
 
 # --- tables and figure ------------------------------------------------------------------------------------------------
 
 
-def _asked_table(metrics: Mapping[str, Metric], p: Parameters) -> Table:
-    """One row a law, one column a restitution asked for."""
-    rows = [[name, *(metrics[f"{name}.{e:g}.delivered"].value for e in p.restitution)] for name in p.laws]
+def _table(metrics: Mapping[str, Metric], names: Mapping[str, str], over: Sequence[float], unit: str, *words: str) -> Table:
+    """Restitution delivered: one row a law, by the metrics' names, one column a restitution asked for or a speed."""
+    rows = [[text, *(f"{metrics[f'{name}.{x:g}.delivered'].value:.4f}" for x in over)] for name, text in names.items()]
+    first, *more = words
+    return Table([first, *(f"{x:g}{unit}" for x in over)], rows, *more)
+
+
+def _tables(metrics: Mapping[str, Metric], p: Parameters, off: float) -> list[Table]:
+    """Of the laws that can be asked for a restitution, and of the one that cannot."""
     title = "Restitution delivered in drop tests, of a bar at rest struck at constant speed"
-    return Table(["law, asked for:", *(f"{e:g}" for e in p.restitution)], _rounded(rows), title)
-
-
-def _impact_table(metrics: Mapping[str, Metric], p: Parameters, off: float) -> Table:
-    """The laws that cannot be asked: one row each, one column a speed."""
-    rows = [
-        [f"c_max = {CONTACT_DAMPING:g} {unit}", *(metrics[f"Impact[{unit}].{v:g}.delivered"].value for v in p.speeds)]
-        for unit in DAMPING_UNITS
+    impact = {f"Impact[{unit}]": f"c_max = {CONTACT_DAMPING:g} {unit}" for unit in DAMPING_UNITS}
+    words = f"Restitution Impact delivers to {p.mass:.4g} kg", f"Drop tests and the exact relation agree within {off:.1e}."
+    return [
+        _table(metrics, {name: name for name in p.laws}, p.restitution, "", "law, asked for:", title),
+        _table(metrics, impact, p.speeds, " m/s", "Impact, at a speed of:", *words),
     ]
-    title = f"Restitution Impact delivers to {p.mass:.4g} kg"
-    notes = f"Drop tests and the exact relation agree within {off:.1e}."
-    return Table(["Impact, at a speed of:", *(f"{v:g} m/s" for v in p.speeds)], _rounded(rows), title, notes)
-
-
-def _rounded(rows: Sequence[Sequence[Any]]) -> list[list[Any]]:
-    return [[row[0], *(f"{value:.4f}" for value in row[1:])] for row in rows]
 
 
 def figure(result: StudyResult) -> Figure:
