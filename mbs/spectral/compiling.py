@@ -20,8 +20,8 @@ from numba.core.typing.templates import AttributeTemplate
 from numba.extending import infer_getattr, intrinsic, lower_getattr_generic, models, register_model
 
 COMPILED = (
-    "compiling", "tables", "tape", "markers", "lawtable", "strips", "forces", "fronts", "kernel", "output", "contacts", "room",
-    "radau", "samples", "doors", "implicit", "explicit", "ledger", "recording",
+    "compiling", "tables", "tape", "markers", "lawtable", "strips", "along", "forces", "fronts", "kernel",
+    "output", "contacts", "room", "radau", "samples", "doors", "implicit", "explicit", "recording",
 )  # fmt: skip
 """Files that hold compiled functions."""
 DRAFTED: list[str] = []

@@ -1,4 +1,4 @@
-"""The equations of motion, linear about a state, as sparse matrices, and their factors: `Scene.linear`, `Linear.factor`, `solve`.
+"""The equations of motion at a state, linear about it as sparse matrices, and their factors (`Scene.linear`, `Linear.factor`).
 
     M a + C v' + K q' + (G - X)^T lambda' = f',    G q' = g'.
 
@@ -8,6 +8,9 @@ taken: a mechanism without mass or stiffness in some direction is held by its co
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,6 +18,52 @@ from scipy.sparse import bmat, csc_array, csr_array
 from scipy.sparse.linalg import splu
 
 Array = np.ndarray[Any, Any]
+
+
+@dataclass(frozen=True)
+class Assembly:
+    """All of the equations of motion at one state. Matrices are made of their entries when they are asked for.
+
+    Attributes
+    ----------
+    force : array, shape (n,)
+        f, without the constraints' forces.
+    residual : array, shape (r,)
+        g.
+    speed, change : arrays, shape (r,)
+        Right sides of G v = speed and G a = change.
+    entries : arrays, shape (4, slots + 1)
+        Of -df/dlambda, C, K, and G with its transpose.
+    made : callable
+        The matrix of all unknowns from its entries.
+    """
+
+    force: Array
+    residual: Array
+    speed: Array
+    change: Array
+    entries: Array = field(repr=False)
+    made: Callable[[Array], Any] = field(repr=False)
+
+    @cached_property
+    def stiffness(self) -> Any:
+        """K = -df/dq + d(G^T lambda)/dq, shape (n, n)."""
+        return self.made(self.entries[2])[: len(self.force), : len(self.force)]
+
+    @cached_property
+    def damping(self) -> Any:
+        """C = -df/dv, shape (n, n)."""
+        return self.made(self.entries[1])[: len(self.force), : len(self.force)]
+
+    @cached_property
+    def cross(self) -> Any:
+        """df/dlambda, shape (r, n): friction that follows a constraint's own force."""
+        return -self.made(self.entries[0])[: len(self.force), len(self.force) :].T
+
+    @cached_property
+    def jacobian(self) -> Any:
+        """G, shape (r, n)."""
+        return self.made(self.entries[3])[len(self.force) :, : len(self.force)]
 
 
 class SingularError(ArithmeticError):

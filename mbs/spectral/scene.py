@@ -6,7 +6,6 @@ M(q) a = f(q, v, t) - G(q)^T lambda,    g(q, t) = 0.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -22,7 +21,7 @@ from buckler.mbs.spectral import doors
 from buckler.mbs.spectral import tables as k
 from buckler.mbs.spectral.builder import Attached, Builder
 from buckler.mbs.spectral.elimination import Fronts, fronts_of
-from buckler.mbs.spectral.linear import Linear
+from buckler.mbs.spectral.linear import Assembly, Linear
 from buckler.mbs.spectral.packing import pack
 from buckler.mbs.spectral.reference import link_of
 from buckler.mbs.spectral.registry import add_body, add_element
@@ -39,52 +38,6 @@ if compiler():
     from buckler.mbs.spectral.compiling import DRAFTED
 
     announce(len(DRAFTED))
-
-
-@dataclass(frozen=True)
-class Assembly:
-    """All of the equations of motion at one state. Matrices are made of their entries when they are asked for.
-
-    Attributes
-    ----------
-    force : array, shape (n,)
-        f, without the constraints' forces.
-    residual : array, shape (r,)
-        g.
-    speed, change : arrays, shape (r,)
-        Right sides of G v = speed and G a = change.
-    entries : arrays, shape (4, slots + 1)
-        Of -df/dlambda, C, K, and G with its transpose.
-    made : callable
-        The matrix of all unknowns from its entries.
-    """
-
-    force: Array
-    residual: Array
-    speed: Array
-    change: Array
-    entries: Array = field(repr=False)
-    made: Callable[[Array], Any] = field(repr=False)
-
-    @cached_property
-    def stiffness(self) -> Any:
-        """K = -df/dq + d(G^T lambda)/dq, shape (n, n)."""
-        return self.made(self.entries[2])[: len(self.force), : len(self.force)]
-
-    @cached_property
-    def damping(self) -> Any:
-        """C = -df/dv, shape (n, n)."""
-        return self.made(self.entries[1])[: len(self.force), : len(self.force)]
-
-    @cached_property
-    def cross(self) -> Any:
-        """df/dlambda, shape (r, n): friction that follows a constraint's own force."""
-        return -self.made(self.entries[0])[: len(self.force), len(self.force) :].T
-
-    @cached_property
-    def jacobian(self) -> Any:
-        """G, shape (r, n)."""
-        return self.made(self.entries[3])[len(self.force) :, : len(self.force)]
 
 
 class Place(NamedTuple):
