@@ -1,8 +1,8 @@
 """Derivatives of readings by the numbers of a mechanism, each with its error.
 
-Each reading is taken on runs that share their steps (`frozen`), at the number as it is, a little more and a little less, on
-steps twice as long; and with a quarter of the width on the steps themselves, with strips of higher degree. The finer difference
-is the derivative; how far the coarser one is from it tells what is left of width, steps and degree.
+Each reading is taken on runs that share their steps (`frozen`), at the number as it is and a little more; and a little less,
+over a wider difference, on steps twice as long, with strips of lower degree. The finer difference is the derivative; how far the
+coarser one is from it tells what is left of width, steps and degree. Where they disagree visibly, both sides of both are taken.
 """
 
 from __future__ import annotations
@@ -29,11 +29,12 @@ DEGREE = 8
 """Of strips' polynomials, where the solver names none."""
 WIDER = 4.0
 """Than the finer difference is the other."""
-MOVING, RESTING = (1e-5, 1e-14), (1e-3, 1e-9)
+MOVING, RESTING = (3e-7, 1e-15), (1e-3, 1e-9)
 """Width of the finer difference, relative to the number, and rounding of a reading, relative: of runs, whose errors are the same
 where they share their steps, and of states of rest, whose eigenvalues are as uncertain as soft shapes beside stiff ones."""
-ORDER = 3
-"""Of forces in the length of steps, the least of what is read: by it the coarser derivative tells the error of the finer one."""
+ORDER = 2
+"""In the length of steps, between that of forces, 3, and of what follows impacts, 1: by it the coarser derivative tells the error
+of the finer one."""
 SMALL = 1e-2
 """Relative change of the reading by a relative change of the number below which an uncertain derivative is as good as none."""
 KINKED = 0.5
@@ -223,6 +224,7 @@ def _rows(
     turned: _Turned, levels: Sequence[Evaluate], readings: Sequence[str], width: float, rounding: float
 ) -> list[Derivative]:
     """Derivatives of some readings; of each reading the largest first."""
+    turned.evaluated(levels[0])  # leaves the tape that the next one goes by
     starts = [turned.evaluated(evaluate) for evaluate in levels]
     values, units, _ = starts[1]
     sides = {name: _sides(turned, name, levels, starts, width) for name in turned.scales}
@@ -246,8 +248,8 @@ def _sides(
 ) -> tuple[Array, bool]:
     """One-sided derivatives by a number: coarser from below and above, finer from below and above, shape (4, readings).
 
-    The finer one from below is that of the curvature which the coarser ones show, and is computed where that is suspicious. Also
-    whether a contact begins on one side that does not on the other.
+    Where the coarser one from below and the finer one from above agree, each stands for its other side, too. Also whether a
+    contact begins on one side that does not on the other.
     """
     grazes = []
 
@@ -257,11 +259,11 @@ def _sides(
         grazes.append(found != samples)
         return np.asarray((moved - start) / d)
 
-    below0, above0, above = slope(0, -WIDER), slope(0, WIDER), slope(1, 1.0)
-    below = above - (above0 - below0) / WIDER
-    if not np.all(np.abs(above0 - below0) <= VISIBLE * np.abs(above)):
-        below = slope(1, -1.0)
-    return np.array([below0, above0, below, above]), any(grazes)
+    below0, above = slope(0, -WIDER), slope(1, 1.0)
+    least = np.maximum(np.abs(above), SMALL * np.abs(starts[1][0]) / turned.scales[name])
+    if width <= MOVING[0] and np.all(np.abs(above - below0) <= VISIBLE * least):
+        return np.array([below0, below0, above, above]), any(grazes)
+    return np.array([below0, slope(0, WIDER), slope(1, -1.0), above]), any(grazes)
 
 
 def readings_of(of: str | Sequence[str] | Mapping[str, Reading], moving: bool) -> dict[str, Reading]:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 Array = np.ndarray[Any, Any]
 TIGHT = 1e-7
 """Local error allowed of the run that chooses the steps."""
-FINE = 1e-7
+FINE = 1e-10
 """Local error, in the sense of the solver, within which runs of given steps locate the beginning of a contact."""
 MOST = 20
 """Steps that a run may take, rejected ones too, for each that is given."""
