@@ -19,22 +19,34 @@ from buckler.mbs.sensitivity.frozen import DEGREES, TIGHT, Steps, needs_compiler
 from buckler.mbs.sensitivity.numbers import DURATION, Family, Source
 from buckler.mbs.sensitivity.reading import Smooth, check, measure, statical
 from buckler.mbs.solvers.spectral import Spectral
-from buckler.mbs.solvers.steps import Controlled
 from buckler.mbs.validate import listed, positive, short
 
 Array = np.ndarray[Any, Any]
-Evaluate = Callable[[Mechanism, float | None], tuple[Array, list[str], int]]
+Evaluate = Callable[[Mechanism, float | None], tuple[Array, list[str], float]]
 Reading = str | Callable[[Mechanism], float]
 DEGREE = 8
 """Of strips' polynomials, where the solver names none."""
 WIDER = 4.0
 """Than the finer difference is the other."""
-MOVING, RESTING = (3e-7, 1e-15), (1e-3, 1e-9)
-"""Width of the finer difference, relative to the number, and rounding of a reading, relative: of runs, whose errors are the same
-where they share their steps, and of states of rest, whose eigenvalues are as uncertain as soft shapes beside stiff ones."""
-ORDER = 2
-"""In the length of steps, between that of forces, 3, and of what follows impacts, 1: by it the coarser derivative tells the error
-of the finer one."""
+
+
+class Way(NamedTuple):
+    """How differences are taken: width of the finer one, relative to the number; rounding of a reading, relative; by how much
+    the coarser derivative errs more than the finer one, less one.
+    """
+
+    width: float
+    rounding: float
+    better: float
+
+
+MOVING, RESTING = Way(3e-7, 1e-15, 3.0), Way(1e-3, 1e-13, 15.0)
+"""Of runs, whose errors are the same where they share their steps, with an order in the steps' length between that of forces, 3,
+and of what follows impacts, 1; and of states of rest, whose coarser differences are four times as wide."""
+GRAZING = 100.0
+"""Times the width: where a number changes nothing that is read, contacts are looked for that begin on one side only."""
+NOISE = 3.5
+"""A reading's noise changes second differences by so many times what it changes central ones by, over their width."""
 SMALL = 1e-2
 """Relative change of the reading by a relative change of the number below which an uncertain derivative is as good as none."""
 KINKED = 0.5
@@ -197,10 +209,10 @@ def sensitivities(
     moving = {name: each for name, each in readings.items() if isinstance(each, str) and not statical(each)}
     resting = {name: each for name, each in readings.items() if name not in moving}
     rows: list[Derivative] = []
-    for group, (width, rounding) in ((moving, MOVING), (resting, RESTING)):
+    for group, way in ((moving, MOVING), (resting, RESTING)):
         if group:
             levels = _levels(family.make(fixed | family.values), duration, solver, group)
-            rows += _rows(_Turned(family, points, fixed, scales, duration), levels, list(group), width, rounding)
+            rows += _rows(_Turned(family, points, fixed, scales, duration), levels, list(group), way)
     return Sensitivities(rows, spreads)
 
 
@@ -213,30 +225,28 @@ class _Turned(NamedTuple):
     scales: dict[str, float]
     duration: float | None
 
-    def evaluated(self, evaluate: Evaluate, **changes: float) -> tuple[Array, list[str], int]:
+    def evaluated(self, evaluate: Evaluate, **changes: float) -> tuple[Array, list[str], float]:
         """Readings with other values of some numbers."""
         found = {**self.points, **changes}
         span = found.pop(DURATION, self.duration)
         return evaluate(self.family.make(self.fixed | found), span)
 
 
-def _rows(
-    turned: _Turned, levels: Sequence[Evaluate], readings: Sequence[str], width: float, rounding: float
-) -> list[Derivative]:
+def _rows(turned: _Turned, levels: Sequence[Evaluate], readings: Sequence[str], way: Way) -> list[Derivative]:
     """Derivatives of some readings; of each reading the largest first."""
     turned.evaluated(levels[0])  # leaves the tape that the next one goes by
     starts = [turned.evaluated(evaluate) for evaluate in levels]
     values, units, _ = starts[1]
-    sides = {name: _sides(turned, name, levels, starts, width) for name in turned.scales}
+    sides = {name: _sides(turned, name, levels, starts, way) for name in turned.scales}
     rows = []
     for i, reading in enumerate(readings):
-        noise = rounding * abs(float(values[i])) / width
+        noise = way.rounding * abs(float(values[i])) / way.width
         made = []
         for name, scale in turned.scales.items():
             units_of = units[i], turned.family.units.get(name, "s")
             about = Derivative(reading, name, float(values[i]), turned.points[name], *units_of)
             slopes, grazes = sides[name]
-            made.append(_derivative(about, scale, slopes[:, i].tolist(), noise / scale, grazes))
+            made.append(_derivative(about, scale, slopes[:, i].tolist(), noise / scale, grazes, way))
         rows += sorted(
             made, key=lambda row: -abs(row.derivative * turned.scales[row.number]) if isfinite(row.derivative) else 0.0
         )
@@ -244,7 +254,7 @@ def _rows(
 
 
 def _sides(
-    turned: _Turned, name: str, levels: Sequence[Evaluate], starts: Sequence[tuple[Array, list[str], int]], width: float
+    turned: _Turned, name: str, levels: Sequence[Evaluate], starts: Sequence[tuple[Array, list[str], float]], way: Way
 ) -> tuple[Array, bool]:
     """One-sided derivatives by a number: coarser from below and above, finer from below and above, shape (4, readings).
 
@@ -254,14 +264,16 @@ def _sides(
     grazes = []
 
     def slope(level: int, share: float) -> Array:
-        d, (start, _, samples) = share * width * turned.scales[name], starts[level]
+        d, (start, _, onsets) = share * way.width * turned.scales[name], starts[level]
         moved, _, found = turned.evaluated(levels[level], **{name: turned.points[name] + d})
-        grazes.append(found != samples)
+        grazes.append(found != onsets)
         return np.asarray((moved - start) / d)
 
     below0, above = slope(0, -WIDER), slope(1, 1.0)
+    if way is MOVING and not np.all((below0 != 0) | (above != 0) | (starts[1][0] != 0)):
+        slope(0, -GRAZING), slope(0, GRAZING)
     least = np.maximum(np.abs(above), SMALL * np.abs(starts[1][0]) / turned.scales[name])
-    if width <= MOVING[0] and np.all(np.abs(above - below0) <= VISIBLE * least):
+    if way is MOVING and np.all(np.abs(above - below0) <= VISIBLE * least):
         return np.array([below0, below0, above, above]), any(grazes)
     return np.array([below0, slope(0, WIDER), slope(1, -1.0), above]), any(grazes)
 
@@ -293,7 +305,7 @@ def _levels(
     moving = any(isinstance(each, str) and not statical(each) for each in readings.values())
     if not moving or duration is None:
         return [Level(readings, None)] * 2
-    solver = solver or Spectral(steps=Controlled(tolerance=TIGHT))
+    solver = solver or TIGHT
     degree = solver.degree or DEGREE
     steps = Steps.of(mechanism, duration, replace(solver, degree=degree + DEGREES))
     return [Level(readings, steps.coarser(degree)), Level(readings, steps)]
@@ -313,8 +325,8 @@ class Level:
     readings: Mapping[str, Reading]
     steps: Steps | None
 
-    def __call__(self, mechanism: Mechanism, duration: float | None = None) -> tuple[Array, list[str], int]:
-        """Values and units, and how many samples the run has: more where a contact begins."""
+    def __call__(self, mechanism: Mechanism, duration: float | None = None) -> tuple[Array, list[str], float]:
+        """Values and units, and how many contacts begin in the run."""
         values, units = list[float](), list[str]()
         run, asked = None, " ".join(text for text in self.readings.values() if isinstance(text, str))
         for reading in self.readings.values():
@@ -329,7 +341,7 @@ class Level:
                 value, unit = measure(reading, run.record.time, run.values, run.units, Smooth)
             values.append(value)
             units.append(unit)
-        return np.array(values), units, len(run.record.time) if run else 0
+        return np.array(values), units, run.work["onsets"] if run else 0
 
 
 def _scale(name: str, value: float, spreads: Mapping[str, float]) -> float:
@@ -340,12 +352,13 @@ def _scale(name: str, value: float, spreads: Mapping[str, float]) -> float:
     return scale
 
 
-def _derivative(about: Derivative, scale: float, sides: Sequence[float], noise: float, grazes: bool) -> Derivative:
+def _derivative(about: Derivative, scale: float, sides: Sequence[float], noise: float, grazes: bool, way: Way) -> Derivative:
     """Put together what the coarser and the finer readings say."""
     below0, above0, below, above = sides
     value, middle, other = about.value, 0.5 * (below + above), 0.5 * (below0 + above0)
-    off, error = abs(middle - other) + noise, abs(middle - other) / (2**ORDER - 1) + noise
-    gap, wider = abs(above - below), abs(above0 - below0)
+    gap, wider = above - below, above0 - below0
+    off, error = abs(middle - other) + noise, abs(middle - other) / way.better + abs(gap - wider / WIDER) / NOISE + noise
+    gap, wider = abs(gap), abs(wider)
     note = ""
     if not isfinite(middle + other):
         note = "the reading has no value there"

@@ -22,9 +22,10 @@ if TYPE_CHECKING:
     from buckler.mbs.spectral.tape import Tape
 
 Array = np.ndarray[Any, Any]
-TIGHT = 1e-7
-"""Local error allowed of the run that chooses the steps."""
-FINE = 1e-10
+TIGHT = Spectral(steps=Controlled(tolerance=1e-7), contact_tolerance=1e-3)
+"""What chooses the steps, where nothing else is said: in contacts derivatives err far more than values do, as what a step errs by
+depends on where in it a contact lets go."""
+FINE = 1e-9
 """Local error, in the sense of the solver, within which runs of given steps locate the beginning of a contact."""
 MOST = 20
 """Steps that a run may take, rejected ones too, for each that is given."""
@@ -70,7 +71,7 @@ class Steps:
         from buckler.mbs.spectral.scene import Scene
         from buckler.mbs.spectral.tape import tape_for
 
-        solver = replace(solver or Spectral(steps=Controlled(tolerance=TIGHT)), method="implicit")
+        solver = replace(solver or TIGHT, method="implicit")
         scene = Scene.of(mechanism, solver.degree)
         tape = tape_for(scene, TAPED)
         out, failure, _ = integrate(scene, duration, solver, tape=tape)
@@ -106,9 +107,9 @@ class Steps:
         if not self.tapes:
             self.tapes.append(tape_for(scene, TAPED))
         ends = self.ends * (duration / self.duration)
-        out, failure, _ = integrate(scene, duration, self.solver, ends=ends, tape=self.tapes[0])
+        out, failure, counts = integrate(scene, duration, self.solver, ends=ends, tape=self.tapes[0])
         _check(failure)
-        return Run(self.solver, record_of(scene, out), None, {}, asked=asked)
+        return Run(self.solver, record_of(scene, out), None, {"onsets": float(counts.onsets)}, asked=asked)
 
 
 def _check(failure: tuple[Any, str] | None) -> None:

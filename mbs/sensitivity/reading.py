@@ -30,7 +30,6 @@ from numpy.polynomial import Polynomial
 
 from buckler.mbs.expressions import CONSTANTS, parse
 from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.record.lookup import slopes
 
 Array = np.ndarray[Any, Any]
 KEEPS_UNIT = {"max", "min", "mean", "rms", "start", "end", "at", "abs", "settled", "peak"}
@@ -48,6 +47,8 @@ OPERATORS: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
 NONE: Mapping[ast.expr, float] = {}
 NEAR = 5
 """Samples from which a slope is taken."""
+MOMENT = 1e-11
+"""Of the run: samples nearer than that stand before and after a jump."""
 TOKEN = re.compile(r"[^\W\d]\w*(?:[.\-]\w+)*\.\w+")
 """What looks like a signal's name in a formula, where the names are not known."""
 
@@ -167,16 +168,25 @@ class Smooth(Curve):
         """At the samples, shape (samples,)."""
         return self._slopes(np.arange(len(self.time)))
 
+    @cached_property
+    def _pieces(self) -> Array:
+        """First samples of the pieces between jumps, and the number of samples."""
+        jumps = np.flatnonzero(np.diff(self.time) < MOMENT * self.time[-1]) + 1
+        return np.array([0, *jumps, len(self.time)])
+
     def _slopes(self, k: Array) -> Array:
-        """At some samples: of the polynomials through five of them, of the fourth order."""
-        n = len(self.time)
-        if n < NEAR:
-            return (slopes(self.time, self.x, True) if n > 2 else np.gradient(self.x, self.time))[k]
-        near = np.clip(k - NEAR // 2, 0, n - NEAR)[:, None] + np.arange(NEAR)
-        apart = self.time[near] - self.time[k, None]
-        scale = np.abs(apart).max(axis=1)
-        powers = (apart / scale[:, None])[:, :, None] ** np.arange(NEAR)
-        return np.asarray(np.linalg.solve(powers, self.x[near][:, :, None])[:, 1, 0] / scale)
+        """At some samples: of the polynomials through five of them, of the fourth order, or through all of a shorter piece."""
+        piece = np.searchsorted(self._pieces, k, side="right") - 1
+        first, last, found = self._pieces[piece], self._pieces[piece + 1], np.zeros(len(k))
+        size = np.minimum(last - first, NEAR)
+        for m in {*size.tolist()} - {1}:
+            some = size == m
+            near = np.clip(k[some] - m // 2, first[some], last[some] - m)[:, None] + np.arange(m)
+            apart = self.time[near] - self.time[k[some], None]
+            scale = np.abs(apart).max(axis=1)
+            powers = (apart / scale[:, None])[:, :, None] ** np.arange(m)
+            found[some] = np.linalg.solve(powers, self.x[near][:, :, None])[:, 1, 0] / scale
+        return found
 
     def integral(self) -> float:
         """Of the cubics."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from buckler.mbs.spectral.compiling import aside, inner
 from buckler.mbs.spectral.tables import CONTACT, FASTEST, JOURNAL, KIND, LENGTH, NUMBERS, ONSET, RATE, VALUE
 
@@ -63,15 +65,30 @@ def crossing(h, d0, v0, d1, v1):
 
 
 @inner
-def first_onset(s, before, reports, h, landing):
-    """Fraction of the step at which the first open contact closes; 2 if none does."""
+def first_onset(s, before, reports, h, landing, before_face):
+    """Fraction of the step at which the first open contact closes, or is so far before its face; 2 if none does."""
     first = 2.0
     for k in range(s.forces.shape[0]):
         if touches(s, k):
             d0, d1 = depth_of(s, before, k), depth_of(s, reports, k)
-            if d0 < -landing and not (-landing <= d1 <= landing):
-                first = min(first, crossing(h, d0, rate_of_depth(s, before, k), d1, rate_of_depth(s, reports, k)))
+            if d0 < -landing and not (-landing <= d1 <= landing - 2.0 * before_face):
+                rates = rate_of_depth(s, before, k), rate_of_depth(s, reports, k)
+                first = min(first, crossing(h, d0 + before_face, rates[0], d1 + before_face, rates[1]))
     return first
+
+
+@inner
+def short_of(s, reports, landing):
+    """Time at the present rates until the first open contact is half the landing before its face; 0 where one is there."""
+    left = np.inf
+    for k in range(s.forces.shape[0]):
+        if touches(s, k):
+            depth, rate = depth_of(s, reports, k), rate_of_depth(s, reports, k)
+            if -landing <= depth <= 0.0:
+                return 0.0
+            if depth < 0.0 and rate > 0.0:
+                left = min(left, -(depth + 0.5 * landing) / rate)
+    return left
 
 
 @inner

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from buckler.mbs.spectral.compiling import aside, copy, inner, jit, lend
-from buckler.mbs.spectral.contacts import depth_of, error_of_depth, first_onset, lets_go, remember_onset, touches
+from buckler.mbs.spectral.contacts import depth_of, error_of_depth, first_onset, lets_go, remember_onset, short_of, touches
 from buckler.mbs.spectral.forces import add_forces
 from buckler.mbs.spectral.fronts import solve
 from buckler.mbs.spectral.kernel import changes_at, forces, rows_at
@@ -26,7 +26,7 @@ from buckler.mbs.spectral.radau import (
 from buckler.mbs.spectral.samples import MOST_SAMPLES, PARTS, dense, samples_in, write, write_after_jump, write_between
 from buckler.mbs.spectral.strips import MIXED, PLAIN, elastic_stresses
 from buckler.mbs.spectral.tables import BENT, BRISTLE, JOURNAL, KIND, SEAT, SLIDING, SLIP, VALUE
-from buckler.mbs.spectral.tape import ALONE, MODE, QUICK, WRITES, follow, guessed, passed, reads, strays
+from buckler.mbs.spectral.tape import ALONE, MODE, QUICK, WRITES, follow, guessed, later, passed, reads, strays
 
 SHARE = 100.0
 """The tolerance of inner coordinates of strips and modes is relative to so many times their largest deformation so far."""
@@ -46,6 +46,8 @@ LANDING = 1e-2
 """A contact this near to its face, of the tolerance and the longest link, is at it."""
 LETS_GO = 20.0
 """What counts as the error of a step in which a contact lets go."""
+NEARLY = 1e-2
+"""Of a step to an onset, by which it may be short of it to be lengthened."""
 JUMP = 0.1
 """The moment after a jump, of the shortest step."""
 
@@ -188,18 +190,28 @@ def _jump(s, e, w, x, clock, controls, out, counts):
     """Start anew after a jump of accelerations and multipliers; the moment after it has a row of its own."""
     clock.previous, clock.fresh, moment = 0.0, True, JUMP * controls.shortest
     _restart(s, e, w, x, clock.time)
-    if clock.time < controls.end - 2.0 * moment and dense(x, controls):
+    if clock.time < controls.end - 2.0 * moment and (dense(x, controls) or x.at[MODE] != ALONE):
         write_after_jump(x, out, counts, clock.time, moment)
+
+
+@inner
+def _kinked(x, t, shortest):
+    """Whether accelerations may jump at a time."""
+    return np.abs(x.kinks - t).min() <= shortest
 
 
 @aside
 def _next_stop(s, e, w, x, clock, controls, stops, out, counts):
-    """The next time at which a step must end. At one that has come, accelerations jump."""
-    while clock.stop < stops.size and stops[clock.stop] <= clock.time + controls.shortest:
-        if stops[clock.stop] > clock.time - controls.shortest and not controls.fixed:
+    """The next time at which a step must end. At a kink that has come, accelerations jump."""
+    while clock.stop < stops.size:
+        kinked = _kinked(x, stops[clock.stop], controls.shortest)
+        due = stops[clock.stop] + (0.0 if kinked else x.late[0])
+        if due > clock.time + controls.shortest:
+            return min(controls.end, due if kinked else max(due, later(x, clock.time)))
+        if kinked and due > clock.time - controls.shortest and not (controls.fixed and x.at[MODE] == ALONE):
             _jump(s, e, w, x, clock, controls, out, counts)
         clock.stop += 1
-    return min(controls.end, stops[clock.stop]) if clock.stop < stops.size else controls.end
+    return controls.end
 
 
 @aside
@@ -236,10 +248,15 @@ def _try(s, e, w, x, clock, h, at, controls, counts):
     guessed(x, -1.0)
     given = controls.fixed and not strays(x)
     clock.error = _error(s, e, w, x, at, h, controls, landing, given)
-    part = first_onset(s, x.before, w.reports, h, landing)
+    part = first_onset(s, x.before, w.reports, h, landing, 0.0 if x.at[MODE] == ALONE else 0.5 * landing)
     if part < 1.0 and h * part > shortest and (clock.error <= 1.0 or given):
         clock.wanted, clock.reach = h * part, 1.0
         return False
+    if x.at[MODE] != ALONE and clock.reach == 1.0 and part > 1.0:
+        left = short_of(s, w.reports, landing)
+        if shortest < left < NEARLY * h:  # no tiny step on to the face, whose rows make its time jump with the numbers
+            clock.wanted = h + left
+            return False
     if given:
         return True
     if h > 10.0 * shortest and lets_go(s, x.before, w.reports, x.largest, controls.contact_tolerance):

@@ -15,7 +15,8 @@ class Room(NamedTuple):
     """A state (q, v, a, lam, stress), the step's unknowns at the nodes, and room to work in.
 
     `weight` is one over the unit of each coordinate, zero for those of vectors, whose units along and across their chord are
-    `whole` and `across`; `turn` is the chord's direction.
+    `whole` and `across`; `turn` is the chord's direction. `kinks` are times at which steps must end; other ends of given steps
+    are as `late` as the contact that began last.
     """
 
     q: Array
@@ -69,9 +70,11 @@ class Room(NamedTuple):
     across: Array
     turn: Array
     ease: Array
+    late: Array
+    kinks: Array
 
 
-def room_for(scene: Any, q: Array, v: Array, a: Array, lam: Array, memory: Array, tape: Tape | None = None) -> Room:
+def room_for(scene: Any, q: Array, v: Array, a: Array, lam: Array, memory: Array, kinks: Array, tape: Tape | None = None) -> Room:
     """Make room for a run of a scene from this state, which goes by a tape of its shape, or writes it where it is empty."""
     tables, units, newton, mass = scene.tables, scene.units, scene.fronts, scene.heavy_fronts
     n, r, k, e, p = len(q), len(lam), len(memory), len(tables.elastic), int(tables.strips[:, 2].sum())
@@ -93,5 +96,5 @@ def room_for(scene: Any, q: Array, v: Array, a: Array, lam: Array, memory: Array
         amount_of_row=z(m), part=z(largest), twin=z(largest, dtype=complex),
         memory=memory.copy(), before=z((k, 8)), shifted=z((k, 8)),
         largest=z(k), old=memory[:, 1:3].copy(), rest=z(e), whole=np.array(units, dtype=float), amount=z(e), weight=z(n),
-        across=z(e), turn=z((e, 2)), ease=np.ones(1),
+        across=z(e), turn=z((e, 2)), ease=np.ones(1), late=z(1), kinks=kinks,
     )  # fmt: skip

@@ -119,16 +119,18 @@ def integrate(
     scene.work.state[:, TURN] = scene.turns(scene.q0[None]) if state.turns is None else state.turns
     rest = balance(scene, state.q, state.v, state.time, state.memory)
     order: Any = scene.heavy_fronts
+    controls, clock, counts = _controls(state.time, end, solver), output.blank(output.CLOCK), output.blank(output.COUNTS)
+    kinks = [t for t in kinks_of(scene.mechanism, end) if state.time < t < end]
+    if not controls.fixed and ends is None:
+        kinks = parted(kinks, controls.longest, end / COARSEST)
+    stops = np.array([*kinks, end])
     if explicitly(scene, solver):
         room: Any = explicit.flight_for(scene, state.q, state.v, rest.multipliers, state.memory)
         run, shortest = explicit.run_explicit, explicit.SHORTEST
     else:
-        room = room_for(scene, state.q, state.v, rest.acceleration, rest.multipliers, state.memory, tape)
+        room = room_for(scene, state.q, state.v, rest.acceleration, rest.multipliers, state.memory, stops, tape)
         run, shortest, order = implicit.run_implicit, implicit.SHORTEST, Orders(scene.fronts, scene.heavy_fronts)
-    controls, clock, counts = _controls(state.time, end, solver), output.blank(output.CLOCK), output.blank(output.COUNTS)
     controls.shortest = shortest * end
-    kinks = [t for t in kinks_of(scene.mechanism, end) if state.time < t < end]
-    stops = np.array(kinks if controls.fixed else parted(kinks, controls.longest, end / COARSEST))
     if ends is not None:
         stops = np.unique(np.concatenate([stops, ends]))
         controls.first_step, controls.longest, controls.fixed, controls.close = end, end, True, CLOSEST / solver.tolerance

@@ -18,6 +18,8 @@ MOST = 2e8
 """Bytes of factors; steps beyond have none."""
 ALIKE = 1e-3
 """Relative difference of lengths up to which two runs' steps are the same one: a contact's beginning moves with the numbers."""
+NEAR = 0.1
+"""Of the step, up to which beginnings of contacts in two runs are the same one."""
 QUICK = 1e-3
 """Ratio of Newton steps beyond which the next step of a run that others go by has a new matrix: what two iterations of a
 neighbour leave is the square of this share of the difference. The run has a fifth more matrices than with 0.03."""
@@ -36,6 +38,8 @@ class Tape(NamedTuple):
         Times at which they end, s; 0 where there is no step.
     length : array, shape (2 steps,)
         s; 0 where there is no step.
+    onset : array, shape (2 steps,)
+        Time at which a contact begins and ends it, s; 0 where none does.
     factors : array of int, shape (2 steps,)
         Which of the factors each went by.
     rates, multipliers, stresses : arrays, shape (2 steps, 3, n), (2 steps, 3, r), (2 steps, 3, points, 3)
@@ -48,6 +52,7 @@ class Tape(NamedTuple):
 
     end: Array
     length: Array
+    onset: Array
     factors: Array
     rates: Array
     multipliers: Array
@@ -63,7 +68,7 @@ def tape_for(scene: Any, steps: int = 0) -> Tape:
     n, r, points, e = scene.size, len(scene.tables.rows), int(scene.tables.strips[:, 2].sum()), scene.fronts
     most, z = 1 + min(steps, int(MOST / (24 * e.size + 96 * points))), np.zeros
     return Tape(
-        z(steps), z(2 * steps), z(2 * steps, dtype=np.int64), z((2 * steps, 3, n)), z((2 * steps, 3, r)),
+        z(steps), z(2 * steps), z(2 * steps), z(2 * steps, dtype=np.int64), z((2 * steps, 3, n)), z((2 * steps, 3, r)),
         z((2 * steps, 3, points, 3)), z((most, e.size)), z((most, e.size), dtype=complex),
         z((most, 2, len(e.unknowns)), dtype=np.int64), z((most, points, 3, 4)),
     )  # fmt: skip
@@ -100,16 +105,30 @@ def strays(x):
 
 
 @inner
+def later(x, t):
+    """The earliest time up to which a step from this time looks for a contact that begins in it on the tape."""
+    k = place(x)
+    return t + (1.0 + NEAR) * x.tape.length[k] if x.at[MODE] == READS and k >= 0 and x.tape.onset[k] > 0.0 else 0.0
+
+
+@inner
 def passed(x, h, ended, t):
-    """Note an accepted step that ends at this time, or the part of one before a contact began."""
+    """Note an accepted step that ends at this time, or the part of one before a contact began.
+
+    A contact that begins later than on the tape makes all later steps end later: what the first short ones after it err by is
+    far from constant in their lengths.
+    """
     k = place(x)
     if x.at[MODE] == WRITES and k >= 0:
         x.tape.length[k], x.tape.factors[k] = h, x.at[SLOT]
         x.at[FREE] = max(x.at[FREE], x.at[SLOT] + 1)
-    if ended:
-        if x.at[MODE] == WRITES and k >= 0:
+        if ended:
             x.tape.end[x.at[STEP]] = t
-        x.at[STEP] += 1
+        else:
+            x.tape.onset[k] = t
+    if x.at[MODE] == READS and k >= 0 and not ended and abs(x.tape.onset[k] - t) < NEAR * h:
+        x.late[0] = t - x.tape.onset[k]
+    x.at[STEP] += 1 if ended else 0
     x.at[PART] = 0 if ended else 1
 
 
