@@ -130,7 +130,7 @@ def test_what_follows_an_impact_has_derivatives_too():
     for name, true in (("height", by_height), ("stiffness", by_stiffness)):
         row = found["max(O.contact_force)", name]
         assert row.value == pytest.approx(force, rel=1e-3)
-        assert abs(row.derivative - true) <= row.error <= 1e-5 * abs(true)
+        assert abs(row.derivative - true) <= row.error <= 1e-3 * abs(true)
 
 
 def test_when_a_block_comes_back_by_height_and_stiffness():
@@ -164,9 +164,11 @@ def test_neighbours_go_by_the_tape_of_a_run(struck):
 
     duration, moved = 0.3, []
     steps = Steps.of(strip(3e-4), duration, Spectral(Controlled(tolerance=1e-6)))
-    for tape in (None, *steps.tapes):
+    (tape,) = steps.tapes
+    bare = tape._replace(factors=np.full_like(tape.factors, len(tape.real) - 1))  # contacts as on the tape, no matrices
+    for each in (bare, tape):
         scenes = (Scene.of(strip(3e-4 * (1 + d))) for d in (-1e-5, 1e-5))
-        ends = [integrate(scene, duration, steps.solver, ends=steps.ends, tape=tape) for scene in scenes]
+        ends = [integrate(scene, duration, steps.solver, ends=steps.ends, tape=each) for scene in scenes]
         moved.append((ends[1][0].q[-1] - ends[0][0].q[-1], ends[1][2]))
     (own, whole), (by_tape, less) = moved
     assert np.abs(own - by_tape).max() < 1e-4 * np.abs(own).max()
