@@ -234,3 +234,25 @@ def test_a_difference_that_grows_by_a_power_of_time_parts_no_runs(power, begins)
     off = np.maximum(TIME - begins, 0.0) ** power
     runs = [Functions(TIME, {"P.x": Signal("P.x", RIGHT + each, "m", Kind.PLACE)}, 1.0) for each in (off, 0.0 * TIME)]
     assert parted(*runs) == np.inf
+
+
+class Exploding(Made):
+    """Made-up runs whose error grows by exp(40 t)."""
+
+    def run(self, time, space):
+        off = np.minimum(self.off[0] * np.exp(40 * TIME) / self.gain**time, 1.0) * np.ptp(RIGHT)
+        return SimpleNamespace(failure=None, solver=Spectral(), x=RIGHT + off, balance=0.0, record=SimpleNamespace(time=TIME))
+
+
+def test_rungs_that_part_hardly_later_are_one_of_many():
+    ladder = Exploding(in_time=1e-8, gain=8.0)
+    found = deliver(Climb(ladder, ladder.run), Asked(1e-3))
+    assert found.errors.until == pytest.approx(np.log(1e-3 / (1e-8 / 8 * 7 / 8)) / 40, abs=0.01)
+    assert "one of many" in found.errors.notes[0]
+
+
+def test_rungs_that_part_later_and_later_are_refined_until_they_are_one():
+    ladder = Exploding(in_time=1e-6, gain=1e5)
+    found = deliver(Climb(ladder, ladder.run), Asked(1e-3))
+    assert found.errors.until == TIME[-1] and not found.errors.notes
+    assert found.missed(Asked(1e-3)) == "" and len(ladder.made_at) == 5
