@@ -58,7 +58,7 @@ def test_a_user_s_script_is_checked_with_the_types_of_the_door(tmp_path):
     assert [line.partition("Revealed type is ")[2] for line in said if "Revealed" in line] == [
         '"buckler.mbs.record.status.Status"',
         '"dict[str, numpy.ndarray[Any, Any]]"',
-        '"typing.Sequence[buckler.mbs.elements.element.Joint]"',
+        '"typing.Sequence[buckler.mbs.elements.joint.Joint]"',
     ]
     begin = SCRIPT.count("\n") + 2
     wrong = {int(line.split(":")[1]) for line in said if ": error:" in line}
