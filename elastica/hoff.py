@@ -32,7 +32,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from scipy.special import airy
 
-Array = np.ndarray[Any, Any]
+from buckler.elastica.collocation import Array
 
 
 class Peak(NamedTuple):

@@ -14,9 +14,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from buckler.mbs.declare import RefusalError
+from buckler.mbs.geometry import Array
 from buckler.mbs.validate import short
 
-Array = np.ndarray[Any, Any]
 Pair = tuple[float, float]
 AGREE = 1e-9
 """Distance, in lengths of the link, within which what is given twice agrees."""

@@ -15,7 +15,8 @@ from typing import Any
 
 import numpy as np
 
-Array = np.ndarray[Any, Any]
+from buckler.mbs.geometry import Array
+
 WIDTH = 1e-5
 """Distance of the looks, of the run."""
 PIECE = 1 / 200

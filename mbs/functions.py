@@ -24,7 +24,6 @@ from buckler.mbs.declare import Declared, Name, Quantity, Several, declared, fie
 from buckler.mbs.declare.spec import Anything
 from buckler.mbs.expressions import compiled, derivative, names_in, parse
 
-Array = np.ndarray[Any, Any]
 SIGNATURES = (("t",), ("s",), ("x",), ("x", "v"), ("t", "angle", "speed"))
 """Variables a formula may have, in the order in which it is called with them: time; fraction of a length; elongation and its
 rate; time, angle and speed of a link."""

@@ -6,19 +6,18 @@ It says so of all recorded times at once, from places alone (see `mbs.kinematics
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 
 from buckler.mbs.checks.check import Check
 from buckler.mbs.checks.dead_centre import dead_centre, followed, not_determined
+from buckler.mbs.geometry import Array
 from buckler.mbs.kinematics.linkage import solved
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.record import Record
 from buckler.mbs.record.result import Result
 from buckler.mbs.record.run import Run
 
-Array = np.ndarray[Any, Any]
 CLOSURE = 0.035
 """Error of a speed or an acceleration, relative to the largest of the run, beyond which a run is suspect."""
 JUMP, SETTLED = 0.2, 20

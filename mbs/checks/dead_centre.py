@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from buckler.mbs.checks.check import Check
+from buckler.mbs.geometry import Array
 from buckler.mbs.kinematics.linkage import Linkage, determined
 from buckler.mbs.record.record import Record
 from buckler.mbs.record.result import Result
 from buckler.mbs.record.run import Run
 
-Array = np.ndarray[Any, Any]
 SINGULAR = 1e-3
 """Determinant of the constraints, relative to its largest, below which a linkage is at a dead centre."""
 

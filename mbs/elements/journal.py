@@ -24,7 +24,8 @@ from typing import Any
 
 import numpy as np
 
-Array = np.ndarray[Any, Any]
+from buckler.mbs.geometry import Array
+
 COLUMNS = ("normal", "tangential", "depth", "rate", "sliding", "bristle", "fx", "fy", "nx", "ny", "shift")
 """What the kernel reports of each joint: N, N, m, m/s, m/s, m, force on the pin, direction of contact, p'/s in m."""
 MEMORY = ("onset", "bristle", "sliding", "since")

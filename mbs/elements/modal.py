@@ -27,10 +27,10 @@ from buckler.mbs.declare import (
 from buckler.mbs.elements.element import Body, Recorded
 from buckler.mbs.elements.section import Section
 from buckler.mbs.elements.signal import Energy, Kind, Signal
+from buckler.mbs.geometry import Array
 from buckler.mbs.offers import offered
 from buckler.mbs.validate import number, positive, short
 
-Array = np.ndarray[Any, Any]
 COUNTINGS = ("flexible", "free", "in-plane")
 COUNTED = (
     "what is counted, by frequency: 'flexible', all flexible modes, out-of-plane ones too; 'free', all modes of the free body, "

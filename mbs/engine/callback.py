@@ -16,8 +16,8 @@ import numpy as np
 from numba import carray, cfunc, types
 
 from buckler.mbs.engine.kernel import PATIENCE, STUCK, NoStepError
+from buckler.mbs.geometry import Array
 
-Array = np.ndarray[Any, Any]
 METH_VARARGS = 1
 TIME, Q, Q_T = 1, 3, 4
 """Places among the engine's arguments: system, time, item, coordinates, their rates."""

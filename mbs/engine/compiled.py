@@ -21,12 +21,12 @@ from buckler.mbs.elements import journal
 from buckler.mbs.elements.journal import GEOMETRY
 from buckler.mbs.engine.callback import engine_call
 from buckler.mbs.engine.kernel import Kernel
+from buckler.mbs.geometry import Array
 from buckler.mbs.laws.compiled import Pointer
 from buckler.mbs.spectral.compiling import kept
 from buckler.mbs.spectral.laws import add_friction, add_normal
 from buckler.mbs.spectral.lawtable import bristle_after, friction, normal_force
 
-Array = np.ndarray[Any, Any]
 V, T, PLACES = float64[::1], float64[:, ::1], int64[:, ::1]
 PAIR, TRIPLE = float64(V, float64, float64), float64(V, float64, float64, float64)
 LAWS = types.FunctionType(TRIPLE), types.FunctionType(PAIR), types.FunctionType(TRIPLE)

@@ -17,11 +17,11 @@ from buckler.elastica import pinned
 from buckler.mbs.elements import Beam, Cable, Drive, Guide, Link, Motion, Profile, Revolute, Section
 from buckler.mbs.engine.placed import States
 from buckler.mbs.engine.scene import SPARSE_FROM, build
+from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.status import Status
 from buckler.mbs.validate import one_of, positive
 
-Array = np.ndarray[Any, Any]
 OFF_BRANCH = 0.5
 """Relative distance from the exact force beyond which a state is not on the buckled branch."""
 MESH = 1e-2

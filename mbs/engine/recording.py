@@ -16,10 +16,10 @@ from buckler.mbs.engine.history import History, Remembering
 from buckler.mbs.engine.placed import States
 from buckler.mbs.engine.scene import Scene
 from buckler.mbs.engine.stop import StopContact
+from buckler.mbs.geometry import Array
 from buckler.mbs.record.status import Status
 from buckler.mbs.solvers.exudyn import Exudyn
 
-Array = np.ndarray[Any, Any]
 CHECK_EVERY = 16
 """Steps between looks at the clock."""
 

@@ -17,12 +17,12 @@ from buckler.mbs.engine.recording import Recorder
 from buckler.mbs.engine.scene import Scene
 from buckler.mbs.engine.stop import StopContact
 from buckler.mbs.engine.strut import StrutSpring
+from buckler.mbs.geometry import Array
 from buckler.mbs.laws import contact_time
 from buckler.mbs.solvers.choice import position_error
 from buckler.mbs.solvers.exudyn import Exudyn
 from buckler.mbs.solvers.steps import Controlled, parted
 
-Array = np.ndarray[Any, Any]
 LIGHTEST = 1e-6
 """Mass, kg, that stands in for none where a contact's duration is estimated."""
 FORCE_ERROR = 1e-3

@@ -13,8 +13,7 @@ import numpy as np
 
 from buckler.mbs.elements.element import Place
 from buckler.mbs.elements.rows import Apart, Row, Turn
-
-Array = np.ndarray[Any, Any]
+from buckler.mbs.geometry import Array
 
 
 class Ends(NamedTuple):

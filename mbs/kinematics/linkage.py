@@ -15,10 +15,10 @@ import numpy as np
 
 from buckler.mbs.elements.element import GROUND, Place
 from buckler.mbs.elements.rows import Row
+from buckler.mbs.geometry import Array
 from buckler.mbs.kinematics.forms import Ends, Forms
 from buckler.mbs.mechanism import Mechanism
 
-Array = np.ndarray[Any, Any]
 ROUNDING = 1e-9
 """Singular values of a constraint Jacobian below this, relative to the largest, count as zero."""
 

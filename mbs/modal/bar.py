@@ -9,9 +9,9 @@ from numpy.polynomial import legendre
 from scipy.linalg import eigh
 
 from buckler.mbs.elements.modal import BarModes, Modal
+from buckler.mbs.geometry import Array
 from buckler.mbs.modal.planar import PlanarModel
 
-Array = np.ndarray[Any, Any]
 STATIONS = 33
 """Points along the bar at which its modes are kept for drawing."""
 

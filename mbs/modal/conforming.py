@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from itertools import combinations
-from typing import Any
 
 import numpy as np
 import scipy
 
-Array = np.ndarray[Any, Any]
+from buckler.mbs.geometry import Array
+
 TETRA = tuple(combinations(range(4), 3))
 HEXAHEDRON = ((0, 4, 7, 3), (1, 2, 6, 5), (0, 1, 5, 4), (3, 7, 6, 2), (0, 3, 2, 1), (4, 5, 6, 7))
 """Corners of a cell's faces; of a hexahedron in the order of its 27-node form: -x, +x, -y, +y, -z, +z."""

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import scipy
 
+from buckler.mbs.geometry import Array
 from buckler.mbs.modal.solid import Solid, rigid_motions
 
-Array = np.ndarray[Any, Any]
 MOTIONS = ("axial", "in-plane bending", "out-of-plane bending", "torsion")
 """What a mode may do; the first two move the link in the plane."""
 SLABS = 24

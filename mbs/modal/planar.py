@@ -8,13 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from buckler.mbs.geometry import cross, left, turned
+from buckler.mbs.geometry import Array, cross, left, turned
 
-Array = np.ndarray[Any, Any]
 STATIONS = ("start", "end", "centre")
 
 

@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 
 from buckler.mbs.elements.modal import AdamsDamping, CraigBampton, FreeModes, Interface, MeshFile, Modal
+from buckler.mbs.geometry import Array
 from buckler.mbs.modal.modes import MOTIONS, craig_bampton, free_modes, participation, rigid_fit, slices
 from buckler.mbs.modal.planar import PlanarModel
 from buckler.mbs.modal.solid import Solid, SolidMesh, assemble, box_mesh, read_mesh, rigid_motions
 from buckler.mbs.validate import positive
 
-Array = np.ndarray[Any, Any]
 RIGID = 6
 """Modes of a free body that carry no flexibility."""
 

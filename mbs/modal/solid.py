@@ -16,10 +16,10 @@ import numpy as np
 import scipy
 
 from buckler.mbs.elements.section import Material
+from buckler.mbs.geometry import Array
 from buckler.mbs.modal.conforming import HEXAHEDRON, hanging
 from buckler.mbs.validate import number, positive, whole
 
-Array = np.ndarray[Any, Any]
 KINDS = {"tetra": 4, "tetra10": 10, "hexahedron": 8, "hexahedron20": 20, "hexahedron27": 27}
 """Cells that are read, by meshio's names, with their numbers of nodes."""
 RING = [(k, (k + 1) % 4) for k in range(4)]

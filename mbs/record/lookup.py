@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
+from buckler.mbs.geometry import Array
 from buckler.mbs.validate import near
 
-Array = np.ndarray[Any, Any]
 OUTSIDE = 1e-9
 """Of the run: how far from its ends a time still counts as within."""
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from buckler.mbs.elements.signal import Kind, Trait
+from buckler.mbs.geometry import Array
 from buckler.mbs.offers import offered
 from buckler.mbs.record import stored
 from buckler.mbs.record.errors import Errors
@@ -17,8 +18,6 @@ from buckler.mbs.record.lookup import OUTSIDE, between, unknown
 from buckler.mbs.record.status import Status
 from buckler.mbs.record.stored import Shape
 from buckler.mbs.validate import positive
-
-Array = np.ndarray[Any, Any]
 
 
 @dataclass(frozen=True, repr=False)

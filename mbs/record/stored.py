@@ -12,11 +12,10 @@ from typing import Any
 import numpy as np
 
 from buckler.mbs.elements.signal import Kind, Trait
+from buckler.mbs.geometry import Array
 from buckler.mbs.offers import offered
 from buckler.mbs.record.errors import Errors
 from buckler.mbs.record.status import Status
-
-Array = np.ndarray[Any, Any]
 
 
 @dataclass(frozen=True)

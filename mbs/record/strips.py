@@ -8,15 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from buckler.mbs.elements.beam import Flexible
 from buckler.mbs.elements.section import Profile, Section
-from buckler.mbs.geometry import cross
+from buckler.mbs.geometry import Array, cross
 
-Array = np.ndarray[Any, Any]
 GAUSS = {n: np.polynomial.legendre.leggauss(n) for n in (1, 2, 3, 4)}
 LOBATTO = (np.array([-1.0, 0.0, 1.0]), np.array([1.0, 4.0, 1.0]) / 3)
 

@@ -10,10 +10,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import inf, isfinite, nan, sqrt
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.sensitivity.frozen import DEGREES, TIGHT, Steps, needs_compiler
 from buckler.mbs.sensitivity.numbers import DURATION, Family, Source
@@ -21,7 +22,6 @@ from buckler.mbs.sensitivity.reading import Smooth, check, measure, statical
 from buckler.mbs.solvers.spectral import Spectral
 from buckler.mbs.validate import listed, positive, short
 
-Array = np.ndarray[Any, Any]
 Evaluate = Callable[[Mechanism, float | None], tuple[Array, list[str], float]]
 Reading = str | Callable[[Mechanism], float]
 DEGREE = 8

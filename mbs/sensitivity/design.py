@@ -6,12 +6,12 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product
 from math import inf, isfinite
-from typing import Any
 
 import numpy as np
 from scipy.optimize import minimize
 from scipy.stats import qmc
 
+from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.sensitivity.derivatives import DEGREE, Level, Reading, readings_of
 from buckler.mbs.sensitivity.frozen import RunFailedError, needs_compiler
@@ -20,7 +20,6 @@ from buckler.mbs.sensitivity.wants import EXACT, FAR, Task, Want, wanted
 from buckler.mbs.solvers.spectral import Spectral
 from buckler.mbs.validate import positive
 
-Array = np.ndarray[Any, Any]
 BINDS = 1e-3
 """Share of its width, or of its value, within which a constraint or a range binds."""
 POLISHED = 3

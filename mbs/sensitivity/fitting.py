@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.stats import t as student
 
+from buckler.mbs.geometry import Array
 from buckler.mbs.offers import offered
 from buckler.mbs.sensitivity.data import Experiment, read_csv
 from buckler.mbs.sensitivity.frozen import needs_compiler
@@ -17,7 +18,6 @@ from buckler.mbs.sensitivity.numbers import Source
 from buckler.mbs.sensitivity.residuals import LEVEL, Bounds, Problem, Profile, rms
 from buckler.mbs.solvers.spectral import Spectral
 
-Array = np.ndarray[Any, Any]
 VAGUE = 0.5
 """A number whose interval is wider than this share of its range is told as not identified."""
 

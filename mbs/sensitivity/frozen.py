@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from buckler.mbs.compiler import compiler
+from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.run import Run
 from buckler.mbs.solvers.spectral import Spectral
@@ -21,7 +22,6 @@ from buckler.mbs.solvers.steps import Controlled
 if TYPE_CHECKING:
     from buckler.mbs.spectral.tape import Tape
 
-Array = np.ndarray[Any, Any]
 TIGHT = Spectral(steps=Controlled(tolerance=1e-7), contact_tolerance=1e-3)
 """What chooses the steps, where nothing else is said: in contacts derivatives err far more than values do, as what a step errs by
 depends on where in it a contact lets go."""

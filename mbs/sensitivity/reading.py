@@ -29,9 +29,9 @@ import numpy as np
 from numpy.polynomial import Polynomial
 
 from buckler.mbs.expressions import CONSTANTS, parse
+from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
 
-Array = np.ndarray[Any, Any]
 KEEPS_UNIT = {"max", "min", "mean", "rms", "start", "end", "at", "abs", "settled", "peak"}
 SETTLED = 0.1
 """Share of the run, at its end, over which `settled` takes the mean."""

@@ -11,6 +11,7 @@ from scipy.optimize import least_squares
 from scipy.stats import f as fisher
 from scipy.stats import qmc
 
+from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.lookup import between
 from buckler.mbs.record.run import Run
@@ -20,7 +21,6 @@ from buckler.mbs.sensitivity.numbers import Family
 from buckler.mbs.sensitivity.reading import Smooth, measure
 from buckler.mbs.solvers.spectral import Spectral
 
-Array = np.ndarray[Any, Any]
 Bounds = tuple[float, float]
 WIDTH = 1e-6
 """Of the differences that make the derivatives, relative to a number's range."""

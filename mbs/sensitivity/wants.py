@@ -6,10 +6,11 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from math import inf, isfinite
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.sensitivity.derivatives import Level, Reading
 from buckler.mbs.sensitivity.frozen import RunFailedError, Steps
@@ -18,7 +19,6 @@ from buckler.mbs.sensitivity.reading import statical
 from buckler.mbs.solvers.spectral import Spectral
 from buckler.mbs.units import measured
 
-Array = np.ndarray[Any, Any]
 WIDTH, COARSE = 1e-6, 1e-4
 """Of the differences that make derivatives, relative to a number's range: of runs that share their steps, and of others."""
 EXACT = 1e-3

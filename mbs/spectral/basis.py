@@ -12,12 +12,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache, lru_cache
-from typing import Any
 
 import numpy as np
 from numpy.polynomial import legendre
 
-Array = np.ndarray[Any, Any]
+from buckler.mbs.geometry import Array
 
 
 def basis(degree: int, x: Array, derivative: int = 0) -> Array:

@@ -13,11 +13,11 @@ from typing import Any, Protocol
 import numpy as np
 
 from buckler.mbs.elements.drive import Ramp
+from buckler.mbs.geometry import Array
 from buckler.mbs.laws.compiled import Pointer, function_pointer
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.spectral import tables as k
 
-Array = np.ndarray[Any, Any]
 Pair = tuple[float, float]
 GROUND = "ground"
 

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.solvers.spectral import Spectral
 from buckler.mbs.solvers.steps import Controlled
@@ -21,8 +22,6 @@ from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.settle import begin as settled
 from buckler.mbs.spectral.tables import TURN
 from buckler.mbs.validate import positive, whole
-
-Array = np.ndarray[Any, Any]
 
 
 class Exponent(NamedTuple):

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from buckler.mbs.geometry import Array
 from buckler.mbs.spectral.explicit import flight_for, look
 from buckler.mbs.spectral.output import Output
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.tables import BRISTLE
 
-Array = np.ndarray[Any, Any]
 BARE = 1e-9
 """Length of a step, over the time of the run, below which rates between its ends drown in the rounding of its places."""
 

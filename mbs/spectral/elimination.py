@@ -23,7 +23,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-Array = np.ndarray[Any, Any]
+from buckler.mbs.geometry import Array
+
 VISIT = 150.0
 """What a front costs by itself, in multiplications: loops that begin and end, entries that are moved."""
 

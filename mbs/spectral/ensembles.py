@@ -9,10 +9,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
-from typing import Any, NamedTuple, TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
+from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.energy import ledger
 from buckler.mbs.record.quadrature import corrected
@@ -30,7 +31,6 @@ from buckler.mbs.spectral.settle import begin as settled
 from buckler.mbs.spectral.tables import work_for
 from buckler.mbs.validate import one_of, positive, whole
 
-Array = np.ndarray[Any, Any]
 T = TypeVar("T")
 
 

@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from buckler.mbs.geometry import Array
 from buckler.mbs.spectral.compiling import aside, close, copy, inner, jit, lend
 from buckler.mbs.spectral.contacts import first_onset, remember_onset, touches
 from buckler.mbs.spectral.forces import add_one
@@ -28,7 +29,6 @@ from buckler.mbs.spectral.output import NOT_FINITE, OK, TOO_MANY, UNDERFLOW
 from buckler.mbs.spectral.strips import add_strips
 from buckler.mbs.spectral.tables import BRISTLE, FASTEST, FRICTION_OF, JOURNAL, KIND, LENGTH, ONSET, SEAT, SLIDING, SLIP
 
-Array = np.ndarray[Any, Any]
 NODES = np.array([0.0, 0.2, 0.3, 0.8, 8.0 / 9.0, 1.0, 1.0])
 WEIGHTS = np.array(
     [

@@ -8,11 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from buckler.mbs.geometry import Array
 from buckler.mbs.modal.planar import PlanarModel
 from buckler.mbs.spectral import tables as k
 from buckler.mbs.spectral.builder import Attached, Builder
-
-Array = np.ndarray[Any, Any]
 
 
 @dataclass

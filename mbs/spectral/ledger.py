@@ -12,13 +12,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from buckler.mbs.geometry import Array
 from buckler.mbs.spectral.dense import Dense, at_times
 from buckler.mbs.spectral.output import Output
 from buckler.mbs.spectral.recording import followed
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.tables import FRICTION, LENGTH, RATE, SLIP, VALUE
 
-Array = np.ndarray[Any, Any]
 SHARES = np.array([7.0, 32.0, 12.0, 32.0, 7.0]) / 90.0
 """Boole's rule."""
 

@@ -17,7 +17,7 @@ import numpy as np
 from scipy.sparse import bmat, csc_array, csr_array
 from scipy.sparse.linalg import splu
 
-Array = np.ndarray[Any, Any]
+from buckler.mbs.geometry import Array
 
 
 @dataclass(frozen=True)

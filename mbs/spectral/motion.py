@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from buckler.mbs.elements.section import Profile, Section
+from buckler.mbs.geometry import Array
 from buckler.mbs.record.strips import Strain
 from buckler.mbs.spectral.basis import basis, gauss
-
-Array = np.ndarray[Any, Any]
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-Array = np.ndarray[Any, Any]
+from buckler.mbs.geometry import Array
+
 OK, UNDERFLOW, NOT_FINITE, TOO_MANY = 0, 1, 2, 3
 """Status of a run."""
 

@@ -6,12 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from buckler.mbs.geometry import Array
 from buckler.mbs.spectral import tables as k
 from buckler.mbs.spectral.builder import Builder, Row
 from buckler.mbs.spectral.sparsity import Block, sparsity_of
 from buckler.mbs.spectral.tables import Tables
-
-Array = np.ndarray[Any, Any]
 
 
 def _blocks(builder: Builder) -> list[Block]:

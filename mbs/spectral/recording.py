@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.modal.planar import ModalHistory
 from buckler.mbs.record.motion import BlockMotion, RigidMotion
@@ -19,8 +20,6 @@ from buckler.mbs.spectral.output import Output
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.strip_body import StripBody
 from buckler.mbs.spectral.tables import AX, CONTACT, COUNT, FASTEST, FIRST, JOURNAL, SEAT, VALUE
-
-Array = np.ndarray[Any, Any]
 
 
 class Trace(NamedTuple):

@@ -6,9 +6,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from buckler.mbs.geometry import Array
 from buckler.mbs.spectral.tape import ALONE, READS, WRITES, Tape, tape_for
-
-Array = np.ndarray[Any, Any]
 
 
 class Room(NamedTuple):

@@ -10,6 +10,7 @@ from numba.core.errors import NumbaError
 from buckler.mbs.compiler import working_time
 from buckler.mbs.elements.element import kinks_of
 from buckler.mbs.elements.striking import GRAZE, SLOWEST_ONSET
+from buckler.mbs.geometry import Array
 from buckler.mbs.interrupts import ctrl_c
 from buckler.mbs.kinematics.diagnosis import remarks
 from buckler.mbs.laws import BristleLaw, FrictionLaw
@@ -30,7 +31,6 @@ from buckler.mbs.spectral.start import balance
 from buckler.mbs.spectral.tables import DRY, FASTEST, JOURNAL, ONSET, SEAT, STRUT, TURN
 from buckler.mbs.spectral.tape import Tape
 
-Array = np.ndarray[Any, Any]
 CLOSE = 1e-4
 """Last Newton step, of the local error allowed: what is left of a place, over the step, is left of a speed, and adds up."""
 CLOSEST = 1e-12

@@ -15,6 +15,7 @@ from scipy.sparse import csr_array
 
 from buckler.mbs.compiler import compiler
 from buckler.mbs.elements.striking import SLOWEST_ONSET
+from buckler.mbs.geometry import Array
 from buckler.mbs.kinematics.diagnosis import independent_rows, redundancies
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.spectral import doors
@@ -28,7 +29,6 @@ from buckler.mbs.spectral.registry import add_body, add_element
 from buckler.mbs.spectral.strut import StrutBody, find_hosts, join_strut
 from buckler.mbs.spectral.tables import Tables, Work, work_for
 
-Array = np.ndarray[Any, Any]
 DEGREE = 8
 """Of a strip's polynomials, where none is asked for."""
 

@@ -6,10 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from buckler.mbs.geometry import Array
 from buckler.mbs.kinematics.settle import About, settled, settles
 from buckler.mbs.spectral.start import balance
-
-Array = np.ndarray[Any, Any]
 
 
 class _Equations:

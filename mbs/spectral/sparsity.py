@@ -7,11 +7,11 @@ unknowns that meet anywhere. Mass, damping and stiffness, and the constraints' r
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-Array = np.ndarray[Any, Any]
+from buckler.mbs.geometry import Array
 
 
 class Block(NamedTuple):

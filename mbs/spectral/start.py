@@ -6,10 +6,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from buckler.mbs.geometry import Array
 from buckler.mbs.kinematics.start import start
 from buckler.mbs.spectral.doors import place
 
-Array = np.ndarray[Any, Any]
 ROUNDING = 1e-12
 
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from buckler.mbs.geometry import Array
 from buckler.mbs.kinematics.start import Start
 from buckler.mbs.spectral import tables as k
 from buckler.mbs.spectral.basis import basis, fit, gauss
@@ -16,7 +17,6 @@ from buckler.mbs.spectral.builder import Attached, Builder
 from buckler.mbs.spectral.frame_body import add_block, line_of
 from buckler.mbs.spectral.motion import Piece
 
-Array = np.ndarray[Any, Any]
 Line = Callable[[Array], tuple[Array, Array, Array]]
 
 

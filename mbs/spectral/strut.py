@@ -7,11 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from buckler.mbs.geometry import Array
 from buckler.mbs.laws.compiled import function_pointer
 from buckler.mbs.spectral import tables as k
 from buckler.mbs.spectral.builder import GROUND, Builder
-
-Array = np.ndarray[Any, Any]
 
 
 @dataclass

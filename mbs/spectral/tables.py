@@ -6,11 +6,11 @@ two markers; rows are constraints on measures; forces act along measures or at m
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-Array = np.ndarray[Any, Any]
+from buckler.mbs.geometry import Array
 
 # --- kinds ------------------------------------------------------------------------------------------------------------
 GROUND, FRAME, LINEAR, CURVE = 0, 1, 2, 3

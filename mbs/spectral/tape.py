@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from buckler.mbs.geometry import Array
 from buckler.mbs.spectral.compiling import aside, copy, inner
 
-Array = np.ndarray[Any, Any]
 ALONE, WRITES, READS = 0, 1, 2
 """Whether a run has no neighbours, leaves a tape, or goes by one."""
 MOST = 2e8

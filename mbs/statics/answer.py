@@ -11,11 +11,10 @@ from typing import Any
 import numpy as np
 
 from buckler.mbs.elements import Clearance, Motor
+from buckler.mbs.geometry import Array
 from buckler.mbs.laws import NoFriction
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.spectral.scene import Scene
-
-Array = np.ndarray[Any, Any]
 
 
 class Ending(StrEnum):

@@ -11,15 +11,15 @@ Bifurcation Theory (1977) 359-384.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import Polynomial
 from scipy.optimize import brentq
 
+from buckler.mbs.geometry import Array
 from buckler.mbs.statics.problem import Problem, Rest, StaticsError
 
-Array = np.ndarray[Any, Any]
 SHORTEST = 1e-7
 """Arc below which a step is given up."""
 NEAR = 1e-9

@@ -12,11 +12,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from buckler.mbs.geometry import Array
 from buckler.mbs.statics.arc import Arc, Step
 from buckler.mbs.statics.problem import Problem, Rest
 from buckler.mbs.statics.spectrum import EPS, Spectrum, Tangent, spectrum, squares
 
-Array = np.ndarray[Any, Any]
 SAME = 1e-5
 """Share of a step, in the parameter, within which critical points are one multiple point."""
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
+from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.spectral.run import State
 from buckler.mbs.spectral.scene import Scene
@@ -18,7 +18,6 @@ from buckler.mbs.statics.rest import HIGHEST, RISE
 from buckler.mbs.statics.shooting import Found, Shooting, values_of
 from buckler.mbs.validate import positive
 
-Array = np.ndarray[Any, Any]
 FIRST = 8
 """Degree of strips, at first."""
 PARTS = 4

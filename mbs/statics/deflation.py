@@ -11,14 +11,12 @@ equations, SIAM J. Sci. Comput. 37 (2015) A2026-A2045, doi 10.1137/140984798.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 
 from buckler.mbs.statics.problem import ITERATIONS, Problem, Rest, StaticsError
 from buckler.mbs.statics.settling import settle
 
-Array = np.ndarray[Any, Any]
 APART = 1e-6
 """Distance, in units of the coordinates, up to which two states are the same."""
 KICKS = (0.03, 0.3)

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from typing import Any
 
 import numpy as np
 
+from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.start import slopes
@@ -21,7 +21,6 @@ from buckler.mbs.statics.settling import settle
 from buckler.mbs.statics.varied import Varied
 from buckler.mbs.validate import pair, positive
 
-Array = np.ndarray[Any, Any]
 Branch = tuple[str, str, tuple[float, float]]
 DEGREE = 12
 """Of strips, at first."""

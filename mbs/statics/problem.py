@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from buckler.mbs.geometry import Array
 from buckler.mbs.spectral.scene import Place, Scene
 from buckler.mbs.spectral.start import slopes
 from buckler.mbs.spectral.strip_body import StripBody
 from buckler.mbs.statics.spectrum import EPS, ROUNDING, Spectrum, Tangent, spectrum
 
-Array = np.ndarray[Any, Any]
 ITERATIONS = 25
 LONGEST_STEP = 0.3
 """Largest change of a coordinate in one iteration, in its unit (the longest link's length, 1 rad)."""

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
+from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.spectral import tables as k
 from buckler.mbs.spectral.scene import Place, Scene
@@ -16,7 +16,6 @@ from buckler.mbs.statics.answer import Answer, Ending, check_coordinates, check_
 from buckler.mbs.statics.problem import Problem, Rest, StaticsError, apart, has_strips, loads_of, moving, places, refined
 from buckler.mbs.statics.settling import RunsAwayError, settle
 
-Array = np.ndarray[Any, Any]
 SHORTEST = 1e-4
 """Smallest part of the load that is tried at once."""
 GOAL = 1e-8

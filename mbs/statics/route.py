@@ -7,12 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from buckler.mbs.geometry import Array
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.statics.answer import Answer, Ending
 from buckler.mbs.statics.critical import Critical
 from buckler.mbs.statics.problem import places
-
-Array = np.ndarray[Any, Any]
 
 
 @dataclass(frozen=True)

@@ -10,13 +10,10 @@ doi 10.1137/S0036142996304796.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from buckler.mbs.statics.problem import Problem, Rest, StaticsError, moving, solve
 
-Array = np.ndarray[Any, Any]
 MOVE = 0.1
 """Way of a step, lengths or rad, where the mechanism is far from rest."""
 AWAY = 60.0

@@ -14,10 +14,11 @@ H. G. Bock (1983), see `buckler.mbs.sensitivity.frozen`: differences on shared s
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from buckler.mbs.geometry import Array
 from buckler.mbs.solvers.spectral import Spectral
 from buckler.mbs.solvers.steps import Controlled
 from buckler.mbs.spectral.output import Output
@@ -27,7 +28,6 @@ from buckler.mbs.spectral.tables import CONTACT, JOURNAL
 from buckler.mbs.statics.problem import StaticsError, solve
 from buckler.mbs.statics.spectrum import null_space
 
-Array = np.ndarray[Any, Any]
 TOLERANCE = 1e-8
 """Local error of the run that chooses the steps."""
 LONGEST = 1 / 64

@@ -22,7 +22,8 @@ import numpy as np
 from numpy.linalg import solve  # SciPy's triangular solves take twenty times as long where threads share a core
 from scipy.linalg import eig, eigh
 
-Array = np.ndarray[Any, Any]
+from buckler.mbs.geometry import Array
+
 EPS = float(np.finfo(float).eps)
 ROUNDING = 16 * EPS
 """Relative error of a matrix entry that is a sum of some dozen products."""

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from buckler.mbs.documents.document import changed, get
+from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.statics.problem import Problem, Rest
 
-Array = np.ndarray[Any, Any]
 STEP = 1e-5
 """Relative step of the differences by the number."""
 

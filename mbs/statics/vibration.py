@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
+from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.spectral.doors import place
 from buckler.mbs.spectral.scene import Scene
@@ -17,7 +17,6 @@ from buckler.mbs.statics.problem import Problem, Rest, StaticsError, has_strips,
 from buckler.mbs.statics.rest import HIGHEST, RISE, Equilibrium, carried, equilibrium
 from buckler.mbs.statics.spectrum import Spectrum
 
-Array = np.ndarray[Any, Any]
 GOAL = 1e-8
 """Relative error up to which the degree of strips is raised."""
 

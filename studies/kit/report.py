@@ -26,7 +26,6 @@ from buckler.studies.kit.versions import versions
 
 T = TypeVar("T")
 P = TypeVar("P", bound=StudyParameters)
-Array = np.ndarray[Any, Any]
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from buckler.studies.kit.report import Array, Metric
+from buckler.mbs.geometry import Array
+from buckler.studies.kit.report import Metric
 
 
 class Mean(NamedTuple):

@@ -19,8 +19,8 @@ from typing import Any
 import numpy as np
 
 from buckler.mbs import Link, Mechanism, Revolute, Rigid, Torque, TorsionSpring
+from buckler.mbs.geometry import Array
 
-Array = np.ndarray[Any, Any]
 CREEP = 0.02
 """Relative speed, rad/s, at which dry friction has tanh 1 of its size."""
 GROUPS = {"a": 1e-3, "I": 1e-5, "k": 1e-4, "c": 1e-4, "q": 1e-5}

@@ -21,8 +21,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from buckler.mbs import simulate
+from buckler.mbs.geometry import Array
 from buckler.studies.kit.parameters import StudyParameters, choices, integer, quantity, text
-from buckler.studies.kit.report import QUIET, Array, Metric, Progress, StudyResult, Table
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
 from buckler.studies.kit.style import COLOURS, Figure, subplots
 from buckler.studies.measured.chain import Chain
 from buckler.studies.measured.fitting import Data, Fit, apart, fitted, predicted

@@ -8,14 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import least_squares
 
+from buckler.mbs.geometry import Array
 from buckler.studies.measured.chain import LEAST, Chain
 
-Array = np.ndarray[Any, Any]
 CHANGE = 1e-3
 """Of a parameter for its derivative, in its scale."""
 START = np.array([0.01, 0.1])

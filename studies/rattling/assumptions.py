@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from buckler.mbs.geometry import Array
 from buckler.studies.kit.gravity import Gravity
 from buckler.studies.kit.parameters import choice, choices, integer, quantity
-from buckler.studies.kit.report import Array
 
 JOINTS = "OABC"
 """Crank-frame, crank-coupler, coupler-rocker, rocker-frame."""

@@ -23,7 +23,8 @@ from typing import Any
 import numpy as np
 
 from buckler.mbs import Mechanism
-from buckler.studies.kit.report import QUIET, Array, Metric, Progress, StudyResult, Table, judged
+from buckler.mbs.geometry import Array
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.statistics import Mean
 from buckler.studies.kit.style import COLOURS, Figure, subplots
 from buckler.studies.rattling import bifurcation_points as diagram

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from buckler.mbs import Mechanism
+from buckler.mbs.geometry import Array
 from buckler.mbs.laws import Impact
 from buckler.mbs.spectral.chaos import last_state, lyapunov
 from buckler.mbs.spectral.ensembles import offset, resume
@@ -25,7 +26,6 @@ from buckler.studies.rattling.assumptions import JOINTS
 from buckler.studies.rattling.bars import RockerParameters
 from buckler.studies.rattling.turns import deep, finished, gap, period, solver
 
-Array = np.ndarray[Any, Any]
 LONGEST_PERIOD = 8
 """Turns after which a section is looked at for repeating."""
 REPEATS_TO = 1e-4

@@ -25,12 +25,13 @@ from scipy.interpolate import CubicSpline
 from scipy.stats import t as student
 
 from buckler.mbs import Mechanism, Result, Revolute, Status, simulate
+from buckler.mbs.geometry import Array
 from buckler.mbs.laws import AdamsFriction
 from buckler.mbs.library import CLOSED, RATTLING
 from buckler.mbs.record.lookup import between
 from buckler.mbs.spectral.ensembles import Member
 from buckler.studies.kit.parameters import choices, integer, quantities, quantity
-from buckler.studies.kit.report import Array, Metric
+from buckler.studies.kit.report import Metric
 from buckler.studies.kit.statistics import Mean
 from buckler.studies.rattling.assumptions import BODIES, JOINTS, Assumptions
 from buckler.studies.rattling.bars import bars

@@ -12,6 +12,7 @@ import numpy as np
 from buckler import mbs
 from buckler.mbs import Beam, Mechanism, Modal, Result, Rigid, Section
 from buckler.mbs.accuracy.words import FINEST
+from buckler.mbs.geometry import Array
 from buckler.mbs.library import STEEL_CRANK_ROCKER
 from buckler.mbs.modal import BarModes, CraigBampton
 from buckler.mbs.sensitivity.reading import Curve
@@ -21,7 +22,6 @@ from buckler.studies.rattling.bars import PlayParameters
 from buckler.studies.rattling.mode_sets import damped, section
 from buckler.studies.rattling.turns import STEPS_A_TURN, chance, force_on_second, joint_force
 
-Array = np.ndarray[Any, Any]
 WITH_PLAY = ("", "B", "BC", "ABC", "OABC")
 """Joints that get clearance as their number grows: first those that are looked at, coupler–rocker and rocker–frame."""
 SAMPLES = ("coupler.vx", "rocker.vx", "coupler.ax", "rocker.ax")

@@ -15,11 +15,11 @@ from scipy.integrate import solve_ivp
 from scipy.stats import ttest_ind
 
 from buckler.mbs import Exudyn, Mechanism, Modal, Ramp, Section, simulate
+from buckler.mbs.geometry import Array
 from buckler.mbs.modal import BarModes
 from buckler.mbs.spectral.dense import right_hand_side
 from buckler.mbs.spectral.run import integrate
 from buckler.mbs.spectral.scene import Scene
-from buckler.studies.kit.report import Array
 from buckler.studies.rattling import turns
 from buckler.studies.rattling.clearance import CrankRockerParameters
 from buckler.studies.rattling.mode_sets import LENGTH

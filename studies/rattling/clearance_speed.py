@@ -19,8 +19,9 @@ from typing import NamedTuple
 import numpy as np
 
 from buckler.mbs import Mechanism, Result, simulate
+from buckler.mbs.geometry import Array
 from buckler.studies.kit.parameters import integer, quantities
-from buckler.studies.kit.report import QUIET, Array, Metric, Progress, StudyResult, Table, judged
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.statistics import mean, power_law
 from buckler.studies.kit.style import COLOURS, Figure, subplots
 from buckler.studies.rattling import turns

@@ -14,8 +14,9 @@ from typing import Any
 
 import numpy as np
 
+from buckler.mbs.geometry import Array
 from buckler.studies.kit.parameters import integer
-from buckler.studies.kit.report import QUIET, Array, Metric, Progress, StudyResult, Table, worst
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, worst
 from buckler.studies.kit.statistics import mean
 from buckler.studies.kit.style import Figure, subplots
 from buckler.studies.rattling import clearance

@@ -20,9 +20,10 @@ from typing import Any
 
 import numpy as np
 
+from buckler.mbs.geometry import Array
 from buckler.studies.kit.parameters import choice, choices, integer, quantities, quantity
 from buckler.studies.kit.published import DAMPING_UNITS
-from buckler.studies.kit.report import QUIET, Array, Metric, Progress, StudyResult, Table, judged
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import COLOURS, Figure, subplots
 from buckler.studies.rattling import buffering_world as world
 from buckler.studies.rattling.bars import flexible

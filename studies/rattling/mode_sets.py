@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 
 from buckler.mbs import Modal, Section
+from buckler.mbs.geometry import Array
 from buckler.mbs.library import STEEL_CRANK_ROCKER
 from buckler.mbs.modal import BarModes, Box, CraigBampton, FreeModes, ReducedModel, reduced
 from buckler.studies.kit.published import BAR_AREA, STEEL
 from buckler.studies.rattling.assumptions import DAMPINGS
 
-Array = np.ndarray[Any, Any]
 LENGTH = STEEL_CRANK_ROCKER.rocker
 """Of the rocker, m."""
 MESH = Box((24, 2, 1))

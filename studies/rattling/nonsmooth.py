@@ -18,8 +18,9 @@ from typing import Any
 import numpy as np
 
 from buckler.mbs import Controlled, Exudyn, Mechanism, Result, simulate
+from buckler.mbs.geometry import Array
 from buckler.studies.kit.parameters import StudyParameters, choices, quantities, quantity
-from buckler.studies.kit.report import QUIET, Array, Metric, Progress, StudyResult, Table, judged
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.statistics import exponent
 from buckler.studies.kit.style import COLOURS, Figure, subplots
 from buckler.studies.rattling.nonsmooth_cases import ARM, CLEARANCE, CRANK, ROD, fourbar, slider_crank

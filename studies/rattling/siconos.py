@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from buckler.studies.kit.report import Array
+from buckler.mbs.geometry import Array
 
 
 def _columns(name: str) -> Array:

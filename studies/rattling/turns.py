@@ -16,13 +16,13 @@ import numpy as np
 
 from buckler.mbs import Controlled, Exudyn, Mechanism, Result, Spectral, Status, simulate
 from buckler.mbs.elements.clearance import clearances
+from buckler.mbs.geometry import Array
 from buckler.mbs.library import CrankRocker
 from buckler.mbs.record.quadrature import corrected
 from buckler.mbs.record.record import Record
 from buckler.mbs.spectral import ensembles
 from buckler.mbs.spectral.ensembles import Member
 from buckler.mbs.validate import whole
-from buckler.studies.kit.report import Array
 from buckler.studies.rattling.assumptions import BODIES, JOINTS
 
 LOOSE = 1e-6

@@ -18,8 +18,9 @@ import numpy as np
 from buckler import mbs
 from buckler.mbs import Mechanism, Result
 from buckler.mbs.elements.clearance import clearances, contact, states
+from buckler.mbs.geometry import Array
 from buckler.studies.kit.parameters import integer, quantity
-from buckler.studies.kit.report import QUIET, Array, Metric, Progress, StudyResult, Table, judged
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.statistics import Mean
 from buckler.studies.kit.style import Figure, subplots
 from buckler.studies.rattling.assumptions import BODIES

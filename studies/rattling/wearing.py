@@ -23,13 +23,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from math import pi
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from buckler.mbs.elements.journal import HARMONICS
+from buckler.mbs.geometry import Array
 
-Array = np.ndarray[Any, Any]
 BUSH, PIN = 0, 1
 AT_ONCE = 2000
 """Samples whose arcs are held in memory together."""

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from buckler.studies.kit.report import Array, Metric, Table
+from buckler.mbs.geometry import Array
+from buckler.studies.kit.report import Metric, Table
 from buckler.studies.kit.style import COLOURS, Figure, plain_ticks, subplots
 from buckler.studies.rattling.buffering_measures import CLAIMS
 from buckler.studies.rattling.worlds import ASSUMPTIONS, Worlds, grown, sentence, wilson

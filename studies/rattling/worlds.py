@@ -20,11 +20,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.stats import binomtest, qmc
 
+from buckler.mbs.geometry import Array
 from buckler.studies.kit.published import DAMPING_UNITS
 from buckler.studies.rattling import buffering_world as world
 from buckler.studies.rattling.assumptions import BODIES, DAMPINGS, JOINTS, KINDS
 
-Array = np.ndarray[Any, Any]
 DIRECTIONS = {"-y": -pi / 2, "+y": pi / 2, "-x": pi, "+x": 0.0}
 """Of gravity in the plane, from the frame."""
 STANDARD = 9.81

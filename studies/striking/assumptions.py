@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 
 from buckler.mbs import Mechanism, Motion, Motor, Ramp
+from buckler.mbs.geometry import Array
 from buckler.studies.kit.gravity import Gravity
 from buckler.studies.kit.parameters import StudyParameters, integer, quantity, specs
-from buckler.studies.kit.report import Array
 
 GRAVITY = 9.81
 """Presses the slider on its guide, whichever way gravity acts in the plane, m/s^2."""

@@ -11,7 +11,8 @@ from matplotlib.colors import ListedColormap
 from matplotlib.patches import Patch
 
 from buckler.elastica import law
-from buckler.studies.kit.report import Array, StudyResult
+from buckler.mbs.geometry import Array
+from buckler.studies.kit.report import StudyResult
 from buckler.studies.kit.style import Axes, Figure, plain_ticks, subplots
 from buckler.studies.striking import impact
 from buckler.studies.striking.inverse import Design, Given, Wish, design

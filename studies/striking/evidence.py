@@ -22,8 +22,8 @@ from scipy.interpolate import RBFInterpolator
 from scipy.special import log_ndtr, logsumexp
 from scipy.stats import qmc
 
+from buckler.mbs.geometry import Array
 from buckler.studies.kit.published import IMPACT_FORCE, IMPACT_SPEED, SENSOR_RANGE, SENSOR_VOLTAGE, VOLTAGE_FORCES
-from buckler.studies.kit.report import Array
 
 DEAD_BAND = (0.0, 1.8)
 """Prior of the voltage below which the motor does not turn, V; uniform."""

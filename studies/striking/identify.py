@@ -23,9 +23,10 @@ import numpy as np
 from scipy.stats import qmc
 
 from buckler.mbs import Controlled, Mechanism, Spectral, fit
+from buckler.mbs.geometry import Array
 from buckler.mbs.sensitivity.data import Experiment, Read
 from buckler.studies.kit.parameters import StudyParameters, choice, choices, integer, quantity
-from buckler.studies.kit.report import QUIET, Array, Metric, Progress, StudyResult, Table, judged
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import COLOURS, Axes, Figure, subplots
 from buckler.studies.striking.evidence import (
     CAUSES,

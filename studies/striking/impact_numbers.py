@@ -38,9 +38,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import brentq
 
+from buckler.mbs.geometry import Array
 from buckler.mbs.laws import CarvalhoMartins
 from buckler.mbs.laws.peak import peak_factors
-from buckler.studies.kit.report import Array
 from buckler.studies.striking.sine_strip import SineStrip
 
 LATE, SAGS = 1.5, 0.95

@@ -26,10 +26,10 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from buckler.mbs import Section
+from buckler.mbs.geometry import Array
 from buckler.mbs.kinematics.slidercrank import SliderCrank
 from buckler.mbs.laws import CarvalhoMartins
 from buckler.mbs.library import PAPER, PAPER_STOP
-from buckler.studies.kit.report import Array
 
 BEFORE = np.radians(3.0)
 """Crank angle before first contact at which it begins, rad."""

@@ -27,10 +27,10 @@ from scipy.optimize import brentq
 
 from buckler.elastica import law
 from buckler.mbs.elements import Motion, Ramp
+from buckler.mbs.geometry import Array
 from buckler.mbs.kinematics.slidercrank import SliderCrank
 from buckler.mbs.library import PAPER, PAPER_STOP
 from buckler.mbs.validate import non_negative, number, positive
-from buckler.studies.kit.report import Array
 
 NEGLIGIBLE = 1e-2
 """Rebounds are over when they come back at less than this part of the first impact's speed."""

@@ -13,12 +13,13 @@ import numpy as np
 
 from buckler import mbs
 from buckler.mbs import Beam, Link, Mechanism, Revolute, Rigid, TorsionSpring
+from buckler.mbs.geometry import Array
 from buckler.mbs.library import PAPER
 from buckler.mbs.sensitivity.reading import spells
 from buckler.mbs.spectral.run import once
 from buckler.studies.kit.parameters import choices, quantity
 from buckler.studies.kit.published import IMPACT_SPEED
-from buckler.studies.kit.report import QUIET, Array, Metric, Progress, StudyResult, metrics_table
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, metrics_table
 from buckler.studies.kit.style import Figure, subplots
 from buckler.studies.striking import impact_models
 from buckler.studies.striking.assumptions import crank_angle

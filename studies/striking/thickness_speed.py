@@ -19,9 +19,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from buckler.mbs.geometry import Array
 from buckler.studies.kit.parameters import choices, integer, quantities, quantity
 from buckler.studies.kit.published import CONTACT_FORCES
-from buckler.studies.kit.report import QUIET, Array, Metric, Progress, StudyResult, Table, judged, relative
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged, relative
 from buckler.studies.kit.statistics import power_law
 from buckler.studies.kit.style import COLOURS, Axes, Figure, plain_ticks, subplots
 from buckler.studies.striking import slider_crank

@@ -26,11 +26,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy import stats
 
+from buckler.mbs.geometry import Array
 from buckler.mbs.library import PAPER_STOP
 from buckler.mbs.sensitivity.derivatives import Sensitivities
 from buckler.studies.kit.parameters import choice, choices, integer, quantity
 from buckler.studies.kit.published import DAMPING_UNITS
-from buckler.studies.kit.report import QUIET, Array, Metric, Progress, StudyResult, Table, judged
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.statistics import PowerLaw, power_law
 from buckler.studies.kit.style import COLOURS, Figure, subplots
 from buckler.studies.rattling.bars import RockerParameters

@@ -24,12 +24,13 @@ from scipy import stats
 from buckler.elastica import pinned
 from buckler.mbs import Material, Mechanism, Section, sensitivities
 from buckler.mbs.elements.section import STEEL
+from buckler.mbs.geometry import Array
 from buckler.mbs.kinematics.slidercrank import SliderCrank
 from buckler.mbs.laws import AdamsFriction, ExactRestitution, Impact
 from buckler.mbs.library import PAPER
 from buckler.mbs.sensitivity.derivatives import Sensitivities
 from buckler.studies.kit.published import STRIP_WIDTH
-from buckler.studies.kit.report import Array, Metric
+from buckler.studies.kit.report import Metric
 from buckler.studies.kit.statistics import mean
 from buckler.studies.rattling.bars import FourBarParameters
 from buckler.studies.striking.assumptions import GRAVITY, StrikeAssumptions

@@ -21,11 +21,12 @@ import numpy as np
 from buckler.elastica import law, pinned
 from buckler.elastica.rod import Rod
 from buckler.mbs import Beam, Section
+from buckler.mbs.geometry import Array
 from buckler.mbs.library import PAPER
 from buckler.mbs.record.status import Status
 from buckler.studies.kit.parameters import StudyParameters, integer, quantities, quantity
 from buckler.studies.kit.published import CONTACT_FORCES, STRIP_WIDTH
-from buckler.studies.kit.report import QUIET, Array, Metric, Progress, StudyResult, Table, judged
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import Axes, Figure, subplots
 from buckler.studies.strips.friction_interval import Pressed, friction_interval, laws
 

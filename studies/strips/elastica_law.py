@@ -16,10 +16,11 @@ from buckler.elastica import law, pinned
 from buckler.elastica.rod import Rod
 from buckler.mbs.accuracy.precision import work_precision
 from buckler.mbs.elements.section import Section
+from buckler.mbs.geometry import Array
 from buckler.mbs.library import PAPER
 from buckler.studies.kit.parameters import StudyParameters, integer, quantity
 from buckler.studies.kit.published import QUARTIC, STRIP_WIDTH
-from buckler.studies.kit.report import QUIET, Array, Metric, Progress, StudyResult, Table, judged
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import Figure, subplots
 
 ROD_LIMIT, FAST_LIMIT = 1e-10, 1e-12

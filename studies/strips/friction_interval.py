@@ -20,9 +20,9 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from buckler.elastica import pinned
+from buckler.mbs.geometry import Array
 from buckler.mbs.laws import Coulomb, LuGre, Stribeck
 from buckler.mbs.library import PAPER, PAPER_STOP
-from buckler.studies.kit.report import Array
 
 DAMPING_RATIO = 0.2
 """Of slider and stop."""

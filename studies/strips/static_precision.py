@@ -19,11 +19,12 @@ from buckler.elastica import pinned
 from buckler.elastica.rod import Rod
 from buckler.mbs import Beam, Cable, Section
 from buckler.mbs.accuracy.precision import Point, fastest, rate, verdict
+from buckler.mbs.geometry import Array
 from buckler.mbs.library import PAPER
 from buckler.studies.kit.parameters import StudyParameters, integer, quantity
 from buckler.studies.kit.precision import Series, as_signals, draw, footnote, mark, measure, outcomes
 from buckler.studies.kit.published import STRIP_WIDTH
-from buckler.studies.kit.report import QUIET, Array, Metric, Progress, StudyResult, Table, judged
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import Figure, subplots
 
 SHORTENINGS = np.concatenate([[1e-3], np.linspace(0.05, 0.95, 19)])

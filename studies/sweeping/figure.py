@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 from matplotlib.lines import Line2D
 
+from buckler.mbs.geometry import Array
 from buckler.mbs.units import labelled
 from buckler.studies.kit.style import COLOURS, Figure, subplots
 from buckler.studies.sweeping.table import Point
 from buckler.studies.sweeping.vary import Plan
 
-Array = np.ndarray[Any, Any]
 FEW = 4
 """Up to so many values of the second number are lines of a family; more make a heat map."""
 MARKS = "os^vDP*Xhd"

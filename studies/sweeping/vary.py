@@ -24,7 +24,6 @@ from buckler.mbs.declare import Declaration
 from buckler.studies.kit.parameters import Cases, StudyParameters, specs
 from buckler.studies.kit.registry import hint
 
-Array = np.ndarray[Any, Any]
 METHODS = ("sobol", "halton", "lhs")
 DIGITS = 12
 """Of values between the ends, so that 0.1mm:0.5mm:9 holds 0.15 mm and not a rounding error more."""

@@ -19,11 +19,12 @@ import numpy as np
 
 from buckler.mbs import Beam, Cable, Modal, Section, simulate
 from buckler.mbs.accuracy.precision import Point, verdict, work_precision
+from buckler.mbs.geometry import Array
 from buckler.mbs.library import PAPER
 from buckler.studies.kit.parameters import StudyParameters, choices, integer
 from buckler.studies.kit.precision import footnote
 from buckler.studies.kit.published import STRIP_WIDTH
-from buckler.studies.kit.report import QUIET, Array, Metric, Progress, StudyResult, Table, judged
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import COLOURS, Figure, subplots
 from buckler.studies.strips.static_precision import SHORTENINGS
 

@@ -14,13 +14,14 @@ E. Reissner, On one-dimensional finite-strain beam theory: the plane problem, do
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import Polynomial
 from scipy.integrate import solve_ivp
 
-Array = np.ndarray[Any, Any]
+from buckler.mbs.geometry import Array
+
 TINY = 1e-30
 """Of the imaginary parts: their square is nothing beside a rounding."""
 NODES = 12

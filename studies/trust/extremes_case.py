@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from buckler.mbs import Status
+from buckler.mbs.geometry import Array
 
-Array = np.ndarray[Any, Any]
 Measures = Mapping[str, Any]
 OF_THE_MODEL = frozenset(("PENETRATION", "LINEAR"))
 """Checks that say that a law or a linear link is beyond its range. A reference of the same model cannot gainsay them."""

@@ -10,7 +10,6 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import partial
 from time import perf_counter
-from typing import Any
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -21,12 +20,12 @@ from buckler.mbs.accuracy.compare import FORCES
 from buckler.mbs.elements.clearance import Clearance, clearances
 from buckler.mbs.elements.signal import Kind
 from buckler.mbs.engine.solve import once
+from buckler.mbs.geometry import Array
 from buckler.mbs.record.means import axial_period
 from buckler.studies.trust.drawn import Drawn, drawn
 from buckler.studies.trust.extremes_case import KINDS, Case, CaseOutcome, Measures, largest
 from buckler.studies.trust.extremes_listed import Listed
 
-Array = np.ndarray[Any, Any]
 SAMPLES = np.linspace(0.02, 0.98, 49)
 """When places are compared, of the run's length."""
 AGREED = 0.3

@@ -7,7 +7,8 @@ from math import nan
 
 import numpy as np
 
-from buckler.studies.kit.report import Array, StudyResult
+from buckler.mbs.geometry import Array
+from buckler.studies.kit.report import StudyResult
 from buckler.studies.kit.style import Figure, subplots
 
 

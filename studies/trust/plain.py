@@ -18,6 +18,8 @@ from typing import Any
 
 import numpy as np
 
+from buckler.mbs.geometry import Array
+
 os.environ.setdefault("EXUDYN_NO_USER_SETTINGS", "1")
 import exudyn as exu
 import exudyn.itemInterface as eii
@@ -32,7 +34,6 @@ from buckler.mbs.solvers.exudyn import Exudyn
 
 exu.config.printToConsole = False
 
-Array = np.ndarray[Any, Any]
 STORED: dict[str, Any] = {"storeInternal": True, "writeToFile": False}
 
 

@@ -25,6 +25,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from buckler.mbs import Cable, Clearance, Controlled, Equal, Exudyn, Link, Mechanism, Revolute, Rigid, Section, Spectral
+from buckler.mbs.geometry import Array
 from buckler.mbs.laws import Impact
 from buckler.mbs.record.lookup import hermite
 from buckler.studies.kit.parameters import StudyParameters, choices, integer, quantities, quantity
@@ -33,7 +34,6 @@ from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Tab
 from buckler.studies.kit.style import Figure, subplots
 from buckler.studies.trust import plain
 
-Array = np.ndarray[Any, Any]
 SIDE = 0.1
 """Length of a link, m."""
 BAR, STRIP = Rigid(Section(0.020, 0.005)), Section(0.010, 0.0005)
