@@ -32,6 +32,8 @@ ASIDE = (1e-2, 1e-3, 5e-2)
 """Shares of a step within which a crossing is sought at first; the last where paths part before they cross."""
 ALIKE = 1e-3
 """Difference of two polynomials' roots, over twice that."""
+SHARP = 1e-7
+"""The same over the step, from which no nearer equilibria are looked at: of the better of the two it is an upper bound."""
 
 
 class Step(NamedTuple):
@@ -133,6 +135,7 @@ class Arc:
         if function(step.rest) * function(step.new) > 0.0:
             return None
         parts = np.array([-1.0, 1.0, -2.0, 2.0, -3.0, 3.0])
+        best: tuple[float, float, list[Rest]] = (np.inf, 0.0, [])
         for aside in ASIDE:
             try:
                 rough = self._rough(step, function, aside * step.arc)
@@ -142,9 +145,14 @@ class Arc:
             found = [function(rest) for rest in rests]
             few, all_ = (_root_of(parts[:n], found[:n]) for n in (4, 6))
             if abs(all_ - few) < ALIKE:
-                weights = [np.prod([(all_ - b) / (a - b) for b in parts if b != a]) for a in parts]
-                return Rest(*(sum(w * x for w, x in zip(weights, each, strict=True)) for each in zip(*rests, strict=True)))
-        return self.root(step, function)
+                best = min(best, (2.0 * aside * abs(all_ - few), all_, rests), key=lambda each: each[0])
+            if best[0] < SHARP or (best[2] and aside < ASIDE[0]):
+                break
+        _, root, rests = best
+        if not rests:
+            return self.root(step, function)
+        weights = [np.prod([(root - b) / (a - b) for b in parts if b != a]) for a in parts]
+        return Rest(*(sum(w * x for w, x in zip(weights, each, strict=True)) for each in zip(*rests, strict=True)))
 
     def _rough(self, step: Step, function: Callable[[Rest], float], near: float) -> float:
         """A root to within about `near`: at the crossing itself, on which a secant may fall, none is found, but beside it."""
