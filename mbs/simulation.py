@@ -23,6 +23,7 @@ from buckler.mbs.checks.suspicions import idle, suspicions
 from buckler.mbs.compiler import working_time
 from buckler.mbs.engine.solve import once
 from buckler.mbs.functions import own_functions
+from buckler.mbs.geometry import Array
 from buckler.mbs.interrupts import Interrupted, ctrl_c
 from buckler.mbs.kinematics import exact
 from buckler.mbs.mechanism import Mechanism
@@ -111,17 +112,14 @@ def simulate(
     """
     one_of("mechanism", mechanism, (Mechanism,))
     duration = float(positive("duration", duration, "s"))
-    goal: Goal = Usual() if accuracy is None else Asked(number("accuracy", accuracy, FINEST, COARSEST, "1"), of)
-    if accuracy is None and of != PLACES:
-        raise ValueError(f"of = {short(of)}: no accuracy; give accuracy = 1e-3, or another from {FINEST:g} to {COARSEST:g}")
+    goal = _goal(accuracy, of)
     if timeout is not None:
         positive("timeout", timeout, "s")
     for name, element in mechanism.elements().items():
         element.check_run(duration, name)
-    each = (shapes,) if isinstance(shapes, int | float) else listed("shapes", shapes)
-    times = np.array([number(f"shapes[{k}]", t, 0.0, duration, "s") for k, t in enumerate(each)])
     if solver is not None:
         one_of("solver", solver, tuple(SOLVERS))
+    times = _times(shapes, duration)
     start, made = working_time(), list[Run]()
 
     def run(mechanism: Mechanism, span: float, solver: Solver) -> Run:
@@ -146,6 +144,21 @@ def simulate(
         return asked()
     except KeyboardInterrupt as stop:
         raise (_interrupted(made) if made else stop) from None
+
+
+def _goal(accuracy: float | None, of: str | Sequence[str]) -> Goal:
+    """What is asked of a run's errors."""
+    if accuracy is not None:
+        return Asked(number("accuracy", accuracy, FINEST, COARSEST, "1"), of)
+    if of != PLACES:
+        raise ValueError(f"of = {short(of)}: no accuracy; give accuracy = 1e-3, or another from {FINEST:g} to {COARSEST:g}")
+    return Usual()
+
+
+def _times(shapes: Sequence[float], duration: float) -> Array:
+    """Times, s, at which shapes are kept."""
+    each = (shapes,) if isinstance(shapes, int | float) else listed("shapes", shapes)
+    return np.array([number(f"shapes[{k}]", t, 0.0, duration, "s") for k, t in enumerate(each)])
 
 
 def _interrupted(made: Sequence[Run]) -> Interrupted:
