@@ -21,12 +21,13 @@ from typing import Any
 
 import numpy as np
 
+from buckler.mbs.declare import specs
 from buckler.studies.kit.parameters import choice, choices, integer, quantity
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged, worst
 from buckler.studies.kit.style import Figure
 from buckler.studies.striking.assumptions import StrikeParameters
 from buckler.studies.striking.design_check import BARS, BeamDesign, CheckedTurn, check, drawn_wishes, for_beam, random_wishes
-from buckler.studies.striking.inverse import Design, Given, Wish, design
+from buckler.studies.striking.inverse import FREE, Design, Given, Wish, design
 from buckler.studies.striking.inverse_limits import NothingNearError, binding, broken, feasible, limits, nearest
 
 ASKED = {"contact_force": ("N", 1.0), "impact_force": ("N", 1.0), "contact_angle": ("deg", degrees(1.0))}
@@ -96,14 +97,9 @@ class Parameters(StrikeParameters):
     @property
     def given(self) -> Given:
         """What is fixed."""
-        return Given(
-            thickness=self.thickness or None, width=self.width or None,
-            speed=self.speed or None, mass=self.mass or None, stiffness=self.stop_stiffness or None,
-            restitution=self.restitution, friction=self.friction_force,
-            yield_strength=self.yield_strength, modulus=self.modulus,
-            crank=self.crank, coupler=self.coupler, slowest=self.slowest, fastest=self.fastest,
-            lightest=self.lightest, heaviest=self.heaviest,
-        )  # fmt: skip
+        named = {"stiffness": self.stop_stiffness, "friction": self.friction_force}
+        found = {name: named.get(name, getattr(self, name, None)) for name in specs(Given)}
+        return Given(**{name: None if name in FREE and not value else value for name, value in found.items()})
 
 
 def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:

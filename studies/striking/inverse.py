@@ -29,114 +29,86 @@ A. S. Carvalho, J. M. Martins, doi 10.1016/j.mechmachtheory.2019.03.028.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from buckler.elastica import law
+from buckler.mbs.declare import Declared, Either, Nothing, Quantity, declared, field
+from buckler.mbs.declare.declared import MISSING
 from buckler.mbs.kinematics.slidercrank import SliderCrank
 from buckler.mbs.laws import CarvalhoMartins
 from buckler.mbs.laws.peak import peak_factors
 from buckler.mbs.library import PAPER
 
+GROUPS = ("thickness", "width"), ("speed", "mass", "stiffness")
+"""Of each, one is solved for."""
+FREE = sum(GROUPS, ())
 Floats = Any
 """A float, or an array that broadcasts with the others."""
 PASSES = 14
 """Of the fixed point for what (2) and (3) hold implicitly: each takes off two digits or more."""
 
 
-@dataclass(frozen=True)
-class Wish:
-    """What the mechanism shall do.
+class Numbers(Quantity):
+    """A number, or an array of them."""
 
-    Parameters
-    ----------
-    contact_force : float or array
-        Largest force of the buckled coupler on the stop, at the dead centre, N.
-    impact_force : float or array
-        Largest force of the first impact, N.
-    contact_angle : float or array
-        Angle the crank turns between first contact and release, rad, below 2 pi: twice the half angle before the dead
-        centre. From 120 to 240 degrees it is 120 degrees, half angle 60 degrees.
-
-    Raises
-    ------
-    ValueError
-        If a number is not positive and finite, or the angle not below a full turn.
-    """
-
-    contact_force: Floats
-    impact_force: Floats
-    contact_angle: Floats
-
-    def __post_init__(self) -> None:
-        for name, unit in (("contact_force", "N"), ("impact_force", "N")):
-            _within(name, getattr(self, name), np.inf, unit)
-        _within("contact_angle", self.contact_angle, 2 * np.pi, "rad")
+    def read(self, name: str, given: Any) -> Any:
+        """Return it as it is; what is least and what is most decide whether it is in its range."""
+        for end in (np.min, np.max):
+            super().read(name, float(end(given)))
+        return given
 
 
-@dataclass(frozen=True)
-class Given:
-    """What is fixed beforehand. None stands for what is solved for: one of thickness and width, one of speed, mass, stiffness.
+def numbers(unit: str, doc: str, default: Any = MISSING, most: float = np.inf, optional: bool = False) -> Any:
+    """Declare numbers above 0; None stands for those that are solved for, if they are optional."""
+    spec = Numbers(unit, 0.0, most, open_low=True)
+    return field(Either((spec, Nothing())) if optional else spec, doc, default)
 
-    Parameters
-    ----------
-    thickness, width : float or array or None
-        Of the strip, m.
-    speed : float or array or None
-        Of the crank, rad/s.
-    mass : float or array or None
-        Of the slider, kg.
-    stiffness : float or array or None
-        Of the stop, N/m.
-    restitution : float or array
-        Of the stop, (0, 1].
-    friction : float or array
-        Of the slider in its guide, N, any speed.
-    yield_strength : float or array
-        Of the strip, Pa.
-    modulus : float or array
-        Young's modulus of the strip, Pa.
-    crank, coupler : float or array
-        Lengths, m; the coupler is the longer one.
-    slowest, fastest : float or array
-        Speeds the drive can run at, rad/s.
-    lightest, heaviest : float or array
-        Masses the slider can have, kg.
 
-    Raises
-    ------
-    ValueError
-        If a number lies outside its range, or not exactly one of a group is None.
-    """
+@declared
+class Wish(Declared):
+    """What the mechanism shall do."""
 
-    thickness: Floats | None = None
-    width: Floats | None = 0.030
-    speed: Floats | None = None
-    mass: Floats | None = 0.3
-    stiffness: Floats | None = 7.2e4
-    restitution: Floats = 0.8
-    friction: Floats = 0.3
-    yield_strength: Floats = 1e9
-    modulus: Floats = 210e9
-    crank: Floats = PAPER.crank
-    coupler: Floats = PAPER.coupler
-    slowest: Floats = 0.1
-    fastest: Floats = 10.0
-    lightest: Floats = 1e-3
-    heaviest: Floats = 10.0
+    in_files = False
 
-    def __post_init__(self) -> None:
-        for group in (("thickness", "width"), ("speed", "mass", "stiffness")):
+    contact_force: Floats = numbers("N", "largest force of the buckled coupler on the stop, at the dead centre")
+    impact_force: Floats = numbers("N", "largest force of the first impact")
+    contact_angle: Floats = numbers(
+        "rad", "angle the crank turns between first contact and release: twice the half angle before the dead centre",
+        most=2 * np.pi,
+    )  # fmt: skip
+
+
+@declared
+class Given(Declared):
+    """What is fixed beforehand. None stands for what is solved for: one of thickness and width, one of speed, mass, stiffness."""
+
+    in_files = False
+
+    thickness: Floats | None = numbers("m", "of the strip", None)
+    width: Floats | None = numbers("m", "of the strip", 0.030, optional=True)
+    speed: Floats | None = numbers("rad/s", "of the crank", None)
+    mass: Floats | None = numbers("kg", "of the slider", 0.3, optional=True)
+    stiffness: Floats | None = numbers("N/m", "of the stop", 7.2e4, optional=True)
+    restitution: Floats = numbers("1", "of the stop", 0.8, most=1.0)
+    friction: Floats = field(Numbers("N", 0.0), "of the slider in its guide, at any speed", default=0.3)
+    yield_strength: Floats = numbers("Pa", "of the strip", 1e9)
+    modulus: Floats = numbers("Pa", "Young's modulus of the strip", 210e9)
+    crank: Floats = numbers("m", "length of the crank", PAPER.crank)
+    coupler: Floats = numbers("m", "length of the coupler, the longer of the two", PAPER.coupler)
+    slowest: Floats = numbers("rad/s", "the drive can run at", 0.1)
+    fastest: Floats = numbers("rad/s", "the drive can run at", 10.0)
+    lightest: Floats = numbers("kg", "the slider can be", 1e-3)
+    heaviest: Floats = numbers("kg", "the slider can be", 10.0)
+
+    def agree(self) -> None:
+        """One of each group is solved for; the crank can turn."""
+        for group in GROUPS:
             free = [name for name in group if getattr(self, name) is None]
             if len(free) != 1:
                 raise ValueError(f"free = {free}: exactly one of {', '.join(group)} must be None, to be solved for")
-        for field in fields(self):
-            value = getattr(self, field.name)
-            if value is not None and field.name != "friction":
-                _within(field.name, value, 1.0 if field.name == "restitution" else np.inf, _UNITS[field.name])
-        _within("friction", np.asarray(self.friction) + np.finfo(float).tiny, np.inf, "N")
         if not np.all(np.less(self.crank, self.coupler)):
             raise ValueError(f"crank = {self.crank} m: must be shorter than the coupler, {self.coupler} m, to turn fully")
 
@@ -149,13 +121,6 @@ class Given:
     def chi(self) -> Floats:
         """Hysteresis factor of the stop."""
         return CarvalhoMartins.hysteresis(self.restitution)
-
-
-_UNITS = {
-    "thickness": "m", "width": "m", "speed": "rad/s", "mass": "kg", "stiffness": "N/m", "restitution": "1",
-    "yield_strength": "Pa", "modulus": "Pa", "crank": "m", "coupler": "m", "slowest": "rad/s", "fastest": "rad/s",
-    "lightest": "kg", "heaviest": "kg",
-}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -255,12 +220,3 @@ def _lag(rise: Floats, given: Given, area: Floats, speed: Floats) -> Floats:
     """D of equation (4) without its factor (K/m)^(1/6); `area` is that of the strip times cos(phi)^2."""
     stiffness = given.modulus * area / given.coupler
     return 0.75 * rise * np.cbrt(6 * rise / (stiffness * (1 + given.chi) * speed))
-
-
-def _within(name: str, value: Floats, high: float, unit: str) -> None:
-    """Refuse what is not above 0 and at most `high`, and finite."""
-    array = np.asarray(value, dtype=float)
-    wrong = ~((array > 0) & (array <= high) & np.isfinite(array))
-    if np.any(wrong):
-        suffix = "" if unit == "1" else f" {unit}"
-        raise ValueError(f"{name} = {array[wrong].flat[0]:g}{suffix}: must lie in (0, {high:g}]{suffix}")

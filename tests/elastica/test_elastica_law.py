@@ -108,6 +108,6 @@ def median_cost_ratio(first, second, argument, calls, runs=5):
 
 @pytest.mark.parametrize("argument, calls, bound", [(np.random.default_rng(3).random(50_000), 1, 1 / 20), (0.3, 1000, 1 / 5)])
 def test_the_fast_law_is_a_fraction_of_the_elliptic_integrals_it_stands_in_for(argument, calls, bound):
-    """Some 1/230 for arrays (its slope 1/60) and 1/19 for a float. How many quartics it costs hangs on the processor: two to three and a half."""
+    """Some 1/230 for arrays (its slope 1/60), 1/19 for a float; how many quartics it costs hangs on the processor: 2 to 3.5."""
     assert median_cost_ratio(law.fast, pinned.load, argument, calls) < bound
     assert median_cost_ratio(law.fast_stiffness, pinned.load, argument, calls) < bound

@@ -201,11 +201,11 @@ def test_a_hundred_thousand_designs_cost_less_than_two_thousand_singles():
 @pytest.mark.parametrize(
     ("make", "text"),
     [
-        (lambda: Wish(0.0, 30.0, 2.0), "contact_force = 0 N"),
+        (lambda: Wish(0.0, 30.0, 2.0), "contact_force = 0.0 N"),
         (lambda: Wish(2.0, float("nan"), 2.0), "impact_force = nan N"),
-        (lambda: Wish(2.0, 30.0, 7.0), r"contact_angle = 7 rad: must lie in \(0, 6.28"),
-        (lambda: Wish(np.array([1.0, -2.0]), 30.0, 2.0), "contact_force = -2 N"),
-        (lambda: Given(mass=-1.0), "mass = -1 kg"),
+        (lambda: Wish(2.0, 30.0, 7.0), r"contact_angle = 7.0 rad: must lie in \(0, 6.28"),
+        (lambda: Wish(np.array([1.0, -2.0]), 30.0, 2.0), "contact_force = -2.0 N"),
+        (lambda: Given(mass=-1.0), "mass = -1.0 kg"),
         (lambda: Given(restitution=1.1), r"restitution = 1.1: must lie in \(0, 1\]"),
         (lambda: Given(friction=-0.1), "friction = -0.1 N"),
         (lambda: Given(thickness=1e-3), "exactly one of thickness, width must be None"),
