@@ -31,7 +31,7 @@ class Growth:
 
     def at(self, k: int, forces: dict[str, float]) -> dict[str, float]:
         """Growth, 1/s, of each strip's bending at a sample, the strips' mean normal forces given, N; zero where none grows."""
-        from buckler.mbs.statics.rest import carried
+        from buckler.mbs.statics.settling import carried
 
         q = self._pose(k, forces)
         rest = self.problem.start(1.0)._replace(q=q)

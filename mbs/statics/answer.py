@@ -16,6 +16,11 @@ from buckler.mbs.laws import NoFriction
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.spectral.scene import Scene
 
+RISE = 4
+"""By how much the degree of strips is raised at once."""
+HIGHEST = 40
+"""Degree at which that ends."""
+
 
 class Ending(StrEnum):
     """How a search for rest ended. Anything but OK comes with a sentence a person can act on."""
@@ -32,7 +37,9 @@ class Ending(StrEnum):
     SINGULAR = "SINGULAR"
     """A path cannot be followed further."""
     TOO_MANY_STEPS = "TOO_MANY_STEPS"
-    """A path did not reach its end."""
+    """A path did not reach its end, or a search for a periodic motion used up its steps."""
+    SLACK = "SLACK"
+    """A rope would have to push."""
 
 
 class Answer:
@@ -77,6 +84,12 @@ def check_number(name: str, value: Any) -> None:
     """Raise a ValueError if a value is no finite number."""
     if isinstance(value, bool) or not isinstance(value, Real) or not isfinite(value):
         raise ValueError(f"{name} = {value!r}: must be a finite number")
+
+
+def check_flag(name: str, value: Any) -> None:
+    """Raise a ValueError if a value is not True or False."""
+    if not isinstance(value, bool):
+        raise ValueError(f"{name} = {value!r}: must be True or False")
 
 
 def check_coordinates(name: str, value: Any, scene: Scene) -> Array:

@@ -12,10 +12,9 @@ from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.spectral.run import State
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.settle import begin
-from buckler.mbs.statics.answer import Answer, Ending, check_count, check_mechanism
+from buckler.mbs.statics.answer import HIGHEST, RISE, Answer, Ending, check_count, check_mechanism
 from buckler.mbs.statics.problem import StaticsError, apart, has_strips, places, refined
-from buckler.mbs.statics.rest import HIGHEST, RISE
-from buckler.mbs.statics.shooting import Found, Shooting, values_of
+from buckler.mbs.statics.shooting import Found, Shooting, SpentError, values_of
 from buckler.mbs.validate import positive
 
 FIRST = 8
@@ -113,7 +112,7 @@ def periodic(
     check_count("settle", settle, 0, 1_000_000)
     if degree is not None:
         check_count("degree", degree, 2, 200)
-    if start is not None and not (isinstance(start, Periodic) and start.status is not Ending.NOT_REACHED):
+    if start is not None and not (isinstance(start, Periodic) and len(start.q)):
         raise ValueError("start: must be a Periodic that was found")
     scene = Scene.of(mechanism, degree or (start.scene.degree if start else FIRST))
     state = State(0.0, *begin(scene), scene.memory())
@@ -124,10 +123,11 @@ def periodic(
         found = shooting.search(shooting.onward(state, settle))
         return _ladder(shooting, found, degree is not None)
     except StaticsError as error:
+        ending = Ending.TOO_MANY_STEPS if isinstance(error, SpentError) else Ending.NOT_REACHED
         none = np.empty((0, scene.size))
         nothing = np.empty(0)
         return Periodic(
-            Ending.NOT_REACHED, str(error), scene, period, nothing, none, none, nothing.astype(complex), nothing, False, np.inf
+            ending, str(error), scene, period, nothing, none, none, nothing.astype(complex), nothing, False, np.inf
         )  # fmt: skip
 
 

@@ -21,28 +21,30 @@ APART = 1e-6
 """Distance, in units of the coordinates, up to which two states are the same."""
 KICKS = (0.03, 0.3)
 SHAPES = 4
-"""From each equilibrium the search begins that far along so many of its lowest shapes, to both sides."""
+"""From each equilibrium the search begins that far along so many of its lowest shapes, to both sides; damped motion, which is
+long, the farther way only from the first."""
 
 
-def others(problem: Problem, rest: Rest) -> list[Rest]:
-    """Equilibria that deflation, or damped motion, finds from the lowest shapes of those known."""
+def others(problem: Problem, rest: Rest, further: list[Rest]) -> list[Rest]:
+    """Further equilibria, and those that deflation, or damped motion, finds from the lowest shapes of all that are known."""
     known = [rest]
+    known += [each for each in further if _new(problem, each, known)]
     for base in known:
-        for start in _starts(problem, base):
-            for way in (_deflated, _settled):
+        for start, kick in _starts(problem, base):
+            for way in (_deflated, _settled) if base is rest or kick == KICKS[0] else (_deflated,):
                 found = way(problem, start, known)
                 if found is not None and len(known) < 30:
                     known.append(found)
     return known[1:]
 
 
-def _starts(problem: Problem, rest: Rest) -> Iterator[Rest]:
+def _starts(problem: Problem, rest: Rest) -> Iterator[tuple[Rest, float]]:
     shapes = np.real(problem.spectrum(rest).shapes[:, :SHAPES])
     for shape in shapes.T:
         shape = shape / max(float(np.abs(shape / problem.units).max()), 1e-300)
         for kick in KICKS:
             for side in (kick, -kick):
-                yield rest._replace(q=rest.q + side * shape)
+                yield rest._replace(q=rest.q + side * shape), kick
 
 
 def _new(problem: Problem, found: Rest, known: list[Rest]) -> Rest | None:

@@ -11,13 +11,12 @@ from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.start import slopes
 from buckler.mbs.spectral.threads import one_thread
-from buckler.mbs.statics.answer import Ending, check_count, check_mechanism, check_number
+from buckler.mbs.statics.answer import HIGHEST, RISE, Ending, check_count, check_flag, check_mechanism, check_number
 from buckler.mbs.statics.arc import Arc
 from buckler.mbs.statics.critical import Critical, State, criticals, state_at
 from buckler.mbs.statics.problem import Problem, Rest, StaticsError, has_strips, loads_of, places
-from buckler.mbs.statics.rest import HIGHEST, RISE, find
 from buckler.mbs.statics.route import Path
-from buckler.mbs.statics.settling import settle
+from buckler.mbs.statics.settling import find, settle
 from buckler.mbs.statics.varied import Varied
 from buckler.mbs.validate import pair, positive
 
@@ -26,6 +25,8 @@ DEGREE = 12
 """Of strips, at first."""
 GOAL = 1e-6
 """Relative error of critical points up to which the degree is raised."""
+STEPS, FIRST, LONGEST = 250, 0.02, 0.1
+"""Most steps, the first and the longest arc."""
 
 BESIDE = 1e-8
 """Share of the way by which the load stands beside a branching where paths leave it."""
@@ -34,8 +35,8 @@ BESIDE = 1e-8
 @one_thread()
 def path(
     mechanism: Mechanism, *, to: float, load: str | list[str] | None = None, drive: str | None = None,
-    parameter: str | None = None, steps: int = 250, step: float = 0.02,
-    longest: float = 0.1, branch: Branch | None = None, branches: bool = False,
+    parameter: str | None = None, steps: int = STEPS, step: float = FIRST,
+    longest: float = LONGEST, branch: Branch | None = None, branches: bool = False,
     degree: int | None = None,
 ) -> Path:  # fmt: skip
     """Follow the equilibria of a mechanism as a load grows, a drive moves or a number of it changes.
@@ -75,6 +76,7 @@ def path(
     check_mechanism(mechanism)
     check_number("to", to)
     check_count("steps", steps, 1, 100_000)
+    check_flag("branches", branches)
     if degree is not None:
         check_count("degree", degree, 2, 200)
     for name, value in (("step", step), ("longest", longest)):
@@ -97,6 +99,15 @@ def path(
             problem.set(problem.begun if isinstance(problem, Varied) else 0.0 if problem.row >= 0 else 1.0)
 
     return _ladder(run, degree)
+
+
+def ends(problem: Problem, load: float) -> list[Rest]:
+    """Equilibria at a load, to which the path there and those that leave it come."""
+    try:
+        first = _Follower(problem, load, None, STEPS, FIRST, LONGEST).whole(True)
+    except StaticsError:
+        return []
+    return [Rest(each.q[-1], each.multipliers[-1], load) for each in (first, *first.branches) if each.ended == "reached"]
 
 
 def _problem(mechanism: Mechanism, load: Iterable[str] | None, drive: str | None, parameter: str | None, degree: int) -> Problem:

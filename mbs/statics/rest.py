@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,18 +13,25 @@ from buckler.mbs.spectral import tables as k
 from buckler.mbs.spectral.scene import Place, Scene
 from buckler.mbs.spectral.threads import one_thread
 from buckler.mbs.statics import deflation
-from buckler.mbs.statics.answer import Answer, Ending, check_coordinates, check_count, check_mechanism, check_number, left_out
+from buckler.mbs.statics.answer import (
+    HIGHEST,
+    RISE,
+    Answer,
+    Ending,
+    check_coordinates,
+    check_count,
+    check_flag,
+    check_mechanism,
+    check_number,
+    left_out,
+)
+from buckler.mbs.statics.follow import DEGREE, ends
 from buckler.mbs.statics.problem import Problem, Rest, StaticsError, apart, has_strips, loads_of, moving, places, refined
-from buckler.mbs.statics.settling import RunsAwayError, settle
+from buckler.mbs.statics.settling import RunsAwayError, SlackError, carried, check_ropes, find
+from buckler.mbs.statics.spectrum import null_space
 
-SHORTEST = 1e-4
-"""Smallest part of the load that is tried at once."""
 GOAL = 1e-8
 """Error, over the longest link, up to which the degree of strips is raised."""
-RISE = 4
-"""By how much at once."""
-HIGHEST = 40
-"""Degree at which that ends."""
 
 FRICTION = "friction is left out, which may hold it where it is drawn, or elsewhere"
 
@@ -112,7 +120,8 @@ def equilibrium(
     scene : Scene, optional
         Of this mechanism, to be used again: its degree is kept.
     all : bool
-        Also look for further equilibria, stable or not: those that deflation finds from this one.
+        Also look for further equilibria, stable or not: those to which the path from zero load and the paths that leave it
+        come, and those that deflation finds from them.
 
     Returns
     -------
@@ -126,6 +135,7 @@ def equilibrium(
     """
     check_mechanism(mechanism)
     check_number("load", load)
+    check_flag("all", all)
     if degree is not None:
         check_count("degree", degree, 2, 200)
     fixed = degree is not None or scene is not None
@@ -135,82 +145,47 @@ def equilibrium(
         start = start._replace(q=check_coordinates("guess", guess, problem.scene))
     try:
         rest, message = find(problem, start, guess is not None)
+        found = _answer(problem, rest, message, fixed)
     except StaticsError as error:
         return _failed(problem, start, error, load)
     finally:
         problem.set(1.0)
-    found = _answer(problem, rest, message, fixed)
-    if all:
-        further = (_answer(problem, each, "", fixed, anew=False) for each in deflation.others(problem, rest))
-        found = replace(found, others=tuple(each for each in further if fixed or each.error < np.inf))
-    return found
+    return replace(found, others=tuple(_others(problem, rest, fixed))) if all else found
+
+
+def _others(problem: Problem, rest: Rest, fixed: bool) -> Iterator[Equilibrium]:
+    """Further equilibria that are found again at a higher degree, and in which ropes pull; sought at the degree of paths."""
+    load = rest.parameter
+    if not fixed and has_strips(problem.scene):
+        problem, guess = _raised(problem, rest, DEGREE - problem.scene.degree)
+        rest = problem.newton(guess)
+    for each in deflation.others(problem, rest, ends(problem, load) if load else []):
+        try:
+            found = _answer(problem, each, "", fixed, anew=False)
+        except StaticsError:
+            continue
+        if fixed or found.error < np.inf:
+            yield found
+
+
+def _raised(problem: Problem, rest: Rest, by: int) -> tuple[Problem, Rest]:
+    """The same at a higher degree, and where it may rest."""
+    finer = _problem(Scene.of(problem.scene.mechanism, problem.scene.degree + by))
+    guess = finer.start(rest.parameter)._replace(q=refined(problem.scene, finer.scene, rest.q))
+    return finer, guess._replace(multipliers=carried(finer, guess))
 
 
 def _problem(scene: Scene) -> Problem:
     return Problem(scene, loads_of(scene))
 
 
-def find(problem: Problem, start: Rest, near: bool) -> tuple[Rest, str]:
-    """The rest, and how it was reached if that is worth a word; `near` it, all loads act at once."""
-    load = start.parameter
-    if near:
-        return problem.newton(start), ""
-    if problem.balanced(start._replace(multipliers=carried(problem, start))):
-        return problem.newton(start), ""
-    loose = free_motions(problem, problem.start(0.0))
-    reached = 0.0
-    if not loose:
-        rest, reached = _grow(problem, load)
-        if reached == 1.0:
-            return rest, ""
-    try:
-        rest = settle(problem, start)
-    except RunsAwayError:
-        raise
-    except StaticsError as error:
-        raise StaticsError(f"Newton's method reached {reached:.4g} of the load; beyond it, {error}") from None
-    return rest, f"beyond {reached:.4g} of the load by damped motion" if not loose else "by damped motion from the drawn pose"
-
-
-def carried(problem: Problem, rest: Rest) -> Array:
-    """Multipliers that balance the forces as well as they can."""
-    problem.set(rest.parameter)
-    a = problem.scene.assemble(rest.q, tangents=False)
-    if not len(a.jacobian):
-        return np.zeros(0)
-    units = problem.units
-    return np.asarray(np.linalg.lstsq((a.jacobian * units).T, a.force * units, rcond=1e-10)[0])
-
-
-def free_motions(problem: Problem, rest: Rest) -> tuple[str, ...]:
-    """Links that move in small motions that nothing resists."""
-    spectrum = problem.spectrum(rest)
-    return tuple(moving(problem.scene, rest.q, np.real(shape)) for shape in spectrum.shapes[:, spectrum.neutral].T)
-
-
-def _grow(problem: Problem, load: float) -> tuple[Rest, float]:
-    """Raise the load to its value in parts that converge; and the part of it that was reached."""
-    rest, done, part = problem.start(0.0), 0.0, 1.0
-    while done < 1.0:
-        part = min(part, 1.0 - done)
-        try:
-            rest = problem.newton(rest._replace(parameter=load * (done + part)))
-            done, part = done + part, 2.0 * part
-        except StaticsError:
-            part *= 0.5
-            if part < SHORTEST:
-                break
-    return rest, done
-
-
 def _answer(problem: Problem, rest: Rest, message: str, fixed: bool, anew: bool = True) -> Equilibrium:
     """Raise the degree until the error is small, unless it is given, if need be with a search `anew`; tell stability."""
     load, error, before = rest.parameter, 0.0, np.inf
     while has_strips(problem.scene):
-        finer = _problem(Scene.of(problem.scene.mechanism, problem.scene.degree + RISE))
-        guess = finer.start(load)._replace(q=refined(problem.scene, finer.scene, rest.q))
+        finer, guess = _raised(problem, rest, RISE)
         try:
-            new = finer.newton(guess._replace(multipliers=carried(finer, guess)))
+            new = finer.newton(guess)
         except StaticsError:
             error = np.inf
             if fixed or not anew or finer.scene.degree > HIGHEST:
@@ -228,6 +203,7 @@ def _answer(problem: Problem, rest: Rest, message: str, fixed: bool, anew: bool 
         if error <= GOAL or stalled or problem.scene.degree > HIGHEST:
             break
         before = error
+    check_ropes(problem, rest)
     error = max(error, problem.step(rest)[1])
     spectrum = problem.spectrum(rest)
     neutral = tuple(moving(problem.scene, rest.q, np.real(shape)) for shape in spectrum.shapes[:, spectrum.neutral].T)
@@ -242,10 +218,23 @@ def _answer(problem: Problem, rest: Rest, message: str, fixed: bool, anew: bool 
         hint = "; give a higher degree, or points along the strip" if has_strips(problem.scene) else ""
         said.append(f"its error is {error:.1e} of the longest link{hint}")
     problem.set(1.0)
-    said += left_out(problem.scene.mechanism, FRICTION)
+    said += _idle(problem, rest) + left_out(problem.scene.mechanism, FRICTION)
     return Equilibrium(
         status, "; ".join(said), problem.scene, rest.q, rest.multipliers, load, growth == 0.0, growth, neutral, error
     )  # fmt: skip
+
+
+def _idle(problem: Problem, rest: Rest) -> list[str]:
+    """Torques that act where the link is held: of a flexible one that is its start, if no point is named."""
+    scene, said = problem.scene, []
+    free = null_space(scene.assemble(rest.q, tangents=False).jacobian, scene.units)
+    for load in loads_of(scene):
+        name = [*scene.force_names, "gravity"][load]
+        if name.startswith("torque"):
+            push = Problem(scene, [load]).slope(rest._replace(parameter=1.0))[: scene.size]
+            if np.abs(free.T @ push).max(initial=0.0) < 1e-9 * np.abs(push * scene.units).max():
+                said.append(f"'{name}' moves nothing: where it acts, its link is held; name a point that turns")
+    return said
 
 
 def _failed(problem: Problem, start: Rest, error: Exception, load: float) -> Equilibrium:
@@ -258,6 +247,8 @@ def _failed(problem: Problem, start: Rest, error: Exception, load: float) -> Equ
     if isinstance(error, RunsAwayError):
         status = Ending.OPEN_CONTACT if contacts else Ending.FREE_MOTION
         message += f"; open: {', '.join(contacts)}" if contacts else ""
+    elif isinstance(error, SlackError):
+        status = Ending.SLACK
     message = "; ".join([message, *left_out(scene.mechanism, FRICTION)])
     nowhere = np.full_like(start.q, np.nan), np.full_like(start.multipliers, np.nan)
     return Equilibrium(status, message, scene, *nowhere, load, False, float("nan"), (), float("inf"))

@@ -12,18 +12,26 @@ from __future__ import annotations
 
 import numpy as np
 
-from buckler.mbs.statics.problem import Problem, Rest, StaticsError, moving, solve
+from buckler.mbs.elements import Rope
+from buckler.mbs.geometry import Array
+from buckler.mbs.statics.problem import BALANCED, Problem, Rest, StaticsError, moving, solve
 
 MOVE = 0.1
 """Way of a step, lengths or rad, where the mechanism is far from rest."""
 AWAY = 60.0
 """Way after which a motion is taken for endless."""
+SHORTEST = 1e-4
+"""Smallest part of the load that is tried at once."""
 STEPS = 6000
 """Most steps: along a stiff contact that bends they are short."""
 
 
 class RunsAwayError(StaticsError):
     """Nothing stops a motion."""
+
+
+class SlackError(StaticsError):
+    """A rope would have to push."""
 
 
 def settle(problem: Problem, rest: Rest) -> Rest:
@@ -83,3 +91,69 @@ def _step(problem: Problem, rest: Rest, span: float) -> tuple[Rest, float, float
                 return new, span * min(4.0, max(1.2, MOVE / max(moved, 1e-300))), moved
         span *= max(0.1, min(0.5, MOVE / moved)) if np.isfinite(moved) and moved > 0.0 else 0.25
     raise StaticsError("the mechanism cannot be moved as its forces push: are its constraints impossible?")
+
+
+def find(problem: Problem, start: Rest, near: bool) -> tuple[Rest, str]:
+    """The rest, and how it was reached if that is worth a word; `near` it, all loads act at once."""
+    load = start.parameter
+    if near:
+        return problem.newton(start), ""
+    if problem.balanced(start._replace(multipliers=carried(problem, start))):
+        return problem.newton(start), ""
+    loose = free_motions(problem, problem.start(0.0))
+    reached = 0.0
+    if not loose:
+        rest, reached = _grow(problem, load)
+        if reached == 1.0:
+            return rest, ""
+    try:
+        rest = settle(problem, start)
+    except RunsAwayError:
+        raise
+    except StaticsError as error:
+        raise StaticsError(f"Newton's method reached {reached:.4g} of the load; beyond it, {error}") from None
+    return rest, f"beyond {reached:.4g} of the load by damped motion" if not loose else "by damped motion from the drawn pose"
+
+
+def check_ropes(problem: Problem, rest: Rest) -> None:
+    """Raise an error if a rope would have to push, or one of its ends lies in a pulley, where it has no direction."""
+    scene = problem.scene
+    for name in (name for name, each in scene.mechanism.elements().items() if isinstance(each, Rope)):
+        row = scene.row_names.index(name)
+        first, _, count = scene.tables.rows[row]
+        lengths = [scene.measured(i, rest.q) for i in range(first, first + count)]
+        if min(lengths) < 1e-6 * scene.length:
+            raise RunsAwayError(f"no equilibrium: '{name}' draws one of its ends into a pulley")
+        if rest.multipliers[row] < -BALANCED * max(1.0, np.abs(rest.multipliers).max()):
+            raise SlackError(f"'{name}' would have to push with {-rest.multipliers[row]:.4g} N: it goes slack")
+
+
+def carried(problem: Problem, rest: Rest) -> Array:
+    """Multipliers that balance the forces as well as they can."""
+    problem.set(rest.parameter)
+    a = problem.scene.assemble(rest.q, tangents=False)
+    if not len(a.jacobian):
+        return np.zeros(0)
+    units = problem.units
+    return np.asarray(np.linalg.lstsq((a.jacobian * units).T, a.force * units, rcond=1e-10)[0])
+
+
+def free_motions(problem: Problem, rest: Rest) -> tuple[str, ...]:
+    """Links that move in small motions that nothing resists."""
+    spectrum = problem.spectrum(rest)
+    return tuple(moving(problem.scene, rest.q, np.real(shape)) for shape in spectrum.shapes[:, spectrum.neutral].T)
+
+
+def _grow(problem: Problem, load: float) -> tuple[Rest, float]:
+    """Raise the load to its value in parts that converge; and the part of it that was reached."""
+    rest, done, part = problem.start(0.0), 0.0, 1.0
+    while done < 1.0:
+        part = min(part, 1.0 - done)
+        try:
+            rest = problem.newton(rest._replace(parameter=load * (done + part)))
+            done, part = done + part, 2.0 * part
+        except StaticsError:
+            part *= 0.5
+            if part < SHORTEST:
+                break
+    return rest, done

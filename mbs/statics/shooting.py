@@ -13,7 +13,7 @@ H. G. Bock (1983), see `buckler.mbs.sensitivity.frozen`: differences on shared s
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -39,6 +39,8 @@ RETRIES = 20
 """Steps that a run may take for each that is given."""
 CLOSED = 1e-7
 """What a period may leave open, in the same units: the error of the steps, where nothing is damped."""
+BUDGET = 1_000_000
+"""Steps of all runs of a search, at each degree and width."""
 LONGEST_STEP = 0.3
 """Longest step of Newton's method, in the same units, or in those of the motion where it is larger."""
 SEARCHES, ITERATIONS, ONWARD = 6, 12, 8
@@ -47,6 +49,10 @@ MOVES = 1e-5
 """Way, in units of coordinates, below which a motion is rest."""
 FREE = 1e-6
 """Share of the largest singular value below which a direction of Newton's matrix is taken for none."""
+
+
+class SpentError(StaticsError):
+    """The steps that a search may take are used up."""
 
 
 class Found(NamedTuple):
@@ -72,6 +78,8 @@ class Shooting:
         Local error of the run that chooses the steps, and the longest one, of the period: rest says nothing of them.
     width : float
         Half width of the differences.
+    left : int
+        Steps that its runs may still take.
     """
 
     scene: Scene
@@ -79,6 +87,7 @@ class Shooting:
     tolerance: float = TOLERANCE
     longest: float = LONGEST
     width: float = 0.0
+    left: int = field(default_factory=lambda: BUDGET)
 
     def __post_init__(self) -> None:
         strikes = np.isin(self.scene.tables.forces[:, 0], (CONTACT, JOURNAL)).any()
@@ -103,11 +112,15 @@ class Shooting:
 
     def run(self, state: State, *, own: bool = False) -> Output:
         """A period from a state, on the shared steps, or on its own, which are shared from then on."""
-        steps = Controlled(tolerance=self.tolerance, max_step=self.longest * self.period)
-        steps = steps if own else Controlled(tolerance=self.tolerance, max_steps=RETRIES * len(self.shares))
+        most = max(1, self.left if own else min(self.left, RETRIES * len(self.shares)))
+        steps = Controlled(tolerance=self.tolerance, max_step=self.longest * self.period, max_steps=most)
         ends, every = (None, 2) if own else (self.shares * self.period, None)
         solver = Spectral(steps, method="implicit")
-        out, failure, _ = integrate(self.scene, self.period, solver, state=state, ends=ends, every=every)
+        out, failure, counts = integrate(self.scene, self.period, solver, state=state, ends=ends, every=every)
+        self.left -= int(counts.steps)
+        if self.left <= 0:
+            where = f"a motion of period {self.period:.6g} s"
+            raise SpentError(f"{BUDGET} steps did not lead to {where}; damp it, or start nearer to it")
         if failure:
             raise StaticsError(f"{failure[0]}: {failure[1]}")
         if own:  # every second step is kept

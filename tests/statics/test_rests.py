@@ -15,6 +15,7 @@ from buckler.mbs import (
     Mechanism,
     Revolute,
     Rigid,
+    Rope,
     Section,
     Slider,
     Spring,
@@ -221,6 +222,57 @@ def test_the_other_equilibria_of_a_column_have_errors_as_small_as_the_first():
         assert each.error < 1e-7
 
 
+def test_a_column_at_five_euler_loads_bows_to_both_sides_in_one_and_two_waves():
+    """4 n^2 K^2 EI/L^2 = P: an elastica of n = 1, 2 half waves, and its image in the line of the ends, each beside the other."""
+    section, length = Section(0.02, 0.0002), 0.5
+    load = 5 * section.euler_load(length)
+    rest = equilibrium(Mechanism(
+        {"A": (0, 0), "B": (length, 0)}, [Link("strip", "A", "B", Beam(section))], [Revolute("A", "ground", "strip")],
+        [Guide("B", "strip")], loads=[Force("B", (-load, 0.0))],
+    ), all=True)  # fmt: skip
+    for waves in (1, 2):
+        m = brentq(lambda m, n=waves: (2 * n * ellipk(m)) ** 2 - 5 * np.pi**2, 1e-6, 0.999)
+        end = (2 * ellipe(m) / ellipk(m) - 1) * length
+        found = [each.point("strip", "B") for each in rest.others if abs(each.point("strip", "B").position[0] - end) < 1e-5]
+        assert len(found) == 2
+        assert sum(each.angle for each in found) == pytest.approx(0.0, abs=1e-6)
+        assert np.abs(found[0].angle) == pytest.approx(2 * np.arcsin(np.sqrt(m)), abs=1e-5)
+
+
+def test_a_torque_where_its_strip_is_clamped_is_told_to_move_nothing():
+    def torque(at):
+        strip = Link("strip", "A", "B", Beam(BAR))
+        return Mechanism({"A": (0, 0), "B": (LENGTH, 0)}, [strip], [Weld("A", "ground", "strip")], loads=[Torque(at, 0.1)])
+
+    assert "'torque.strip' moves nothing" in equilibrium(torque("strip")).message
+    bent = equilibrium(torque("strip:B"))
+    assert bent.message == ""
+    assert bent.point("strip", "B").angle == pytest.approx(0.1 * LENGTH / BAR.bending_stiffness, rel=1e-9)
+
+
+def hung(*loads):
+    """Two blocks on vertical slides, 2 kg and 1.2 kg, on a rope over two pulleys."""
+    return Mechanism(
+        {"B": (0.3, -0.5), "C": (0.6, -0.2), "D": (0.6, 0), "E": (0.3, 0), "B2": (0, 0), "C2": (1, 0), "S": (0.3, -0.9)},
+        [Link("one", "B", "B2", Rigid.of(mass=2.0, inertia=1e-3)), Link("two", "C", "C2", Rigid.of(mass=1.2, inertia=1e-3))],
+        [Slider("B", "one", "ground", along=(0, 1)), Slider("C", "two", "ground", along=(0, 1))],
+        couplings=[Rope("one:B", "two:C", over=("ground:E", "ground:D"))], loads=loads, gravity=(0.0, -GRAVITY),
+    )  # fmt: skip
+
+
+def test_a_rope_pulls_and_ends_at_its_pulleys():
+    below = Spring("B", "ground:S", stiffness=1000.0, free_length=0.4)
+    drawn = equilibrium(hung())
+    assert (drawn.status, drawn.stable) == ("FREE_MOTION", False)
+    assert "'rope.one-two' draws one of its ends into a pulley" in drawn.message
+    pushed = equilibrium(hung(below, Force("C", (0.0, 40.0))))
+    assert (pushed.status, pushed.stable) == ("SLACK", False)
+    assert f"push with {40.0 - 1.2 * GRAVITY:.4g} N" in pushed.message
+    pulled = equilibrium(hung(below))
+    assert pulled.status == "OK"
+    assert pulled.point("one", "B").position[1] == pytest.approx(-0.5 - 0.8 * GRAVITY / 1000.0, rel=1e-9)
+
+
 def test_a_block_on_an_incline_that_friction_may_hold_is_no_free_motion_without_a_word():
     slope = (np.cos(0.2), np.sin(0.2))
     made = Mechanism(
@@ -241,7 +293,9 @@ def test_coordinates_that_are_none_of_the_mechanism_are_refused(guess):
         frequencies(pendulum(0.1), about=guess)
 
 
-@pytest.mark.parametrize(("asked", "said"), [({"load": np.nan}, "load"), ({"degree": 2.5}, "degree"), ({"degree": 0}, "degree")])
+@pytest.mark.parametrize(
+    ("asked", "said"), [({"load": np.nan}, "load"), ({"degree": 2.5}, "degree"), ({"degree": 0}, "degree"), ({"all": "x"}, "all")]
+)
 def test_what_makes_no_sense_is_refused_in_a_line(asked, said):
     with pytest.raises(ValueError, match=f"^{said} = "):
         equilibrium(pendulum(0.1), **asked)
