@@ -1,4 +1,4 @@
-"""The crank-rocker with clearance on both solvers, from one set of numbers."""
+"""The crank-rocker with clearance on both solvers: how far they are apart, and its flexible rockers."""
 
 from dataclasses import replace
 from math import nan
@@ -6,36 +6,12 @@ from math import nan
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 
-from buckler.mbs import Clearance, Material, Rigid, Section, crank_rocker
-from buckler.mbs.library import CrankRocker
+from buckler.mbs import Material, Section
 from buckler.mbs.modal import BarModes, Modal
 
 JOINTS = {"O": "ground-crank", "A": "crank-coupler", "B": "coupler-rocker", "C": "ground-rocker"}
 CENTRES = {"crank": 0, "coupler": 2, "rocker": 5}
 """First column of each bar's centre among the coordinates of a run."""
-
-
-def section(bar):
-    """Of all bars of a FourBar."""
-    return Section(bar.width, bar.thickness, Material(modulus=207e9, density=bar.density, poisson=0.29))
-
-
-def mechanism(bar, rocker=None, speed=None):
-    """The mechanism of a `FourBar`, its rocker another body if given."""
-    gaps = dict(zip("OABC", bar.gaps, strict=True))
-
-    def play(point, first, second):
-        return Clearance(point, first, second, bar.pin, gaps[point], bar.law, bar.friction)
-
-    return crank_rocker(
-        rocker or Rigid(section(bar)),
-        speed=bar.speed if speed is None else speed,
-        play=play,
-        with_play="".join(point for point, gap in gaps.items() if gap > 0),
-        section=section(bar),
-        lengths=CrankRocker(bar.crank, bar.coupler, bar.rocker, bar.frame),
-        angle=bar.start,
-    )
 
 
 def distance(result, run):
@@ -57,7 +33,7 @@ def forces(result):
 
 def damped_section(bar):
     """The same with Kelvin-Voigt damping in bending and along the axis: 1 % in the first mode of the pinned rocker."""
-    damped = section(bar).damped(0.01, bar.rocker)
+    damped = bar.section.damped(0.01, bar.rocker)
     return replace(damped, material=replace(damped.material, axial_damping=damped.material.bending_damping))
 
 

@@ -84,7 +84,8 @@ class FourBar:
     def period(self):
         return 2 * pi / abs(self.speed) if self.speed else inf
 
-    def mechanism(self) -> Mechanism:
+    def mechanism(self, rocker: Any = None) -> Mechanism:
+        """With another body of the rocker, if one is given."""
         gaps = dict(zip(JOINTS, self.gaps, strict=True))
 
         def play(point, first, second):
@@ -92,7 +93,7 @@ class FourBar:
             return Clearance(point, *pair, self.pin, gaps[point], self.law, self.friction)
 
         made = crank_rocker(
-            self.modes or Rigid(self.section), speed=self.speed, play=play, section=self.section, angle=self.start,
+            rocker or self.modes or Rigid(self.section), speed=self.speed, play=play, section=self.section, angle=self.start,
             with_play="".join(point for point, gap in gaps.items() if 0 < gap < inf),
             lengths=CrankRocker(self.crank, self.coupler, self.rocker, self.frame),
         )  # fmt: skip

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from buckler.mbs.geometry import Array
+from buckler.mbs.modal import AdamsDamping
 from buckler.studies.kit.gravity import Gravity
 from buckler.studies.kit.parameters import choice, choices, integer, quantity
 
@@ -22,10 +23,10 @@ PINS = tuple(f"{joint}.{body}" for joint in JOINTS for body in BODIES[joint])
 """Joints with each of the bodies that may carry the pin."""
 FIRST = tuple(f"{joint}.{BODIES[joint][0]}" for joint in JOINTS)
 """Who carries it by default."""
+MEASURES = {"peak_force": ("force", 2, "N"), "rms_ax_coupler": ("rms_a", 0, "m/s^2"), "rms_ax_rocker": ("rms_a", 1, "m/s^2")}
+"""Numbers of a turn: measure of `turns.by_turn`, its column (joint B; centres of mass) and its unit."""
 THRESHOLDS = 0.1, 1.0
 """Sliding speeds, m/s, at which ADAMS friction is static, and from which it is dynamic, by default."""
-ADAMS = ((100.0, 0.01), (1000.0, 0.1), (np.inf, 1.0))
-"""Damping ratio of a mode up to a frequency, Hz, as ADAMS gives it by default."""
 
 
 def constant(hertz: Array, ratio: float) -> Array:
@@ -35,7 +36,7 @@ def constant(hertz: Array, ratio: float) -> Array:
 
 def adams(hertz: Array, ratio: float) -> Array:
     """ADAMS's default by frequency; the ratio is not asked."""
-    return np.select([hertz < ADAMS[0][0], hertz <= ADAMS[1][0]], [ADAMS[0][1], ADAMS[1][1]], ADAMS[2][1])
+    return AdamsDamping().ratios(hertz)
 
 
 def rayleigh(hertz: Array, ratio: float) -> Array:

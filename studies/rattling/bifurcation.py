@@ -18,7 +18,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -134,7 +133,7 @@ def figure(result: StudyResult) -> dict[str, Figure]:
 
 
 def _bifurcation(result: StudyResult) -> Figure:
-    p: Any = result.parameters
+    p = result.of(Parameters)
     s, (label, factor, scale) = result.signals, diagram.AXES[p.over]
     x = factor * s[p.over]
     fig, (above, below) = subplots(2, 1, height=130, sharex=True, height_ratios=(1.4, 1))
@@ -161,7 +160,7 @@ def _bifurcation(result: StudyResult) -> Figure:
 
 
 def _growth(result: StudyResult) -> Figure:
-    p: Any = result.parameters
+    p = result.of(Parameters)
     s, steps = result.signals, result.signals["growth.rate"].shape[-1]
     fig, (left, right) = subplots(1, 2, height=75)
     angle = np.degrees(p.angle) + np.arange(steps + 1) / steps * 360

@@ -31,7 +31,7 @@ from buckler.studies.rattling import world_shares
 from buckler.studies.rattling.assumptions import BODIES, ModalAssumptions
 from buckler.studies.rattling.bars import flexible
 from buckler.studies.rattling.buffering_measures import CLAIMS, VERDICTS, ClaimCase, EnsembleParameters
-from buckler.studies.rattling.turns import Ensemble, period
+from buckler.studies.rattling.turns import BALANCED, Ensemble, period
 from buckler.studies.rattling.worlds import drawn
 from buckler.studies.sweeping.sweep import sweep
 
@@ -169,7 +169,7 @@ def _table(metrics: Mapping[str, Metric], p: Parameters, unit: str, depth: float
             row.append(f"{shown} {_verdict(metrics, case, claim.name)}{mark}")
         rows.append(row)
     title = f"flexible/rigid, ± standard error; c_max = 253 {unit}, {1e3 * depth:g} mm in the plane"
-    suspect = f"* suspect: energy balance above {measures.BALANCED:g}, or a pin deeper in than the clearance"
+    suspect = f"* suspect: energy balance above {BALANCED:g}, or a pin deeper in than the clearance"
     notes = suspect if "*" in str(rows) else ""
     return Table(["claim", *(f"c = {1e3 * gap:g} mm" for gap in p.clearance)], rows, title, notes)
 
@@ -202,7 +202,7 @@ def figure(result: StudyResult) -> dict[str, Figure]:
     """Ratios over the clearance; and over the worlds, where there are any."""
     drawings = {"figure": _over_clearance(result)}
     if "worlds.ratio" in result.signals:
-        p: Any = result.parameters
+        p = result.of(Parameters)
         worlds, signals = drawn(p.worlds, p.seed), result.signals
         found = world_shares.shares(worlds, signals["worlds.ratio"], signals["worlds.error"], p.margin)
         drawings["worlds"] = world_shares.figure(found, signals["worlds.ratio"])
@@ -211,7 +211,7 @@ def figure(result: StudyResult) -> dict[str, Figure]:
 
 def _over_clearance(result: StudyResult) -> Figure:
     """Ratios, one row a reading and plane, one column a kind of claim."""
-    p: Any = result.parameters
+    p = result.of(Parameters)
     planes = list(product(p.damping_unit, p.in_plane_depth))
     grid = {"squeeze": False, "sharex": True, "sharey": "col"}
     fig, axes = subplots(len(planes), len(measures.FAMILIES), height=28 + 38 * len(planes), **grid)

@@ -25,6 +25,7 @@ from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Tab
 from buckler.studies.kit.statistics import mean, power_law
 from buckler.studies.kit.style import COLOURS, Figure, subplots
 from buckler.studies.rattling import turns
+from buckler.studies.rattling.assumptions import MEASURES
 from buckler.studies.rattling.bars import RockerParameters
 from buckler.studies.rattling.turns import by_turn, ensemble, period
 
@@ -32,16 +33,9 @@ JOINT = 2
 """Joint whose force is read: B, coupler and rocker."""
 STEP = 5e-5
 """Tolerance of the runs on the engine."""
-MEASURES = {
-    "peak_force": ("force", JOINT, "N", "peak force, joint B [N]"),
-    "rms_ax_coupler": ("rms_a", 0, "m/s^2", "rms $a_x$, coupler [m/s²]"),
-    "rms_ax_rocker": ("rms_a", 1, "m/s^2", "rms $a_x$, rocker [m/s²]"),
-}
-"""Means over turns: measure of an ensemble, its column, unit and name."""
+LABELS = ("peak force, joint B [N]", "rms $a_x$, coupler [m/s²]", "rms $a_x$, rocker [m/s²]", "penetration over clearance")
 AGREES = 5.0
 """Standard errors by which the two solvers may differ; those of the engine come from few members."""
-BALANCED = 1e-3
-"""Energy balance beyond which a point is suspect."""
 
 
 @dataclass(frozen=True)
@@ -91,12 +85,7 @@ def measure(p: Parameters, mechanism: Mechanism) -> SpeedPoint:
         np.array([float(part(name)[column]) for name, column, *_ in MEASURES.values()]) for part in (found.mean, found.error)
     )
     depth = float(found.turns["depth"].max() / found.gap)
-    notes = []
-    if depth > 1:
-        notes.append(f"PENETRATION: a pin is {depth:.2g} clearances deep in its bush")
-    if max(found.balances) > BALANCED:
-        notes.append(f"ENERGY: balance {max(found.balances):.1e}, allowed {BALANCED:g}")
-    return SpeedPoint(mean, error, depth, float(found.mean("impacts")[JOINT]), tuple(notes))
+    return SpeedPoint(mean, error, depth, float(found.mean("impacts")[JOINT]), found.notes)
 
 
 def ideal(p: Parameters, speed: float) -> Array:
@@ -153,7 +142,7 @@ def _metrics(
     valid = np.array([not x.notes for x in points])
     found["valid"] = Metric(float(valid.sum()), "1")
     found["invalid"] = Metric(float((~valid).sum()), "1")
-    for i, (name, (*_, unit, _)) in enumerate(MEASURES.items()):
+    for i, (name, (*_, unit)) in enumerate(MEASURES.items()):
         found[name] = Metric(float(here.mean[i]), unit, error=float(here.error[i] / here.mean[i]))
         if len(engine):
             other = found[f"engine.{name}"] = mean(unit, engine[:, i])
@@ -201,7 +190,7 @@ def _powers_table(p: Parameters, metrics: Mapping[str, Metric]) -> Table:
 
 def _engine_table(p: Parameters, metrics: Mapping[str, Metric]) -> Table:
     rows = []
-    for name, (_, _, unit, _) in MEASURES.items():
+    for name, (*_, unit) in MEASURES.items():
         shown = [metrics[f"{kind}{name}"].shown() for kind in ("", "engine.")]
         rows.append([name, unit, *shown, f"{metrics[f'engine.{name}.apart'].value:.1f}"])
     title = f"Reference and engine at {1e3 * p.clearance:g} mm and {p.speed:.4g} rad/s"
@@ -216,10 +205,9 @@ def figure(result: StudyResult) -> dict[str, Figure]:
 def _lines(result: StudyResult) -> Figure:
     s = result.signals
     fig, axes = subplots(2, 2, height=130, sharex=True)
-    names = [name for *_, name in MEASURES.values()]
     values = [*np.moveaxis(s["mean"], -1, 0), s["depth"]]
     errors = [*np.moveaxis(s["error"], -1, 0), np.zeros_like(s["depth"])]
-    for ax, name, value, error in zip(axes.flat, [*names, "penetration over clearance"], values, errors, strict=True):
+    for ax, name, value, error in zip(axes.flat, LABELS, values, errors, strict=True):
         for k, speed in enumerate(s["speed"]):
             x, colour, ok = 1e3 * s["clearance"], COLOURS[k % len(COLOURS)], s["valid"][:, k]
             ax.errorbar(x, value[:, k], error[:, k], color=colour, linewidth=0.8, capsize=1.5, label=f"{speed:g}")

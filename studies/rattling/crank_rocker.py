@@ -101,7 +101,7 @@ def _ratio(flexible: Metric, rigid: Metric) -> str:
 
 def figure(result: StudyResult) -> dict[str, Figure]:
     """Draw velocities (Figs 5, 6), accelerations (Figs 7, 8), contact forces (Figs 9, 10) and the journals' paths."""
-    p: Any = result.parameters
+    p = result.of(Parameters)
     figures = {
         "velocity": _histories(result, {f"{link}.vx": f"{link}, $v_x$ [m/s]" for link in ("coupler", "rocker")}),
         "acceleration": _histories(result, {f"{link}.ax": f"{link}, $a_x$ [m/s²]" for link in ("coupler", "rocker")}),
@@ -148,7 +148,7 @@ def _name(case: str) -> str:
 def _orbits(result: StudyResult) -> Figure:
     """Paths of the pins' centres in their bushes, in clearances; inside the circle they are free."""
     s, variants = result.signals, _variants(result)
-    p: Any = result.parameters
+    p = result.of(Parameters)
     joints = [joint for joint in JOINTS if joint in p.with_play]
     shared = {"squeeze": False, "sharex": True, "sharey": True}
     fig, axes = subplots(len(variants), len(joints), height=18 + 38 * len(variants), **shared)

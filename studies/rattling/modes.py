@@ -209,7 +209,7 @@ def _check_table(metrics: Mapping[str, Metric], p: Parameters) -> list[Table]:
 
 def figure(result: StudyResult) -> Figure:
     """Ratios to the rigid rocker with bars of two standard errors, a panel for each reading of c_max and plane."""
-    p: Any = result.parameters
+    p = result.of(Parameters)
     shape = {"squeeze": False, "sharey": True, "sharex": True}
     fig, axes = subplots(len(p.damping_unit), len(p.in_plane_depth), height=30 + 80 * len(p.damping_unit), **shape)
     names = p.chosen[::-1]

@@ -135,7 +135,7 @@ def _table(rows: list[list[Any]], metrics: dict[str, Metric], p: Parameters) -> 
 
 def figure(result: StudyResult) -> Figure:
     """Distance over stiffness; the slider's height in its guide, published and ours."""
-    p: Any = result.parameters
+    p = result.of(Parameters)
     fig, (left, right) = subplots(1, 2, height=85, width_ratios=(1, 1.4))
     for name, colour in zip(p.mechanism, COLOURS, strict=False):
         apart = [result.metrics[f"{name}.{k:g}.distance"].value for k in p.stiffnesses]

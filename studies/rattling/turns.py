@@ -33,6 +33,8 @@ START_OFFSET = 1e-9
 """Scale, rad, of the chance offset of the start: far below all errors, yet rattling joints soon move otherwise."""
 STEPS_A_TURN = 720
 """Steps that the engine takes at least for a turn of the crank."""
+BALANCED = 1e-3
+"""Energy balance beyond which an ensemble is suspect."""
 
 
 def period(mechanism: Mechanism) -> float:
@@ -158,6 +160,15 @@ class Ensemble:
     def ok(self) -> bool:
         """True if all members ended well."""
         return all(outcome is Status.OK for outcome in self.outcomes)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What speaks against it, each note beginning with a name."""
+        most, deep = max(self.balances), self.turns["depth"].max() / self.gap
+        many = sum(outcome is not Status.OK for outcome in self.outcomes)
+        runs = f"in {many} of {len(self.outcomes)} runs: no law holds there"
+        energy = [f"ENERGY: balance {most:.1e}, allowed {BALANCED:g}"] if not most <= BALANCED else []
+        return (*energy, *([f"PENETRATION: a pin {deep:.2g} clearances deep in its bush, {runs}"] if many else []))
 
     def mean(self, name: str) -> Array:
         """Mean over members and turns."""

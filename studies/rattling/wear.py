@@ -184,11 +184,11 @@ def _rows(p: Parameters, name: str, found: Mapping[str, Metric], scatter: float)
 
 def figure(result: StudyResult) -> Figure:
     """Draw depths around each bush and pin at the end, and the deepest place over the turns."""
-    p, s = result.parameters, result.signals
-    joints: str = p.with_play  # type: ignore[attr-defined]
+    p, s = result.of(Parameters), result.signals
+    joints = p.with_play
     fig, axes = subplots(2, len(joints), height=110, squeeze=False, sharey="row")
     for k, point in enumerate(joints):
-        for name in map(label, p.rocker):  # type: ignore[attr-defined]
+        for name in map(label, p.rocker):
             for surface, style in zip(SIDES, ("-", "--"), strict=True):
                 worn = 1e6 * s[f"{name}.worn"][:, k, SIDES[surface]]
                 axes[0, k].plot(np.degrees(s["direction"]), worn[-1], style, color=COLOURS[name], lw=0.8)

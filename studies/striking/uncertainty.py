@@ -34,12 +34,12 @@ from buckler.studies.kit.published import DAMPING_UNITS
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.statistics import PowerLaw, power_law
 from buckler.studies.kit.style import COLOURS, Figure, subplots
+from buckler.studies.rattling.assumptions import MEASURES
 from buckler.studies.rattling.bars import RockerParameters
 from buckler.studies.striking.assumptions import StrikeAssumptions, common
 from buckler.studies.striking.uncertainty_models import (
     IMPACT,
     LEVEL,
-    MEASURES,
     SEED,
     Indices,
     Input,

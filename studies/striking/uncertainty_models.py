@@ -32,6 +32,7 @@ from buckler.mbs.sensitivity.derivatives import Sensitivities
 from buckler.studies.kit.published import STRIP_WIDTH
 from buckler.studies.kit.report import Metric
 from buckler.studies.kit.statistics import mean
+from buckler.studies.rattling.assumptions import MEASURES
 from buckler.studies.rattling.bars import FourBarParameters
 from buckler.studies.striking.assumptions import GRAVITY, StrikeAssumptions
 from buckler.studies.striking.impact_models import COUPLERS, IMPACT_UNTIL, coupler, striking
@@ -46,8 +47,6 @@ LEVELS = 8
 """Values a contact or friction law takes in the crank-rocker, alike in probability: each is compiled."""
 RESAMPLED = 400
 """Resamples of a bootstrap."""
-BALANCED = 1e-3
-"""Energy balance beyond which a run is suspect."""
 DAMPED, ELEMENTS = 0.05, 8
 """Damping ratio of a beam's first bending mode, and its elements."""
 IMPACT = "impact_force"
@@ -237,9 +236,6 @@ def thickness_share(inputs: Sequence[Input]) -> float:
 
 # --- the crank-rocker -------------------------------------------------------------------------------------------------
 
-MEASURES = {"peak_force": ("force", 2, "N"), "rms_ax_coupler": ("rms_a", 0, "m/s^2"), "rms_ax_rocker": ("rms_a", 1, "m/s^2")}
-"""Outputs: measure of an ensemble, its column (joint B; centres of mass) and its unit."""
-
 
 @dataclass(frozen=True)
 class Rattler:
@@ -262,14 +258,14 @@ class Rattler:
 
     def run(self, x: Sequence[float]) -> tuple[list[float], str]:
         """Outputs of one run, means over its turns, and the name of what speaks against it."""
-        from buckler.studies.rattling.turns import ensemble
+        from buckler.studies.rattling.turns import ensemble  # loads the compiler
 
         clearance, contact, friction, chance = x
         seed = int(np.float64(chance).view(np.uint64))
         p = self.parameters
         made = self.mechanism(clearance, contact, friction)
         found = ensemble(made, self.cycles, [seed], settle=self.settle, tolerance=p.tolerance)
-        wrong = "ENERGY" if max(found.balances) > BALANCED else "" if found.ok else "PENETRATION"
+        wrong = "".join(found.notes[:1]).partition(":")[0]
         return [float(found.mean(measure)[column]) for measure, column, _ in MEASURES.values()], wrong
 
     def run_all(self, inputs: Array, progress: Any, label: str) -> tuple[Array, Array]:

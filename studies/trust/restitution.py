@@ -169,7 +169,7 @@ def _tables(metrics: Mapping[str, Metric], p: Parameters, off: float) -> list[Ta
 
 def figure(result: StudyResult) -> Figure:
     """Delivered against asked for, lines exact and marks from drop tests; how far the two are apart."""
-    p: Any = result.parameters
+    p = result.of(Parameters)
     fig, (ax, off) = subplots(1, 2, height=95, width_ratios=(1.25, 1))
     e = np.linspace(0.05, 1, 200)
     for i, name in enumerate(p.laws):

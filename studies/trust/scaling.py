@@ -254,7 +254,7 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
 
 def figure(result: StudyResult) -> Figure:
     """Time of a step over the number of links, a panel for each family."""
-    families = result.parameters.families  # type: ignore[attr-defined]
+    families = result.of(Parameters).families
     fig, axes = subplots(2, 2, height=120, sharex=True, squeeze=False)
     links = result.signals["links"]
     for ax, family in zip(axes.flat, families, strict=False):

@@ -1,10 +1,11 @@
 """Joints with clearance against momentum, friction and closed-form kinematics, and their limit of no clearance."""
 
+from dataclasses import replace
 from math import hypot, pi, sqrt
 
 import numpy as np
 import pytest
-from clearance_pair import CENTRES, JOINTS, mechanism
+from clearance_pair import CENTRES, JOINTS
 from fourbar import FourBar
 from scipy.integrate import solve_ivp
 from simulations import fine, rates
@@ -42,7 +43,7 @@ def test_two_bars_that_only_touch_each_other_keep_their_momentum():
 def test_each_bar_is_accelerated_by_the_forces_of_its_joints(law, bar):
     """To rounding where the forces give the accelerations, to Newton's tolerance where they are solved for."""
     four = FourBar(law=law)
-    signals = fine(mbs.simulate(mechanism(four), 0.02, solver=mbs.Exudyn(mbs.Controlled(tolerance=1e-5)))).signals
+    signals = fine(mbs.simulate(four.mechanism(), 0.02, solver=mbs.Exudyn(mbs.Controlled(tolerance=1e-5)))).signals
     for axis in "xy":
         o, a, b, c = (signals[f"{point}.{pair}.f{axis}"] for point, pair in JOINTS.items())  # on the second body of each
         for name, mass, force in zip(CENTRES, four.masses, (o - a, a - b, b + c), strict=True):
@@ -100,7 +101,7 @@ IDEAL = FourBar(gap=0.0, start=0.5)
 
 def test_ideal_joints_move_as_the_closed_form():
     """Nothing is integrated: places, velocities and accelerations to rounding, at any step."""
-    result = fine(mbs.simulate(mechanism(IDEAL), IDEAL.period))
+    result = fine(mbs.simulate(IDEAL.mechanism(), IDEAL.period))
     exact = IDEAL.ideal(result.time)
     for kind, form, scale in (("v", exact.velocity, IDEAL.speed), ("a", exact.acceleration, IDEAL.speed**2)):
         for i, bar in enumerate(CENTRES):
@@ -112,7 +113,7 @@ def test_engine_holds_ideal_joints_together_and_converges_to_the_closed_form():
     """The loop closes to rounding; velocities and, once the start is forgotten, accelerations to second order in the step."""
     errors = []
     for steps in (400, 800, 1600):
-        result = fine(mbs.simulate(mechanism(IDEAL), IDEAL.period, solver=mbs.Exudyn(mbs.Equal(steps)), ledger=True))
+        result = fine(mbs.simulate(IDEAL.mechanism(), IDEAL.period, solver=mbs.Exudyn(mbs.Equal(steps)), ledger=True))
         s, exact, late = result.signals, IDEAL.ideal(result.time), result.time > IDEAL.period / 4
         for pair, length in (("OA", IDEAL.crank), ("AB", IDEAL.coupler), ("CB", IDEAL.rocker)):
             span = np.hypot(*(s[f"{pair[0]}.{axis}"] - s[f"{pair[1]}.{axis}"] for axis in "xy"))
@@ -167,7 +168,7 @@ def test_crank_that_cannot_turn_stops_by_name():
 def away(law, gap, tolerance):
     """Largest distance of a bar's centre from the closed form without play, over a tenth of a turn, and the depth, m."""
     bar = FourBar(gap=gap, start=IDEAL.start, law=law)
-    result = mbs.simulate(mechanism(bar), 0.02, solver=mbs.Exudyn(mbs.Controlled(tolerance=tolerance)), ledger=True, timeout=120)
+    result = mbs.simulate(bar.mechanism(), 0.02, solver=mbs.Exudyn(mbs.Controlled(tolerance=tolerance)), ledger=True, timeout=120)
     assert result.status is mbs.Status.OK or result.message.startswith("PENETRATION"), result.message
     assert result.energy_balance < 1e-3
     exact = IDEAL.ideal(result.time).place
@@ -197,6 +198,6 @@ def test_motion_tends_to_the_closed_form_of_ideal_joints(law, floor):
 def test_ramp_and_number_drive_the_same_motion_without_play():
     """Constant speed by either: the closed form."""
     for speed in (IDEAL.speed, mbs.Ramp(IDEAL.speed, IDEAL.speed, 1.0)):
-        result = fine(mbs.simulate(mechanism(IDEAL, speed=speed), 0.02))
+        result = fine(mbs.simulate(replace(IDEAL, speed=speed).mechanism(), 0.02))
         exact = IDEAL.ideal(result.time).place
         assert np.abs(result.signals["rocker.x"] - exact[:, 2, 0]).max() < 1e-9

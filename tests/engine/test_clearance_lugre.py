@@ -4,7 +4,6 @@ from math import exp, pi
 
 import numpy as np
 import pytest
-from clearance_pair import mechanism
 from fourbar import FourBar
 from simulations import fine
 
@@ -101,7 +100,7 @@ def test_bristles_bend_over_accepted_steps_only(law, damped):
     friction = LuGre(STATIC, DYNAMIC, 0.1, BRISTLES, damped)
     result = fine(
         mbs.simulate(
-            mechanism(FourBar(law=law, friction=friction)), 0.01, solver=mbs.Exudyn(mbs.Controlled(tolerance=1e-5)), ledger=True
+            FourBar(law=law, friction=friction).mechanism(), 0.01, solver=mbs.Exudyn(mbs.Controlled(tolerance=1e-5)), ledger=True
         )
     )
     assert result.energy_balance < 1e-3 and (law is RATTLING or result.work["rejected"] > 10)

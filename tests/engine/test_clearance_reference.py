@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from clearance_pair import damped_modes, damped_section, distance, forces, mechanism, section
+from clearance_pair import damped_modes, damped_section, distance, forces
 from fourbar import FourBar, run
 from scipy.stats import ttest_ind
 from simulations import fine
@@ -25,7 +25,7 @@ SHORT = 0.010
 def run_engine(bar, duration, tolerance, rocker=None):
     """A run that may be trusted, its energy in balance."""
     solver = Exudyn(Controlled(tolerance=tolerance, max_step=min(duration / 100, bar.period / 720)))
-    result = fine(simulate(mechanism(bar, rocker), duration, solver=solver, ledger=True, timeout=120))
+    result = fine(simulate(bar.mechanism(rocker), duration, solver=solver, ledger=True, timeout=120))
     assert result.energy_balance < 1e-3
     return result
 
@@ -80,7 +80,7 @@ def test_closed_rigid_bars_move_as_the_reference_says():
 @pytest.mark.parametrize("law", [BAR.law, CLOSED], ids=["rattling", "closed"])
 def test_modal_rocker_moves_as_the_reference_with_the_same_modes(law):
     """Implicit: second order in the steps. A rigid rocker is a hundred times farther off, other damping shows."""
-    rocker = Modal(section(BAR), damping=0.01)
+    rocker = Modal(BAR.section, damping=0.01)
     bar = replace(BAR, law=law, modes=rocker)
     run = run_reference(bar, SHORT, 1e-11)
     results = [run_engine(bar, SHORT, tolerance, rocker) for tolerance in (1e-5, 1e-6)]

@@ -11,7 +11,7 @@ from math import pi
 
 import numpy as np
 import pytest
-from clearance_pair import damped_modes, damped_section, distance, forces, mechanism
+from clearance_pair import damped_modes, damped_section, distance, forces
 from fourbar import FourBar, run
 
 pytest.importorskip("numba")
@@ -82,7 +82,7 @@ def remarked(result):
 def judged(bar, tolerance=None, rocker=None):
     """Run a quarter of a turn and check what the run says of itself."""
     duration = bar.period / 4
-    result = simulate(mechanism(bar, rocker), duration, solver=Exudyn(Controlled(tolerance=tolerance)), ledger=True, timeout=120)
+    result = simulate(bar.mechanism(rocker), duration, solver=Exudyn(Controlled(tolerance=tolerance)), ledger=True, timeout=120)
     assert result.status in (Status.OK, Status.SUSPECT), result.message
     assert result.time[-1] == pytest.approx(duration)
     assert ("ENERGY" in result.message) == (result.energy_balance > 1e-2)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from clearance_pair import beam_modes, mechanism
+from clearance_pair import beam_modes
 from fourbar import FourBar
 from simulations import closed
 
@@ -44,7 +44,7 @@ def test_it_is_the_motion_of_the_general_loop_closure():
     bar = FourBar(gap=0.0, start=0.5)
     times = np.linspace(0, bar.period, 73)
     exact = bar.ideal(times)
-    states = closed(mechanism(bar), times)[1]
+    states = closed(bar.mechanism(), times)[1]
     place, speed, change = (np.array([getattr(state, name) for state in states])[..., 2] for name in ("q", "q_t", "q_tt"))
     assert np.abs(np.exp(1j * (place - exact.place[..., 2])) - 1).max() < 1e-12
     assert np.abs(speed - exact.velocity[..., 2]).max() < 1e-11 * bar.speed

@@ -194,7 +194,7 @@ def test_too_few_runs_decide_nothing(monkeypatch):
 def test_cases_in_which_no_law_holds_are_named_marked_and_left_out(monkeypatch):
     result = faked(monkeypatch, wrong=5e-5)
     assert result.status == "SUSPECT"
-    for name in ("rigid: PENETRATION", "flexible: PENETRATION", "rigid: ENERGY, balance 2.0e-03"):
+    for name in ("rigid: PENETRATION", "flexible: PENETRATION", "rigid: ENERGY: balance 2.0e-03"):
         assert f"c_max[N.s/m].h20mm.c50um.{name}" in result.message
     assert "c100um" not in result.message
     for table in result.tables[:-1]:
