@@ -191,9 +191,18 @@ def beside(base: Functions, finer: Functions) -> Look:
 
 
 def _in_time(base: Functions, finer: Functions, until: float = inf) -> dict[str, Apart]:
-    """The differences, and what the energies do not add up by; of a ringing that the steps do not follow nothing is known."""
-    unknown = dict.fromkeys(base.unresolved, Apart(inf, 1.0))
-    return compare(base, finer, until) | unknown | {BALANCE: Apart(base.balance / REMAINDER, 1.0)}
+    """The differences, and what the energies do not add up by.
+
+    Of a ringing that the steps do not follow nothing is known: both runs damp it away. A place is off by its amplitude at most,
+    and by what it moves.
+    """
+    found, unknown = compare(base, finer, until), dict.fromkeys(base.unresolved, Apart(inf, 1.0))
+    if unknown:
+        for name, signal in base.signals.items():
+            if signal.kind is Kind.PLACE and name in found:
+                way = min(base.taken / (1.0 if signal.unit == "m" else base.size), base.own[name][0])
+                found |= {n: Apart(found[n].off + way, found[n].scale) for n in (name, f"{name}.peak")}
+    return found | unknown | {BALANCE: Apart(base.balance / REMAINDER, 1.0)}
 
 
 def deliver(climb: Climb, goal: Goal, parts_at: float = 0.0) -> Delivery:

@@ -119,8 +119,8 @@ def remember_onset(s, before, reports, k, m, floor, graze):
 
 
 @inner
-def error_of_depth(s, before, reports, shifted, h, k, least):
-    """Error of contact k's depth over that depth, or over its way in the step, or the least that counts.
+def error_of_depth(s, before, reports, shifted, h, k, least, noise):
+    """Error of contact k's depth over that depth, or over its way in the step, or the least that counts; 0 where it is noise.
 
     `shifted` are reports at the error's end.
     """
@@ -128,5 +128,5 @@ def error_of_depth(s, before, reports, shifted, h, k, least):
     deep = max(old, new)
     if deep <= 0.0:
         return 0.0
-    way = h * max(abs(rate_of_depth(s, before, k)), abs(rate_of_depth(s, reports, k)))
-    return abs(depth_of(s, shifted, k) - new) / max(deep, way, least)
+    way, off = h * max(abs(rate_of_depth(s, before, k)), abs(rate_of_depth(s, reports, k))), abs(depth_of(s, shifted, k) - new)
+    return off / max(deep, way, least) if off > noise else 0.0

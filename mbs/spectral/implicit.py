@@ -35,6 +35,8 @@ ORDER = 0.25
 HARDER, LIGHT, FORGETS = 2.0, 1e-2, 0.8
 """A contact's force may err by so many times the share that its depth may, and by that of at least so much of its largest force,
 of which it forgets a fifth a step: the end of a long push is small beside the blow that began it, and matters no less."""
+NOISE = 1e-15
+"""Error of a depth, of the longest link, that is rounding: no shorter step makes it less."""
 SHORTEST = 1e-12
 """Step, of the end."""
 REACH = 1.0001
@@ -148,10 +150,11 @@ def _error(s, e, w, x, t, h, controls, least, given):
         add_forces(s, w, t, x.multipliers[2], x.memory, h, x.force)
         for k in range(s.forces.shape[0]):
             if touches(s, k):
-                deep = error_of_depth(s, x.before, x.shifted, w.reports, h, k, least)
+                deep = error_of_depth(s, x.before, x.shifted, w.reports, h, k, least, NOISE * x.whole.max())
                 push = max(abs(x.before[k, VALUE]), abs(x.shifted[k, VALUE]), LIGHT * x.largest[k], 1e-300)
                 error = max(error, deep / allowed)
-                error = max(error, abs(w.reports[k, VALUE] - x.shifted[k, VALUE]) / (push * HARDER * allowed))
+                if deep > 0.0:
+                    error = max(error, abs(w.reports[k, VALUE] - x.shifted[k, VALUE]) / (push * HARDER * allowed))
         copy(x.shifted, w.reports)
     return error
 

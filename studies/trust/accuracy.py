@@ -105,8 +105,10 @@ def _judged(scene: str, made: Drawn, truth: Truth, asked: float, of: str, p: Par
     found = deliver(Climb(ladder, runner(p.timeout)), goal)
     spent, wall = process_time() - begun, perf_counter() - start
     said = str(found.run.failure[0]) if found.run.failure else found.missed(goal)
-    if found.run.failure or not found.errors.known:
-        return Delivered(scene, made.name, asked, float("inf"), float("nan"), said, {}, {}, float("nan"), wall)
+    coarse = bool(truth.errors) and len(truth.functions.time) < len(found.run.record.time)
+    if found.run.failure or not found.errors.known or coarse:
+        error = float("nan" if coarse else "inf")
+        return Delivered(scene, made.name, asked, error, float("nan"), said, {}, {}, float("nan"), wall)
     true = relative(compare(Functions.of(found.run), truth.functions, found.errors.until))
     judged = {
         name: found.errors.signals[name] / true[name]

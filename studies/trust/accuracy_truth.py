@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from math import inf
 from time import perf_counter
 from typing import Any, NamedTuple
 
@@ -29,7 +30,7 @@ PATIENCE = 60.0
 
 
 class Truth(NamedTuple):
-    """What is right, and its own relative errors."""
+    """What is right, and its own relative errors; none of what is no run."""
 
     functions: Functions
     errors: Mapping[str, float]
@@ -97,7 +98,7 @@ def two_runs(made: Drawn, asked: float, solver: str) -> Truth | None:
     if own.failure is not None or other.failure is not None:
         return None
     truth = Functions.of(own)
-    return Truth(truth, relative(compare(Functions.of(other), truth)))
+    return Truth(truth, relative(compare(Functions.of(other), truth)) | dict.fromkeys(truth.unresolved, inf))
 
 
 def runner(timeout: float) -> Runner:

@@ -115,3 +115,12 @@ def test_what_lies_after_an_onset_that_is_a_sample_counts():
     between = np.linspace(1.0, 1.25, 1001)
     off = np.abs(run(np.append(time[time <= 1.0], np.linspace(1.25, END, 4))).at(between)["c"] - (between - 1.0) ** 1.5).max()
     assert found["c.peak"] == pytest.approx(off, rel=0.05) and off > 2e-3
+
+
+def test_a_ringing_is_resolved_where_no_whole_period_of_it_has_long_steps():
+    """Many short steps elsewhere do not make up for a stretch in which a ringing is damped away."""
+    fine, period = np.arange(0, END, 1e-3), 1e-2
+    for gone, unresolved in ((0.5 * period, []), (2 * period, ["f"])):
+        time = fine[(fine < 1) | (fine >= 1 + gone)]
+        mean = Signal("f.mean", np.sin(time), "N", Kind.REACTION, period=period)
+        assert Functions(time, {"f.mean": mean}, 1.0).unresolved == unresolved
