@@ -26,6 +26,7 @@ from buckler.mbs.spectral.linear import Assembly, Linear
 from buckler.mbs.spectral.packing import pack
 from buckler.mbs.spectral.reference import link_of
 from buckler.mbs.spectral.registry import add_body, add_element
+from buckler.mbs.spectral.strip_body import StripBody
 from buckler.mbs.spectral.strut import StrutBody, find_hosts, join_strut
 from buckler.mbs.spectral.tables import Tables, Work, work_for
 
@@ -126,7 +127,7 @@ class Scene:
         """Number of coordinates."""
         return len(self.q0)
 
-    @property
+    @cached_property
     def length(self) -> float:
         """Of the longest link, m."""
         return max(self.mechanism.length(link.name) for link in self.mechanism.links)
@@ -138,6 +139,12 @@ class Scene:
         for i, unit in self.builder.units.items():
             out[i] = unit
         return out
+
+    @cached_property
+    def twins(self) -> list[tuple[Array, Array]]:
+        """Coordinates x and y of strips, one element after the other."""
+        bodies = (body for body in self.builder.bodies.values() if isinstance(body, StripBody))
+        return [(element.places[0], element.places[1]) for body in bodies for element in body.elements]
 
     @property
     def v0(self) -> Array:
@@ -163,11 +170,16 @@ class Scene:
             filled |= (o <= s.row) & (s.row < o + 3 + m) & (o <= s.col) & (s.col < o + 3 + m)
         return fronts_of(s.row, s.col, n, unknowns, filled, changing)
 
-    def mass_at(self, q: Array) -> Array:
-        """Mass matrix M(q), shape (n, n); it is constant without modal links."""
+    def mass_entries(self, q: Array) -> Array:
+        """Of the mass matrix, over the slots."""
         values = np.empty_like(self.tables.mass)
         doors.mass_at(self.tables, self.work, q, values)
-        return self.whole(values)[: self.size, : self.size]
+        return values
+
+    def mass_at(self, q: Array, sparse: bool = False) -> Any:
+        """Mass matrix M(q), shape (n, n); it is constant without modal links."""
+        made = self._sparse if sparse else self.whole
+        return made(self.mass_entries(q))[: self.size, : self.size]
 
     def whole(self, values: Array) -> Array:
         """Matrix of all unknowns from its entries, shape (n + r, n + r)."""
@@ -214,10 +226,7 @@ class Scene:
     ) -> Linear:  # fmt: skip
         """The equations of motion, linear about a state, as sparse matrices."""
         a = self.assemble(q, v, t, lam, memory, since=since, tangents=tangents, sparse=True)
-        mass = np.empty_like(self.tables.mass)
-        doors.mass_at(self.tables, self.work, q, mass)
-        whole = self._sparse(mass)[: self.size, : self.size]
-        return Linear(whole, *(csr_array(each) for each in (a.damping, a.stiffness, a.jacobian, a.cross)))
+        return Linear(self.mass_at(q, sparse=True), *(csr_array(each) for each in (a.damping, a.stiffness, a.jacobian, a.cross)))
 
     def marker(self, link: str, point: str) -> int:
         """Marker of a point as part of a link, or of the ground; the scene gets a new one where it has none yet."""

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
+from scipy.sparse import block_array, csr_array, eye_array
 
 from buckler.mbs.geometry import Array
+from buckler.mbs.spectral.linear import Assembly, Factors, SingularError
 from buckler.mbs.spectral.scene import Place, Scene
 from buckler.mbs.spectral.start import slopes
 from buckler.mbs.spectral.strip_body import StripBody
-from buckler.mbs.statics.spectrum import EPS, ROUNDING, Spectrum, Tangent, spectrum
+from buckler.mbs.statics.spectrum import COUNT, EPS, LARGE, ROUNDING, Spectrum, Tangent, spectrum
 
 ITERATIONS = 25
 LONGEST_STEP = 0.3
@@ -21,6 +23,11 @@ CLOSE = 1e-10
 """A Newton step below this, in the same units, ends the iteration."""
 BALANCED = 1e-8
 """Share of the largest force that may be out of balance where the iteration has ended."""
+CUT = 1e-9
+"""What singular values of a large matrix, over its largest entry, least squares damp: those far below it are taken for zero."""
+
+Matrix: TypeAlias = Array | csr_array
+"""Dense of few unknowns, sparse of many."""
 
 
 class StaticsError(ValueError):
@@ -69,33 +76,36 @@ class Problem:
             self.scene.tables.values[self.row] = self.value + parameter
         self.scene.tables.factors[list(self.loads)] = parameter
 
-    def residual(self, rest: Rest) -> tuple[Array, Array, Array, Array]:
-        """Out-of-balance force f - G^T lambda, g, K and G."""
+    def assemble(self, rest: Rest, tangents: bool = True) -> Assembly:
+        """Forces, constraints and their derivatives at a state."""
         self.set(rest.parameter)
-        a = self.scene.assemble(rest.q, lam=rest.multipliers)
-        return a.force - a.jacobian.T @ rest.multipliers, a.residual, a.stiffness, a.jacobian
+        scene = self.scene
+        sparse = scene.size + len(rest.multipliers) >= LARGE
+        return scene.assemble(rest.q, lam=rest.multipliers, tangents=tangents, sparse=sparse)
+
+    def residual(self, rest: Rest, tangents: bool = True) -> tuple[Array, Array, Assembly]:
+        """Out-of-balance force f - G^T lambda, g, and what they are made of."""
+        a = self.assemble(rest, tangents)
+        return a.force - a.jacobian.T @ rest.multipliers, a.residual, a
 
     def slope(self, rest: Rest, here: tuple[Array, Array] | None = None) -> Array:
         """Derivative of (f - G^T lambda, g) by the parameter, in which both are linear; `here` are they, where they are known."""
-        force, gap = here or self.residual(rest)[:2]
-        self.set(rest.parameter + 1.0)
-        a = self.scene.assemble(rest.q, lam=rest.multipliers, tangents=False)
-        return np.concatenate([a.force - a.jacobian.T @ rest.multipliers - force, a.residual - gap])
+        force, gap = here or self.residual(rest, False)[:2]
+        after, moved, _ = self.residual(rest._replace(parameter=rest.parameter + 1.0), False)
+        return np.concatenate([after - force, moved - gap])
 
-    def scaled(self, stiffness: Array, jacobian: Array) -> tuple[Array, float]:
-        """The matrix [[K, G^T], [G, 0]] in units of the coordinates, and the force that goes with them."""
-        n, r = len(stiffness), len(jacobian)
-        k = stiffness * np.outer(self.units, self.units)
-        size = np.abs(np.diag(k))
+    def scaled(self, a: Assembly, more: Array | float = 0.0) -> tuple[Matrix, float]:
+        """The matrix [[K, G^T], [G, 0]] in units of the coordinates, and the force that goes with them; `more` entries of K."""
+        s = self.scene.tables
+        unit = np.concatenate([self.units, np.ones(len(s.rows))])
+        weight = np.append(unit[s.row] * unit[s.col], 0.0)
+        k = (a.entries[2] + more) * weight
+        size = np.abs(k[:-1][s.row == s.col])
         scale = float(np.median(size[size > 0.0])) if size.any() else 1.0
-        matrix = np.zeros((n + r, n + r))
-        matrix[:n, :n] = k / scale
-        matrix[n:, :n] = jacobian * self.units
-        matrix[:n, n:] = matrix[n:, :n].T
-        return matrix, scale
+        return a.made(k / scale + a.entries[3] * weight), scale
 
-    def newton(self, rest: Rest, fixed: tuple[Array, float, float] | None = None) -> Rest:
-        """Solve for rest at its parameter, or, given (normal (n + r + 1,), value, unit of p), on that plane.
+    def newton(self, rest: Rest, fixed: tuple[Array, float, float] | None = None, most: int = ITERATIONS) -> Rest:
+        """Solve for rest at its parameter, or, given (normal (n + r + 1,), value, unit of p), on that plane, in so many steps.
 
         Raises
         ------
@@ -103,7 +113,7 @@ class Problem:
             If it does not converge, or forces are out of balance where it does.
         """
         before = np.inf
-        for _ in range(ITERATIONS):
+        for _ in range(most):
             rest, largest = self.step(rest, fixed)
             if not np.isfinite(largest):
                 break
@@ -120,8 +130,8 @@ class Problem:
         n, r = self.scene.size, len(rest.multipliers)
         change_p = 0.0
         if fixed is None:
-            force, gap, stiffness, jacobian = self.residual(rest)
-            matrix, scale = self.scaled(stiffness, jacobian)
+            force, gap, a = self.residual(rest)
+            matrix, scale = self.scaled(a)
             step = solve(matrix, np.concatenate([force * self.units / scale, -gap]))
         else:
             normal, value, unit = fixed
@@ -136,13 +146,14 @@ class Problem:
 
     def balanced(self, rest: Rest) -> bool:
         """Whether forces balance and constraints hold: in units of the coordinates, beside the largest force and rounding."""
-        force, gap, stiffness, jacobian = self.residual(rest)
-        scene, units = self.scene, self.units
+        force, gap, a = self.residual(rest)
+        scene, units, s = self.scene, self.units, self.scene.tables
         pushes = np.abs(scene.work.reports[:, 0]).max(initial=0.0) * scene.length
         weight = np.abs(scene.tables.factors[-1] * scene.tables.weight * units).max(initial=0.0)
-        carried = np.abs(jacobian * units * rest.multipliers[:, None]).max(initial=0.0)
-        rounding = 1e3 * EPS * float(np.abs(np.diag(stiffness) * units**2).max(initial=0.0))
-        limit = max(BALANCED * max(pushes, weight, carried), rounding)
+        held = (s.row >= scene.size) & (s.col < scene.size)
+        carried = np.abs(a.entries[3][:-1][held] * units[s.col[held]] * rest.multipliers[s.row[held] - scene.size])
+        rounding = 1e3 * EPS * float(np.abs(a.stiffness.diagonal() * units**2).max(initial=0.0))
+        limit = max(BALANCED * max(pushes, weight, carried.max(initial=0.0)), rounding)
         return bool(
             np.abs(force * units).max(initial=0.0) <= limit and np.abs(gap).max(initial=0.0) <= 1e-9 * max(1.0, scene.length)
         )
@@ -154,20 +165,22 @@ class Problem:
     def tangent(self, rest: Rest, normal: Array, unit: float) -> Array:
         """Change of (q, lambda, p) along the path whose product with the normal is 1; `unit` of p."""
         matrix, scale, _, _ = self._bordered(rest, normal, unit)
-        right = np.zeros(len(matrix))
+        right = np.zeros(matrix.shape[0])
         right[-1] = 1.0
         out, n = solve(matrix, right), self.scene.size
         return np.concatenate([out[:n] * self.units, out[n:-1] * scale, [out[-1] * unit]])
 
-    def _bordered(self, rest: Rest, normal: Array, unit: float) -> tuple[Array, float, Array, Array]:
+    def _bordered(self, rest: Rest, normal: Array, unit: float) -> tuple[Matrix, float, Array, Array]:
         """The matrix of Newton's method with the parameter among the unknowns and a plane's normal as last row; residuals."""
         n = self.scene.size
-        force, gap, stiffness, jacobian = self.residual(rest)
+        force, gap, a = self.residual(rest)
         slope = self.slope(rest, (force, gap))
-        matrix, scale = self.scaled(stiffness, jacobian)
+        matrix, scale = self.scaled(a)
         column = -np.concatenate([slope[:n] * self.units / scale, -slope[n:]]) * unit
         row = np.concatenate([normal[:n] * self.units, normal[n:-1] * scale, [normal[-1] * unit]])
-        return np.block([[matrix, column[:, None]], [row[None]]]), scale, force, gap
+        blocks = [[matrix, column[:, None]], [row[None, :-1], row[None, -1:]]]
+        whole = np.block(blocks) if isinstance(matrix, np.ndarray) else block_array(blocks, format="csr")
+        return whole, scale, force, gap
 
     def rounding(self, rest: Rest) -> float:
         """What rounding of the strips' strains leaves in the parameter: of their axial forces, over the force that it moves."""
@@ -176,24 +189,39 @@ class Problem:
         moved = float(slope[:n][self.units != 1.0].max(initial=0.0))
         return ROUNDING * stiffest / moved if moved else 0.0
 
-    def spectrum(self, rest: Rest) -> Spectrum:
-        """Small motions about a state."""
+    def spectrum(self, rest: Rest, count: int = COUNT) -> Spectrum:
+        """Small motions about a state; of many the lowest, and all that grow."""
         self.set(rest.parameter)
-        return spectrum(Tangent.at(self.scene, rest.q, rest.multipliers))
+        return spectrum(Tangent.at(self.scene, rest.q, rest.multipliers), count=count)
 
 
-def solve(matrix: Array, right: Array) -> Array:
+def solve(matrix: Matrix, right: Array) -> Array:
     """Solve; by least squares where the matrix is singular (redundant constraints, free motions)."""
     try:
-        with np.errstate(all="ignore"):
-            out = np.linalg.solve(matrix, right)  # near a limit point it is ill-conditioned: the residual decides
+        with np.errstate(all="ignore"):  # near a limit point it is ill-conditioned: the residual decides
+            out = np.linalg.solve(matrix, right) if isinstance(matrix, np.ndarray) else Factors(matrix).solve(right)
         if np.isfinite(out).all() and np.abs(matrix @ out - right).max() <= 1e-6 * max(np.abs(right).max(), 1e-300):
             return np.asarray(out)
-    except np.linalg.LinAlgError:
+    except (np.linalg.LinAlgError, SingularError):
         pass
-    if not (np.isfinite(matrix).all() and np.isfinite(right).all()):
+    if not (np.isfinite(matrix.sum()) and np.isfinite(right).all()):
         return np.full(len(right), np.nan)
-    return np.asarray(np.linalg.lstsq(matrix, right, rcond=1e-12)[0])
+    return least(matrix, right, 1e-12)
+
+
+def least(matrix: Matrix, right: Array, cut: float) -> Array:
+    """Least squares of least size; singular values below the cut, over the largest, count as zero.
+
+    Of a sparse matrix A they are those of [[d, A], [A^T, -d]] [y; x] = [b; 0] with a small d, repeated for what is left of b.
+    """
+    if isinstance(matrix, np.ndarray):
+        return np.asarray(np.linalg.lstsq(matrix, right, rcond=cut)[0])
+    (m, n), small = matrix.shape, CUT * float(abs(matrix).max())
+    factors = Factors(block_array([[small * eye_array(m), matrix], [matrix.T, -small * eye_array(n)]]))
+    out = np.zeros(n)
+    for _ in range(3):
+        out += factors.solve(np.concatenate([right - matrix @ out, np.zeros(n)]))[m:]
+    return out
 
 
 def refined(coarse: Scene, fine: Scene, q: Array) -> Array:

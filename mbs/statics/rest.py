@@ -28,7 +28,7 @@ from buckler.mbs.statics.answer import (
 from buckler.mbs.statics.follow import DEGREE, ends
 from buckler.mbs.statics.problem import Problem, Rest, StaticsError, apart, has_strips, loads_of, moving, places, refined
 from buckler.mbs.statics.settling import RunsAwayError, SlackError, carried, check_ropes, find
-from buckler.mbs.statics.spectrum import null_space
+from buckler.mbs.statics.spectrum import sparse_null_space
 
 GOAL = 1e-8
 """Error, over the longest link, up to which the degree of strips is raised."""
@@ -227,7 +227,7 @@ def _answer(problem: Problem, rest: Rest, message: str, fixed: bool, anew: bool 
 def _idle(problem: Problem, rest: Rest) -> list[str]:
     """Torques that act where the link is held: of a flexible one that is its start, if no point is named."""
     scene, said = problem.scene, []
-    free = null_space(scene.assemble(rest.q, tangents=False).jacobian, scene.units)
+    free = sparse_null_space(scene.assemble(rest.q, tangents=False, sparse=True).jacobian, scene.units)
     for load in loads_of(scene):
         name = [*scene.force_names, "gravity"][load]
         if name.startswith("torque"):

@@ -14,7 +14,7 @@ import numpy as np
 
 from buckler.mbs.elements import Rope
 from buckler.mbs.geometry import Array
-from buckler.mbs.statics.problem import BALANCED, Problem, Rest, StaticsError, moving, solve
+from buckler.mbs.statics.problem import BALANCED, Problem, Rest, StaticsError, least, moving, solve
 
 MOVE = 0.1
 """Way of a step, lengths or rad, where the mechanism is far from rest."""
@@ -22,6 +22,12 @@ AWAY = 60.0
 """Way after which a motion is taken for endless."""
 SHORTEST = 1e-4
 """Smallest part of the load that is tried at once."""
+CORRECTIONS = 4
+"""Iterations of an implicit step: a strip that turns would be stretched by the first one."""
+CHANGE = 0.2
+"""Of a step, by the last of them, up to which it has converged well enough."""
+NEAR = 10
+"""Iterations of Newton's method where it is tried: near a rest they do."""
 STEPS = 6000
 """Most steps: along a stiff contact that bends they are short."""
 
@@ -51,7 +57,7 @@ def settle(problem: Problem, rest: Rest) -> Rest:
         way += moved
         if moved < 1e-3:
             try:
-                found = problem.newton(new)
+                found = problem.newton(new, most=NEAR)
             except StaticsError:
                 found = None
             if found is not None and float(np.abs((found.q - new.q) / problem.units).max()) < MOVE:
@@ -72,22 +78,26 @@ def settle(problem: Problem, rest: Rest) -> Rest:
 def _step(problem: Problem, rest: Rest, span: float) -> tuple[Rest, float, float]:
     """A step that goes with the forces and moves nothing too far; the next span, s^2, and how far it went."""
     n, units = problem.scene.size, problem.units
-    force, gap, stiffness, jacobian = problem.residual(rest)
-    force = force + jacobian.T @ rest.multipliers
-    mass = problem.scene.mass_at(rest.q)
+    a, mass = problem.assemble(rest), problem.scene.mass_entries(rest.q)
+    matrix = a.made(mass)[:n, :n]
     if span == 0.0:
-        ratio = np.abs(np.diag(stiffness)) / np.diag(mass)
+        ratio = np.abs(a.stiffness.diagonal()) / matrix.diagonal()
         span = 1.0 / max(float(np.median(ratio)), 1e-6)
     for _ in range(60):
-        matrix, scale = problem.scaled(stiffness + mass / span, jacobian)
-        out = solve(matrix, np.concatenate([force * units / scale, -gap]))
-        step, lam = out[:n] * units, out[n:] * scale
-        moved = float(np.abs(out[:n]).max(initial=0.0))
-        forward = float(step @ (force - jacobian.T @ lam)) >= -1e-12 * abs(float(step @ mass @ step)) / span
-        if np.isfinite(moved) and moved <= 2 * MOVE and (forward or moved < 1e-9):
-            new = Rest(rest.q + step, lam, rest.parameter)
-            ahead, back = float(step @ (force - jacobian.T @ lam)), float(step @ problem.residual(new)[0])
-            if moved < 1e-9 or back >= -max(ahead, 0.0):  # else it went far into a contact that was open
+        new, last = rest, a
+        for corrected in range(CORRECTIONS):
+            dragged = last.force - matrix @ (new.q - rest.q) / span
+            scaled, scale = problem.scaled(last, mass / span)
+            out = solve(scaled, np.concatenate([dragged * units / scale, -last.residual]))
+            new = Rest(new.q + out[:n] * units, out[n:] * scale, rest.parameter)
+            step, change = new.q - rest.q, float(np.abs(out[:n]).max(initial=0.0))
+            moved = float(np.abs(step / units).max(initial=0.0))
+            ahead = float(step @ (a.force - a.jacobian.T @ new.multipliers))
+            forward = ahead >= -1e-12 * abs(float(step @ (matrix @ step))) / span or moved < 1e-9
+            if not (np.isfinite(moved) and moved <= 2 * MOVE and forward) or (corrected and change > CHANGE * moved):
+                break
+            force, _, last = problem.residual(new)
+            if moved < 1e-9 or float(step @ force) >= -max(ahead, 0.0):  # else it went far into a contact that was open
                 return new, span * min(4.0, max(1.2, MOVE / max(moved, 1e-300))), moved
         span *= max(0.1, min(0.5, MOVE / moved)) if np.isfinite(moved) and moved > 0.0 else 0.25
     raise StaticsError("the mechanism cannot be moved as its forces push: are its constraints impossible?")
@@ -130,12 +140,10 @@ def check_ropes(problem: Problem, rest: Rest) -> None:
 
 def carried(problem: Problem, rest: Rest) -> Array:
     """Multipliers that balance the forces as well as they can."""
-    problem.set(rest.parameter)
-    a = problem.scene.assemble(rest.q, tangents=False)
-    if not len(a.jacobian):
+    if not len(rest.multipliers):
         return np.zeros(0)
-    units = problem.units
-    return np.asarray(np.linalg.lstsq((a.jacobian * units).T, a.force * units, rcond=1e-10)[0])
+    a, units = problem.assemble(rest, False), problem.units
+    return least((a.jacobian * units).T, a.force * units, 1e-10)
 
 
 def free_motions(problem: Problem, rest: Rest) -> tuple[str, ...]:

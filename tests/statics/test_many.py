@@ -1,0 +1,83 @@
+"""Statics of many strips: sparse factors and Lanczos's method against dense matrices of all of it."""
+
+import numpy as np
+import pytest
+from scipy.sparse import csr_array
+
+from buckler.mbs import Cable, Revolute, Section, equilibrium, frequencies
+from buckler.mbs.statics import problem as problems
+from buckler.mbs.statics import spectrum as spectra
+from buckler.mbs.statics.answer import Ending
+from buckler.mbs.statics.problem import Problem, least, loads_of, solve
+from buckler.studies.trust.scaling import lattice
+
+STRIP = Cable(Section(0.010, 0.0005), elements=4)
+NEVER = 10**9
+
+
+@pytest.fixture(scope="module")
+def hanging():
+    """A net of sixteen strips that hangs."""
+    found = equilibrium(lattice(16, STRIP), degree=8)
+    assert found.status is Ending.OK and found.stable
+    return found
+
+
+def both(monkeypatch, scene, rest):
+    """The spectrum by Lanczos's method and that of dense matrices."""
+    problem, found = Problem(scene, loads_of(scene)), []
+    for many in (0, NEVER):
+        monkeypatch.setattr(spectra, "MANY", many)
+        found.append(problem.spectrum(rest))
+    return found
+
+
+def test_lowest_values_are_those_of_dense_matrices(monkeypatch, hanging):
+    rest = problems.Rest(hanging.q, hanging.multipliers, 1.0)
+    few, all_ = both(monkeypatch, hanging.scene, rest)
+    count = len(few.values)
+    assert 20 <= count < len(all_.values)
+    assert np.abs(few.values - all_.values[:count]).max() < 1e-8 * np.abs(few.values).max()
+    assert np.all(np.abs(few.values - all_.values[:count]) <= few.rounding + all_.rounding[:count])
+
+
+def test_all_that_grows_is_counted_though_more_than_are_asked_for(monkeypatch, hanging):
+    """Strips shortened beyond their Euler load buckle, each in several shapes: Sylvester's law tells how many in all."""
+    pressed = problems.Rest(0.999 * hanging.q, hanging.multipliers, 1.0)
+    few, all_ = both(monkeypatch, hanging.scene, pressed)
+    assert few.unstable == all_.unstable > 20
+    grow = all_.growth[all_.growth > 0.0]
+    assert np.sort(few.growth[few.growth > 0.0]) == pytest.approx(np.sort(grow), rel=1e-7)
+
+
+def test_free_motions_of_a_net_without_load_are_all_found_though_their_values_are_equal(monkeypatch, hanging):
+    """Stress-free, the net shears: dense matrices say in how many ways."""
+    drawn = Problem(hanging.scene).start(0.0)
+    few, all_ = both(monkeypatch, hanging.scene, drawn)
+    assert few.neutral.sum() == all_.neutral.sum() > 2
+    assert few.stable and all_.stable
+
+
+def test_a_singular_net_is_solved_by_least_squares_of_least_size(hanging):
+    drawn = Problem(hanging.scene)
+    matrix = drawn.scaled(drawn.assemble(drawn.start(0.0)))[0]
+    sparse, dense = csr_array(matrix), matrix if isinstance(matrix, np.ndarray) else matrix.toarray()
+    right = dense @ np.random.default_rng(1).standard_normal(len(dense))
+    assert np.linalg.matrix_rank(dense, rtol=1e-12) < len(dense)
+    truth = np.linalg.lstsq(dense, right, rcond=1e-12)[0]
+    for found in (least(sparse, right, 1e-12), solve(sparse, right)):
+        assert np.abs(dense @ found - right).max() < 1e-9 * np.abs(right).max()
+    assert least(sparse, right, 1e-12) == pytest.approx(truth, abs=1e-4 * np.abs(truth).max())
+
+
+def test_a_hundred_strips_hang_as_their_weight_says():
+    """What the ground carries is the weight of all strips; no small motion grows, and twenty frequencies are known to 1e-6."""
+    mechanism = lattice(100, STRIP)
+    found = equilibrium(mechanism)
+    assert found.status is Ending.OK and found.stable and not found.neutral
+    joints = {name: each for name, each in mechanism.elements().items() if isinstance(each, Revolute)}
+    held = sum(found.reaction(name) for name, joint in joints.items() if joint.first == "ground")
+    mass = sum(link.body.section.mass_per_length * mechanism.length(link.name) for link in mechanism.links)
+    assert np.hypot(*held) == pytest.approx(mass * np.hypot(*mechanism.gravity), rel=1e-9)
+    tones = frequencies(mechanism, found, count=20)
+    assert tones.status is Ending.OK and len(tones.hertz) == 20 and (tones.errors < 2e-6 * tones.hertz[0]).all()
