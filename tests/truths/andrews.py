@@ -23,8 +23,6 @@ from typing import Any
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from truths.rigid import Body, Linkage
-
 Array = np.ndarray[Any, Any]
 
 MASS = {"K1": 0.04325, "K2": 0.00365, "K3": 0.02373, "K4": 0.00706, "K5": 0.07050, "K6": 0.00706, "K7": 0.05498}
@@ -143,42 +141,3 @@ def index_one(tolerance: float = 1e-12, end: float = END) -> Array:
     )
     assert run.success, run.message
     return run.y[:, -1]
-
-
-def linkage() -> tuple[Linkage, dict[str, tuple[float, float]]]:
-    """The mechanism as seven bodies in absolute coordinates, and its points at the start, m."""
-    beta, theta, gamma, phi, delta, omega, epsilon = START
-
-    def ray(angle: float) -> Array:
-        return np.array((np.cos(angle), np.sin(angle)))
-
-    quarter = np.pi / 2.0
-    o, a, b = np.zeros(2), np.array(A), np.array(B)
-    f, g, h = RR * ray(beta), a + ZT * ray(delta), a + U * ray(epsilon - quarter)
-    e = f - D * ray(beta + theta)
-    s = b + SD * ray(gamma) + SC * ray(gamma - quarter)
-    places = {
-        name: (float(p[0]), float(p[1])) for name, p in zip("OABCFGHED", (o, a, b, np.array(C), f, g, h, e, s), strict=True)
-    }
-    centres = {
-        "K1": RA * ray(beta),
-        "K2": f - DA * ray(beta + theta),
-        "K3": b + SA * ray(gamma - quarter) + SB * ray(gamma),
-        "K4": e - EA * ray(phi + delta - quarter),
-        "K5": a + TA * ray(delta) + TB * ray(delta + quarter),
-        "K6": e - FA * ray(omega + epsilon),
-        "K7": a + UA * ray(epsilon - quarter) + UB * ray(epsilon),
-    }
-    bodies = {name: Body(MASS[name], INERTIA[name], (float(p[0]), float(p[1]))) for name, p in centres.items()}
-    pins = [("O", "ground", "K1"), ("F", "K1", "K2"), ("B", "ground", "K3"), ("A", "ground", "K5"), ("A", "ground", "K7")]
-    pins += [("G", "K5", "K4"), ("H", "K7", "K6"), ("E", "K2", "K3"), ("E", "K2", "K4"), ("E", "K2", "K6")]
-    joints = [(places[point], first, second) for point, first, second in pins]
-    spring = (places["D"], "K3", C, STIFFNESS, FREE_LENGTH)
-    return Linkage(bodies, joints, (spring,), {"K1": TORQUE}), places
-
-
-def absolute(tolerance: float = 1e-11, end: float = END) -> float:
-    """beta, rad, at `end` s from the bodies in absolute coordinates."""
-    system, _ = linkage()
-    q, _ = system.run(end, np.zeros(21), 30, tolerance)
-    return float(START[0] + q[2])

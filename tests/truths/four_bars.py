@@ -15,14 +15,9 @@ E. Bayo, A. Avello, Singularity-free augmented Lagrangian algorithms for constra
 
 from __future__ import annotations
 
-from typing import Any
-
 import mpmath
-import numpy as np
 
-from truths.rigid import Body, Linkage
-
-LENGTH, MASS, GRAVITY = 1.0, 1.0, 9.81
+GRAVITY = 9.81
 
 
 def top(time: float, windows: int = 2, speed: float = 1.0, digits: int = 30) -> tuple[float, float, float, float]:
@@ -38,25 +33,3 @@ def top(time: float, windows: int = 2, speed: float = 1.0, digits: int = 30) -> 
         rate = start / dn
         x, y = 2 * sine * cosine, 1 - 2 * sine**2
         return float(x), float(y), float(y * rate), float(-x * rate)
-
-
-def linkage(windows: int = 2) -> Linkage:
-    """The mechanism as bodies in absolute coordinates."""
-    inertia = MASS * LENGTH**2 / 12.0
-    bodies = {f"bar{k}": Body(MASS, inertia, (k * LENGTH, LENGTH / 2.0)) for k in range(windows + 1)}
-    bodies |= {f"coupler{k}": Body(MASS, inertia, ((k + 0.5) * LENGTH, LENGTH)) for k in range(windows)}
-    pins = [((k * LENGTH, 0.0), "ground", f"bar{k}") for k in range(windows + 1)]
-    for k in range(windows):
-        pins += [((k * LENGTH, LENGTH), f"bar{k}", f"coupler{k}"), (((k + 1) * LENGTH, LENGTH), f"coupler{k}", f"bar{k + 1}")]
-    return Linkage(bodies, pins, gravity=(0.0, -GRAVITY))
-
-
-def stepped(end: float, windows: int = 2, speed: float = 1.0, tolerance: float = 1e-11) -> Any:
-    """Place of B0 from the bodies in absolute coordinates, m."""
-    system = linkage(windows)
-    v = np.zeros(system.start.size)
-    for k, body in enumerate(system.bodies.values()):
-        v[3 * k] = speed * body.centre[1] / LENGTH
-        v[3 * k + 2] = -speed / LENGTH if k <= windows else 0.0
-    q, _ = system.run(end, v, max(1, round(20 * end)), tolerance)
-    return system.point((0.0, LENGTH), "bar0", q)

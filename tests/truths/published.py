@@ -26,9 +26,8 @@ ANDREWS_ANGLES = (
     0.5347301163226499,
     1.048080741042263,
 )
-"""Angles beta, theta, gamma, phi, delta, omega, epsilon at 0.03 s, rad: test set for initial value problem solvers.
-
-The integrations here agree among themselves on beta = 15.8107711952, 4e-9 below.
+"""Angles beta, theta, gamma, phi, delta, omega, epsilon at 0.03 s, rad: test set for initial value problem solvers. The
+integration here ends at beta = 15.8107711952, 4e-9 below.
 """
 
 SIMEON_END = (
