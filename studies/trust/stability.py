@@ -99,30 +99,31 @@ def _reut() -> Found:
     return _thin(20.05095, through=(0.0, 0.0))
 
 
-def flutter_with_tip(ratio: float) -> float:
-    """Load, EI/L^2, at which Beck's column with so many times its own mass at the tip flutters, by its characteristic equation.
+def beck(load: float, square: float, ratio: float = 0.0) -> float:
+    """Zero where Beck's column, with so many times its own mass at the tip, swings under a load, EI/L^2, with w^2, EI/(mu L^4).
 
-    y = sum of four exponentials along x; clamped at 0, no moment and, but for the tip's inertia, no transverse force at 1. Its
-    determinant in w^2 has two equal roots there: its least value between the two first roots is zero.
+    y = sum of four exponentials along x; clamped at 0, no moment and, but for the tip's inertia, no transverse force at 1.
     """
+    half = np.sqrt(load**2 / 4 + square)
+    a, b = np.sqrt(half + load / 2), np.sqrt(half - load / 2)
+    c, s, ch, sh = np.cos(a), np.sin(a), np.cosh(b), np.sinh(b)
+    # y = A (cos ax - cosh bx) + B (sin ax - a/b sinh bx)
+    moment = [-a * a * c - b * b * ch, -a * a * s - a * b * sh]
+    shear = [a**3 * s - b**3 * sh, -(a**3) * c - a * b * b * ch]
+    place = [c - ch, s - a / b * sh]
+    shear = [each + ratio * square * y for each, y in zip(shear, place, strict=True)]
+    return float(moment[0] * shear[1] - moment[1] * shear[0])
 
-    def determinant(load: float, square: float) -> float:
-        half = np.sqrt(load**2 / 4 + square)
-        a, b = np.sqrt(half + load / 2), np.sqrt(half - load / 2)
-        c, s, ch, sh = np.cos(a), np.sin(a), np.cosh(b), np.sinh(b)
-        # y = A (cos ax - cosh bx) + B (sin ax - a/b sinh bx)
-        moment = [-a * a * c - b * b * ch, -a * a * s - a * b * sh]
-        shear = [a**3 * s - b**3 * sh, -(a**3) * c - a * b * b * ch]
-        place = [c - ch, s - a / b * sh]
-        shear = [each + ratio * square * y for each, y in zip(shear, place, strict=True)]
-        return float(moment[0] * shear[1] - moment[1] * shear[0])
+
+def flutter_with_tip(ratio: float) -> float:
+    """Load, EI/L^2, at which it flutters: there `beck` has two equal roots, its least value between the two first is zero."""
 
     def least(load: float) -> float:
-        sign = np.sign(determinant(load, 1e-6))
+        sign = np.sign(beck(load, 1e-6, ratio))
         grid = np.linspace(1e-6, 400.0, 801)
-        k = int(np.argmin([sign * determinant(load, each) for each in grid]))
+        k = int(np.argmin([sign * beck(load, each, ratio) for each in grid]))
         low, high = grid[max(k - 1, 0)], grid[min(k + 1, 800)]
-        return float(minimize_scalar(lambda x: sign * determinant(load, x), bounds=(low, high), options={"xatol": 1e-9}).fun)
+        return float(minimize_scalar(lambda x: sign * beck(load, x, ratio), bounds=(low, high), options={"xatol": 1e-9}).fun)
 
     return float(brentq(least, 10.0, 24.0, xtol=1e-10))
 
@@ -159,26 +160,35 @@ def leipholz(count: int) -> float:
     return float(brentq(swings, 30.0, 44.0, xtol=1e-9))
 
 
-def _ziegler(damping: float) -> Found:
-    """Two massless bars, masses 2 m and m at their ends: (7/2 - sqrt 2) k/l; with small dampers 41/28 k/l + b^2/(2 m l^3)."""
-    length, stiffness, mass = 0.4, 3.0, 0.7
+ZIEGLER = (0.4, 3.0, 0.7)
+"""Length, m, stiffness, N m, and mass, kg, of Ziegler's pendulum."""
+
+
+def ziegler(first: float, second: float) -> mbs.Mechanism:
+    """Two massless bars on torsion springs with dampers, N m s, masses 2 m and m at their ends, a force k/l along the second."""
+    length, stiffness, mass = ZIEGLER
     bars = [
         mbs.Link(name, start, end, mbs.Rigid.of(mass=m, inertia=1e-12, centre=(length, 0)))
         for name, start, end, m in (("a", "O", "A", 2 * mass), ("b", "A", "B", mass))
     ]
-    damper = damping * float(np.sqrt(mass * stiffness)) * length
-    made = mbs.Mechanism(
+    return mbs.Mechanism(
         {"O": (0, 0), "A": (length, 0), "B": (2 * length, 0)},
         bars,
         [mbs.Revolute("O", "ground", "a"), mbs.Revolute("A", "a", "b")],
         loads=[
-            mbs.TorsionSpring("ground", "a", stiffness=stiffness, damping=damper),
-            mbs.TorsionSpring("a", "b", stiffness=stiffness, damping=damper),
+            mbs.TorsionSpring("ground", "a", stiffness=stiffness, damping=first),
+            mbs.TorsionSpring("a", "b", stiffness=stiffness, damping=second),
             mbs.Force("B", (-stiffness / length, 0), follows="b"),
         ],
     )  # fmt: skip
+
+
+def _ziegler(damping: float) -> Found:
+    """(7/2 - sqrt 2) k/l; with small equal dampers 41/28 k/l + b^2/(2 m l^3)."""
+    length, stiffness, mass = ZIEGLER
+    damper = damping * float(np.sqrt(mass * stiffness)) * length
     exact = 41 / 28 + damping**2 / 2 if damping else 3.5 - np.sqrt(2.0)
-    return _found(path(made, load="force.B", to=2.5), "flutter", exact)
+    return _found(path(ziegler(damper, damper), load="force.B", to=2.5), "flutter", exact)
 
 
 def _portal() -> Found:
@@ -237,15 +247,19 @@ def _frame(name: str, kind: str, number: int) -> Found:
     return _found(found, {"limit": "limits", "branching": "branchings"}[kind], alone[kind][number], number)
 
 
-def _frequency(ends: str, number: int, section: mbs.Section) -> Found:
-    member = Member(
-        LENGTH, section.bending_stiffness, section.mass_per_length, section.shear_stiffness, section.inertia_per_length,
+def member(section: mbs.Section | mbs.Profile, length: float = LENGTH) -> Member:
+    """A strip as a member in closed form."""
+    return Member(
+        length, section.bending_stiffness, section.mass_per_length, section.shear_stiffness, section.inertia_per_length,
         section.axial_stiffness,
     )  # fmt: skip
+
+
+def _frequency(ends: str, number: int, section: mbs.Section) -> Found:
     joints = {"cantilever": [mbs.Weld("A", "ground", "s")], "clamped-clamped": [mbs.Weld(p, "ground", "s") for p in "AB"]}[ends]
     made = mbs.Mechanism({"A": (0, 0), "B": (LENGTH, 0)}, [mbs.Link("s", "A", "B", mbs.Beam(section))], joints)
     found = frequencies(made, count=number)
-    exact = float(beam_frequencies(member, ends, number)[number - 1]) / (2 * pi)
+    exact = float(beam_frequencies(member(section), ends, number)[number - 1]) / (2 * pi)
     return Found(float(found.hertz[number - 1]), exact, float(found.errors[number - 1]), "Hz")
 
 

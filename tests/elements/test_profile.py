@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from buckler import mbs
-from buckler.elastica.member import Member
 from buckler.elastica.vibration import beam_frequencies
+from buckler.studies.trust.stability import member
 
 LENGTH = 0.5
 NUMBERS = {"bending_stiffness": 2.0, "axial_stiffness": 4e4, "shear_stiffness": 700.0, "mass_per_length": 0.3,
@@ -32,10 +32,8 @@ def test_a_cantilever_bends_shears_and_stretches_by_them(kind):
 
 
 def test_its_frequencies_are_timoshenkos():
-    member = Member(LENGTH, *(NUMBERS[f"{key}"] for key in (
-        "bending_stiffness", "mass_per_length", "shear_stiffness", "inertia_per_length", "axial_stiffness")))  # fmt: skip
     found = mbs.frequencies(cantilever((0, 0)), count=4).angular
-    assert found == pytest.approx(beam_frequencies(member, "cantilever", 4), rel=1e-7)
+    assert found == pytest.approx(beam_frequencies(member(PROFILE, LENGTH), "cantilever", 4), rel=1e-7)
 
 
 SOLVERS = [mbs.Exudyn(), mbs.Spectral()]

@@ -1,15 +1,17 @@
 """Paths of equilibria: every critical point of columns and trusses against closed forms, flutter, branches, any number."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from buckler.mbs import Beam, Force, Guide, Link, Mechanism, Revolute, Rigid, Section, Spring, TorsionSpring, Weld, path
+from buckler.mbs import Beam, Force, Guide, Link, Mechanism, Revolute, Rigid, Section, Spring, TorsionSpring, path
+from buckler.studies.trust.stability import LENGTH, ZIEGLER, column, critical, ziegler
+from buckler.studies.trust.stability import STRIP as SECTION
 
-LENGTH, SECTION = 0.5, Section(0.02, 0.001)
-EULER = SECTION.euler_load(LENGTH)
+EULER, engesser = SECTION.euler_load(LENGTH), partial(critical, "pinned")
 
 
 def columns(*names, load=1.0):
@@ -23,19 +25,6 @@ def columns(*names, load=1.0):
         guides.append(Guide(f"B{name}", name))
         loads.append(Force(f"B{name}", (-load, 0)))
     return Mechanism(points, links, joints, guides, loads=loads)
-
-
-def engesser(times):
-    """Critical load of a pinned column with shear and stretching, of Reissner's strip: P (1 - P/EA + P/GA) = EI k^2."""
-    bend, axial, shear = (
-        SECTION.bending_stiffness * (times * np.pi / LENGTH) ** 2,
-        SECTION.axial_stiffness,
-        SECTION.shear_stiffness,
-    )
-    load = bend
-    for _ in range(20):
-        load = bend / (1.0 - load / axial + load / shear)
-    return load
 
 
 def test_a_column_branches_at_each_of_its_loads():
@@ -187,15 +176,9 @@ def test_a_pendulum_drawn_anywhere_is_followed_from_where_it_hangs():
     assert both.point("bar", "A")[[0, -1]] == pytest.approx(np.tile([length * np.sin(turn), -length * np.cos(turn)], (2, 1)))
 
 
-def beck(section):
-    return Mechanism(
-        {"A": (0, 0), "B": (LENGTH, 0)}, [Link("column", "A", "B", Beam(section))], [Weld("A", "ground", "column")],
-        loads=[Force("B", (-section.bending_stiffness / LENGTH**2, 0), follows="column")],
-    )  # fmt: skip
-
-
 def test_becks_column_flutters_and_branches_nowhere():
-    found = path(beck(Section(0.02, 0.0005)), to=30.0)
+    section = Section(0.02, 0.0005)
+    found = path(column("cantilever", section, section.bending_stiffness / LENGTH**2, follows="strip"), to=30.0)
     assert found.branchings == []
     assert found.flutter == pytest.approx([20.0509], rel=2e-5)
     assert found.errors["flutter"][0] < 1e-6
@@ -206,16 +189,8 @@ def test_becks_column_flutters_and_branches_nowhere():
 @pytest.mark.parametrize(("first", "second"), [(0.01, 0.01), (0.01, 0.2), (0.3, 0.01)])
 def test_a_damped_flutter_ends_where_its_motions_cease_to_swing(first, second):
     """Ziegler's double pendulum with unequal dampers: flutter begins on the imaginary axis and ends on the real one."""
-    length, stiffness, mass = 0.4, 3.0, 0.7
-    bars = [
-        Link(name, start, end, Rigid.of(mass=m, inertia=1e-12, centre=(length, 0)))
-        for name, start, end, m in (("a", "O", "A", 2 * mass), ("b", "A", "B", mass))
-    ]
-    found = path(Mechanism(
-        {"O": (0, 0), "A": (length, 0), "B": (2 * length, 0)}, bars, [Revolute("O", "ground", "a"), Revolute("A", "a", "b")],
-        loads=[TorsionSpring("ground", "a", stiffness=stiffness, damping=first),
-               TorsionSpring("a", "b", stiffness=stiffness, damping=second), Force("B", (-stiffness / length, 0), follows="b")],
-    ), load="force.B", to=6.2)  # fmt: skip
+    length, stiffness, mass = ZIEGLER
+    found = path(ziegler(first, second), load="force.B", to=6.2)
 
     def swinging(load):
         inertia, damping = mass * length**2 * np.array([[3, 1], [1, 1]]), np.array([[first + second, -second], [-second, second]])

@@ -1,32 +1,23 @@
 """Frequencies with their errors: Timoshenko's equation, forces that follow the motion, dampers, rigid motions."""
 
 from fractions import Fraction
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
 import pytest
-from scipy.linalg import eigvals
+from scipy.optimize import brentq
 
-from buckler.elastica.member import Member
 from buckler.elastica.vibration import beam_frequencies
-from buckler.mbs import Beam, Force, Guide, Link, Mechanism, Modal, Revolute, Rigid, Section, Slider, Spring, Weld, frequencies
+from buckler.mbs import Beam, Guide, Link, Mechanism, Modal, Revolute, Rigid, Section, Slider, Spring, Weld, frequencies
 from buckler.mbs.laws import Coulomb
-
-LENGTH = 0.5
+from buckler.studies.trust.stability import LENGTH, beck, column, member
 
 
 def strip(section, ends):
     joint = {"clamped": Weld, "pinned": Revolute}
     joints = [joint[end](p, "ground", "strip") for end, p in zip(ends, "AB", strict=True) if end in joint]
     return Mechanism({"A": (0, 0), "B": (LENGTH, 0)}, [Link("strip", "A", "B", Beam(section))], joints)
-
-
-def member(section):
-    """The strip as a member in closed form."""
-    return Member(
-        LENGTH, section.bending_stiffness, section.mass_per_length, section.shear_stiffness, section.inertia_per_length,
-        section.axial_stiffness,
-    )  # fmt: skip
 
 
 ENDS = {
@@ -53,51 +44,25 @@ def test_the_first_twelve_frequencies_are_right_at_the_default(ends, thickness, 
     assert [name == "rigid motion of strip" for name in found.names] == list(~elastic)
 
 
-def beck(load):
-    """First frequencies of Beck's column, Hz, by Hermite elements with the follower force's own stiffness."""
-    section, n = Section(0.02, 0.0005), 40
-    size = LENGTH / n
-    k, g, m = (np.zeros((2 * n + 2, 2 * n + 2)) for _ in range(3))
-    e = size
-    bend = np.array([[12, 6, -12, 6], [6, 4, -6, 2], [-12, -6, 12, -6], [6, 2, -6, 4]]) * section.bending_stiffness / e**3
-    turn = np.array([[36, 3, -36, 3], [3, 4, -3, -1], [-36, -3, 36, -3], [3, -1, -3, 4]])
-    mass = np.array([[156, 22, 54, -13], [22, 4, 13, -3], [54, 13, 156, -22], [-13, -3, -22, 4]])
-    unit = np.outer([1, e, 1, e], [1, e, 1, e])
-    bend, turn, mass = bend * unit, turn * unit, mass * unit * section.mass_per_length * e / 420
-    for i in range(n):
-        at = slice(2 * i, 2 * i + 4)
-        k[at, at] += bend
-        g[at, at] += turn / (30 * e)
-        m[at, at] += mass
-    k -= load * g
-    k[-2, -1] += load
-    return np.sort(np.sqrt(eigvals(k[2:, 2:], m[2:, 2:]).astype(complex)).real)[:2] / (2 * np.pi)
+SLIM = Section(0.02, 0.0005)
+UNIT = SLIM.bending_stiffness / LENGTH**2
 
 
 @pytest.mark.parametrize("times", [10.0, 19.0])
 def test_a_follower_load_acts_with_its_whole_tangent(times):
-    section = Section(0.02, 0.0005)
-    load = times * section.bending_stiffness / LENGTH**2
-    column = Mechanism(
-        {"A": (0, 0), "B": (LENGTH, 0)}, [Link("column", "A", "B", Beam(section))], [Weld("A", "ground", "column")],
-        loads=[Force("B", (-load, 0), follows="column")],
-    )  # fmt: skip
-    found = frequencies(column, count=2)
+    found = frequencies(column("cantilever", SLIM, times * UNIT, "strip"), count=2)
+    squares = np.linspace(1.0, 500.0, 1000)
+    (lows,) = np.nonzero(np.diff(np.sign([beck(times, square) for square in squares])))
+    exact = [brentq(partial(beck, times), squares[k], squares[k + 1]) for k in lows]
     assert found.stable
-    assert found.hertz == pytest.approx(beck(load), rel=3e-5)  # the elements have no shear
+    assert found.angular == pytest.approx(np.sqrt(np.array(exact) * UNIT / SLIM.mass_per_length) / LENGTH, rel=3e-5)  # no shear
 
 
-def test_beyond_its_flutter_load_a_column_flutters():
-    section = Section(0.02, 0.0005)
-    for times, stable in ((20.0, True), (20.1, False)):
-        load = times * section.bending_stiffness / LENGTH**2
-        column = Mechanism(
-            {"A": (0, 0), "B": (LENGTH, 0)}, [Link("column", "A", "B", Beam(section))], [Weld("A", "ground", "column")],
-            loads=[Force("B", (-load, 0), follows="column")],
-        )  # fmt: skip
-        found = frequencies(column, count=3)
-        assert found.stable is stable
-        assert ("flutter" in found.names) is not stable
+@pytest.mark.parametrize(("times", "stable"), [(20.0, True), (20.1, False)])
+def test_beyond_its_flutter_load_a_column_flutters(times, stable):
+    found = frequencies(column("cantilever", SLIM, times * UNIT, "strip"), count=3)
+    assert found.stable is stable
+    assert ("flutter" in found.names) is not stable
 
 
 @pytest.mark.parametrize("ratio", [0.0, 0.3, 0.999, 3.0])
@@ -169,11 +134,7 @@ def test_what_the_errors_leave_out_is_said():
 
 def test_a_pinned_and_guided_strip_past_its_load_grows():
     section = Section(0.02, 0.001)
-    column = Mechanism(
-        {"A": (0, 0), "B": (LENGTH, 0)}, [Link("s", "A", "B", Beam(section))], [Revolute("A", "ground", "s")], [Guide("B", "s")],
-        loads=[Force("B", (-2 * section.euler_load(LENGTH), 0))],
-    )  # fmt: skip
-    found = frequencies(column)
+    found = frequencies(column("pinned", section, 2 * section.euler_load(LENGTH)))
     assert found.names[0] == "growth"
     assert found.values[0].real == pytest.approx(section.first_frequency(LENGTH), rel=1e-4)
     assert not found.stable

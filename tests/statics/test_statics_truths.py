@@ -1,30 +1,20 @@
 """Statics and vibration of mechanisms against exact solutions made without finite elements: `buckler.elastica`."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 import pytest
 from truths import arches, princeton
 
-from buckler.elastica.member import Member
+from buckler.elastica import law
 from buckler.elastica.vibration import beam_frequencies, portal
-from buckler.mbs import STEEL, Beam, Force, Guide, Link, Material, Mechanism, Revolute, Section, Weld
+from buckler.mbs import STEEL, Beam, Cable, Drive, Force, Guide, Link, Material, Mechanism, Revolute, Section, Weld
 from buckler.mbs.statics import equilibrium, frequencies, path
 from buckler.mbs.statics.problem import places
+from buckler.studies.trust.stability import LENGTH, member
 
-LENGTH, BAR = 0.5, Section(0.020, 0.050, STEEL)
-
-
-def member(section, length):
-    """The same bar as a member in closed form."""
-    return Member(
-        length,
-        section.bending_stiffness,
-        section.mass_per_length,
-        section.shear_stiffness,
-        section.inertia_per_length,
-        section.axial_stiffness,
-    )
+BAR, THICK = Section(0.020, 0.050, STEEL), Section(0.03, 0.02)
 
 
 JOINTS = {
@@ -35,14 +25,24 @@ JOINTS = {
 }
 
 
+def errors_of(section, body, ends, degree, count=3):
+    """Relative errors of the first bending frequencies."""
+    mechanism = Mechanism({"A": (0.0, 0.0), "B": (LENGTH, 0.0)}, [Link("bar", "A", "B", body(section))], JOINTS[ends])
+    found = frequencies(mechanism, degree=degree, count=count + 1).angular
+    bar = member(section)
+    exact = beam_frequencies(bar if body is Beam else replace(bar, shear=np.inf, rotary=0.0), ends, count)
+    return np.array([np.abs(found / omega - 1).min() for omega in exact])
+
+
 @pytest.mark.parametrize("ends", JOINTS)
-def test_frequencies_of_a_bar_are_timoshenkos(ends):
-    points = {"A": (0.0, 0.0), "B": (LENGTH, 0.0)}
-    mechanism = Mechanism(points, [Link("bar", "A", "B", Beam(BAR))], JOINTS[ends])
-    found = frequencies(mechanism, degree=16, count=4).angular
-    exact = beam_frequencies(member(BAR, LENGTH), ends, 6)
-    for omega in exact[:3]:
-        assert found[np.argmin(abs(found - omega))] == pytest.approx(omega, rel=1e-6)
+@pytest.mark.parametrize(("section", "body"), [(BAR, Beam), (THICK, Beam), (THICK, Cable)])
+def test_frequencies_of_a_bar_are_timoshenkos(section, body, ends):
+    assert errors_of(section, body, ends, 16 if section is BAR else 14).max() < (1e-6 if section is BAR else 1e-7)
+
+
+def test_frequencies_converge_spectrally():
+    first, second, third = (errors_of(THICK, Beam, "cantilever", degree, 2)[1] for degree in (4, 6, 8))
+    assert first > 1e-5 and second < 3e-2 * first and third < 3e-2 * second
 
 
 def test_frequencies_of_a_portal_frame():
@@ -60,17 +60,39 @@ def test_frequencies_of_a_portal_frame():
 
 
 @pytest.mark.parametrize("load", [4.448, 8.896, 13.345])
-def test_cantilever_bends_as_the_exact_elastica(load):
-    """The Princeton beam in its plane, with shear and stretching."""
+@pytest.mark.parametrize("body", [Beam, Cable])
+def test_cantilever_bends_as_the_exact_elastica(body, load):
+    """The Princeton beam in its plane, with shear and stretching; a cable does not shear."""
     section = Section(princeton.WIDTH, princeton.THICKNESS, Material(princeton.MODULUS, 2804.0, princeton.POISSON))
     mechanism = Mechanism(
         points={"A": (0.0, 0.0), "B": (princeton.LENGTH, 0.0)},
-        links=[Link("beam", "A", "B", Beam(section))],
+        links=[Link("beam", "A", "B", body(section))],
         joints=[Weld("A", "ground", "beam")],
         loads=[Force("B", (0.0, -load))],
     )
-    x, y = equilibrium(mechanism, degree=14).point("beam", "B").position
-    assert (princeton.LENGTH - x, -y) == pytest.approx(princeton.tip(load), rel=1e-6)
+    rest = equilibrium(mechanism, degree=14)
+    x, y = rest.point("beam", "B").position
+    assert rest.stable
+    assert (princeton.LENGTH - x, -y) == pytest.approx(princeton.tip(load, body is Beam), rel=1e-6)
+
+
+@pytest.mark.parametrize(("body", "tolerance"), [(Beam, 6e-6), (Cable, 1e-3)])
+def test_path_buckles_and_follows_the_elastica(body, tolerance):
+    """Shorten a straight pinned strip: it leaves the straight path at Euler's load and then carries the elastica's."""
+    section = Section(0.03, 0.0003)
+    made = Mechanism(
+        {"O": (0.0, 0.0), "A": (LENGTH, 0.0), "M": (LENGTH / 2, 0.0)}, [Link("strip", "O", "A", body(section), {"M": 0.5})],
+        [Revolute("O", "ground", "strip")], [Guide("A", "strip")], drives=[Drive("A", 1.0)],
+    )  # fmt: skip
+    branch = ("strip", "M", (0.0, 1.0))
+    followed = path(made, drive="drive", to=-0.9 * LENGTH, degree=14, branch=branch, step=1e-4, longest=0.05)
+    unit = section.bending_stiffness / LENGTH**2
+    assert followed.branchings[0] == pytest.approx(-(np.pi**2) * unit / section.axial_stiffness * LENGTH, rel=2e-3)
+    u, force = -followed.parameter / LENGTH, followed.reaction("drive")[:, 0] / unit
+    bent = u > 1e-3
+    assert bent.sum() > 10
+    assert np.abs(force[bent] / [law.fast(x) for x in u[bent]] - 1).max() < tolerance
+    assert followed.stable[bent].all()
 
 
 def circle(fraction):

@@ -19,18 +19,18 @@ LOADS = (4.448, 8.896, 13.345)
 """N."""
 
 
-def tip(load: float, shear: bool = True, correction: float | None = None) -> tuple[float, float]:
-    """Displacements of the tip along the beam (towards the clamp) and across, m.
+def tip(load: float, shear: bool = True, stretch: bool = True) -> tuple[float, float]:
+    """Displacements of the tip along the beam (towards the clamp) and across, m; Cowper's shear factor.
 
     Parameters
     ----------
     load : float, N
-    shear : bool, whether the beam shears and stretches
-    correction : float, shear factor; None is Cowper's for a rectangle, 10 (1 + nu)/(12 + 11 nu)
+    shear, stretch : bool, whether the beam does
     """
     area, second = WIDTH * THICKNESS, WIDTH * THICKNESS**3 / 12.0
-    k = 10.0 * (1.0 + POISSON) / (12.0 + 11.0 * POISSON) if correction is None else correction
+    k = 10.0 * (1.0 + POISSON) / (12.0 + 11.0 * POISSON)
     unit = MODULUS * second / LENGTH**2
-    stiffness = {"axial": MODULUS * area / unit, "shear": k * MODULUS / (2.0 * (1.0 + POISSON)) * area / unit} if shear else {}
+    stiffness = {"axial": MODULUS * area / unit} if stretch else {}
+    stiffness |= {"shear": k * MODULUS / (2.0 * (1.0 + POISSON)) * area / unit} if shear else {}
     x, y, _ = Strip(**stiffness).equilibrium(Load(end=(0.0, -load / unit))).end
     return LENGTH * (1.0 - x), -LENGTH * y
