@@ -240,7 +240,7 @@ def _rows(turned: _Turned, levels: Sequence[Evaluate], readings: Sequence[str], 
     sides = {name: _sides(turned, name, levels, starts, way) for name in turned.scales}
     rows = []
     for i, reading in enumerate(readings):
-        noise = way.rounding * abs(float(values[i])) / way.width
+        noise = way.rounding * abs(float(values[i])) / way.width + abs(float(values[i] - starts[0][0][i])) / way.better
         made = []
         for name, scale in turned.scales.items():
             units_of = units[i], turned.family.units.get(name, "s")
@@ -364,10 +364,10 @@ def _derivative(about: Derivative, scale: float, sides: Sequence[float], noise: 
         note = "the reading has no value there"
     elif gap > KINKED * wider and gap > max(10 * off, VISIBLE * abs(middle)):
         note = f"a kink: {below:.4g} below, {above:.4g} above"
+    elif grazes and (off > KINKED * abs(middle) or middle == other == 0):
+        note = "a graze: a contact begins on one side only"
     elif off > KINKED * abs(middle) and off * scale > SMALL * abs(value):
         note = f"no digit is certain: {other:.3g} and {middle:.3g} of two widths and step lengths: chaos or a jump"
-    elif grazes and middle == other == 0:
-        note = "a graze: a contact begins on one side only, too short to be seen"
     if note:
         middle, error = nan, inf
     return about._replace(derivative=middle, error=error, below=below, above=above, note=note)

@@ -100,27 +100,30 @@ class Curve:
 
     def begins(self, count: float) -> float:
         """Time, s, from which it is above zero for the `count`-th time."""
-        found = self._above(count)
-        return nan if found is None else float(found.time[0])
+        found = self._spell(count)
+        return nan if found is None else self._edge(found.start, 1)
 
     def ends(self, count: float) -> float:
         """Time, s, until which it is."""
-        found = self._above(count)
-        return nan if found is None else float(found.time[-1])
+        found = self._spell(count)
+        return nan if found is None else self._edge(found.stop - 1, -1)
 
     def peak(self, count: float) -> float:
         """Largest value between them."""
-        found = self._above(count)
-        return nan if found is None else found.max()
+        found = self._spell(count)
+        return nan if found is None else type(self)(self.time[found], self.x[found]).max()
 
-    def _above(self, count: float) -> Curve | None:
-        """The part that is above zero for the `count`-th time, from the last on for -1, -2, ..., with the samples beside it."""
+    def _spell(self, count: float) -> slice | None:
+        """Samples above zero for the `count`-th time, from the last on for -1, -2, ..., with those beside them."""
         parts = spells(self.x)
         k = int(count) - 1 if count > 0 else len(parts) + int(count)
         if not 0 <= k < len(parts):
             return None
-        part = slice(max(0, int(parts[k, 0]) - 1), int(parts[k, 1]) + 1)
-        return type(self)(self.time[part], self.x[part])
+        return slice(max(0, int(parts[k, 0]) - 1), min(len(self.x), int(parts[k, 1]) + 1))
+
+    def _edge(self, k: int, step: int) -> float:
+        """Time of the sample outside, the first or the last one, beside those above zero."""
+        return float(self.time[k])
 
     def _root(self, k: int, value: float) -> float:
         """Where the k-th piece has a value that lies between those of its ends."""
@@ -216,6 +219,21 @@ class Smooth(Curve):
         cubic = self._cubic(k)
         part = brentq(lambda y: float(cubic(y)) - value, 0.0, 1.0, xtol=1e-15)
         return float(self.time[k] + part * (self.time[k + 1] - self.time[k]))
+
+    def _edge(self, k: int, step: int) -> float:
+        """Where the samples beside the one outside come down to zero; its time where an event, or the run's end, is there."""
+        inside, cuts = [k + i * step for i in (1, 2, 3)], self._pieces[1:-1]
+        for i in (k, k + step):
+            if {i, i + 1} & {*cuts.tolist()}:
+                return float(self.time[i])
+        if self.x[k] > 0 or not 0 <= k + 3 * step < len(self.x) or not self.x[inside].all():
+            return float(self.time[k])
+        if self.x[k] < 0:
+            return self._root(min(k, k + step), 0.0)
+        part = (self.time[inside] - self.time[k]) / (self.time[inside[0]] - self.time[k])
+        roots = np.roots(np.polyfit(part, self.x[inside], 2))
+        near = roots.real[(np.abs(roots.imag) < 1e-12) & (roots.real >= 0) & (roots.real <= 1)]
+        return float(self.time[k] + near.max(initial=0.0) * (self.time[inside[0]] - self.time[k]))
 
     def _cubic(self, k: int) -> Polynomial:
         """The k-th piece over its part, 0 to 1."""

@@ -5,7 +5,16 @@ from __future__ import annotations
 import numpy as np
 
 from buckler.mbs.spectral.compiling import aside, copy, inner, jit, lend
-from buckler.mbs.spectral.contacts import depth_of, error_of_depth, first_onset, lets_go, remember_onset, short_of, touches
+from buckler.mbs.spectral.contacts import (
+    depth_of,
+    error_of_depth,
+    first_onset,
+    lets_go,
+    remember_onset,
+    short_of,
+    to_faces,
+    touches,
+)
 from buckler.mbs.spectral.forces import add_forces
 from buckler.mbs.spectral.fronts import solve
 from buckler.mbs.spectral.kernel import changes_at, forces, rows_at
@@ -26,7 +35,7 @@ from buckler.mbs.spectral.radau import (
 from buckler.mbs.spectral.samples import MOST_SAMPLES, PARTS, dense, samples_in, write, write_after_jump, write_between
 from buckler.mbs.spectral.strips import MIXED, PLAIN, elastic_stresses
 from buckler.mbs.spectral.tables import BENT, BRISTLE, JOURNAL, KIND, SEAT, SLIDING, SLIP, VALUE
-from buckler.mbs.spectral.tape import ALONE, MODE, QUICK, WRITES, follow, guessed, later, passed, reads, strays
+from buckler.mbs.spectral.tape import ALONE, MODE, QUICK, WRITES, cut, follow, guessed, passed, reads, strays
 
 SHARE = 100.0
 """The tolerance of inner coordinates of strips and modes is relative to so many times their largest deformation so far."""
@@ -48,8 +57,10 @@ LANDING = 1e-2
 """A contact this near to its face, of the tolerance and the longest link, is at it."""
 LETS_GO = 20.0
 """What counts as the error of a step in which a contact lets go."""
-NEARLY = 1e-2
+NEARLY = 0.1
 """Of a step to an onset, by which it may be short of it to be lengthened."""
+ROOM = 1e-2
+"""Of the shortest step, by which the end of a step to an onset is moved no more."""
 JUMP = 0.1
 """The moment after a jump, of the shortest step."""
 
@@ -159,16 +170,22 @@ def _error(s, e, w, x, t, h, controls, least, given):
     return error
 
 
+@inner
+def _landing(x, controls):
+    """Depth up to which a contact is at its face."""
+    return LANDING * controls.tolerance * x.whole.max()
+
+
 @aside
 def _remember(s, w, x, controls, counts):
     """Take over the accepted step: onset speeds of contacts, bristles; whether a contact has closed or let go."""
-    changed = False
+    changed, landing = False, 0.0 if x.at[MODE] == ALONE else _landing(x, controls)
     for k in range(s.forces.shape[0]):
         kind, m = s.forces[k, KIND], x.memory[k]
-        x.old[k, 0], x.old[k, 1] = m[BRISTLE], m[SLIDING]
+        copy(m, x.old[k])
         x.largest[k] = max(FORGETS * x.largest[k], abs(w.reports[k, VALUE]))
         if touches(s, k):
-            event = remember_onset(s, x.before, w.reports, k, m, controls.floor, controls.graze)
+            event = remember_onset(s, x.before, w.reports, k, m, controls.floor, controls.graze, landing)
             changed = changed or event != 0
             if event > 0:
                 counts.onsets += 1
@@ -190,10 +207,25 @@ def _take_over(x):
 
 @aside
 def _jump(s, e, w, x, clock, controls, out, counts):
-    """Start anew after a jump of accelerations and multipliers; the moment after it has a row of its own."""
-    clock.previous, clock.fresh, moment = 0.0, True, JUMP * controls.shortest
+    """Start anew after a jump of accelerations and multipliers.
+
+    Where runs are compared, contacts that close are moved past their faces, so that forces that jump there are those after it.
+    """
+    if x.at[MODE] != ALONE:
+        past = to_faces(s, x.before, _landing(x, controls), NEARLY * clock.previous)
+        for i in range(x.q.size):
+            x.q[i] += past * x.v[i]
+    clock.previous, clock.fresh = 0.0, True
     _restart(s, e, w, x, clock.time)
-    if clock.time < controls.end - 2.0 * moment and (dense(x, controls) or x.at[MODE] != ALONE):
+    if dense(x, controls) or x.at[MODE] != ALONE:
+        _write_again(x, clock, controls, out, counts)
+
+
+@aside
+def _write_again(x, clock, controls, out, counts):
+    """Write a row for the moment after an event."""
+    moment = JUMP * controls.shortest
+    if clock.time < controls.end - 2.0 * moment:
         write_after_jump(x, out, counts, clock.time, moment)
 
 
@@ -210,7 +242,7 @@ def _next_stop(s, e, w, x, clock, controls, stops, out, counts):
         kinked = _kinked(x, stops[clock.stop], controls.shortest)
         due = stops[clock.stop] + (0.0 if kinked else x.late[0])
         if due > clock.time + controls.shortest:
-            return min(controls.end, due if kinked else max(due, later(x, clock.time)))
+            return min(controls.end, due if kinked else max(due, clock.time + (1.0 + NEARLY) * cut(x)))
         if kinked and due > clock.time - controls.shortest and not (controls.fixed and x.at[MODE] == ALONE):
             _jump(s, e, w, x, clock, controls, out, counts)
         clock.stop += 1
@@ -229,7 +261,7 @@ def _length(clock, controls, stop):
 @aside
 def _try(s, e, w, x, clock, h, at, controls, counts):
     """Whether a step of length h to the time `at` stands: Newton's method, error, contacts. If not, the next one is shorter."""
-    shortest, landing = controls.shortest, LANDING * controls.tolerance * x.whole.max()
+    shortest, landing = controls.shortest, _landing(x, controls)
     fresh, ratio = clock.fresh or abs(h - clock.made) > 1e-9 * h, 2.0
     allowed = controls.close * controls.tolerance
     if reads(x, h):
@@ -251,18 +283,18 @@ def _try(s, e, w, x, clock, h, at, controls, counts):
     guessed(x, -1.0)
     given = controls.fixed and not strays(x)
     clock.error = _error(s, e, w, x, at, h, controls, landing, given)
-    part = first_onset(s, x.before, w.reports, h, landing, 0.0 if x.at[MODE] == ALONE else 0.5 * landing)
-    if part < 1.0 and h * part > shortest and (clock.error <= 1.0 or given):
+    part = first_onset(s, x.before, w.reports, h, landing, 0.0 if x.at[MODE] == ALONE else 0.5 * landing, x.memory, at)
+    if h * part > shortest and h * (1.0 - part) > ROOM * shortest and (clock.error <= 1.0 or given):
         clock.wanted, clock.reach = h * part, 1.0
         return False
     if x.at[MODE] != ALONE and clock.reach == 1.0 and part > 1.0:
-        left = short_of(s, w.reports, landing)
+        left = short_of(s, x.before, w.reports, h, 0.5 * landing, x.memory, at, NEARLY)
         if shortest < left < NEARLY * h:  # no tiny step on to the face, whose rows make its time jump with the numbers
             clock.wanted = h + left
             return False
     if given:
         return True
-    if h > 10.0 * shortest and lets_go(s, x.before, w.reports, x.largest, controls.contact_tolerance):
+    if x.at[MODE] == ALONE and h > 10.0 * shortest and lets_go(s, x.before, w.reports, x.largest, controls.contact_tolerance):
         clock.error = max(clock.error, LETS_GO)
     if clock.error > 1.0 and h > 4.0 * shortest:
         clock.wanted, clock.grow = max(h * max(0.2, SAFETY * clock.error**-ORDER), 2.0 * shortest), 1.0
@@ -289,6 +321,8 @@ def _accept(s, e, w, x, clock, h, target, controls, out, counts, ended):
         clock.skipped = 0
     if changed:
         _jump(s, e, w, x, clock, controls, out, counts)
+    elif x.at[MODE] != ALONE and not ended:
+        _write_again(x, clock, controls, out, counts)
 
 
 @aside
@@ -322,6 +356,8 @@ def _run(s, e, w, x, clock, controls, stops, out, counts):
     w.mixed[0], rows = MIXED, out.time.size - MOST_SAMPLES - 2
     while clock.time < controls.end - controls.shortest and counts.status == OK and counts.samples < rows:
         stop = _next_stop(s, e, w, x, clock, controls, stops, out, counts)
+        if clock.reach == REACH and cut(x) > 0.0:
+            clock.wanted, clock.reach = cut(x), 1.0
         h = _length(clock, controls, stop)
         if counts.steps + counts.rejected > controls.budget:
             counts.status = TOO_MANY

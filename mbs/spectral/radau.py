@@ -264,7 +264,7 @@ def newton(s, e, w, x, t, h, allowed, fresh, counts):
                 continue
         if (whole <= ROUNDING or ease * size <= allowed) and (left < MOST - 1 or x.at[MODE] != READS):
             x.ease[0] = ease
-            return ratio
+            return min(ratio, 1.0)  # of two steps of rounding
         last = size
     return 2.0
 

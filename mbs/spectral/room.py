@@ -94,6 +94,6 @@ def room_for(scene: Any, q: Array, v: Array, a: Array, lam: Array, memory: Array
         heavy_swaps=z(len(mass.unknowns), dtype=np.int64),
         amount_of_row=z(m), part=z(largest), twin=z(largest, dtype=complex),
         memory=memory.copy(), before=z((k, 8)), shifted=z((k, 8)),
-        largest=z(k), old=memory[:, 1:3].copy(), rest=z(e), whole=np.array(units, dtype=float), amount=z(e), weight=z(n),
+        largest=z(k), old=memory.copy(), rest=z(e), whole=np.array(units, dtype=float), amount=z(e), weight=z(n),
         across=z(e), turn=z((e, 2)), ease=np.ones(1), late=z(1), kinks=kinks,
     )  # fmt: skip

@@ -26,6 +26,8 @@ def write(x, out, counts, t, before):
     out.time[row] = t
     copy(x.q, out.q[row]), copy(x.v, out.v[row]), copy(x.a, out.a[row]), copy(x.lam, out.lam[row])
     _write_memory(x, out, row, before)
+    for k in range(x.old.shape[0]):
+        out.memory[row, k, ONSET] = x.memory[k, ONSET]
     counts.samples += 1
 
 
@@ -40,9 +42,10 @@ def write_after_jump(x, out, counts, t, moment):
 
 @aside
 def _write_memory(x, out, row, before):
+    """Note the memories of forces that the step to this row went by; `write` knows later ones of the onsets."""
     for k in range(x.old.shape[0]):
         m = out.memory[row, k]
-        m[ONSET], m[FASTEST], m[BRISTLE], m[SLIDING] = x.memory[k, ONSET], before, x.old[k, 0], x.old[k, 1]
+        m[ONSET], m[FASTEST], m[BRISTLE], m[SLIDING] = x.old[k, ONSET], before, x.old[k, BRISTLE], x.old[k, SLIDING]
 
 
 @aside

@@ -19,30 +19,29 @@ MOST = 2e8
 ALIKE = 1e-3
 """Relative difference of lengths up to which two runs' steps are the same one: a contact's beginning moves with the numbers."""
 NEAR = 0.1
-"""Of the step, up to which beginnings of contacts in two runs are the same one."""
+"""Of the step, up to which events in two runs are the same one."""
 QUICK = 1e-3
 """Ratio of Newton steps beyond which the next step of a run that others go by has a new matrix: what two iterations of a
 neighbour leave is the square of this share of the difference. The run has a fifth more matrices than with 0.03."""
-SLOT, MODE, STEP, PART, FREE = 0, 1, 2, 3, 4
-"""Of a room's place on a tape: factors in use; one of the modes; number of the step; 1 after the beginning of a contact in it,
-which cuts it in two; first factors that no step goes by."""
+SLOT, MODE, STEP, STRAY, FREE = 0, 1, 2, 3, 4
+"""Of a room's place on a tape: factors in use; one of the modes; number of the step; 1 after an event that is not on the tape, up
+to the next end of a step that is given; first factors that no step goes by."""
 
 
 class Tape(NamedTuple):
-    """Steps of a run, in the second half of all arrays their second parts. The last of the factors are no step's: there a run
-    makes its own.
+    """Steps of a run. The last of the factors are no step's: there a run makes its own.
 
     Attributes
     ----------
     end : array, shape (steps,)
-        Times at which they end, s; 0 where there is no step.
-    length : array, shape (2 steps,)
+        Times at which they end, s; 0 where an event ends one, or there is none.
+    length : array, shape (steps,)
         s; 0 where there is no step.
-    onset : array, shape (2 steps,)
-        Time at which a contact begins and ends it, s; 0 where none does.
-    factors : array of int, shape (2 steps,)
+    onset : array, shape (steps,)
+        Time of the event that ends it, s; 0 where none does: a contact begins or lets go, a force has a kink.
+    factors : array of int, shape (steps,)
         Which of the factors each went by.
-    rates, multipliers, stresses : arrays, shape (2 steps, 3, n), (2 steps, 3, r), (2 steps, 3, points, 3)
+    rates, multipliers, stresses : arrays, shape (steps, 3, n), (steps, 3, r), (steps, 3, points, 3)
         At the nodes, less their first guess.
     real, complex : arrays, shape (factors, entries)
     swaps : array of int, shape (factors, 2, unknowns of fronts)
@@ -68,8 +67,8 @@ def tape_for(scene: Any, steps: int = 0) -> Tape:
     n, r, points, e = scene.size, len(scene.tables.rows), int(scene.tables.strips[:, 2].sum()), scene.fronts
     most, z = 1 + min(steps, int(MOST / (24 * e.size + 96 * points))), np.zeros
     return Tape(
-        z(steps), z(2 * steps), z(2 * steps), z(2 * steps, dtype=np.int64), z((2 * steps, 3, n)), z((2 * steps, 3, r)),
-        z((2 * steps, 3, points, 3)), z((most, e.size)), z((most, e.size), dtype=complex),
+        z(steps), z(steps), z(steps), z(steps, dtype=np.int64), z((steps, 3, n)), z((steps, 3, r)),
+        z((steps, 3, points, 3)), z((most, e.size)), z((most, e.size), dtype=complex),
         z((most, 2, len(e.unknowns)), dtype=np.int64), z((most, points, 3, 4)),
     )  # fmt: skip
 
@@ -83,9 +82,8 @@ def free_slot(x):
 
 @inner
 def place(x):
-    """Where on the tape the present step is; -1 beyond its end."""
-    steps = x.tape.end.size
-    return x.at[STEP] + x.at[PART] * steps if x.at[STEP] < steps else -1
+    """Where on the tape the present step is; -1 off the tape."""
+    return x.at[STEP] if x.at[STEP] < x.tape.end.size and x.at[STRAY] == 0 else -1
 
 
 @inner
@@ -99,37 +97,43 @@ def reads(x, h):
 
 @inner
 def strays(x):
-    """Whether a contact has begun in this step that did not in the one on the tape: no one has seen to its error."""
-    k = place(x)
-    return x.at[MODE] == READS and x.at[PART] == 1 and k >= 0 and x.tape.length[k] == 0.0
+    """Whether there was an event in this step that is not on the tape: no one has seen to its error."""
+    return x.at[MODE] == READS and x.at[STRAY] == 1
 
 
 @inner
-def later(x, t):
-    """The earliest time up to which a step from this time looks for a contact that begins in it on the tape."""
+def cut(x):
+    """Length of a step up to just before the event that ends it on the tape; 0 where none does."""
     k = place(x)
-    return t + (1.0 + NEAR) * x.tape.length[k] if x.at[MODE] == READS and k >= 0 and x.tape.onset[k] > 0.0 else 0.0
+    return (1.0 - 0.5 * ALIKE) * x.tape.length[k] if x.at[MODE] == READS and k >= 0 and x.tape.onset[k] > 0.0 else 0.0
 
 
 @inner
 def passed(x, h, ended, t):
-    """Note an accepted step that ends at this time, or the part of one before a contact began.
+    """Note an accepted step that ends at this time, by itself or by an event.
 
-    A contact that begins later than on the tape makes all later steps end later: what the first short ones after it err by is
-    far from constant in their lengths.
+    An event that is later than on the tape makes all later steps end later: what the first short ones after it err by is far
+    from constant in their lengths.
     """
-    k = place(x)
+    k, steps = place(x), x.tape.end.size
     if x.at[MODE] == WRITES and k >= 0:
         x.tape.length[k], x.tape.factors[k] = h, x.at[SLOT]
         x.at[FREE] = max(x.at[FREE], x.at[SLOT] + 1)
         if ended:
-            x.tape.end[x.at[STEP]] = t
+            x.tape.end[k] = t
         else:
             x.tape.onset[k] = t
-    if x.at[MODE] == READS and k >= 0 and not ended and abs(x.tape.onset[k] - t) < NEAR * h:
+    known = x.at[MODE] == WRITES or (k >= 0 and x.tape.onset[k] > 0.0)
+    if x.at[MODE] == READS and known and not ended and abs(x.tape.onset[k] - t) < NEAR * h:
         x.late[0] = t - x.tape.onset[k]
-    x.at[STEP] += 1 if ended else 0
-    x.at[PART] = 0 if ended else 1
+    if ended:
+        x.at[STRAY] = 0
+        while x.at[STEP] < steps and x.tape.end[x.at[STEP]] == 0.0:
+            x.at[STEP] += 1
+    if ended or known:
+        x.at[STEP] += 1
+    else:
+        x.at[STRAY] = 1
 
 
 @aside

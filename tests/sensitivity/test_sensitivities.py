@@ -1,9 +1,12 @@
 """Derivatives of readings against closed forms, and what is said where there is none."""
 
+from dataclasses import replace
 from math import pi
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 from scipy.special import ellipk
 
 from buckler.mbs import (
@@ -11,6 +14,7 @@ from buckler.mbs import (
     Controlled,
     Force,
     Guide,
+    GuideFriction,
     Link,
     Mass,
     Mechanism,
@@ -23,7 +27,7 @@ from buckler.mbs import (
     frequencies,
     sensitivities,
 )
-from buckler.mbs.laws import CarvalhoMartins
+from buckler.mbs.laws import CarvalhoMartins, KelvinVoigt
 from buckler.mbs.sensitivity.frozen import Steps
 from buckler.mbs.sensitivity.reading import Curve, Smooth, measure
 from buckler.mbs.spectral.run import integrate, once
@@ -108,13 +112,13 @@ def test_frequency_and_euler_load_of_a_strip_by_its_thickness():
     assert found["first", "thickness"].relative == pytest.approx(1.0, rel=1e-5)
 
 
-def bounce(height=0.1, stiffness=1e4):
-    """A block that falls along its guide onto a stop without loss."""
+def bounce(height=0.1, stiffness=1e4, law=None):
+    """A block that falls along its guide onto a stop, by default without loss."""
     return Mechanism(
         points={"O": (0.0, height), "A": (0.0, height + 0.2)},
         links=[Link("bar", "O", "A", Rigid.of(mass=1e-9, inertia=1e-12))],
         guides=[Guide("O", "bar", mass=0.5, along=(0.0, 1.0)), Guide("A", "bar", along=(0.0, 1.0))],
-        stops=[Stop("O", at=0.0, law=CarvalhoMartins(stiffness, 1.0, exponent=1.0))],
+        stops=[Stop("O", at=0.0, law=law or CarvalhoMartins(stiffness, 1.0, exponent=1.0))],
         gravity=(0.0, -G),
     )
 
@@ -148,6 +152,97 @@ def test_when_a_block_comes_back_by_height_and_stiffness():
         true = (second(**{name: at * (1 + 1e-5)}) - second(**{name: at * (1 - 1e-5)})) / (2e-5 * at)
         assert row.value == pytest.approx(second(), rel=1e-6)
         assert abs(row.derivative - true) * at < 1e-4 * row.value and row.error <= 1e-2 * abs(true)
+
+
+def test_a_force_that_jumps_at_its_onset_and_ends_inside():
+    """Fall on a spring and dashpot: m d'' = m g - F, F = k d + c d' until it is zero, the body still inside."""
+
+    def readings(height, stiffness, damping):
+        m, v, rate = 0.5, np.sqrt(2 * G * height), damping / 2 / 0.5
+        w, rest = np.sqrt(stiffness / m - rate**2), m * G / stiffness
+        beside = (v - rate * rest) / w
+
+        def state(t):
+            swing, turn = (
+                np.exp(-rate * t) * np.array([np.cos(w * t), np.sin(w * t)]) @ np.array([[-rest, beside], [beside, rest]])
+            )
+            return rest + swing, w * turn - rate * swing
+
+        end = brentq(lambda t: np.dot((stiffness, damping), state(t)), 0.6 * pi / w, 1.1 * pi / w, xtol=1e-15)
+        return {"ends(O.contact_force, 1)": v / G + end, "impulse(O.contact_force)": m * (v - state(end)[1] + G * end)}
+
+    at = {"height": 0.1, "stiffness": 1e4, "damping": 20.0}
+    found = sensitivities(
+        lambda height, stiffness, damping: bounce(height, law=KelvinVoigt(stiffness, damping)), 0.2, by=list(at), at=at,
+        of=list(readings(**at)),
+    )  # fmt: skip
+    for name, value in at.items():
+        low, high = (readings(**at | {name: value * (1 + d)}) for d in (-1e-5, 1e-5))
+        for reading, exact in readings(**at).items():
+            row, true = found[reading, name], (high[reading] - low[reading]) / (2e-5 * value)
+            assert row.value == pytest.approx(exact, rel=1e-6)
+            assert abs(row.derivative - true) <= min(4 * row.error, 2e-5 * abs(true)) + 1e-9 * exact / value
+
+
+def test_a_spring_that_is_slack_at_first():
+    """A law of one's own with a kink: free way, half an oscillation about the push's stretch, free way back."""
+
+    def tied(stiffness, gap):
+        made = block(push=3.0, mass=0.4)
+        spring = Spring("ground:C", "O", 0.0, law=lambda stretch, _: stiffness * max(0.0, stretch - gap))
+        return replace(made, loads=[spring, *made.loads[1:]])
+
+    def readings(stiffness, gap):
+        t, w = np.sqrt(2 * gap * 0.4 / 3), np.sqrt(stiffness / 0.4)
+        v, rest = 3 / 0.4 * t, 3 / stiffness
+        taut = 2 / w * (pi - np.arctan(v / rest / w))
+        last = 0.25 - t - taut
+        return {
+            "begins(spring.C-O.force, 1)": t, "ends(spring.C-O.force, 1)": t + taut,
+            "max(O.x)": gap + rest + np.hypot(rest, v / w), "impulse(spring.C-O.force)": 0.8 * v + 3 * taut,
+            "end(O.x)": gap - v * last + 0.5 * 3 / 0.4 * last**2,
+        }  # fmt: skip
+
+    at = {"stiffness": 800.0, "gap": 0.02}
+    found = sensitivities(tied, 0.25, by=list(at), at=at, of=list(readings(**at)))
+    for name, value in at.items():
+        low, high = (readings(**at | {name: value * (1 + d)}) for d in (-1e-5, 1e-5))
+        for reading, exact in readings(**at).items():
+            row, true = found[reading, name], (high[reading] - low[reading]) / (2e-5 * value)
+            assert abs(row.derivative - true) * value < 1e-5 * exact
+
+
+def test_friction_that_creeps_and_slides():
+    """Periodic push on a sprung block with dry friction, SciPy from kink to kink of its force."""
+    numbers = {"omega": 25.0, "dynamic": 1.5}
+    slow = 1e-3
+
+    def rubbed(omega, dynamic):
+        made = block(300.0, 0.5)
+        guide = Guide("O", "bar", mass=0.5, friction=GuideFriction(dynamic, regularisation=slow))
+        push = Force("O", lambda t: (6 * np.sin(omega * t), 0.0))
+        return replace(made, guides=[guide, made.guides[1]], loads=[made.loads[0], push])
+
+    def end(omega, dynamic):
+        time, state, piece = 0.0, [0.0, 0.0], 0
+        edges = [lambda _, y: y[1] - slow, lambda _, y: y[1] + slow]
+        for edge in edges:
+            edge.terminal = True
+        while time < 0.6:
+            rub = (lambda v: dynamic * v / slow) if piece == 0 else (lambda v, side=piece: dynamic * side)
+            edges[0].direction, edges[1].direction = (1, -1) if piece == 0 else (-1, 1)
+            found = solve_ivp(
+                lambda t, y, rub=rub: [y[1], (6 * np.sin(omega * t) - 300 * y[0] - rub(y[1])) / 0.5], (time, 0.6), state,
+                rtol=1e-11, atol=1e-13, method="DOP853" if piece else "Radau", events=edges if piece == 0 else edges[piece < 0],
+            )  # fmt: skip
+            time, state = found.t[-1], found.y[:, -1]
+            piece = 0 if piece else 1 if len(found.t_events[0]) else -1
+        return state[0]
+
+    found = sensitivities(rubbed, 0.6, by=list(numbers), at=numbers, of="end(O.x)")
+    for name, value in numbers.items():
+        low, high = (end(**numbers | {name: value * (1 + d)}) for d in (-1e-4, 1e-4))
+        assert found["end(O.x)", name].derivative == pytest.approx((high - low) / (2e-4 * value), rel=3e-5)
 
 
 @pytest.mark.parametrize("struck", [False, True])
@@ -232,6 +327,17 @@ def test_readings_of_a_contact():
         found = measure(text, time, signals, units, Smooth)
         assert found.value == pytest.approx(value, rel=1e-4) and found.unit == unit, text
     assert np.isnan(measure("peak(B.push, 3)", time, signals, units, Smooth).value)
+
+
+def test_a_spell_begins_and_ends_between_samples():
+    """Where a curve crosses zero; where it rests at zero outside; at the sample where one stands before and after an event."""
+    time = np.linspace(0.0, 3.0, 61) + 0.013
+    arc = 1 - (time - 1.5) ** 2
+    cut = np.sort(np.r_[time, 0.5, 0.5 + 1e-13, 2.5, 2.5 + 1e-13])
+    jump = np.where((cut > 0.5) & (cut <= 2.5), 3.0, 0.0)
+    for t, x in ((time, arc), (time, np.maximum(arc, 0.0)), (cut, jump)):
+        curve = Smooth(t, x)
+        assert curve.begins(1) == pytest.approx(0.5, abs=1e-6) and curve.ends(-1) == pytest.approx(2.5, abs=1e-6)
 
 
 @pytest.mark.parametrize("late", [1e-5, 1e-4])
