@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from buckler.mbs import Drive, Guide, Link, Mechanism, Motion, Revolute, Rigid, Section, Status, Stop
+from buckler.mbs import Beam, Drive, Force, Guide, Link, Mechanism, Motion, Revolute, Rigid, Section, Spring, Status, Stop
 from buckler.mbs.kinematics.determined import Course, Follower
 
 G = 9.81
@@ -73,14 +73,29 @@ def block(pull=0.0, law=None, stop=0.1, friction=None, speed=None, along=(1.0, 0
     )
 
 
-def simply_supported(body, pull):
+def pushed(stiffness=200.0, mass=0.5, push=3.0, damping=0.0):
+    """A block on a guide, a spring and a steady push from rest: undamped x = (F/k)(1 - cos(w t)), 2 F/k at the most."""
     return Mechanism(
-        points={"A": (0, 0), "B": (SIMPLE, 0)},
+        points={"O": (0.0, 0.0), "A": (0.2, 0.0), "C": (-0.1, 0.0)},
+        links=[Link("bar", "O", "A", Rigid.of(mass=1e-9, inertia=1e-12))],
+        guides=[Guide("O", "bar", mass=mass), Guide("A", "bar")],
+        loads=[Spring("C", "O", stiffness=stiffness, damping=damping), Force("O", (push, 0.0))],
+    )
+
+
+def simply_supported(body, pull=0.0, length=SIMPLE):
+    return Mechanism(
+        points={"A": (0, 0), "B": (length, 0)},
         links=[Link("strip", "A", "B", body)],
         joints=[Revolute("A", "ground", "strip")],
         guides=[Guide("B", "strip")],
         gravity=(0.0, -pull),
     )
+
+
+def slim(thickness):
+    """A strip of 0.3 m by 20 mm."""
+    return simply_supported(Beam(Section(0.02, thickness)), length=0.3)
 
 
 def pressed(body, travel, duration, mass=0.1):

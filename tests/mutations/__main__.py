@@ -80,8 +80,9 @@ def mirrored(file: str) -> list[str]:
     room, name = Path(file).parent.name, Path(file).stem
     if room == "engine":
         return [f"tests/engine/test_{each}.py" for each in MIRRORS.get(name, "").split()]
-    quick = ("virtual_work", "particles", "spectral_kernel", "spectral_runs", "energy", "two_solvers", "statics")
-    return [f"tests/spectral/test_{each}.py" for each in quick] if room == "spectral" else []
+    quick = ("virtual_work", "particles", "spectral_kernel", "spectral_runs", "energy", "two_solvers")
+    found = [f"tests/spectral/test_{each}.py" for each in quick] if room == "spectral" else []
+    return [*found, "tests/statics/test_statics_truths.py"] if found else []
 
 
 def seen(tree: Tree, fault: Fault, tests: list[str]) -> str:

@@ -5,25 +5,20 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from simulations import pushed
 
-from buckler.mbs import Force, Guide, Link, Mechanism, Revolute, Rigid, Spring, TorsionSpring, fit
+from buckler.mbs import Link, Mechanism, Revolute, Rigid, TorsionSpring, fit
 from buckler.mbs.sensitivity.data import Experiment, Read, read_csv
 
 MASS = 0.5
 
 
-def block(stiffness=200.0, damping=2.0, push=3.0):
-    """A block on a guide, a spring with a damper and a steady push from rest."""
-    return Mechanism(
-        points={"O": (0.0, 0.0), "A": (0.2, 0.0), "C": (-0.1, 0.0)},
-        links=[Link("bar", "O", "A", Rigid.of(mass=1e-9, inertia=1e-12))],
-        guides=[Guide("O", "bar", mass=MASS), Guide("A", "bar")],
-        loads=[Spring("C", "O", stiffness=stiffness, damping=damping), Force("O", (push, 0.0))],
-    )
+def block(**more):
+    return pushed(**{"damping": 2.0} | more)
 
 
 def exact(time, stiffness=200.0, damping=2.0, push=3.0):
-    """Its place, in closed form."""
+    """Place of the block, in closed form."""
     decay = damping / (2 * MASS)
     w = np.sqrt(stiffness / MASS - decay**2)
     return push / stiffness * (1 - np.exp(-decay * time) * (np.cos(w * time) + decay / w * np.sin(w * time)))

@@ -3,34 +3,21 @@
 import numpy as np
 import pytest
 from scipy.optimize import least_squares, minimize, minimize_scalar
+from simulations import pushed, slim
 
 from buckler.mbs import (
-    Beam,
     Drive,
-    Force,
     Guide,
     Link,
     Mechanism,
     Revolute,
     Rigid,
     Section,
-    Spring,
     TorsionSpring,
     frequencies,
     optimise,
 )
 from buckler.mbs.sensitivity.design import wanted
-
-
-def block(stiffness=150.0, push=3.0):
-    """A block on a guide and a spring, pushed from rest: its largest way is 2 F/k, at the time pi sqrt(m/k)."""
-    return Mechanism(
-        points={"O": (0.0, 0.0), "A": (0.2, 0.0), "C": (-0.1, 0.0)},
-        links=[Link("bar", "O", "A", Rigid.of(mass=1e-9, inertia=1e-12))],
-        guides=[Guide("O", "bar", mass=0.5), Guide("A", "bar")],
-        loads=[Spring("C", "O", stiffness=stiffness), Force("O", (push, 0.0))],
-    )
-
 
 K, F = "loads[0].stiffness", "loads[1].value[0]"
 
@@ -38,7 +25,7 @@ K, F = "loads[0].stiffness", "loads[1].value[0]"
 def test_softest_spring_that_keeps_its_way():
     """The largest push that goes no farther than 30 mm with a spring of at most 180 N/m is k x/2."""
     found = optimise(
-        block(), 0.4, free={K: (100.0, 180.0), F: (1.0, 5.0)}, minimise="push",
+        pushed(150.0), 0.4, free={K: (100.0, 180.0), F: (1.0, 5.0)}, minimise="push",
         subject_to=["max(O.x) <= 30 mm"], readings={"push": lambda m: -m.loads[1].value[0]}, starts=2,
     )  # fmt: skip
     assert found.possible and found.values[F] == pytest.approx(180 * 0.03 / 2, rel=1e-4)
@@ -48,7 +35,7 @@ def test_softest_spring_that_keeps_its_way():
 
 def test_values_that_are_asked_for():
     """Two wishes, two numbers: 40 mm after 0.1 s."""
-    found = optimise(block(), 0.3, free={K: (100.0, 900.0), F: (1.0, 20.0)},
+    found = optimise(pushed(150.0), 0.3, free={K: (100.0, 900.0), F: (1.0, 20.0)},
                      subject_to=["max(O.x) = 40 mm ± 0.1 %", "when(O.x, 0.02, 1) = 50 ms ± 0.1 %"], starts=4)  # fmt: skip
     stiffness = 0.5 * (np.pi / 0.1) ** 2
     assert found.possible
@@ -57,33 +44,24 @@ def test_values_that_are_asked_for():
 
 
 def test_what_cannot_be_had_is_said():
-    found = optimise(block(), 0.3, free={K: (100.0, 180.0)}, subject_to=["max(O.x) = 100 mm"], starts=2)
+    found = optimise(pushed(150.0), 0.3, free={K: (100.0, 180.0)}, subject_to=["max(O.x) = 100 mm"], starts=2)
     assert not found.possible and "none" in found.message and found.binding[0] == f"{K} = low end"
 
 
 def test_a_thickness_that_can_be_bought():
     """The thinnest strip of a list whose first frequency is 10 Hz at least: f = pi/2/L^2 sqrt(E h^2/12 rho)."""
-
-    def strip(thickness):
-        return Mechanism(
-            points={"A": (0.0, 0.0), "B": (0.3, 0.0)},
-            links=[Link("strip", "A", "B", Beam(Section(0.02, thickness)))],
-            joints=[Revolute("A", "ground", "strip")],
-            guides=[Guide("B", "strip")],
-        )
-
     offered = [2e-4, 3e-4, 4e-4, 5e-4]
-    found = optimise(strip, free={"thickness": offered}, minimise="h", subject_to=["frequency(1) >= 10 Hz"],
+    found = optimise(slim, free={"thickness": offered}, minimise="h", subject_to=["frequency(1) >= 10 Hz"],
                      readings={"h": lambda m: m.links[0].body.section.thickness})  # fmt: skip
     exact = [h for h in offered if np.pi / 2 / 0.3**2 * np.sqrt(210e9 * h**2 / 12 / 7850) >= 10]
     assert found.values["thickness"] == min(exact) == 4e-4 and found.possible
-    assert frequencies(strip(4e-4), count=1).hertz[0] == pytest.approx(found.readings["frequency(1)"], rel=1e-6)
+    assert frequencies(slim(4e-4), count=1).hertz[0] == pytest.approx(found.readings["frequency(1)"], rel=1e-6)
 
 
 def test_a_front_of_two_aims():
     """A short way and a large push: the way is 2 F/k."""
     both = {"way": "max(O.x)", "push": lambda m: -m.loads[1].value[0]}
-    found = optimise(block(), 0.4, free={F: (1.0, 5.0)}, minimise=both, starts=1, points=4)
+    found = optimise(pushed(150.0), 0.4, free={F: (1.0, 5.0)}, minimise=both, starts=1, points=4)
     front = [(one.readings["way"], one.readings["push"]) for one in found.front]
     assert len(front) == 4
     for way, push in front:
@@ -144,13 +122,13 @@ def test_constraints_as_text():
     with pytest.raises(ValueError, match="write for instance"):
         wanted("end(B.x) about 2 mm")
     with pytest.raises(ValueError, match="neither"):
-        optimise(block(), 0.1, free={K: (100.0, 180.0)})
+        optimise(pushed(150.0), 0.1, free={K: (100.0, 180.0)})
 
 
 def test_command(tmp_path, capsys):
     from buckler.studies.kit.cli import main
 
-    path = block().save(tmp_path / "block.toml")
+    path = pushed(150.0).save(tmp_path / "block.toml")
     words = ["optimise", str(path), "--duration", "0.4s", "--free", f"{K}=1e2N/m:9e2N/m", "--starts", "2"]
     assert main(argv=[*words, "--subject-to", "max(O.x) = 10 mm ± 0.1 %"]) == 0
     said = capsys.readouterr().out
@@ -162,7 +140,7 @@ def test_command(tmp_path, capsys):
 def test_a_run_whose_length_goes_with_its_numbers():
     """Half an oscillation, whatever the spring: the mean speed of the block is w x/pi, 0.2 m/s is asked; x = 2 F/k."""
     found = optimise(
-        block, lambda m: float(np.pi * np.sqrt(0.5 / m.loads[0].stiffness)), free={"stiffness": (100.0, 900.0)},
+        pushed, lambda m: float(np.pi * np.sqrt(0.5 / m.loads[0].stiffness)), free={"stiffness": (100.0, 900.0)},
         minimise="speed", readings={"speed": "(mean(O.vx) - 0.2)**2"}, starts=2,
     )  # fmt: skip
     assert found.values["stiffness"] == pytest.approx(4 * 3.0**2 / (np.pi**2 * 0.5 * 0.2**2), rel=1e-3)

@@ -8,6 +8,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from scipy.special import ellipk
+from simulations import pushed, slim
 
 from buckler.mbs import (
     Beam,
@@ -22,7 +23,6 @@ from buckler.mbs import (
     Rigid,
     Section,
     Spectral,
-    Spring,
     Stop,
     frequencies,
     sensitivities,
@@ -64,20 +64,10 @@ def test_period_of_a_pendulum_by_its_length():
         assert abs(row.derivative - true) <= row.error + 1e-6 * abs(true)
 
 
-def block(stiffness=200.0, mass=0.5, push=3.0):
-    """A block on a guide, a spring and a steady push from rest: x = (F/k)(1 - cos(w t))."""
-    return Mechanism(
-        points={"O": (0.0, 0.0), "A": (0.2, 0.0), "C": (-0.1, 0.0)},
-        links=[Link("bar", "O", "A", Rigid.of(mass=1e-9, inertia=1e-12))],
-        guides=[Guide("O", "bar", mass=mass), Guide("A", "bar")],
-        loads=[Spring("C", "O", stiffness=stiffness), Force("O", (push, 0.0))],
-    )
-
-
 def test_spring_and_mass_by_each_number():
     k, m, push, t = 200.0, 0.5, 3.0, 0.4
     w = np.sqrt(k / m)
-    found = sensitivities(block(k, m, push), t, by=["loads[0].stiffness", "guides[0].mass"], of=["end(O.x)", "max(O.x)"])
+    found = sensitivities(pushed(k, m, push), t, by=["loads[0].stiffness", "guides[0].mass"], of=["end(O.x)", "max(O.x)"])
     end = push / k * (1 - np.cos(w * t))
     by_mass = push / k * np.sin(w * t) * t * -0.5 * w / m
     by_stiffness = -end / k + push / k * np.sin(w * t) * t * 0.5 * w / k
@@ -88,14 +78,6 @@ def test_spring_and_mass_by_each_number():
 
 
 def test_frequency_and_euler_load_of_a_strip_by_its_thickness():
-    def strip(thickness):
-        return Mechanism(
-            points={"A": (0.0, 0.0), "B": (0.3, 0.0)},
-            links=[Link("strip", "A", "B", Beam(Section(0.02, thickness)))],
-            joints=[Revolute("A", "ground", "strip")],
-            guides=[Guide("B", "strip")],
-        )
-
     def load(mechanism):
         """P with w1^2(P) = w1^2(0) (1 - P/P_E), from two frequencies; exact for pinned ends."""
         pushed = Mechanism.from_dict(mechanism.to_dict() | {"loads": [{"kind": "Force", "point": "B", "value": [-0.1, 0.0]}]})
@@ -103,7 +85,7 @@ def test_frequency_and_euler_load_of_a_strip_by_its_thickness():
         return 0.1 / (1 - loaded / free)
 
     found = sensitivities(
-        strip, by=["thickness"], at={"thickness": 3e-4}, of={"first": "frequency(1)", "Euler load": load},
+        slim, by=["thickness"], at={"thickness": 3e-4}, of={"first": "frequency(1)", "Euler load": load},
     )  # fmt: skip
     section = Section(0.02, 3e-4)
     euler = pi**2 * section.material.modulus * 0.02 * 3e-4**3 / 12 / 0.3**2
@@ -271,7 +253,7 @@ def test_neighbours_go_by_the_tape_of_a_run(struck):
 
 
 def test_a_kink_is_told():
-    row = sensitivities(block(), by=["loads[0].stiffness"], of={"off": lambda m: abs(m.loads[0].stiffness - 200.0)}).rows[0]
+    row = sensitivities(pushed(), by=["loads[0].stiffness"], of={"off": lambda m: abs(m.loads[0].stiffness - 200.0)}).rows[0]
     assert np.isnan(row.derivative) and row.note == "a kink: -1 below, 1 above"
 
 
@@ -279,7 +261,7 @@ def test_a_graze_has_no_derivative():
     """The largest force of a block that just reaches the stop: none below, growing above."""
 
     def reach(push):
-        made = block(push=push).to_dict()
+        made = pushed(push=push).to_dict()
         law = {"kind": "CarvalhoMartins", "stiffness": 1e4, "exponent": 1, "restitution": 1.0}
         return Mechanism.from_dict(made | {"stops": [{"point": "O", "at": 0.03, "law": law}]})
 
@@ -306,11 +288,11 @@ def test_smooth_readings_of_a_sine():
 
 def test_wrong_input_is_refused_before_a_run():
     with pytest.raises(ValueError, match=r"loads\[0\].stifness"):
-        sensitivities(block(), 0.1, by=["loads[0].stifness"], of="end(O.x)")
+        sensitivities(pushed(), 0.1, by=["loads[0].stifness"], of="end(O.x)")
     with pytest.raises(ValueError, match="give a duration"):
-        sensitivities(block(), by=["loads[0].stiffness"], of="end(O.x)")
+        sensitivities(pushed(), by=["loads[0].stiffness"], of="end(O.x)")
     with pytest.raises(ValueError, match="standard deviation"):
-        sensitivities(block(), 0.1, by=["points.O[0]"], of="end(O.x)")
+        sensitivities(pushed(), 0.1, by=["points.O[0]"], of="end(O.x)")
 
 
 def test_readings_of_a_contact():
@@ -353,7 +335,7 @@ def test_a_step_that_ends_right_after_an_onset(late, method):
 
 def test_contributions_to_a_spread():
     by = {"loads[0].stiffness": 2.0, "guides[0].mass": 0.01}
-    found = sensitivities(block(), 0.4, by=by, of="max(O.x)")
+    found = sensitivities(pushed(), 0.4, by=by, of="max(O.x)")
     parts = found.contributions("max(O.x)")
     assert list(parts) == ["loads[0].stiffness", "guides[0].mass"]
     assert found.spread("max(O.x)") == pytest.approx(2.0 / 200 * found.rows[0].value, rel=1e-4)
@@ -362,7 +344,7 @@ def test_contributions_to_a_spread():
 def test_command(tmp_path, capsys):
     from buckler.studies.kit.cli import main
 
-    path = block().save(tmp_path / "block.toml")
+    path = pushed().save(tmp_path / "block.toml")
     words = ["sensitivity", str(path), "--duration", "0.4 s", "--of", "max(O.x)"]
     assert main(argv=words) == 0
     said = capsys.readouterr().out

@@ -217,6 +217,13 @@ def test_figure_has_a_dot_a_case(found):
     assert set(found.signals["verdict"]) <= set(VERDICTS)
 
 
+@pytest.mark.parametrize("number", [3, 4, 9, 13])
+def test_corners_of_the_slider_crank_are_not_silently_wrong(number):
+    """Struts and beams, 0.06 to 0.31 mm thick, 0.13 to 13 rad/s, on soft and stiff stops; the others are slow."""
+    case = [case for case in extreme.everything() if case.family == "slider-crank, range"][number]
+    assert judge(case, 60.0).verdict in (Verdict.WITHIN, Verdict.FALSE_ALARM)
+
+
 @pytest.mark.slow
 @pytest.mark.xfail(reason="the default tolerance is too loose for a slow crank with clearance, by chance; see tests/truths")
 def test_no_listed_case_is_silently_wrong():

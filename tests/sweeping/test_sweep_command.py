@@ -24,19 +24,6 @@ from buckler.studies.sweeping.table import choose, points
 from buckler.studies.sweeping.vary import Sampling, parse, plan
 
 
-@pytest.fixture
-def toy(monkeypatch, tmp_path):
-    """Sweep the toy study in this process: `toy("--vary", "length=1,2")` returns the exit status."""
-    monkeypatch.setitem(registry.STUDIES, "toy", registry.Entry("sweep_toy", "a study for tests"))
-
-    def call(*words):
-        return main(argv=["sweep", "toy", "--workers", "0", "--out", str(tmp_path), *words])
-
-    call.folder = tmp_path / "toy-sweep"
-    call.store = call.folder / "cases.sqlite"
-    return call
-
-
 def lines_of(out):
     """Cells of the printed table."""
     body = out.split("\n\n")[0].splitlines()[2:]

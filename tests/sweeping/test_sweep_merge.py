@@ -11,7 +11,6 @@ import sweep_toy
 from sweep_runs import ROOT, same, stored
 from sweep_toy import Parameters
 
-from buckler.studies.kit import registry
 from buckler.studies.kit.cli import main
 from buckler.studies.sweeping.merge import Merged, merge
 from buckler.studies.sweeping.store import StoreError
@@ -72,18 +71,15 @@ def test_contradictions_are_refused_and_leave_nothing_behind(tmp_path, change, m
     assert stored(out) == before
 
 
-def test_parts_on_the_command_line(tmp_path, monkeypatch, capsys):
-    monkeypatch.setitem(registry.STUDIES, "toy", registry.Entry("sweep_toy", "a study for tests"))
-    words = ["sweep", "toy", "--vary", "length=0:1:5", "--workers", "0", "--out", str(tmp_path)]
-    folder = tmp_path / "toy-sweep"
+def test_parts_on_the_command_line(toy, capsys):
+    folder, out = toy.folder, toy.store
     for number, count in ((1, 3), (2, 2)):
-        assert main(argv=[*words, "--part", f"{number}/2"]) == 0
+        assert toy("--vary", "length=0:1:5", "--part", f"{number}/2") == 0
         assert f"toy: part {number} of 2, {count} cases ({count} OK)" in capsys.readouterr().out
     assert {path.name for path in folder.iterdir()} == {"part-1-of-2.sqlite", "part-2-of-2.sqlite"}
-    out = folder / "cases.sqlite"
     assert main(argv=["merge", *map(str, sorted(folder.glob("part-*"))), "--out", str(out)]) == 0
     assert f"2 stores, 5 cases, merged into {out}" in capsys.readouterr().out
-    assert main(argv=words) == 0
+    assert toy("--vary", "length=0:1:5") == 0
     assert "5 cases, 5 of them stored already" in capsys.readouterr().err
 
 
@@ -107,9 +103,8 @@ def test_the_array_job_of_the_page_runs(tmp_path):
 
 
 @pytest.mark.parametrize("text", ["3/2", "0/2", "1", "a/b", "1/0"])
-def test_what_is_no_part_is_said_in_one_line(tmp_path, monkeypatch, capsys, text):
-    monkeypatch.setitem(registry.STUDIES, "toy", registry.Entry("sweep_toy", "a study for tests"))
-    assert main(argv=["sweep", "toy", "--vary", "length=0:1:5", "--out", str(tmp_path), "--part", text]) == 2
+def test_what_is_no_part_is_said_in_one_line(toy, capsys, text):
+    assert toy("--vary", "length=0:1:5", "--part", text) == 2
     assert capsys.readouterr().err == f"error: --part {text}: write I/N, such as 2/8 for the second of eight parts\n"
 
 

@@ -10,7 +10,6 @@ from chromium import browser
 from sweep_toy import Parameters
 
 from buckler.mbs import Mechanism
-from buckler.studies.kit import registry
 from buckler.studies.kit.cli import main
 from buckler.studies.own.sweep import sweep as mechanism_sweep
 from buckler.studies.sweeping import report as pages
@@ -31,21 +30,9 @@ def content_of(path):
     return json.loads(re.search(r'<script id="data" type="application/json">(.*?)</script>', text, re.DOTALL)[1])
 
 
-@pytest.fixture
-def toy(monkeypatch, tmp_path):
-    """The page of a sweep of the toy study."""
-    monkeypatch.setitem(registry.STUDIES, "toy", registry.Entry("sweep_toy", "a study for tests"))
-
-    def call(*words):
-        main(argv=["sweep", "toy", "--workers", "0", "-q", "--out", str(tmp_path), *words])
-        return tmp_path / "toy-sweep" / "report.html"
-
-    return call
-
-
 def test_the_page_holds_the_rows_of_the_table(toy):
-    path = toy("--vary", "length=0.1,10", "--vary", "ending=fine,fails", "--noise", "0")
-    found = content_of(path)
+    toy("--vary", "length=0.1,10", "--vary", "ending=fine,fails", "--noise", "0")
+    found = content_of(toy.page)
     assert (found["status"], found["repeats"]) == ("FAILED", 1)
     assert [parameter["name"] for parameter in found["parameters"]] == ["length", "ending"]
     assert found["metrics"] == [{"name": "strut.force", "unit": "N"}, {"name": "strut.time", "unit": "s"}]
@@ -54,20 +41,22 @@ def test_the_page_holds_the_rows_of_the_table(toy):
     assert found["rows"][0]["m"] == [pytest.approx(2), pytest.approx(1 / 1.1)]
     assert found["rows"][2]["m"][1] is None  # not a number there
     assert found["rows"][1]["w"] == "after 1 s"
-    text = path.read_text(encoding="utf-8")
+    text = toy.page.read_text(encoding="utf-8")
     assert "<title>\u25b2 FAILED: toy</title>" in text
     assert "http" not in text and re.findall(r'<(?:script|link|img|iframe)[^>]*(?:src|href)="([^"]*)"', text) == ["data:,"]
 
 
 def test_repeats_are_means_with_standard_errors(toy):
-    row = content_of(toy("--vary", "length=0,1", "--repeat", "4", "--noise", "1"))["rows"][1]
+    toy("--vary", "length=0,1", "--repeat", "4", "--noise", "1")
+    row = content_of(toy.page)["rows"][1]
     assert (row["k"], row["seed"]) == (4, 0)
     assert 0.05 < row["e"][0] < 3 and abs(row["m"][0] - 11) < 4 * row["e"][0]
 
 
 def test_a_page_may_hold_fewer_points_than_the_store(toy, monkeypatch):
     monkeypatch.setattr(pages, "MOST", 3)
-    found = content_of(toy("--vary", "length=0:1:5"))
+    toy("--vary", "length=0:1:5")
+    found = content_of(toy.page)
     assert len(found["rows"]) == 3 and found["facts"][-1] == ["left out", "2 points; the store has them"]
 
 
@@ -114,9 +103,9 @@ def test_a_study_that_sweeps_another_has_its_page(toy):
 
 @pytest.mark.browser
 def test_a_browser_draws_sorts_and_selects(toy):
-    path = toy("--vary", "length=0.1:10:5:log", "--vary", "speed=1,2,3", "--vary", "ending=suspect,fine,raises")
+    toy("--vary", "length=0.1:10:5:log", "--vary", "speed=1,2,3", "--vary", "ending=suspect,fine,raises")
     with browser() as tab:
-        tab.open(path)
+        tab.open(toy.page)
         assert tab.errors == []
         assert [url for url in tab.requests if not url.startswith(("file:", "data:", "about:"))] == []
         assert tab.run("report.spots().length") == 15
