@@ -170,7 +170,7 @@ def test_a_spring_that_is_slack_at_first():
     """A law of one's own with a kink: free way, half an oscillation about the push's stretch, free way back."""
 
     def tied(stiffness, gap):
-        made = block(push=3.0, mass=0.4)
+        made = pushed(push=3.0, mass=0.4)
         spring = Spring("ground:C", "O", 0.0, law=lambda stretch, _: stiffness * max(0.0, stretch - gap))
         return replace(made, loads=[spring, *made.loads[1:]])
 
@@ -200,7 +200,7 @@ def test_friction_that_creeps_and_slides():
     slow = 1e-3
 
     def rubbed(omega, dynamic):
-        made = block(300.0, 0.5)
+        made = pushed(300.0, 0.5)
         guide = Guide("O", "bar", mass=0.5, friction=GuideFriction(dynamic, regularisation=slow))
         push = Force("O", lambda t: (6 * np.sin(omega * t), 0.0))
         return replace(made, guides=[guide, made.guides[1]], loads=[made.loads[0], push])
