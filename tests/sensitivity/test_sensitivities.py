@@ -23,6 +23,7 @@ from buckler.mbs import (
     Rigid,
     Section,
     Spectral,
+    Spring,
     Stop,
     frequencies,
     sensitivities,
