@@ -12,6 +12,7 @@ import exudyn as exu
 import exudyn.itemInterface as eii
 from simulations import closed
 
+from buckler.elastica.vibration import beam_frequencies
 from buckler.mbs import Beam, Guide, Link, Mechanism
 from buckler.mbs.engine import guide as guides
 from buckler.mbs.engine.drive import add_drive
@@ -21,6 +22,7 @@ from buckler.mbs.engine.registry import BODIES
 from buckler.mbs.engine.scene import Scene
 from buckler.mbs.library import BAR, crank_rocker
 from buckler.mbs.modal import CraigBampton, FreeModes, Modal
+from buckler.studies.trust.stability import member
 
 exu.config.printToConsole = False
 LENGTH, TILT = 0.175, 0.7
@@ -217,15 +219,6 @@ def test_weight_acts_at_the_centre_of_mass():
     assert drop[-1] == pytest.approx(-placed.model.mass * 9.81 * (run.time[-1] ** 2 - run.time[0] ** 2) / 2, rel=1e-6)
 
 
-def pinned_frequency(section):
-    """First frequency of a pinned Timoshenko bar, rad/s, from its characteristic polynomial."""
-    k = (pi / LENGTH) ** 2
-    a, i = section.mass_per_length, section.inertia_per_length
-    bend, shear = section.bending_stiffness, section.shear_stiffness
-    square = np.roots([a * i / shear, -(a + k * (i + a * bend / shear)), bend * k * k])
-    return np.sqrt(square.min())
-
-
 @pytest.mark.parametrize(("modes", "error"), [(MODES[0], 4e-3), (MODES[1], 1.1e-3)], ids=NAMES)
 def test_natural_frequency_of_the_pinned_link(modes, error):
     """Pinned at A, its end B led along its axis: two of the three free modes are symmetric and do well."""
@@ -239,7 +232,7 @@ def test_natural_frequency_of_the_pinned_link(modes, error):
     run.system.Assemble()
     squares, _ = run.system.ComputeODE2Eigenvalues()
     found = np.sqrt(np.abs(squares))
-    assert found[found > 1].min() == pytest.approx(pinned_frequency(BAR), rel=error)
+    assert found[found > 1].min() == pytest.approx(beam_frequencies(member(BAR, LENGTH), "pinned-pinned", 1)[0], rel=error)
 
 
 def test_modal_damping_decays_at_its_ratio():

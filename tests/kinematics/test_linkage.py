@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from closures import BAR, COUPLER, CRANK, FRAME, ROCKER, SPEED, START, crank_rocker, joint_by_circles
+from closures import BAR, LENGTHS, SPEED, START, crank_rocker
 from scipy.optimize import brentq
 from simulations import closed
 
@@ -102,38 +102,6 @@ def test_chord_shortening_and_lean_of_the_buckled_coupler():
 # --- four-bar ---------------------------------------------------------------------------------------------------------
 
 
-def rocker_by_freudenstein(angle):
-    """K1 cos(psi) - K2 cos(theta) + K3 = cos(theta - psi), solved for the rocker's angle psi (upper branch)."""
-    k1, k2 = FRAME / CRANK, FRAME / ROCKER
-    k3 = (CRANK**2 - COUPLER**2 + ROCKER**2 + FRAME**2) / (2 * CRANK * ROCKER)
-    a = np.cos(angle) * (1 - k2) - k1 + k3
-    b, c = -2 * np.sin(angle), k1 - (1 + k2) * np.cos(angle) + k3
-    return 2 * np.arctan2(-b - np.sqrt(b * b - 4 * a * c), 2 * a)
-
-
-def test_four_bar_closes_and_its_rocker_follows_freudenstein():
-    angles = START + np.linspace(0, 4 * np.pi, 145)
-    closure, states = closed(crank_rocker(), (angles - START) / SPEED)
-    for angle, state in zip(angles, states, strict=True):
-        for joint in closure.mechanism.joints:
-            ends = [closure.position(link, joint.point, state.q) for link in (joint.first, joint.second)]
-            assert np.abs(ends[0] - ends[1]).max() < 1e-12
-        difference = state.q[2, 2] - rocker_by_freudenstein(angle)
-        assert abs(math.remainder(difference, 2 * np.pi)) < 1e-11
-    assert state.q[2, 2] == pytest.approx(closure.reference[2, 2], abs=1e-11)  # the rocker rocks: back after two turns
-    assert state.q[0, 2] - closure.reference[0, 2] == pytest.approx(4 * np.pi, abs=1e-12)
-
-
-def test_four_bar_rates_are_derivatives_of_the_closed_form():
-    """Central differences of Freudenstein's angle, fourth order: what remains is rounding, 1e-16/h and 1e-16/h^2."""
-    h, angles = 1e-2, START + np.linspace(0, 2 * np.pi, 25)
-    first, second = np.array([1, -8, 0, 8, -1]) / (12 * h), np.array([-1, 16, -30, 16, -1]) / (12 * h * h)
-    for angle, state in zip(angles, closed(crank_rocker(), (angles - START) / SPEED)[1], strict=True):
-        near = np.unwrap([rocker_by_freudenstein(angle + k * h) for k in range(-2, 3)])
-        assert state.q_t[2, 2] == pytest.approx(SPEED * first @ near, abs=1e-6)
-        assert state.q_tt[2, 2] == pytest.approx(SPEED**2 * second @ near, abs=1e-5)
-
-
 def test_rates_are_derivatives_of_positions_in_time():
     """All coordinates, under a speed that changes: fourth-order differences in time."""
     h, weights = 1e-3, np.array([1, -8, 0, 8, -1]) / 12e-3
@@ -146,12 +114,12 @@ def test_rates_are_derivatives_of_positions_in_time():
 def test_carried_coupler_point_stays_fixed_in_the_coupler():
     carried = {"P": (0.12, 0.25), "Q": (0.0, 0.05)}
     angles = START + np.linspace(0, 2 * np.pi, 25)
-    closure, states = closed(crank_rocker(carried=list(carried.items())), (angles - START) / SPEED)
+    closure, states = closed(crank_rocker(**carried), (angles - START) / SPEED)
     places = closure.mechanism.points
     span = complex(*places["B"]) - complex(*places["A"])
     local = {name: (complex(*carried[name]) - complex(*places["A"])) / span for name in carried}
     for angle, state in zip(angles, states, strict=True):
-        a, b = CRANK * np.exp(1j * angle), joint_by_circles(angle)
+        a, b = (complex(*LENGTHS.places(angle)[name]) for name in "AB")
         for name in carried:
             expected = a + local[name] * (b - a)
             assert closure.position("coupler", name, state.q) == pytest.approx([expected.real, expected.imag], abs=1e-11)
@@ -159,6 +127,6 @@ def test_carried_coupler_point_stays_fixed_in_the_coupler():
 
 def test_velocity_of_a_carried_point_is_the_derivative_of_its_position():
     h = 1e-4
-    closure, (before, state, after) = closed(crank_rocker(carried=[("P", (0.12, 0.25))]), 0.3 + h * np.arange(-1, 2))
+    closure, (before, state, after) = closed(crank_rocker(P=(0.12, 0.25)), 0.3 + h * np.arange(-1, 2))
     behind, ahead = (closure.position("coupler", "P", each.q) for each in (before, after))
     assert closure.velocity("coupler", "P", state.q, state.q_t) == pytest.approx((ahead - behind) / (2 * h), abs=1e-7)
