@@ -53,14 +53,14 @@ if TYPE_CHECKING:
     from buckler.mbs.sensitivity.design import optimise
     from buckler.mbs.sensitivity.fitting import fit
     from buckler.mbs.simulation import simulate
-    from buckler.mbs.statics import equilibrium, frequencies, path, periodic
+    from buckler.mbs.statics import equilibrium, frequencies, path, periodic, response
 
 __all__ = [
     "STEEL", "AdamsDamping", "Beam", "Belt", "Cable", "Clearance", "Closure", "Controlled", "Drive", "Equal", "Exudyn",
     "Force", "Gear", "Guide", "GuideFriction", "LineLoad", "Link", "Mass", "Material", "Mechanism", "Modal", "Motion", "Motor",
     "Profile", "Rack", "Ramp", "Result", "Revolute", "Rigid", "Rope", "Section", "Slider", "Slot", "Spectral", "Spring",
     "Status", "Stop", "Strut", "Torque", "TorsionSpring", "Weld", "build", "crank_rocker", "equilibrium", "fit",
-    "frequencies", "optimise", "path", "periodic", "sensitivities", "simulate", "slider_crank",
+    "frequencies", "optimise", "path", "periodic", "response", "sensitivities", "simulate", "slider_crank",
 ]  # fmt: skip
 
 _ENGINE = {
@@ -70,6 +70,7 @@ _ENGINE = {
     "path": "buckler.mbs.statics",
     "frequencies": "buckler.mbs.statics",
     "periodic": "buckler.mbs.statics",
+    "response": "buckler.mbs.statics",
     "sensitivities": "buckler.mbs.sensitivity.derivatives",
     "fit": "buckler.mbs.sensitivity.fitting",
     "optimise": "buckler.mbs.sensitivity.design",

@@ -232,7 +232,7 @@ def _bend_push(s, w, k, q):
 @close
 def add_one(s, w, k, t, lam, mem, since, f):
     """Add force k; see `add_forces`."""
-    kind = s.forces[k, KIND]
+    kind, t = s.forces[k, KIND], s.pace[0] * t
     if kind == JOURNAL:
         _journal(s, w, k, mem, since, f)
     elif kind == PUSH:
@@ -263,6 +263,6 @@ def bend_forces(s, w, t, q, lam, mem, since, mass, damp, stiff):
         elif kind == PUSH:
             _bend_push(s, w, k, q)
         else:
-            _bend_along(s, w, k, t, q, lam, mem, since, mass)
+            _bend_along(s, w, k, s.pace[0] * t, q, lam, mem, since, mass)
         add_entries(s, block, w.stiff, stiff)
         add_entries(s, block, w.damp, damp)

@@ -150,24 +150,26 @@ def rubbing_slope(s, law, speed, mem, since):
 @inner
 def motion(s, k, t):
     """Travel of drive k at time t, and its speed."""
-    kind = s.motions[k, KIND]
+    kind, pace = s.motions[k, KIND], s.pace[0]
+    t = pace * t
     if kind == RAMP:
         start, end, duration = s.ramps[k, 0], s.ramps[k, 1], s.ramps[k, 2]
         r, slope = min(t, duration), (end - start) / duration
-        return start * r + 0.5 * slope * r * r + end * (t - r), start + slope * r
+        return start * r + 0.5 * slope * r * r + end * (t - r), pace * (start + slope * r)
     if kind == STEADY:
         return 0.0, 0.0
-    return call1(s.motions[k, CALL], t), call1(s.motions[k, CALL_TOO], t)
+    return call1(s.motions[k, CALL], t), pace * call1(s.motions[k, CALL_TOO], t)
 
 
 @inner
 def second_rate(s, k, t, side):
     """Acceleration of drive k at time t; where it jumps, that of the side AFTER or BEFORE."""
-    kind = s.motions[k, KIND]
+    kind, pace = s.motions[k, KIND], s.pace[0]
+    t = pace * t
     if kind == RAMP:
         start, end, duration = s.ramps[k, 0], s.ramps[k, 1], s.ramps[k, 2]
-        return (end - start) / duration if t < duration else 0.0
+        return pace * pace * (end - start) / duration if t < duration else 0.0
     if kind == STEADY:
         return 0.0
     speed, h = s.motions[k, CALL_TOO], side if t + 2.0 * side >= 0.0 else AFTER
-    return (4.0 * call1(speed, t + h) - 3.0 * call1(speed, t) - call1(speed, t + 2.0 * h)) / (2.0 * h)
+    return pace * pace * (4.0 * call1(speed, t + h) - 3.0 * call1(speed, t) - call1(speed, t + 2.0 * h)) / (2.0 * h)

@@ -82,6 +82,7 @@ def pack(builder: Builder) -> Tables:
         ramps=_real(builder.ramps, 3),
         forces=_whole(forces, 7),
         factors=np.ones(len(forces) + 1),
+        pace=np.ones(1),
         elastic=_whole(builder.elastic, 7),
         laws=_whole(builder.laws, 4),
         law_numbers=_real(builder.law_numbers, 8),

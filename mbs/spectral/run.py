@@ -120,7 +120,8 @@ def integrate(
     rest = balance(scene, state.q, state.v, state.time, state.memory)
     order: Any = scene.heavy_fronts
     controls, clock, counts = _controls(state.time, end, solver), output.blank(output.CLOCK), output.blank(output.COUNTS)
-    kinks = [t for t in kinks_of(scene.mechanism, end) if state.time < t < end]
+    pace = scene.tables.pace[0]
+    kinks = [t / pace for t in kinks_of(scene.mechanism, end * pace) if state.time < t / pace < end]
     if not controls.fixed and ends is None:
         kinks = parted(kinks, controls.longest, end / COARSEST)
     stops = np.array([*kinks, end])

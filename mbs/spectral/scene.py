@@ -286,11 +286,11 @@ class Scene:
 
     def refresh(self) -> None:
         """Take markers into the tables that were added since."""
-        values, factors = self.tables.values.copy(), self.tables.factors.copy()
+        values, factors, pace = self.tables.values.copy(), self.tables.factors.copy(), self.tables.pace
         numbers = len(self.builder.data)
         self.tables = pack(self.builder)
         del self.builder.data[numbers:]
-        self.tables.values[:], self.tables.factors[:] = values[: len(self.tables.values)], factors
+        self.tables.values[:], self.tables.factors[:], self.tables.pace[:] = values[: len(self.tables.values)], factors, pace
         self.work = work_for(self.tables)
         self._begin()
 

@@ -93,6 +93,8 @@ class Tables(NamedTuple):
     forces : array of int, shape (k, 7)
     factors : array, shape (k + 1,)
         Each force is multiplied by its factor, gravity by the last. Statics moves them.
+    pace : array, shape (1,)
+        By how much faster all functions of time go. Frequency responses move it.
     elastic : array of int, shape (k, 7)
         Inner coordinates of strips and modes: one, or two that are a vector (else -1), the group that shares a unit, and for
         vectors the coordinates (x, y, x, y) of the two ends of the chord across which they deform.
@@ -125,6 +127,7 @@ class Tables(NamedTuple):
     ramps: Array
     forces: Array
     factors: Array
+    pace: Array
     elastic: Array
     laws: Array
     law_numbers: Array

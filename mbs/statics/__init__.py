@@ -7,21 +7,36 @@ if TYPE_CHECKING:
     from buckler.mbs.statics.cycles import Periodic, periodic
     from buckler.mbs.statics.follow import path
     from buckler.mbs.statics.problem import StaticsError
+    from buckler.mbs.statics.resonance import Response, response
     from buckler.mbs.statics.rest import Equilibrium, equilibrium
     from buckler.mbs.statics.route import Path
     from buckler.mbs.statics.vibration import Frequencies, frequencies
 
-__all__ = ["Equilibrium", "Frequencies", "Path", "Periodic", "StaticsError", "equilibrium", "frequencies", "path", "periodic"]
+__all__ = [
+    "Equilibrium",
+    "Frequencies",
+    "Path",
+    "Periodic",
+    "Response",
+    "StaticsError",
+    "equilibrium",
+    "frequencies",
+    "path",
+    "periodic",
+    "response",
+]
 _ROOMS = {
     "Equilibrium": "rest",
     "Frequencies": "vibration",
     "Path": "route",
     "Periodic": "cycles",
+    "Response": "resonance",
     "StaticsError": "problem",
     "equilibrium": "rest",
     "frequencies": "vibration",
     "path": "follow",
     "periodic": "cycles",
+    "response": "resonance",
 }
 
 

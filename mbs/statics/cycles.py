@@ -70,7 +70,11 @@ class Periodic(Answer):
 
     def amplitude(self, link: str, point: str) -> Array:
         """Half of the way of a point of a link along x and y, m, shape (2,)."""
-        return np.asarray(np.ptp(self.point(link, point), axis=0) / 2)
+        marker = self.scene.marker(link, point)
+        read = [self.scene.read(marker, q, v) for q, v in zip(self.q, self.v, strict=True)]
+        way = CubicHermiteSpline(self.time, [at.position for at in read], [at.velocity for at in read])
+        turns = (np.append(roots[np.isfinite(roots)], 0.0) for roots in way.derivative().roots(extrapolate=False))
+        return np.array([np.ptp(way(at)[:, i]) / 2 for i, at in enumerate(turns)])
 
     def rows(self) -> list[tuple[str, str]]:
         """Period, stability, and the multipliers."""
@@ -107,6 +111,30 @@ def periodic(
     ValueError
         If what is asked for makes no sense.
     """
+    shooting, state = prepared(mechanism, period, start, degree, settle)
+    scene = shooting.scene
+    try:
+        found = shooting.search(shooting.onward(state, settle))
+        return _ladder(shooting, found, degree is not None)
+    except StaticsError as error:
+        ending = Ending.TOO_MANY_STEPS if isinstance(error, SpentError) else Ending.NOT_REACHED
+        none = np.empty((0, scene.size))
+        nothing = np.empty(0)
+        return Periodic(
+            ending, str(error), scene, period, nothing, none, none, nothing.astype(complex), nothing, False, np.inf
+        )  # fmt: skip
+
+
+def prepared(
+    mechanism: Mechanism, period: float, start: Periodic | None, degree: int | None, settle: int
+) -> tuple[Shooting, State]:  # fmt: skip
+    """The map of a period, and the state where a search begins.
+
+    Raises
+    ------
+    ValueError
+        If what is asked for makes no sense.
+    """
     check_mechanism(mechanism)
     period = float(positive("period", period, "s"))
     check_count("settle", settle, 0, 1_000_000)
@@ -118,17 +146,7 @@ def periodic(
     state = State(0.0, *begin(scene), scene.memory())
     if start is not None:
         state = state._replace(q=refined(start.scene, scene, start.q[0]), v=refined(start.scene, scene, start.v[0]))
-    shooting = Shooting(scene, period)
-    try:
-        found = shooting.search(shooting.onward(state, settle))
-        return _ladder(shooting, found, degree is not None)
-    except StaticsError as error:
-        ending = Ending.TOO_MANY_STEPS if isinstance(error, SpentError) else Ending.NOT_REACHED
-        none = np.empty((0, scene.size))
-        nothing = np.empty(0)
-        return Periodic(
-            ending, str(error), scene, period, nothing, none, none, nothing.astype(complex), nothing, False, np.inf
-        )  # fmt: skip
+    return Shooting(scene, period), state
 
 
 def _ladder(shooting: Shooting, found: Found, fixed: bool) -> Periodic:
@@ -154,12 +172,12 @@ def _ladder(shooting: Shooting, found: Found, fixed: bool) -> Periodic:
         shooting, found, values = finer, new, sharper
         if (error <= GOAL and errors[np.abs(values) > 0.1].max(initial=0.0) <= GOAL) or degree > HIGHEST:
             break
-    return _answer(shooting, found, values, errors, error)
+    return motion_of(shooting, found, values, errors, error)
 
 
-def _answer(shooting: Shooting, found: Found, values: Array, errors: Array, error: float) -> Periodic:
+def motion_of(shooting: Shooting, found: Found, values: Array, errors: Array, error: float) -> Periodic:
     """Stability, status and message."""
-    grows = np.abs(values) > 1.0 + np.maximum(errors, GOAL)
+    grows = np.abs(values) > 1.0 + np.fmax(errors, GOAL)
     said = []
     if grows.any():
         worst = complex(values[0])

@@ -270,7 +270,9 @@ class _Follower:
             "closed": "it came back to its start",
         }.get(ended, "")
         growth, unstable = np.array([x.growth for x in states]), np.array([x.negative for x in states])
-        return Path(status, message, ended, self.problem.scene, parameter, q, multipliers, growth, unstable, points)
+        return Path(
+            status, message, ended, self.problem.scene, parameter, q, points, {}, multipliers, growth, unstable
+        )  # fmt: skip
 
     def _leaves(self, found: list[Critical]) -> tuple[int, Array] | None:
         """The first branching whose shapes move the point that the branch names, and the direction there."""

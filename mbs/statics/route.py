@@ -10,12 +10,56 @@ import numpy as np
 from buckler.mbs.geometry import Array
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.statics.answer import Answer, Ending
-from buckler.mbs.statics.critical import Critical
 from buckler.mbs.statics.problem import places
+
+KEYS = {
+    "limit": "limits",
+    "branching": "branchings",
+    "flutter": "flutter",
+    "fold": "folds",
+    "doubling": "doublings",
+    "torus": "tori",
+}
+"""Names of kinds of critical points, several of them."""
 
 
 @dataclass(frozen=True)
-class Path(Answer):
+class Route(Answer):
+    """What paths of equilibria and of periodic motions share: critical points with errors, a diagram."""
+
+    status: Ending
+    message: str
+    ended: str
+    scene: Scene
+    parameter: Array
+    q: Array
+    points: list[Any]
+    errors: dict[str, Array] = field(default_factory=dict)
+
+    def _at(self, kind: str) -> list[float]:
+        return [each.rest.parameter for each in self.points if each.kind == kind for _ in range(each.multiple)]
+
+    def plot(self, link: str, point: str, axis: str = "y", ax: Any = None) -> Any:
+        """Draw the diagram: a point's place, or amplitude, over the parameter, stable and unstable; returns the axes."""
+        from buckler.mbs.view.equilibria import plot_path  # Matplotlib takes half a second to load
+
+        return plot_path(self, link, point, axis, ax)
+
+    def rows(self) -> list[tuple[str, str]]:
+        """Critical points in their order, and the end."""
+        out, count = [], dict.fromkeys(KEYS, 0)
+        for each in self.points:
+            errors = self.errors.get(KEYS[each.kind], np.array([]))
+            error = f", error {errors[count[each.kind]]:.1e}" if count[each.kind] < len(errors) else ""
+            times = f", {each.multiple} eigenvalues" if each.multiple > 1 else ""
+            out.append((each.kind, f"{each.rest.parameter:.9g}{error}{times}"))
+            count[each.kind] += each.multiple
+        end = f" at {self.parameter[-1]:.9g} after {len(self.parameter)} steps" if len(self.parameter) else ""
+        return [*out, ("ended", f"{self.ended}{end}")]
+
+
+@dataclass(frozen=True)
+class Path(Route):
     """Equilibria along a path.
 
     Attributes
@@ -42,21 +86,10 @@ class Path(Answer):
         Paths that leave its branchings, where they were asked for.
     """
 
-    status: Ending
-    message: str
-    ended: str
-    scene: Scene
-    parameter: Array
-    q: Array
-    multipliers: Array
-    growth: Array
-    unstable: Array
-    points: list[Critical]
-    errors: dict[str, Array] = field(default_factory=dict)
+    multipliers: Array = field(default_factory=lambda: np.empty((0, 0)))
+    growth: Array = field(default_factory=lambda: np.empty(0))
+    unstable: Array = field(default_factory=lambda: np.empty(0, int))
     branches: list[Path] = field(default_factory=list)
-
-    def _at(self, kind: str) -> list[float]:
-        return [each.rest.parameter for each in self.points if each.kind == kind for _ in range(each.multiple)]
 
     def rounding(self, name: str, count: int) -> Array:
         """What rounding leaves in `limits`, `branchings` or `flutter`, shape (count,)."""
@@ -91,24 +124,10 @@ class Path(Answer):
         """Places of a point of a link, shape (steps, 2)."""
         return np.array([self.place(q, link, point) for q in self.q])
 
-    def plot(self, link: str, point: str, axis: str = "y", ax: Any = None) -> Any:
-        """Draw the bifurcation diagram: a point's place over the parameter, stable and unstable; returns the axes."""
-        from buckler.mbs.view.equilibria import plot_path  # Matplotlib takes half a second to load
-
-        return plot_path(self, link, point, axis, ax)
+    def heights(self, link: str, point: str) -> tuple[Array, list[Array], str]:
+        """What a diagram shows: places along the path, those of the critical points, and what they are called."""
+        return self.point(link, point), [self.place(each.rest.q, link, point) for each in self.points], ""
 
     def reaction(self, name: str) -> Array:
         """Multipliers of a constraint along the path, shape (steps, rows)."""
         return self.multipliers[:, [i for i, row in enumerate(self.scene.row_names) if row == name]]
-
-    def rows(self) -> list[tuple[str, str]]:
-        """Critical points in their order, and the end."""
-        out, count = [], dict.fromkeys(("limit", "branching", "flutter"), 0)
-        keys = {"limit": "limits", "branching": "branchings", "flutter": "flutter"}
-        for each in self.points:
-            errors = self.errors.get(keys[each.kind], np.array([]))
-            error = f", error {errors[count[each.kind]]:.1e}" if count[each.kind] < len(errors) else ""
-            times = f", {each.multiple} eigenvalues" if each.multiple > 1 else ""
-            out.append((each.kind, f"{each.rest.parameter:.9g}{error}{times}"))
-            count[each.kind] += each.multiple
-        return [*out, ("ended", f"{self.ended} at {self.parameter[-1]:.9g} after {len(self.parameter)} steps")]

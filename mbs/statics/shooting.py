@@ -32,13 +32,15 @@ TOLERANCE = 1e-8
 """Local error of the run that chooses the steps."""
 LONGEST = 1 / 64
 """Longest step, of the period."""
-OFFSET, STRIKING = 1e-5, 3e-4
-"""Half width of the differences, in units of coordinates and rates; and where something may strike: the moment at which a contact
-lets go, no step ends at, and what that leaves is divided by the width."""
+OFFSET, STRIKING = 1e-5, 1e-3
+"""Half width of the differences, in units of coordinates and rates; and where something may strike: errors are divided by it."""
+TIGHT, LEAST = 1e-4, 3e-14
+"""Where something may strike, runs do not share steps: no step ends where a contact lets go, which differs from run to run.
+Their local error is that much smaller, and at least the second."""
 RETRIES = 20
 """Steps that a run may take for each that is given."""
-CLOSED = 1e-7
-"""What a period may leave open, in the same units: the error of the steps, where nothing is damped."""
+CLOSED, BOUNCING = 1e-7, 5e-6
+"""What a period may leave open, in the same units: the error of the steps, where nothing is damped; and where it strikes."""
 BUDGET = 1_000_000
 """Steps of all runs of a search, at each degree and width."""
 LONGEST_STEP = 0.3
@@ -90,11 +92,17 @@ class Shooting:
     left: int = field(default_factory=lambda: BUDGET)
 
     def __post_init__(self) -> None:
-        strikes = np.isin(self.scene.tables.forces[:, 0], (CONTACT, JOURNAL)).any()
-        self.width = self.width or (STRIKING if strikes else OFFSET)
-        self.units, self.pace = self.scene.units, 2 * np.pi / self.period
+        self.strikes = bool(np.isin(self.scene.tables.forces[:, 0], (CONTACT, JOURNAL)).any())
+        self.width = self.width or (STRIKING if self.strikes else OFFSET)
+        self.closed = BOUNCING if self.strikes else CLOSED
+        self.units = self.scene.units
         self.free = self._autonomous()
         self.shares: Array = np.array([1.0])
+
+    @property
+    def pace(self) -> float:
+        """What a coordinate's unit is multiplied by for its rate, rad/s."""
+        return 2 * np.pi / self.period
 
     def finer(self, degree: int) -> Shooting:
         """The same with shorter steps, strips of another degree and narrower differences."""
@@ -112,8 +120,10 @@ class Shooting:
 
     def run(self, state: State, *, own: bool = False) -> Output:
         """A period from a state, on the shared steps, or on its own, which are shared from then on."""
+        own = own or self.strikes
         most = max(1, self.left if own else min(self.left, RETRIES * len(self.shares)))
-        steps = Controlled(tolerance=self.tolerance, max_step=self.longest * self.period, max_steps=most)
+        tolerance = max(TIGHT * self.tolerance, LEAST) if self.strikes else self.tolerance
+        steps = Controlled(tolerance=tolerance, max_step=self.longest * self.period, max_steps=most)
         ends, every = (None, 2) if own else (self.shares * self.period, None)
         solver = Spectral(steps, method="implicit")
         out, failure, counts = integrate(self.scene, self.period, solver, state=state, ends=ends, every=every)
@@ -183,11 +193,11 @@ class Shooting:
         for _ in range(SEARCHES):
             self.period = period
             found = self.newton(self.met(state))
-            if found.open <= CLOSED and self._moves(found):
+            if found.open <= self.closed and self._moves(found):
                 return found
             left, self.period = min(left, found.open), period
             state = self.onward(state, ONWARD)
-        rest = "; only rest" if left <= CLOSED else f": a period leaves {left:.1e} of the longest link"
+        rest = "; only rest" if left <= self.closed else f": a period leaves {left:.1e} of the longest link"
         raise StaticsError(f"no motion of period {period:.6g} s was found{rest}")
 
     def _moves(self, found: Found) -> bool:
@@ -209,7 +219,7 @@ class Shooting:
             left = float(np.abs(miss).max(initial=0.0))
             if left < best.open:
                 best = Found(state, self.period, left, out, matrix)
-            elif made <= CLOSED:  # what is left is the error of the steps
+            elif made <= self.closed:  # what is left is the error of the steps
                 break
             if not matrix.size or left > 0.5 * before:
                 basis, made = self.basis(state), left
@@ -217,7 +227,7 @@ class Shooting:
             before = left
             state = self._stepped(state, basis, out, matrix, miss)
         self.period = best.period
-        if best.open <= CLOSED < made:
+        if best.open <= self.closed < made:
             matrix = self.monodromy(best.state, self.basis(best.state))
         return best._replace(matrix=matrix)
 

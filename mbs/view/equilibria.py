@@ -9,7 +9,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-MARKS = {"limit": "^", "branching": "s", "flutter": "D"}
+MARKS = {"limit": "^", "branching": "s", "flutter": "D", "fold": "^", "doubling": "v", "torus": "o"}
 DENSE = 200
 """Points of a drawn piece."""
 
@@ -18,19 +18,20 @@ def plot_path(path: Any, link: str, point: str, axis: str = "y", ax: Any = None)
     """Draw a point's place over the parameter of a path and of the paths that leave it; returns the axes."""
     ax = plt.subplots(constrained_layout=True)[1] if ax is None else ax
     column, seen = "xy".index(axis), set[str]()
-    for each in (path, *path.branches):
-        for curve, stable in _pieces(each, each.point(link, point)[:, column]):
+    for each in (path, *getattr(path, "branches", ())):
+        heights, criticals, what = each.heights(link, point)
+        for curve, stable in _pieces(each, heights[:, column]):
             label = "stable" if stable else "unstable"
             style: dict[str, Any] = {"linestyle": "-", "color": "C0"} if stable else {"linestyle": "--", "color": "C3"}
             ax.plot(*curve, label=None if label in seen else label, **style)
             seen.add(label)
-        for critical in each.points:
-            label, at = critical.kind, each.place(critical.rest.q, link, point)
+        for critical, at in zip(each.points, criticals, strict=True):
+            label = critical.kind
             ax.plot(
                 critical.rest.parameter, at[column], MARKS[label], color="k", markersize=5, label=None if label in seen else label
             )
             seen.add(label)
-    ax.set(xlabel="parameter", ylabel=f"{axis} of {link}:{point} [m]")
+    ax.set(xlabel="parameter", ylabel=f"{what}{axis} of {link}:{point} [m]")
     ax.legend()
     return ax
 

@@ -38,6 +38,10 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "find a motion that repeats itself after a period, its multipliers and whether it is stable",
         "own.statics:periodic",
     ),
+    "response": (
+        "follow it over its frequency, a load or a number, around folds, and find where its period doubles",
+        "own.statics:response",
+    ),
     "run": ("run a file of a mechanism, or a study; `run NAME --help` tells its options", ""),
     "sweep": ("run a file or a study for many parameters; `sweep NAME --help` tells its options", ""),
     "sensitivity": ("what the numbers of a file's mechanism do to what is read off it", "own.turning:sensitivity"),

@@ -1,4 +1,4 @@
-"""`buckler equilibrium FILE`, `path FILE`, `frequencies FILE`, `periodic FILE`: statics of a file from the command line."""
+"""`buckler equilibrium FILE`, `path FILE`, `frequencies FILE`, `periodic FILE`, `response FILE`: statics of a file."""
 
 from __future__ import annotations
 
@@ -24,19 +24,21 @@ def _declare(kind: str, parser: argparse.ArgumentParser) -> None:
         add("--all", action="store_true", help="also list further equilibria")
     elif kind == "frequencies":
         add("--count", type=int, default=6, help="how many, rigid motions among them; default 6")
-    elif kind == "periodic":
+    if kind in ("periodic", "response"):
         add("--period", type=float, required=True, help="of what drives it, or where the search begins [s]")
         add("--settle", type=int, default=0, help="periods that are run before; default 0")
-    else:
-        about = "where the path ends: factor of the load, travel [rad or m], or the number [SI]"
-        add("--to", type=float, required=True, help=about)
+    if kind in ("path", "response"):
+        begins = "frequency [Hz]" if kind == "response" else "travel [rad or m]"
+        add("--to", type=float, required=True, help=f"where it ends: factor of the load, {begins}, or the number [SI]")
         what = parser.add_mutually_exclusive_group()
-        what.add_argument("--load", action="append", help="the load that grows, as force.A; may be repeated; default all")
-        what.add_argument("--drive", help="the drive that moves")
+        default = "the frequency changes by default" if kind == "response" else "default all"
+        what.add_argument("--load", action="append", help=f"the load that grows, as force.A; may be repeated; {default}")
         what.add_argument("--parameter", metavar="PATH", help="the number that changes, as links.strip.body.section.thickness")
-        add("--branches", action="store_true", help="also follow the paths that leave its branchings")
+        if kind == "path":
+            what.add_argument("--drive", help="the drive that moves")
+            add("--branches", action="store_true", help="also follow the paths that leave its branchings")
         add("--steps", type=int, default=250, help="most steps; default 250")
-        add("--plot", metavar="FILE", type=Path, help="draw the bifurcation diagram there; needs --point")
+        add("--plot", metavar="FILE", type=Path, help="draw the diagram there; needs --point")
         add("--point", metavar="LINK:POINT", help="the point whose places are drawn and written")
 
 
@@ -52,14 +54,13 @@ def _answer(ask: Callable[[Mechanism, argparse.Namespace], Any], options: argpar
 
 
 def _path(mechanism: Mechanism, options: argparse.Namespace) -> Any:
-    """Follow a path, and draw it if that is wanted."""
+    """Follow a path, or a response, and draw it if that is wanted."""
     if (options.plot or options.csv) and not options.point:
         raise ValueError("--point LINK:POINT is missing: whose places are drawn or written")
-    found = statics.path(
-        mechanism, to=options.to, load=options.load, drive=options.drive, parameter=options.parameter, steps=options.steps,
-        branches=options.branches, degree=options.degree,
-    )  # fmt: skip
-    if options.plot:
+    names = ("to", "load", "drive", "parameter", "steps", "branches", "degree", "settle")
+    asked = {name: value for name, value in vars(options).items() if name in names}
+    found: Any = statics.response(mechanism, options.period, **asked) if "period" in options else statics.path(mechanism, **asked)
+    if options.plot and len(found.parameter):
         found.plot(*_point(options, mechanism)).figure.savefig(options.plot)
         print(f"drawn in {options.plot}", file=sys.stderr)
     return found
@@ -77,11 +78,16 @@ def _lines(found: Any, options: argparse.Namespace) -> list[str]:
     """Of a file: a path step by step, anything else row by row."""
     if "to" not in options:
         return ["what,value", *(f'"{name}","{value}"' for name, value in found.rows())]
-    places = found.point(*_point(options, found.scene.mechanism)).tolist()
-    rows = zip(found.parameter.tolist(), places, found.growth.tolist(), found.unstable, strict=True)
+    places = found.heights(*_point(options, found.scene.mechanism))[0].tolist()
+    if "period" in options:
+        head = "parameter,amplitude x [m],amplitude y [m],largest multiplier,error"
+        more = [(float(abs(each.multipliers[0])), each.error) for each in found.motions]
+    else:
+        head = "parameter,x [m],y [m],growth [1/s],negative eigenvalues"
+        more = list(zip(found.growth.tolist(), found.unstable.tolist(), strict=True))
     return [
-        "parameter,x [m],y [m],growth [1/s],negative eigenvalues",
-        *(f"{p!r},{x!r},{y!r},{g!r},{n}" for p, (x, y), g, n in rows),
+        head,
+        *(",".join(map(repr, [p, *at, *ends])) for p, at, ends in zip(found.parameter.tolist(), places, more, strict=True)),
     ]
 
 
@@ -93,3 +99,4 @@ equilibrium = _command("equilibrium", lambda m, o: statics.equilibrium(m, o.load
 frequencies = _command("frequencies", lambda m, o: statics.frequencies(m, count=o.count, degree=o.degree))
 periodic = _command("periodic", lambda m, o: statics.periodic(m, o.period, settle=o.settle, degree=o.degree))
 path = _command("path", _path)
+response = _command("response", _path)

@@ -57,10 +57,22 @@ def test_rest_and_frequencies_are_printed_with_status_and_errors(file, capsys):
     assert "damping ratio 0, error" in capsys.readouterr().out
 
 
-def test_a_periodic_motion_is_printed_with_its_multipliers(file, capsys):
+def test_a_response_is_printed_drawn_and_written(file, tmp_path, capsys):
+    file.write_text(driven())
+    asked = ["response", str(file), "--period", "3.141592653589793", "--to", "0.4", "--point", "strip:B"]
+    assert main(argv=[*asked, "--plot", str(tmp_path / "d.png"), "--csv", str(tmp_path / "d.csv")]) == 0
+    assert "ended: reached at 0.4 after" in capsys.readouterr().out
+    rows = (tmp_path / "d.csv").read_text().splitlines()
+    assert rows[0] == "parameter,amplitude x [m],amplitude y [m],largest multiplier,error"
+    assert float(rows[-1].split(",")[0]) == 0.4
+    assert (tmp_path / "d.png").stat().st_size > 5000
+
+
+def driven():
+    """A rigid bar on a torsion spring, turned by a torque in time."""
     text = COLUMN.replace("[links.strip.body]", "[links.strip.body]\ninertia = 1e-3\nmass = 1.0")
     text = text.replace('kind = "Beam"', 'kind = "Rigid"').replace("section = { width = 0.02, thickness = 0.001 }\n", "")
-    text = (
+    return (
         text[: text.index("[[guides]]")]
         + """[[loads]]
 kind = "TorsionSpring"
@@ -74,7 +86,10 @@ link = "strip"
 value = "0.1*cos(2*t)"
 """
     )
-    file.write_text(text)
+
+
+def test_a_periodic_motion_is_printed_with_its_multipliers(file, capsys):
+    file.write_text(driven())
     assert main(argv=["periodic", str(file), "--period", "3.141592653589793"]) == 0
     said = capsys.readouterr().out
     assert said.startswith("OK\nperiod: 3.14159265 s\nstable: yes\nerror: ")

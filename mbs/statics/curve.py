@@ -1,0 +1,325 @@
+"""The curve of periodic motions over a parameter, by arc length: its motions, its critical points, its end.
+
+Unknown are a state x that returns and the parameter p: P(x, p) = x. The monodromy matrix dP/dx is that of `shooting`; where its
+eigenvalues pass 1, -1 or the unit circle is found as a root along the arc.
+
+References
+----------
+R. Seydel, Practical Bifurcation and Stability Analysis (2010), ch. 4 and 7, doi 10.1007/978-1-4419-1740-9.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import brentq
+
+from buckler.mbs.geometry import Array
+from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.spectral.run import State
+from buckler.mbs.spectral.scene import Scene
+from buckler.mbs.statics.answer import RISE
+from buckler.mbs.statics.arc import BEND, CORNER
+from buckler.mbs.statics.cycles import GOAL, Periodic, motion_of
+from buckler.mbs.statics.problem import Problem, Rest, StaticsError, has_strips, refined, solve
+from buckler.mbs.statics.shooting import BUDGET, Found, Shooting, values_of
+from buckler.mbs.statics.varied import Varied
+
+SHORTEST = 1e-5
+"""Arc below which a step is given up."""
+SMALL = 1e-3
+"""Size of a motion, in units of coordinates, below which changes are measured by this."""
+LEAP, NARROW = 0.5, 1e-3
+"""Share of its distance from 1 by which a multiplier may move in a step, else a narrow resonance may be leapt over; and the arc,
+or share of the parameter's way, below which it may, as at a fold."""
+ITERATIONS = 12
+FINER = 2
+"""How often critical points are found again with finer steps."""
+
+
+@dataclass
+class Paced(Problem):
+    """A problem whose parameter is the frequency, Hz, of a motion: all functions of time go as much faster as it is higher."""
+
+    drawn: float = 1.0
+
+    def set(self, parameter: float) -> None:
+        """Let the functions of time go at this frequency."""
+        self.scene.tables.pace[0] = parameter / self.drawn
+
+
+@dataclass(frozen=True)
+class Turn:
+    """A critical point of a response.
+
+    Attributes
+    ----------
+    kind : str
+        'fold', 'doubling' (a multiplier passes -1), 'branching' (1, and the curve goes on) or 'torus' (a pair passes the circle).
+    rest : Rest
+        State at the start of a period, coordinates only, and the parameter.
+    motion : Periodic
+    """
+
+    kind: str
+    rest: Rest
+    motion: Periodic
+    multiple: int = 1
+
+
+class Orbit(NamedTuple):
+    """A periodic motion on the curve, what its state may do, [dP/dx - 1, dP/dp], and the unit direction ahead, (2 f + 1,)."""
+
+    found: Found
+    parameter: float
+    basis: Array
+    matrix: Array
+    ahead: Array
+    size: float
+
+
+@dataclass
+class Curve:
+    """Periodic motions over the parameter of a problem.
+
+    Attributes
+    ----------
+    shooting : Shooting
+    problem : Problem
+    begun, to : float
+    fixed : bool
+        Whether the degree of strips stays.
+    """
+
+    shooting: Shooting
+    problem: Problem
+    begun: float
+    to: float
+    fixed: bool
+
+    def at(self, parameter: float) -> None:
+        """Set the parameter, and the period with it."""
+        self.problem.set(parameter)
+        self.shooting.scene = self.problem.scene
+        if isinstance(self.problem, Paced):
+            self.shooting.period = 1.0 / parameter
+
+    def returning(self, state: State, parameter: float, matrix: Array, normal: Array, basis: Array) -> tuple[State, float]:
+        """The nearest motion across a direction: by [dP/dx - 1, dP/dp] near there, which Broyden's rule renews."""
+        shooting, span, best = self.shooting, self.to - self.begun, (np.inf, state, parameter)
+        whole = np.vstack([matrix, normal])
+        step = before = np.zeros(len(whole))
+        for k in range(ITERATIONS):
+            self.at(parameter)
+            state = shooting.met(state)
+            miss = np.append(shooting.change(state, basis, shooting.run(state, own=k == 0)), 0.0)
+            left = float(np.abs(miss).max(initial=0.0))
+            if k:
+                whole = whole + np.outer(miss - before - whole @ step, step) / max(float(step @ step), 1e-300)
+            if not left < (2.0 if best[0] > shooting.closed else 0.5) * best[0]:
+                break
+            best, before = (left, state, parameter), miss
+            step = solve(whole, -miss)
+            state, parameter = shooting.moved(state, basis, step[:-1]), parameter + float(step[-1]) * span
+        if best[0] > shooting.closed:
+            raise StaticsError(f"no periodic motion was found near {parameter:.6g}")
+        return best[1:]
+
+    def orbit(self, state: State, parameter: float, before: tuple[Array, Array, float] | None = None) -> Orbit:
+        """All of a motion; on from a `heading`, or towards the end."""
+        self.at(parameter)
+        shooting = self.shooting
+        basis, out = shooting.basis(state), shooting.run(state)
+        found = Found(state, shooting.period, 0.0, out, shooting.monodromy(state, basis))
+        n = 2 * basis.shape[1]
+        matrix = self.matrix(found, parameter, basis)
+        size = max(SMALL, float((np.ptp(out.q, axis=0) / shooting.units).max(initial=0.0)))
+        metric = np.append(np.full(n, size**-2.0), 1.0)
+        normal = np.append(np.zeros(n), 1.0)
+        if before is not None:
+            back = basis.T / shooting.units**2
+            normal = metric * np.concatenate([back @ before[0], back @ before[1] / shooting.pace, before[2:]])
+        ahead = solve(np.vstack([matrix, normal]), np.append(np.zeros(n), 1.0))
+        return Orbit(found, parameter, basis, matrix, ahead / np.sqrt(metric @ ahead**2), size)
+
+    def matrix(self, found: Found, parameter: float, basis: Array) -> Array:
+        """[dP/dx - 1, dP/dp], p over its way."""
+        shooting, span = self.shooting, self.to - self.begun
+        ends = []
+        for side in (1.0, -1.0):
+            self.at(parameter + side * shooting.width * span)
+            state = shooting.met(found.state)
+            ends.append(shooting.change(state, basis, shooting.run(state)))
+        self.at(parameter)
+        slope = (ends[0] - ends[1]) / (2 * shooting.width)
+        return np.column_stack([found.matrix - np.eye(len(slope)), slope])
+
+    def onto(self, orbit: Orbit, arc: float) -> Orbit:
+        """The motion at an arc along the direction of another one.
+
+        Raises
+        ------
+        StaticsError
+            If none is found near there.
+        """
+        self.at(orbit.parameter)
+        shooting, f = self.shooting, orbit.basis.shape[1]
+        way = self.heading(orbit)
+        state = shooting.moved(orbit.found.state, orbit.basis, arc * orbit.ahead[:-1])
+        metric = np.append(np.full(2 * f, orbit.size**-2.0), 1.0)
+        guess = orbit.parameter + arc * float(orbit.ahead[-1]) * (self.to - self.begun)
+        found = self.returning(state, guess, orbit.matrix, metric * orbit.ahead, orbit.basis)
+        return self.orbit(*found, way)
+
+    def heading(self, orbit: Orbit) -> tuple[Array, Array, float]:
+        """The direction ahead: of places and rates, (n,) each, and of the parameter over its way."""
+        self.at(orbit.parameter)
+        q, v = (orbit.basis @ part for part in np.split(orbit.ahead[:-1], 2))
+        return q, self.shooting.pace * v, float(orbit.ahead[-1])
+
+    def turned(self, orbit: Orbit, new: Orbit) -> float:
+        """Angle between the directions of two motions, rad."""
+        ends = []
+        for each in (orbit, new):
+            q, v, p = self.heading(each)
+            ends.append(np.concatenate([q / self.shooting.units, v / self.shooting.units / self.shooting.pace, [new.size * p]]))
+        one, other = ends
+        return float(np.arccos(np.clip(one @ other / np.linalg.norm(one) / np.linalg.norm(other), -1.0, 1.0)))
+
+    def finer(self, orbit: Orbit) -> tuple[Curve, Orbit]:
+        """The same with finer steps and a higher degree, and a motion found again there at its parameter."""
+        self.at(orbit.parameter)
+        one = self.shooting.scene
+        problem = _raised(self.problem, 0 if self.fixed or not has_strips(one) else RISE)
+        problem.set(orbit.parameter)
+        shooting = replace(self.shooting.finer(one.degree), scene=problem.scene)
+        curve = replace(self, problem=problem, shooting=shooting)
+        state = orbit.found.state
+        q, v, *way = (refined(one, problem.scene, each) for each in (state.q, state.v, *self.heading(orbit)[:2]))
+        curve.at(orbit.parameter)
+        found = shooting.search(state._replace(q=q, v=v)).state
+        return curve, curve.orbit(found, orbit.parameter, (way[0], way[1], float(orbit.ahead[-1])))
+
+    def motion(self, orbit: Orbit) -> Periodic:
+        """As an answer; its error is what finer steps change, by what they leave open."""
+        self.at(orbit.parameter)
+        fine, found = self.shooting.finer(self.shooting.scene.degree), orbit.found
+        left = fine.change(found.state, orbit.basis, fine.run(found.state, own=True))
+        error = float(np.abs(solve(found.matrix - np.eye(len(left)), left)).max(initial=0.0))
+        values = values_of(found)
+        return motion_of(self.shooting, found, values, np.full(len(values), np.nan), error)
+
+    def criticals(self, orbit: Orbit, new: Orbit, arc: float) -> Iterator[tuple[float, Turn, float]]:
+        """Critical points in a step: the arc, the point, its error."""
+        turns = _fold(orbit) * _fold(new) < 0.0
+        for kind, function in KINDS.items():
+            one, other = function(orbit), function(new)
+            none = (kind == "branching" and turns) or (kind == "torus" and max(one, other) < GOAL)
+            if one * other < 0.0 and not none:
+                at, found, error = self.crossing(orbit, new, arc, function)
+                curve, here = self, orbit
+                for _ in range(FINER if error < np.inf else 0):
+                    try:
+                        finer, there = curve.finer(here)
+                        again = finer.near(there, function, at, arc)
+                    except StaticsError:
+                        break
+                    error, found, curve, here = abs(again.parameter - found.parameter), again, finer, there
+                    if error <= GOAL * abs(found.parameter):
+                        break
+                error = min(error, abs(new.parameter - orbit.parameter))
+                yield at, Turn(kind, Rest(found.found.state.q, np.empty(0), found.parameter), curve.motion(found)), error
+
+    def crossing(self, orbit: Orbit, new: Orbit, arc: float, function: Callable[[Orbit], float]) -> tuple[float, Orbit, float]:
+        """Where in a step a function is zero; the nearer end of the step, and an endless error, where none is found between."""
+        seen = {0.0: orbit, arc: new}
+
+        def value(at: float) -> float:
+            if at not in seen:
+                seen[at] = self.onto(orbit, at)
+            return function(seen[at])
+
+        try:
+            at = float(brentq(value, 0.0, arc, xtol=1e-8 * arc))
+            value(at)
+        except StaticsError:
+            at = min(seen, key=lambda each: abs(function(seen[each])))
+            return at, seen[at], np.inf
+        return at, seen[at], abs(new.parameter - orbit.parameter)
+
+    def near(self, orbit: Orbit, function: Callable[[Orbit], float], at: float, arc: float) -> Orbit:
+        """Where a function is zero, near an arc: by its slope there, since near it only rounding is left of its differences."""
+        found, aside = self.onto(orbit, at), self.onto(orbit, at - 0.05 * arc)
+        slope = (function(found) - function(aside)) / (0.05 * arc)
+        for _ in range(3):
+            at -= float(np.clip(function(found) / slope, -arc, arc))
+            found = self.onto(orbit, at)
+        return found
+
+    def leaps(self, orbit: Orbit, new: Orbit) -> bool:
+        """Whether a multiplier moved so far that it may have passed a resonance."""
+        one, other = (values_of(each.found) for each in (orbit, new))
+        near = np.abs(other - 1.0)
+        moved = np.abs(other[:, None] - one[None]).min(axis=1)
+        far = abs(new.parameter - orbit.parameter) > NARROW * abs(self.to - self.begun)
+        return far and bool((moved > LEAP * near).any())
+
+    def follow(self, state: State, steps: int, step: float, longest: float) -> tuple[list[Orbit], list[tuple[Turn, float]], str]:
+        """Motions up to the end of the curve, critical points with their errors, and why it ended."""
+        orbits, found, ended, arc = [self.orbit(state, self.begun)], list[tuple[Turn, float]](), "steps", step
+        while len(orbits) <= steps and ended == "steps":
+            self.shooting.left = BUDGET
+            try:
+                new = self.onto(orbits[-1], arc)
+                turned = self.turned(orbits[-1], new)
+                if arc > NARROW and (turned > CORNER or self.leaps(orbits[-1], new)):
+                    raise StaticsError("a shorter step is needed")
+                found += [each[1:] for each in sorted(self.criticals(orbits[-1], new, arc), key=lambda each: each[0])]
+            except StaticsError:
+                arc, ended = 0.4 * arc, "steps" if arc > SHORTEST else "singular"
+                continue
+            way = (new.parameter - self.begun) / (self.to - self.begun)
+            if not 0.0 < way < 1.0:
+                ended, end = ("reached", self.to) if way >= 1.0 else ("back", self.begun)
+                found = [each for each in found if 0.0 < (each[0].rest.parameter - self.begun) / (self.to - self.begun) < 1.0]
+                self.at(end)
+                new = self.orbit(self.shooting.search(new.found.state).state, end)
+            orbits.append(new)
+            arc = min(longest, arc * float(np.clip(BEND / max(turned, 1e-300), 0.3, 1.6)))
+        return orbits, found, ended
+
+
+def _raised(problem: Problem, by: int) -> Problem:
+    """A problem of a higher degree, its scene one of its own."""
+    degree = problem.scene.degree + by
+    if isinstance(problem, Varied):
+        return Varied(Mechanism.from_dict(problem.document), problem.name, degree)
+    return replace(problem, scene=Scene.of(problem.scene.mechanism, degree))
+
+
+def _fold(orbit: Orbit) -> float:
+    """Zero where the parameter turns."""
+    return float(orbit.ahead[-1])
+
+
+def _doubling(orbit: Orbit) -> float:
+    """Zero where a multiplier is -1."""
+    return float(np.prod(values_of(orbit.found) + 1.0).real)
+
+
+def _branching(orbit: Orbit) -> float:
+    """Zero where a multiplier is 1."""
+    return float(np.prod(values_of(orbit.found) - 1.0).real)
+
+
+def _torus(orbit: Orbit) -> float:
+    """Zero where a pair of multipliers is on the unit circle."""
+    values = values_of(orbit.found)
+    pairs = np.abs(values[values.imag != 0.0])
+    return float(pairs.max()) - 1.0 if len(pairs) else 0.0
+
+
+KINDS = {"fold": _fold, "doubling": _doubling, "branching": _branching, "torus": _torus}

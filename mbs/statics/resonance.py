@@ -1,0 +1,157 @@
+"""Response curves: periodic motions over a frequency, a load or any number of a mechanism, around their folds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from buckler.mbs.geometry import Array
+from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.statics.answer import Ending, check_count, check_number
+from buckler.mbs.statics.curve import KINDS, Curve, Orbit, Paced, Turn
+from buckler.mbs.statics.cycles import Periodic, prepared
+from buckler.mbs.statics.problem import Problem, StaticsError, loads_of
+from buckler.mbs.statics.route import KEYS, Route
+from buckler.mbs.statics.varied import Varied
+from buckler.mbs.validate import positive
+
+STEPS, FIRST, LONGEST = 400, 0.02, 0.1
+"""Most steps; the first and longest arc, of the parameter's way and of the motion's own size."""
+
+
+@dataclass(frozen=True)
+class Response(Route):
+    """Periodic motions along a curve.
+
+    Attributes
+    ----------
+    status, message, ended, scene, q
+        As of a `Path`; q at the start of a period.
+    parameter : array, shape (steps,)
+        Frequency of the motion, Hz, factor of the loads, or the number.
+    points : list of Turn
+        Folds, branchings, doublings and tori in their order.
+    errors : dict of str to array
+        Of `folds`, `branchings`, `doublings`, `tori`: what finer steps and a higher degree change.
+    motions : list of Periodic
+        With their multipliers; `error` of each is what finer steps change; its multipliers' errors are not known.
+    """
+
+    motions: list[Periodic] = field(default_factory=list)
+
+    @property
+    def folds(self) -> list[float]:
+        """Parameter where the curve turns."""
+        return self._at("fold")
+
+    @property
+    def doublings(self) -> list[float]:
+        """Parameter where motions of twice the period leave it."""
+        return self._at("doubling")
+
+    @property
+    def branchings(self) -> list[float]:
+        """Parameter where other motions of the same period leave it."""
+        return self._at("branching")
+
+    @property
+    def tori(self) -> list[float]:
+        """Parameter where a second frequency sets in."""
+        return self._at("torus")
+
+    @property
+    def stable(self) -> Array:
+        """Which motions are stable, shape (steps,)."""
+        return np.array([each.stable for each in self.motions])
+
+    def amplitude(self, link: str, point: str) -> Array:
+        """Half of the way of a point of a link along x and y, m, shape (steps, 2)."""
+        return np.array([each.amplitude(link, point) for each in self.motions])
+
+    def heights(self, link: str, point: str) -> tuple[Array, list[Array], str]:
+        """What a diagram shows: amplitudes, those at the critical points, and what they are called."""
+        return self.amplitude(link, point), [each.motion.amplitude(link, point) for each in self.points], "amplitude of "
+
+
+def response(
+    mechanism: Mechanism, period: float, *, to: float, load: str | list[str] | None = None, parameter: str | None = None,
+    settle: int = 0, start: Periodic | None = None, steps: int = STEPS, step: float = FIRST, longest: float = LONGEST,
+    degree: int | None = None,
+) -> Response:  # fmt: skip
+    """Follow a periodic motion of a driven mechanism over its frequency, a load or any number, around its folds.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        Something of it depends on time.
+    period : float
+        s, of what drives it as it is drawn, or a multiple.
+    to : float
+        Where the curve ends: the motion's frequency, Hz, which begins at 1/period and at which all functions of time and drives
+        then go; or factor of the load, which begins at 1; or value of the number.
+    load : str or list of str, optional
+        Names of the loads ('force.A', 'gravity') that grow, instead of the frequency.
+    parameter : str, optional
+        Place of a number, as in files, that changes instead.
+    settle, start, degree
+        As in `periodic`, at the start; the degree is 8 by default, and raised for critical points.
+    steps : int
+        Most steps.
+    step, longest : float
+        First and longest arc, of the parameter's way and of the motion's own size.
+
+    Returns
+    -------
+    Response
+        Its status tells whether the end was reached.
+
+    Raises
+    ------
+    ValueError
+        If what is asked for makes no sense.
+    """
+    check_number("to", to)
+    check_count("steps", steps, 1, 100_000)
+    for name, value in (("step", step), ("longest", longest)):
+        positive(name, value, "1")
+    if load is not None and parameter is not None:
+        raise ValueError("load, parameter: give one of them")
+    shooting, state = prepared(mechanism, period, start, degree, settle)
+    if shooting.free:
+        raise ValueError("mechanism: nothing in it depends on time, so that no frequency drives it")
+    if load is None and parameter is None:
+        positive("to", to, "Hz")
+        begun = 1.0 / shooting.period
+        problem: Problem = Paced(shooting.scene, drawn=begun)
+    elif parameter is not None:
+        problem = varied = Varied(mechanism, parameter, shooting.scene.degree)
+        begun = varied.begun
+    else:
+        begun, problem = 1.0, Problem(shooting.scene, loads_of(shooting.scene, [load] if isinstance(load, str) else load))
+    if float(to) == begun:
+        raise ValueError(f"to = {to:g}: the curve begins there")
+    curve = Curve(shooting, problem, begun, float(to), degree is not None)
+    curve.at(begun)
+    try:
+        return _answer(curve, *curve.follow(shooting.search(shooting.onward(state, settle)).state, int(steps), step, longest))
+    except StaticsError as error:
+        nothing, none = np.empty(0), np.empty((0, shooting.scene.size))
+        return Response(Ending.NOT_REACHED, str(error), "singular", shooting.scene, nothing, none, [])
+    finally:
+        curve.at(begun)
+
+
+def _answer(curve: Curve, orbits: list[Orbit], found: list[tuple[Turn, float]], ended: str) -> Response:
+    """All of the curve."""
+    parameter, q = np.array([each.parameter for each in orbits]), np.array([each.found.state.q for each in orbits])
+    status = {"steps": Ending.TOO_MANY_STEPS, "singular": Ending.SINGULAR}.get(ended, Ending.OK)
+    message = {
+        "steps": f"{len(orbits) - 1} steps led to {parameter[-1]:.6g}, not to {curve.to:.6g}; give more steps or a longer one",
+        "singular": f"it cannot be followed beyond {parameter[-1]:.6g}",
+        "back": f"it turned and came back to {curve.begun:.6g}",
+    }.get(ended, "")
+    errors = {KEYS[kind]: np.array([error for turn, error in found if turn.kind == kind]) for kind in KINDS}
+    motions = [curve.motion(each) for each in orbits]
+    curve.at(curve.begun)
+    return Response(status, message, ended, curve.shooting.scene, parameter, q, [each for each, _ in found], errors, motions)

@@ -1,0 +1,195 @@
+"""Curves of periodic motions over a frequency, a load or a number: their critical points against closed forms and own runs."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq, fsolve
+
+from buckler.mbs import (
+    Beam,
+    Force,
+    Guide,
+    Link,
+    Mechanism,
+    Revolute,
+    Rigid,
+    Section,
+    Slider,
+    Spring,
+    Stop,
+    Torque,
+    frequencies,
+    periodic,
+    response,
+)
+from buckler.mbs.functions import Components, Expression
+from buckler.mbs.laws import KelvinVoigt
+from buckler.mbs.statics.cycles import Periodic
+
+TURN = 2 * np.pi
+
+
+def block(*loads, along=(1.0, 0.0), stops=()):
+    """A block of 1 kg on a slide; S is far along x."""
+    return Mechanism(
+        {"P": (0, 0.05), "Q": (0, 0.15), "S": (10, 0.05)}, [Link("block", "P", "Q", Rigid.of(mass=1.0, inertia=1e-3))],
+        [Slider("P", "block", "ground", along=along)], stops=list(stops), loads=list(loads),
+    )  # fmt: skip
+
+
+def duffing_run(x, v, speed):
+    """A period of x'' + 0.1 x' + x + x^3 = 0.3 cos(speed t), and its derivative by (x, v)."""
+
+    def right(t, z):
+        tangent = -1.0 - 3.0 * z[0] ** 2
+        forced = -z[0] - z[0] ** 3 - 0.1 * z[1] + 0.3 * np.cos(speed * t)
+        return [z[1], forced, z[3], tangent * z[2] - 0.1 * z[3], z[5], tangent * z[4] - 0.1 * z[5]]
+
+    end = solve_ivp(right, (0, TURN / speed), [x, v, 1, 0, 0, 1], method="DOP853", rtol=1e-12, atol=1e-14).y[:, -1]
+    return end[:2], end[2:].reshape(2, 2).T
+
+
+def test_duffings_response_folds_twice_and_both_branches_are_motions():
+    """Folds are solved again as states and speeds that return with a multiplier 1."""
+    made = block(
+        Spring("P", "ground:S", stiffness=0.0, free_length=10.0, law=lambda e, rate: e + e**3 + 0.1 * rate),
+        Force("P", lambda t: (0.3 * np.cos(1.2 * t), 0.0)),
+    )
+    found = response(made, TURN / 1.2, to=2.0 / TURN)
+
+    def fold(z):
+        end, matrix = duffing_run(*z)
+        return [*(end - z[:2]), np.linalg.det(matrix - np.eye(2))]
+
+    exact = []
+    for size, speed in ((1.722, 1.7797), (0.593, 1.3242)):
+        at = 0.3 / (1 - speed**2 + 0.75 * size**2 + 0.1j * speed)
+        at = at / abs(at) * size
+        exact.append(fsolve(fold, [at.real, -speed * at.imag, speed], xtol=1e-12)[2] / TURN)
+    assert (found.status, found.ended) == ("OK", "reached")
+    assert found.folds == pytest.approx(exact, abs=1e-9)
+    assert (found.errors["folds"] < 1e-8).all()
+    assert not (found.doublings or found.branchings or found.tori)
+    between = (found.parameter > exact[1]) & (found.parameter < exact[0])
+    back = np.diff(found.parameter, prepend=0.0) < 0
+    assert (found.stable == ~(between & back)).all()
+    for motion in found.motions[::10]:
+        moving = int(np.argmax(np.abs(motion.v).max(axis=0)))
+        x, v = motion.q[0, moving], motion.v[0, moving]
+        end, matrix = duffing_run(x, v, TURN / motion.period)
+        assert end == pytest.approx([x, v], abs=1e-7)
+        assert np.sort_complex(motion.multipliers) == pytest.approx(np.sort_complex(np.linalg.eigvals(matrix)), abs=1e-6)
+
+
+def test_a_narrow_resonance_is_not_leapt_over():
+    """One of 0.2 % in width, on the way from half to twice its frequency; all amplitudes in closed form."""
+    made = block(Spring("P", "ground:S", stiffness=25.0, damping=0.01), Force("P", lambda t: (0.15 * np.cos(2.5 * t), 0.0)))
+    found = response(made, TURN / 2.5, to=10.0 / TURN)
+    speeds = TURN * found.parameter
+    exact = np.abs(0.15 / (25.0 - speeds**2 + 0.01j * speeds))
+    assert found.status == "OK"
+    assert found.amplitude("block", "P")[:, 0] == pytest.approx(exact, rel=1e-5)
+    assert exact.max() > 0.9 * 0.15 / 0.05
+
+
+def test_a_number_of_the_mechanism_changes_a_motion():
+    made = block(Spring("P", "ground:S", stiffness=25.0, damping=0.6), Force("P", Components((Expression("1.5*cos(4*t)"), 0.0))))
+    found = response(made, TURN / 4.0, to=40.0, parameter="loads.0.stiffness")
+    exact = np.abs(1.5 / (found.parameter - 16.0 + 2.4j))
+    assert (found.parameter[0], found.parameter[-1]) == (25.0, 40.0)
+    assert found.amplitude("block", "P")[:, 0] == pytest.approx(exact, rel=1e-6)
+
+
+def hill(delta, epsilon):
+    """Trace of the monodromy matrix of x'' + (delta + epsilon cos t) x = 0 over 2 pi, by Hill's determinant."""
+    a, q, n = 4 * delta, -2 * epsilon, np.arange(-4000, 4001)
+    side = q / ((2.0 * n) ** 2 - a)
+    before, whole = 1.0, 1.0
+    for one, other in zip(side[1:], side[:-1], strict=True):
+        before, whole = whole, whole - one * other * before
+    return 2 * (1 - 2 * whole * np.sin(np.pi * np.sqrt(complex(a)) / 2) ** 2).real
+
+
+def test_mathieus_tongues_begin_and_end_where_hills_determinant_says():
+    made = Mechanism(
+        {"O": (0, 0), "A": (1, 0)}, [Link("bar", "O", "A", Rigid.of(mass=1.0, inertia=0.2, centre=(0, 0)))],
+        [Revolute("O", "ground", "bar")],
+        loads=[Torque("bar", lambda t, angle, speed: -0.2 * (0.25 + 0.1 * np.cos(1.3 * t)) * angle)],
+    )  # fmt: skip
+    found = response(made, TURN / 1.3, to=0.45 / TURN)
+
+    def edge(trace, low, high):
+        return brentq(lambda speed: hill(0.25 / speed**2, 0.1 / speed**2) - trace, low, high, xtol=1e-14) / TURN
+
+    doublings, branchings = [edge(-2, 1.0, 1.2), edge(-2, 0.8, 1.0)], [edge(2, 0.495, 0.51), edge(2, 0.47, 0.49)]
+    assert found.doublings == pytest.approx(doublings, abs=1e-9)
+    assert found.branchings == pytest.approx(branchings, abs=1e-9)
+    assert not (found.folds or found.tori)
+    assert (found.errors["doublings"] < 1e-8).all()
+
+
+def test_a_connecting_rod_pressed_and_pulled_resonates_at_twice_its_frequency():
+    """Its first mode obeys Mathieu's damped equation; shear, stretching and the second mode are what is left."""
+    section, length = Section(0.02, 0.002).damped(0.01, 0.5), 0.5
+    made = Mechanism(
+        {"A": (0, 0), "B": (length, 0)}, [Link("rod", "A", "B", Beam(section))], [Revolute("A", "ground", "rod")],
+        [Guide("B", "rod")],
+    )  # fmt: skip
+    first = frequencies(made, count=1)
+    own, damping = abs(first.values[0]), 2 * first.damping[0] * abs(first.values[0])
+    load, speed = 0.3 * section.euler_load(length), 2.16 * own
+    pressed = Mechanism(
+        made.points, made.links, made.joints, made.guides, loads=[Force("B", lambda t: (-load * np.cos(speed * t), 0.0))]
+    )
+    found = response(pressed, TURN / speed, to=2.13 * own / TURN, degree=6)
+
+    def doubles(speed):
+        def end(y):
+            def right(t, y):
+                return [y[1], -(own**2) * (1 - 0.3 * np.cos(speed * t)) * y[0] - damping * y[1]]
+
+            return solve_ivp(right, (0, TURN / speed), y, method="DOP853", rtol=1e-11, atol=1e-13).y[:, -1]
+
+        return np.linalg.det(np.array([end([1.0, 0.0]), end([0.0, 1.0])]).T + np.eye(2))
+
+    assert found.doublings == pytest.approx([brentq(doubles, 2.13 * own, 2.16 * own) / TURN], rel=1e-4)
+
+
+def test_a_bouncing_ball_doubles_its_period_as_in_closed_form():
+    """On a table shaken with Gamma g, of restitution e: at pi sqrt(a^2 + b^2), a = (1 - e)/(1 + e), b = 2 (1 + e^2)/pi/(1 + e)^2
+    (N. B. Tufillaro et al., 1992); a contact that lasts 1/200 of a period moves that by as much.
+    """
+    gravity, speed, e, shake = 9.81, 10 * np.pi, 0.5, 12.0
+    period, lag = TURN / speed, (1 - e) / (1 + e)
+    law = KelvinVoigt.from_restitution(1e7, e, 1.0)
+    made = block(
+        Force("P", lambda t: (0.0, shake * np.sin(speed * t))), Force("P", (0.0, -gravity)), along=(0.0, 1.0),
+        stops=[Stop("P", at=0.0, law=law, along=(0, 1))],
+    )  # fmt: skip
+    resting = periodic(made, period)
+    phase = np.arccos(gravity * period / 2 * lag / (shake / speed))
+    flown, up = period - phase / speed, gravity * period / 2
+    low = shake / speed**2 * np.sin(phase)
+    start = Periodic(**{**vars(resting), "q": resting.q.copy(), "v": resting.v.copy()})
+    moving = int(np.argmax(np.abs(resting.v).max(axis=0)))
+    start.q[0, moving] += up * flown - gravity * flown**2 / 2 + low - resting.point("block", "P")[0, 1]
+    start.v[0, moving] = up - gravity * flown - shake / speed
+    found = response(made, period, to=1.4, load="force.P", start=start)
+    mean, swing = lag, 2 * (1 + e * e) / np.pi / (1 + e) ** 2
+    assert found.status == "OK"
+    assert found.doublings == pytest.approx([np.pi * np.hypot(mean, swing) * gravity / shake], rel=5e-3)
+    assert found.errors["doublings"][0] < 2e-3
+    assert found.stable[0]
+    assert not found.stable[-1]
+
+
+def test_what_makes_no_sense_is_refused():
+    driven = block(Spring("P", "ground:S", stiffness=9.0, damping=0.3), Force("P", lambda t: (np.cos(2 * t), 0.0)))
+    with pytest.raises(ValueError, match="nothing in it depends on time"):
+        response(block(Spring("P", "ground:S", stiffness=9.0)), 1.0, to=2.0)
+    for asked, said in ({"to": 1.0 / np.pi}, "the curve begins there"), ({"to": -1.0}, "to"), ({"to": 1.0, "steps": 0}, "steps"):
+        with pytest.raises(ValueError, match=said):
+            response(driven, np.pi, **asked)
+    short = response(driven, np.pi, to=2.0, steps=2)
+    assert (short.status, len(short.motions)) == ("TOO_MANY_STEPS", 3)
+    assert "2 steps led to" in short.message
