@@ -24,8 +24,8 @@ from buckler.mbs.solvers.steps import Controlled
 from buckler.mbs.units import FORCES
 
 PLACE, STRUCK_PLACE = 1e-3, 5e-3
-"""Error allowed of places, over the longest link or a radian; and where something strikes, as a rebound that is 5 % wrong errs by
-so much."""
+"""Error allowed of places at any time, over the longest link or a radian; and where something strikes, as a rebound that is 5 %
+wrong errs by so much."""
 FORCE, IMPULSE = 0.1, 0.05
 """Error allowed of forces as functions of time, and of impulses and energies: contact laws are known no better. Forces that ring
 are looked at as their means."""
@@ -58,7 +58,8 @@ class Usual:
         for name, signal in signals.items():
             if signal.kind is Kind.PLACE:
                 whole = run.size if signal.unit == "m" else 1.0
-                found[name] = JOURNAL if signal.scale else place * max(1.0, whole / max(scales[name][0], TINY))
+                moves = {f"{name}.peak": place * max(1.0, whole / max(scales[name][1], TINY))}
+                found |= {name: JOURNAL} if signal.scale else moves
             elif signal.kind is Kind.ENERGY and "friction" not in name:
                 found[name] = IMPULSE
             elif signal.kind is Kind.CONTACT and signal.unit in FORCES:

@@ -231,11 +231,21 @@ def to_faces(s, reports, landing, most):
 
 
 @inner
-def lets_go(s, before, reports, largest, share):
-    """Whether a contact that pushed with more than a share of its largest force so far pushes no more: a kink to be cut out."""
+def lets_go(s, before, reports, largest, share, landing):
+    """Whether a contact pushes no more that pushed with a share of its largest force so far, or was passed through.
+
+    There is a kink to be cut out.
+    """
     for k in range(s.forces.shape[0]):
-        if touches(s, k) and reports[k, VALUE] == 0.0 and abs(before[k, VALUE]) > share * largest[k]:
-            return True
+        if touches(s, k):
+            if reports[k, VALUE] == 0.0 and abs(before[k, VALUE]) > share * largest[k]:
+                return True
+            if (
+                abs(depth_of(s, before, k)) <= landing
+                and depth_of(s, reports, k) < -landing
+                and rate_of_depth(s, before, k) > 0.0
+            ):
+                return True
     return False
 
 
@@ -256,6 +266,23 @@ def remember_onset(s, before, reports, k, m, floor, graze, landing):
             m[FASTEST] = max(m[FASTEST], m[ONSET])
         return 1
     return -1 if reports[k, VALUE] == 0.0 and before[k, VALUE] != 0.0 else 0
+
+
+@inner
+def closing(s, before, reports, least):
+    """Time from a step's start, or, negative, from its end, to where a contact that closes is as far beyond its face as there.
+
+    0 if none closes.
+    """
+    for k in range(s.forces.shape[0]):
+        if touches(s, k):
+            old, new = depth_of(s, before, k), depth_of(s, reports, k)
+            if new > 0.0 >= old:
+                near = new > -old
+                rate = rate_of_depth(s, before if near else reports, k)
+                if rate > 0.0:
+                    return (least if near else -least) - 2.0 * (old if near else new) / rate
+    return 0.0
 
 
 @inner

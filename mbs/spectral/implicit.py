@@ -6,6 +6,7 @@ import numpy as np
 
 from buckler.mbs.spectral.compiling import aside, copy, inner, jit, lend
 from buckler.mbs.spectral.contacts import (
+    closing,
     depth_of,
     error_of_depth,
     first_onset,
@@ -32,7 +33,16 @@ from buckler.mbs.spectral.radau import (
     put_back,
     renew_heavy,
 )  # fmt: skip
-from buckler.mbs.spectral.samples import MOST_SAMPLES, PARTS, dense, samples_in, write, write_after_jump, write_between
+from buckler.mbs.spectral.samples import (
+    MOST_SAMPLES,
+    PARTS,
+    dense,
+    samples_in,
+    write,
+    write_after_jump,
+    write_at_face,
+    write_between,
+)
 from buckler.mbs.spectral.strips import MIXED, PLAIN, elastic_stresses
 from buckler.mbs.spectral.tables import BENT, BRISTLE, JOURNAL, KIND, SEAT, SLIDING, SLIP, VALUE
 from buckler.mbs.spectral.tape import ALONE, MODE, QUICK, WRITES, cut, follow, guessed, passed, reads, strays
@@ -294,7 +304,8 @@ def _try(s, e, w, x, clock, h, at, controls, counts):
             return False
     if given:
         return True
-    if x.at[MODE] == ALONE and h > 10.0 * shortest and lets_go(s, x.before, w.reports, x.largest, controls.contact_tolerance):
+    kinked = lets_go(s, x.before, w.reports, x.largest, controls.contact_tolerance, landing)
+    if x.at[MODE] == ALONE and h > 10.0 * shortest and kinked:
         clock.error = max(clock.error, LETS_GO)
     if clock.error > 1.0 and h > 4.0 * shortest:
         clock.wanted, clock.grow = max(h * max(0.2, SAFETY * clock.error**-ORDER), 2.0 * shortest), 1.0
@@ -305,9 +316,15 @@ def _try(s, e, w, x, clock, h, at, controls, counts):
 @aside
 def _accept(s, e, w, x, clock, h, target, controls, out, counts, ended):
     """Take over a step of length h to the time `target`, and write its rows; `ended`: no contact began at its end."""
+    moment = closing(s, x.before, w.reports, JUMP * controls.shortest) if dense(x, controls) else 0.0
     changed, before = _remember(s, w, x, controls, counts), clock.time
     if dense(x, controls):
-        write_between(x, out, counts, before, h, samples_in(x, s.elastic, h, controls.tolerance))
+        parts = samples_in(x, s.elastic, h, controls.tolerance)
+        if 0.0 < moment < 0.5 * h / parts:
+            write_at_face(x, out, counts, before, h, moment)
+        write_between(x, out, counts, before, h, parts)
+        if 0.0 < -moment < 0.5 * h / parts:
+            write_at_face(x, out, counts, before, h, moment)
     elif controls.fixed and x.at[MODE] != ALONE:
         write_between(x, out, counts, before, h, PARTS)
     _take_over(x)
@@ -353,7 +370,7 @@ def _run(s, e, w, x, clock, controls, stops, out, counts):
         clock.fresh, clock.grow, clock.reach = True, GROW, REACH
         _begin(s, e, w, x, clock.time, controls.tolerance)
         write(x, out, counts, clock.time, clock.time)
-    w.mixed[0], rows = MIXED, out.time.size - MOST_SAMPLES - 2
+    w.mixed[0], rows = MIXED, out.time.size - MOST_SAMPLES - 3
     while clock.time < controls.end - controls.shortest and counts.status == OK and counts.samples < rows:
         stop = _next_stop(s, e, w, x, clock, controls, stops, out, counts)
         if clock.reach == REACH and cut(x) > 0.0:

@@ -41,6 +41,19 @@ def write_after_jump(x, out, counts, t, moment):
 
 
 @aside
+def write_at_face(x, out, counts, t, h, moment):
+    """Write a row for a moment after a step's start, at time t, or, negative, before its end: a force jumps there."""
+    row, end = counts.samples, moment < 0.0
+    q, v, a, lam = (x.places[2], x.rates[2], x.seconds[2], x.multipliers[2]) if end else (x.q, x.v, x.a, x.lam)
+    out.time[row] = t + (h if end else 0.0) + moment
+    copy(v, out.v[row]), copy(a, out.a[row]), copy(lam, out.lam[row])
+    for i in range(q.size):
+        out.q[row, i] = q[i] + moment * v[i]
+    _write_memory(x, out, row, t)
+    counts.samples += 1
+
+
+@aside
 def _write_memory(x, out, row, before):
     """Note the memories of forces that the step to this row went by; `write` knows later ones of the onsets."""
     for k in range(x.old.shape[0]):

@@ -74,7 +74,7 @@ def case_of(
         result = simulate(mechanism, duration, asked, solver=solver, timeout=timeout)
         wall, ended = perf_counter() - start, result.status in (Status.OK, Status.SUSPECT)
         read = _read(made, result) if ended else {}
-        return CaseOutcome(str(result.status), result.message, read, wall, _told(result))
+        return CaseOutcome(str(result.status), result.message, read, wall, _told(result, read))
 
     scales = dict(_scales(mechanism, asked))
     name += f", accuracy {asked:g}" if asked else ""
@@ -130,9 +130,13 @@ def _judged(result: Result) -> dict[str, str]:
     return found
 
 
-def _told(result: Result) -> dict[str, float]:
-    """Errors of forces that a run tells; of what rings in periods that it does not follow it tells that."""
+def _told(result: Result, read: Measures) -> dict[str, float]:
+    """Errors of places and forces that a run tells; of what rings in periods that it does not follow it tells that."""
     found: dict[str, float] = {}
+    for kind in {"place", "path"} & set(read):
+        ways = [f"{name}.peak" for name, trait in result.traits.items() if trait.kind is Kind.PLACE and result.units[name] == "m"]
+        off = [result.error[way] * result.error.sizes[way] for way in ways if way in result.error]
+        found[kind] = max(off, default=0.0) / np.nanmax(np.abs(read[kind]))
     for name, owner in _judged(result).items():
         for part, what in (("", "force, rms of"), (".peak", "force, peak of"), (".impulse", "impulse of")):
             measure = f"{what} {owner}"

@@ -16,9 +16,10 @@ from buckler.mbs import Drive, Guide, Modal
 from buckler.mbs.elements import Beam, Cable, Clearance, Force, Link, Revolute, Rigid, Section, Stop, TorsionSpring, Weld
 from buckler.mbs.elements.drive import Ramp
 from buckler.mbs.functions import Table
-from buckler.mbs.laws import Coulomb, HuntCrossley, Impact
+from buckler.mbs.kinematics.slidercrank import SliderCrank
+from buckler.mbs.laws import Coulomb, HuntCrossley, Impact, KelvinVoigt
 from buckler.mbs.laws.rebound import restitution
-from buckler.mbs.library import crank_rocker
+from buckler.mbs.library import crank_rocker, slider_crank
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.modal import BarModes
 from buckler.mbs.simulation import simulate
@@ -164,6 +165,22 @@ def test_a_stop_gives_back_what_its_law_says(method: str, bound: float) -> None:
         speed = record.point("rod:A")[1][-1]
         assert -speed[0] == pytest.approx(restitution(law.chi), rel=bound)
         assert speed[1] == 0.0
+
+
+@pytest.mark.parametrize("tolerance", [1e-8, 1e-10])
+def test_a_touch_within_a_step_is_seen_and_its_jump_is_on_both_sides_of_its_onset(tolerance) -> None:
+    """A slider driven 7 micrometres into a damped stop, whose force jumps as it closes: impulse of the closed form."""
+    kin, speed, stiffness, damping = SliderCrank(0.1108, 0.2819), 5.41, 4.6e5, 509.0
+    at, end = kin.slider(np.pi) + 7e-6, 1.4
+    m = slider_crank(Rigid(BAR), law=KelvinVoigt(stiffness, damping), mass=0.3, speed=speed, stop=float(at), lengths=kin)
+    steps = Controlled(tolerance=tolerance)
+    run = once(m, end, Spectral(steps, contact_tolerance=1e-3 * tolerance / 1e-8))
+    force, t = run.values["B.contact_force"], np.linspace(0.0, end, 4_000_001)
+    depth = at - kin.slider(speed * t)
+    right = np.where(depth > 0, np.maximum(stiffness * depth + damping * np.gradient(depth, t), 0.0), 0.0)
+    assert np.trapezoid(force, run.record.time) == pytest.approx(np.trapezoid(right, t), rel=0.03)
+    (first, *_) = np.flatnonzero(force)
+    assert force[first] > 0.5 * force.max() and run.record.time[first] - run.record.time[first - 1] < 1e-6
 
 
 @pytest.mark.parametrize("asked", [1e-2, 1e-4, 1e-6])
