@@ -36,13 +36,11 @@ from buckler.mbs.elements.signal import Kind, Signal
 from buckler.mbs.geometry import Array
 from buckler.mbs.record.energy import ledger, put_through
 from buckler.mbs.record.lookup import between
-from buckler.mbs.record.means import axial_period, mechanism_mass
+from buckler.mbs.record.means import axial_period, follows, mechanism_mass
 from buckler.mbs.record.run import Run
 
 SMALL, RESTING = 1e-2, 1e-3
 """Of the largest signal of the same kind and unit, and of the mechanism's size: smaller signals are measured by so much."""
-RINGS = 4
-"""Steps in a period of axial vibration from which a run follows it."""
 FORCES = (Kind.REACTION, Kind.CONTACT, Kind.FRICTION, Kind.INTERNAL)
 Scales = tuple[float, float]
 """Of a signal: what the root of a mean square is relative to, and what a largest difference is."""
@@ -113,10 +111,9 @@ class Functions:
 
     @property
     def unresolved(self) -> list[str]:
-        """Forces that ring in periods that the steps do not follow, for a whole one or longer: there a ringing is damped away."""
-        steps = np.diff(self.time)
+        """Forces that ring in periods that the steps do not follow."""
         rings = {name.removesuffix(".mean"): signal.period for name, signal in self.signals.items() if signal.period > 0}
-        return [name for name, period in rings.items() if steps[RINGS * steps > period].sum() > period]
+        return [name for name, period in rings.items() if not follows(self.time, period)]
 
     def at(self, times: Array) -> dict[str, Array]:
         """All signals at other times within the run."""

@@ -64,7 +64,7 @@ def disagreement(a: Run, b: Run, mine: Errors, other: Errors, least: float = ROU
     chaotic = min(ends) < first.time[-1] if known else bool(clearances(a.record.mechanism))
     apart = compare(first, second, min([parted(first, second), *ends]) if chaotic else inf)
     judged = [name for name in Usual().limits(second) if name in apart]
-    places = [name for name in judged if name in second.signals and second.signals[name].kind is Kind.PLACE]
+    places = [name for name, signal in second.signals.items() if signal.kind is Kind.PLACE and name in apart]
     allowed = {
         name: max(least, mine.signals.get(name, 0.0) + other.signals.get(name, 0.0)) if known else APART for name in judged
     }

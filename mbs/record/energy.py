@@ -8,6 +8,7 @@ import numpy as np
 
 from buckler.mbs.geometry import Array
 from buckler.mbs.laws import BristleLaw
+from buckler.mbs.record.means import axial_period, follows
 from buckler.mbs.record.record import Record
 
 BALANCE = 1e-2
@@ -68,13 +69,13 @@ def _at_rest(record: Record) -> float:
 
 
 def _unseen_stretch(record: Record, signals: Mapping[str, Array]) -> float:
-    """Largest axial strain energy, J, of strips whose axial strain nobody sees."""
-    total = 0.0
+    """Largest axial strain energy, J, of strips whose axial strain nobody sees, or whose axial vibration steps do not follow."""
+    total, followed = 0.0, follows(record.time, axial_period(record.mechanism))
     for link in record.mechanism.links:
         if link.body.meshed:
             stiffness = link.body.section.axial_stiffness
             strain = float(np.abs(signals[f"{link.name}.axial_force"]).max()) / stiffness
-            if strain < STRETCH:
+            if strain < STRETCH or not followed:
                 total += stiffness * record.mechanism.length(link.name) * strain**2 / 2
     return total
 

@@ -18,6 +18,8 @@ from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
 
 RINGING = (Kind.REACTION, Kind.INTERNAL)
+RINGS = 4
+"""Steps in a period of axial vibration from which a run follows it."""
 
 
 def means(mechanism: Mechanism, time: Array, signals: Mapping[str, Signal]) -> Iterator[Signal]:
@@ -45,6 +47,12 @@ def averaged(time: Array, values: Array, period: float) -> Array:
         return np.asarray(total[k] + s * (values[k] + s * slope / 2))
 
     return (integral(middle + period / 2) - integral(middle - period / 2)) / period
+
+
+def follows(time: Array, period: float) -> bool:
+    """Whether steps follow a vibration: not where they are long for a whole period of it, as there it is damped away."""
+    steps = np.diff(time)
+    return not float(steps[RINGS * steps > period].sum()) > period
 
 
 def mechanism_mass(mechanism: Mechanism) -> float:

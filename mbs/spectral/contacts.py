@@ -286,6 +286,18 @@ def closing(s, before, reports, least):
 
 
 @inner
+def bend_of_depths(s, before, reports, h):
+    """How far depths of closed contacts are from straight lines over a step, of each."""
+    most = 0.0
+    for k in range(s.forces.shape[0]):
+        if touches(s, k):
+            deep = max(depth_of(s, before, k), depth_of(s, reports, k))
+            if deep > 0.0:
+                most = max(most, 0.125 * h * abs(rate_of_depth(s, reports, k) - rate_of_depth(s, before, k)) / deep)
+    return most
+
+
+@inner
 def error_of_depth(s, before, reports, shifted, h, k, least, noise):
     """Error of contact k's depth over that depth, or over its way in the step, or the least that counts; 0 where it is noise.
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from buckler.mbs.spectral.compiling import aside, copy, inner, jit, lend
 from buckler.mbs.spectral.contacts import (
+    bend_of_depths,
     closing,
     depth_of,
     error_of_depth,
@@ -316,10 +317,10 @@ def _try(s, e, w, x, clock, h, at, controls, counts):
 @aside
 def _accept(s, e, w, x, clock, h, target, controls, out, counts, ended):
     """Take over a step of length h to the time `target`, and write its rows; `ended`: no contact began at its end."""
-    moment = closing(s, x.before, w.reports, JUMP * controls.shortest) if dense(x, controls) else 0.0
+    moment, deep = closing(s, x.before, w.reports, JUMP * controls.shortest), bend_of_depths(s, x.before, w.reports, h)
     changed, before = _remember(s, w, x, controls, counts), clock.time
     if dense(x, controls):
-        parts = samples_in(x, s.elastic, h, controls.tolerance)
+        parts = samples_in(x, s.elastic, h, controls, deep)
         if 0.0 < moment < 0.5 * h / parts:
             write_at_face(x, out, counts, before, h, moment)
         write_between(x, out, counts, before, h, parts)

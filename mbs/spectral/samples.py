@@ -14,7 +14,7 @@ from buckler.mbs.spectral.tables import BRISTLE, FASTEST, ONSET, SLIDING
 from buckler.mbs.spectral.tape import ALONE, MODE
 
 STRAIGHT = 0.75
-"""Straight lines between samples may err by the tolerance to this power, in units of coordinates."""
+"""Straight lines between samples may err by the tolerance to this power, in units of coordinates, and of depths of contacts."""
 MOST_SAMPLES, PARTS = 40, 2
 """In a step; in those of runs that share them, where as many as are needed would be no smooth function of numbers."""
 
@@ -62,11 +62,11 @@ def _write_memory(x, out, row, before):
 
 
 @aside
-def samples_in(x, elastic, h, tolerance):
-    """How many parts of the step straight lines need."""
+def samples_in(x, elastic, h, controls, deep):
+    """How many parts of the step straight lines need, where depths bend by the share `deep`."""
     for i in range(x.q.size):
         x.dq[0, i] = 0.125 * h * h * max(abs(x.a[i]), abs(x.seconds[2, i]))
-    bend = size_of(x, elastic, x.dq[0]) / tolerance**STRAIGHT
+    bend = max(size_of(x, elastic, x.dq[0]) / controls.tolerance**STRAIGHT, deep / controls.contact_tolerance**STRAIGHT)
     return int(min(MOST_SAMPLES, np.ceil(np.sqrt(bend) + 1e-9)))
 
 

@@ -41,7 +41,7 @@ def test_the_difference_allowed_is_the_sum_of_both_errors():
     """Signal by signal; of one that is not known, 5 %, and of what a run without settings is held to."""
     runs = [once(PENDULUM, 0.5, Exudyn(), None, None), once(PENDULUM, 0.5, Exudyn(Controlled(1e-3, 0.1)), None, None)]
     names = Functions.of(runs[0]).signals
-    errors = {f"{name}{part}": 1.0 for name in names for part in ("", ".impulse")} | {"O.ground-rod.fx": 1e-7}
+    errors = {f"{name}{part}": 1.0 for name in names for part in ("", ".peak", ".impulse")} | {"O.ground-rod.fx": 1e-7}
     mine, other = (Errors(1.0, {name: share * error for name, error in errors.items()}, until=0.5) for share in (1, 2))
     found = disagreement(*runs, mine, other)
     assert found.name == "O.ground-rod.fx" and found.allowed == pytest.approx(3e-7) and found.ratio > 1
