@@ -148,38 +148,8 @@ def pressing():
     return mechanism, turn, {"B.contact_force": force}
 
 
-def striking_strut():
-    """A strut's slider that strikes a stop and buckles."""
-    crank, coupler, mass, speed, k, c = 0.14, 0.33, 0.16, 6.0, 1e5, 200.0
-    section, kin = Section(0.03, 0.51e-3), SliderCrank(0.14, 0.33)
-    at = float(kin.slider(2.2))
-    unit, rigidity, euler = section.bending_stiffness / coupler**2, section.axial_stiffness / coupler, section.euler_load(coupler)
-
-    def contact(x, v):
-        return np.where(x < at, np.maximum(k * (at - x) - c * v, 0.0), 0.0)
-
-    def rates(t, z):
-        pin = crank * np.exp(1j * speed * t)
-        span = abs(pin - z[0])
-        push = rigidity * (coupler - span)
-        if push > euler:  # bent, and pressed by what bends it
-            push = unit * float(elastica_law.fast(1 - span / coupler - euler / section.axial_stiffness))
-            push = unit * float(elastica_law.fast(1 - span / coupler - push / section.axial_stiffness))
-        return [z[1], (push * (z[0] - pin.real) / span + (max(0.0, k * (at - z[0]) - c * z[1]) if z[0] < at else 0.0)) / mass]
-
-    duration = 2.6 / speed
-    z = solved(rates, duration, [float(kin.slider(0.0)), 0.0], duration / 2000)
-    mechanism = slider_crank(Strut(section), law=KelvinVoigt(k, c), mass=mass, speed=speed, stop=at, lengths=kin)
-    return mechanism, duration, {
-        "B.x": lambda t: z(t)[0],
-        "B.contact_force": lambda t: contact(*z(t)),
-    }  # fmt: skip
-
-
-def ringing_strut():
-    """A strut that begins unstrained rings about its Euler load: both runs damp that away, and its mean."""
-    crank, coupler, mass, speed = 0.0391, 0.3355, 0.1634, 12.85
-    section, kin, duration = Section(0.03, 0.2145e-3), SliderCrank(0.0391, 0.3355), 0.264
+def strut_slider(section, crank, coupler, mass, speed, duration, contact=lambda x, v: 0.0):
+    """Place and speed of a slider that a strut pushes: bent, it is pressed by what bends it."""
     unit, rigidity, euler = section.bending_stiffness / coupler**2, section.axial_stiffness / coupler, section.euler_load(coupler)
 
     def rates(t, z):
@@ -187,11 +157,34 @@ def ringing_strut():
         span = abs(pin - z[0])
         push = rigidity * (coupler - span)
         if push > euler:
-            push = unit * float(elastica_law.fast(1 - span / coupler - euler / section.axial_stiffness))
-        return [z[1], push * (z[0] - pin.real) / span / mass]
+            push = euler
+            for _ in range(2):
+                push = unit * float(elastica_law.fast(1 - span / coupler - push / section.axial_stiffness))
+        return [z[1], (push * (z[0] - pin.real) / span + float(contact(*z))) / mass]
 
-    z = solved(rates, duration, [float(kin.slider(0.0)), 0.0], duration / 2000)
-    mechanism = slider_crank(Strut(section), law=None, mass=mass, speed=speed, lengths=kin)
+    return solved(rates, duration, [float(SliderCrank(crank, coupler).slider(0.0)), 0.0], duration / 2000)
+
+
+def striking_strut():
+    """A strut's slider that strikes a stop and buckles."""
+    crank, coupler, mass, speed, k, c = 0.14, 0.33, 0.16, 6.0, 1e5, 200.0
+    section, kin, duration = Section(0.03, 0.51e-3), SliderCrank(crank, coupler), 2.6 / speed
+    at = float(kin.slider(2.2))
+
+    def contact(x, v):
+        return np.where(x < at, np.maximum(k * (at - x) - c * v, 0.0), 0.0)
+
+    z = strut_slider(section, crank, coupler, mass, speed, duration, contact)
+    mechanism = slider_crank(Strut(section), law=KelvinVoigt(k, c), mass=mass, speed=speed, stop=at, lengths=kin)
+    return mechanism, duration, {"B.x": lambda t: z(t)[0], "B.contact_force": lambda t: contact(*z(t))}
+
+
+def ringing_strut():
+    """A strut that begins unstrained rings about its Euler load: both runs damp that away, and its mean."""
+    crank, coupler, mass, speed, duration = 0.0391, 0.3355, 0.1634, 12.85, 0.264
+    section = Section(0.03, 0.2145e-3)
+    z = strut_slider(section, crank, coupler, mass, speed, duration)
+    mechanism = slider_crank(Strut(section), law=None, mass=mass, speed=speed, lengths=SliderCrank(crank, coupler))
     return mechanism, duration, {"B.x": lambda t: z(t)[0]}
 
 
