@@ -3,11 +3,18 @@
 from buckler.studies.kit.style import house_style
 
 
-def drawn(study, result):
-    """The figure of a result: every axis named, and nothing warned about."""
+def inked(study, result):
+    """The figure or figures of a result as they are, and nothing warned about."""
     with house_style():
-        figure = study.figure(result)
-        figure.canvas.draw()
+        made = study.figure(result)
+        for figure in made.values() if isinstance(made, dict) else [made]:
+            figure.canvas.draw()
+    return made
+
+
+def drawn(study, result):
+    """The figure of a result: every axis named."""
+    figure = inked(study, result)
     for ax in figure.axes:
         assert ax.get_ylabel()
         assert ax.get_legend() is not None

@@ -1,6 +1,6 @@
 """Runs of the slider-crank's studies."""
 
-import io
+from drawing import inked
 
 from buckler.studies.striking import slider_crank
 from buckler.studies.striking.impact import read
@@ -12,11 +12,10 @@ def value(result, name):
 
 
 def drawn(study, result):
-    """Figures of a result, written as the command line writes them."""
-    figure = study.figure(result)
+    """Figures of a result, their axes named with units."""
+    figure = inked(study, result)
     for ax in figure.axes:
         assert ax.get_xlabel().endswith("]") or "ln" in ax.get_xlabel()
-    figure.savefig(io.BytesIO(), format="pdf")
     return figure
 
 

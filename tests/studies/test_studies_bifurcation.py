@@ -5,10 +5,11 @@ import pytest
 
 pytest.importorskip("numba")
 
+from drawing import inked
+
 from buckler.mbs.laws import CarvalhoMartins
 from buckler.mbs.spectral.chaos import stretching
 from buckler.mbs.spectral.scene import Scene
-from buckler.studies.kit.style import house_style
 from buckler.studies.rattling import bifurcation
 from buckler.studies.rattling.bars import PlayParameters
 from buckler.studies.rattling.bifurcation_points import (
@@ -164,10 +165,7 @@ def test_one_end_is_chaos_and_the_other_repeats(both):
 
 
 def test_figures(both):
-    with house_style():
-        figures = bifurcation.figure(both)
-        for drawn in figures.values():
-            drawn.canvas.draw()
+    figures = inked(bifurcation, both)
     assert list(figures) == ["bifurcation", "growth"]
     above, below = figures["bifurcation"].axes
     assert above.get_xlim() == below.get_xlim() and "N s/m" in below.get_xlabel() and "pin B" in above.get_ylabel()

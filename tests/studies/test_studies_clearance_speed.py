@@ -10,8 +10,9 @@ from ideal_linkage import inverse_dynamics
 
 pytest.importorskip("numba")
 
+from drawing import inked
+
 from buckler.studies.kit.cli import main
-from buckler.studies.kit.style import house_style
 from buckler.studies.rattling import clearance_speed
 from buckler.studies.rattling.clearance_speed import MEASURES, SpeedPoint, ideal, measure, on_engine
 
@@ -150,10 +151,7 @@ def test_energy_that_does_not_balance_carries_a_name(monkeypatch):
 
 
 def draw(result):
-    with house_style():
-        figures = clearance_speed.figure(result)
-        for drawn in figures.values():
-            drawn.canvas.draw()
+    figures = inked(clearance_speed, result)
     assert all(ax.get_ylabel() for ax in figures["lines"].axes)
     return figures
 

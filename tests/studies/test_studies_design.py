@@ -1,15 +1,14 @@
 """The design study: what it finds, what it says of what cannot be had, its tables, figure and command line."""
 
-import io
 import re
 import shlex
 from pathlib import Path
 
 import numpy as np
 import pytest
+from drawing import inked
 
 from buckler.studies.kit.cli import main
-from buckler.studies.kit.style import house_style
 from buckler.studies.striking import design as study
 from buckler.studies.striking import design_check, design_figure
 from buckler.studies.striking.design_check import CheckedTurn, random_wishes
@@ -34,10 +33,7 @@ def value(result, name):
 
 def drawn(result):
     """The figure: map, its stop axis and the turn of the crank, all named."""
-    with house_style():
-        figure = study.figure(result)
-        figure.savefig(io.BytesIO(), format="png")
-    above, below, stop = figure.axes
+    above, below, stop = inked(study, result).axes
     assert above.get_legend() is not None and below.get_legend() is not None
     assert "stop" in stop.get_ylabel() and "[mm]" in stop.get_ylabel()
     assert all("[" in ax.get_xlabel() and "[" in ax.get_ylabel() for ax in (above, below))

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from drawing import inked
 
-from buckler.studies.kit.style import house_style
 from buckler.studies.rattling import crank_rocker
 from buckler.studies.striking import paper_figures, slider_crank_voltage
 
@@ -22,8 +22,7 @@ def test_published_model_strikes_as_printed_in_every_figure(result):
 
 
 def test_axes_are_the_printed_ones(result):
-    with house_style():
-        axes = paper_figures.figure(result).axes
+    axes = inked(paper_figures, result).axes
     assert [ax.get_xlim()[1] for ax in axes] == [15, 15, 15, 12] and [ax.get_ylim()[1] for ax in axes] == [30, 140, 30, 35]
     assert all("[s]" in ax.get_xlabel() and "[N]" in ax.get_ylabel() and ax.get_yscale() == "linear" for ax in axes)
 
@@ -56,6 +55,5 @@ def test_crank_rocker_gives_means_with_errors_and_bands():
     low, high = result.signals["rigid.band.coupler.ax"]
     assert (low <= high).all() and (high - low).max() > 0
     assert "± standard error of the mean over 3 members" in str(result)
-    with house_style():
-        figures = crank_rocker.figure(result)
-    assert figures["acceleration"].axes[0].collections and not crank_rocker.figure(alone[0])["acceleration"].axes[0].collections
+    banded, bare = (inked(crank_rocker, each)["acceleration"].axes[0].collections for each in (result, alone[0]))
+    assert banded and not bare

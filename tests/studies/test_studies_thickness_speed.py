@@ -4,12 +4,12 @@ from math import isnan, nan, pi
 
 import numpy as np
 import pytest
+from drawing import inked
 from scipy.optimize import brentq
 
 from buckler.elastica import pinned
 from buckler.mbs.library import PAPER, PAPER_STOP
 from buckler.studies.kit.report import Metric
-from buckler.studies.kit.style import house_style
 from buckler.studies.striking import slider_crank, thickness_speed
 from buckler.studies.sweeping.sweep import Row
 
@@ -38,10 +38,7 @@ def test_force_goes_with_the_cube_of_the_thickness_but_for_the_stop(small):
     assert 124.9 < ratios[2].value < 125  # not the cube itself: the stop gives way by a tenth of a millimetre
     rows = {row[0]: row for row in small.tables[0].rows}
     assert rows["0.3"][1:3] == ["27", "27.00"] and rows["0.5"][1:3] == ["125", "124.99"]
-    with house_style():
-        drawn = thickness_speed.figure(small)
-        drawn.canvas.draw()
-    assert [bool(ax.get_xlabel() and ax.get_ylabel()) for ax in drawn.axes] == [True] * 4
+    assert [bool(ax.get_xlabel() and ax.get_ylabel()) for ax in inked(thickness_speed, small).axes] == [True] * 4
 
 
 def test_force_does_not_depend_on_the_speed_until_the_slider_has_no_time_to_rest(small):

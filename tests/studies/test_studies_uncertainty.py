@@ -8,11 +8,12 @@ from scipy import stats
 
 pytest.importorskip("numba")
 
+from drawing import inked
+
 from buckler import mbs
 from buckler.elastica import pinned
 from buckler.mbs.library import PAPER, PAPER_STOP
 from buckler.studies.kit.statistics import power_law
-from buckler.studies.kit.style import house_style
 from buckler.studies.rattling.bars import PlayParameters
 from buckler.studies.rattling.turns import ensemble
 from buckler.studies.striking import uncertainty
@@ -236,11 +237,7 @@ def test_crank_rocker_gives_all_its_numbers(fast):
     text = str(fast)
     assert "chance, at the mean" in text and "simulated impact: slope" in text
     assert fast.signals["crank-rocker.peak_force"].shape == (16,)
-    with house_style():
-        figures = uncertainty.figure(fast)
-        for drawn in figures.values():
-            drawn.canvas.draw()
-    assert {name: len(drawn.axes) for name, drawn in figures.items()} == {"slider_crank": 4, "crank_rocker": 6}
+    assert {name: len(each.axes) for name, each in inked(uncertainty, fast).items()} == {"slider_crank": 4, "crank_rocker": 6}
 
 
 @pytest.mark.slow
