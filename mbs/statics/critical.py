@@ -17,6 +17,8 @@ from buckler.mbs.statics.arc import Arc, Step
 from buckler.mbs.statics.problem import Problem, Rest
 from buckler.mbs.statics.spectrum import EPS, Spectrum, Tangent, spectrum, squares
 
+FEW = 1
+"""Eigenvalues above zero that are found of a large tangent: the next ones to pass it."""
 SAME = 1e-5
 """Share of a step, in the parameter, within which critical points are one multiple point."""
 
@@ -45,11 +47,11 @@ class State(NamedTuple):
         return int(grows.sum())
 
 
-def state_at(problem: Problem, rest: Rest) -> State:
-    """Stability of an equilibrium of a problem."""
+def state_at(problem: Problem, rest: Rest, count: int = FEW) -> State:
+    """Stability of an equilibrium of a problem; of many eigenvalues so many above those below zero."""
     problem.set(rest.parameter)
     tangent = Tangent.at(problem.scene, rest.q, rest.multipliers)
-    plain = spectrum(tangent.undamped(), problem.shift)
+    plain = spectrum(tangent.undamped(), problem.shift, count)
     problem.shift = plain.shift
     whole = plain if tangent.conservative else spectrum(tangent)
     swings = (whole.growth > 0.0) & (np.abs(whole.values.imag) > whole.rounding)
@@ -100,10 +102,10 @@ def _limits(arc: Arc, step: Step, turned: Array) -> Iterator[Critical]:
         yield Critical("limit", rest, 1, arc.direction(rest, step.direction)[: len(rest.q), None])
 
 
-def _mu(problem: Problem, rest: Rest) -> Array:
-    """Real parts of the eigenvalues mu = -s^2, ascending; those that pass zero are real there."""
+def _mu(problem: Problem, rest: Rest, count: int) -> Array:
+    """Real parts of the eigenvalues mu = -s^2, ascending, at least so many; those that pass zero are real there."""
     problem.set(rest.parameter)
-    return squares(Tangent.at(problem.scene, rest.q, rest.multipliers), problem.shift)
+    return squares(Tangent.at(problem.scene, rest.q, rest.multipliers), problem.shift, count)
 
 
 def _branchings(arc: Arc, step: Step, before: State, after: State, limits: list[Critical]) -> list[Critical]:
@@ -113,7 +115,7 @@ def _branchings(arc: Arc, step: Step, before: State, after: State, limits: list[
     for k in range(low, high):
 
         def passing(rest: Rest, k: int = k) -> float:
-            return float(_mu(arc.problem, rest)[k])
+            return float(_mu(arc.problem, rest, k + 1)[k])
 
         rest = arc.crossing(step, passing)
         rests += [rest] if rest is not None else []
@@ -139,7 +141,7 @@ def _branchings(arc: Arc, step: Step, before: State, after: State, limits: list[
 
 def _branching(arc: Arc, group: list[Rest]) -> Critical:
     rest = group[0]
-    squares = state_at(arc.problem, rest).squares
+    squares = state_at(arc.problem, rest, len(group) + FEW).squares
     order = np.argsort(np.abs(squares.values))[: len(group)]
     return Critical("branching", rest, len(group), np.real(squares.shapes[:, order]))
 

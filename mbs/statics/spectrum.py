@@ -174,11 +174,14 @@ def spectrum(tangent: Tangent, near: float = 0.0, count: int = COUNT) -> Spectru
     return Spectrum(values[order], (tangent.free @ right)[:, order], rounding[order], shift)
 
 
-def squares(tangent: Tangent, shift: float) -> Array:
-    """-s^2 of a tangent without what depends on rates, by their real parts, from the inverse about a shift: no vectors."""
+def squares(tangent: Tangent, shift: float, count: int) -> Array:
+    """-s^2 of a tangent without what depends on rates, by their real parts, from the inverse about a shift: no vectors.
+
+    Of one with sparse matrices at least the `count` lowest.
+    """
     m, k = tangent.reduced(tangent.mass), tangent.reduced(tangent.stiffness)
     if issparse(k):
-        return np.sort(_nearest(m, k, shift, COUNT)[0])
+        return np.sort(_nearest(m, k, shift, count)[0])
     if not _symmetric(k):
         return np.sort((_turned_over(np.linalg.eigvals(solve(k + shift * m, m))) - shift).real)
     low = np.linalg.cholesky((m + m.T) / 2)
