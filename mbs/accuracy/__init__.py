@@ -1,1 +1,1 @@
-"""How far apart two runs are, how an accuracy asked for is delivered, error against run time."""
+"""How far apart two runs are, and how an accuracy asked for is delivered."""

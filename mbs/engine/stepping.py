@@ -21,7 +21,7 @@ from buckler.mbs.geometry import Array
 from buckler.mbs.laws import contact_time
 from buckler.mbs.solvers.choice import position_error
 from buckler.mbs.solvers.exudyn import Exudyn
-from buckler.mbs.solvers.steps import Controlled, parted
+from buckler.mbs.solvers.steps import Controlled, divided
 
 LIGHTEST = 1e-6
 """Mass, kg, that stands in for none where a contact's duration is estimated."""
@@ -50,7 +50,7 @@ class StepControl(Recorder):
         stops = [_StopWatch(contact, steps) for contact in self.stops]
         struts = [_StrutWatch(scene, name, spring, steps, self.limit) for name, spring in scene.struts.items()]
         self.watched: list[_StopWatch | _StrutWatch] = [*stops, *struts]
-        self.kinks = [*parted(kinks_of(scene.mechanism, duration), self.max_step, Controlled().longest(duration)), np.inf]
+        self.kinks = [*divided(kinks_of(scene.mechanism, duration), self.max_step, Controlled().longest(duration)), np.inf]
         self.accelerations: Array | None = None
         self.candidate: Array | None = None
         self.error = self.tried = 0.0

@@ -73,7 +73,7 @@ class Equal(Declared):
         return self.count
 
 
-def parted(kinks: Sequence[float], longest: float, usual: float) -> list[float]:
+def divided(kinks: Sequence[float], longest: float, usual: float) -> list[float]:
     """Kinks, s, with times between those that one step would join: a run whose longest step is finer is finer there too."""
     parts = max(1, ceil(usual / longest - 1e-9))
     between = (np.linspace(a, b, parts + 1)[:-1] for a, b in pairwise(kinks) if b - a < longest)

@@ -19,7 +19,7 @@ from buckler.mbs.record.run import Run
 from buckler.mbs.record.status import Status
 from buckler.mbs.solvers.choice import stiffly_damped
 from buckler.mbs.solvers.spectral import Spectral
-from buckler.mbs.solvers.steps import COARSEST, parted
+from buckler.mbs.solvers.steps import COARSEST, divided
 from buckler.mbs.spectral import explicit, implicit, output
 from buckler.mbs.spectral.fronts import Orders
 from buckler.mbs.spectral.output import Output
@@ -123,7 +123,7 @@ def integrate(
     pace = scene.tables.pace[0]
     kinks = [t / pace for t in kinks_of(scene.mechanism, end * pace) if state.time < t / pace < end]
     if not controls.fixed and ends is None:
-        kinks = parted(kinks, controls.longest, end / COARSEST)
+        kinks = divided(kinks, controls.longest, end / COARSEST)
     stops = np.array([*kinks, end])
     if explicitly(scene, solver):
         room: Any = explicit.flight_for(scene, state.q, state.v, rest.multipliers, state.memory)

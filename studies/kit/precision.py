@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs.accuracy.precision import Point, work_precision
 from buckler.mbs.geometry import Array
 from buckler.studies.kit.labels import Label, write_labels
 from buckler.studies.kit.parameters import StudyParameters
 from buckler.studies.kit.report import Metric, Progress, Table, provenance
 from buckler.studies.kit.style import Figure, plain_ticks, subplots
+from buckler.studies.kit.work_precision import Point, work_precision
 
 Runs = Mapping[str, Mapping[str, Callable[[], Any]]]
 """What makes a run, by series and setting."""

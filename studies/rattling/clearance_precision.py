@@ -17,7 +17,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from buckler.mbs import Beam, Controlled, Equal, Exudyn, Mechanism, Modal
-from buckler.mbs.accuracy.precision import Point, time_for, verdict
 from buckler.mbs.modal import BarModes
 from buckler.mbs.solvers.choice import usual_tolerance
 from buckler.studies.kit import precision
@@ -26,6 +25,7 @@ from buckler.studies.kit.precision import Bar, Runs, Series
 from buckler.studies.kit.published import DAMPING_UNITS
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import Figure, subplots
+from buckler.studies.kit.work_precision import Point, time_for, verdict
 from buckler.studies.rattling import clearance_precision_runs as variants
 from buckler.studies.rattling.assumptions import Assumptions
 from buckler.studies.rattling.bars import InPython

@@ -22,7 +22,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from buckler.mbs import Beam, Cable, Controlled, Exudyn, Mechanism, simulate
-from buckler.mbs.accuracy.precision import Point, fastest, time_for, verdict
 from buckler.mbs.geometry import Array
 from buckler.mbs.record.status import Status
 from buckler.mbs.sensitivity.reading import spells
@@ -31,6 +30,7 @@ from buckler.studies.kit.parameters import integer, quantities, quantity
 from buckler.studies.kit.precision import Bar, Runs, Series
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import Figure
+from buckler.studies.kit.work_precision import Point, fastest, time_for, verdict
 from buckler.studies.striking import impact, impact_models
 from buckler.studies.striking import slider_crank as main_study
 from buckler.studies.striking.assumptions import StrikeAssumptions, common, crank_angle

@@ -14,7 +14,6 @@ import numpy as np
 
 from buckler.elastica import law, pinned
 from buckler.elastica.rod import Rod
-from buckler.mbs.accuracy.precision import work_precision
 from buckler.mbs.elements.section import Section
 from buckler.mbs.geometry import Array
 from buckler.mbs.library import PAPER
@@ -22,6 +21,7 @@ from buckler.studies.kit.parameters import StudyParameters, integer, quantity
 from buckler.studies.kit.published import QUARTIC, STRIP_WIDTH
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import Figure, subplots
+from buckler.studies.kit.work_precision import work_precision
 
 ROD_LIMIT, FAST_LIMIT = 1e-10, 1e-12
 """Largest relative differences from the closed form that the inextensible rod and the fast law may show."""

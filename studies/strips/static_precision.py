@@ -18,7 +18,6 @@ import numpy as np
 from buckler.elastica import pinned
 from buckler.elastica.rod import Rod
 from buckler.mbs import Beam, Cable, Section
-from buckler.mbs.accuracy.precision import Point, fastest, rate, verdict
 from buckler.mbs.geometry import Array
 from buckler.mbs.library import PAPER
 from buckler.studies.kit.parameters import StudyParameters, integer, quantity
@@ -26,6 +25,7 @@ from buckler.studies.kit.precision import Series, as_signals, draw, footnote, ma
 from buckler.studies.kit.published import STRIP_WIDTH
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import Figure, subplots
+from buckler.studies.kit.work_precision import Point, fastest, rate, verdict
 
 SHORTENINGS = np.concatenate([[1e-3], np.linspace(0.05, 0.95, 19)])
 OFF_BRANCH = 0.5

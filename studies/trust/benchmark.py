@@ -18,7 +18,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from buckler.mbs import Beam, Cable, Modal, Section, simulate
-from buckler.mbs.accuracy.precision import Point, verdict, work_precision
 from buckler.mbs.geometry import Array
 from buckler.mbs.library import PAPER
 from buckler.studies.kit.parameters import StudyParameters, choices, integer
@@ -26,6 +25,7 @@ from buckler.studies.kit.precision import footnote
 from buckler.studies.kit.published import STRIP_WIDTH
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import COLOURS, Figure, subplots
+from buckler.studies.kit.work_precision import Point, verdict, work_precision
 from buckler.studies.strips.static_precision import SHORTENINGS
 
 SMOOTH, PLAY = 6.2e-4, 1e-2

@@ -21,7 +21,6 @@ import numpy as np
 from buckler import mbs
 from buckler.mbs import build, crank_rocker, simulate
 from buckler.mbs import slider_crank as slider
-from buckler.mbs.accuracy.precision import work_precision
 from buckler.mbs.checks.suspicions import suspicions
 from buckler.mbs.elements.clearance import clearances
 from buckler.mbs.engine.solve import once
@@ -33,6 +32,7 @@ from buckler.studies.kit.precision import footnote
 from buckler.studies.kit.published import CONTACT_DAMPING, CONTACT_STIFFNESS, STRIP_WIDTH
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import COLOURS, Figure, subplots
+from buckler.studies.kit.work_precision import work_precision
 
 BASE, AGAIN = "nothing optional", "nothing, again"
 OVER = {"static friction": "friction"}

@@ -16,13 +16,13 @@ from typing import Any
 import numpy as np
 
 from buckler.mbs import Beam, Cable, Controlled, Exudyn, Mechanism, Section, Spectral, simulate, slider_crank
-from buckler.mbs.accuracy.precision import Point, fastest, verdict
 from buckler.mbs.geometry import Array
 from buckler.studies.kit.parameters import StudyParameters, integer, quantities, quantity
 from buckler.studies.kit.precision import Runs, Series, as_signals, by_tolerance, figure_of, footnote, mark, measure, points_of
 from buckler.studies.kit.published import STRIP_WIDTH
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import Figure
+from buckler.studies.kit.work_precision import Point, fastest, verdict
 from buckler.studies.trust import plain
 
 TIMES = 401

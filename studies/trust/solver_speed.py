@@ -22,7 +22,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from buckler.mbs import Beam, Cable, Controlled, Mechanism, Section, simulate, slider_crank
-from buckler.mbs.accuracy.precision import Point, work_precision
 from buckler.mbs.geometry import Array
 from buckler.mbs.laws import KelvinVoigt
 from buckler.mbs.library import PAPER
@@ -32,6 +31,7 @@ from buckler.studies.kit.parameters import StudyParameters, choices, integer, qu
 from buckler.studies.kit.precision import footnote
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import Figure, subplots
+from buckler.studies.kit.work_precision import Point, work_precision
 from buckler.studies.trust import plain
 from buckler.studies.trust.smooth_precision import TIMES, DeflectionRun
 

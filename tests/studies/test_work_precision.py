@@ -7,8 +7,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from buckler.mbs.accuracy import precision
-from buckler.mbs.accuracy.precision import Point, fastest, rate, time_for, verdict, work_precision
+from buckler.studies.kit import work_precision as precision
+from buckler.studies.kit.work_precision import Point, fastest, rate, time_for, verdict, work_precision
 
 
 @pytest.fixture
