@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from clearance_pair import damped_modes, damped_section, distance, forces
 from fourbar import FourBar, run
-from scipy.stats import ttest_ind
 from simulations import fine
 
 pytest.importorskip("numba")
@@ -14,6 +13,7 @@ pytest.importorskip("numba")
 from buckler.mbs import Beam, Controlled, Exudyn, Modal, simulate
 from buckler.mbs.laws import AdamsFriction
 from buckler.mbs.library import CLOSED
+from buckler.studies.rattling.clearance_precision_runs import columns, compare
 from buckler.studies.rattling.turns import by_turn, ensemble
 
 BAR = FourBar()
@@ -103,65 +103,22 @@ def test_beam_rocker_is_the_limit_of_the_modal_reference():
 
 # --- statistics -------------------------------------------------------------------------------------------------------
 
-QUANTITIES = ("force", "rms_a", "lost")
-"""Largest force of each joint, rms x-acceleration of coupler and rocker, energy lost in contact and friction."""
-
-
-def by_cycle(result, turns, period):
-    """Measures of each turn after the first."""
-    found = by_turn(result, period, turns, 1)
-    return {name: found[name] for name in QUANTITIES}
-
-
-def engine_members(members, cycles):
-    """Means over the cycles of each member, by quantity, shape (members, ...); members start 1e-9 rad N(0, 1) apart."""
-    found = []
-    for seed in range(members):
-        start = BAR.start + 1e-9 * float(np.random.default_rng(seed).standard_normal())
-        result = run_engine(replace(BAR, start=start), (cycles + 1) * BAR.period, 1e-3)
-        found.append({name: values.mean(axis=0) for name, values in by_cycle(result, cycles + 1, BAR.period).items()})
-    return {name: np.stack([each[name] for each in found]) for name in QUANTITIES}
-
-
-def reference_members(bar, members, cycles):
-    """The same of the reference."""
-    turns = ensemble(bar.mechanism(), cycles, range(members)).turns
-    kept = turns | {"rms_a": turns["rms_a"][..., :2]}
-    return {name: kept[name].mean(axis=1) for name in QUANTITIES}
-
-
-def chances(one, other):
-    """Chance of a difference as large between two ensembles alike, for each of the seven numbers (Welch's t-test)."""
-    return np.concatenate([np.ravel(ttest_ind(one[name], other[name], equal_var=False).pvalue) for name in QUANTITIES])
-
-
-def standard_errors(one, other):
-    """Of the difference of each mean, relative to the mean."""
-    errors = {
-        name: np.sqrt(sum(each[name].var(axis=0, ddof=1) / len(each[name]) for each in (one, other))) for name in QUANTITIES
-    }
-    return np.concatenate([np.ravel(errors[name] / other[name].mean(axis=0)) for name in QUANTITIES])
-
 
 @pytest.mark.slow
-def test_few_cycles_have_the_statistics_of_the_reference():
-    """Eight cycles against fifty. Three standard errors: a chance of 0.27 % for all seven numbers together (Bonferroni)."""
-    engine, compiled = engine_members(8, 1), reference_members(BAR, 50, 1)
-    assert 7 * chances(engine, compiled).min() > 2.7e-3
-    assert standard_errors(engine, compiled).max() < 0.15
+@pytest.mark.parametrize(
+    ("members", "cycles", "chance", "error"), [(8, 1, 2.7e-3, 0.15), (20, 5, 0.01, 0.04)], ids=["few cycles", "a hundred"]
+)
+def test_cycles_have_the_statistics_of_the_reference(members, cycles, chance, error):
+    """Largest forces, accelerations and losses at once: all together are allowed the chance to fail without a reason.
 
-
-@pytest.mark.slow
-def test_hundred_cycles_have_the_statistics_of_the_reference():
-    """Seven numbers at once: each is allowed a chance of 1 % / 7, so that 1 % of such tests fail without a reason.
-
-    Two standard errors alone would fail one test in three. The same data must tell friction that is a fifth larger.
+    Two standard errors alone would fail one test in three. A hundred cycles must tell friction that is a fifth larger.
     """
-    engine, compiled = engine_members(20, 5), reference_members(BAR, 60, 5)
-    assert 7 * chances(engine, compiled).min() > 0.01
-    assert standard_errors(engine, compiled).max() < 0.04
-    rougher = replace(BAR, friction=AdamsFriction(static=0.36, dynamic=0.12))
-    assert chances(engine, reference_members(rougher, 60, 5)).min() < 1e-6
+    found = compare(BAR.mechanism(), BAR.mechanism(), members, cycles)
+    assert found.chance > chance and found.balance < 1e-3
+    assert (found.error / found.compiled.mean(axis=0)).max() < error
+    rougher = replace(BAR, friction=AdamsFriction(static=0.36, dynamic=0.12)).mechanism()
+    other = found._replace(compiled=columns(ensemble(rougher, cycles, range(4 * members)).turns).mean(axis=1))
+    assert cycles < 5 or other.chance < 1e-6
 
 
 @pytest.mark.slow
@@ -169,8 +126,8 @@ def test_cycles_of_closed_joints_are_those_of_the_reference():
     """Nothing is left to chance here: numbers of three cycles agree one by one."""
     bar = replace(BAR, law=CLOSED)
     result = run_engine(bar, 4 * bar.period, 1e-7)
-    found = by_cycle(result, 4, bar.period)
+    found = by_turn(result, bar.period, 4, 1)
     expected = ensemble(bar.mechanism(), 3, [0], spread=1e-12, tolerance=1e-9).turns
     np.testing.assert_allclose(found["force"], expected["force"][0], rtol=5e-3)
-    np.testing.assert_allclose(found["rms_a"], expected["rms_a"][0, :, :2], rtol=2e-3)
+    np.testing.assert_allclose(found["rms_a"][:, :2], expected["rms_a"][0, :, :2], rtol=2e-3)
     np.testing.assert_allclose(found["lost"], expected["lost"][0], rtol=2e-3)
