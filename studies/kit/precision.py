@@ -14,7 +14,7 @@ from buckler.mbs.geometry import Array
 from buckler.studies.kit.labels import Label, write_labels
 from buckler.studies.kit.parameters import StudyParameters
 from buckler.studies.kit.report import Metric, Progress, Table, provenance
-from buckler.studies.kit.style import Figure, plain_ticks, subplots
+from buckler.studies.kit.style import Axes, Figure, plain_ticks, subplots
 from buckler.studies.kit.work_precision import Point, work_precision
 
 Runs = Mapping[str, Mapping[str, Callable[[], Any]]]
@@ -114,7 +114,7 @@ def series_in(signals: Mapping[str, Array], setting: str = SETTING) -> list[str]
 
 
 def draw(
-    ax: Any,
+    ax: Axes,
     signals: Mapping[str, Array],
     labels: Mapping[str, str],
     what: str = "tolerance, or steps",
@@ -148,7 +148,7 @@ def footnote(parameters: StudyParameters, of: str = "Medians") -> str:
     return f"{of} of {repeats} runs taken in turn; {machine}; {versions}; commit {origin['commit']}."
 
 
-def figure_of(signals: Mapping[str, Array], ylabel: str) -> tuple[Figure, Any]:
+def figure_of(signals: Mapping[str, Array], ylabel: str) -> tuple[Figure, Axes]:
     """Error over run time of every series, and its axes."""
     names = series_in(signals)
     fig, ax = subplots(height=110)

@@ -25,7 +25,7 @@ import numpy as np
 
 from buckler.studies.kit.parameters import integer, quantities, quantity, text
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
-from buckler.studies.kit.style import COLOURS, Figure, plain_ticks, subplots
+from buckler.studies.kit.style import COLOURS, Axes, Figure, plain_ticks, subplots
 from buckler.studies.rattling import buffering_measures as measures
 from buckler.studies.rattling import world_shares
 from buckler.studies.rattling.assumptions import BODIES, ModalAssumptions
@@ -238,7 +238,7 @@ def _over_clearance(result: StudyResult) -> Figure:
     return fig
 
 
-def _draw(ax: Any, metrics: Mapping[str, Metric], here: Sequence[ClaimCase], claim: Any, shift: float) -> None:
+def _draw(ax: Axes, metrics: Mapping[str, Metric], here: Sequence[ClaimCase], claim: Any, shift: float) -> None:
     """One claim's ratios with bars of two standard errors; the marks tell the verdicts."""
     found = [metrics[f"{case.name}.{claim.name}.ratio"] for case in here]
     gap = np.array([1e3 * case.gap for case in here]) * np.exp(shift)

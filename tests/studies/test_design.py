@@ -221,8 +221,9 @@ def test_wrong_input_is_named(make, text):
 # --- the design, simulated --------------------------------------------------------------------------------------------
 
 
-def held_to(count, seed):
-    """Simulate random designs by the strut; every one is within the bars. Returns the largest errors."""
+@pytest.mark.parametrize(("count", "seed"), [(10, 11), pytest.param(100, 12, marks=pytest.mark.slow)])
+def test_random_wishes_come_true(count, seed):
+    """Of any strip, slider, stop and friction, by the strut; `pytest -m slow -s -k random_wishes` prints the largest errors."""
     wish, given = random_cases(count, seed)
     errors = []
     for i in range(count):
@@ -231,18 +232,8 @@ def held_to(count, seed):
         assert o.run.ended, o.run.message
         assert o.within(d.wish, BARS["strut"]), (d, o)
         errors.append([*o.off(d.wish).values()])
-    return np.abs(errors).max(axis=0)
-
-
-def test_random_wishes_come_true():
-    held_to(10, seed=11)
-
-
-@pytest.mark.slow
-def test_a_hundred_random_wishes_come_true():
-    """Of any strip, slider, stop and friction; `pytest -m slow -s -k hundred_random` prints the largest errors."""
-    contact, impact, angle = held_to(100, seed=12)
-    print(f"100 wishes: contact force within {contact:.3%}, impact force {impact:.2%}, angle {np.degrees(angle):.3f} deg")
+    contact, impact, angle = np.abs(errors).max(axis=0)
+    print(f"{count} wishes: contact force within {contact:.3%}, impact force {impact:.2%}, angle {np.degrees(angle):.3f} deg")
 
 
 def test_another_linkage_comes_true_and_a_beam_strikes_harder():

@@ -117,19 +117,13 @@ def test_wish_that_no_strip_can_do_is_told_with_what_can():
 
 
 @pytest.mark.slow
-def test_design_study_holds_for_the_beam():
-    result = design.run(design.Parameters(hold_for="beam", imperfection=0.01, wishes=0, models="beam"))
-    assert result.status == "OK", result.message
-    assert result.metrics["beam.impact_force"].value == pytest.approx(30, rel=0.05)
-    assert result.metrics["beam.contact_force"].error < 5e-3
-    assert result.metrics["beam.contact_angle"].value == pytest.approx(120, abs=0.5)
-
-
-@pytest.mark.slow
 def test_feasible_wishes_hold_for_the_beam():
     """Around 2 N, 30 N, 120 deg, strips bowed by 1 %: each that is called feasible keeps the bars when run more finely."""
     result = design.run(design.Parameters(hold_for="beam", imperfection=0.01, wishes=30, models="beam"))
     assert result.status == "OK", result.message
+    assert result.metrics["beam.impact_force"].value == pytest.approx(30, rel=0.05)
+    assert result.metrics["beam.contact_force"].error < 5e-3
+    assert result.metrics["beam.contact_angle"].value == pytest.approx(120, abs=0.5)
     assert result.metrics["around.wishes"].value >= 20
 
 
