@@ -51,10 +51,7 @@ class Arc:
     def __init__(self, problem: Problem, begun: float, to: float) -> None:
         self.problem, self.span = problem, to - begun
         n, r = problem.scene.size, len(problem.scene.row_names)
-        places = np.array(list(problem.scene.mechanism.points.values()))
-        extent = max(problem.scene.length, float(np.ptp(places, axis=0).max()))
-        units = np.where(problem.units == 1.0, 1.0, np.maximum(problem.units, extent))
-        self.metric = np.concatenate([1.0 / units**2 / n, np.zeros(r), [1.0 / self.span**2]])
+        self.metric = np.concatenate([1.0 / problem.room**2 / n, np.zeros(r), [1.0 / self.span**2]])
 
     def size(self, vector: Array) -> float:
         """Length of a change."""

@@ -41,7 +41,7 @@ def others(problem: Problem, rest: Rest, further: list[Rest]) -> list[Rest]:
 def _starts(problem: Problem, rest: Rest) -> Iterator[tuple[Rest, float]]:
     shapes = np.real(problem.spectrum(rest).shapes[:, :SHAPES])
     for shape in shapes.T:
-        shape = shape / max(float(np.abs(shape / problem.units).max()), 1e-300)
+        shape = shape / max(float(np.abs(shape / problem.room).max()), 1e-300)
         for kick in KICKS:
             for side in (kick, -kick):
                 yield rest._replace(q=rest.q + side * shape), kick

@@ -66,6 +66,13 @@ class Problem:
         self.units = self.scene.units
         self.value = self.scene.tables.values[self.row] if self.row >= 0 else 0.0
 
+    @property
+    def room(self) -> Array:
+        """As `units`, but of what the whole mechanism takes up: its longest link may be short, (n,)."""
+        drawn = np.array(list(self.scene.mechanism.points.values()))
+        extent = max(self.scene.length, float(np.ptp(drawn, axis=0).max()))
+        return np.where(self.units == 1.0, 1.0, np.maximum(self.units, extent))
+
     def start(self, parameter: float) -> Rest:
         """The pose that is drawn."""
         return Rest(self.scene.q0, np.zeros(len(self.scene.row_names)), parameter)

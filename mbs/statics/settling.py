@@ -19,7 +19,7 @@ from buckler.mbs.statics.problem import BALANCED, Problem, Rest, StaticsError, l
 MOVE = 0.1
 """Way of a step, lengths or rad, where the mechanism is far from rest."""
 AWAY = 60.0
-"""Way after which a motion is taken for endless."""
+"""Way, in sizes of the mechanism, after which a motion is taken for endless."""
 SHORTEST = 1e-4
 """Smallest part of the load that is tried at once."""
 CORRECTIONS = 4
@@ -52,6 +52,7 @@ def settle(problem: Problem, rest: Rest) -> Rest:
     """
     rest, span = rest._replace(multipliers=np.zeros_like(rest.multipliers)), 0.0
     begun, kicks, way = rest, 0, 0.0
+    away = AWAY * float((problem.room / problem.units).max(initial=1.0))
     for _ in range(STEPS):
         new, span, moved = _step(problem, rest, span)
         way += moved
@@ -69,7 +70,7 @@ def settle(problem: Problem, rest: Rest) -> Rest:
                 kick = 1e-2 * shape / np.abs(shape / problem.units).max()
                 new, span = found._replace(q=found.q + kick), 1.0 / float(spectrum.growth[worst]) ** 2
         rest = new
-        if way > AWAY:
+        if way > away:
             name = moving(problem.scene, rest.q, rest.q - begun.q)
             raise RunsAwayError(f"no equilibrium: '{name}' is free to move, and its load is not balanced on the way")
     raise StaticsError(f"'{moving(problem.scene, rest.q, rest.q - begun.q)}' still moves after {STEPS} damped steps")

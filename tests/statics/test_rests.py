@@ -165,6 +165,38 @@ def test_a_load_beyond_a_limit_point_leads_past_it():
     assert "of the load" in rest.message
 
 
+def small_blocks(heights, *loads):
+    """Blocks of 0.06 m on one vertical slide, each between two springs to points 1 m aside, in whose line they snap."""
+    points, links, joints, springs = {}, [], [], []
+    for k, height in enumerate(heights):
+        points |= {f"P{k}": (0, height), f"Q{k}": (0.06, height), f"A{k}": (-1, height - 0.3), f"B{k}": (1, height - 0.3)}
+        links.append(Link(f"block{k}", f"P{k}", f"Q{k}", Rigid.of(mass=1.0, inertia=1e-3)))
+        joints.append(Slider(f"P{k}", f"block{k}", "ground", along=(0, 1)))
+        springs += [Spring(f"P{k}", f"ground:{end}{k}", stiffness=1e4, free_length=np.hypot(1, 0.3)) for end in "AB"]
+    return Mechanism(points, links, joints, loads=[*springs, *loads])
+
+
+def test_a_rest_that_is_two_hundred_links_away_is_no_free_motion():
+    """2 k (1 - l0/l) y = F where it has snapped through."""
+    load, free = 2.5e5, np.hypot(1.0, 0.3)
+    rest = equilibrium(small_blocks([0.3], Force("P0", (0.0, -load))))
+    exact = brentq(lambda y: 2e4 * (1 - free / np.hypot(1, y)) * y + load, -50, -2)
+    assert exact < -12
+    assert (rest.status, rest.stable) == ("OK", True)
+    assert rest.point("block0", "P0").position[1] == pytest.approx(exact, rel=1e-9)
+
+
+def test_all_four_stable_rests_of_two_trusses_that_a_weak_spring_couples_are_found():
+    """Each is up or down; a spring of a thousandth of their stiffness moves them by as little."""
+    weak = Spring("block0:P0", "block1:P1", stiffness=1.0, free_length=1.0)
+    rest = equilibrium(small_blocks([0.3, 1.3], weak), all=True)
+    found = [(each.point("block0", "P0").position[1], each.point("block1", "P1").position[1] - 1.0) for each in
+             (rest, *rest.others) if each.stable]  # fmt: skip
+    assert len(found) == 4
+    for lower, upper in ((a, b) for a in (-0.3, 0.3) for b in (-0.3, 0.3)):
+        assert sum(abs(one - lower) + abs(two - upper) < 0.01 for one, two in found) == 1
+
+
 def test_the_error_of_a_bent_strip_bounds_its_difference_to_a_fine_one():
     section = Section(0.03, 0.0005)
     load = 10 * section.bending_stiffness / 0.25
