@@ -19,22 +19,18 @@ from __future__ import annotations
 import ast
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from difflib import get_close_matches
-from functools import cached_property
 from math import nan
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.polynomial import Polynomial
 
 from buckler.mbs.expressions import CONSTANTS, parse
 from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.sensitivity.curve import Curve
 
 KEEPS_UNIT = {"max", "min", "mean", "rms", "start", "end", "at", "abs", "settled", "peak"}
-SETTLED = 0.1
-"""Share of the run, at its end, over which `settled` takes the mean."""
 OF_VALUES: dict[str, Callable[[Any], Any]] = {"abs": np.abs, "sqrt": np.sqrt, "sin": np.sin, "cos": np.cos}
 ARGUMENTS = {
     **dict.fromkeys(("max", "min", "mean", "rms", "start", "end", "impulse", "settled"), 1), "at": 2, "when": 3,
@@ -45,10 +41,6 @@ OPERATORS: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Add: np.add, ast.Sub: np.subtract, ast.Mult: np.multiply, ast.Div: np.divide, ast.Pow: np.power,
 }  # fmt: skip
 NONE: Mapping[ast.expr, float] = {}
-NEAR = 5
-"""Samples from which a slope is taken."""
-MOMENT = 1e-11
-"""Of the run: samples nearer than that stand before and after a jump."""
 TOKEN = re.compile(r"[^\W\d]\w*(?:[.\-]\w+)*\.\w+")
 """What looks like a signal's name in a formula, where the names are not known."""
 
@@ -58,188 +50,6 @@ class Measured(NamedTuple):
 
     value: float
     unit: str
-
-
-def spells(x: Array) -> Array:
-    """Where samples are above zero: first and one past the last of each time that they are, shape (times, 2)."""
-    above = np.concatenate([[False], x > 0, [False]])
-    return np.flatnonzero(above[1:] != above[:-1]).reshape(-1, 2)
-
-
-@dataclass(frozen=True)
-class Curve:
-    """A signal over a run, straight between its samples: what can be read off it. Methods are the words of a formula.
-
-    Attributes
-    ----------
-    time, x : array, shape (samples,)
-    """
-
-    time: Array
-    x: Array
-
-    def integral(self) -> float:
-        """Over the run."""
-        return float(np.trapezoid(self.x, self.time))
-
-    def max(self) -> float:
-        """Largest sample."""
-        return float(np.max(self.x))
-
-    def at(self, when: float) -> float:
-        """Value at a time, s."""
-        return float(np.interp(when, self.time, self.x))
-
-    def when(self, value: float, count: float) -> float:
-        """Time of the `count`-th crossing of a value, s; nan if there is none."""
-        off = self.x - value
-        found = np.flatnonzero((off[:-1] < 0) != (off[1:] < 0))
-        if not 1 <= count <= len(found):
-            return nan
-        return self._root(int(found[int(count) - 1]), value)
-
-    def begins(self, count: float) -> float:
-        """Time, s, from which it is above zero for the `count`-th time."""
-        found = self._spell(count)
-        return nan if found is None else self._edge(found.start, 1)
-
-    def ends(self, count: float) -> float:
-        """Time, s, until which it is."""
-        found = self._spell(count)
-        return nan if found is None else self._edge(found.stop - 1, -1)
-
-    def peak(self, count: float) -> float:
-        """Largest value between them."""
-        found = self._spell(count)
-        return nan if found is None else type(self)(self.time[found], self.x[found]).max()
-
-    def _spell(self, count: float) -> slice | None:
-        """Samples above zero for the `count`-th time, from the last on for -1, -2, ..., with those beside them."""
-        parts = spells(self.x)
-        k = int(count) - 1 if count > 0 else len(parts) + int(count)
-        if not 0 <= k < len(parts):
-            return None
-        return slice(max(0, int(parts[k, 0]) - 1), min(len(self.x), int(parts[k, 1]) + 1))
-
-    def _edge(self, k: int, step: int) -> float:
-        """Time of the sample outside, the first or the last one, beside those above zero."""
-        return float(self.time[k])
-
-    def _root(self, k: int, value: float) -> float:
-        """Where the k-th piece has a value that lies between those of its ends."""
-        part = (value - self.x[k]) / (self.x[k + 1] - self.x[k])
-        return float(self.time[k] + part * (self.time[k + 1] - self.time[k]))
-
-    def min(self) -> float:
-        """Least value."""
-        return -type(self)(self.time, -self.x).max()
-
-    def impulse(self) -> float:
-        """Integral over the run."""
-        return self.integral()
-
-    def mean(self) -> float:
-        """Weighted by time."""
-        span = float(self.time[-1] - self.time[0])
-        return self.integral() / span if span > 0 else float(self.x[-1])
-
-    def rms(self) -> float:
-        """Root of the mean square."""
-        return float(type(self)(self.time, self.x**2).mean() ** 0.5)
-
-    def settled(self) -> float:
-        """Mean over the last tenth of the run."""
-        first = self.time[-1] - SETTLED * (self.time[-1] - self.time[0])
-        late = self.time > first
-        times = np.concatenate([[first], self.time[late]])
-        return type(self)(times, np.concatenate([[self.at(float(first))], self.x[late]])).mean()
-
-    def start(self) -> float:
-        """First value."""
-        return float(self.x[0])
-
-    def end(self) -> float:
-        """Last value."""
-        return float(self.x[-1])
-
-
-class Smooth(Curve):
-    """The same, by cubics between the samples (`record.lookup`), so that what is read off varies smoothly with the samples."""
-
-    @cached_property
-    def slopes(self) -> Array:
-        """At the samples, shape (samples,)."""
-        return self._slopes(np.arange(len(self.time)))
-
-    @cached_property
-    def _pieces(self) -> Array:
-        """First samples of the pieces between jumps, and the number of samples."""
-        jumps = np.flatnonzero(np.diff(self.time) < MOMENT * self.time[-1]) + 1
-        return np.array([0, *jumps, len(self.time)])
-
-    def _slopes(self, k: Array) -> Array:
-        """At some samples: of the polynomials through five of them, of the fourth order, or through all of a shorter piece."""
-        piece = np.searchsorted(self._pieces, k, side="right") - 1
-        first, last, found = self._pieces[piece], self._pieces[piece + 1], np.zeros(len(k))
-        size = np.minimum(last - first, NEAR)
-        for m in {*size.tolist()} - {1}:
-            some = size == m
-            near = np.clip(k[some] - m // 2, first[some], last[some] - m)[:, None] + np.arange(m)
-            apart = self.time[near] - self.time[k[some], None]
-            scale = np.abs(apart).max(axis=1)
-            powers = (apart / scale[:, None])[:, :, None] ** np.arange(m)
-            found[some] = np.linalg.solve(powers, self.x[near][:, :, None])[:, 1, 0] / scale
-        return found
-
-    def integral(self) -> float:
-        """Of the cubics."""
-        h = np.diff(self.time)
-        return super().integral() + float(h**2 @ (self.slopes[:-1] - self.slopes[1:])) / 12
-
-    def max(self) -> float:
-        """Of the cubics beside the largest sample."""
-        k = int(np.argmax(self.x))
-        best = float(self.x[k])
-        for i in (k - 1, k):
-            if 0 <= i < len(self.x) - 1:
-                cubic = self._cubic(i)
-                turns = cubic.deriv().roots()
-                inside = turns.real[(np.abs(turns.imag) < 1e-12) & (turns.real > 0) & (turns.real < 1)]
-                best = max([best, *map(float, cubic(inside))])
-        return best
-
-    def at(self, when: float) -> float:
-        """Value at a time, s."""
-        k = int(np.clip(np.searchsorted(self.time, when, side="right") - 1, 0, len(self.time) - 2))
-        return float(self._cubic(k)((when - self.time[k]) / (self.time[k + 1] - self.time[k])))
-
-    def _root(self, k: int, value: float) -> float:
-        from scipy.optimize import brentq  # it takes a while to load, and few need it
-
-        cubic = self._cubic(k)
-        part = brentq(lambda y: float(cubic(y)) - value, 0.0, 1.0, xtol=1e-15)
-        return float(self.time[k] + part * (self.time[k + 1] - self.time[k]))
-
-    def _edge(self, k: int, step: int) -> float:
-        """Where the samples beside the one outside come down to zero; its time where an event, or the run's end, is there."""
-        inside, cuts = [k + i * step for i in (1, 2, 3)], self._pieces[1:-1]
-        for i in (k, k + step):
-            if {i, i + 1} & {*cuts.tolist()}:
-                return float(self.time[i])
-        if self.x[k] > 0 or not 0 <= k + 3 * step < len(self.x) or not self.x[inside].all():
-            return float(self.time[k])
-        if self.x[k] < 0:
-            return self._root(min(k, k + step), 0.0)
-        part = (self.time[inside] - self.time[k]) / (self.time[inside[0]] - self.time[k])
-        roots = np.roots(np.polyfit(part, self.x[inside], 2))
-        near = roots.real[(np.abs(roots.imag) < 1e-12) & (roots.real >= 0) & (roots.real <= 1)]
-        return float(self.time[k] + near.max(initial=0.0) * (self.time[inside[0]] - self.time[k]))
-
-    def _cubic(self, k: int) -> Polynomial:
-        """The k-th piece over its part, 0 to 1."""
-        h, step = self.time[k + 1] - self.time[k], self.x[k + 1] - self.x[k]
-        before, after = h * self._slopes(np.array([k, k + 1]))
-        return Polynomial([self.x[k], before, 3 * step - 2 * before - after, before + after - 2 * step])
 
 
 def measure(

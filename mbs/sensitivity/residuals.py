@@ -15,10 +15,11 @@ from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.lookup import between
 from buckler.mbs.record.run import Run
+from buckler.mbs.sensitivity.curve import Smooth
 from buckler.mbs.sensitivity.data import Experiment
 from buckler.mbs.sensitivity.frozen import RunFailedError, Steps
 from buckler.mbs.sensitivity.numbers import Family
-from buckler.mbs.sensitivity.reading import Smooth, measure
+from buckler.mbs.sensitivity.reading import measure
 from buckler.mbs.solvers.spectral import Spectral
 
 Bounds = tuple[float, float]

@@ -15,7 +15,7 @@ from buckler.mbs.accuracy.words import FINEST
 from buckler.mbs.geometry import Array
 from buckler.mbs.library import STEEL_CRANK_ROCKER
 from buckler.mbs.modal import BarModes, CraigBampton
-from buckler.mbs.sensitivity.reading import Curve
+from buckler.mbs.sensitivity.curve import Curve
 from buckler.studies.kit.parameters import choices, integer, quantity
 from buckler.studies.rattling.assumptions import BODIES, Assumptions
 from buckler.studies.rattling.bars import PlayParameters

@@ -17,7 +17,7 @@ from buckler.mbs import Section
 from buckler.mbs.accuracy.words import FINEST
 from buckler.mbs.geometry import Array
 from buckler.mbs.library import PAPER, PAPER_STOP
-from buckler.mbs.sensitivity.reading import spells
+from buckler.mbs.sensitivity.curve import spells
 from buckler.studies.kit.parameters import choices, quantity
 from buckler.studies.kit.published import STRIP_WIDTH
 from buckler.studies.kit.report import Metric, StudyResult, Table, worst

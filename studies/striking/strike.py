@@ -15,7 +15,7 @@ from buckler import mbs
 from buckler.mbs import Beam, Link, Mechanism, Revolute, Rigid, TorsionSpring
 from buckler.mbs.geometry import Array
 from buckler.mbs.library import PAPER
-from buckler.mbs.sensitivity.reading import spells
+from buckler.mbs.sensitivity.curve import spells
 from buckler.mbs.spectral.run import once
 from buckler.studies.kit.parameters import choices, quantity
 from buckler.studies.kit.published import IMPACT_SPEED

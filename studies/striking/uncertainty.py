@@ -28,7 +28,7 @@ from scipy import stats
 
 from buckler.mbs.geometry import Array
 from buckler.mbs.library import PAPER_STOP
-from buckler.mbs.sensitivity.derivatives import Sensitivities
+from buckler.mbs.sensitivity.table import Sensitivities
 from buckler.studies.kit.parameters import choice, choices, integer, quantity
 from buckler.studies.kit.published import DAMPING_UNITS
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged

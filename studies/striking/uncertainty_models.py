@@ -28,7 +28,7 @@ from buckler.mbs.geometry import Array
 from buckler.mbs.kinematics.slidercrank import SliderCrank
 from buckler.mbs.laws import AdamsFriction, ExactRestitution, Impact
 from buckler.mbs.library import PAPER
-from buckler.mbs.sensitivity.derivatives import Sensitivities
+from buckler.mbs.sensitivity.table import Sensitivities
 from buckler.studies.kit.published import STRIP_WIDTH
 from buckler.studies.kit.report import Metric
 from buckler.studies.kit.statistics import mean

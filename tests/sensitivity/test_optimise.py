@@ -1,21 +1,31 @@
 """Designs against closed forms and published linkages."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 from scipy.optimize import least_squares, minimize, minimize_scalar
 from simulations import pushed, slim
 
+from buckler.elastica import shapes
+from buckler.elastica.path import follow
+from buckler.elastica.strip import Load, Strip
 from buckler.mbs import (
+    Beam,
     Drive,
+    Force,
     Guide,
     Link,
     Mechanism,
     Revolute,
     Rigid,
     Section,
+    Slider,
     TorsionSpring,
+    Weld,
     frequencies,
     optimise,
+    path,
 )
 from buckler.mbs.sensitivity.design import wanted
 
@@ -260,3 +270,50 @@ def test_four_bar_through_published_points():
     assert 2 * exact.cost < 1e-6
     assert found.readings["off"] == pytest.approx(2 * exact.cost, rel=0.02)
     assert np.sum(off(list(found.values.values())) ** 2) == pytest.approx(found.readings["off"], rel=1e-4)
+
+
+SPAN, WIDTH = 0.2, 0.01
+
+
+def half_arch(rise, thickness):
+    """Half of a clamped half-sine arch, its middle on a block that slides and does not turn: what is not symmetrical is held."""
+    half = Beam(Section(WIDTH, thickness), shape=lambda s: (s, 2 * rise / SPAN * np.sin(np.pi * s / 2)))
+    return Mechanism(
+        points={"A": (0.0, 0.0), "B": (SPAN / 2, rise), "C": (SPAN / 2, rise + 0.02)},
+        links=[Link("strip", "A", "B", half), Link("block", "B", "C", Rigid.of(mass=0.01, inertia=1e-6))],
+        joints=[Weld("A", "ground", "strip"), Weld("B", "strip", "block"), Slider("B", "block", "ground", along=(0, 1))],
+        loads=[Force("B", (0.0, -1.0))],
+    )
+
+
+def snap_loads(rise, thickness):
+    """Both limit loads of the whole arch by its boundary value problem, Cowper's shear factor."""
+    angle, ratio = shapes.half_sine(rise / SPAN)
+    steel, area = Section(WIDTH, thickness).material, WIDTH * thickness
+    unit = steel.modulus * area * thickness**2 / 12 / (ratio * SPAN) ** 2
+    shear = 13 / (12 + 11 * 0.3) * steel.modulus / 2.6 * area
+    strip = Strip("clamped", "clamped", angle, steel.modulus * area / unit, shear / unit)
+    return [each.factor * unit for each in follow(strip, Load(inner=(0.0, -1.0)), 100.0).limits[:2]]
+
+
+@pytest.mark.slow
+def test_bistable_arch_of_given_snap_loads():
+    """Rise and thickness from the loads at which it snaps over and back; another code has these loads of the design."""
+
+    @cache
+    def snaps(rise, thickness):
+        found = path(half_arch(rise, thickness), to=300.0, load="force.B", degree=8).limits
+        return tuple(2 * load for load in found) if len(found) == 2 else (np.nan, np.nan)
+
+    def reading(k):
+        return lambda made: snaps(made.points["B"][1], made.links[0].body.section.thickness)[k]
+
+    wish, names = snap_loads(0.011, 9e-4), ("over", "back")
+    found = optimise(
+        half_arch, free={"rise": (0.007, 0.014), "thickness": (6e-4, 1.4e-3)}, starts=2,
+        readings={name: reading(k) for k, name in enumerate(names)},
+        subject_to=[(name, 0.999 * load, 1.001 * load) for name, load in zip(names, wish, strict=True)],
+    )  # fmt: skip
+    assert found.possible
+    assert snap_loads(*found.values.values()) == pytest.approx(wish, rel=1.1e-3)
+    assert list(found.values.values()) == pytest.approx([0.011, 9e-4], rel=0.01)

@@ -29,8 +29,9 @@ from buckler.mbs import (
     sensitivities,
 )
 from buckler.mbs.laws import CarvalhoMartins, KelvinVoigt
+from buckler.mbs.sensitivity.curve import Curve, Smooth
 from buckler.mbs.sensitivity.frozen import Steps
-from buckler.mbs.sensitivity.reading import Curve, Smooth, measure
+from buckler.mbs.sensitivity.reading import measure
 from buckler.mbs.spectral.run import integrate, once
 from buckler.mbs.spectral.scene import Scene
 

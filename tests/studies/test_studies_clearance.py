@@ -9,7 +9,7 @@ import pytest
 from fourbar import FourBar
 from ideal_linkage import inverse_dynamics
 
-from buckler.mbs.sensitivity.reading import Curve
+from buckler.mbs.sensitivity.curve import Curve
 from buckler.studies.kit.report import worst
 from buckler.studies.rattling import clearance, crank_rocker
 from buckler.studies.rattling.clearance import Variant
