@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+from scipy.integrate import solve_ivp
 
 from buckler.mbs import Beam, Drive, Force, Guide, Link, Mechanism, Motion, Revolute, Rigid, Section, Spring, Status, Stop
 from buckler.mbs.kinematics.determined import Course, Follower
@@ -43,6 +44,20 @@ def pendulum(angle, swapped=False):
         joints=[Revolute("O", *names)],
         gravity=(0.0, -G),
     )
+
+
+def pendulum_frequency():
+    """Small swings, rad/s: omega^2 = m g (L/2)/I_O with I_O = m (L^2 + h^2)/12 + m L^2/4."""
+    return math.sqrt(G * SPAN / 2 / ((SPAN**2 + BAR.section.thickness**2) / 12 + SPAN**2 / 4))
+
+
+def exact_swing(angle, times):
+    """Angle from hanging and its rate, (2, times)."""
+    square = pendulum_frequency() ** 2
+    return solve_ivp(
+        lambda _, s: (s[1], -square * math.sin(s[0])), (0, times[-1]), (angle, 0.0),
+        method="DOP853", t_eval=times, rtol=1e-12, atol=1e-13,
+    ).y  # fmt: skip
 
 
 def parallelogram(drives, third_bar=True, **more):
