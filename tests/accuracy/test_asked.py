@@ -5,7 +5,7 @@ from math import hypot, pi
 
 import numpy as np
 import pytest
-from simulations import BAR, LENGTH, SPAN, STRIP, block, pendulum, pressed, rates
+from simulations import LENGTH, STRIP, block, exact_swing, pendulum, pendulum_frequency, pressed, rates
 from truths import four_bars, pendulums
 
 pytest.importorskip("numba")
@@ -44,8 +44,7 @@ TIME = np.linspace(0.0, 1.0, 2001)
 THICK = Section(0.03, 2e-3)
 DAMPED = THICK.damped(0.01, 0.31)
 STOP = KelvinVoigt(1e5, 300.0)
-EQUIVALENT = (SPAN**2 / 3 + BAR.section.thickness**2 / 12) / (SPAN / 2)  # length of the simple pendulum of the same period
-PERIOD = float(2 * pi * np.sqrt(EQUIVALENT / pendulums.GRAVITY))
+PERIOD = 2 * pi / pendulum_frequency()
 
 
 def test_cubic_is_of_fourth_order():
@@ -111,7 +110,7 @@ def test_what_a_tighter_accuracy_delivers_is_nearer():
 def test_a_pendulum_of_a_hundred_periods():
     """Its angle after 100 periods, against the elliptic function."""
     result = simulate(pendulum(0.1), 100 * PERIOD, 1e-3)
-    angle, _ = pendulums.simple(100 * PERIOD, 0.1, length=EQUIVALENT)
+    angle, _ = exact_swing(0.1, 100 * PERIOD)
     assert result.ok and abs(np.arctan2(result["A.x"][-1], -result["A.y"][-1]) - angle) < 1e-3 * 0.1 * 2
 
 

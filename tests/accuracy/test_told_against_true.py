@@ -4,10 +4,11 @@ from math import pi, sqrt
 
 import numpy as np
 import pytest
+import simulations
 from scipy.integrate import solve_ivp
-from scipy.special import ellipj, ellipk
+from simulations import BAR, FEATHER, MASS, SPAN, G, exact_swing, pendulum_frequency
 
-from buckler.mbs import Exudyn, Guide, GuideFriction, Link, Mechanism, Revolute, Rigid, Section, Spectral, Spring, Stop
+from buckler.mbs import Exudyn, Guide, GuideFriction, Link, Mechanism, Spectral, Spring, Stop
 from buckler.mbs.accuracy.compare import Functions, compare, relative
 from buckler.mbs.accuracy.deliver import Climb, deliver
 from buckler.mbs.accuracy.goal import Asked
@@ -17,9 +18,6 @@ from buckler.mbs.geometry import onsets
 from buckler.mbs.laws import KelvinVoigt
 from buckler.mbs.simulation import SOLVERS
 
-G = 9.81
-BAR = Rigid(Section(0.02, 0.01))
-FEATHER = Rigid(Section(1e-3, 1e-3))
 FINE = 20_001
 LOW, HIGH = 0.5, 50.0
 """Told over true error."""
@@ -27,29 +25,19 @@ LOW, HIGH = 0.5, 50.0
 
 def pendulum():
     """A bar let go level: elliptic functions; place, rate, energy and reaction."""
-    length, amplitude = 0.5, pi / 2
-    mechanism = Mechanism(
-        points={"O": (0, 0), "A": (length, 0)},
-        links=[Link("bar", "O", "A", BAR)],
-        joints=[Revolute("O", "ground", "bar")],
-        gravity=(0, -G),
-    )
-    mass, inertia, _ = BAR.inertia(length)
-    whole = inertia + mass * length**2 / 4
-    w, k = sqrt(mass * G * length / 2 / whole), np.sin(amplitude / 2)
-    time = np.linspace(0, 1.5, FINE)
-    sn, cn, _, _ = ellipj(ellipk(k**2) + w * time, k**2)
-    angle, rate = 2 * np.arcsin(k * sn), 2 * k * w * cn
-    turning = -(w**2) * np.sin(angle)
-    x, y = length * np.sin(angle), -length * np.cos(angle)
-    ay = length / 2 * (np.cos(angle) * rate**2 + np.sin(angle) * turning)
-    ax = length / 2 * (-np.sin(angle) * rate**2 + np.cos(angle) * turning)
+    mass, inertia, _ = BAR.inertia(SPAN)
+    whole, time = inertia + mass * SPAN**2 / 4, np.linspace(0, 1.5, FINE)
+    angle, rate = exact_swing(pi / 2, time)
+    turning = -(pendulum_frequency() ** 2) * np.sin(angle)
+    x, y = SPAN * np.sin(angle), -SPAN * np.cos(angle)
+    ay = SPAN / 2 * (np.cos(angle) * rate**2 + np.sin(angle) * turning)
+    ax = SPAN / 2 * (-np.sin(angle) * rate**2 + np.cos(angle) * turning)
     signals = [
         ("A.x", x, "m", Kind.PLACE), ("A.y", y, "m", Kind.PLACE), ("A.vx", -y * rate, "m/s", Kind.RATE),
         ("O.ground-bar.fx", mass * ax, "N", Kind.REACTION), ("O.ground-bar.fy", mass * (ay + G), "N", Kind.REACTION),
         ("energy.kinetic", whole * rate**2 / 2, "J", Kind.ENERGY),
     ]  # fmt: skip
-    return mechanism, 1.5, time, signals
+    return simulations.pendulum(pi / 2), 1.5, time, signals
 
 
 def block(**more):
@@ -57,9 +45,6 @@ def block(**more):
         points={"A": (0, 0), "B": (0.1, 0)} | more.pop("points", {}), links=[Link("bar", "A", "B", FEATHER)],
         guides=[Guide("A", "bar", (1, 0), 0.5, more.pop("friction", None)), Guide("B", "bar", (1, 0))], **more,
     )  # fmt: skip
-
-
-MASS = 0.5 + FEATHER.section.mass_per_length * 0.1
 
 
 def oscillator():

@@ -1,10 +1,7 @@
-"""Pendulums: the simple one in closed form, the double one by Taylor series in 40 digits.
+"""The double pendulum by Taylor series in 40 digits, and in double precision.
 
-Angles are measured from the downward vertical, anticlockwise; gravity is 9.81 m/s^2. The double pendulum of point masses has
-both at the ends of massless rods; that of uniform rods has its masses along them.
-
-M. Gonzalez, D. Dopico, U. Lugris, J. Cuadrado, A benchmarking system for MBS simulation software, doi 10.1007/s11044-006-9020-8,
-problem A01 (simple pendulum, L = 1 m, m = 1 kg, let go level at x = -1 m).
+Angles are measured from the downward vertical, anticlockwise; gravity is 9.81 m/s^2. That of point masses has both at the ends
+of massless rods; that of uniform rods has its masses along them.
 """
 
 from __future__ import annotations
@@ -17,18 +14,6 @@ from scipy.integrate import solve_ivp
 
 GRAVITY = 9.81
 Series = list[Any]
-
-
-def simple(time: float, angle: float, length: float = 1.0, digits: int = 30) -> tuple[float, float]:
-    """Angle, rad, and its rate, rad/s, of a point mass let go at rest: sin(a/2) = k cd(w t | k^2), k = sin(a0/2)."""
-    with mpmath.workdps(digits):
-        k = mpmath.sin(mpmath.mpf(angle) / 2)
-        w = mpmath.sqrt(mpmath.mpf(str(GRAVITY)) / mpmath.mpf(length))
-        u = w * time
-        cd = mpmath.ellipfun("cd", u, m=k**2)
-        # a' cos(a/2)/2 = k w (d/du) cd = -k w (1 - k^2) sd nd, and cos(a/2) = sqrt(1 - k^2) nd.
-        rate = -2 * k * w * mpmath.sqrt(1 - k**2) * mpmath.ellipfun("sd", u, m=k**2)
-        return float(2 * mpmath.asin(k * cd)), float(rate)
 
 
 def coefficients(kind: str, masses: tuple[Any, Any], lengths: tuple[Any, Any]) -> tuple[Any, Any, Any, Any, Any]:

@@ -83,18 +83,6 @@ def test_double_pendulum_by_another_order_of_series_agrees_to_38_digits(kind):
         )
 
 
-def test_simple_pendulum_obeys_its_equation():
-    """From rest at a level rod: energy and the pendulum's own equation by differences."""
-    start, h = -np.pi / 2.0, 1e-4
-    for time in (0.3, 2.0, 10.0):
-        angle, rate = pendulums.simple(time, start)
-        assert rate**2 / 2.0 == pytest.approx(pendulums.GRAVITY * np.cos(angle), rel=1e-12)
-        before, after = pendulums.simple(time - h, start), pendulums.simple(time + h, start)
-        assert (after[0] - before[0]) / (2.0 * h) == pytest.approx(rate, rel=1e-6)
-        assert (after[1] - before[1]) / (2.0 * h) == pytest.approx(-pendulums.GRAVITY * np.sin(angle), rel=1e-6)
-    assert pendulums.simple(0.0, start)[0] == pytest.approx(start, rel=1e-15)
-
-
 @pytest.mark.parametrize(
     ("shape", "ends", "first", "second"),
     [
