@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -15,6 +15,7 @@ from buckler.mbs.spectral.scene import Place, Scene
 from buckler.mbs.spectral.start import slopes
 from buckler.mbs.spectral.strip_body import StripBody
 from buckler.mbs.statics.spectrum import COUNT, EPS, LARGE, ROUNDING, Spectrum, Tangent, spectrum
+from buckler.mbs.statics.turntable import Turntable
 
 ITERATIONS = 25
 LONGEST_STEP = 0.3
@@ -55,14 +56,19 @@ class Problem:
         Constraint whose value the parameter is added to; -1 for none.
     shift : float
         About which the last spectrum along a path was found, 1/s^2.
+    spin, centre : float, pair of float
+        Of a steady turn of all, rad/s, about a place, m.
     """
 
     scene: Scene
     loads: Sequence[int] = ()
     row: int = -1
     shift: float = 0.0
+    spin: float = 0.0
+    centre: tuple[float, float] = (0.0, 0.0)
 
     def __post_init__(self) -> None:
+        self.table = Turntable(self.scene, self.spin, self.centre) if self.spin else None
         self.units = self.scene.units
         self.value = self.scene.tables.values[self.row] if self.row >= 0 else 0.0
 
@@ -88,7 +94,11 @@ class Problem:
         self.set(rest.parameter)
         scene = self.scene
         sparse = scene.size + len(rest.multipliers) >= LARGE
-        return scene.assemble(rest.q, lam=rest.multipliers, tangents=tangents, sparse=sparse)
+        a = scene.assemble(rest.q, lam=rest.multipliers, tangents=tangents, sparse=sparse)
+        if self.table:
+            a.force[:] += self.table.outwards @ (rest.q - self.table.centre)
+            a.entries[2] -= self.table.entries
+        return a
 
     def residual(self, rest: Rest, tangents: bool = True) -> tuple[Array, Array, Assembly]:
         """Out-of-balance force f - G^T lambda, g, and what they are made of."""
@@ -199,7 +209,11 @@ class Problem:
     def spectrum(self, rest: Rest, count: int = COUNT) -> Spectrum:
         """Small motions about a state; of many the lowest, and all that grow."""
         self.set(rest.parameter)
-        return spectrum(Tangent.at(self.scene, rest.q, rest.multipliers), count=count)
+        tangent = Tangent.at(self.scene, rest.q, rest.multipliers)
+        if self.table:
+            stiffness, damping = tangent.stiffness - self.table.outwards, tangent.damping + self.table.gyroscopic
+            tangent = replace(tangent, stiffness=stiffness, damping=damping)
+        return spectrum(tangent, count=count)
 
 
 def solve(matrix: Matrix, right: Array) -> Array:

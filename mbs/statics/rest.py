@@ -29,6 +29,7 @@ from buckler.mbs.statics.follow import DEGREE, ends
 from buckler.mbs.statics.problem import Problem, Rest, StaticsError, apart, has_strips, loads_of, moving, places, refined
 from buckler.mbs.statics.settling import RunsAwayError, SlackError, carried, check_ropes, find
 from buckler.mbs.statics.spectrum import sparse_null_space
+from buckler.mbs.validate import pair
 
 GOAL = 1e-8
 """Error, over the longest link, up to which the degree of strips is raised."""
@@ -101,7 +102,7 @@ class Equilibrium(Answer):
 @one_thread()
 def equilibrium(
     mechanism: Mechanism, load: float = 1.0, *, degree: int | None = None, guess: Array | None = None, scene: Scene | None = None,
-    all: bool = False,
+    all: bool = False, spin: float = 0.0, centre: tuple[float, float] = (0.0, 0.0),
 ) -> Equilibrium:  # fmt: skip
     """Find where a mechanism rests with its drives held at t = 0 and its loads multiplied by `load`.
 
@@ -122,6 +123,8 @@ def equilibrium(
     all : bool
         Also look for further equilibria, stable or not: those to which the path from zero load and the paths that leave it
         come, and those that deflation finds from them.
+    spin, centre : float, pair of float
+        Of a steady turn of the whole mechanism with its ground and loads, rad/s, about a place, m.
 
     Returns
     -------
@@ -139,7 +142,9 @@ def equilibrium(
     if degree is not None:
         check_count("degree", degree, 2, 200)
     fixed = degree is not None or scene is not None
-    problem = _problem(scene or Scene.of(mechanism, degree))
+    check_number("spin", spin)
+    scene = scene or Scene.of(mechanism, degree)
+    problem = Problem(scene, loads_of(scene), spin=spin, centre=pair("centre", centre, "m"))
     start = problem.start(load)
     if guess is not None:
         start = start._replace(q=check_coordinates("guess", guess, problem.scene))
@@ -159,7 +164,7 @@ def _others(problem: Problem, rest: Rest, fixed: bool) -> Iterator[Equilibrium]:
     if not fixed and has_strips(problem.scene):
         problem, guess = _raised(problem, rest, DEGREE - problem.scene.degree)
         rest = problem.newton(guess)
-    for each in deflation.others(problem, rest, ends(problem, load) if load else []):
+    for each in deflation.others(problem, rest, ends(problem, load) if load and not problem.spin else []):
         try:
             found = _answer(problem, each, "", fixed, anew=False)
         except StaticsError:
@@ -170,13 +175,9 @@ def _others(problem: Problem, rest: Rest, fixed: bool) -> Iterator[Equilibrium]:
 
 def _raised(problem: Problem, rest: Rest, by: int) -> tuple[Problem, Rest]:
     """The same at a higher degree, and where it may rest."""
-    finer = _problem(Scene.of(problem.scene.mechanism, problem.scene.degree + by))
+    finer = replace(problem, scene=Scene.of(problem.scene.mechanism, problem.scene.degree + by))
     guess = finer.start(rest.parameter)._replace(q=refined(problem.scene, finer.scene, rest.q))
     return finer, guess._replace(multipliers=carried(finer, guess))
-
-
-def _problem(scene: Scene) -> Problem:
-    return Problem(scene, loads_of(scene))
 
 
 def _answer(problem: Problem, rest: Rest, message: str, fixed: bool, anew: bool = True) -> Equilibrium:

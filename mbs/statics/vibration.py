@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from buckler.mbs.statics.problem import Problem, Rest, StaticsError, has_strips,
 from buckler.mbs.statics.rest import Equilibrium, equilibrium
 from buckler.mbs.statics.settling import carried
 from buckler.mbs.statics.spectrum import Spectrum
+from buckler.mbs.validate import pair
 
 GOAL = 1e-8
 """Relative error up to which the degree of strips is raised."""
@@ -83,8 +84,9 @@ class Frequencies(Answer):
 
 @one_thread()
 def frequencies(
-    mechanism: Mechanism, about: Equilibrium | Array | None = None, *, count: int = 6, degree: int | None = None
-) -> Frequencies:
+    mechanism: Mechanism, about: Equilibrium | Array | None = None, *, count: int = 6, degree: int | None = None,
+    spin: float = 0.0, centre: tuple[float, float] = (0.0, 0.0),
+) -> Frequencies:  # fmt: skip
     """Natural frequencies of a mechanism with its drives held.
 
     Parameters
@@ -97,6 +99,9 @@ def frequencies(
         Lowest ones wanted, rigid motions among them.
     degree : int, optional
         Of the strips' polynomials; by default it is raised until all are right to 1e-8, or to rounding.
+    spin, centre : float, pair of float
+        Of a steady turn of the whole mechanism with its ground and loads, rad/s, about a place, m; frequencies are those that one
+        sees who turns with it. An equilibrium given was found at the same.
 
     Raises
     ------
@@ -108,13 +113,15 @@ def frequencies(
     if degree is not None:
         check_count("degree", degree, 2, 200)
     if about is None:
-        about = equilibrium(mechanism, degree=degree)
+        about = equilibrium(mechanism, degree=degree, spin=spin, centre=centre)
     if isinstance(about, Equilibrium):
         if about.status not in (Ending.OK, Ending.INACCURATE):
             return _none(about)
-        state = _State(Problem(about.scene, loads_of(about.scene)), Rest(about.q, about.multipliers, about.load), True)
+        problem = Problem(about.scene, loads_of(about.scene), spin=spin, centre=pair("centre", centre, "m"))
+        state = _State(problem, Rest(about.q, about.multipliers, about.load), True)
     else:
-        problem = Problem(scene := Scene.of(mechanism, degree), loads_of(scene))
+        scene = Scene.of(mechanism, degree)
+        problem = Problem(scene, loads_of(scene), spin=spin, centre=pair("centre", centre, "m"))
         pose = problem.start(1.0)._replace(q=check_coordinates("about", about, scene))
         state = _State(problem, pose._replace(multipliers=carried(problem, pose)), False)
     return _ladder(state, int(count), degree is not None)
@@ -132,7 +139,7 @@ class _State:
         """The same with strips of a higher degree."""
         degree = self.problem.scene.degree
         scene = Scene.of(self.problem.scene.mechanism, degree + max(RISE, degree // 4))
-        problem = Problem(scene, loads_of(scene))
+        problem = replace(self.problem, scene=scene)
         rest = problem.start(self.rest.parameter)._replace(q=refined(self.problem.scene, scene, self.rest.q))
         rest = rest._replace(multipliers=carried(problem, rest))
         return _State(problem, problem.newton(rest) if self.resting else rest, self.resting)

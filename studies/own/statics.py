@@ -24,6 +24,9 @@ def _declare(kind: str, parser: argparse.ArgumentParser) -> None:
         add("--all", action="store_true", help="also list further equilibria")
     elif kind == "frequencies":
         add("--count", type=int, default=6, help="how many, rigid motions among them; default 6")
+    if kind in ("equilibrium", "frequencies"):
+        add("--spin", type=float, default=0.0, help="of a steady turn of the whole mechanism about --centre [rad/s]; default 0")
+        add("--centre", type=float, nargs=2, default=(0.0, 0.0), metavar=("X", "Y"), help="of that turn [m]; default 0 0")
     if kind in ("periodic", "response"):
         add("--period", type=float, required=True, help="of what drives it, or where the search begins [s]")
         add("--settle", type=int, default=0, help="periods that are run before; default 0")
@@ -95,8 +98,12 @@ def _command(kind: str, ask: Callable[[Mechanism, argparse.Namespace], Any]) -> 
     return Command(partial(_declare, kind), partial(_answer, ask))
 
 
-equilibrium = _command("equilibrium", lambda m, o: statics.equilibrium(m, o.load, degree=o.degree, all=o.all))
-frequencies = _command("frequencies", lambda m, o: statics.frequencies(m, count=o.count, degree=o.degree))
+equilibrium = _command(
+    "equilibrium", lambda m, o: statics.equilibrium(m, o.load, degree=o.degree, all=o.all, spin=o.spin, centre=o.centre)
+)
+frequencies = _command(
+    "frequencies", lambda m, o: statics.frequencies(m, count=o.count, degree=o.degree, spin=o.spin, centre=o.centre)
+)
 periodic = _command("periodic", lambda m, o: statics.periodic(m, o.period, settle=o.settle, degree=o.degree))
 path = _command("path", _path)
 response = _command("response", _path)
