@@ -61,6 +61,16 @@ class _Reference(str):
         return parts[part]
 
 
+class _Texts(dict[str, _Reference]):
+    """Fields of an element as texts, each made where a format asks for it: that of a strip's body is a page."""
+
+    def __init__(self, element: Element) -> None:
+        self.fields = {"kind": type(element).__name__, **vars(element)}
+
+    def __missing__(self, key: str) -> _Reference:
+        return _Reference(self.fields[key])
+
+
 class Element(Declared):
     """A kind of thing a mechanism is made of: what it is called, whether it fits, its signals, its energies.
 
@@ -74,18 +84,15 @@ class Element(Declared):
     title: ClassVar[str] = ""
     label: ClassVar[str] = ""
 
-    def _texts(self) -> dict[str, _Reference]:
-        return {key: _Reference(value) for key, value in {**vars(self), "kind": type(self).__name__}.items()}
-
     @property
     def where(self) -> str:
         """What messages call it."""
-        return self.title.format_map(self._texts())
+        return self.title.format_map(_Texts(self))
 
     @property
     def key(self) -> str:
         """Its name in a mechanism."""
-        return self.label.format_map(self._texts())
+        return self.label.format_map(_Texts(self))
 
     def check(self, mechanism: Parts) -> None:
         """Raise a ValueError if what it refers to is not in the mechanism."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -27,7 +28,7 @@ from buckler.mbs.spectral.recording import record_of
 from buckler.mbs.spectral.room import room_for
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.settle import begin
-from buckler.mbs.spectral.start import balance
+from buckler.mbs.spectral.start import Balance, balance
 from buckler.mbs.spectral.tables import DRY, FASTEST, JOURNAL, ONSET, SEAT, STRUT, TURN
 from buckler.mbs.spectral.tape import Tape
 
@@ -118,19 +119,13 @@ def integrate(
     state = state or State(0.0, *begin(scene), scene.memory())
     scene.work.state[:, TURN] = scene.turns(scene.q0[None]) if state.turns is None else state.turns
     rest = balance(scene, state.q, state.v, state.time, state.memory)
-    order: Any = scene.heavy_fronts
     controls, clock, counts = _controls(state.time, end, solver), output.blank(output.CLOCK), output.blank(output.COUNTS)
     pace = scene.tables.pace[0]
     kinks = [t / pace for t in kinks_of(scene.mechanism, end * pace) if state.time < t / pace < end]
     if not controls.fixed and ends is None:
         kinks = divided(kinks, controls.longest, end / COARSEST)
     stops = np.array([*kinks, end])
-    if explicitly(scene, solver):
-        room: Any = explicit.flight_for(scene, state.q, state.v, rest.multipliers, state.memory)
-        run, shortest = explicit.run_explicit, explicit.SHORTEST
-    else:
-        room = room_for(scene, state.q, state.v, rest.acceleration, rest.multipliers, state.memory, stops, tape)
-        run, shortest, order = implicit.run_implicit, implicit.SHORTEST, Orders(scene.fronts, scene.heavy_fronts)
+    run, room, order, shortest = _method(scene, solver, state, rest, stops, tape)
     controls.shortest = shortest * end
     if ends is not None:
         stops = np.unique(np.concatenate([stops, ends]))
@@ -153,6 +148,17 @@ def integrate(
                 why = (Status.INTERRUPTED, "Ctrl-C") if interrupted() else (Status.TIMED_OUT, "out of time")
                 failure = why[0], f"{why[1]} at t = {clock.time:.6g} s of {end:.6g} s"
     return Output(*(np.concatenate(x) for x in zip(*parts, strict=True))), failure, counts
+
+
+def _method(
+    scene: Scene, solver: Spectral, state: State, rest: Balance, stops: Array, tape: Tape | None
+) -> tuple[Callable[..., None], Any, Any, float]:
+    """The integrator that suits a scene, its room, its orders of elimination, its shortest step over the end."""
+    if explicitly(scene, solver):
+        flight = explicit.flight_for(scene, state.q, state.v, rest.multipliers, state.memory)
+        return explicit.run_explicit, flight, scene.heavy_fronts, explicit.SHORTEST
+    room = room_for(scene, state.q, state.v, rest.acceleration, rest.multipliers, state.memory, stops, tape)
+    return implicit.run_implicit, room, Orders(scene.fronts, scene.heavy_fronts), implicit.SHORTEST
 
 
 def explicitly(scene: Scene, solver: Spectral) -> bool:

@@ -190,8 +190,8 @@ class Scene:
 
     def _sparse(self, values: Array) -> csr_array:
         """The same as a sparse array."""
-        unknowns = self.size + len(self.tables.rows)
-        return csr_array((values[:-1], (self.tables.row, self.tables.col)), shape=(unknowns, unknowns))
+        s, unknowns = self.tables, self.size + len(self.tables.rows)
+        return csr_array((values[:-1], s.col, np.searchsorted(s.row, np.arange(unknowns + 1))), shape=(unknowns, unknowns))
 
     def memory(self) -> Array:
         """What forces remember of the last accepted step, at the start, shape (forces, 4): see `tables`."""

@@ -10,10 +10,11 @@ import numpy as np
 from scipy.sparse import block_array, csr_array, eye_array
 
 from buckler.mbs.geometry import Array
+from buckler.mbs.spectral.doors import place
 from buckler.mbs.spectral.linear import Assembly, Factors, SingularError
 from buckler.mbs.spectral.scene import Place, Scene
-from buckler.mbs.spectral.start import slopes
 from buckler.mbs.spectral.strip_body import StripBody
+from buckler.mbs.spectral.tables import SPIN, VX
 from buckler.mbs.statics.spectrum import COUNT, EPS, LARGE, ROUNDING, Spectrum, Tangent, spectrum
 from buckler.mbs.statics.turntable import Turntable
 
@@ -121,8 +122,10 @@ class Problem:
         scale = float(np.median(size[size > 0.0])) if size.any() else 1.0
         return a.made(k / scale + a.entries[3] * weight), scale
 
-    def newton(self, rest: Rest, fixed: tuple[Array, float, float] | None = None, most: int = ITERATIONS) -> Rest:
-        """Solve for rest at its parameter, or, given (normal (n + r + 1,), value, unit of p), on that plane, in so many steps.
+    def newton(self, rest: Rest, fixed: tuple[Array, float, float] | None = None, near: bool = False) -> Rest:
+        """Solve for rest at its parameter, or, given (normal (n + r + 1,), value, unit of p), on that plane.
+
+        Where it is `near`, steps become smaller from the first on.
 
         Raises
         ------
@@ -130,9 +133,9 @@ class Problem:
             If it does not converge, or forces are out of balance where it does.
         """
         before = np.inf
-        for _ in range(most):
+        for _ in range(ITERATIONS):
             rest, largest = self.step(rest, fixed)
-            if not np.isfinite(largest):
+            if not np.isfinite(largest) or (near and largest > before):
                 break
             following = largest * (largest / before) ** 2  # of quadratic convergence
             if largest < CLOSE and (following < 10 * EPS or largest > 0.1 * before):
@@ -281,15 +284,13 @@ def has_strips(scene: Scene) -> bool:
 
 def moving(scene: Scene, q: Array, shape: Array) -> str:
     """The link that moves most in a shape."""
-    most, name = -1.0, ""
-    for link in scene.mechanism.links:
-        if link.body.massless:
-            continue
-        for point in (link.start, link.end):
-            moved = slopes(scene, scene.marker(link.name, point), q) @ shape / np.array([scene.length, scene.length, 1.0])
-            if np.abs(moved).max() > most:
-                most, name = float(np.abs(moved).max()), link.name
-    return name
+    links = [link for link in scene.mechanism.links if not link.body.massless]
+    if not links:
+        return ""
+    markers = [[scene.marker(link.name, point) for point in (link.start, link.end)] for link in links]
+    place(scene.tables, scene.work, q, shape)
+    moved = np.abs(scene.work.state[markers, VX : SPIN + 1] / [scene.length, scene.length, 1.0])
+    return links[int(moved.max(axis=(1, 2)).argmax())].name
 
 
 def loads_of(scene: Scene, names: Iterable[str] | None = None) -> list[int]:

@@ -26,8 +26,6 @@ CORRECTIONS = 4
 """Iterations of an implicit step: a strip that turns would be stretched by the first one."""
 CHANGE = 0.2
 """Of a step, by the last of them, up to which it has converged well enough."""
-NEAR = 10
-"""Iterations of Newton's method where it is tried: near a rest they do."""
 STEPS = 6000
 """Most steps: along a stiff contact that bends they are short."""
 
@@ -58,7 +56,7 @@ def settle(problem: Problem, rest: Rest) -> Rest:
         way += moved
         if moved < 1e-3:
             try:
-                found = problem.newton(new, most=NEAR)
+                found = problem.newton(new, near=True)
             except StaticsError:
                 found = None
             if found is not None and float(np.abs((found.q - new.q) / problem.units).max()) < MOVE:
@@ -111,7 +109,7 @@ def find(problem: Problem, start: Rest, near: bool) -> tuple[Rest, str]:
         return problem.newton(start), ""
     if problem.balanced(start._replace(multipliers=carried(problem, start))):
         return problem.newton(start), ""
-    loose = free_motions(problem, problem.start(0.0))
+    loose = problem.spectrum(problem.start(0.0), 1).neutral.any()
     reached = 0.0
     if not loose:
         rest, reached = _grow(problem, load)
@@ -145,12 +143,6 @@ def carried(problem: Problem, rest: Rest) -> Array:
         return np.zeros(0)
     a, units = problem.assemble(rest, False), problem.units
     return least((a.jacobian * units).T, a.force * units, 1e-10)
-
-
-def free_motions(problem: Problem, rest: Rest) -> tuple[str, ...]:
-    """Links that move in small motions that nothing resists."""
-    spectrum = problem.spectrum(rest)
-    return tuple(moving(problem.scene, rest.q, np.real(shape)) for shape in spectrum.shapes[:, spectrum.neutral].T)
 
 
 def _grow(problem: Problem, load: float) -> tuple[Rest, float]:
