@@ -144,10 +144,18 @@ def test_a_changed_mass_falls_as_the_formula_says(pendulum):
         (["--steps", "1e3"], "error: --steps = '1e3': must be a whole number"),
         (["--tolerance", "3 mm"], "error: --tolerance = 3 mm: "),
         (["--solver", "spectral", "--degree", "99"], "error: --degree = 99: must be a whole number in [2, 60]"),
+        (["--measure", "max(A.yy)"], "error: --measure max(A.yy): no signal 'A.yy'; did you mean A.y?"),
+        ([], "error: nothing varies: give --vary or --repeat; see --help\n"),
+        (["--vary", "links.arm.body.mas=1,2"], "error: --vary links.arm.body.mas: links.arm.body.mas: 'mas' is not known there"),
+        (["--vary", "links.arn.body.mass=1,2"], "error: --vary links.arn.body.mass: links.arn: not in the file, did you mean"),
+        (["--vary", "links.arm.body.mass=1kg:2m:3"], "error: --vary links.arm.body.mass=1kg:2m:3: links.arm.body.mass = 2m:"),
+        (["--vary", "links.arm.body.mass=-1,2"], "error: links.arm.body.mass = -1 kg: links.arm.body.mass = -1.0 kg: must lie"),
+        (["--vary", "links.arm.body.mass=1,2", "--measure", "max(A.z)"], "error: --measure max(A.z): no signal 'A.z'; did"),
     ],
 )  # fmt: skip
 def test_wrong_words_are_one_line_and_exit_2(pendulum, capsys, words, message):
-    assert main(argv=["run", "pendulum.json", *words]) == 2
+    command = "sweep" if not words or words[0] == "--vary" else "run"
+    assert main(argv=[command, "pendulum.json", *words]) == 2
     out, err = capsys.readouterr()
     assert out == "" and err.startswith(message) and err.count("\n") == 1
     assert not (pendulum / "results").exists()
@@ -304,23 +312,6 @@ def test_a_sweep_of_a_file_is_stored_resumed_and_exported(pendulum, capsys):
     assert "holds a sweep of pendulum" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        ([], "error: nothing varies: give --vary or --repeat; see --help\n"),
-        (["--vary", "links.arm.body.mas=1,2"], "error: --vary links.arm.body.mas: links.arm.body.mas: 'mas' is not known there"),
-        (["--vary", "links.arn.body.mass=1,2"], "error: --vary links.arn.body.mass: links.arn: not in the file, did you mean"),
-        (["--vary", "links.arm.body.mass=1kg:2m:3"], "error: --vary links.arm.body.mass=1kg:2m:3: links.arm.body.mass = 2m:"),
-        (["--vary", "links.arm.body.mass=-1,2"], "error: links.arm.body.mass = -1 kg: links.arm.body.mass = -1.0 kg: must lie"),
-        (["--vary", "links.arm.body.mass=1,2", "--measure", "max(A.z)"], "error: --measure max(A.z): no signal 'A.z'; did"),
-    ],
-)  # fmt: skip
-def test_wrong_sweeps_are_one_line_before_anything_runs(pendulum, capsys, words, message):
-    assert main(argv=["sweep", "pendulum.json", *words]) == 2
-    err = capsys.readouterr().err
-    assert err.startswith(message) and err.count("\n") == 1
-
-
 def test_a_sweep_over_processes_gives_the_same(pendulum, capsys):
     assert main(argv=["sweep", "pendulum.json", *VARY[:-1], "1", "--store", "one.sqlite"]) == 0
     assert main(argv=["sweep", "pendulum.json", *VARY, "--store", "here.sqlite"]) == 0
@@ -389,13 +380,6 @@ def test_a_file_named_without_its_ending_is_hinted_at(tmp_path, monkeypatch, cap
 
 
 # --- what a stranger stumbles over ------------------------------------------------------------------------------------------
-
-
-def test_a_measure_of_no_signal_is_refused_before_anything_runs_or_is_written(pendulum, capsys):
-    assert main(argv=["run", "pendulum.json", "--measure", "max(A.yy)"]) == 2
-    out, err = capsys.readouterr()
-    assert out == "" and not (pendulum / "results" / "pendulum" / "report.html").exists()
-    assert err == "error: --measure max(A.yy): no signal 'A.yy'; did you mean A.y?\n"
 
 
 def test_velocities_that_contradict_each_other_are_one_line(pendulum, capsys):
