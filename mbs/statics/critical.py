@@ -14,8 +14,9 @@ import numpy as np
 
 from buckler.mbs.geometry import Array
 from buckler.mbs.statics.arc import Arc, Step
+from buckler.mbs.statics.lowest import EPS
 from buckler.mbs.statics.problem import Problem, Rest
-from buckler.mbs.statics.spectrum import EPS, Spectrum, Tangent, spectrum, squares
+from buckler.mbs.statics.spectrum import Spectrum, Tangent, spectrum, squares
 
 FEW = 1
 """Eigenvalues above zero that are found of a large tangent: the next ones to pass it."""

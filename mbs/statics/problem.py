@@ -15,7 +15,8 @@ from buckler.mbs.spectral.linear import Assembly, Factors, SingularError
 from buckler.mbs.spectral.scene import Place, Scene
 from buckler.mbs.spectral.strip_body import StripBody
 from buckler.mbs.spectral.tables import SPIN, VX
-from buckler.mbs.statics.spectrum import COUNT, EPS, LARGE, ROUNDING, Spectrum, Tangent, spectrum
+from buckler.mbs.statics.lowest import COUNT, EPS, LARGE
+from buckler.mbs.statics.spectrum import ROUNDING, Spectrum, Tangent, spectrum
 from buckler.mbs.statics.turntable import Turntable
 
 ITERATIONS = 25

@@ -26,9 +26,9 @@ from buckler.mbs.statics.answer import (
     left_out,
 )
 from buckler.mbs.statics.follow import DEGREE, ends
+from buckler.mbs.statics.lowest import sparse_null_space
 from buckler.mbs.statics.problem import Problem, Rest, StaticsError, apart, has_strips, loads_of, moving, places, refined
 from buckler.mbs.statics.settling import RunsAwayError, SlackError, carried, check_ropes, find
-from buckler.mbs.statics.spectrum import sparse_null_space
 from buckler.mbs.validate import pair
 
 GOAL = 1e-8

@@ -25,8 +25,8 @@ from buckler.mbs.spectral.output import Output
 from buckler.mbs.spectral.run import State, integrate, memory_at_end
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.tables import CONTACT, JOURNAL
+from buckler.mbs.statics.lowest import null_space
 from buckler.mbs.statics.problem import StaticsError, solve
-from buckler.mbs.statics.spectrum import null_space
 
 TOLERANCE = 1e-8
 """Local error of the run that chooses the steps."""

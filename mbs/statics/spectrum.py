@@ -7,14 +7,8 @@ Eigenvalues are those of the inverse at a shift near the lowest ones: of M, K th
 the rounding of the highest. An eigenvalue s with vectors z, y moves by |y|^T (|s^2 M| + |s C| + |K|) |z| / |y^H (2 s M + C) z|
 relative to the rounding of the matrices' entries; what is not larger than that is told as zero.
 
-Of a large tangent without damping, sparse matrices and Lanczos's method give the lowest eigenvalues and those below zero. A
-factorisation K + c M = L D L^T has as many negative pivots as there are eigenvalues -s^2 below -c (Sylvester's law of inertia):
-that tells how many grow, and that none is missing.
-
 References
 ----------
-T. Ericsson, A. Ruhe, The spectral transformation Lanczos method, Math. Comp. 35 (1980) 1251-1268,
-doi 10.1090/S0025-5718-1980-0583502-2.
 F. Tisseur, K. Meerbergen, The quadratic eigenvalue problem, SIAM Review 43 (2001) 235-286, doi 10.1137/S0036144500381988.
 V. V. Bolotin, Nonconservative Problems of the Theory of Elastic Stability (1963), ch. 1.
 """
@@ -28,30 +22,17 @@ from typing import Any
 import numpy as np
 from numpy.linalg import solve  # SciPy's triangular solves take twenty times as long where threads share a core
 from scipy.linalg import eig, eigh
-from scipy.sparse import block_diag, csc_array, csr_array, diags_array, eye_array, issparse
-from scipy.sparse.csgraph import connected_components
-from scipy.sparse.linalg import SuperLU, splu
+from scipy.sparse import csc_array, csr_array, diags_array, issparse
+from scipy.sparse.linalg import splu
 
 from buckler.mbs.geometry import Array
+from buckler.mbs.statics.lowest import COUNT, EPS, MANY, nearest, null_space, sparse_null_space, turned_over
 
-EPS = float(np.finfo(float).eps)
 ROUNDING = 16 * EPS
 """Relative error of a matrix entry that is a sum of some dozen products."""
 
 UNKNOWN = 1e-4
 """Relative error of -s^2 beyond which it is sought again."""
-LARGE = 220
-"""Unknowns from which on matrices are sparse: there both ways take as long."""
-MANY = 300
-"""Coordinates from which on the lowest eigenvalues of sparse matrices are found alone."""
-COUNT = 20
-"""How many of them, where nothing else is asked."""
-SPARE = 8
-"""How many more are sought than are asked for."""
-BLOCK = 8
-"""Vectors of a step of Lanczos's method."""
-CONVERGED = 1e-8
-"""Residual of an inverse's eigenvector, over its eigenvalue."""
 
 
 @dataclass(frozen=True)
@@ -181,12 +162,12 @@ def squares(tangent: Tangent, shift: float, count: int) -> Array:
     """
     m, k = tangent.reduced(tangent.mass), tangent.reduced(tangent.stiffness)
     if issparse(k):
-        return np.sort(_nearest(m, k, shift, count)[0])
+        return np.sort(_few(m, k, shift, count)[0])
     if not _symmetric(k):
-        return np.sort((_turned_over(np.linalg.eigvals(solve(k + shift * m, m))) - shift).real)
+        return np.sort((turned_over(np.linalg.eigvals(solve(k + shift * m, m))) - shift).real)
     low = np.linalg.cholesky((m + m.T) / 2)
     inner = low.T @ solve((k + k.T) / 2 + shift * m, low)
-    return np.sort(_turned_over(np.linalg.eigvalsh((inner + inner.T) / 2)) - shift)
+    return np.sort(turned_over(np.linalg.eigvalsh((inner + inner.T) / 2)) - shift)
 
 
 def _rounding(tangent: Tangent, values: Array, left: Array, right: Array) -> Array:
@@ -207,7 +188,7 @@ def _undamped(tangent: Tangent, m: Any, k: Any, near: float, count: int) -> tupl
     """Of s^2 M z + K z = 0: s, left and right vectors, errors of s; of s and -s one, see `Spectrum`."""
     symmetric = _symmetric(k)
     k, m, shift = (k + k.T) / 2 if symmetric else k, (m + m.T) / 2, near or _shift(m, k)
-    find = partial(_nearest, count=count) if issparse(k) else _inverted if symmetric else _unsymmetric
+    find = partial(_few, count=count) if issparse(k) else _inverted if symmetric else _unsymmetric
     for _ in range(4):
         squared, left, right = find(m, k, shift)
         lowest = _lowest(tangent, m, squared, left, right, shift)
@@ -268,13 +249,7 @@ def _lowest(tangent: Tangent, m: Any, squared: Array, left: Array, right: Array,
 def _unsymmetric(m: Array, k: Array, shift: float) -> tuple[Array, Array, Array]:
     """-s^2, left and right vectors, from the inverse of K + shift M."""
     theta, left, right = eig(solve(k + shift * m, m), left=True)
-    return _turned_over(theta) - shift, solve((k + shift * m).T, left), right
-
-
-def _turned_over(theta: Array) -> Array:
-    """1/theta; finite, far above all that is known, where theta is rounding."""
-    least = EPS**2 * np.abs(theta).max(initial=1e-300)
-    return np.asarray(1.0 / np.where(np.abs(theta) < least, least, theta))
+    return turned_over(theta) - shift, solve((k + shift * m).T, left), right
 
 
 def _inverted(m: Array, k: Array, shift: float) -> tuple[Array, Array, Array]:
@@ -290,73 +265,14 @@ def _inverted(m: Array, k: Array, shift: float) -> tuple[Array, Array, Array]:
         inner = low.T @ solve(moved, low)
         theta, vectors = eigh((inner + inner.T) / 2)
         vectors = solve(moved, low @ vectors)
-    squared = _turned_over(theta) - shift
+    squared = turned_over(theta) - shift
     vectors = vectors / np.sqrt(np.abs(np.einsum("ij,ij->j", vectors, m @ vectors)))
     return squared, vectors, vectors
 
 
-def _nearest(m: csr_array, k: csr_array, shift: float, count: int) -> tuple[Array, Array, Array]:
-    """At least so many of the lowest -s^2 of sparse symmetric matrices, and all below the shift's negative; vectors."""
-    size = m.shape[0]
-    while 4 * (count + SPARE) < size:
-        try:
-            factors, below = _factors(m, k, -shift)
-            squared, vectors = _krylov(m, factors, shift, below, count + SPARE)
-            ends = np.arange(below + count, len(squared))
-            kept = int(ends[np.argmax(squared[ends] - squared[ends - 1])])
-            if _factors(m, k, 0.5 * (squared[kept - 1] + squared[kept]))[1] == kept:
-                return squared[:kept], vectors[:, :kept], vectors[:, :kept]
-        except ArithmeticError:
-            break
-        count *= 2
-    return _inverted(m.toarray(), k.toarray(), shift)
-
-
-def _krylov(m: csr_array, factors: SuperLU, shift: float, below: int, above: int) -> tuple[Array, Array]:
-    """The -s^2 nearest to the negative of a shift, ascending, so many on each side, and vectors, by Lanczos's method in blocks.
-
-    Whole blocks find eigenvalues that are equal; all vectors are kept and made orthogonal.
-
-    Raises
-    ------
-    ArithmeticError
-        If half as many vectors as there are coordinates do not do.
-    """
-    size = m.shape[0]
-    room = size // 2 // BLOCK * BLOCK
-    basis, images, projected, known = np.empty((size, room)), np.empty((size, room)), np.empty((room, room)), 0
-    block = factors.solve(m @ np.random.default_rng(0).standard_normal((size, BLOCK)))
-    while known < room:
-        new, done = slice(known, known + BLOCK), slice(known)
-        for _ in range(2):
-            block = block - basis[:, done] @ (basis[:, done].T @ (m @ block))
-            block = np.linalg.qr(block)[0]  # columns may be as good as equal
-            block = np.linalg.solve(np.linalg.cholesky(block.T @ (m @ block)), block.T).T
-        basis[:, new], block = block, factors.solve(m @ block)
-        known += BLOCK
-        images[:, new] = block
-        projected[:known, new] = basis[:, :known].T @ (m @ block)
-        projected[new, :known] = projected[:known, new].T
-        if known < 2 * (below + above) or (known // BLOCK) % 4:
-            continue
-        theta, mix = eigh(projected[:known, :known])
-        near = np.r_[0:below, known - above : known]
-        theta, vectors = theta[near], basis[:, :known] @ mix[:, near]
-        miss = images[:, :known] @ mix[:, near] - vectors * theta
-        least = np.maximum(CONVERGED * np.abs(theta), 1e2 * EPS * np.abs(theta).max())
-        if (np.einsum("ij,ij->j", miss, m @ miss) <= least**2).all():
-            order = np.argsort(squared := _turned_over(theta) - shift)
-            return squared[order], vectors[:, order]
-    raise ArithmeticError("too many vectors")
-
-
-def _factors(m: csr_array, k: csr_array, value: float) -> tuple[SuperLU, int]:
-    """Factors of K - value M, and how many eigenvalues are below the value: as many as pivots on the diagonal are negative."""
-    moved = csc_array(k - value * m)
-    factors = splu(moved, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
-    if (factors.perm_r != factors.perm_c).any():
-        raise ArithmeticError("a pivot on the diagonal is zero")
-    return factors, int((factors.U.diagonal() < 0.0).sum())
+def _few(m: csr_array, k: csr_array, shift: float, count: int) -> tuple[Array, Array, Array]:
+    """Those of sparse matrices, at least so many of the lowest; all where Lanczos's method does not do."""
+    return nearest(m, k, shift, count) or _inverted(m.toarray(), k.toarray(), shift)
 
 
 def _any(matrix: Any) -> bool:
@@ -377,7 +293,7 @@ def _damped(tangent: Tangent, m: Array, c: Array, k: Array) -> tuple[Array, Arra
         below = across.copy()  # of the rates over the shift: both halves of the state in one unit
         below[:, :n] += np.eye(n) / shift
         theta, left, right = eig(np.vstack([across, below]), left=True)
-        values = shift + _turned_over(theta)
+        values = shift + turned_over(theta)
         kept = values.imag >= 0.0
         moved = _by_inverse(theta, np.einsum("ij,ij->j", left.conj(), right), left, right)[kept]
         values, left, right = values[kept], solve(m, left[n:, kept]), right[:n, kept]
@@ -392,27 +308,3 @@ def _shift(m: Any, k: Any) -> float:
     """A shift of -s^2 where the lowest eigenvalues are not rounding of the highest."""
     highest = float(np.max(np.abs(k.diagonal()) / m.diagonal()))
     return max(1e3 * EPS * highest, 1e-12)
-
-
-def null_space(jacobian: Array, units: Array) -> Array:
-    """Columns that span the z with G z = 0, each coordinate in its unit."""
-    if not len(jacobian):
-        return np.diag(units)
-    _, s, vh = np.linalg.svd(jacobian * units)
-    rank = int((s > 1e-10 * s[0]).sum())
-    return np.asarray(units[:, None] * vh[rank:].T)
-
-
-def sparse_null_space(jacobian: csr_array, units: Array) -> csr_array:
-    """The same of a sparse G, sparse: rows that hold no coordinate in common are looked at apart."""
-    scaled = csr_array(jacobian * units)
-    held = np.unique(scaled.indices)
-    rows, at = scaled[:, held], np.setdiff1d(np.arange(len(units)), held)
-    _, group = connected_components(rows.T @ rows, directed=False)
-    order = np.argsort(group, kind="stable")
-    spans: list[Any] = [eye_array(len(at))]
-    for one in np.split(order, np.flatnonzero(np.diff(group[order])) + 1):
-        some = rows[:, one].toarray()
-        spans.append(null_space(some[some.any(axis=1)], np.ones(len(one))))
-    places = np.concatenate([at, held[order]])
-    return csr_array(units[:, None] * csr_array(block_diag(spans))[np.argsort(places)])

@@ -8,6 +8,7 @@ from buckler.mbs import Cable, Revolute, Section, equilibrium, frequencies
 from buckler.mbs.statics import problem as problems
 from buckler.mbs.statics import spectrum as spectra
 from buckler.mbs.statics.answer import Ending
+from buckler.mbs.statics.lowest import null_space, sparse_null_space
 from buckler.mbs.statics.problem import Problem, least, loads_of, solve
 from buckler.studies.trust.scaling import lattice
 
@@ -81,3 +82,14 @@ def test_a_hundred_strips_hang_as_their_weight_says():
     assert np.hypot(*held) == pytest.approx(mass * np.hypot(*mechanism.gravity), rel=1e-9)
     tones = frequencies(mechanism, found, count=20)
     assert tones.status is Ending.OK and len(tones.hertz) == 20 and (tones.errors < 2e-6 * tones.hertz[0]).all()
+
+
+def test_null_spaces_of_rows_without_a_common_coordinate_are_those_of_all_rows():
+    """Four rows, two of which say the same, hold three of nine motions: six are free, the same ones."""
+    rows = np.zeros((4, 9))
+    rows[0, [1, 3]], rows[1, [3, 4]], rows[2, 6], rows[3, 6] = 1.0, (0.3, -2.0), 2.0, 4.0
+    units = np.linspace(0.5, 2.5, 9)
+    whole, parts = null_space(rows, units), sparse_null_space(csr_array(rows), units).toarray()
+    assert whole.shape == parts.shape == (9, 6)
+    assert np.abs(rows @ parts).max() < 1e-14
+    assert np.linalg.matrix_rank(np.hstack([whole, parts])) == 6

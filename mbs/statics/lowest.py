@@ -1,0 +1,134 @@
+"""What statics of many unknowns need: sparse null spaces, and the lowest eigenvalues of sparse symmetric matrices.
+
+Lanczos's method gives the lowest eigenvalues of K z = -s^2 M z and those below zero. A
+factorisation K + c M = L D L^T has as many negative pivots as there are eigenvalues -s^2 below -c (Sylvester's law of inertia):
+that tells how many grow, and that none is missing.
+
+References
+----------
+T. Ericsson, A. Ruhe, The spectral transformation Lanczos method, Math. Comp. 35 (1980) 1251-1268,
+doi 10.1090/S0025-5718-1980-0583502-2.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from scipy.linalg import eigh
+from scipy.sparse import block_diag, csc_array, csr_array, eye_array
+from scipy.sparse.csgraph import connected_components
+from scipy.sparse.linalg import SuperLU, splu
+
+from buckler.mbs.geometry import Array
+
+EPS = float(np.finfo(float).eps)
+LARGE = 220
+"""Unknowns from which on matrices are sparse: there both ways take as long."""
+MANY = 300
+"""Coordinates from which on the lowest eigenvalues of sparse matrices are found alone."""
+COUNT = 20
+"""How many of them, where nothing else is asked."""
+SPARE = 8
+"""How many more are sought than are asked for."""
+BLOCK = 8
+"""Vectors of a step of Lanczos's method."""
+CONVERGED = 1e-8
+"""Residual of an inverse's eigenvector, over its eigenvalue."""
+
+
+def null_space(jacobian: Array, units: Array) -> Array:
+    """Columns that span the z with G z = 0, each coordinate in its unit."""
+    if not len(jacobian):
+        return np.diag(units)
+    _, s, vh = np.linalg.svd(jacobian * units)
+    rank = int((s > 1e-10 * s[0]).sum())
+    return np.asarray(units[:, None] * vh[rank:].T)
+
+
+def sparse_null_space(jacobian: csr_array, units: Array) -> csr_array:
+    """The same of a sparse G, sparse: rows that hold no coordinate in common are looked at apart."""
+    scaled = csr_array(jacobian * units)
+    held = np.unique(scaled.indices)
+    rows, at = scaled[:, held], np.setdiff1d(np.arange(len(units)), held)
+    _, group = connected_components(rows.T @ rows, directed=False)
+    order = np.argsort(group, kind="stable")
+    spans: list[Any] = [eye_array(len(at))]
+    for one in np.split(order, np.flatnonzero(np.diff(group[order])) + 1):
+        some = rows[:, one].toarray()
+        spans.append(null_space(some[some.any(axis=1)], np.ones(len(one))))
+    places = np.concatenate([at, held[order]])
+    return csr_array(units[:, None] * csr_array(block_diag(spans))[np.argsort(places)])
+
+
+def nearest(m: csr_array, k: csr_array, shift: float, count: int) -> tuple[Array, Array, Array] | None:
+    """At least so many of the lowest -s^2 of sparse symmetric matrices, and all below the shift's negative; vectors.
+
+    None where these are too many for it, or a pivot is zero.
+    """
+    size = m.shape[0]
+    while 4 * (count + SPARE) < size:
+        try:
+            factors, below = _factors(m, k, -shift)
+            squared, vectors = _krylov(m, factors, shift, below, count + SPARE)
+            ends = np.arange(below + count, len(squared))
+            kept = int(ends[np.argmax(squared[ends] - squared[ends - 1])])
+            if _factors(m, k, 0.5 * (squared[kept - 1] + squared[kept]))[1] == kept:
+                return squared[:kept], vectors[:, :kept], vectors[:, :kept]
+        except ArithmeticError:
+            break
+        count *= 2
+    return None
+
+
+def _krylov(m: csr_array, factors: SuperLU, shift: float, below: int, above: int) -> tuple[Array, Array]:
+    """The -s^2 nearest to the negative of a shift, ascending, so many on each side, and vectors, by Lanczos's method in blocks.
+
+    Whole blocks find eigenvalues that are equal; all vectors are kept and made orthogonal.
+
+    Raises
+    ------
+    ArithmeticError
+        If half as many vectors as there are coordinates do not do.
+    """
+    size = m.shape[0]
+    room = size // 2 // BLOCK * BLOCK
+    basis, images, projected, known = np.empty((size, room)), np.empty((size, room)), np.empty((room, room)), 0
+    block = factors.solve(m @ np.random.default_rng(0).standard_normal((size, BLOCK)))
+    while known < room:
+        new, done = slice(known, known + BLOCK), slice(known)
+        for _ in range(2):
+            block = block - basis[:, done] @ (basis[:, done].T @ (m @ block))
+            block = np.linalg.qr(block)[0]  # columns may be as good as equal
+            block = np.linalg.solve(np.linalg.cholesky(block.T @ (m @ block)), block.T).T
+        basis[:, new], block = block, factors.solve(m @ block)
+        known += BLOCK
+        images[:, new] = block
+        projected[:known, new] = basis[:, :known].T @ (m @ block)
+        projected[new, :known] = projected[:known, new].T
+        if known < 2 * (below + above) or (known // BLOCK) % 4:
+            continue
+        theta, mix = eigh(projected[:known, :known])
+        near = np.r_[0:below, known - above : known]
+        theta, vectors = theta[near], basis[:, :known] @ mix[:, near]
+        miss = images[:, :known] @ mix[:, near] - vectors * theta
+        least = np.maximum(CONVERGED * np.abs(theta), 1e2 * EPS * np.abs(theta).max())
+        if (np.einsum("ij,ij->j", miss, m @ miss) <= least**2).all():
+            order = np.argsort(squared := turned_over(theta) - shift)
+            return squared[order], vectors[:, order]
+    raise ArithmeticError("too many vectors")
+
+
+def _factors(m: csr_array, k: csr_array, value: float) -> tuple[SuperLU, int]:
+    """Factors of K - value M, and how many eigenvalues are below the value: as many as pivots on the diagonal are negative."""
+    moved = csc_array(k - value * m)
+    factors = splu(moved, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    if (factors.perm_r != factors.perm_c).any():
+        raise ArithmeticError("a pivot on the diagonal is zero")
+    return factors, int((factors.U.diagonal() < 0.0).sum())
+
+
+def turned_over(theta: Array) -> Array:
+    """1/theta; finite, far above all that is known, where theta is rounding."""
+    least = EPS**2 * np.abs(theta).max(initial=1e-300)
+    return np.asarray(1.0 / np.where(np.abs(theta) < least, least, theta))
