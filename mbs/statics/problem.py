@@ -70,6 +70,7 @@ class Problem:
     centre: tuple[float, float] = (0.0, 0.0)
 
     def __post_init__(self) -> None:
+        self.push: Array | float = 0.0
         self.table = Turntable(self.scene, self.spin, self.centre) if self.spin else None
         self.units = self.scene.units
         self.value = self.scene.tables.values[self.row] if self.row >= 0 else 0.0
@@ -97,6 +98,7 @@ class Problem:
         scene = self.scene
         sparse = scene.size + len(rest.multipliers) >= LARGE
         a = scene.assemble(rest.q, lam=rest.multipliers, tangents=tangents, sparse=sparse)
+        a.force[:] += self.push
         if self.table:
             a.force[:] += self.table.outwards @ (rest.q - self.table.centre)
             a.entries[2] -= self.table.entries

@@ -12,7 +12,7 @@ from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.spectral import tables as k
 from buckler.mbs.spectral.scene import Place, Scene
 from buckler.mbs.spectral.threads import one_thread
-from buckler.mbs.statics import deflation
+from buckler.mbs.statics import deflation, sticking
 from buckler.mbs.statics.answer import (
     HIGHEST,
     RISE,
@@ -34,7 +34,7 @@ from buckler.mbs.validate import pair
 GOAL = 1e-8
 """Error, over the longest link, up to which the degree of strips is raised."""
 
-FRICTION = "friction is left out, which may hold it where it is drawn, or elsewhere"
+FRICTION = "friction may hold it elsewhere"
 
 
 @dataclass(frozen=True)
@@ -63,6 +63,8 @@ class Equilibrium(Answer):
         Of places over the longest link, and of angles, rad: what a higher degree of the strips changes, and the last step.
     others : tuple of Equilibrium
         Further equilibria, where all were asked for.
+    between : tuple of Equilibrium
+        Where dry friction of guides acts in full, to one side and the other: it rests anywhere between these two.
     """
 
     status: Ending
@@ -76,6 +78,7 @@ class Equilibrium(Answer):
     neutral: tuple[str, ...]
     error: float
     others: tuple[Equilibrium, ...] = ()
+    between: tuple[Equilibrium, ...] = ()
 
     def point(self, link: str, point: str) -> Place:
         """Where a point of a link is."""
@@ -96,6 +99,9 @@ class Equilibrium(Answer):
                 for point in link.points:
                     at = self.point(link.name, point)
                     out.append((f"{link.name}:{point}", f"{at.position[0]:.9g} m, {at.position[1]:.9g} m, {at.angle:.9g} rad"))
+        for guide in self.scene.mechanism.guides if self.between else ():
+            one, other = (each.point(guide.link, guide.point).position for each in self.between)
+            out.append((f"{guide.point} rests", f"from {one[0]:.9g} m, {one[1]:.9g} m to {other[0]:.9g} m, {other[1]:.9g} m"))
         return out
 
 
@@ -152,7 +158,11 @@ def equilibrium(
         rest, message = find(problem, start, guess is not None)
         found = _answer(problem, rest, message, fixed)
     except StaticsError as error:
-        return _failed(problem, start, error, load)
+        stuck = sticking.held(problem, start)
+        if stuck is None:
+            return _failed(problem, start, error, load)
+        words = "held by friction where it is drawn; it has no rest without"
+        return Equilibrium(Ending.OK, words, problem.scene, stuck.q, stuck.multipliers, load, True, 0.0, (), 0.0)
     finally:
         problem.set(1.0)
     return replace(found, others=tuple(_others(problem, rest, fixed))) if all else found
@@ -220,9 +230,13 @@ def _answer(problem: Problem, rest: Rest, message: str, fixed: bool, anew: bool 
         said.append(f"its error is {error:.1e} of the longest link{hint}")
     problem.set(1.0)
     said += _idle(problem, rest) + left_out(problem.scene.mechanism, FRICTION)
-    return Equilibrium(
+    found = Equilibrium(
         status, "; ".join(said), problem.scene, rest.q, rest.multipliers, load, growth == 0.0, growth, neutral, error
     )  # fmt: skip
+    both = sticking.ends(problem, rest) if not (neutral or growth) else []
+    problem.set(1.0)
+    full = [replace(found, q=each.q, multipliers=each.multipliers, message="friction acts in full") for each in both]
+    return replace(found, between=tuple(full))
 
 
 def _idle(problem: Problem, rest: Rest) -> list[str]:

@@ -11,6 +11,7 @@ from buckler.mbs import (
     Clearance,
     Force,
     Guide,
+    GuideFriction,
     Link,
     Mechanism,
     Revolute,
@@ -305,16 +306,55 @@ def test_a_rope_pulls_and_ends_at_its_pulleys():
     assert pulled.point("one", "B").position[1] == pytest.approx(-0.5 - 0.8 * GRAVITY / 1000.0, rel=1e-9)
 
 
-def test_a_block_on_an_incline_that_friction_may_hold_is_no_free_motion_without_a_word():
-    slope = (np.cos(0.2), np.sin(0.2))
-    made = Mechanism(
-        {"P": (0, 0), "Q": (0, 0.1)}, [Link("block", "P", "Q", Rigid.of(mass=1.0, inertia=1e-3))],
-        guides=[Guide("P", "block", along=slope, friction=Coulomb(0.4))], loads=[TorsionSpring("ground", "block", stiffness=1.0)],
-        gravity=(0.0, -GRAVITY),
+def on_an_incline(turn, coefficient, *loads):
+    """A block of 1 kg; S lies 1 m below it."""
+    along, body = np.array([np.cos(turn), np.sin(turn)]), Rigid.of(mass=1.0, inertia=1e-3, centre=(0, 0))
+    return along, Mechanism(
+        {"P": (0, 0), "Q": (0, 0.1), "S": tuple(-along)}, [Link("block", "P", "Q", body)],
+        guides=[Guide("P", "block", along=tuple(along), friction=Coulomb(coefficient))],
+        loads=[TorsionSpring("ground", "block", stiffness=1.0), *loads], gravity=(0.0, -GRAVITY),
     )  # fmt: skip
+
+
+def test_friction_holds_a_block_on_an_incline_up_to_its_angle():
+    """tan(0.2) = 0.2027."""
+    kept, slides = (equilibrium(on_an_incline(0.2, coefficient)[1]) for coefficient in (0.203, 0.202))
+    assert (kept.status, kept.stable) == ("OK", True)
+    assert kept.message == "held by friction where it is drawn; it has no rest without"
+    assert kept.point("block", "P").position == pytest.approx([0.0, 0.0], abs=1e-15)
+    assert slides.status == "FREE_MOTION"
+
+
+def test_friction_on_an_incline_leaves_an_interval_of_rest():
+    """K s = -m g (sin a -+ mu cos a)."""
+    along, made = on_an_incline(0.3, 0.2, Spring("P", "ground:S", stiffness=300.0, free_length=1.0))
     rest = equilibrium(made)
-    assert rest.status == "FREE_MOTION"
-    assert "friction is left out, which may hold it where it is drawn, or elsewhere: 'P'" in rest.message
+    found = sorted(each.point("block", "P").position @ along for each in rest.between)
+    assert found == pytest.approx([-GRAVITY * (np.sin(0.3) + way * 0.2 * np.cos(0.3)) / 300.0 for way in (1, -1)], rel=1e-12)
+    assert ("P rests" in str(rest)) == (len(rest.between) == 2)
+
+
+def test_friction_of_a_slider_holds_its_crank_in_an_interval():
+    """C a + m g r/2 cos(a + a0) = T + -F ds/da: virtual work of a crank of length r and a rod without mass, to be turned by T."""
+    crank, rod, drawn, force = 0.1, 0.3, 1.0, 2.0
+    end = crank * np.cos(drawn) + np.sqrt(rod**2 - (crank * np.sin(drawn)) ** 2)
+    made = Mechanism(
+        {"O": (0, 0), "A": (crank * np.cos(drawn), crank * np.sin(drawn)), "B": (end, 0)},
+        [Link("crank", "O", "A", Rigid(BAR)), Link("rod", "A", "B", Rigid.of(mass=1e-12, inertia=1e-12))],
+        [Revolute("O", "ground", "crank"), Revolute("A", "crank", "rod")],
+        guides=[Guide("B", "rod", friction=GuideFriction(force))],
+        loads=[TorsionSpring("ground", "crank", stiffness=1.5), Torque("crank", 0.2)], gravity=(0.0, -GRAVITY),
+    )  # fmt: skip
+
+    def left(turn, way):
+        angle, weight = drawn + turn, BAR.mass_per_length * crank * GRAVITY
+        travel = -crank * np.sin(angle) * (1 + crank * np.cos(angle) / np.sqrt(rod**2 - (crank * np.sin(angle)) ** 2))
+        return 0.2 - 1.5 * turn - weight * crank / 2 * np.cos(angle) + way * force * travel
+
+    rest = equilibrium(made)
+    found = sorted(each.point("crank", "O").angle - drawn for each in rest.between)
+    assert found == pytest.approx(sorted(brentq(left, -0.8, 0.8, args=(way,), xtol=1e-14) for way in (1, -1)), abs=1e-9)
+    assert found[0] < rest.point("crank", "O").angle - drawn < found[1]
 
 
 @pytest.mark.parametrize("guess", ["x", [1.0], [np.nan] * 3])
