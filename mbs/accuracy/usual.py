@@ -41,7 +41,7 @@ MOST = 20
 class Usual:
     """What a run without settings is held to.
 
-    Of places, energies, and forces; of contacts their impulses too, and where pins rattle in their bushes these alone, as each
+    Of places, energies, and forces; of contacts their impulses too, and where pins rattle in their bushes impulses alone, as each
     blow rings in what it strikes. Rates and accelerations are not looked at one by one, as those of strips ring: the kinetic
     energy tells of them. Nor is friction: where a contact sticks, it is what its regularisation makes of it.
     """
@@ -65,7 +65,7 @@ class Usual:
             elif signal.kind is Kind.CONTACT and signal.unit in FORCES:
                 found |= {f"{name}.impulse": IMPULSE} | ({} if rattles else {name: FORCE})
             elif signal.kind in (Kind.REACTION, Kind.INTERNAL) and signal.unit in FORCES and f"{name}.mean" not in signals:
-                found[name] = FORCE
+                found |= {f"{name}.impulse": IMPULSE} if rattles else {name: FORCE}
         return found
 
 
