@@ -263,7 +263,7 @@ class Curve:
         """Whether a multiplier moved so far that it may have passed a resonance."""
         one, other = (values_of(each.found) for each in (orbit, new))
         near = np.abs(other - 1.0)
-        moved = np.abs(other[:, None] - one[None]).min(axis=1)
+        moved = np.abs(other[:, None] - one[None]).min(axis=1, initial=np.inf)
         far = abs(new.parameter - orbit.parameter) > NARROW * abs(self.to - self.begun)
         return far and bool((moved > LEAP * near).any())
 

@@ -227,7 +227,7 @@ def solve(matrix: Matrix, right: Array) -> Array:
     try:
         with np.errstate(all="ignore"):  # near a limit point it is ill-conditioned: the residual decides
             out = np.linalg.solve(matrix, right) if isinstance(matrix, np.ndarray) else Factors(matrix).solve(right)
-        if np.isfinite(out).all() and np.abs(matrix @ out - right).max() <= 1e-6 * max(np.abs(right).max(), 1e-300):
+        if np.isfinite(out).all() and np.abs(matrix @ out - right).max(initial=0.0) <= 1e-6 * np.abs(right).max(initial=1e-300):
             return np.asarray(out)
     except (np.linalg.LinAlgError, SingularError):
         pass

@@ -180,7 +180,7 @@ class Shooting:
         for unit in self.width * np.eye(2 * basis.shape[1]):
             one, other = (self.change(state, basis, self.run(self.moved(state, basis, side * unit))) for side in (1, -1))
             columns.append((one - other) / (2 * self.width))
-        return np.array(columns).T
+        return np.array(columns).reshape(len(columns), len(columns)).T
 
     def search(self, state: State) -> Found:
         """Newton's method, from further on where it does not converge.

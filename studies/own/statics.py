@@ -84,7 +84,7 @@ def _lines(found: Any, options: argparse.Namespace) -> list[str]:
     places = found.heights(*_point(options, found.scene.mechanism))[0].tolist()
     if "period" in options:
         head = "parameter,amplitude x [m],amplitude y [m],largest multiplier,error"
-        more = [(float(abs(each.multipliers[0])), each.error) for each in found.motions]
+        more = [(float(abs(each.multipliers).max(initial=0.0)), each.error) for each in found.motions]
     else:
         head = "parameter,x [m],y [m],growth [1/s],negative eigenvalues"
         more = list(zip(found.growth.tolist(), found.unstable.tolist(), strict=True))

@@ -7,6 +7,7 @@ from scipy.optimize import brentq, fsolve
 
 from buckler.mbs import (
     Beam,
+    Drive,
     Force,
     Guide,
     Link,
@@ -181,6 +182,21 @@ def test_a_bouncing_ball_doubles_its_period_as_in_closed_form():
     assert found.errors["doublings"][0] < 2e-3
     assert found.stable[0]
     assert not found.stable[-1]
+
+
+def test_a_motion_that_its_drive_alone_decides_has_no_multipliers():
+    """A slider-crank's stroke is twice its crank, however quick."""
+    made = Mechanism(
+        {"O": (0, 0), "A": (0.05, 0), "B": (0.25, 0)},
+        [Link("crank", "O", "A", Rigid(Section(0.02, 0.005))), Link("rod", "A", "B", Rigid(Section(0.02, 0.005)))],
+        [Revolute("O", "ground", "crank"), Revolute("A", "crank", "rod")], [Guide("B", "rod")], drives=[Drive("crank", 10.0)],
+    )  # fmt: skip
+    once = periodic(made, TURN / 10.0)
+    found = response(made, TURN / 10.0, to=5.0)
+    assert (once.status, once.stable, len(once.multipliers)) == ("OK", True, 0)
+    assert (found.status, found.points) == ("OK", [])
+    assert found.amplitude("rod", "B")[:, 0] == pytest.approx(0.05, rel=1e-6)
+    assert found.motions[-1].v[:, 2].max() == pytest.approx(5.0 * TURN, rel=1e-6)
 
 
 def test_what_makes_no_sense_is_refused():
