@@ -242,13 +242,13 @@ def _answer(problem: Problem, rest: Rest, message: str, fixed: bool, anew: bool 
 def _idle(problem: Problem, rest: Rest) -> list[str]:
     """Torques that act where the link is held: of a flexible one that is its start, if no point is named."""
     scene, said = problem.scene, []
-    free = sparse_null_space(scene.assemble(rest.q, tangents=False, sparse=True).jacobian, scene.units)
-    for load in loads_of(scene):
-        name = [*scene.force_names, "gravity"][load]
-        if name.startswith("torque"):
-            push = Problem(scene, [load]).slope(rest._replace(parameter=1.0))[: scene.size]
-            if np.abs(free.T @ push).max(initial=0.0) < 1e-9 * np.abs(push * scene.units).max():
-                said.append(f"'{name}' moves nothing: where it acts, its link is held; name a point that turns")
+    torques = {load: name for load, name in enumerate(scene.force_names) if name.startswith("torque")}
+    if torques:
+        free = sparse_null_space(scene.assemble(rest.q, tangents=False, sparse=True).jacobian, scene.units)
+    for load, name in torques.items():
+        push = Problem(scene, [load]).slope(rest._replace(parameter=1.0))[: scene.size]
+        if np.abs(free.T @ push).max(initial=0.0) < 1e-9 * np.abs(push * scene.units).max():
+            said.append(f"'{name}' moves nothing: where it acts, its link is held; name a point that turns")
     return said
 
 
