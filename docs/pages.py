@@ -19,7 +19,7 @@ MADE = "made"
 """Folder of these pages; it is not kept."""
 ORDER = (
     "buckling_slider_crank", "six_bar_with_strip", "rattling_crank_rocker", "straight_line_linkage", "snapping_truss",
-    "double_pendulum", "ringing_cantilever", "bouncing_block", "starting_motor", "braking_block",
+    "double_pendulum", "ringing_cantilever", "bouncing_block", "starting_motor", "braking_block", "net_of_strips",
 )  # fmt: skip
 """Scripts of the gallery."""
 
@@ -82,7 +82,7 @@ def _gallery(scripts: list[Path]) -> Iterator[str]:
     yield from (
         "# Gallery",
         "",
-        "Ten mechanisms, each a short script that asserts one physical number. The tests run them all.",
+        "Eleven mechanisms, each a short script that asserts one physical number. The tests run them all.",
         "",
     )
     yield "::::{grid} 1 2 2 3"

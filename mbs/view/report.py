@@ -21,7 +21,9 @@ from buckler.mbs.view.verdicts import IDLE, verdicts
 
 MOTION, SIGNALS = 190_000, 180_000
 """Bytes for the motion and for the signals, before base64 adds a third."""
-BINS = (60, 800)
+STATIONS = 1000
+"""Places along all strips together from which on each has fewer."""
+BINS = (40, 800)
 """Bins of a signal, at least and at most."""
 LONGEST = 20_000
 """Samples of a run up to which its ledger is made for the page where none was asked for."""
@@ -90,9 +92,9 @@ class Store:
             low = high = 0.0
         if low == high and fine.all():
             return [-1, low, 0.0]
-        step = (high - low) / LEVELS or 1.0
+        step = float(f"{(high - low) / LEVELS or 1.0:.9g}")
         whole = np.full(len(values), LEVELS + 1, dtype="<u2")
-        whole[fine] = np.rint((known - low) / step)
+        whole[fine] = np.clip(np.rint((known - low) / step), 0, LEVELS)
         start = self.size
         self.parts.append(whole)
         self.size += len(whole)
@@ -151,16 +153,32 @@ def _band(band: Any, store: Store) -> dict[str, Any]:
 
 def _short(result: Any) -> Movie:
     """The movie with as many pictures as the page has room for."""
-    movie: Movie = result.film.movie()
+    movie: Movie = _thinned(result.film.movie())
     stations = sum(band.points.shape[1] for band in movie.bands.values())
     moving = sum(int(np.ptp(frame[:, axis]) > 0) for frame in movie.frames.values() for axis in range(3))
     room = max(60, int(MOTION / (2 * (4 * stations + moving + 1))))
     if len(movie.time) <= room:
         return movie
     if result.film.record is not None:
-        return filmed(result.film.record, np.linspace(movie.time[0], movie.time[-1], room))
+        return _thinned(filmed(result.film.record, np.linspace(movie.time[0], movie.time[-1], room)))
     rows = np.unique(np.linspace(0, len(movie.time) - 1, room).round().astype(int))
     return movie.rows(rows)
+
+
+def _thinned(movie: Movie) -> Movie:
+    """The movie with every second station of each strip, and again, down to eight parts, while there is no room for all."""
+    bands = movie.bands
+    while sum(band.points.shape[1] for band in bands.values()) > STATIONS:
+        thinner = {
+            name: replace(band, points=band.points[:, ::2], bending=band.bending[:, ::2], axial=band.axial[:, ::2])
+            if band.points.shape[1] % 16 == 1 and band.points.shape[1] > 16
+            else band
+            for name, band in bands.items()
+        }
+        if all(thinner[name] is band for name, band in bands.items()):
+            break
+        bands = thinner
+    return replace(movie, bands=bands)
 
 
 def _rounded(mark: Any) -> Any:

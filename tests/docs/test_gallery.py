@@ -6,13 +6,15 @@ from pathlib import Path
 
 import pytest
 
+from buckler.mbs.view.report import page
+
 SCRIPTS = sorted((Path(__file__).resolve().parents[2] / "docs" / "gallery").glob("*.py"))
 
 
-def test_there_are_ten_and_the_site_shows_them():
+def test_there_are_eleven_and_the_site_shows_them():
     order = re.search(r"^ORDER = \((.*?)^\)", (SCRIPTS[0].parents[1] / "pages.py").read_text(), re.MULTILINE | re.DOTALL)[1]
     assert sorted(re.findall(r'"(\w+)"', order)) == [script.stem for script in SCRIPTS]
-    assert len(SCRIPTS) == 10
+    assert len(SCRIPTS) == 11
 
 
 @pytest.mark.parametrize("script", SCRIPTS, ids=lambda path: path.stem)
@@ -22,5 +24,6 @@ def test_it_gives_its_number(script, capsys):
     left = runpy.run_path(str(script))
     assert left["result"].ok, left["result"].message
     assert left["result"].movie.time[-1] == pytest.approx(left["result"].time[-1])
+    assert len(page(left["result"], script.stem)) < 2_000_000
     title = left["__doc__"].partition("\n")[0]
     assert title.startswith("A ") and title.endswith(".") and capsys.readouterr().out.count("\n") >= 1
