@@ -11,6 +11,7 @@ R. Seydel, Practical Bifurcation and Stability Analysis (2010), ch. 4 and 7, doi
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -25,7 +26,7 @@ from buckler.mbs.statics.answer import RISE
 from buckler.mbs.statics.arc import BEND, CORNER
 from buckler.mbs.statics.cycles import GOAL, Periodic, motion_of
 from buckler.mbs.statics.problem import Problem, Rest, StaticsError, has_strips, refined, solve
-from buckler.mbs.statics.shooting import BUDGET, Found, Shooting, values_of
+from buckler.mbs.statics.shooting import Found, Shooting, SpentError, values_of
 from buckler.mbs.statics.varied import Varied
 
 SHORTEST = 1e-5
@@ -35,6 +36,8 @@ SMALL = 1e-3
 LEAP, NARROW = 0.5, 1e-3
 """Share of its distance from 1 by which a multiplier may move in a step, else a narrow resonance may be leapt over; and the arc,
 or share of the parameter's way, below which it may, as at a fold."""
+SPENT = 20_000_000
+"""Steps of all runs of a curve."""
 ITERATIONS = 12
 FINER = 2
 """How often critical points are found again with finer steps."""
@@ -270,14 +273,17 @@ class Curve:
     def follow(self, state: State, steps: int, step: float, longest: float) -> tuple[list[Orbit], list[tuple[Turn, float]], str]:
         """Motions up to the end of the curve, critical points with their errors, and why it ended."""
         orbits, found, ended, arc = [self.orbit(state, self.begun)], list[tuple[Turn, float]](), "steps", step
+        self.shooting.left = SPENT
         while len(orbits) <= steps and ended == "steps":
-            self.shooting.left = BUDGET
             try:
                 new = self.onto(orbits[-1], arc)
                 turned = self.turned(orbits[-1], new)
                 if arc > NARROW and (turned > CORNER or self.leaps(orbits[-1], new)):
                     raise StaticsError("a shorter step is needed")
                 found += [each[1:] for each in sorted(self.criticals(orbits[-1], new, arc), key=lambda each: each[0])]
+            except SpentError:
+                ended = "spent"
+                break
             except StaticsError:
                 arc, ended = 0.4 * arc, "steps" if arc > SHORTEST else "singular"
                 continue
@@ -286,7 +292,8 @@ class Curve:
                 ended, end = ("reached", self.to) if way >= 1.0 else ("back", self.begun)
                 found = [each for each in found if 0.0 < (each[0].rest.parameter - self.begun) / (self.to - self.begun) < 1.0]
                 self.at(end)
-                new = self.orbit(self.shooting.search(new.found.state).state, end)
+                with suppress(StaticsError):  # else the curve ends beside it, with the motion found last
+                    new = self.orbit(self.shooting.search(new.found.state).state, end)
             orbits.append(new)
             arc = min(longest, arc * float(np.clip(BEND / max(turned, 1e-300), 0.3, 1.6)))
         return orbits, found, ended

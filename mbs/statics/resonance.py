@@ -13,6 +13,7 @@ from buckler.mbs.statics.curve import KINDS, Curve, Orbit, Paced, Turn
 from buckler.mbs.statics.cycles import Periodic, prepared
 from buckler.mbs.statics.problem import Problem, StaticsError, loads_of
 from buckler.mbs.statics.route import KEYS, Route
+from buckler.mbs.statics.shooting import SpentError
 from buckler.mbs.statics.varied import Varied
 from buckler.mbs.validate import positive
 
@@ -137,7 +138,8 @@ def response(
         return _answer(curve, *curve.follow(shooting.search(shooting.onward(state, settle)).state, int(steps), step, longest))
     except StaticsError as error:
         nothing, none = np.empty(0), np.empty((0, shooting.scene.size))
-        return Response(Ending.NOT_REACHED, str(error), "singular", shooting.scene, nothing, none, [])
+        ending = Ending.TOO_MANY_STEPS if isinstance(error, SpentError) else Ending.NOT_REACHED
+        return Response(ending, str(error), "singular", shooting.scene, nothing, none, [])
     finally:
         curve.at(begun)
 
@@ -145,9 +147,10 @@ def response(
 def _answer(curve: Curve, orbits: list[Orbit], found: list[tuple[Turn, float]], ended: str) -> Response:
     """All of the curve."""
     parameter, q = np.array([each.parameter for each in orbits]), np.array([each.found.state.q for each in orbits])
-    status = {"steps": Ending.TOO_MANY_STEPS, "singular": Ending.SINGULAR}.get(ended, Ending.OK)
+    status = {"steps": Ending.TOO_MANY_STEPS, "spent": Ending.TOO_MANY_STEPS, "singular": Ending.SINGULAR}.get(ended, Ending.OK)
     message = {
         "steps": f"{len(orbits) - 1} steps led to {parameter[-1]:.6g}, not to {curve.to:.6g}; give more steps or a longer one",
+        "spent": f"the steps that its runs may take led to {parameter[-1]:.6g}, not to {curve.to:.6g}",
         "singular": f"it cannot be followed beyond {parameter[-1]:.6g}",
         "back": f"it turned and came back to {curve.begun:.6g}",
     }.get(ended, "")

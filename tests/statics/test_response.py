@@ -199,6 +199,14 @@ def test_a_motion_that_its_drive_alone_decides_has_no_multipliers():
     assert found.motions[-1].v[:, 2].max() == pytest.approx(5.0 * TURN, rel=1e-6)
 
 
+def test_a_curve_ends_when_its_steps_are_used_up(monkeypatch):
+    driven = block(Spring("P", "ground:S", stiffness=9.0, damping=0.3), Force("P", lambda t: (np.cos(2 * t), 0.0)))
+    monkeypatch.setattr("buckler.mbs.statics.curve.SPENT", 20_000)
+    found = response(driven, np.pi, to=2.0)
+    assert (found.status, found.ended) == ("TOO_MANY_STEPS", "spent")
+    assert 0 < len(found.motions) < 30
+
+
 def test_what_makes_no_sense_is_refused():
     driven = block(Spring("P", "ground:S", stiffness=9.0, damping=0.3), Force("P", lambda t: (np.cos(2 * t), 0.0)))
     with pytest.raises(ValueError, match="nothing in it depends on time"):
