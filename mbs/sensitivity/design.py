@@ -24,6 +24,8 @@ BINDS = 1e-3
 """Share of its width, or of its value, within which a constraint or a range binds."""
 POLISHED = 3
 """Starts, of the best, from which a minimum is sought."""
+TRIED, MET = 60, 15
+"""Most steps of a descent; where nothing is minimised it meets its constraints in few or follows the noise of its runs."""
 
 
 @dataclass(frozen=True)
@@ -199,7 +201,8 @@ def _descended(task: Task, x: Array) -> Array:
         return task.slopes(x)[task.row(task.aims[0])] / scale if task.aims else np.zeros(len(x))
 
     found = minimize(
-        objective, x, jac=slope, method="SLSQP", bounds=[(0.0, 1.0)] * len(x), options={"maxiter": 60, "ftol": 1e-9},
+        objective, x, jac=slope, method="SLSQP", bounds=[(0.0, 1.0)] * len(x),
+        options={"maxiter": TRIED if task.aims else MET, "ftol": 1e-9},
         constraints=[{"type": "ineq", "fun": constrained, "jac": pushed}] if task.wants else (),
     )  # fmt: skip
     return np.clip(found.x, 0.0, 1.0)
