@@ -25,7 +25,6 @@ from buckler.mbs.spectral.markers import place_markers
 from buckler.mbs.spectral.output import NOT_FINITE, OK, TOO_MANY, UNDERFLOW
 from buckler.mbs.spectral.radau import (
     REAL,
-    ROUNDING,
     SLOW,
     error_of,
     integrate,
@@ -44,12 +43,11 @@ from buckler.mbs.spectral.samples import (
     write_at_face,
     write_between,
 )
+from buckler.mbs.spectral.scaling import deformed, follow_units
 from buckler.mbs.spectral.strips import MIXED, PLAIN, elastic_stresses
 from buckler.mbs.spectral.tables import BENT, BRISTLE, JOURNAL, KIND, SEAT, SLIDING, SLIP, VALUE
 from buckler.mbs.spectral.tape import ALONE, MODE, QUICK, WRITES, cut, follow, guessed, passed, reads, strays
 
-SHARE = 100.0
-"""The tolerance of inner coordinates of strips and modes is relative to so many times their largest deformation so far."""
 ORDER = 0.25
 """One over the order of the local error."""
 HARDER, LIGHT, FORGETS = 2.0, 1e-2, 0.8
@@ -76,34 +74,6 @@ JUMP = 0.1
 """The moment after a jump, of the shortest step."""
 
 
-@inner
-def _deformed(x, elastic, k):
-    """An inner coordinate, or a vector's part across its chord, whose direction is noted."""
-    i, j = elastic[k, 0], elastic[k, 1]
-    if j < 0:
-        return x.q[i]
-    dx, dy = x.q[elastic[k, 5]] - x.q[elastic[k, 3]], x.q[elastic[k, 6]] - x.q[elastic[k, 4]]
-    length = max(np.sqrt(dx * dx + dy * dy), 1e-300)
-    x.turn[k, 0], x.turn[k, 1] = dx / length, dy / length
-    return x.turn[k, 0] * x.q[j] - x.turn[k, 1] * x.q[i]
-
-
-@aside
-def _follow_units(x, elastic, tolerance):
-    """Take the largest deformation across the chord so far as the unit of inner coordinates, as far as rounding allows."""
-    least = max(1e-5, 10.0 * ROUNDING / tolerance)
-    for k in range(elastic.shape[0]):
-        group = elastic[k, 2]
-        x.amount[group] = max(x.amount[group], abs(_deformed(x, elastic, k) - x.rest[k]))
-    for k in range(elastic.shape[0]):
-        i, j, group = elastic[k, 0], elastic[k, 1], elastic[k, 2]
-        unit = min(x.whole[i], max(least * x.whole[i], SHARE * x.amount[group]))
-        if j >= 0:
-            x.across[k] = unit
-        else:
-            x.weight[i] = 1.0 / unit
-
-
 @aside
 def _begin(s, e, w, x, t, tolerance):
     """Fill in what the first step needs to know of the start."""
@@ -118,10 +88,10 @@ def _begin(s, e, w, x, t, tolerance):
         x.weight[i] = 1.0 / x.whole[i]
     for k in range(s.elastic.shape[0]):
         i, j = s.elastic[k, 0], s.elastic[k, 1]
-        x.rest[k] = _deformed(x, s.elastic, k)
+        x.rest[k] = deformed(x, s.elastic, k)
         if j >= 0:
             x.weight[i] = x.weight[j] = 0.0
-    _follow_units(x, s.elastic, tolerance)
+    follow_units(x, s.elastic, tolerance)
 
 
 @aside
@@ -330,7 +300,7 @@ def _accept(s, e, w, x, clock, h, target, controls, out, counts, ended):
         write_between(x, out, counts, before, h, PARTS)
     _take_over(x)
     passed(x, h, ended, target)
-    _follow_units(x, s.elastic, controls.tolerance)
+    follow_units(x, s.elastic, controls.tolerance)
     copy(w.reports, x.before)
     counts.steps += 1
     clock.time, clock.previous, clock.reach, clock.skipped = target, h, REACH, clock.skipped + 1
