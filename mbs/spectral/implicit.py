@@ -34,6 +34,7 @@ from buckler.mbs.spectral.radau import (
     renew_heavy,
 )  # fmt: skip
 from buckler.mbs.spectral.samples import (
+    JUMP,
     MOST_SAMPLES,
     PARTS,
     dense,
@@ -70,8 +71,6 @@ NEARLY = 0.1
 """Of a step to an onset, by which it may be short of it to be lengthened."""
 ROOM = 1e-2
 """Of the shortest step, by which the end of a step to an onset is moved no more."""
-JUMP = 0.1
-"""The moment after a jump, of the shortest step."""
 
 
 @aside
@@ -199,15 +198,7 @@ def _jump(s, e, w, x, clock, controls, out, counts):
     clock.previous, clock.fresh = 0.0, True
     _restart(s, e, w, x, clock.time)
     if dense(x, controls) or x.at[MODE] != ALONE:
-        _write_again(x, clock, controls, out, counts)
-
-
-@aside
-def _write_again(x, clock, controls, out, counts):
-    """Write a row for the moment after an event."""
-    moment = JUMP * controls.shortest
-    if clock.time < controls.end - 2.0 * moment:
-        write_after_jump(x, out, counts, clock.time, moment)
+        write_after_jump(x, clock, controls, out, counts)
 
 
 @inner
@@ -310,7 +301,7 @@ def _accept(s, e, w, x, clock, h, target, controls, out, counts, ended):
     if changed:
         _jump(s, e, w, x, clock, controls, out, counts)
     elif x.at[MODE] != ALONE and not ended:
-        _write_again(x, clock, controls, out, counts)
+        write_after_jump(x, clock, controls, out, counts)
 
 
 @aside

@@ -17,6 +17,8 @@ STRAIGHT = 0.75
 """Straight lines between samples may err by the tolerance to this power, in units of coordinates, and of depths of contacts."""
 MOST_SAMPLES, PARTS = 40, 2
 """In a step; in those of runs that share them, where as many as are needed would be no smooth function of numbers."""
+JUMP = 0.1
+"""The moment after a jump, of the shortest step."""
 
 
 @aside
@@ -32,9 +34,12 @@ def write(x, out, counts, t, before):
 
 
 @aside
-def write_after_jump(x, out, counts, t, moment):
-    """Write a row for the moment after a jump of accelerations and multipliers."""
-    write(x, out, counts, t + moment, t)
+def write_after_jump(x, clock, controls, out, counts):
+    """Write a row for the moment after an event, from which accelerations and multipliers may differ."""
+    moment = JUMP * controls.shortest
+    if clock.time >= controls.end - 2.0 * moment:
+        return
+    write(x, out, counts, clock.time + moment, clock.time)
     row = counts.samples - 1
     for i in range(x.q.size):
         out.q[row, i], out.v[row, i] = x.q[i] + moment * x.v[i], x.v[i] + moment * x.a[i]
