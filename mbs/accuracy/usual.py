@@ -24,8 +24,8 @@ from buckler.mbs.solvers.steps import Controlled
 from buckler.mbs.units import FORCES
 
 PLACE, STRUCK_PLACE = 1e-3, 5e-3
-"""Error allowed of places at any time, over the longest link or a radian; and where something strikes, as a rebound that is 5 %
-wrong errs by so much."""
+"""Error allowed of places at any time, over the longest link or a radian; where something strikes, in the mean over time, as a
+rebound that is 5 % wrong errs by so much, and one that is a little later by more for that little while."""
 FORCE, IMPULSE = 0.1, 0.05
 """Error allowed of forces as functions of time, and of impulses and energies: contact laws are known no better. Forces that ring
 are looked at as their means."""
@@ -54,11 +54,12 @@ class Usual:
         signals, scales = run.signals, run.scales
         struck = any(signal.kind is Kind.CONTACT for signal in signals.values())
         rattles = any(signal.kind is Kind.PLACE and signal.scale for signal in signals.values())
-        place, found = STRUCK_PLACE if struck else PLACE, dict[str, float]()
+        place, norm = (STRUCK_PLACE, "") if struck else (PLACE, ".peak")
+        found = dict[str, float]()
         for name, signal in signals.items():
             if signal.kind is Kind.PLACE:
                 whole = run.size if signal.unit == "m" else 1.0
-                moves = {f"{name}.peak": place * max(1.0, whole / max(scales[name][1], TINY))}
+                moves = {name + norm: place * max(1.0, whole / max(scales[name][1], TINY))}
                 found |= {name: JOURNAL} if signal.scale else moves
             elif signal.kind is Kind.ENERGY and "friction" not in name:
                 found[name] = IMPULSE
