@@ -8,6 +8,7 @@ import numpy as np
 
 from buckler.mbs.checks.check import Check
 from buckler.mbs.record.energy import AT_REST, BALANCE, BRISTLE, STRETCH, ledger, put_through
+from buckler.mbs.record.means import RINGS
 from buckler.mbs.record.result import Result
 from buckler.mbs.record.run import Run
 
@@ -38,6 +39,12 @@ CHECK = Check(
     "ENERGY",
     "failed when energy held, taken and given do not add up, or something that takes energy gives it back",
     _unbalanced,
-    {"balance": BALANCE, "way of rest": AT_REST, "unseen stretch": STRETCH, "unseen bristle": BRISTLE},
+    {
+        "balance": BALANCE,
+        "way of rest": AT_REST,
+        "unseen stretch": STRETCH,
+        "stretch that steps do not follow": RINGS,
+        "unseen bristle": BRISTLE,
+    },
     _idle,
 )
