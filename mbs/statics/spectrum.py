@@ -287,7 +287,8 @@ def _symmetric(matrix: Any) -> bool:
 
 def _damped(tangent: Tangent, m: Array, c: Array, k: Array) -> tuple[Array, Array, Array, Array, float]:
     """Of s^2 M z + s C z + K z = 0, by the inverse at a positive real shift: s of the upper half-plane, vectors, errors."""
-    n, shift = len(m), float(np.sqrt(_shift(m, k)))
+    n, least = len(m), float(np.sqrt(_shift(m, k)))
+    shift = least
     for _ in range(3):
         across = solve(k + shift * c + shift**2 * m, np.hstack([-(c + shift * m), -shift * m]))
         below = across.copy()  # of the rates over the shift: both halves of the state in one unit
@@ -298,9 +299,9 @@ def _damped(tangent: Tangent, m: Array, c: Array, k: Array) -> tuple[Array, Arra
         moved = _by_inverse(theta, np.einsum("ij,ij->j", left.conj(), right), left, right)[kept]
         values, left, right = values[kept], solve(m, left[n:, kept]), right[:n, kept]
         lowest = np.sqrt(_lowest(tangent, m, np.abs(values) ** 2, left, right, shift**2))
-        if 1.5 * shift <= lowest <= 10.0 * shift:
+        if 1.5 * shift <= lowest <= 10.0 * shift or (shift == least and lowest <= 2.0 * least):
             break
-        shift = 0.5 * lowest
+        shift = max(least, 0.5 * lowest)
     return values, left, right, moved, shift**2
 
 
