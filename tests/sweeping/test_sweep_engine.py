@@ -173,7 +173,7 @@ def kill_and_resume(path, times, words, seed):
 
 
 @linux
-@pytest.mark.parametrize(("times", "cases", "pause"), [(2, 40, 0.05), pytest.param(30, 500, 0.1, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(("times", "cases", "pause"), [(2, 100, 0.1), pytest.param(30, 500, 0.1, marks=pytest.mark.slow)])
 def test_killed_at_random_moments_and_resumed_it_is_as_if_undisturbed(tmp_path, times, cases, pause):
     path = tmp_path / "s.sqlite"
     words = ["--vary", f"length=0:1:{cases}", "--noise", "1", "--pause", f"{pause}", "--workers", "2"]
