@@ -90,11 +90,15 @@ class Local(Workers):
         """Send a case to a process that is free, or to a new one in place of one that has died."""
         pool = self._free.get()
         with _undisturbed():
-            try:
-                future = pool.submit(fn, *args, **options)
-            except BrokenExecutor:
-                pool = self._pool()
-                future = pool.submit(fn, *args, **options)
+            for left in reversed(range(self.tries)):
+                try:
+                    future = pool.submit(fn, *args, **options)
+                    break
+                except (BrokenExecutor, EOFError, OSError):  # its process has died, or the fork server as it was to start one
+                    if not left:
+                        raise
+                    time.sleep(0.1)  # or a server that is being killed is taken for alive
+                    pool = self._pool()
         future.add_done_callback(lambda _: self._free.put(pool))
         return future
 
