@@ -48,7 +48,7 @@ from buckler.mbs.solvers.spectral import Spectral
 from buckler.mbs.solvers.steps import Controlled, Equal
 
 if TYPE_CHECKING:
-    from buckler.mbs.engine.scene import build
+    from buckler.mbs.engine.build import build
     from buckler.mbs.sensitivity.derivatives import sensitivities
     from buckler.mbs.sensitivity.design import optimise
     from buckler.mbs.sensitivity.fitting import fit
@@ -65,7 +65,7 @@ __all__ = [
 
 _ENGINE = {
     "simulate": "buckler.mbs.simulation",
-    "build": "buckler.mbs.engine.scene",
+    "build": "buckler.mbs.engine.build",
     "equilibrium": "buckler.mbs.statics",
     "path": "buckler.mbs.statics",
     "frequencies": "buckler.mbs.statics",

@@ -6,7 +6,11 @@ import signal
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from types import FrameType
 from typing import Any
+
+Progress = Callable[[float], None]
+"""Is told what share of a run is done."""
 
 
 class Interrupted(KeyboardInterrupt):
@@ -29,7 +33,7 @@ class _Noted:
     def __init__(self) -> None:
         self.pressed = False
 
-    def __call__(self, number: int, frame: Any) -> None:
+    def __call__(self, number: int, frame: FrameType | None) -> None:
         self.pressed = True
 
 

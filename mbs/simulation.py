@@ -24,7 +24,7 @@ from buckler.mbs.compiler import working_time
 from buckler.mbs.engine.solve import once
 from buckler.mbs.functions import own_functions
 from buckler.mbs.geometry import Array
-from buckler.mbs.interrupts import Interrupted, ctrl_c
+from buckler.mbs.interrupts import Interrupted, Progress, ctrl_c
 from buckler.mbs.kinematics import exact
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.energy import ledger as energy_ledger
@@ -168,7 +168,7 @@ def _interrupted(made: Sequence[Run]) -> Interrupted:
     return Interrupted(_result(replace(run, failure=(Status.INTERRUPTED, said)), None, False, np.empty(0)))
 
 
-def _once(mechanism: Mechanism, duration: float, solver: Solver, timeout: float | None, progress: Any) -> Run:
+def _once(mechanism: Mechanism, duration: float, solver: Solver, timeout: float | None, progress: Progress | None) -> Run:
     """One pass of the solver that was asked for."""
     return SOLVERS[type(solver)](mechanism, duration, solver, timeout, progress)
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from buckler.mbs.callables import Function
 from buckler.mbs.declare import Either, Several, Vector, declared, field, part, quantity, whole
-from buckler.mbs.elements.element import Body, Recorded
+from buckler.mbs.elements.element import Body, Linked, Recorded
 from buckler.mbs.elements.section import Profile, Section
 from buckler.mbs.elements.signal import Energy, Kind, Signal
 from buckler.mbs.geometry import Array, cross
@@ -80,7 +80,7 @@ class Flexible(Body):
         x, y = self.curve(chord).places(np.linspace(0.0, fraction, PANELS + 1))[-1]
         return float(x), float(y)
 
-    def signals(self, link: Any, record: Recorded) -> Iterator[Signal]:
+    def signals(self, link: Linked, record: Recorded) -> Iterator[Signal]:
         """Yield end shortening, m, axial force, N, tension positive, and deflection of mid-length from the chord, m."""
         strip = record.links[link.name]
         start, end = (strip.point(name)[0] for name in (link.start, link.end))
@@ -90,7 +90,7 @@ class Flexible(Body):
         yield Signal(f"{link.name}.axial_force", strip.axial_force(), "N", Kind.INTERNAL)
         yield Signal(f"{link.name}.deflection", cross(chord, middle) / span, "m", Kind.PLACE)
 
-    def energies(self, link: Any, record: Recorded) -> Iterator[Energy]:
+    def energies(self, link: Linked, record: Recorded) -> Iterator[Energy]:
         """Yield strain energy and what damping took."""
         strains = record.links[link.name].strains()
         zero = np.zeros_like(record.time)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple, Protocol
 
 import numpy as np
 
@@ -196,11 +196,11 @@ class Body(Declared):
         """Place at a fraction of the stress-free length, m, in the link's frame, for a distance of its ends, m."""
         return chord * fraction, 0.0
 
-    def signals(self, link: Any, record: Recorded) -> Iterator[Signal]:
+    def signals(self, link: Linked, record: Recorded) -> Iterator[Signal]:
         """Yield those besides the link's."""
         yield from ()
 
-    def energies(self, link: Any, record: Recorded) -> Iterator[Energy]:
+    def energies(self, link: Linked, record: Recorded) -> Iterator[Energy]:
         """Yield those besides the link's."""
         yield from ()
 
@@ -277,6 +277,38 @@ class Parts(Declared):
         raise NotImplementedError
 
 
+class Moved(Protocol):
+    """What a link or block did, as its elements see it; places and rates each (times, 2), angles and energies (times,)."""
+
+    @property
+    def mass(self) -> float:
+        """Mass, kg."""
+
+    def point(self, name: str, /) -> tuple[Array, Array]:
+        """Place and velocity of a point on it."""
+
+    def turn(self, name: str, /) -> tuple[Array, Array]:
+        """Angle turned since t = 0 there, rad, and its rate."""
+
+    def centre(self) -> tuple[Array, Array, Array]:
+        """Place, velocity and acceleration of the centre of mass."""
+
+    def kinetic(self) -> Array:
+        """Kinetic energy, J."""
+
+
+class Slid(Moved, Protocol):
+    """What a guide's block did."""
+
+    @property
+    def travel(self) -> Array:
+        """Way along the guide since t = 0, m."""
+
+    @property
+    def speed(self) -> Array:
+        """Of the travel, m/s."""
+
+
 @dataclass(frozen=True, eq=False)
 class Recorded:
     """A run as plain arrays over time, as its elements see it.
@@ -297,7 +329,7 @@ class Recorded:
     mechanism: Parts
     time: Array
     links: Mapping[str, Any]
-    blocks: Mapping[str, Any]
+    blocks: Mapping[str, Slid]
     channels: Mapping[str, Mapping[str, Array]]
 
     def channel(self, element: str, name: str) -> Array:
@@ -310,8 +342,7 @@ class Recorded:
         body, point = place(at)
         motion = self._carrier(body, point)
         if motion is not None:
-            places: tuple[Array, Array] = motion.point(point)
-            return places
+            return motion.point(point)
         fixed = np.tile(self.mechanism.points[point], (len(self.time), 1))
         return fixed, np.zeros_like(fixed)
 
@@ -320,19 +351,18 @@ class Recorded:
         body, point = place(at)
         motion = self._carrier(body, point)
         if motion is not None:
-            angles: tuple[Array, Array] = motion.turn(point)
-            return angles
+            return motion.turn(point)
         return np.zeros_like(self.time), np.zeros_like(self.time)
 
     def work(self, power: Array, sides: tuple[Array, Array] | None = None) -> Array:
         """Work, J, of a power, W, since t = 0, each (times,); `sides` are what it is just before and just after each sample."""
         raise NotImplementedError
 
-    def _carrier(self, body: str, point: str) -> Any:
+    def _carrier(self, body: str, point: str) -> Moved | None:
         if body == GROUND:
             return None
         carriers = [link.name for link in self.mechanism.links if point in link.points]
-        motions = {**self.links, **self.blocks}
+        motions: dict[str, Moved] = {**self.links, **self.blocks}
         return next((motions[name] for name in (body, point, *carriers) if name in motions), None)
 
 

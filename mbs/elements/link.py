@@ -23,7 +23,7 @@ from buckler.mbs.declare import (
 )
 from buckler.mbs.declare.compound import any_of, is_list
 from buckler.mbs.declare.spec import Schema
-from buckler.mbs.elements.element import Body, Linked, Parts, Recorded
+from buckler.mbs.elements.element import Body, Linked, Moved, Parts, Recorded
 from buckler.mbs.elements.frozen import Frozen
 from buckler.mbs.elements.references import known
 from buckler.mbs.elements.signal import Energy, Kind, Signal, vector
@@ -145,7 +145,7 @@ def moving(name: str, *motion: Array) -> Iterator[Signal]:
         )
 
 
-def weight(motion: Any, record: Recorded) -> Iterator[Energy]:
+def weight(motion: Moved, record: Recorded) -> Iterator[Energy]:
     """Yield the potential of gravity where it lies in the plane."""
     gravity = record.mechanism.gravity
     if hypot(*gravity) > 0:

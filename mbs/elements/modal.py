@@ -24,7 +24,7 @@ from buckler.mbs.declare import (
     quantity,
     whole,
 )  # fmt: skip
-from buckler.mbs.elements.element import Body, Recorded
+from buckler.mbs.elements.element import Body, Linked, Recorded
 from buckler.mbs.elements.section import Section
 from buckler.mbs.elements.signal import Energy, Kind, Signal
 from buckler.mbs.geometry import Array
@@ -221,13 +221,13 @@ class Modal(Body):
         """Damping ratio of all modes, or one for each of their angular frequencies, rad/s."""
         return self.damping.ratios(omega / (2 * np.pi)) if isinstance(self.damping, AdamsDamping) else self.damping
 
-    def signals(self, link: Any, record: Recorded) -> Iterator[Signal]:
+    def signals(self, link: Linked, record: Recorded) -> Iterator[Signal]:
         """Yield end shortening and deflection of mid-length from the chord, m."""
         motion = record.links[link.name]
         yield Signal(f"{link.name}.end_shortening", motion.end_shortening(), "m", Kind.PLACE)
         yield Signal(f"{link.name}.deflection", motion.deflection(), "m", Kind.PLACE)
 
-    def energies(self, link: Any, record: Recorded) -> Iterator[Energy]:
+    def energies(self, link: Linked, record: Recorded) -> Iterator[Energy]:
         """Yield strain energy and what damping took."""
         (strain,) = record.links[link.name].strains()
         yield Energy("held", "strain", strain.energy)

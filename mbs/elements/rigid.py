@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from buckler.mbs.declare import Declared, declared, part, quantity, vector
-from buckler.mbs.elements.element import Body, Recorded
+from buckler.mbs.elements.element import Body, Linked, Recorded
 from buckler.mbs.elements.section import Section
 from buckler.mbs.elements.signal import Kind, Signal
 
@@ -44,7 +44,7 @@ class Rigid(Body):
             return self.section.mass, self.section.inertia, self.section.centre or (length / 2, 0.0)
         return self.section.bar(length)
 
-    def signals(self, link: Any, record: Recorded) -> Iterator[Signal]:
+    def signals(self, link: Linked, record: Recorded) -> Iterator[Signal]:
         """Yield the angle turned since t = 0, rad, and its rate, rad/s."""
         angle, spin = record.turn(f"{link.name}:{link.start}")
         yield Signal(f"{link.name}.angle", angle, "rad", Kind.PLACE, rate=f"{link.name}.spin")

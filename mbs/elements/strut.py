@@ -10,7 +10,7 @@ import numpy as np
 from buckler.elastica import law, pinned
 from buckler.mbs.callables import Function
 from buckler.mbs.declare import declared, field, part
-from buckler.mbs.elements.element import Body, Recorded
+from buckler.mbs.elements.element import Body, Linked, Recorded
 from buckler.mbs.elements.section import Profile, Section
 from buckler.mbs.elements.signal import Energy, Kind, Signal
 from buckler.mbs.geometry import Array
@@ -35,14 +35,14 @@ class Strut(Body):
     turns: ClassVar[bool] = False
     round_off: ClassVar[float] = 5e-15
 
-    def signals(self, link: Any, record: Recorded) -> Iterator[Signal]:
+    def signals(self, link: Linked, record: Recorded) -> Iterator[Signal]:
         """Yield end shortening, m, and compression without damping, N."""
         elongation, _ = state(link, record)
         tension = StrutLaw(self, record.mechanism.length(link.name)).elastic
         yield Signal(f"{link.name}.end_shortening", -elongation, "m", Kind.PLACE)
         yield Signal(f"{link.name}.compression", -np.array([tension(float(e)) for e in elongation]), "N", Kind.INTERNAL)
 
-    def energies(self, link: Any, record: Recorded) -> Iterator[Energy]:
+    def energies(self, link: Linked, record: Recorded) -> Iterator[Energy]:
         """Yield strain energy and what damping took."""
         elongation, rate = state(link, record)
         spring = StrutLaw(self, record.mechanism.length(link.name))
@@ -50,7 +50,7 @@ class Strut(Body):
         yield Energy("taken", "damping", record.work(spring.damping_power(elongation, rate)))
 
 
-def state(link: Any, record: Recorded) -> tuple[Array, Array]:
+def state(link: Linked, record: Recorded) -> tuple[Array, Array]:
     """Elongation of a link, m, and its rate, m/s."""
     (start, start_t), (end, end_t) = record.point(link.start), record.point(link.end)
     chord = end - start

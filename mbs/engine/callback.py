@@ -16,6 +16,7 @@ import numpy as np
 from numba import carray, cfunc, types
 
 from buckler.mbs.engine.kernel import PATIENCE, STUCK, NoStepError
+from buckler.mbs.engine.system import Callback
 from buckler.mbs.geometry import Array
 
 METH_VARARGS = 1
@@ -56,7 +57,7 @@ _function.restype, _function.argtypes = ctypes.py_object, (POINTER(_Method), cty
 
 def engine_call(
     forces: Any, normal: Any, friction: Any, bend: Any, width: int
-) -> Callable[[Array, Array, Array, int, Array], Callable[..., Any]]:
+) -> Callable[[Array, Array, Array, int, Array], Callback]:
     """Compile the compiled `forces` of the clearance kernel with its laws into a maker of user functions; see `Kernel`.
 
     Each joint has `width` numbers.
@@ -93,7 +94,7 @@ def engine_call(
 
     method = _Method(b"forces", call.address, METH_VARARGS, None)
 
-    def user_function(memory: Array, places: Array, numbers: Array, size: int, latest: Array) -> Callable[..., Any]:
+    def user_function(memory: Array, places: Array, numbers: Array, size: int, latest: Array) -> Callback:
         arrays = memory, places, numbers, np.zeros(size), np.zeros(size), np.zeros(size), latest
         # all that the machine code needs must live as long as the function: its own tuple holds it
         error = NoStepError, STUCK

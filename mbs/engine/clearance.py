@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from functools import partial
 
 import exudyn.itemInterface as eii
 import numpy as np
@@ -12,15 +12,19 @@ from buckler.mbs.elements.element import GROUND
 from buckler.mbs.elements.journal import BRISTLE, COLUMNS, MEMORY, ONSET, SINCE, SLIDING, End
 from buckler.mbs.elements.striking import SLOWEST_ONSET
 from buckler.mbs.engine.guarded import watched
+from buckler.mbs.engine.history import History
 from buckler.mbs.engine.kernel import Kernel, plain
+from buckler.mbs.engine.scene import Scene
+from buckler.mbs.engine.system import System
 from buckler.mbs.geometry import Array, onsets
-from buckler.mbs.laws import BristleLaw
+from buckler.mbs.laws import BristleLaw, FrictionLaw, NormalLaw
 from buckler.mbs.record.lookup import hermite
+from buckler.mbs.record.record import Record
 
 DEPTH, RATE, SPEED, BENT = (COLUMNS.index(name) for name in ("depth", "rate", "sliding", "bristle"))
 
 
-def kernel(law: Any, friction: Any) -> Kernel:
+def kernel(law: NormalLaw, friction: FrictionLaw | BristleLaw) -> Kernel:
     """Build the functions for a normal and a friction law: compiled if Numba is installed and can, else plain Python.
 
     Plain Python is some twenty times slower and gives the same result.
@@ -29,7 +33,7 @@ def kernel(law: Any, friction: Any) -> Kernel:
         from buckler.mbs.engine.compiled import compile_kernel
     except ImportError:
         return plain(law, friction)
-    return compile_kernel(law, friction) or plain(law, friction)
+    return compile_kernel(law, friction) or plain(law, friction)  # type: ignore[arg-type] # laws are frozen
 
 
 class ClearanceGroup:
@@ -59,13 +63,13 @@ class ClearanceGroup:
         self.columns = np.empty((0, 3), dtype=int)
         self.remembers = isinstance(friction, BristleLaw) or law.force(1e-6, 0.1, 1.0) != law.force(1e-6, 0.1, 2.0)
         self._report = np.zeros((len(joints), len(COLUMNS)))
-        self._before: np.ndarray[Any, Any] | None = None
+        self._before: Array | None = None
 
-    def locate(self, system: Any) -> None:
+    def locate(self, system: System) -> None:
         """Take down where the element's coordinates lie, once the system is assembled."""
         self.columns = np.add.outer([system.GetNodeODE2Index(node) for node in self.nodes], np.arange(3))
 
-    def accept(self, q: Any, q_t: Any, t: float) -> Any:
+    def accept(self, q: Array, q_t: Array, t: float) -> Array:
         """Take over an accepted step where a law remembers: bristles, onset speeds of contacts that have just begun.
 
         Returns
@@ -94,9 +98,9 @@ def _crossing_speed(h: float, depths: list[float], rates: list[float]) -> float:
     return float(hermite(*step, onsets(*step))[1][0])
 
 
-def connect(scene: Any, joints: dict[str, Clearance]) -> None:
+def connect(scene: Scene, joints: dict[str, Clearance]) -> None:
     """Add joints that share their laws as one user element over their bodies' nodes."""
-    groups: dict[tuple[Any, Any], list[str]] = {}
+    groups: dict[tuple[NormalLaw, object], list[str]] = {}
     for name, joint in joints.items():
         groups.setdefault((joint.law, joint.friction), []).append(name)
         scene.parts["Clearance"] += 1
@@ -115,17 +119,21 @@ def connect(scene: Any, joints: dict[str, Clearance]) -> None:
             )
         add_clearances(scene, group)
         for k, name in enumerate(names):
-            scene.reads(name, "memory", lambda run, _record, g=g, k=k: run.memory[g][:, k])
+            scene.reads(name, "memory", partial(_memory, g, k))
 
 
-def _end(scene: Any, body: str, point: str, nodes: list[int]) -> End:
+def _memory(group: int, k: int, run: History, _record: Record) -> Array:
+    return run.memory[group][:, k]
+
+
+def _end(scene: Scene, body: str, point: str, nodes: list[int]) -> End:
     """One side of a joint with clearance; its node joins `nodes`."""
     x, y = scene.mechanism.points[point]
     if body == GROUND:
         return End(-1, (x, y), (0.0, 0.0))
     if body in scene.strut_links:
         raise ValueError(f"clearance at '{point}': link '{body}' is a Strut; the contact exerts moments")
-    node, (px, py) = scene.placed[body].contact_node(scene, point)
+    node, (px, py) = scene.placed[body].contact_node(point)
     if node not in nodes:
         nodes.append(node)
     return End(3 * nodes.index(node), (float(px), float(py)), (x - float(px), y - float(py)))
@@ -141,7 +149,7 @@ def tables(joints: list[Clearance], ends: list[tuple[End, End]]) -> tuple[Array,
     return places, np.array(numbers, dtype=float)
 
 
-def add_clearances(scene: Any, group: ClearanceGroup) -> int:
+def add_clearances(scene: Scene, group: ClearanceGroup) -> int:
     """Add joints with clearance as one user element over their bodies' nodes."""
     size = 3 * len(group.nodes)
     forces = group.kernel.callback(group.memory, group.places, group.numbers, size, group.latest)

@@ -22,6 +22,7 @@ from buckler.mbs.elements.journal import GEOMETRY
 from buckler.mbs.engine.callback import engine_call
 from buckler.mbs.engine.kernel import Kernel
 from buckler.mbs.geometry import Array
+from buckler.mbs.laws import BristleLaw, FrictionLaw, NormalLaw
 from buckler.mbs.laws.compiled import Pointer
 from buckler.mbs.spectral.compiling import kept
 from buckler.mbs.spectral.laws import add_friction, add_normal
@@ -127,7 +128,7 @@ def _functions() -> tuple[Any, Any, Any]:
 
 
 @lru_cache(maxsize=256)
-def compile_kernel(law: Any, friction: Any) -> Kernel | None:
+def compile_kernel(law: NormalLaw, friction: FrictionLaw | BristleLaw) -> Kernel | None:
     """Build the kernel for these laws; None if a law does more than arithmetic on its arguments and its own numbers."""
     rows = _Rows()
     add_normal(rows, law)  # type: ignore[arg-type]

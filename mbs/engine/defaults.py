@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import exudyn as exu
 import numpy as np
 
+from buckler.mbs.elements.element import Moved
+from buckler.mbs.engine.build import build
 from buckler.mbs.engine.placed import States
-from buckler.mbs.engine.scene import build
+from buckler.mbs.engine.system import System
 from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
 
 
-def with_default_settings(mechanism: Mechanism, duration: float, steps: int) -> tuple[Array, dict[str, Any], str]:
+def with_default_settings(mechanism: Mechanism, duration: float, steps: int) -> tuple[Array, dict[str, Moved], str]:
     """Run a mechanism with the engine's own default settings, in equal steps: nothing is controlled or checked.
 
     Parameters
@@ -39,7 +39,7 @@ def with_default_settings(mechanism: Mechanism, duration: float, steps: int) -> 
     time: list[float] = []
     rows: list[Array] = []
 
-    def keep(_system: Any, t: float) -> bool:
+    def keep(_system: System, t: float) -> bool:
         time.append(t)
         rows.append(scene.system.systemData.GetODE2Coordinates())
         return True
@@ -53,4 +53,4 @@ def with_default_settings(mechanism: Mechanism, duration: float, steps: int) -> 
         message = " ".join(str(error).split())[-200:]
     q = np.array(rows).reshape(len(time), -1)
     still = States(q, np.zeros_like(q), np.zeros_like(q))
-    return np.array(time), {name: placed.motion(scene.system, still) for name, placed in scene.placed.items()}, message
+    return np.array(time), {name: placed.motion(still) for name, placed in scene.placed.items()}, message

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import cos, sin
-from typing import Any
 
 import exudyn.itemInterface as eii
 
@@ -12,10 +11,12 @@ from buckler.mbs.elements.element import place
 from buckler.mbs.elements.force import Force
 from buckler.mbs.elements.references import held_at
 from buckler.mbs.engine.guarded import guarded
+from buckler.mbs.engine.scene import Scene
+from buckler.mbs.engine.system import Callback, System
 from buckler.mbs.engine.torque import add_torque
 
 
-def connect(scene: Any, loads: dict[str, Force]) -> None:
+def connect(scene: Scene, loads: dict[str, Force]) -> None:
     """Load each point; a constant force needs no callback."""
     for name, load in loads.items():
         marker = scene.marker(*place(held_at(scene.mechanism, load.point)))
@@ -31,7 +32,7 @@ def connect(scene: Any, loads: dict[str, Force]) -> None:
         scene.parts["Force"] += 1
 
 
-def _moment(scene: Any, at: tuple[str, str], through: tuple[float, float], force: Callable[..., list[float]]) -> Any:
+def _moment(scene: Scene, at: tuple[str, str], through: tuple[float, float], force: Callable[..., list[float]]) -> Callback:
     """About its point, of a force whose line goes through a fixed place; of time and whatever else."""
 
     def moment(_time: float, t: float, *_: float) -> float:
@@ -42,10 +43,10 @@ def _moment(scene: Any, at: tuple[str, str], through: tuple[float, float], force
     return moment
 
 
-def _function(scene: Any, name: str, load: Force, follows: str | None) -> Callable[..., list[float]]:
+def _function(scene: Scene, name: str, load: Force, follows: str | None) -> Callable[..., list[float]]:
     value = guarded(scene, name, load.value, 2)
 
-    def vector(_system: Any, t: float, _load: Any) -> list[float]:
+    def vector(_system: System, t: float, _load: object) -> list[float]:
         fx, fy = value(t, t)
         if follows is None:
             return [fx, fy, 0.0]

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from math import isfinite
-from typing import Any
 
+from buckler.mbs.engine.scene import Scene
+from buckler.mbs.engine.system import Callback, System
 from buckler.mbs.record.status import Status
 
 
@@ -16,7 +17,7 @@ def failed(t: float, what: str, error: BaseException, out_of_range: Status | Non
     return Status.FUNCTION_FAILED, f"at t = {t:.6g} s {what} raised {type(error).__name__}: {error}"
 
 
-def watched(scene: Any, what: str, function: Callable[..., Any], out_of_range: Status | None = None) -> Callable[..., Any]:
+def watched(scene: Scene | None, what: str, function: Callback, out_of_range: Status | None = None) -> Callback:
     """Return a function called with (anything, time, ...) that tells `scene.stopped` what it raised first.
 
     Parameters
@@ -29,7 +30,7 @@ def watched(scene: Any, what: str, function: Callable[..., Any], out_of_range: S
         What a ValueError means; any other exception, and it too by default, is FUNCTION_FAILED.
     """
 
-    def call(system: Any, t: float, *arguments: Any) -> Any:
+    def call(system: System, t: float, *arguments: float) -> object:
         try:
             return function(system, t, *arguments)
         except (Exception, SystemExit) as error:  # the engine mangles what leaves a function
@@ -40,7 +41,7 @@ def watched(scene: Any, what: str, function: Callable[..., Any], out_of_range: S
     return call
 
 
-def guarded(scene: Any, name: str, function: Any, size: int = 1) -> Callable[..., Any]:
+def guarded(scene: Scene, name: str, function: Callback | float | Sequence[float], size: int = 1) -> Callback:
     """Return an element's function of the time, for messages, and of its own arguments, whose value is so many numbers.
 
     A number in the place of a function is its constant value.
@@ -50,7 +51,7 @@ def guarded(scene: Any, name: str, function: Any, size: int = 1) -> Callable[...
     what = f"the function of '{name}'"
     asked = watched(scene, what, lambda _system, _t, *arguments: function(*arguments))
 
-    def call(t: float, *arguments: float) -> Any:
+    def call(t: float, *arguments: float) -> float | list[float]:
         value = asked(None, t, *arguments)
         try:
             parts = (value,) if size == 1 else tuple(value)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
 
 import exudyn.itemInterface as eii
 import numpy as np
@@ -15,6 +14,8 @@ from buckler.mbs.elements.strut import StrutLaw, state
 from buckler.mbs.engine.guarded import watched
 from buckler.mbs.engine.history import History
 from buckler.mbs.engine.placed import Placed, States
+from buckler.mbs.engine.scene import Scene
+from buckler.mbs.engine.system import System
 from buckler.mbs.geometry import Array
 from buckler.mbs.laws import BristleLaw
 from buckler.mbs.laws.friction import remembering
@@ -31,23 +32,23 @@ class PlacedBlock(Placed):
 
     origin: tuple[float, float]
 
-    def motion(self, system: Any, states: States) -> BlockMotion:
+    def motion(self, states: States) -> BlockMotion:
         """Of its travel."""
-        column = self.columns(system)[0, 0]
+        column = self.columns()[0, 0]
         travel = (values[:, column] for values in states)
         return BlockMotion(self.body.mass, self.origin, self.body.along, *travel)
 
-    def attach(self, scene: Any, _point: str, mass: float, _inertia: float) -> bool:
+    def attach(self, _point: str, mass: float, _inertia: float) -> bool:
         """Add to the mass of its coordinate."""
-        scene.system.AddObject(eii.ObjectGenericODE2(nodeNumbers=[self.nodes[0]], massMatrix=np.array([[mass]])))
+        self.system.AddObject(eii.ObjectGenericODE2(nodeNumbers=[self.nodes[0]], massMatrix=np.array([[mass]])))
         return True
 
-    def weights(self, system: Any) -> Array:
+    def weights(self) -> Array:
         """1."""
         return np.ones((1, 1))
 
 
-def place(scene: Any, guide: Guide, speed: float) -> PlacedBlock:
+def place(scene: Scene, guide: Guide, speed: float) -> PlacedBlock:
     """Add the block; `speed` is its speed along the guide."""
     x, y = scene.mechanism.points[guide.point]
     ax, ay = guide.along
@@ -61,10 +62,10 @@ def place(scene: Any, guide: Guide, speed: float) -> PlacedBlock:
         )
     )
     ends = {guide.point: scene.system.AddMarker(eii.MarkerBodyPosition(bodyNumber=body, localPosition=[0.0, 0.0, 0.0]))}
-    return PlacedBlock(guide.point, guide, (node,), (body,), np.zeros((1, 1)), ends, (x, y))
+    return PlacedBlock(scene.system, guide.point, guide, (node,), (body,), np.zeros((1, 1)), ends, (x, y))
 
 
-def connect(scene: Any, guides: dict[str, Guide]) -> None:
+def connect(scene: Scene, guides: dict[str, Guide]) -> None:
     """Pin each block to its link, and let friction act on it."""
     for name, guide in guides.items():
         if guide.link not in scene.strut_links:
@@ -83,13 +84,13 @@ def connect(scene: Any, guides: dict[str, Guide]) -> None:
             _add_rubbing(scene, name, guide)
 
 
-def _weight(scene: Any, guide: Guide) -> float:
+def _weight(scene: Scene, guide: Guide) -> float:
     """Of the block, to the left of the guide's direction, N."""
     gx, gy = scene.mechanism.gravity
     return guide.mass * (guide.along[0] * gy - guide.along[1] * gx)
 
 
-def _reaction(scene: Any, name: str, guide: Guide, run: History, _record: Record) -> Array:
+def _reaction(scene: Scene, name: str, guide: Guide, run: History, _record: Record) -> Array:
     """Force of the guide on the block, to the left of its direction, N: what the pin and the weight need."""
     force = run.multipliers[:, scene.multipliers(name)]
     return (guide.along[1] * force[:, :1] - guide.along[0] * force[:, 1:]) - _weight(scene, guide)
@@ -109,7 +110,7 @@ def _under_strut(guide: Guide, _run: History, record: Record) -> Array:
     return (ay * pull[:, 0] - ax * pull[:, 1] - guide.mass * (ax * gy - ay * gx))[:, None]
 
 
-def _add_friction(scene: Any, guide: Guide, friction: GuideFriction) -> None:
+def _add_friction(scene: Scene, guide: Guide, friction: GuideFriction) -> None:
     """Add a guide's given friction on its block's coordinate: a native element without a data node."""
     scene.system.AddObject(
         eii.ObjectConnectorCoordinateSpringDamperExt(
@@ -134,7 +135,7 @@ class Rubbing:
         True if the law bends a bristle.
     """
 
-    def __init__(self, scene: Any, name: str, guide: Guide) -> None:
+    def __init__(self, scene: Scene, name: str, guide: Guide) -> None:
         self.scene, self.name, self.guide, self.law = scene, name, guide, remembering(guide.friction)  # type: ignore[arg-type]
         self.memory, self.latest = np.zeros((1, len(MEMORY))), np.zeros(2)
         self.remembers = isinstance(guide.friction, BristleLaw)
@@ -157,10 +158,10 @@ class Rubbing:
             self.used += self.share * gap
         return abs(self.used)
 
-    def locate(self, system: Any) -> None:
+    def locate(self, system: System) -> None:
         """Take down where coordinate and multipliers lie, once the system is assembled."""
         self.data = system.systemData
-        self.column = int(self.scene.placed[self.guide.point].columns(system)[0, 0])
+        self.column = int(self.scene.placed[self.guide.point].columns()[0, 0])
         self.rows = self.scene.multipliers(self.name)
         self.weight = _weight(self.scene, self.guide)
 
@@ -171,7 +172,7 @@ class Rubbing:
         bristle: float = self.law.after(bent, (travel - before) / passed if passed > 0 else speed, max(passed, 0.0))
         return bristle
 
-    def __call__(self, _system: Any, t: float, _item: int, travel: float, speed: float, *_: float) -> float:
+    def __call__(self, _system: System, t: float, _item: int, travel: float, speed: float, *_: float) -> float:
         """Engine callback: friction against the speed, N."""
         fx, fy = self.data.GetAECoordinates()[self.rows]
         normal = self.normal(t, self.guide.along[1] * fx - self.guide.along[0] * fy - self.weight)
@@ -184,7 +185,7 @@ class Rubbing:
         return self.memory.copy()
 
 
-def _add_rubbing(scene: Any, name: str, guide: Guide) -> None:
+def _add_rubbing(scene: Scene, name: str, guide: Guide) -> None:
     """Add friction that follows the guide's reaction.
 
     Raises

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Protocol
 
 from buckler.mbs.engine.placed import States
+from buckler.mbs.engine.system import System
 from buckler.mbs.geometry import Array
 
 
@@ -40,8 +41,8 @@ class Remembering(Protocol):
     latest: Array
     """Latest time it was asked for, and how often since: infinite once that was too often."""
 
-    def locate(self, system: Any) -> None:
+    def locate(self, system: System) -> None:
         """Take down where its coordinates lie, once the system is assembled."""
 
-    def accept(self, q: Any, q_t: Any, t: float) -> Array:
+    def accept(self, q: Array, q_t: Array, t: float) -> Array:
         """Take over an accepted step; a copy of the memory."""

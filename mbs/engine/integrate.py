@@ -12,6 +12,7 @@ from buckler.mbs.elements.clearance import clearances
 from buckler.mbs.engine.recording import Recorder
 from buckler.mbs.engine.scene import SPARSE_FROM, Scene
 from buckler.mbs.engine.stepping import StepControl
+from buckler.mbs.engine.system import System
 from buckler.mbs.interrupts import ctrl_c
 from buckler.mbs.record.status import Status
 from buckler.mbs.solvers.choice import position_error
@@ -25,7 +26,7 @@ NEVER_REACHED = 1e-15
 """Smallest step of the explicit integrator, s. One that is reached twice it rejects for ever, and no callback ends the run."""
 
 
-def run_engine(scene: Scene, control: Recorder, engine: Any, settings: Any) -> tuple[Status, str] | None:
+def run_engine(scene: Scene, control: Recorder, engine: Any, settings: exu.SimulationSettings) -> tuple[Status, str] | None:
     """Let the engine run; what went wrong, if anything."""
     if control.solver.steps.record_every > 1:
         _record_seldom(scene, control)
@@ -55,7 +56,7 @@ def run_engine(scene: Scene, control: Recorder, engine: Any, settings: Any) -> t
 def _record_seldom(scene: Scene, control: Recorder) -> None:
     """Record where the engine writes its sensors, by a sensor: no callback after the steps between."""
 
-    def record(system: Any, t: float, *_: Any) -> list[float]:
+    def record(system: System, t: float, *_: object) -> list[float]:
         if not (control.record.time and t == control.record.time[-1]) and not control.after_step(system, t):
             raise RuntimeError("the run must end here")  # a sensor cannot end it otherwise
         return [0.0]
@@ -73,7 +74,7 @@ def _reached(control: Recorder) -> float:
     return control.record.time[-1] if control.record.time else 0.0
 
 
-def _common(duration: float, solver: Exudyn) -> Any:
+def _common(duration: float, solver: Exudyn) -> exu.SimulationSettings:
     settings = exu.SimulationSettings()
     settings.solution.file.write = False
     settings.timeIntegration.endTime = duration
@@ -82,7 +83,7 @@ def _common(duration: float, solver: Exudyn) -> Any:
     return settings
 
 
-def explicit_settings(scene: Scene, solver: Exudyn, duration: float) -> Any:
+def explicit_settings(scene: Scene, solver: Exudyn, duration: float) -> exu.SimulationSettings:
     """Dormand-Prince 5(4)."""
     settings = _common(duration, solver)
     integration = settings.timeIntegration
@@ -99,7 +100,7 @@ def explicit_settings(scene: Scene, solver: Exudyn, duration: float) -> Any:
     return settings
 
 
-def implicit_settings(scene: Scene, solver: Exudyn, duration: float) -> Any:
+def implicit_settings(scene: Scene, solver: Exudyn, duration: float) -> exu.SimulationSettings:
     """Generalized-alpha."""
     settings = _common(duration, solver)
     integration = settings.timeIntegration

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any
 
 import numpy as np
 
 from buckler.mbs.elements import journal
+from buckler.mbs.engine.system import Callback, System
 from buckler.mbs.geometry import Array
+from buckler.mbs.laws import BristleLaw, FrictionLaw, NormalLaw
 from buckler.mbs.laws.friction import remembering
 
 PATIENCE, SLOWER = 3_000_000, 20
@@ -42,26 +43,26 @@ class Kernel:
 
     forces: Callable[..., None]
     report: Callable[..., None]
-    callback: Callable[[Array, Array, Array, int, Array], Callable[..., Any]]
+    callback: Callable[[Array, Array, Array, int, Array], Callback]
     compiled: bool
     constants: Array = field(default_factory=lambda: np.empty(0))
-    owners: tuple[Any, ...] = ()
+    owners: tuple[object, ...] = ()
 
 
-def plain(law: Any, friction: Any) -> Kernel:
+def plain(law: NormalLaw, friction: FrictionLaw | BristleLaw) -> Kernel:
     """Make the functions in plain Python."""
 
-    def normal(_numbers: Array, depth: float, rate: float, onset: float) -> Any:
+    def normal(_numbers: Array, depth: float, rate: float, onset: float) -> float:
         return law.force(depth, rate, onset)
 
     rubs = remembering(friction)
     laws = normal, lambda _numbers, *state: rubs.coefficient(*state), lambda _numbers, *state: rubs.after(*state)
     forces = partial(journal.forces, *laws)
 
-    def callback(memory: Array, places: Array, numbers: Array, size: int, latest: Array) -> Callable[..., Any]:
+    def callback(memory: Array, places: Array, numbers: Array, size: int, latest: Array) -> Callback:
         out = np.zeros(size)
 
-        def generalised(_system: Any, t: float, _item: int, q: Any, q_t: Any) -> Any:
+        def generalised(_system: System, t: float, _item: int, q: Array, q_t: Array) -> Array:
             latest[:] = (t, 0.0) if t > latest[0] else (latest[0], latest[1] + 1.0)
             if latest[1] > PATIENCE // SLOWER:
                 latest[1] = np.inf

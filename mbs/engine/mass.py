@@ -2,24 +2,24 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import exudyn.itemInterface as eii
 
 from buckler.mbs.elements.element import Burden, place
+from buckler.mbs.elements.mass import Mass
+from buckler.mbs.engine.scene import Scene
 
 
-def connect(scene: Any, masses: dict[str, Any]) -> None:
+def connect(scene: Scene, masses: dict[str, Mass]) -> None:
     """They are built with the bodies."""
     if masses:
         scene.parts["Mass"] += len(masses)
 
 
-def attach(scene: Any, burden: Burden) -> None:
+def attach(scene: Scene, burden: Burden) -> None:
     """Add a burden to a body, with its weight where the body's own weight does not count it in."""
     body, point = place(burden.at)
     placed = scene.placed[body]
-    if not placed.attach(scene, point, burden.mass, burden.inertia):
+    if not placed.attach(point, burden.mass, burden.inertia):
         return
     gx, gy = (burden.mass * g for g in scene.mechanism.gravity)
     if gx or gy:

@@ -7,14 +7,18 @@ interface does: markers and energies are then exactly those of `PlanarModel`, an
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, cast
 
 import exudyn as exu
 import exudyn.itemInterface as eii
 import numpy as np
 
+from buckler.mbs.elements.element import Pair
 from buckler.mbs.elements.link import Link
+from buckler.mbs.elements.modal import Modal
 from buckler.mbs.engine.placed import Placed, States
+from buckler.mbs.engine.scene import Scene
+from buckler.mbs.engine.system import System
 from buckler.mbs.geometry import Array
 from buckler.mbs.modal.planar import STATIONS, ModalHistory, PlanarModel
 
@@ -39,6 +43,8 @@ class PlacedModal(Placed):
         Velocity (vx, vy, omega) of the frame at t = 0.
     stations : dict of str to str
         Point of the mechanism -> 'start' or 'end'.
+    places : dict of str to array, shape (2,)
+        Of these points at t = 0, m.
     anchors : dict of str to int
         Nodes (x, y, theta) at the ends, made by `add_anchor` where a joint asks for them.
     """
@@ -46,45 +52,46 @@ class PlacedModal(Placed):
     model: PlanarModel = field(kw_only=True)
     initial: Array = field(kw_only=True)
     stations: dict[str, str] = field(kw_only=True)
+    places: dict[str, Array] = field(kw_only=True)
     anchors: dict[str, int] = field(default_factory=dict, kw_only=True)
 
-    def columns(self, system: Any) -> Array:
+    def columns(self) -> Array:
         """Places of the coordinates in the engine's vector, shape (1, 3 + m)."""
-        frame = system.GetNodeODE2Index(self.nodes[0])
+        frame = self.system.GetNodeODE2Index(self.nodes[0])
         if not len(self.model):
             return frame + np.arange(3)[None]
-        modal = system.GetNodeODE2Index(self.nodes[1]) + np.arange(len(self.model))
+        modal = self.system.GetNodeODE2Index(self.nodes[1]) + np.arange(len(self.model))
         return np.concatenate([frame + np.array(IN_PLANE), modal])[None]
 
-    def weights(self, system: Any) -> Array:
+    def weights(self) -> Array:
         """How far one unit of each coordinate moves the link at most, m, shape (1, 3 + m): a norm for step errors."""
         modes = np.linalg.norm(self.model.line_shapes, axis=1).max(axis=0, initial=0.0)
         return np.concatenate([[1.0, 1.0, self.model.length / 2], modes])[None]
 
-    def motion(self, system: Any, states: States) -> ModalHistory:
+    def motion(self, states: States) -> ModalHistory:
         """Of its frame and modes."""
-        q, q_t, q_tt = (values[:, 0] for values in self.total(system, states))
+        q, q_t, q_tt = (values[:, 0] for values in self.total(states))
         return ModalHistory(self.model, q, q_t, q_tt, self.stations, float(self.reference[0, 2]))
 
     def direction(self, _point: str) -> float:
         """Of the link: it starts undeformed."""
         return float(self.reference[0, 2])
 
-    def mobility(self, point: str, _along: Any) -> float:
+    def mobility(self, point: str, _along: Pair) -> float:
         """Of its mass, inertia and modes, in the direction in which it is lightest."""
         station = self.stations[point]
         arm, shape = self.model.place(station), self.model.shapes[STATIONS.index(station)]
         return float(1 / self.model.mass + arm @ arm / self.model.inertia + (shape[:2] ** 2).sum())
 
-    def contact_node(self, scene: Any, point: str) -> tuple[int, Array]:
+    def contact_node(self, point: str) -> tuple[int, Array]:
         """A node without mass that moves with the end's cross-section."""
-        return add_anchor(scene.system, self, point), np.array(scene.mechanism.points[point])
+        return add_anchor(self, point), self.places[point]
 
 
-def add(scene: Any, link: Link, rates: Array) -> PlacedModal:
+def add(scene: Scene, link: Link, rates: Array) -> PlacedModal:
     """Add a modal link, undeformed, moving as a rigid body; `rates` is the velocity of its start, (vx, vy, omega)."""
     mechanism, system = scene.mechanism, scene.system
-    body_spec: Any = link.body  # a Modal, as the caller knows
+    body_spec = cast(Modal, link.body)
     model = body_spec.planar(mechanism.length(link.name))
     start, end = (np.array(mechanism.points[p]) for p in (link.start, link.end))
     along = (end - start) / mechanism.length(link.name)
@@ -95,18 +102,19 @@ def add(scene: Any, link: Link, rates: Array) -> PlacedModal:
     stations = {link.start: "start", link.end: "end"}
     ends = {point: _position_marker(system, model, body, station) for point, station in stations.items()}
     return PlacedModal(
-        link.name, link.body, nodes, (body,), reference[None], ends,
-        model=model, initial=initial, stations=stations,
+        system, link.name, link.body, nodes, (body,), reference[None], ends,
+        model=model, initial=initial, stations=stations, places={link.start: start, link.end: end},
     )  # fmt: skip
 
 
-def add_anchor(system: Any, placed: PlacedModal, point: str) -> int:
+def add_anchor(placed: PlacedModal, point: str) -> int:
     """Node (x, y, theta) that moves with an end's cross-section: for joints that act on nodes, as those with clearance do.
 
     It has no mass; a pin ties its place, and a linear constraint its angle, theta + sum psi_k q_k.
     """
     if point in placed.anchors:
         return placed.anchors[point]
+    system = placed.system
     rigid = np.concatenate([placed.initial, np.zeros(len(placed.model))])[None]
     start = placed.model.motion(placed.stations[point], placed.reference, rigid)
     node = system.AddNode(
@@ -129,7 +137,7 @@ def add_anchor(system: Any, placed: PlacedModal, point: str) -> int:
     return int(node)
 
 
-def _position_marker(system: Any, model: PlanarModel, body: int, station: str) -> int:
+def _position_marker(system: System, model: PlanarModel, body: int, station: str) -> int:
     if not len(model):
         local = [*model.place(station), 0.0]
         return int(system.AddMarker(eii.MarkerBodyPosition(bodyNumber=body, localPosition=local)))
@@ -138,14 +146,14 @@ def _position_marker(system: Any, model: PlanarModel, body: int, station: str) -
     return int(system.AddMarker(item))
 
 
-def _add_rigid(system: Any, model: PlanarModel, place: Array, velocity: Array) -> tuple[tuple[int, ...], int]:
+def _add_rigid(system: System, model: PlanarModel, place: Array, velocity: Array) -> tuple[tuple[int, ...], int]:
     """No mode moves in the plane: a rigid body with the solid's inertia."""
     node = system.AddNode(eii.NodeRigidBody2D(referenceCoordinates=[*place], initialVelocities=[*velocity]))
     body = system.AddObject(eii.ObjectRigidBody2D(mass=model.mass, inertia=model.inertia, nodeNumber=node))
     return (node,), body
 
 
-def _add_flexible(system: Any, model: PlanarModel, place: Array, velocity: Array) -> tuple[tuple[int, ...], int]:
+def _add_flexible(system: System, model: PlanarModel, place: Array, velocity: Array) -> tuple[tuple[int, ...], int]:
     """A floating frame with modes; its three motions out of the plane are constrained."""
     frame = system.AddNode(
         eii.NodeRigidBodyRxyz(

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from buckler.mbs.elements.element import place
 from buckler.mbs.elements.motor import Motor
 from buckler.mbs.engine.guarded import guarded
+from buckler.mbs.engine.scene import Scene
+from buckler.mbs.engine.system import Callback
 from buckler.mbs.engine.torque import add_torque
 
 
-def connect(scene: Any, loads: dict[str, Motor]) -> None:
+def connect(scene: Scene, loads: dict[str, Motor]) -> None:
     """Let each motor turn its link."""
     for name, load in loads.items():
         voltage = guarded(scene, name, load.voltage)
 
-        def torque(t: float, _u: float, _angle: float, speed: float, load: Motor = load, voltage: Any = voltage) -> float:
+        def torque(t: float, _u: float, _angle: float, speed: float, load: Motor = load, voltage: Callback = voltage) -> float:
             return float(load.torque(voltage(t, t), speed))
 
         add_torque(scene, scene.turning(*place(load.at(scene.mechanism))), torque)

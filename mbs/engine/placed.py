@@ -8,6 +8,8 @@ from typing import Any, NamedTuple
 import exudyn.itemInterface as eii
 import numpy as np
 
+from buckler.mbs.elements.element import Moved, Pair
+from buckler.mbs.engine.system import System
 from buckler.mbs.geometry import Array
 
 
@@ -33,6 +35,7 @@ class Placed:
         Position marker of each point.
     """
 
+    system: System
     name: str
     body: Any
     nodes: tuple[int, ...]
@@ -40,56 +43,56 @@ class Placed:
     reference: Array
     ends: dict[str, int]
 
-    def columns(self, system: Any) -> Array:
+    def columns(self) -> Array:
         """Places of the coordinates in the engine's vector, shape as `reference`."""
-        first = [system.GetNodeODE2Index(node) for node in self.nodes]
+        first = [self.system.GetNodeODE2Index(node) for node in self.nodes]
         return np.add.outer(np.array(first), np.arange(self.reference.shape[1]))
 
-    def total(self, system: Any, states: States) -> States:
+    def total(self, states: States) -> States:
         """Coordinates and rates of this link alone, each (times, nodes, coordinates a node)."""
-        columns = self.columns(system)
+        columns = self.columns()
         return States(states.q[:, columns] + self.reference, states.q_t[:, columns], states.q_tt[:, columns])
 
-    def motion(self, system: Any, states: States) -> Any:
+    def motion(self, states: States) -> Moved:
         """What it did, as the record keeps it."""
         raise NotImplementedError
 
-    def weights(self, system: Any) -> Array:
+    def weights(self) -> Array:
         """How far one unit of each coordinate moves the link, m, shape as `columns`: a norm for step errors."""
         raise NotImplementedError
 
-    def attach(self, scene: Any, point: str, mass: float, inertia: float) -> bool:
+    def attach(self, point: str, mass: float, inertia: float) -> bool:
         """Add a mass, kg, with a moment of inertia, kg m^2, at a point; false if the body was built with it.
 
         It is a constant block of a node's mass matrix.
         """
         if inertia:
-            node, size = self.contact_node(scene, point)[0], 3
+            node, size = self.contact_node(point)[0], 3
         else:
-            node, size, _ = self.place_node(scene, point)
+            node, size, _ = self.place_node(point)
         attached = np.diag([mass, mass, inertia, 0.0][:size])
-        scene.system.AddObject(eii.ObjectGenericODE2(nodeNumbers=[node], massMatrix=attached))
+        self.system.AddObject(eii.ObjectGenericODE2(nodeNumbers=[node], massMatrix=attached))
         return True
 
-    def rigid_marker(self, scene: Any, point: str) -> int:
+    def rigid_marker(self, point: str) -> int:
         """Marker with place and turn of the body at a point."""
-        node, _ = self.contact_node(scene, point)
-        return int(scene.system.AddMarker(eii.MarkerNodeRigid(nodeNumber=node)))
+        node, _ = self.contact_node(point)
+        return int(self.system.AddMarker(eii.MarkerNodeRigid(nodeNumber=node)))
 
     def direction(self, _point: str) -> float:
         """Angle of that marker's axes at t = 0, rad."""
         raise NotImplementedError
 
-    def place_node(self, scene: Any, point: str) -> tuple[int, int, Array]:
+    def place_node(self, point: str) -> tuple[int, int, Array]:
         """Node that moves with a point, how many coordinates it has (x, y first), and that node's reference place."""
-        node, place = self.contact_node(scene, point)
+        node, place = self.contact_node(point)
         return node, 3, place
 
-    def mobility(self, _point: str, _along: Any) -> float:
+    def mobility(self, _point: str, _along: Pair) -> float:
         """Acceleration of a point along a unit vector by unit force on it, nothing joined to the body, 1/kg."""
         raise NotImplementedError
 
-    def contact_node(self, scene: Any, point: str) -> tuple[int, Array]:
+    def contact_node(self, point: str) -> tuple[int, Array]:
         """Node (x, y, theta) that moves with the body at a point, and that node's reference place.
 
         Raises

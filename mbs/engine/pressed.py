@@ -8,15 +8,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from time import perf_counter
-from typing import Any
+from typing import Any, cast
 
 import exudyn as exu
 import numpy as np
+from numpy.typing import ArrayLike
 
 from buckler.elastica import pinned
 from buckler.mbs.elements import Beam, Cable, Drive, Guide, Link, Motion, Profile, Revolute, Section
+from buckler.mbs.engine.build import build
 from buckler.mbs.engine.placed import States
-from buckler.mbs.engine.scene import SPARSE_FROM, build
+from buckler.mbs.engine.scene import SPARSE_FROM, Scene
+from buckler.mbs.engine.strip import PlacedStrip
+from buckler.mbs.engine.system import System
 from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.status import Status
@@ -54,7 +58,7 @@ class Equilibria:
     work: dict[str, float]
 
 
-def pinned_strip(body: Beam | Cable, length: float, shortenings: Any, *, tolerance: float = 1e-7) -> Equilibria:
+def pinned_strip(body: Beam | Cable, length: float, shortenings: ArrayLike, *, tolerance: float = 1e-7) -> Equilibria:
     """Equilibrium of a strip pinned at both ends at each of some end shortenings.
 
     Parameters
@@ -121,21 +125,21 @@ def _between_ground_and_slider(body: Beam | Cable, length: float, travel: list[f
     )
 
 
-def _exact_coordinates(scene: Any, body: Beam | Cable, u: Array) -> Array:
+def _exact_coordinates(scene: Scene, body: Beam | Cable, u: Array) -> Array:
     """Displacements of all coordinates in the exact shape, shape (values, coordinates)."""
     strip = scene.placed["strip"]
-    columns, length = strip.columns(scene.system), scene.mechanism.length("strip")
+    columns, length = strip.columns(), scene.mechanism.length("strip")
     s = np.linspace(0.0, 1.0, len(strip.nodes))
     x, y, theta = pinned.shape(u[:, None], s)
     rotation = [theta] if body.turns else [np.cos(theta), np.sin(theta)]
     total = np.stack([x * length, y * length, *rotation], axis=-1)
     guesses = np.zeros((len(u), scene.system.systemData.ODE2Size()))
     guesses[:, columns] = total - strip.reference
-    guesses[:, scene.placed["B"].columns(scene.system)[0, 0]] = -u * length
+    guesses[:, scene.placed["B"].columns()[0, 0]] = -u * length
     return guesses
 
 
-def _static_settings(scene: Any, tolerance: float) -> Any:
+def _static_settings(scene: Scene, tolerance: float) -> exu.SimulationSettings:
     settings = exu.SimulationSettings()
     settings.solution.file.write = False
     static = settings.staticSolver
@@ -150,20 +154,19 @@ def _static_settings(scene: Any, tolerance: float) -> Any:
     return settings
 
 
-def _solved(engine: Any, system: Any, settings: Any) -> bool:
+def _solved(engine: Any, system: System, settings: exu.SimulationSettings) -> bool:
     try:
         return bool(engine.SolveSystem(system, settings))
     except exu.ExudynError:
         return False
 
 
-def _shapes(scene: Any, states: list[Array]) -> Array:
-    placed = scene.placed["strip"]
+def _shapes(scene: Scene, states: list[Array]) -> Array:
+    placed = cast(PlacedStrip, scene.placed["strip"])
     if not states:
         return np.empty((0, 0, 2))
     q = np.array(states)
-    shapes: Array = placed.motion(scene.system, States(q, np.zeros_like(q), np.zeros_like(q))).line()
-    return shapes
+    return placed.motion(States(q, np.zeros_like(q), np.zeros_like(q))).line()
 
 
 def _thickness(section: Section | Profile, length: float) -> float:

@@ -6,17 +6,18 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from math import isfinite, nan
 from time import perf_counter
-from typing import Any
 
 import numpy as np
 
 from buckler.mbs.elements.journal import SINCE
+from buckler.mbs.engine.forces import StopContact
 from buckler.mbs.engine.guarded import failed
 from buckler.mbs.engine.history import History, Remembering
 from buckler.mbs.engine.placed import States
 from buckler.mbs.engine.scene import Scene
-from buckler.mbs.engine.stop import StopContact
+from buckler.mbs.engine.system import System
 from buckler.mbs.geometry import Array
+from buckler.mbs.interrupts import Progress
 from buckler.mbs.record.status import Status
 from buckler.mbs.solvers.exudyn import Exudyn
 
@@ -53,7 +54,7 @@ class Rows:
 class Recorder:
     """The engine's callback after each accepted step: record, tell the progress, end the run where it must end."""
 
-    def __init__(self, scene: Scene, solver: Exudyn, duration: float, timeout: float | None, progress: Any) -> None:
+    def __init__(self, scene: Scene, solver: Exudyn, duration: float, timeout: float | None, progress: Progress | None) -> None:
         self.solver, self.duration, self.data = solver, duration, scene.system.systemData
         self.stops = list(scene.stops.values())
         self.groups: list[Remembering] = [group for group in scene.remembering if group.remembers]
@@ -66,7 +67,7 @@ class Recorder:
         self.interrupted: Callable[[], bool] = bool
         self.rejected = 0
 
-    def after_step(self, _system: Any, t: float) -> bool:
+    def after_step(self, _system: System, t: float) -> bool:
         """Engine callback; False ends the run. What is raised here is raised again when the engine has let go."""
         try:
             self._accept(t)

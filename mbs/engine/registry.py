@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 from buckler.mbs import elements
+from buckler.mbs.elements.element import Element
 from buckler.mbs.engine import (
     belt,
     clearance,
@@ -26,9 +26,12 @@ from buckler.mbs.engine import (
     torque,
     torsion_spring,
 )
+from buckler.mbs.engine.placed import Placed
+from buckler.mbs.engine.scene import Scene
 from buckler.mbs.extensions import extensions
+from buckler.mbs.geometry import Array
 
-BODIES: dict[type, Callable[..., Any]] = {
+BODIES: dict[type, Callable[[Scene, elements.Link, Array], Placed | None]] = {
     elements.Rigid: rigid.add,
     elements.Beam: strip.add,
     elements.Cable: strip.add,
@@ -59,9 +62,9 @@ CONNECTORS: dict[type, Callable[..., None]] = {
 """Adds all elements of a kind once the bodies stand: (scene, elements by name)."""
 
 
-def connect(scene: Any) -> None:
+def connect(scene: Scene) -> None:
     """Add all elements once the bodies stand: in the order of `CONNECTORS`; a kind without a line there by its rows."""
-    found: dict[type, dict[str, Any]] = {kind: {} for kind in CONNECTORS}
+    found: dict[type, dict[str, Element]] = {kind: {} for kind in CONNECTORS}
     for name, element in scene.mechanism.elements().items():
         body = type(element.body) if isinstance(element, elements.Link) else None
         if body is None or body in CONNECTORS:

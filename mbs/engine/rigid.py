@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import exudyn.itemInterface as eii
 import numpy as np
 
-from buckler.mbs.elements.element import place
+from buckler.mbs.elements.element import Pair, place
 from buckler.mbs.elements.link import Link
 from buckler.mbs.engine.placed import Placed, States
+from buckler.mbs.engine.scene import Scene
 from buckler.mbs.geometry import Array, left, turned
 from buckler.mbs.record.motion import RigidMotion
 
@@ -37,9 +37,9 @@ class PlacedRigid(Placed):
     radius: float
     own: Array
 
-    def motion(self, system: Any, states: States) -> RigidMotion:
+    def motion(self, states: States) -> RigidMotion:
         """Of its own centre of mass."""
-        columns = self.columns(system)[0]
+        columns = self.columns()[0]
         q = states.q[:, columns] + np.array([*self.reference[0, :2], 0.0])
         q_t, q_tt = states.q_t[:, columns], states.q_tt[:, columns]
         if self.own.any():
@@ -50,35 +50,35 @@ class PlacedRigid(Placed):
             q_t = np.column_stack([q_t[:, :2] + spin * left(arm), q_t[:, 2]])
         return RigidMotion(self.mass, self.inertia, self.arms, q, q_t, q_tt)
 
-    def weights(self, system: Any) -> Array:
+    def weights(self) -> Array:
         """Of places 1, of the turn half the link's length."""
         return np.array([[1.0, 1.0, self.radius]])
 
-    def attach(self, _scene: Any, _point: str, _mass: float, _inertia: float) -> bool:
+    def attach(self, _point: str, _mass: float, _inertia: float) -> bool:
         """Do nothing: it was built with all it bears."""
         return False
 
-    def rigid_marker(self, scene: Any, point: str) -> int:
+    def rigid_marker(self, point: str) -> int:
         """On the body, at any point of the mechanism as it lies at t = 0."""
         c, s = np.cos(self.direction(point)), np.sin(self.direction(point))
         local = np.array([[c, s], [-s, c]]) @ (self.arms[point] + self.own)
-        return int(scene.system.AddMarker(eii.MarkerBodyRigid(bodyNumber=self.objects[0], localPosition=[*local, 0.0])))
+        return int(self.system.AddMarker(eii.MarkerBodyRigid(bodyNumber=self.objects[0], localPosition=[*local, 0.0])))
 
     def direction(self, _point: str) -> float:
         """Of the link."""
         return float(self.reference[0, 2])
 
-    def mobility(self, point: str, along: Any) -> float:
+    def mobility(self, point: str, along: Pair) -> float:
         """Of its mass and inertia."""
         (ax, ay), (ux, uy) = self.arms[point], along
         return 1 / self.mass + float(ax * uy - ay * ux) ** 2 / self.inertia
 
-    def contact_node(self, scene: Any, point: str) -> tuple[int, Array]:
+    def contact_node(self, point: str) -> tuple[int, Array]:
         """Its one node."""
         return self.nodes[0], self.reference[0, :2]
 
 
-def add(scene: Any, link: Link, velocity: Array) -> PlacedRigid:
+def add(scene: Scene, link: Link, velocity: Array) -> PlacedRigid:
     """Add a rigid link; `velocity` is that of its start, (vx, vy, omega)."""
     mechanism, system = scene.mechanism, scene.system
     start, end = (np.array(mechanism.points[p]) for p in (link.start, link.end))
@@ -102,10 +102,10 @@ def add(scene: Any, link: Link, velocity: Array) -> PlacedRigid:
         for point in link.points
     }
     parts = mass, inertia, arms, length / 2, own - middle
-    return PlacedRigid(link.name, link.body, (node,), (body,), reference, ends, *parts)
+    return PlacedRigid(system, link.name, link.body, (node,), (body,), reference, ends, *parts)
 
 
-def _with_burdens(scene: Any, link: Link, mass: float, inertia: float, centre: Array) -> tuple[float, float, Array]:
+def _with_burdens(scene: Scene, link: Link, mass: float, inertia: float, centre: Array) -> tuple[float, float, Array]:
     """Mass, inertia and centre of mass of a link with all it bears (parallel axes)."""
     parts = [(mass, inertia, centre)]
     for at, more, turning in scene.burdens:

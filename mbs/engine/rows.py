@@ -10,12 +10,14 @@ import numpy as np
 from buckler.mbs.elements.element import GROUND, Element, Place
 from buckler.mbs.elements.rows import Row, Turn, pinned
 from buckler.mbs.engine.history import History
+from buckler.mbs.engine.scene import Reader, Scene
+from buckler.mbs.engine.system import System
 from buckler.mbs.geometry import Array
 from buckler.mbs.kinematics.forms import Ends, Forms
 from buckler.mbs.record.record import Record
 
 
-def connect(scene: Any, elements: dict[str, Element]) -> None:
+def connect(scene: Scene, elements: dict[str, Element]) -> None:
     """Add the rows of each element; its channels are what `reactions` makes of the multipliers, which push against the rows.
 
     A strut acts on its neighbour directly: rows that hold its ends are left out.
@@ -31,7 +33,7 @@ def connect(scene: Any, elements: dict[str, Element]) -> None:
         scene.parts[type(element).__name__] += 1
 
 
-def _added(scene: Any, rows: list[Row]) -> list[int]:
+def _added(scene: Scene, rows: list[Row]) -> list[int]:
     """Engine numbers of the constraints for an element's rows, in order: a pin for two that hold a point, else one for all."""
     pin = pinned(rows)
     if pin is None:
@@ -45,7 +47,7 @@ def _added(scene: Any, rows: list[Row]) -> list[int]:
     return held
 
 
-def _reader(scene: Any, parts: list[int], element: Element, channel: str) -> Any:
+def _reader(scene: Scene, parts: list[int], element: Element, channel: str) -> Reader:
     """Reader of a channel from the multipliers of the engine's constraints."""
 
     def read(run: History, _record: Record) -> Array:
@@ -64,7 +66,7 @@ class Held:
         Node numbers, in order, and their places at t = 0, m.
     """
 
-    def __init__(self, scene: Any, rows: list[Row]) -> None:
+    def __init__(self, scene: Scene, rows: list[Row]) -> None:
         self.scene, self.points = scene, scene.mechanism.points
         self.nodes: dict[int, Array] = {}
         self.at: dict[Place, int] = {}
@@ -72,7 +74,7 @@ class Held:
             for _, measure in row.terms:
                 for end in (measure.first, measure.second):
                     if end.body != GROUND:
-                        node, where = scene.placed[end.body].contact_node(scene, end.point)
+                        node, where = scene.placed[end.body].contact_node(end.point)
                         self.nodes[node], self.at[end] = where, node
         self.order = list(self.nodes)
         self.forms = Forms(rows, len(self.order), Ends(self._number, self._arm, self._place))
@@ -100,11 +102,11 @@ class Held:
             given: dict[str, Any] = {"scalingMarker1": slope, "offset": slope @ reference.ravel()}
             return int(system.AddObject(eii.CoordinateVectorConstraint(markerNumbers=markers, **given)))
 
-        def value(_system: Any, _t: float, _item: int, q: Any, q_t: Any, on_speeds: bool) -> Any:
+        def value(_system: System, _t: float, _item: int, q: Array, q_t: Array, on_speeds: bool) -> Array:
             c, j = forms.system(np.reshape(q, angle.shape) - angle)
             return j @ np.asarray(q_t) if on_speeds else c
 
-        def jacobian(_system: Any, _t: float, _item: int, q: Any, _q_t: Any, _on_speeds: bool) -> Any:
+        def jacobian(_system: System, _t: float, _item: int, q: Array, _q_t: Array, _on_speeds: bool) -> Array:
             return forms.system(np.reshape(q, angle.shape) - angle)[1]
 
         given = {"constraintUserFunction": value, "jacobianUserFunction": jacobian}

@@ -1,38 +1,30 @@
-"""From a `Mechanism` to an assembled Exudyn system: only what the mechanism names is built."""
+"""An Exudyn system with the places of its parts: what connectors ask for, and what a run leaves."""
 
 from __future__ import annotations
 
-import os
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
-
-os.environ.setdefault("EXUDYN_NO_USER_SETTINGS", "1")
-import exudyn as exu
 import exudyn.itemInterface as eii
+import numpy as np
+from exudyn import SystemContainer
 
-from buckler.mbs.elements.element import GROUND, Burden
-from buckler.mbs.engine import guide as guides
+from buckler.mbs.elements.element import GROUND, Burden, Moved
+from buckler.mbs.engine.forces import StopContact, StrutSpring
 from buckler.mbs.engine.history import History, Remembering
-from buckler.mbs.engine.mass import attach
 from buckler.mbs.engine.placed import Placed, States
-from buckler.mbs.engine.registry import BODIES, connect
-from buckler.mbs.engine.settle import settle
-from buckler.mbs.engine.stop import StopContact
-from buckler.mbs.engine.strut import StrutSpring
+from buckler.mbs.engine.system import System
 from buckler.mbs.geometry import Array
-from buckler.mbs.kinematics.diagnosis import redundancies
-from buckler.mbs.kinematics.start import Start, start
+from buckler.mbs.kinematics.start import Start
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.record import Record
 from buckler.mbs.record.status import Status
 from buckler.mbs.solvers.choice import is_loose
 
-exu.config.printToConsole = False
-
+Reader = Callable[[History, Record], Array]
+"""What a run is asked for of an element: (times, columns)."""
 SPARSE_FROM = 40
 """Coordinates from which the engine's sparse solver is the faster one."""
 
@@ -43,7 +35,7 @@ class Scene:
 
     Attributes
     ----------
-    system : exudyn.MainSystem
+    system : exudyn.System
     ground : int
         Coordinate marker of the ground.
     placed : dict of str to Placed
@@ -70,8 +62,8 @@ class Scene:
     """
 
     mechanism: Mechanism
-    system: Any
-    container: Any
+    system: System
+    container: SystemContainer
     ground: int = -1
     placed: dict[str, Placed] = field(default_factory=dict)
     stops: dict[str, StopContact] = field(default_factory=dict)
@@ -84,7 +76,7 @@ class Scene:
     told: list[str] = field(default_factory=list)
     stopped: tuple[Status, str] | None = None
     parts: Counter[str] = field(default_factory=Counter)
-    readers: list[tuple[str, str, Callable[[History, Record], Array]]] = field(default_factory=list)
+    readers: list[tuple[str, str, Reader]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.strut_links = {link.name for link in self.mechanism.links if link.body.massless}
@@ -127,7 +119,7 @@ class Scene:
         """Marker of the turn of a body, or of the ground, at a point."""
         if body == GROUND:
             return self.ground
-        node, _ = self.placed[body].contact_node(self, point)
+        node, _ = self.placed[body].contact_node(point)
         return int(self.system.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node, coordinate=2)))
 
     def angle(self, body: str, point: str) -> float:
@@ -138,19 +130,19 @@ class Scene:
         """Place of a point of a body, m, (2,), likewise."""
         return np.asarray(self._now(body).point(point)[0][0])
 
-    def _now(self, body: str) -> Any:
+    def _now(self, body: str) -> Moved:
         q = self.system.systemData.GetODE2Coordinates()[None]
-        return self.placed[body].motion(self.system, States(q, q, q))
+        return self.placed[body].motion(States(q, q, q))
 
     def constrain(self, name: str, first: int, second: int) -> None:
         """Pin two position markers to each other."""
         self.constraints[name] = int(self.system.AddObject(eii.ObjectJointRevolute2D(markerNumbers=[first, second])))
 
-    def reads(self, element: str, channel: str, reader: Callable[[History, Record], Array]) -> None:
+    def reads(self, element: str, channel: str, reader: Reader) -> None:
         """Keep what a run is asked for of an element: (times, columns)."""
         self.readers.append((element, channel, reader))
 
-    def multiplier(self, name: str) -> Callable[[History, Record], Array]:
+    def multiplier(self, name: str) -> Reader:
         """Reader of what a constraint exerts on its second body: minus its Lagrange multipliers."""
         return lambda run, _record: -run.multipliers[:, self.multipliers(name)]
 
@@ -162,69 +154,10 @@ class Scene:
 
     def record(self, run: History) -> Record:
         """Turn the engine's coordinates into plain arrays of links, blocks and elements."""
-        motions = {name: placed.motion(self.system, run.states) for name, placed in self.placed.items()}
+        motions: dict[str, Any] = {name: placed.motion(run.states) for name, placed in self.placed.items()}
         blocks = {guide.point: motions.pop(guide.point) for guide in self.mechanism.guides}
         channels: dict[str, dict[str, Array]] = {}
         record = Record(self.mechanism, run.time, motions, blocks, channels)
         for element, channel, reader in self.readers:
             channels.setdefault(element, {})[channel] = reader(run, record)
         return record
-
-
-def build(mechanism: Mechanism) -> Scene:
-    """Assemble a mechanism in Exudyn.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-
-    Returns
-    -------
-    Scene
-        With the engine's system, not yet stepped.
-
-    Raises
-    ------
-    ValueError
-        If a strut's end has nothing with mass to act on, or a guide that a strut leans on has no mass.
-    KinematicsError
-        If the drive cannot move the linkage from where it starts.
-    """
-    container = exu.SystemContainer()
-    scene = Scene(mechanism, container.AddSystem(), container)
-    scene.start = begun = start(mechanism)
-    scene.redundant = redundancies(mechanism)
-    for link in mechanism.links:
-        placed = BODIES[type(link.body)](scene, link, begun.rates[begun.linkage.index[link.name]])
-        if placed is not None:
-            scene.placed[link.name] = placed
-        scene.parts[type(link.body).__name__] += 1
-    for guide in mechanism.guides:
-        velocity = begun.velocity(guide.link, guide.point)
-        scene.placed[guide.point] = guides.place(scene, guide, float(velocity @ guide.along))
-        scene.parts["Guide"] += 1
-    for burden in scene.burdens:
-        attach(scene, burden)
-    node = scene.system.AddNode(eii.NodePointGround())
-    scene.ground = scene.system.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node, coordinate=0))
-    connect(scene)
-    _add_gravity(scene)
-    scene.system.Assemble()
-    for group in scene.remembering:
-        group.locate(scene.system)
-    for contact in scene.stops.values():
-        contact.locate(scene)
-    settle(scene)
-    return scene
-
-
-def _add_gravity(scene: Scene) -> None:
-    """Add weight, and only where gravity lies in the plane."""
-    gx, gy = scene.mechanism.gravity
-    if gx == gy == 0:
-        return
-    for placed in scene.placed.values():
-        for body in placed.objects:
-            marker = scene.system.AddMarker(eii.MarkerBodyMass(bodyNumber=body))
-            scene.system.AddLoad(eii.LoadMassProportional(markerNumber=marker, loadVector=[gx, gy, 0.0]))
-    scene.parts["gravity"] += 1

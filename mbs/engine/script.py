@@ -9,14 +9,16 @@ from __future__ import annotations
 from math import ceil, pi
 from typing import Any
 
+import exudyn as exu
 import exudyn.itemInterface as eii
 import numpy as np
 
 from buckler.mbs.elements.clearance import clearances
 from buckler.mbs.elements.drive import Ramp
 from buckler.mbs.elements.element import GROUND
+from buckler.mbs.engine.build import build
 from buckler.mbs.engine.integrate import implicit_settings
-from buckler.mbs.engine.scene import Scene, build
+from buckler.mbs.engine.scene import Scene
 from buckler.mbs.kinematics.exact import TURN
 from buckler.mbs.kinematics.linkage import turning_speed
 from buckler.mbs.mechanism import Mechanism
@@ -60,15 +62,16 @@ def exudyn_script(mechanism: Mechanism, duration: float, steps: int | None = Non
     turns = turning_speed(mechanism, duration) * duration / (2 * pi) if mechanism.drives else 0.0
     count = max(200, ceil(TURN * turns)) if steps is None else whole("steps", steps, 1, 10**9)
     scene = build(mechanism)
-    drives = {scene.constraints[name]: element for name, element in mechanism.elements().items() if _ramp(element)}
-    _refuse(scene, drives)
+    speeds = {name: getattr(element, "speed", None) for name, element in mechanism.elements().items()}
+    ramps = {scene.constraints[name]: speed for name, speed in speeds.items() if isinstance(speed, Ramp)}
+    _refuse(scene, ramps)
     title = f"Planar mechanism with {len(mechanism.links)} links: {', '.join(link.name for link in mechanism.links)}."
     versions = {"version": metadata.version("buckler"), "engine": metadata.version("exudyn")}
     lines = [HEAD.format(title=title, output=output, **versions)]
     for room in ROOMS:
         lines.append(f"\n# {room.lower()}s")
         for number in range(getattr(scene.system.systemData, f"NumberOf{room}s")()):
-            lines += _item(scene, room, number, drives)
+            lines += _item(scene, room, number, ramps)
     lines += ["", *_sensors(scene), "", "mbs.Assemble()", "settings = exu.SimulationSettings()"]
     settings = implicit_settings(scene, Exudyn(Equal(count)), duration)
     for name in SETTINGS:
@@ -82,7 +85,7 @@ def exudyn_script(mechanism: Mechanism, duration: float, steps: int | None = Non
     return "\n".join(lines) + "\n"
 
 
-def _refuse(scene: Scene, drives: dict[int, Any]) -> None:
+def _refuse(scene: Scene, ramps: dict[int, Ramp]) -> None:
     """Raise a ValueError, by name, if the scene needs functions of Python, or parts the script cannot write down."""
     loose = clearances(scene.mechanism)
     needs = [f"link '{link.name}' (Modal)" for link in scene.mechanism.links if link.body.linear]
@@ -93,17 +96,13 @@ def _refuse(scene: Scene, drives: dict[int, Any]) -> None:
         owners = {number: name for name, number in scene.constraints.items()}
         for number in range(scene.system.systemData.NumberOfObjects()):
             item = scene.system.GetObject(number)
-            if number not in drives and any(isinstance(value, dict) and "function" in value for value in item.values()):
+            if number not in ramps and any(isinstance(value, dict) and "function" in value for value in item.values()):
                 needs.append(f"'{owners[number]}'" if number in owners else f"a {item['objectType']} of the engine")
     if needs:
         raise ValueError(f"write_exudyn_script: not possible for what needs functions or solids of Buckler: {', '.join(needs)}")
 
 
-def _ramp(element: Any) -> bool:
-    return isinstance(getattr(element, "speed", None), Ramp)
-
-
-def _item(scene: Scene, room: str, number: int, drives: dict[int, Any]) -> list[str]:
+def _item(scene: Scene, room: str, number: int, ramps: dict[int, Ramp]) -> list[str]:
     """One line that adds an item, by the arguments that differ from their defaults; before it the functions it needs."""
     found = getattr(scene.system, f"Get{room}")(number)
     kind = room + found[f"{room.lower()}Type"]
@@ -115,7 +114,7 @@ def _item(scene: Scene, room: str, number: int, drives: dict[int, Any]) -> list[
             continue
         if isinstance(value, dict) and "function" in value:
             function = f"{'speed' if name.endswith('_t') else 'position'}{number}"
-            before += _ramp_function(function, drives[number].speed)
+            before += _ramp_function(function, ramps[number])
             arguments.append(f"{name}={function}")
         else:
             arguments.append(f"{name}={_value(value)}")
@@ -164,13 +163,13 @@ def _output(scene: Scene, output: str) -> list[str]:
     ]
 
 
-def _inner(settings: Any, name: str) -> Any:
+def _inner(settings: exu.SimulationSettings, name: str) -> Any:
     for part in name.split("."):
         settings = getattr(settings, part)
     return settings
 
 
-def _same(value: Any, default: Any) -> bool:
+def _same(value: object, default: object) -> bool:
     if isinstance(value, dict):
         return False
     try:

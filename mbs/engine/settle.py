@@ -8,6 +8,7 @@ from typing import Any
 import exudyn as exu
 import numpy as np
 
+from buckler.mbs.engine.scene import Scene
 from buckler.mbs.geometry import Array
 from buckler.mbs.kinematics.settle import STEP, About, settled, settles
 from buckler.mbs.record.means import axial_period
@@ -19,7 +20,7 @@ REDUNDANT = 1e-12
 class _Equations:
     """Of a system: mass, forces and constraints by the engine's solver, the constraints' accelerations by differences."""
 
-    def __init__(self, scene: Any, step: float) -> None:
+    def __init__(self, scene: Scene, step: float) -> None:
         solver: Any = exu.MainSolverImplicitSecondOrder()  # its stubs lack the arguments
         self.system, self.solver, self.step = scene.system, solver, step
         settings = exu.SimulationSettings()
@@ -92,7 +93,7 @@ class _Equations:
         return q, v - self._solved(mass, rows, still, (4 * middle - 3 * before - after) / (2 * h) / scales)
 
 
-def settle(scene: Any) -> None:
+def settle(scene: Scene) -> None:
     """Give a system its settled start, if the mechanism asks for it."""
     if not settles(scene.mechanism):
         return

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import exudyn.itemInterface as eii
 import numpy as np
 
 from buckler.mbs.elements.element import GROUND
 from buckler.mbs.elements.slider import Slot
+from buckler.mbs.engine.scene import Reader, Scene
 
 
-def connect(scene: Any, joints: dict[str, Slot]) -> None:
+def connect(scene: Scene, joints: dict[str, Slot]) -> None:
     """Add each slider or slot."""
     for name, joint in joints.items():
         (first, leans), (second, turned) = (_marker(scene, body, joint.point) for body in (joint.first, joint.second))
@@ -27,17 +26,17 @@ def connect(scene: Any, joints: dict[str, Slot]) -> None:
         scene.parts[type(joint).__name__] += 1
 
 
-def _effort(scene: Any, name: str) -> Any:
+def _effort(scene: Scene, name: str) -> Reader:
     """Reader of normal force and moment on the second body; the engine's second equation falls as that body turns ahead."""
     signs = np.array([-1.0, 1.0])
     return lambda run, _record: signs * run.multipliers[:, scene.multipliers(name)]
 
 
-def _marker(scene: Any, body: str, point: str) -> tuple[int, float]:
+def _marker(scene: Scene, body: str, point: str) -> tuple[int, float]:
     """Rigid marker of a body, or of the ground, at a point, and the direction of its axes at t = 0."""
     if body != GROUND:
         placed = scene.placed[body]
-        return placed.rigid_marker(scene, point), placed.direction(point)
+        return placed.rigid_marker(point), placed.direction(point)
     x, y = scene.mechanism.points[point]
     ground = scene.system.AddObject(eii.ObjectGround(referencePosition=[x, y, 0.0]))
     return int(scene.system.AddMarker(eii.MarkerBodyRigid(bodyNumber=ground, localPosition=[0.0, 0.0, 0.0]))), 0.0

@@ -8,10 +8,12 @@ from typing import Any
 
 import exudyn as exu
 
+from buckler.mbs.engine.build import build
 from buckler.mbs.engine.integrate import explicit_settings, implicit_settings, run_engine
 from buckler.mbs.engine.recording import Recorder
-from buckler.mbs.engine.scene import Scene, build
+from buckler.mbs.engine.scene import Scene
 from buckler.mbs.engine.stepping import implicit_control
+from buckler.mbs.interrupts import Progress
 from buckler.mbs.kinematics.diagnosis import remarks, stuck
 from buckler.mbs.kinematics.exact import sample_times
 from buckler.mbs.kinematics.linkage import determined
@@ -25,7 +27,7 @@ UNFINISHED = 1e-9
 """Of the duration: what may be missing of it at the end."""
 
 
-def once(mechanism: Mechanism, duration: float, solver: Exudyn, timeout: float | None, progress: Any) -> Run:
+def once(mechanism: Mechanism, duration: float, solver: Exudyn, timeout: float | None, progress: Progress | None) -> Run:
     """Build the scene and let the engine run."""
     scene = build(mechanism)
     steps = solver.steps
@@ -51,7 +53,7 @@ def once(mechanism: Mechanism, duration: float, solver: Exudyn, timeout: float |
     return Run(solver, record, failure, work, scene.summary(), [*remarks(mechanism, scene.redundant), *scene.told])
 
 
-def _run_implicit(scene: Scene, solver: Exudyn, duration: float, timeout: float | None, progress: Any) -> Any:
+def _run_implicit(scene: Scene, solver: Exudyn, duration: float, timeout: float | None, progress: Progress | None) -> Any:
     """Generalized-alpha."""
     engine = exu.MainSolverImplicitSecondOrder()
     control = implicit_control(scene, solver, duration, engine, timeout, progress)
@@ -61,7 +63,7 @@ def _run_implicit(scene: Scene, solver: Exudyn, duration: float, timeout: float 
     return control, engine, run_engine(scene, control, engine, settings)
 
 
-def _run_explicit(scene: Scene, solver: Exudyn, duration: float, timeout: float | None, progress: Any) -> Any:
+def _run_explicit(scene: Scene, solver: Exudyn, duration: float, timeout: float | None, progress: Progress | None) -> Any:
     """Dormand-Prince 5(4) with the engine's own error control: rigid links in free flight and short contacts."""
     engine = exu.MainSolverExplicit()
     control = Recorder(scene, solver, duration, timeout, progress)

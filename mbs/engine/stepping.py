@@ -9,14 +9,15 @@ from __future__ import annotations
 
 from typing import Any
 
+import exudyn as exu
 import numpy as np
 
 from buckler.mbs.elements.element import kinks_of
 from buckler.mbs.elements.striking import GRAZE
+from buckler.mbs.engine.forces import StopContact, StrutSpring
 from buckler.mbs.engine.recording import Recorder
 from buckler.mbs.engine.scene import Scene
-from buckler.mbs.engine.stop import StopContact
-from buckler.mbs.engine.strut import StrutSpring
+from buckler.mbs.engine.system import System
 from buckler.mbs.geometry import Array
 from buckler.mbs.laws import contact_time
 from buckler.mbs.solvers.choice import position_error
@@ -41,7 +42,15 @@ STRIKING = 0.2
 class StepControl(Recorder):
     """The callbacks of an implicit run with controlled steps: accept or reject a step, record it, choose the next."""
 
-    def __init__(self, scene: Scene, solver: Exudyn, steps: Controlled, duration: float, engine: Any, *limits: Any) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        solver: Exudyn,
+        steps: Controlled,
+        duration: float,
+        engine: exu.MainSolverImplicitSecondOrder,
+        *limits: Any,
+    ) -> None:
         super().__init__(scene, solver, duration, *limits)
         self.engine = engine
         self.weights = _position_weights(scene)
@@ -55,7 +64,7 @@ class StepControl(Recorder):
         self.candidate: Array | None = None
         self.error = self.tried = 0.0
 
-    def before_step(self, _system: Any, _t: float) -> bool:
+    def before_step(self, _system: System, _t: float) -> bool:
         """Engine callback, where Jacobians are kept: that of a step which did not converge is no good for a shorter one."""
         h = self.engine.it.currentStepSize
         if h < self.tried:
@@ -63,7 +72,7 @@ class StepControl(Recorder):
         self.tried = h
         return True
 
-    def after_newton(self, _system: Any, _t: float) -> list[float]:
+    def after_newton(self, _system: System, _t: float) -> list[float]:
         """Engine callback: [error, recommended step]; a large error with a smaller step rejects this one."""
         self.candidate = self.data.GetODE2Coordinates_tt() * self.weights
         h = self.engine.it.currentStepSize
@@ -105,12 +114,12 @@ class StepControl(Recorder):
 
 
 def implicit_control(
-    scene: Scene, solver: Exudyn, duration: float, engine: Any, timeout: float | None, progress: Any
+    scene: Scene, solver: Exudyn, duration: float, engine: exu.MainSolverImplicitSecondOrder, *limits: Any
 ) -> Recorder:
     """The callbacks of an implicit run; with equal steps nothing is to be controlled."""
     if not isinstance(solver.steps, Controlled):
-        return Recorder(scene, solver, duration, timeout, progress)
-    control = StepControl(scene, solver, solver.steps, duration, engine, timeout, progress)
+        return Recorder(scene, solver, duration, *limits)
+    control = StepControl(scene, solver, solver.steps, duration, engine, *limits)
     scene.system.SetPostNewtonUserFunction(control.after_newton)
     return control
 
@@ -196,5 +205,5 @@ def _position_weights(scene: Scene) -> Array:
     """Weight of each coordinate in the error norm, m: positions 1, rigid rotations half the link, beam rotations 0."""
     weights = np.zeros(scene.system.systemData.ODE2Size())
     for placed in scene.placed.values():
-        weights[placed.columns(scene.system)] = placed.weights(scene.system)
+        weights[placed.columns()] = placed.weights()
     return weights

@@ -6,18 +6,23 @@ cables.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Any
+from typing import cast
 
 import exudyn.itemInterface as eii
 import numpy as np
 
+from buckler.mbs.elements.beam import Flexible
+from buckler.mbs.elements.element import Pair
 from buckler.mbs.elements.link import Link
 from buckler.mbs.elements.section import Profile, Section
 from buckler.mbs.engine.placed import Placed, States
+from buckler.mbs.engine.scene import Scene
+from buckler.mbs.engine.system import System
 from buckler.mbs.geometry import Array
-from buckler.mbs.record.strips import BeamMotion, CableMotion, StripMotion
+from buckler.mbs.record.strips import BeamMotion, CableMotion
 
 
 @dataclass(frozen=True)
@@ -31,25 +36,25 @@ class PlacedStrip(Placed):
     at: dict[str, int]
     anchors: dict[str, int] = field(default_factory=dict)
 
-    def motion(self, system: Any, states: States) -> StripMotion:
+    def motion(self, states: States) -> BeamMotion | CableMotion:
         """Of its nodes."""
         motion = BeamMotion if self.body.turns else CableMotion
-        return motion(self.body, self.pieces, self.reference, self.at, *self.total(system, states))
+        return motion(self.body, self.pieces, self.reference, self.at, *self.total(states))
 
-    def weights(self, system: Any) -> Array:
+    def weights(self) -> Array:
         """Of places 1, of turns and slopes 0."""
         weights = np.zeros_like(self.reference)
         weights[:, :2] = 1.0
         return weights
 
-    def contact_node(self, scene: Any, point: str) -> tuple[int, Array]:
+    def contact_node(self, point: str) -> tuple[int, Array]:
         """The node of a beam at the point; of a cable, whose nodes have slopes, one that turns with it."""
         node = self.at[point]
         place = self.reference[node, :2]
         if self.body.turns:
             return self.nodes[node], place
         if point not in self.anchors:
-            self.anchors[point] = _add_anchor(scene.system, self.nodes[node], self.ends[point], self.reference[node])
+            self.anchors[point] = _add_anchor(self.system, self.nodes[node], self.ends[point], self.reference[node])
         return self.anchors[point], place
 
     def direction(self, point: str) -> float:
@@ -57,12 +62,12 @@ class PlacedStrip(Placed):
         row = self.reference[self.at[point]]
         return float(row[2] if self.body.turns else np.arctan2(row[3], row[2]))
 
-    def place_node(self, scene: Any, point: str) -> tuple[int, int, Array]:
+    def place_node(self, point: str) -> tuple[int, int, Array]:
         """The node there."""
         node = self.at[point]
         return self.nodes[node], self.reference.shape[1], self.reference[node, :2]
 
-    def mobility(self, point: str, _along: Any) -> float:
+    def mobility(self, point: str, _along: Pair) -> float:
         """Of the mass that the elements about the node lend it."""
         place = np.cumsum(np.concatenate([[0.0], self.pieces]))
         step = self.body.nodes - 1 if self.body.turns else 1
@@ -71,7 +76,7 @@ class PlacedStrip(Placed):
         return float(2 / (self.body.section.mass_per_length * around))
 
 
-def _add_anchor(system: Any, node: int, pin: int, reference: Array) -> int:
+def _add_anchor(system: System, node: int, pin: int, reference: Array) -> int:
     """Add a node (x, y, theta) without mass at a cable's node: a pin ties its place, r' x (cos theta, sin theta) = 0 its turn."""
     vx, vy, wx, wy = system.GetNode(node)["initialVelocities"]
     tx, ty = reference[2:]
@@ -84,7 +89,7 @@ def _add_anchor(system: Any, node: int, pin: int, reference: Array) -> int:
         c, s = np.cos(q[6]), np.sin(q[6])
         return np.array([[0.0, 0.0, -s, c, 0.0, 0.0, -(c * q[2] + s * q[3])]])
 
-    def turned(_system: Any, _t: float, _item: int, q: Array, q_t: Array, velocity_level: bool) -> Any:
+    def turned(_system: System, _t: float, _item: int, q: Array, q_t: Array, velocity_level: bool) -> list[float]:
         if velocity_level:
             return [float((row(q) @ np.array(q_t))[0])]
         return [np.cos(q[6]) * q[3] - np.sin(q[6]) * q[2]]
@@ -124,9 +129,9 @@ class Mesh:
 
 def mesh(link: Link, chord: float) -> Mesh:
     """Divide a strip into elements so that each of its points is a node between two of them, and lies where it should."""
-    body: Any = link.body
+    body = cast(Flexible, link.body)
     step = body.step
-    inner = sorted((part, point) for point, part in link.carries.items())  # type: ignore[union-attr]
+    inner = sorted((part, point) for point, part in cast(Mapping[str, float], link.carries).items())
     cuts = [0.0, *(part for part, _ in inner), 1.0]
     counts = _shares(np.diff(cuts), body.count)
     edges = np.concatenate([[0.0], *(np.linspace(a, b, n + 1)[1:] for a, b, n in zip(cuts[:-1], cuts[1:], counts, strict=True))])
@@ -179,9 +184,9 @@ def _stress_free(step: int, places: Array, theta: Array, pieces: Array, nodes: A
     return np.column_stack([fitted.real, fitted.imag]), theta, pieces
 
 
-def add(scene: Any, link: Link, velocity: Array) -> PlacedStrip:
+def add(scene: Scene, link: Link, velocity: Array) -> PlacedStrip:
     """Add a beam or cable; `velocity` is that of its start, (vx, vy, omega)."""
-    mechanism, system, body = scene.mechanism, scene.system, link.body
+    mechanism, system, body = scene.mechanism, scene.system, cast(Flexible, link.body)
     start, end = (np.array(mechanism.points[p]) for p in (link.start, link.end))
     chord = mechanism.length(link.name)
     along = (end - start) / chord
@@ -199,11 +204,11 @@ def add(scene: Any, link: Link, velocity: Array) -> PlacedStrip:
     adding = _add_beam if body.turns else _add_cable
     nodes, objects, reference = adding(system, body, places, directions, speeds, found.pieces)
     ends = {point: system.AddMarker(eii.MarkerNodePosition(nodeNumber=nodes[node])) for point, node in found.at.items()}
-    return PlacedStrip(link.name, body, tuple(nodes), tuple(objects), reference, ends, found.pieces, found.at)
+    return PlacedStrip(system, link.name, body, tuple(nodes), tuple(objects), reference, ends, found.pieces, found.at)
 
 
 def _add_beam(
-    system: Any, body: Any, places: Array, directions: Array, speeds: Array, pieces: Array
+    system: System, body: Flexible, places: Array, directions: Array, speeds: Array, pieces: Array
 ) -> tuple[list[int], list[int], Array]:
     section = body.section
     reference = np.column_stack([places, directions])
@@ -211,10 +216,9 @@ def _add_beam(
         system.AddNode(eii.NodeRigidBody2D(referenceCoordinates=[*row], initialVelocities=[*v]))
         for row, v in zip(reference, speeds, strict=True)
     ]
-    step = body.nodes - 1
     objects = []
     for e, length in enumerate(pieces):
-        ends = slice(e * step, e * step + body.nodes)
+        ends = slice(e * body.step, (e + 1) * body.step + 1)
         curvature = (directions[ends][-1] - directions[ends][0]) / length
         objects.append(
             system.AddObject(
@@ -233,7 +237,7 @@ def _add_beam(
 
 
 def _add_cable(
-    system: Any, body: Any, places: Array, directions: Array, speeds: Array, pieces: Array
+    system: System, body: Flexible, places: Array, directions: Array, speeds: Array, pieces: Array
 ) -> tuple[list[int], list[int], Array]:
     tangents = np.column_stack([np.cos(directions), np.sin(directions)])
     reference = np.column_stack([places, tangents])

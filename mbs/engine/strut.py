@@ -2,42 +2,22 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import exudyn.itemInterface as eii
 
 from buckler.mbs.elements.link import Link
 from buckler.mbs.elements.references import holder
-from buckler.mbs.elements.strut import Strut, StrutLaw
+from buckler.mbs.engine.forces import StrutSpring
 from buckler.mbs.engine.guarded import watched
+from buckler.mbs.engine.scene import Scene
 from buckler.mbs.geometry import Array
 from buckler.mbs.record.status import Status
 
 
-class StrutSpring(StrutLaw):
-    """The engine's callback of one strut, and the last state the engine asked it for.
-
-    Attributes
-    ----------
-    elongation, rate : float
-        The engine's last call, m and m/s.
-    """
-
-    def __init__(self, strut: Strut, length: float) -> None:
-        super().__init__(strut, length)
-        self.elongation = self.rate = 0.0
-
-    def __call__(self, _system: Any, _t: float, _item: int, elongation: float, rate: float, *_: float) -> float:
-        """Tension, N."""
-        self.elongation, self.rate = elongation, rate
-        return self.force(elongation, rate)
-
-
-def add(scene: Any, link: Link, _velocity: Array) -> None:
+def add(scene: Scene, link: Link, _velocity: Array) -> None:
     """A strut has no body of its own."""
 
 
-def connect(scene: Any, links: dict[str, Link]) -> None:
+def connect(scene: Scene, links: dict[str, Link]) -> None:
     """Add each strut between position markers of its neighbours."""
     for name, link in links.items():
         spring = StrutSpring(link.body, scene.mechanism.length(name))  # type: ignore[arg-type]
@@ -52,6 +32,6 @@ def connect(scene: Any, links: dict[str, Link]) -> None:
         )
 
 
-def _host(scene: Any, link: Link, point: str) -> int:
+def _host(scene: Scene, link: Link, point: str) -> int:
     """Marker of the body a strut's end acts on: a block, a link or the ground it is pinned to, there or through other struts."""
     return int(scene.marker(holder(scene.mechanism, f"{link.name}:{point}"), point))

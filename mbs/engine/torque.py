@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import exudyn.itemInterface as eii
 
 from buckler.mbs.elements.element import place
 from buckler.mbs.elements.torque import Torque
 from buckler.mbs.engine.guarded import guarded
+from buckler.mbs.engine.scene import Scene
+from buckler.mbs.engine.system import Callback, System
 
 
-def connect(scene: Any, loads: dict[str, Torque]) -> None:
+def connect(scene: Scene, loads: dict[str, Torque]) -> None:
     """Load the angle of each link; a constant torque needs no callback."""
     for name, load in loads.items():
         marker = scene.turning(*place(load.at(scene.mechanism)))
@@ -22,10 +22,10 @@ def connect(scene: Any, loads: dict[str, Torque]) -> None:
         scene.parts["Torque"] += 1
 
 
-def add_torque(scene: Any, marker: int, torque: Any) -> None:
+def add_torque(scene: Scene, marker: int, torque: Callback) -> None:
     """Add a torque of (t, t, angle, speed) on an angle: the engine's connectors, unlike its loads, enter the Jacobian."""
 
-    def resisting(_system: Any, t: float, _item: int, angle: float, speed: float, *_: float) -> float:
+    def resisting(_system: System, t: float, _item: int, angle: float, speed: float, *_: float) -> float:
         return -float(torque(t, t, angle, speed))
 
     scene.system.AddObject(

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import exudyn.itemInterface as eii
 
 from buckler.mbs.elements.element import place
 from buckler.mbs.elements.torsion_spring import TorsionSpring
+from buckler.mbs.engine.scene import Scene
 from buckler.mbs.engine.spring import pull
 
 
-def connect(scene: Any, loads: dict[str, TorsionSpring]) -> None:
+def connect(scene: Scene, loads: dict[str, TorsionSpring]) -> None:
     """Join the angles."""
     for name, load in loads.items():
         free = load.free_angle or 0.0

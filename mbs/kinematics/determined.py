@@ -9,13 +9,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from time import perf_counter
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from buckler.mbs.elements.element import GROUND, Element, place
 from buckler.mbs.elements.link import Link
 from buckler.mbs.geometry import Array, cross, left
+from buckler.mbs.interrupts import Progress
 from buckler.mbs.kinematics.diagnosis import blocked, independent_rows
 from buckler.mbs.kinematics.inertias import carried
 from buckler.mbs.kinematics.linkage import Linkage, determined, solved
@@ -112,7 +113,7 @@ class Follower:
 
     def __init__(
         self, mechanism: Mechanism, duration: float,
-        deadline: float | None = None, progress: Any = None, interrupted: Callable[[], bool] = bool,
+        deadline: float | None = None, progress: Progress | None = None, interrupted: Callable[[], bool] = bool,
     ) -> None:  # fmt: skip
         self.deadline, self.progress, self.interrupted = deadline, progress, interrupted
         self.linkage = linkage = Linkage(mechanism, duration)

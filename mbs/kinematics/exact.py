@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import Counter
 from math import ceil, pi
 from time import perf_counter
-from typing import Any
 
 import numpy as np
 
@@ -15,7 +14,7 @@ from buckler.mbs.elements.load import Load
 from buckler.mbs.elements.stop import Stop
 from buckler.mbs.elements.striking import Striking
 from buckler.mbs.geometry import Array
-from buckler.mbs.interrupts import ctrl_c
+from buckler.mbs.interrupts import Progress, ctrl_c
 from buckler.mbs.kinematics.determined import Ended, Follower, UnclosedError, undecided
 from buckler.mbs.kinematics.diagnosis import remarks
 from buckler.mbs.kinematics.linkage import turning_speed
@@ -37,7 +36,7 @@ BEFORE = 1e-12
 """Of the run: how long before a kink of the drive a sample shows what was before it."""
 
 
-def once(mechanism: Mechanism, duration: float, solver: Closure, timeout: float | None, progress: Any) -> Run:
+def once(mechanism: Mechanism, duration: float, solver: Closure, timeout: float | None, progress: Progress | None) -> Run:
     """Follow the linkage, then ask it for places, speeds, accelerations and forces.
 
     Raises

@@ -12,7 +12,7 @@ from buckler.mbs.compiler import working_time
 from buckler.mbs.elements.element import kinks_of
 from buckler.mbs.elements.striking import GRAZE, SLOWEST_ONSET
 from buckler.mbs.geometry import Array
-from buckler.mbs.interrupts import ctrl_c
+from buckler.mbs.interrupts import Progress, ctrl_c
 from buckler.mbs.kinematics.diagnosis import remarks
 from buckler.mbs.laws import BristleLaw, FrictionLaw
 from buckler.mbs.mechanism import Mechanism
@@ -78,7 +78,7 @@ def memory_at_end(out: Output) -> Array:
 
 
 def once(
-    mechanism: Mechanism, duration: float, solver: Spectral, timeout: float | None = None, progress: Any = None,
+    mechanism: Mechanism, duration: float, solver: Spectral, timeout: float | None = None, progress: Progress | None = None,
     ends: Array | None = None,
 ) -> Run:  # fmt: skip
     """Build the scene and integrate it; `ends` as in `integrate`."""
@@ -108,8 +108,8 @@ def _contradiction(scene: Scene, out: Output, solver: Spectral) -> tuple[Status,
 
 
 def integrate(
-    scene: Scene, end: float, solver: Spectral, timeout: float | None = None, progress: Any = None, state: State | None = None,
-    ends: Array | None = None, every: int | None = None, tape: Tape | None = None,
+    scene: Scene, end: float, solver: Spectral, timeout: float | None = None, progress: Progress | None = None,
+    state: State | None = None, ends: Array | None = None, every: int | None = None, tape: Tape | None = None,
 ) -> tuple[Output, tuple[Status, str] | None, Any]:  # fmt: skip
     """Integrate a scene from t = 0, or from another state: what it left, how it failed if so, counts of its work.
 

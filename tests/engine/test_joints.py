@@ -52,7 +52,7 @@ def test_clamp_carries_weight_and_moment_of_a_cantilever(body, swapped):
     scene, q, effort = at_rest(hanging(body, 0.4, swapped))
     weight, sign = BAR.mass_per_length * LENGTH * G, -1 if swapped else 1
     name = "A.strip-ground" if swapped else "A.ground-strip"
-    tip = scene.placed["strip"].columns(scene.system)[-1]
+    tip = scene.placed["strip"].columns()[-1]
     _, down = turned(-0.4, tuple(q[tip[:2]]))[0]
     assert effort(name) == pytest.approx(sign * np.array(turned(0.4, (0, weight))[0]), rel=1e-9)
     assert effort(f"{name}: 1")[0] == pytest.approx(sign * weight * LENGTH / 2, rel=2e-4)
@@ -79,7 +79,7 @@ def test_cantilever_tip_follows_the_exact_large_deflection():
     found = []
     for count in (4, 8, 16):
         scene, q, effort = at_rest(hanging(Cable(BAR, count), pull=pull))
-        tip = scene.placed["strip"].columns(scene.system)[-1]
+        tip = scene.placed["strip"].columns()[-1]
         found.append([*q[tip[:2]] + [LENGTH, 0], effort("A.ground-strip: 1")[0]])
     right = [exact.y[2, -1], exact.y[3, -1], -bending * exact.y[1, 0]]
     errors = np.abs(np.array(found) / right - 1).max(axis=1)
@@ -127,7 +127,7 @@ def test_two_halves_welded_are_the_whole(kind):
     tips = []
     for mechanism, name in ((whole, "strip"), (pair, "two")):
         scene, q, effort = at_rest(mechanism)
-        tips.append(q[scene.placed[name].columns(scene.system)[-1, :2]])
+        tips.append(q[scene.placed[name].columns()[-1, :2]])
     assert tips[1] == pytest.approx(tips[0], rel=3e-6)  # Newton's tolerance, N
     half = BAR.mass_per_length * LENGTH / 2 * G
     assert effort("M.one-two") == pytest.approx(turned(0.3, (0, half))[0], rel=1e-8)

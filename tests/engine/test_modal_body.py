@@ -48,7 +48,7 @@ class Run:
 
     def motion(self, placed):
         """What a link did."""
-        return placed.motion(self.system, States(self.q, self.q_t, self.q_tt))
+        return placed.motion(States(self.q, self.q_t, self.q_tt))
 
     def pin(self, marker, place):
         ground = self.system.AddNode(eii.NodePointGround(referenceCoordinates=[*place, 0.0]))
@@ -78,8 +78,8 @@ class Run:
     def deform(self, placed, seed=1):
         """Initial modal amplitudes of some tenths of a millimetre, with rates to match."""
         rng, model = np.random.default_rng(seed), placed.model
-        size = 3e-4 / placed.weights(self.system)[0, 3:] / (1 + np.arange(len(model))) ** 3
-        columns = placed.columns(self.system)[0, 3:]
+        size = 3e-4 / placed.weights()[0, 3:] / (1 + np.arange(len(model))) ** 3
+        columns = placed.columns()[0, 3:]
         data, start = self.system.systemData, exu.ConfigurationType.Initial
         q, q_t = data.GetODE2Coordinates(start), data.GetODE2Coordinates_t(start)
         q[columns] = size * rng.standard_normal(len(model))
@@ -143,7 +143,7 @@ def test_markers_move_as_the_planar_model_says(modes):
         if k < 2:
             np.testing.assert_allclose(output[:, 8], motion.spin, rtol=1e-11)
     assert np.ptp(history.motion("B").spin) > 1.0  # it does ring
-    out_of_plane = [c for c in range(run.q.shape[1]) if c not in placed.columns(run.system)]
+    out_of_plane = [c for c in range(run.q.shape[1]) if c not in placed.columns()]
     assert len(out_of_plane) == 3 and not run.q[:, out_of_plane].any()
 
 
@@ -162,10 +162,10 @@ def test_initial_velocity_is_that_of_the_rigid_link():
 def test_a_link_without_modes_in_the_plane_is_a_rigid_body():
     run = Run()
     placed = run.add(Modal(BAR, FreeModes((4, 5, 6), counting="free")))
-    node = add_anchor(run.system, placed, "B")
+    node = add_anchor(placed, "B")
     run.watched = [(placed.ends["B"], PLACE), (rigid_marker(run.system, placed, "B"), PLACE, SPIN)]
     run.system.Assemble()
-    assert run.system.systemData.ODE2Size() == 6 and placed.columns(run.system).shape == (1, 3)
+    assert run.system.systemData.ODE2Size() == 6 and placed.columns().shape == (1, 3)
     run.solve(1e-3, 50)
     history = run.motion(placed)
     energy = history.kinetic()
@@ -188,8 +188,8 @@ def test_anchor_follows_the_cross_section_and_hands_on_forces(modes):
         if way == "own":
             marker = rigid_marker(run.system, run.placed, "B")
         else:
-            run.node = add_anchor(run.system, run.placed, "B")
-            assert add_anchor(run.system, run.placed, "B") == run.node
+            run.node = add_anchor(run.placed, "B")
+            assert add_anchor(run.placed, "B") == run.node
             marker = run.system.AddMarker(eii.MarkerNodeRigid(nodeNumber=run.node))
         run.system.AddLoad(eii.LoadForceVector(markerNumber=marker, loadVector=[500.0, -300.0, 0.0]))
         run.system.AddLoad(eii.LoadTorqueVector(markerNumber=marker, loadVector=[0.0, 0.0, 7.0]))
@@ -284,7 +284,7 @@ def rocker_motion(run, placed):
     if isinstance(placed.body, Modal):
         end = history.motion("B")
         return end.position, end.acceleration, history.deflection()
-    columns = placed.columns(run.system)
+    columns = placed.columns()
     line = history.line(2)
     chord, middle = line[:, -1] - line[:, 0], line[:, line.shape[1] // 2] - line[:, 0]
     deflection = (chord[:, 0] * middle[:, 1] - chord[:, 1] * middle[:, 0]) / np.hypot(*chord.T)

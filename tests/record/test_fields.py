@@ -35,7 +35,7 @@ class Lone:
         end = (0.1 + length * np.cos(angle), -0.2 + length * np.sin(angle))
         self.scene = build(Mechanism({"A": (0.1, -0.2), "B": end}, [Link("strip", "A", "B", body)]))
         self.placed = self.scene.placed["strip"]
-        self.columns = self.placed.columns(self.scene.system)
+        self.columns = self.placed.columns()
         self.data = self.scene.system.systemData
         self.size = self.data.ODE2Size()
 
@@ -43,7 +43,7 @@ class Lone:
         """The link at displacements q, shape (..., coordinates)."""
         q = np.atleast_2d(q)
         q_t = np.zeros_like(q) if q_t is None else np.atleast_2d(q_t)
-        return self.placed.motion(self.scene.system, States(q, q_t, np.zeros_like(q)))
+        return self.placed.motion(States(q, q_t, np.zeros_like(q)))
 
     def engine(self, q, q_t):
         """Generalised forces and mass matrix from the engine."""

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from buckler.mbs import Force, Motor, Torque, TorsionSpring, equilibrium
-from buckler.mbs.engine.scene import build
+from buckler.mbs.engine.build import build
 from buckler.mbs.spectral.basis import basis
 from buckler.mbs.statics.problem import places
 from buckler.studies.trust.drawn import Dice, drawn
@@ -104,14 +104,14 @@ class Engine:
 
     def held(self, placed):
         """Coordinates of the points of a link."""
-        columns = placed.columns(self.system)
+        columns = placed.columns()
         return columns[sorted(placed.at.values()), :2].ravel() if hasattr(placed, "at") else columns.ravel()
 
     def coordinates(self, found):
         """Those of an equilibrium of the statics."""
         q, mechanism = np.zeros(self.size), found.scene.mechanism
         for name, placed in self.scene.placed.items():
-            columns = placed.columns(self.system)
+            columns = placed.columns()
             if name not in found.scene.builder.bodies:
                 guide = next(each for each in mechanism.guides if each.point == name)
                 moved = places(found.scene, found.q, guide.link, name).position - mechanism.points[name]
