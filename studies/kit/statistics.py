@@ -74,4 +74,5 @@ def power_law(inputs: Array, output: Array) -> PowerLaw:
     left = y - x @ slope
     variance = left @ left / (len(y) - x.shape[1] - 1)
     error = np.sqrt(variance * np.diag(np.linalg.inv(x.T @ x)))
-    return PowerLaw(slope, error, float(1 - left @ left / (y @ y)), float(np.sqrt(variance)))
+    share = float(1 - left @ left / (y @ y)) if y.any() else nan  # equal outputs have no spread to share
+    return PowerLaw(slope, error, share, float(np.sqrt(variance)))
