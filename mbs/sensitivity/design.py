@@ -3,29 +3,34 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from itertools import product
 from math import inf, isfinite
+from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import minimize
+from scipy.optimize import least_squares, minimize
 from scipy.stats import qmc
 
 from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.sensitivity.derivatives import DEGREE, Level, Reading, readings_of
+from buckler.mbs.sensitivity.derivatives import DEGREE, Reading, readings_of
 from buckler.mbs.sensitivity.frozen import RunFailedError, needs_compiler
 from buckler.mbs.sensitivity.numbers import Family, Source
-from buckler.mbs.sensitivity.wants import EXACT, FAR, Task, Want, wanted
+from buckler.mbs.sensitivity.wants import EXACT, FAR, INSET, SAME, EnoughError, Task, Want, rounded, wanted
 from buckler.mbs.solvers.spectral import Spectral
-from buckler.mbs.validate import positive
+from buckler.mbs.validate import positive, whole
 
 BINDS = 1e-3
 """Share of its width, or of its value, within which a constraint or a range binds."""
+BUDGET = 1000
+"""Runs of a search, by default."""
 POLISHED = 3
 """Starts, of the best, from which a minimum is sought."""
-TRIED, MET = 60, 15
-"""Most steps of a descent; where nothing is minimised it meets its constraints in few or follows the noise of its runs."""
+TRIED, MET, CORRECTED = 60, 15, 2
+"""Most steps of a descent; where nothing is minimised it meets its constraints in few or follows the noise of its runs. How often
+it goes on from what a finer run says."""
 
 
 @dataclass(frozen=True)
@@ -45,8 +50,10 @@ class Design:
     possible : bool
         Whether the finer run keeps all constraints.
     message : str
-        Which constraints cannot be kept, and by how much they are missed.
+        Which constraints cannot be kept, and by how much they are missed; that the budget was used up.
     runs : int
+    complete : bool
+        False where the budget of runs was used up: the design is the best one so far.
     front : list of Design
         Where there are several aims: designs none of which is better in all.
     """
@@ -58,6 +65,7 @@ class Design:
     possible: bool
     message: str
     runs: int
+    complete: bool = True
     front: list[Design] = field(default_factory=list)
 
     def __str__(self) -> str:
@@ -81,6 +89,7 @@ def optimise(
     starts: int = 8,
     points: int = 9,
     seed: int = 0,
+    budget: int = BUDGET,
 ) -> Design:
     """Choose numbers of a mechanism.
 
@@ -107,6 +116,9 @@ def optimise(
         Of the front.
     seed : int
         Of the starts.
+    budget : int
+        Runs that a search may take, neighbours for derivatives among them; then the best design so far is returned, with
+        `complete` False. Each combination of values of lists, and each point of a front, is a search.
 
     Returns
     -------
@@ -142,7 +154,7 @@ def optimise(
         if not low < high:
             raise ValueError(f"free['{name}'] = ({low:g}, {high:g}): low must be less than high")
     family = Family.of(mechanism, free, dict.fromkeys(free, 0.0))
-    task = Task(family, used, aims, wants, ranges, {}, span, solver, starts, seed)
+    task = Task(family, used, aims, wants, ranges, {}, span, solver, starts, seed, whole("budget", budget, 1, 10**9))
     if len(aims) < 2:
         return _best(task, lists)
     return _front(task, lists, points)
@@ -150,99 +162,134 @@ def optimise(
 
 def _best(task: Task, lists: Mapping[str, Sequence[float]]) -> Design:
     """The best design over all values of the lists."""
-    found: list[tuple[tuple[float, float], Task, Array]] = []
+    found, runs = list[tuple[Task, Array]](), 0
     for values in product(*lists.values()):
-        each = replace(task, held=dict(zip(lists, values, strict=True)), cache={}, runs=0)
-        x = _sought(each)
+        each = replace(task, held=dict(zip(lists, values, strict=True)), cache={}, known={}, runs=0)
+        with suppress(EnoughError):
+            _search(each)
+        x = each.best()
         if x is not None:
-            found.append((each.better(x), each, x))
-        task.runs += each.runs
+            found.append((each, x))
+        runs += each.runs
     if not found:
         raise RunFailedError("no start leads to a run that ends; narrow the ranges")
-    _, best, x = min(found, key=lambda item: item[0])
-    best.runs = task.runs
-    return _told(best, x)
+    best, x = min(found, key=lambda item: item[0].better(item[1]))
+    before = best.runs
+    told = _checked(best, x)
+    return replace(told, runs=runs + told.runs - before)
 
 
-def _sought(task: Task) -> Array | None:
-    """The best point, from the best of some starts; None if no run ends."""
+def _search(task: Task) -> None:
+    """Run the best of some starts downhill, until there is nothing more to find or to spend."""
     d = len(task.ranges)
-    if not d:
-        return np.zeros(0) if np.isfinite(task.evaluate(np.zeros(0))[0]).all() else None
-    ends: list[Array] = []
-    for starts in ([np.full(d, 0.5)], list(qmc.Halton(d, rng=np.random.default_rng(task.seed)).random(max(0, task.starts - 1)))):
+    random = qmc.Halton(d, rng=np.random.default_rng(task.seed)).random(task.starts - 1) if d else []
+    for starts in ([np.full(d, 0.5)], list(random)):
         alive = [x for x in starts if np.isfinite(task.evaluate(x)[0]).all()]
-        for x in sorted(alive, key=task.better)[:POLISHED]:
-            ends += [x, _descended(task, x)]
-            if not task.aims and task.missed(task.evaluate(ends[-1])[0]) == 0:  # all that was asked for
-                return ends[-1]
-    return min(ends, key=task.better) if ends else None
+        for x in sorted(alive, key=task.better)[:POLISHED] if d else ():
+            _descend(task, x)
 
 
-def _descended(task: Task, x: Array) -> Array:
-    """The minimum that sequential quadratic programming finds from a point."""
+def _descend(task: Task, x: Array) -> None:
+    """Least squares where nothing is minimised, which bands hold together; else, or where these do not do, SLSQP."""
+    if not task.aims:
+        least_squares(task.residuals, x, task.steepness, bounds=(0.0, 1.0), method="dogbox", xtol=SAME, ftol=EXACT, max_nfev=MET)
+        x = x if (best := task.best()) is None else best
+    _descend_along_ends(task, x)
+
+
+def _descend_along_ends(task: Task, x: Array) -> None:
+    """Sequential quadratic programming from a point."""
     start, _ = task.evaluate(x)
     scale = (abs(task.aim(start)) or 1.0) if task.aims else 1.0
 
     def constrained(x: Array) -> Array:
         found, _ = task.evaluate(x)
         off = [side * (found[task.row(want.name)] - end) / want.scale for want, side, end in _sides(task)]
-        return np.nan_to_num(np.array(off), nan=-FAR)
+        return np.asarray(np.nan_to_num(off, nan=-FAR))
 
     def pushed(x: Array) -> Array:
         slopes = task.slopes(x)
         return np.array([side * slopes[task.row(want.name)] / want.scale for want, side, _ in _sides(task)])
 
     def objective(x: Array) -> float:
-        value = task.aim(task.evaluate(x)[0]) / scale
+        value = task.aim(task.evaluate(x)[0]) / scale if task.aims else 0.0
         return value if isfinite(value) else FAR
 
     def slope(x: Array) -> Array:
-        return task.slopes(x)[task.row(task.aims[0])] / scale if task.aims else np.zeros(len(x))
+        return np.asarray(task.slopes(x)[task.row(task.aims[0])] / scale if task.aims else np.zeros(len(x)))
 
-    found = minimize(
+    minimize(
         objective, x, jac=slope, method="SLSQP", bounds=[(0.0, 1.0)] * len(x),
         options={"maxiter": TRIED if task.aims else MET, "ftol": 1e-9},
         constraints=[{"type": "ineq", "fun": constrained, "jac": pushed}] if task.wants else (),
     )  # fmt: skip
-    return np.clip(found.x, 0.0, 1.0)
 
 
 def _sides(task: Task) -> Iterator[tuple[Want, float, float]]:
     """Each finite end of each constraint: side * (reading - end) >= 0."""
     for want in task.wants:
-        inset = 0.05 * (want.high - want.low) if isfinite(want.high - want.low) else 0.0
+        inset = INSET * (want.high - want.low) if want.band else 0.0
         if isfinite(want.low):
             yield want, 1.0, want.low + inset
         if isfinite(want.high):
             yield want, -1.0, want.high - inset
 
 
-def _told(task: Task, x: Array) -> Design:
-    """Hold a design against a finer run, and say what binds."""
-    values = task.values(x)
-    found, steps = task.evaluate(x)
+def _checked(task: Task, x: Array) -> Design:
+    """Hold a design against a finer run. Where that breaks a constraint, the search goes on with what it differs by."""
+    tried = [_finer(task, x)]
+    while len(tried) <= CORRECTED and task.broken(tried[-1].checked) and np.isfinite(tried[-1].checked).all():
+        x, found, checked = tried[-1]
+        task.offset, task.cache = checked - found, {rounded(x): task.cache[rounded(x)]}
+        with suppress(EnoughError):
+            _descend(task, x)
+        best = task.best()
+        if best is None or rounded(best) == rounded(x):
+            break
+        tried.append(_finer(task, best))
+    return _told(task, min(tried, key=lambda one: task.rank(one.checked)))
+
+
+class _Held(NamedTuple):
+    """A point, its readings, and those of a finer run."""
+
+    x: Array
+    found: Array
+    checked: Array
+
+
+def _finer(task: Task, x: Array) -> _Held:
+    """Run a point with steps half as long, strips of higher degree."""
+    found, steps = task.cache[rounded(x)]
     finer = steps.finer((task.solver.degree if task.solver else None) or DEGREE) if steps else None
-    task.runs += 2
-    made = task.family.make(values)
-    checked = Level(task.readings, finer)(made, task.span(made))[0]
-    broken = [want for want in task.wants if want.misses(float(checked[task.row(want.name)])) > 0.01 * EXACT]
+    return _Held(x, found, task.read(x, finer)[0] if finer else found)
+
+
+def _told(task: Task, held: _Held) -> Design:
+    """Say what binds, and what is broken."""
+    x, found, checked = held
+    broken = task.broken(checked)
+    complete = task.runs < task.budget or not (task.aims or broken)
     binding = [
         f"{name} = {'low' if u < 0.5 else 'high'} end" for u, name in zip(x, task.ranges, strict=True) if min(u, 1 - u) < BINDS
     ]
-    binding += [want.text for want in task.wants if _binds(want, float(found[task.row(want.name)]))]
-    told = [f"{want.text}: {checked[task.row(want.name)]:.6g}" for want in broken]
-    message = f"none of the designs tried keeps {'; '.join(told)}" if broken else ""
+    binding += [want.text for want, value in task.of(found + task.offset) if _binds(want, value)]
+    missed = "; ".join(f"{want.text}: {value:.6g}, {100 * want.misses(value):.2g} % off" for want, value in task.of(checked)
+                       if want in broken)  # fmt: skip
+    message = f"none of the designs tried keeps {missed}" if broken else ""
+    if not complete:
+        best = f"; the best so far misses {missed}" if broken else ": this is the best so far"
+        message = f"the budget of {task.budget} runs was used up{best}"
     names = list(task.readings)
     return Design(
-        values, binding, dict(zip(names, map(float, checked), strict=True)),
-        dict(zip(names, map(float, checked - found), strict=True)), not broken, message, task.runs,
+        task.values(x), binding, dict(zip(names, map(float, checked), strict=True)),
+        dict(zip(names, map(float, checked - found), strict=True)), not broken, message, task.runs, complete,
     )  # fmt: skip
 
 
 def _binds(want: Want, value: float) -> bool:
     """Whether a reading lies at an end of what is wanted; of a band both ends are one."""
-    if isfinite(want.low) and isfinite(want.high):
+    if want.band:
         return True
     end = want.low if isfinite(want.low) else want.high
     return abs(value - end) <= BINDS * want.scale
@@ -261,7 +308,8 @@ def _front(task: Task, lists: Mapping[str, Sequence[float]], points: int) -> Des
     kept = [
         one for one in made if one.possible and not any(_dominates(other, one, task.aims) for other in made if other.possible)
     ]
-    return replace(ends[0], front=kept, runs=sum(one.runs for one in made))
+    runs, complete = sum(one.runs for one in made), all(one.complete for one in made)
+    return replace(ends[0], front=kept, runs=runs, complete=complete)
 
 
 def _dominates(a: Design, b: Design, aims: Sequence[str]) -> bool:

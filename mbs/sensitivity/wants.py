@@ -25,6 +25,11 @@ EXACT = 1e-3
 """Share by which a value that is asked for without a tolerance may be missed."""
 FAR = 1e3
 """What a design is off whose run fails, relative."""
+SAME = 1e-7
+"""Of a range: points that are nearer are the same one, as between them there is the noise of runs."""
+INSET, HALF = 0.05, 0.5
+"""Share of its width by which a search keeps off the ends of what is wanted, as a finer run differs; share of half the width
+within which nothing more is sought."""
 WANTED = re.compile(r"\s*(?P<reading>.+?)\s*(?P<sign><=|>=|=)\s*(?P<value>[^=±]+?)\s*(?:(?:±|\+-|\+/-)\s*(?P<off>.+?))?\s*")
 
 
@@ -50,9 +55,26 @@ class Want(NamedTuple):
         ends = [abs(each) for each in (self.low, self.high) if isfinite(each)]
         return max(ends) or 1.0
 
+    @property
+    def band(self) -> bool:
+        """Whether it has two ends."""
+        return isfinite(self.high - self.low)
+
     def misses(self, value: float) -> float:
         """How far a value is outside, relative; 0 within."""
         return max(self.low - value, value - self.high, 0.0) / self.scale if isfinite(value) else FAR
+
+    def residual(self, value: float) -> tuple[float, float]:
+        """How far it is from the middle, of half the width, or from inside its end, and the derivative by the value."""
+        if not isfinite(value):
+            return FAR / EXACT, 0.0
+        if self.band:
+            slope = 2.0 / max(self.high - self.low, SAME * self.scale)
+            return (value - 0.5 * (self.low + self.high)) * slope, slope
+        side, end = (1.0, self.high) if isfinite(self.high) else (-1.0, self.low)
+        slope = side / (EXACT * self.scale)
+        far = (value - end) * slope + INSET
+        return (far, slope) if far > 0.0 else (0.0, 0.0)
 
 
 def wanted(given: str | tuple[str, float, float]) -> Want:
@@ -87,9 +109,17 @@ def _width(text: str, value: float) -> float:
     return float(number) / 100 * abs(value) if percent else abs(float(measured(text)))
 
 
+class EnoughError(Exception):
+    """A search is over: it has what is asked for, or no more runs."""
+
+
 @dataclass
 class Task:
-    """What is asked for, with the values that lists have."""
+    """What is asked for, with the values that lists have.
+
+    Points of the unit cube that were run are in `cache`, with their readings and the steps of their runs. `offset` is by how
+    much those of a finer run differ.
+    """
 
     family: Family
     readings: Mapping[str, Reading]
@@ -101,8 +131,11 @@ class Task:
     solver: Spectral | None
     starts: int
     seed: int
+    budget: int
     runs: int = 0
-    cache: dict[bytes, tuple[Array, Steps | None]] = field(default_factory=dict)
+    offset: float | Array = 0.0
+    cache: dict[tuple[float, ...], tuple[Array, Steps | None]] = field(default_factory=dict)
+    known: dict[tuple[float, ...], Array] = field(default_factory=dict)
 
     @property
     def moving(self) -> bool:
@@ -118,55 +151,103 @@ class Task:
         found = {name: low + float(u) * (high - low) for u, (name, (low, high)) in zip(x, self.ranges.items(), strict=True)}
         return self.held | found
 
+    def read(self, x: Array, steps: Steps | None) -> tuple[Array, Steps | None]:
+        """Readings at a point on given steps, or on those that its run chooses, and the steps; nan where the run fails."""
+        self.runs += 1
+        try:
+            made = self.family.make(self.values(x))
+            span = self.span(made)
+            if steps is None and self.moving and span is not None:
+                steps = Steps.of(made, span, self.solver or Spectral())
+            return Level(self.readings, steps)(made, span)[0], steps
+        except (RunFailedError, ArithmeticError, ValueError):
+            return np.full(len(self.readings), np.nan), None
+
     def evaluate(self, x: Array) -> tuple[Array, Steps | None]:
-        """Readings at a point, nan where the run fails, and the steps of its run."""
-        key = x.tobytes()
+        """Readings at a point, as a finer run would have them, and the steps of its run.
+
+        Raises
+        ------
+        EnoughError
+            If the runs are used up, or nothing is minimised and all is as it is wanted.
+        """
+        key = rounded(x)
         if key not in self.cache:
-            self.runs += 1
-            steps = None
-            try:
-                made = self.family.make(self.values(x))
-                span = self.span(made)
-                if self.moving and span is not None:
-                    steps = Steps.of(made, span, self.solver or Spectral())
-                found = Level(self.readings, steps)(made, span)[0]
-            except (RunFailedError, ArithmeticError, ValueError):
-                found = np.full(len(self.readings), np.nan)
-            self.cache[key] = found, steps
-        return self.cache[key]
+            self.spend()
+            self.cache[key] = self.read(np.array(key), None)
+            if not self.aims and self.settled(self.cache[key][0] + self.offset):
+                raise EnoughError
+        found, steps = self.cache[key]
+        return found + self.offset, steps
+
+    def spend(self) -> None:
+        """Stop a search that has no more runs."""
+        if self.runs >= self.budget:
+            raise EnoughError
 
     def slopes(self, x: Array) -> Array:
         """Derivatives of the readings over the cube, shape (readings, numbers)."""
-        start, steps = self.evaluate(x)
-        out = np.zeros((len(start), len(x)))
-        width = WIDTH if steps is not None and all(isinstance(each, str) for each in self.readings.values()) else COARSE
-        for i in range(len(x)):
-            d = width if x[i] < 0.5 else -width
-            self.runs += 1
-            try:
-                made = self.family.make(self.values(x + d * (np.arange(len(x)) == i)))
-                out[:, i] = (Level(self.readings, steps)(made, self.span(made))[0] - start) / d
-            except (RunFailedError, ArithmeticError, ValueError):
-                pass
-        return np.nan_to_num(out)
+        key = rounded(x)
+        if key not in self.known:
+            start, steps = self.evaluate(x)
+            width = WIDTH if steps is not None and all(isinstance(each, str) for each in self.readings.values()) else COARSE
+            self.known[key] = np.zeros((len(start), len(x)))
+            for i, d in enumerate(np.where(np.array(key) < 0.5, width, -width)):
+                self.spend()
+                moved = self.read(np.array(key) + d * (np.arange(len(x)) == i), steps)[0]
+                self.known[key][:, i] = np.nan_to_num((moved + self.offset - start) / d)
+        return self.known[key]
+
+    def residuals(self, x: Array) -> Array:
+        """How far all wants are from the middle of what is allowed, by half of that."""
+        return np.array([want.residual(value)[0] for want, value in self.of(self.evaluate(x)[0])])
+
+    def steepness(self, x: Array) -> Array:
+        """Their derivatives over the cube."""
+        found, slopes = self.evaluate(x)[0], self.slopes(x)
+        return np.array([want.residual(value)[1] * slopes[self.row(want.name)] for want, value in self.of(found)])
+
+    def best(self) -> Array | None:
+        """The best point that was run; None if no run ended."""
+        ended = [np.array(key) for key, (found, _) in self.cache.items() if np.isfinite(found).all()]
+        return min(ended, key=self.better) if ended else None
 
     def row(self, name: str) -> int:
         """Place of a reading."""
         return list(self.readings).index(name)
 
+    def of(self, found: Array) -> list[tuple[Want, float]]:
+        """Each want and its reading."""
+        return [(want, float(found[self.row(want.name)])) for want in self.wants]
+
+    def settled(self, found: Array) -> bool:
+        """Whether all wants are kept, by half of what is allowed."""
+        return all(abs(want.residual(value)[0]) <= (HALF if want.band else 0.0) for want, value in self.of(found))
+
+    def broken(self, found: Array) -> list[Want]:
+        """Wants that are not kept."""
+        return [want for want, value in self.of(found) if want.misses(value) > 0.01 * EXACT]
+
     def missed(self, found: Array) -> float:
         """How far the constraints are missed, together."""
-        return float(sum(want.misses(float(found[self.row(want.name)])) for want in self.wants))
+        return float(sum(want.misses(value) for want, value in self.of(found)))
 
     def aim(self, found: Array) -> float:
         """What is minimised."""
         if not self.aims:
-            return 0.0
+            return float(sum(want.residual(value)[0] ** 2 for want, value in self.of(found)))
         value = float(found[self.row(self.aims[0])])
         return value if isfinite(value) else inf
 
+    def rank(self, found: Array) -> tuple[float, float]:
+        """By which readings are compared: constraints first, up to a hundredth of what a value may be missed by."""
+        return (self.missed(found) if self.broken(found) else 0.0), self.aim(found)
+
     def better(self, x: Array) -> tuple[float, float]:
-        """By which points are compared: constraints first, up to a hundredth of what a value may be missed by."""
-        found, _ = self.evaluate(x)
-        missed = self.missed(found)
-        return (missed if missed > 0.01 * EXACT else 0.0), self.aim(found)
+        """By which points that were run are."""
+        return self.rank(self.cache[rounded(x)][0] + self.offset)
+
+
+def rounded(x: Array) -> tuple[float, ...]:
+    """The point that stands for those near one."""
+    return tuple((np.round(x / SAME) * SAME).tolist())

@@ -223,11 +223,14 @@ def _next_stop(s, e, w, x, clock, controls, stops, out, counts):
 
 @aside
 def _length(clock, controls, stop):
-    """Length of the next step: the one wanted, all that is left to the stop, or half of that if the next one would be short."""
+    """Length of the next step: the one wanted, all that is left to the stop, or half of that if the next one would be short.
+
+    A step to an event is not halved: it would be lengthened to the event and halved again for ever.
+    """
     h, left = min(clock.wanted, controls.longest), stop - clock.time
     if clock.time + clock.reach * h >= stop:
         return left
-    return 0.5 * left if clock.time + 2.0 * h > stop and not controls.fixed else h
+    return 0.5 * left if clock.time + 2.0 * h > stop and not controls.fixed and clock.reach == REACH else h
 
 
 @aside

@@ -5,12 +5,14 @@ from __future__ import annotations
 import argparse
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import fields
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from buckler.mbs.documents.document import changed
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.sensitivity.derivatives import sensitivities
+from buckler.mbs.sensitivity.design import BUDGET
 from buckler.mbs.sensitivity.design import optimise as designed
 from buckler.mbs.sensitivity.fitting import fit as fitted
 from buckler.mbs.sensitivity.frozen import RunFailedError
@@ -137,6 +139,8 @@ def _of_optimise(parser: argparse.ArgumentParser) -> None:
     about = "as 'max(B.contact_force) = 1.5 N ± 1 %%' or 'max(abs(coupler.deflection)) <= 30 mm'"
     repeated(add, ["--subject-to"], "CONSTRAINT", about, dest="wants")
     add("--starts", type=int, default=8, help="points over the ranges from which the search starts; default 8")
+    about = f"runs that a search may take, then the best so far is shown; default {BUDGET}"
+    add("--budget", metavar="RUNS", type=int, default=BUDGET, help=about)
 
 
 def _optimise(chosen: argparse.Namespace, file: Opened) -> int:
@@ -144,9 +148,9 @@ def _optimise(chosen: argparse.Namespace, file: Opened) -> int:
         raise ValueError("--free: none; write for instance --free links.coupler.body.section.thickness=0.2mm:0.5mm")
     free = dict(number_range(file.document, text) for text in chosen.free)
     found = designed(file.document, file.duration, free=free, minimise=chosen.minimise, subject_to=chosen.wants,
-                     starts=chosen.starts)  # fmt: skip
+                     starts=chosen.starts, budget=chosen.budget)  # fmt: skip
     if chosen.json:
-        told = {key: getattr(found, key) for key in ("values", "binding", "readings", "changes", "possible", "message", "runs")}
+        told = {each.name: getattr(found, each.name) for each in fields(found) if each.name != "front"}
         print(json.dumps(told | {"front": [one.values | one.readings for one in found.front]}, indent=2))
     else:
         print("\n\n".join(map(str, found.front or [found])))

@@ -12,6 +12,7 @@ from buckler.elastica.path import follow
 from buckler.elastica.strip import Load, Strip
 from buckler.mbs import (
     Beam,
+    Controlled,
     Drive,
     Force,
     Guide,
@@ -21,6 +22,7 @@ from buckler.mbs import (
     Rigid,
     Section,
     Slider,
+    Spectral,
     TorsionSpring,
     Weld,
     frequencies,
@@ -56,6 +58,27 @@ def test_values_that_are_asked_for():
 def test_what_cannot_be_had_is_said():
     found = optimise(pushed(150.0), 0.3, free={K: (100.0, 180.0)}, subject_to=["max(O.x) = 100 mm"], starts=2)
     assert not found.possible and "none" in found.message and found.binding[0] == f"{K} = low end"
+
+
+def test_a_budget_of_runs():
+    """It ends the search; the best so far is shown with what it misses, and a search that has what it wants does not care."""
+    asked = {"free": {K: (100.0, 900.0), F: (1.0, 20.0)}, "subject_to": ["max(O.x) = 40 mm", "when(O.x, 0.02, 1) = 50 ms"]}
+    short, whole = (optimise(pushed(150.0), 0.3, **asked, starts=2, budget=budget) for budget in (3, 100))
+    assert whole.complete and whole.possible and not whole.message and 4 < whole.runs < 30
+    assert not short.complete and not short.possible and short.runs == 4  # the finer one among them
+    assert short.message.startswith("the budget of 3 runs was used up; the best so far misses max(O.x) = 40 mm: 0.042")
+    assert short.message.endswith("% off")
+    least = optimise(pushed(150.0), 0.4, free={K: (100.0, 180.0)}, minimise="max(O.x)", starts=2, budget=2)
+    assert least.possible and not least.complete and least.message == "the budget of 2 runs was used up: this is the best so far"
+    with pytest.raises(ValueError, match="budget = 0"):
+        optimise(pushed(150.0), 0.4, free={K: (100.0, 180.0)}, minimise="max(O.x)", budget=0)
+
+
+def test_what_a_finer_run_says_is_met():
+    """Steps so long that the finer run is 8 % off what the search had: the constraint holds for that one."""
+    rough = Spectral(Controlled(tolerance=3e-2))
+    found = optimise(pushed(150.0), 5.0, free={F: (1.0, 20.0)}, subject_to=["end(O.x) = 20 mm ± 0.1 %"], starts=2, solver=rough)
+    assert found.possible and abs(found.changes["end(O.x)"]) > 0.05 * 0.02
 
 
 def test_a_thickness_that_can_be_bought():

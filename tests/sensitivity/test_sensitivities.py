@@ -168,13 +168,14 @@ def test_a_force_that_jumps_at_its_onset_and_ends_inside():
             assert abs(row.derivative - true) <= min(4 * row.error, 2e-5 * abs(true)) + 1e-9 * exact / value
 
 
+def tied(stiffness, gap):
+    made = pushed(push=3.0, mass=0.4)
+    spring = Spring("ground:C", "O", 0.0, law=lambda stretch, _: stiffness * max(0.0, stretch - gap))
+    return replace(made, loads=[spring, *made.loads[1:]])
+
+
 def test_a_spring_that_is_slack_at_first():
     """A law of one's own with a kink: free way, half an oscillation about the push's stretch, free way back."""
-
-    def tied(stiffness, gap):
-        made = pushed(push=3.0, mass=0.4)
-        spring = Spring("ground:C", "O", 0.0, law=lambda stretch, _: stiffness * max(0.0, stretch - gap))
-        return replace(made, loads=[spring, *made.loads[1:]])
 
     def readings(stiffness, gap):
         t, w = np.sqrt(2 * gap * 0.4 / 3), np.sqrt(stiffness / 0.4)
@@ -194,6 +195,14 @@ def test_a_spring_that_is_slack_at_first():
         for reading, exact in readings(**at).items():
             row, true = found[reading, name], (high[reading] - low[reading]) / (2e-5 * value)
             assert abs(row.derivative - true) * value < 1e-5 * exact
+
+
+@pytest.mark.parametrize("late", [1e-3, 4e-3])
+def test_a_kink_shortly_before_the_end(late):
+    """The step to the kink is not halved because the next one would be short: it was, for ever."""
+    tight = np.sqrt(2 * 0.02 * 0.4 / 3)
+    ends = Steps.of(tied(800.0, 0.02), tight * (1 + late), Spectral(Controlled(tolerance=1e-5, max_steps=2000))).ends
+    assert ends[-1] == pytest.approx(tight * (1 + late))
 
 
 def test_friction_that_creeps_and_slides():
