@@ -25,7 +25,7 @@ V. A. Kuzkin, Structural model for the dynamic buckling of a column under consta
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -33,6 +33,7 @@ from scipy.optimize import brentq
 from scipy.special import airy
 
 from buckler.elastica.collocation import Array
+from buckler.elastica.pinned import Reals
 
 
 class Peak(NamedTuple):
@@ -121,7 +122,7 @@ class Hoff:
         a, speed = y
         return speed, (self._force(tau, a) - 1.0) * a + (0.0 if self.perfect else self.bow)
 
-    def _force(self, tau: Any, a: Any) -> Any:
+    def _force(self, tau: Reals, a: Reals) -> Reals:
         return self.rate * tau - (a**2 - self.bow**2) / 4
 
     def _until(self) -> float:

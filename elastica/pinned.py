@@ -32,6 +32,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+Reals = Any
+"""A float or an array, as what was given; NumPy has no type for both."""
+
 Array = NDArray[np.float64]
 
 LOAD_CRITICAL = float(np.pi**2)
@@ -59,7 +62,7 @@ class _Integrals(NamedTuple):
         return 2.0 * self.m * self.D / self.K
 
 
-def load(shortening: ArrayLike) -> Any:
+def load(shortening: ArrayLike) -> Reals:
     """Axial load that holds the buckled strip at a given end shortening, equation (1).
 
     Returns
@@ -69,7 +72,7 @@ def load(shortening: ArrayLike) -> Any:
     return _plain(4.0 * _at_shortening(shortening).K ** 2)
 
 
-def shortening(load: ArrayLike) -> Any:
+def shortening(load: ArrayLike) -> Reals:
     """End shortening of the buckled strip under a given axial load, the inverse of `load`.
 
     Below the Euler load the strip is straight and has no buckled branch, hence the lower limit. Just above
@@ -95,7 +98,7 @@ def shortening(load: ArrayLike) -> Any:
     return _plain(_integrals(_newton(step, start)).shortening)
 
 
-def stiffness(shortening: ArrayLike) -> Any:
+def stiffness(shortening: ArrayLike) -> Reals:
     """Tangent stiffness dp/du of the buckled strip; pi^2/2 at the onset of buckling.
 
     dp/dm = 4 K B/m1 over du/dm = 1 + (m/m1) (B/K)^2.
@@ -108,7 +111,7 @@ def stiffness(shortening: ArrayLike) -> Any:
     return _plain(4.0 * at.K**3 * at.B / (at.m1 * at.K**2 + at.m * at.B**2))
 
 
-def energy(shortening: ArrayLike) -> Any:
+def energy(shortening: ArrayLike) -> Reals:
     """Bending energy W = 8 m K B; the load is its derivative, dW/du = p.
 
     Returns
@@ -119,7 +122,7 @@ def energy(shortening: ArrayLike) -> Any:
     return _plain(8.0 * at.m * at.K * at.B)
 
 
-def end_angle(shortening: ArrayLike) -> Any:
+def end_angle(shortening: ArrayLike) -> Reals:
     """Angle between the strip's end tangent and its chord, alpha with tan^2(alpha/2) = m/m1.
 
     Returns
@@ -130,7 +133,7 @@ def end_angle(shortening: ArrayLike) -> Any:
     return _plain(2.0 * np.arctan2(np.sqrt(at.m), np.sqrt(at.m1)))
 
 
-def shortening_at_angle(angle: ArrayLike) -> Any:
+def shortening_at_angle(angle: ArrayLike) -> Reals:
     """End shortening at a given end angle, the inverse of `end_angle`, equation (2).
 
     Parameters
@@ -145,7 +148,7 @@ def shortening_at_angle(angle: ArrayLike) -> Any:
     return _plain(_integrals(np.log1p(np.tan(alpha / 2.0) ** 2)).shortening)
 
 
-def mid_deflection(shortening: ArrayLike) -> Any:
+def mid_deflection(shortening: ArrayLike) -> Reals:
     """Deflection of mid-span from the chord over length, equation (3).
 
     Returns
@@ -156,7 +159,7 @@ def mid_deflection(shortening: ArrayLike) -> Any:
     return _plain(np.sqrt(at.m) / at.K)
 
 
-def curvature_max(shortening: ArrayLike) -> Any:
+def curvature_max(shortening: ArrayLike) -> Reals:
     """Curvature at mid-span times length, 4 sqrt(m) K: the moment p y_mid, largest along the strip.
 
     Returns
@@ -167,7 +170,7 @@ def curvature_max(shortening: ArrayLike) -> Any:
     return _plain(4.0 * np.sqrt(at.m) * at.K)
 
 
-def surface_stress(shortening: ArrayLike, thickness: ArrayLike, length: ArrayLike, modulus: ArrayLike) -> Any:
+def surface_stress(shortening: ArrayLike, thickness: ArrayLike, length: ArrayLike, modulus: ArrayLike) -> Reals:
     """Largest bending stress, E h kappa/2, at the surface of mid-span.
 
     The direct stress P/A is left out with the extensibility that would go with it; it is smaller by the
@@ -189,7 +192,7 @@ def surface_stress(shortening: ArrayLike, thickness: ArrayLike, length: ArrayLik
     return _plain(E * h / (2.0 * L) * curvature_max(shortening))
 
 
-def shape(shortening: ArrayLike, s: ArrayLike) -> tuple[Any, Any, Any]:
+def shape(shortening: ArrayLike, s: ArrayLike) -> tuple[Reals, Reals, Reals]:
     """Centreline of the buckled strip, bowed towards positive y over its chord from (0, 0) to (1 - u, 0).
 
     With v = 2 K s, Jacobi's functions of parameter m and Carlson's R_D,
@@ -259,6 +262,6 @@ def _checked(name: str, value: ArrayLike, low: float, high: float, unit: str) ->
     return array
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: Reals) -> Reals:
     """A float for a scalar, the array itself otherwise."""
     return float(value) if np.ndim(value) == 0 else value

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from buckler.mbs.elements.element import Body, Linked, Recorded
 from buckler.mbs.elements.section import Profile, Section
 from buckler.mbs.elements.signal import Energy, Kind, Signal
 from buckler.mbs.geometry import Array, cross
+from buckler.mbs.laws.pieces import Reals
 
 DEFAULT_ELEMENTS = 8
 """Elements of a flexible link where neither its maker nor an accuracy asks for a number."""
@@ -40,7 +41,7 @@ class Flexible(Body):
     round_off: ClassVar[float] = 5e-12
     elements: int | None
     imperfection: float
-    shape: Any
+    shape: Shape | None
 
     def agree(self) -> None:
         """One stress-free shape."""
@@ -139,7 +140,7 @@ class Curve:
     """
 
     length: float
-    direction: Callable[[Any], Any]
+    direction: Callable[[Reals], Reals]
 
     def places(self, stations: Array) -> Array:
         """Places in the chord's frame at increasing stations in [0, 1], the first 0: (n, 2), m; by Gauss quadrature."""
@@ -162,7 +163,7 @@ SAMPLES = 401
 """Places taken from a shape given as a function."""
 
 
-def _spline(chord: float, shape: Any) -> Curve:
+def _spline(chord: float, shape: Shape) -> Curve:
     """The line through points, or of a function, scaled and turned to a chord: cubic in the arc length."""
     from scipy.interpolate import CubicSpline
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 
@@ -11,7 +11,7 @@ class Frozen(Mapping[str, Any]):
 
     __slots__ = ("_items",)
 
-    def __init__(self, items: Any = ()) -> None:
+    def __init__(self, items: Mapping[str, object] | Iterable[tuple[str, object]] = ()) -> None:
         self._items = dict(items)
 
     def __getitem__(self, name: str) -> Any:
@@ -29,5 +29,5 @@ class Frozen(Mapping[str, Any]):
     def __repr__(self) -> str:
         return repr(self._items)
 
-    def __setitem__(self, name: str, _value: Any) -> None:
+    def __setitem__(self, name: str, _value: object) -> None:
         raise TypeError(f"cannot set '{name}': a mechanism does not change; make another with dataclasses.replace")

@@ -19,12 +19,17 @@ The laws come as functions of the joint's row of numbers and of floats, so that 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from buckler.mbs.geometry import Array
+from buckler.mbs.laws.pieces import Reals
+
+Both = tuple[Reals, Reals] | Array
+Law = Callable[..., float]
+"""Of a joint's row of numbers and of its state."""
 
 COLUMNS = ("normal", "tangential", "depth", "rate", "sliding", "bristle", "fx", "fy", "nx", "ny", "shift")
 """What the kernel reports of each joint: N, N, m, m/s, m/s, m, force on the pin, direction of contact, p'/s in m."""
@@ -70,7 +75,7 @@ def _state(offset: int, x: float, y: float, ax: float, ay: float, q: Array, v: A
     return x + q[offset] + bx, y + q[offset + 1] + by, v[offset] - w * by, v[offset + 1] + w * bx, bx, by, w, q[offset + 2]
 
 
-def profile(numbers: Any, first: int, angle: Any) -> Any:
+def profile(numbers: Array, first: int, angle: Reals) -> tuple[Reals, Reals]:
     """Sum of harmonics, whose cosine and sine amplitudes begin at a place among numbers, and its derivative by the angle."""
     value, slope = 0.0 * angle, 0.0 * angle
     c1, s1 = np.cos(angle), np.sin(angle)
@@ -83,7 +88,7 @@ def profile(numbers: Any, first: int, angle: Any) -> Any:
     return value, slope
 
 
-def meet(radius: Any, gap: Any, profiles: Any, place: Any, speed: Any, pin: Any, bush: Any) -> Any:
+def meet(radius: float, gap: float, profiles: Array | None, place: Both, speed: Both, pin: Both, bush: Both) -> tuple[Reals, ...]:
     """Depth, its rate, sliding speed, normal of the contact (x, y), s and way p'/s along the pin, of floats or arrays alike.
 
     Parameters
@@ -115,7 +120,7 @@ def meet(radius: Any, gap: Any, profiles: Any, place: Any, speed: Any, pin: Any,
 
 
 def _contact(
-    normal: Any, friction: Any, bend: Any, numbers: Array, pin: tuple[float, ...], bush: tuple[float, ...],
+    normal: Law, friction: Law, bend: Law, numbers: Array, pin: tuple[float, ...], bush: tuple[float, ...],
     t: float, past: Array,
 ) -> tuple[float, ...]:  # fmt: skip
     """What `COLUMNS` names, for one joint with its row of numbers, whose ends have these states and whose memory is `past`."""
@@ -136,7 +141,7 @@ def _contact(
 
 
 def report(
-    normal: Any, friction: Any, bend: Any, t: float, q: Array, v: Array, memory: Array, places: Array, numbers: Array, out: Array
+    normal: Law, friction: Law, bend: Law, t: float, q: Array, v: Array, memory: Array, places: Array, numbers: Array, out: Array
 ) -> None:
     """Fill out[joint] with what `COLUMNS` names."""
     for j in range(places.shape[0]):
@@ -147,7 +152,7 @@ def report(
 
 
 def forces(
-    normal: Any, friction: Any, bend: Any, t: float, q: Array, v: Array, memory: Array, places: Array, numbers: Array, out: Array
+    normal: Law, friction: Law, bend: Law, t: float, q: Array, v: Array, memory: Array, places: Array, numbers: Array, out: Array
 ) -> None:
     """Fill out with generalised forces on the coordinates (x, y, theta of each node)."""
     out[:] = 0.0

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from buckler.mbs.elements.references import check_turning, turning
 from buckler.mbs.elements.signal import Energy, Kind, Signal
 from buckler.mbs.functions import kinks
 from buckler.mbs.geometry import Array
+from buckler.mbs.laws.pieces import Reals
 
 CREEP = 1e-3
 """Speed of the rotor, rad/s, below which its friction falls linearly to zero."""
@@ -63,19 +64,19 @@ class Motor(Load):
         if self.inertia:
             yield Burden(self.at(mechanism), 0.0, self.inertia * self.gear**2)
 
-    def effective(self, voltage: Any) -> Any:
+    def effective(self, voltage: Reals) -> Reals:
         """Voltage that acts, V: less the dead band."""
         return voltage - np.clip(voltage, -self.dead_band, self.dead_band)
 
-    def current(self, voltage: Any, speed: Any) -> Any:
+    def current(self, voltage: Reals, speed: Reals) -> Reals:
         """Current, A, for a voltage, V, and the link's speed, rad/s."""
         return (self.effective(voltage) - self.constant * self.gear * speed) / self.resistance
 
-    def rubbing(self, speed: Any) -> Any:
+    def rubbing(self, speed: Reals) -> Reals:
         """Torque of friction against the rotor's turning, N m, for the link's speed, rad/s."""
         return self.friction * np.clip(self.gear * speed / CREEP, -1.0, 1.0)
 
-    def torque(self, voltage: Any, speed: Any) -> Any:
+    def torque(self, voltage: Reals, speed: Reals) -> Reals:
         """Torque on the link, N m."""
         return self.gear * (self.constant * self.current(voltage, speed) - self.rubbing(speed))
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from enum import StrEnum
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -78,7 +78,7 @@ class Signal(NamedTuple):
     period: float = 0.0
     onsets: Array = np.empty(0)
     depth: Array = np.empty(0)
-    elastic: Callable[[Any], Any] = np.zeros_like
+    elastic: Callable[[Array], Array] = np.zeros_like
 
     @property
     def trait(self) -> Trait:

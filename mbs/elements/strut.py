@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from buckler.mbs.elements.element import Body, Linked, Recorded
 from buckler.mbs.elements.section import Profile, Section
 from buckler.mbs.elements.signal import Energy, Kind, Signal
 from buckler.mbs.geometry import Array
+from buckler.mbs.laws.pieces import Reals
 
 POINTS = 400
 """Pieces over which the work of a strut's force is integrated."""
@@ -24,7 +25,7 @@ class Strut(Body):
     """A massless pinned strip: straight and stiff up to the Euler load, then the post-buckled force of the exact elastica."""
 
     section: Section | Profile = part(Section, Profile, doc="of the strip")
-    load: Callable[[Any], Any] = field(
+    load: Callable[[Reals], Reals] = field(
         Function("u", "1", named={"fast": law.fast, "quartic": law.quartic, "exact": pinned.load}),
         "normalised force p(u), p = P L^2/(E I), of the normalised bending shortening u >= 0: `elastica.law.fast`, exact to "
         "1e-12 for u <= 1, `elastica.pinned.load`, to u = 1.5, or the published `elastica.law.quartic`",
@@ -97,7 +98,7 @@ class StrutLaw:
             return max(0.0, self.rigidity * elongation + self.damping * rate)
         return self.elastic(elongation)
 
-    def damping_power(self, elongation: Any, rate: Any) -> Any:
+    def damping_power(self, elongation: Reals, rate: Reals) -> Reals:
         """Power taken by the axial damping of the taut strut, W."""
         force = np.where(elongation > 0, self.damping * rate, 0.0)
         return np.maximum(force, -self.rigidity * np.maximum(elongation, 0.0)) * rate

@@ -7,7 +7,7 @@ table of the compiled solver, whose functions it calls. A user's own law is comp
 from __future__ import annotations
 
 import types as python_types
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from functools import cache, lru_cache, partial
 from typing import Any, NamedTuple
 
@@ -131,8 +131,8 @@ def _functions() -> tuple[Any, Any, Any]:
 def compile_kernel(law: NormalLaw, friction: FrictionLaw | BristleLaw) -> Kernel | None:
     """Build the kernel for these laws; None if a law does more than arithmetic on its arguments and its own numbers."""
     rows = _Rows()
-    add_normal(rows, law)  # type: ignore[arg-type]
-    add_friction(rows, friction)  # type: ignore[arg-type]
+    add_normal(rows, law)
+    add_friction(rows, friction)
     if not all(pointer.compiled for pointer in rows.pointers):
         return None
     constants = np.concatenate([np.array(rows.codes, dtype=np.int64).ravel().view(float), np.array(rows.numbers).ravel()])
@@ -147,7 +147,9 @@ class _Rows:
         self.numbers: list[list[float]] = []
         self.pointers: list[Pointer] = []
 
-    def add_law(self, _key: Any, kind: int, numbers: Sequence[float], pointers: Sequence[Pointer] = (), _about: str = "") -> int:
+    def add_law(
+        self, _key: Hashable, kind: int, numbers: Sequence[float], pointers: Sequence[Pointer] = (), _about: str = ""
+    ) -> int:
         addresses = [pointer.address for pointer in pointers]
         self.codes.append([kind, *addresses, *[0] * (CODES - 1 - len(addresses))])
         self.numbers.append([*map(float, numbers), *[0.0] * (NUMBERS - len(numbers))])

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+
+from buckler.mbs.laws.pieces import Reals
 
 
 class SliderCrank(NamedTuple):
@@ -17,34 +19,34 @@ class SliderCrank(NamedTuple):
     crank: float
     coupler: float
 
-    def slider(self, theta: Any) -> Any:
+    def slider(self, theta: Reals) -> Reals:
         """Slider position x = r cos theta - sqrt(L^2 - r^2 sin^2 theta), m."""
         return self.crank * np.cos(theta) - np.sqrt(self.coupler**2 - (self.crank * np.sin(theta)) ** 2)
 
-    def slider_rate(self, theta: Any) -> Any:
+    def slider_rate(self, theta: Reals) -> Reals:
         """dx/dtheta, m/rad; times the crank speed it is the slider's velocity."""
         s, c = np.sin(theta), np.cos(theta)
         return -self.crank * s + self.crank**2 * s * c / np.sqrt(self.coupler**2 - (self.crank * s) ** 2)
 
-    def slider_second_rate(self, theta: Any) -> Any:
+    def slider_second_rate(self, theta: Reals) -> Reals:
         """d2x/dtheta2, m/rad^2; times the speed squared it is the slider's acceleration at constant speed."""
         s, c = np.sin(theta), np.cos(theta)
         q = np.sqrt(self.coupler**2 - (self.crank * s) ** 2)
         return -self.crank * c + self.crank**2 * (c**2 - s**2) / q + (self.crank**2 * s * c) ** 2 / q**3
 
-    def chord(self, theta: Any, stop: Any) -> Any:
+    def chord(self, theta: Reals, stop: Reals) -> Reals:
         """Distance of crank pin and a slider held at x = stop, m (eq. 8)."""
         return np.hypot(self.crank * np.cos(theta) - stop, self.crank * np.sin(theta))
 
-    def shortening(self, theta: Any, stop: Any) -> Any:
+    def shortening(self, theta: Reals, stop: Reals) -> Reals:
         """Normalised end shortening u = 1 - chord/L of a coupler whose slider is held at x = stop (eqs 7-9)."""
         return 1 - self.chord(theta, stop) / self.coupler
 
-    def lean_cosine(self, theta: Any, stop: Any) -> Any:
+    def lean_cosine(self, theta: Reals, stop: Reals) -> Reals:
         """cos(phi) of the chord against the slider's line (eq. 10)."""
         return (self.crank * np.cos(theta) - stop) / self.chord(theta, stop)
 
-    def push(self, load: Callable[[Any], Any], rigidity: float, theta: Any, stop: Any) -> Any:
+    def push(self, load: Callable[[Reals], Reals], rigidity: float, theta: Reals, stop: Reals) -> Reals:
         """Force p(u) E I/L^2 cos(phi) of a buckled coupler on a slider held at x = stop, along its line, N (eqs 7-13).
 
         Parameters

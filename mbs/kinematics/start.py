@@ -98,7 +98,7 @@ def _weighted_axes(mechanism: Mechanism, name: str) -> Array:
     link, length = mechanism.link(name), mechanism.length(name)
     (x0, y0), (x1, y1) = (mechanism.points[p] for p in (link.start, link.end))
     c, s = (x1 - x0) / length, (y1 - y0) / length
-    section: Any = link.body.section
+    section = link.body.section
     soft = np.sqrt(section.axial_stiffness * length**2 / section.bending_stiffness)
     unit = 1 / np.sqrt(section.axial_stiffness / length)
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ np.diag([unit, unit * soft, unit * soft / length])

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from buckler.mbs.elements.link import moving
@@ -42,6 +40,6 @@ def shapes_at(record: Record, times: Array) -> dict[str, Shape]:
     bent = {name: motion for name, motion in record.links.items() if record.mechanism.link(name).body.flexible}
     found = {}
     for name, motion in bent.items():
-        section: Any = record.mechanism.link(name).body.section
+        section = record.mechanism.link(name).body.section
         found[name] = Shape(times, between(motion, record.time, times).line(), section.thickness)
     return found

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import sys
 from time import perf_counter
-from typing import Any
 
-from numba.core.event import Listener, register
+from numba.core.event import Event, Listener, register
 from tqdm import tqdm
 
 from buckler.mbs.compiler import COMPILING
@@ -24,7 +23,7 @@ class Announcer(Listener):
         self.told, self.total = False, total
         self._depth, self._begun, self._bar = 0, 0.0, None
 
-    def on_start(self, event: Any) -> None:
+    def on_start(self, event: Event) -> None:
         """Numba begins to compile a function."""
         if not _ours(event):
             return
@@ -37,7 +36,7 @@ class Announcer(Listener):
             self._bar = tqdm(desc="compiling", total=self.total or None, unit=" functions", leave=False, disable=None)
         self._depth += 1
 
-    def on_end(self, event: Any) -> None:
+    def on_end(self, event: Event) -> None:
         """Numba has compiled a function."""
         if not _ours(event) or self._depth == 0:
             return
@@ -53,7 +52,7 @@ class Announcer(Listener):
             self._bar = None
 
 
-def _ours(event: Any) -> bool:
+def _ours(event: Event) -> bool:
     return str(event.data["dispatcher"].py_func.__module__).startswith("buckler.mbs.spectral.")
 
 

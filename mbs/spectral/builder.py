@@ -5,15 +5,18 @@ The files of the kinds call it; it knows no kind.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field
 from math import atan2
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from buckler.mbs.elements.drive import Ramp
+from buckler.mbs.elements.drive import Motion, Ramp
+from buckler.mbs.elements.link import Link
 from buckler.mbs.geometry import Array
+from buckler.mbs.kinematics.start import Start
 from buckler.mbs.laws.compiled import Pointer, function_pointer
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.spectral import tables as k
@@ -32,6 +35,9 @@ class Body(Protocol):
 
     def rigid_motion(self, builder: Builder) -> Array:
         """Rates of all coordinates for unit rates (vx, vy at its start, turn), shape (n, 3)."""
+
+    def bent(self, builder: Builder, start: Start, link: Link, /) -> Array:
+        """Rates of all coordinates with which it gives way at the start, where it must."""
 
 
 @dataclass(frozen=True)
@@ -112,11 +118,11 @@ class Builder:
     law_numbers: list[list[float]] = field(default_factory=list)
     data: list[float] = field(default_factory=list)
     loose: list[tuple[int, str, str, bool]] = field(default_factory=list)
-    owners: list[Any] = field(default_factory=list)
+    owners: list[Pointer] = field(default_factory=list)
     units: dict[int, float] = field(default_factory=dict)
     elastic: list[tuple[int, ...]] = field(default_factory=list)
-    _law_rows: dict[Any, int] = field(default_factory=dict)
-    _marker_rows: dict[Any, int] = field(default_factory=dict)
+    _law_rows: dict[Hashable, int] = field(default_factory=dict)
+    _marker_rows: dict[Hashable, int] = field(default_factory=dict)
 
     # --- coordinates and masses ---------------------------------------------------------------------------------------
 
@@ -138,7 +144,7 @@ class Builder:
         """Add generalised weights."""
         self.weights.append((np.asarray(places, dtype=int), np.asarray(amounts, dtype=float)))
 
-    def numbers(self, *values: Any) -> int:
+    def numbers(self, *values: ArrayLike) -> int:
         """Keep numbers; returns where they begin."""
         first = len(self.data)
         for value in values:
@@ -153,7 +159,7 @@ class Builder:
         pairs = zip(one, other or [-1] * len(one), strict=True)
         self.elastic += [(int(i), int(j), group, *map(int, chord)) for i, j in pairs]
 
-    def add_marker(self, kind: int, offset: int, size: int, places: Sequence[int], numbers: Any) -> int:
+    def add_marker(self, kind: int, offset: int, size: int, places: Sequence[int], numbers: ArrayLike) -> int:
         """Add a marker, or find the same one."""
         key = (kind, offset, size, tuple(places), tuple(np.ravel(numbers).tolist()))
         if key not in self._marker_rows:
@@ -245,7 +251,9 @@ class Builder:
 
     # --- laws, drives, forces -----------------------------------------------------------------------------------------
 
-    def add_law(self, key: Any, kind: int, numbers: Sequence[float], pointers: Sequence[Pointer] = (), about: str = "") -> int:
+    def add_law(
+        self, key: Hashable, kind: int, numbers: Sequence[float], pointers: Sequence[Pointer] = (), about: str = ""
+    ) -> int:
         """Add a row of the table of laws, or find the one kept under this key."""
         if key is not None and key in self._law_rows:
             return self._law_rows[key]
@@ -259,7 +267,7 @@ class Builder:
             self._law_rows[key] = len(self.laws) - 1
         return len(self.laws) - 1
 
-    def add_motion(self, motion: Any, name: str) -> int:
+    def add_motion(self, motion: Ramp | Motion, name: str) -> int:
         """Add a drive's motion: a ramp of its speed, or functions of time."""
         if isinstance(motion, Ramp):
             self.motions.append((k.RAMP, 0, 0))

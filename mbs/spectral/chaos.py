@@ -9,7 +9,7 @@ doi 10.1103/PhysRevA.14.2338.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -22,6 +22,8 @@ from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.settle import begin as settled
 from buckler.mbs.spectral.tables import TURN
 from buckler.mbs.validate import positive, whole
+
+T = TypeVar("T")
 
 
 class Exponent(NamedTuple):
@@ -107,9 +109,9 @@ def lyapunov(
 
 
 def stretching(
-    flow: Callable[[Any, int], Any], state: Any, steps: int, *, offset: float, scale: Array | float = 1.0, seed: int = 0,
-    read: Callable[[Any], Array] = np.asarray, moved: Callable[[Any, Array], Any] = np.add,
-    allowed: Callable[[Any, Array], Array] = lambda _, shift: shift,
+    flow: Callable[[T, int], T], state: T, steps: int, *, offset: float, scale: Array | float = 1.0, seed: int = 0,
+    read: Callable[[T], Array] = np.asarray, moved: Callable[[T, Array], T] = np.add,  # type: ignore[assignment]
+    allowed: Callable[[T, Array], Array] = lambda _, shift: shift,
 ) -> Array:  # fmt: skip
     """Logarithm of how much a small offset grows in each step, the offset drawn back to its size after each.
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
+from buckler.mbs.elements.clearance import Clearance
 from buckler.mbs.spectral.builder import Builder
 from buckler.mbs.spectral.laws import add_friction, add_normal
 from buckler.mbs.spectral.tables import JOURNAL
 
 
-def add_clearance(builder: Builder, name: str, joint: Any) -> None:
+def add_clearance(builder: Builder, name: str, joint: Clearance) -> None:
     """Add the contact of the first body's pin in the second's bush; at the start they are concentric."""
     if not joint.round:
         raise ValueError(f"clearance at '{joint.point}': the compiled solver knows round pins and bushes only")

@@ -2,23 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache, reduce
 from hashlib import sha256
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any
+from types import FunctionType, SimpleNamespace
+from typing import Any, TypeVar
 
 import numba
 import numpy as np
 from llvmlite import ir
 from numba import carray, float64, int64, types
-from numba.core import cgutils
+from numba.core import cgutils, typing
+from numba.core.base import BaseContext
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
-from numba.core.typing.templates import AttributeTemplate
+from numba.core.typing.templates import AttributeTemplate, Signature
 from numba.extending import infer_getattr, intrinsic, lower_getattr_generic, models, register_model
 
+F = TypeVar("F", bound=Callable[..., Any])
+Intrinsic = tuple[Signature, Callable[..., ir.Value]]
+"""What a function with machine code of its own gives: its types, and what writes that code."""
 COMPILED = (
     "compiling", "tables", "tape", "markers", "lawtable", "strips", "along", "forces", "fronts", "kernel",
     "output", "contacts", "room", "radau", "samples", "doors", "implicit", "explicit", "recording",
@@ -39,12 +43,12 @@ def _stamp(name: str) -> tuple[str, ...]:
     return tuple(sorted({sha256(text.encode()).hexdigest(), *(each for other in needed for each in _stamp(other))}))
 
 
-def jit(function: Callable[..., Any]) -> Any:
+def jit(function: F) -> F:
     """Compile for the types it is first called with, and keep that on disk as long as no file that it needs changes."""
     return kept(function, function.__module__.rpartition(".")[2], nogil=True, fastmath=SUMS)
 
 
-def kept(function: Callable[..., Any], needs: str, **options: Any) -> Any:
+def kept(function: Callable[..., Any], needs: str, **options: object) -> Any:
     """Compile a function that calls those of a file that holds compiled ones, likewise.
 
     Numba looks only at the file of the function itself, but its machine code holds that of the functions it calls.
@@ -63,7 +67,7 @@ class _Draft(JITCodeLibrary):
     """Code for callers only: it is optimised and translated once, as part of theirs, and not at every level of calls anew."""
 
     @property
-    def codegen(self) -> Any:
+    def codegen(self) -> SimpleNamespace:
         """A stand-in that notes no environment: there is no machine code that has one."""
         return SimpleNamespace(set_env=lambda name, environment: None)
 
@@ -95,7 +99,7 @@ class _Drafting(Compiler):
 
     kind = _Draft
 
-    def compile_extra(self, func: Any) -> Any:
+    def compile_extra(self, func: FunctionType) -> object:
         """Compile a function."""
         self.state.library = self.kind(self.state.targetctx.codegen(), func.__qualname__)
         return super().compile_extra(func)
@@ -107,27 +111,27 @@ class _DraftingAside(_Drafting):
     kind = _Aside
 
 
-def inner(function: Callable[..., Any], compiler: Any = _Drafting, **options: Any) -> Any:
+def inner(function: F, compiler: type[Compiler] = _Drafting, **options: object) -> F:
     """Compile a function that only compiled ones call: no door for Python, nothing kept on disk."""
     DRAFTED.append(function.__name__)
     doors = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
     return numba.njit(error_model="numpy", nogil=True, fastmath=SUMS, pipeline_class=compiler, **doors, **options)(function)
 
 
-def aside(function: Callable[..., Any]) -> Any:
+def aside(function: F) -> F:
     """Compile a function that is seldom called: once, beside its callers."""
     return inner(function, _DraftingAside, forceinline=False)  # or it would take over that of the first to call it
 
 
-def close(function: Callable[..., Any]) -> Any:
+def close(function: F) -> F:
     """Compile a function into those that call it: handing over all tables in a call takes a tenth of a microsecond."""
     return inner(function, forceinline=True)
 
 
-def _call(arguments: int) -> Any:
+def _call(arguments: int) -> Callable[..., ir.Value]:
     """Make an intrinsic that calls a C function of that many doubles by its address."""
 
-    def codegen(_context: Any, builder: Any, _signature: Any, values: Any) -> Any:
+    def codegen(_context: BaseContext, builder: ir.IRBuilder, _signature: Signature, values: Sequence[ir.Value]) -> ir.Value:
         double = ir.DoubleType()
         kind = ir.FunctionType(double, [double] * arguments)
         return builder.call(builder.inttoptr(values[0], kind.as_pointer()), values[1:])
@@ -136,19 +140,19 @@ def _call(arguments: int) -> Any:
 
 
 @intrinsic
-def call1(_typing: Any, address: Any, a: Any) -> Any:
+def call1(_typing: typing.Context, address: types.Type, a: types.Type) -> Intrinsic:
     """f(a) of the function at this address."""
     return float64(int64, float64), _call(1)
 
 
 @intrinsic
-def call2(_typing: Any, address: Any, a: Any, b: Any) -> Any:
+def call2(_typing: typing.Context, address: types.Type, a: types.Type, b: types.Type) -> Intrinsic:
     """f(a, b) of the function at this address."""
     return float64(int64, float64, float64), _call(2)
 
 
 @intrinsic
-def call3(_typing: Any, address: Any, a: Any, b: Any, c: Any) -> Any:
+def call3(_typing: typing.Context, address: types.Type, a: types.Type, b: types.Type, c: types.Type) -> Intrinsic:
     """f(a, b, c) of the function at this address."""
     return float64(int64, float64, float64, float64), _call(3)
 
@@ -160,7 +164,7 @@ class Lent(types.Type):
     and shape begin.
     """
 
-    def __init__(self, whole: Any) -> None:
+    def __init__(self, whole: types.Type) -> None:
         self.fields = dict(zip(whole.fields, (Lent(t) if hasattr(t, "fields") else t for t in whole.types), strict=True))
         sizes = [1 if isinstance(field, Lent) else 1 + field.ndim for field in self.fields.values()]
         self.words = dict(zip(self.fields, np.cumsum([0, *sizes]).tolist(), strict=False))
@@ -179,16 +183,16 @@ class _LentFields(AttributeTemplate):
 
     key = Lent
 
-    def generic_resolve(self, lent: Any, name: str) -> Any:
+    def generic_resolve(self, lent: Lent, name: str) -> types.Type | None:
         """Type of a field."""
         return lent.fields.get(name)
 
 
 @intrinsic
-def lend(_typing: Any, whole: Any) -> Any:
+def lend(_typing: typing.Context, whole: types.Type) -> Intrinsic:
     """Lend the arrays of a named tuple, and of those within it, to functions that are called from here."""
 
-    def table(context: Any, builder: Any, lent: Any, value: Any) -> Any:
+    def table(context: BaseContext, builder: ir.IRBuilder, lent: Lent, value: ir.Value) -> ir.Value:
         words = cgutils.alloca_once(builder, WORD, size=lent.count)
         for i, (name, field) in enumerate(lent.fields.items()):
             part = builder.extract_value(value, i)
@@ -201,18 +205,18 @@ def lend(_typing: Any, whole: Any) -> Any:
                 builder.store(word, cgutils.gep_inbounds(builder, words, lent.words[name] + k))
         return words
 
-    def codegen(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+    def codegen(context: BaseContext, builder: ir.IRBuilder, signature: Signature, values: Sequence[ir.Value]) -> ir.Value:
         return builder.bitcast(table(context, builder, signature.return_type, values[0]), cgutils.voidptr_t)
 
     return Lent(whole)(whole), codegen
 
 
 @lower_getattr_generic(Lent)
-def _field(context: Any, builder: Any, lent: Any, value: Any, name: str) -> Any:
+def _field(context: BaseContext, builder: ir.IRBuilder, lent: Lent, value: ir.Value, name: str) -> ir.Value:
     """A field of what is lent. Nothing writes to the table while it is lent, so that its words are read once."""
     words, field = builder.bitcast(value, WORD.as_pointer()), lent.fields[name]
 
-    def word(k: int) -> Any:
+    def word(k: int) -> ir.Value:
         read = builder.load(cgutils.gep_inbounds(builder, words, lent.words[name] + k))
         read.set_metadata("invariant.load", builder.module.add_metadata([]))
         return read
@@ -232,10 +236,10 @@ def _field(context: Any, builder: Any, lent: Any, value: Any, name: str) -> Any:
 
 
 @intrinsic
-def _place(_typing: Any, array: Any, index: Any) -> Any:
+def _place(_typing: typing.Context, array: types.Type, index: types.Type) -> Intrinsic:
     """Pointer to an element of an array."""
 
-    def codegen(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+    def codegen(context: BaseContext, builder: ir.IRBuilder, signature: Signature, values: Sequence[ir.Value]) -> ir.Value:
         return builder.gep(context.make_array(signature.args[0])(context, builder, values[0]).data, [values[1]])
 
     return types.CPointer(array.dtype)(array, index), codegen

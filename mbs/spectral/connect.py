@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 
-from buckler.mbs.elements.element import GROUND
+from buckler.mbs.elements.element import GROUND, Element
 from buckler.mbs.elements.rows import Along, Apart, Measure, Turn
 from buckler.mbs.spectral import tables as k
 from buckler.mbs.spectral.builder import Builder, Pair
@@ -17,7 +16,7 @@ from buckler.mbs.spectral.strut import StrutBody
 NOWHERE = (0.0, 0.0)
 
 
-def connect(builder: Builder, name: str, element: Any) -> None:
+def connect(builder: Builder, name: str, element: Element) -> None:
     """Add the rows of a joint, guide, drive or coupling; a strut leans on its neighbour and needs none of its pins."""
     for row in element.rows(builder.mechanism):
         if row.start_only:
@@ -40,7 +39,7 @@ def _term(builder: Builder, share: float, measure: Measure) -> Iterator[tuple[fl
         yield share, (kind, a, b, turned_back(builder, b, measure.direction) if measure.turns else measure.direction)
 
 
-def turned_back(builder: Builder, marker: int, direction: Any) -> tuple[float, float]:
+def turned_back(builder: Builder, marker: int, direction: Pair) -> tuple[float, float]:
     """A direction at t = 0 as seen from a marker that has an angle then."""
     angle = builder.angle_of(marker)
     c, s = np.cos(angle), np.sin(angle)
@@ -52,7 +51,7 @@ def marker_of(builder: Builder, link: str, point: str) -> int:
     """Marker of a point as part of a body; of rigid links and the ground also of points that are not theirs, as at t = 0."""
     if link == GROUND:
         return builder.ground(builder.mechanism.points[point] if point else (0.0, 0.0))
-    body: Any = builder.bodies[link]
+    body = builder.bodies[link]
     points = builder.mechanism.link(link).points
     if not point:
         return builder.marker(link, builder.mechanism.link(link).start)

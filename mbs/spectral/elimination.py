@@ -19,11 +19,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import lru_cache
 from heapq import heapify, heappop, heappush
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
 from buckler.mbs.geometry import Array
+from buckler.mbs.spectral.tables import Tables
 
 VISIT = 150.0
 """What a front costs by itself, in multiplications: loops that begin and end, entries that are moved."""
@@ -74,6 +75,28 @@ class _Front:
     later: list[int]
     row: bool
     steady: bool = False
+
+
+class Arrays(Protocol):
+    """What the integrators' rooms are made for: a scene's tables, coordinates and orders of elimination."""
+
+    tables: Tables
+
+    @property
+    def size(self) -> int:
+        """Number of coordinates."""
+
+    @property
+    def units(self) -> Array:
+        """What counts as a large change of each coordinate."""
+
+    @property
+    def fronts(self) -> Fronts:
+        """Of Newton's matrices."""
+
+    @property
+    def heavy_fronts(self) -> Fronts:
+        """Of the mass matrix and the constraints."""
 
 
 def fronts_of(row: Array, col: Array, coordinates: int, unknowns: int, filled: Array, changing: Array) -> Fronts:

@@ -13,13 +13,14 @@ J. R. Dormand, P. J. Prince, J. Comput. Appl. Math. 6 (1980) 19-26, doi 10.1016/
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from buckler.mbs.geometry import Array
 from buckler.mbs.spectral.compiling import aside, close, copy, inner, jit, lend
 from buckler.mbs.spectral.contacts import first_onset, remember_onset, touches
+from buckler.mbs.spectral.elimination import Arrays
 from buckler.mbs.spectral.forces import add_one
 from buckler.mbs.spectral.fronts import factor, solve
 from buckler.mbs.spectral.kernel import add_modal, constraint, renew_mass, row_times
@@ -76,7 +77,7 @@ class Flight(NamedTuple):
     begun: Array
 
 
-def flight_for(scene: Any, q: Array, v: Array, lam: Array, memory: Array) -> Flight:
+def flight_for(scene: Arrays, q: Array, v: Array, lam: Array, memory: Array) -> Flight:
     """Make room for a run of a scene from this state."""
     n, r, k, s, e, z = len(q), len(lam), len(memory), scene.tables, scene.heavy_fronts, np.zeros
     y = np.concatenate([q, v, memory[:, BRISTLE]])

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable, Sequence
 
+from buckler.mbs.elements.force import Force
 from buckler.mbs.elements.references import held_at
 from buckler.mbs.laws.compiled import function_pointer
 from buckler.mbs.spectral.builder import Builder
@@ -11,7 +12,7 @@ from buckler.mbs.spectral.reference import marker_at
 from buckler.mbs.spectral.tables import GIVEN, PUSH
 
 
-def add_force(builder: Builder, name: str, load: Any) -> None:
+def add_force(builder: Builder, name: str, load: Force) -> None:
     """Add a force, constant or given in time; its direction is fixed, or turns with a link; its line may be fixed, too."""
     turns = load.turns_with(builder.mechanism)
     a = marker_at(builder, held_at(builder.mechanism, load.point))
@@ -26,7 +27,7 @@ def add_force(builder: Builder, name: str, load: Any) -> None:
     builder.add_force(name, PUSH, a, b, law=law, numbers=[*numbers, 0.0 if turns is None else builder.angle_of(b), *line])
 
 
-def _component(function: Any, i: int) -> Any:
+def _component(function: Callable[[float], Sequence[float]], i: int) -> Callable[[float], float]:
     """One component of a function of time with two."""
 
     def component(t: float) -> float:

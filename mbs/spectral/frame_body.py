@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from math import atan2, hypot
-from typing import Any
 
 import numpy as np
 
+from buckler.mbs.elements.link import Link
 from buckler.mbs.geometry import Array
+from buckler.mbs.kinematics.start import Start
 from buckler.mbs.modal.planar import PlanarModel
 from buckler.mbs.spectral import tables as k
 from buckler.mbs.spectral.builder import Attached, Builder
@@ -63,19 +64,19 @@ class FrameBody:
         out[self.offset : self.offset + 3] = [[1, 0, -arm[1]], [0, 1, arm[0]], [0, 0, 1]]
         return out
 
-    def bent(self, builder: Builder, _start: Any, _link: Any) -> Array:
+    def bent(self, builder: Builder, _start: Start, _link: Link) -> Array:
         """None at the start: the modes of a modal link are at rest, or moved by the constraints."""
         return np.zeros(len(builder.q))
 
 
-def line_of(builder: Builder, link: Any) -> tuple[Array, Array, float, float]:
+def line_of(builder: Builder, link: Link) -> tuple[Array, Array, float, float]:
     """Start and end of a link at t = 0, its length and direction."""
     start, end = (np.array(builder.mechanism.points[p], dtype=float) for p in (link.start, link.end))
     dx, dy = end - start
     return start, end, hypot(dx, dy), atan2(dy, dx)
 
 
-def add_frame(builder: Builder, link: Any, mass: float, centre: Array, inertia: float) -> FrameBody:
+def add_frame(builder: Builder, link: Link, mass: float, centre: Array, inertia: float) -> FrameBody:
     """Add a rigid body with all masses attached to it; `centre` is its own centre of mass at t = 0."""
     start, _, _, angle = line_of(builder, link)
     parts = [(mass, centre, inertia)]

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
-
+from buckler.mbs.elements.guide import Guide
 from buckler.mbs.laws import BristleLaw, FrictionLaw
 from buckler.mbs.spectral import tables as k
 from buckler.mbs.spectral.builder import GROUND, Builder
@@ -11,7 +10,7 @@ from buckler.mbs.spectral.connect import connect
 from buckler.mbs.spectral.laws import add_friction
 
 
-def add_guide(builder: Builder, name: str, guide: Any) -> None:
+def add_guide(builder: Builder, name: str, guide: Guide) -> None:
     """Hold a link's point on a line of the ground."""
     row = len(builder.rows)
     connect(builder, name, guide)

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from ctypes import CFUNCTYPE, c_double
-from typing import Any
+from typing import TypeVar
+
+from buckler.mbs.geometry import Array
+
+T = TypeVar("T")
 
 
-def plain(function: Callable[..., Any]) -> Any:
+def plain(function: T) -> T:
     """The function itself."""
     return function
 
 
-def owned(thing: Any) -> Any:
+def owned(thing: T) -> T:
     """The thing itself: Python counts its references."""
     return thing
 
@@ -21,26 +24,26 @@ jit = inner = aside = close = plain
 lend = owned
 
 
-def copy(source: Any, target: Any) -> None:
+def copy(source: Array, target: Array) -> None:
     """Copy an array into another of its shape."""
     target[...] = source
 
 
-def part(array: Any, first: int, count: int) -> Any:
+def part(array: Array, first: int, count: int) -> Array:
     """So many elements of an array from one on."""
     return array[first : first + count]
 
 
-def call1(address: Any, a: Any) -> Any:
+def call1(address: int, a: float) -> float:
     """f(a) of the function at this address."""
     return CFUNCTYPE(c_double, c_double)(int(address))(a)
 
 
-def call2(address: Any, a: Any, b: Any) -> Any:
+def call2(address: int, a: float, b: float) -> float:
     """f(a, b) of the function at this address."""
     return CFUNCTYPE(c_double, c_double, c_double)(int(address))(a, b)
 
 
-def call3(address: Any, a: Any, b: Any, c: Any) -> Any:
+def call3(address: int, a: float, b: float, c: float) -> float:
     """f(a, b, c) of the function at this address."""
     return CFUNCTYPE(c_double, c_double, c_double, c_double)(int(address))(a, b, c)

@@ -2,23 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Hashable, Mapping, Sequence
+from typing import Protocol
 
 from buckler.mbs import laws
-from buckler.mbs.laws.compiled import method_pointer
+from buckler.mbs.laws.compiled import Pointer, method_pointer
 from buckler.mbs.spectral import tables as k
-from buckler.mbs.spectral.builder import Builder
 
-Rows = Mapping[type, tuple[int, tuple[str, ...]]]
-NORMAL: Rows = {
+Known = Mapping[type, tuple[int, tuple[str, ...]]]
+
+
+class Rows(Protocol):
+    """A table of laws in the making."""
+
+    def add_law(
+        self, key: Hashable, kind: int, numbers: Sequence[float], pointers: Sequence[Pointer] = (), about: str = "", /
+    ) -> int:
+        """Add a row, or find the one kept under this key."""
+
+
+NORMAL: Known = {
     laws.HysteresisLaw: (k.POWER, ("stiffness", "exponent", "chi")),
     laws.Hertz: (k.POWER, ("stiffness", "exponent")),
     laws.KelvinVoigt: (k.VOIGT, ("stiffness", "damping")),
     laws.Impact: (k.IMPACT, ("stiffness", "exponent", "damping", "damping_depth")),
 }
 RUBBING = ("static", "dynamic", "v_stribeck", "exponent")
-FRICTION: Rows = {
+FRICTION: Known = {
     laws.NoFriction: (k.SMOOTH, ()),
     laws.Coulomb: (k.COULOMB, ("dynamic", "v_reg", "viscous")),
     laws.AdamsFriction: (k.ADAMS, ("static", "dynamic", "v_s", "v_d")),
@@ -30,13 +40,13 @@ FRICTION: Rows = {
 """Kind of the row of a law of this package, and its numbers by name; an exponent that a law does not have is 2."""
 
 
-def _row(law: Any, rows: Rows) -> tuple[int, list[float]] | None:
+def _row(law: object, rows: Known) -> tuple[int, list[float]] | None:
     """Kind and numbers of a law; None if it is not one of this package's."""
     found = next((rows[kind] for kind in type(law).__mro__ if kind in rows), None) if _ours(law) else None
     return found and (found[0], [getattr(law, name, 2.0) for name in found[1]])
 
 
-def add_normal(builder: Builder, law: Any) -> int:
+def add_normal(builder: Rows, law: laws.NormalLaw) -> int:
     """Add a normal law to the table."""
     row, key = _row(law, NORMAL), _key("normal", law)
     if row is not None:
@@ -45,7 +55,7 @@ def add_normal(builder: Builder, law: Any) -> int:
     return builder.add_law(key, k.NORMAL_CALLED, (), [method_pointer(law, "force", 3)], about)
 
 
-def add_friction(builder: Builder, law: Any) -> int:
+def add_friction(builder: Rows, law: laws.FrictionLaw | laws.BristleLaw) -> int:
     """Add a friction law to the table."""
     row, key = _row(law, FRICTION), _key("friction", law)
     if row is not None:
@@ -57,15 +67,15 @@ def add_friction(builder: Builder, law: Any) -> int:
     return builder.add_law(key, k.COEFFICIENT_CALLED, (), [method_pointer(law, "coefficient", 1)], about)
 
 
-def _ours(law: Any) -> bool:
+def _ours(law: object) -> bool:
     """Whether a law is this package's own, or a hysteresis law that changes nothing but chi: no derived class may differ."""
     kind = type(law)
     if isinstance(law, laws.HysteresisLaw):
-        return kind.force is laws.HysteresisLaw.force
+        return type(law).force is laws.HysteresisLaw.force
     return kind.__module__.startswith(laws.__name__)
 
 
-def _key(role: str, law: Any) -> Any:
+def _key(role: str, law: object) -> Hashable:
     try:
         hash(law)
     except TypeError:

@@ -8,7 +8,7 @@ both ends; forces there come from the equations of motion. Integrals are Boole's
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -44,7 +44,7 @@ class Ledger(NamedTuple):
     work: Array
     top: Array
 
-    def at(self, times: Array, columns: Any = slice(None)) -> Array:
+    def at(self, times: Array, columns: slice | Array = slice(None)) -> Array:
         """Some integrals at times: cubics through both ends of a step."""
         i = np.clip(np.searchsorted(self.time, times, side="right") - 1, 0, len(self.time) - 2)
         h = (self.time[i + 1] - self.time[i])[:, None]

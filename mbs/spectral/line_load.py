@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import cast
 
+from buckler.mbs.elements.line_load import LineLoad
 from buckler.mbs.spectral.basis import gauss
 from buckler.mbs.spectral.builder import Builder
+from buckler.mbs.spectral.strip_body import StripBody
 from buckler.mbs.spectral.tables import ANGLE, GIVEN, PUSH
 
 
-def add_line_load(builder: Builder, name: str, load: Any) -> None:
+def add_line_load(builder: Builder, name: str, load: LineLoad) -> None:
     """Add one of them: of each Gauss point its share of the length."""
-    strip: Any = builder.bodies[load.link]
+    strip = cast(StripBody, builder.bodies[load.link])
     ground = builder.ground((0.0, 0.0))
     for piece, element in enumerate(strip.elements):
         for x, w in zip(*gauss(element.places.shape[1] + 2), strict=True):

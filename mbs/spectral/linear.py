@@ -19,6 +19,9 @@ from scipy.sparse.linalg import splu
 
 from buckler.mbs.geometry import Array
 
+Matrix = Any
+"""A matrix: an array or a sparse one; SciPy has no type for both."""
+
 
 @dataclass(frozen=True)
 class Assembly:
@@ -43,25 +46,25 @@ class Assembly:
     speed: Array
     change: Array
     entries: Array = field(repr=False)
-    made: Callable[[Array], Any] = field(repr=False)
+    made: Callable[[Array], Matrix] = field(repr=False)
 
     @cached_property
-    def stiffness(self) -> Any:
+    def stiffness(self) -> Matrix:
         """K = -df/dq + d(G^T lambda)/dq, shape (n, n)."""
         return self.made(self.entries[2])[: len(self.force), : len(self.force)]
 
     @cached_property
-    def damping(self) -> Any:
+    def damping(self) -> Matrix:
         """C = -df/dv, shape (n, n)."""
         return self.made(self.entries[1])[: len(self.force), : len(self.force)]
 
     @cached_property
-    def cross(self) -> Any:
+    def cross(self) -> Matrix:
         """df/dlambda, shape (r, n): friction that follows a constraint's own force."""
         return -self.made(self.entries[0])[: len(self.force), len(self.force) :].T
 
     @cached_property
-    def jacobian(self) -> Any:
+    def jacobian(self) -> Matrix:
         """G, shape (r, n)."""
         return self.made(self.entries[3])[len(self.force) :, : len(self.force)]
 
@@ -73,7 +76,7 @@ class SingularError(ArithmeticError):
 class Factors:
     """Factors of a square sparse matrix, real or complex."""
 
-    def __init__(self, matrix: Any) -> None:
+    def __init__(self, matrix: Matrix) -> None:
         self.matrix = csc_array(matrix)
         try:
             self._lu = splu(self.matrix)

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import cast
 
 import numpy as np
 
+from buckler.mbs.elements.link import Link
+from buckler.mbs.elements.modal import Modal
 from buckler.mbs.modal.planar import STATIONS
 from buckler.mbs.spectral.builder import Builder
 from buckler.mbs.spectral.frame_body import FrameBody, add_block, line_of
 
 
-def add_modal(builder: Builder, link: Any) -> FrameBody:
+def add_modal(builder: Builder, link: Link) -> FrameBody:
     """Add a `Modal` link, undeformed at t = 0."""
     start, _, length, angle = line_of(builder, link)
-    model = link.body.planar(length)
+    model = cast(Modal, link.body).planar(length)
     c, s, m = np.cos(angle), np.sin(angle), len(model)
     centre = start + np.array([c * model.centre[0] - s * model.centre[1], s * model.centre[0] + c * model.centre[1]])
     o = builder.coordinates((*centre, angle, *np.zeros(m)))

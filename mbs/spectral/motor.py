@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-from buckler.mbs.elements.motor import CREEP
+from buckler.mbs.elements.motor import CREEP, Motor
 from buckler.mbs.laws.compiled import function_pointer
 from buckler.mbs.spectral.builder import Builder
 from buckler.mbs.spectral.reference import marker_at
 from buckler.mbs.spectral.tables import ANGLE, GIVEN, MOTOR
 
 
-def add_motor(builder: Builder, name: str, load: Any) -> None:
+def add_motor(builder: Builder, name: str, load: Motor) -> None:
     """Add the torque of a `Motor`, its voltage constant or given in time."""
     marker = marker_at(builder, load.at(builder.mechanism))
     measure = builder.add_measure(ANGLE, marker, builder.ground((0.0, 0.0)))

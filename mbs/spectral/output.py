@@ -8,11 +8,14 @@ import numpy as np
 
 from buckler.mbs.geometry import Array
 
+Record = Any
+"""A record, whose fields are read by name."""
+
 OK, UNDERFLOW, NOT_FINITE, TOO_MANY = 0, 1, 2, 3
 """Status of a run."""
 
 
-def _record(**kinds: str) -> Any:
+def _record(**kinds: str) -> np.dtype[np.void]:
     """A type of records whose fields, of these kinds, compiled functions read and write by name."""
     return np.dtype((np.record, [(name, kind) for kind, names in kinds.items() for name in names.split()]))
 
@@ -34,7 +37,7 @@ speed, m/s; share of the fastest approach below which onsets are not taken apart
 size of the last Newton step over the local error allowed; how many steps to a row; whether steps do not vary."""
 
 
-def blank(kind: Any) -> Any:
+def blank(kind: np.dtype[np.void]) -> Record:
     """A record of zeros."""
     return np.zeros(1, kind).view(np.recarray)[0]
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -90,9 +90,9 @@ def pack(builder: Builder) -> Tables:
     )
 
 
-def _whole(rows: Any, columns: int) -> Array:
+def _whole(rows: Sequence[Sequence[float]], columns: int) -> Array:
     return np.array(rows, dtype=np.int64).reshape(-1, columns)
 
 
-def _real(rows: Any, columns: int) -> Array:
+def _real(rows: Sequence[Sequence[float]], columns: int) -> Array:
     return np.array(rows, dtype=float).reshape(-1, columns)

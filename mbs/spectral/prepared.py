@@ -7,10 +7,10 @@ is left of a short run's Python is its scene, its start and its record.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import TypeVar
 
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.run import Run
@@ -40,17 +40,17 @@ class Prepared:
     duration: float
     solver: Spectral
 
-    def run(self, **values: Any) -> Run:
+    def run(self, **values: object) -> Run:
         """One run: signals are `run.values`, and None of `run.failure` says that it went well. No check has looked at it."""
         return once(self.make(**values), self.duration, self.solver)
 
-    def runs(self, cases: Iterable[dict[str, Any]], measure: Callable[[Run], T], workers: int | None = None) -> list[T]:
+    def runs(self, cases: Iterable[Mapping[str, object]], measure: Callable[[Run], T], workers: int | None = None) -> list[T]:
         """What a function of the run gives for each case, in their order; as many threads as there are cores by default."""
         with ThreadPoolExecutor(workers or os.cpu_count()) as pool:
             return list(pool.map(lambda values: measure(self.run(**values)), cases))
 
 
-def prepare(make: Make, duration: float, solver: Spectral | None = None, **values: Any) -> Prepared:
+def prepare(make: Make, duration: float, solver: Spectral | None = None, **values: object) -> Prepared:
     """Prepare runs of mechanisms that differ in their numbers.
 
     Parameters

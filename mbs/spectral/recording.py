@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from buckler.mbs.elements.link import Link
 from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.modal.planar import ModalHistory
@@ -96,7 +97,7 @@ def followed(scene: Scene, out: Output) -> tuple[Array, Array]:
     return traces, reports
 
 
-def _own_centre(scene: Scene, link: Any, body: FrameBody) -> tuple[int, float, float, Array]:
+def _own_centre(scene: Scene, link: Link, body: FrameBody) -> tuple[int, float, float, Array]:
     """Marker at a rigid link's own centre of mass, without what is attached to it; its mass, inertia, place at t = 0."""
     mass, inertia, (x, y) = link.body.inertia(scene.mechanism.length(link.name))
     c, s = np.cos(body.angle), np.sin(body.angle)
@@ -104,7 +105,7 @@ def _own_centre(scene: Scene, link: Any, body: FrameBody) -> tuple[int, float, f
     return body.marker_at(scene.builder, centre, turned=True), mass, inertia, centre
 
 
-def _modal(link: Any, body: Any, out: Output) -> ModalHistory:
+def _modal(link: Link, body: Any, out: Output) -> ModalHistory:
     columns = slice(body.offset, body.offset + 3 + body.modes)
     stations = {link.start: "start", link.end: "end"}
     return ModalHistory(body.model, out.q[:, columns], out.v[:, columns], out.a[:, columns], stations, body.angle)

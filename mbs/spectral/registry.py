@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
+from buckler.mbs.elements.element import Element
+from buckler.mbs.elements.link import Link
 from buckler.mbs.extensions import extensions
 from buckler.mbs.spectral.beam import add_beam
 from buckler.mbs.spectral.belt import add_belt
@@ -24,14 +25,14 @@ from buckler.mbs.spectral.strut import add_strut
 from buckler.mbs.spectral.torque import add_torque
 from buckler.mbs.spectral.torsion_spring import add_torsion_spring
 
-BODIES: dict[str, Callable[[Builder, Any], Body]] = {
+BODIES: dict[str, Callable[[Builder, Link], Body]] = {
     "Rigid": add_rigid,
     "Beam": add_beam,
     "Cable": add_cable,
     "Modal": add_modal,
     "Strut": add_strut,
 }
-ELEMENTS: dict[str, Callable[[Builder, str, Any], None]] = {
+ELEMENTS: dict[str, Callable[..., None]] = {
     "Clearance": add_clearance,
     "Guide": add_guide,
     "Stop": add_stop,
@@ -45,7 +46,7 @@ ELEMENTS: dict[str, Callable[[Builder, str, Any], None]] = {
 }
 
 
-def add_element(builder: Builder, name: str, element: Any) -> None:
+def add_element(builder: Builder, name: str, element: Element) -> None:
     """Add a joint, guide, stop, load, drive or coupling of this name; a kind without a line here by its rows."""
     kind = type(element).__name__
     add = ELEMENTS.get(kind) or extensions("buckler.spectral").get(kind)
@@ -54,7 +55,7 @@ def add_element(builder: Builder, name: str, element: Any) -> None:
     (add or connect)(builder, name, element)
 
 
-def add_body(builder: Builder, link: Any) -> Body:
+def add_body(builder: Builder, link: Link) -> Body:
     """Add a link."""
     kind = type(link.body).__name__
     if kind not in BODIES:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from buckler.mbs.geometry import Array
+from buckler.mbs.spectral.elimination import Arrays
 from buckler.mbs.spectral.tape import ALONE, READS, WRITES, Tape, tape_for
 
 
@@ -73,7 +74,9 @@ class Room(NamedTuple):
     kinks: Array
 
 
-def room_for(scene: Any, q: Array, v: Array, a: Array, lam: Array, memory: Array, kinks: Array, tape: Tape | None = None) -> Room:
+def room_for(
+    scene: Arrays, q: Array, v: Array, a: Array, lam: Array, memory: Array, kinks: Array, tape: Tape | None = None
+) -> Room:
     """Make room for a run of a scene from this state, which goes by a tape of its shape, or writes it where it is empty."""
     tables, units, newton, mass = scene.tables, scene.units, scene.fronts, scene.heavy_fronts
     n, r, k, e, p = len(q), len(lam), len(memory), len(tables.elastic), int(tables.strips[:, 2].sum())

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numba.core.errors import NumbaError
@@ -22,10 +22,11 @@ from buckler.mbs.solvers.choice import stiffly_damped
 from buckler.mbs.solvers.spectral import Spectral
 from buckler.mbs.solvers.steps import COARSEST, divided
 from buckler.mbs.spectral import explicit, implicit, output
+from buckler.mbs.spectral.elimination import Fronts
 from buckler.mbs.spectral.fronts import Orders
 from buckler.mbs.spectral.output import Output
 from buckler.mbs.spectral.recording import record_of
-from buckler.mbs.spectral.room import room_for
+from buckler.mbs.spectral.room import Room, room_for
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.settle import begin
 from buckler.mbs.spectral.start import Balance, balance
@@ -110,7 +111,7 @@ def _contradiction(scene: Scene, out: Output, solver: Spectral) -> tuple[Status,
 def integrate(
     scene: Scene, end: float, solver: Spectral, timeout: float | None = None, progress: Progress | None = None,
     state: State | None = None, ends: Array | None = None, every: int | None = None, tape: Tape | None = None,
-) -> tuple[Output, tuple[Status, str] | None, Any]:  # fmt: skip
+) -> tuple[Output, tuple[Status, str] | None, output.Record]:  # fmt: skip
     """Integrate a scene from t = 0, or from another state: what it left, how it failed if so, counts of its work.
 
     `ends` are times at which steps end, besides beginnings of contacts, instead of those that the local error asks for; of
@@ -152,7 +153,7 @@ def integrate(
 
 def _method(
     scene: Scene, solver: Spectral, state: State, rest: Balance, stops: Array, tape: Tape | None
-) -> tuple[Callable[..., None], Any, Any, float]:
+) -> tuple[Callable[..., None], Room | explicit.Flight, Fronts | Orders, float]:
     """The integrator that suits a scene, its room, its orders of elimination, its shortest step over the end."""
     if explicitly(scene, solver):
         flight = explicit.flight_for(scene, state.q, state.v, rest.multipliers, state.memory)
@@ -174,7 +175,7 @@ def explicitly(scene: Scene, solver: Spectral) -> bool:
     return loose and not stiffly_damped(scene.mechanism)
 
 
-def _controls(start: float, end: float, solver: Spectral) -> Any:
+def _controls(start: float, end: float, solver: Spectral) -> output.Record:
     out, equal, duration = output.blank(output.CONTROLS), solver.count is not None, end - start
     out.end, out.tolerance, out.contact_tolerance = end, solver.tolerance, solver.contact_tolerance
     out.longest = longest = solver.longest(duration)
@@ -185,7 +186,7 @@ def _controls(start: float, end: float, solver: Spectral) -> Any:
     return out
 
 
-def _failure(counts: Any, t: float, solver: Spectral) -> tuple[Status, str] | None:
+def _failure(counts: output.Record, t: float, solver: Spectral) -> tuple[Status, str] | None:
     status = counts.status
     if status == output.UNDERFLOW:
         return Status.NEWTON_DIVERGED, f"no convergence after t = {t:.6g} s, however short the step"

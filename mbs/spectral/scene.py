@@ -8,12 +8,13 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy.sparse import csr_array
 
 from buckler.mbs.compiler import compiler
+from buckler.mbs.elements.element import Element
 from buckler.mbs.elements.striking import SLOWEST_ONSET
 from buckler.mbs.geometry import Array
 from buckler.mbs.kinematics.diagnosis import independent_rows, redundancies
@@ -22,7 +23,7 @@ from buckler.mbs.spectral import doors
 from buckler.mbs.spectral import tables as k
 from buckler.mbs.spectral.builder import Attached, Builder
 from buckler.mbs.spectral.elimination import Fronts, fronts_of
-from buckler.mbs.spectral.linear import Assembly, Linear
+from buckler.mbs.spectral.linear import Assembly, Linear, Matrix
 from buckler.mbs.spectral.packing import pack
 from buckler.mbs.spectral.reference import link_of
 from buckler.mbs.spectral.registry import add_body, add_element
@@ -146,13 +147,6 @@ class Scene:
         bodies = (body for body in self.builder.bodies.values() if isinstance(body, StripBody))
         return [(element.places[0], element.places[1]) for body in bodies for element in body.elements]
 
-    @property
-    def v0(self) -> Array:
-        """Rates at t = 0, see `start_rates`."""
-        from buckler.mbs.spectral.start import start_rates
-
-        return start_rates(self)
-
     @cached_property
     def fronts(self) -> Fronts:
         """In which order the unknowns of Newton's matrices are eliminated, found once."""
@@ -176,7 +170,7 @@ class Scene:
         doors.mass_at(self.tables, self.work, q, values)
         return values
 
-    def mass_at(self, q: Array, sparse: bool = False) -> Any:
+    def mass_at(self, q: Array, sparse: bool = False) -> Matrix:
         """Mass matrix M(q), shape (n, n); it is constant without modal links."""
         made = self._sparse if sparse else self.whole
         return made(self.mass_entries(q))[: self.size, : self.size]
@@ -300,7 +294,7 @@ class Scene:
             self.work.state[m, k.TURN] = self.builder.angle_of(int(m))
 
 
-def elements_of(mechanism: Mechanism) -> dict[str, Any]:
+def elements_of(mechanism: Mechanism) -> dict[str, Element]:
     """Joints, guides, stops, loads and drives of a mechanism by name; links and masses are bodies."""
     bodies = {*map(id, mechanism.links), *map(id, mechanism.masses)}
     return {name: element for name, element in mechanism.elements().items() if id(element) not in bodies}

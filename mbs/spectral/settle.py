@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from buckler.mbs.geometry import Array
 from buckler.mbs.kinematics.settle import About, settled, settles
-from buckler.mbs.spectral.start import balance
+from buckler.mbs.spectral.scene import Scene
+from buckler.mbs.spectral.start import balance, start_rates
 
 
 class _Equations:
     """Of a scene."""
 
-    def __init__(self, scene: Any) -> None:
+    def __init__(self, scene: Scene) -> None:
         self.scene = scene
 
     def about(self, q: Array, v: Array, shift: float) -> About:
@@ -39,7 +38,7 @@ class _Equations:
         return q, v + self.scene.held(q, still, a.speed - a.jacobian @ v)[0]
 
 
-def begin(scene: Any) -> tuple[Array, Array]:
+def begin(scene: Scene) -> tuple[Array, Array]:
     """Coordinates and rates at t = 0, settled if the mechanism asks for it."""
-    q, v = scene.q0, scene.v0
+    q, v = scene.q0, start_rates(scene)
     return settled(_Equations(scene), scene.mechanism, q, v) if settles(scene.mechanism) else (q, v)

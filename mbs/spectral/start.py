@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from buckler.mbs.geometry import Array
 from buckler.mbs.kinematics.start import start
 from buckler.mbs.spectral.doors import place
+from buckler.mbs.spectral.scene import Scene
 
 ROUNDING = 1e-12
 
@@ -20,7 +21,7 @@ class Balance(NamedTuple):
     multipliers: Array
 
 
-def start_rates(scene: Any) -> Array:
+def start_rates(scene: Scene) -> Array:
     """Rates of all coordinates at t = 0: links as `kinematics.start` has them, rigid where they can be.
 
     What is left of the constraints (a pin inside a curved strip) is then met with least kinetic energy.
@@ -50,7 +51,7 @@ def start_rates(scene: Any) -> Array:
     return v
 
 
-def slopes(scene: Any, marker: int, q: Array) -> Array:
+def slopes(scene: Scene, marker: int, q: Array) -> Array:
     """Derivatives of a marker's (x, y, angle) by the coordinates, shape (3, n)."""
     place(scene.tables, scene.work, q, np.zeros(scene.size))
     _, _, _, first, count, _ = scene.tables.markers[marker]
@@ -60,7 +61,7 @@ def slopes(scene: Any, marker: int, q: Array) -> Array:
     return out
 
 
-def balance(scene: Any, q: Array, v: Array, t: float = 0.0, memory: Array | None = None) -> Balance:
+def balance(scene: Scene, q: Array, v: Array, t: float = 0.0, memory: Array | None = None) -> Balance:
     """Accelerations and multipliers: M a + G^T lambda = f, G a = change; none of rows that say what others do."""
     lam = np.zeros(len(scene.tables.rows))
     for _ in range(20):
@@ -73,6 +74,6 @@ def balance(scene: Any, q: Array, v: Array, t: float = 0.0, memory: Array | None
     return Balance(acceleration, lam)
 
 
-def _rubs(scene: Any) -> bool:
+def _rubs(scene: Scene) -> bool:
     """Whether a force depends on a constraint's own."""
     return bool((scene.tables.forces[:, 5] >= 0).any())

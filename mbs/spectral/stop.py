@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from buckler.mbs.elements.element import GROUND, place
+from buckler.mbs.elements.stop import Stop
 from buckler.mbs.spectral import tables as k
 from buckler.mbs.spectral.builder import Builder
 from buckler.mbs.spectral.connect import marker_of, turned_back
 from buckler.mbs.spectral.laws import add_normal
 
 
-def add_stop(builder: Builder, name: str, stop: Any) -> None:
+def add_stop(builder: Builder, name: str, stop: Stop) -> None:
     """Add the contact of a point against a face; it is kept on the side on which it starts."""
     mechanism = builder.mechanism
     side, face, across = stop.side(mechanism), stop.face(mechanism), stop.across(mechanism)

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
+from typing import cast
 
 import numpy as np
 
+from buckler.mbs.elements.beam import Flexible
+from buckler.mbs.elements.link import Link
+from buckler.mbs.elements.section import Profile, Section
 from buckler.mbs.geometry import Array
 from buckler.mbs.kinematics.start import Start
 from buckler.mbs.spectral import tables as k
@@ -43,7 +46,7 @@ class StripBody:
     length: float
     start: Array
     rigid: Array
-    section: Any
+    section: Section | Profile
 
     def marker(self, builder: Builder, point: str) -> int:
         """Marker of a point on it."""
@@ -70,7 +73,7 @@ class StripBody:
         out[self.offset : self.offset + len(self.rigid)] = self.rigid
         return out
 
-    def bent(self, builder: Builder, start: Start, link: Any) -> Array:
+    def bent(self, builder: Builder, start: Start, link: Link) -> Array:
         """Rates with which it gives way at the start, where it must."""
         out = np.zeros(len(builder.q))
         line, arc, fractions = shape_of(link, builder.mechanism.length(link.name))
@@ -85,7 +88,7 @@ class StripBody:
         return out
 
 
-def add_strip(builder: Builder, link: Any, kind: int) -> StripBody:
+def add_strip(builder: Builder, link: Link, kind: int) -> StripBody:
     """Add a `Beam` (Reissner) or `Cable` (Kirchhoff) link in its stress-free shape."""
     start, _, chord, angle = line_of(builder, link)
     line, arc, fractions = shape_of(link, chord)
@@ -128,9 +131,9 @@ def add_strip(builder: Builder, link: Any, kind: int) -> StripBody:
     return body
 
 
-def shape_of(link: Any, chord: float) -> tuple[Line, float, dict[str, float]]:
+def shape_of(link: Link, chord: float) -> tuple[Line, float, dict[str, float]]:
     """Stress-free line of a link in its frame, (x, y, angle) of the fraction of the arc; its length; fractions of its points."""
-    curve = link.body.curve(chord)
+    curve = cast(Flexible, link.body).curve(chord)
     grid = np.linspace(0.0, 1.0, 257)
     known = curve.places(grid)
     nodes, weights = gauss(8)
@@ -143,11 +146,11 @@ def shape_of(link: Any, chord: float) -> tuple[Line, float, dict[str, float]]:
         x, y = (known[left, i] + curve.length * (f(angle) * weights * half).sum(axis=1) for i, f in ((0, np.cos), (1, np.sin)))
         return x, y, np.asarray(curve.direction(fraction))
 
-    inner = {point: float(part) for point, part in dict(link.carries).items()}
+    inner = {point: float(part) for point, part in cast(Mapping[str, float], link.carries).items()}
     return line, float(curve.length), {link.start: 0.0, link.end: 1.0, **inner}
 
 
-def _fitted(line: Any, left: float, right: float, degree: int, kind: int) -> Array:
+def _fitted(line: Line, left: float, right: float, degree: int, kind: int) -> Array:
     """Coefficients of x, y (and angle) on a piece, in the link's frame."""
     ends = line(np.array([left, right]))
 

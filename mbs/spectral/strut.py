@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import cast
 
 import numpy as np
 
+from buckler.mbs.elements.link import Link
+from buckler.mbs.elements.strut import Strut
 from buckler.mbs.geometry import Array
+from buckler.mbs.kinematics.start import Start
 from buckler.mbs.laws.compiled import function_pointer
 from buckler.mbs.spectral import tables as k
 from buckler.mbs.spectral.builder import GROUND, Builder
@@ -17,7 +20,7 @@ from buckler.mbs.spectral.builder import GROUND, Builder
 class StrutBody:
     """A strut: it has no coordinates; its ends are markers of its neighbours, or blocks of their own."""
 
-    link: Any
+    link: Link
     offset: int = -1
     hosts: dict[str, int] = field(default_factory=dict)
 
@@ -31,12 +34,12 @@ class StrutBody:
         """None: it has no coordinates."""
         return np.zeros((len(builder.q), 0))
 
-    def bent(self, builder: Builder, _start: Any, _link: Any) -> Array:
+    def bent(self, builder: Builder, _start: Start, _link: Link) -> Array:
         """None: it has no coordinates."""
         return np.zeros(len(builder.q))
 
 
-def add_strut(builder: Builder, link: Any) -> StrutBody:
+def add_strut(builder: Builder, link: Link) -> StrutBody:
     """Add a `Strut` link: its blocks only, as its neighbours may come later; see `join_strut`."""
     body = StrutBody(link)
     for each in builder.attached.get(link.name, ()):
@@ -65,11 +68,12 @@ def find_hosts(builder: Builder, body: StrutBody) -> None:
 
 def join_strut(builder: Builder, body: StrutBody) -> None:
     """Add the spring between its ends."""
-    link, section = body.link, body.link.body.section
+    link, strut = body.link, cast(Strut, body.link.body)
+    section = strut.section
     length = builder.mechanism.length(link.name)
-    critical = float(link.body.load(0.0))
-    load = function_pointer(link.body.load, 1)
-    law = builder.add_law(("strut", link.body.load), k.STRUT, (), [load], f"the load of strut '{link.name}'")
+    critical = float(strut.load(0.0))
+    load = function_pointer(strut.load, 1)
+    law = builder.add_law(("strut", strut.load), k.STRUT, (), [load], f"the load of strut '{link.name}'")
     rigidity, unit = section.axial_stiffness / length, section.bending_stiffness / length**2
     measure = builder.add_measure(k.DISTANCE, body.marker(builder, link.start), body.marker(builder, link.end))
     numbers = (length, rigidity, unit, unit / section.axial_stiffness, critical, rigidity * section.material.axial_damping)

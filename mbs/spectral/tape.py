@@ -5,12 +5,13 @@ no matrix of its own, and few iterations (H. G. Bock 1983, see `buckler.mbs.sens
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from buckler.mbs.geometry import Array
 from buckler.mbs.spectral.compiling import aside, copy, inner
+from buckler.mbs.spectral.elimination import Arrays
 
 ALONE, WRITES, READS = 0, 1, 2
 """Whether a run has no neighbours, leaves a tape, or goes by one."""
@@ -62,7 +63,7 @@ class Tape(NamedTuple):
     held: Array
 
 
-def tape_for(scene: Any, steps: int = 0) -> Tape:
+def tape_for(scene: Arrays, steps: int = 0) -> Tape:
     """Make room for so many steps of a scene."""
     n, r, points, e = scene.size, len(scene.tables.rows), int(scene.tables.strips[:, 2].sum()), scene.fronts
     most, z = 1 + min(steps, int(MOST / (24 * e.size + 96 * points))), np.zeros

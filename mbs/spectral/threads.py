@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 import scipy
 
@@ -15,7 +14,7 @@ NAMES = ("scipy_openblas_{}_num_threads", "openblas_{}_num_threads", "scipy_open
 
 
 @cache
-def _doors() -> list[tuple[Any, Any]]:
+def _doors() -> list[tuple[Callable[[], int], Callable[[int], None]]]:
     """Functions that get and set the number of threads of the libraries of SciPy and of NumPy."""
     found = []
     for package in ("scipy", "numpy"):

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
-
+from buckler.mbs.elements.torque import Torque
 from buckler.mbs.laws.compiled import function_pointer
 from buckler.mbs.spectral.builder import Builder
 from buckler.mbs.spectral.reference import marker_at
 from buckler.mbs.spectral.tables import ANGLE, GIVEN, LAW
 
 
-def add_torque(builder: Builder, name: str, load: Any) -> None:
+def add_torque(builder: Builder, name: str, load: Torque) -> None:
     """Add a torque: constant, or a function of time, angle since t = 0 and speed."""
     marker = marker_at(builder, load.at(builder.mechanism))
     measure = builder.add_measure(ANGLE, marker, builder.ground((0.0, 0.0)))

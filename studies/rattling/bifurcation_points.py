@@ -20,6 +20,7 @@ from buckler.mbs.spectral.chaos import last_state, lyapunov
 from buckler.mbs.spectral.ensembles import offset, resume
 from buckler.mbs.spectral.run import State
 from buckler.mbs.spectral.scene import Scene
+from buckler.mbs.spectral.start import start_rates
 from buckler.studies.kit.parameters import choice, integer, quantities, quantity
 from buckler.studies.kit.statistics import Mean
 from buckler.studies.rattling.assumptions import JOINTS
@@ -109,7 +110,7 @@ class DiagramPoint(NamedTuple):
 
 def settled(scene: Scene, turns: int, seed: int) -> State:
     """State after some turns, from the start offset by 1e-9 m and rad as the seed draws it."""
-    turn, state = period(scene.mechanism), State(0.0, scene.q0 + offset(scene, SPREAD, seed), scene.v0, scene.memory())
+    turn, state = period(scene.mechanism), State(0.0, scene.q0 + offset(scene, SPREAD, seed), start_rates(scene), scene.memory())
     for _ in range(turns):
         after = last_state(scene, state, turn, solver(scene.mechanism, 1e-8))
         state = rewound(scene, after.q, after.v)

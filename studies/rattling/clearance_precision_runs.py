@@ -20,6 +20,7 @@ from buckler.mbs.modal import BarModes
 from buckler.mbs.spectral.dense import right_hand_side
 from buckler.mbs.spectral.run import integrate
 from buckler.mbs.spectral.scene import Scene
+from buckler.mbs.spectral.start import start_rates
 from buckler.studies.rattling import turns
 from buckler.studies.rattling.clearance import CrankRockerParameters
 from buckler.studies.rattling.mode_sets import LENGTH
@@ -81,7 +82,7 @@ def compiled(made: Mechanism, duration: float, tolerance: float) -> BarPaths:
 def by_scipy(made: Mechanism) -> Callable[[float, float], BarPaths]:
     """The compiled solver's right-hand side through scipy's DOP853; of duration and tolerance."""
     scene = Scene.of(made)
-    rates, start = right_hand_side(scene), np.concatenate([scene.q0, scene.v0])
+    rates, start = right_hand_side(scene), np.concatenate([scene.q0, start_rates(scene)])
     rates(0.0, start)  # compiled now, not in the first run
     options: Any = {"max_step": period(made) / 100, "first_step": 1e-7}
 
