@@ -12,6 +12,7 @@ from math import cos, hypot, sin
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from buckler.mbs.declare import RefusalError
 from buckler.mbs.geometry import Array
@@ -50,7 +51,7 @@ class Affine(NamedTuple):
     def __sub__(self, other: Affine) -> Affine:
         return Affine(self.matrix - other.matrix, self.constant - other.constant)
 
-    def by(self, left: Any) -> Affine:
+    def by(self, left: ArrayLike) -> Affine:
         """Multiplied from the left."""
         return Affine(np.asarray(left) @ self.matrix, np.asarray(left) @ self.constant)
 

@@ -31,7 +31,7 @@ step of the function's integral: a step may take what it sees at one instant for
 HALVINGS, SAME = 60, 1e-12
 
 
-def breaks(function: Callable[..., Any], duration: float) -> tuple[float, ...]:
+def breaks(function: Callable[..., object], duration: float) -> tuple[float, ...]:
     """Times in (0, duration), s, onto which steps should go; none of a function that fails or has values that are not finite.
 
     Parameters
@@ -49,7 +49,7 @@ def breaks(function: Callable[..., Any], duration: float) -> tuple[float, ...]:
     return _kept(function, duration)
 
 
-def _found(function: Callable[..., Any], duration: float) -> tuple[float, ...]:
+def _found(function: Callable[..., object], duration: float) -> tuple[float, ...]:
     times = np.linspace(0.0, duration, round(1 / WIDTH) + 1)
     try:
         function = _of_time(function)
@@ -70,7 +70,7 @@ def _found(function: Callable[..., Any], duration: float) -> tuple[float, ...]:
 _kept = lru_cache(maxsize=64)(_found)
 
 
-def _of_time(function: Callable[..., Any]) -> Callable[[Any], Any]:
+def _of_time(function: Callable[..., object]) -> Callable[[Any], Any]:
     """The same of time alone."""
     try:
         function(0.0)
@@ -79,7 +79,7 @@ def _of_time(function: Callable[..., Any]) -> Callable[[Any], Any]:
     return function
 
 
-def _looked(function: Callable[..., Any], times: Array) -> Array:
+def _looked(function: Callable[..., object], times: Array) -> Array:
     """Values at times, (times, components): at once where the function takes arrays."""
     some = times[:: len(times) // 7]
     one_by_one = np.array([function(float(t)) for t in some], dtype=float)

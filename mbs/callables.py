@@ -23,12 +23,12 @@ class Callables(Spec):
 
     words = "a formula such as '2*sin(3*t)'"
 
-    def fits(self, given: Any) -> bool:
+    def fits(self, given: object) -> bool:
         if isinstance(given, Mapping):
             return given.get("kind") in _callable_kinds()
         return (callable(given) and not isinstance(given, type)) or (isinstance(given, str) and not is_measured(given))
 
-    def read(self, name: str, given: Any) -> Any:
+    def read(self, name: str, given: object) -> Any:
         if isinstance(given, Mapping):
             return build(name, given, _callable_kinds())
         if isinstance(given, str):
@@ -40,7 +40,7 @@ class Callables(Spec):
             raise self.refused(name, given)
         return given
 
-    def written(self, name: str, value: Any) -> Any:
+    def written(self, name: str, value: object) -> Any:
         if isinstance(value, Expression) and self.fits(value.text):
             return value.text
         if type(value) not in _callable_kinds().values():
@@ -79,12 +79,12 @@ class Function(Callables):
     def words(self) -> str:  # type: ignore[override]
         return f"a function of {self.of}" + (f", in files {' or '.join(self.named)}" if self.named else ", in files a formula")
 
-    def fits(self, given: Any) -> bool:
+    def fits(self, given: object) -> bool:
         if self.size > 1 and is_list(given) and len(given) == self.size:
             return any(super(Function, self).fits(part) for part in given)
         return super().fits(given)
 
-    def read(self, name: str, given: Any) -> Any:
+    def read(self, name: str, given: object) -> Any:
         if isinstance(given, str) and given in self.named:
             return self.named[given]
         found = Components(_PARTS.read(name, given)) if is_list(given) and self.fits(given) else super().read(name, given)
@@ -94,7 +94,7 @@ class Function(Callables):
         Quantity(self.unit).read(at, value) if self.size == 1 else pair(at, value, self.unit)
         return found
 
-    def written(self, name: str, value: Any) -> Any:
+    def written(self, name: str, value: object) -> Any:
         for key, function in self.named.items():
             if value is function:
                 return key

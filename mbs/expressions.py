@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from buckler.mbs.geometry import Array
 from buckler.mbs.validate import near, short
 
 Values = tuple[Any, ...]
@@ -42,7 +43,7 @@ FUNCTIONS: dict[str, tuple[Callable[..., float], int]] = {
 """Functions with the number of their arguments."""
 
 
-def _steps(x: Any, x0: Any, h0: Any, x1: Any, h1: Any) -> Any:
+def _steps(x: Array, x0: Array, h0: Array, x1: Array, h1: Array) -> Array:
     part = np.clip((x - x0) / (x1 - x0), 0.0, 1.0)
     return h0 + (h1 - h0) * part * part * (3.0 - 2.0 * part)
 
@@ -62,7 +63,7 @@ OPERATORS: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
 }  # fmt: skip
 
 
-def parse(text: str, variables: Iterable[str], functions: Mapping[str, Any] = FUNCTIONS) -> ast.expr:
+def parse(text: str, variables: Iterable[str], functions: Mapping[str, object] = FUNCTIONS) -> ast.expr:
     """Read a formula.
 
     Raises
@@ -212,7 +213,7 @@ def _filled(template: str, parts: Mapping[str, ast.expr], variable: str) -> ast.
     return _simple(Fill().visit(ast.parse(template, mode="eval").body))
 
 
-def _simple(node: Any) -> Any:
+def _simple(node: object) -> Any:
     """Take out products with 0 and 1 and sums with 0."""
     if isinstance(node, ast.UnaryOp):
         node = ast.UnaryOp(node.op, _simple(node.operand))

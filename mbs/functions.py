@@ -32,7 +32,7 @@ PANEL, EXACT = 1 / 128, 1e-11
 """Width, s, of the pieces over which a formula is integrated, and how far the integral may be off, relative."""
 
 
-def kinks(function: Any, duration: float = inf) -> tuple[float, ...]:
+def kinks(function: object, duration: float = inf) -> tuple[float, ...]:
     """Times, s, at which a function of time has a kink: the points of tables joined by straight lines; of others what is found.
 
     Parameters
@@ -231,7 +231,7 @@ def _known() -> str:
     return "; ".join(", ".join(names) for names in SIGNATURES)
 
 
-def own_functions(value: Any) -> bool:
+def own_functions(value: object) -> bool:
     """Whether anything in a mechanism is a function in Python, or an object of a class, that is not Buckler's."""
     if is_dataclass(value) and not isinstance(value, type):
         return not type(value).__module__.startswith(OURS) or any(own_functions(getattr(value, f.name)) for f in fields(value))

@@ -5,11 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 Array = np.ndarray[Any, Any]
 
 
-def turned(angle: Array, vectors: Any) -> Array:
+def turned(angle: Array, vectors: ArrayLike) -> Array:
     """Vectors (..., 2), or a fixed one (2,), turned by angles (...)."""
     c, s, (x, y) = np.cos(angle), np.sin(angle), np.moveaxis(np.asarray(vectors), -1, 0)
     return np.stack([c * x - s * y, s * x + c * y], axis=-1)

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from math import hypot
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from buckler.mbs.assembly import Assembly, assemble, check_links, followed
 from buckler.mbs.declare import (
@@ -40,6 +40,9 @@ from buckler.mbs.elements.references import UnknownError, known
 from buckler.mbs.offers import offered
 from buckler.mbs.validate import short
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
 Pair = tuple[float, float]
 RUN = "run"
 """The table of a file that says how it is run: duration, accuracy and so on; no part of the mechanism."""
@@ -59,7 +62,7 @@ class Placed(Frozen):
 class Places(Named):
     """Places of points; what follows from them is left to follow, when they are read again or written."""
 
-    def read(self, name: str, given: Any) -> dict[str, Any]:
+    def read(self, name: str, given: object) -> dict[str, Any]:
         """Return those that are given."""
         return super().read(name, given.given if isinstance(given, Placed) else given)
 
@@ -73,7 +76,7 @@ class Links(Several):
 
     words = "a list of links, in files tables by name"
 
-    def read(self, name: str, given: Any) -> tuple[Any, ...]:
+    def read(self, name: str, given: object) -> tuple[Any, ...]:
         """Return a tuple."""
         if not isinstance(given, Mapping):
             return super().read(name, given)
@@ -212,7 +215,7 @@ class Mechanism(Parts):
         return fields_written("", self)
 
     @classmethod
-    def from_dict(cls, content: Mapping[str, Any]) -> Mechanism:
+    def from_dict(cls, content: Mapping[str, object]) -> Mechanism:
         """Make the mechanism that `to_dict` or a file describes.
 
         Raises
@@ -253,7 +256,7 @@ class Mechanism(Parts):
         except ValueError as error:
             raise ValueError(f"{path}: {error}") from None
 
-    def plot(self, axes: Any = None, names: bool = True) -> Any:
+    def plot(self, axes: Axes | None = None, names: bool = True) -> Any:
         """Draw the mechanism at t = 0: links to scale, joints, guides, stops, springs, loads and drives by their symbols.
 
         Parameters

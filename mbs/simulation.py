@@ -173,7 +173,7 @@ def _once(mechanism: Mechanism, duration: float, solver: Solver, timeout: float 
     return SOLVERS[type(solver)](mechanism, duration, solver, timeout, progress)
 
 
-def _result(run: Run, complete: Callable[[Result], Result] | None, ledger: bool, times: Any) -> Result:
+def _result(run: Run, complete: Callable[[Result], Result] | None, ledger: bool, times: Array) -> Result:
     """Signals, energies and checks of a run; `complete` adds what is known of its error before it is checked."""
     record = run.record
     status, message = run.failure or (Status.OK, "")

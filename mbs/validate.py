@@ -74,7 +74,7 @@ def word(name: str, value: object) -> str:
     return value
 
 
-def pair(name: str, value: Any, unit: str) -> tuple[float, float]:
+def pair(name: str, value: object, unit: str) -> tuple[float, float]:
     """Return `value` as two finite floats; ValueError otherwise."""
     if isinstance(value, str) or not isinstance(value, Iterable) or len(values := tuple(value)) != 2:
         raise ValueError(f"{name} = {short(value)}: must be two numbers (x, y), {unit}")
@@ -82,7 +82,7 @@ def pair(name: str, value: Any, unit: str) -> tuple[float, float]:
     return x, y
 
 
-def one_of(name: str, value: Any, kinds: tuple[type, ...]) -> Any:
+def one_of(name: str, value: object, kinds: tuple[type, ...]) -> Any:
     """Return `value` if it is an instance of one of some types; ValueError, naming them, otherwise."""
     if not isinstance(value, kinds):
         allowed = " or ".join(kind.__name__ for kind in kinds)
@@ -91,7 +91,7 @@ def one_of(name: str, value: Any, kinds: tuple[type, ...]) -> Any:
     return value
 
 
-def function(name: str, value: Any, *arguments: float) -> Any:
+def function(name: str, value: object, *arguments: float) -> Any:
     """Return `value` if it can be called with these numbers; ValueError, with what it raised, otherwise."""
     if not callable(value):
         raise ValueError(f"{name} = {short(value)}: must be a function")
@@ -103,7 +103,7 @@ def function(name: str, value: Any, *arguments: float) -> Any:
     return value
 
 
-def listed(name: str, values: Any) -> tuple[Any, ...]:
+def listed(name: str, values: object) -> tuple[Any, ...]:
     """Return `values` as a tuple if it is a sequence, and no text; ValueError otherwise."""
     if isinstance(values, str | bytes) or not isinstance(values, Iterable):
         raise ValueError(f"{name} = {short(values)}: must be a list")

@@ -149,7 +149,7 @@ def _meshed(mechanism: Mechanism, times: int) -> Mechanism:
     return replace(mechanism, links=links)
 
 
-def ladder_of(mechanism: Mechanism, duration: float, level: float, solver: Any) -> Ladder:
+def ladder_of(mechanism: Mechanism, duration: float, level: float, solver: object) -> Ladder:
     """The ladder of a solver, for errors of about a level."""
     if isinstance(solver, Closure):
         return ClosureLadder(mechanism, duration)

@@ -47,7 +47,7 @@ class Declared:
     in_files: ClassVar[bool] = True
     inlined: ClassVar[Mapping[str, type]] = {}
 
-    def __init_subclass__(cls, **more: Any) -> None:
+    def __init_subclass__(cls, **more: object) -> None:
         super().__init_subclass__(**more)
         if cls.in_files and cls.__module__.startswith("buckler.") and not cls.__name__.startswith("_"):
             _KINDS[cls.__name__] = cls
@@ -164,7 +164,7 @@ def _declaration(kind: Any, each: Any) -> Declaration:
     )
 
 
-def specs(kind: Any) -> dict[str, Spec]:
+def specs(kind: object) -> dict[str, Spec]:
     """What may stand in each field of a dataclass that its maker is given."""
     return {key: declaration.spec for key, declaration in declarations(kind).items()}
 

@@ -34,7 +34,7 @@ def field(spec: Spec, doc: str = "", default: Any = MISSING, default_factory: An
 
 def quantity(
     unit: str, *, above: float | str | None = None, low: float | str | None = None, high: float | None = None,
-    nonzero: bool = False, hint: str = "", doc: str = "", default: Any = MISSING,
+    nonzero: bool = False, hint: str = "", doc: str = "", default: object = MISSING,
 ) -> Any:  # fmt: skip
     """Declare a number with a unit, in [low, high] or above a bound; a bound may be another field's name."""
     bounds = {sign: name for sign, name in ((">", above), (">=", low)) if isinstance(name, str)}
@@ -46,42 +46,42 @@ def quantity(
 
 
 def quantities(unit: str, *, low: float = -inf, high: float = inf, least: int = 0, most: int | None = None,
-               doc: str = "", default: Any = MISSING) -> Any:  # fmt: skip
+               doc: str = "", default: object = MISSING) -> Any:  # fmt: skip
     """Declare a list of numbers with a unit."""
     return field(Several(Quantity(unit, low, high), least, most), doc, default)
 
 
-def vector(unit: str, *, doc: str = "", default: Any = MISSING) -> Any:
+def vector(unit: str, *, doc: str = "", default: object = MISSING) -> Any:
     """Declare two numbers (x, y) with a unit."""
     return field(Vector(unit), doc, default)
 
 
-def direction(*, doc: str = "", default: Any = MISSING) -> Any:
+def direction(*, doc: str = "", default: object = MISSING) -> Any:
     """Declare a direction, which need not be a unit vector, and is kept as one."""
     return field(Direction(), doc, default)
 
 
-def whole(low: int, high: int, *, doc: str = "", default: Any = MISSING) -> Any:
+def whole(low: int, high: int, *, doc: str = "", default: object = MISSING) -> Any:
     """Declare a whole number in [low, high]."""
     return field(Whole(low, high), doc, default)
 
 
-def flag(*, doc: str = "", default: Any = MISSING) -> Any:
+def flag(*, doc: str = "", default: object = MISSING) -> Any:
     """Declare a truth value."""
     return field(Flag(), doc, default)
 
 
-def names(*, doc: str = "", default: Any = MISSING) -> Any:
+def names(*, doc: str = "", default: object = MISSING) -> Any:
     """Declare a name."""
     return field(Name(), doc, default)
 
 
-def choice(*options: str, doc: str = "", default: Any = MISSING) -> Any:
+def choice(*options: str, doc: str = "", default: object = MISSING) -> Any:
     """Declare one word of several."""
     return field(Choice(options), doc, default)
 
 
-def part(*kinds: Any, example: str = "", doc: str = "", default: Any = MISSING, default_factory: Any = MISSING) -> Any:
+def part(*kinds: object, example: str = "", doc: str = "", default: object = MISSING, default_factory: object = MISSING) -> Any:
     """Declare an object of one of some classes, or one that has all members of a protocol."""
     return field(Part(kinds, example), doc, default, default_factory)
 
@@ -103,7 +103,7 @@ class _Doc:
     def __init__(self, about: str) -> None:
         self.about = about
 
-    def __get__(self, _instance: Any, kind: type) -> str:
+    def __get__(self, _instance: object, kind: type) -> str:
         about, ruler, rest = inspect.cleandoc(self.about).partition("\nReferences\n")
         lines = [line for key, each in declarations(kind).items() for line in (f"{key} : {each.about}", f"    {each.doc}")]
         fields = ["", "Parameters", "-" * 10, *lines] if lines else []

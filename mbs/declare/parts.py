@@ -31,12 +31,12 @@ class Part(Spec):
         """Classes that may stand here, by their names."""
         return {key: kind for key, kind in known().items() if any(_stands_for(kind, wanted) for wanted in self.kinds)}
 
-    def fits(self, given: Any) -> bool:
+    def fits(self, given: object) -> bool:
         if isinstance(given, Mapping):
             return "kind" not in given or given["kind"] in self.known()
         return not isinstance(given, type) and any(_stands_for(given, wanted) for wanted in self.kinds)
 
-    def read(self, name: str, given: Any) -> Any:
+    def read(self, name: str, given: object) -> Any:
         if isinstance(given, Mapping):
             return build(name, given, self.known())
         if not self.fits(given):
@@ -48,7 +48,7 @@ class Part(Spec):
             raise ValueError(f"{name} = {shown(given)}: must be hashable; make its class a frozen dataclass") from None
         return given
 
-    def written(self, name: str, value: Any) -> Any:
+    def written(self, name: str, value: object) -> Any:
         kinds = self.known()
         if type(value) not in kinds.values():
             raise nameless(name, value)
@@ -61,7 +61,7 @@ class Part(Spec):
     def schema(self) -> Schema:
         return any_of([{"$ref": f"#/$defs/{key}"} for key in sorted(self.known())])
 
-    def _lacking(self, given: Any) -> str:
+    def _lacking(self, given: object) -> str:
         """Why an object may not stand here."""
         if isinstance(given, type):
             return f"must be an instance{self.example and f', as {self.example}'}, not the class"
@@ -72,18 +72,18 @@ class Part(Spec):
         return f"must be {self.words}" + ("" if given is None else f"; this is a {type(given).__name__}")
 
 
-def _is_protocol(kind: Any) -> bool:
+def _is_protocol(kind: object) -> bool:
     return bool(getattr(kind, "_is_protocol", False))
 
 
-def _missing(found: Any, protocol: Any) -> list[str]:
+def _missing(found: object, protocol: Any) -> list[str]:
     """Members of a protocol that an object or a dataclass lacks."""
     members = getattr(protocol, "__protocol_attrs__", None) or vars(protocol)  # the former from Python 3.12 on
     fields = getattr(found, "__dataclass_fields__", {})
     return sorted(m for m in members if not m.startswith("_") and not hasattr(found, m) and m not in fields)
 
 
-def _stands_for(found: Any, wanted: Any) -> bool:
+def _stands_for(found: object, wanted: Any) -> bool:
     """Whether a class, or an object, is of a class, or has the members of a protocol."""
     if _is_protocol(wanted):
         return not _missing(found, wanted)
@@ -93,7 +93,7 @@ def _stands_for(found: Any, wanted: Any) -> bool:
 # --- from tables to objects and back ------------------------------------------------------------------------------------
 
 
-def build(name: str, table: Mapping[str, Any], kinds: Mapping[str, type], extra: Iterable[str] = ("kind",)) -> Any:
+def build(name: str, table: Mapping[str, object], kinds: Mapping[str, type], extra: Iterable[str] = ("kind",)) -> Any:
     """Make one object from its table.
 
     Raises
@@ -138,7 +138,7 @@ def _kind(name: str, given: dict[str, Any], kinds: Mapping[str, type]) -> type:
     return fitting[0]
 
 
-def _fitting(given: Mapping[str, Any], kinds: Mapping[str, type]) -> list[type]:
+def _fitting(given: Mapping[str, object], kinds: Mapping[str, type]) -> list[type]:
     """Classes that have these keys and need no other."""
     fields = {kind: declarations(kind) for kind in kinds.values()}
     return [
@@ -146,12 +146,12 @@ def _fitting(given: Mapping[str, Any], kinds: Mapping[str, type]) -> list[type]:
     ]
 
 
-def _sharing(given: Mapping[str, Any], kinds: Mapping[str, type]) -> list[type]:
+def _sharing(given: Mapping[str, object], kinds: Mapping[str, type]) -> list[type]:
     """Classes that have a key of these: if it is one, it says best what is wrong."""
     return [kind for kind in kinds.values() if set(given) & set(declarations(kind))]
 
 
-def _made(name: str, kind: Callable[..., Any], values: Mapping[str, Any]) -> Any:
+def _made(name: str, kind: Callable[..., object], values: Mapping[str, object]) -> Any:
     """Call a class; what it says of fields that do not go together gets its place."""
     dot = f"{name}." if name else ""
     try:
@@ -185,7 +185,7 @@ def fields_written(name: str, found: Any) -> dict[str, Any]:
     return content
 
 
-def nameless(name: str, found: Any) -> ValueError:
+def nameless(name: str, found: object) -> ValueError:
     """The error for what a file has no name for."""
     what = f"the function {found.__name__}" if hasattr(found, "__name__") else f"a {type(found).__name__}"
     advice = "a formula (Expression) or a Table" if callable(found) else "a class made known by buckler.mbs.declare.register"

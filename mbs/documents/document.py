@@ -14,7 +14,7 @@ from buckler.mbs.documents import toml
 ENDINGS = (".toml", ".json")
 
 
-def write(content: Mapping[str, Any], path: Path) -> Path:
+def write(content: Mapping[str, object], path: Path) -> Path:
     """Write a document as TOML or JSON, by the ending of the file's name.
 
     Raises
@@ -26,7 +26,7 @@ def write(content: Mapping[str, Any], path: Path) -> Path:
     return path
 
 
-def text(content: Mapping[str, Any], ending: str) -> str:
+def text(content: Mapping[str, object], ending: str) -> str:
     """A document as the text of a file."""
     if ending == ".toml":
         return toml.dumps(content)
@@ -81,7 +81,7 @@ def get(content: Any, path: str) -> Any:
     return content
 
 
-def changed(content: Any, changes: Mapping[str, Any]) -> Any:
+def changed(content: object, changes: Mapping[str, object]) -> Any:
     """A copy of a document with other values at some paths.
 
     Raises
@@ -115,7 +115,7 @@ def steps(content: Any, path: str) -> list[str | int]:
     return found
 
 
-def _step(content: Any, word: str, where: str, last: bool) -> str | int:
+def _step(content: object, word: str, where: str, last: bool) -> str | int:
     if isinstance(content, list):
         return _in_list(content, word, where)
     if not isinstance(content, Mapping):

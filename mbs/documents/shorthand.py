@@ -42,7 +42,7 @@ def schema() -> Schema:
     return {DEFAULTS: {**table, "description": about}, PINS: pins}
 
 
-def _checked(defaults: Any) -> dict[str, Any]:
+def _checked(defaults: object) -> dict[str, Any]:
     if not isinstance(defaults, Mapping):
         raise ValueError(f"{DEFAULTS} = {shown(defaults)}: must be a table of {', '.join(KINDS)}")
     for key, each in defaults.items():
@@ -53,7 +53,7 @@ def _checked(defaults: Any) -> dict[str, Any]:
     return dict(defaults)
 
 
-def _link(link: Any, defaults: Mapping[str, Any]) -> Any:
+def _link(link: object, defaults: Mapping[str, Any]) -> Any:
     """A link with the body and the section that it leaves to the defaults."""
     if not isinstance(link, Mapping) or not isinstance(link.get("body", {}), Mapping):
         return link
@@ -65,7 +65,7 @@ def _link(link: Any, defaults: Mapping[str, Any]) -> Any:
     return {**link, "body": body}
 
 
-def _takes_section(given: Mapping[str, Any], body: Mapping[str, Any]) -> bool:
+def _takes_section(given: Mapping[str, object], body: Mapping[str, object]) -> bool:
     """Whether a body has a section, and it is not described by other keys in its place, such as a mass."""
     kind = known().get(str(body.get("kind")))
     if kind is None or "section" not in declarations(kind) or not isinstance(body.get("section", {}), Mapping):
@@ -81,7 +81,7 @@ def _filled(given: Any, usual: Mapping[str, Any]) -> Any:
     return {**usual, **given}
 
 
-def _pins(pins: Any, links: Any) -> Iterator[dict[str, str]]:
+def _pins(pins: object, links: object) -> Iterator[dict[str, str]]:
     """Joints of `"A: crank coupler"`: the first link with each of the others."""
     if not isinstance(pins, list):
         raise ValueError(f'{PINS} = {shown(pins)}: must be a list, as ["A: crank coupler"]')

@@ -12,7 +12,7 @@ WIDTH = 100
 """Of a line: a table that would be longer gets lines of its own."""
 
 
-def dumps(content: Mapping[str, Any]) -> str:
+def dumps(content: Mapping[str, object]) -> str:
     """A document as text.
 
     Parameters
@@ -43,7 +43,7 @@ def _write(content: Mapping[str, Any], path: tuple[str, ...], lines: list[str]) 
             _write(entry, inner, lines)
 
 
-def _is_table(name: str, each: Any) -> bool:
+def _is_table(name: str, each: object) -> bool:
     if isinstance(each, Mapping):
         return name in ("points", "links", "velocities", "run") or len(_inline(each)) + len(name) > WIDTH or "body" in each
     return isinstance(each, list) and bool(each) and all(isinstance(entry, Mapping) for entry in each)

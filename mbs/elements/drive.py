@@ -138,7 +138,7 @@ def _called(name: str, function: Callable[[float], float], t: float) -> Any:
 class Speed(Either):
     """A speed; a motion that was made from it is written as it."""
 
-    def written(self, name: str, value: Any) -> Any:
+    def written(self, name: str, value: object) -> Any:
         """The formula or table it was made from."""
         return super().written(name, value.speed if isinstance(value, Motion) and value.kept() == ("speed",) else value)
 

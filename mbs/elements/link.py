@@ -36,7 +36,7 @@ class Carried(Spec):
 
     words = "a sequence of names or a mapping of names to fractions, or to places (x, y) from the link's start, x towards its end"
 
-    def read(self, name: str, given: Any) -> Frozen:
+    def read(self, name: str, given: object) -> Frozen:
         """Return a mapping; None where a name stands alone."""
         if isinstance(given, Mapping):
             where = Either((Quantity("1", 0.0, 1.0), Vector("m"), Nothing()))

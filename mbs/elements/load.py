@@ -65,7 +65,7 @@ def on_both(ends: Sequence[str], force: Array, torque: Array) -> Iterator[Push]:
             yield Push(at, sign * force, sign * torque)
 
 
-def sampled(function: Callable[..., Any], *columns: Array) -> Array:
+def sampled(function: Callable[..., object], *columns: Array) -> Array:
     """Values of a user's function at many arguments, (times,) or (times, 2); nan where it raises."""
     found: list[Any] = []
     for arguments in zip(*(column.tolist() for column in columns), strict=True):

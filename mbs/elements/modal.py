@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from typing import Any, ClassVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from buckler.mbs.declare import (
     Declared,
@@ -160,7 +161,7 @@ class AdamsDamping(Declared):
     middle: float = quantity("1", low=0, high=10, doc="from there to 1 kHz", default=0.1)
     high: float = quantity("1", low=0, high=10, doc="above: critical", default=1.0)
 
-    def ratios(self, frequencies: Any) -> Array:
+    def ratios(self, frequencies: ArrayLike) -> Array:
         """Damping ratios of modes of these frequencies, Hz."""
         f = np.asarray(frequencies, dtype=float)
         return np.where(f < 100.0, self.low, np.where(f <= 1000.0, self.middle, self.high))
@@ -169,7 +170,7 @@ class AdamsDamping(Declared):
 class Interfaces(Part):
     """A kind of interface, or a function."""
 
-    def fits(self, given: Any) -> bool:
+    def fits(self, given: object) -> bool:
         """Any function will do."""
         return super().fits(given) or (callable(given) and not isinstance(given, type))
 

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from math import dist
-from typing import Any
 
 from buckler.mbs.declare import specs
-from buckler.mbs.elements.element import GROUND, Parts, Place, place
+from buckler.mbs.elements.element import GROUND, Element, Parts, Place, place
 
 FIXED = Place(GROUND, "")
 
@@ -19,7 +18,7 @@ class UnknownError(ValueError):
         super().__init__(message)
         self.name = name
 
-    def field_of(self, element: Any) -> str:
+    def field_of(self, element: Element) -> str:
         """The field in which an element names it; '' if none does."""
         texts = {key: value for key in specs(type(element)) if isinstance(value := getattr(element, key), str)}
         return next((key for key, value in texts.items() if self.name in (value, place(value).point, place(value).body)), "")

@@ -97,7 +97,7 @@ class Row:
             yield measure.second, (-share * dx, -share * dy, share * bend)
 
 
-def row(measure: Measure, motion: Any = None, *, start_only: bool = False) -> Row:
+def row(measure: Measure, motion: object = None, *, start_only: bool = False) -> Row:
     """Return the row of one measure."""
     return Row(((1.0, measure),), motion, start_only)
 

@@ -12,6 +12,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from buckler.mbs.elements.element import GROUND, Place
 from buckler.mbs.elements.rows import Row
@@ -130,19 +131,19 @@ class Linkage:
         """The links' directions at t = 0, in their places among the coordinates."""
         return np.array([0.0, 0.0, 1.0]) * self.reference
 
-    def travel(self, time: Any) -> Array:
+    def travel(self, time: ArrayLike) -> Array:
         """What the drives add to each row by then, m or rad, shape (..., rows)."""
         return self._told(time, lambda motion, t: motion.position(t))
 
-    def speed(self, time: Any) -> Array:
+    def speed(self, time: ArrayLike) -> Array:
         """Its rate."""
         return self._told(time, lambda motion, t: motion.speed(t))
 
-    def acceleration(self, time: Any) -> Array:
+    def acceleration(self, time: ArrayLike) -> Array:
         """The rate of that; nothing is asked for times beyond `last`."""
         return self._told(time, lambda motion, t: motion.acceleration(t, self.last))
 
-    def _told(self, time: Any, ask: Any) -> Array:
+    def _told(self, time: ArrayLike, ask: Any) -> Array:
         time = np.asarray(time, dtype=float)
         told = np.zeros((*time.shape, len(self.names)))
         for k, motion in self.driven:

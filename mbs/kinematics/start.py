@@ -8,11 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
 from buckler.mbs.elements.element import GROUND, place
+from buckler.mbs.elements.link import Link
 from buckler.mbs.elements.rows import Row
 from buckler.mbs.geometry import Array
 from buckler.mbs.kinematics.errors import KinematicsError
@@ -46,7 +46,7 @@ class Start:
         rigid = self.linkage.velocity(link, point, self.linkage.reference, self.rates)
         return rigid + self.bends[link][point][:2] if link in self.bends else rigid
 
-    def bending(self, link: Any, at: Mapping[str, float], x: Array) -> Array:
+    def bending(self, link: Link, at: Mapping[str, float], x: Array) -> Array:
         """What a flexible link moves besides at x along its chord, m: (vx, vy, spin), shape (n, 3).
 
         Between its points, which are at `at` along the chord, it is linear along the link and cubic across.

@@ -26,7 +26,7 @@ class Pointer(NamedTuple):
     owner: Any
 
 
-def compile_method(law: Any, name: str, jit: Callable[..., Any]) -> Callable[..., float]:
+def compile_method(law: object, name: str, jit: Callable[..., Any]) -> Callable[..., float]:
     """Compile a law's method as a function of floats: `self` becomes a tuple of the numbers and methods it uses.
 
     Parameters
@@ -50,7 +50,7 @@ def compile_method(law: Any, name: str, jit: Callable[..., Any]) -> Callable[...
     return jit(lambda *arguments: inner(bound, *arguments))
 
 
-def compile_plain(function: Callable[..., Any], jit: Callable[..., Any]) -> Any:
+def compile_plain(function: Callable[..., object], jit: Callable[..., object]) -> Any:
     """Compile a plain function after the plain functions it calls."""
     if not isinstance(function, types.FunctionType):
         return function
@@ -64,7 +64,7 @@ def compile_plain(function: Callable[..., Any], jit: Callable[..., Any]) -> Any:
     return jit(plain)
 
 
-def method_pointer(law: Any, name: str, arguments: int) -> Pointer:
+def method_pointer(law: object, name: str, arguments: int) -> Pointer:
     """Address of a law's method of so many floats; compiled once where the law can be hashed."""
     try:
         hash(law)
@@ -73,7 +73,7 @@ def method_pointer(law: Any, name: str, arguments: int) -> Pointer:
     return _kept_method(law, name, arguments)
 
 
-def function_pointer(function: Callable[..., Any], arguments: int) -> Pointer:
+def function_pointer(function: Callable[..., object], arguments: int) -> Pointer:
     """Address of any function of so many floats."""
     try:
         hash(function)
@@ -82,11 +82,11 @@ def function_pointer(function: Callable[..., Any], arguments: int) -> Pointer:
     return _kept_function(function, arguments)
 
 
-def _method_pointer(law: Any, name: str, arguments: int) -> Pointer:
+def _method_pointer(law: object, name: str, arguments: int) -> Pointer:
     return _compiled(lambda jit: compile_method(law, name, jit), arguments) or _python(getattr(law, name), arguments)
 
 
-def _function_pointer(function: Callable[..., Any], arguments: int) -> Pointer:
+def _function_pointer(function: Callable[..., object], arguments: int) -> Pointer:
     if isinstance(function, types.MethodType):
         return _method_pointer(function.__self__, function.__name__, arguments)
     return _compiled(lambda jit: compile_plain(function, jit), arguments) or _python(function, arguments)

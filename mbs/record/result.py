@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from math import nan
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from buckler.mbs.elements.signal import Kind, Trait
 from buckler.mbs.geometry import Array
@@ -18,6 +20,9 @@ from buckler.mbs.record.lookup import OUTSIDE, between, unknown
 from buckler.mbs.record.status import Status
 from buckler.mbs.record.stored import Shape
 from buckler.mbs.validate import positive
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 
 @dataclass(frozen=True, repr=False)
@@ -93,7 +98,7 @@ class Result:
         end = f"{self.time[-1]:g} s" if len(self.time) else "no time"
         return f"<Result {self.status}{f': {said}' if said else ''}; {len(self.time)} samples to t = {end}{error}; {what}>"
 
-    def at(self, name: str, times: Any, outside: float | None = None) -> Array:
+    def at(self, name: str, times: ArrayLike, outside: float | None = None) -> Array:
         """Signal `name` at other times, by cubics between the samples; a signal without a trait is linear between them.
 
         Parameters
@@ -111,19 +116,19 @@ class Result:
         ValueError
             If a time lies outside the run.
         """
-        values, times = self[name], np.asarray(times, dtype=float)
+        values, at = self[name], np.asarray(times, dtype=float)
         off = OUTSIDE * (self.time[-1] - self.time[0])
-        wrong = ~((times >= self.time[0] - off) & (times <= self.time[-1] + off))
+        wrong = ~((at >= self.time[0] - off) & (at <= self.time[-1] + off))
         if wrong.any() and outside is not None:
-            return np.where(wrong, outside, self.at(name, np.clip(times, self.time[0], self.time[-1])))
+            return np.where(wrong, outside, self.at(name, np.clip(at, self.time[0], self.time[-1])))
         if wrong.any():
             first, last = self.time[[0, -1]]
-            raise ValueError(f"'{name}' at t = {times[wrong][0]:g} s: the run covers [{first:g}, {last:g}] s ({self.status})")
+            raise ValueError(f"'{name}' at t = {at[wrong][0]:g} s: the run covers [{first:g}, {last:g}] s ({self.status})")
         trait = self.traits.get(name)
-        times = np.clip(times, self.time[0], self.time[-1])
+        at = np.clip(at, self.time[0], self.time[-1])
         if trait is None:
-            return np.asarray(np.interp(times, self.time, values))
-        return between(self.time, values, self.signals.get(trait.rate), times, trait.kind is Kind.PLACE)
+            return np.asarray(np.interp(at, self.time, values))
+        return between(self.time, values, self.signals.get(trait.rate), at, trait.kind is Kind.PLACE)
 
     def mean(self, name: str) -> float:
         """Time-weighted mean of a signal."""
@@ -172,7 +177,7 @@ class Result:
             raise ValueError("this result holds no motion: it was made by hand, or saved by an older version")
         return self.film.movie()
 
-    def plot(self, *names: str, axes: Any = None) -> Any:
+    def plot(self, *names: str, axes: Axes | Sequence[Axes] | None = None) -> Any:
         """Draw signals over time, one row for each unit.
 
         Parameters
@@ -193,7 +198,7 @@ class Result:
         """
         return offered("plot_signals")(self, names, axes)
 
-    def plot_energy(self, axes: Any = None) -> Any:
+    def plot_energy(self, axes: Axes | None = None) -> Any:
         """Draw the energy ledger over time, J; the run needs `ledger=True`."""
         return offered("plot_energy")(self, axes)
 
@@ -235,7 +240,7 @@ class Result:
 
     # --- for other programs -------------------------------------------------------------------------------------------
 
-    def write_paraview(self, folder: str | Path, times: Any = None) -> Path:
+    def write_paraview(self, folder: str | Path, times: ArrayLike | None = None) -> Path:
         """Write links, symbols and forces for ParaView: binary, one file a time and kind.
 
         Parameters

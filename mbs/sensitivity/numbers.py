@@ -27,7 +27,7 @@ class Standing(NamedTuple):
     unit: str
 
 
-def standing(document: Mapping[str, Any], path: str) -> Standing:
+def standing(document: Mapping[str, object], path: str) -> Standing:
     """What stands at a place of a document.
 
     Raises
@@ -54,7 +54,7 @@ def _fitting(unit: str, now: Any) -> str:
     return unit
 
 
-def _declared(document: Mapping[str, Any], path: str) -> Declaration | None:
+def _declared(document: Mapping[str, object], path: str) -> Declaration | None:
     """The field a place belongs to, found in the mechanism the document describes."""
     found: Any = Mechanism.from_dict(document)
     about: Declaration | None = None

@@ -86,7 +86,7 @@ def statical(text: str) -> Callable[[Mechanism], float] | None:
     return frequency
 
 
-def check(text: str, signals: Mapping[str, Any] | None = None) -> None:
+def check(text: str, signals: Mapping[str, object] | None = None) -> None:
     """Refuse what is no measure; without signals by its grammar only."""
     if statical(text):
         return
@@ -95,7 +95,7 @@ def check(text: str, signals: Mapping[str, Any] | None = None) -> None:
     measure(text, time, dict.fromkeys(found, np.ones(2)), {})
 
 
-def parsed(text: str, signals: Mapping[str, Any]) -> tuple[ast.expr, dict[str, str]]:
+def parsed(text: str, signals: Mapping[str, object]) -> tuple[ast.expr, dict[str, str]]:
     """The formula with short names in place of the signals', and what these stand for."""
     names: dict[str, str] = {}
     short = {name: f"_{k}" for k, name in enumerate(signals)}

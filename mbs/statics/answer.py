@@ -6,7 +6,6 @@ from enum import StrEnum
 from html import escape
 from math import isfinite
 from numbers import Real
-from typing import Any
 
 import numpy as np
 
@@ -80,19 +79,19 @@ def left_out(mechanism: Mechanism, friction: str) -> list[str]:
     return said + ([f"errors leave out the choice of modes of {', '.join(map(repr, modes))}"] if modes else [])
 
 
-def check_number(name: str, value: Any) -> None:
+def check_number(name: str, value: object) -> None:
     """Raise a ValueError if a value is no finite number."""
     if isinstance(value, bool) or not isinstance(value, Real) or not isfinite(value):
         raise ValueError(f"{name} = {value!r}: must be a finite number")
 
 
-def check_flag(name: str, value: Any) -> None:
+def check_flag(name: str, value: object) -> None:
     """Raise a ValueError if a value is not True or False."""
     if not isinstance(value, bool):
         raise ValueError(f"{name} = {value!r}: must be True or False")
 
 
-def check_coordinates(name: str, value: Any, scene: Scene) -> Array:
+def check_coordinates(name: str, value: object, scene: Scene) -> Array:
     """Coordinates of a scene, (n,), as they were given.
 
     Raises
@@ -109,7 +108,7 @@ def check_coordinates(name: str, value: Any, scene: Scene) -> Array:
     return found
 
 
-def check_count(name: str, value: Any, least: int, most: int) -> None:
+def check_count(name: str, value: object, least: int, most: int) -> None:
     """Raise a ValueError if a value is no whole number of a range."""
     if isinstance(value, bool) or not hasattr(value, "__index__") or not least <= int(value) <= most:
         raise ValueError(f"{name} = {value!r}: must be a whole number from {least} to {most}")

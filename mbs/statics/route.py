@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,6 +11,9 @@ from buckler.mbs.geometry import Array
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.statics.answer import Answer, Ending
 from buckler.mbs.statics.problem import places
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 KEYS = {
     "limit": "limits",
@@ -39,7 +42,7 @@ class Route(Answer):
     def _at(self, kind: str) -> list[float]:
         return [each.rest.parameter for each in self.points if each.kind == kind for _ in range(each.multiple)]
 
-    def plot(self, link: str, point: str, axis: str = "y", ax: Any = None) -> Any:
+    def plot(self, link: str, point: str, axis: str = "y", ax: Axes | None = None) -> Axes:
         """Draw the diagram: a point's place, or amplitude, over the parameter, stable and unstable; returns the axes."""
         from buckler.mbs.view.equilibria import plot_path  # Matplotlib takes half a second to load
 

@@ -26,6 +26,8 @@ from scipy.sparse import csc_array, csr_array, diags_array, issparse
 from scipy.sparse.linalg import splu
 
 from buckler.mbs.geometry import Array
+from buckler.mbs.spectral.linear import Matrix
+from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.statics.lowest import COUNT, EPS, MANY, nearest, null_space, sparse_null_space, turned_over
 
 ROUNDING = 16 * EPS
@@ -59,7 +61,7 @@ class Tangent:
     summands: Any
 
     @classmethod
-    def at(cls, scene: Any, q: Array, lam: Array, v: Array | None = None) -> Tangent:
+    def at(cls, scene: Scene, q: Array, lam: Array, v: Array | None = None) -> Tangent:
         """Of a scene at coordinates q, multipliers lam and rates v (zero by default)."""
         sparse = len(q) >= MANY
         a = scene.assemble(q, v, lam=lam, sparse=sparse)
@@ -89,7 +91,7 @@ class Tangent:
         """The same without what depends on rates."""
         return replace(self, damping=0.0 * self.damping)
 
-    def reduced(self, matrix: Any) -> Any:
+    def reduced(self, matrix: Matrix) -> Matrix:
         """A matrix on what is free."""
         return self.test.T @ matrix @ self.free
 
@@ -184,7 +186,7 @@ def _rounding(tangent: Tangent, values: Array, left: Array, right: Array) -> Arr
         return np.minimum(moved / np.maximum(np.abs(lever), 1e-300), np.sqrt(moved / np.maximum(bend, 1e-300)))
 
 
-def _undamped(tangent: Tangent, m: Any, k: Any, near: float, count: int) -> tuple[Array, Array, Array, Array, float]:
+def _undamped(tangent: Tangent, m: Matrix, k: Matrix, near: float, count: int) -> tuple[Array, Array, Array, Array, float]:
     """Of s^2 M z + K z = 0: s, left and right vectors, errors of s; of s and -s one, see `Spectrum`."""
     symmetric = _symmetric(k)
     k, m, shift = (k + k.T) / 2 if symmetric else k, (m + m.T) / 2, near or _shift(m, k)
@@ -209,7 +211,7 @@ def _undamped(tangent: Tangent, m: Any, k: Any, near: float, count: int) -> tupl
     return values, left, right, np.minimum(moved / (2 * np.abs(values) + 1e-300), np.sqrt(moved)), shift
 
 
-def _by_quotient(m: Any, k: Any, vectors: Array, squared: Array, moved: Array) -> tuple[Array, Array, Array]:
+def _by_quotient(m: Matrix, k: Matrix, vectors: Array, squared: Array, moved: Array) -> tuple[Array, Array, Array]:
     """Rayleigh's quotients, with the residual's norm as their error, where that is less: for the high ones.
 
     Those that the inverse does not know, far above its shift, come from M and K themselves.
@@ -238,7 +240,7 @@ def _by_inverse(theta: Array, product: Array, left: Array, right: Array) -> Arra
         return np.asarray(ROUNDING * np.abs(theta).max() * condition / np.abs(theta) ** 2)
 
 
-def _lowest(tangent: Tangent, m: Any, squared: Array, left: Array, right: Array, shift: float) -> float:
+def _lowest(tangent: Tangent, m: Matrix, squared: Array, left: Array, right: Array, shift: float) -> float:
     """The smallest |s^2| that is not rounding; the shift where all are."""
     weight = np.abs(np.einsum("ij,ij->j", left.conj(), m @ right))
     moved, size = tangent.rounding(left, right), np.abs(squared)
@@ -275,12 +277,12 @@ def _few(m: csr_array, k: csr_array, shift: float, count: int) -> tuple[Array, A
     return nearest(m, k, shift, count) or _inverted(m.toarray(), k.toarray(), shift)
 
 
-def _any(matrix: Any) -> bool:
+def _any(matrix: Matrix) -> bool:
     """Whether an entry is not zero."""
     return bool(matrix.count_nonzero() if issparse(matrix) else matrix.any())
 
 
-def _symmetric(matrix: Any) -> bool:
+def _symmetric(matrix: Matrix) -> bool:
     """Whether a matrix is symmetric within rounding."""
     return bool(not min(matrix.shape) or abs(matrix - matrix.T).max() <= 1e3 * EPS * abs(matrix).max())
 
@@ -305,7 +307,7 @@ def _damped(tangent: Tangent, m: Array, c: Array, k: Array) -> tuple[Array, Arra
     return values, left, right, moved, shift**2
 
 
-def _shift(m: Any, k: Any) -> float:
+def _shift(m: Matrix, k: Matrix) -> float:
     """A shift of -s^2 where the lowest eigenvalues are not rounding of the highest."""
     highest = float(np.max(np.abs(k.diagonal()) / m.diagonal()))
     return max(1e3 * EPS * highest, 1e-12)

@@ -70,7 +70,7 @@ def _(body: Flexible, record: Record, source: Record, link: Link) -> Bent:
     return _rest(record, link, body.curve(record.mechanism.length(link.name)).places(np.linspace(0.0, 1.0, 33)))
 
 
-def _strip(motion: Any, own: Any, time: Array, times: Array) -> Bent:
+def _strip(motion: Any, own: object, time: Array, times: Array) -> Bent:
     """Line and strains of elements or polynomials, strains taken from the integration points to the line's stations.
 
     Strains are those of the solver's own times, linear between them: a strip is so stiff along its line that the small errors

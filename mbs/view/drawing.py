@@ -111,5 +111,5 @@ def unpacked(row: list[Any]) -> Mark:
     return mark
 
 
-def _tuples(value: Any) -> Any:
+def _tuples(value: object) -> Any:
     return tuple(map(_tuples, value)) if isinstance(value, list | tuple) else value

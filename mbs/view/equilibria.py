@@ -7,6 +7,7 @@ from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.axes import Axes
 from scipy.interpolate import CubicSpline
 
 MARKS = {"limit": "^", "branching": "s", "flutter": "D", "fold": "^", "doubling": "v", "torus": "o"}
@@ -14,7 +15,7 @@ DENSE = 200
 """Points of a drawn piece."""
 
 
-def plot_path(path: Any, link: str, point: str, axis: str = "y", ax: Any = None) -> Any:
+def plot_path(path: Any, link: str, point: str, axis: str = "y", ax: Any = None) -> Axes:
     """Draw a point's place over the parameter of a path and of the paths that leave it; returns the axes."""
     ax = plt.subplots(constrained_layout=True)[1] if ax is None else ax
     column, seen = "xy".index(axis), set[str]()

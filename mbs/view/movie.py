@@ -13,6 +13,7 @@ from math import pi
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
@@ -65,7 +66,7 @@ class Movie:
         low, high = np.nanmin([p.min(axis=0) for p in places], axis=0), np.nanmax([p.max(axis=0) for p in places], axis=0)
         return float(low[0]), float(high[0]), float(low[1]), float(high[1])
 
-    def rows(self, rows: Any) -> Movie:
+    def rows(self, rows: Array) -> Movie:
         """The movie at some of its times, by index."""
         frames = {name: frame[rows] for name, frame in self.frames.items()}
         bands = {
@@ -98,7 +99,7 @@ class Movie:
         return cls(arrays["time"], frames, bands, marks, head["unit"], tuple(head["points"]))
 
 
-def placed(frame: Array, points: Any) -> Array:
+def placed(frame: Array, points: ArrayLike) -> Array:
     """Points of a frame (x, y, turn) in the ground's axes, (n, 2)."""
     c, s = np.cos(frame[2]), np.sin(frame[2])
     return np.asarray(np.asarray(points) @ np.array([[c, s], [-s, c]]) + frame[:2])

@@ -5,8 +5,8 @@ from __future__ import annotations
 import html
 import re
 from io import StringIO
-from typing import Any
 
+from buckler.mbs.elements.element import Element
 from buckler.mbs.elements.link import Link
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.view.movie import still
@@ -29,6 +29,6 @@ def mechanism_html(mechanism: Mechanism) -> str:
     return f"<div>{picture}<table><thead><tr><th>element</th><th>kind</th></tr></thead><tbody>{rows}</tbody></table></div>"
 
 
-def kind(element: Any) -> str:
+def kind(element: Element) -> str:
     """Kind of an element; of a link, that of its body too."""
     return type(element).__name__ + (f" ({type(element.body).__name__})" if isinstance(element, Link) else "")

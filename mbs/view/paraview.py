@@ -7,19 +7,23 @@ prisms of their outline. Numbers are raw, little-endian, appended.
 from __future__ import annotations
 
 from pathlib import Path as FilePath
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from buckler.mbs.elements.modal import Modal
 from buckler.mbs.geometry import Array
+from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.record.record import Record
+from buckler.mbs.record.result import Result
 from buckler.mbs.view.drawing import INKS, Arrow, Disc, Path
 from buckler.mbs.view.movie import Movie, corners, filmed
 
 HEXAHEDRON, TETRA, VERTEX, POLYGON = 12, 10, 1, 7
 
 
-def write_paraview(result: Any, folder: str | FilePath, times: Any = None) -> FilePath:
+def write_paraview(result: Result, folder: str | FilePath, times: ArrayLike | None = None) -> FilePath:
     """Write a run; see `Result.write_paraview`."""
     folder = FilePath(folder)
     folder.mkdir(parents=True, exist_ok=True)
@@ -67,7 +71,7 @@ class Deformed(NamedTuple):
     height: Array
 
 
-def solids(record: Any, times: Array) -> dict[str, Deformed]:
+def solids(record: Record, times: Array) -> dict[str, Deformed]:
     """Meshes of modal links over time, by link: r = R + A(theta) (X + sum phi_k q_k) at the corners of their cells.
 
     Without a record, as in a result from a file, there are none, and such a link is drawn along its line.
@@ -81,12 +85,12 @@ def solids(record: Any, times: Array) -> dict[str, Deformed]:
     return found
 
 
-def _deformed(mechanism: Any, name: str, q: Array) -> Deformed:
+def _deformed(mechanism: Mechanism, name: str, q: Array) -> Deformed:
     from scipy.spatial import cKDTree
 
     from buckler.mbs.modal.reduction import reduced, solid_mesh
 
-    body, length = mechanism.link(name).body, mechanism.length(name)
+    body, length = cast(Modal, mechanism.link(name).body), mechanism.length(name)
     mesh, model = solid_mesh(body, length), reduced(body, length)
     hexahedra = mesh.kind.startswith("hexahedron")
     used, cells = np.unique(mesh.cells[:, : 8 if hexahedra else 4], return_inverse=True)
@@ -170,7 +174,7 @@ def symbols(movie: Movie, k: int) -> Grid:
     return Grid(joined, cells, [POLYGON] * len(cells), {}, {"symbol": np.array(inks)})
 
 
-def _forces(result: Any, movie: Movie, arrows: list[Arrow], k: int) -> Grid:
+def _forces(result: Result, movie: Movie, arrows: list[Arrow], k: int) -> Grid:
     """Forces of joints, stops and loads as vectors at their points, N."""
     t, places, vectors = movie.time[k], [], []
     for mark in arrows:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path as FilePath
 from shutil import which
 from typing import TYPE_CHECKING, Any
@@ -30,12 +30,12 @@ FRAMES = 120
 ROUND: Any = {"solid_capstyle": "round", "solid_joinstyle": "round"}
 
 
-def plot_mechanism(mechanism: Mechanism, axes: Any = None, names: bool = True) -> Any:
+def plot_mechanism(mechanism: Mechanism, axes: Axes | None = None, names: bool = True) -> Axes:
     """Draw a mechanism at t = 0; see `Mechanism.plot`."""
     return draw(still(mechanism), 0, axes, names)
 
 
-def draw(movie: Movie, k: int, axes: Any = None, names: bool = True) -> Any:
+def draw(movie: Movie, k: int, axes: Axes | None = None, names: bool = True) -> Axes:
     """Draw picture number k of a movie.
 
     Parameters
@@ -60,7 +60,7 @@ def draw(movie: Movie, k: int, axes: Any = None, names: bool = True) -> Any:
     return axes
 
 
-def _axes(axes: Axes, movie: Movie) -> Any:
+def _axes(axes: Axes | None, movie: Movie) -> Axes:
     """Those given, or new ones about as high as the mechanism."""
     if axes is not None:
         return axes
@@ -118,7 +118,7 @@ class _Drawn:
 # --- signals ----------------------------------------------------------------------------------------------------------
 
 
-def plot_signals(result: Result, names: Sequence[str], axes: Any = None) -> Any:
+def plot_signals(result: Result, names: Sequence[str], axes: Axes | Sequence[Axes] | None = None) -> Axes | Array:
     """Draw signals over time, one row for each unit; see `Result.plot`."""
     if not names:
         raise ValueError("plot: name one signal at least, as in result.plot('B.x')")
@@ -141,7 +141,7 @@ def plot_signals(result: Result, names: Sequence[str], axes: Any = None) -> Any:
     return rows[0] if len(rows) == 1 else np.array(rows)
 
 
-def plot_energy(result: Result, axes: Any = None) -> Any:
+def plot_energy(result: Result, axes: Axes | None = None) -> Axes:
     """Draw the energy ledger over time; see `Result.plot_energy`."""
     if not result.energy:
         raise ValueError("no energy ledger: call simulate(..., ledger=True)")
@@ -159,9 +159,9 @@ def plot_energy(result: Result, axes: Any = None) -> Any:
     return axes
 
 
-def _rows(axes: Any, count: int) -> list[Any]:
+def _rows(axes: Axes | Sequence[Axes] | None, count: int) -> list[Axes]:
     if axes is not None:
-        return list(np.atleast_1d(axes))
+        return list(axes) if isinstance(axes, Iterable) else [axes]
     import matplotlib.pyplot as plt
 
     size = (WIDTH / 25.4, (30 + 50 * count) / 25.4)

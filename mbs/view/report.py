@@ -14,6 +14,7 @@ import numpy as np
 
 from buckler.mbs.geometry import Array
 from buckler.mbs.record.energy import ledger
+from buckler.mbs.record.result import Result
 from buckler.mbs.view.drawing import INKS, Arrow, packed
 from buckler.mbs.view.movie import Movie, filmed
 from buckler.mbs.view.shell import filled
@@ -31,7 +32,7 @@ LEVELS = 65534
 """Steps of a quantised value over its range; one more stands for what is not finite."""
 
 
-def write_html(result: Any, path: str | Path, title: str = "") -> Path:
+def write_html(result: Result, path: str | Path, title: str = "") -> Path:
     """Write the report; see `Result.write_html`."""
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -39,13 +40,13 @@ def write_html(result: Any, path: str | Path, title: str = "") -> Path:
     return path
 
 
-def framed(result: Any) -> str:
+def framed(result: Result) -> str:
     """The report in a frame of a notebook."""
     text = html.escape(page(result, "run"))
     return f'<iframe style="width:100%;height:760px;border:1px solid #ccd3da" srcdoc="{text}"></iframe>'
 
 
-def page(result: Any, title: str) -> str:
+def page(result: Result, title: str) -> str:
     """The whole page as text."""
     store = Store()
     result = with_ledger(result)
@@ -65,7 +66,7 @@ def page(result: Any, title: str) -> str:
     return filled(__package__, "report", data)
 
 
-def with_ledger(result: Any) -> Any:
+def with_ledger(result: Result) -> Result:
     """The result with its energy ledger, if its record still has what that takes."""
     record = result.film.record if result.film is not None else None
     every = result.provenance.get("settings", {}).get("steps", {}).get("record_every", 1) == 1
@@ -108,7 +109,7 @@ class Store:
 # --- motion -----------------------------------------------------------------------------------------------------------
 
 
-def _motion(result: Any, store: Store) -> dict[str, Any] | None:
+def _motion(result: Result, store: Store) -> dict[str, Any] | None:
     if result.film is None:
         return None
     movie = _short(result)
@@ -151,7 +152,7 @@ def _band(band: Any, store: Store) -> dict[str, Any]:
     }
 
 
-def _short(result: Any) -> Movie:
+def _short(result: Result) -> Movie:
     """The movie with as many pictures as the page has room for."""
     movie: Movie = _thinned(result.film.movie())
     stations = sum(band.points.shape[1] for band in movie.bands.values())
@@ -184,7 +185,7 @@ def _thinned(movie: Movie) -> Movie:
 def _rounded(mark: Any) -> Any:
     """The mark with its numbers cut to what a screen shows."""
 
-    def cut(value: Any) -> Any:
+    def cut(value: object) -> Any:
         if isinstance(value, float):
             return float(f"{value:.5g}")
         return tuple(map(cut, value)) if isinstance(value, tuple) else value
@@ -195,7 +196,7 @@ def _rounded(mark: Any) -> Any:
 # --- signals ----------------------------------------------------------------------------------------------------------
 
 
-def _signals(result: Any, store: Store) -> dict[str, Any]:
+def _signals(result: Result, store: Store) -> dict[str, Any]:
     """Each signal at the edges of bins, with its least and largest value in each bin."""
     rows = [(name, values, result.units.get(name, "")) for name, values in result.signals.items()]
     rows += [(f"energy {name}", values, "J") for name, values in result.energy.items()]
@@ -248,7 +249,7 @@ FIRST = (
 """Last parts of the names of signals worth a first look, best first."""
 
 
-def first_shown(result: Any) -> list[str]:
+def first_shown(result: Result) -> list[str]:
     """Three signals that change, of each kind of quantity the one that changes most."""
     best: dict[str, tuple[float, str]] = {}
     for name, values in result.signals.items():
@@ -261,13 +262,13 @@ def first_shown(result: Any) -> list[str]:
 # --- words ------------------------------------------------------------------------------------------------------------
 
 
-def summary(result: Any) -> str:
+def summary(result: Result) -> str:
     """What ran, in a line."""
     span = f"{result.time[-1]:.4g} s of motion" if len(result.time) else "no motion"
     return f"{span}, {result.work.get('steps', 0):,.0f} steps, {result.work.get('wall_s', 0):.3g} s of computing"
 
 
-def facts(result: Any) -> list[tuple[str, list[tuple[str, str]]]]:
+def facts(result: Result) -> list[tuple[str, list[tuple[str, str]]]]:
     """Tables of the page: heading, then rows of name and value."""
     error = [("estimated error of the motion", "not asked for; simulate(..., accuracy=1e-3) tells it")]
     if result.asked > 0 or result.error.known:

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from itertools import pairwise
 from math import atan2, cos, hypot, pi, sin
-from typing import Any
 
 import numpy as np
 
@@ -36,7 +35,7 @@ from buckler.mbs.view.drawing import Arrow, Disc, Label, Mark, Path, Span, Strip
 from buckler.mbs.view.sheet import FIXED, MIDDLE, Pair, Sheet
 from buckler.mbs.view.strokes import arrow, capsule, hatching, hull, turned, turning, unit
 
-Symbol = Callable[[Sheet, str, Any], Iterator[Mark]]
+Symbol = Callable[..., Iterator[Mark]]
 
 
 def drawn(sheet: Sheet) -> list[Mark]:
@@ -80,7 +79,7 @@ def _beside(sheet: Sheet, name: str, middle: Pair, along: Pair, thickness: float
     return middle[0] + off * x, middle[1] + off * y
 
 
-def symbol(element: Any) -> Symbol:
+def symbol(element: object) -> Symbol:
     """How an element, or a link's body, is drawn."""
     for kind in type(element).__mro__:
         if kind.__name__ in SYMBOLS:

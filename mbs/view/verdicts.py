@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
-from typing import Any, NamedTuple
+from typing import NamedTuple
+
+from buckler.mbs.record.result import Result
 
 QUESTIONS = {
     "NOT_FINITE": "Are all signals finite?",
@@ -39,7 +41,7 @@ class Verdict(NamedTuple):
     said: str
 
 
-def verdicts(result: Any) -> list[Verdict]:
+def verdicts(result: Result) -> list[Verdict]:
     """All checks of a result, those that failed first."""
     reasons: dict[str, list[str]] = {}
     for reason in BEGINNING.split(result.message) if result.status == "SUSPECT" and result.message else ():

@@ -81,7 +81,7 @@ def _chosen(options: argparse.Namespace) -> list[str]:
     return [name for name in names if name not in absent]
 
 
-def differing(name: str, new: Mapping[str, Any]) -> list[str]:
+def differing(name: str, new: Mapping[str, object]) -> list[str]:
     """Numbers of all pages that a new run of their item does not give, a line each.
 
     A number holds if the new one is within half a unit of the last digit printed, or within two standard errors of the
@@ -117,7 +117,7 @@ def _apart(number: Quoted, old: Mapping[str, Any], new: Mapping[str, Any]) -> It
         yield f"{number}: {was:.6g} is printed as {number.text}, a new run gives {now:.6g}"
 
 
-def _alike(was: Any, now: Any) -> bool:
+def _alike(was: object, now: object) -> bool:
     """Whether two cells of a table say the same: within two standard errors of the difference where they have them."""
     cells = [re.fullmatch(r"(-?[\d.]+) ± ([\d.]+)\D*", str(cell)) for cell in (was, now)]
     if None in cells:
@@ -153,7 +153,7 @@ def _found(name: str, item: Item, folder: Path, options: argparse.Namespace) -> 
     return content
 
 
-def _keep(name: str, item: Item, content: Mapping[str, Any], folder: Path) -> None:
+def _keep(name: str, item: Item, content: Mapping[str, object], folder: Path) -> None:
     """Keep what an item found, and its pictures, beside the pages."""
     kept = {key: value for key, value in content.items() if key not in ("files", "mark")}
     with atomic(FILES / f"{name}.json") as file:

@@ -158,7 +158,7 @@ def _markdown(table: Mapping[str, Any]) -> str:
     return "\n" + "\n".join([lines[0], "|---" * len(rows[0]) + "|", *lines[1:]]) + "\n"
 
 
-def _cell(value: Any) -> str:
+def _cell(value: object) -> str:
     return _plain(f"{value:.4g}") if isinstance(value, float) else "" if value is None else str(value)
 
 

@@ -12,7 +12,6 @@ import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from buckler.studies.kit import registry
 from buckler.studies.kit.completion import complete
@@ -129,7 +128,7 @@ def _parsers(chosen: str) -> tuple[Parser, Parser | None]:
     return general, mine
 
 
-def _names(prefix: str = "", **_: Any) -> list[str]:
+def _names(prefix: str = "", **_: object) -> list[str]:
     """What may stand behind `run`: studies, and files here."""
     files = [str(path) for ending in (*MECHANISMS, ".py") for path in Path().glob(f"*{ending}")]
     return [name for name in [*registry.STUDIES, *files] if name.startswith(prefix)]
@@ -160,7 +159,7 @@ def _list(options: argparse.Namespace) -> int:
 EXAMPLES = Path(__file__).resolve().parents[1] / "own" / "examples"
 
 
-def _examples(**_: Any) -> dict[str, Path]:
+def _examples(**_: object) -> dict[str, Path]:
     """Files by their names."""
     return {path.stem: path for path in sorted(EXAMPLES.glob("*.toml"))}
 

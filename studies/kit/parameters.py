@@ -32,7 +32,7 @@ class Repeated(Several):
 
     repeats = True
 
-    def read(self, name: str, given: Any) -> tuple[Any, ...]:
+    def read(self, name: str, given: object) -> tuple[Any, ...]:
         """Return a tuple."""
         return super().read(name, tuple(given) if isinstance(given, Iterable) and not isinstance(given, str) else (given,))
 
@@ -42,7 +42,7 @@ class _Listed(Repeated):
 
     repeats = False
 
-    def read(self, name: str, given: Any) -> tuple[Any, ...]:
+    def read(self, name: str, given: object) -> tuple[Any, ...]:
         """Return a tuple."""
         return super().read(name, given.split(",") if isinstance(given, str) else given)
 

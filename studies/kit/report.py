@@ -293,12 +293,12 @@ def _remove_earlier(folder: Path) -> None:
             (folder / name).unlink(missing_ok=True)
 
 
-def to_json(content: Any) -> str:
+def to_json(content: object) -> str:
     """Write strict JSON: numpy values as plain ones, NaN and infinity as null."""
     return json.dumps(plain(content, lambda _: None), indent=2, allow_nan=False, ensure_ascii=False) + "\n"
 
 
-def plain(content: Any, beyond: Callable[[float], Any]) -> Any:
+def plain(content: object, beyond: Callable[[float], Any]) -> Any:
     """Content as JSON can hold it: numpy values as plain ones, `beyond` of each float that is not finite."""
     if hasattr(content, "tolist"):
         content = content.tolist()

@@ -14,6 +14,7 @@ from typing import Any
 
 from buckler.mbs.interrupts import Interrupted
 from buckler.studies.kit.options import parser_of, subject, writable
+from buckler.studies.kit.parameters import StudyParameters
 from buckler.studies.kit.report import Progress, StudyResult, write
 from buckler.studies.kit.style import Figure, house_style
 from buckler.studies.kit.versions import versions
@@ -40,7 +41,7 @@ def run(name: str, argv: Sequence[str], prog: str) -> int:
     return told(found.title, result, figures, folder, options, f"in {wall:.2g} s, written to {folder}")
 
 
-def attempt(run: Callable[..., StudyResult], parameters: Any, options: argparse.Namespace) -> StudyResult:
+def attempt(run: Callable[..., StudyResult], parameters: StudyParameters, options: argparse.Namespace) -> StudyResult:
     """Run a study; whatever it raises becomes a result with status ERROR, its traceback on stderr."""
     begin = time.perf_counter()
     with _aside(options):

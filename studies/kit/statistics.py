@@ -29,7 +29,7 @@ class Mean(NamedTuple):
         return Metric(self.value, unit, error=self.error / abs(self.value) if self.n > 1 and self.value else None)
 
 
-def mean(unit: str, values: Any) -> Metric:
+def mean(unit: str, values: object) -> Metric:
     """Mean of independent values, and its relative standard error where there are several."""
     return Mean.of(np.asarray(values)).metric(unit)
 

@@ -84,6 +84,6 @@ def noted(argv: Sequence[str], renamed: Mapping[str, str] = RENAMED) -> list[str
     return words
 
 
-def repeated(add: Callable[..., Any], names: Collection[str], metavar: str, about: str, **more: Any) -> None:
+def repeated(add: Callable[..., object], names: Collection[str], metavar: str, about: str, **more: object) -> None:
     """Declare an option that may be given again."""
     add(*names, action="append", default=[], metavar=metavar, help=f"{about}; may be repeated", **more)

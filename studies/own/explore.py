@@ -74,7 +74,7 @@ class Explorer:
         self._known(values)
         return self.family.make({path: float(value) for path, value in values.items()})
 
-    def moved(self, values: Mapping[str, Any]) -> dict[str, Any]:
+    def moved(self, values: Mapping[str, object]) -> dict[str, Any]:
         """Run once and return the pictures; nothing has looked at the run's error yet."""
         begin = perf_counter()
         made = self.mechanism(values)
@@ -89,7 +89,7 @@ class Explorer:
         return {"time": np.round(movie.time[rows], 6).tolist(), "lines": lines, "box": movie.box, "status": str(result.status),
                 "message": result.message, "seconds": perf_counter() - begin}  # fmt: skip
 
-    def judged(self, values: Mapping[str, Any]) -> dict[str, Any]:
+    def judged(self, values: Mapping[str, object]) -> dict[str, Any]:
         """Run as `buckler run` does, and return status and error."""
         result = simulate(self.mechanism(values), self.duration)
         error = float(result.error.motion)
@@ -149,7 +149,7 @@ def server(explorer: Explorer, port: int = 0) -> tuple[ThreadingHTTPServer, str]
             self.end_headers()
             self.wfile.write(body)
 
-        def log_message(self, *_: Any) -> None:
+        def log_message(self, *_: object) -> None:
             """Say nothing."""
 
     made = ThreadingHTTPServer((HOST, port), Handler)

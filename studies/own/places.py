@@ -48,7 +48,7 @@ def typed(text: str) -> Any:
         return text.strip()
 
 
-def set_all(document: Mapping[str, Any], texts: list[str]) -> dict[str, Any]:
+def set_all(document: Mapping[str, object], texts: list[str]) -> dict[str, Any]:
     """Places and values of `--set PATH=VALUE`, each a place of the document or one that may be added to it.
 
     Raises
@@ -74,12 +74,12 @@ class Typed(Anything):
 
     allowed = "what the file takes there"
 
-    def read(self, name: str, given: Any) -> Any:
+    def read(self, name: str, given: object) -> Any:
         """Return a TOML value, or else the text."""
         return typed(given) if isinstance(given, str) else given
 
 
-def spec(document: Mapping[str, Any], path: str) -> Declaration:
+def spec(document: Mapping[str, object], path: str) -> Declaration:
     """What may stand at a place of a document: a number with its unit, or a word.
 
     Raises
@@ -95,6 +95,6 @@ def spec(document: Mapping[str, Any], path: str) -> Declaration:
     return Declaration(Quantity(unit) if number else Typed(), what, {}, True, None)
 
 
-def to_json(document: Mapping[str, Any]) -> str:
+def to_json(document: Mapping[str, object]) -> str:
     """A document as one line of JSON, the same for the same content."""
     return json.dumps(document, ensure_ascii=False, sort_keys=False)

@@ -59,7 +59,7 @@ class Settings(Spec):
 
     words = f"{' or '.join(SOLVERS)}, or a table of kind and settings"
 
-    def read(self, name: str, given: Any) -> tuple[tuple[str, Any], ...]:
+    def read(self, name: str, given: object) -> tuple[tuple[str, Any], ...]:
         """Return the pairs; a ValueError names the setting that is unknown or out of its range."""
         content = {KIND: given} if isinstance(given, str) else dict(given) if isinstance(given, Mapping | tuple) else None
         if content is None:

@@ -44,7 +44,7 @@ HERE = "."
 class _Of(Repeated):
     """What an accuracy is asked of: one word, or signals."""
 
-    def read(self, name: str, given: Any) -> Any:
+    def read(self, name: str, given: object) -> Any:
         """Return one of `WORDS`, or names."""
         found = super().read(name, given)
         return wanted(found[0] if len(found) == 1 and found[0] in WORDS else found)

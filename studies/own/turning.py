@@ -157,7 +157,7 @@ def _optimise(chosen: argparse.Namespace, file: Opened) -> int:
     return 0 if found.possible else 1
 
 
-def number_range(document: Mapping[str, Any], text: str) -> tuple[str, Any]:
+def number_range(document: Mapping[str, object], text: str) -> tuple[str, Any]:
     """A number's path and its range, as PATH=LOW:HIGH, or the list of its values, as PATH=A,B,C."""
     path, equals, ends = text.partition("=")
     low, colon, high = ends.partition(":")
@@ -172,7 +172,7 @@ def number_range(document: Mapping[str, Any], text: str) -> tuple[str, Any]:
         raise ValueError(f"--free {text}: {error}") from None
 
 
-def _spreads(document: Mapping[str, Any], texts: Sequence[str]) -> Any:
+def _spreads(document: Mapping[str, object], texts: Sequence[str]) -> Any:
     """Numbers and, where they are given, their standard deviations."""
     pairs = [text.partition("=") for text in texts]
     if not any(equals for _, equals, _ in pairs):
@@ -186,7 +186,7 @@ def _spreads(document: Mapping[str, Any], texts: Sequence[str]) -> Any:
     return found
 
 
-def numbers(content: Any, path: str = "") -> Iterator[str]:
+def numbers(content: object, path: str = "") -> Iterator[str]:
     """Paths of all numbers of a document that are not zero, but places."""
     if isinstance(content, Mapping):
         for key, each in content.items():
@@ -199,7 +199,7 @@ def numbers(content: Any, path: str = "") -> Iterator[str]:
         yield path
 
 
-def _finite(row: Mapping[str, Any]) -> dict[str, Any]:
+def _finite(row: Mapping[str, object]) -> dict[str, Any]:
     """A row without what JSON does not know."""
     return {key: None if isinstance(value, float) and not abs(value) < float("inf") else value for key, value in row.items()}
 

@@ -12,7 +12,9 @@ from math import pi
 from typing import Any
 
 from buckler.mbs import Clearance, Mechanism, Modal, Ramp, Rigid, crank_rocker
+from buckler.mbs.elements.element import Body
 from buckler.mbs.laws import AdamsFriction, FrictionLaw, Impact, NormalLaw
+from buckler.mbs.laws.pieces import Reals
 from buckler.studies.kit.parameters import choice, integer, quantity
 from buckler.studies.kit.published import CONTACT_DAMPING, CONTACT_STIFFNESS, DAMPING_UNITS
 from buckler.studies.rattling.assumptions import JOINTS, JointAssumptions, ModalAssumptions
@@ -30,7 +32,7 @@ class InPython:
         self.stiffness, self.exponent = law.stiffness, law.exponent
         self.elastic, self.potential = law.elastic, law.potential
 
-    def force(self, depth: Any, rate: Any, onset: Any) -> Any:
+    def force(self, depth: Reals, rate: Reals, onset: Reals) -> Reals:
         """Force of the law, N."""
         self.calls += 1
         return self.law.force(depth, rate, onset)
@@ -38,7 +40,8 @@ class InPython:
 
 def bars(
     law: NormalLaw, friction: FrictionLaw, gap: float, *, depth: float = 20e-3, pin: float = 5e-3, speed: float | Ramp = 10 * pi,
-    angle: float = 0.0, rocker: Any = None, turned: str = "", gravity: tuple[float, float] = (0.0, 0.0), joints: str = JOINTS,
+    angle: float = 0.0, rocker: Body | None = None, turned: str = "", gravity: tuple[float, float] = (0.0, 0.0),
+    joints: str = JOINTS,
 ) -> Mechanism:  # fmt: skip
     """The crank-rocker with clearance, m, in some joints, none if it is 0; bars so deep in the plane, m.
 

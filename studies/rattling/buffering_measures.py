@@ -18,13 +18,14 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from math import hypot, isnan, nan
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.stats import t as student
 
 from buckler.mbs import Mechanism, Result, Revolute, simulate
+from buckler.mbs.elements.element import Body
 from buckler.mbs.geometry import Array
 from buckler.mbs.laws import AdamsFriction
 from buckler.mbs.library import CLOSED, RATTLING
@@ -123,7 +124,7 @@ class EnsembleParameters(Assumptions):
     tolerance: float = quantity(1e-8, "1", 1e-12, 1e-4, "of a step, of the longest bar and a radian", "numerics")
     workers: int = integer(2, 1, 64, "threads", "numerics")
 
-    def bars(self, unit: str, depth: float, gap: float, rocker: Any = None) -> Mechanism:
+    def bars(self, unit: str, depth: float, gap: float, rocker: Body | None = None) -> Mechanism:
         """Crank-rocker with clearance, in one reading of c_max, by its bars' side in the plane and clearance, m."""
         friction = AdamsFriction(0.3, 0.1, *self.thresholds)
         return bars(

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from buckler.mbs.elements.element import Body
 from buckler.studies.kit.parameters import integer, quantity
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, judged, metrics_table
 from buckler.studies.kit.style import Figure, plain_ticks, subplots
@@ -43,7 +44,7 @@ class Parameters(FourBarParameters, ModalAssumptions):
         return {"rigid": None, "flexible": flexible(self)}
 
 
-def measured(p: Parameters, rocker: Any, seeds: Sequence[int]) -> Ensemble:
+def measured(p: Parameters, rocker: Body | None, seeds: Sequence[int]) -> Ensemble:
     """Run members from starts of their own and join their turns. The one call of a solver; another may stand here."""
 
     def member(seed: int) -> Ensemble:

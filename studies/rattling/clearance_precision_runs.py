@@ -15,6 +15,7 @@ from scipy.integrate import solve_ivp
 from scipy.stats import ttest_ind
 
 from buckler.mbs import Exudyn, Mechanism, Modal, Ramp, Section, simulate
+from buckler.mbs.elements.element import Body
 from buckler.mbs.geometry import Array
 from buckler.mbs.modal import BarModes
 from buckler.mbs.spectral.dense import right_hand_side
@@ -45,7 +46,7 @@ class BarPaths:
     work: dict[str, float] = field(default_factory=dict)
 
 
-def mechanism(p: CrankRockerParameters, rocker: Any = None, *, ramp: bool = False, **changes: Any) -> Mechanism:
+def mechanism(p: CrankRockerParameters, rocker: Body | None = None, *, ramp: bool = False, **changes: Any) -> Mechanism:
     """The crank-rocker with clearance in all joints; a ramp that does not rise takes it to the implicit integrator."""
     speed = Ramp(p.speed, p.speed, 1.0) if ramp else p.speed
     return p.bars(rocker=rocker, speed=speed, angle=p.angle, **changes)

@@ -90,7 +90,7 @@ class Worlds(NamedTuple):
         return np.array([[a.code(each[a.name]) for a in ASSUMPTIONS] for each in self.values])
 
 
-def drawn(count: int, seed: int, **shared: Any) -> Worlds:
+def drawn(count: int, seed: int, **shared: object) -> Worlds:
     """Draw worlds from a Sobol' sequence scrambled by a seed; the first are the same for any count, a power of two is even."""
     sobol = qmc.Sobol(len(ASSUMPTIONS), rng=np.random.default_rng(seed))
     points = sobol.random_base2(max(0, (count - 1).bit_length()))[:count]

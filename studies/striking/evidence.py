@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from scipy.interpolate import RBFInterpolator
@@ -23,6 +23,7 @@ from scipy.special import log_ndtr, logsumexp
 from scipy.stats import qmc
 
 from buckler.mbs.geometry import Array
+from buckler.mbs.laws.pieces import Reals
 from buckler.studies.kit.published import IMPACT_FORCE, IMPACT_SPEED, SENSOR_RANGE, SENSOR_VOLTAGE, VOLTAGE_FORCES
 
 DEAD_BAND = (0.0, 1.8)
@@ -91,7 +92,7 @@ def hypotheses(causes: Sequence[str] = CAUSES, pairs: bool = True) -> list[Hypot
     return found
 
 
-def crank_speed(voltage: float | None, dead_band: Any, reference: float) -> Any:
+def crank_speed(voltage: float | None, dead_band: Reals, reference: float) -> Reals:
     """Speed, rad/s: proportional to the voltage less the dead band, 1.25 rad/s at the reference voltage."""
     if voltage is None:
         return IMPACT_SPEED + 0 * np.asarray(dead_band)

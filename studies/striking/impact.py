@@ -11,6 +11,7 @@ from math import isnan, nan, pi
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from buckler.elastica import pinned
 from buckler.mbs import Section
@@ -107,7 +108,7 @@ class ModelRun:
         return {f"{self.model}.{name}": getattr(self, name) for name in names}
 
 
-def exact_force(parameters: ImpactParameters, angle: Any) -> Any:
+def exact_force(parameters: ImpactParameters, angle: ArrayLike) -> Any:
     """Force on the stop of the exact elastica in equilibrium, N; angles in contact, rad."""
     return PAPER.push(pinned.load, parameters.section.bending_stiffness, angle, PAPER_STOP)
 
@@ -247,7 +248,7 @@ def told(
     )  # fmt: skip
 
 
-def draw_force(ax: Axes, x: Any, force: Array, model: str, floor: float, **look: Any) -> None:
+def draw_force(ax: Axes, x: Array, force: Array, model: str, floor: float, **look: object) -> None:
     """Draw a force on the stop on a logarithmic axis that begins at a floor, N; without contact it lies below."""
     ax.semilogy(x, np.maximum(force, floor / 2), color=COLOURS[model], label=model, **look)
 

@@ -207,7 +207,7 @@ def figure(result: StudyResult) -> Figure:
     return fig
 
 
-def _middle(p: Parameters, **changes: Any) -> strike.Parameters:
+def _middle(p: Parameters, **changes: object) -> strike.Parameters:
     """The strike in the middle of the grid."""
     lists = {"mass": p.masses, "stop_stiffness": p.stiffnesses, "speed": p.speeds}
     middle = {name: values[len(values) // 2] for name, values in lists.items()}

@@ -61,7 +61,7 @@ class Numbers(Quantity):
         return given
 
 
-def numbers(unit: str, doc: str, default: Any = MISSING, most: float = np.inf, optional: bool = False) -> Any:
+def numbers(unit: str, doc: str, default: object = MISSING, most: float = np.inf, optional: bool = False) -> Any:
     """Declare numbers above 0; None stands for those that are solved for, if they are optional."""
     spec = Numbers(unit, 0.0, most, open_low=True)
     return field(Either((spec, Nothing())) if optional else spec, doc, default)

@@ -20,15 +20,17 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from math import pi, sqrt
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
 from buckler.elastica import law
 from buckler.mbs.elements import Motion, Ramp
 from buckler.mbs.geometry import Array
 from buckler.mbs.kinematics.slidercrank import SliderCrank
+from buckler.mbs.laws.pieces import Reals
 from buckler.mbs.library import PAPER, PAPER_STOP
 from buckler.mbs.validate import non_negative, number, positive
 
@@ -114,7 +116,7 @@ class Stitched:
     stiffness: float
     lengths: SliderCrank = PAPER
     stop: float = PAPER_STOP
-    load: Callable[[Any], Any] = law.quartic
+    load: Callable[[Reals], Reals] = law.quartic
 
     def __post_init__(self) -> None:
         positive("mass", self.mass, "kg")
@@ -128,7 +130,7 @@ class Stitched:
         """Crank angle at which the slider meets the stop, rad; it leaves it at 2 pi minus this."""
         return self.lengths.contact_angle(self.stop)
 
-    def strip_force(self, shortening: Any) -> Any:
+    def strip_force(self, shortening: Reals) -> Reals:
         """Force of the buckled strip, p(u) E I/L^2, N (eq. 12)."""
         return self.load(shortening) * self.stiffness / self.lengths.coupler**2
 
@@ -138,7 +140,7 @@ class Stitched:
         mean = (_WEIGHTS * self.load(np.multiply.outer(u, (_NODES + 1) / 2))).sum(axis=-1) / 2
         return u * mean * self.stiffness / self.lengths.coupler
 
-    def contact_force(self, angle: Any) -> Any:
+    def contact_force(self, angle: Reals) -> Reals:
         """Quasi-static force on the stop, p(u) E I/L^2 cos(phi), N, for angles in contact (eq. 13)."""
         return self.lengths.push(self.load, self.stiffness, angle, self.stop)
 
@@ -146,7 +148,7 @@ class Stitched:
         """Force of a pulse, m (1 + e) v/dt, N."""
         return self.mass * (1 + self.restitution) * speed / self.impact_duration
 
-    def compression(self, angle: Any, speed: Any, acceleration: Any = 0.0) -> Any:
+    def compression(self, angle: Reals, speed: Reals, acceleration: Reals = 0.0) -> Reals:
         """Compression of the coupler taken as rigid, N: what the slider's inertia and friction ask of it.
 
         N cos(phi) = -(m x_tt + f sign(x_t)), x the slider's position, from crank angle, speed and acceleration.
@@ -238,7 +240,7 @@ class _Piece(NamedTuple):
     force: Array
 
 
-def _piece(mode: str, time: Array, position: Any, speed: Any = 0.0, force: Any = 0.0) -> _Piece:
+def _piece(mode: str, time: Array, position: ArrayLike, speed: ArrayLike = 0.0, force: ArrayLike = 0.0) -> _Piece:
     return _Piece(mode, *np.broadcast_arrays(time, position, speed, force))
 
 
@@ -279,7 +281,7 @@ def _trace(model: Stitched, crank: _Crank, pieces: list[_Piece]) -> Trace:
     shortening = np.where(rigid, 0.0, np.maximum(1 - chord / model.lengths.coupler, 0.0))
     within = np.diff(number_of, prepend=-1) == 0
 
-    def since_start(increments: Array, where: Any = True) -> Array:
+    def since_start(increments: Array, where: Array | bool = True) -> Array:
         return np.cumsum(np.where(within & where, increments, 0.0))
 
     kinetic = model.mass * speed**2 / 2

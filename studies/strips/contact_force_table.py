@@ -17,6 +17,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from buckler.elastica import law, pinned
 from buckler.elastica.rod import Rod
@@ -90,7 +91,7 @@ class Press:
         strip = self.section
         return float(pinned.surface_stress(self.shortening, strip.thickness, PAPER.coupler, strip.material.modulus))
 
-    def force(self, load: Callable[[Array], Array], angle: Any) -> Array:
+    def force(self, load: Callable[[Array], Array], angle: ArrayLike) -> Array:
         """F = p(u) E I/L^2 cos(phi) at crank angles, rad, for a load p(u) of an array (eqs 7-13), N."""
         return np.asarray(PAPER.push(load, self.section.bending_stiffness, np.atleast_1d(angle), self.stop))
 

@@ -17,18 +17,20 @@ from math import sqrt
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.integrate import solve_ivp
 
 from buckler.elastica import pinned
 from buckler.mbs.geometry import Array
 from buckler.mbs.laws import Coulomb, LuGre, Stribeck
+from buckler.mbs.laws.pieces import Reals
 from buckler.mbs.library import PAPER, PAPER_STOP
 
 DAMPING_RATIO = 0.2
 """Of slider and stop."""
 
 
-def friction_interval(force: Any, limit: float) -> tuple[Any, Any]:
+def friction_interval(force: ArrayLike, limit: float) -> tuple[Array, Array]:
     """Least and largest force on the stop, N, of a resting slider that the strip pushes with `force`, by a friction limit, N."""
     return np.maximum(np.asarray(force) - limit, 0.0), np.asarray(force) + limit
 
@@ -61,7 +63,7 @@ class Pressed:
     speed: float = 1.25
     weight: float = 0.3 * 9.81
 
-    def push(self, angle: Any, depth: Any = 0.0) -> Any:
+    def push(self, angle: Reals, depth: Reals = 0.0) -> Reals:
         """Force of the strip on the slider along its line, N, at crank angles, rad, the slider so deep in the stop, m."""
         return PAPER.push(pinned.load, self.rigidity, angle, PAPER_STOP - depth)
 

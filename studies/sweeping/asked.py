@@ -7,7 +7,7 @@ import os
 import shlex
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from buckler.studies.kit.options import Study, Subject, parser_of, subject, writable
 from buckler.studies.kit.parameters import Cases, StudyParameters, specs
@@ -79,7 +79,7 @@ def shared(argv: Sequence[str]) -> list[str]:
     return kept
 
 
-def _plan(kind: type[StudyParameters] | Cases, given: Mapping[str, Any], options: argparse.Namespace) -> Plan:
+def _plan(kind: type[StudyParameters] | Cases, given: Mapping[str, object], options: argparse.Namespace) -> Plan:
     """The cases that the options ask for."""
     varied = [parse(text, kind) for text in options.vary]
     sampling = None

@@ -9,7 +9,6 @@ import signal
 import sys
 import time
 from collections.abc import Iterator, Sequence
-from typing import Any
 
 from buckler.studies.kit.report import Progress
 from buckler.studies.kit.words import wrong_input
@@ -75,7 +74,7 @@ def _told(quiet: bool) -> Iterator[None]:
 def _ended_like_interrupted() -> Iterator[None]:
     """Take SIGTERM, by which a batch system ends a job, for Ctrl-C."""
 
-    def interrupt(*_: Any) -> None:
+    def interrupt(*_: object) -> None:
         raise KeyboardInterrupt
 
     before = signal.signal(signal.SIGTERM, interrupt)

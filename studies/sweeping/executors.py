@@ -86,7 +86,7 @@ class Local(Workers):
         self._made.append(ProcessPoolExecutor(1, self._context, worker.begin, (self._reader,)))
         return self._made[-1]
 
-    def submit(self, fn: Callable[..., Any], /, *args: Any, **options: Any) -> Future[Any]:
+    def submit(self, fn: Callable[..., object], /, *args: object, **options: object) -> Future[Any]:
         """Send a case to a process that is free, or to a new one in place of one that has died."""
         pool = self._free.get()
         with _undisturbed():
@@ -157,7 +157,7 @@ class Given(Workers):
     def __init__(self, executor: Executor, slots: int) -> None:
         self.executor, self.slots, self.where = executor, slots, type(executor).__name__
 
-    def submit(self, fn: Callable[..., Any], /, *args: Any, **options: Any) -> Future[Any]:
+    def submit(self, fn: Callable[..., object], /, *args: object, **options: object) -> Future[Any]:
         """Hand it on."""
         return self.executor.submit(fn, *args, **options)
 
@@ -167,7 +167,7 @@ class Here(Workers):
 
     where, slots = "this process", 1
 
-    def submit(self, fn: Callable[..., Any], /, *args: Any, **options: Any) -> Future[Any]:
+    def submit(self, fn: Callable[..., object], /, *args: object, **options: object) -> Future[Any]:
         """Run it now."""
         future: Future[Any] = Future()
         future.set_result(fn(*args, **options))
@@ -222,7 +222,7 @@ class Dask(Workers):
         """Two for each thread there is now; workers may come and go."""
         return 2 * max(1, sum(self._client.nthreads().values()))
 
-    def submit(self, fn: Callable[..., Any], /, *args: Any, **options: Any) -> Future[Any]:
+    def submit(self, fn: Callable[..., object], /, *args: object, **options: object) -> Future[Any]:
         """Hand it on."""
         future: Future[Any] = self._executor.submit(fn, *args, **options)
         return future

@@ -59,7 +59,7 @@ def _names(rows: Sequence[Row]) -> list[str]:
     return list(rows[0].parameters) if rows else []
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: object) -> Any:
     """Several values in one cell, separated by commas."""
     return ",".join(map(str, value)) if isinstance(value, list) else value
 

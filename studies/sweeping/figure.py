@@ -8,6 +8,7 @@ from itertools import product
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from buckler.mbs.geometry import Array
@@ -89,7 +90,7 @@ class _Picture:
         doubtful = chosen & self.suspect
         ax.plot(x[doubtful], self.mean[doubtful], mark, mfc="white", mec=colour, zorder=5)
 
-    def _mark_failed(self, ax: Any, x: Any) -> None:
+    def _mark_failed(self, ax: Axes, x: Array) -> None:
         """Crosses along the bottom, where no value is."""
         x = np.asarray(x)[self.failed]
         if len(x):  # matplotlib lays figures out wrongly around an empty curve that is not clipped
@@ -184,7 +185,7 @@ def _settled(values: Array) -> Array:
     return values
 
 
-def _named(name: str, value: Any, unit: str) -> str:
+def _named(name: str, value: object, unit: str) -> str:
     """`beam`, or `speed = 6.58 rad/s`."""
     if isinstance(value, str):
         return value

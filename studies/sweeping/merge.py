@@ -74,11 +74,11 @@ def _same_sweep(book: Store, part: Store) -> None:
             raise StoreError(f"{part.path} is of another sweep than {book.path}: {said}")
 
 
-def _told(value: Any) -> str:
+def _told(value: object) -> str:
     return ", ".join(f"{k} {v}" for k, v in value.items()) if isinstance(value, dict) else str(value)
 
 
-def _refuse_contradiction(book: Store, row: Mapping[str, Any], path: Path) -> None:
+def _refuse_contradiction(book: Store, row: Mapping[str, object], path: Path) -> None:
     """Refuse a case that has ended in both, and not alike."""
     for found in book.ask("SELECT status, metrics FROM cases WHERE parameters = ?", (row["parameters"],)):
         difference = None in (found[0], row["status"]) or _difference(found, row)

@@ -67,12 +67,12 @@ def canonical(parameters: StudyParameters) -> str:
     return to_json(parameters.plain())
 
 
-def report_name(parameters: Mapping[str, Any]) -> str:
+def report_name(parameters: Mapping[str, object]) -> str:
     """File name of a case's own report page: the same for equal parameters."""
     return f"{hashlib.sha256(to_json(parameters).encode()).hexdigest()[:12]}.html"
 
 
-def to_json(content: Any) -> str:
+def to_json(content: object) -> str:
     """Strict JSON, which SQLite's own functions read, that keeps every float: NaN and infinities are words."""
     return json.dumps(plain(content, str), ensure_ascii=False, separators=(",", ":"), allow_nan=False)
 

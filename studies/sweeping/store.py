@@ -214,7 +214,7 @@ class Store:
         sets = ", ".join(f"{name} = :{name}" for name in ENDING)
         self.ask(f"UPDATE cases SET {sets} WHERE number = :number AND status IS NULL", values)
 
-    def take(self, values: Sequence[Any]) -> None:
+    def take(self, values: Sequence[object]) -> None:
         """Take a case over from another store, unless it has ended here."""
         sets = ", ".join(f"{name} = excluded.{name}" for name in ENDING)
         places = ", ".join("?" for _ in FIELDS)

@@ -145,7 +145,7 @@ def sweep(
         return [row for row in book.rows(signals) if row.number in mine]
 
 
-def _rows(workers: Workers, jobs: Sequence[Job], mine: Mapping[str, Any]) -> Generator[Row]:
+def _rows(workers: Workers, jobs: Sequence[Job], mine: Mapping[str, object]) -> Generator[Row]:
     """Run jobs, a row each in the order in which they end; `mine` is the stamp of this process."""
     waiting, running, deaths = deque(jobs), dict[Future[Row], Job](), Counter[int]()
     with workers:

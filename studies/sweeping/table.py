@@ -64,7 +64,7 @@ def points(plan: Plan, rows: Sequence[Row]) -> list[Point]:
     return found
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: object) -> Any:
     """A value that stands alone in a parameter for several."""
     return value[0] if isinstance(value, tuple) else value
 

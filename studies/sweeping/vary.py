@@ -159,7 +159,7 @@ def _rounded(x: float) -> float:
 
 def plan(
     kind: type[StudyParameters] | Cases,
-    given: Mapping[str, Any],
+    given: Mapping[str, object],
     varied: Sequence[Grid | Range],
     sampling: Sampling | None = None,
     repeats: int = 1,
@@ -216,7 +216,7 @@ def _check(kind: type[StudyParameters] | Cases, names: Sequence[str], given: Map
         raise ValueError(f"--repeat {repeats}: the seed is also varied")
 
 
-def _case(kind: type[StudyParameters] | Cases, given: Mapping[str, Any], varied: Mapping[str, Any]) -> StudyParameters:
+def _case(kind: type[StudyParameters] | Cases, given: Mapping[str, object], varied: Mapping[str, object]) -> StudyParameters:
     try:
         return kind(**{**given, **varied})
     except ValueError as error:

@@ -15,7 +15,9 @@ from buckler.mbs.accuracy.compare import Functions, compare, relative
 from buckler.mbs.accuracy.ladder import ExudynLadder, Ladder, Runner, SpectralLadder
 from buckler.mbs.accuracy.words import ALL_FORCES, MEANS, PLACES
 from buckler.mbs.elements.signal import Kind, Signal
+from buckler.mbs.geometry import Array
 from buckler.mbs.kinematics.slidercrank import SliderCrank
+from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.simulation import SOLVERS
 from buckler.mbs.solvers.exudyn import Exudyn
 from buckler.mbs.solvers.spectral import Spectral
@@ -51,7 +53,7 @@ def moving_slider(made: Drawn, _asked: float, _solver: str) -> Truth:
     section, time = body.section, np.linspace(0.0, made.duration, SAMPLES)
     unit, rigidity, euler = section.bending_stiffness / length**2, section.axial_stiffness / length, section.euler_load(length)
 
-    def rates(t: float, y: Any, onset: float) -> Any:
+    def rates(t: float, y: Array, onset: float) -> Any:
         pin, (x, v), depth = crank * np.exp(1j * speed * t), y, stop.at - y[0]
         span = abs(pin - x)
         push = rigidity * (length - span)
@@ -59,7 +61,7 @@ def moving_slider(made: Drawn, _asked: float, _solver: str) -> Truth:
             push = unit * float(body.load(1 - span / length - euler / section.axial_stiffness))
         return v, (push * (x - pin.real) / span + (stop.law.force(depth, -v, onset) if depth > 0 else 0.0)) / guide.mass
 
-    def touches(t: float, y: Any, onset: float) -> float:
+    def touches(t: float, y: Array, onset: float) -> float:
         return float(stop.at - y[0]) if t > begin + 1e-9 * made.duration else 1.0
 
     touches.direction, touches.terminal = 1.0, True  # type: ignore[attr-defined]
@@ -105,7 +107,7 @@ def runner(timeout: float) -> Runner:
     """What makes runs within a time, s, for all of them."""
     ends = perf_counter() + timeout
 
-    def run(mechanism: Any, duration: float, solver: Any) -> Any:
+    def run(mechanism: Mechanism, duration: float, solver: object) -> Any:
         return SOLVERS[type(solver)](mechanism, duration, solver, max(1e-3, ends - perf_counter()), None)
 
     return run

@@ -20,6 +20,7 @@ import numpy as np
 from buckler.mbs import Beam, Cable, Modal, Section, simulate
 from buckler.mbs.geometry import Array
 from buckler.mbs.library import PAPER
+from buckler.mbs.record.result import Result
 from buckler.studies.kit.parameters import StudyParameters, choices, integer
 from buckler.studies.kit.precision import footnote
 from buckler.studies.kit.published import STRIP_WIDTH
@@ -121,7 +122,7 @@ def _with_play(beam: bool) -> TimedJob:
     mechanism = p.bars(rocker=Beam(p.section, elements=4)) if beam else like
     compared = len(START) // 2 if beam else len(START)
 
-    def path(result: Any) -> Array:
+    def path(result: Result) -> Array:
         return np.stack([result.at("coupler.x", START, outside=np.nan), result.at("coupler.y", START, outside=np.nan)], axis=1)
 
     exact = path(simulate(like, START[-1], solver=solver(like, 1e-10)))

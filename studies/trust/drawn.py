@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from buckler import mbs
+from buckler.mbs.elements.element import Body
 from buckler.mbs.functions import Components, Expression, Table
 from buckler.mbs.library import PAPER
 from buckler.mbs.modal import BarModes
@@ -120,7 +121,7 @@ def _bouncing(d: Dice) -> Made:
 # --- strips ----------------------------------------------------------------------------------------------------------------
 
 
-def _column(length: float, body: Any, mass: float, **more: Any) -> mbs.Mechanism:
+def _column(length: float, body: Body, mass: float, **more: Any) -> mbs.Mechanism:
     """A link in line with the guide of its near end, its far end on a pin."""
     return mbs.Mechanism(
         {"A": (0, 0), "B": (length, 0)},

@@ -37,11 +37,11 @@ class Dice(np.random.Generator):
         """True for a share of all draws."""
         return bool(self.random() < share)
 
-    def one(self, *options: Any) -> Any:
+    def one(self, *options: object) -> Any:
         """One of them, alike."""
         return options[int(self.integers(len(options)))]
 
-    def some(self, *options: Any, share: float = 0.6) -> list[Any]:
+    def some(self, *options: object, share: float = 0.6) -> list[Any]:
         """Each for a share of all draws."""
         return [option for option in options if self.chance(share)]
 

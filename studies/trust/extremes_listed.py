@@ -11,6 +11,7 @@ from scipy.stats import qmc
 
 from buckler import mbs
 from buckler.mbs import laws
+from buckler.mbs.elements.element import Body
 from buckler.mbs.functions import Expression
 from buckler.mbs.library import CLOSED, PAPER, RATTLING, CrankRocker, crank_rocker, slider_crank
 from buckler.studies.kit.published import STEEL, STRIP_WIDTH
@@ -105,7 +106,7 @@ def slider_cranks() -> Iterator[Listed]:
 # --- strips pressed in line with their guide -------------------------------------------------------------------------------
 
 
-def pressed(body: Any, share: float, duration: float) -> mbs.Mechanism:
+def pressed(body: Body, share: float, duration: float) -> mbs.Mechanism:
     """A strip in line with its guide, its far end on a pin; the near end travels as t^3 to a share of the length."""
     return mbs.Mechanism(
         points={"A": (0, 0), "B": (LENGTH, 0)},
@@ -176,7 +177,7 @@ ADAMS = laws.AdamsFriction(static=0.3, dynamic=0.1)
 
 def loose(
     gap: float = 2.5e-4, law: Any = RATTLING, friction: Any = ADAMS, joints: str = "OABC", speed: float = SPEED,
-    rocker: Any = None,
+    rocker: Body | None = None,
 ) -> mbs.Mechanism:  # fmt: skip
     """The paper's crank-rocker with clearance in some joints."""
 

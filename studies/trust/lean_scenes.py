@@ -23,6 +23,7 @@ from buckler.mbs import build, crank_rocker, simulate
 from buckler.mbs import slider_crank as slider
 from buckler.mbs.checks.suspicions import suspicions
 from buckler.mbs.elements.clearance import clearances
+from buckler.mbs.elements.element import Body
 from buckler.mbs.engine.solve import once
 from buckler.mbs.laws import AdamsFriction, CarvalhoMartins, Coulomb, FrictionLaw, Impact, NoFriction
 from buckler.mbs.record.signals import collect
@@ -76,7 +77,7 @@ def striking(coupler: Any) -> Variants:
     }
 
 
-def turning(rocker: Any, with_play: str) -> Variants:
+def turning(rocker: Body, with_play: str) -> Variants:
     """The crank-rocker, a tenth of a turn; friction of its joints is a part."""
 
     def made(friction: FrictionLaw) -> LeanScene:
@@ -182,7 +183,7 @@ def _costs(variants: Variants, summaries: Mapping[str, Mapping[str, int]], repea
     return found
 
 
-def _seconds(work: Callable[[], Any]) -> float:
+def _seconds(work: Callable[[], object]) -> float:
     """Of this process, which other work on the machine lengthens least."""
     start = process_time()
     work()

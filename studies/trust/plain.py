@@ -68,11 +68,11 @@ class _System:
     def marker(self, node: int, coordinate: int) -> int:
         return self.system.AddMarker(eii.MarkerNodeCoordinate(nodeNumber=node, coordinate=coordinate))
 
-    def fix(self, node: int, coordinate: int, **motion: Any) -> int:
+    def fix(self, node: int, coordinate: int, **motion: object) -> int:
         markers = [self.ground, self.marker(node, coordinate)]
         return self.system.AddObject(eii.CoordinateConstraint(markerNumbers=markers, **motion))
 
-    def sense(self, sensor: Any) -> int:
+    def sense(self, sensor: object) -> int:
         return int(self.system.AddSensor(sensor))
 
     def stored(self, sensor: int) -> Array:
@@ -89,7 +89,7 @@ class _System:
             marker = self.system.AddMarker(eii.MarkerBodyMass(bodyNumber=body))
             self.system.AddLoad(eii.LoadMassProportional(markerNumber=marker, loadVector=[*gravity, 0.0]))
 
-    def cable(self, section: Section, length: float, nodes: list[int], **more: Any) -> list[int]:
+    def cable(self, section: Section, length: float, nodes: list[int], **more: object) -> list[int]:
         stiff = {"bendingStiffness": section.bending_stiffness, "axialStiffness": section.axial_stiffness}
         given = {"length": length / (len(nodes) - 1), "massPerLength": section.mass_per_length, **stiff, **more}
         return [
@@ -120,7 +120,7 @@ def buckled_strip(section: Section, length: float, shortenings: Array, elements:
         job.fix(node, coordinate)
     span = [0.0, 0.0]
 
-    def travel(_system: Any, t: float, _item: int, _offset: float) -> float:
+    def travel(_system: object, t: float, _item: int, _offset: float) -> float:
         return -length * (span[0] + (span[1] - span[0]) * t)
 
     constraint = job.fix(nodes[-1], 0, offsetUserFunction=travel)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -83,7 +83,7 @@ class Drop(NamedTuple):
 # --- the drop test ----------------------------------------------------------------------------------------------------
 
 
-def striker(law: Any, speed: float, clearance: float, section: Section) -> Mechanism:
+def striker(law: NormalLaw, speed: float, clearance: float, section: Section) -> Mechanism:
     """Bush of a guided block, which reaches its constant speed before it meets the pin of a free bar.
 
     No gravity, nothing else acts on the bar, and the impact is central: an exact impact of one mass at this speed.

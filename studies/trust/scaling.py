@@ -26,6 +26,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from buckler.mbs import Cable, Clearance, Controlled, Equal, Exudyn, Force, Link, Mechanism, Revolute, Rigid, Section, Spectral
+from buckler.mbs.elements.element import Body
 from buckler.mbs.geometry import Array
 from buckler.mbs.laws import Impact
 from buckler.mbs.record.lookup import hermite
@@ -49,7 +50,7 @@ FINER = 0.1
 Point = tuple[int, int]
 
 
-def chain(links: int, body: Any, gravity: tuple[float, float] = DOWN) -> Mechanism:
+def chain(links: int, body: Body, gravity: tuple[float, float] = DOWN) -> Mechanism:
     """Links in a row, the first one pinned to the ground."""
     points = {f"P{k}": (SIDE * k, 0.0) for k in range(links + 1)}
     made = [Link(f"link{k}", f"P{k}", f"P{k + 1}", body) for k in range(links)]
@@ -64,7 +65,7 @@ def rattling(links: int) -> Mechanism:
     return replace(made, joints=[Clearance(j.point, j.first, j.second, PIN, GAP, LAW) for j in made.joints], loads=pushes)
 
 
-def lattice(links: int, body: Any) -> Mechanism:
+def lattice(links: int, body: Body) -> Mechanism:
     """Sides of a net's meshes, row by row, hung up along its upper edge: strips downward, and across between their ends."""
     wide = max(1, isqrt(links // 2))
     sides: list[tuple[Point, Point]] = []

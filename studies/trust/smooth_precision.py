@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from buckler.mbs import Beam, Cable, Controlled, Exudyn, Mechanism, Section, Spectral, simulate, slider_crank
+from buckler.mbs.elements.element import Body
 from buckler.mbs.geometry import Array
 from buckler.studies.kit.parameters import StudyParameters, integer, quantities, quantity
 from buckler.studies.kit.precision import Runs, Series, as_signals, by_tolerance, figure_of, footnote, mark, measure, points_of
@@ -60,7 +61,7 @@ class Parameters(StudyParameters):
         """When deflections are compared, s."""
         return np.linspace(0.0, self.turns * 2 * pi / self.speed, TIMES)
 
-    def mechanism(self, coupler: Any) -> Mechanism:
+    def mechanism(self, coupler: Body) -> Mechanism:
         """The slider-crank without a stop."""
         return slider_crank(coupler, law=None, mass=self.mass, speed=self.speed)
 

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from functools import partial
 from math import nan, pi, sqrt
 from time import process_time
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -63,7 +63,7 @@ class Work(NamedTuple):
         """When deflections are compared, s."""
         return np.linspace(0.0, self.duration, TIMES)
 
-    def mechanism(self, kind: type, **more: Any) -> Mechanism:
+    def mechanism(self, kind: type, **more: object) -> Mechanism:
         """The slider-crank with a coupler of this kind."""
         section = Section(0.030, self.thickness)
         if self.stop:
