@@ -28,8 +28,8 @@ SIGNATURES = (("t",), ("s",), ("x",), ("x", "v"), ("t", "angle", "speed"))
 """Variables a formula may have, in the order in which it is called with them: time; fraction of a length; elongation and its
 rate; time, angle and speed of a link."""
 OURS = "buckler."
-PANEL, EXACT = 1 / 128, 1e-11
-"""Width, s, of the pieces over which a formula is integrated, and how far the integral may be off, relative."""
+PIECES, MOST, EXACT = 128, 10_000, 1e-11
+"""Pieces of a run over which a formula is integrated, intervals of one at most, and how far the integral may be off, relative."""
 
 
 def kinks(function: object, duration: float = inf) -> tuple[float, ...]:
@@ -42,6 +42,8 @@ def kinks(function: object, duration: float = inf) -> tuple[float, ...]:
     duration : float
         s.
     """
+    if isinstance(function, Integral) and duration < inf:
+        function.span(duration)
     if hasattr(function, "made_of"):
         return tuple(sorted({t for part in function.made_of for t in kinks(part, duration)}))
     found: tuple[float, ...] | None = getattr(function, "kinks", None)
@@ -175,7 +177,13 @@ class Integral(Given):
     of: Callable[..., Any]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "_sums", [0.0])
+        self.span(0.0)
+
+    def span(self, duration: float) -> None:
+        """What is asked for lies within so many s: what is integrated is looked at, and parted, by that."""
+        if duration != getattr(self, "_span", None):
+            object.__setattr__(self, "_span", duration)
+            object.__setattr__(self, "_sums", [0.0])
 
     @property
     def made_of(self) -> tuple[Any, ...]:
@@ -186,20 +194,25 @@ class Integral(Given):
         """Over a piece, parted where what is integrated has a kink or changes quickly: what is short may lie between nodes."""
         from scipy.integrate import quad  # it takes a while to load, and few need it
 
-        known = kinks(self.of, 2.0 ** ceil(log2(max(end, PANEL))))
+        known = kinks(self.of, self._span)  # type: ignore[attr-defined]
         edges = [start, *known[bisect_right(known, start) : bisect_left(known, end)], end]
-        return sum(quad(self.of, a, b, epsabs=0.0, epsrel=EXACT, full_output=1)[0] for a, b in pairwise(edges))
+        return sum(quad(self.of, a, b, epsabs=0.0, epsrel=EXACT, limit=MOST, full_output=1)[0] for a, b in pairwise(edges))
 
     def __call__(self, t: Any, *_: Any) -> Any:
         """Integral from 0 to t >= 0, s."""
         if isinstance(t, np.ndarray):
             return np.vectorize(self, otypes=[float])(t)
+        if t == 0:
+            return 0.0
+        if abs(t) * (1 - 1e-9) > self._span:  # type: ignore[attr-defined]
+            self.span(2.0 ** ceil(log2(abs(t))))
         sums: list[float] = self._sums  # type: ignore[attr-defined]
-        count = max(0, int(t / PANEL))
+        width: float = self._span / PIECES  # type: ignore[attr-defined]
+        count = max(0, int(t / width))
         while len(sums) <= count:
             k = len(sums)
-            sums.append(sums[-1] + self._piece((k - 1) * PANEL, k * PANEL))
-        return sums[count] + self._piece(count * PANEL, t)
+            sums.append(sums[-1] + self._piece((k - 1) * width, k * width))
+        return sums[count] + self._piece(count * width, t)
 
     def derivative(self) -> Callable[..., Any]:
         """What was integrated."""

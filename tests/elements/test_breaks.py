@@ -130,6 +130,15 @@ def test_the_integral_of_a_short_hump_is_right():
         assert integral(t) == pytest.approx(reached(t), rel=1e-9)
 
 
+@pytest.mark.parametrize("duration", [1e-6, 1e4])
+def test_an_integral_is_as_right_in_a_microsecond_as_in_hours(duration):
+    """Pieces went by seconds: in a short run a hump of a thousandth of it was not seen, a long one took minutes."""
+    width, speed = 1e-3 * duration, 200 / duration
+    formula = Expression(f"1 + 500*exp(-((t - {0.37 * duration!r})/{width!r})**2) + cos({speed!r}*t)")
+    right = duration + 500 * width * np.sqrt(np.pi) + np.sin(200) / speed
+    assert formula.integral()(duration) == pytest.approx(right, rel=1e-9)
+
+
 PUSHES = {"formula": Components((FORMULA, 0.0)), "function": lambda t: (float(hump(t)), 0.0)}
 
 
