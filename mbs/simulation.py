@@ -12,10 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs.accuracy.deliver import Climb, deliver
-from buckler.mbs.accuracy.goal import Asked, Goal
+from buckler.mbs.accuracy.deliver import Climb, deliver, plain
+from buckler.mbs.accuracy.goal import Asked, Goal, Usual
 from buckler.mbs.accuracy.ladder import ladder_of, suited
-from buckler.mbs.accuracy.usual import Usual, plain
 from buckler.mbs.accuracy.verify import verified
 from buckler.mbs.accuracy.words import COARSEST, FINEST, PLACES
 from buckler.mbs.breaks import WIDTH
@@ -85,7 +84,7 @@ def simulate(
     solver : Exudyn, Spectral or Closure, optional
         Solver and its settings. Without an accuracy it runs once, and its error is not known. By default `Closure()` where
         joints and drives alone decide the motion; with an accuracy the solver that suits the mechanism; else `Exudyn()`, held
-        against a finer run, see `mbs.accuracy.usual`.
+        against a finer run, see `mbs.accuracy.deliver`.
     verify : bool
         Also run another solver, `Exudyn` for `Spectral` and `Spectral` for the others, and put the largest relative difference of
         places into the result's `verified`. Signals farther apart than both errors allow make it SUSPECT, SOLVERS in the message.

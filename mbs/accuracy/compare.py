@@ -1,8 +1,7 @@
 """How far two runs of one mechanism are apart, signal by signal, as functions of time.
 
-Both runs are functions: cubics between their samples, by the rates of what has some. They are compared at the samples of both and
-half-way between, so that what lies between samples counts too. Differences are taken in the L2 norm over time; what is read off a
-signal is off by no more than a norm of the difference, so that two readings that agree by chance hide nothing:
+Both are cubics between their samples, by the rates of what has some, compared at the samples of both and half-way between. What
+is read off a signal is off by no more than a norm of the difference: two readings that agree by chance hide nothing.
 
 - `name`: the root of the mean square of the difference;
 - `name.peak`: its largest magnitude, which bounds the error of the largest value; of places and forces;
@@ -13,12 +12,10 @@ A place is measured by its range, a force or a rate by its root mean square or i
 vector, and all at least by `SMALL` of the largest signal of its kind and unit, places by `RESTING` of the mechanism: what is
 smaller rests. Energies are measured by what is put through, and by a hundred times what vibrations that nobody sees may hold.
 
-Contacts that close a little earlier or later would make forces differ wholly for that little while. Their time is told by the
-onset; forces and rates are compared in a time that is bent so that onsets fall together, and not between two samples about one.
-So about kinks of what drives or loads a mechanism, where accelerations jump.
-
-A point that passes a stop by less than its place is off may as well have touched it: the force that it would have had counts as
-a difference.
+Contacts that close a little earlier or later would make forces differ wholly for that little while. The onset tells their time;
+forces and rates are compared in a time that is bent so that onsets fall together, and not between two samples about one, nor
+about kinks of what drives or loads a mechanism. A point that passes a stop by less than its place is off may as well have
+touched it: the force that it would have had counts as a difference.
 """
 
 from __future__ import annotations
@@ -26,7 +23,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 
@@ -42,8 +40,6 @@ from buckler.mbs.record.run import Run
 SMALL, RESTING = 1e-2, 1e-3
 """Of the largest signal of the same kind and unit, and of the mechanism's size: smaller signals are measured by so much."""
 FORCES = (Kind.REACTION, Kind.CONTACT, Kind.FRICTION, Kind.INTERNAL)
-Scales = tuple[float, float]
-"""Of a signal: what the root of a mean square is relative to, and what a largest difference is."""
 TINY = float(np.finfo(float).tiny)
 
 
@@ -61,14 +57,10 @@ class Apart(NamedTuple):
 
 @dataclass(frozen=True)
 class Functions:
-    """A run as functions of time.
+    """A run as functions of time, s, and the signals that are compared.
 
     Attributes
     ----------
-    time : array, shape (samples,)
-        s.
-    signals : mapping of str to Signal
-        The kinds of signals that are compared.
     size : float
         Of the mechanism, m.
     balance : float
@@ -93,21 +85,19 @@ class Functions:
     @classmethod
     def of(cls, run: Run) -> Functions:
         """Signals and energies of a run."""
-        record, mechanism = run.record, run.record.mechanism
+        record, mechanism, end = run.record, run.record.mechanism, float(run.record.time[-1])
         energies = ledger(record)
         through, unseen = put_through(record, energies, run.values)
-        missing, mass = float(np.abs(energies["error"]).max()), mechanism_mass(mechanism)
-        balance = max(0.0, missing / through - unseen)
-        energies = {name: values for name, values in energies.items() if name not in ("throughput", "error")}
+        missing, mass = float(np.abs(energies.pop("error")).max()), mechanism_mass(mechanism)
+        del energies["throughput"]
         found = {name: signal for name, signal in run.signals.items() if signal.kind is not Kind.COUNT}
         whole = through * (1 + unseen / SMALL)
         found |= {f"energy.{n}": Signal(f"energy.{n}", v, "J", Kind.ENERGY, scale=whole) for n, v in energies.items()}
         size = max(mechanism.length(link.name) for link in mechanism.links)
-        way = min([size, *(joint.gap for joint in clearances(mechanism))])
-        push = mass * way / float(record.time[-1]) ** 2
+        push = mass * min([size, *(joint.gap for joint in clearances(mechanism))]) / end**2
         struts = any(link.body.flexible and link.body.massless for link in mechanism.links)
         taken = axial_period(mechanism) / (2 * np.pi) * float(np.sqrt(2 * missing / mass)) if struts else 0.0
-        return cls(record.time, found, size, balance, kinks_of(mechanism, float(record.time[-1])), push, taken)
+        return cls(record.time, found, size, max(0.0, missing / through - unseen), kinks_of(mechanism, end), push, taken)
 
     @property
     def unresolved(self) -> list[str]:
@@ -117,52 +107,44 @@ class Functions:
 
     def at(self, times: Array) -> dict[str, Array]:
         """All signals at other times within the run."""
-        groups: dict[tuple[bool, bool], list[str]] = {}
-        for name, signal in self.signals.items():
-            groups.setdefault((signal.rate in self.signals, signal.kind is Kind.PLACE), []).append(name)
-        found: dict[str, Array] = {}
-        for (known, smooth), names in groups.items():
-            values = np.stack([self.signals[name].values for name in names], axis=1)
-            rates = np.stack([self.signals[self.signals[name].rate].values for name in names], axis=1) if known else None
-            found |= zip(names, between(self.time, values, rates, times, smooth).T, strict=True)
+        found, signals = dict[str, Array](), self.signals
+        for known, smooth in product((True, False), repeat=2):
+            names = [n for n, s in signals.items() if (s.rate in signals, s.kind is Kind.PLACE) == (known, smooth)]
+            if names:
+                values = np.stack([signals[name].values for name in names], axis=1)
+                rates = np.stack([signals[signals[name].rate].values for name in names], axis=1) if known else None
+                found |= zip(names, between(self.time, values, rates, times, smooth).T, strict=True)
         return found
 
     @cached_property
-    def own(self) -> dict[str, Scales]:
+    def own(self) -> dict[str, Array]:
         """The size of each signal: of a place or an energy its range, else the root of its mean square and its largest."""
-        found: dict[str, Scales] = {}
-        for name, signal in self.signals.items():
-            if signal.kind in (Kind.PLACE, Kind.ENERGY):
-                extent = signal.scale or float(np.ptp(signal.values))
-                found[name] = extent, extent
-            else:
-                found[name] = float(np.sqrt(_mean(self.time, signal.values**2))), float(np.abs(signal.values).max())
-        return found
-
-    @cached_property
-    def scales(self) -> dict[str, Scales]:
-        """What each signal is measured by: its difference's root mean square, and its largest."""
-        own = self.own
-        vectors: dict[str, Scales] = {}
-        units: dict[tuple[str, str], Scales] = {}
-        for name, signal in self.signals.items():
-            group, family = signal.group or name, _family(signal)
-            vectors[group] = _larger(own[name], vectors.get(group, (TINY, TINY)))
-            units[family] = _larger(own[name], units.get(family, (TINY, TINY)))
-        torque = units.get(("force", "N m"), (TINY, TINY))
-        forces = _larger(units.get(("force", "N"), (TINY, TINY)), (torque[0] / self.size, torque[1] / self.size))
-        forces = _larger(forces, (self.push, self.push))
-        units |= {("force", "N"): forces, ("force", "N m"): (forces[0] * self.size, forces[1] * self.size)}
-        rests = RESTING * self.size, RESTING
         found = {}
         for name, signal in self.signals.items():
-            if signal.kind is Kind.PLACE:
-                rest = rests[signal.unit != "m"]
-                least = rest, rest
+            if signal.kind in (Kind.PLACE, Kind.ENERGY):
+                found[name] = np.full(2, signal.scale or np.ptp(signal.values))
             else:
-                largest = units[_family(signal)]
-                least = SMALL * largest[0], SMALL * largest[1]
-            found[name] = own[name] if signal.scale else _larger(vectors[signal.group or name], least)
+                square = np.trapezoid(signal.values**2, self.time) / max(np.ptp(self.time), TINY)
+                found[name] = np.array([np.sqrt(square), np.abs(signal.values).max()])
+        return found
+
+    @cached_property
+    def scales(self) -> dict[str, Array]:
+        """What each signal is measured by: its difference's root mean square, and its largest."""
+        vectors: dict[str, Array] = {}
+        kinds: dict[tuple[str, str], Array] = {}
+        for name, signal in self.signals.items():
+            group, family = signal.group or name, _family(signal)
+            vectors[group] = np.maximum(vectors.get(group, TINY), self.own[name])
+            kinds[family] = np.maximum(kinds.get(family, TINY), self.own[name])
+        force, torque = ("force", "N"), ("force", "N m")
+        kinds[force] = np.maximum(kinds.get(force, self.push), np.maximum(kinds.get(torque, TINY) / self.size, self.push))
+        kinds[torque] = kinds[force] * self.size
+        found = {}
+        for name, signal in self.signals.items():
+            rests = RESTING * (self.size if signal.unit == "m" else 1.0)
+            least = rests if signal.kind is Kind.PLACE else SMALL * kinds[_family(signal)]
+            found[name] = self.own[name] if signal.scale else np.maximum(vectors[signal.group or name], least)
         return found
 
 
@@ -171,55 +153,35 @@ def _family(signal: Signal) -> tuple[str, str]:
     return ("force" if signal.kind in FORCES else signal.kind), signal.unit
 
 
-def _larger(a: Scales, b: Scales) -> Scales:
-    return max(a[0], b[0]), max(a[1], b[1])
-
-
 def compare(a: Functions, b: Functions, until: float = np.inf) -> dict[str, Apart]:
-    """How far run a is from run b, by signal and by what is read off it; see above.
-
-    Parameters
-    ----------
-    a, b : Functions
-        Of the same mechanism, whatever their elements, steps and solver; b is what a is measured by.
-    until : float
-        Time, s, to which they are compared.
-    """
-    end = min(float(a.time[-1]), float(b.time[-1]), until)
-    bent, contacts = _bend(a, b, end)
-    plain, own = _grid([a.time, b.time], end), _grid([a.time, np.interp(b.time, bent[1], bent[0]), contacts], end)
-    theirs = np.interp(own, *bent)
-    jumps = np.append(contacts, [t for t in b.kinks if t < end])
-    seen = _seen(own, a.time, jumps) * _seen(theirs, b.time, np.interp(jumps, *bent))
+    """How far run a is from run b, which it is measured by, up to a time, s; by signal and by what is read off it, see above."""
+    end = max(min(float(a.time[-1]), float(b.time[-1]), until), TINY)
+    mine, theirs = _bend(a, b, end)
+    plain, own = _grid([a.time, b.time], end), _grid([a.time, np.interp(b.time, theirs, mine), mine[1:-1]], end)
+    other = np.interp(own, mine, theirs)
+    jumps = np.append(mine[1:-1], [t for t in b.kinks if t < end])
+    seen = _seen(own, a.time, jumps) * _seen(other, b.time, np.interp(jumps, mine, theirs))
+    evenly, bent, found = _weights(plain), _weights(own) * seen, dict[str, Apart]()
     with np.errstate(all="ignore"):
         flat = a.at(plain), b.at(plain)
-        warped = flat if np.array_equal(own, plain) and np.array_equal(theirs, plain) else (a.at(own), b.at(theirs))
-    evenly, along_both, found = _weights(plain), _weights(own) * seen, dict[str, Apart]()
-    for name, scales in b.scales.items():
-        if name not in a.signals:
-            continue
-        signal = b.signals[name]
-        straight = signal.kind in (Kind.PLACE, Kind.ENERGY)
-        (mine, other), weights = (flat, evenly) if straight else (warped, along_both)
-        missed = _missed(a, b, name, plain)
-        with np.errstate(all="ignore"):
-            off = mine[name] - other[name]
-        apart = float(np.sqrt(weights @ off**2 / max(end, TINY))) + float(np.sqrt(evenly @ missed**2 / max(end, TINY)))
-        found[name] = Apart(apart, scales[0])
-        if signal.kind is Kind.PLACE or signal.kind in FORCES:
-            largest = np.abs(off[weights > 0]).max(initial=0.0) + missed.max()
-            found[f"{name}.peak"] = Apart(float(largest), scales[1])
-        if signal.kind in FORCES:
-            through = float(evenly @ np.abs(flat[1][name]))
-            along = np.abs(np.cumsum(evenly * (flat[0][name] - flat[1][name]))).max() + evenly @ missed
-            found[f"{name}.impulse"] = Apart(float(along), max(through, SMALL * scales[0] * end))
-        if len(signal.onsets):
-            found[f"{name}.onset"] = _onset(a.signals[name].onsets, signal.onsets, end)
+        warped = flat if np.array_equal(own, plain) and np.array_equal(other, plain) else (a.at(own), b.at(other))
+        for name in [name for name in b.signals if name in a.signals]:
+            signal, scales = b.signals[name], b.scales[name]
+            straight = signal.kind in (Kind.PLACE, Kind.ENERGY)
+            (here, there), weights = (flat, evenly) if straight else (warped, bent)
+            off, missed = here[name] - there[name], _missed(a, b, name, plain)
+            norm = np.sqrt(weights @ off**2 / end) + np.sqrt(evenly @ missed**2 / end)
+            found[name] = Apart(float(norm), float(scales[0]))
+            if signal.kind is Kind.PLACE or signal.kind in FORCES:
+                largest = np.abs(off[weights > 0]).max(initial=0.0) + missed.max()
+                found[f"{name}.peak"] = Apart(float(largest), float(scales[1]))
+            if signal.kind in FORCES:
+                through = max(evenly @ np.abs(flat[1][name]), SMALL * scales[0] * end)
+                along = np.abs(np.cumsum(evenly * (flat[0][name] - flat[1][name]))).max() + evenly @ missed
+                found[f"{name}.impulse"] = Apart(float(along), float(through))
+            if len(signal.onsets):
+                found[f"{name}.onset"] = _onset(a.signals[name].onsets, signal.onsets, end)
     return found
-
-
-def _mean(time: Array, values: Array) -> float:
-    return float(np.trapezoid(values, time) / max(time[-1] - time[0], TINY)) if len(time) > 1 else float(values[0])
 
 
 def _grid(times: list[Array], end: float) -> Array:
@@ -231,27 +193,20 @@ def _grid(times: list[Array], end: float) -> Array:
 
 def _weights(times: Array) -> Array:
     """Of Simpson's rule over times with their middles."""
-    h = times[2::2] - times[:-2:2]
     out = np.zeros(len(times))
-    out[:-2:2] += h / 6
-    out[1::2] += 4 * h / 6
-    out[2::2] += h / 6
+    for k, share in enumerate((1, 4, 1)):
+        out[k : len(times) - 2 + k : 2] += share * (times[2::2] - times[:-2:2]) / 6
     return out
 
 
-def _bend(a: Functions, b: Functions, end: float) -> tuple[tuple[Array, Array], Array]:
-    """Times of a and of b that belong together, by the onsets of their contacts; those of a."""
-    pairs = [(0.0, 0.0)]
-    for name in b.signals:
-        if name in a.signals:
-            pairs += zip(a.signals[name].onsets, b.signals[name].onsets, strict=False)
+def _bend(a: Functions, b: Functions, end: float) -> Array:
+    """Times of a and of b, shape (2, times), that belong together by the onsets of their contacts."""
+    both = [(a.signals[name].onsets, b.signals[name].onsets) for name in b.signals if name in a.signals]
     kept = [(0.0, 0.0)]
-    for one, other in sorted(pairs):
+    for one, other in sorted(pair for onsets in both for pair in zip(*onsets, strict=False)):
         if one > kept[-1][0] and other > kept[-1][1] and max(one, other) < end:
             kept.append((float(one), float(other)))
-    inner = np.array(kept)
-    mine, theirs = (np.append(inner[:, k], end) for k in (0, 1))
-    return (mine, theirs), mine[1:-1]
+    return np.array([*kept, (end, end)]).T
 
 
 def _seen(times: Array, samples: Array, jumps: Array) -> Array:
@@ -279,11 +234,10 @@ def _onset(mine: Array, theirs: Array, end: float) -> Apart:
     """How far apart the onsets are that both have; a whole run where one has none."""
     mine, theirs = mine[mine < end], theirs[theirs < end]
     count = min(len(mine), len(theirs))
-    if not count:
-        return Apart(end if len(mine) or len(theirs) else 0.0, max(end, TINY))
-    return Apart(float(np.abs(mine[:count] - theirs[:count]).max()), max(end, TINY))
+    lonely = end if len(mine) or len(theirs) else 0.0
+    return Apart(float(np.abs(mine[:count] - theirs[:count]).max()) if count else lonely, end)
 
 
-def relative(apart: Mapping[str, Any]) -> dict[str, float]:
+def relative(apart: Mapping[str, Apart]) -> dict[str, float]:
     """The relative differences."""
     return {name: each.relative for name, each in apart.items()}

@@ -12,11 +12,12 @@ that series. A rung in space leaves next to nothing of a polynomial's error and 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from math import inf
 from typing import NamedTuple
 
 import numpy as np
 
-from buckler.mbs.accuracy.compare import Apart, Functions
+from buckler.mbs.accuracy.compare import SMALL, Apart, Functions, compare
 from buckler.mbs.elements.signal import Kind
 
 REMAINDER = 1.5
@@ -25,43 +26,74 @@ ROUNDING = 1e-8
 """Error told at least: two runs that agree to rounding are told to."""
 UNRELATED = 0.1
 """Difference of places, over their range, from which two runs no longer know of each other."""
-LATER, FASTEST = 1.5, 2
-"""A rung in time later two runs of a motion that can be computed part so many times later at least, if they part at all: an
-error that goes by the fourth power of time, and shrinks to a fifth, does. Power of time by which an error grows at most where
-steps do not follow a vibration: that of its phase by time, and by its square where its frequency drifts."""
+FASTEST = 2
+"""Power of time by which an error grows at most that is no sign of chaos: that of a phase by time, by its square where the
+frequency drifts."""
+BALANCE = "energy.balance"
+"""Name of what the energies of a run do not add up by; it is judged in every run."""
+Pair = tuple[Functions, Functions]
 
 
-class Differences(NamedTuple):
-    """Of a run from one finer in time, and from one finer in space."""
+class Look(NamedTuple):
+    """What a run and two finer ones show: differences from the one finer in time, and of the pair whose is the error in space.
 
+    From `parts_at`, s, the run and the one finer in time no longer know of each other; runs are compared up to `until`, s.
+    """
+
+    base: Functions
     time: Mapping[str, Apart]
     space: Mapping[str, Apart]
+    wide: Pair | None
+    parts_at: float
+    until: float
 
+    @property
     def told(self) -> tuple[dict[str, float], dict[str, float]]:
         """Errors in time and in space, relative."""
         in_time = {name: max(REMAINDER * apart.relative, ROUNDING) for name, apart in self.time.items()}
         return in_time, {name: apart.relative for name, apart in self.space.items()}
 
 
+def look(base: Functions, finer: Functions, wide: Pair | None = None, later: float = inf) -> Look:
+    """Hold a run against finer ones; where it parts from that before `later`, s, to the time to which they are one trajectory."""
+    parts_at = parted(base, finer)
+    chaotic = parts_at < later < inf
+    until = min(parts_at, parted(*wide) if wide else inf) if chaotic else inf
+    return Look(base, _in_time(base, finer, until), compare(*wide, until) if wide else {}, wide, parts_at, until)
+
+
+def _in_time(base: Functions, finer: Functions, until: float) -> dict[str, Apart]:
+    """The differences, and what the energies do not add up by.
+
+    Of a ringing that the steps do not follow nothing is known: both runs damp it away. A place is off by its amplitude at most,
+    and by what it moves.
+    """
+    found, unknown = compare(base, finer, until), dict.fromkeys(base.unresolved, Apart(inf, 1.0))
+    for name, signal in base.signals.items() if unknown and base.taken else ():
+        if signal.kind is Kind.PLACE and name in found:
+            way = min(base.taken / (1.0 if signal.unit == "m" else base.size), float(base.own[name][0]))
+            found |= {n: found[n]._replace(off=found[n].off + way) for n in (name, f"{name}.peak")}
+    return found | unknown | {BALANCE: Apart(base.balance / REMAINDER, 1.0)}
+
+
 def parted(a: Functions, b: Functions) -> float:
     """Time, s, to which two runs of one mechanism are one trajectory; infinite where they are to the end.
 
     Those that no longer know of each other at the end are held to be one as long as they differ by less than a hundredth of
-    `UNRELATED`. Where finer runs part hardly later (`LATER`), the motion is chaotic, and one of many beyond. Steps that do not
-    follow a vibration part as early on each rung, but are no sign of it: their difference grows by a power of time (`FASTEST`),
-    that of a chaotic motion a hundredfold in as long as it took for the hundredfold before.
+    `UNRELATED`. Where finer runs part hardly later, the motion is chaotic, and one of many beyond. Steps that do not follow a
+    vibration part as early on each rung, but are no sign of it: their difference grows by a power of time (`FASTEST`), that of a
+    chaotic motion a hundredfold in as long as it took for the hundredfold before.
     """
     end = min(a.time[-1], b.time[-1])
     times = a.time[a.time <= end]
     mine, theirs, off = a.at(times), b.at(times), np.zeros(len(times))
-    for name, (scale, _) in b.scales.items():
-        if b.signals[name].kind is Kind.PLACE and name in a.signals:
-            off = np.maximum(off, np.abs(mine[name] - theirs[name]) / scale)
+    for name, signal in b.signals.items():
+        if signal.kind is Kind.PLACE and name in a.signals:
+            off = np.maximum(off, np.abs(mine[name] - theirs[name]) / b.scales[name][0])
     off = np.maximum.accumulate(off)
     if not off[-1] > UNRELATED:
-        return np.inf
-    begun, little, whole = (int(np.argmax(off > UNRELATED * share)) for share in (1e-4, 1e-2, 1.0))
+        return inf
+    begun, little, whole = (int(np.argmax(off > UNRELATED * share)) for share in (SMALL**2, SMALL, 1.0))
     before = times[max(0, begun - 1)]
-    if times[whole] - before > 100 ** (1 / FASTEST) * (times[little] - before):
-        return np.inf
-    return float(times[max(1, little - 1)])
+    by_power = times[whole] - before > SMALL ** (-1 / FASTEST) * (times[little] - before)
+    return inf if by_power else float(times[max(1, little - 1)])

@@ -1,36 +1,26 @@
-"""How far each signal of a run may be off."""
+"""How far each signal of a run may be off: by an accuracy that was asked for, or in a run without settings."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from math import nan
+from typing import ClassVar, NamedTuple
 
-from buckler.mbs.accuracy.compare import FORCES, Functions
-from buckler.mbs.accuracy.estimate import ROUNDING
-from buckler.mbs.accuracy.words import MEANS, PLACES, spoken, wanted
+from buckler.mbs.accuracy.compare import FORCES, TINY, Functions
+from buckler.mbs.accuracy.estimate import BALANCE, ROUNDING
+from buckler.mbs.accuracy.words import COARSEST, MEANS, PLACES, spoken, wanted
 from buckler.mbs.elements.signal import Kind
 from buckler.mbs.record.energy import BALANCE as ALLOWED
 from buckler.mbs.record.lookup import unknown
 from buckler.mbs.units import FORCES as UNITS
 
-BALANCE = "energy.balance"
-"""Name of what the energies of a run do not add up by; it is judged in every run."""
-
-
-class Goal(Protocol):
-    """How far signals may be off."""
-
-    @property
-    def asked(self) -> float:
-        """The accuracy that was asked for; nan if none was."""
-
-    @property
-    def words(self) -> str:
-        """What it is asked of, for a sentence."""
-
-    def limits(self, run: Functions) -> Mapping[str, float]:
-        """Relative error allowed of signals and of what is read off them; of others nothing is asked."""
+PLACE, STRUCK_PLACE = 1e-3, 5e-3
+"""Error allowed of places at any time, over the longest link or a radian; where something strikes, in the mean over time, as a
+rebound that is 5 % wrong errs by so much, and one that is a little later by more for that little while."""
+FORCE, IMPULSE = COARSEST, 0.05
+"""Error allowed of forces as functions of time, and of a journal's place over its clearance; of impulses and energies, which a
+rebound that is so much wrong changes by it."""
 
 
 class Worst(NamedTuple):
@@ -48,64 +38,80 @@ class Worst(NamedTuple):
 
 @dataclass(frozen=True)
 class Asked:
-    """An accuracy, and what it is asked of.
+    """An accuracy, and what it is asked of: one of `WORDS`, or names of signals, or of what is read off them.
 
-    Parameters
-    ----------
-    level : float
-    of : str or sequence of str
-        "places"; "forces", as computed, of contacts their largest values and impulses too; "means", forces that ring as means
-        over their axial period, the others as computed; or names of signals, or of what is read off them. A signal asked for
-        by its name never rests: its error is to be so small against its own size.
-
-    Raises
-    ------
-    ValueError
-        If it is none of these.
+    Of contacts' forces their largest values and impulses are asked, too. A signal asked for by its name never rests: its error is
+    to be so small against its own size.
     """
 
-    level: float
+    asked: float
     of: str | Sequence[str] = PLACES
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "of", wanted(self.of))
 
     @property
-    def asked(self) -> float:
-        """See `Goal`."""
-        return self.level
-
-    @property
     def words(self) -> str:
-        """See `Goal`."""
+        """What it is asked of, for a sentence."""
         return spoken(self.of)
 
     def limits(self, run: Functions) -> Mapping[str, float]:
-        """Relative error allowed of signals and of what is read off them; of others nothing is asked.
-
-        Raises
-        ------
-        UnknownSignalError
-            A ValueError, if a name is none of a signal.
-        """
+        """Relative error allowed of signals and of what is read off them; UnknownSignalError if a name is none of a signal."""
         if not isinstance(self.of, str):
             for name in self.of:
                 if name not in run.signals and name.rpartition(".")[0] not in run.signals:
                     raise unknown(name, list(run.signals))
-            scales, own = run.scales, run.own
-            share = {name: own[name][0] / scales[name][0] for name in self.of if name in own}
-            return {name: max(ROUNDING, self.level * share.get(name, 1.0)) for name in self.of}
+            share = {name: run.own[name][0] / run.scales[name][0] for name in self.of if name in run.signals}
+            return {name: max(ROUNDING, self.asked * share.get(name, 1.0)) for name in self.of}
         found: dict[str, float] = {}
         for name, signal in run.signals.items():
-            if self.of == PLACES:
-                asked = signal.kind is Kind.PLACE
-            else:
-                asked = signal.kind in FORCES and signal.unit in UNITS and bool(signal.period) <= (self.of == MEANS)
-                asked = asked and not (self.of == MEANS and f"{name}.mean" in run.signals)
-            if asked:
+            wanted = signal.kind is Kind.PLACE
+            if self.of != PLACES:
+                forces = signal.kind in FORCES and signal.unit in UNITS
+                wanted = forces and (f"{name}.mean" not in run.signals if self.of == MEANS else not signal.period)
+            if wanted:
                 readings = (name, f"{name}.peak", f"{name}.impulse") if signal.kind is Kind.CONTACT else (name,)
-                found |= dict.fromkeys(readings, self.level)
+                found |= dict.fromkeys(readings, self.asked)
         return found
+
+
+class Usual:
+    """What a run without settings is held to.
+
+    Of places, energies, and forces; of contacts their impulses too, and where pins rattle in their bushes impulses alone, as each
+    blow rings in what it strikes. Forces that ring are looked at as their means. Rates and accelerations are not looked at one by
+    one, as those of strips ring: the kinetic energy tells of them. Nor is friction: where a contact sticks, it is what its
+    regularisation makes of it.
+    """
+
+    asked: ClassVar[float] = nan
+    words: ClassVar[str] = "a run without settings"
+
+    def limits(self, run: Functions) -> Mapping[str, float]:
+        """Relative error allowed of signals and of what is read off them."""
+        signals = run.signals
+        struck = any(signal.kind is Kind.CONTACT for signal in signals.values())
+        rattles = any(signal.kind is Kind.PLACE and signal.scale for signal in signals.values())
+        place, norm = (STRUCK_PLACE, "") if struck else (PLACE, ".peak")
+        found = dict[str, float]()
+        for name, signal in signals.items():
+            force = signal.unit in UNITS and f"{name}.mean" not in signals
+            if signal.kind is Kind.PLACE and signal.scale:
+                found[name] = FORCE
+            elif signal.kind is Kind.PLACE:
+                whole = run.size if signal.unit == "m" else 1.0
+                found[name + norm] = place * max(1.0, whole / max(float(run.scales[name][1]), TINY))
+            elif signal.kind is Kind.ENERGY and "friction" not in name:
+                found[name] = IMPULSE
+            elif force and signal.kind in (Kind.CONTACT, Kind.REACTION, Kind.INTERNAL):
+                if rattles or signal.kind is Kind.CONTACT:
+                    found[f"{name}.impulse"] = IMPULSE
+                if not rattles:
+                    found[name] = FORCE
+        return found
+
+
+Goal = Asked | Usual
 
 
 def worst(goal: Goal, run: Functions, errors: Mapping[str, float]) -> Worst:

@@ -9,8 +9,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar, Protocol
+from typing import Any
 
+from buckler.mbs.accuracy.goal import PLACE
 from buckler.mbs.compiler import compiler
 from buckler.mbs.elements.clearance import clearances
 from buckler.mbs.functions import own_functions
@@ -25,38 +26,24 @@ from buckler.mbs.solvers.spectral import Spectral
 from buckler.mbs.solvers.steps import COARSEST, Controlled
 
 STRICTER = 8.0
-"""Ratio of the tolerances of two rungs."""
-TOLERANCE, POWER, PLAIN = 1e-4, 0.8, 1e-3
-"""The compiled solver's first tolerance for an error of `PLAIN`; it goes by this power of the error: Radau IIA of three stages
-controls a local error of fourth order, so that a global one is a step better."""
-ORDER = 5
-"""Order by which its longest step goes with the tolerance."""
+"""Ratio of the tolerances of two rungs in time, and of the errors of two in space at least."""
+ORDER = 4
+"""Of the local error that the compiled solver controls: steps go by this root of the tolerance. Radau IIA of three stages is of
+fifth order in places, and of third in forces: E. Hairer, C. Lubich, M. Roche, Lect. Notes Math. 1409 (1989), doi
+10.1007/BFb0093947. Exudyn's method is of second order, its local error of third."""
+GAIN = STRICTER ** ((ORDER - 1) / ORDER)
+"""What a rung in time makes of the errors that go down most slowly."""
+TOLERANCE = 1e-4
+"""The compiled solver's first tolerance for an error of `PLACE`."""
 DEGREE = 6
 """Degree of a strip's first polynomials: whole bending within and four more."""
 RADII = (Exudyn().spectral_radius, 0.9)
 """Spectral radius of Exudyn's rungs by turns: what damping takes differs from rung to rung, and so is seen."""
-TINIEST = 1e-13
-"""No tolerance below: what is left is rounding."""
 Runner = Callable[[Mechanism, float, Any], Run]
 
 
-class Ladder(Protocol):
-    """Settings rung by rung."""
-
-    @property
-    def in_space(self) -> bool:
-        """Whether finer rungs in space exist."""
-
-    @property
-    def refines_space(self) -> bool:
-        """Whether what is delivered may be finer in space: not where a user named the elements."""
-
-    def made(self, time: int, space: int, run: Runner) -> Run:
-        """The run of a rung."""
-
-
 @dataclass(frozen=True)
-class Integrated:
+class Ladder:
     """A mechanism, a run's length, s, the error for which it begins, and the solver whose settings go finer."""
 
     mechanism: Mechanism
@@ -66,35 +53,38 @@ class Integrated:
 
     @property
     def in_space(self) -> bool:
-        """Whether there is a strip."""
+        """Whether finer rungs in space exist: whether there is a strip."""
         return any(link.body.meshed for link in self.mechanism.links)
 
-
-class SpectralLadder(Integrated):
-    """Of the compiled solver: tolerance and longest step; the degree of strips."""
-
-    refines_space: ClassVar[bool] = True
-
     @property
-    def play(self) -> float:
-        """The smallest clearance over the longest link, of which the tolerance is a part; 1 without clearance."""
-        size = max(self.mechanism.length(link.name) for link in self.mechanism.links)
-        return min([1.0, *(joint.gap / size for joint in clearances(self.mechanism))])
+    def refines_space(self) -> bool:
+        """Whether what is delivered may be finer in space."""
+        return True
+
+    def made(self, time: int, space: int, run: Runner) -> Run:
+        """The run of a rung."""
+        raise NotImplementedError
+
+
+class SpectralLadder(Ladder):
+    """Of the compiled solver: tolerance and longest step; the degree of strips."""
 
     def made(self, time: int, space: int, run: Runner) -> Run:
         """See `Ladder`."""
-        share = (self.level / PLAIN) ** POWER / STRICTER**time
-        longest = self.duration / COARSEST * min(1.0, share ** (1 / ORDER))
-        most = self.solver.steps.max_steps
-        steps = Controlled(tolerance=max(TINIEST, TOLERANCE * share * self.play), max_step=longest, max_steps=most)
-        contact = self.solver.contact_tolerance * min(1.0, share)
+        share, rung = (self.level / PLACE) ** (ORDER / (ORDER + 1)), STRICTER**-time
+        stricter = min(1.0, min(1.0, share) * rung)  # than the coarsest: of each rung, so that two runs share nothing
+        longest = self.duration / COARSEST * stricter ** (1 / ORDER)
+        size = max(self.mechanism.length(link.name) for link in self.mechanism.links)
+        clearance = min([1.0, *(joint.gap / size for joint in clearances(self.mechanism))])
+        steps = Controlled(TOLERANCE * share * rung * clearance, longest, max_steps=self.solver.steps.max_steps)
+        contact = self.solver.contact_tolerance * stricter
         degree = (self.solver.degree or DEGREE) + 2 * space if self.in_space else self.solver.degree
         settings = replace(self.solver, steps=steps, degree=degree, contact_tolerance=contact)
         return run(self.mechanism, self.duration, settings)
 
 
-class ExudynLadder(Integrated):
-    """Of Exudyn: tolerance, longest step, damping; elements of strips."""
+class ExudynLadder(Ladder):
+    """Of Exudyn: tolerance, longest step, damping; elements of strips, unless a user named them."""
 
     @property
     def refines_space(self) -> bool:
@@ -103,66 +93,51 @@ class ExudynLadder(Integrated):
 
     def made(self, time: int, space: int, run: Runner) -> Run:
         """See `Ladder`."""
-        if not time and self.level >= PLAIN:
-            return run(_meshed(self.mechanism, 2**space), self.duration, self.solver)
-        share = min(1.0, self.level / PLAIN) / STRICTER**time
-        usual = Controlled()
-        half = 2.0**time / min(1.0, self.level / PLAIN) ** 0.5
-        steps = replace(
-            usual,
-            tolerance=max(TINIEST, usual_tolerance(self.mechanism) * share),
-            max_step=self.duration / (200 * half),
-            contact_resolution=min(10_000, round(usual.contact_resolution * half)),
-        )
-        damped = self.solver if is_loose(self.mechanism) else replace(self.solver, spectral_radius=RADII[time % 2])
-        return run(_meshed(self.mechanism, 2**space), self.duration, replace(damped, steps=steps))
+        share, settings = min(1.0, self.level / PLACE) / STRICTER**time, self.solver
+        if share < 1:
+            steps = _finer(share ** (-1 / 3), Controlled().longest(self.duration))
+            steps = replace(steps, tolerance=usual_tolerance(self.mechanism) * share)
+            loose = is_loose(self.mechanism)
+            settings = replace(settings, steps=steps, **({} if loose else {"spectral_radius": RADII[time % 2]}))
+        return run(_meshed(self.mechanism, 2**space), self.duration, settings)
 
 
-@dataclass(frozen=True)
-class ClosureLadder:
+class ClosureLadder(Ladder):
     """Of loop closure: only the samples can be too few."""
 
-    mechanism: Mechanism
-    duration: float
-    in_space: ClassVar[bool] = False
-    refines_space: ClassVar[bool] = False
+    @property
+    def in_space(self) -> bool:
+        """There are no strips."""
+        return False
 
-    def made(self, time: int, _space: int, run: Runner) -> Run:
+    def made(self, time: int, space: int, run: Runner) -> Run:
         """See `Ladder`."""
-        if not time:
-            return run(self.mechanism, self.duration, Closure())
-        samples = len(sample_times(self.mechanism, self.duration, Controlled()))
-        each = min(10_000, Controlled().contact_resolution * 2**time)
-        finer = Controlled(max_step=self.duration / (samples * 2**time), contact_resolution=each)
-        return run(self.mechanism, self.duration, Closure(finer))
+        each = self.duration / len(sample_times(self.mechanism, self.duration, Controlled()))
+        return run(self.mechanism, self.duration, Closure(_finer(2**time, each)) if time else Closure())
+
+
+def _finer(times: float, step: float) -> Controlled:
+    """Steps so many times finer than a step, s, and than those a contact takes usually."""
+    return Controlled(max_step=step / times, contact_resolution=min(10_000, round(Controlled().contact_resolution * times)))
 
 
 def _meshed(mechanism: Mechanism, times: int) -> Mechanism:
     """The mechanism with so many times its elements."""
-    if times == 1:
-        return mechanism
-    links = []
-    for link in mechanism.links:
-        body: Any = link.body
-        finer = replace(body, elements=min(1000, times * body.count)) if body.meshed else body
-        links.append(replace(link, body=finer))
-    return replace(mechanism, links=links)
+    bodies: list[Any] = [link.body for link in mechanism.links]
+    finer = [replace(body, elements=min(1000, times * body.count)) if body.meshed else body for body in bodies]
+    links = [replace(link, body=body) for link, body in zip(mechanism.links, finer, strict=True)]
+    return replace(mechanism, links=links) if times > 1 else mechanism
 
 
 def ladder_of(mechanism: Mechanism, duration: float, level: float, solver: object) -> Ladder:
     """The ladder of a solver, for errors of about a level."""
-    if isinstance(solver, Closure):
-        return ClosureLadder(mechanism, duration)
-    if isinstance(solver, Spectral):
-        return SpectralLadder(mechanism, duration, level, solver)
-    return ExudynLadder(mechanism, duration, level, solver)
+    kinds: dict[type, type[Ladder]] = {Closure: ClosureLadder, Spectral: SpectralLadder, Exudyn: ExudynLadder}
+    return kinds[type(solver)](mechanism, duration, level, solver)
 
 
 def suited(mechanism: Mechanism) -> Closure | Exudyn | Spectral:
-    """The solver of a ladder that names none.
-
-    Loop closure where constraints alone decide the motion. Exudyn where a strip names its elements, as the answer is that of
-    these, where a function in Python would have to be compiled, and for what the compiled solver does not take. Else that one.
+    """The solver of a ladder that names none: loop closure where constraints alone decide the motion; Exudyn where a strip names
+    its elements, as the answer is that of these, and for what the compiled solver cannot take; else that one.
     """
     if answered(mechanism):
         return Closure()

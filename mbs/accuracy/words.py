@@ -9,7 +9,7 @@ from buckler.mbs.validate import short
 WORDS = PLACES, ALL_FORCES, MEANS = "places", "forces", "means"
 """What an accuracy can be asked of, besides signals by their names."""
 FINEST, COARSEST = 1e-6, 0.1
-"""Accuracies that can be asked for."""
+"""Accuracies that can be asked for; contact laws are known no better than the coarsest."""
 
 
 def wanted(of: str | Sequence[str]) -> str | tuple[str, ...]:

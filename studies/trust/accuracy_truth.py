@@ -69,7 +69,7 @@ def moving_slider(made: Drawn, _asked: float, _solver: str) -> Truth:
     while begin < made.duration:
         part = solve_ivp(
             rates, (begin, made.duration), state, "DOP853", None, True, touches, args=(onset,),
-            rtol=1e-9, atol=1e-12, max_step=made.duration / 500,
+            rtol=1e-11, atol=1e-14, max_step=made.duration / 2000,
         )  # fmt: skip
         x[time >= begin] = part.sol(time[time >= begin])[0]
         begin, state = float(part.t[-1]), part.y[:, -1]

@@ -117,10 +117,10 @@ def compare(pair: Drawn, p: Parameters) -> Compared:
         alone = f"{failed[0][0]}: {failed[0][1]}" if len(failed) == 1 and failed[0][0] is not Status.TIMED_OUT else ""
         nan = float("nan")
         return Compared(pair.name, nan, "", nan, nan, engine_s, compiled_s, "; ".join(filter(None, said)), alone)
-    found = disagreement(ours.run, other.run, ours.errors, other.errors, LEAST * p.accuracy)
+    _, found = disagreement(ours.run, other.run, ours.errors, other.errors, LEAST * p.accuracy)
     engine, compiled = (each.errors.signals.get(found.name, 0.0) for each in (ours, other))
     notes = "; ".join(filter(None, said))
-    return Compared(pair.name, found.off, found.name, engine, compiled, engine_s, compiled_s, notes, allowed=found.allowed)
+    return Compared(pair.name, found.error, found.name, engine, compiled, engine_s, compiled_s, notes, allowed=found.allowed)
 
 
 def _known(pair: Drawn, p: Parameters, solver: Exudyn | Spectral) -> tuple[Delivery, float]:

@@ -42,10 +42,9 @@ from buckler.mbs import (
     slider_crank,
 )
 from buckler.mbs.accuracy.compare import Functions, compare
-from buckler.mbs.accuracy.deliver import Climb, deliver
-from buckler.mbs.accuracy.goal import Asked
+from buckler.mbs.accuracy.deliver import Climb, deliver, plain
+from buckler.mbs.accuracy.goal import Asked, Usual
 from buckler.mbs.accuracy.ladder import ladder_of, suited
-from buckler.mbs.accuracy.usual import Usual, plain
 from buckler.mbs.elements.signal import Kind
 from buckler.mbs.kinematics.slidercrank import SliderCrank
 from buckler.mbs.laws import CarvalhoMartins, KelvinVoigt
@@ -393,7 +392,7 @@ def delivered(mechanism, duration, goal):
 
     if isinstance(goal, Usual):
         return plain(mechanism, duration, run)
-    return deliver(Climb(ladder_of(mechanism, duration, goal.level, suited(mechanism)), run), goal)
+    return deliver(Climb(ladder_of(mechanism, duration, goal.asked, suited(mechanism)), run), goal)
 
 
 def closes(force, t):
