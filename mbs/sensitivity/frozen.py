@@ -69,15 +69,14 @@ class Steps:
         """
         from buckler.mbs.spectral.run import integrate  # loads the compiler
         from buckler.mbs.spectral.scene import Scene
-        from buckler.mbs.spectral.tape import tape_for
+        from buckler.mbs.spectral.tape import ends_of, tape_for
 
         solver = replace(solver or TIGHT, method="implicit")
         scene = Scene.of(mechanism, solver.degree)
         tape = tape_for(scene, TAPED)
         out, failure, _ = integrate(scene, duration, solver, tape=tape)
         _check(failure)
-        ends = tape.end[tape.end > 0]
-        ends = np.append(ends, out.time[out.time > ends[-1]])
+        ends = ends_of(tape, out.time)
         return cls(duration, ends, replace(solver, steps=Controlled(tolerance=FINE, max_steps=MOST * len(ends))), [tape])
 
     def coarser(self, degree: int) -> Steps:

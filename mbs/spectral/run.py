@@ -110,12 +110,12 @@ def _contradiction(scene: Scene, out: Output, solver: Spectral) -> tuple[Status,
 
 def integrate(
     scene: Scene, end: float, solver: Spectral, timeout: float | None = None, progress: Progress | None = None,
-    state: State | None = None, ends: Array | None = None, every: int | None = None, tape: Tape | None = None,
+    state: State | None = None, ends: Array | None = None, tape: Tape | None = None,
 ) -> tuple[Output, tuple[Status, str] | None, output.Record]:  # fmt: skip
     """Integrate a scene from t = 0, or from another state: what it left, how it failed if so, counts of its work.
 
-    `ends` are times at which steps end, besides beginnings of contacts, instead of those that the local error asks for; of
-    `every` so many steps one is kept, and nothing between them. An empty `tape` is written, another one is gone by.
+    `ends` are times at which steps end, besides beginnings of contacts, instead of those that the local error asks for. An empty
+    `tape` is written, another one is gone by.
     """
     state = state or State(0.0, *begin(scene), scene.memory())
     scene.work.state[:, TURN] = scene.turns(scene.q0[None]) if state.turns is None else state.turns
@@ -133,7 +133,6 @@ def integrate(
         controls.first_step, controls.longest, controls.fixed, controls.close = end, end, True, CLOSEST / solver.tolerance
     if tape is not None:
         controls.close = CLOSEST / solver.tolerance
-    controls.every = every or controls.every
     clock.time, clock.wanted = state.time, controls.first_step
     deadline = working_time() + timeout if timeout else np.inf
     parts, failure = [], None

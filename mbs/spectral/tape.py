@@ -74,6 +74,12 @@ def tape_for(scene: Arrays, steps: int = 0) -> Tape:
     )  # fmt: skip
 
 
+def ends_of(tape: Tape, time: Array) -> Array:
+    """Times at which the steps of a run that left a tape, and rows at these times, end, but for those that an event ends."""
+    ends = tape.end[tape.end > 0]
+    return np.append(ends, time[time > ends[-1]])
+
+
 @inner
 def free_slot(x):
     """Where the factors of a new matrix go."""

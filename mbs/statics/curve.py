@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -24,9 +25,9 @@ from buckler.mbs.spectral.run import State
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.statics.answer import RISE
 from buckler.mbs.statics.arc import BEND, CORNER
-from buckler.mbs.statics.cycles import GOAL, Periodic, motion_of
+from buckler.mbs.statics.cycles import GOAL, Periodic, compared, motion_of
 from buckler.mbs.statics.problem import Problem, Rest, StaticsError, has_strips, refined, solve
-from buckler.mbs.statics.shooting import Found, Shooting, SpentError, values_of
+from buckler.mbs.statics.shooting import BUDGET, CLOSED, Found, Shooting, SpentError, values_of
 from buckler.mbs.statics.varied import Varied
 
 SHORTEST = 1e-5
@@ -122,12 +123,12 @@ class Curve:
             left = float(np.abs(miss).max(initial=0.0))
             if k:
                 whole = whole + np.outer(miss - before - whole @ step, step) / max(float(step @ step), 1e-300)
-            if not left < (2.0 if best[0] > shooting.closed else 0.5) * best[0]:
+            if not left < (2.0 if best[0] > CLOSED else 0.5) * best[0]:
                 break
             best, before = (left, state, parameter), miss
             step = solve(whole, -miss)
             state, parameter = shooting.moved(state, basis, step[:-1]), parameter + float(step[-1]) * span
-        if best[0] > shooting.closed:
+        if best[0] > CLOSED:
             raise StaticsError(f"no periodic motion was found near {parameter:.6g}")
         return best[1:]
 
@@ -135,8 +136,9 @@ class Curve:
         """All of a motion; on from a `heading`, or towards the end."""
         self.at(parameter)
         shooting = self.shooting
-        basis, out = shooting.basis(state), shooting.run(state)
-        found = Found(state, shooting.period, 0.0, out, shooting.monodromy(state, basis))
+        basis = shooting.basis(state)
+        out, monodromy = shooting.monodromy(state, basis)
+        found = Found(state, shooting.period, 0.0, out, monodromy)
         n = 2 * basis.shape[1]
         matrix = self.matrix(found, parameter, basis)
         size = max(SMALL, float((np.ptp(out.q, axis=0) / shooting.units).max(initial=0.0)))
@@ -192,28 +194,35 @@ class Curve:
         one, other = ends
         return float(np.arccos(np.clip(one @ other / np.linalg.norm(one) / np.linalg.norm(other), -1.0, 1.0)))
 
-    def finer(self, orbit: Orbit) -> tuple[Curve, Orbit]:
-        """The same with finer steps and a higher degree, and a motion found again there at its parameter."""
-        self.at(orbit.parameter)
+    @cached_property
+    def fine(self) -> Curve:
+        """The same with finer steps and a higher degree."""
         one = self.shooting.scene
         problem = _raised(self.problem, 0 if self.fixed or not has_strips(one) else RISE)
-        problem.set(orbit.parameter)
-        shooting = replace(self.shooting.finer(one.degree), scene=problem.scene)
-        curve = replace(self, problem=problem, shooting=shooting)
-        state = orbit.found.state
-        q, v, *way = (refined(one, problem.scene, each) for each in (state.q, state.v, *self.heading(orbit)[:2]))
+        return replace(self, problem=problem, shooting=replace(self.shooting.finer(one.degree), scene=problem.scene))
+
+    def finer(self, orbit: Orbit) -> tuple[Curve, State, tuple[Array, Array, float]]:
+        """The same with finer steps and a higher degree at the parameter of a motion, and its state and heading there."""
+        self.at(orbit.parameter)
+        curve, one = self.fine, self.shooting.scene
         curve.at(orbit.parameter)
-        found = shooting.search(state._replace(q=q, v=v)).state
-        return curve, curve.orbit(found, orbit.parameter, (way[0], way[1], float(orbit.ahead[-1])))
+        curve.shooting.left = BUDGET
+        state = orbit.found.state
+        q, v, *way = (refined(one, curve.shooting.scene, each) for each in (state.q, state.v, *self.heading(orbit)[:2]))
+        return curve, state._replace(q=q, v=v), (way[0], way[1], float(orbit.ahead[-1]))
 
     def motion(self, orbit: Orbit) -> Periodic:
-        """As an answer; its error is what finer steps change, by what they leave open."""
+        """As an answer: with finer steps, narrower differences and a higher degree, and what these change as its errors."""
+        values, shooting, found, error = values_of(orbit.found.matrix), self.shooting, orbit.found, np.inf
+        errors = np.full(len(values), np.inf)
+        with suppress(StaticsError):
+            curve, start, _ = self.finer(orbit)
+            finer = curve.shooting.newton(curve.shooting.met(start), found.matrix)
+            if finer.open <= CLOSED:
+                shooting, found = curve.shooting, finer
+                values, errors, error = compared(shooting, start, finer, values)
         self.at(orbit.parameter)
-        fine, found = self.shooting.finer(self.shooting.scene.degree), orbit.found
-        left = fine.change(found.state, orbit.basis, fine.run(found.state, own=True))
-        error = float(np.abs(solve(found.matrix - np.eye(len(left)), left)).max(initial=0.0))
-        values = values_of(found)
-        return motion_of(self.shooting, found, values, np.full(len(values), np.nan), error)
+        return motion_of(shooting, found, values, errors, error)
 
     def criticals(self, orbit: Orbit, new: Orbit, arc: float) -> Iterator[tuple[float, Turn, float]]:
         """Critical points in a step: the arc, the point, its error."""
@@ -226,7 +235,8 @@ class Curve:
                 curve, here = self, orbit
                 for _ in range(FINER if error < np.inf else 0):
                     try:
-                        finer, there = curve.finer(here)
+                        finer, state, way = curve.finer(here)
+                        there = finer.orbit(finer.shooting.search(state).state, here.parameter, way)
                         again = finer.near(there, function, at, arc)
                     except StaticsError:
                         break
@@ -264,7 +274,7 @@ class Curve:
 
     def leaps(self, orbit: Orbit, new: Orbit) -> bool:
         """Whether a multiplier moved so far that it may have passed a resonance."""
-        one, other = (values_of(each.found) for each in (orbit, new))
+        one, other = (values_of(each.found.matrix) for each in (orbit, new))
         near = np.abs(other - 1.0)
         moved = np.abs(other[:, None] - one[None]).min(axis=1, initial=np.inf)
         far = abs(new.parameter - orbit.parameter) > NARROW * abs(self.to - self.begun)
@@ -314,17 +324,17 @@ def _fold(orbit: Orbit) -> float:
 
 def _doubling(orbit: Orbit) -> float:
     """Zero where a multiplier is -1."""
-    return float(np.prod(values_of(orbit.found) + 1.0).real)
+    return float(np.prod(values_of(orbit.found.matrix) + 1.0).real)
 
 
 def _branching(orbit: Orbit) -> float:
     """Zero where a multiplier is 1."""
-    return float(np.prod(values_of(orbit.found) - 1.0).real)
+    return float(np.prod(values_of(orbit.found.matrix) - 1.0).real)
 
 
 def _torus(orbit: Orbit) -> float:
     """Zero where a pair of multipliers is on the unit circle."""
-    values = values_of(orbit.found)
+    values = values_of(orbit.found.matrix)
     pairs = np.abs(values[values.imag != 0.0])
     return float(pairs.max()) - 1.0 if len(pairs) else 0.0
 

@@ -14,13 +14,15 @@ from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.settle import begin
 from buckler.mbs.statics.answer import HIGHEST, RISE, Answer, Ending, check_count, check_mechanism
 from buckler.mbs.statics.problem import StaticsError, apart, has_strips, places, refined
-from buckler.mbs.statics.shooting import Found, Shooting, SpentError, values_of
+from buckler.mbs.statics.shooting import Found, Shooting, SpentError, off_from, values_of
 from buckler.mbs.validate import positive
 
 FIRST = 8
 """Degree of strips, at first."""
 PARTS = 4
 """Into which steps are cut where a motion is read."""
+APART = 1e-9
+"""Share of the period by which two rows of a motion are apart."""
 GOAL = 1e-6
 """Error up to which steps are made shorter and the degree higher."""
 ROUNDS = 4
@@ -151,7 +153,7 @@ def prepared(
 
 def _ladder(shooting: Shooting, found: Found, fixed: bool) -> Periodic:
     """Make steps shorter and the degree higher until the start does not change; errors are the last change."""
-    values, error = values_of(found), np.inf
+    values, error, before = values_of(found.matrix), np.inf, np.inf
     errors = np.full(len(values), np.inf)
     for _ in range(ROUNDS):
         degree = shooting.scene.degree + (RISE if has_strips(shooting.scene) and not fixed else 0)
@@ -160,19 +162,28 @@ def _ladder(shooting: Shooting, found: Found, fixed: bool) -> Periodic:
             q=refined(shooting.scene, finer.scene, found.state.q), v=refined(shooting.scene, finer.scene, found.state.v)
         )
         try:
-            new = finer.search(start)
+            new = finer.search(start, found.matrix)
         except StaticsError:  # the one before stands, with the error that was known of it
             break
-        error = max(apart(finer.scene, start.q, new.state.q), new.open)
-        sharper = values_of(new)
-        errors = np.abs(sharper[:, None] - values[None]).min(axis=1, initial=np.inf)
-        if finer.free:  # one multiplier is 1: how far the nearest is from it, those near it may err
-            off = np.abs(sharper - 1.0)
-            errors = np.where(off < 3.0 * off.min(), np.maximum(errors, off.min()), errors)
+        sharper, changes, change = compared(finer, start, new, values)
+        large = changes[np.abs(sharper) > 0.1].max(initial=0.0)
+        if large > before:  # by rounding: the one before stands
+            break
+        error, errors, before = change, changes, large
         shooting, found, values = finer, new, sharper
-        if (error <= GOAL and errors[np.abs(values) > 0.1].max(initial=0.0) <= GOAL) or degree > HIGHEST:
+        if (error <= GOAL and large <= GOAL) or degree > HIGHEST:
             break
     return motion_of(shooting, found, values, errors, error)
+
+
+def compared(finer: Shooting, start: State, new: Found, values: Array) -> tuple[Array, Array, float]:
+    """Multipliers of a motion found again with finer steps, their errors by those before, and the error of places."""
+    sharper = values_of(new.matrix)
+    errors = off_from(sharper, values)
+    if finer.free:  # one multiplier is 1: those near it may err by as much as they are from it
+        off = np.abs(sharper - 1.0)
+        errors = np.where(off < 3.0 * off.min(), np.maximum(errors, off), errors)
+    return sharper, errors, max(apart(finer.scene, start.q, new.state.q), new.open)
 
 
 def motion_of(shooting: Shooting, found: Found, values: Array, errors: Array, error: float) -> Periodic:
@@ -187,8 +198,10 @@ def motion_of(shooting: Shooting, found: Found, values: Array, errors: Array, er
     if status is Ending.INACCURATE:
         said.append(f"its error is {error:.1e} of the longest link; give a higher degree")
     out = found.out
-    motion = CubicHermiteSpline(out.time, out.q, out.v)
-    time = np.interp(np.arange(PARTS * (len(out.time) - 1) + 1) / PARTS, np.arange(len(out.time)), out.time)
+    kept = np.diff(out.time, prepend=-np.inf) > APART * found.period  # after an event is a row of the moment after it
+    rows = out.time[kept]
+    motion = CubicHermiteSpline(rows, out.q[kept], out.v[kept])
+    time = np.interp(np.arange(PARTS * (len(rows) - 1) + 1) / PARTS, np.arange(len(rows)), rows)
     return Periodic(
         status, "; ".join(said), shooting.scene, found.period, time, motion(time), motion(time, 1), values, errors,
         not grows.any(), error,

@@ -36,7 +36,7 @@ class Response(Route):
     errors : dict of str to array
         Of `folds`, `branchings`, `doublings`, `tori`: what finer steps and a higher degree change.
     motions : list of Periodic
-        With their multipliers; `error` of each is what finer steps change; its multipliers' errors are not known.
+        With their multipliers; the errors of each are what finer steps, and a higher degree of the strips, change.
     """
 
     motions: list[Periodic] = field(default_factory=list)

@@ -2,7 +2,8 @@
 
 A state x = (q, v) that the constraints allow returns after a period T: P(x) = x. Newton's method takes the monodromy matrix
 dP/dx, whose eigenvalues, the multipliers, tell by how much small motions grow in a period. Its columns are central differences of
-runs that share their steps, so that they are those of one smooth map; where a contact begins, each run ends a step of its own.
+runs that share their steps, and the tape of the run between them, so that they are those of one smooth map; where a contact
+begins or lets go, or a force has a kink, each run ends a step of its own: the jump of the derivative is in the differences.
 
 References
 ----------
@@ -24,23 +25,24 @@ from buckler.mbs.solvers.steps import Controlled
 from buckler.mbs.spectral.output import Output
 from buckler.mbs.spectral.run import State, integrate, memory_at_end
 from buckler.mbs.spectral.scene import Scene
-from buckler.mbs.spectral.tables import CONTACT, JOURNAL
+from buckler.mbs.spectral.tape import Tape, ends_of, tape_for
 from buckler.mbs.statics.lowest import null_space
 from buckler.mbs.statics.problem import StaticsError, solve
 
-TOLERANCE = 1e-8
-"""Local error of the run that chooses the steps."""
+TOLERANCE, COARSER, FINE = 1e-7, 1e4, 1e-10
+"""Local error of the run that chooses the steps, how much larger that of depths of contacts is, over the depth; and the local
+error, in the sense of the solver, within which runs of given steps locate events, and which is the least of the former."""
 LONGEST = 1 / 64
 """Longest step, of the period."""
-OFFSET, STRIKING = 1e-5, 1e-3
-"""Half width of the differences, in units of coordinates and rates; and where something may strike: errors are divided by it."""
-TIGHT, LEAST = 1e-4, 3e-14
-"""Where something may strike, runs do not share steps: no step ends where a contact lets go, which differs from run to run.
-Their local error is that much smaller, and at least the second."""
+OFFSET, LEAST = 2e-5, 1e-5
+"""Half width of the differences, in units of coordinates and rates, and the least: a hundredth of `FINE` over it is an error."""
 RETRIES = 20
 """Steps that a run may take for each that is given."""
-CLOSED, BOUNCING = 1e-7, 5e-6
-"""What a period may leave open, in the same units: the error of the steps, where nothing is damped; and where it strikes."""
+TAPED = 50_000
+"""Steps, the first ones, that are on the tape."""
+CLOSED, THERE = 1e-7, 1e-9
+"""What a period may leave open, in the same units: the error of the steps, where nothing is damped; and from how far a monodromy
+matrix is that of the motion."""
 BUDGET = 1_000_000
 """Steps of all runs of a search, at each degree and width."""
 LONGEST_STEP = 0.3
@@ -88,16 +90,14 @@ class Shooting:
     period: float
     tolerance: float = TOLERANCE
     longest: float = LONGEST
-    width: float = 0.0
+    width: float = OFFSET
     left: int = field(default_factory=lambda: BUDGET)
 
     def __post_init__(self) -> None:
-        self.strikes = bool(np.isin(self.scene.tables.forces[:, 0], (CONTACT, JOURNAL)).any())
-        self.width = self.width or (STRIKING if self.strikes else OFFSET)
-        self.closed = BOUNCING if self.strikes else CLOSED
         self.units = self.scene.units
         self.free = self._autonomous()
         self.shares: Array = np.array([1.0])
+        self.tape: Tape | None = None
 
     @property
     def pace(self) -> float:
@@ -107,7 +107,7 @@ class Shooting:
     def finer(self, degree: int) -> Shooting:
         """The same with shorter steps, strips of another degree and narrower differences."""
         scene = Scene.of(self.scene.mechanism, degree) if degree != self.scene.degree else self.scene
-        return Shooting(scene, self.period, self.tolerance / 32, self.longest / 2, self.width / 2)
+        return Shooting(scene, self.period, self.tolerance / 32, self.longest / 2, max(LEAST, self.width / 2))
 
     def _autonomous(self) -> bool:
         """Whether nothing depends on time: seen at three times, somewhere beside the start."""
@@ -118,24 +118,24 @@ class Shooting:
             seen.append(np.concatenate([a.force, a.residual, a.speed, a.change]))
         return all(np.array_equal(seen[0], other) for other in seen[1:])
 
-    def run(self, state: State, *, own: bool = False) -> Output:
-        """A period from a state, on the shared steps, or on its own, which are shared from then on."""
-        own = own or self.strikes
+    def run(self, state: State, *, own: bool = False, anew: bool = False) -> Output:
+        """A period from a state, on shared steps, by a tape or one made `anew`; or on its own, both shared from then on."""
         most = max(1, self.left if own else min(self.left, RETRIES * len(self.shares)))
-        tolerance = max(TIGHT * self.tolerance, LEAST) if self.strikes else self.tolerance
+        tolerance = max(FINE, self.tolerance if own else 0.0)
         steps = Controlled(tolerance=tolerance, max_step=self.longest * self.period, max_steps=most)
-        ends, every = (None, 2) if own else (self.shares * self.period, None)
-        solver = Spectral(steps, method="implicit")
-        out, failure, counts = integrate(self.scene, self.period, solver, state=state, ends=ends, every=every)
+        solver = Spectral(steps, method="implicit", contact_tolerance=COARSER * tolerance)
+        if own or anew:
+            self.tape = tape_for(self.scene, TAPED)
+        ends = None if own else self.shares * self.period
+        out, failure, counts = integrate(self.scene, self.period, solver, state=state, ends=ends, tape=self.tape)
         self.left -= int(counts.steps)
         if self.left <= 0:
             where = f"a motion of period {self.period:.6g} s"
             raise SpentError(f"{BUDGET} steps did not lead to {where}; damp it, or start nearer to it")
         if failure:
             raise StaticsError(f"{failure[0]}: {failure[1]}")
-        if own:  # every second step is kept
-            time = np.unique(out.time) / self.period
-            self.shares = np.unique(np.concatenate([time[1:], 0.5 * (time[1:] + time[:-1])]))
+        if own and self.tape is not None:
+            self.shares = ends_of(self.tape, out.time) / self.period
         return out
 
     def onward(self, state: State, periods: int) -> State:
@@ -174,16 +174,16 @@ class Shooting:
         q = q - np.where(self.units == 1.0, 2 * np.pi * np.round(q / (2 * np.pi)), 0.0)
         return np.concatenate([back @ q, back @ (out.v[-1] - state.v) / self.pace])
 
-    def monodromy(self, state: State, basis: Array) -> Array:
-        """dP/dx on what the constraints allow, (2 f, 2 f)."""
-        columns = []
+    def monodromy(self, state: State, basis: Array, *, own: bool = False) -> tuple[Output, Array]:
+        """A period, on shared or on its own steps, and dP/dx on what the constraints allow, (2 f, 2 f)."""
+        out, columns = self.run(state, own=own, anew=True), []
         for unit in self.width * np.eye(2 * basis.shape[1]):
             one, other = (self.change(state, basis, self.run(self.moved(state, basis, side * unit))) for side in (1, -1))
             columns.append((one - other) / (2 * self.width))
-        return np.array(columns).reshape(len(columns), len(columns)).T
+        return out, np.array(columns).reshape(len(columns), len(columns)).T
 
-    def search(self, state: State) -> Found:
-        """Newton's method, from further on where it does not converge.
+    def search(self, state: State, matrix: Array | None = None) -> Found:
+        """Newton's method, from further on where it does not converge; the matrix is that of a motion nearby.
 
         Raises
         ------
@@ -192,12 +192,12 @@ class Shooting:
         left, period = np.inf, self.period
         for _ in range(SEARCHES):
             self.period = period
-            found = self.newton(self.met(state))
-            if found.open <= self.closed and self._moves(found):
+            found = self.newton(self.met(state), matrix)
+            if found.open <= CLOSED and self._moves(found):
                 return found
             left, self.period = min(left, found.open), period
             state = self.onward(state, ONWARD)
-        rest = "; only rest" if left <= self.closed else f": a period leaves {left:.1e} of the longest link"
+        rest = "; only rest" if left <= CLOSED else f": a period leaves {left:.1e} of the longest link"
         raise StaticsError(f"no motion of period {period:.6g} s was found{rest}")
 
     def _moves(self, found: Found) -> bool:
@@ -208,27 +208,28 @@ class Shooting:
         """Largest way of a coordinate in a period, in its unit."""
         return float((np.ptp(out.q, axis=0) / self.units).max(initial=0.0))
 
-    def newton(self, state: State) -> Found:
+    def newton(self, state: State, matrix: Array | None = None) -> Found:
         """Newton's method; the monodromy matrix is made anew where the old one does not do."""
-        matrix = np.empty((0, 0))
-        best = Found(state, self.period, np.inf, self.run(state, own=True), matrix)
         basis, made, before = self.basis(state), np.inf, np.inf
+        if matrix is None or len(matrix) != 2 * basis.shape[1]:
+            matrix = np.empty((0, 0))
+        best = Found(state, self.period, np.inf, self.run(state, own=True), matrix)
         for _ in range(ITERATIONS):
             out = self.run(state)
             miss = self.change(state, basis, out)
             left = float(np.abs(miss).max(initial=0.0))
             if left < best.open:
                 best = Found(state, self.period, left, out, matrix)
-            elif made <= self.closed:  # what is left is the error of the steps
+            elif made <= CLOSED:  # what is left is the error of the steps
                 break
             if not matrix.size or left > 0.5 * before:
                 basis, made = self.basis(state), left
-                miss, matrix = self.change(state, basis, out), self.monodromy(state, basis)
+                miss, matrix = self.change(state, basis, out), self.monodromy(state, basis)[1]
             before = left
             state = self._stepped(state, basis, out, matrix, miss)
         self.period = best.period
-        if best.open <= self.closed < made:
-            matrix = self.monodromy(best.state, self.basis(best.state))
+        if best.open <= CLOSED and made > THERE:
+            matrix = self.monodromy(best.state, self.basis(best.state))[1]
         return best._replace(matrix=matrix)
 
     def _stepped(self, state: State, basis: Array, out: Output, matrix: Array, miss: Array) -> State:
@@ -246,7 +247,12 @@ class Shooting:
         return self.moved(state, basis, step * min(1.0, longest / max(float(np.abs(step).max(initial=0.0)), 1e-300)))
 
 
-def values_of(found: Found) -> Array:
+def values_of(matrix: Array) -> Array:
     """Multipliers, the largest first."""
-    values = np.linalg.eigvals(found.matrix)
+    values = np.linalg.eigvals(matrix)
     return np.asarray(values[np.argsort(-np.abs(values), kind="stable")])
+
+
+def off_from(values: Array, others: Array) -> Array:
+    """Distance of each multiplier to the nearest of others."""
+    return np.asarray(np.abs(values[:, None] - others[None]).min(axis=1, initial=np.inf))

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.special import ellipk
+from struck import returned
 
 from buckler.mbs import (
     Beam,
@@ -25,11 +26,11 @@ from buckler.mbs.laws import KelvinVoigt
 from buckler.mbs.statics.cycles import Periodic
 
 
-def block(*loads, stops=()):
-    """A block of 1 kg on a slide along x; its spring's other end is far, at S."""
+def block(*loads, stops=(), along=(1, 0)):
+    """A block of 1 kg on a slide, along x by default; its spring's other end is far, at S."""
     return Mechanism(
         {"P": (0, 0), "Q": (0, 0.1), "S": (10, 0)}, [Link("block", "P", "Q", Rigid.of(mass=1.0, inertia=1e-3))],
-        [Slider("P", "block", "ground", along=(1, 0))], stops=list(stops), loads=list(loads),
+        [Slider("P", "block", "ground", along=along)], stops=list(stops), loads=list(loads),
     )  # fmt: skip
 
 
@@ -141,40 +142,51 @@ def test_a_pendulum_keeps_the_period_of_its_swing():
     assert found.stable
 
 
+def at(motion, made, y):
+    """A motion that begins where a block is, and as quick."""
+    start = Periodic(**{**vars(motion), "q": motion.q.copy(), "v": motion.v.copy()})
+    moving = int(np.argmax(np.abs(motion.v).max(axis=0)))
+    place = motion.point("block", "P")[0]
+    start.q[0, moving] += y[0] - place[np.argmax(np.abs(made.joints[0].along))]
+    start.v[0, moving] = y[1]
+    return start, moving
+
+
 def test_a_block_that_strikes_a_stop_each_period():
-    """Against an own integration, piece by piece, that ends where the stop is touched and left."""
-    stiffness, damping, gap = 40.0, 0.3, 0.02
+    gap, law, period = 0.02, KelvinVoigt(40.0, 0.3), 2 * np.pi / 5
     made = block(
         Spring("P", "ground:S", stiffness=9.0, damping=0.4), Force("P", lambda t: (1.2 * np.cos(5.0 * t), 0.0)),
-        stops=[Stop("P", at=gap, law=KelvinVoigt(stiffness, damping), along=(1, 0))],
+        stops=[Stop("P", at=gap, law=law, along=(1, 0))],
     )  # fmt: skip
-    period = 2 * np.pi / 5
-
-    def own(y):
-        t = 0.0
-        closed = y[0] > gap
-        while t < period:
-
-            def right(t, y, closed=closed):
-                push = max(0.0, stiffness * (y[0] - gap) + damping * y[1]) if closed else 0.0
-                return [y[1], -9.0 * y[0] - 0.4 * y[1] + 1.2 * np.cos(5.0 * t) - push]
-
-            def touch(t, y):
-                return y[0] - gap
-
-            touch.terminal, touch.direction = True, -1.0 if closed else 1.0
-            run = solve_ivp(right, (t, period), y, method="DOP853", rtol=1e-12, atol=1e-13, events=touch)
-            t, y, closed = run.t[-1], run.y[:, -1], not closed
-        return y
-
     found = periodic(made, period, settle=20)
     moving = int(np.argmax(np.abs(found.v).max(axis=0)))
-    y, h = np.array([found.point("block", "P")[0, 0], found.v[0, moving]]), 1e-6
-    matrix = np.array([(own(y + e) - own(y - e)) / (2 * h) for e in h * np.eye(2)]).T
+    y, exact = returned(
+        [found.point("block", "P")[0, 0], found.v[0, moving]], period,
+        lambda t, x, v: -9.0 * x - 0.4 * v + 1.2 * np.cos(5.0 * t), lambda t, x, v: (-9.0, -0.4), law, 1.0, gap,
+    )  # fmt: skip
     assert found.point("block", "P")[:, 0].max() > 1.5 * gap
-    assert own(y) == pytest.approx(y, abs=1e-6)
-    assert np.abs(found.multipliers - multipliers(matrix)).max() <= 2 * found.errors.max() <= 2e-3
+    assert [found.point("block", "P")[0, 0], found.v[0, moving]] == pytest.approx(y, abs=1e-8)
+    assert np.abs(found.multipliers - exact).max() <= min(2 * found.errors.max() + 1e-8, 1e-6)
     assert found.stable
+
+
+@pytest.mark.parametrize("stiffness", [1e5, 1e6, 1e7])
+def test_a_ball_that_bounces_each_period(stiffness):
+    """On a table that shakes, of restitution 0.5; contacts last 1/20 to 1/200 of a period, and begin with a jump of the force."""
+    law, speed, shake, e = KelvinVoigt.from_restitution(stiffness, 0.5, 1.0), 10 * np.pi, 12.0, 0.5
+    period, stop = 2 * np.pi / speed, Stop("P", at=-0.05, law=law, along=(0, 1))
+    made = block(Force("P", lambda t: (0.0, shake * np.sin(speed * t))), Force("P", (0.0, -9.81)), along=(0, 1), stops=[stop])
+    up, phase = 9.81 * period / 2, np.arccos(9.81 * period / 2 * (1 - e) / (1 + e) / (shake / speed))
+    flown = period - phase / speed  # since an instantaneous impact
+    y = [up * flown - 9.81 * flown**2 / 2 - 0.05 + shake / speed**2 * np.sin(phase), up - 9.81 * flown - shake / speed]
+    y, exact = returned(
+        y, period, lambda t, x, v: shake * np.sin(speed * t) - 9.81, lambda t, x, v: (0.0, 0.0), law, -1.0, -0.05
+    )  # fmt: skip
+    start, moving = at(periodic(made, period), made, y)
+    found = periodic(made, period, start=start)
+    assert [found.point("block", "P")[0, 1], found.v[0, moving]] == pytest.approx(y, abs=1e-8)
+    assert np.abs(np.sort_complex(found.multipliers) - np.sort_complex(exact)).max() <= min(2 * found.errors.max() + 1e-8, 1e-6)
+    assert abs(found.multipliers[0]) ** 2 == pytest.approx(e**2, rel=0.02)  # of an instantaneous impact
 
 
 def test_a_strip_about_its_rest_has_the_multipliers_of_its_tangent():
