@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeGuard
 
@@ -158,4 +158,4 @@ def any_of(schemas: list[Schema]) -> Schema:
 
 def is_list(given: object) -> TypeGuard[Sequence[Any]]:
     """Whether it is a list, a tuple or an array."""
-    return isinstance(given, Iterable) and hasattr(given, "__len__") and not isinstance(given, str | bytes | Mapping)
+    return isinstance(given, Collection) and not isinstance(given, str | bytes | Mapping)

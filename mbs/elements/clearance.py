@@ -81,6 +81,11 @@ class Clearance(Joint):
         return (self.pin, self.gap, float(self.round), *np.concatenate(self.profiles).tolist())
 
     @property
+    def rubs(self) -> str:
+        """Its point, where it has friction."""
+        return "" if isinstance(self.friction, NoFriction) else self.point
+
+    @property
     def round(self) -> bool:
         """Whether both pin and bush are."""
         return not (any(self.bush_profile) or any(self.pin_profile))

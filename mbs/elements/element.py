@@ -8,11 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple, Protocol
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from buckler.mbs.declare import Declared
+from buckler.mbs.elements.moved import Moved, Slid
 from buckler.mbs.elements.signal import Depth, Energy, Signal
 from buckler.mbs.geometry import Array
 
@@ -108,6 +109,11 @@ class Element(Declared):
         coefficient; bodies that the row subtracts get the opposite. None, the default, if it cannot tell.
         """
         return None
+
+    @property
+    def rubs(self) -> str:
+        """The point or link on which dry friction acts; '' where there is none."""
+        return ""
 
     @property
     def rubs_on_reaction(self) -> bool:
@@ -275,38 +281,6 @@ class Parts(Declared):
     def elements(self) -> dict[str, Element]:
         """All elements by their names: a second one of a name is `name.2`."""
         raise NotImplementedError
-
-
-class Moved(Protocol):
-    """What a link or block did, as its elements see it; places and rates each (times, 2), angles and energies (times,)."""
-
-    @property
-    def mass(self) -> float:
-        """Mass, kg."""
-
-    def point(self, name: str, /) -> tuple[Array, Array]:
-        """Place and velocity of a point on it."""
-
-    def turn(self, name: str, /) -> tuple[Array, Array]:
-        """Angle turned since t = 0 there, rad, and its rate."""
-
-    def centre(self) -> tuple[Array, Array, Array]:
-        """Place, velocity and acceleration of the centre of mass."""
-
-    def kinetic(self) -> Array:
-        """Kinetic energy, J."""
-
-
-class Slid(Moved, Protocol):
-    """What a guide's block did."""
-
-    @property
-    def travel(self) -> Array:
-        """Way along the guide since t = 0, m."""
-
-    @property
-    def speed(self) -> Array:
-        """Of the travel, m/s."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -98,6 +98,11 @@ class Guide(Guided):
         return {"reaction": multipliers}
 
     @property
+    def rubs(self) -> str:
+        """Its point, where it has friction."""
+        return self.point if self.friction is not None else ""
+
+    @property
     def rubs_on_reaction(self) -> bool:
         """Whether its friction is a law of the reaction."""
         return self.friction is not None and not isinstance(self.friction, GuideFriction)

@@ -23,8 +23,9 @@ from buckler.mbs.declare import (
 )
 from buckler.mbs.declare.compound import any_of, is_list
 from buckler.mbs.declare.spec import Schema
-from buckler.mbs.elements.element import Body, Linked, Moved, Parts, Recorded
+from buckler.mbs.elements.element import Body, Linked, Parts, Recorded
 from buckler.mbs.elements.frozen import Frozen
+from buckler.mbs.elements.moved import Moved
 from buckler.mbs.elements.references import known
 from buckler.mbs.elements.signal import Energy, Kind, Signal, vector
 from buckler.mbs.geometry import Array

@@ -64,6 +64,11 @@ class Motor(Load):
         if self.inertia:
             yield Burden(self.at(mechanism), 0.0, self.inertia * self.gear**2)
 
+    @property
+    def rubs(self) -> str:
+        """Its link, where the rotor has friction."""
+        return self.link if self.friction else ""
+
     def effective(self, voltage: Reals) -> Reals:
         """Voltage that acts, V: less the dead band."""
         return voltage - np.clip(voltage, -self.dead_band, self.dead_band)

@@ -37,7 +37,7 @@ CODES, NUMBERS = 4, 8
 """Codes and numbers of a law. The codes of both laws follow the geometry, as the bits of
 whole numbers, and the numbers of both laws follow them."""
 BETWEEN, ALL = GEOMETRY + 2 * CODES, GEOMETRY + 2 * (CODES + NUMBERS)
-NORMAL, FRICTION = 0, 1
+NORMAL, FRICTION = range(2)
 
 
 class _Table(NamedTuple):

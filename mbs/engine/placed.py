@@ -8,7 +8,8 @@ from typing import Any, NamedTuple
 import exudyn.itemInterface as eii
 import numpy as np
 
-from buckler.mbs.elements.element import Moved, Pair
+from buckler.mbs.elements.element import Pair
+from buckler.mbs.elements.moved import Moved
 from buckler.mbs.engine.system import System
 from buckler.mbs.geometry import Array
 

@@ -165,7 +165,9 @@ class Lent(types.Type):
     """
 
     def __init__(self, whole: types.Type) -> None:
-        self.fields = dict(zip(whole.fields, (Lent(t) if hasattr(t, "fields") else t for t in whole.types), strict=True))
+        self.fields = dict(
+            zip(whole.fields, (Lent(t) if isinstance(t, types.BaseNamedTuple) else t for t in whole.types), strict=True)
+        )
         sizes = [1 if isinstance(field, Lent) else 1 + field.ndim for field in self.fields.values()]
         self.words = dict(zip(self.fields, np.cumsum([0, *sizes]).tolist(), strict=False))
         self.count = sum(sizes)

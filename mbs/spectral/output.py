@@ -11,7 +11,7 @@ from buckler.mbs.geometry import Array
 Record = Any
 """A record, whose fields are read by name."""
 
-OK, UNDERFLOW, NOT_FINITE, TOO_MANY = 0, 1, 2, 3
+OK, UNDERFLOW, NOT_FINITE, TOO_MANY = range(4)
 """Status of a run."""
 
 

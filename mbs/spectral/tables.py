@@ -13,45 +13,43 @@ import numpy as np
 from buckler.mbs.geometry import Array
 
 # --- kinds ------------------------------------------------------------------------------------------------------------
-GROUND, FRAME, LINEAR, CURVE = 0, 1, 2, 3
+GROUND, FRAME, LINEAR, CURVE = range(4)
 """Markers: fixed; on a body with a frame (rigid, or with modes); linear in a strip's coordinates; likewise, but its angle is the
 direction of the strip's slope."""
-FIXED, TURNING, ANGLE, DISTANCE = 0, 1, 2, 3
+FIXED, TURNING, ANGLE, DISTANCE = range(4)
 """Measures of markers a, b: d.(a - b) with d fixed, d turning with b, angle a - b, distance."""
-REISSNER, KIRCHHOFF = 0, 1
+REISSNER, KIRCHHOFF = range(2)
 """Strips."""
-STEADY, RAMP, CALLED = 0, 1, 2
+STEADY, RAMP, CALLED = range(3)
 """Motions of a drive: zero, a ramp of the speed, two functions by address."""
-LINE_SPRING, CONTACT, DRY, SEAT, STRUT, GIVEN, LAW, MOTOR = 0, 1, 2, 3, 4, 5, 6, 7
+LINE_SPRING, CONTACT, DRY, SEAT, STRUT, GIVEN, LAW, MOTOR, JOURNAL, PUSH = range(10)
 """Forces along a measure: spring and damper; contact against a face; friction given as a force; friction of a constraint's own
-reaction; post-buckled strut; given in time; function of (time, measure, rate); DC motor."""
-JOURNAL, PUSH = 8, 9
-"""Forces of markers: pin in a bush; a force at a marker, its direction fixed or turning with another."""
-POWER, VOIGT, IMPACT, NORMAL_CALLED = 0, 1, 2, 3
+reaction; post-buckled strut; given in time; function of (time, measure, rate); DC motor. Forces of markers: pin in a bush; a
+force at a marker, its direction fixed or turning with another."""
+POWER, VOIGT, IMPACT, NORMAL_CALLED = range(4)
 """Normal laws."""
-SMOOTH, COULOMB, ADAMS, AMBROSIO, THRELFALL, STRIBECK, LUGRE, COEFFICIENT_CALLED, BRISTLE_CALLED = 0, 1, 2, 3, 4, 5, 6, 7, 8
+SMOOTH, COULOMB, ADAMS, AMBROSIO, THRELFALL, STRIBECK, LUGRE, COEFFICIENT_CALLED, BRISTLE_CALLED = range(9)
 """Friction laws."""
 
 # --- columns ----------------------------------------------------------------------------------------------------------
-KIND, OFFSET, SIZE, FIRST, COUNT, DATA = 0, 1, 2, 3, 4, 5
+KIND, OFFSET, SIZE, FIRST, COUNT, DATA = range(6)
 """Of markers: first coordinate, modes or members of the basis, where its places begin and how many, where its numbers begin."""
-LEAD, MOTION_OF, TERMS = 0, 1, 2
+LEAD, MOTION_OF, TERMS = range(3)
 """Of rows: first measure, motion or -1, number of measures."""
-MEMBERS, WIDTH, ENTRIES = 0, 1, 2
+MEMBERS, WIDTH, ENTRIES = range(3)
 """Of blocks: where its unknowns begin, how many, where its slots begin."""
-CALL, CALL_TOO = 1, 2
+_, CALL, CALL_TOO = range(3)
 """Of laws and motions, after the kind: addresses of functions."""
 SHARE = 2
 """Of directions: the measure's coefficient in its constraint."""
-A, B = 1, 2
-"""Of measures and forces, after the kind: markers; for forces along a measure, A is the measure."""
-LAW_OF, FRICTION_OF, ROW_OF, NUMBERS = 3, 4, 5, 6
-"""Of forces: law rows, a constraint row, where its numbers begin."""
-X, Y, TURN, VX, VY, SPIN, AX, AY, TURNING_BIAS, COS, SIN = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10
+_, A, B, LAW_OF, FRICTION_OF, ROW_OF, NUMBERS = range(7)
+"""Of measures and forces, after the kind: markers; for forces along a measure, A is the measure. Of forces: law rows, a
+constraint row, where its numbers begin."""
+X, Y, TURN, VX, VY, SPIN, AX, AY, TURNING_BIAS, COS, SIN = range(11)
 """Of a marker's state: place, angle, their rates, their second rates at zero coordinate acceleration, direction of the frame."""
-VALUE, FRICTION, LENGTH, RATE, SLIP, BENT, FX, FY = 0, 1, 2, 3, 4, 5, 6, 7
+VALUE, FRICTION, LENGTH, RATE, SLIP, BENT, FX, FY = range(8)
 """Of a force's report: its value, a second one (friction), measure or depth, rate of it, sliding speed, bristle; components."""
-ONSET, BRISTLE, SLIDING, FASTEST = 0, 1, 2, 3
+ONSET, BRISTLE, SLIDING, FASTEST = range(4)
 """Of a force's memory: onset speed, bristle, sliding speed at the last accepted step, fastest onset so far."""
 
 

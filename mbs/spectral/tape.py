@@ -13,7 +13,7 @@ from buckler.mbs.geometry import Array
 from buckler.mbs.spectral.compiling import aside, copy, inner
 from buckler.mbs.spectral.elimination import Arrays
 
-ALONE, WRITES, READS = 0, 1, 2
+ALONE, WRITES, READS = range(3)
 """Whether a run has no neighbours, leaves a tape, or goes by one."""
 MOST = 2e8
 """Bytes of factors; steps beyond have none."""
@@ -24,7 +24,7 @@ NEAR = 0.1
 QUICK = 1e-3
 """Ratio of Newton steps beyond which the next step of a run that others go by has a new matrix: what two iterations of a
 neighbour leave is the square of this share of the difference. The run has a fifth more matrices than with 0.03."""
-SLOT, MODE, STEP, STRAY, FREE = 0, 1, 2, 3, 4
+SLOT, MODE, STEP, STRAY, FREE = range(5)
 """Of a room's place on a tape: factors in use; one of the modes; number of the step; 1 after an event that is not on the tape, up
 to the next end of a step that is given; first factors that no step goes by."""
 

@@ -6,12 +6,11 @@ from enum import StrEnum
 from html import escape
 from math import isfinite
 from numbers import Real
+from typing import SupportsIndex
 
 import numpy as np
 
-from buckler.mbs.elements import Clearance, Motor
 from buckler.mbs.geometry import Array
-from buckler.mbs.laws import NoFriction
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.spectral.scene import Scene
 
@@ -71,9 +70,7 @@ def check_mechanism(mechanism: Mechanism) -> None:
 
 def left_out(mechanism: Mechanism, friction: str) -> list[str]:
     """What statics do not know of a mechanism: dry friction, which holds it in an interval, and how good modes are."""
-    rubs = [guide.point for guide in mechanism.guides if guide.friction is not None]
-    rubs += [x.point for x in mechanism.joints if isinstance(x, Clearance) and not isinstance(x.friction, NoFriction)]
-    rubs += [load.link for load in mechanism.loads if isinstance(load, Motor) and load.friction]
+    rubs = [element.rubs for element in mechanism.elements().values() if element.rubs]
     modes = [link.name for link in mechanism.links if link.body.linear]
     said = [f"{friction}: {', '.join(map(repr, rubs))}"] if rubs else []
     return said + ([f"errors leave out the choice of modes of {', '.join(map(repr, modes))}"] if modes else [])
@@ -110,5 +107,5 @@ def check_coordinates(name: str, value: object, scene: Scene) -> Array:
 
 def check_count(name: str, value: object, least: int, most: int) -> None:
     """Raise a ValueError if a value is no whole number of a range."""
-    if isinstance(value, bool) or not hasattr(value, "__index__") or not least <= int(value) <= most:
+    if isinstance(value, bool) or not isinstance(value, SupportsIndex) or not least <= int(value) <= most:
         raise ValueError(f"{name} = {value!r}: must be a whole number from {least} to {most}")

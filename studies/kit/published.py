@@ -22,6 +22,8 @@ VOLTAGE_FORCES = {2.5: 25.0, 3.0: 30.0}
 """Impact force, N, at a voltage of the motor, V: read from Figs 10 and 11."""
 SENSOR_VOLTAGE, SENSOR_RANGE = 4.4, 44.18
 """Highest voltage, V, and the range of the force sensor, N: a bound of the force there, no reading."""
+GRAVITY = 9.81
+"""m/s^2, as the papers have it."""
 QUARTIC = (7.1908239, -6.201618, 6.2531, 4.3898032, 9.8879488)
 """Coefficients of the force law, highest power first (eq. 11); `buckler.elastica.law.quartic` also checks its range."""
 

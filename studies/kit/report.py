@@ -300,7 +300,7 @@ def to_json(content: object) -> str:
 
 def plain(content: object, beyond: Callable[[float], Any]) -> Any:
     """Content as JSON can hold it: numpy values as plain ones, `beyond` of each float that is not finite."""
-    if hasattr(content, "tolist"):
+    if isinstance(content, np.ndarray | np.generic):
         content = content.tolist()
     if isinstance(content, Mapping):
         return {str(key): plain(value, beyond) for key, value in content.items()}

@@ -20,6 +20,7 @@ import numpy as np
 
 from buckler.mbs import Link, Mechanism, Revolute, Rigid, Torque, TorsionSpring
 from buckler.mbs.geometry import Array
+from buckler.studies.kit.published import GRAVITY
 
 CREEP = 0.02
 """Relative speed, rad/s, at which dry friction has tanh 1 of its size."""
@@ -51,7 +52,7 @@ class Chain:
     length: tuple[float, ...]
     values: Mapping[str, tuple[float, ...]]
     tilt: float = 0.0
-    gravity: float = 9.81
+    gravity: float = GRAVITY
 
     def __post_init__(self) -> None:
         nothing = dict.fromkeys(GROUPS, (0.0,) * len(self.mass))

@@ -21,18 +21,18 @@ import numpy as np
 
 from buckler.mbs.geometry import Array
 from buckler.studies.kit.parameters import choice, choices, integer, quantities, quantity
-from buckler.studies.kit.published import DAMPING_UNITS
+from buckler.studies.kit.published import DAMPING_UNITS, GRAVITY
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import COLOURS, Figure, subplots
 from buckler.studies.rattling import buffering_world as world
 from buckler.studies.rattling.bars import flexible
 from buckler.studies.rattling.buffering_measures import CLAIMS, Ratio, mean, ratio
-from buckler.studies.rattling.worlds import COUNTS, STANDARD
+from buckler.studies.rattling.worlds import COUNTS
 
 CLAIM = next(claim for claim in CLAIMS if claim.name == "force.rocker_frame")
 THEORIES = {"Timoshenko": "free", "Euler-Bernoulli": "Euler-Bernoulli"}
 """Of the modes, as `modes_of` names them."""
-GRAVITIES = (0.0, STANDARD)
+GRAVITIES = (0.0, GRAVITY)
 FACTORS = ("theory", "modes", "frequency")
 
 
@@ -96,12 +96,12 @@ def _metrics(p: Parameters, value: dict[float, Array], error: dict[float, Array]
         metrics[f"highest.{word}"] = Metric(float(value[gravity].max()), "1")
     falls = {gravity: value[gravity] < 1 - p.margin for gravity in GRAVITIES}
     near = np.any([np.abs(value[g] - (1 - p.margin)) < 2 * error[g] for g in GRAVITIES], axis=0)
-    metrics["flips.share"] = Metric(float((falls[0.0] & ~falls[STANDARD]).mean()), "1")
-    metrics["spared_under_gravity.share"] = Metric(float(falls[STANDARD].mean()), "1")
+    metrics["flips.share"] = Metric(float((falls[0.0] & ~falls[GRAVITY]).mean()), "1")
+    metrics["spared_under_gravity.share"] = Metric(float(falls[GRAVITY].mean()), "1")
     metrics["unsure.share"] = Metric(float(near.mean()), "1")
-    metrics["sampling"] = Metric(float(np.sqrt(np.mean(error[STANDARD] ** 2))), "1")
-    metrics["model"] = Metric(float(np.std(value[STANDARD])), "1")
-    for name, index in zip(FACTORS, sobol(p, value[STANDARD]), strict=True):
+    metrics["sampling"] = Metric(float(np.sqrt(np.mean(error[GRAVITY] ** 2))), "1")
+    metrics["model"] = Metric(float(np.std(value[GRAVITY])), "1")
+    for name, index in zip(FACTORS, sobol(p, value[GRAVITY]), strict=True):
         metrics[f"decided_by.{name}"] = Metric(index, "1")
     return metrics
 

@@ -10,6 +10,7 @@ from math import atan2, cos, sin, sqrt
 
 from buckler.mbs import Clearance, Link, Mechanism, Revolute, Rigid, Stop, Torque
 from buckler.mbs.laws import CarvalhoMartins, Coulomb
+from buckler.studies.kit.published import GRAVITY
 from buckler.studies.rattling.siconos import FOURBAR
 
 CRANK, COUPLER, ROCKER, FRAME = 1.0, 4.0, 2.5, 3.0
@@ -18,7 +19,6 @@ CENTRE = 1.876454585097650, 1.691962091335582
 """Of the coupler at the start, m."""
 PIN, GAP, FRICTION = 0.055, 0.005, 0.1
 """Radius of the pins, radial clearance, m; Coulomb's coefficient."""
-GRAVITY = 9.81
 GAIN, POLE, SWING, PACE = 200.0, 10.0, 6.0, 0.75 * 3.14159265
 """Controller: N m s, 1/s, rad, rad/s; pi as it was typed."""
 SLOW = 1e-2

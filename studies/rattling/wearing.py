@@ -30,7 +30,7 @@ import numpy as np
 from buckler.mbs.elements.journal import HARMONICS
 from buckler.mbs.geometry import Array
 
-BUSH, PIN = 0, 1
+BUSH, PIN = range(2)
 AT_ONCE = 2000
 """Samples whose arcs are held in memory together."""
 NEAR = 0.1

@@ -21,13 +21,12 @@ import numpy as np
 from scipy.stats import binomtest, qmc
 
 from buckler.mbs.geometry import Array
-from buckler.studies.kit.published import DAMPING_UNITS
+from buckler.studies.kit.published import DAMPING_UNITS, GRAVITY
 from buckler.studies.rattling import buffering_world as world
 from buckler.studies.rattling.assumptions import BODIES, DAMPINGS, JOINTS, KINDS
 
 DIRECTIONS = {"-y": -pi / 2, "+y": pi / 2, "-x": pi, "+x": 0.0}
 """Of gravity in the plane, from the frame."""
-STANDARD = 9.81
 COUNTS = {"2 + 1": (2, 1), "3 + 1": (3, 1), "6 + 3": (6, 3)}
 """Bending and axial modes of a free rocker."""
 
@@ -102,7 +101,7 @@ def parameters(values: dict[str, Any], number: int, **shared: Any) -> world.Para
     """One world's parameters; its number makes its seeds its own."""
     down = values["gravity"]
     return world.Parameters(
-        gravity=0.0 if down == "off" else STANDARD,
+        gravity=0.0 if down == "off" else GRAVITY,
         gravity_angle=DIRECTIONS.get(down, -pi / 2),
         pin_on=tuple(f"{joint}.{values[f'pin {joint}']}" for joint in JOINTS),
         pin=values["pin radius"],

@@ -16,8 +16,6 @@ from buckler.mbs.geometry import Array
 from buckler.studies.kit.gravity import Gravity
 from buckler.studies.kit.parameters import StudyParameters, integer, quantity, specs
 
-GRAVITY = 9.81
-"""Presses the slider on its guide, whichever way gravity acts in the plane, m/s^2."""
 SLOWED = 1.2
 """How much longer a run takes whose crank a motor turns."""
 CONSTANT = 1.0

@@ -26,6 +26,7 @@ from buckler.mbs import Controlled, Mechanism, Spectral, fit
 from buckler.mbs.geometry import Array
 from buckler.mbs.sensitivity.data import Experiment, Read
 from buckler.studies.kit.parameters import StudyParameters, choice, choices, integer, quantity
+from buckler.studies.kit.published import GRAVITY
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import COLOURS, Axes, Figure, subplots
 from buckler.studies.striking.evidence import (
@@ -60,7 +61,6 @@ PEAK = "peak(B.contact_force, 1)"
 """The largest force of the first impact."""
 NEAR = 0.1
 """Of the priors' ranges: how far the fitted point may lie from the best one that was interpolated."""
-STANDARD = 9.81
 EXACT = 0.02
 """Relative error of the interpolation above which evidence is told as a span."""
 UNREFINED = 0.03
@@ -182,7 +182,7 @@ def case(values: Mapping[str, float], voltage: float | None, p: Parameters) -> S
         FIELDS.get(name, name): value for name, value in values.items() if name not in ("gravity", "dead_band")
     }
     if "gravity" in values:
-        given |= {"gravity": STANDARD, "gravity_angle": copysign(pi / 2, values["gravity"])}
+        given |= {"gravity": GRAVITY, "gravity_angle": copysign(pi / 2, values["gravity"])}
     speed = crank_speed(voltage, values.get("dead_band", 0.0), p.reference_voltage)
     return Strike(**given, speed=float(speed), mass=p.mass)
 

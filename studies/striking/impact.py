@@ -20,10 +20,10 @@ from buckler.mbs.geometry import Array
 from buckler.mbs.library import PAPER, PAPER_STOP
 from buckler.mbs.sensitivity.curve import spells
 from buckler.studies.kit.parameters import choices, quantity
-from buckler.studies.kit.published import STRIP_WIDTH
+from buckler.studies.kit.published import GRAVITY, STRIP_WIDTH
 from buckler.studies.kit.report import Metric, StudyResult, Table, worst
 from buckler.studies.kit.style import Axes
-from buckler.studies.striking.assumptions import GRAVITY, StrikeParameters
+from buckler.studies.striking.assumptions import StrikeParameters
 
 MODELS = ("stitched", "strut", "beam")
 COLOURS = {"stitched": "#E69F00", "strut": "#0072B2", "beam": "#D55E00", "exact": "#000000", "published": "#009E73"}

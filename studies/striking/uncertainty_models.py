@@ -29,12 +29,12 @@ from buckler.mbs.kinematics.slidercrank import SliderCrank
 from buckler.mbs.laws import AdamsFriction, ExactRestitution, Impact
 from buckler.mbs.library import PAPER
 from buckler.mbs.sensitivity.table import Sensitivities
-from buckler.studies.kit.published import STRIP_WIDTH
+from buckler.studies.kit.published import GRAVITY, STRIP_WIDTH
 from buckler.studies.kit.report import Metric
 from buckler.studies.kit.statistics import mean
 from buckler.studies.rattling.assumptions import MEASURES
 from buckler.studies.rattling.bars import FourBarParameters
-from buckler.studies.striking.assumptions import GRAVITY, StrikeAssumptions
+from buckler.studies.striking.assumptions import StrikeAssumptions
 from buckler.studies.striking.impact_models import COUPLERS, IMPACT_UNTIL, coupler, striking
 
 LEVEL = 0.95

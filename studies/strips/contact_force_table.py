@@ -26,7 +26,7 @@ from buckler.mbs.geometry import Array
 from buckler.mbs.library import PAPER
 from buckler.mbs.record.status import Status
 from buckler.studies.kit.parameters import StudyParameters, integer, quantities, quantity
-from buckler.studies.kit.published import CONTACT_FORCES, STRIP_WIDTH
+from buckler.studies.kit.published import CONTACT_FORCES, GRAVITY, STRIP_WIDTH
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import Axes, Figure, subplots
 from buckler.studies.strips.friction_interval import Pressed, friction_interval, laws
@@ -34,8 +34,6 @@ from buckler.studies.strips.friction_interval import Pressed, friction_interval,
 KNOWN = 3e-4
 """Thickness, m, whose printed force places the stop of Table 2."""
 MODELS = ("quartic", "exact", "rod", "beam")
-GRAVITY = 9.81
-"""Presses the slider on its guide, m/s^2."""
 PRESSED_FROM = np.radians(150.0)
 """Crank angle, rad, from which the slider is followed with friction."""
 MEMORIES = {-1.0: "helped", 0.0: "fresh", 1.0: "held_off"}

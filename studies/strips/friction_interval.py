@@ -25,6 +25,7 @@ from buckler.mbs.geometry import Array
 from buckler.mbs.laws import Coulomb, LuGre, Stribeck
 from buckler.mbs.laws.pieces import Reals
 from buckler.mbs.library import PAPER, PAPER_STOP
+from buckler.studies.kit.published import GRAVITY
 
 DAMPING_RATIO = 0.2
 """Of slider and stop."""
@@ -61,7 +62,7 @@ class Pressed:
     mass: float = 0.3
     stiffness: float = 7.2e4
     speed: float = 1.25
-    weight: float = 0.3 * 9.81
+    weight: float = 0.3 * GRAVITY
 
     def push(self, angle: Reals, depth: Reals = 0.0) -> Reals:
         """Force of the strip on the slider along its line, N, at crank angles, rad, the slider so deep in the stop, m."""

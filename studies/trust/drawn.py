@@ -21,7 +21,7 @@ from buckler.mbs.elements.element import Body
 from buckler.mbs.functions import Components, Expression, Table
 from buckler.mbs.library import PAPER
 from buckler.mbs.modal import BarModes
-from buckler.studies.kit.published import STRIP_WIDTH
+from buckler.studies.kit.published import GRAVITY, STRIP_WIDTH
 from buckler.studies.trust import drawn_linkages as parts
 from buckler.studies.trust.drawn_linkages import Dice, Made
 
@@ -52,7 +52,7 @@ def _free(d: Dice) -> Made:
         [mbs.Link("bar", "O", "A", mbs.Rigid(mbs.Section(0.02, 0.01)))],
         [mbs.Revolute("O", "ground", "bar")],
         gravity=parts.WEIGHT,
-    ), d.log(3, 100) * 2 * pi * sqrt(2 * length / 3 / 9.81)
+    ), d.log(3, 100) * 2 * pi * sqrt(2 * length / 3 / GRAVITY)
 
 
 def _chain(d: Dice) -> Made:

@@ -15,9 +15,9 @@ from buckler.mbs.functions import Expression, Table
 from buckler.mbs.kinematics.slidercrank import SliderCrank
 from buckler.mbs.library import BAR, PAPER, CrankRocker, crank_rocker, slider_crank
 from buckler.mbs.modal import BarModes
-from buckler.studies.kit.published import STRIP_WIDTH
+from buckler.studies.kit.published import GRAVITY, STRIP_WIDTH
 
-WEIGHT = (0.0, -9.81)
+WEIGHT = (0.0, -GRAVITY)
 PLAYED = 0.01
 """Longest time of a run with clearance, s: its motion is one trajectory for so long."""
 Made = tuple[mbs.Mechanism, float]

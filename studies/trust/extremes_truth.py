@@ -22,6 +22,7 @@ from buckler.mbs.elements.signal import Kind
 from buckler.mbs.engine.solve import once
 from buckler.mbs.geometry import Array
 from buckler.mbs.record.means import axial_period
+from buckler.studies.kit.published import GRAVITY
 from buckler.studies.trust.drawn import Drawn, drawn
 from buckler.studies.trust.extremes_case import KINDS, Case, CaseOutcome, Measures, largest
 from buckler.studies.trust.extremes_listed import Listed
@@ -234,7 +235,7 @@ def _pendulum(made: Drawn) -> Array:
     (bar,), (x, y) = made.mechanism.links, made.mechanism.points["A"]
     length, angle = float(np.hypot(x, y)), float(np.arctan2(x, -y))
     mass, inertia, _ = bar.body.inertia(length)
-    times, pull = SAMPLES * made.duration, mass * 9.81 * length / 2 / (inertia + mass * length**2 / 4)
+    times, pull = SAMPLES * made.duration, mass * GRAVITY * length / 2 / (inertia + mass * length**2 / 4)
     found = solve_ivp(
         lambda _t, y: (y[1], -pull * np.sin(y[0])),
         (0, made.duration), (angle, 0.0), method="DOP853", t_eval=times, rtol=1e-12, atol=1e-12,

@@ -30,7 +30,7 @@ from buckler.mbs.record.signals import collect
 from buckler.mbs.solvers.exudyn import Exudyn
 from buckler.studies.kit.parameters import StudyParameters, choices, integer
 from buckler.studies.kit.precision import footnote
-from buckler.studies.kit.published import CONTACT_DAMPING, CONTACT_STIFFNESS, STRIP_WIDTH
+from buckler.studies.kit.published import CONTACT_DAMPING, CONTACT_STIFFNESS, GRAVITY, STRIP_WIDTH
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import COLOURS, Figure, subplots
 from buckler.studies.kit.work_precision import work_precision
@@ -41,7 +41,7 @@ OVER = {"static friction": "friction"}
 STRIP, BARS = mbs.Section(STRIP_WIDTH, 3e-4), mbs.Section(0.005, 0.020)
 LENGTH, MASS, SPEED = 0.310, 0.3, 1.25
 ITEMS = ("objects", "nodes", "loads", "sensors")
-PULL = (0.0, -9.81)
+PULL = (0.0, -GRAVITY)
 
 
 @dataclass(frozen=True)

@@ -32,6 +32,7 @@ from buckler.mbs.laws import Impact
 from buckler.mbs.record.lookup import hermite
 from buckler.studies.kit.parameters import StudyParameters, choices, integer, quantities, quantity
 from buckler.studies.kit.precision import footnote
+from buckler.studies.kit.published import GRAVITY
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
 from buckler.studies.kit.style import Figure, subplots
 from buckler.studies.trust import plain
@@ -40,7 +41,7 @@ SIDE = 0.1
 """Length of a link, m."""
 BAR, STRIP = Rigid(Section(0.020, 0.005)), Section(0.010, 0.0005)
 PIN, GAP, LAW, PUSH = 5e-3, 1e-4, Impact(1e7, 1e3, 1e-4), 2.0
-DOWN, ASLANT = (0.0, -9.81), (6.94, -6.94)
+DOWN, ASLANT = (0.0, -GRAVITY), (6.94, -6.94)
 FROM, TO = 16, 128
 """Links between which the exponent is taken."""
 TOGETHER = 0.02

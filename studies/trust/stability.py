@@ -23,6 +23,7 @@ from buckler.elastica.vibration import beam_frequencies
 from buckler.mbs import frequencies, path
 from buckler.mbs.statics.route import Path
 from buckler.studies.kit.parameters import StudyParameters, choices
+from buckler.studies.kit.published import GRAVITY
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import Figure
 from buckler.studies.trust import frames, known
@@ -277,7 +278,7 @@ def _near_buckling() -> Found:
 def _pendulum(turn: float) -> Found:
     made = mbs.Mechanism(
         {"O": (0, 0), "A": (float(np.cos(turn)), float(np.sin(turn)))}, [mbs.Link("bar", "O", "A", mbs.Rigid(STRIP))],
-        [mbs.Revolute("O", "ground", "bar")], gravity=(0, -9.81),
+        [mbs.Revolute("O", "ground", "bar")], gravity=(0, -GRAVITY),
     )  # fmt: skip
     rest = mbs.equilibrium(made)
     return Found(float(rest.point("bar", "A").position[1]), -1.0, rest.error, "m")
