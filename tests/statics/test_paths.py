@@ -35,12 +35,14 @@ def test_a_column_branches_at_each_of_its_loads():
     assert list(np.unique(found.unstable)) == [0, 1, 2, 3]
 
 
-def test_two_equal_columns_branch_in_a_double_point_and_the_named_one_buckles():
-    found = path(columns("a", "b"), to=1.05 * EULER, branch=("b", "Mb", (0, -1)))
-    assert [each.multiple for each in found.points] == [2]
-    assert found.branchings == pytest.approx([engesser(1)] * 2, rel=1e-8)
-    assert found.point("a", "Ma")[-1, 1] == pytest.approx(0.0, abs=1e-9)
-    assert found.point("b", "Mb")[-1, 1] < 1 - 0.05
+@pytest.mark.parametrize("names", ["ab", pytest.param("abcde", marks=pytest.mark.slow)])
+def test_equal_columns_branch_in_a_multiple_point_and_the_named_one_buckles(names):
+    found = path(columns(*names), to=1.05 * EULER, branch=("b", "Mb", (0, -1)))
+    assert [each.multiple for each in found.points] == [len(names)]
+    assert found.branchings == pytest.approx([engesser(1)] * len(names), rel=1e-8)
+    ends = [found.point(name, f"M{name}")[-1, 1] - k for k, name in enumerate(names)]
+    assert ends[1] < -0.05
+    assert ends[:1] + ends[2:] == pytest.approx([0.0] * (len(names) - 1), abs=1e-9)
 
 
 def test_all_branches_of_a_column_leave_to_both_sides():

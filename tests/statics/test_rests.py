@@ -53,7 +53,7 @@ def test_a_pendulum_drawn_anywhere_hangs(turn):
     assert rest.error < 1e-10
 
 
-@pytest.mark.parametrize("turn", TURNS[::3])
+@pytest.mark.parametrize("turn", TURNS)
 def test_a_double_pendulum_drawn_anywhere_hangs(turn):
     rest = equilibrium(pendulum(turn, 1.3 - turn))
     assert rest.stable
