@@ -1,10 +1,8 @@
 """A run with its error: the coarsest rung of a ladder whose error, by two finer rungs, is what is allowed.
 
-A round is three runs: one, one finer in time, one finer in space where there is any. Their differences are the errors in time and
-in space of the first, which is what is handed back: its error is known, that of the finer ones is not. Where the sum is too
-large, the larger part is refined, then the larger of what theory says is left, until that is half of what is allowed; the
-difference of a part that is not refined is kept. It ends when all is within, when refining no longer helps, or when the runs are
-used up; no clock decides.
+A round is three runs: one, one finer in time, one finer in space where there is any. The first is handed back: its error is
+known, that of the finer ones is not. The larger part is refined; the difference of one that is not is kept. It ends when all is
+within, when refining no longer helps, or when the runs are used up; no clock decides.
 """
 
 from __future__ import annotations
@@ -15,7 +13,7 @@ from math import inf
 from typing import NamedTuple
 
 from buckler.mbs.accuracy.compare import Functions
-from buckler.mbs.accuracy.estimate import REMAINDER, Look, look
+from buckler.mbs.accuracy.estimate import REMAINDER, Look, Pair, look
 from buckler.mbs.accuracy.goal import IMPULSE, PLACE, Goal, Usual, Worst, worst
 from buckler.mbs.accuracy.ladder import GAIN, STRICTER, Ladder, Runner, compilable, ladder_of, suited
 from buckler.mbs.elements.signal import Kind
@@ -36,8 +34,6 @@ part so many times later."""
 UNKNOWN = Worst("", inf, 1.0)
 CURED = (Status.NEWTON_DIVERGED, Status.SINGULAR, Status.NOT_FINITE, Status.ENGINE_ERROR)
 """Failures that finer steps may cure."""
-FEW = 1000
-"""Steps that any mechanism may take; the compiled solver that takes `RUNS` times those and Exudyn's does not suit one."""
 
 
 class Rung(NamedTuple):
@@ -125,7 +121,8 @@ def deliver(climb: Climb, goal: Goal, parts_at: float = 0.0) -> Delivery:
 
     `parts_at` is the time, s, from which a coarser run and the first one no longer know of each other; 0 where there was none.
     """
-    at, wide, futile, best = Rung(), None, 0, None
+    at, futile, best = Rung(), 0, None
+    wide: Pair | None = None
     while True:
         base = climb.functions(at)
         failure = climb.run(at).failure
@@ -134,7 +131,8 @@ def deliver(climb: Climb, goal: Goal, parts_at: float = 0.0) -> Delivery:
             continue
         finer = climb.functions(at._replace(time=at.time + 1)) if base else None
         if climb.ladder.in_space and finer and not wide:
-            wide = _pair(base, climb.functions(at._replace(space=at.space + 1)))
+            other = climb.functions(at._replace(space=at.space + 1))
+            wide = (base, other) if base and other else None
         if not base or not finer or (climb.ladder.in_space and not wide):
             return best or Delivery(climb.run(at), climb.made)
         seen = look(base, finer, wide, parts_at * REMAINDER)
@@ -144,7 +142,7 @@ def deliver(climb: Climb, goal: Goal, parts_at: float = 0.0) -> Delivery:
         after = _next(climb.ladder, goal, seen, at)
         if now.worst.ratio <= 1 or futile >= PATIENCE or sum(climb.made.values()) + 2 > RUNS or after == at:
             return best
-        at, wide, parts_at = after, seen.wide if after.space == at.space else None, seen.parts_at
+        at, wide, parts_at = after, wide if after.space == at.space else None, seen.parts_at
 
 
 def plain(mechanism: Mechanism, duration: float, run: Runner) -> Delivery:
@@ -161,7 +159,7 @@ def plain(mechanism: Mechanism, duration: float, run: Runner) -> Delivery:
     base = engine.functions(Rung())
     if base is None:
         return Delivery(engine.run(Rung()), engine.made)
-    steps = Controlled(max_steps=RUNS * (FEW + len(base.time)))
+    steps = Controlled(max_steps=RUNS * RUNS * len(base.time))  # one that takes as many as so many results does not suit it
     compiled = Climb(ladder_of(mechanism, duration, PLACE, Spectral(steps)), run, engine.made)
     finer = compiled.functions(Rung(1))
     if finer is None:
@@ -202,7 +200,7 @@ def delivered(climb: Climb, goal: Goal, at: Rung, seen: Look, by: str = "") -> D
     total = {name: error + space.get(name, 0.0) for name, error in time.items()}
     sizes = {name: apart.scale for part in (seen.space, seen.time) for name, apart in part.items()}
     places = [total[name] for name, signal in base.signals.items() if signal.kind is Kind.PLACE and name in total]
-    by = by or "one finer in time" + (" and one finer in space" if seen.wide else "")
+    by = by or "one finer in time" + (" and one finer in space" if seen.space else "")
     ringing = [name.removesuffix(".mean") for name, signal in base.signals.items() if signal.period]
     rings = tuple(name for name in ringing if total.get(name, 0.0) > IMPULSE)
     notes: tuple[str, ...] = ()
@@ -217,7 +215,3 @@ def delivered(climb: Climb, goal: Goal, at: Rung, seen: Look, by: str = "") -> D
         time=time, space=space, sizes=sizes, until=min(seen.until, float(base.time[-1])), unresolved=rings, notes=notes,
     )  # fmt: skip
     return Delivery(run, climb.made, errors, worst(goal, base, total))
-
-
-def _pair(a: Functions | None, b: Functions | None) -> tuple[Functions, Functions] | None:
-    return (a, b) if a and b else None

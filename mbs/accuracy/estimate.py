@@ -1,12 +1,9 @@
 """The error of a run from two finer ones: one finer in time, one finer in space.
 
-With u the solution, u(h, n) a run of steps h and n elements or degrees, and k the rung's factor,
+    u(h, n) - u = [u(h, n) - u(h/k, n)] (1 + q + q^2 + ...) + [u(h, n) - u(h, n+)] (1 + ...)
 
-    u(h, n) - u = [u(h, n) - u(h/k, n)] (1 + q + q^2 + ...) + [u(h, n) - u(h, n+)] (1 + ...),
-
-where q is how much a rung in time leaves. Each difference is a function of time, and its norm is told (`compare`). A rung in
-time leaves a fifth to an eighth of a smooth error, and a third where contacts or kinks lower the order: `REMAINDER` is the sum of
-that series. A rung in space leaves next to nothing of a polynomial's error and a sixteenth of an element's.
+A rung in time leaves a share q, a fifth to an eighth of a smooth error, and a third where contacts or kinks lower the order; one
+in space leaves next to nothing of a polynomial's error and a sixteenth of an element's.
 """
 
 from __future__ import annotations
@@ -22,8 +19,8 @@ from buckler.mbs.elements.signal import Kind
 
 REMAINDER = 1.5
 """Error in time, of the difference to the next rung: the sum of a series that falls to a third."""
-ROUNDING = 1e-8
-"""Error told at least: two runs that agree to rounding are told to."""
+ROUNDING = float(np.sqrt(np.finfo(float).eps))
+"""Error told at least, half of the digits there are: two runs that agree to rounding are told to."""
 UNRELATED = 0.1
 """Difference of places, over their range, from which two runs no longer know of each other."""
 FASTEST = 2
@@ -43,7 +40,6 @@ class Look(NamedTuple):
     base: Functions
     time: Mapping[str, Apart]
     space: Mapping[str, Apart]
-    wide: Pair | None
     parts_at: float
     until: float
 
@@ -59,7 +55,7 @@ def look(base: Functions, finer: Functions, wide: Pair | None = None, later: flo
     parts_at = parted(base, finer)
     chaotic = parts_at < later < inf
     until = min(parts_at, parted(*wide) if wide else inf) if chaotic else inf
-    return Look(base, _in_time(base, finer, until), compare(*wide, until) if wide else {}, wide, parts_at, until)
+    return Look(base, _in_time(base, finer, until), compare(*wide, until) if wide else {}, parts_at, until)
 
 
 def _in_time(base: Functions, finer: Functions, until: float) -> dict[str, Apart]:
@@ -68,7 +64,8 @@ def _in_time(base: Functions, finer: Functions, until: float) -> dict[str, Apart
     Of a ringing that the steps do not follow nothing is known: both runs damp it away. A place is off by its amplitude at most,
     and by what it moves.
     """
-    found, unknown = compare(base, finer, until), dict.fromkeys(base.unresolved, Apart(inf, 1.0))
+    found = compare(base, finer, until)
+    unknown = {f"{name}{reading}": Apart(inf, 1.0) for name in base.unresolved for reading in ("", ".peak")}
     for name, signal in base.signals.items() if unknown and base.taken else ():
         if signal.kind is Kind.PLACE and name in found:
             way = min(base.taken / (1.0 if signal.unit == "m" else base.size), float(base.own[name][0]))

@@ -78,10 +78,9 @@ class Asked:
 class Usual:
     """What a run without settings is held to.
 
-    Of places, energies, and forces; of contacts their impulses too, and where pins rattle in their bushes impulses alone, as each
-    blow rings in what it strikes. Forces that ring are looked at as their means. Rates and accelerations are not looked at one by
-    one, as those of strips ring: the kinetic energy tells of them. Nor is friction: where a contact sticks, it is what its
-    regularisation makes of it.
+    Of places, energies, and forces, those that ring as means; of contacts impulses, too, and where pins rattle in their bushes
+    those alone, as each blow rings in what it strikes. Rates ring, and the kinetic energy tells of them. Friction is what its
+    regularisation makes of it where a contact sticks.
     """
 
     asked: ClassVar[float] = nan

@@ -1,8 +1,7 @@
 """The ladder of each solver: settings that go finer, rung by rung, in time and in space apart.
 
-A rung in time divides the tolerance by 8: steps of a method of fifth order shrink by a third, those of second order by half. A
-rung in space adds two degrees to a strip's polynomials, or doubles its elements. The longest step goes with the rung, so that two
-runs never share one. Rigid links have no space; the modes of `Modal` are the user's model, and `Closure` integrates nothing.
+A rung in time divides the tolerance, and the longest step goes with it, so that two runs never share one. A rung in space adds
+two degrees to a strip's polynomials, or doubles its elements. The modes of `Modal` are the user's model.
 """
 
 from __future__ import annotations
@@ -104,11 +103,6 @@ class ExudynLadder(Ladder):
 
 class ClosureLadder(Ladder):
     """Of loop closure: only the samples can be too few."""
-
-    @property
-    def in_space(self) -> bool:
-        """There are no strips."""
-        return False
 
     def made(self, time: int, space: int, run: Runner) -> Run:
         """See `Ladder`."""

@@ -47,6 +47,19 @@ def test_a_component_is_measured_by_the_largest_of_its_vector_and_of_its_unit():
     assert found["g"] == pytest.approx(1e-3 / SMALL)
 
 
+@pytest.mark.parametrize(("kind", "unit"), [(Kind.REACTION, "N"), (Kind.PLACE, "m")])
+def test_what_is_seen_beside_the_largest_is_measured_by_itself_and_what_is_not_rests(kind, unit):
+    """A weight of a thirtieth of a blow is to be right; that of a three hundredth is not. Of ways the same at a twentieth."""
+    time = np.linspace(0, END, 401)
+    share = 1.0 if kind is Kind.REACTION else 0.05
+    right = {name: size * np.sin(np.pi * time) for name, size in (("blow", 1.0), ("weight", share / 30), ("dust", share / 300))}
+    whole = {name: (values, unit, kind) for name, values in right.items()}
+    less = {name: (0.9 * values, unit, kind) for name, values in right.items()}
+    found = relative(compare(made(time, **less), made(time, **whole)))
+    assert found["weight"] == pytest.approx(found["blow"], rel=0.3)
+    assert found["dust"] < found["blow"] / 2
+
+
 def test_what_lies_between_samples_counts():
     """Two runs agree at the samples of one; between them the other has another value."""
     coarse, fine = np.linspace(0, END, 5), np.linspace(0, END, 401)

@@ -93,6 +93,16 @@ def braked():
 CASES = {each.__name__: each for each in (pendulum, oscillator, bouncer, braked)}
 
 
+@pytest.mark.parametrize("level", [1e-3, 1e-4, 1e-5])
+def test_a_first_run_of_bounces_errs_by_about_what_is_asked(level):
+    """More would cost a round more, less a run that is finer than asked: what tolerances begin with is measured here."""
+    mechanism, duration, time, signals = bouncer()
+    first = ladder_of(mechanism, duration, level, Spectral()).made(0, 0, lambda *what: SOLVERS[Spectral](*what, None, None))
+    mine = Functions.of(first)
+    right = {s.name: s for s in (each if isinstance(each, Signal) else Signal(*each) for each in signals)}
+    assert 0.1 * level < relative(compare(mine, Functions(time, right, mine.size)))["A.x"] < level
+
+
 @pytest.mark.parametrize("level", [1e-2, 1e-3, 1e-4])
 @pytest.mark.parametrize("solver", [Spectral(), Exudyn()], ids=["compiled", "exudyn"])
 @pytest.mark.parametrize("name", CASES)

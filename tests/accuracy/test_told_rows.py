@@ -9,7 +9,7 @@ beyond their critical load in `tests/checks/test_unbuckled`; blows by functions 
 import sys
 from dataclasses import replace
 from functools import cache
-from itertools import count, product
+from itertools import count, pairwise, product
 from math import hypot, pi, sin, sqrt
 
 import numpy as np
@@ -46,6 +46,7 @@ from buckler.mbs.accuracy.deliver import Climb, deliver, plain
 from buckler.mbs.accuracy.goal import Asked, Usual
 from buckler.mbs.accuracy.ladder import ladder_of, suited
 from buckler.mbs.elements.signal import Kind
+from buckler.mbs.functions import Table
 from buckler.mbs.kinematics.slidercrank import SliderCrank
 from buckler.mbs.laws import CarvalhoMartins, KelvinVoigt
 from buckler.mbs.simulation import SOLVERS
@@ -323,6 +324,40 @@ def jerked():
     }  # fmt: skip
 
 
+def kinked():
+    """A sled by a table of speeds, and one on a spring behind it: its force jumps at each point; peaks there were doubted."""
+    times, speeds, m, behind, k = (0.0, 0.1, 0.25, 0.4), (0.0, 0.6, -0.3, 0.2), 1.0, 0.4, 300.0
+    rises, free = np.diff(speeds) / np.diff(times), 0.2
+
+    def piece(t):
+        return np.clip(np.searchsorted(times, t, side="right") - 1, 0, 2)
+
+    def place(t):
+        since = np.clip(np.subtract.outer(t, times[:3]), 0.0, np.diff(times))
+        return since @ speeds[:3] + since**2 @ rises / 2
+
+    def rates(t, z):
+        return [z[1], k * (float(place(t)) - z[0]) / behind]
+
+    parts, state = [], [0.0, 0.0]
+    for span in pairwise(times):
+        parts.append(solve_ivp(rates, span, state, "DOP853", dense_output=True, rtol=1e-11, atol=1e-14))
+        state = parts[-1].y[:, -1]
+
+    def follows(t):
+        return np.choose(piece(t), [part.sol(t)[0] for part in parts])
+
+    mechanism = Mechanism(
+        {"A": (0, 0), "B": (0.1, 0), "C": (free, 0), "D": (0.3, 0)},
+        [Link("sled", "A", "B", Rigid.of(mass=m, inertia=1e-3)), Link("tail", "C", "D", Rigid.of(mass=behind, inertia=1e-3))],
+        guides=[Guide("A", "sled"), Guide("B", "sled"), Guide("C", "tail"), Guide("D", "tail")],
+        drives=[Drive("A", Table(times, speeds))], loads=[Spring("sled:A", "tail:C", stiffness=k, free_length=free)],
+    )  # fmt: skip
+    return mechanism, times[-1], {
+        "C.x": lambda t: free + follows(t), "drive.force": lambda t: m * rises[piece(t)] + k * (place(t) - follows(t)),
+    }  # fmt: skip
+
+
 def boxed():
     """A block under a constant force and a box of 0.4 ms beside it."""
     m, pull, box = 1.0, 5.0, 500.0
@@ -377,6 +412,7 @@ SCENES = (
     hummer,
     trammel,
     jerked,
+    kinked,
     boxed,
     belted,
 )
@@ -412,7 +448,9 @@ def held(found, truth):
     """True and told errors of the signals that are known, and of what is read off them."""
     mine = Functions.of(found.run)
     finer = np.interp(np.arange(8 * len(mine.time) - 7) / 8, np.arange(len(mine.time)), mine.time)
-    t, known = np.union1d(np.linspace(0, mine.time[-1], DENSE), finer), {}
+    sides = [kink * (1 + side) for kink in mine.kinks for side in (-1e-8, 1e-8)]
+    t, known = np.unique([*np.linspace(0, mine.time[-1], DENSE), *finer, *sides]), {}
+    t = t[np.diff(t, prepend=-1.0) > 1e-10 * t[-1]]
     for name, right in truth.items():
         touched = closes(right, t) if mine.signals[name].kind is Kind.CONTACT else NONE
         known[name] = mine.signals[name]._replace(values=np.asarray(right(t)), rate="", onsets=touched, depth=NONE)
