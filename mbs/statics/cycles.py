@@ -49,9 +49,11 @@ class Periodic(Answer):
     errors : array, shape (m,)
         Of the multipliers: what finer steps, a higher degree of the strips and narrower differences change.
     stable : bool
-        Whether none is larger than 1, beyond its error.
+        Whether none but the trivial one is larger than 1, beyond its error.
     error : float
         Of places over the longest link, and of angles, rad, at the start: the same, and what the period leaves open.
+    trivial : int or None
+        Which multiplier is that of the motion begun a little later, 1; None where something depends on time.
     """
 
     status: Ending
@@ -65,6 +67,7 @@ class Periodic(Answer):
     errors: Array
     stable: bool
     error: float
+    trivial: int | None = None
 
     def point(self, link: str, point: str) -> Array:
         """Places of a point of a link over the period, shape (times, 2)."""
@@ -81,8 +84,9 @@ class Periodic(Answer):
     def rows(self) -> list[tuple[str, str]]:
         """Period, stability, and the multipliers."""
         out = [("period", f"{self.period:.9g} s"), ("stable", "yes" if self.stable else "no"), ("error", f"{self.error:.1e}")]
-        for value, error in zip(self.multipliers, self.errors, strict=True):
-            out.append(("multiplier", f"{value:.9g}, size {abs(value):.9g}, error {error:.1e}"))
+        for i, (value, error) in enumerate(zip(self.multipliers, self.errors, strict=True)):
+            name = "trivial multiplier" if i == self.trivial else "multiplier"
+            out.append((name, f"{value:.9g}, size {abs(value):.9g}, error {error:.1e}"))
         return out
 
 
@@ -188,10 +192,11 @@ def compared(finer: Shooting, start: State, new: Found, values: Array) -> tuple[
 
 def motion_of(shooting: Shooting, found: Found, values: Array, errors: Array, error: float) -> Periodic:
     """Stability, status and message."""
-    grows = np.abs(values) > 1.0 + np.fmax(errors, GOAL)
+    trivial = int(np.argmin(np.abs(values - 1.0))) if shooting.free and len(values) else None
+    grows = (np.abs(values) > 1.0 + np.fmax(errors, GOAL)) & (np.arange(len(values)) != trivial)
     said = []
     if grows.any():
-        worst = complex(values[0])
+        worst = complex(values[grows][0])
         way = "" if abs(worst.imag) < 1e-9 * abs(worst) and worst.real > 0 else " and turns" if worst.imag else " and alternates"
         said.append(f"unstable: a small motion grows {abs(worst):.4g} times a period{way}")
     status = Ending.OK if error < 1e-4 else Ending.INACCURATE
@@ -204,5 +209,5 @@ def motion_of(shooting: Shooting, found: Found, values: Array, errors: Array, er
     time = np.interp(np.arange(PARTS * (len(rows) - 1) + 1) / PARTS, np.arange(len(rows)), rows)
     return Periodic(
         status, "; ".join(said), shooting.scene, found.period, time, motion(time), motion(time, 1), values, errors,
-        not grows.any(), error,
+        not grows.any(), error, trivial,
     )  # fmt: skip

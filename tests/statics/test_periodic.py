@@ -127,6 +127,28 @@ def test_van_der_pols_cycle_finds_its_own_period():
     _, matrix = monodromy(lambda t, y: [y[1], (1 - y[0] ** 2) * y[1] - y[0]], y, found.period)
     assert found.multipliers[1] == pytest.approx(multipliers(matrix)[1], abs=1e-6)
     assert found.stable
+    assert (found.trivial, str(found).count("trivial multiplier")) == (0, 1)
+
+
+def test_a_block_on_a_belt_sticks_and_slips():
+    """Stribeck's friction, smooth within 1 mm/s, on a belt of 0.2 m/s; while it sticks all that differs is forgotten."""
+    stiffness, belt, weight = 100.0, 0.2, 10.0
+
+    def force(e, rate):
+        slip = rate - belt
+        return stiffness * e + weight * (0.3 + 0.2 * np.exp(-((slip / 0.1) ** 2))) * np.tanh(slip / 1e-3)
+
+    def turns(t, y):
+        return y[1]
+
+    turns.direction = -1
+    own = solve_ivp(lambda t, y: [y[1], -force(*y)], (0, 6), [0.03, 0.0], method="Radau", rtol=1e-10, atol=1e-12, events=turns)
+    found = periodic(block(Spring("P", "ground:S", stiffness=0.0, free_length=10.0, law=force)), 0.6, settle=5)
+    assert found.period == pytest.approx(np.diff(own.t_events[0])[-1], rel=1e-8)
+    assert found.amplitude("block", "P")[0] == pytest.approx(np.ptp(own.y[0][own.t > 3]) / 2, rel=1e-3)  # by its steps
+    assert found.trivial == 0
+    assert abs(found.multipliers - [1.0, 0.0]) == pytest.approx([0.0, 0.0], abs=1e-6)
+    assert found.stable
 
 
 def test_a_pendulum_keeps_the_period_of_its_swing():
