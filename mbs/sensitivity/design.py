@@ -187,14 +187,16 @@ def _search(task: Task) -> None:
         alive = [x for x in starts if np.isfinite(task.evaluate(x)[0]).all()]
         for x in sorted(alive, key=task.better)[:POLISHED] if d else ():
             _descend(task, x)
+    best = task.best()
+    if d and best is not None and not task.aims:  # bands of which only ends hold together
+        _descend_along_ends(task, best)
 
 
 def _descend(task: Task, x: Array) -> None:
-    """Least squares where nothing is minimised, which bands hold together; else, or where these do not do, SLSQP."""
-    if not task.aims:
-        least_squares(task.residuals, x, task.steepness, bounds=(0.0, 1.0), method="dogbox", xtol=SAME, ftol=EXACT, max_nfev=MET)
-        x = x if (best := task.best()) is None else best
-    _descend_along_ends(task, x)
+    """Least squares of all constraints where nothing is minimised, else along their ends."""
+    if task.aims:
+        return _descend_along_ends(task, x)
+    least_squares(task.residuals, x, task.steepness, bounds=(0.0, 1.0), method="dogbox", xtol=SAME, ftol=EXACT, max_nfev=MET)
 
 
 def _descend_along_ends(task: Task, x: Array) -> None:
