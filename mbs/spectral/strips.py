@@ -168,8 +168,10 @@ def _add_strip(s, w, strip, point, q, v, ez, f):
         p, weight, m = point + g, s.data[d + 5 + g], _members(order, d + 5 + 4 * ng, nb, ng, g)
         z = _arguments(s.data, m, x, block, nb)
         strain = _slopes(kind, z[0], z[1], z[2], z[3], ez)
-        if lag[0] > 0.0 or lag[2] > 0.0:
+        if lag[0] > 0.0 or (lag[2] > 0.0 and kind != REISSNER):
             r = _arguments(s.data, m, rate, block, nb)
+        elif lag[2] > 0.0:  # of a Reissner strip curvature is one of the arguments
+            r = (0.0, 0.0, 0.0, _sum(s.data, m[3], rate, block[3], nb))
         n, f0 = _stress(s.data, d, d + 5 + ng + g, ng, strain, ez, r, lag), (0.0, 0.0, 0.0, 0.0)
         if w.mixed[0] != PLAIN:
             n, f0 = _unbalanced(w, p, ez, n)
@@ -280,9 +282,10 @@ def carry_stresses(s, w, dq, dv, stress, slack):
             p = point + g
             for i in range(4):
                 m = member + (order[i] * ng + g) * nb
-                dz = _sum(s.data, m, x, block[i], nb)
-                da = _sum(s.data, m, axial, block[i], nb) if s.data[d + 4] > 0.0 else dz
-                db = _sum(s.data, m, bending, block[i], nb) if s.data[d + 3] > 0.0 else dz
+                straight, bent = w.held[p, 0, i] != 0.0 or w.held[p, 1, i] != 0.0, w.held[p, 2, i] != 0.0
+                dz = _sum(s.data, m, x, block[i], nb) if straight or s.data[d + 3] == 0.0 else 0.0
+                da = _sum(s.data, m, axial, block[i], nb) if straight and s.data[d + 4] > 0.0 else dz
+                db = _sum(s.data, m, bending, block[i], nb) if bent and s.data[d + 3] > 0.0 else dz
                 stress[p, 0] += s.data[d] * w.held[p, 0, i] * da
                 stress[p, 1] += s.data[d + 1] * w.held[p, 1, i] * dz
                 stress[p, 2] += s.data[d + 2] * w.held[p, 2, i] * db
