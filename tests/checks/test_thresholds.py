@@ -44,6 +44,12 @@ def held(body, joints, guided=False):
     return mbs.Mechanism({"A": (0, 0), "B": (LENGTH, 0)}, links, joints, guides, gravity=(0.0, -1e-3))
 
 
+def turned(mechanism):
+    """The same, its link drawn from the other end."""
+    (link,) = mechanism.links
+    return replace(mechanism, links=[replace(link, start=link.end, end=link.start)])
+
+
 @cache
 def right(kind):
     """A run that is right, and its result."""
@@ -59,6 +65,7 @@ def right(kind):
         "column": lambda: (held(strip, pin, guided=True), 0.1),
         "propped": lambda: (held(strip, clamps[:1], guided=True), 0.1),
         "modal": lambda: (held(modal, pin, guided=True), 1.0),
+        "modal from its end": lambda: (turned(held(modal, pin, guided=True)), 1.0),
         "built in": lambda: (held(strip, clamps), 1.0),
     }
     mechanism, duration = made[kind]()
@@ -256,9 +263,9 @@ def test_a_strip_is_overloaded_beyond_its_own_critical_load(kind, below, beyond)
     assert not pressed_by(below, 60.0, kind=kind)
 
 
-def linear(load, deflection, growth):
+def linear(load, deflection, growth, kind="modal"):
     """The same of a modal link between a pin and a guide, that bends by a share of its length."""
-    run, result = right("modal")
+    run, result = right(kind)
     still = np.zeros_like(result.time)
     signals = {"A.ground-s.fx": still + load * STRIP.euler_load(LENGTH), "A.ground-s.fy": still}
     signals["s.deflection"] = still + deflection * LENGTH
@@ -274,6 +281,13 @@ def _(wrong):
 @near("LINEAR", "growth, exponent")
 def _(wrong):
     return linear(2.0, 0.0, 18.0 if wrong else 11.0)
+
+
+@pytest.mark.parametrize("kind", ["modal", "modal from its end"])
+def test_the_force_on_a_modal_link_is_that_of_the_pin_at_either_end(kind):
+    """Twice the critical load, 1.05 and 0.95 of it; pulled it carries any."""
+    assert linear(2.0, 0.0, 18.0, kind) and linear(1.05, 0.0, 200.0, kind)
+    assert not linear(0.95, 0.0, 200.0, kind) and not linear(-2.0, 0.0, 18.0, kind)
 
 
 @near("CROSSED", "distance over length")

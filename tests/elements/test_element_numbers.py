@@ -1,0 +1,155 @@
+"""What elements answer, against formulas and balances of their own: numbers that a run shows only in a small part."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from made import BAR, LENGTH, STRIP, mechanism, steel
+
+from buckler.mbs import (
+    Beam,
+    Exudyn,
+    Guide,
+    Link,
+    Mass,
+    Mechanism,
+    Motion,
+    Profile,
+    Revolute,
+    Rigid,
+    Spring,
+    Stop,
+    Strut,
+    Weld,
+)
+from buckler.mbs.checks.straight import Growth
+from buckler.mbs.elements.element import Place
+from buckler.mbs.elements.load import potential
+from buckler.mbs.elements.rows import Along, Apart, Turn, row
+from buckler.mbs.elements.strut import StrutLaw
+from buckler.mbs.engine.solve import once
+from buckler.mbs.geometry import cross
+from buckler.mbs.laws import KelvinVoigt
+from buckler.mbs.modal import BarModes
+
+
+def test_a_profile_of_a_square_bar_is_as_thick_as_the_bar():
+    side, modulus, density = 4e-3, 70e9, 2700.0
+    area, second = side**2, side**4 / 12
+    found = Profile(modulus * second, modulus * area, modulus * area / 3, density * area, density * second)
+    assert (found.thickness, found.width) == (pytest.approx(side), pytest.approx(side))
+    assert (found.material.modulus, found.material.density) == (pytest.approx(modulus), pytest.approx(density))
+
+
+def test_a_gradient_of_a_row_is_that_of_its_measure():
+    """By differences of places and angles, of points off both axes."""
+    points = {"P": (0.3, -0.7), "Q": (-0.4, 0.2)}
+    one, other, d = Place("one", "P"), Place("two", "Q"), (0.6, 0.8)
+
+    def value(measure, moved):
+        (x1, y1, a1), (x2, y2, a2) = ((*np.add(points[e.point], moved[e][:2]), moved[e][2]) for e in (one, other))
+        if isinstance(measure, Turn):
+            return a1 - a2
+        if isinstance(measure, Apart):
+            return math.hypot(x1 - x2, y1 - y2)
+        c, s = (math.cos(a2), math.sin(a2)) if measure.turns else (1.0, 0.0)
+        return (c * d[0] - s * d[1]) * (x1 - x2) + (s * d[0] + c * d[1]) * (y1 - y2)
+
+    for measure in (Along(one, other, d), Along(one, other, d, turns=True), Turn(one, other), Apart(one, other)):
+        for end, gradient in row(measure).gradient(points):
+            for k in range(3):
+                sides = [value(measure, {one: np.zeros(3), other: np.zeros(3)} | {end: h * np.eye(3)[k]}) for h in (1e-6, -1e-6)]
+                assert gradient[k] == pytest.approx((sides[0] - sides[1]) / 2e-6, abs=1e-8), (measure, end, k)
+
+
+def test_damping_of_a_strut_takes_what_its_force_has_beyond_the_elastic_one():
+    law = StrutLaw(Strut(replace(STRIP, material=steel(axial_damping=1e-4))), LENGTH)
+    assert law.damping > 0
+    for elongation, rate in ((1e-6, 0.3), (1e-6, -1e-4), (1e-6, -50.0), (-1e-6, 0.3), (10 * law.kink, -0.2)):
+        beyond = law.force(elongation, rate) - law.elastic(elongation)
+        assert float(law.damping_power(elongation, rate)) == pytest.approx(beyond * rate, rel=1e-12), (elongation, rate)
+
+
+def test_the_potential_of_a_law_is_its_work():
+    """Of k x + c x^3: k x^2/2 + c x^4/4, which Gauss's points take without error."""
+    values = np.array([-0.3, -1e-3, 0.0, 0.2, 0.7])
+    found = potential(lambda x, _rate: 50.0 * x + 8.0 * x**3, values)
+    assert found == pytest.approx(25.0 * values**2 + 2.0 * values**4, rel=1e-12, abs=1e-15)
+
+
+def test_a_motion_is_asked_for_nothing_beyond_the_run():
+    """A run shorter than the step of the differences: they are shorter, too, and exact for a square."""
+    last, asked = 1e-5, []
+
+    def speed(t):
+        asked.append(t)
+        return 3.0 * t**2
+
+    motion = Motion(lambda t: t**3, speed)
+    for t in (0.0, 0.4 * last, last):
+        assert motion.acceleration(t, last) == pytest.approx(6.0 * t, abs=1e-9)
+    asked.clear()
+    motion.acceleration(0.5 * last, last)
+    assert 0.0 <= min(asked) and max(asked) <= last
+
+
+def test_a_stop_between_two_links_pushes_both_alike():
+    """Its forces on both cancel, and so do their moments about any point."""
+    made = Mechanism(
+        points={"A": (-0.25, 0.1), "B": (0.25, 0.1), "C": (0.1, -0.2), "D": (0.4, -0.1)},
+        links=[Link("rod", "A", "B", Rigid.of(mass=0.8, inertia=0.02)), Link("table", "C", "D", Rigid(BAR))],
+        joints=[Revolute("A", "ground", "rod"), Weld("C", "ground", "table")],
+        stops=[Stop("B", at=-0.15, law=KelvinVoigt(1e4, 1.0), along=(0, 1), on="table:D")],
+        gravity=(0, -9.81),
+    )
+    record = once(made, 0.3, Exudyn(), None, None).record
+    pushes = list(made.stops[0].pushes("B", record))
+    assert len(pushes) == 2 and np.abs(pushes[0].force).max() > 1.0
+    assert sum(push.force for push in pushes) == pytest.approx(0.0, abs=1e-12)
+    moments = [cross(record.point(push.at)[0], push.force) + push.torque for push in pushes]
+    assert sum(moments) == pytest.approx(0.0, abs=1e-9 * np.abs(moments[0]).max())
+    assert (pushes[0].force[:, 1] >= 0).all()  # the face lies below the point
+
+
+def test_the_bending_of_a_pressed_strip_grows_as_its_formula_says_however_it_has_turned():
+    """omega_1 sqrt(P/P_E - 1) between the pins of a heavy arm that falls, and turns by 2 rad."""
+    arm = Link("arm", "A", "B", Rigid.of(mass=50.0, inertia=5.0))
+    pins = [Revolute("A", "ground", "arm"), Revolute("A", "arm", "strip"), Revolute("B", "arm", "strip")]
+    made = Mechanism(
+        {"A": (0.4, -0.3), "B": (0.4 + LENGTH, -0.3)}, [arm, Link("strip", "A", "B", Beam(STRIP))], pins, gravity=(0.0, -9.81)
+    )
+    record = once(made, 0.45, Exudyn(), None, None).record
+    assert abs(record.turn("arm:A")[0][-1]) > 1.0
+    growth = Growth(record)
+    for k, times in ((0, 2.0), (-1, 2.0), (-1, 3.0)):
+        found = growth.at(k, {"strip": -times * STRIP.euler_load(LENGTH)})["strip"]
+        assert found == pytest.approx(STRIP.first_frequency(LENGTH) * math.sqrt(times - 1.0), rel=2e-2), (k, times)
+
+
+def test_a_bar_has_up_to_thirteen_modes_of_a_kind():
+    assert BarModes(bending=13, axial=13)
+    for wrong in ({"bending": 14}, {"axial": 14}):
+        with pytest.raises(ValueError, match=r"= 14: must be a whole number in \[0, 13\]"):
+            BarModes(**wrong)
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"masses": [Mass("G", 1.0)]}, "it lies on the ground"),
+        ({"loads": [Spring("ground:O", "rod:B", stiffness=1.0, free_length=0.1)]}, ""),
+        ({"loads": [Spring("ground:G", "crank:A", stiffness=1.0, free_length=0.1)]}, "its ends coincide"),
+        ({"guides": [Guide("B", "rod", (1, 1), 1.0, through="T")]}, ""),
+        ({"guides": [Guide("B", "rod", (1, 1), 1.0, through="G")]}, "lies 0.707 m beside its line"),
+    ],
+    ids=["mass", "spring", "coincident spring", "guide", "guide beside its line"],
+)
+def test_what_does_not_fit_is_refused_and_what_does_is_not(changed, message):
+    points = {"O": (0, 1), "A": (1, 1), "B": (2, 1), "T": (3, 2), "G": (1, 1)}
+    try:
+        mechanism(points=points, **changed)
+    except ValueError as error:
+        assert message and message in str(error)
+    else:
+        assert not message
