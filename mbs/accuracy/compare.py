@@ -20,7 +20,7 @@ touched it: the force that it would have had counts as a difference.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
@@ -40,6 +40,9 @@ from buckler.mbs.record.run import Run
 SMALL, RESTING = 1e-2, 1e-3
 """Of the largest signal of the same kind and unit, and of the mechanism's size: smaller signals are measured by so much."""
 FORCES = (Kind.REACTION, Kind.CONTACT, Kind.FRICTION, Kind.INTERNAL)
+STRAIGHT = (Kind.PLACE, Kind.ENERGY)
+"""Compared in time as it is."""
+BENT = tuple(kind for kind in Kind if kind not in STRAIGHT)
 TINY = float(np.finfo(float).tiny)
 
 
@@ -105,15 +108,15 @@ class Functions:
         rings = {name.removesuffix(".mean"): signal.period for name, signal in self.signals.items() if signal.period > 0}
         return [name for name, period in rings.items() if not follows(self.time, period)]
 
-    def at(self, times: Array) -> dict[str, Array]:
-        """All signals at other times within the run."""
+    def at(self, times: Array, kinds: Collection[Kind] = tuple(Kind)) -> dict[str, Array]:
+        """All signals of some kinds at other times within the run."""
         found, signals = dict[str, Array](), self.signals
         for known, smooth in product((True, False), repeat=2):
-            names = [n for n, s in signals.items() if (s.rate in signals, s.kind is Kind.PLACE) == (known, smooth)]
-            if names:
+            alike = {n: s for n, s in signals.items() if (s.rate in signals, s.kind is Kind.PLACE) == (known, smooth)}
+            if names := [name for name, signal in alike.items() if signal.kind in kinds]:
                 values = np.stack([signals[name].values for name in names], axis=1)
                 rates = np.stack([signals[signals[name].rate].values for name in names], axis=1) if known else None
-                found |= zip(names, between(self.time, values, rates, times, smooth).T, strict=True)
+                found |= zip(names, np.ascontiguousarray(between(self.time, values, rates, times, smooth).T), strict=True)
         return found
 
     @cached_property
@@ -121,7 +124,7 @@ class Functions:
         """The size of each signal: of a place or an energy its range, else the root of its mean square and its largest."""
         found = {}
         for name, signal in self.signals.items():
-            if signal.kind in (Kind.PLACE, Kind.ENERGY):
+            if signal.kind in STRAIGHT:
                 found[name] = np.full(2, signal.scale or np.ptp(signal.values))
             else:
                 square = np.trapezoid(signal.values**2, self.time) / max(np.ptp(self.time), TINY)
@@ -163,12 +166,11 @@ def compare(a: Functions, b: Functions, until: float = np.inf) -> dict[str, Apar
     seen = _seen(own, a.time, jumps) * _seen(other, b.time, np.interp(jumps, mine, theirs))
     evenly, bent, found = _weights(plain), _weights(own) * seen, dict[str, Apart]()
     with np.errstate(all="ignore"):
-        flat = a.at(plain), b.at(plain)
-        warped = flat if np.array_equal(own, plain) and np.array_equal(other, plain) else (a.at(own), b.at(other))
+        flat = a.at(plain, STRAIGHT + FORCES), b.at(plain, STRAIGHT + FORCES)
+        warped = a.at(own, BENT), b.at(other, BENT)
         for name in [name for name in b.signals if name in a.signals]:
             signal, scales = b.signals[name], b.scales[name]
-            straight = signal.kind in (Kind.PLACE, Kind.ENERGY)
-            (here, there), weights = (flat, evenly) if straight else (warped, bent)
+            (here, there), weights = (flat, evenly) if signal.kind in STRAIGHT else (warped, bent)
             off, missed = here[name] - there[name], _missed(a, b, name, plain)
             norm = np.sqrt(weights @ off**2 / end) + np.sqrt(evenly @ missed**2 / end)
             found[name] = Apart(float(norm), float(scales[0]))
