@@ -190,8 +190,8 @@ def _raised(problem: Problem, rest: Rest, by: int) -> tuple[Problem, Rest]:
     return finer, guess._replace(multipliers=carried(finer, guess))
 
 
-def _answer(problem: Problem, rest: Rest, message: str, fixed: bool, anew: bool = True) -> Equilibrium:
-    """Raise the degree until the error is small, unless it is given, if need be with a search `anew`; tell stability."""
+def _sharpened(problem: Problem, rest: Rest, message: str, fixed: bool, anew: bool) -> tuple[Problem, Rest, str, float]:
+    """Raise the degree until the error is small, unless it is given, if need be with a search `anew`."""
     load, error, before = rest.parameter, 0.0, np.inf
     while has_strips(problem.scene):
         finer, guess = _raised(problem, rest, RISE)
@@ -214,6 +214,12 @@ def _answer(problem: Problem, rest: Rest, message: str, fixed: bool, anew: bool 
         if error <= GOAL or stalled or problem.scene.degree > HIGHEST:
             break
         before = error
+    return problem, rest, message, error
+
+
+def _answer(problem: Problem, rest: Rest, message: str, fixed: bool, anew: bool = True) -> Equilibrium:
+    """A rest with its error and stability."""
+    problem, rest, message, error = _sharpened(problem, rest, message, fixed, anew)
     check_ropes(problem, rest)
     error = max(error, problem.step(rest)[1])
     spectrum = problem.spectrum(rest)
@@ -231,7 +237,7 @@ def _answer(problem: Problem, rest: Rest, message: str, fixed: bool, anew: bool 
     problem.set(1.0)
     said += _idle(problem, rest) + left_out(problem.scene.mechanism, FRICTION)
     found = Equilibrium(
-        status, "; ".join(said), problem.scene, rest.q, rest.multipliers, load, growth == 0.0, growth, neutral, error
+        status, "; ".join(said), problem.scene, rest.q, rest.multipliers, rest.parameter, growth == 0.0, growth, neutral, error
     )  # fmt: skip
     both = sticking.ends(problem, rest) if not (neutral or growth) else []
     problem.set(1.0)
