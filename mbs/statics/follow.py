@@ -11,6 +11,7 @@ from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.start import slopes
 from buckler.mbs.spectral.threads import one_thread
+from buckler.mbs.statics import parting
 from buckler.mbs.statics.answer import HIGHEST, RISE, Ending, check_count, check_flag, check_mechanism, check_number
 from buckler.mbs.statics.arc import Arc
 from buckler.mbs.statics.critical import Critical, State, criticals, state_at
@@ -188,9 +189,7 @@ class _Follower:
         first = self.run(self._start(), None)
         if branches:
             for point in [each for each in first.points if each.kind == "branching"]:
-                for shape in self._ways(point):
-                    for side in (1.0, -1.0):
-                        first.branches.append(self.run(self._beside(point), side * self._unit(shape)))
+                first.branches.extend(self.run(self._beside(point), self._unit(shape)) for shape in self._ways(point))
         return first
 
     def _start(self) -> Rest:
@@ -295,12 +294,13 @@ class _Follower:
         return shapes @ moves if np.abs(moves).max() > 1e-4 else None
 
     def _ways(self, point: Critical) -> Iterator[Array]:
-        """Shapes in which paths leave a branching: of a multiple one those that move one link most."""
-        if point.multiple == 1:
-            yield point.shapes[:, 0]
-            return
-        ways: list[Array] = []
-        for link in self.problem.scene.mechanism.links:
+        """Shapes in which paths leave a branching, and to which side: of one of three and more those that move one link most."""
+        ways: list[Array] = list(point.shapes.T) if point.multiple == 1 else []
+        if point.multiple == 2:
+            yield from (found := parting.ways(self.problem, point.rest, point.shapes, abs(self.to - self.begun)))
+            if found:
+                return
+        for link in self.problem.scene.mechanism.links if not ways else ():
             for name in () if link.body.massless else link.points:
                 for along in np.eye(2):
                     shape = self._towards(point, link.name, name, along)
@@ -309,7 +309,7 @@ class _Follower:
                     shape = shape / np.linalg.norm(shape / self.problem.units)
                     if all(abs(float(shape / self.problem.units**2 @ other)) < 0.999 for other in ways):
                         ways.append(shape)
-        yield from ways
+        yield from (side * shape for shape in ways for side in (1.0, -1.0))
 
     def _unit(self, shape: Array) -> Array:
         """Unit direction along a shape of the coordinates."""

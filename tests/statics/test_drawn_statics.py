@@ -77,11 +77,11 @@ class Engine:
         """The equilibrium near some coordinates, by Newton's method with differences; None where it finds none."""
         force, _, rows = self.force(q, np.zeros(self.size))
         x = np.append(q, np.linalg.lstsq(rows.T, force, rcond=1e-12)[0])
-        for _ in range(12):
+        for _ in range(25):
             step = np.linalg.lstsq(-differences(self.unbalanced, x), self.unbalanced(x), rcond=1e-13)[0]
             x = x + step
             size = np.abs(step[: self.size]).max()
-            if size < 1e-10:
+            if size < 1e-8:
                 return x
             if size > 1.0:
                 return None
@@ -155,22 +155,24 @@ def judged(made):
     found = equilibrium(made)
     if found.status != "OK":
         return str(found.status), found.message
-    off = []
+    off, grown = [], []
     for elements in (8, 16, 32):
         engine = Engine(made, elements)
         q = engine.coordinates(found)
         x = engine.rest(q)
         if x is not None:
             off.append(max(np.abs((x[: engine.size] - q)[engine.held(each)]).max() for each in engine.scene.placed.values()))
+            grown.append(engine.growth(x))
         if len(off) == 2:
             break
     else:
         return "wrong", "the engine has none near"
     if off[1] > abs(off[0] - off[1]) + found.error * found.scene.length + 1e-7:
         return "wrong", f"off by {off[0]:.1e}, {off[1]:.1e}, told {found.error:.1e}"
-    growth, least = engine.growth(x)
-    if (growth > 0.1 * least and found.stable) or growth < 1e-3 * found.growth:
-        return "wrong", f"grows at {growth:.3g}, told {found.growth:.3g} 1/s"
+    both = [growth > 0.1 * least for growth, least in grown]  # near a critical load one mesh's differences are rounding
+    fastest = max(growth for growth, _ in grown)
+    if (all(both) and found.stable) or fastest < 1e-3 * found.growth:
+        return "wrong", f"grows at {fastest:.3g}, told {found.growth:.3g} 1/s"
     return ("right" if found.stable else "right, unstable"), f"{off[1]:.1e} {found.error:.1e}"
 
 
