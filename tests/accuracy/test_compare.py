@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from buckler.mbs.accuracy.compare import RESTING, SMALL, Functions, compare, relative
+from buckler.mbs.accuracy.compare import RESTING, SMALL, Functions, _missed, compare, relative
+from buckler.mbs.accuracy.goal import Usual
 from buckler.mbs.elements.signal import Kind, Signal
 from buckler.mbs.geometry import onsets
 
@@ -137,3 +138,26 @@ def test_a_ringing_is_resolved_where_no_whole_period_of_it_has_long_steps():
         time = fine[(fine < 1) | (fine >= 1 + gone)]
         mean = Signal("f.mean", np.sin(time), "N", Kind.REACTION, period=period)
         assert Functions(time, {"f.mean": mean}, 1.0).unresolved == unresolved
+
+
+def test_a_touch_that_one_of_two_runs_nearly_has_counts_as_deep_as_they_are_apart():
+    """0.5 mm and 2 mm apart at the closest: a third run could be 1 mm deep. The force of that; none of a touch both have."""
+    time = np.linspace(0, END, 2001)
+
+    def run(gap):
+        depth = np.where(time < 1.0, 1e-2 * np.sin(2 * np.pi * time) - 9e-3 - gap, -1.0) + 1e-3 * (time >= 1.0)
+        return made(time, c=(np.zeros_like(time), "N", Kind.CONTACT, "", "", 0.0, 0.0, np.empty(0), depth, lambda d: 1e4 * d))
+
+    near, far = run(1.5e-3), run(3e-3)
+    deepest = max(near.signals["c"].depth) + np.ptp([max(each.signals["c"].depth) for each in (near, far)])
+    assert deepest == pytest.approx(1e-3)
+    missed = _missed(near, far, "c", time)
+    assert missed.max() == pytest.approx(10.0) and missed[0] == missed[-1] == 0.0
+    assert not _missed(run(0.5e-3), run(0.4e-3), "c", time).any()
+
+
+def test_a_run_without_settings_may_err_by_a_thousandth_of_places_and_by_half_a_per_cent_where_something_strikes():
+    time = np.linspace(0, END, 401)
+    places, force = wave(time, 0.5, Kind.PLACE, "m"), (np.zeros_like(time), "N", Kind.CONTACT)
+    assert Usual().limits(made(time, x=places)) == {"x.peak": pytest.approx(1e-3)}
+    assert Usual().limits(made(time, x=places, c=force))["x"] == pytest.approx(5e-3)
