@@ -9,6 +9,8 @@ from made import BAR, LENGTH, STRIP, mechanism, steel
 
 from buckler.mbs import (
     Beam,
+    Closure,
+    Drive,
     Exudyn,
     Guide,
     Link,
@@ -16,12 +18,15 @@ from buckler.mbs import (
     Mechanism,
     Motion,
     Profile,
+    Rack,
     Revolute,
     Rigid,
+    Slider,
     Spring,
     Stop,
     Strut,
     Weld,
+    simulate,
 )
 from buckler.mbs.checks.straight import Growth
 from buckler.mbs.elements.element import Place
@@ -153,3 +158,50 @@ def test_what_does_not_fit_is_refused_and_what_does_is_not(changed, message):
         assert message and message in str(error)
     else:
         assert not message
+
+
+def test_a_rack_rolls_on_its_pinion_whatever_carries_both():
+    """All turning as one, the rack turning about the pitch point, and rolling (travel = radius times turn) hold its row."""
+    radius, (dx, dy) = 0.05, (0.6, 0.8)
+    points = {"O": (0.1, 0.2), "p": (0.15, 0.2), "R": (0.4, -0.1), "r": (0.5, -0.1), "Q": (-0.3, 0.1)}
+    ends = {"arm": ("O", "Q"), "pinion": ("O", "p"), "rack": ("R", "r")}
+    links = [Link(name, *pair, Rigid.of(mass=1.0, inertia=0.01)) for name, pair in ends.items()]
+    rack = Rack("pinion:O", "rack:R", radius, (dx, dy), carrier="arm")
+    (held,) = rack.rows(Mechanism(points, links, [Revolute("O", "arm", "pinion")], couplings=[rack]))
+
+    def rate(**moves):
+        """Of the row's sum, as bodies turn at 1 rad/s about a point, or move by (vx, vy, spin)."""
+        total = 0.0
+        for end, (gx, gy, ga) in held.gradient(points):
+            vx, vy, spin, (cx, cy) = moves.get(end.body, (0.0, 0.0, 0.0, (0.0, 0.0)))
+            x, y = points[end.point]
+            total += gx * (vx - spin * (y - cy)) + gy * (vy + spin * (x - cx)) + ga * spin
+        return total
+
+    whole = (0.3, -0.2, 1.0, (0.7, 0.4))
+    assert rate(arm=whole, pinion=whole, rack=whole) == pytest.approx(0.0, abs=1e-12)
+    pitch = (points["O"][0] + radius * dy, points["O"][1] - radius * dx)  # where a turning pinion goes along the line
+    assert rate(rack=(0.0, 0.0, 1.0, pitch)) == pytest.approx(0.0, abs=1e-12)
+    rolls = (radius * dx, radius * dy, 0.0, (0.0, 0.0))
+    assert rate(pinion=(0.0, 0.0, 1.0, points["O"]), rack=rolls) == pytest.approx(0.0, abs=1e-12)
+    assert abs(rate(rack=rolls)) == pytest.approx(radius)
+
+
+def test_a_rack_travels_along_a_line_that_turns_with_its_carrier():
+    """By the radius times what its pinion turns more than the carrier."""
+    radius, d, centre, end = 0.05, np.array([0.6, 0.8]), np.array([0.1, 0.2]), np.array([0.4, -0.1])
+    points = {"O": centre, "p": (0.15, 0.2), "R": end, "r": (0.5, -0.1), "Q": (-0.3, 0.1)}
+    ends = {"arm": ("O", "Q"), "pinion": ("O", "p"), "rack": ("R", "r")}
+    made = Mechanism(
+        {name: tuple(map(float, place)) for name, place in points.items()},
+        [Link(name, *pair, Rigid.of(mass=1.0, inertia=0.01)) for name, pair in ends.items()],
+        [Revolute("O", "ground", "arm"), Revolute("O", "arm", "pinion"), Slider("R", "rack", "arm", along=tuple(d))],
+        drives=[Drive("arm", 1.0), Drive("pinion", 3.0)],
+        couplings=[Rack("pinion:O", "rack:R", radius, tuple(d), carrier="arm")],
+    )
+    found = simulate(made, 1.0, solver=Closure())
+    assert found.ok, found.message
+    places = end - centre + np.outer(radius * 2.0 * found.time, d)
+    turned = np.exp(1j * found.time) * (places @ (1, 1j))
+    assert found["R.x"] - 0.1 == pytest.approx(turned.real, abs=1e-9)
+    assert found["R.y"] - 0.2 == pytest.approx(turned.imag, abs=1e-9)
