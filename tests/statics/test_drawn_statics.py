@@ -25,6 +25,8 @@ FAMILIES = (
 )
 OFFSET = 1e-7
 """Of the differences, m and rad."""
+NEAR = 0.05
+"""How far from some coordinates an equilibrium is another one, m and rad."""
 
 
 def resting(seed, k):
@@ -82,7 +84,7 @@ class Engine:
             x = x + step
             size = np.abs(step[: self.size]).max()
             if size < 1e-8:
-                return x
+                return x if np.abs(x[: self.size] - q).max() < NEAR else None
             if size > 1.0:
                 return None
         return None
@@ -156,7 +158,7 @@ def judged(made):
     if found.status != "OK":
         return str(found.status), found.message
     off, grown = [], []
-    for elements in (8, 16, 32):
+    for elements in (8, 16, 32, 64):
         engine = Engine(made, elements)
         q = engine.coordinates(found)
         x = engine.rest(q)
