@@ -25,7 +25,7 @@ Intrinsic = tuple[Signature, Callable[..., ir.Value]]
 """What a function with machine code of its own gives: its types, and what writes that code."""
 COMPILED = (
     "compiling", "tables", "tape", "markers", "lawtable", "strips", "along", "forces", "fronts", "kernel",
-    "output", "contacts", "room", "radau", "samples", "doors", "implicit", "explicit", "recording",
+    "output", "contacts", "room", "radau", "newton", "samples", "doors", "implicit", "explicit", "recording",
 )  # fmt: skip
 """Files that hold compiled functions."""
 DRAFTED: list[str] = []

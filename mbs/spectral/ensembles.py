@@ -16,7 +16,6 @@ import numpy as np
 from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.energy import ledger
-from buckler.mbs.record.quadrature import corrected
 from buckler.mbs.record.record import Record
 from buckler.mbs.record.result import Result
 from buckler.mbs.record.signals import collect
@@ -46,7 +45,7 @@ class Member(NamedTuple):
 def resume(scene: Scene, end: float, solver: Spectral, state: State, seed: int = 0, between: int = 0) -> Member:
     """Run a scene from a state on; see `ensemble`."""
     out, failure, counts = integrate(scene, end, solver, state=state)
-    record = replace(record_of(scene, refined(scene, out, between) if between and len(out.time) > 1 else out), rule=corrected)
+    record = record_of(scene, refined(scene, out, between) if between and len(out.time) > 1 else out)
     status, message = failure or (Status.OK, "")
     signals = collect(record)
     result = Result(

@@ -22,17 +22,9 @@ from buckler.mbs.spectral.fronts import solve
 from buckler.mbs.spectral.kernel import changes_at, forces, rows_at
 from buckler.mbs.spectral.lawtable import AFTER
 from buckler.mbs.spectral.markers import place_markers
+from buckler.mbs.spectral.newton import SLOW, newton
 from buckler.mbs.spectral.output import NOT_FINITE, OK, TOO_MANY, UNDERFLOW
-from buckler.mbs.spectral.radau import (
-    REAL,
-    SLOW,
-    error_of,
-    integrate,
-    newton,
-    predict,
-    put_back,
-    renew_heavy,
-)  # fmt: skip
+from buckler.mbs.spectral.radau import REAL, error_of, integrate, predict, put_back, renew_heavy
 from buckler.mbs.spectral.samples import (
     JUMP,
     MOST_SAMPLES,
@@ -122,7 +114,7 @@ def _error(s, e, w, x, t, h, controls, least, given):
     Reports are those of the end.
     """
     error, allowed = 0.0 if given else error_of(s, e, x, h) / controls.tolerance, controls.contact_tolerance
-    put_back(s, e, w, x, t)
+    put_back(s, e, w, x, t, h)
     if s.forces.shape[0] == 0:
         return error
     n, q, v = x.q.size, x.places[2], x.rates[2]
@@ -269,9 +261,9 @@ def _try(s, e, w, x, clock, h, at, controls, counts):
             return False
     if given:
         return True
-    kinked = lets_go(s, x.before, w.reports, x.largest, controls.contact_tolerance, landing)
-    if x.at[MODE] == ALONE and h > 10.0 * shortest and kinked:
-        clock.error = max(clock.error, LETS_GO)
+    if x.at[MODE] == ALONE and h > 10.0 * shortest:
+        if lets_go(s, x.before, w.reports, x.largest, controls.contact_tolerance, landing):
+            clock.error = max(clock.error, LETS_GO)
     if clock.error > 1.0 and h > 4.0 * shortest:
         clock.wanted, clock.grow = max(h * max(0.2, SAFETY * clock.error**-ORDER), 2.0 * shortest), 1.0
         return False
@@ -281,10 +273,10 @@ def _try(s, e, w, x, clock, h, at, controls, counts):
 @aside
 def _accept(s, e, w, x, clock, h, target, controls, out, counts, ended):
     """Take over a step of length h to the time `target`, and write its rows; `ended`: no contact began at its end."""
-    moment, deep = closing(s, x.before, w.reports, JUMP * controls.shortest), bend_of_depths(s, x.before, w.reports, h)
     changed, before = _remember(s, w, x, controls, counts), clock.time
     if dense(x, controls):
-        parts = samples_in(x, s.elastic, h, controls, deep)
+        moment = closing(s, x.before, w.reports, JUMP * controls.shortest)
+        parts = samples_in(x, s.elastic, h, controls, bend_of_depths(s, x.before, w.reports, h))
         if 0.0 < moment < 0.5 * h / parts:
             write_at_face(x, out, counts, before, h, moment)
         write_between(x, out, counts, before, h, parts)

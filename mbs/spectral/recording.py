@@ -11,6 +11,7 @@ from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.modal.planar import ModalHistory
 from buckler.mbs.record.motion import BlockMotion, RigidMotion
+from buckler.mbs.record.quadrature import corrected
 from buckler.mbs.record.record import Record
 from buckler.mbs.spectral.compiling import aside, copy, jit, lend
 from buckler.mbs.spectral.forces import add_forces
@@ -86,7 +87,7 @@ def record_of(scene: Scene, out: Output) -> Record:
         elif isinstance(body, StripBody):
             links[link.name] = _strip(scene, body, out)
     blocks = {point: _block(mechanism, point, trace(marker)) for point, marker in guides.items()}
-    return Record(mechanism, out.time, links, blocks, _channels(scene, out, reports))
+    return Record(mechanism, out.time, links, blocks, _channels(scene, out, reports), corrected)
 
 
 def followed(scene: Scene, out: Output) -> tuple[Array, Array]:

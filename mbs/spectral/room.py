@@ -15,8 +15,8 @@ class Room(NamedTuple):
     """A state (q, v, a, lam, stress), the step's unknowns at the nodes, and room to work in.
 
     `weight` is one over the unit of each coordinate, zero for those of vectors, whose units along and across their chord are
-    `whole` and `across`; `turn` is the chord's direction. `kinks` are times at which steps must end; other ends of given steps
-    are as `late` as the contact that began last.
+    `whole` and `across`; `turn` is the chord's direction. `kinks` are times at which steps
+    must end; other ends of given steps are as `late` as the contact that began last.
     """
 
     q: Array

@@ -109,6 +109,22 @@ def test_bending_damping_takes_from_each_swing_what_kelvin_and_voigt_say(kind) -
     assert [second / first, third / second] == pytest.approx([np.exp(-np.pi * lag / 2)] * 2, rel=0.02)
 
 
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-5, 1e-7])
+def test_reactions_of_a_determined_linkage_are_solved_for_too(tolerance) -> None:
+    """Places are right at once, by the constraints, and Newton's method ends; reactions must be right then, too."""
+    m = slider_crank(Rigid(Section(0.030, 2e-3)), law=None, mass=0.3, speed=7.0)
+    found, exact = (simulate(m, 0.4, solver=solver) for solver in (Spectral(Controlled(tolerance)), Closure()))
+    for name in ("drive.torque", "B.guide_force"):
+        truth = np.interp(found.time, exact.time, exact.signals[name])
+        np.testing.assert_allclose(found.signals[name], truth, atol=1e-3 * np.abs(truth).max())
+
+
+def test_the_work_of_a_drive_is_integrated_to_more_than_the_second_order() -> None:
+    """Energies are held against each other: what is given, and what masses hold by their speeds and heights."""
+    m = slider_crank(Rigid(Section(0.030, 2e-3)), law=None, mass=0.3, speed=7.0)
+    assert simulate(replace(m, gravity=(0, -9.81)), 0.4, solver=Spectral(Controlled(1e-5)), ledger=True).energy_balance < 1e-4
+
+
 def test_a_drive_that_what_is_held_does_not_let_go_is_named() -> None:
     """Modes of bending alone cannot give way along the link: it does not move, and once it was said to be fine."""
     body = Modal(Section(0.02, 0.001), BarModes(2, 0), 0.02)
