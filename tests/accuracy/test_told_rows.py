@@ -450,9 +450,12 @@ def held(found, truth):
     finer = np.interp(np.arange(8 * len(mine.time) - 7) / 8, np.arange(len(mine.time)), mine.time)
     sides = [kink * (1 + side) for kink in mine.kinks for side in (-1e-8, 1e-8)]
     t, known = np.unique([*np.linspace(0, mine.time[-1], DENSE), *finer, *sides]), {}
+    onsets = {name: closes(right, t) for name, right in truth.items() if mine.signals[name].kind is Kind.CONTACT}
+    jumps = [time + side * t[-1] for each in onsets.values() for time in each for side in (-1e-9, 1e-9)]  # of the truth
+    t = np.unique(np.clip([*t, *jumps], 0.0, t[-1]))
     t = t[np.diff(t, prepend=-1.0) > 1e-10 * t[-1]]
     for name, right in truth.items():
-        touched = closes(right, t) if mine.signals[name].kind is Kind.CONTACT else NONE
+        touched = onsets.get(name, NONE)
         known[name] = mine.signals[name]._replace(values=np.asarray(right(t)), rate="", onsets=touched, depth=NONE)
     scales, apart = compare(mine, mine), compare(mine, Functions(t, known, mine.size, kinks=mine.kinks))
     off = {name: each.off / scales.get(name, each).scale for name, each in apart.items()}

@@ -26,7 +26,7 @@ def test_points_are_drawn_where_the_signals_say(name):
     for point in movie.points:
         for axis, letter in enumerate("xy"):
             values = result.signals[f"{point}.{letter}"]
-            found = np.interp(movie.time, result.time, values)
+            found = result.at(f"{point}.{letter}", movie.time)
             assert movie.frames[point][:, axis] == pytest.approx(found, abs=2e-3 * max(np.ptp(values), 0.01))
     assert all(mark.ink in INKS for mark in movie.marks if hasattr(mark, "ink"))
     assert all(mark.frame in movie.frames for mark in movie.marks if hasattr(mark, "frame"))
