@@ -129,7 +129,7 @@ def simulate(
             raise KeyboardInterrupt
         return made[-1]
 
-    def asked() -> Result:
+    try:
         if accuracy is None and solver is not None:
             single, complete = run(mechanism, duration, solver), None
         else:
@@ -138,9 +138,6 @@ def simulate(
             single, complete = found.run, lambda result: found.complete(result, goal, working_time() - start)
         result = _result(single, complete, ledger, times)
         return verified(result, single, mechanism, duration, run) if verify else result
-
-    try:
-        return asked()
     except KeyboardInterrupt as stop:
         raise (_interrupted(made) if made else stop) from None
 
