@@ -34,6 +34,7 @@ from buckler.mbs.record.status import Status
 from buckler.mbs.solvers.closure import Closure
 from buckler.mbs.solvers.exudyn import Exudyn
 from buckler.mbs.solvers.spectral import Spectral
+from buckler.mbs.threads import one_thread
 from buckler.mbs.validate import listed, number, one_of, positive, short
 from buckler.mbs.view.movie import Film
 from buckler.mbs.view.verdicts import IDLE
@@ -130,14 +131,15 @@ def simulate(
         return made[-1]
 
     try:
-        if accuracy is None and solver is not None:
-            single, complete = run(mechanism, duration, solver), None
-        else:
-            ladder = None if accuracy is None else ladder_of(mechanism, duration, accuracy, solver or suited(mechanism))
-            found = plain(mechanism, duration, run) if ladder is None else deliver(Climb(ladder, run), goal)
-            single, complete = found.run, lambda result: found.complete(result, goal, working_time() - start)
-        result = _result(single, complete, ledger, times)
-        return verified(result, single, mechanism, duration, run) if verify else result
+        with one_thread():
+            if accuracy is None and solver is not None:
+                single, complete = run(mechanism, duration, solver), None
+            else:
+                ladder = None if accuracy is None else ladder_of(mechanism, duration, accuracy, solver or suited(mechanism))
+                found = plain(mechanism, duration, run) if ladder is None else deliver(Climb(ladder, run), goal)
+                single, complete = found.run, lambda result: found.complete(result, goal, working_time() - start)
+            result = _result(single, complete, ledger, times)
+            return verified(result, single, mechanism, duration, run) if verify else result
     except KeyboardInterrupt as stop:
         raise (_interrupted(made) if made else stop) from None
 

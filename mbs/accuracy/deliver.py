@@ -15,14 +15,13 @@ from typing import NamedTuple
 from buckler.mbs.accuracy.compare import Functions
 from buckler.mbs.accuracy.estimate import REMAINDER, Look, Pair, look
 from buckler.mbs.accuracy.goal import IMPULSE, PLACE, Goal, Usual, Worst, worst
-from buckler.mbs.accuracy.ladder import GAIN, STRICTER, Ladder, Runner, compilable, ladder_of, suited
+from buckler.mbs.accuracy.ladder import GAIN, STRICTER, Ladder, Runner, ladder_of, suited
 from buckler.mbs.elements.signal import Kind
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.errors import Errors
 from buckler.mbs.record.result import Result
 from buckler.mbs.record.run import Run
 from buckler.mbs.record.status import Status
-from buckler.mbs.solvers.closure import Closure
 from buckler.mbs.solvers.exudyn import Exudyn
 from buckler.mbs.solvers.spectral import Spectral
 from buckler.mbs.solvers.steps import Controlled
@@ -41,6 +40,9 @@ class Rung(NamedTuple):
 
     time: int = 0
     space: int = 0
+
+
+START, SECOND = Rung(), Rung(1)
 
 
 @dataclass(frozen=True)
@@ -116,75 +118,68 @@ class Climb:
         return self._functions[at]
 
 
-def deliver(climb: Climb, goal: Goal, parts_at: float = 0.0) -> Delivery:
+def deliver(climb: Climb, goal: Goal, at: Rung = START, rival: Climb | None = None) -> Delivery:
     """Run until the error is known and allowed, or tell what was reached.
 
-    `parts_at` is the time, s, from which a coarser run and the first one no longer know of each other; 0 where there was none.
+    `at` is the first rung. The first run of a `rival` is handed back as soon as a run shows that it is within.
     """
-    at, futile, best = Rung(), 0, None
+    futile, best, other, parts_at = 0, None, None, 0.0
     wide: Pair | None = None
     while True:
         base = climb.functions(at)
+        if rival and base and (first := rival.functions(START)):
+            seen = look(first, base)
+            other = delivered(rival, goal, START, seen, "one of the other solver")
+            if other.worst.ratio <= 1:
+                return other
+            parts_at = parts_at or (seen.parts_at if seen.parts_at < inf else 0.0)
         failure = climb.run(at).failure
         if base is None and best is None and failure is not None and failure[0] in CURED and at.time < PATIENCE:
             at = at._replace(time=at.time + 1)
             continue
         finer = climb.functions(at._replace(time=at.time + 1)) if base else None
         if climb.ladder.in_space and finer and not wide:
-            other = climb.functions(at._replace(space=at.space + 1))
-            wide = (base, other) if base and other else None
+            wider = climb.functions(at._replace(space=at.space + 1))
+            wide = (base, wider) if base and wider else None
         if not base or not finer or (climb.ladder.in_space and not wide):
-            return best or Delivery(climb.run(at), climb.made)
+            return best or other or Delivery(climb.run(at), climb.made)
         seen = look(base, finer, wide, parts_at * REMAINDER)
         now = delivered(climb, goal, at, seen)
         futile += best is not None and REMAINDER * now.worst.ratio > best.worst.ratio
         best = now if best is None or now.worst.ratio <= best.worst.ratio else best
-        after = _next(climb.ladder, goal, seen, at)
+        after = _next(goal, seen, at)
         if now.worst.ratio <= 1 or futile >= PATIENCE or sum(climb.made.values()) + 2 > RUNS or after == at:
-            return best
+            return other if other and other.worst.ratio < best.worst.ratio else best
         at, wide, parts_at = after, wide if after.space == at.space else None, seen.parts_at
 
 
 def plain(mechanism: Mechanism, duration: float, run: Runner) -> Delivery:
-    """Run without settings: Exudyn's, held against a run of the compiled solver, which shares none of the equations.
+    """Run without settings: Exudyn's, held against runs of the compiled solver, which shares none of the equations.
 
-    Where the two are farther apart than `Usual` allows, the compiled solver climbs its ladder, or Exudyn its own where elements
-    are named, as the answer is that of these. What the compiled solver does not take, or would have to compile from a function in
-    Python, climbs Exudyn's ladder at once; what constraints alone decide, that of loop closure.
+    The compiled solver climbs its ladder until one of its runs is within `Usual`, or shows that Exudyn's is. What it does not
+    take, or would have to compile from a function in Python, climbs Exudyn's ladder; what constraints alone decide, that of
+    loop closure.
     """
     goal, solver = Usual(), suited(mechanism)
-    engine = Climb(ladder_of(mechanism, duration, PLACE, Exudyn() if isinstance(solver, Spectral) else solver), run)
-    if isinstance(solver, Closure) or not compilable(mechanism):
-        return deliver(engine, goal)
-    base = engine.functions(Rung())
+    if not isinstance(solver, Spectral):
+        return deliver(Climb(ladder_of(mechanism, duration, PLACE, solver), run), goal)
+    engine = Climb(ladder_of(mechanism, duration, PLACE, Exudyn()), run)
+    base = engine.functions(START)
     if base is None:
-        return Delivery(engine.run(Rung()), engine.made)
+        return Delivery(engine.run(START), engine.made)
     steps = Controlled(max_steps=RUNS * RUNS * len(base.time))  # one that takes as many as so many results does not suit it
     compiled = Climb(ladder_of(mechanism, duration, PLACE, Spectral(steps)), run, engine.made)
-    finer = compiled.functions(Rung(1))
-    if finer is None:
-        return deliver(engine, goal)
-    seen = look(base, finer)
-    first = delivered(engine, goal, Rung(), seen, "one of the other solver")
-    if first.worst.ratio <= 1:
-        return first
-    if isinstance(solver, Exudyn):
-        return deliver(engine, goal)
-    second = deliver(compiled, goal, parts_at=seen.parts_at if seen.parts_at < inf else 0.0)
-    return min(second, first, key=lambda each: each.worst.ratio)
+    return deliver(compiled, goal, SECOND, engine) if compiled.functions(SECOND) else deliver(engine, goal)
 
 
-def _next(ladder: Ladder, goal: Goal, seen: Look, at: Rung) -> Rung:
+def _next(goal: Goal, seen: Look, at: Rung) -> Rung:
     """The rung to try: the larger part is refined, again and again, until the sum is expected to be half of what is allowed.
 
-    Of two runs that part it is the next one, to see whether it parts later. Where elements are named, that in time
-    is to be what they leave of what is allowed, or where they leave nothing no more than theirs.
+    Of two runs that part it is the next one, to see whether it parts later.
     """
     if seen.parts_at < seen.until:
         return Rung(at.time + 1, at.space)
     time, space = (worst(goal, seen.base, part).ratio for part in seen.told)
-    if not ladder.refines_space:
-        time, space = time / (1.0 - space if space < 1.0 else space), 0.0
     up = out = 0
     while 2 * (time + space) > 1 and max(up, out) < PATIENCE:
         if time >= space:

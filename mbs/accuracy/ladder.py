@@ -55,11 +55,6 @@ class Ladder:
         """Whether finer rungs in space exist: whether there is a strip."""
         return any(link.body.meshed for link in self.mechanism.links)
 
-    @property
-    def refines_space(self) -> bool:
-        """Whether what is delivered may be finer in space."""
-        return True
-
     def made(self, time: int, space: int, run: Runner) -> Run:
         """The run of a rung."""
         raise NotImplementedError
@@ -83,12 +78,7 @@ class SpectralLadder(Ladder):
 
 
 class ExudynLadder(Ladder):
-    """Of Exudyn: tolerance, longest step, damping; elements of strips, unless a user named them."""
-
-    @property
-    def refines_space(self) -> bool:
-        """Whether no strip names its elements."""
-        return all(link.body.meshed_freely for link in self.mechanism.links if link.body.meshed)
+    """Of Exudyn: tolerance, longest step, damping; elements of strips."""
 
     def made(self, time: int, space: int, run: Runner) -> Run:
         """See `Ladder`."""
@@ -130,13 +120,12 @@ def ladder_of(mechanism: Mechanism, duration: float, level: float, solver: objec
 
 
 def suited(mechanism: Mechanism) -> Closure | Exudyn | Spectral:
-    """The solver of a ladder that names none: loop closure where constraints alone decide the motion; Exudyn where a strip names
-    its elements, as the answer is that of these, and for what the compiled solver cannot take; else that one.
+    """The solver of a ladder that names none: loop closure where constraints alone decide the motion, the compiled solver, or
+    Exudyn for what that cannot take.
     """
     if answered(mechanism):
         return Closure()
-    named = any(link.body.meshed and not link.body.meshed_freely for link in mechanism.links)
-    return Exudyn() if named or not compilable(mechanism) else Spectral()
+    return Spectral() if compilable(mechanism) else Exudyn()
 
 
 def compilable(mechanism: Mechanism) -> bool:

@@ -24,7 +24,7 @@ PANELS = 64
 """Pieces over which the place of an inner point of a curved strip is integrated."""
 Shape = Sequence[tuple[float, float]] | Callable[[float], tuple[float, float]]
 SHAPES = Either((Function("s", "m", size=2), Several(Vector("m"), least=3)))
-ELEMENTS = f"by default as many as the accuracy asked of a run takes, or {DEFAULT_ELEMENTS} where none is asked"
+ELEMENTS = f"of Exudyn's first run, {DEFAULT_ELEMENTS} by default; an accuracy takes as many as it needs"
 BOW = "stress-free half-sine bow at mid-span, positive to the left of the direction from start to end"
 SHAPED = (
     "stress-free shape instead of a bow: points from start to end, or a function of the fraction of the arc length, in [0, 1]; "
@@ -52,11 +52,6 @@ class Flexible(Body):
     def count(self) -> int:
         """Elements it is modelled with."""
         return self.elements or DEFAULT_ELEMENTS
-
-    @property
-    def meshed_freely(self) -> bool:
-        """Whether it leaves its number of elements to the accuracy asked of a run."""
-        return self.elements is None
 
     @property
     def step(self) -> int:

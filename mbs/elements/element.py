@@ -189,11 +189,6 @@ class Body(Declared):
     carrying: ClassVar[tuple[str, ...]] = ()
     round_off: ClassVar[float] = 0.0
 
-    @property
-    def meshed_freely(self) -> bool:
-        """Whether it leaves its number of elements to the accuracy asked of a run."""
-        return False
-
     def inertia(self, length: float) -> tuple[float, float, tuple[float, float]]:
         """Mass, kg, inertia about the centre of mass, kg m^2, and that centre, m, of the undeformed link."""
         return self.section.bar(length)

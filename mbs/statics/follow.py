@@ -10,7 +10,6 @@ from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.start import slopes
-from buckler.mbs.spectral.threads import one_thread
 from buckler.mbs.statics import parting
 from buckler.mbs.statics.answer import HIGHEST, RISE, Ending, check_count, check_flag, check_mechanism, check_number
 from buckler.mbs.statics.arc import Arc
@@ -19,6 +18,7 @@ from buckler.mbs.statics.problem import Problem, Rest, StaticsError, has_strips,
 from buckler.mbs.statics.route import Path
 from buckler.mbs.statics.settling import find, settle
 from buckler.mbs.statics.varied import Varied
+from buckler.mbs.threads import one_thread
 from buckler.mbs.validate import pair, positive
 
 Branch = tuple[str, str, tuple[float, float]]

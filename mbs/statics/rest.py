@@ -11,7 +11,6 @@ from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.spectral import tables as k
 from buckler.mbs.spectral.scene import Place, Scene
-from buckler.mbs.spectral.threads import one_thread
 from buckler.mbs.statics import deflation, sticking
 from buckler.mbs.statics.answer import (
     HIGHEST,
@@ -29,6 +28,7 @@ from buckler.mbs.statics.follow import DEGREE, ends
 from buckler.mbs.statics.lowest import sparse_null_space
 from buckler.mbs.statics.problem import Problem, Rest, StaticsError, apart, has_strips, loads_of, moving, places, refined
 from buckler.mbs.statics.settling import RunsAwayError, SlackError, carried, check_ropes, find
+from buckler.mbs.threads import one_thread
 from buckler.mbs.validate import pair
 
 GOAL = 1e-8

@@ -11,12 +11,12 @@ from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.spectral.doors import place
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.start import slopes
-from buckler.mbs.spectral.threads import one_thread
 from buckler.mbs.statics.answer import HIGHEST, RISE, Answer, Ending, check_coordinates, check_count, check_mechanism, left_out
 from buckler.mbs.statics.problem import Problem, Rest, StaticsError, has_strips, loads_of, moving, refined
 from buckler.mbs.statics.rest import Equilibrium, equilibrium
 from buckler.mbs.statics.settling import carried
 from buckler.mbs.statics.spectrum import Spectrum
+from buckler.mbs.threads import one_thread
 from buckler.mbs.validate import pair
 
 GOAL = 1e-8

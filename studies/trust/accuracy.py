@@ -132,7 +132,7 @@ def _price(ladder: Ladder, found: Delivery, truth: Truth, goal: Asked, spent: fl
         return worst(goal, truth.functions, relative(compare(functions, truth.functions, until))).ratio
 
     most = max(1.0, off(Functions.of(found.run)))
-    for space in range(GRID if ladder.in_space and ladder.refines_space else 1):
+    for space in range(GRID if ladder.in_space else 1):
         for time in range(-COARSER, COARSER):
             begun = process_time()
             run = ladder.made(time, space, runner(PATIENCE))

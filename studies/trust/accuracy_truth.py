@@ -95,7 +95,7 @@ def two_runs(made: Drawn, asked: float, solver: str) -> Truth | None:
     ladder: Ladder = SpectralLadder(made.mechanism, made.duration, level, Spectral())
     if solver == "exudyn":
         ladder = ExudynLadder(made.mechanism, made.duration, level, Exudyn())
-    wide = 2 if ladder.in_space and ladder.refines_space else 0
+    wide = 2 if ladder.in_space else 0
     own, other = ladder.made(FINER, wide + (wide > 0), run), ladder.made(0, wide, run)
     if own.failure is not None or other.failure is not None:
         return None

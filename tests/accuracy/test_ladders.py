@@ -35,7 +35,7 @@ STRIP = strip()
 class Made:
     """A ladder of made-up runs: a place that is off by a share of its range, in time and in space."""
 
-    in_time, refines_space = True, True
+    in_time = True
 
     def __init__(self, in_time, in_space=0.0, gain=8.0, fails=(), balance=0.0):
         self.off, self.in_space, self.gain, self.fails, self.balance = (in_time, in_space), bool(in_space), gain, fails, balance
@@ -91,15 +91,6 @@ def test_a_part_that_may_stay_is_not_refined():
     ladder, found = delivered(in_time=3e-4 / (REMAINDER * 7 / 8), in_space=1.5e-3 * 100 / 99)
     assert ladder.made_at == [(0, 0), (1, 0), (0, 1), (1, 1), (0, 2)]
     assert found.missed(Asked(1e-3)) == ""
-
-
-def test_steps_err_no_more_than_elements_that_are_named():
-    ladder = Made(in_time=0.1, in_space=0.02)
-    ladder.refines_space = False
-    found = deliver(Climb(ladder, ladder.run), Asked(1e-3))
-    assert max(time for time, _ in ladder.made_at) == 3
-    assert found.errors.space["P.x"] > found.errors.time["P.x"]
-    assert "mostly by its elements" in found.missed(Asked(1e-3))
 
 
 def test_a_coarse_run_is_refined_by_as_many_rungs_as_it_takes():
@@ -246,12 +237,6 @@ def test_no_two_rungs_share_a_tolerance_or_a_longest_step(solver, level):
         assert wide[0].link("bar").body.count == 2 * first[0].link("bar").body.count
         assert first[1].spectral_radius < second[1].spectral_radius  # so that what damping takes is in the difference
         assert second[1].spectral_radius ** first[1].steps.number(1.0) < 1e-3, "what steps do not follow is gone within a run"
-
-
-def test_elements_that_are_named_are_kept_and_their_error_is_told():
-    ladder = ladder_of(strip(elements=2), 1.0, 1e-3, Exudyn())
-    assert ladder.in_space
-    assert not ladder.refines_space
 
 
 def test_closure_has_no_space_and_its_finer_rung_has_more_samples():

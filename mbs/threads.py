@@ -1,4 +1,4 @@
-"""Matrices of statics are small: threads of the linear algebra library would wait for each other most of the time."""
+"""Matrices and vectors are small: threads of the linear algebra library would wait for each other most of the time."""
 
 from __future__ import annotations
 
