@@ -4,91 +4,18 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
-from simulations import BAR, LENGTH, STRIP, G, block, fine, pendulum, pressed
+from judged import BARS, FRICTION, WET, K, rattling, striking, suspect
+from simulations import LENGTH, STRIP, G, block, fine, pendulum, pressed
 
 from buckler import mbs
-from buckler.elastica import pinned
 from buckler.mbs.checks.suspicions import suspicions
 from buckler.mbs.engine import callback, clearance, kernel
 from buckler.mbs.engine.solve import once
-from buckler.mbs.laws import AdamsFriction, CarvalhoMartins, Hertz, Impact, KelvinVoigt, NoFriction, Stiction
+from buckler.mbs.laws import Hertz, Impact, KelvinVoigt, NoFriction
 from buckler.mbs.library import CrankRocker
 from buckler.mbs.view.verdicts import verdicts
 
-K = 2.53e5 * 1e3**1.5
-RATTLING, CLOSED = Impact(K, 253.0, 1e-5), Impact(K, 253e3, 1e-5)
-FRICTION = AdamsFriction(0.3, 0.1)
-BARS = mbs.Section(0.005, 0.020)
-
-
-def rattling(law=RATTLING, friction=FRICTION, rocker=None, with_play="OABC", gap=2.5e-4):
-    def play(point, first, second):
-        return mbs.Clearance(point, first, second, 5e-3, gap, law, friction)
-
-    return mbs.crank_rocker(rocker or mbs.Rigid(BARS), speed=10 * np.pi, play=play, with_play=with_play, section=BARS, angle=0.5)
-
-
-def striking(coupler):
-    return mbs.slider_crank(coupler, law=CarvalhoMartins(7.2e4, 0.8, exponent=1.0), mass=0.3, speed=1.25)
-
-
-WET = STRIP.damped(0.05, LENGTH)
-COUPLER = {
-    "beam": mbs.Beam(WET, elements=8, imperfection=-1e-4 * LENGTH),
-    "cable": mbs.Cable(WET, elements=12, imperfection=-1e-4 * LENGTH),
-    "strut": mbs.Strut(STRIP),
-}
-
-
-def suspect(result, name):
-    """The reasons by which a run is suspect, which must name this check."""
-    assert result.status is mbs.Status.SUSPECT, f"{result.status}: {result.message}"
-    reasons = [reason for reason in result.message.split("; ") if reason.startswith(f"{name}:")]
-    assert reasons, result.message
-    return reasons[0]
-
-
 # --- runs that are right ----------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("kind", COUPLER)
-def test_slider_crank_is_fine(kind):
-    fine(mbs.simulate(striking(COUPLER[kind]), 2.8))
-
-
-ROCKERS = {
-    "rigid": mbs.Rigid(BARS),
-    "beam": mbs.Beam(BARS.damped(0.01, 0.175)),
-    "modal": mbs.Modal(BARS, damping=0.01),
-}
-
-
-@pytest.mark.parametrize("law", [RATTLING, CLOSED], ids=["rattling", "closed"])
-@pytest.mark.parametrize("rocker", ["rigid", "modal"])
-def test_crank_rocker_with_play_is_fine(rocker, law):
-    fine(mbs.simulate(rattling(law, rocker=ROCKERS[rocker]), 0.02))
-
-
-@pytest.mark.slow
-def test_blows_into_a_beam_are_known_as_well_as_its_polynomials_follow_them():
-    """Within 5 % where pins rattle, and with a little more, which is told, where each blow bends the rocker by itself."""
-    fine(mbs.simulate(rattling(RATTLING, rocker=ROCKERS["beam"]), 0.02))
-    result = mbs.simulate(rattling(CLOSED, rocker=ROCKERS["beam"]), 0.02)
-    assert result.ok or 0.05 < result.error["C.ground-rocker.fx.impulse"] < 0.1
-
-
-def test_ideal_linkage_is_fine_and_so_is_a_swing():
-    fine(
-        mbs.simulate(
-            mbs.crank_rocker(mbs.Rigid(BARS), speed=10 * np.pi, section=BARS, angle=0.5),
-            0.2,
-            solver=mbs.Exudyn(mbs.Controlled(max_step=5e-4)),
-        )
-    )
-    fine(mbs.simulate(pendulum(1.5), 2.0))
-
-
-# --- contacts ---------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -194,21 +121,10 @@ def test_a_stop_and_a_bush_pierced():
     assert "more than 0.00025 m, its clearance" in suspect(mbs.simulate(rattling(soft), 0.01), "PENETRATION")
 
 
-# --- branches ---------------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("body", [mbs.Beam(STRIP), mbs.Cable(STRIP)], ids=["beam", "cable"])
 def test_a_strip_that_stays_straight(body):
     """Perfectly straight and pressed in line: the integrator does not leave the branch that no strip takes."""
     assert "'strip' is" in suspect(mbs.simulate(pressed(body, 0.3 * LENGTH, 1.0), 1.0), "UNBUCKLED")
-
-
-def test_a_bowed_strip_buckles_and_is_fine():
-    strip = mbs.Beam(STRIP.damped(0.5, LENGTH), elements=8, imperfection=1e-3 * LENGTH)
-    result = fine(mbs.simulate(pressed(strip, 0.3 * LENGTH, 10.0), 10.0))
-    load = STRIP.euler_load(LENGTH) / np.pi**2 * float(pinned.load(0.3))
-    late = result.time > 9.9
-    assert np.median(result.signals["drive.force"][late]) == pytest.approx(load, rel=0.05)
 
 
 def test_a_strut_whose_ends_meet():
@@ -245,8 +161,6 @@ def test_equal_steps_too_long_for_a_linkage():
     fine(mbs.simulate(mechanism, 0.2, solver=mbs.Exudyn(mbs.Equal(2000))))
 
 
-# --- elements and steps -----------------------------------------------------------------------------------------------
-
 COARSE = {
     "1 of 3 nodes": mbs.Beam(WET, elements=1, imperfection=-1e-4 * LENGTH),
     "2 of 2 nodes": mbs.Beam(WET, elements=2, nodes=2, imperfection=-1e-4 * LENGTH),
@@ -274,9 +188,6 @@ def test_steps_of_ones_own_have_no_known_error():
     assert [row.verdict for row in verdicts(result) if row.name == "ACCURACY"] == ["not run"]
 
 
-# --- straight strips --------------------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("times", [4, 130, 6400])
 @pytest.mark.parametrize(
     "body", [mbs.Beam(STRIP), mbs.Cable(STRIP), mbs.Beam(STRIP, elements=16)], ids=["beam", "cable", "fine beam"]
@@ -286,84 +197,3 @@ def test_a_straight_strip_pressed_beyond_its_critical_load(body, times):
     strain = times * STRIP.euler_load(LENGTH) / STRIP.axial_stiffness
     said = suspect(mbs.simulate(pressed(body, strain * LENGTH, 2.0), 2.0), "UNBUCKLED")
     assert "straight, though its bending grows at" in said
-
-
-def test_a_strip_with_a_bow_may_be_pressed_beyond_it():
-    fine(mbs.simulate(pressed(mbs.Beam(WET, imperfection=1e-3), 4.9e-3 * LENGTH, 1.0), 1.0))
-
-
-def test_a_straight_strip_may_be_pressed_beyond_it_for_a_moment():
-    """In a tenth of a period nothing can have grown."""
-    brief = 0.1 / STRIP.first_frequency(LENGTH)
-    moved = replace(pressed(mbs.Beam(STRIP), 0.0, 1.0), drives=[mbs.Drive("A", 1e-5 * LENGTH / brief)])
-    result = mbs.simulate(moved, brief)
-    assert -result.signals["strip.axial_force"].min() > 5 * STRIP.euler_load(LENGTH)
-    assert "UNBUCKLED" not in result.message
-
-
-# --- no false alarm -------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("stiffness", [1e5, 1e7])
-@pytest.mark.parametrize("damping", [0.0, 100.0])
-@pytest.mark.parametrize("duration", [0.1, 5.0])
-def test_a_slider_that_sticks_is_fine(stiffness, damping, duration):
-    """On a slope of 8 degrees, below its angle of friction: it does not move but for the bend of its bristles."""
-    slope = np.radians(8.0)
-    mechanism = block(friction=Stiction(0.3, 0.3, 1e-2, stiffness, damping), along=(np.cos(slope), np.sin(slope)))
-    result = fine(mbs.simulate(replace(mechanism, gravity=(0.0, -G)), duration))
-    pull = mechanism.guide("A").mass * G * np.sin(slope)
-    assert np.hypot(result.signals["A.x"], result.signals["A.y"]).max() < 1e-3 * 0.1
-    drag = result.signals["A.friction_force"]
-    assert -2.1 * pull < drag.min() and drag.max() < 1e-3 * pull  # bristles that are not damped ring
-    if damping or duration > 1:
-        assert drag[-1] == pytest.approx(-pull, rel=0.05)
-
-
-def column(body, share, mass=0.1, weight=False):
-    """A strip between a pin and a slider under a share of its critical load: suddenly, or as the slider's weight."""
-    load = share * WET.euler_load(LENGTH)
-    return mbs.Mechanism(
-        points={"A": (0, LENGTH), "B": (0, 0)},
-        links=[mbs.Link("strip", "A", "B", body)],
-        joints=[mbs.Revolute("B", "ground", "strip")],
-        guides=[mbs.Guide("A", "strip", (0, 1), load / G if weight else mass)],
-        loads=[] if weight else [mbs.Force("A", (0.0, -load))],
-        gravity=(0.0, -G) if weight else (0.0, 0.0),
-    )
-
-
-@pytest.mark.parametrize(
-    "mechanism",
-    [
-        column(mbs.Beam(WET, imperfection=1e-4 * LENGTH), 0.9),
-        column(mbs.Beam(WET, imperfection=1e-4 * LENGTH), 0.9, mass=0.0),
-        column(mbs.Cable(WET, imperfection=1e-3 * LENGTH), 0.9),
-        column(mbs.Beam(WET, imperfection=1e-4 * LENGTH), 0.9, weight=True),
-    ],
-    ids=["beam", "light", "cable", "weight"],
-)
-def test_a_column_near_its_critical_load_is_fine(mechanism):
-    """It hardly moves: the load's work is that of an axial vibration that steps leave out."""
-    fine(mbs.simulate(mechanism, 1.0))
-
-
-def test_a_double_pendulum_that_is_accurate_is_fine():
-    """The ledger is that of the finest run, which extrapolation made more accurate."""
-    places = {"O": (0, 0), "A": (0.5, 0), "B": (1.0, 0)}
-    links = [mbs.Link("first", "O", "A", BAR), mbs.Link("second", "A", "B", BAR)]
-    joints = [mbs.Revolute("O", "ground", "first"), mbs.Revolute("A", "first", "second")]
-    fine(mbs.simulate(mbs.Mechanism(points=places, links=links, joints=joints, gravity=(0.0, -G)), 2.0, 1e-3))
-
-
-def test_a_pin_deeper_than_its_clearance_is_remarked():
-    """Its law is followed, as it would be with any clearance."""
-    result = fine(mbs.simulate(rattling(Hertz(K), gap=1e-6), 0.003))
-    assert any("more than its clearance 1e-06 m" in note for note in result.provenance["notes"])
-
-
-@pytest.mark.parametrize("duration", [1e-3, 0.5])
-def test_ramps_and_rest_are_fine(duration):
-    fine(mbs.simulate(mbs.slider_crank(mbs.Rigid(BARS), law=None, mass=0.3, speed=mbs.Ramp(0.0, 10.0, duration)), 1.0))
-    fine(mbs.simulate(block(), 1.0))
-    fine(mbs.simulate(pendulum(0.0), 1.0))

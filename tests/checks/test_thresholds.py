@@ -4,28 +4,23 @@ The runs are right ones, spoilt by hand by a stated amount. The numbers stand he
 """
 
 from dataclasses import replace
-from functools import cache
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from simulations import LENGTH, STRIP, G, block, pendulum
+from simulations import STRIP, pendulum
+from spoilt import CHECK, bent, excused, linear, pressed_by, pressed_strip, right, said, stretched, unbalanced
 
 from buckler import mbs
 from buckler.mbs.checks import closure, dead_centre
 from buckler.mbs.checks.suspicions import CHECKS
 from buckler.mbs.elements.clearance import PIERCED
-from buckler.mbs.engine.solve import once
-from buckler.mbs.laws import Hertz, Stiction
-from buckler.mbs.modal import BarModes
+from buckler.mbs.laws import Hertz
 from buckler.mbs.record.energy import ledger
-from buckler.mbs.record.errors import Errors
-from buckler.mbs.record.means import axial_period
 from buckler.mbs.record.result import Result
 from buckler.mbs.record.status import Status
 from buckler.mbs.view.verdicts import QUESTIONS
 
-CHECK = {check.name: check for check in CHECKS}
 NEAR = {}
 """By check and threshold: `made(side)` gives what the check says of a run that is wrong (True) or right (False)."""
 
@@ -36,47 +31,6 @@ def near(name, threshold=""):
         return function
 
     return keep
-
-
-def held(body, joints, guided=False):
-    """A strip of a body under hardly any weight."""
-    links, guides = [mbs.Link("s", "A", "B", body)], [mbs.Guide("B", "s")] if guided else []
-    return mbs.Mechanism({"A": (0, 0), "B": (LENGTH, 0)}, links, joints, guides, gravity=(0.0, -1e-3))
-
-
-def turned(mechanism):
-    """The same, its link drawn from the other end."""
-    (link,) = mechanism.links
-    return replace(mechanism, links=[replace(link, start=link.end, end=link.start)])
-
-
-@cache
-def right(kind):
-    """A run that is right, and its result."""
-    bar = mbs.Rigid(mbs.Section(0.005, 0.020))
-    strip, modal = mbs.Beam(STRIP.damped(0.5, LENGTH), elements=4), mbs.Modal(STRIP, BarModes(bending=2, axial=0))
-    pin, clamps = [mbs.Revolute("A", "ground", "s")], [mbs.Weld(end, "ground", "s") for end in "AB"]
-    made = {
-        "fallen": lambda: (block(G, Hertz(1e8)), 0.3),
-        "swing": lambda: (pendulum(0.5), 1.0),
-        "rocker": lambda: (mbs.crank_rocker(bar, speed=30.0, section=bar.section, angle=0.5), 0.2),
-        "strip": lambda: (held(strip, pin), 1.0),
-        "clamped": lambda: (held(strip, clamps[:1]), 1.0),
-        "column": lambda: (held(strip, pin, guided=True), 0.1),
-        "propped": lambda: (held(strip, clamps[:1], guided=True), 0.1),
-        "modal": lambda: (held(modal, pin, guided=True), 1.0),
-        "modal from its end": lambda: (turned(held(modal, pin, guided=True)), 1.0),
-        "built in": lambda: (held(strip, clamps), 1.0),
-    }
-    mechanism, duration = made[kind]()
-    run = once(mechanism, duration, mbs.Exudyn(), None, None)
-    assert run.failure is None
-    return run, Result(Status.OK, "", run.record.time, run.values, run.units, run.work)
-
-
-def said(name, run, result, **signals):
-    """What a check says of a run some of whose signals were replaced."""
-    return list(CHECK[name](run, replace(result, signals=result.signals | signals)))
 
 
 # --- numbers and time ----------------------------------------------------------------------------------------------------
@@ -99,14 +53,6 @@ def _(wrong):
 
 
 # --- energy --------------------------------------------------------------------------------------------------------------
-
-
-def unbalanced(error, through=1.0, kind="fallen", told=None, **changed):
-    """What ENERGY says of a ledger that is off by so much of what was put through, J."""
-    run, result = right(kind)
-    nothing = np.zeros_like(result.time)
-    kept = {"error": nothing + error * through, "throughput": nothing + through, "taken_friction": nothing}
-    return said("ENERGY", run, replace(result, energy=kept | changed, error=Errors(0.0, told or {})))
 
 
 @near("ENERGY", "balance")
@@ -147,40 +93,10 @@ def _(wrong):
     return stretched(3e-5, 0.2 if wrong else 0.33)
 
 
-def stretched(strain, step):
-    """What ENERGY says of a strip whose axial energy is missing, by steps of so much of the period of its axial vibration."""
-    run, result = right("strip")
-    time = step * axial_period(run.record.mechanism) * np.arange(len(run.record.time))
-    stiffness, nothing = STRIP.axial_stiffness, np.zeros_like(time)
-    energy = nothing + stiffness * LENGTH * strain**2 / 2
-    off = replace(result, energy={"error": energy, "throughput": energy})
-    made = replace(run, record=replace(run.record, time=time))
-    return said("ENERGY", made, off, **{"s.axial_force": nothing + stiffness * strain})
-
-
 @near("ENERGY", "unseen bristle")
 def _(wrong):
     """A slider of 0.1 m that rests on bristles bent by 3e-5 or 3e-6 m: the energy that they hold is missing."""
     return bent(3e-5 if wrong else 3e-6)
-
-
-def bent(way):
-    """What ENERGY says of a slider on bristles bent by so much, m, whose energy is missing."""
-    push = 2.0
-    mechanism = replace(block(0.0, friction=Stiction(0.3, 0.3, 1e-2, 1e3)), gravity=(0.0, -G))
-    run = once(mechanism, 0.1, mbs.Exudyn(), None, None)
-    time = run.record.time
-    memory = np.zeros((len(time), 4))
-    memory[:, 1] = way
-    law = mechanism.guide("A").friction
-    normal = push / law.coefficient(np.zeros(1), np.array([way]))
-    channels = dict(run.record.channels) | {"guide A": {"reaction": np.full((len(time), 1), normal), "memory": memory}}
-    run = replace(run, record=replace(run.record, channels=channels))
-    result = Result(Status.OK, "", time, run.values, run.units, run.work)
-    held = float(mechanism.guide("A")._held("guide A", run.record)[0])
-    assert held == pytest.approx(push * way / 2) and result.signals["A.friction_force"].max() == pytest.approx(push)
-    nothing = np.zeros_like(time)
-    return said("ENERGY", run, replace(result, energy={"error": nothing + held, "throughput": nothing + held}))
 
 
 # --- contacts ------------------------------------------------------------------------------------------------------------
@@ -214,18 +130,6 @@ def test_a_pin_may_be_as_deep_as_its_clearance_or_a_twentieth_of_its_radius(gap,
 # --- strips --------------------------------------------------------------------------------------------------------------
 
 
-def pressed_strip(shortening, strain, deflection=0.01, kind="strip", lasts=1.0):
-    """What UNBUCKLED says of a strip short by a share of its length, of which some is axial strain, that bends by a share."""
-    run, result = right(kind)
-    nothing = np.zeros_like(result.time)
-    signals = {
-        "s.end_shortening": nothing + shortening * LENGTH,
-        "s.axial_force": nothing - strain * STRIP.axial_stiffness,
-        "s.deflection": np.where(result.time > 0, deflection * LENGTH, 0.0),
-    }
-    return said("UNBUCKLED", run, replace(result, time=lasts * result.time), **signals)
-
-
 @near("UNBUCKLED", "end shortening")
 def _(wrong):
     return pressed_strip(7e-3, 5e-3) if wrong else pressed_strip(4e-3, 3e-3)
@@ -234,13 +138,6 @@ def _(wrong):
 @near("UNBUCKLED", "axial share")
 def _(wrong):
     return pressed_strip(2e-2, 1.1e-2 if wrong else 0.9e-2)
-
-
-def pressed_by(load, growth, deflection=0.0, kind="column"):
-    """The same under so many Euler loads, for as long as the first bending mode at two of them takes to grow by exp(growth)."""
-    strain = load * STRIP.euler_load(LENGTH) / STRIP.axial_stiffness
-    run_time = right(kind)[1].time[-1]
-    return pressed_strip(0.0, strain, deflection, kind, growth / STRIP.first_frequency(LENGTH) / run_time)
 
 
 @near("UNBUCKLED", "growth, exponent")
@@ -261,16 +158,6 @@ def test_a_strip_is_overloaded_beyond_its_own_critical_load(kind, below, beyond)
     """1 of a strip between pins, 2.0457 of one that is clamped at one end, 4 at both, 1/4 of a cantilever, in Euler loads."""
     assert pressed_by(beyond, 60.0, kind=kind)
     assert not pressed_by(below, 60.0, kind=kind)
-
-
-def linear(load, deflection, growth, kind="modal"):
-    """The same of a modal link between a pin and a guide, that bends by a share of its length."""
-    run, result = right(kind)
-    still = np.zeros_like(result.time)
-    signals = {"A.ground-s.fx": still + load * STRIP.euler_load(LENGTH), "A.ground-s.fy": still}
-    signals["s.deflection"] = still + deflection * LENGTH
-    lasts = growth / STRIP.first_frequency(LENGTH) / result.time[-1]
-    return said("LINEAR", run, replace(result, time=lasts * result.time), **signals)
 
 
 @near("LINEAR", "of the length")
@@ -326,12 +213,6 @@ def test_the_scale_of_accelerations_counts_those_towards_the_centre_of_a_turn():
     speed, nothing = np.array([[0.0, 0.0, 4.0]]), np.zeros((1, 3))
     off, scale = closure._apart(mechanism, np.array([[0.8]]), nothing, speed)
     assert off == pytest.approx([0.4]) and scale == pytest.approx(8.0)
-
-
-def excused(jump, after):
-    """Whether a sample so long after a jump of the acceleration, of its largest, is left out."""
-    driven = np.concatenate([[0.0] * 40, np.linspace(0, 1 - jump, 60), [1.0] * 60])[:, None]
-    return bool(closure._after_jumps(driven)[100 + after])
 
 
 @near("CLOSURE", "jump")

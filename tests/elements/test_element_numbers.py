@@ -7,27 +7,7 @@ import numpy as np
 import pytest
 from made import BAR, LENGTH, STRIP, mechanism, steel
 
-from buckler.mbs import (
-    Beam,
-    Closure,
-    Drive,
-    Exudyn,
-    Guide,
-    Link,
-    Mass,
-    Mechanism,
-    Motion,
-    Profile,
-    Rack,
-    Revolute,
-    Rigid,
-    Slider,
-    Spring,
-    Stop,
-    Strut,
-    Weld,
-    simulate,
-)
+from buckler import mbs
 from buckler.mbs.checks.straight import Growth
 from buckler.mbs.elements.element import Place
 from buckler.mbs.elements.load import potential
@@ -42,7 +22,7 @@ from buckler.mbs.modal import BarModes
 def test_a_profile_of_a_square_bar_is_as_thick_as_the_bar():
     side, modulus, density = 4e-3, 70e9, 2700.0
     area, second = side**2, side**4 / 12
-    found = Profile(modulus * second, modulus * area, modulus * area / 3, density * area, density * second)
+    found = mbs.Profile(modulus * second, modulus * area, modulus * area / 3, density * area, density * second)
     assert (found.thickness, found.width) == (pytest.approx(side), pytest.approx(side))
     assert (found.material.modulus, found.material.density) == (pytest.approx(modulus), pytest.approx(density))
 
@@ -69,7 +49,7 @@ def test_a_gradient_of_a_row_is_that_of_its_measure():
 
 
 def test_damping_of_a_strut_takes_what_its_force_has_beyond_the_elastic_one():
-    law = StrutLaw(Strut(replace(STRIP, material=steel(axial_damping=1e-4))), LENGTH)
+    law = StrutLaw(mbs.Strut(replace(STRIP, material=steel(axial_damping=1e-4))), LENGTH)
     assert law.damping > 0
     for elongation, rate in ((1e-6, 0.3), (1e-6, -1e-4), (1e-6, -50.0), (-1e-6, 0.3), (10 * law.kink, -0.2)):
         beyond = law.force(elongation, rate) - law.elastic(elongation)
@@ -91,7 +71,7 @@ def test_a_motion_is_asked_for_nothing_beyond_the_run():
         asked.append(t)
         return 3.0 * t**2
 
-    motion = Motion(lambda t: t**3, speed)
+    motion = mbs.Motion(lambda t: t**3, speed)
     for t in (0.0, 0.4 * last, last):
         assert motion.acceleration(t, last) == pytest.approx(6.0 * t, abs=1e-9)
     asked.clear()
@@ -101,14 +81,14 @@ def test_a_motion_is_asked_for_nothing_beyond_the_run():
 
 def test_a_stop_between_two_links_pushes_both_alike():
     """Its forces on both cancel, and so do their moments about any point."""
-    made = Mechanism(
+    made = mbs.Mechanism(
         points={"A": (-0.25, 0.1), "B": (0.25, 0.1), "C": (0.1, -0.2), "D": (0.4, -0.1)},
-        links=[Link("rod", "A", "B", Rigid.of(mass=0.8, inertia=0.02)), Link("table", "C", "D", Rigid(BAR))],
-        joints=[Revolute("A", "ground", "rod"), Weld("C", "ground", "table")],
-        stops=[Stop("B", at=-0.15, law=KelvinVoigt(1e4, 1.0), along=(0, 1), on="table:D")],
+        links=[mbs.Link("rod", "A", "B", mbs.Rigid.of(mass=0.8, inertia=0.02)), mbs.Link("table", "C", "D", mbs.Rigid(BAR))],
+        joints=[mbs.Revolute("A", "ground", "rod"), mbs.Weld("C", "ground", "table")],
+        stops=[mbs.Stop("B", at=-0.15, law=KelvinVoigt(1e4, 1.0), along=(0, 1), on="table:D")],
         gravity=(0, -9.81),
     )
-    record = once(made, 0.3, Exudyn(), None, None).record
+    record = once(made, 0.3, mbs.Exudyn(), None, None).record
     pushes = list(made.stops[0].pushes("B", record))
     assert len(pushes) == 2 and np.abs(pushes[0].force).max() > 1.0
     assert sum(push.force for push in pushes) == pytest.approx(0.0, abs=1e-12)
@@ -119,12 +99,15 @@ def test_a_stop_between_two_links_pushes_both_alike():
 
 def test_the_bending_of_a_pressed_strip_grows_as_its_formula_says_however_it_has_turned():
     """omega_1 sqrt(P/P_E - 1) between the pins of a heavy arm that falls, and turns by 2 rad."""
-    arm = Link("arm", "A", "B", Rigid.of(mass=50.0, inertia=5.0))
-    pins = [Revolute("A", "ground", "arm"), Revolute("A", "arm", "strip"), Revolute("B", "arm", "strip")]
-    made = Mechanism(
-        {"A": (0.4, -0.3), "B": (0.4 + LENGTH, -0.3)}, [arm, Link("strip", "A", "B", Beam(STRIP))], pins, gravity=(0.0, -9.81)
+    arm = mbs.Link("arm", "A", "B", mbs.Rigid.of(mass=50.0, inertia=5.0))
+    pins = [mbs.Revolute("A", "ground", "arm"), mbs.Revolute("A", "arm", "strip"), mbs.Revolute("B", "arm", "strip")]
+    made = mbs.Mechanism(
+        {"A": (0.4, -0.3), "B": (0.4 + LENGTH, -0.3)},
+        [arm, mbs.Link("strip", "A", "B", mbs.Beam(STRIP))],
+        pins,
+        gravity=(0.0, -9.81),
     )
-    record = once(made, 0.45, Exudyn(), None, None).record
+    record = once(made, 0.45, mbs.Exudyn(), None, None).record
     assert abs(record.turn("arm:A")[0][-1]) > 1.0
     growth = Growth(record)
     for k, times in ((0, 2.0), (-1, 2.0), (-1, 3.0)):
@@ -142,11 +125,11 @@ def test_a_bar_has_up_to_thirteen_modes_of_a_kind():
 @pytest.mark.parametrize(
     ("changed", "message"),
     [
-        ({"masses": [Mass("G", 1.0)]}, "it lies on the ground"),
-        ({"loads": [Spring("ground:O", "rod:B", stiffness=1.0, free_length=0.1)]}, ""),
-        ({"loads": [Spring("ground:G", "crank:A", stiffness=1.0, free_length=0.1)]}, "its ends coincide"),
-        ({"guides": [Guide("B", "rod", (1, 1), 1.0, through="T")]}, ""),
-        ({"guides": [Guide("B", "rod", (1, 1), 1.0, through="G")]}, "lies 0.707 m beside its line"),
+        ({"masses": [mbs.Mass("G", 1.0)]}, "it lies on the ground"),
+        ({"loads": [mbs.Spring("ground:O", "rod:B", stiffness=1.0, free_length=0.1)]}, ""),
+        ({"loads": [mbs.Spring("ground:G", "crank:A", stiffness=1.0, free_length=0.1)]}, "its ends coincide"),
+        ({"guides": [mbs.Guide("B", "rod", (1, 1), 1.0, through="T")]}, ""),
+        ({"guides": [mbs.Guide("B", "rod", (1, 1), 1.0, through="G")]}, "lies 0.707 m beside its line"),
     ],
     ids=["mass", "spring", "coincident spring", "guide", "guide beside its line"],
 )
@@ -165,9 +148,9 @@ def test_a_rack_rolls_on_its_pinion_whatever_carries_both():
     radius, (dx, dy) = 0.05, (0.6, 0.8)
     points = {"O": (0.1, 0.2), "p": (0.15, 0.2), "R": (0.4, -0.1), "r": (0.5, -0.1), "Q": (-0.3, 0.1)}
     ends = {"arm": ("O", "Q"), "pinion": ("O", "p"), "rack": ("R", "r")}
-    links = [Link(name, *pair, Rigid.of(mass=1.0, inertia=0.01)) for name, pair in ends.items()]
-    rack = Rack("pinion:O", "rack:R", radius, (dx, dy), carrier="arm")
-    (held,) = rack.rows(Mechanism(points, links, [Revolute("O", "arm", "pinion")], couplings=[rack]))
+    links = [mbs.Link(name, *pair, mbs.Rigid.of(mass=1.0, inertia=0.01)) for name, pair in ends.items()]
+    rack = mbs.Rack("pinion:O", "rack:R", radius, (dx, dy), carrier="arm")
+    (held,) = rack.rows(mbs.Mechanism(points, links, [mbs.Revolute("O", "arm", "pinion")], couplings=[rack]))
 
     def rate(**moves):
         """Of the row's sum, as bodies turn at 1 rad/s about a point, or move by (vx, vy, spin)."""
@@ -192,14 +175,14 @@ def test_a_rack_travels_along_a_line_that_turns_with_its_carrier():
     radius, d, centre, end = 0.05, np.array([0.6, 0.8]), np.array([0.1, 0.2]), np.array([0.4, -0.1])
     points = {"O": centre, "p": (0.15, 0.2), "R": end, "r": (0.5, -0.1), "Q": (-0.3, 0.1)}
     ends = {"arm": ("O", "Q"), "pinion": ("O", "p"), "rack": ("R", "r")}
-    made = Mechanism(
+    made = mbs.Mechanism(
         {name: tuple(map(float, place)) for name, place in points.items()},
-        [Link(name, *pair, Rigid.of(mass=1.0, inertia=0.01)) for name, pair in ends.items()],
-        [Revolute("O", "ground", "arm"), Revolute("O", "arm", "pinion"), Slider("R", "rack", "arm", along=tuple(d))],
-        drives=[Drive("arm", 1.0), Drive("pinion", 3.0)],
-        couplings=[Rack("pinion:O", "rack:R", radius, tuple(d), carrier="arm")],
+        [mbs.Link(name, *pair, mbs.Rigid.of(mass=1.0, inertia=0.01)) for name, pair in ends.items()],
+        [mbs.Revolute("O", "ground", "arm"), mbs.Revolute("O", "arm", "pinion"), mbs.Slider("R", "rack", "arm", along=tuple(d))],
+        drives=[mbs.Drive("arm", 1.0), mbs.Drive("pinion", 3.0)],
+        couplings=[mbs.Rack("pinion:O", "rack:R", radius, tuple(d), carrier="arm")],
     )
-    found = simulate(made, 1.0, solver=Closure())
+    found = mbs.simulate(made, 1.0, solver=mbs.Closure())
     assert found.ok, found.message
     places = end - centre + np.outer(radius * 2.0 * found.time, d)
     turned = np.exp(1j * found.time) * (places @ (1, 1j))

@@ -5,7 +5,7 @@ import pytest
 
 from buckler import mbs
 from buckler.elastica.vibration import beam_frequencies
-from buckler.studies.trust.stability import member
+from buckler.studies.trust.columns import member
 
 LENGTH = 0.5
 NUMBERS = {"bending_stiffness": 2.0, "axial_stiffness": 4e4, "shear_stiffness": 700.0, "mass_per_length": 0.3,

@@ -22,7 +22,7 @@ from buckler.mbs.engine.registry import BODIES
 from buckler.mbs.engine.scene import Scene
 from buckler.mbs.library import BAR, crank_rocker
 from buckler.mbs.modal import CraigBampton, FreeModes, Modal
-from buckler.studies.trust.stability import member
+from buckler.studies.trust.columns import member
 
 exu.config.printToConsole = False
 LENGTH, TILT = 0.175, 0.7

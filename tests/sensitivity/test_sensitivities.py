@@ -29,9 +29,7 @@ from buckler.mbs import (
     sensitivities,
 )
 from buckler.mbs.laws import CarvalhoMartins, KelvinVoigt
-from buckler.mbs.sensitivity.curve import Curve, Smooth
 from buckler.mbs.sensitivity.frozen import Steps
-from buckler.mbs.sensitivity.reading import measure
 from buckler.mbs.spectral.run import integrate, once
 from buckler.mbs.spectral.scene import Scene
 
@@ -281,22 +279,6 @@ def test_a_graze_has_no_derivative():
     assert np.isnan(row.derivative) and "graze" in row.note
 
 
-def test_smooth_readings_of_a_sine():
-    time = np.sort(np.r_[np.linspace(0, 3, 61), 0.511, 1.733])
-    signals = {"A.x": np.sin(2 * time)}
-
-    def read(text, curve=Smooth):
-        return measure(text, time, signals, {"A.x": "m"}, curve)
-
-    assert read("max(A.x)").value == pytest.approx(1.0, abs=1e-6)
-    assert read("max(A.x)", Curve).value < 1 - 1e-6
-    assert read("impulse(A.x)").value == pytest.approx((1 - np.cos(6)) / 2, abs=1e-5)
-    assert read("impulse(A.x)").unit == "m s" and read("when(A.x, 0.5, 2)").unit == "s"
-    assert read("when(A.x, 0.5, 2)").value == pytest.approx((pi - pi / 6) / 2, abs=1e-5)
-    assert np.isnan(read("when(A.x, 2, 1)").value)
-    assert read("settled(A.x)").value == pytest.approx((np.cos(5.4) - np.cos(6)) / 0.6, abs=1e-5)
-
-
 def test_wrong_input_is_refused_before_a_run():
     with pytest.raises(ValueError, match=r"loads\[0\].stifness"):
         sensitivities(pushed(), 0.1, by=["loads[0].stifness"], of="end(O.x)")
@@ -304,33 +286,6 @@ def test_wrong_input_is_refused_before_a_run():
         sensitivities(pushed(), by=["loads[0].stiffness"], of="end(O.x)")
     with pytest.raises(ValueError, match="standard deviation"):
         sensitivities(pushed(), 0.1, by=["points.O[0]"], of="end(O.x)")
-
-
-def test_readings_of_a_contact():
-    """Pushes of a force: half sines of 3 and 5 N from 1 to 2 s and from 4 to 4.5 s."""
-    time = np.linspace(0, 6, 601)
-    push = np.where((time > 1) & (time < 2), 3 * np.sin(pi * (time - 1)), 0.0)
-    push += np.where((time > 4) & (time < 4.5), 5 * np.sin(2 * pi * (time - 4)), 0.0)
-    signals, units = {"B.push": push, "B.way": 2 * time}, {"B.push": "N", "B.way": "m"}
-    for text, value, unit in (
-        ("begins(B.push, 1)", 1.0, "s"), ("ends(B.push, 1)", 2.0, "s"), ("peak(B.push, 1)", 3.0, "N"),
-        ("begins(B.push, -1)", 4.0, "s"), ("ends(B.push, 2)", 4.5, "s"), ("peak(B.push, -1)", 5.0, "N"),
-        ("at(B.way, ends(B.push, -1)) - at(B.way, begins(B.push, 1))", 7.0, "m"),
-    ):  # fmt: skip
-        found = measure(text, time, signals, units, Smooth)
-        assert found.value == pytest.approx(value, rel=1e-4) and found.unit == unit, text
-    assert np.isnan(measure("peak(B.push, 3)", time, signals, units, Smooth).value)
-
-
-def test_a_spell_begins_and_ends_between_samples():
-    """Where a curve crosses zero; where it rests at zero outside; at the sample where one stands before and after an event."""
-    time = np.linspace(0.0, 3.0, 61) + 0.013
-    arc = 1 - (time - 1.5) ** 2
-    cut = np.sort(np.r_[time, 0.5, 0.5 + 1e-13, 2.5, 2.5 + 1e-13])
-    jump = np.where((cut > 0.5) & (cut <= 2.5), 3.0, 0.0)
-    for t, x in ((time, arc), (time, np.maximum(arc, 0.0)), (cut, jump)):
-        curve = Smooth(t, x)
-        assert curve.begins(1) == pytest.approx(0.5, abs=1e-6) and curve.ends(-1) == pytest.approx(2.5, abs=1e-6)
 
 
 @pytest.mark.parametrize("late", [1e-5, 1e-4])

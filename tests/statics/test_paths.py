@@ -9,8 +9,8 @@ import pytest
 from scipy.optimize import brentq
 
 from buckler.mbs import Beam, Force, Guide, Link, Mechanism, Revolute, Rigid, Section, Spring, TorsionSpring, path
-from buckler.studies.trust.stability import LENGTH, ZIEGLER, column, critical, ziegler
-from buckler.studies.trust.stability import STRIP as SECTION
+from buckler.studies.trust.columns import LENGTH, ZIEGLER, column, critical, ziegler
+from buckler.studies.trust.columns import STRIP as SECTION
 
 EULER, engesser = SECTION.euler_load(LENGTH), partial(critical, "pinned")
 

@@ -6,31 +6,16 @@ from scipy.integrate import solve_ivp
 from scipy.special import ellipk
 from struck import returned
 
-from buckler.mbs import (
-    Beam,
-    Force,
-    Link,
-    Mechanism,
-    Revolute,
-    Rigid,
-    Section,
-    Slider,
-    Spring,
-    Stop,
-    Torque,
-    Weld,
-    frequencies,
-    periodic,
-)
+from buckler import mbs
 from buckler.mbs.laws import KelvinVoigt
 from buckler.mbs.statics.cycles import Periodic
 
 
 def block(*loads, stops=(), along=(1, 0)):
     """A block of 1 kg on a slide, along x by default; its spring's other end is far, at S."""
-    return Mechanism(
-        {"P": (0, 0), "Q": (0, 0.1), "S": (10, 0)}, [Link("block", "P", "Q", Rigid.of(mass=1.0, inertia=1e-3))],
-        [Slider("P", "block", "ground", along=along)], stops=list(stops), loads=list(loads),
+    return mbs.Mechanism(
+        {"P": (0, 0), "Q": (0, 0.1), "S": (10, 0)}, [mbs.Link("block", "P", "Q", mbs.Rigid.of(mass=1.0, inertia=1e-3))],
+        [mbs.Slider("P", "block", "ground", along=along)], stops=list(stops), loads=list(loads),
     )  # fmt: skip
 
 
@@ -52,9 +37,10 @@ def multipliers(matrix):
 def test_a_damped_oscillator_swings_as_in_closed_form():
     stiffness, damping, force, speed = 25.0, 0.6, 1.5, 4.0
     made = block(
-        Spring("P", "ground:S", stiffness=stiffness, damping=damping), Force("P", lambda t: (force * np.cos(speed * t), 0.0))
+        mbs.Spring("P", "ground:S", stiffness=stiffness, damping=damping),
+        mbs.Force("P", lambda t: (force * np.cos(speed * t), 0.0)),
     )
-    found = periodic(made, 2 * np.pi / speed)
+    found = mbs.periodic(made, 2 * np.pi / speed)
     exact = np.exp(np.roots([1.0, damping, stiffness]) * found.period)
     response = force / (stiffness - speed**2 + 1j * damping * speed)
     assert found.status == "OK"
@@ -78,12 +64,12 @@ def hill(delta, epsilon):
 @pytest.mark.parametrize("point", [(0.2, 0.1), (0.27, 0.2), (1.1, 0.3), (1.03, 0.5), (-0.05, 0.5), (-0.05, 0.2)])
 def test_mathieu_is_stable_outside_the_tongues_of_hills_determinant(point):
     delta, epsilon = point
-    made = Mechanism(
-        {"O": (0, 0), "A": (1, 0)}, [Link("bar", "O", "A", Rigid.of(mass=1.0, inertia=0.2, centre=(0, 0)))],
-        [Revolute("O", "ground", "bar")],
-        loads=[Torque("bar", lambda t, angle, speed: -0.2 * (delta + epsilon * np.cos(t)) * angle)],
+    made = mbs.Mechanism(
+        {"O": (0, 0), "A": (1, 0)}, [mbs.Link("bar", "O", "A", mbs.Rigid.of(mass=1.0, inertia=0.2, centre=(0, 0)))],
+        [mbs.Revolute("O", "ground", "bar")],
+        loads=[mbs.Torque("bar", lambda t, angle, speed: -0.2 * (delta + epsilon * np.cos(t)) * angle)],
     )  # fmt: skip
-    found, trace = periodic(made, 2 * np.pi), hill(delta, epsilon)
+    found, trace = mbs.periodic(made, 2 * np.pi), hill(delta, epsilon)
     assert found.multipliers.sum().real == pytest.approx(trace, abs=1e-6)
     assert found.multipliers.prod().real == pytest.approx(1.0, abs=1e-6)
     assert found.stable == (abs(trace) < 2)
@@ -98,8 +84,8 @@ def duffing(t, y):
 def test_duffings_three_motions_at_one_frequency(which, stable):
     """Hardening: between the folds the smallest and the largest are stable. Harmonic balance is where both searches begin."""
     made = block(
-        Spring("P", "ground:S", stiffness=0.0, free_length=10.0, law=lambda e, rate: e + e**3 + 0.1 * rate),
-        Force("P", lambda t: (0.3 * np.cos(1.6 * t), 0.0)),
+        mbs.Spring("P", "ground:S", stiffness=0.0, free_length=10.0, law=lambda e, rate: e + e**3 + 0.1 * rate),
+        mbs.Force("P", lambda t: (0.3 * np.cos(1.6 * t), 0.0)),
     )
     period, off = 2 * np.pi / 1.6, 1 - 1.6**2
     squares = np.sort(np.roots([0.75**2, 1.5 * off, off**2 + 0.16**2, -(0.3**2)]).real)
@@ -108,19 +94,19 @@ def test_duffings_three_motions_at_one_frequency(which, stable):
     for _ in range(5):  # Newton's method on an own integration
         end, matrix = monodromy(duffing, y, period)
         y = y - np.linalg.solve(matrix - np.eye(2), end - y)
-    near = periodic(made, period)
+    near = mbs.periodic(made, period)
     near = Periodic(**{**vars(near), "q": near.q.copy(), "v": near.v.copy()})
     moving = int(np.argmax(np.abs(near.v).max(axis=0)))
     near.q[0, moving], near.v[0, moving] = y + 1e-3
-    found = periodic(made, period, start=near)
+    found = mbs.periodic(made, period, start=near)
     assert [found.q[0, moving], found.v[0, moving]] == pytest.approx(y, abs=1e-7)
     assert found.multipliers == pytest.approx(multipliers(matrix), abs=1e-6)
     assert found.stable == stable
 
 
 def test_van_der_pols_cycle_finds_its_own_period():
-    made = block(Spring("P", "ground:S", stiffness=0.0, free_length=9.9, law=lambda e, rate: e - (1 - e * e) * rate))
-    found = periodic(made, 6.0)
+    made = block(mbs.Spring("P", "ground:S", stiffness=0.0, free_length=9.9, law=lambda e, rate: e - (1 - e * e) * rate))
+    found = mbs.periodic(made, 6.0)
     assert found.period == pytest.approx(6.6632868593231302, rel=1e-9)
     assert found.multipliers[0] == pytest.approx(1.0, abs=1e-6)
     y = np.array([found.point("block", "P")[0, 0] * -1 + 0.1, -found.v[0, np.argmax(np.abs(found.v).max(axis=0))]])
@@ -143,7 +129,7 @@ def test_a_block_on_a_belt_sticks_and_slips():
 
     turns.direction = -1
     own = solve_ivp(lambda t, y: [y[1], -force(*y)], (0, 6), [0.03, 0.0], method="Radau", rtol=1e-10, atol=1e-12, events=turns)
-    found = periodic(block(Spring("P", "ground:S", stiffness=0.0, free_length=10.0, law=force)), 0.6, settle=5)
+    found = mbs.periodic(block(mbs.Spring("P", "ground:S", stiffness=0.0, free_length=10.0, law=force)), 0.6, settle=5)
     assert found.period == pytest.approx(np.diff(own.t_events[0])[-1], rel=1e-8)
     assert found.amplitude("block", "P")[0] == pytest.approx(np.ptp(own.y[0][own.t > 3]) / 2, rel=1e-3)  # by its steps
     assert found.trivial == 0
@@ -152,11 +138,11 @@ def test_a_block_on_a_belt_sticks_and_slips():
 
 
 def test_a_pendulum_keeps_the_period_of_its_swing():
-    made = Mechanism(
-        {"O": (0, 0), "A": (0.6, -0.8)}, [Link("bar", "O", "A", Rigid.of(mass=1.0, inertia=1 / 12, centre=(0.5, 0)))],
-        [Revolute("O", "ground", "bar")], gravity=(0, -9.81),
+    made = mbs.Mechanism(
+        {"O": (0, 0), "A": (0.6, -0.8)}, [mbs.Link("bar", "O", "A", mbs.Rigid.of(mass=1.0, inertia=1 / 12, centre=(0.5, 0)))],
+        [mbs.Revolute("O", "ground", "bar")], gravity=(0, -9.81),
     )  # fmt: skip
-    found = periodic(made, 1.7)
+    found = mbs.periodic(made, 1.7)
     places = found.point("bar", "A")
     swing = np.abs(np.arctan2(places[:, 0], -places[:, 1])).max()
     assert found.period == pytest.approx(4 * ellipk(np.sin(swing / 2) ** 2) / np.sqrt(9.81 * 0.5 * 3), rel=1e-7)
@@ -177,10 +163,10 @@ def at(motion, made, y):
 def test_a_block_that_strikes_a_stop_each_period():
     gap, law, period = 0.02, KelvinVoigt(40.0, 0.3), 2 * np.pi / 5
     made = block(
-        Spring("P", "ground:S", stiffness=9.0, damping=0.4), Force("P", lambda t: (1.2 * np.cos(5.0 * t), 0.0)),
-        stops=[Stop("P", at=gap, law=law, along=(1, 0))],
+        mbs.Spring("P", "ground:S", stiffness=9.0, damping=0.4), mbs.Force("P", lambda t: (1.2 * np.cos(5.0 * t), 0.0)),
+        stops=[mbs.Stop("P", at=gap, law=law, along=(1, 0))],
     )  # fmt: skip
-    found = periodic(made, period, settle=20)
+    found = mbs.periodic(made, period, settle=20)
     moving = int(np.argmax(np.abs(found.v).max(axis=0)))
     y, exact = returned(
         [found.point("block", "P")[0, 0], found.v[0, moving]], period,
@@ -196,36 +182,38 @@ def test_a_block_that_strikes_a_stop_each_period():
 def test_a_ball_that_bounces_each_period(stiffness):
     """On a table that shakes, of restitution 0.5; contacts last 1/20 to 1/200 of a period, and begin with a jump of the force."""
     law, speed, shake, e = KelvinVoigt.from_restitution(stiffness, 0.5, 1.0), 10 * np.pi, 12.0, 0.5
-    period, stop = 2 * np.pi / speed, Stop("P", at=-0.05, law=law, along=(0, 1))
-    made = block(Force("P", lambda t: (0.0, shake * np.sin(speed * t))), Force("P", (0.0, -9.81)), along=(0, 1), stops=[stop])
+    period, stop = 2 * np.pi / speed, mbs.Stop("P", at=-0.05, law=law, along=(0, 1))
+    made = block(
+        mbs.Force("P", lambda t: (0.0, shake * np.sin(speed * t))), mbs.Force("P", (0.0, -9.81)), along=(0, 1), stops=[stop]
+    )
     up, phase = 9.81 * period / 2, np.arccos(9.81 * period / 2 * (1 - e) / (1 + e) / (shake / speed))
     flown = period - phase / speed  # since an instantaneous impact
     y = [up * flown - 9.81 * flown**2 / 2 - 0.05 + shake / speed**2 * np.sin(phase), up - 9.81 * flown - shake / speed]
     y, exact = returned(
         y, period, lambda t, x, v: shake * np.sin(speed * t) - 9.81, lambda t, x, v: (0.0, 0.0), law, -1.0, -0.05
     )  # fmt: skip
-    start, moving = at(periodic(made, period), made, y)
-    found = periodic(made, period, start=start)
+    start, moving = at(mbs.periodic(made, period), made, y)
+    found = mbs.periodic(made, period, start=start)
     assert [found.point("block", "P")[0, 1], found.v[0, moving]] == pytest.approx(y, abs=1e-8)
     assert np.abs(np.sort_complex(found.multipliers) - np.sort_complex(exact)).max() <= min(2 * found.errors.max() + 1e-8, 1e-6)
     assert abs(found.multipliers[0]) ** 2 == pytest.approx(e**2, rel=0.02)  # of an instantaneous impact
 
 
 def test_a_strip_about_its_rest_has_the_multipliers_of_its_tangent():
-    section = Section(0.02, 0.002).damped(0.05, 0.4)
-    made = Mechanism(
-        {"A": (0, 0), "B": (0.4, 0)}, [Link("strip", "A", "B", Beam(section))], [Weld("A", "ground", "strip")],
-        loads=[Force("B", lambda t: (0.0, 1e-5 * np.cos(60.0 * t)))],
+    section = mbs.Section(0.02, 0.002).damped(0.05, 0.4)
+    made = mbs.Mechanism(
+        {"A": (0, 0), "B": (0.4, 0)}, [mbs.Link("strip", "A", "B", mbs.Beam(section))], [mbs.Weld("A", "ground", "strip")],
+        loads=[mbs.Force("B", lambda t: (0.0, 1e-5 * np.cos(60.0 * t)))],
     )  # fmt: skip
-    found = periodic(made, 2 * np.pi / 60.0, degree=8)
-    values = frequencies(made, count=2).values
+    found = mbs.periodic(made, 2 * np.pi / 60.0, degree=8)
+    values = mbs.frequencies(made, count=2).values
     exact = np.exp(np.array([value for s in values for value in (s, s.conjugate())]) * found.period)
     assert np.sort_complex(found.multipliers[:4]) == pytest.approx(np.sort_complex(exact), abs=1e-6)
 
 
 def test_what_does_not_return_is_told():
-    made = block(Force("P", (1.0, 0.0)))
-    found = periodic(made, 1.0)
+    made = block(mbs.Force("P", (1.0, 0.0)))
+    found = mbs.periodic(made, 1.0)
     assert found.status == "NOT_REACHED"
     assert "no motion of period 1 s" in found.message
 
@@ -233,9 +221,9 @@ def test_what_does_not_return_is_told():
 def test_a_search_ends_when_its_steps_are_used_up(monkeypatch):
     """An undamped cantilever let go rings in all its motions: in a period near none of them it finds none."""
     monkeypatch.setattr("buckler.mbs.statics.shooting.BUDGET", 30_000)
-    strip = Link("strip", "A", "B", Beam(Section(0.02, 0.002)))
-    made = Mechanism({"A": (0, 0), "B": (0.4, 0)}, [strip], [Weld("A", "ground", "strip")], gravity=(0, -9.81))
-    found = periodic(made, 0.1)
+    strip = mbs.Link("strip", "A", "B", mbs.Beam(mbs.Section(0.02, 0.002)))
+    made = mbs.Mechanism({"A": (0, 0), "B": (0.4, 0)}, [strip], [mbs.Weld("A", "ground", "strip")], gravity=(0, -9.81))
+    found = mbs.periodic(made, 0.1)
     assert found.status == "TOO_MANY_STEPS"
     assert "30000 steps did not lead to a motion of period" in found.message
 
@@ -243,4 +231,4 @@ def test_a_search_ends_when_its_steps_are_used_up(monkeypatch):
 @pytest.mark.parametrize("period", [0.0, -1.0, np.nan, "x"])
 def test_a_period_that_makes_no_sense_is_refused(period):
     with pytest.raises(ValueError, match="period"):
-        periodic(block(), period)
+        mbs.periodic(block(), period)

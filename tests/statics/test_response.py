@@ -6,24 +6,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, fsolve
 from struck import returned
 
-from buckler.mbs import (
-    Beam,
-    Drive,
-    Force,
-    Guide,
-    Link,
-    Mechanism,
-    Revolute,
-    Rigid,
-    Section,
-    Slider,
-    Spring,
-    Stop,
-    Torque,
-    frequencies,
-    periodic,
-    response,
-)
+from buckler import mbs
 from buckler.mbs.functions import Components, Expression
 from buckler.mbs.laws import KelvinVoigt
 from buckler.mbs.statics.cycles import Periodic
@@ -33,9 +16,9 @@ TURN = 2 * np.pi
 
 def block(*loads, along=(1.0, 0.0), stops=()):
     """A block of 1 kg on a slide; S is far along x."""
-    return Mechanism(
-        {"P": (0, 0.05), "Q": (0, 0.15), "S": (10, 0.05)}, [Link("block", "P", "Q", Rigid.of(mass=1.0, inertia=1e-3))],
-        [Slider("P", "block", "ground", along=along)], stops=list(stops), loads=list(loads),
+    return mbs.Mechanism(
+        {"P": (0, 0.05), "Q": (0, 0.15), "S": (10, 0.05)}, [mbs.Link("block", "P", "Q", mbs.Rigid.of(mass=1.0, inertia=1e-3))],
+        [mbs.Slider("P", "block", "ground", along=along)], stops=list(stops), loads=list(loads),
     )  # fmt: skip
 
 
@@ -54,10 +37,10 @@ def duffing_run(x, v, speed):
 def test_duffings_response_folds_twice_and_both_branches_are_motions():
     """Folds are solved again as states and speeds that return with a multiplier 1."""
     made = block(
-        Spring("P", "ground:S", stiffness=0.0, free_length=10.0, law=lambda e, rate: e + e**3 + 0.1 * rate),
-        Force("P", lambda t: (0.3 * np.cos(1.2 * t), 0.0)),
+        mbs.Spring("P", "ground:S", stiffness=0.0, free_length=10.0, law=lambda e, rate: e + e**3 + 0.1 * rate),
+        mbs.Force("P", lambda t: (0.3 * np.cos(1.2 * t), 0.0)),
     )
-    found = response(made, TURN / 1.2, to=2.0 / TURN)
+    found = mbs.response(made, TURN / 1.2, to=2.0 / TURN)
 
     def fold(z):
         end, matrix = duffing_run(*z)
@@ -85,8 +68,10 @@ def test_duffings_response_folds_twice_and_both_branches_are_motions():
 
 def test_a_narrow_resonance_is_not_leapt_over():
     """One of 0.2 % in width, on the way from half to twice its frequency; all amplitudes in closed form."""
-    made = block(Spring("P", "ground:S", stiffness=25.0, damping=0.01), Force("P", lambda t: (0.15 * np.cos(2.5 * t), 0.0)))
-    found = response(made, TURN / 2.5, to=10.0 / TURN)
+    made = block(
+        mbs.Spring("P", "ground:S", stiffness=25.0, damping=0.01), mbs.Force("P", lambda t: (0.15 * np.cos(2.5 * t), 0.0))
+    )
+    found = mbs.response(made, TURN / 2.5, to=10.0 / TURN)
     speeds = TURN * found.parameter
     exact = np.abs(0.15 / (25.0 - speeds**2 + 0.01j * speeds))
     assert found.status == "OK"
@@ -95,8 +80,10 @@ def test_a_narrow_resonance_is_not_leapt_over():
 
 
 def test_a_number_of_the_mechanism_changes_a_motion():
-    made = block(Spring("P", "ground:S", stiffness=25.0, damping=0.6), Force("P", Components((Expression("1.5*cos(4*t)"), 0.0))))
-    found = response(made, TURN / 4.0, to=40.0, parameter="loads.0.stiffness")
+    made = block(
+        mbs.Spring("P", "ground:S", stiffness=25.0, damping=0.6), mbs.Force("P", Components((Expression("1.5*cos(4*t)"), 0.0)))
+    )
+    found = mbs.response(made, TURN / 4.0, to=40.0, parameter="loads.0.stiffness")
     exact = np.abs(1.5 / (found.parameter - 16.0 + 2.4j))
     assert (found.parameter[0], found.parameter[-1]) == (25.0, 40.0)
     assert found.amplitude("block", "P")[:, 0] == pytest.approx(exact, rel=1e-6)
@@ -113,12 +100,12 @@ def hill(delta, epsilon):
 
 
 def test_mathieus_tongues_begin_and_end_where_hills_determinant_says():
-    made = Mechanism(
-        {"O": (0, 0), "A": (1, 0)}, [Link("bar", "O", "A", Rigid.of(mass=1.0, inertia=0.2, centre=(0, 0)))],
-        [Revolute("O", "ground", "bar")],
-        loads=[Torque("bar", lambda t, angle, speed: -0.2 * (0.25 + 0.1 * np.cos(1.3 * t)) * angle)],
+    made = mbs.Mechanism(
+        {"O": (0, 0), "A": (1, 0)}, [mbs.Link("bar", "O", "A", mbs.Rigid.of(mass=1.0, inertia=0.2, centre=(0, 0)))],
+        [mbs.Revolute("O", "ground", "bar")],
+        loads=[mbs.Torque("bar", lambda t, angle, speed: -0.2 * (0.25 + 0.1 * np.cos(1.3 * t)) * angle)],
     )  # fmt: skip
-    found = response(made, TURN / 1.3, to=0.45 / TURN)
+    found = mbs.response(made, TURN / 1.3, to=0.45 / TURN)
 
     def edge(trace, low, high):
         return brentq(lambda speed: hill(0.25 / speed**2, 0.1 / speed**2) - trace, low, high, xtol=1e-14) / TURN
@@ -132,18 +119,18 @@ def test_mathieus_tongues_begin_and_end_where_hills_determinant_says():
 
 def test_a_connecting_rod_pressed_and_pulled_resonates_at_twice_its_frequency():
     """Its first mode obeys Mathieu's damped equation; shear, stretching and the second mode are what is left."""
-    section, length = Section(0.02, 0.002).damped(0.01, 0.5), 0.5
-    made = Mechanism(
-        {"A": (0, 0), "B": (length, 0)}, [Link("rod", "A", "B", Beam(section))], [Revolute("A", "ground", "rod")],
-        [Guide("B", "rod")],
+    section, length = mbs.Section(0.02, 0.002).damped(0.01, 0.5), 0.5
+    made = mbs.Mechanism(
+        {"A": (0, 0), "B": (length, 0)}, [mbs.Link("rod", "A", "B", mbs.Beam(section))], [mbs.Revolute("A", "ground", "rod")],
+        [mbs.Guide("B", "rod")],
     )  # fmt: skip
-    first = frequencies(made, count=1)
+    first = mbs.frequencies(made, count=1)
     own, damping = abs(first.values[0]), 2 * first.damping[0] * abs(first.values[0])
     load, speed = 0.3 * section.euler_load(length), 2.16 * own
-    pressed = Mechanism(
-        made.points, made.links, made.joints, made.guides, loads=[Force("B", lambda t: (-load * np.cos(speed * t), 0.0))]
+    pressed = mbs.Mechanism(
+        made.points, made.links, made.joints, made.guides, loads=[mbs.Force("B", lambda t: (-load * np.cos(speed * t), 0.0))]
     )
-    found = response(pressed, TURN / speed, to=2.13 * own / TURN, degree=6)
+    found = mbs.response(pressed, TURN / speed, to=2.13 * own / TURN, degree=6)
 
     def doubles(speed):
         def end(y):
@@ -165,10 +152,10 @@ def test_a_bouncing_ball_doubles_its_period_as_in_closed_form():
     period, lag = TURN / speed, (1 - e) / (1 + e)
     law = KelvinVoigt.from_restitution(1e7, e, 1.0)
     made = block(
-        Force("P", lambda t: (0.0, shake * np.sin(speed * t))), Force("P", (0.0, -gravity)), along=(0.0, 1.0),
-        stops=[Stop("P", at=0.0, law=law, along=(0, 1))],
+        mbs.Force("P", lambda t: (0.0, shake * np.sin(speed * t))), mbs.Force("P", (0.0, -gravity)), along=(0.0, 1.0),
+        stops=[mbs.Stop("P", at=0.0, law=law, along=(0, 1))],
     )  # fmt: skip
-    resting = periodic(made, period)
+    resting = mbs.periodic(made, period)
     phase = np.arccos(gravity * period / 2 * lag / (shake / speed))
     flown, up = period - phase / speed, gravity * period / 2
     low = shake / speed**2 * np.sin(phase)
@@ -176,7 +163,7 @@ def test_a_bouncing_ball_doubles_its_period_as_in_closed_form():
     moving = int(np.argmax(np.abs(resting.v).max(axis=0)))
     start.q[0, moving] += up * flown - gravity * flown**2 / 2 + low - resting.point("block", "P")[0, 1]
     start.v[0, moving] = up - gravity * flown - shake / speed
-    found = response(made, period, to=1.4, load="force.P", start=start)
+    found = mbs.response(made, period, to=1.4, load="force.P", start=start)
     mean, swing = lag, 2 * (1 + e * e) / np.pi / (1 + e) ** 2
     assert found.status == "OK"
     assert found.doublings == pytest.approx([np.pi * np.hypot(mean, swing) * gravity / shake], rel=5e-3)
@@ -202,13 +189,15 @@ def test_a_bouncing_ball_doubles_its_period_as_in_closed_form():
 
 def test_a_motion_that_its_drive_alone_decides_has_no_multipliers():
     """A slider-crank's stroke is twice its crank, however quick."""
-    made = Mechanism(
+    made = mbs.Mechanism(
         {"O": (0, 0), "A": (0.05, 0), "B": (0.25, 0)},
-        [Link("crank", "O", "A", Rigid(Section(0.02, 0.005))), Link("rod", "A", "B", Rigid(Section(0.02, 0.005)))],
-        [Revolute("O", "ground", "crank"), Revolute("A", "crank", "rod")], [Guide("B", "rod")], drives=[Drive("crank", 10.0)],
+        [mbs.Link("crank", "O", "A", mbs.Rigid(mbs.Section(0.02, 0.005))), mbs.Link("rod", "A", "B",
+        mbs.Rigid(mbs.Section(0.02, 0.005)))],
+        [mbs.Revolute("O", "ground", "crank"), mbs.Revolute("A", "crank", "rod")], [mbs.Guide("B", "rod")],
+        drives=[mbs.Drive("crank", 10.0)],
     )  # fmt: skip
-    once = periodic(made, TURN / 10.0)
-    found = response(made, TURN / 10.0, to=5.0)
+    once = mbs.periodic(made, TURN / 10.0)
+    found = mbs.response(made, TURN / 10.0, to=5.0)
     assert (once.status, once.stable, len(once.multipliers)) == ("OK", True, 0)
     assert (found.status, found.points) == ("OK", [])
     assert found.amplitude("rod", "B")[:, 0] == pytest.approx(0.05, rel=1e-6)
@@ -216,20 +205,20 @@ def test_a_motion_that_its_drive_alone_decides_has_no_multipliers():
 
 
 def test_a_curve_ends_when_its_steps_are_used_up(monkeypatch):
-    driven = block(Spring("P", "ground:S", stiffness=9.0, damping=0.3), Force("P", lambda t: (np.cos(2 * t), 0.0)))
+    driven = block(mbs.Spring("P", "ground:S", stiffness=9.0, damping=0.3), mbs.Force("P", lambda t: (np.cos(2 * t), 0.0)))
     monkeypatch.setattr("buckler.mbs.statics.curve.SPENT", 20_000)
-    found = response(driven, np.pi, to=2.0)
+    found = mbs.response(driven, np.pi, to=2.0)
     assert (found.status, found.ended) == ("TOO_MANY_STEPS", "spent")
     assert 0 < len(found.motions) < 30
 
 
 def test_what_makes_no_sense_is_refused():
-    driven = block(Spring("P", "ground:S", stiffness=9.0, damping=0.3), Force("P", lambda t: (np.cos(2 * t), 0.0)))
+    driven = block(mbs.Spring("P", "ground:S", stiffness=9.0, damping=0.3), mbs.Force("P", lambda t: (np.cos(2 * t), 0.0)))
     with pytest.raises(ValueError, match="nothing in it depends on time"):
-        response(block(Spring("P", "ground:S", stiffness=9.0)), 1.0, to=2.0)
+        mbs.response(block(mbs.Spring("P", "ground:S", stiffness=9.0)), 1.0, to=2.0)
     for asked, said in ({"to": 1.0 / np.pi}, "the curve begins there"), ({"to": -1.0}, "to"), ({"to": 1.0, "steps": 0}, "steps"):
         with pytest.raises(ValueError, match=said):
-            response(driven, np.pi, **asked)
-    short = response(driven, np.pi, to=2.0, steps=2)
+            mbs.response(driven, np.pi, **asked)
+    short = mbs.response(driven, np.pi, to=2.0, steps=2)
     assert (short.status, len(short.motions)) == ("TOO_MANY_STEPS", 3)
     assert "2 steps led to" in short.message

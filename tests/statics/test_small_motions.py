@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 from buckler.elastica.vibration import Frame, beam_frequencies
 from buckler.mbs import Beam, Guide, Link, Mechanism, Modal, Revolute, Rigid, Section, Slider, Spring, Weld, frequencies
 from buckler.mbs.laws import Coulomb
-from buckler.studies.trust.stability import LENGTH, beck, column, member
+from buckler.studies.trust.columns import LENGTH, beck, column, member
 
 
 def strip(section, ends):

@@ -12,7 +12,7 @@ from buckler.elastica.vibration import beam_frequencies, portal
 from buckler.mbs import STEEL, Beam, Cable, Drive, Force, Guide, Link, Material, Mechanism, Revolute, Section, Weld
 from buckler.mbs.statics import equilibrium, frequencies, path
 from buckler.mbs.statics.problem import places
-from buckler.studies.trust.stability import LENGTH, member
+from buckler.studies.trust.columns import LENGTH, member
 
 BAR, THICK = Section(0.020, 0.050, STEEL), Section(0.03, 0.02)
 

@@ -2,95 +2,18 @@
 
 import json
 import re
-import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
+from own_file import PENDULUM, metrics
 from scipy.integrate import solve_ivp
 
-from buckler.mbs import Exudyn, Mechanism, Spectral, Torque, simulate, slider_crank
-from buckler.mbs.elements import Rigid, Section
-from buckler.mbs.laws import CarvalhoMartins
-from buckler.mbs.sensitivity.reading import check, measure
+from buckler.mbs import Exudyn, Mechanism, Spectral, Torque, simulate
 from buckler.studies.kit.cli import main
 from buckler.studies.own.solver import Settings
-from buckler.studies.own.sweep import sweep
-from buckler.studies.sweeping import export
-
-ROOT = Path(__file__).resolve().parents[2]
-TIME = np.array([0.0, 1.0, 3.0])
-SIGNALS = {"B.x": np.array([0.0, 2.0, 2.0]), "A.crank-coupler.fx": np.array([1.0, -5.0, 2.0]), "B.vx": np.array([1.0, 1.0, 1.0])}
-UNITS = {"B.x": "m", "A.crank-coupler.fx": "N", "B.vx": "m/s"}
-PENDULUM = {
-    "points": {"O": [0, 0], "A": ["1 m", 0]},
-    "links": {"arm": {"start": "O", "end": "A", "body": {"kind": "Rigid", "mass": 1.0, "inertia": "0.1 kg m^2"}}},
-    "joints": [{"kind": "Revolute", "point": "O", "first": "ground", "second": "arm"}],
-    "gravity": [0, -9.81],
-    "run": {"duration": "0.5 s", "measure": ["min(A.y)", "max(abs(arm.vx))"]},
-}
-
-
-@pytest.fixture
-def pendulum(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "pendulum.json").write_text(json.dumps(PENDULUM))
-    return tmp_path
-
-
-def metrics(folder):
-    return json.loads((folder / "metrics.json").read_text())
-
 
 # --- measures -------------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("text", "value", "unit"),
-    [
-        ("max(B.x)", 2, "m"),
-        ("mean(B.x)", 5 / 3, "m"),
-        ("rms(B.x)", (10 / 3) ** 0.5, "m"),
-        ("max(abs(A.crank-coupler.fx))", 5, "N"),
-        ("end(B.x)-start(B.x)", 2, "m"),
-        ("at(B.x, 0.5)", 1, "m"),
-        ("2*max(B.x)/max(B.x)", 2, "1"),
-        ("max(B.x)*max(B.vx)", 2, ""),
-        ("max(B.x-B.x)", 0, "m"),
-        ("-min(A.crank-coupler.fx)", 5, "N"),
-        ("max(B.x) + max(B.vx)", 3, ""),
-    ],
-)
-def test_measures(text, value, unit):
-    found = measure(text, TIME, SIGNALS, UNITS)
-    assert (found.value, found.unit) == (pytest.approx(value), unit)
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("max(B.y)", "--measure max(B.y): no signal 'B.y'; did you mean B.x?"),
-        ("B.x", "--measure B.x: gives a series; write max(B.x), mean(B.x) or end(B.x)"),
-        ("mx(B.x)", "--measure mx(B.x): unknown function 'mx', did you mean max?"),
-        ("max(B.x", "--measure max(B.x: '"),
-        ("__import__('os')", "--measure __import__('os'): unknown function '__import__'"),
-        ("max(B.x).real", "--measure max(B.x).real: "),
-    ],
-)
-def test_what_is_no_measure(text, message):
-    with pytest.raises(ValueError) as error:
-        measure(text, TIME, SIGNALS, UNITS)
-    assert str(error.value).startswith(message)
-
-
-def test_a_measure_is_checked_before_signals_are_known():
-    check("max(B.contact_force)/mean(abs(drive.torque))")
-    with pytest.raises(ValueError, match="unknown function 'maxx'"):
-        check("maxx(B.contact_force)")
-
-
-# --- run ------------------------------------------------------------------------------------------------------------------
 
 
 def test_run_reads_off_what_the_file_asks_for(pendulum, capsys):
@@ -211,131 +134,7 @@ def test_quiet_and_verbose(pendulum, capsys):
     assert json.loads(capsys.readouterr().out)["status"] == "OK"
 
 
-# --- show, new, list, schema ----------------------------------------------------------------------------------------------
-
-
-def test_new_show_and_the_names_of_examples(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    assert main(argv=["new", "list"]) == 0
-    names = [line.split()[0] for line in capsys.readouterr().out.splitlines()]
-    assert set(names) >= {"slider-crank", "crank-rocker", "six-bar", "arch", "pendulum"}
-    for name in names:
-        assert main(argv=["new", name]) == 0
-        assert main(argv=["show", f"{name}.toml", "--out", f"{name}.png"]) == 0
-        out = capsys.readouterr().out
-        assert re.search(r"mobility [0-3]", out) and "ground" in out and f"drawn in {name}.png" in out
-        assert "lowest frequencies" in out or name in ("pendulum", "crank-rocker", "stephenson")
-    assert main(argv=["new", "pendulum"]) == 2
-    assert capsys.readouterr().err == "error: pendulum.toml is there already; name another with --out\n"
-    assert main(argv=["new", "pendulm"]) == 2
-    assert "did you mean pendulum?" in capsys.readouterr().err
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["slider-crank", "crank-rocker", "six-bar", "arch", "pendulum"])
-def test_every_example_runs_and_passes_its_checks(name, tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    assert main(argv=["new", name]) == 0
-    assert main(argv=["run", f"{name}.toml", "--ledger"]) == 0, capsys.readouterr().err
-
-
-def test_list_as_json(capsys):
-    assert main(argv=["list", "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)
-    assert {"name", "module", "summary"} == set(found[0]) and "slider-crank" in {row["name"] for row in found}
-
-
-def test_version(capsys):
-    assert main(argv=["--version"]) == 0
-    assert capsys.readouterr().out.startswith("python 3.")
-
-
-def test_the_schema_knows_units_ranges_and_kinds(capsys):
-    assert main(argv=["schema"]) == 0
-    schema = json.loads(capsys.readouterr().out)
-    section = schema["$defs"]["Section"]
-    assert section["required"] == ["width", "thickness"]
-    assert "Unit: m." in section["properties"]["thickness"]["description"]
-    restitution = schema["$defs"]["CarvalhoMartins"]["properties"]["restitution"]["anyOf"][0]
-    assert restitution == {"type": "number", "minimum": 0.0, "maximum": 1.0}
-    laws = {part["$ref"].rpartition("/")[2] for part in schema["$defs"]["Stop"]["properties"]["law"]["anyOf"]}
-    assert {"Impact", "Hertz", "CarvalhoMartins"} <= laws and "Coulomb" not in laws
-    for name, kind in schema["$defs"].items():
-        assert kind.get("description"), name
-
-
-def test_help_loads_nothing_that_takes_time():
-    code = "import sys\nfrom buckler.studies.kit.cli import main\ntry: main(argv=['-h'])\nexcept SystemExit: print(*sys.modules)"
-    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, check=True, text=True)
-    loaded = {name.partition(".")[0] for name in done.stdout.split()}
-    assert "buckler" in loaded and not loaded & {"numpy", "scipy", "matplotlib", "exudyn", "numba", "meshio", "tqdm", "sqlite3"}
-
-
 # --- sweep ----------------------------------------------------------------------------------------------------------------
-
-VARY = ["--vary", "links.arm.body.mass=0.5kg:2kg:3", "--measure", "max(abs(O.ground-arm.fy))", "--workers", "0"]
-
-
-def test_a_sweep_of_a_file_is_stored_resumed_and_exported(pendulum, capsys):
-    assert main(argv=["sweep", "pendulum.json", *VARY]) == 0
-    out, err = capsys.readouterr()
-    assert err == "3 cases, 0 of them stored already\n"
-    assert "links.arm.body.mass [kg]" in out and re.search(r"pendulum: OK in \S+ s", out)
-    assert main(argv=["sweep", "pendulum.json", *VARY]) == 0
-    assert capsys.readouterr().err == "3 cases, 3 of them stored already\n"
-    rows, units = export.read(pendulum / "results" / "pendulum-sweep" / "cases.sqlite")
-    assert [row.parameters["links.arm.body.mass"] for row in rows] == [0.5, 1.25, 2.0]
-    assert units == {"links.arm.body.mass": "kg"}
-    forces = [row.value("max(abs(O.ground-arm.fy))") for row in rows]
-    assert forces == sorted(forces) and forces[0] > 0
-    document = json.loads((pendulum / "pendulum.json").read_text())
-    document["gravity"] = [0, -1.62]
-    (pendulum / "pendulum.json").write_text(json.dumps(document))
-    assert main(argv=["sweep", "pendulum.json", *VARY]) == 2
-    assert "holds a sweep of pendulum" in capsys.readouterr().err
-
-
-def test_a_sweep_over_processes_gives_the_same(pendulum, capsys):
-    assert main(argv=["sweep", "pendulum.json", *VARY[:-1], "1", "--store", "one.sqlite"]) == 0
-    assert main(argv=["sweep", "pendulum.json", *VARY, "--store", "here.sqlite"]) == 0
-    one, here = (export.read(pendulum / name)[0] for name in ("one.sqlite", "here.sqlite"))
-    assert [row.metrics for row in one] == [row.metrics for row in here]
-
-
-def test_a_sweep_from_python():
-    mechanism = slider_crank(Rigid(Section(0.03, 3e-4)), law=CarvalhoMartins(1e5, 0.5), mass=0.3, speed=1.0, stop=-0.5)
-    rows = sweep(mechanism, {"guides.B.mass": [0.1, "200 g"]}, measure="max(abs(drive.torque))", duration=0.2)
-    assert [row.parameters["guides.B.mass"] for row in rows] == [0.1, 0.2]
-    assert rows[1].value("max(abs(drive.torque))") > rows[0].value("max(abs(drive.torque))")
-    with pytest.raises(ValueError, match=r"guides.B.mas: 'mas' is not known there"):
-        sweep(mechanism, {"guides.B.mas": [1]}, measure="max(B.x)", duration=0.2)
-
-
-# --- studies of others ----------------------------------------------------------------------------------------------------
-
-
-def test_a_study_of_ones_own_file(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "my_own_study.py").write_text((ROOT / "tests" / "made_up_study.py").read_text())
-    assert main(argv=["run", "./my_own_study.py", "--thickness", "1mm"]) == 0
-    assert metrics(tmp_path / "results" / "my_own_study")["status"] == "OK"
-    (tmp_path / "no_study_at_all.py").write_text("x = 1\n")
-    assert main(argv=["run", "no_study_at_all.py"]) == 2
-    assert "no study, it defines no `Parameters`" in capsys.readouterr().err
-    (tmp_path / "not_python_at_all.py").write_text("x = (\n")
-    assert main(argv=["run", "not_python_at_all.py"]) == 2
-    assert "not_python_at_all.py: line 1: '(' was never closed" in capsys.readouterr().err
-    assert main(argv=["run", "absent_study.py"]) == 2
-
-
-def test_studies_of_other_packages_by_entry_points(monkeypatch, capsys, tmp_path):
-    from importlib import metadata
-
-    point = metadata.EntryPoint("theirs", "made_up_study", "buckler.studies")
-    monkeypatch.setattr(metadata, "entry_points", lambda group: [point] if group == "buckler.studies" else [])
-    assert main(argv=["list"]) == 0
-    assert "theirs" in capsys.readouterr().out
-    assert main(argv=["run", "theirs", "--out", str(tmp_path)]) == 0
 
 
 def test_old_names_of_options_work_with_a_note(pendulum, capsys):
@@ -360,9 +159,6 @@ def test_a_file_named_without_its_ending_is_hinted_at(tmp_path, monkeypatch, cap
     assert main(argv=["new", "pendulum"]) == 0
     assert main(argv=["run", "pendulum"]) == 2
     assert "unknown study 'pendulum'; did you mean pendulum.toml?" in capsys.readouterr().err
-
-
-# --- what a stranger stumbles over ------------------------------------------------------------------------------------------
 
 
 def test_velocities_that_contradict_each_other_are_one_line(pendulum, capsys):
@@ -396,16 +192,6 @@ def test_signals_are_drawn_with_their_units(pendulum):
     )
     (axes,) = study.figure(study.run(parameters))["signals"].axes
     assert (axes.get_ylabel(), axes.get_xlabel()) == ("A.y [m]", "time [s]")
-
-
-def test_a_sweep_of_a_constant_is_drawn_as_one(pendulum):
-    """Rounding is 1e-16 of the value: the axis spans per cents of it, and its ticks have no offset."""
-    from buckler.studies.sweeping.figure import _settled
-
-    noisy = 0.4875 * (1 + 1e-13 * np.array([0.0, 1.0, -1.0, np.nan]))
-    assert np.nanmax(_settled(noisy)) == np.nanmin(_settled(noisy)) == 0.4875 and np.isnan(_settled(noisy)[3])
-    varying = np.array([1.0, 1.0 + 1e-6])
-    assert _settled(varying) is varying
 
 
 @pytest.mark.parametrize(

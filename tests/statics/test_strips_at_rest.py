@@ -1,0 +1,98 @@
+"""Equilibria of strips against the elastica and finer meshes."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+from scipy.special import ellipe, ellipk
+
+from buckler import mbs
+
+LENGTH = 0.3
+
+
+def test_the_error_of_a_bent_strip_bounds_its_difference_to_a_fine_one():
+    section = mbs.Section(0.03, 0.0005)
+    load = 10 * section.bending_stiffness / 0.25
+    made = mbs.Mechanism(
+        {"A": (0, 0), "B": (0.5, 0)}, [mbs.Link("strip", "A", "B", mbs.Beam(section))], [mbs.Weld("A", "ground", "strip")],
+        loads=[mbs.Force("B", (0.0, -load))],
+    )  # fmt: skip
+    fine = mbs.equilibrium(made, degree=30).point("strip", "B").position
+    for degree in (4, 6, 8, None):
+        rest = mbs.equilibrium(made, degree=degree)
+        true = np.abs(rest.point("strip", "B").position - fine).max() / 0.5
+        assert true <= rest.error + 1e-10
+        assert rest.error < (1e-8 if degree is None else 1.0)
+
+
+@pytest.mark.parametrize("times", [5.0, 28.0, 30.0])
+def test_a_force_across_a_strip_that_turns_with_it_rolls_it_up(times):
+    """Against Reissner's strip integrated from its tip, in whose frame the force is known."""
+    section, length = mbs.Section(0.02, 0.0005), 0.5
+    force = times * section.bending_stiffness / length**2
+    axial, shear, bend = section.axial_stiffness, section.shear_stiffness, section.bending_stiffness
+
+    def back(s, y):
+        along, across = 1 + force * np.sin(y[2]) / axial, force * np.cos(y[2]) / shear
+        x = along * np.cos(y[2]) - across * np.sin(y[2])
+        return [-x, -(along * np.sin(y[2]) + across * np.cos(y[2])), -y[3] / bend, x * force]
+
+    x, y, turn, _ = solve_ivp(back, (0, length), np.zeros(4), rtol=1e-11, atol=1e-13).y[:, -1]
+    c, s = np.cos(turn), np.sin(turn)
+    rest = mbs.equilibrium(mbs.Mechanism(
+        {"A": (0, 0), "B": (length, 0)}, [mbs.Link("strip", "A", "B", mbs.Beam(section))], [mbs.Weld("A", "ground", "strip")],
+        loads=[mbs.Force("B", (0.0, force), follows="strip")],
+    ))  # fmt: skip
+    assert rest.point("strip", "B").position == pytest.approx([-c * x - s * y, s * x - c * y], abs=1e-8)
+    assert rest.status == "OK"
+    assert rest.error < 1e-7
+    assert rest.stable
+    assert rest.neutral == ()
+
+
+def test_the_other_equilibria_of_a_column_have_errors_as_small_as_the_first():
+    """Buckled to both sides: Euler's elastica, P = 4 K^2 EI/L^2, its ends (2 E/K - 1) L apart; or turned over and pulled."""
+    section, length = mbs.Section(0.02, 0.0002), 0.5
+    load = 2 * section.euler_load(length)
+    rest = mbs.equilibrium(mbs.Mechanism(
+        {"A": (0, 0), "B": (length, 0)}, [mbs.Link("strip", "A", "B", mbs.Beam(section))], [mbs.Revolute("A", "ground", "strip")],
+        [mbs.Guide("B", "strip")], loads=[mbs.Force("B", (-load, 0.0))],
+    ), all=True)  # fmt: skip
+    m = brentq(lambda m: 4 * ellipk(m) ** 2 - 2 * np.pi**2, 0.1, 0.9)
+    buckled = [each for each in rest.others if each.stable and each.point("strip", "B").position[0] > -0.9 * length]
+    assert not rest.stable
+    assert len(buckled) == 2
+    for each in buckled:
+        assert each.point("strip", "B").position[0] == pytest.approx((2 * ellipe(m) / ellipk(m) - 1) * length, abs=1e-6)
+        assert each.error < 1e-7
+
+
+def test_a_column_at_five_euler_loads_bows_to_both_sides_in_one_and_two_waves():
+    """4 n^2 K^2 EI/L^2 = P: an elastica of n = 1, 2 half waves, and its image in the line of the ends, each beside the other."""
+    section, length = mbs.Section(0.02, 0.0002), 0.5
+    load = 5 * section.euler_load(length)
+    rest = mbs.equilibrium(mbs.Mechanism(
+        {"A": (0, 0), "B": (length, 0)}, [mbs.Link("strip", "A", "B", mbs.Beam(section))], [mbs.Revolute("A", "ground", "strip")],
+        [mbs.Guide("B", "strip")], loads=[mbs.Force("B", (-load, 0.0))],
+    ), all=True)  # fmt: skip
+    for waves in (1, 2):
+        m = brentq(lambda m, n=waves: (2 * n * ellipk(m)) ** 2 - 5 * np.pi**2, 1e-6, 0.999)
+        end = (2 * ellipe(m) / ellipk(m) - 1) * length
+        found = [each.point("strip", "B") for each in rest.others if abs(each.point("strip", "B").position[0] - end) < 1e-5]
+        assert len(found) == 2
+        assert sum(each.angle for each in found) == pytest.approx(0.0, abs=1e-6)
+        assert np.abs(found[0].angle) == pytest.approx(2 * np.arcsin(np.sqrt(m)), abs=1e-5)
+
+
+def test_a_torque_where_its_strip_is_clamped_is_told_to_move_nothing():
+    def torque(at):
+        strip = mbs.Link("strip", "A", "B", mbs.Beam(BAR))
+        return mbs.Mechanism(
+            {"A": (0, 0), "B": (LENGTH, 0)}, [strip], [mbs.Weld("A", "ground", "strip")], loads=[mbs.Torque(at, 0.1)]
+        )
+
+    assert "'torque.strip' moves nothing" in mbs.equilibrium(torque("strip")).message
+    bent = mbs.equilibrium(torque("strip:B"))
+    assert bent.message == ""
+    assert bent.point("strip", "B").angle == pytest.approx(0.1 * LENGTH / BAR.bending_stiffness, rel=1e-9)

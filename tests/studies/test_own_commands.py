@@ -1,0 +1,149 @@
+"""Commands about mechanisms of files: examples, schema, sweeps, studies of others."""
+
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from own_file import metrics
+
+from buckler.mbs import slider_crank
+from buckler.mbs.elements import Rigid, Section
+from buckler.mbs.laws import CarvalhoMartins
+from buckler.studies.kit.cli import main
+from buckler.studies.own.sweep import sweep
+from buckler.studies.sweeping import export
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def test_new_show_and_the_names_of_examples(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(argv=["new", "list"]) == 0
+    names = [line.split()[0] for line in capsys.readouterr().out.splitlines()]
+    assert set(names) >= {"slider-crank", "crank-rocker", "six-bar", "arch", "pendulum"}
+    for name in names:
+        assert main(argv=["new", name]) == 0
+        assert main(argv=["show", f"{name}.toml", "--out", f"{name}.png"]) == 0
+        out = capsys.readouterr().out
+        assert re.search(r"mobility [0-3]", out) and "ground" in out and f"drawn in {name}.png" in out
+        assert "lowest frequencies" in out or name in ("pendulum", "crank-rocker", "stephenson")
+    assert main(argv=["new", "pendulum"]) == 2
+    assert capsys.readouterr().err == "error: pendulum.toml is there already; name another with --out\n"
+    assert main(argv=["new", "pendulm"]) == 2
+    assert "did you mean pendulum?" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["slider-crank", "crank-rocker", "six-bar", "arch", "pendulum"])
+def test_every_example_runs_and_passes_its_checks(name, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(argv=["new", name]) == 0
+    assert main(argv=["run", f"{name}.toml", "--ledger"]) == 0, capsys.readouterr().err
+
+
+def test_list_as_json(capsys):
+    assert main(argv=["list", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert {"name", "module", "summary"} == set(found[0]) and "slider-crank" in {row["name"] for row in found}
+
+
+def test_version(capsys):
+    assert main(argv=["--version"]) == 0
+    assert capsys.readouterr().out.startswith("python 3.")
+
+
+def test_the_schema_knows_units_ranges_and_kinds(capsys):
+    assert main(argv=["schema"]) == 0
+    schema = json.loads(capsys.readouterr().out)
+    section = schema["$defs"]["Section"]
+    assert section["required"] == ["width", "thickness"]
+    assert "Unit: m." in section["properties"]["thickness"]["description"]
+    restitution = schema["$defs"]["CarvalhoMartins"]["properties"]["restitution"]["anyOf"][0]
+    assert restitution == {"type": "number", "minimum": 0.0, "maximum": 1.0}
+    laws = {part["$ref"].rpartition("/")[2] for part in schema["$defs"]["Stop"]["properties"]["law"]["anyOf"]}
+    assert {"Impact", "Hertz", "CarvalhoMartins"} <= laws and "Coulomb" not in laws
+    for name, kind in schema["$defs"].items():
+        assert kind.get("description"), name
+
+
+def test_help_loads_nothing_that_takes_time():
+    code = "import sys\nfrom buckler.studies.kit.cli import main\ntry: main(argv=['-h'])\nexcept SystemExit: print(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, check=True, text=True)
+    loaded = {name.partition(".")[0] for name in done.stdout.split()}
+    assert "buckler" in loaded and not loaded & {"numpy", "scipy", "matplotlib", "exudyn", "numba", "meshio", "tqdm", "sqlite3"}
+
+
+VARY = ["--vary", "links.arm.body.mass=0.5kg:2kg:3", "--measure", "max(abs(O.ground-arm.fy))", "--workers", "0"]
+
+
+def test_a_sweep_of_a_file_is_stored_resumed_and_exported(pendulum, capsys):
+    assert main(argv=["sweep", "pendulum.json", *VARY]) == 0
+    out, err = capsys.readouterr()
+    assert err == "3 cases, 0 of them stored already\n"
+    assert "links.arm.body.mass [kg]" in out and re.search(r"pendulum: OK in \S+ s", out)
+    assert main(argv=["sweep", "pendulum.json", *VARY]) == 0
+    assert capsys.readouterr().err == "3 cases, 3 of them stored already\n"
+    rows, units = export.read(pendulum / "results" / "pendulum-sweep" / "cases.sqlite")
+    assert [row.parameters["links.arm.body.mass"] for row in rows] == [0.5, 1.25, 2.0]
+    assert units == {"links.arm.body.mass": "kg"}
+    forces = [row.value("max(abs(O.ground-arm.fy))") for row in rows]
+    assert forces == sorted(forces) and forces[0] > 0
+    document = json.loads((pendulum / "pendulum.json").read_text())
+    document["gravity"] = [0, -1.62]
+    (pendulum / "pendulum.json").write_text(json.dumps(document))
+    assert main(argv=["sweep", "pendulum.json", *VARY]) == 2
+    assert "holds a sweep of pendulum" in capsys.readouterr().err
+
+
+def test_a_sweep_over_processes_gives_the_same(pendulum, capsys):
+    assert main(argv=["sweep", "pendulum.json", *VARY[:-1], "1", "--store", "one.sqlite"]) == 0
+    assert main(argv=["sweep", "pendulum.json", *VARY, "--store", "here.sqlite"]) == 0
+    one, here = (export.read(pendulum / name)[0] for name in ("one.sqlite", "here.sqlite"))
+    assert [row.metrics for row in one] == [row.metrics for row in here]
+
+
+def test_a_sweep_from_python():
+    mechanism = slider_crank(Rigid(Section(0.03, 3e-4)), law=CarvalhoMartins(1e5, 0.5), mass=0.3, speed=1.0, stop=-0.5)
+    rows = sweep(mechanism, {"guides.B.mass": [0.1, "200 g"]}, measure="max(abs(drive.torque))", duration=0.2)
+    assert [row.parameters["guides.B.mass"] for row in rows] == [0.1, 0.2]
+    assert rows[1].value("max(abs(drive.torque))") > rows[0].value("max(abs(drive.torque))")
+    with pytest.raises(ValueError, match=r"guides.B.mas: 'mas' is not known there"):
+        sweep(mechanism, {"guides.B.mas": [1]}, measure="max(B.x)", duration=0.2)
+
+
+def test_a_study_of_ones_own_file(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "my_own_study.py").write_text((ROOT / "tests" / "made_up_study.py").read_text())
+    assert main(argv=["run", "./my_own_study.py", "--thickness", "1mm"]) == 0
+    assert metrics(tmp_path / "results" / "my_own_study")["status"] == "OK"
+    (tmp_path / "no_study_at_all.py").write_text("x = 1\n")
+    assert main(argv=["run", "no_study_at_all.py"]) == 2
+    assert "no study, it defines no `Parameters`" in capsys.readouterr().err
+    (tmp_path / "not_python_at_all.py").write_text("x = (\n")
+    assert main(argv=["run", "not_python_at_all.py"]) == 2
+    assert "not_python_at_all.py: line 1: '(' was never closed" in capsys.readouterr().err
+    assert main(argv=["run", "absent_study.py"]) == 2
+
+
+def test_studies_of_other_packages_by_entry_points(monkeypatch, capsys, tmp_path):
+    from importlib import metadata
+
+    point = metadata.EntryPoint("theirs", "made_up_study", "buckler.studies")
+    monkeypatch.setattr(metadata, "entry_points", lambda group: [point] if group == "buckler.studies" else [])
+    assert main(argv=["list"]) == 0
+    assert "theirs" in capsys.readouterr().out
+    assert main(argv=["run", "theirs", "--out", str(tmp_path)]) == 0
+
+
+def test_a_sweep_of_a_constant_is_drawn_as_one(pendulum):
+    """Rounding is 1e-16 of the value: the axis spans per cents of it, and its ticks have no offset."""
+    from buckler.studies.sweeping.figure import _settled
+
+    noisy = 0.4875 * (1 + 1e-13 * np.array([0.0, 1.0, -1.0, np.nan]))
+    assert np.nanmax(_settled(noisy)) == np.nanmin(_settled(noisy)) == 0.4875 and np.isnan(_settled(noisy)[3])
+    varying = np.array([1.0, 1.0 + 1e-6])
+    assert _settled(varying) is varying
