@@ -8,7 +8,7 @@ from scipy.special import ellipe, ellipk
 
 from buckler import mbs
 
-LENGTH = 0.3
+BAR, LENGTH = mbs.Section(0.03, 0.005), 0.3
 
 
 def test_the_error_of_a_bent_strip_bounds_its_difference_to_a_fine_one():
