@@ -22,7 +22,7 @@ from buckler.elastica.pinned import Reals
 
 Array = NDArray[np.float64]
 
-_QUARTIC = (7.1908239, -6.201618, 6.2531, 4.3898032, 9.8879488)
+QUARTIC = (7.1908239, -6.201618, 6.2531, 4.3898032, 9.8879488)
 _NUMERATOR = (
     0.15013423069067938,
     -27.60080759714413,
@@ -50,7 +50,7 @@ def quartic(shortening: ArrayLike) -> Reals:
     B. Demirel et al., Compliant Impact Generator for Required Impact and Contact Force, equation (11),
     doi 10.1115/IMECE2008-68796.
     """
-    return _polynomial(_QUARTIC, _checked(shortening))
+    return _polynomial(QUARTIC, _checked(shortening))
 
 
 def quartic_error(shortening: ArrayLike) -> Reals:

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from enum import StrEnum
 from html import escape
-from math import isfinite
-from numbers import Real
-from typing import SupportsIndex
 
 import numpy as np
 
 from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.spectral.scene import Scene
+from buckler.mbs.validate import one_of, whole
 
 RISE = 4
 """By how much the degree of strips is raised at once."""
@@ -40,6 +39,7 @@ class Ending(StrEnum):
     """A rope would have to push."""
 
 
+@dataclass(frozen=True)
 class Answer:
     """An answer with a status, a message, and a table."""
 
@@ -62,10 +62,11 @@ class Answer:
         return f"<p><b>{self.status}</b> {escape(self.message)}</p><table>{lines}</table>"
 
 
-def check_mechanism(mechanism: Mechanism) -> None:
-    """Raise a ValueError if this is no mechanism."""
-    if not isinstance(mechanism, Mechanism):
-        raise ValueError(f"mechanism: must be a Mechanism, not {type(mechanism).__name__}")
+def check(mechanism: Mechanism, degree: int | None) -> None:
+    """Raise a ValueError if this is no mechanism, or no degree of its strips."""
+    one_of("mechanism", mechanism, (Mechanism,))
+    if degree is not None:
+        whole("degree", degree, 2, 200)
 
 
 def left_out(mechanism: Mechanism, friction: str) -> list[str]:
@@ -74,18 +75,6 @@ def left_out(mechanism: Mechanism, friction: str) -> list[str]:
     modes = [link.name for link in mechanism.links if link.body.linear]
     said = [f"{friction}: {', '.join(map(repr, rubs))}"] if rubs else []
     return said + ([f"errors leave out the choice of modes of {', '.join(map(repr, modes))}"] if modes else [])
-
-
-def check_number(name: str, value: object) -> None:
-    """Raise a ValueError if a value is no finite number."""
-    if isinstance(value, bool) or not isinstance(value, Real) or not isfinite(value):
-        raise ValueError(f"{name} = {value!r}: must be a finite number")
-
-
-def check_flag(name: str, value: object) -> None:
-    """Raise a ValueError if a value is not True or False."""
-    if not isinstance(value, bool):
-        raise ValueError(f"{name} = {value!r}: must be True or False")
 
 
 def check_coordinates(name: str, value: object, scene: Scene) -> Array:
@@ -103,9 +92,3 @@ def check_coordinates(name: str, value: object, scene: Scene) -> Array:
     if found.shape != (scene.size,) or not np.isfinite(found).all():
         raise ValueError(f"{name}: must be {scene.size} finite coordinates, as of a scene of degree {scene.degree}")
     return found
-
-
-def check_count(name: str, value: object, least: int, most: int) -> None:
-    """Raise a ValueError if a value is no whole number of a range."""
-    if isinstance(value, bool) or not isinstance(value, SupportsIndex) or not least <= int(value) <= most:
-        raise ValueError(f"{name} = {value!r}: must be a whole number from {least} to {most}")

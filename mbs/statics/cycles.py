@@ -12,10 +12,10 @@ from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.spectral.run import State
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.settle import begin
-from buckler.mbs.statics.answer import HIGHEST, RISE, Answer, Ending, check_count, check_mechanism
+from buckler.mbs.statics.answer import HIGHEST, RISE, Answer, Ending, check
 from buckler.mbs.statics.problem import StaticsError, apart, has_strips, places, refined
 from buckler.mbs.statics.shooting import Found, Shooting, SpentError, off_from, values_of
-from buckler.mbs.validate import positive
+from buckler.mbs.validate import positive, whole
 
 FIRST = 8
 """Degree of strips, at first."""
@@ -56,8 +56,6 @@ class Periodic(Answer):
         Which multiplier is that of the motion begun a little later, 1; None where something depends on time.
     """
 
-    status: Ending
-    message: str
     scene: Scene
     period: float
     time: Array
@@ -141,11 +139,9 @@ def prepared(
     ValueError
         If what is asked for makes no sense.
     """
-    check_mechanism(mechanism)
+    check(mechanism, degree)
     period = float(positive("period", period, "s"))
-    check_count("settle", settle, 0, 1_000_000)
-    if degree is not None:
-        check_count("degree", degree, 2, 200)
+    whole("settle", settle, 0, 1_000_000)
     if start is not None and not (isinstance(start, Periodic) and len(start.q)):
         raise ValueError("start: must be a Periodic that was found")
     scene = Scene.of(mechanism, degree or (start.scene.degree if start else FIRST))

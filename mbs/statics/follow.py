@@ -11,7 +11,7 @@ from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.start import slopes
 from buckler.mbs.statics import parting
-from buckler.mbs.statics.answer import HIGHEST, RISE, Ending, check_count, check_flag, check_mechanism, check_number
+from buckler.mbs.statics.answer import HIGHEST, RISE, Ending, check
 from buckler.mbs.statics.arc import Arc
 from buckler.mbs.statics.critical import Critical, State, criticals, state_at
 from buckler.mbs.statics.problem import Problem, Rest, StaticsError, has_strips, loads_of, places
@@ -19,7 +19,7 @@ from buckler.mbs.statics.route import Path
 from buckler.mbs.statics.settling import find, settle
 from buckler.mbs.statics.varied import Varied
 from buckler.mbs.threads import one_thread
-from buckler.mbs.validate import pair, positive
+from buckler.mbs.validate import number, one_of, pair, positive, whole
 
 Branch = tuple[str, str, tuple[float, float]]
 DEGREE = 12
@@ -74,12 +74,10 @@ def path(
     ValueError
         If what is asked for makes no sense.
     """
-    check_mechanism(mechanism)
-    check_number("to", to)
-    check_count("steps", steps, 1, 100_000)
-    check_flag("branches", branches)
-    if degree is not None:
-        check_count("degree", degree, 2, 200)
+    check(mechanism, degree)
+    number("to", to, -np.inf, np.inf, "1")
+    whole("steps", steps, 1, 100_000)
+    one_of("branches", branches, (bool,))
     for name, value in (("step", step), ("longest", longest)):
         positive(name, value, "1")
     if sum(each is not None for each in (load, drive, parameter)) > 1:

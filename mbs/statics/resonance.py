@@ -8,14 +8,14 @@ import numpy as np
 
 from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.statics.answer import Ending, check_count, check_number
+from buckler.mbs.statics.answer import Ending
 from buckler.mbs.statics.curve import KINDS, Curve, Orbit, Paced, Turn
 from buckler.mbs.statics.cycles import Periodic, prepared
 from buckler.mbs.statics.problem import Problem, StaticsError, loads_of
 from buckler.mbs.statics.route import KEYS, Route
 from buckler.mbs.statics.shooting import SpentError
 from buckler.mbs.statics.varied import Varied
-from buckler.mbs.validate import positive
+from buckler.mbs.validate import number, positive, whole
 
 STEPS, FIRST, LONGEST = 400, 0.02, 0.1
 """Most steps; the first and longest arc, of the parameter's way and of the motion's own size."""
@@ -112,8 +112,8 @@ def response(
     ValueError
         If what is asked for makes no sense.
     """
-    check_number("to", to)
-    check_count("steps", steps, 1, 100_000)
+    number("to", to, -np.inf, np.inf, "1")
+    whole("steps", steps, 1, 100_000)
     for name, value in (("step", step), ("longest", longest)):
         positive(name, value, "1")
     if load is not None and parameter is not None:

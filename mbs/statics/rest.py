@@ -12,24 +12,13 @@ from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.spectral import tables as k
 from buckler.mbs.spectral.scene import Place, Scene
 from buckler.mbs.statics import deflation, sticking
-from buckler.mbs.statics.answer import (
-    HIGHEST,
-    RISE,
-    Answer,
-    Ending,
-    check_coordinates,
-    check_count,
-    check_flag,
-    check_mechanism,
-    check_number,
-    left_out,
-)
+from buckler.mbs.statics.answer import HIGHEST, RISE, Answer, Ending, check, check_coordinates, left_out
 from buckler.mbs.statics.follow import DEGREE, ends
 from buckler.mbs.statics.lowest import sparse_null_space
 from buckler.mbs.statics.problem import Problem, Rest, StaticsError, apart, has_strips, loads_of, moving, places, refined
 from buckler.mbs.statics.settling import RunsAwayError, SlackError, carried, check_ropes, find
 from buckler.mbs.threads import one_thread
-from buckler.mbs.validate import pair
+from buckler.mbs.validate import number, one_of, pair
 
 GOAL = 1e-8
 """Error, over the longest link, up to which the degree of strips is raised."""
@@ -67,8 +56,6 @@ class Equilibrium(Answer):
         Where dry friction of guides acts in full, to one side and the other: it rests anywhere between these two.
     """
 
-    status: Ending
-    message: str
     scene: Scene
     q: Array
     multipliers: Array
@@ -142,13 +129,11 @@ def equilibrium(
     ValueError
         If what is asked for makes no sense.
     """
-    check_mechanism(mechanism)
-    check_number("load", load)
-    check_flag("all", all)
-    if degree is not None:
-        check_count("degree", degree, 2, 200)
+    check(mechanism, degree)
+    number("load", load, -np.inf, np.inf, "1")
+    one_of("all", all, (bool,))
     fixed = degree is not None or scene is not None
-    check_number("spin", spin)
+    number("spin", spin, -np.inf, np.inf, "rad/s")
     scene = scene or Scene.of(mechanism, degree)
     problem = Problem(scene, loads_of(scene), spin=spin, centre=pair("centre", centre, "m"))
     start = problem.start(load)

@@ -9,7 +9,7 @@ import numpy as np
 
 from buckler.mbs.geometry import Array
 from buckler.mbs.spectral.scene import Scene
-from buckler.mbs.statics.answer import Answer, Ending
+from buckler.mbs.statics.answer import Answer
 from buckler.mbs.statics.problem import places
 
 if TYPE_CHECKING:
@@ -30,8 +30,6 @@ KEYS = {
 class Route(Answer):
     """What paths of equilibria and of periodic motions share: critical points with errors, a diagram."""
 
-    status: Ending
-    message: str
     ended: str
     scene: Scene
     parameter: Array

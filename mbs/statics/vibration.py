@@ -11,13 +11,13 @@ from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.spectral.doors import place
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.start import slopes
-from buckler.mbs.statics.answer import HIGHEST, RISE, Answer, Ending, check_coordinates, check_count, check_mechanism, left_out
+from buckler.mbs.statics.answer import HIGHEST, RISE, Answer, Ending, check, check_coordinates, left_out
 from buckler.mbs.statics.problem import Problem, Rest, StaticsError, has_strips, loads_of, moving, refined
 from buckler.mbs.statics.rest import Equilibrium, equilibrium
 from buckler.mbs.statics.settling import carried
 from buckler.mbs.statics.spectrum import Spectrum
 from buckler.mbs.threads import one_thread
-from buckler.mbs.validate import pair
+from buckler.mbs.validate import pair, whole
 
 GOAL = 1e-8
 """Relative error up to which the degree of strips is raised."""
@@ -46,8 +46,6 @@ class Frequencies(Answer):
         Whether no small motion grows, of all that the tangent has.
     """
 
-    status: Ending
-    message: str
     scene: Scene
     q: Array
     values: Array
@@ -108,10 +106,8 @@ def frequencies(
     ValueError
         If what is asked for makes no sense.
     """
-    check_mechanism(mechanism)
-    check_count("count", count, 1, 1000)
-    if degree is not None:
-        check_count("degree", degree, 2, 200)
+    check(mechanism, degree)
+    whole("count", count, 1, 1000)
     if about is None:
         about = equilibrium(mechanism, degree=degree, spin=spin, centre=centre)
     if isinstance(about, Equilibrium):

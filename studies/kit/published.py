@@ -24,9 +24,6 @@ SENSOR_VOLTAGE, SENSOR_RANGE = 4.4, 44.18
 """Highest voltage, V, and the range of the force sensor, N: a bound of the force there, no reading."""
 GRAVITY = 9.81
 """m/s^2, as the papers have it."""
-QUARTIC = (7.1908239, -6.201618, 6.2531, 4.3898032, 9.8879488)
-"""Coefficients of the force law, highest power first (eq. 11); `buckler.elastica.law.quartic` also checks its range."""
-
 # --- the crank-rocker with clearance joints ---------------------------------------------------------------------------
 
 STEEL = Material(modulus=207e9, density=7850.0, poisson=0.29)

@@ -15,7 +15,6 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from buckler.mbs.validate import whole
 
@@ -134,26 +133,3 @@ def verdict(point: Point, baseline: Point) -> str:
         f"{point.name} has an error of {point.error:.1e} after {1e3 * point.wall_s:.3g} ms, {baseline.name} one of "
         f"{baseline.error:.1e} after {1e3 * baseline.wall_s:.3g} ms: {faster} at {error}."
     )
-
-
-def rate(sizes: ArrayLike, errors: ArrayLike) -> float:
-    """Fit the order r of convergence, error = C size^r, by least squares in logarithms.
-
-    Parameters
-    ----------
-    sizes, errors : array_like, shape (n,), n >= 2
-        Mesh or step sizes, not all equal, and their errors; positive. Leave out what has not begun to converge, and
-        what round-off or the solver's tolerance holds up.
-
-    Raises
-    ------
-    ValueError
-        If a size or error is not positive and finite, or there are too few.
-    """
-    h, e = np.asarray(sizes, dtype=float), np.asarray(errors, dtype=float)
-    for name, values in (("sizes", h), ("errors", e)):
-        if values.ndim != 1 or len(values) != len(h) or not (np.isfinite(values) & (values > 0)).all():
-            raise ValueError(f"{name} = {values.tolist()}: must be positive and finite, as many sizes as errors")
-    if len(np.unique(h)) < 2:
-        raise ValueError(f"sizes = {h.tolist()}: a rate needs two different ones")
-    return float(np.polyfit(np.log(h), np.log(e), 1)[0])

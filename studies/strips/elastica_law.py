@@ -18,7 +18,7 @@ from buckler.mbs.elements.section import Section
 from buckler.mbs.geometry import Array
 from buckler.mbs.library import PAPER
 from buckler.studies.kit.parameters import StudyParameters, integer, quantity
-from buckler.studies.kit.published import QUARTIC, STRIP_WIDTH
+from buckler.studies.kit.published import STRIP_WIDTH
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import Figure, subplots
 from buckler.studies.kit.work_precision import work_precision
@@ -85,8 +85,8 @@ def _largest(error: Array) -> float:
 def _metrics(u: Array, exact: Array, errors: dict[str, Array]) -> dict[str, Metric]:
     worst = int(np.abs(errors["quartic"]).argmax())
     found = {
-        "euler_load": Metric(float(law.quartic(0.0)), "1", QUARTIC[-1], pinned.LOAD_CRITICAL),
-        "load_at_1": Metric(float(law.quartic(1.0)), "1", sum(QUARTIC), float(pinned.load(1.0))),
+        "euler_load": Metric(float(law.quartic(0.0)), "1", law.QUARTIC[-1], pinned.LOAD_CRITICAL),
+        "load_at_1": Metric(float(law.quartic(1.0)), "1", sum(law.QUARTIC), float(pinned.load(1.0))),
         "quartic_error": Metric(_largest(errors["quartic"]), "1"),
         "quartic_error_at": Metric(float(u[worst]), "1"),
         "rod_difference": Metric(_largest(errors["rod"]), "1"),
@@ -101,7 +101,7 @@ def _metrics(u: Array, exact: Array, errors: dict[str, Array]) -> dict[str, Metr
 def _cost(p: Parameters, progress: Progress) -> float:
     """Time of the fast law over that of the quartic as anyone would write it in numpy."""
     u = np.linspace(0.0, 1.0, p.values)
-    a, b, c, d, e = QUARTIC
+    a, b, c, d, e = law.QUARTIC
     quartic, fast = work_precision(
         {"quartic": lambda: (((a * u + b) * u + c) * u + d) * u + e, "fast": lambda: law.fast(u)},
         lambda load: float(abs(load[-1] / pinned.load(1.0) - 1)),

@@ -24,8 +24,9 @@ from buckler.studies.kit.parameters import StudyParameters, integer, quantity
 from buckler.studies.kit.precision import Series, as_signals, draw, footnote, mark, measure, outcomes
 from buckler.studies.kit.published import STRIP_WIDTH
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
+from buckler.studies.kit.statistics import exponent
 from buckler.studies.kit.style import Figure, subplots
-from buckler.studies.kit.work_precision import Point, fastest, rate, verdict
+from buckler.studies.kit.work_precision import Point, fastest, verdict
 
 SHORTENINGS = np.concatenate([[1e-3], np.linspace(0.05, 0.95, 19)])
 OFF_BRANCH = 0.5
@@ -148,7 +149,7 @@ def _metrics(
     for name, order in ORDERS.items():
         converging = {1 / int(n): point.error for n, point in series[name].items() if point.error < CONVERGING}
         if len(converging) > 1:
-            found[f"rate_{name}"] = Metric(rate([*converging], [*converging.values()]), "1", exact=order)
+            found[f"rate_{name}"] = Metric(exponent([*converging], [*converging.values()]), "1", exact=order)
     return found
 
 

@@ -30,6 +30,7 @@ from buckler.mbs.elements.element import Body
 from buckler.mbs.geometry import Array
 from buckler.mbs.laws import Impact
 from buckler.mbs.record.lookup import hermite
+from buckler.studies.kit import statistics
 from buckler.studies.kit.parameters import StudyParameters, choices, integer, quantities, quantity
 from buckler.studies.kit.precision import footnote
 from buckler.studies.kit.published import GRAVITY
@@ -223,8 +224,8 @@ def compare(family: str, links: int, p: Parameters) -> Comparison:
 
 def exponent(links: Array, steps: Array) -> float:
     """Slope of the time of a step over the number of links, both as logarithms; nan of fewer than two."""
-    within = (links >= FROM) & (links <= TO) & np.isfinite(steps)
-    return float(np.polyfit(np.log(links[within]), np.log(steps[within]), 1)[0]) if within.sum() > 1 else nan
+    within = (links >= FROM) & (links <= TO)
+    return statistics.exponent(links[within], steps[within])
 
 
 def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:

@@ -135,7 +135,5 @@ def test_a_pin_deeper_than_its_clearance_is_remarked():
 
 
 @pytest.mark.parametrize("duration", [1e-3, 0.5])
-def test_ramps_and_rest_are_fine(duration):
+def test_ramps_are_fine(duration):
     fine(mbs.simulate(mbs.slider_crank(mbs.Rigid(BARS), law=None, mass=0.3, speed=mbs.Ramp(0.0, 10.0, duration)), 1.0))
-    fine(mbs.simulate(block(), 1.0))
-    fine(mbs.simulate(pendulum(0.0), 1.0))

@@ -35,12 +35,6 @@ def test_a_default(kind):
     assert {name: found[name] for name in DEFAULTS[kind]} == DEFAULTS[kind]
 
 
-def test_a_constant_speed_is_a_motion_of_that_speed_at_all_times():
-    motion = elements.Drive("A", 3.0).motion
-    for t in (0.0, 0.5, 2.0, 20.0):
-        assert (motion.position(t), motion.speed(t)) == (pytest.approx(3 * t), 3.0)
-
-
 def test_damping_of_modes_up_to_its_largest():
     section = elements.Section(0.02, 5e-3)
     assert Modal(section, BarModes(1), damping=10.0).damping == 10.0

@@ -64,19 +64,20 @@ def test_the_potential_of_a_law_is_its_work():
 
 
 def test_a_motion_is_asked_for_nothing_beyond_the_run():
-    """A run shorter than the step of the differences: they are shorter, too, and exact for a square."""
+    """Nor before: a run shorter than the step of the differences has shorter ones, exact for a square."""
     last, asked = 1e-5, []
 
     def speed(t):
         asked.append(t)
-        return 3.0 * t**2
+        return 3.0 * t**2 + 2.0 * t
 
-    motion = mbs.Motion(lambda t: t**3, speed)
+    motion = mbs.Motion(lambda t: t**3 + t**2, speed)
     for t in (0.0, 0.4 * last, last):
-        assert motion.acceleration(t, last) == pytest.approx(6.0 * t, abs=1e-9)
+        assert motion.acceleration(t, last) == pytest.approx(6.0 * t + 2.0, abs=1e-9)
     asked.clear()
     motion.acceleration(0.5 * last, last)
     assert 0.0 <= min(asked) and max(asked) <= last
+    assert motion.acceleration(0.0) == pytest.approx(2.0, rel=1e-9) and min(asked) >= 0.0
 
 
 def test_a_stop_between_two_links_pushes_both_alike():

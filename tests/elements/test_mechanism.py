@@ -148,11 +148,6 @@ def test_this_too_is_checked_when_made(case):
         UNSEEN[case]()
 
 
-def test_a_motion_is_never_asked_for_times_before_the_start():
-    motion = mbs.Motion(lambda t: math.sqrt(t) ** 5, lambda t: 2.5 * math.sqrt(t) ** 3)
-    assert motion.acceleration(0.0) == pytest.approx(0.0, abs=0.1)
-
-
 def test_only_a_rigid_link_carries_points():
     assert mbs.Link("bar", "A", "B", mbs.Rigid(BAR), carries=["C"]).points == ("A", "B", "C")
     for body in (mbs.Strut(STRIP), mbs.Beam(STRIP), mbs.Cable(STRIP)):

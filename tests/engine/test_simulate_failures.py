@@ -91,12 +91,6 @@ def test_drive_out_of_reach_locks():
         assert reach - off < result.signals["B.x"][-1] < reach + 1e-6 and "0.57" in result.message
 
 
-def test_a_joint_that_stands_twice_is_refused():
-    joints = [mbs.Revolute("O", "ground", "bar"), mbs.Revolute("O", "bar", "ground")]
-    with pytest.raises(ValueError, match="twice"):
-        replace(pendulum(1.0), joints=joints)
-
-
 def test_force_that_is_no_number_is_a_failure():
     result = mbs.simulate(block(G, Broken(1e8)), 0.3)
     assert result.status in (mbs.Status.NEWTON_DIVERGED, mbs.Status.NOT_FINITE)

@@ -273,5 +273,5 @@ def test_what_makes_no_sense_is_refused_in_a_line(asked, said):
 
 
 def test_no_mechanism_is_refused():
-    with pytest.raises(ValueError, match="mechanism: must be a Mechanism, not NoneType"):
+    with pytest.raises(ValueError, match="mechanism = None: must be Mechanism; this is a NoneType"):
         mbs.equilibrium(None)

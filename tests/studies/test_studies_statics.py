@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from drawing import drawn
 
-from buckler.elastica import law, pinned
+from buckler.elastica import pinned
 from buckler.mbs import Cable, Section
 from buckler.mbs.engine.pressed import pinned_strip
 from buckler.mbs.library import PAPER, PAPER_STOP
@@ -43,11 +43,6 @@ def test_bow_takes_the_load_away_where_the_strip_is_nearly_straight(laws):
     error = np.abs(laws.signals["bowed.error"])
     assert np.all(np.diff(error[1:]) < 0)  # and the less so the further it is bent
     assert error[-1] < 2e-3
-
-
-def test_quartic_timed_is_the_quartic_published():
-    u = np.linspace(0, 1, 7)
-    assert np.polyval(elastica_law.QUARTIC, u) == pytest.approx(law.quartic(u), rel=1e-14)
 
 
 def test_rod_off_the_closed_form_is_suspect(monkeypatch):

@@ -1,6 +1,6 @@
 """Error against run time: turns, medians, the front, the verdict and the rate, on runs whose time is made up."""
 
-from itertools import count, pairwise
+from itertools import count
 from math import inf, isnan, nan
 from types import SimpleNamespace
 
@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from buckler.studies.kit import work_precision as precision
-from buckler.studies.kit.work_precision import Point, fastest, rate, time_for, verdict, work_precision
+from buckler.studies.kit.statistics import exponent
+from buckler.studies.kit.work_precision import Point, fastest, time_for, verdict, work_precision
 
 
 @pytest.fixture
@@ -150,38 +151,18 @@ def test_verdict_says_both_ratios():
     assert "an error the other does not reach" in verdict(ours, point("failed", nan, 1, 1, 1))
 
 
-# --- rates ------------------------------------------------------------------------------------------------------------
-
-
-def test_rate_of_a_power_law_is_its_power():
+def test_exponent_of_a_power_law_is_its_power():
     sizes = 1 / np.array([4, 8, 16, 20])
-    assert rate(sizes, 3 * sizes**4) == pytest.approx(4, abs=1e-12)
-    assert rate([1, 2], [5, 5]) == pytest.approx(0, abs=1e-12)
+    assert exponent(sizes, 3 * sizes**4) == pytest.approx(4, abs=1e-12)
+    assert exponent([1, 2, 3, 0], [5, 5, nan, 1]) == pytest.approx(0, abs=1e-12)
+    assert isnan(exponent([1], [0.1])) and isnan(exponent([2, 2], [0.1, 0.2])) and isnan(exponent([1, 2], [0.1, -1.0]))
 
 
-def test_rate_of_the_trapezoidal_rule_is_two():
+def test_exponent_of_the_trapezoidal_rule_is_two():
     counts = 2 ** np.arange(3, 9)
     grids = [np.linspace(0, 1, n + 1) for n in counts]
     errors = [abs(np.trapezoid(np.exp(x), x) - np.expm1(1)) for x in grids]
-    assert rate(1 / counts, errors) == pytest.approx(2, abs=1e-3)
-    assert all(coarse > fine for coarse, fine in pairwise(errors))
-
-
-@pytest.mark.parametrize(
-    ("sizes", "errors", "wrong"),
-    [
-        ([1, 2], [0.1, 0.0], "errors"),
-        ([1, 2], [0.1, nan], "errors"),
-        ([1, 2], [0.1, -1.0], "errors"),
-        ([0, 2], [0.1, 0.2], "sizes"),
-        ([1, 2], [0.1], "errors"),
-        ([1], [0.1], "sizes"),
-        ([2, 2], [0.1, 0.2], "sizes"),
-    ],
-)
-def test_rate_refuses_what_has_no_slope(sizes, errors, wrong):
-    with pytest.raises(ValueError, match=f"^{wrong} = "):
-        rate(sizes, errors)
+    assert exponent(1 / counts, errors) == pytest.approx(2, abs=1e-3)
 
 
 def test_real_time_is_measured():
