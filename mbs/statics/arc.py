@@ -32,6 +32,8 @@ ASIDE = (1e-2, 1e-3, 5e-2)
 """Shares of a step within which a crossing is sought at first; the last where paths part before they cross."""
 ALIKE = 1e-3
 """Difference of two polynomials' roots, over twice that."""
+SAME = 1e-2
+"""Distance of an equilibrium from a step's parabola, over the step, within which it lies on the path."""
 SHARP = 1e-7
 """The same over the step, from which no nearer equilibria are looked at: of the better of the two it is an upper bound."""
 
@@ -65,18 +67,18 @@ class Arc:
         out = self.problem.tangent(rest, normal, abs(self.span))
         return np.asarray(out / self.size(out))
 
-    def on_plane(self, rest: Rest, direction: Array, step: float) -> Rest:
-        """The equilibrium at a distance along a direction."""
+    def on_plane(self, rest: Rest, direction: Array, step: float, expected: Array | None = None) -> Rest:
+        """The equilibrium at a distance along a direction, sought after the change that is expected."""
         problem, n = self.problem, len(rest.q)
         normal = self.metric * direction
         value = float(normal @ problem.vector(rest)) + step
         moved = problem.vector(rest) + step * direction
-        guess = Rest(moved[:n], moved[n:-1], float(moved[-1]))
-        new = problem.newton(guess, (normal, value, abs(self.span)))
+        guess = moved if expected is None else problem.vector(rest) + expected
+        new = problem.newton(Rest(guess[:n], guess[n:-1], float(guess[-1])), (normal, value, abs(self.span)))
         way, apart = step * direction, problem.vector(new) - moved
         for part in (slice(None), slice(n)):  # places on their own too: beside a large load their way is short
-            expected, off = (float(np.sqrt(self.metric[part] @ x[part] ** 2)) for x in (way, apart))
-            if off > 0.5 * expected + NEAR:
+            ahead, off = (float(np.sqrt(self.metric[part] @ x[part] ** 2)) for x in (way, apart))
+            if off > 0.5 * ahead + NEAR:
                 raise StaticsError("too far from where the path was expected")
         return new
 
@@ -96,8 +98,24 @@ class Arc:
         raise StaticsError(f"the path cannot be followed beyond {rest.parameter:.6g}")
 
     def along(self, step: Step, arc: float) -> Rest:
-        """The equilibrium at an arc within a step."""
-        return step.new if arc == step.arc else step.rest if arc == 0.0 else self.on_plane(step.rest, step.direction, arc)
+        """The equilibrium at an arc within a step, sought on the parabola through both its ends."""
+        if arc in (0.0, step.arc):
+            return step.rest if arc == 0.0 else step.new
+        return self.on_plane(step.rest, step.direction, arc, self._parabola(step, arc))
+
+    def passes(self, step: Step, rest: Rest) -> bool:
+        """Whether an equilibrium lies on the parabola of a step: of many links others may be nearer than a step is long."""
+        arc, way = self.reach(step, rest), self.problem.vector(rest) - self.problem.vector(step.rest)
+        return 0.0 < arc <= step.arc and self.size(way - self._parabola(step, arc)) < SAME * step.arc
+
+    def reach(self, step: Step, rest: Rest) -> float:
+        """How far along a step's direction an equilibrium lies."""
+        return float(self.metric * step.direction @ (self.problem.vector(rest) - self.problem.vector(step.rest)))
+
+    def _parabola(self, step: Step, arc: float) -> Array:
+        """Change at an arc within a step, through both its ends."""
+        bend = self.problem.vector(step.new) - self.problem.vector(step.rest) - step.arc * step.direction
+        return np.asarray(arc * step.direction + (arc / step.arc) ** 2 * bend)
 
     def root(self, step: Step, function: Callable[[Rest], float]) -> Rest | None:
         """Where in a step a function of its equilibria is zero; None where it has one sign."""

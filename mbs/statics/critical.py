@@ -89,9 +89,8 @@ def criticals(arc: Arc, step: Step, before: State, after: State, turned: Array) 
     found += _branchings(arc, step, before, after, found)
     if before.flutters != after.flutters:
         found += _flutters(arc, step, before, after)
-    normal = arc.metric * step.direction
     found = [replace(each, rounding=arc.problem.rounding(each.rest)) for each in found]
-    return sorted(found, key=lambda each: float(normal @ arc.problem.vector(each.rest)))
+    return sorted(found, key=lambda each: arc.reach(step, each.rest))
 
 
 def _limits(arc: Arc, step: Step, turned: Array) -> Iterator[Critical]:
@@ -120,10 +119,9 @@ def _branchings(arc: Arc, step: Step, before: State, after: State, limits: list[
 
         rest = arc.crossing(step, passing)
         rests += [rest] if rest is not None else []
-    normal = arc.metric * step.direction
-    at = [float(normal @ arc.problem.vector(rest)) for rest in rests]
+    at = [arc.reach(step, rest) for rest in rests]
     for limit in limits:  # the eigenvalue that passes zero at the limit is no branching
-        there = float(normal @ arc.problem.vector(limit.rest))
+        there = arc.reach(step, limit.rest)
         if at:
             k = int(np.argmin(np.abs(np.array(at) - there)))
             if abs(at[k] - there) < 1e-2 * step.arc:

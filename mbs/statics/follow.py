@@ -12,7 +12,7 @@ from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.start import slopes
 from buckler.mbs.statics import parting
 from buckler.mbs.statics.answer import HIGHEST, RISE, Ending, check
-from buckler.mbs.statics.arc import Arc
+from buckler.mbs.statics.arc import SAME, Arc, Step
 from buckler.mbs.statics.critical import Critical, State, criticals, state_at
 from buckler.mbs.statics.problem import Problem, Rest, StaticsError, has_strips, loads_of, places
 from buckler.mbs.statics.route import Path
@@ -179,8 +179,6 @@ class _Follower:
         self.begun = _begun(problem)
         self.steps, self.step, self.longest = steps, step, longest
         self.arc = Arc(problem, self.begun, to)
-        self.left = False
-        """Whether the path has been farther from its start than a step."""
 
     def whole(self, branches: bool) -> Path:
         """The path from the start, and the paths that leave it."""
@@ -204,7 +202,6 @@ class _Follower:
         """Follow from a state of rest; from a branching in a direction."""
         rests, states = [rest], [state_at(self.problem, rest)]
         points: list[Critical] = []
-        self.left = False
         arc, left = (self.step, False) if direction is None else (min(self.step, 1e-2), True)
         direction = self.arc.direction(rest, None) if direction is None else direction
         ended = "steps"
@@ -231,7 +228,7 @@ class _Follower:
             rest, direction, arc, left = done.new, after, self.arc.next_arc(done, after, self.longest), False
             rests.append(rest)
             states.append(state)
-            if why := self._over(rests, points):
+            if why := self._over(done, rests, points, len(found)):
                 ended = why
                 break
         return self._path(rests, states, points, ended)
@@ -240,8 +237,8 @@ class _Follower:
         """A branching's state, its load beside it: there the shapes that are not taken are no longer free."""
         return point.rest._replace(parameter=point.rest.parameter + BESIDE * (self.to - self.begun))
 
-    def _over(self, rests: list[Rest], points: list[Critical]) -> str:
-        """Why it has ended, if it has; then its last equilibrium is at the end exactly."""
+    def _over(self, last: Step, rests: list[Rest], points: list[Critical], new: int) -> str:
+        """Why it has ended, if it has; then its last equilibrium is at the end exactly. So many points are the last step's."""
         way = (rests[-1].parameter - self.begun) / (self.to - self.begun)
         if way >= 1.0:
             try:
@@ -251,11 +248,14 @@ class _Follower:
             while points and (points[-1].rest.parameter - self.to) / (self.to - self.begun) > 0.0:
                 points.pop()
             return "reached"
-        away = self.arc.size(self.problem.vector(rests[-1]) - self.problem.vector(rests[0]))
-        self.left = self.left or away > self.step
-        if self.left and away < 0.5 * self.step:
-            return "closed"
-        return ""
+        if not self.arc.passes(last, rests[0]):
+            return ""
+        home = self.arc.reach(last, rests[0]) - SAME * last.arc
+        while new and self.arc.reach(last, points[-1].rest) > home:  # its start is critical itself where it is a branching
+            points.pop()
+            new -= 1
+        rests[-1] = rests[0]
+        return "closed"
 
     def _path(self, rests: list[Rest], states: list[State], points: list[Critical], ended: str) -> Path:
         q, multipliers, parameter = (np.array(x) for x in zip(*rests, strict=True))
