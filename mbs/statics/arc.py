@@ -10,11 +10,13 @@ Bifurcation Theory (1977) 359-384.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import Polynomial
+from scipy.interpolate import KroghInterpolator
 from scipy.optimize import brentq
 
 from buckler.mbs.geometry import Array
@@ -33,7 +35,10 @@ ASIDE = (1e-2, 1e-3, 5e-2)
 ALIKE = 1e-3
 """Difference of two polynomials' roots, over twice that."""
 SAME = 1e-2
-"""Distance of an equilibrium from a step's parabola, over the step, within which it lies on the path."""
+"""Distance of an equilibrium from a step's curve, over the step, within which it lies on the path."""
+CLOUD = 3
+"""Known equilibria of a step that others are sought between."""
+NONE: Mapping[float, Rest] = MappingProxyType({})
 SHARP = 1e-7
 """The same over the step, from which no nearer equilibria are looked at: of the better of the two it is an upper bound."""
 
@@ -67,18 +72,18 @@ class Arc:
         out = self.problem.tangent(rest, normal, abs(self.span))
         return np.asarray(out / self.size(out))
 
-    def on_plane(self, rest: Rest, direction: Array, step: float, expected: Array | None = None) -> Rest:
-        """The equilibrium at a distance along a direction, sought after the change that is expected."""
+    def on_plane(self, rest: Rest, direction: Array, step: float, guess: Array | None = None) -> Rest:
+        """The equilibrium at a distance along a direction, sought from a guess, by default on that direction."""
         problem, n = self.problem, len(rest.q)
         normal = self.metric * direction
         value = float(normal @ problem.vector(rest)) + step
         moved = problem.vector(rest) + step * direction
-        guess = moved if expected is None else problem.vector(rest) + expected
+        guess = moved if guess is None else guess
         new = problem.newton(Rest(guess[:n], guess[n:-1], float(guess[-1])), (normal, value, abs(self.span)))
         way, apart = step * direction, problem.vector(new) - moved
         for part in (slice(None), slice(n)):  # places on their own too: beside a large load their way is short
-            ahead, off = (float(np.sqrt(self.metric[part] @ x[part] ** 2)) for x in (way, apart))
-            if off > 0.5 * ahead + NEAR:
+            expected, off = (float(np.sqrt(self.metric[part] @ x[part] ** 2)) for x in (way, apart))
+            if off > 0.5 * expected + NEAR:
                 raise StaticsError("too far from where the path was expected")
         return new
 
@@ -97,34 +102,37 @@ class Arc:
                 arc *= 0.5
         raise StaticsError(f"the path cannot be followed beyond {rest.parameter:.6g}")
 
-    def along(self, step: Step, arc: float) -> Rest:
-        """The equilibrium at an arc within a step, sought on the parabola through both its ends."""
+    def along(self, step: Step, arc: float, known: Mapping[float, Rest] = NONE) -> Rest:
+        """The equilibrium at an arc within a step, sought between its ends and others known by their arcs."""
         if arc in (0.0, step.arc):
             return step.rest if arc == 0.0 else step.new
-        return self.on_plane(step.rest, step.direction, arc, self._parabola(step, arc))
+        return self.on_plane(step.rest, step.direction, arc, self._curve(step, arc, known))
 
     def passes(self, step: Step, rest: Rest) -> bool:
-        """Whether an equilibrium lies on the parabola of a step: of many links others may be nearer than a step is long."""
-        arc, way = self.reach(step, rest), self.problem.vector(rest) - self.problem.vector(step.rest)
-        return 0.0 < arc <= step.arc and self.size(way - self._parabola(step, arc)) < SAME * step.arc
+        """Whether an equilibrium lies on the curve of a step: of many links others may be nearer than a step is long."""
+        arc = self.reach(step, rest)
+        return 0.0 < arc <= step.arc and self.size(self.problem.vector(rest) - self._curve(step, arc)) < SAME * step.arc
 
     def reach(self, step: Step, rest: Rest) -> float:
         """How far along a step's direction an equilibrium lies."""
         return float(self.metric * step.direction @ (self.problem.vector(rest) - self.problem.vector(step.rest)))
 
-    def _parabola(self, step: Step, arc: float) -> Array:
-        """Change at an arc within a step, through both its ends."""
-        bend = self.problem.vector(step.new) - self.problem.vector(step.rest) - step.arc * step.direction
-        return np.asarray(arc * step.direction + (arc / step.arc) ** 2 * bend)
+    def _curve(self, step: Step, arc: float, known: Mapping[float, Rest] = NONE) -> Array:
+        """Where the polynomial from a step's start, in its direction, through the nearest known equilibria is at an arc."""
+        rests = {step.arc: step.new, **known}
+        near = sorted(rests.keys() - {0.0}, key=lambda each: abs(each - arc))[:CLOUD]
+        values = [self.problem.vector(step.rest), step.arc * step.direction, *(self.problem.vector(rests[x]) for x in near)]
+        return np.asarray(KroghInterpolator(np.array([0.0, 0.0, *near]) / step.arc, values)(arc / step.arc))
 
     def root(self, step: Step, function: Callable[[Rest], float]) -> Rest | None:
         """Where in a step a function of its equilibria is zero; None where it has one sign."""
-        seen: dict[float, tuple[float, Rest]] = {}
+        seen: dict[float, Rest] = {}
+        value: dict[float, float] = {}
 
         def at(arc: float) -> float:
-            rest = self.along(step, arc)
-            seen[arc] = (function(rest), rest)
-            return seen[arc][0]
+            rest = self.along(step, arc, seen)
+            seen[arc], value[arc] = rest, function(rest)
+            return value[arc]
 
         try:
             if at(0.0) * at(step.arc) > 0.0:
@@ -132,13 +140,14 @@ class Arc:
             found = brentq(at, 0.0, step.arc, xtol=1e-13 * step.arc + 1e-300, rtol=1e-14, maxiter=60, disp=False)
             if found not in seen:
                 at(found)
-            return seen[found][1]  # a function may jump there
+            return seen[found]  # a function may jump there
         except StaticsError:  # where it has been sought so far, a straight line between the nearest on both sides
-            sides = [[arc for arc in seen if seen[arc][0] * seen[0.0][0] * sign > 0.0] for sign in (1.0, -1.0)]
+            sides = [[arc for arc in seen if value[arc] * value[0.0] * sign > 0.0] for sign in (1.0, -1.0)]
             if not all(sides):
                 return None
-            (one, a), (other, b) = seen[max(sides[0])], seen[min(sides[1])]
-            ends, n = (self.problem.vector(a), self.problem.vector(b)), len(a.q)
+            a, b = max(sides[0]), min(sides[1])
+            one, other = value[a], value[b]
+            ends, n = (self.problem.vector(seen[a]), self.problem.vector(seen[b])), len(step.rest.q)
             between = ends[0] + one / (one - other) * (ends[1] - ends[0])
             return Rest(between[:n], between[n:-1], float(between[-1]))
 
