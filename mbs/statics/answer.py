@@ -17,6 +17,10 @@ RISE = 4
 """By how much the degree of strips is raised at once."""
 HIGHEST = 40
 """Degree at which that ends."""
+PLACES, CRITICAL = 1e-8, 1e-6
+"""Errors up to which it is raised, relative: of states of rest and frequencies; of critical points and motions."""
+FIRST, LONGEST = 0.02, 0.1
+"""First and longest arc of a path, by default."""
 
 
 class Ending(StrEnum):

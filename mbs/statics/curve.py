@@ -23,11 +23,11 @@ from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.spectral.run import State
 from buckler.mbs.spectral.scene import Scene
-from buckler.mbs.statics.answer import RISE
+from buckler.mbs.statics.answer import CRITICAL, RISE
 from buckler.mbs.statics.arc import BEND, CORNER
-from buckler.mbs.statics.cycles import GOAL, Periodic, compared, motion_of
+from buckler.mbs.statics.cycles import Periodic, compared, motion_of
 from buckler.mbs.statics.problem import Problem, Rest, StaticsError, has_strips, refined, solve
-from buckler.mbs.statics.shooting import BUDGET, CLOSED, Found, Shooting, SpentError, values_of
+from buckler.mbs.statics.shooting import BUDGET, CLOSED, ITERATIONS, Found, Shooting, SpentError, values_of
 from buckler.mbs.statics.varied import Varied
 
 SHORTEST = 1e-5
@@ -37,9 +37,8 @@ SMALL = 1e-3
 LEAP, NARROW = 0.5, 1e-3
 """Share of its distance from 1 by which a multiplier may move in a step, else a narrow resonance may be leapt over; and the arc,
 or share of the parameter's way, below which it may, as at a fold."""
-SPENT = 20_000_000
+SPENT = 20 * BUDGET
 """Steps of all runs of a curve."""
-ITERATIONS = 12
 FINER = 2
 """How often critical points are found again with finer steps."""
 
@@ -229,7 +228,7 @@ class Curve:
         turns = _fold(orbit) * _fold(new) < 0.0
         for kind, function in KINDS.items():
             one, other = function(orbit), function(new)
-            none = (kind == "branching" and turns) or (kind == "torus" and max(one, other) < GOAL)
+            none = (kind == "branching" and turns) or (kind == "torus" and max(one, other) < CRITICAL)
             if one * other < 0.0 and not none:
                 at, found, error = self.crossing(orbit, new, arc, function)
                 curve, here = self, orbit
@@ -241,7 +240,7 @@ class Curve:
                     except StaticsError:
                         break
                     error, found, curve, here = abs(again.parameter - found.parameter), again, finer, there
-                    if error <= GOAL * abs(found.parameter):
+                    if error <= CRITICAL * abs(found.parameter):
                         break
                 error = min(error, abs(new.parameter - orbit.parameter))
                 yield at, Turn(kind, Rest(found.found.state.q, np.empty(0), found.parameter), curve.motion(found)), error

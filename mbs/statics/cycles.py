@@ -12,7 +12,7 @@ from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.spectral.run import State
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.settle import begin
-from buckler.mbs.statics.answer import HIGHEST, RISE, Answer, Ending, check
+from buckler.mbs.statics.answer import CRITICAL, HIGHEST, RISE, Answer, Ending, check
 from buckler.mbs.statics.problem import StaticsError, apart, has_strips, places, refined
 from buckler.mbs.statics.shooting import Found, Shooting, SpentError, off_from, values_of
 from buckler.mbs.validate import positive, whole
@@ -23,8 +23,6 @@ PARTS = 4
 """Into which steps are cut where a motion is read."""
 APART = 1e-9
 """Share of the period by which two rows of a motion are apart."""
-GOAL = 1e-6
-"""Error up to which steps are made shorter and the degree higher."""
 ROUNDS = 4
 """How often at most."""
 
@@ -171,7 +169,7 @@ def _ladder(shooting: Shooting, found: Found, fixed: bool) -> Periodic:
             break
         error, errors, before = change, changes, large
         shooting, found, values = finer, new, sharper
-        if (error <= GOAL and large <= GOAL) or degree > HIGHEST:
+        if (error <= CRITICAL and large <= CRITICAL) or degree > HIGHEST:
             break
     return motion_of(shooting, found, values, errors, error)
 
@@ -189,7 +187,7 @@ def compared(finer: Shooting, start: State, new: Found, values: Array) -> tuple[
 def motion_of(shooting: Shooting, found: Found, values: Array, errors: Array, error: float) -> Periodic:
     """Stability, status and message."""
     trivial = int(np.argmin(np.abs(values - 1.0))) if shooting.free and len(values) else None
-    grows = (np.abs(values) > 1.0 + np.fmax(errors, GOAL)) & (np.arange(len(values)) != trivial)
+    grows = (np.abs(values) > 1.0 + np.fmax(errors, CRITICAL)) & (np.arange(len(values)) != trivial)
     said = []
     if grows.any():
         worst = complex(values[grows][0])

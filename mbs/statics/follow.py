@@ -11,7 +11,7 @@ from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.start import slopes
 from buckler.mbs.statics import parting
-from buckler.mbs.statics.answer import HIGHEST, RISE, Ending, check
+from buckler.mbs.statics.answer import CRITICAL, FIRST, HIGHEST, LONGEST, RISE, Ending, check
 from buckler.mbs.statics.arc import SAME, Arc, Step
 from buckler.mbs.statics.critical import Critical, State, criticals, state_at
 from buckler.mbs.statics.problem import Problem, Rest, StaticsError, has_strips, loads_of, places
@@ -24,10 +24,8 @@ from buckler.mbs.validate import number, one_of, pair, positive, whole
 Branch = tuple[str, str, tuple[float, float]]
 DEGREE = 12
 """Of strips, at first."""
-GOAL = 1e-6
-"""Relative error of critical points up to which the degree is raised."""
-STEPS, FIRST, LONGEST = 250, 0.02, 0.1
-"""Most steps, the first and the longest arc."""
+STEPS = 250
+"""Most steps, by default."""
 
 BESIDE = 1e-8
 """Share of the way by which the load stands beside a branching where paths leave it."""
@@ -144,7 +142,7 @@ def _ladder(run: Callable[[int], Path], degree: int | None) -> Path:
         answer = found if fixed else finer
         worst = max((float(np.max(each, initial=0.0)) for each in errors.values()), default=0.0)
         scale = max(np.abs(finer.parameter).max(), 1e-300)
-        if fixed or worst <= GOAL * scale or finer.scene.degree > HIGHEST - 10:
+        if fixed or worst <= CRITICAL * scale or finer.scene.degree > HIGHEST - 10:
             answer.errors.update({name: np.maximum(each, answer.rounding(name, len(each))) for name, each in errors.items()})
             return answer
         found = finer

@@ -8,7 +8,7 @@ import numpy as np
 
 from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.statics.answer import Ending
+from buckler.mbs.statics.answer import FIRST, LONGEST, Ending
 from buckler.mbs.statics.curve import KINDS, Curve, Orbit, Paced, Turn
 from buckler.mbs.statics.cycles import Periodic, prepared
 from buckler.mbs.statics.problem import Problem, StaticsError, loads_of
@@ -17,8 +17,8 @@ from buckler.mbs.statics.shooting import SpentError
 from buckler.mbs.statics.varied import Varied
 from buckler.mbs.validate import number, positive, whole
 
-STEPS, FIRST, LONGEST = 400, 0.02, 0.1
-"""Most steps; the first and longest arc, of the parameter's way and of the motion's own size."""
+STEPS = 400
+"""Most steps, by default."""
 
 
 @dataclass(frozen=True)

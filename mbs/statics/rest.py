@@ -12,16 +12,13 @@ from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.spectral import tables as k
 from buckler.mbs.spectral.scene import Place, Scene
 from buckler.mbs.statics import deflation, sticking
-from buckler.mbs.statics.answer import HIGHEST, RISE, Answer, Ending, check, check_coordinates, left_out
+from buckler.mbs.statics.answer import HIGHEST, PLACES, RISE, Answer, Ending, check, check_coordinates, left_out
 from buckler.mbs.statics.follow import DEGREE, ends
 from buckler.mbs.statics.lowest import sparse_null_space
 from buckler.mbs.statics.problem import Problem, Rest, StaticsError, apart, has_strips, loads_of, moving, places, refined
 from buckler.mbs.statics.settling import RunsAwayError, SlackError, carried, check_ropes, find
 from buckler.mbs.threads import one_thread
 from buckler.mbs.validate import number, one_of, pair
-
-GOAL = 1e-8
-"""Error, over the longest link, up to which the degree of strips is raised."""
 
 FRICTION = "friction may hold it elsewhere"
 
@@ -196,7 +193,7 @@ def _sharpened(problem: Problem, rest: Rest, message: str, fixed: bool, anew: bo
             break
         problem, rest = finer, new
         stalled = 0.5 * before < error < np.inf  # found anew at this degree, it is compared with the next
-        if error <= GOAL or stalled or problem.scene.degree > HIGHEST:
+        if error <= PLACES or stalled or problem.scene.degree > HIGHEST:
             break
         before = error
     return problem, rest, message, error

@@ -27,7 +27,7 @@ from buckler.mbs.spectral.run import State, integrate, memory_at_end
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.tape import Tape, ends_of, tape_for
 from buckler.mbs.statics.lowest import null_space
-from buckler.mbs.statics.problem import StaticsError, solve
+from buckler.mbs.statics.problem import LONGEST_STEP, StaticsError, solve
 
 TOLERANCE, COARSER, FINE = 1e-7, 1e4, 1e-10
 """Local error of the run that chooses the steps, how much larger that of depths of contacts is, over the depth; and the local
@@ -45,8 +45,6 @@ CLOSED, THERE = 1e-7, 1e-9
 matrix is that of the motion."""
 BUDGET = 1_000_000
 """Steps of all runs of a search, at each degree and width."""
-LONGEST_STEP = 0.3
-"""Longest step of Newton's method, in the same units, or in those of the motion where it is larger."""
 SEARCHES, ITERATIONS, ONWARD = 6, 12, 8
 """Searches, steps of Newton's method in each, and periods that are run in between."""
 MOVES = 1e-5
@@ -243,7 +241,7 @@ class Shooting:
             step = step[:-1]
         else:
             step = solve(square, -miss)
-        longest = LONGEST_STEP * max(1.0, self._way(out))
+        longest = LONGEST_STEP * max(1.0, self._way(out))  # in units of the motion where it is larger
         return self.moved(state, basis, step * min(1.0, longest / max(float(np.abs(step).max(initial=0.0)), 1e-300)))
 
 

@@ -11,16 +11,13 @@ from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.spectral.doors import place
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.start import slopes
-from buckler.mbs.statics.answer import HIGHEST, RISE, Answer, Ending, check, check_coordinates, left_out
+from buckler.mbs.statics.answer import HIGHEST, PLACES, RISE, Answer, Ending, check, check_coordinates, left_out
 from buckler.mbs.statics.problem import Problem, Rest, StaticsError, has_strips, loads_of, moving, refined
 from buckler.mbs.statics.rest import Equilibrium, equilibrium
 from buckler.mbs.statics.settling import carried
 from buckler.mbs.statics.spectrum import Spectrum
 from buckler.mbs.threads import one_thread
 from buckler.mbs.validate import pair, whole
-
-GOAL = 1e-8
-"""Relative error up to which the degree of strips is raised."""
 
 
 @dataclass(frozen=True)
@@ -170,7 +167,7 @@ def _ladder(state: _State, count: int, fixed: bool) -> Frequencies:
         relative = float(np.max(change / np.maximum(np.abs(new.values[:count]), 1e-300), initial=0.0, where=~new.neutral[:count]))
         stalled = relative < 1e-5 and relative > 0.5 * before  # by rounding of the state itself
         before = relative
-        if stalled or relative <= GOAL or (change <= rounding).all() or state.problem.scene.degree > max(HIGHEST, 3 * count):
+        if stalled or relative <= PLACES or (change <= rounding).all() or state.problem.scene.degree > max(HIGHEST, 3 * count):
             break
     return _frequencies(state, found, errors, count)
 

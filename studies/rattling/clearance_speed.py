@@ -25,12 +25,12 @@ from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Tab
 from buckler.studies.kit.statistics import mean, power_law
 from buckler.studies.kit.style import COLOURS, Figure, subplots
 from buckler.studies.rattling import turns
-from buckler.studies.rattling.assumptions import MEASURES
+from buckler.studies.rattling.assumptions import JOINTS, MEASURES
 from buckler.studies.rattling.bars import RockerParameters
 from buckler.studies.rattling.turns import by_turn, ensemble, period
 
-JOINT = 2
-"""Joint whose force is read: B, coupler and rocker."""
+JOINT = JOINTS.index("B")
+"""Joint whose force is read: coupler and rocker."""
 STEP = 5e-5
 """Tolerance of the runs on the engine."""
 LABELS = ("peak force, joint B [N]", "rms $a_x$, coupler [m/s²]", "rms $a_x$, rocker [m/s²]", "penetration over clearance")

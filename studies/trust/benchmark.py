@@ -17,9 +17,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from buckler.elastica.rod import Rod
 from buckler.mbs import Beam, Cable, Modal, Section, simulate
 from buckler.mbs.geometry import Array
 from buckler.mbs.library import PAPER
+from buckler.mbs.modal import BarModes
 from buckler.mbs.record.result import Result
 from buckler.studies.kit.parameters import StudyParameters, choices, integer
 from buckler.studies.kit.precision import footnote
@@ -31,8 +33,6 @@ from buckler.studies.strips.static_precision import SHORTENINGS
 
 SMOOTH, PLAY = 6.2e-4, 1e-2
 """Accuracies asked for: that of the tuned plain run, and in clearances."""
-TURN = 0.2
-"""Of the crank-rocker at 300 r/min, s."""
 START = np.linspace(0.0, 0.01, 101)
 """Rattling is chaotic: paths are compared in the first 10 ms only, s."""
 
@@ -65,7 +65,6 @@ class Parameters(StudyParameters):
 
 
 def _static() -> TimedJob:
-    from buckler.elastica.rod import Rod
     from buckler.mbs.engine.pressed import pinned_strip
     from buckler.studies.trust import plain
 
@@ -113,9 +112,8 @@ def _buckling() -> TimedJob:
 
 
 def _with_play(beam: bool) -> TimedJob:
-    from buckler.mbs.modal import BarModes
     from buckler.studies.rattling.clearance import CrankRockerParameters
-    from buckler.studies.rattling.turns import solver
+    from buckler.studies.rattling.turns import period, solver
 
     p = CrankRockerParameters()
     like = p.bars(rocker=Modal(p.section, BarModes(2, 1), p.rocker_damping) if beam else None)
@@ -127,8 +125,8 @@ def _with_play(beam: bool) -> TimedJob:
 
     exact = path(simulate(like, START[-1], solver=solver(like, 1e-10)))
     return TimedJob(
-        lambda: path(simulate(mechanism, TURN, None if beam else PLAY, timeout=120)),
-        lambda: path(simulate(like, TURN, solver=solver(like, 1e-8), timeout=120)),
+        lambda: path(simulate(mechanism, period(like), None if beam else PLAY, timeout=120)),
+        lambda: path(simulate(like, period(like), solver=solver(like, 1e-8), timeout=120)),
         lambda found: float(np.abs(found - exact)[:compared].max()) / p.clearance,
         0.1 if beam else 1e-2,
     )

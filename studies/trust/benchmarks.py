@@ -112,7 +112,7 @@ def _simeon(p: Parameters) -> dict[str, Row]:
 
 def _pendulum(p: Parameters) -> dict[str, Row]:
     (turned,), status = extrapolated(problems.double_pendulum(), 5.0, p.steps, "first.angle")
-    return {"pendulum": Row(problems.DOUBLE_PENDULUM[0], 1e-15, pi / 2 + turned, "rad", status)}
+    return {"pendulum": Row(problems.DOUBLE_PENDULUM, 1e-15, pi / 2 + turned, "rad", status)}
 
 
 SOLVE: dict[str, Callable[[Parameters], dict[str, Row]]] = dict(

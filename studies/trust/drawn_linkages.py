@@ -19,7 +19,7 @@ from buckler.studies.kit.published import GRAVITY, STRIP_WIDTH
 
 WEIGHT = (0.0, -GRAVITY)
 PLAYED = 0.01
-"""Longest time of a run with clearance, s: its motion is one trajectory for so long."""
+"""Longest time of a run with clearance, s: its motion is one trajectory for so long, a twentieth of a turn at 300 r/min."""
 Made = tuple[mbs.Mechanism, float]
 
 

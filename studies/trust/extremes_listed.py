@@ -15,13 +15,12 @@ from buckler.mbs.elements.element import Body
 from buckler.mbs.functions import Expression
 from buckler.mbs.library import CLOSED, PAPER, RATTLING, CrankRocker, crank_rocker, slider_crank
 from buckler.studies.kit.published import STEEL, STRIP_WIDTH
+from buckler.studies.trust.drawn_linkages import PLAYED
 
 LENGTH, MASS, TURN = PAPER.coupler, 0.3, 0.56
 """Of the coupler, m; of the slider, kg; how much of a turn is run: until 200 degrees, contact began at 120."""
 BARS, SPEED, START = mbs.Section(0.005, 0.020, STEEL), 10 * pi, 0.5
 """The paper's bars, 20 mm in the plane; speed of the crank, rad/s; its angle at the start, rad."""
-PLAYED = 0.010
-"""Time of a run with clearance at the paper's speed, s: a twentieth of a turn."""
 
 
 class Listed(NamedTuple):

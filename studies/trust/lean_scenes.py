@@ -26,11 +26,12 @@ from buckler.mbs.elements.clearance import clearances
 from buckler.mbs.elements.element import Body
 from buckler.mbs.engine.solve import once
 from buckler.mbs.laws import AdamsFriction, CarvalhoMartins, Coulomb, FrictionLaw, Impact, NoFriction
+from buckler.mbs.library import PAPER
 from buckler.mbs.record.signals import collect
 from buckler.mbs.solvers.exudyn import Exudyn
 from buckler.studies.kit.parameters import StudyParameters, choices, integer
 from buckler.studies.kit.precision import footnote
-from buckler.studies.kit.published import CONTACT_DAMPING, CONTACT_STIFFNESS, GRAVITY, STRIP_WIDTH
+from buckler.studies.kit.published import CONTACT_DAMPING, CONTACT_STIFFNESS, GRAVITY, IMPACT_SPEED, STRIP_WIDTH
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import COLOURS, Figure, subplots
 from buckler.studies.kit.work_precision import work_precision
@@ -39,7 +40,7 @@ BASE, AGAIN = "nothing optional", "nothing, again"
 OVER = {"static friction": "friction"}
 """What a part is measured over, where that is not the scene without any."""
 STRIP, BARS = mbs.Section(STRIP_WIDTH, 3e-4), mbs.Section(0.005, 0.020)
-LENGTH, MASS, SPEED = 0.310, 0.3, 1.25
+LENGTH, MASS, SPEED = PAPER.coupler, 0.3, IMPACT_SPEED
 ITEMS = ("objects", "nodes", "loads", "sensors")
 PULL = (0.0, -GRAVITY)
 

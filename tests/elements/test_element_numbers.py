@@ -69,9 +69,9 @@ def test_a_motion_is_asked_for_nothing_beyond_the_run():
 
     def speed(t):
         asked.append(t)
-        return 3.0 * t**2 + 2.0 * t
+        return 3.0 * t**2 + 2.0 * t + 1.0
 
-    motion = mbs.Motion(lambda t: t**3 + t**2, speed)
+    motion = mbs.Motion(lambda t: t**3 + t**2 + t, speed)
     for t in (0.0, 0.4 * last, last):
         assert motion.acceleration(t, last) == pytest.approx(6.0 * t + 2.0, abs=1e-9)
     asked.clear()
