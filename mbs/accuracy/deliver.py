@@ -13,9 +13,9 @@ from math import inf
 from typing import NamedTuple
 
 from buckler.mbs.accuracy.compare import Functions
-from buckler.mbs.accuracy.estimate import REMAINDER, Look, Pair, look
+from buckler.mbs.accuracy.estimate import Look, Pair, look
 from buckler.mbs.accuracy.goal import IMPULSE, PLACE, Goal, Usual, Worst, worst
-from buckler.mbs.accuracy.ladder import GAIN, STRICTER, Ladder, Runner, ladder_of, suited
+from buckler.mbs.accuracy.ladder import GAIN, ORDER, STRICTER, Ladder, Runner, ladder_of, suited
 from buckler.mbs.elements.signal import Kind
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.errors import Errors
@@ -28,8 +28,10 @@ from buckler.mbs.solvers.steps import Controlled
 
 RUNS, PATIENCE = 12, 3
 """Most runs for one result; most rungs gone at once, and rounds of refining that may leave the error as large as it was: runs
-that do not follow a ringing differ by all of it. A round helped where it left less than the error over `REMAINDER`, or where runs
-part so many times later."""
+that do not follow a ringing differ by all of it."""
+HELPED = GAIN ** (1 / ORDER)
+"""By how much a round lessened the error if it helped, and how many times later runs part then: an error that goes by the fourth
+power of time is as large so many times later on the next rung."""
 UNKNOWN = Worst("", inf, 1.0)
 CURED = (Status.NEWTON_DIVERGED, Status.SINGULAR, Status.NOT_FINITE, Status.ENGINE_ERROR)
 """Failures that finer steps may cure."""
@@ -143,9 +145,9 @@ def deliver(climb: Climb, goal: Goal, at: Rung = START, rival: Climb | None = No
             wide = (base, wider) if base and wider else None
         if not base or not finer or (climb.ladder.in_space and not wide):
             return best or other or Delivery(climb.run(at), climb.made)
-        seen = look(base, finer, wide, parts_at * REMAINDER)
+        seen = look(base, finer, wide, parts_at * HELPED)
         now = delivered(climb, goal, at, seen)
-        futile += best is not None and REMAINDER * now.worst.ratio > best.worst.ratio
+        futile += best is not None and HELPED * now.worst.ratio > best.worst.ratio
         best = now if best is None or now.worst.ratio <= best.worst.ratio else best
         after = _next(goal, seen, at)
         if now.worst.ratio <= 1 or futile >= PATIENCE or sum(climb.made.values()) + 2 > RUNS or after == at:
