@@ -44,7 +44,8 @@ class Rung(NamedTuple):
     space: int = 0
 
 
-START, SECOND = Rung(), Rung(1)
+START, JUDGE = Rung(), Rung(2, 1)
+"""First of a ladder; of the compiled solver's, that which is held against Exudyn's run: it costs a fifth to a half of it."""
 
 
 @dataclass(frozen=True)
@@ -171,7 +172,7 @@ def plain(mechanism: Mechanism, duration: float, run: Runner) -> Delivery:
         return Delivery(engine.run(START), engine.made)
     steps = Controlled(max_steps=RUNS * RUNS * len(base.time))  # one that takes as many as so many results does not suit it
     compiled = Climb(ladder_of(mechanism, duration, PLACE, Spectral(steps)), run, engine.made)
-    return deliver(compiled, goal, SECOND, engine) if compiled.functions(SECOND) else deliver(engine, goal)
+    return deliver(compiled, goal, JUDGE, engine) if compiled.functions(JUDGE) else deliver(engine, goal)
 
 
 def _next(goal: Goal, seen: Look, at: Rung) -> Rung:
