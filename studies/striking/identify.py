@@ -44,7 +44,7 @@ from buckler.studies.striking.evidence import (
     posterior,
     probabilities,
 )
-from buckler.studies.striking.strike import UNITS, duration, mechanism, struck
+from buckler.studies.striking.strike import UNITS, duration, mechanism, peak, struck
 from buckler.studies.striking.strike import Parameters as Strike
 
 NAMES = ("f125", "v25", "v30", "v44")
@@ -63,6 +63,8 @@ NEAR = 0.1
 """Of the priors' ranges: how far the fitted point may lie from the best one that was interpolated."""
 EXACT = 0.02
 """Relative error of the interpolation above which evidence is told as a span."""
+LATER = range(1, len(READINGS))
+"""Readings that are a peak alone."""
 UNREFINED = 0.03
 """Relative error of the interpolation before it is known."""
 LONGEST = 12.0
@@ -191,9 +193,9 @@ def _simulated(values: Mapping[str, Array], p: Parameters, pool: ThreadPoolExecu
     """Forces of the readings and the further readings, shape (points, numbers), nan of those that do not happen."""
     points = [dict(zip(values, map(float, point), strict=True)) for point in zip(*values.values(), strict=True)]
     cases = [case(point, reading.voltage, p) for point in points for reading in READINGS]
-    rows = np.array(list(pool.map(lambda one: [found.get(what, nan) for found in [struck(one)] for what in UNITS], cases)))
-    rows = rows.reshape(len(points), len(READINGS), len(UNITS))
-    return np.hstack([rows[:, :, 0], rows[:, 0, 1:]])
+    whole, peaks = pool.map(struck, cases[:: len(READINGS)]), [pool.map(peak, cases[k :: len(READINGS)]) for k in LATER]
+    first = np.array([[found.get(what, nan) for what in UNITS] for found in whole])
+    return np.column_stack([first[:, 0], *(list(each) for each in peaks), first[:, 1:]])
 
 
 def fitted(found: Posterior, p: Parameters) -> tuple[dict[str, float], list[float]]:

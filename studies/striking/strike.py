@@ -15,6 +15,7 @@ from buckler import mbs
 from buckler.mbs import Beam, Link, Mechanism, Revolute, Rigid, TorsionSpring
 from buckler.mbs.geometry import Array
 from buckler.mbs.library import PAPER
+from buckler.mbs.record.run import Run
 from buckler.mbs.sensitivity.curve import spells
 from buckler.mbs.spectral.run import once
 from buckler.studies.kit.parameters import choices, quantity
@@ -27,6 +28,8 @@ from buckler.studies.striking.impact import ImpactParameters
 
 UNTIL = np.radians(190.0)
 """Crank angle, rad, at which a run ends, if its crank keeps to its speed."""
+SOON = float(np.radians(135.0) / UNTIL)
+"""Share of a run after which the first impact is over, as a rule."""
 HUB = 0.05
 """Length of the arm that the drive holds at its speed and that turns the crank by a spring, m."""
 TORQUES = ("motor.crank.torque", "torsion.hub-crank.torque", "drive.torque")
@@ -99,8 +102,25 @@ def duration(p: Parameters) -> float:
 
 def struck(p: Parameters) -> dict[str, float]:
     """The same numbers by one run of the compiled solver, which no check looks at; none of a run that fails."""
-    found = once(mechanism(p), duration(p), mbs.Spectral(mbs.Controlled(tolerance=p.tolerance)), p.timeout)
+    found = _once(p, mechanism(p), duration(p))
     return {} if found.failure else read(found.record.time, found.values)
+
+
+def peak(p: Parameters) -> float:
+    """The first of these numbers alone, nan where there is none: a run ends when the first impact is over."""
+    made = mechanism(p)
+    for lasts in (SOON * duration(p), duration(p)):
+        found = replace(_once(p, made, lasts), asked="B.contact_force")
+        force = found.values["B.contact_force"]
+        contacts = spells(force)
+        if found.failure or (len(contacts) and contacts[0, 1] < len(force)):
+            break
+    return nan if found.failure or not len(contacts) else float(force[slice(*contacts[0])].max())
+
+
+def _once(p: Parameters, made: Mechanism, lasts: float) -> Run:
+    """A run of the compiled solver."""
+    return once(made, lasts, mbs.Spectral(mbs.Controlled(tolerance=p.tolerance)), p.timeout)
 
 
 def read(time: Array, signals: Mapping[str, Array]) -> dict[str, float]:

@@ -170,6 +170,12 @@ def test_a_strike_of_the_compiled_solver_is_that_of_the_engine():
         assert ours[name] == pytest.approx(theirs[name].value, rel=within), name
 
 
+@pytest.mark.parametrize("given", [{}, {"speed": 2.0, "stop_stiffness": 3e3}, {"compliance": 0.3}])
+def test_a_peak_alone_is_that_of_the_whole_strike(given):
+    p = strike.Parameters(**given, tolerance=1e-7)
+    assert strike.peak(p) == pytest.approx(strike.struck(p)["peak"], rel=2e-3)
+
+
 @pytest.mark.slow
 def test_the_study_on_few_strikes():
     result = identify.run(identify.Parameters(causes=("gravity",), pairs="no", samples=200))
