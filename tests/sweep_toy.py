@@ -53,6 +53,11 @@ def run(parameters, progress=QUIET):
     return StudyResult(parameters=p, metrics=metrics, signals=signals, work={"steps": np.int64(7)}, **checks)
 
 
+def toys(n, **shared):
+    """Cases that differ in their lengths."""
+    return [Parameters(length=i / 8, **shared) for i in range(n)]
+
+
 def figure(result):
     return subplots()[0]
 

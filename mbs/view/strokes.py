@@ -31,9 +31,9 @@ def capsule(start: Pair, end: Pair, radius: float) -> Points:
     return (*there, *back)
 
 
-def arc(radius: float, first: float, last: float, steps: int = 24) -> Points:
+def arc(radius: float, first: float, last: float) -> Points:
     """Part of a circle, angles in rad."""
-    angles = [first + (last - first) * k / steps for k in range(steps + 1)]
+    angles = [first + (last - first) * k / 24 for k in range(25)]
     return tuple((radius * cos(a), radius * sin(a)) for a in angles)
 
 

@@ -108,9 +108,9 @@ def as_signals(series: Series, setting: str = SETTING, kind: type = str) -> dict
     return found
 
 
-def series_in(signals: Mapping[str, Array], setting: str = SETTING) -> list[str]:
+def series_in(signals: Mapping[str, Array]) -> list[str]:
     """Names of the series in a study's signals."""
-    return [name.removesuffix(setting) for name in signals if name.endswith(setting)]
+    return [name.removesuffix(SETTING) for name in signals if name.endswith(SETTING)]
 
 
 def draw(

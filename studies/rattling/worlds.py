@@ -120,11 +120,11 @@ def parameters(values: dict[str, Any], number: int, **shared: Any) -> world.Para
     )
 
 
-def wilson(hits: int, of: int, level: float = 0.05) -> tuple[float, float]:
-    """Wilson's interval of a share, of confidence 1 - level."""
+def wilson(hits: int, of: int) -> tuple[float, float]:
+    """Wilson's interval of a share, of confidence 0.95."""
     if not of:
         return 0.0, 1.0
-    found = binomtest(hits, of).proportion_ci(1 - level, "wilson")
+    found = binomtest(hits, of).proportion_ci(0.95, "wilson")
     return float(found.low), float(found.high)
 
 
@@ -191,14 +191,14 @@ class Tree(NamedTuple):
     ends: list[tuple[str, Array]]
 
 
-def grown(codes: Array, answers: Array, seed: int = 0) -> Tree:
+def grown(codes: Array, answers: Array) -> Tree:
     """The tree of depth two."""
-    root, ends = best_split(codes, answers, seed=seed), []
+    root, ends = best_split(codes, answers), []
     if root is None:
         return Tree(None, [("all worlds", np.ones(len(codes), dtype=bool))])
     for side in (True, False):
         here = root.first(codes) == side
-        branch = best_split(codes[here], answers[here], seed=seed + 1)
+        branch = best_split(codes[here], answers[here], seed=1)
         if branch is None:
             ends.append((root.words(side), here))
         else:

@@ -132,6 +132,12 @@ def _column(length: float, body: Body, mass: float, **more: Any) -> mbs.Mechanis
     )
 
 
+def pressed(body: Body, share: float, duration: float) -> mbs.Mechanism:
+    """A strip in line with its guide; the near end travels as t^3 to a share of the length."""
+    rate = Expression(f"{3 * share * PAPER.coupler / duration**3!r}*t**2")
+    return _column(PAPER.coupler, body, 0.1, drives=[mbs.Drive("A", rate)])
+
+
 def _pressed(d: Dice) -> Made:
     """A strip, or a modal link, in line with its guide and pressed slowly far beyond its critical load."""
     length, duration = PAPER.coupler, 10.0
@@ -139,7 +145,7 @@ def _pressed(d: Dice) -> Made:
     bow = d.one(0.0, 1e-5 * length)  # little beside the deflection, so that the straight strip's load holds
     body = d.one(mbs.Beam(section, imperfection=bow), mbs.Cable(section, imperfection=bow), mbs.Modal(section, damping=0.5))
     share = section.euler_load(length) / section.axial_stiffness * d.log(20, 1e4)
-    return _column(length, body, 0.1, drives=[mbs.Drive("A", Expression(f"{3 * share * length / duration**3!r}*t**2"))]), duration
+    return pressed(body, share, duration), duration
 
 
 def _critical(d: Dice) -> Made:

@@ -12,9 +12,9 @@ from scipy.stats import qmc
 from buckler import mbs
 from buckler.mbs import laws
 from buckler.mbs.elements.element import Body
-from buckler.mbs.functions import Expression
 from buckler.mbs.library import CLOSED, PAPER, RATTLING, CrankRocker, crank_rocker, slider_crank
 from buckler.studies.kit.published import STEEL, STRIP_WIDTH
+from buckler.studies.trust.drawn import pressed
 from buckler.studies.trust.drawn_linkages import PLAYED
 
 LENGTH, MASS, TURN = PAPER.coupler, 0.3, 0.56
@@ -103,17 +103,6 @@ def slider_cranks() -> Iterator[Listed]:
 
 
 # --- strips pressed in line with their guide -------------------------------------------------------------------------------
-
-
-def pressed(body: Body, share: float, duration: float) -> mbs.Mechanism:
-    """A strip in line with its guide, its far end on a pin; the near end travels as t^3 to a share of the length."""
-    return mbs.Mechanism(
-        points={"A": (0, 0), "B": (LENGTH, 0)},
-        links=[mbs.Link("strip", "A", "B", body)],
-        joints=[mbs.Revolute("B", "ground", "strip")],
-        guides=[mbs.Guide("A", "strip", mass=0.1)],
-        drives=[mbs.Drive("A", Expression(f"{3 * share * LENGTH / duration**3!r}*t**2"))],
-    )
 
 
 def pressed_strips() -> Iterator[Listed]:

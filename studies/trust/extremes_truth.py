@@ -191,12 +191,12 @@ def _agreed(coarse: Measures, fine: Measures, scales: Mapping[str, float], until
             yield name, second
 
 
-def reference_solver(made: Drawn, finer: int, tolerance: float = 1e-9) -> Spectral:
-    """Of a reference run, its steps and strips finer the second time, when it has this tolerance."""
+def reference_solver(made: Drawn, finer: int) -> Spectral:
+    """Of a reference run, its steps and strips finer the second time."""
     longest = made.duration / 800
     if any(link.body.massless for link in made.mechanism.links):  # they ring in places far smaller than a tolerance
         longest = min(longest, axial_period(made.mechanism) / RINGING)
-    steps = Controlled(tolerance=tolerance * 10.0 ** (1 - finer), max_step=longest / 2**finer)
+    steps = Controlled(tolerance=1e-9 * 10.0 ** (1 - finer), max_step=longest / 2**finer)
     return Spectral(steps, degree=9 + 3 * finer, contact_tolerance=1e-3 / 2**finer)
 
 

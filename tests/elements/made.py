@@ -24,3 +24,8 @@ GUIDES = (Guide("B", "rod", mass=1.0),)
 def mechanism(**changed):
     parts = dict(points=POINTS, links=LINKS, joints=JOINTS, guides=GUIDES)
     return Mechanism(**{**parts, **changed})
+
+
+def stiff(**changed):
+    """The same of two rigid bars."""
+    return mechanism(**{"links": [Link("crank", "O", "A", Rigid(BAR)), Link("rod", "A", "B", Rigid(BAR))], **changed})

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from found import POINTS, made
+from made import POINTS, stiff
 from simulations import BAR, STRIP, block, fine, pendulum, pressed, simply_supported
 
 from buckler import mbs
@@ -13,7 +13,7 @@ from buckler.mbs.laws import Hertz
 
 
 def ran(**changed):
-    return mbs.simulate(made(drives=[mbs.Drive("crank", 1.0)], **changed), 0.1)
+    return mbs.simulate(stiff(drives=[mbs.Drive("crank", 1.0)], **changed), 0.1)
 
 
 class WithoutPotential:
@@ -39,17 +39,17 @@ def breaks(t):
 
 
 WRONG = {
-    "joints in words": (lambda: made(joints="weld"), ["joints = 'weld'", "must be a list"]),
-    "a joint in words": (lambda: made(joints=["weld"]), ["joints[0] = 'weld'", "Clearance or Revolute"]),
-    "a guide among joints": (lambda: made(joints=[mbs.Guide("B", "rod")]), ["joints[0]", "this is a Guide"]),
-    "one joint, no list": (lambda: made(joints=mbs.Revolute("O", "ground", "crank")), ["joints", "must be a list"]),
-    "one drive, no list": (lambda: made(drives=mbs.Drive("crank", 1.0)), ["drives", "must be a list"]),
+    "joints in words": (lambda: stiff(joints="weld"), ["joints = 'weld'", "must be a list"]),
+    "a joint in words": (lambda: stiff(joints=["weld"]), ["joints[0] = 'weld'", "Clearance or Revolute"]),
+    "a guide among joints": (lambda: stiff(joints=[mbs.Guide("B", "rod")]), ["joints[0]", "this is a Guide"]),
+    "one joint, no list": (lambda: stiff(joints=mbs.Revolute("O", "ground", "crank")), ["joints", "must be a list"]),
+    "one drive, no list": (lambda: stiff(drives=mbs.Drive("crank", 1.0)), ["drives", "must be a list"]),
     "a list to drive": (lambda: mbs.Drive(["crank"], 1.0), ["target = ['crank']: must be a name"]),
-    "driven twice": (lambda: made(drives=[mbs.Drive("crank", 1.0), mbs.Drive("crank", 2.0)]), ["'crank'", "driven twice"]),
-    "gravity a number": (lambda: made(gravity=9.81), ["gravity = 9.81", "two numbers", "m/s^2"]),
-    "gravity in space": (lambda: made(gravity=(0, 0, -9.81)), ["gravity", "two numbers"]),
-    "a point in space": (lambda: made(points={**POINTS, "B": (2, 0, 0)}), ["points.B = (2, 0, 0)", "two numbers"]),
-    "points a list": (lambda: made(points=[(0, 0)]), ["points = [(0, 0)]", "table of points"]),
+    "driven twice": (lambda: stiff(drives=[mbs.Drive("crank", 1.0), mbs.Drive("crank", 2.0)]), ["'crank'", "driven twice"]),
+    "gravity a number": (lambda: stiff(gravity=9.81), ["gravity = 9.81", "two numbers", "m/s^2"]),
+    "gravity in space": (lambda: stiff(gravity=(0, 0, -9.81)), ["gravity", "two numbers"]),
+    "a point in space": (lambda: stiff(points={**POINTS, "B": (2, 0, 0)}), ["points.B = (2, 0, 0)", "two numbers"]),
+    "points a list": (lambda: stiff(points=[(0, 0)]), ["points = [(0, 0)]", "table of points"]),
     "a section for a body": (
         lambda: mbs.Link("a", "O", "A", mbs.Section(0.1, 0.1)),
         ["link 'a': body = Section", "this is a Section"],
@@ -61,7 +61,7 @@ WRONG = {
     "an unhashable law": (lambda: mbs.Stop("B", at=3, law=Unhashable()), ["hashable", "frozen dataclass"]),
     "a motion that raises": (lambda: mbs.Motion(lambda t: 1 / 0, float), ["position(0) raises ZeroDivisionError"]),
     "a motion that raises later": (
-        lambda: mbs.simulate(made(drives=[mbs.Drive("crank", mbs.Motion(breaks, lambda t: 1.0))]), 1.0),
+        lambda: mbs.simulate(stiff(drives=[mbs.Drive("crank", mbs.Motion(breaks, lambda t: 1.0))]), 1.0),
         ["drive: position(0.50001) raises ZeroDivisionError"],
     ),
     "no such signal": (lambda: ran().at("nothing", 0.0), ["no signal 'nothing'", "O.x"]),
@@ -71,11 +71,11 @@ WRONG = {
     "no mechanism": (lambda: mbs.simulate(None, 0.1), ["mechanism = None"]),
     "infinite modulus": (lambda: mbs.Material(modulus=math.inf, density=1.0, poisson=0.3), ["modulus = inf Pa: must be finite"]),
     "a clearance beyond its links": (
-        lambda: made(joints=[mbs.Clearance("A", "crank", "rod", pin=0.01, gap=2.0, law=Hertz(1e8))]),
+        lambda: stiff(joints=[mbs.Clearance("A", "crank", "rod", pin=0.01, gap=2.0, law=Hertz(1e8))]),
         ["gap = 2 m at 'A'", "below the length", "1 m"],
     ),
     "a beam as thick as long": (
-        lambda: made(links=[mbs.Link("crank", "O", "A", mbs.Beam(mbs.Section(0.1, 1.0))), mbs.Link("rod", "A", "B", BAR)]),
+        lambda: stiff(links=[mbs.Link("crank", "O", "A", mbs.Beam(mbs.Section(0.1, 1.0))), mbs.Link("rod", "A", "B", BAR)]),
         ["thickness of flexible link 'crank' = 1 m", "below its length"],
     ),
     "letters to carry": (lambda: mbs.Link("a", "O", "A", BAR, carries="AB"), ["link 'a': carries = 'AB'"]),
@@ -93,7 +93,7 @@ def test_wrong_input_is_a_sentence(case):
 
 
 def test_a_mechanism_does_not_change():
-    mechanism = made()
+    mechanism = stiff()
     with pytest.raises(TypeError, match="does not change"):
         mechanism.points["A"] = (5.0, 5.0)
 
@@ -101,7 +101,7 @@ def test_a_mechanism_does_not_change():
 def test_what_is_shown_of_a_result_and_a_mechanism_is_short():
     result = fine(ran())
     assert len(repr(result)) < 400 and "OK" in repr(result) and "0.1 s" in repr(result)
-    assert len(repr(made())) < 400 and "crank (Rigid)" in repr(made())
+    assert len(repr(stiff())) < 400 and "crank (Rigid)" in repr(stiff())
     with pytest.raises(KeyError):
         result["nothing"]
     assert result["B.x"] is result.signals["B.x"] and result.at("B.x", 0.1) == result["B.x"][-1]
@@ -160,7 +160,7 @@ def test_rest_is_no_suspicion(mechanism):
 
 @pytest.mark.parametrize("duration", [1e-11, 1e-6])
 def test_the_shortest_run_ends_where_it_should(duration):
-    for mechanism in (pendulum(1.0), made(drives=[mbs.Drive("crank", 1.0)]), pressed(mbs.Strut(STRIP), 0.1, 1.0)):
+    for mechanism in (pendulum(1.0), stiff(drives=[mbs.Drive("crank", 1.0)]), pressed(mbs.Strut(STRIP), 0.1, 1.0)):
         assert mbs.simulate(mechanism, duration).time[-1] == pytest.approx(duration, rel=1e-9)
 
 
@@ -170,7 +170,7 @@ def test_a_motion_is_not_asked_for_times_beyond_the_run():
         return t
 
     drive = mbs.Drive("crank", mbs.Motion(lambda t: 5 * known(t) ** 2, lambda t: 10 * known(t)))
-    result = fine(mbs.simulate(made(drives=[drive]), 0.03))
+    result = fine(mbs.simulate(stiff(drives=[drive]), 0.03))
     assert result["crank.ay"] == pytest.approx(
         5 * np.cos(result["drive.position"]) - 0.5 * (10 * result.time) ** 2 * np.sin(result["drive.position"]), abs=1e-6
     )

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from found import made
+from made import stiff
 from simulations import BAR, STRIP, block, fine, parallelogram, pendulum, pressed
 
 from buckler import mbs
@@ -98,7 +98,7 @@ NOTED = {
         "nothing ties the driven link 'crank' to the ground",
     ),
     "a stop out of reach": (
-        lambda: made(drives=[mbs.Drive("crank", 1.0)], stops=[mbs.Stop("B", at=20.0, law=Hertz(1e8))]),
+        lambda: stiff(drives=[mbs.Drive("crank", 1.0)], stops=[mbs.Stop("B", at=20.0, law=Hertz(1e8))]),
         "the stop of 'B' lies farther than the links reach",
     ),
 }
@@ -122,7 +122,7 @@ class Wordy(Hertz):
 def test_a_law_that_cannot_be_compiled_is_told(solver):
     play = [mbs.Clearance("A", "crank", "rod", pin=0.01, gap=1e-4, law=law(1e8)) for law in (Wordy, Hertz)]
     slow, quick = (
-        mbs.simulate(made(joints=[mbs.Revolute("O", "ground", "crank"), joint]), 1e-4, solver=solver) for joint in play
+        mbs.simulate(stiff(joints=[mbs.Revolute("O", "ground", "crank"), joint]), 1e-4, solver=solver) for joint in play
     )
     assert any("called back in Python" in note and "slower" in note for note in slow.provenance["notes"])
     assert not any("Python" in note for note in quick.provenance.get("notes", ()))
@@ -130,5 +130,5 @@ def test_a_law_that_cannot_be_compiled_is_told(solver):
 
 
 def test_nothing_is_noted_of_a_plain_mechanism():
-    for mechanism in (made(drives=[mbs.Drive("crank", 1.0)]), mbs.crank_rocker(mbs.Rigid(STRIP), speed=1.0), pendulum(1.0)):
+    for mechanism in (stiff(drives=[mbs.Drive("crank", 1.0)]), mbs.crank_rocker(mbs.Rigid(STRIP), speed=1.0), pendulum(1.0)):
         assert "notes" not in mbs.simulate(mechanism, 0.01).provenance

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import sweep_toy
 from sweep_runs import descendants, gone, run, same, start, stored
-from sweep_toy import Parameters
+from sweep_toy import Parameters, toys
 
 from buckler.studies.striking import slider_crank
 from buckler.studies.sweeping.executors import Given, SweepError
@@ -20,10 +20,6 @@ from buckler.studies.sweeping.sweep import sweep
 from buckler.studies.sweeping.worker import sources
 
 linux = pytest.mark.skipif(not Path("/proc").exists(), reason="looks for processes in /proc")
-
-
-def toys(n, **shared):
-    return [Parameters(length=i / 8, **shared) for i in range(n)]
 
 
 # --- the same rows everywhere -------------------------------------------------------------------------------------------

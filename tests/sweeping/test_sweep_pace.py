@@ -5,14 +5,10 @@ import time
 
 import pytest
 import sweep_toy
-from sweep_toy import Parameters
+from sweep_toy import Parameters, toys
 
 from buckler.studies.striking import slider_crank
 from buckler.studies.sweeping.sweep import sweep
-
-
-def toys(n, **shared):
-    return [Parameters(length=i / 8, **shared) for i in range(n)]
 
 
 class Clock:

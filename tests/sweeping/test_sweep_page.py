@@ -7,6 +7,7 @@ import shlex
 import pytest
 import sweep_toy
 from chromium import browser
+from own_file import PENDULUM, metrics
 from sweep_toy import Parameters
 
 from buckler.mbs import Mechanism
@@ -16,13 +17,7 @@ from buckler.studies.sweeping import report as pages
 from buckler.studies.sweeping.asked import shared
 from buckler.studies.sweeping.sweep import sweep
 
-PENDULUM = {
-    "points": {"O": [0, 0], "A": ["1 m", 0]},
-    "links": {"arm": {"start": "O", "end": "A", "body": {"kind": "Rigid", "mass": 1.0, "inertia": "0.1 kg m^2"}}},
-    "joints": [{"kind": "Revolute", "point": "O", "first": "ground", "second": "arm"}],
-    "gravity": [0, -9.81],
-    "run": {"duration": "20 ms", "measure": ["min(A.y)"]},
-}
+SHORT = {**PENDULUM, "run": {"duration": "20 ms", "measure": ["min(A.y)"]}}
 
 
 def content_of(path):
@@ -67,7 +62,7 @@ def test_words_of_a_single_run_are_kept():
 
 def test_reports_of_the_cases_are_linked_and_the_command_runs_one(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "pendulum.json").write_text(json.dumps(PENDULUM))
+    (tmp_path / "pendulum.json").write_text(json.dumps(SHORT))
     words = ["--vary", "links.arm.body.mass=1kg,2kg", "--workers", "0", "-q", "--measure", "end(A.y)"]
     assert main(argv=["sweep", "pendulum.json", *words, "--reports"]) == 0
     path = tmp_path / "results" / "pendulum-sweep" / "report.html"
@@ -77,7 +72,7 @@ def test_reports_of_the_cases_are_linked_and_the_command_runs_one(tmp_path, monk
     command = [*shlex.split(found["command"])[3:], "--set", "links.arm.body.mass=2.0", "-q"]
     assert command[:2] == ["run", "pendulum.json"]
     assert main(argv=command) == 0
-    alone = json.loads((tmp_path / "results" / "pendulum" / "metrics.json").read_text())
+    alone = metrics(tmp_path / "results" / "pendulum")
     assert alone["metrics"]["end(A.y)"]["value"] == pytest.approx(found["rows"][1]["m"][0], rel=1e-6)
     assert main(argv=["sweep", "pendulum.json", *words]) == 0  # the store knows nothing of reports
     assert [row["p"] for row in content_of(path)["rows"]] == links

@@ -112,7 +112,7 @@ def test_paraview_shows_forces_as_vectors(tmp_path):
     assert b'format="appended"' in file.read_bytes()
     at = np.array([result.at("B.x", 2.5), result.at("B.y", 2.5)])
     k = int(np.argmin(np.hypot(*(mesh.points[:, :2] - at).T)))
-    assert mesh.point_data["force"][k] == pytest.approx([result.at("B.contact_force", 2.5), 0.0, 0.0], rel=1e-6)
+    assert mesh.point_data["force"][k] == pytest.approx(np.array([result.at("B.contact_force", 2.5), 0.0, 0.0]), rel=1e-6)
 
 
 @pytest.mark.parametrize("name", ["modal", "loose", "pendulum", "strut", "loaded", "failed"])
