@@ -16,6 +16,7 @@ import numpy as np
 
 from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.record.run import Run
 from buckler.mbs.sensitivity.curve import Smooth
 from buckler.mbs.sensitivity.frozen import DEGREES, TIGHT, Steps, needs_compiler
 from buckler.mbs.sensitivity.numbers import DURATION, Family, Source
@@ -232,17 +233,23 @@ class Level:
     readings: Mapping[str, Reading]
     steps: Steps | None
 
-    def __call__(self, mechanism: Mechanism, duration: float | None = None) -> tuple[Array, list[str], float]:
-        """Values and units, and how many contacts begin in the run."""
+    @property
+    def asked(self) -> str:
+        """All texts."""
+        return " ".join(text for text in self.readings.values() if isinstance(text, str))
+
+    def __call__(
+        self, mechanism: Mechanism, duration: float | None = None, run: Run | None = None
+    ) -> tuple[Array, list[str], float]:
+        """Values and units, and how many contacts begin in the run, which may be given."""
         values, units = list[float](), list[str]()
-        run, asked = None, " ".join(text for text in self.readings.values() if isinstance(text, str))
         for reading in self.readings.values():
             if callable(reading):
                 value, unit = float(reading(mechanism)), ""
             elif resting := statical(reading):
                 value, unit = resting(mechanism), "Hz"
             else:
-                run = run or (self.steps.run(mechanism, duration, asked) if self.steps else None)
+                run = run or (self.steps.run(mechanism, duration, self.asked) if self.steps else None)
                 if run is None:
                     raise ValueError(f"{short(reading)}: is read off a run; give a duration")
                 value, unit = measure(reading, run.record.time, run.values, run.units, Smooth)

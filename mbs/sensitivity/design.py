@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from itertools import product
-from math import inf, isfinite
+from math import inf, isfinite, nan
 from typing import NamedTuple
 
 import numpy as np
@@ -18,7 +18,7 @@ from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.sensitivity.derivatives import DEGREE, Reading, readings_of
 from buckler.mbs.sensitivity.frozen import RunFailedError, needs_compiler
 from buckler.mbs.sensitivity.numbers import Family, Source
-from buckler.mbs.sensitivity.wants import EXACT, FAR, INSET, SAME, EnoughError, Task, Want, rounded, wanted
+from buckler.mbs.sensitivity.wants import FAR, INSET, SAME, EnoughError, Task, Want, rounded, wanted
 from buckler.mbs.solvers.spectral import Spectral
 from buckler.mbs.validate import positive, whole
 
@@ -31,6 +31,10 @@ POLISHED = 3
 TRIED, MET, CORRECTED = 60, 15, 2
 """Most steps of a descent; where nothing is minimised it meets its constraints in few or follows the noise of its runs. How often
 it goes on from what a finer run says."""
+LITTLE = 1e-2
+"""Of the squares of what is missed: where a step lessens them by less, they are told as they are."""
+WIDE, REACH = 0.02, 0.25
+"""Of a range: differences by which readings show where they tend, across their waves; longest step towards what is wanted."""
 
 
 @dataclass(frozen=True)
@@ -86,6 +90,7 @@ def optimise(
     subject_to: Sequence[str | tuple[str, float, float]] = (),
     readings: Mapping[str, Reading] | None = None,
     solver: Spectral | None = None,
+    start: Mapping[str, float] | None = None,
     starts: int = 8,
     points: int = 9,
     seed: int = 0,
@@ -110,8 +115,10 @@ def optimise(
         Names for readings, which the others may use: texts, or functions of the mechanism that return a number.
     solver : Spectral, optional
         What chooses the steps.
+    start : dict of str to float, optional
+        Where the search begins: numbers by the names of ranges, SI; the middle of those that are not named.
     starts : int
-        Points of a Halton sequence over the ranges; minima are sought from the best of them.
+        That point, and points of a Halton sequence over the ranges; minima are sought from the best of them.
     points : int
         Of the front.
     seed : int
@@ -135,6 +142,7 @@ def optimise(
     References
     ----------
     D. Kraft, A software package for sequential quadratic programming, DFVLR-FB 88-28, 1988 (SLSQP of SciPy).
+    C. G. Broyden, Math. Comput. 19 (1965) 577, doi 10.1090/S0025-5718-1965-0198670-6 (where nothing is minimised).
     Y. Y. Haimes, L. S. Lasdon, D. A. Wismer, IEEE Trans. Syst. Man Cybern. 1 (1971) 296, doi 10.1109/TSMC.1971.4308298 (fronts).
     """
     needs_compiler()
@@ -154,17 +162,29 @@ def optimise(
         if not low < high:
             raise ValueError(f"free['{name}'] = ({low:g}, {high:g}): low must be less than high")
     family = Family.of(mechanism, free, dict.fromkeys(free, 0.0))
-    task = Task(family, used, aims, wants, ranges, {}, span, solver, starts, seed, whole("budget", budget, 1, 10**9))
+    first = _first(ranges, start or {})
+    task = Task(family, used, aims, wants, ranges, {}, span, solver, first, starts, seed, whole("budget", budget, 1, 10**9))
     if len(aims) < 2:
         return _best(task, lists)
     return _front(task, lists, points)
+
+
+def _first(ranges: Mapping[str, tuple[float, float]], start: Mapping[str, float]) -> Array:
+    """Where a search begins, in the unit cube."""
+    if unknown := [name for name in start if name not in ranges]:
+        raise ValueError(f"start['{unknown[0]}']: free has no range of that name")
+    for name, value in start.items():
+        low, high = ranges[name]
+        if not low <= value <= high:
+            raise ValueError(f"start['{name}'] = {value:g}: must lie in its range, {low:g} to {high:g}")
+    return np.array([(start.get(name, 0.5 * (low + high)) - low) / (high - low) for name, (low, high) in ranges.items()])
 
 
 def _best(task: Task, lists: Mapping[str, Sequence[float]]) -> Design:
     """The best design over all values of the lists."""
     found, runs = list[tuple[Task, Array]](), 0
     for values in product(*lists.values()):
-        each = replace(task, held=dict(zip(lists, values, strict=True)), cache={}, known={}, runs=0)
+        each = replace(task, held=dict(zip(lists, values, strict=True)), cache={}, known={}, runs=0, most=None, stopped=0)
         with suppress(EnoughError):
             _search(each)
         x = each.best()
@@ -183,20 +203,45 @@ def _search(task: Task) -> None:
     """Run the best of some starts downhill, until there is nothing more to find or to spend."""
     d = len(task.ranges)
     random = qmc.Halton(d, rng=np.random.default_rng(task.seed)).random(task.starts - 1) if d else []
-    for starts in ([np.full(d, 0.5)], list(random)):
-        alive = [x for x in starts if np.isfinite(task.evaluate(x)[0]).all()]
+    for starts in ([task.first], list(random)):
+        alive = [x for x in starts if task.valued(task.evaluate(x)[0])]
         for x in sorted(alive, key=task.better)[:POLISHED] if d else ():
             _descend(task, x)
     best = task.best()
-    if d and best is not None and not task.aims:  # bands of which only ends hold together
-        _descend_along_ends(task, best)
+    if d and best is not None and not task.aims and task.better(best)[1] <= len(task.wants):
+        _descend_along_ends(task, best)  # where all ends are kept no residual is above 1, nor is what is least above this sum
 
 
 def _descend(task: Task, x: Array) -> None:
-    """Least squares of all constraints where nothing is minimised, else along their ends."""
+    """Where nothing is minimised towards all constraints, then to their least squares; else along their ends."""
     if task.aims:
         return _descend_along_ends(task, x)
-    least_squares(task.residuals, x, task.steepness, bounds=(0.0, 1.0), method="dogbox", xtol=SAME, ftol=EXACT, max_nfev=MET)
+    _meet(task, x)
+    least_squares(
+        task.residuals, task.best(x), task.steepness, bounds=(0.0, 1.0), method="dogbox", xtol=SAME, ftol=LITTLE, max_nfev=MET
+    )
+
+
+def _meet(task: Task, x: Array) -> None:
+    """Broyden's method for all constraints that are missed; those without a value wait until they have one, as the force of a
+    contact that is not there yet.
+    """
+    here = task.missing(x)
+    slopes = np.full((len(here), len(x)), nan)
+    for _ in range(MET):
+        some = np.isfinite(here) & (here != 0.0)
+        if not np.isfinite(slopes[some]).all():
+            sides = np.where(x < 0.5, WIDE, -WIDE)
+            slopes = np.stack([(task.missing(x + d) - here) / d.sum() for d in np.diag(sides)], axis=1)
+            slopes[some] = np.nan_to_num(slopes[some])
+        step = np.linalg.lstsq(slopes[some], -here[some])[0]
+        step = np.clip(x + step * min(1.0, REACH / max(np.abs(step).max(), SAME)), 0.0, 1.0) - x
+        if not np.abs(step).max() > SAME:
+            break
+        x, before = x + step, here
+        here = task.missing(x)
+        known = some & np.isfinite(here)
+        slopes[known] += np.outer((here - before)[known] - slopes[known] @ step, step) / (step @ step)
 
 
 def _descend_along_ends(task: Task, x: Array) -> None:
@@ -276,12 +321,13 @@ def _told(task: Task, held: _Held) -> Design:
         f"{name} = {'low' if u < 0.5 else 'high'} end" for u, name in zip(x, task.ranges, strict=True) if min(u, 1 - u) < BINDS
     ]
     binding += [want.text for want, value in task.of(found + task.offset) if _binds(want, value)]
-    missed = "; ".join(f"{want.text}: {value:.6g}, {100 * want.misses(value):.2g} % off" for want, value in task.of(checked)
-                       if want in broken)  # fmt: skip
+    missed = "; ".join(f"{want.text}: {want.told(value)}" for want, value in task.of(checked) if want in broken)
     message = f"none of the designs tried keeps {missed}" if broken else ""
     if not complete:
         best = f"; the best so far misses {missed}" if broken else ": this is the best so far"
         message = f"the budget of {task.budget} runs was used up{best}"
+    if task.stopped:
+        message = "; ".join([*filter(None, [message]), f"{task.stopped} of {task.runs} runs stopped after {task.most} steps"])
     names = list(task.readings)
     return Design(
         task.values(x), binding, dict(zip(names, map(float, checked), strict=True)),

@@ -8,7 +8,7 @@ problems in differential and integral equations, Birkhäuser 1983, 95-121, doi 1
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from buckler.mbs.solvers.spectral import Spectral
 from buckler.mbs.solvers.steps import Controlled
 
 if TYPE_CHECKING:
+    from buckler.mbs.spectral.scene import Scene
     from buckler.mbs.spectral.tape import Tape
 
 TIGHT = Spectral(steps=Controlled(tolerance=1e-7), contact_tolerance=1e-3)
@@ -60,24 +61,31 @@ class Steps:
     tapes: list[Tape] = field(default_factory=list)
 
     @classmethod
-    def of(cls, mechanism: Mechanism, duration: float, solver: Spectral | None = None) -> Steps:
-        """Those that a run of a mechanism takes by itself.
+    def of(cls, mechanism: Mechanism, duration: float, solver: Spectral | None = None, most: int | None = None) -> Steps:
+        """Those that a run of a mechanism takes by itself, `most` of them at most.
 
         Raises
         ------
         RunFailedError
         """
-        from buckler.mbs.spectral.run import integrate  # loads the compiler
-        from buckler.mbs.spectral.scene import Scene
+        return cls.chosen(mechanism, duration, solver, most)[0]
+
+    @classmethod
+    def chosen(
+        cls, mechanism: Mechanism, duration: float, solver: Spectral | None = None, most: int | None = None, asked: str = ""
+    ) -> tuple[Steps, Run]:
+        """The same, and the run itself, with the signals that a text names, or all."""
+        from buckler.mbs.spectral.scene import Scene  # loads the compiler
         from buckler.mbs.spectral.tape import ends_of, tape_for
 
         solver = replace(solver or TIGHT, method="implicit")
+        if most and isinstance(solver.steps, Controlled):
+            solver = replace(solver, steps=replace(solver.steps, max_steps=min(most, solver.steps.max_steps)))
         scene = Scene.of(mechanism, solver.degree)
         tape = tape_for(scene, TAPED)
-        out, failure, _ = integrate(scene, duration, solver, tape=tape)
-        _check(failure)
-        ends = ends_of(tape, out.time)
-        return cls(duration, ends, replace(solver, steps=Controlled(tolerance=FINE, max_steps=MOST * len(ends))), [tape])
+        run = _run(scene, duration, solver, asked, tape)
+        ends = ends_of(tape, run.record.time)
+        return cls(duration, ends, replace(solver, steps=Controlled(tolerance=FINE, max_steps=MOST * len(ends))), [tape]), run
 
     def coarser(self, degree: int) -> Steps:
         """Steps twice as long, of strips with polynomials of this degree."""
@@ -97,23 +105,24 @@ class Steps:
         ------
         RunFailedError
         """
-        from buckler.mbs.spectral.recording import record_of
-        from buckler.mbs.spectral.run import integrate
         from buckler.mbs.spectral.scene import Scene
         from buckler.mbs.spectral.tape import tape_for
 
         duration, scene = self.duration if duration is None else duration, Scene.of(mechanism, self.solver.degree)
         if not self.tapes:
             self.tapes.append(tape_for(scene, TAPED))
-        ends = self.ends * (duration / self.duration)
-        out, failure, counts = integrate(scene, duration, self.solver, ends=ends, tape=self.tapes[0])
-        _check(failure)
-        return Run(self.solver, record_of(scene, out), None, {"onsets": float(counts.onsets)}, asked=asked)
+        return _run(scene, duration, self.solver, asked, self.tapes[0], self.ends * (duration / self.duration))
 
 
-def _check(failure: tuple[Any, str] | None) -> None:
+def _run(scene: Scene, duration: float, solver: Spectral, asked: str, tape: Tape, ends: Array | None = None) -> Run:
+    """Integrate a scene, by itself or on given steps."""
+    from buckler.mbs.spectral.recording import record_of
+    from buckler.mbs.spectral.run import integrate
+
+    out, failure, counts = integrate(scene, duration, solver, ends=ends, tape=tape)
     if failure:
         raise RunFailedError(f"{failure[0]}: {failure[1]}")
+    return Run(solver, record_of(scene, out), None, {"onsets": float(counts.onsets)}, asked=asked)
 
 
 def needs_compiler() -> None:

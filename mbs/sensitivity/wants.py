@@ -5,13 +5,14 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from math import inf, isfinite
+from math import inf, isfinite, nan
 from typing import NamedTuple
 
 import numpy as np
 
 from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.record.status import Status
 from buckler.mbs.sensitivity.derivatives import Level, Reading
 from buckler.mbs.sensitivity.frozen import RunFailedError, Steps
 from buckler.mbs.sensitivity.numbers import Family
@@ -63,6 +64,10 @@ class Want(NamedTuple):
     def misses(self, value: float) -> float:
         """How far a value is outside, relative; 0 within."""
         return max(self.low - value, value - self.high, 0.0) / self.scale if isfinite(value) else FAR
+
+    def told(self, value: float) -> str:
+        """A value that is outside, in words."""
+        return f"{value:.6g}, {100 * self.misses(value):.2g} % off" if isfinite(value) else "it has no value there"
 
     def residual(self, value: float) -> tuple[float, float]:
         """How far it is from the middle, of half the width, or from inside its end, and the derivative by the value."""
@@ -118,7 +123,7 @@ class Task:
     """What is asked for, with the values that lists have.
 
     Points of the unit cube that were run are in `cache`, with their readings and the steps of their runs. `offset` is by how
-    much those of a finer run differ.
+    much those of a finer run differ. `most` steps may a run take, from the first one on that ended; so many were `stopped` there.
     """
 
     family: Family
@@ -129,10 +134,13 @@ class Task:
     held: dict[str, float]
     duration: float | Callable[[Mechanism], float] | None
     solver: Spectral | None
+    first: Array
     starts: int
     seed: int
     budget: int
     runs: int = 0
+    most: int | None = None
+    stopped: int = 0
     offset: float | Array = 0.0
     cache: dict[tuple[float, ...], tuple[Array, Steps | None]] = field(default_factory=dict)
     known: dict[tuple[float, ...], Array] = field(default_factory=dict)
@@ -154,13 +162,16 @@ class Task:
     def read(self, x: Array, steps: Steps | None) -> tuple[Array, Steps | None]:
         """Readings at a point on given steps, or on those that its run chooses, and the steps; nan where the run fails."""
         self.runs += 1
+        level, run = Level(self.readings, steps), None
         try:
             made = self.family.make(self.values(x))
             span = self.span(made)
             if steps is None and self.moving and span is not None:
-                steps = Steps.of(made, span, self.solver or Spectral())
-            return Level(self.readings, steps)(made, span)[0], steps
-        except (RunFailedError, ArithmeticError, ValueError):
+                steps, run = Steps.chosen(made, span, self.solver or Spectral(), self.most, level.asked)
+                self.most = self.most or steps.solver.steps.max_steps
+            return level(made, span, run)[0], steps
+        except (RunFailedError, ArithmeticError, ValueError) as error:
+            self.stopped += str(error).startswith(Status.TOO_MANY_STEPS)
             return np.full(len(self.readings), np.nan), None
 
     def evaluate(self, x: Array) -> tuple[Array, Steps | None]:
@@ -190,6 +201,9 @@ class Task:
         key = rounded(x)
         if key not in self.known:
             start, steps = self.evaluate(x)
+            if steps is not None:
+                self.spend()
+                start = self.read(np.array(key), steps)[0] + self.offset
             width = WIDTH if steps is not None and all(isinstance(each, str) for each in self.readings.values()) else COARSE
             self.known[key] = np.zeros((len(start), len(x)))
             for i, d in enumerate(np.where(np.array(key) < 0.5, width, -width)):
@@ -202,15 +216,23 @@ class Task:
         """How far all wants are from the middle of what is allowed, by half of that."""
         return np.array([want.residual(value)[0] for want, value in self.of(self.evaluate(x)[0])])
 
+    def missing(self, x: Array) -> Array:
+        """The same, nan where a reading has no value."""
+        return np.array([want.residual(value)[0] if isfinite(value) else nan for want, value in self.of(self.evaluate(x)[0])])
+
     def steepness(self, x: Array) -> Array:
         """Their derivatives over the cube."""
         found, slopes = self.evaluate(x)[0], self.slopes(x)
         return np.array([want.residual(value)[1] * slopes[self.row(want.name)] for want, value in self.of(found)])
 
-    def best(self) -> Array | None:
-        """The best point that was run; None if no run ended."""
-        ended = [np.array(key) for key, (found, _) in self.cache.items() if np.isfinite(found).all()]
-        return min(ended, key=self.better) if ended else None
+    def valued(self, found: Array) -> bool:
+        """Whether readings have values from which a search can go on: some of what is wanted, all with what is minimised."""
+        return bool((np.all if self.aims else np.any)(np.isfinite(found)))
+
+    def best(self, other: Array | None = None) -> Array | None:
+        """The best point that was run; another one if no run ended."""
+        ended = [np.array(key) for key, (found, _) in self.cache.items() if self.valued(found)]
+        return min(ended, key=self.better) if ended else other
 
     def row(self, name: str) -> int:
         """Place of a reading."""

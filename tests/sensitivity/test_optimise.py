@@ -1,5 +1,6 @@
 """Designs against closed forms and published linkages."""
 
+import re
 from functools import cache
 
 import numpy as np
@@ -23,13 +24,16 @@ from buckler.mbs import (
     Section,
     Slider,
     Spectral,
+    Stop,
     TorsionSpring,
     Weld,
     frequencies,
     optimise,
     path,
 )
+from buckler.mbs.laws import KelvinVoigt
 from buckler.mbs.sensitivity.design import wanted
+from buckler.mbs.sensitivity.frozen import MOST, RunFailedError, Steps
 
 K, F = "loads[0].stiffness", "loads[1].value[0]"
 
@@ -66,12 +70,53 @@ def test_a_budget_of_runs():
     short, whole = (optimise(pushed(150.0), 0.3, **asked, starts=2, budget=budget) for budget in (3, 100))
     assert whole.complete and whole.possible and not whole.message and 4 < whole.runs < 30
     assert not short.complete and not short.possible and short.runs == 4  # the finer one among them
-    assert short.message.startswith("the budget of 3 runs was used up; the best so far misses max(O.x) = 40 mm: 0.042")
+    assert short.message.startswith("the budget of 3 runs was used up; the best so far misses max(O.x) = 40 mm: 0.04048")  # 2 F/k
     assert short.message.endswith("% off")
     least = optimise(pushed(150.0), 0.4, free={K: (100.0, 180.0)}, minimise="max(O.x)", starts=2, budget=2)
     assert least.possible and not least.complete and least.message == "the budget of 2 runs was used up: this is the best so far"
     with pytest.raises(ValueError, match="budget = 0"):
         optimise(pushed(150.0), 0.4, free={K: (100.0, 180.0)}, minimise="max(O.x)", budget=0)
+
+
+def test_where_a_search_begins():
+    """A start that does as wished is the design, and nothing else is run but the finer one."""
+    wish = {"free": {K: (100.0, 900.0), F: (1.0, 20.0)}, "subject_to": ["max(O.x) = 40 mm"]}
+    found = optimise(pushed(150.0), 0.3, **wish, start={K: 300.0, F: 6.0})
+    assert found.values == {K: pytest.approx(300.0), F: pytest.approx(6.0)} and found.runs == 2
+    with pytest.raises(ValueError, match="must lie in its range, 100 to 900"):
+        optimise(pushed(150.0), 0.3, **wish, start={K: 50.0})
+    with pytest.raises(ValueError, match="free has no range of that name"):
+        optimise(pushed(150.0), 0.3, **wish, start={"k": 300.0})
+
+
+def test_a_run_is_stopped_that_takes_far_more_steps_than_the_first():
+    """Springs so stiff that the block goes to and fro 200 times are left out, and the search says so."""
+    made, slow = (lambda stiffness: pushed(stiffness, push=0.02 * stiffness)), Spectral(Controlled(tolerance=1e-6))
+    asked = {"free": {"stiffness": (100.0, 1e7)}, "start": {"stiffness": 150.0}, "starts": 3, "solver": slow}
+    found = optimise(made, 0.3, subject_to=["max(O.vx) = 100 m/s"], **asked)
+    most = MOST * len(Steps.of(made(150.0), 0.3, slow).ends)
+    assert not found.possible and re.search(rf"; \d+ of {found.runs} runs stopped after {most} steps$", found.message)
+    with pytest.raises(RunFailedError, match=f"TOO_MANY_STEPS: more than max_steps = {most} steps"):
+        Steps.of(made(1e7), 0.3, slow, most)
+
+
+def struck(push, gap):
+    """A block pushed steadily from rest against an elastic stop, 1e4 N/m, after a gap."""
+    return Mechanism(
+        points={"O": (0.0, 0.0), "A": (0.2, 0.0)},
+        links=[Link("bar", "O", "A", Rigid.of(mass=1e-9, inertia=1e-12))],
+        guides=[Guide("O", "bar", mass=0.5), Guide("A", "bar")],
+        loads=[Force("O", (push, 0.0))],
+        stops=[Stop("O", at=gap, law=KelvinVoigt(1e4, 0.0))],
+    )
+
+
+def test_a_contact_that_is_not_there_yet_waits_for_the_others():
+    """At first the stop is not reached in time: x = F t^2/2m = 10 mm sets F = 4 N, then k x^2/2 = F (g + x) the gap for 90 N."""
+    found = optimise(struck, 0.35, free={"push": (0.1, 10.0), "gap": (0.05, 0.2)}, start={"push": 0.5, "gap": 0.15}, starts=1,
+                     subject_to=["at(O.x, 0.05) = 10 mm", "peak(O.contact_force, 1) = 90 N"], budget=40)  # fmt: skip
+    assert found.possible and found.values["push"] == pytest.approx(4.0, rel=2e-3)
+    assert found.values["gap"] == pytest.approx(90**2 / (2 * 1e4 * 4.0) - 90 / 1e4, rel=5e-3)
 
 
 def test_what_a_finer_run_says_is_met():
