@@ -1,5 +1,6 @@
 """A strike in dimensionless numbers: the simulation, a strip of sine modes, closed forms; designs that hold for the beam."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -99,21 +100,21 @@ def test_figure_of_the_map(result):
 
 @pytest.mark.parametrize(("free", "bow"), [("speed", 0.01), pytest.param("stiffness", 1e-3, marks=pytest.mark.slow)])
 def test_design_holds_for_the_beam(free, bow):
-    """Held against a turn of twice the elements and a hundredth of the tolerance."""
+    """Held against a turn of the other solver, twice the elements and a hundredth of its tolerance."""
     given = Given(**{"speed": 1.25, "mass": 0.3, "stiffness": 7.2e4} | {free: None})
     wish, numerics = Wish(2.0, 40.0, np.radians(120)), StrikeParameters(imperfection=bow)
     found = for_beam(wish, given, numerics)
-    assert not found.reason and found.turns <= 8
+    assert not found.reason and found.turns <= 16
     assert check("beam", found.design, numerics, finer=True).within(wish, BARS["beam"])
 
 
 @pytest.mark.slow
 def test_wish_that_no_strip_can_do_is_told_with_what_can():
-    """The straight strip strikes with 46 N and more at any speed of the drive: the closed form alone would take 30 N for had."""
+    """The straight strip strikes with 36 N and more at any speed of the drive: the closed form alone would take 30 N for had."""
     result = design.run(design.Parameters(hold_for="beam", wishes=0))
-    assert result.status == "INFEASIBLE" and "no strip can: speed: impacts from" in result.message
-    least = float(result.message.split("impacts from ")[1].split()[0])
-    assert least > 30 and "asked for 30 N" in result.message
+    assert result.status == "INFEASIBLE" and "no strip can: speed: at its end, 0.1 rad/s: " in result.message
+    contact, impact = map(float, re.findall(r"([+-]\S+) %", result.message))
+    assert 15 < impact < 25 and abs(contact) < 1
 
 
 @pytest.mark.slow
