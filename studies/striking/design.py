@@ -2,9 +2,9 @@
 
 The exact elastica and the closed-form peak of the stop's law give the design; full simulations check it. `strut`, the coupler a
 massless exact elastica, is the model the closed form is about. `beam` gives the coupler its inertia: straight, it buckles late
-and strikes far harder. With `hold_for = beam` simulated turns lead from there to a design by which the beam does what is asked for
-(`studies.striking.design_check`), or to the reason why none was found. With `strut` a wish that cannot be had is answered by the
-nearest that can.
+and strikes far harder. With `hold_for = beam` simulated turns lead from there to a design with which the beam does what is
+asked for (`studies.striking.design_check`), or to the reason why none was found. With `strut` a wish that cannot be had is
+answered by the nearest that can.
 Of thickness and width, and of speed, mass and stop stiffness, one each is 0: the one that is solved for.
 
 References
