@@ -11,6 +11,7 @@ from buckler.mbs.spectral.compiling import aside, jit, lend
 from buckler.mbs.spectral.fronts import factor, solve
 from buckler.mbs.spectral.kernel import add_multipliers, add_rows, constraints, forces, mass_matrix, tangents
 from buckler.mbs.spectral.markers import curve, measure, place_markers
+from buckler.mbs.spectral.strips import carry_stresses
 
 
 @jit
@@ -58,6 +59,17 @@ def _assemble(s, w, t, q, v, lam, memory, since, matrices, force, residual, spee
     if every:
         add_multipliers(s, w, q, lam, matrices[2])
     add_rows(s, jacobian, matrices[matrices.shape[0] - 1])
+
+
+@jit
+def carry(s, w, dq):
+    """Carry the strips' stresses, unknowns of their own, over a change of the coordinates since forces were last assembled."""
+    _carry(lend(s), lend(w), dq)
+
+
+@aside
+def _carry(s, w, dq):
+    carry_stresses(s, w, dq, np.zeros(dq.size), w.stress, w.slack)
 
 
 @jit

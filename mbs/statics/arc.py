@@ -78,8 +78,9 @@ class Arc:
         normal = self.metric * direction
         value = float(normal @ problem.vector(rest)) + step
         moved = problem.vector(rest) + step * direction
-        guess = moved if guess is None else guess
-        new = problem.newton(Rest(guess[:n], guess[n:-1], float(guess[-1])), (normal, value, abs(self.span)))
+        begun = moved if guess is None else guess
+        begin = Rest(begun[:n], begun[n:-1], float(begun[-1]))
+        new = problem.newton(begin, (normal, value, abs(self.span)), near=guess is None, origin=rest)
         way, apart = step * direction, problem.vector(new) - moved
         for part in (slice(None), slice(n)):  # places on their own too: beside a large load their way is short
             expected, off = (float(np.sqrt(self.metric[part] @ x[part] ** 2)) for x in (way, apart))

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import NamedTuple, TypeAlias
 
@@ -10,10 +11,11 @@ import numpy as np
 from scipy.sparse import block_array, csr_array, eye_array
 
 from buckler.mbs.geometry import Array
-from buckler.mbs.spectral.doors import place
+from buckler.mbs.spectral.doors import carry, place
 from buckler.mbs.spectral.linear import Assembly, Factors, SingularError
 from buckler.mbs.spectral.scene import Place, Scene
 from buckler.mbs.spectral.strip_body import StripBody
+from buckler.mbs.spectral.strips import PLAIN, RENEWED
 from buckler.mbs.spectral.tables import SPIN, VX
 from buckler.mbs.statics.lowest import COUNT, EPS, LARGE
 from buckler.mbs.statics.spectrum import ROUNDING, Spectrum, Tangent, spectrum
@@ -125,10 +127,13 @@ class Problem:
         scale = float(np.median(size[size > 0.0])) if size.any() else 1.0
         return a.made(k / scale + a.entries[3] * weight), scale
 
-    def newton(self, rest: Rest, fixed: tuple[Array, float, float] | None = None, near: bool = False) -> Rest:
+    def newton(
+        self, rest: Rest, fixed: tuple[Array, float, float] | None = None, near: bool = False, origin: Rest | None = None
+    ) -> Rest:
         """Solve for rest at its parameter, or, given (normal (n + r + 1,), value, unit of p), on that plane.
 
-        Where it is `near`, steps become smaller from the first on.
+        Where it is `near`, steps become smaller from the first on. Stresses of strips are unknowns of their own (`strips`), at
+        first those of an equilibrium, its `origin`, carried on to it: the strains of a guess stretch strips too much.
 
         Raises
         ------
@@ -136,17 +141,30 @@ class Problem:
             If it does not converge, or forces are out of balance where it does.
         """
         before = np.inf
-        for _ in range(ITERATIONS):
-            rest, largest = self.step(rest, fixed)
-            if not np.isfinite(largest) or (near and largest > before):
-                break
-            following = largest * (largest / before) ** 2  # of quadratic convergence
-            if largest < CLOSE and (following < 10 * EPS or largest > 0.1 * before):
-                if self.balanced(rest):
-                    return rest
-                break
-            before = largest
+        with self._stresses(origin or rest, rest.q):
+            for _ in range(ITERATIONS):
+                rest, largest = self.step(rest, fixed)
+                if not np.isfinite(largest) or (near and largest > before):
+                    break
+                following = largest * (largest / before) ** 2  # of quadratic convergence
+                if largest < CLOSE and (following < 10 * EPS or largest > 0.1 * before):
+                    if self.balanced(rest):
+                        return rest
+                    break
+                before = largest
         raise StaticsError(f"no equilibrium found near parameter {rest.parameter:.6g}: Newton's method does not converge")
+
+    @contextmanager
+    def _stresses(self, origin: Rest, q: Array) -> Iterator[None]:
+        """Let the strips' stresses be unknowns, at coordinates q those of a state, carried on."""
+        scene, work = self.scene, self.scene.work
+        work.stress[:], work.mixed[0] = 0.0, RENEWED
+        try:
+            self.assemble(origin, False)
+            carry(scene.tables, work, q - origin.q)
+            yield
+        finally:
+            work.mixed[0] = PLAIN
 
     def step(self, rest: Rest, fixed: tuple[Array, float, float] | None = None) -> tuple[Rest, float]:
         """One step of Newton's method, damped, and its size before that."""
@@ -165,6 +183,8 @@ class Problem:
         largest = float(np.abs(step[:n]).max(initial=0.0))
         damp = min(1.0, LONGEST_STEP / max(largest, 1e-300)) if np.isfinite(largest) else 0.0
         moved = rest.q + damp * step[:n] * self.units
+        if self.scene.work.mixed[0] != PLAIN:
+            carry(self.scene.tables, self.scene.work, moved - rest.q)
         return Rest(moved, rest.multipliers + damp * step[n : n + r] * scale, rest.parameter + damp * change_p), largest
 
     def balanced(self, rest: Rest) -> bool:
