@@ -39,7 +39,7 @@ CLOSEST = 1e-12
 """The same of equal steps, whose error nothing watches."""
 ARRIVED = 1.1e-12
 """Of the end: a run this near to it is over; the integrators themselves stop 1e-12 before it."""
-SHORT = 1e-3
+SHORT = 4e-4
 """First step, of the longest: a finer run is finer from its start on, where stiff parts ring as the steps let them."""
 HELD = 1e-6
 """Of the longest link, or rad: how far constraints may be off in the end, or a local error if that is more."""
@@ -178,7 +178,7 @@ def _controls(start: float, end: float, solver: Spectral) -> output.Record:
     out, equal, duration = output.blank(output.CONTROLS), solver.count is not None, end - start
     out.end, out.tolerance, out.contact_tolerance = end, solver.tolerance, solver.contact_tolerance
     out.longest = longest = solver.longest(duration)
-    out.first_step = longest if equal else SHORT * min(longest, duration / 100)
+    out.first_step = longest if equal else SHORT * longest
     out.budget, out.every, out.fixed = solver.steps.max_steps, solver.steps.record_every, equal
     out.floor, out.graze = SLOWEST_ONSET, GRAZE * min(1.0, solver.contact_tolerance / Spectral().contact_tolerance)
     out.close = CLOSEST / solver.tolerance if equal else CLOSE
