@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from buckler.mbs import Controlled, Exudyn, Material, Mechanism, Section, optimise
+from buckler.mbs import Controlled, Exudyn, Material, Mechanism, Section, Spectral, optimise
 from buckler.mbs.elements.section import STEEL
 from buckler.studies.striking.assumptions import StrikeParameters
 from buckler.studies.striking.impact import ModelRun, read
@@ -188,7 +188,7 @@ def for_beam(wish: Wish, given: Given, numerics: StrikeParameters) -> BeamDesign
               "angle": (max(2 * NEAR, angle - SHIFTED), min(2 * pi - 2 * NEAR, angle + SHIFTED))},
         start={"force": force, "angle": angle, "number": float(np.clip(log(getattr(first, name)), *ends))},
         readings=READINGS, subject_to=[_band(wish, each, CLOSE * bar) for each, bar in BARS["beam"].items()],
-        starts=1, budget=TURNS,
+        starts=1, budget=TURNS, solver=Spectral(Controlled(tolerance=numerics.tolerance)),
     )  # fmt: skip
     best, off = designed(**found.values), _off(found.readings, wish)
     if _within(off, BARS["beam"]):
