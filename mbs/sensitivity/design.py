@@ -2,23 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from itertools import product
-from math import inf, isfinite, nan
+from math import inf, isfinite
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import least_squares, minimize
-from scipy.stats import qmc
 
 from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.sensitivity.derivatives import DEGREE, Reading, readings_of
 from buckler.mbs.sensitivity.frozen import RunFailedError, needs_compiler
 from buckler.mbs.sensitivity.numbers import Family, Source
-from buckler.mbs.sensitivity.wants import FAR, INSET, SAME, EnoughError, Task, Want, rounded, wanted
+from buckler.mbs.sensitivity.searching import descend, search
+from buckler.mbs.sensitivity.wants import EnoughError, Task, Want, rounded, wanted
 from buckler.mbs.solvers.spectral import Spectral
 from buckler.mbs.validate import positive, whole
 
@@ -26,15 +25,8 @@ BINDS = 1e-3
 """Share of its width, or of its value, within which a constraint or a range binds."""
 BUDGET = 1000
 """Runs of a search, by default."""
-POLISHED = 3
-"""Starts, of the best, from which a minimum is sought."""
-TRIED, MET, CORRECTED = 60, 15, 2
-"""Most steps of a descent; where nothing is minimised it meets its constraints in few or follows the noise of its runs. How often
-it goes on from what a finer run says."""
-LITTLE = 1e-2
-"""Of the squares of what is missed: where a step lessens them by less, they are told as they are."""
-WIDE, REACH = 0.02, 0.25
-"""Of a range: differences by which readings show where they tend, across their waves; longest step towards what is wanted."""
+CORRECTED = 2
+"""How often a search goes on from what a finer run says."""
 
 
 @dataclass(frozen=True)
@@ -186,7 +178,7 @@ def _best(task: Task, lists: Mapping[str, Sequence[float]]) -> Design:
     for values in product(*lists.values()):
         each = replace(task, held=dict(zip(lists, values, strict=True)), cache={}, known={}, runs=0, most=None, stopped=0)
         with suppress(EnoughError):
-            _search(each)
+            search(each)
         x = each.best()
         if x is not None:
             found.append((each, x))
@@ -199,89 +191,6 @@ def _best(task: Task, lists: Mapping[str, Sequence[float]]) -> Design:
     return replace(told, runs=runs + told.runs - before)
 
 
-def _search(task: Task) -> None:
-    """Run the best of some starts downhill, until there is nothing more to find or to spend."""
-    d = len(task.ranges)
-    random = qmc.Halton(d, rng=np.random.default_rng(task.seed)).random(task.starts - 1) if d else []
-    for starts in ([task.first], list(random)):
-        alive = [x for x in starts if task.valued(task.evaluate(x)[0])]
-        for x in sorted(alive, key=task.better)[:POLISHED] if d else ():
-            _descend(task, x)
-    best = task.best()
-    if d and best is not None and not task.aims and task.better(best)[1] <= len(task.wants):
-        _descend_along_ends(task, best)  # where all ends are kept no residual is above 1, nor is what is least above this sum
-
-
-def _descend(task: Task, x: Array) -> None:
-    """Where nothing is minimised towards all constraints, then to their least squares; else along their ends."""
-    if task.aims:
-        return _descend_along_ends(task, x)
-    _meet(task, x)
-    least_squares(
-        task.residuals, task.best(x), task.steepness, bounds=(0.0, 1.0), method="dogbox", xtol=SAME, ftol=LITTLE, max_nfev=MET
-    )
-
-
-def _meet(task: Task, x: Array) -> None:
-    """Broyden's method for all constraints that are missed; those without a value wait until they have one, as the force of a
-    contact that is not there yet.
-    """
-    here = task.missing(x)
-    slopes = np.full((len(here), len(x)), nan)
-    for _ in range(MET):
-        some = np.isfinite(here) & (here != 0.0)
-        if not np.isfinite(slopes[some]).all():
-            sides = np.where(x < 0.5, WIDE, -WIDE)
-            slopes = np.stack([(task.missing(x + d) - here) / d.sum() for d in np.diag(sides)], axis=1)
-            slopes[some] = np.nan_to_num(slopes[some])
-        step = np.linalg.lstsq(slopes[some], -here[some])[0]
-        step = np.clip(x + step * min(1.0, REACH / max(np.abs(step).max(), SAME)), 0.0, 1.0) - x
-        if not np.abs(step).max() > SAME:
-            break
-        x, before = x + step, here
-        here = task.missing(x)
-        known = some & np.isfinite(here)
-        slopes[known] += np.outer((here - before)[known] - slopes[known] @ step, step) / (step @ step)
-
-
-def _descend_along_ends(task: Task, x: Array) -> None:
-    """Sequential quadratic programming from a point."""
-    start, _ = task.evaluate(x)
-    scale = (abs(task.aim(start)) or 1.0) if task.aims else 1.0
-
-    def constrained(x: Array) -> Array:
-        found, _ = task.evaluate(x)
-        off = [side * (found[task.row(want.name)] - end) / want.scale for want, side, end in _sides(task)]
-        return np.asarray(np.nan_to_num(off, nan=-FAR))
-
-    def pushed(x: Array) -> Array:
-        slopes = task.slopes(x)
-        return np.array([side * slopes[task.row(want.name)] / want.scale for want, side, _ in _sides(task)])
-
-    def objective(x: Array) -> float:
-        value = task.aim(task.evaluate(x)[0]) / scale if task.aims else 0.0
-        return value if isfinite(value) else FAR
-
-    def slope(x: Array) -> Array:
-        return np.asarray(task.slopes(x)[task.row(task.aims[0])] / scale if task.aims else np.zeros(len(x)))
-
-    minimize(
-        objective, x, jac=slope, method="SLSQP", bounds=[(0.0, 1.0)] * len(x),
-        options={"maxiter": TRIED if task.aims else MET, "ftol": 1e-9},
-        constraints=[{"type": "ineq", "fun": constrained, "jac": pushed}] if task.wants else (),
-    )  # fmt: skip
-
-
-def _sides(task: Task) -> Iterator[tuple[Want, float, float]]:
-    """Each finite end of each constraint: side * (reading - end) >= 0."""
-    for want in task.wants:
-        inset = INSET * (want.high - want.low) if want.band else 0.0
-        if isfinite(want.low):
-            yield want, 1.0, want.low + inset
-        if isfinite(want.high):
-            yield want, -1.0, want.high - inset
-
-
 def _checked(task: Task, x: Array) -> Design:
     """Hold a design against a finer run. Where that breaks a constraint, the search goes on with what it differs by."""
     tried = [_finer(task, x)]
@@ -289,7 +198,7 @@ def _checked(task: Task, x: Array) -> Design:
         x, found, checked = tried[-1]
         task.offset, task.cache = checked - found, {rounded(x): task.cache[rounded(x)]}
         with suppress(EnoughError):
-            _descend(task, x)
+            descend(task, x)
         best = task.best()
         if best is None or rounded(best) == rounded(x):
             break

@@ -7,11 +7,13 @@ drive together and differ in the coupler: a massless exact elastica, or a geomet
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from math import exp, log, pi
 from time import perf_counter
 from typing import NamedTuple
 
 import numpy as np
+from scipy.optimize import root_scalar
 
 from buckler import mbs
 from buckler.mbs import Beam, Cable, GuideFriction, Mechanism, Ramp, Section, Strut, slider_crank
@@ -148,19 +150,22 @@ def calibrate(model: str, parameters: ImpactParameters) -> Fit:
     if model == "stitched":
         duration = parameters.mass * (1 + parameters.restitution) * speed / IMPACT_FORCE
         return Fit(model, duration, [(duration, IMPACT_FORCE)])
-    log_stop, slope, trials = 2 * log(IMPACT_FORCE / speed) - log(parameters.mass), 0.5, []  # elastic: F = v sqrt(k m)
-    for _ in range(TRIALS):
+    trials: list[tuple[float, float]] = []
+    nothing = f"{model}: no stop stiffness found for {IMPACT_FORCE:g} N"
+
+    @cache
+    def off(log_stop: float) -> float:
         run = strike(model, parameters, exp(log_stop), IMPACT_SPEED)
         force = read(run).impact_peak
         if not run.ended or not force:
-            reason = run.message or "the slider does not meet the stop"
-            raise NotCalibratedError(f"{model}: no stop stiffness found for {IMPACT_FORCE:g} N: {reason}")
+            raise NotCalibratedError(f"{nothing}: {run.message or 'the slider does not meet the stop'}")
         trials.append((exp(log_stop), force))
-        off = log(force / IMPACT_FORCE)
-        if abs(off) < CALIBRATED_TO:
-            return Fit(model, exp(log_stop), trials)
-        if len(trials) > 1:
-            (k0, f0), (k1, f1) = trials[-2:]
-            slope = min(2.0, max(0.2, log(f1 / f0) / log(k1 / k0)))
-        log_stop -= off / slope
-    raise NotCalibratedError(f"{model}: no stop stiffness found for {IMPACT_FORCE:g} N; the last trials: {trials[-2:]}")
+        missed = log(force / IMPACT_FORCE)
+        return missed if abs(missed) >= CALIBRATED_TO else 0.0
+
+    first = 2 * log(IMPACT_FORCE / speed) - log(parameters.mass)  # elastic: F = v sqrt(k m)
+    second = first - 2 * off(first)
+    root = root_scalar(off, method="secant", x0=first, x1=second, maxiter=TRIALS).root if second != first else first
+    if off(root):
+        raise NotCalibratedError(f"{nothing}; the last trials: {trials[-2:]}")
+    return Fit(model, exp(root), trials)
