@@ -39,8 +39,9 @@ CLOSEST = 1e-12
 """The same of equal steps, whose error nothing watches."""
 ARRIVED = 1.1e-12
 """Of the end: a run this near to it is over; the integrators themselves stop 1e-12 before it."""
-SHORT = 4e-4
-"""First step, of the longest: a finer run is finer from its start on, where stiff parts ring as the steps let them."""
+SHORT = 1e-3
+"""First step, of the longest: a finer run is finer from its start on, where stiff parts ring as the steps let them, and two runs
+never share their first samples."""
 HELD = 1e-6
 """Of the longest link, or rad: how far constraints may be off in the end, or a local error if that is more."""
 ROWS = 2000
@@ -178,7 +179,7 @@ def _controls(start: float, end: float, solver: Spectral) -> output.Record:
     out, equal, duration = output.blank(output.CONTROLS), solver.count is not None, end - start
     out.end, out.tolerance, out.contact_tolerance = end, solver.tolerance, solver.contact_tolerance
     out.longest = longest = solver.longest(duration)
-    out.first_step = longest if equal else SHORT * longest
+    out.first_step = longest if equal else SHORT * min(longest, duration / COARSEST)
     out.budget, out.every, out.fixed = solver.steps.max_steps, solver.steps.record_every, equal
     out.floor, out.graze = SLOWEST_ONSET, GRAZE * min(1.0, solver.contact_tolerance / Spectral().contact_tolerance)
     out.close = CLOSEST / solver.tolerance if equal else CLOSE
