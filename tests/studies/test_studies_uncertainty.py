@@ -178,7 +178,7 @@ def test_simulated_strikes_are_those_of_the_slider_crank_study(coupler, given):
     """Strut and beam at the mean, by the other solver; gravity and motor reach the mechanism."""
     at = {i.name: i.mean for i in uncertainty.Parameters().inputs("slider-crank")} | {"stop_stiffness": 7.2e4, "bow": 1e-4}
     made = Striker(3.775e-3, coupler, StrikeAssumptions(**given)).mechanism(**at)
-    found = mbs.simulate(made, 3.0, solver=mbs.Spectral(mbs.Controlled(tolerance=1e-6)))
+    found = mbs.simulate(made, 3.0, solver=mbs.Spectral(mbs.Controlled(tolerance=1e-8)))
     known = strike(coupler, SliderCrankParameters(tolerance=1e-6, **given), 7.2e4, 1.25)
     assert found.signals["B.contact_force"].max() == pytest.approx(known.force.max(), rel=5e-3)
 

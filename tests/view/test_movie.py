@@ -33,7 +33,10 @@ def test_points_are_drawn_where_the_signals_say(name):
 
 
 def test_a_strip_ends_in_its_pins_and_bends_as_its_force_says():
-    """In rest on the stop the moment is the force times the deflection, so the curvature is F d / (E I)."""
+    """In rest on the stop the moment is the force times the deflection, so the curvature is F d / (E I).
+
+    A run without settings is held to 10 % of forces.
+    """
     result = run("strip")
     movie, band = result.movie, result.movie.bands["coupler"]
     assert band.points[:, 0] == pytest.approx(movie.frames["A"][:, :2], abs=1e-6)
@@ -42,7 +45,7 @@ def test_a_strip_ends_in_its_pins_and_bends_as_its_force_says():
     chord = band.points[k, -1] - band.points[k, 0]
     force = -result.at("B.contact_force", movie.time[k]) / abs(chord[0]) * np.hypot(*chord)  # along the chord
     deflection = np.interp(movie.time[k], result.time, result.signals["coupler.deflection"])
-    assert band.bending[k][band.bending.shape[1] // 2] == pytest.approx(force * deflection / STRIP.bending_stiffness, rel=0.02)
+    assert band.bending[k][band.bending.shape[1] // 2] == pytest.approx(force * deflection / STRIP.bending_stiffness, rel=0.05)
     assert band.stress[k].max() == pytest.approx(band.modulus * abs(band.bending[k]).max() * STRIP.thickness / 2, rel=1e-2)
     mean = result.at("coupler.axial_force", movie.time[k])
     assert np.trapezoid(band.axial_force[k]) / (len(band.axial_force[k]) - 1) == pytest.approx(mean, rel=0.01)
