@@ -55,6 +55,7 @@ SOLVERS: dict[type, Callable[..., Run]] = {Exudyn: once, Spectral: _compiled, Cl
 Solver = Exudyn | Spectral | Closure
 
 
+@one_thread()
 def simulate(
     mechanism: Mechanism,
     duration: float,
@@ -131,15 +132,14 @@ def simulate(
         return made[-1]
 
     try:
-        with one_thread():
-            if accuracy is None and solver is not None:
-                single, complete = run(mechanism, duration, solver), None
-            else:
-                ladder = None if accuracy is None else ladder_of(mechanism, duration, accuracy, solver or suited(mechanism))
-                found = plain(mechanism, duration, run) if ladder is None else deliver(Climb(ladder, run), goal)
-                single, complete = found.run, lambda result: found.complete(result, goal, working_time() - start)
-            result = _result(single, complete, ledger, times)
-            return verified(result, single, mechanism, duration, run) if verify else result
+        if accuracy is None and solver is not None:
+            single, complete = run(mechanism, duration, solver), None
+        else:
+            ladder = None if accuracy is None else ladder_of(mechanism, duration, accuracy, solver or suited(mechanism))
+            found = plain(mechanism, duration, run) if ladder is None else deliver(Climb(ladder, run), goal)
+            single, complete = found.run, lambda result: found.complete(result, goal, working_time() - start)
+        result = _result(single, complete, ledger, times)
+        return verified(result, single, mechanism, duration, run) if verify else result
     except KeyboardInterrupt as stop:
         raise (_interrupted(made) if made else stop) from None
 

@@ -7,9 +7,13 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
+from threading import Lock
 
 import scipy
 
+_LOCK = Lock()
+_BEFORE: list[list[int]] = []
+"""Numbers of threads that those found who entered; the last to leave takes those of the first."""
 NAMES = ("scipy_openblas_{}_num_threads", "openblas_{}_num_threads", "scipy_openblas_{}_num_threads64_")
 
 
@@ -27,12 +31,14 @@ def _doors() -> list[tuple[Callable[[], int], Callable[[int], None]]]:
 
 @contextmanager
 def one_thread() -> Iterator[None]:
-    """Let linear algebra use one thread."""
-    before = [read() for read, _ in _doors()]
-    try:
+    """Let linear algebra use one thread, until the last of those that ask for it at a time has left."""
+    with _LOCK:
+        _BEFORE.append([read() for read, _ in _doors()])
         for _, write in _doors():
             write(1)
+    try:
         yield
     finally:
-        for (_, write), count in zip(_doors(), before, strict=True):
-            write(count)
+        with _LOCK:
+            for (_, write), count in zip(_doors(), _BEFORE.pop(), strict=True):
+                write(count)
