@@ -145,15 +145,20 @@ def deliver(climb: Climb, goal: Goal, at: Rung = START, rival: Climb | None = No
             wider = climb.functions(at._replace(space=at.space + 1))
             wide = (base, wider) if base and wider else None
         if not base or not finer or (climb.ladder.in_space and not wide):
-            return best or other or Delivery(climb.run(at), climb.made)
+            return _nearest(best, other) or Delivery(climb.run(at), climb.made)
         seen = look(base, finer, wide, parts_at * HELPED)
         now = delivered(climb, goal, at, seen)
         futile += best is not None and HELPED * now.worst.ratio > best.worst.ratio
         best = now if best is None or now.worst.ratio <= best.worst.ratio else best
         after = _next(goal, seen, at)
         if now.worst.ratio <= 1 or futile >= PATIENCE or sum(climb.made.values()) + 2 > RUNS or after == at:
-            return other if other and other.worst.ratio < best.worst.ratio else best
+            return _nearest(best, other) or best
         at, wide, parts_at = after, wide if after.space == at.space else None, seen.parts_at
+
+
+def _nearest(*found: Delivery | None) -> Delivery | None:
+    """That which is least beyond what is allowed, of those that are known."""
+    return min(filter(None, found), key=lambda each: each.worst.ratio, default=None)
 
 
 def plain(mechanism: Mechanism, duration: float, run: Runner) -> Delivery:

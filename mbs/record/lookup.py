@@ -59,6 +59,13 @@ def slopes(time: Array, values: Array, smooth: bool) -> Array:
     return np.concatenate([secants[:1], np.where(before * after > 0, mean, 0.0), secants[-1:]])
 
 
+def _pieces(time: Array, times: Array) -> tuple[Array, Array, Array]:
+    """Between which samples times lie: the first one's number, the way between the two, and the share of it."""
+    k = np.clip(np.searchsorted(time, times, side="right") - 1, 0, len(time) - 2)
+    h = time[k + 1] - time[k]
+    return k, h, (times - time[k]) / h
+
+
 def hermite(time: Array, values: Array, speeds: Array, times: Array) -> tuple[Array, Array]:
     """Interpolate by the cubics that have the values and the speeds of the samples; return values and speeds there.
 
@@ -70,9 +77,8 @@ def hermite(time: Array, values: Array, speeds: Array, times: Array) -> tuple[Ar
     times : array, shape (times,) or a float
         Within those of the samples.
     """
-    k = np.clip(np.searchsorted(time, times, side="right") - 1, 0, len(time) - 2)
-    h = (time[k + 1] - time[k]).reshape((*np.shape(times), *[1] * (values.ndim - 1)))
-    s = (times - time[k]).reshape(h.shape) / h
+    k, length, share = _pieces(time, times)
+    h, s = (np.reshape(each, (*np.shape(times), *[1] * (values.ndim - 1))) for each in (length, share))
     step, before, after = values[k + 1] - values[k], h * speeds[k], h * speeds[k + 1]
     bend, twist = 3 * step - 2 * before - after, before + after - 2 * step
     return values[k] + s * (before + s * (bend + s * twist)), (before + s * (2 * bend + 3 * s * twist)) / h
@@ -98,9 +104,7 @@ def between(time: Array, values: Array, rates: Array | None, times: Array, smoot
     from scipy.sparse import csr_array  # it takes a while to load
 
     speeds, x = slopes(time, values, smooth) if rates is None else rates, np.ravel(times)
-    k = np.clip(np.searchsorted(time, x, side="right") - 1, 0, len(time) - 2)
-    h = time[k + 1] - time[k]
-    s = (x - time[k]) / h
+    k, h, s = _pieces(time, x)
     ends = np.stack([k, k + 1], axis=1).ravel(), np.arange(0, 2 * len(x) + 1, 2)
     found = 0.0
     for known, left, right in ((values, 1 + 2 * s, 3 - 2 * s), (speeds, h * s, h * (s - 1))):  # times those of the other end
