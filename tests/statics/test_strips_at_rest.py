@@ -7,6 +7,8 @@ from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
 
 from buckler import mbs
+from buckler.studies.trust import columns
+from buckler.studies.trust.columns import THIN, column
 
 BAR, LENGTH = mbs.Section(0.03, 0.005), 0.3
 
@@ -53,32 +55,24 @@ def test_a_force_across_a_strip_that_turns_with_it_rolls_it_up(times):
 
 def test_the_other_equilibria_of_a_column_have_errors_as_small_as_the_first():
     """Buckled to both sides: Euler's elastica, P = 4 K^2 EI/L^2, its ends (2 E/K - 1) L apart; or turned over and pulled."""
-    section, length = mbs.Section(0.02, 0.0002), 0.5
-    load = 2 * section.euler_load(length)
-    rest = mbs.equilibrium(mbs.Mechanism(
-        {"A": (0, 0), "B": (length, 0)}, [mbs.Link("strip", "A", "B", mbs.Beam(section))], [mbs.Revolute("A", "ground", "strip")],
-        [mbs.Guide("B", "strip")], loads=[mbs.Force("B", (-load, 0.0))],
-    ), all=True)  # fmt: skip
+    load = 2 * THIN.euler_load(columns.LENGTH)
+    rest = mbs.equilibrium(column("pinned", THIN, load), all=True)
     m = brentq(lambda m: 4 * ellipk(m) ** 2 - 2 * np.pi**2, 0.1, 0.9)
-    buckled = [each for each in rest.others if each.stable and each.point("strip", "B").position[0] > -0.9 * length]
+    buckled = [each for each in rest.others if each.stable and each.point("strip", "B").position[0] > -0.9 * columns.LENGTH]
     assert not rest.stable
     assert len(buckled) == 2
     for each in buckled:
-        assert each.point("strip", "B").position[0] == pytest.approx((2 * ellipe(m) / ellipk(m) - 1) * length, abs=1e-6)
+        assert each.point("strip", "B").position[0] == pytest.approx((2 * ellipe(m) / ellipk(m) - 1) * columns.LENGTH, abs=1e-6)
         assert each.error < 1e-7
 
 
 def test_a_column_at_five_euler_loads_bows_to_both_sides_in_one_and_two_waves():
     """4 n^2 K^2 EI/L^2 = P: an elastica of n = 1, 2 half waves, and its image in the line of the ends, each beside the other."""
-    section, length = mbs.Section(0.02, 0.0002), 0.5
-    load = 5 * section.euler_load(length)
-    rest = mbs.equilibrium(mbs.Mechanism(
-        {"A": (0, 0), "B": (length, 0)}, [mbs.Link("strip", "A", "B", mbs.Beam(section))], [mbs.Revolute("A", "ground", "strip")],
-        [mbs.Guide("B", "strip")], loads=[mbs.Force("B", (-load, 0.0))],
-    ), all=True)  # fmt: skip
+    load = 5 * THIN.euler_load(columns.LENGTH)
+    rest = mbs.equilibrium(column("pinned", THIN, load), all=True)
     for waves in (1, 2):
         m = brentq(lambda m, n=waves: (2 * n * ellipk(m)) ** 2 - 5 * np.pi**2, 1e-6, 0.999)
-        end = (2 * ellipe(m) / ellipk(m) - 1) * length
+        end = (2 * ellipe(m) / ellipk(m) - 1) * columns.LENGTH
         found = [each.point("strip", "B") for each in rest.others if abs(each.point("strip", "B").position[0] - end) < 1e-5]
         assert len(found) == 2
         assert sum(each.angle for each in found) == pytest.approx(0.0, abs=1e-6)
