@@ -32,15 +32,17 @@ class Growth:
     def at(self, k: int, forces: dict[str, float]) -> dict[str, float]:
         """Growth, 1/s, of each strip's bending at a sample, the strips' mean normal forces given, N; zero where none grows."""
         from buckler.mbs.statics.settling import carried
+        from buckler.mbs.statics.spectrum import spectrum
 
         q = self._pose(k, forces)
         rest = self.problem.start(1.0)._replace(q=q)
-        spectrum = self.problem.spectrum(rest._replace(multipliers=carried(self.problem, rest)))
-        grows = np.flatnonzero(spectrum.growth > 0.0)
+        tangent = self.problem.about(rest._replace(multipliers=carried(self.problem, rest)))
+        if tangent.definite:
+            return dict.fromkeys(forces, 0.0)
+        found = spectrum(tangent)
+        grows = np.flatnonzero(found.growth > 0.0)
         return {
-            name: max(
-                (float(spectrum.growth[i]) for i in grows if self._bends(name, q, np.real(spectrum.shapes[:, i]))), default=0.0
-            )
+            name: max((float(found.growth[i]) for i in grows if self._bends(name, q, np.real(found.shapes[:, i]))), default=0.0)
             for name in forces
         }
 

@@ -234,12 +234,16 @@ class Problem:
 
     def spectrum(self, rest: Rest, count: int = COUNT) -> Spectrum:
         """Small motions about a state; of many the lowest, and all that grow."""
+        return spectrum(self.about(rest), count=count)
+
+    def about(self, rest: Rest) -> Tangent:
+        """The equations of small motions about a state."""
         self.set(rest.parameter)
         tangent = Tangent.at(self.scene, rest.q, rest.multipliers)
         if self.table:
             stiffness, damping = tangent.stiffness - self.table.outwards, tangent.damping + self.table.gyroscopic
             tangent = replace(tangent, stiffness=stiffness, damping=damping)
-        return spectrum(tangent, count=count)
+        return tangent
 
 
 def solve(matrix: Matrix, right: Array) -> Array:

@@ -87,6 +87,18 @@ class Tangent:
         both = _symmetric(k) and _symmetric(c)
         return both and not (_any(c) and np.linalg.eigvalsh(c).min() < -1e3 * EPS * np.abs(c).max())
 
+    @property
+    def definite(self) -> bool:
+        """Whether energy has a minimum there, so that nothing grows (Kelvin, Tait, Chetaev); not known of sparse matrices."""
+        k = self.reduced(self.stiffness)
+        if issparse(k) or not self.conservative:
+            return False
+        try:
+            np.linalg.cholesky(k)
+        except np.linalg.LinAlgError:
+            return False
+        return True
+
     def undamped(self) -> Tangent:
         """The same without what depends on rates."""
         return replace(self, damping=0.0 * self.damping)

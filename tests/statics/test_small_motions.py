@@ -10,9 +10,24 @@ import pytest
 from scipy.optimize import brentq
 
 from buckler.elastica.vibration import Frame, beam_frequencies
-from buckler.mbs import Beam, Guide, Link, Mechanism, Modal, Revolute, Rigid, Section, Slider, Spring, Weld, frequencies
+from buckler.mbs import (
+    Beam,
+    Guide,
+    Link,
+    Mechanism,
+    Modal,
+    Revolute,
+    Rigid,
+    Section,
+    Slider,
+    Spring,
+    Weld,
+    equilibrium,
+    frequencies,
+)
 from buckler.mbs.laws import Coulomb
-from buckler.studies.trust.columns import LENGTH, beck, column, member
+from buckler.mbs.statics.problem import Problem, Rest, loads_of
+from buckler.studies.trust.columns import LENGTH, beck, column, critical, member
 
 
 def strip(section, ends):
@@ -53,6 +68,16 @@ def test_the_first_twelve_frequencies_are_right_at_the_default(ends, thickness, 
 
 SLIM = Section(0.02, 0.0005)
 UNIT = SLIM.bending_stiffness / LENGTH**2
+
+
+@pytest.mark.parametrize(("times", "least"), [(0.999, True), (1.001, False)])
+def test_a_straight_columns_energy_is_least_up_to_its_critical_load(times, least):
+    """A following load has no energy: nothing is known by it."""
+    load, found = times * critical("cantilever", 1), []
+    for follows in (None, "strip"):
+        rest = equilibrium(column("cantilever", load=load, follows=follows))
+        found.append(Problem(rest.scene, loads_of(rest.scene)).about(Rest(rest.q, rest.multipliers, 1.0)).definite)
+    assert found == [least, False]
 
 
 @pytest.mark.parametrize("times", [10.0, 19.0])
