@@ -82,12 +82,11 @@ def parted(a: Functions, b: Functions) -> float:
     vibration part as early on each rung, but are no sign of it: their difference grows by a power of time (`FASTEST`), that of a
     chaotic motion a hundredfold in as long as it took for the hundredfold before.
     """
-    end = min(a.time[-1], b.time[-1])
-    times = a.time[a.time <= end]
-    mine, theirs, off = a.at(times), b.at(times), np.zeros(len(times))
-    for name, signal in b.signals.items():
-        if signal.kind is Kind.PLACE and name in a.signals:
-            off = np.maximum(off, np.abs(mine[name] - theirs[name]) / b.scales[name][0])
+    times = a.time[a.time <= b.time[-1]]
+    off = np.zeros(len(times))
+    for name, theirs in b.at(times, (Kind.PLACE,)).items():
+        if name in a.signals:
+            off = np.maximum(off, np.abs(a.signals[name].values[: len(times)] - theirs) / b.scales[name][0])
     off = np.maximum.accumulate(off)
     if not off[-1] > UNRELATED:
         return inf
