@@ -31,6 +31,7 @@ from buckler.mbs.elements import (
     Slider,
     Slot,
     Spring,
+    States,
     Stop,
     Strut,
     Torque,
@@ -59,7 +60,7 @@ __all__ = [
     "STEEL", "AdamsDamping", "Beam", "Belt", "Cable", "Clearance", "Closure", "Controlled", "Drive", "Equal", "Exudyn",
     "Force", "Gear", "Guide", "GuideFriction", "LineLoad", "Link", "Mass", "Material", "Mechanism", "Modal", "Motion", "Motor",
     "Profile", "Rack", "Ramp", "Result", "Revolute", "Rigid", "Rope", "Section", "Slider", "Slot", "Spectral", "Spring",
-    "Status", "Stop", "Strut", "Torque", "TorsionSpring", "Weld", "build", "crank_rocker", "equilibrium", "fit",
+    "States", "Status", "Stop", "Strut", "Torque", "TorsionSpring", "Weld", "build", "crank_rocker", "equilibrium", "fit",
     "frequencies", "optimise", "path", "periodic", "response", "sensitivities", "simulate", "slider_crank",
 ]  # fmt: skip
 

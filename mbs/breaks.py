@@ -29,6 +29,8 @@ DEGREE, FEWEST, SEEN = 8, 4, 1e-3
 """Of the polynomials, of a line between as few looks; what they may leave, of the function's range, and times the length of a
 step of the function's integral: a step may take what it sees at one instant for all of it."""
 HALVINGS, SAME = 60, 1e-12
+MOST_OTHERS = 20
+"""Arguments of a function besides the time."""
 
 
 def breaks(function: Callable[..., object], duration: float) -> tuple[float, ...]:
@@ -37,8 +39,8 @@ def breaks(function: Callable[..., object], duration: float) -> tuple[float, ...
     Parameters
     ----------
     function : callable
-        Of time, s; values are numbers or sequences of numbers. One of time, angle and speed is looked at where both are none.
-        It is looked at once, if it can be hashed.
+        Of time, s; values are numbers or sequences of numbers. One that has more arguments, as an angle and a speed, is looked at
+        where these are zero. It is looked at once, if it can be hashed.
     duration : float
         s.
     """
@@ -72,11 +74,13 @@ _kept = lru_cache(maxsize=64)(_found)
 
 def _of_time(function: Callable[..., object]) -> Callable[[Any], Any]:
     """The same of time alone."""
-    try:
-        function(0.0)
-    except TypeError:
-        return lambda t: function(t, 0.0, 0.0)
-    return function
+    for others in range(MOST_OTHERS):
+        try:
+            function(0.0, *[0.0] * others)
+        except (TypeError, ValueError):
+            continue
+        return lambda t: function(t, *[0.0] * others)
+    raise ValueError("no function of time and others")
 
 
 def _looked(function: Callable[..., object], times: Array) -> Array:

@@ -87,20 +87,54 @@ class Function(Callables):
     def read(self, name: str, given: object) -> Any:
         if isinstance(given, str) and given in self.named:
             return self.named[given]
-        found = Components(_PARTS.read(name, given)) if is_list(given) and self.fits(given) else super().read(name, given)
+        found = self.made(name, given)
+        self.tried(name, found)
+        return found
+
+    def tried(self, name: str, found: object) -> None:
+        """Call it where all variables are zero; ValueError if it fails, or returns anything else than it must."""
         zeros = [0.0] * len(self.of.split(","))
         at = f"{name} at {self.of} = 0"
         value = called(name, found, *zeros)(*zeros)
         Quantity(self.unit).read(at, value) if self.size == 1 else pair(at, value, self.unit)
-        return found
+
+    def made(self, name: str, given: object) -> Any:
+        """What was given as a function, which nobody has called yet."""
+        return Components(_PARTS.read(name, given)) if is_list(given) and self.fits(given) else super().read(name, given)
 
     def written(self, name: str, value: object) -> Any:
         for key, function in self.named.items():
             if value is function:
                 return key
-        if isinstance(value, Components) and self.size > 1:
+        if isinstance(value, Components):
             return _PARTS.written(name, value.parts)
         return super().written(name, value)
+
+
+class Law(Function):
+    """The same of a load that may have states: the load calls it, as it alone knows them."""
+
+    @property
+    def words(self) -> str:  # type: ignore[override]
+        return f"{super().words}, where the load has states of them, too"
+
+    def read(self, name: str, given: object) -> Any:
+        return self.made(name, given)
+
+
+class Rates(Function):
+    """Rates of all states of a load, which calls it: one function, or a list of one for each state."""
+
+    words = "a function, or a list of them, in files formulas"
+
+    def fits(self, given: object) -> bool:
+        return Callables.fits(self, given) or (is_list(given) and len(given) > 0)
+
+    def read(self, name: str, given: object) -> Any:
+        return self.made(name, given)
+
+    def schema(self) -> Schema:
+        return any_of([super().schema(), _PARTS.schema()])
 
 
 def _callable_kinds() -> dict[str, type]:

@@ -10,6 +10,7 @@ Any Python function will do in their place, but it cannot be saved in a file.
 from __future__ import annotations
 
 import ast
+import re
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, is_dataclass
@@ -24,9 +25,11 @@ from buckler.mbs.declare import Declared, Name, Quantity, Several, declared, fie
 from buckler.mbs.declare.spec import Anything
 from buckler.mbs.expressions import compiled, derivative, names_in, parse
 
-SIGNATURES = (("t",), ("s",), ("x",), ("x", "v"), ("t", "angle", "speed"))
+TURN, PATH = ("t", "angle", "speed"), ("t", "x", "y", "vx", "vy")
+SIGNATURES = (("t",), ("s",), ("x",), ("x", "v"), TURN, PATH)
 """Variables a formula may have, in the order in which it is called with them: time; fraction of a length; elongation and its
-rate; time, angle and speed of a link."""
+rate; time, angle and speed of a link; time, place and velocity of a point. `state1`, `state2`, ... may stand beside any."""
+STATE = re.compile(r"\bstate[1-9][0-9]*\b")
 OURS = "buckler."
 PIECES, MOST, EXACT = 128, 10_000, 1e-11
 """Pieces of a run over which a formula is integrated, intervals of one at most, and how far the integral may be off, relative."""
@@ -70,14 +73,16 @@ class Expression(Given, Declared):
 
     def agree(self) -> None:
         """Variables that go together."""
-        tree = parse(self.text, {name for names in SIGNATURES for name in names})
-        used = names_in(tree)
+        states = set(STATE.findall(self.text)) if isinstance(self.text, str) else set()
+        tree = parse(self.text, {name for names in SIGNATURES for name in names} | states)
+        used = names_in(tree) - states
         fitting = [names for names in SIGNATURES if used <= set(names)]
         if not fitting:
             raise ValueError(f"'{self.text}': {', '.join(sorted(used))} do not go together; known: {_known()}")
-        object.__setattr__(self, "variables", fitting[0])
-        object.__setattr__(self, "_value", compiled(tree, fitting[0]))
-        object.__setattr__(self, "_on_arrays", compiled(tree, fitting[0], arrays=True))
+        variables = (*fitting[0], *sorted(states))
+        object.__setattr__(self, "variables", variables)
+        object.__setattr__(self, "_value", compiled(tree, variables))
+        object.__setattr__(self, "_on_arrays", compiled(tree, variables, arrays=True))
 
     def __call__(self, *values: Any) -> Any:
         """Value at its variables, floats or arrays; further ones are not looked at."""
@@ -238,6 +243,42 @@ class Components(Given, Declared):
     def __call__(self, *values: Any) -> tuple[Any, ...]:
         """Values at the variables."""
         return tuple(part(*values) if callable(part) else part for part in self.parts)
+
+
+def numbers_of(function: Any, variables: Sequence[str], size: int = 1) -> list[Callable[..., float]]:
+    """What a function of these variables returns, number by number: `size` of them, where it does not say.
+
+    Raises
+    ------
+    ValueError
+        If a formula has other variables.
+    """
+    if isinstance(function, Components):
+        return [each for part in function.parts for each in numbers_of(part, variables)]
+    if isinstance(function, Expression):
+        return [_formula(function, variables)]
+    if not callable(function):
+        return [lambda *_: function]
+    return [function] if size == 1 else [_component(function, i) for i in range(size)]
+
+
+def _formula(formula: Expression, variables: Sequence[str]) -> Callable[..., float]:
+    """A formula as a function of these variables, of which it has some."""
+    own: tuple[str, ...] = formula.variables  # type: ignore[attr-defined]
+    for name in own:
+        if name not in variables:
+            raise ValueError(f"'{formula.text}': there is no {name}; known: {', '.join(variables)}")
+    places = [variables.index(name) for name in own]
+    return lambda *values: formula(*[values[k] for k in places])
+
+
+def _component(function: Callable[..., Sequence[float]], i: int) -> Callable[..., float]:
+    """One of the numbers that a function returns."""
+
+    def component(*values: float) -> float:
+        return function(*values)[i]
+
+    return component
 
 
 def _known() -> str:

@@ -10,7 +10,7 @@ is read off a signal is off by no more than a norm of the difference: two readin
 
 A place is measured by its range, a force or a rate by its root mean square or its peak, a component by the largest of its
 vector, and all at least by `SMALL` of the largest signal of its kind and unit, places by `RESTING` of the mechanism: what is
-smaller rests. Energies are measured by what is put through, and by a hundred times what vibrations that nobody sees may hold.
+smaller rests. A state is measured by its own largest value. Energies are measured by what is put through, and by a hundred times what vibrations that nobody sees may hold.
 
 Contacts that close a little earlier or later would make forces differ wholly for that little while. The onset tells their time;
 forces and rates are compared in a time that is bent so that onsets fall together, and not between two samples about one, nor
@@ -40,7 +40,7 @@ from buckler.mbs.record.run import Run
 SMALL, RESTING = 1e-2, 1e-3
 """Of the largest signal of the same kind and unit, and of the mechanism's size: smaller signals are measured by so much."""
 FORCES = (Kind.REACTION, Kind.CONTACT, Kind.FRICTION, Kind.INTERNAL)
-STRAIGHT = (Kind.PLACE, Kind.ENERGY)
+STRAIGHT = (Kind.PLACE, Kind.STATE, Kind.ENERGY)
 """Compared in time as it is."""
 BENT = tuple(kind for kind in Kind if kind not in STRAIGHT)
 TINY = float(np.finfo(float).tiny)
@@ -174,7 +174,7 @@ def compare(a: Functions, b: Functions, until: float = np.inf) -> dict[str, Apar
             off, missed = here[name] - there[name], _missed(a, b, name, plain)
             norm = np.sqrt(weights @ off**2 / end) + np.sqrt(evenly @ missed**2 / end)
             found[name] = Apart(float(norm), float(scales[0]))
-            if signal.kind is Kind.PLACE or signal.kind in FORCES:
+            if signal.kind in (Kind.PLACE, Kind.STATE) or signal.kind in FORCES:
                 largest = np.abs(off[weights > 0]).max(initial=0.0) + missed.max()
                 found[f"{name}.peak"] = Apart(float(largest), float(scales[1]))
             if signal.kind in FORCES:

@@ -65,7 +65,7 @@ class Asked:
             return {name: max(ROUNDING, self.asked * share.get(name, 1.0)) for name in self.of}
         found: dict[str, float] = {}
         for name, signal in run.signals.items():
-            wanted = signal.kind is Kind.PLACE
+            wanted = signal.kind in (Kind.PLACE, Kind.STATE)
             if self.of != PLACES:
                 forces = signal.kind in FORCES and signal.unit in UNITS
                 wanted = forces and (f"{name}.mean" not in run.signals if self.of == MEANS else not signal.period)
@@ -100,6 +100,8 @@ class Usual:
             elif signal.kind is Kind.PLACE:
                 whole = run.size if signal.unit == "m" else 1.0
                 found[name + norm] = place * max(1.0, whole / max(float(run.scales[name][1]), TINY))
+            elif signal.kind is Kind.STATE:
+                found[name] = FORCE
             elif signal.kind is Kind.ENERGY and "friction" not in name:
                 found[name] = IMPULSE
             elif force and signal.kind in (Kind.CONTACT, Kind.REACTION, Kind.INTERNAL):

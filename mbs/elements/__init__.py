@@ -23,6 +23,7 @@ from buckler.mbs.elements.rope import Rope
 from buckler.mbs.elements.section import STEEL, Material, Profile, Section
 from buckler.mbs.elements.slider import Slider, Slot
 from buckler.mbs.elements.spring import Spring
+from buckler.mbs.elements.states import States
 from buckler.mbs.elements.stop import Stop
 from buckler.mbs.elements.strut import Strut
 from buckler.mbs.elements.torque import Torque
@@ -38,5 +39,6 @@ KINDS: dict[str, type] = {
 __all__ = [
     "KINDS", "STEEL", "AdamsDamping", "Beam", "Belt", "Body", "Cable", "Clearance", "Drive", "Force", "Gear", "Guide",
     "GuideFriction", "Inertia", "LineLoad", "Link", "Mass", "Material", "Modal", "Motion", "Motor", "Profile", "Rack", "Ramp",
-    "Revolute", "Rigid", "Rope", "Section", "Slider", "Slot", "Spring", "Stop", "Strut", "Torque", "TorsionSpring", "Weld",
+    "Revolute", "Rigid", "Rope", "Section", "Slider", "Slot", "Spring", "States", "Stop", "Strut", "Torque", "TorsionSpring",
+    "Weld",
 ]  # fmt: skip

@@ -116,6 +116,11 @@ class Element(Declared):
         return ""
 
     @property
+    def integrated(self) -> bool:
+        """Whether its force has states of its own, which are integrated with the motion."""
+        return False
+
+    @property
     def rubs_on_reaction(self) -> bool:
         """Whether it rubs by its own reaction, so that nobody knows its forces before the motion is solved."""
         return False

@@ -7,27 +7,29 @@ from typing import ClassVar
 
 import numpy as np
 
-from buckler.mbs.callables import Function
-from buckler.mbs.declare import Either, Nothing, Vector, declared, field, names
+from buckler.mbs.callables import Law
+from buckler.mbs.declare import Either, Nothing, Vector, declared, field, names, part
 from buckler.mbs.elements.element import GROUND, Parts, Push, Recorded, place
-from buckler.mbs.elements.load import Given, sampled
 from buckler.mbs.elements.references import check_turning, held_at, holder, refers, turning
 from buckler.mbs.elements.signal import Energy, Kind, Signal, vector
+from buckler.mbs.elements.states import Stateful, States
 from buckler.mbs.geometry import Array, cross, turned
 
 Pair = tuple[float, float]
 
 
 @declared
-class Force(Given):
-    """A force on a point of a link, or on a guide's block: constant, or a function of time."""
+class Force(Stateful):
+    """A force on a point of a link, or on a guide's block: constant, a function of time, or one of the point and of states."""
 
     title: ClassVar[str] = "force on '{point}'"
     label: ClassVar[str] = "force.{point:point}"
+    law: ClassVar[Law] = Law("t", "N", size=2)
+    measured: ClassVar[str] = "t, x, y, vx, vy"
 
     point: str = names(doc="'A', or 'coupler:A' as part of that link; on the end of a strut it acts on what that is pinned to")
-    value: Pair | Callable[[float], Pair] = field(
-        Either((Vector("N"), Function("t", "N", size=2))),
+    value: Pair | Callable[..., Pair] = field(
+        Either((Vector("N"), law)),
         "the force, or a function of t, s, that returns it; its jumps, kinks and pulses are looked for every 1e-5 of a run",
     )
     follows: str | None = names(
@@ -38,6 +40,11 @@ class Force(Given):
     through: Pair | None = field(
         Either((Vector("m"), Nothing())),
         "a place through which its line of action goes wherever the point is (Reut's load): at the point it acts with a moment",
+        default=None,
+    )
+    states: States | None = part(
+        States,
+        doc="states of the law: `value` is then a function of t, the point's place x, y, m, velocity vx, vy, m/s, and the states",
         default=None,
     )
 
@@ -51,32 +58,52 @@ class Force(Given):
             check_turning(mechanism, self.follows, where)
         if self.through is not None:
             check_turning(mechanism, held_at(mechanism, self.point), where)
+        if self.states is not None and (self.follows is not None or self.through is not None):
+            raise ValueError(f"{where}: states: a force with states neither follows a link nor goes through a place")
+        self.check_states(mechanism)
+
+    def initial(self, mechanism: Parts) -> list[float]:
+        """Time, place, and the velocity that is not known yet."""
+        return [0.0, *mechanism.points[place(self.point).point], 0.0, 0.0]
+
+    def begun(self, mechanism: Parts) -> Pair:
+        """The force at t = 0, N, of a point at rest."""
+        if not callable(self.value):
+            return self.value
+        fx, fy = (each(*self.start(mechanism)) for each in self.functions()[:2])
+        return fx, fy
+
+    def measures(self, record: Recorded) -> tuple[Array, ...]:
+        """Place and velocity."""
+        at, velocity = record.point(held_at(record.mechanism, self.point))
+        return *at.T, *velocity.T
 
     def turns_with(self, mechanism: Parts) -> str | None:
         """The point reference whose angle it follows."""
         return None if self.follows is None else turning(mechanism, self.follows, place(self.point).point)
 
-    def acting(self, record: Recorded, times: Array) -> Array:
+    def acting(self, name: str, record: Recorded, times: Array) -> Array:
         """The force, N, (times, 2), at times that may lie a little beside the samples, s."""
-        values = sampled(self.value, times) if callable(self.value) else np.tile(self.value, (len(times), 1))
+        values = self.evaluated(name, record, times) if callable(self.value) else np.tile(self.value, (len(times), 1))
         at = self.turns_with(record.mechanism)
         return values if at is None else turned(record.turn(at)[0], values)
 
-    def push(self, record: Recorded, times: Array) -> Push:
+    def push(self, name: str, record: Recorded, times: Array) -> Push:
         """The force, and its moment where its line of action goes through a place."""
-        at, force = held_at(record.mechanism, self.point), self.acting(record, times)
+        at, force = held_at(record.mechanism, self.point), self.acting(name, record, times)
         if self.through is None:
             return Push(at, force, np.zeros_like(record.time))
         return Push(at, force, cross(np.array(self.through) - record.point(at)[0], force))
 
     def signals(self, name: str, record: Recorded) -> Iterator[Signal]:
-        """Yield its components, N."""
-        yield from vector(f"{name}.f", self.acting(record, record.time), "N", Kind.INTERNAL, name)
+        """Yield its components, N, and its states."""
+        yield from vector(f"{name}.f", self.acting(name, record, record.time), "N", Kind.INTERNAL, name)
+        yield from self.told(name, record)
 
     def energies(self, name: str, record: Recorded) -> Iterator[Energy]:
         """Yield the work it gave."""
         if callable(self.value) or self.follows is not None or self.through is not None:
-            yield Energy("given", "load", self.worked(record))
+            yield Energy("given", "load", self.worked(name, record))
             return
         path = record.point(held_at(record.mechanism, self.point))[0]
         yield Energy("given", "load", (path - path[0]) @ np.array(self.value))

@@ -40,21 +40,21 @@ class Given(Load):
         """Times in a run at which it jumps, has a kink or changes quickly."""
         return kinks(self.value, duration)
 
-    def push(self, record: Recorded, times: Array) -> Push:
+    def push(self, name: str, record: Recorded, times: Array) -> Push:
         """What it does to its body, at times that may lie a little beside the samples, s."""
         raise NotImplementedError
 
     def pushes(self, name: str, record: Recorded) -> Iterator[Push]:
         """Yield it."""
-        yield self.push(record, record.time)
+        yield self.push(name, record, record.time)
 
-    def worked(self, record: Recorded) -> Array:
+    def worked(self, name: str, record: Recorded) -> Array:
         """Work, J: a step sees no jump at its ends, so that each has the power inside."""
-        power, last = self.push(record, record.time).power(record), float(record.time[-1])
+        power, last = self.push(name, record, record.time).power(record), float(record.time[-1])
         if not self.kinks(last):
             return record.work(power)
         beside = (np.clip(record.time + side, 0.0, last) for side in (-SIDE * last, SIDE * last))
-        before, after = (self.push(record, times).power(record) for times in beside)
+        before, after = (self.push(name, record, times).power(record) for times in beside)
         return record.work(power, (before, after))
 
 

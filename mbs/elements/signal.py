@@ -15,7 +15,7 @@ class Kind(StrEnum):
     """What a signal is: it decides how two runs are compared, and how values between samples are found.
 
     A reaction is a constraint's force, a contact's what pushes while it is closed (its force or depth), an internal force what
-    a law makes of a state or of time: strips, springs, motors, loads.
+    a law makes of a state or of time: strips, springs, motors, loads; a state one that a load's own law has.
     """
 
     PLACE = "place"
@@ -25,6 +25,7 @@ class Kind(StrEnum):
     CONTACT = "contact"
     FRICTION = "friction"
     INTERNAL = "internal"
+    STATE = "state"
     ENERGY = "energy"
     COUNT = "count"
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from math import cos, sin
 
 import exudyn.itemInterface as eii
@@ -12,6 +13,7 @@ from buckler.mbs.elements.force import Force
 from buckler.mbs.elements.references import held_at
 from buckler.mbs.engine.guarded import guarded
 from buckler.mbs.engine.scene import Scene
+from buckler.mbs.engine.states import add_states
 from buckler.mbs.engine.system import Callback, System
 from buckler.mbs.engine.torque import add_torque
 
@@ -19,15 +21,16 @@ from buckler.mbs.engine.torque import add_torque
 def connect(scene: Scene, loads: dict[str, Force]) -> None:
     """Load each point; a constant force needs no callback."""
     for name, load in loads.items():
-        marker = scene.marker(*place(held_at(scene.mechanism, load.point)))
-        follows = load.turns_with(scene.mechanism)
-        if callable(load.value) or follows is not None:
+        at = place(held_at(scene.mechanism, load.point))
+        marker, follows = scene.marker(*at), load.turns_with(scene.mechanism)
+        if load.states is not None:
+            item = eii.LoadForceVector(markerNumber=marker, loadVectorUserFunction=_with_states(scene, name, load, at))
+        elif callable(load.value) or follows is not None:
             item = eii.LoadForceVector(markerNumber=marker, loadVectorUserFunction=_function(scene, name, load, follows))
         else:
             item = eii.LoadForceVector(markerNumber=marker, loadVector=[*load.value, 0.0])
         scene.system.AddLoad(item)
         if load.through is not None:
-            at = place(held_at(scene.mechanism, load.point))
             add_torque(scene, scene.turning(*at), _moment(scene, at, load.through, _function(scene, name, load, follows)))
         scene.parts["Force"] += 1
 
@@ -41,6 +44,12 @@ def _moment(scene: Scene, at: tuple[str, str], through: tuple[float, float], for
         return (through[0] - x) * fy - (through[1] - y) * fx
 
     return moment
+
+
+def _with_states(scene: Scene, name: str, load: Force, at: tuple[str, str]) -> Callable[..., list[float]]:
+    measured = partial(scene.path, *at)
+    parts = add_states(scene, name, load, measured)
+    return lambda _system, t, _load: [*(part(t, t, *measured()) for part in parts), 0.0]
 
 
 def _function(scene: Scene, name: str, load: Force, follows: str | None) -> Callable[..., list[float]]:

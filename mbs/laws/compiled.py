@@ -60,7 +60,8 @@ def compile_plain(function: Callable[..., object], jit: Callable[..., object]) -
         for k, v in function.__globals__.items()
         if k in names
     }
-    plain = types.FunctionType(function.__code__, calls, function.__name__, function.__defaults__, function.__closure__)
+    held = tuple(types.CellType(compile_plain(cell.cell_contents, jit)) for cell in function.__closure__ or ()) or None
+    plain = types.FunctionType(function.__code__, calls, function.__name__, function.__defaults__, held)
     return jit(plain)
 
 
@@ -92,6 +93,12 @@ def _function_pointer(function: Callable[..., object], arguments: int) -> Pointe
     return _compiled(lambda jit: compile_plain(function, jit), arguments) or _python(function, arguments)
 
 
+def array_pointer(function: Callable[..., object], arguments: int) -> Pointer:
+    """Address of any function of so many floats, as one of a pointer to them."""
+    found = _compiled_array(function, arguments)
+    return found or _called_back(lambda given: float(function(*given[:arguments])), [ctypes.POINTER(ctypes.c_double)])  # type: ignore[arg-type]
+
+
 _kept_method = lru_cache(maxsize=256)(_method_pointer)
 _kept_function = lru_cache(maxsize=256)(_function_pointer)
 
@@ -102,16 +109,35 @@ def _compiled(made_by: Callable[[Any], Any], arguments: int) -> Pointer | None:
         return None
     import numba
 
-    errors = (numba.core.errors.NumbaError, AttributeError, TypeError, RecursionError, NotImplementedError, ValueError)
     signature = numba.float64(*[numba.float64] * arguments)
+    wrappers: dict[int, Callable[[Any], Callable[..., Any]]] = {
+        1: lambda function: lambda a: float(function(a)),
+        2: lambda function: lambda a, b: float(function(a, b)),
+        3: lambda function: lambda a, b, c: float(function(a, b, c)),
+    }
+    return _address(made_by, wrappers[arguments], signature)
+
+
+def _compiled_array(function: Callable[..., object], arguments: int) -> Pointer | None:
+    """The same of a function of a pointer to so many floats."""
+    if not compiler():
+        return None
+    import numba
+    from numba.np.unsafe.ndarray import to_fixed_tuple
+
+    def wrapped(inner: Callable[..., Any]) -> Callable[..., Any]:
+        return lambda given: float(inner(*to_fixed_tuple(numba.carray(given, (arguments,)), arguments)))
+
+    return _address(lambda jit: compile_plain(function, jit), wrapped, numba.float64(numba.types.CPointer(numba.float64)))
+
+
+def _address(made_by: Callable[[Any], Any], wrapped: Callable[[Any], Callable[..., Any]], signature: Any) -> Pointer | None:
+    """Address of a wrapped function of this signature; None if it cannot be compiled."""
+    import numba
+
+    errors = (numba.core.errors.NumbaError, AttributeError, TypeError, RecursionError, NotImplementedError, ValueError)
     try:
-        function = made_by(numba.njit)
-        wrappers: dict[int, Callable[..., Any]] = {
-            1: lambda a: float(function(a)),
-            2: lambda a, b: float(function(a, b)),
-            3: lambda a, b, c: float(function(a, b, c)),
-        }
-        made = numba.cfunc(signature, error_model="numpy")(wrappers[arguments])
+        made = numba.cfunc(signature, error_model="numpy")(wrapped(made_by(numba.njit)))
     except errors:
         return None
     return Pointer(int(made.address), True, made)
@@ -119,12 +145,17 @@ def _compiled(made_by: Callable[[Any], Any], arguments: int) -> Pointer | None:
 
 def _python(function: Callable[..., Any], arguments: int) -> Pointer:
     """Address of a call back into Python; an exception there becomes nan, which the solver reports."""
+    return _called_back(lambda *values: float(function(*values)), [ctypes.c_double] * arguments)
 
-    def safe(*values: float) -> float:
+
+def _called_back(function: Callable[..., float], arguments: list[Any]) -> Pointer:
+    """The same of arguments of these types."""
+
+    def safe(*values: Any) -> float:
         try:
-            return float(function(*values))
+            return function(*values)
         except (Exception, SystemExit):  # what leaves a callback is printed by ctypes, and lost
             return float("nan")
 
-    made = ctypes.CFUNCTYPE(ctypes.c_double, *[ctypes.c_double] * arguments)(safe)
+    made = ctypes.CFUNCTYPE(ctypes.c_double, *arguments)(safe)
     return Pointer(int(ctypes.cast(made, ctypes.c_void_p).value or 0), False, made)

@@ -13,11 +13,12 @@ force jumps and decays within a microsecond; a quarter of it may be missed at 1e
 
 
 def is_loose(mechanism: Mechanism) -> bool:
-    """True if an explicit integrator suits: rigid links, clearance in all joints, no stiff damper, constant drive speed."""
+    """True if an explicit integrator suits: rigid links, play in all joints, no stiff damper, constant drive speed, no states."""
     return (
         bool(mechanism.joints)
         and len(clearances(mechanism)) == len(mechanism.joints)
         and not any(link.body.flexible for link in mechanism.links)
+        and not any(each.integrated for each in mechanism.loads)
         and not (mechanism.guides or mechanism.stops or mechanism.couplings)
         and all(isinstance(drive.speed, int | float) for drive in mechanism.drives)
         and not stiffly_damped(mechanism)

@@ -15,9 +15,10 @@ from numpy.typing import ArrayLike
 
 from buckler.mbs.elements.drive import Motion, Ramp
 from buckler.mbs.elements.link import Link
+from buckler.mbs.elements.states import Stateful
 from buckler.mbs.geometry import Array
 from buckler.mbs.kinematics.start import Start
-from buckler.mbs.laws.compiled import Pointer, function_pointer
+from buckler.mbs.laws.compiled import Pointer, array_pointer, function_pointer
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.spectral import tables as k
 
@@ -118,6 +119,7 @@ class Builder:
     law_numbers: list[list[float]] = field(default_factory=list)
     data: list[float] = field(default_factory=list)
     loose: list[tuple[int, str, str, bool]] = field(default_factory=list)
+    rates: dict[int, float] = field(default_factory=dict)
     owners: list[Pointer] = field(default_factory=list)
     units: dict[int, float] = field(default_factory=dict)
     elastic: list[tuple[int, ...]] = field(default_factory=list)
@@ -280,6 +282,22 @@ class Builder:
             self.motions.append((k.CALLED, functions[0].address, functions[1].address))
             self.ramps.append((0.0, 0.0, 1.0))
         return len(self.motions) - 1
+
+    def add_stateful(self, name: str, load: Stateful, marker: int, column: int, offset: float) -> None:
+        """Add a force or torque whose law has states, on what its marker's place, or turn, is from a column on."""
+        pointers = [array_pointer(each, len(load.variables)) for each in load.functions()]
+        laws = [self.add_law(None, k.LAW, (), [pointer], f"the function of {name}") for pointer in pointers]
+        initial = load.states.initial  # type: ignore[union-attr]
+        first = self.coordinates([0.0] * len(initial))
+        places = range(first, first + len(initial))
+        self.mass(places, np.eye(len(initial)))
+        self.rates |= dict(zip(places, initial, strict=True))
+        self.units |= {i: max(1.0, abs(x)) for i, x in self.rates.items()}
+        group = 1 + max((row[2] for row in self.elastic), default=-1)
+        self.elastic += [(i, k.STATE, group, -1, -1, -1, -1) for i in places]
+        states = [self.add_marker(k.LINEAR, i, 1, (i, i, i), (0.0, 0.0, 1.0)) for i in places]
+        numbers = (column, load.law.size, len(initial), offset)
+        self.add_force(name, k.STATEFUL, marker, states[0], law=laws[0], numbers=numbers)
 
     def add_force(
         self, name: str, kind: int, a: int, b: int = -1, *, law: int = -1, friction: int = -1, row: int = -1,

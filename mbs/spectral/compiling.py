@@ -24,7 +24,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 Intrinsic = tuple[Signature, Callable[..., ir.Value]]
 """What a function with machine code of its own gives: its types, and what writes that code."""
 COMPILED = (
-    "compiling", "tables", "tape", "markers", "lawtable", "strips", "along", "forces", "fronts", "kernel",
+    "compiling", "tables", "tape", "markers", "lawtable", "strips", "along", "stateful", "forces", "fronts", "kernel",
     "output", "contacts", "room", "radau", "newton", "samples", "doors", "implicit", "explicit", "recording",
 )  # fmt: skip
 """Files that hold compiled functions."""
@@ -155,6 +155,19 @@ def call2(_typing: typing.Context, address: types.Type, a: types.Type, b: types.
 def call3(_typing: typing.Context, address: types.Type, a: types.Type, b: types.Type, c: types.Type) -> Intrinsic:
     """f(a, b, c) of the function at this address."""
     return float64(int64, float64, float64, float64), _call(3)
+
+
+@intrinsic
+def called(_typing: typing.Context, address: types.Type, given: types.Type) -> Intrinsic:
+    """Value, of the numbers in an array, of the function at this address."""
+
+    def codegen(context: BaseContext, builder: ir.IRBuilder, signature: Signature, values: Sequence[ir.Value]) -> ir.Value:
+        double = ir.DoubleType()
+        kind = ir.FunctionType(double, [double.as_pointer()])
+        data = context.make_array(signature.args[1])(context, builder, values[1]).data
+        return builder.call(builder.inttoptr(values[0], kind.as_pointer()), [data])
+
+    return float64(int64, given), codegen
 
 
 class Lent(types.Type):

@@ -26,6 +26,7 @@ from buckler.mbs.spectral.markers import (
     put_gradient,
     rate_of,
 )  # fmt: skip
+from buckler.mbs.spectral.stateful import add_stateful, bend_stateful
 from buckler.mbs.spectral.tables import (
     BENT,
     BRISTLE,
@@ -48,6 +49,7 @@ from buckler.mbs.spectral.tables import (
     SEAT,
     SLIP,
     SPIN,
+    STATEFUL,
     TURN,
     VALUE,
     VX,
@@ -237,6 +239,8 @@ def add_one(s, w, k, t, lam, mem, since, f):
         _journal(s, w, k, mem, since, f)
     elif kind == PUSH:
         _push(s, w, k, t, f)
+    elif kind == STATEFUL:
+        add_stateful(s, w, k, t, f)
     else:
         _along(s, w, k, t, lam, mem, since, f)
 
@@ -262,6 +266,8 @@ def bend_forces(s, w, t, q, lam, mem, since, mass, damp, stiff):
             _bend_journal(s, w, k, q, mem, since)
         elif kind == PUSH:
             _bend_push(s, w, k, q)
+        elif kind == STATEFUL:
+            bend_stateful(s, w, k, s.pace[0] * t, q)
         else:
             _bend_along(s, w, k, s.pace[0] * t, q, lam, mem, since, mass)
         add_entries(s, block, w.stiff, stiff)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ctypes import CFUNCTYPE, c_double
+from ctypes import CFUNCTYPE, POINTER, c_double
 from typing import TypeVar
 
 from buckler.mbs.geometry import Array
@@ -47,3 +47,8 @@ def call2(address: int, a: float, b: float) -> float:
 def call3(address: int, a: float, b: float, c: float) -> float:
     """f(a, b, c) of the function at this address."""
     return CFUNCTYPE(c_double, c_double, c_double, c_double)(int(address))(a, b, c)
+
+
+def called(address: int, given: Array) -> float:
+    """Value, of the numbers in an array, of the function at this address."""
+    return CFUNCTYPE(c_double, POINTER(c_double))(int(address))(given.ctypes.data_as(POINTER(c_double)))

@@ -8,7 +8,7 @@ import numpy as np
 
 from buckler.mbs.geometry import Array
 from buckler.mbs.spectral import tables as k
-from buckler.mbs.spectral.builder import Builder, Row
+from buckler.mbs.spectral.builder import Builder, Force, Row
 from buckler.mbs.spectral.sparsity import Block, sparsity_of
 from buckler.mbs.spectral.tables import Tables
 
@@ -18,13 +18,19 @@ def _blocks(builder: Builder) -> list[Block]:
     n = len(builder.q)
     rows = [_row_block(builder, row, n + r) for r, row in enumerate(builder.rows)]
     forces = [
-        Block([*_places(builder, a), *_places(builder, b), *([n + force.row] if force.row >= 0 else [])])
+        Block([*_places(builder, a), *_of_force(builder, force, b), *([n + force.row] if force.row >= 0 else [])])
         for force in builder.forces
         for a, b in [builder.measures[force.a][1:] if force.kind < k.JOURNAL else (force.a, force.b)]
     ]
     strips = [Block(builder.places[at : at + (3 if kind == k.REISSNER else 2) * m]) for kind, m, _, at, _ in builder.strips]
     modal = [Block(range(o, o + 3 + m)) for o, m, _ in builder.modal]
     return [*rows, *forces, *strips, *modal, *(Block(at) for at, _ in builder.masses)]
+
+
+def _of_force(builder: Builder, force: Force, marker: int) -> list[int]:
+    """Coordinates that move a force's second marker; of one with states all of theirs, from the first on."""
+    count = int(force.numbers[k.STATES]) if force.kind == k.STATEFUL else 1
+    return [place for each in range(marker, marker + count) for place in _places(builder, each)]
 
 
 def _row_block(builder: Builder, row: Row, unknown: int) -> Block:

@@ -21,7 +21,21 @@ from buckler.mbs.spectral.motion import Piece, SpectralStrip
 from buckler.mbs.spectral.output import Output
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.strip_body import StripBody
-from buckler.mbs.spectral.tables import AX, CONTACT, COUNT, FASTEST, FIRST, JOURNAL, SEAT, VALUE
+from buckler.mbs.spectral.tables import (
+    AX,
+    CONTACT,
+    COUNT,
+    FASTEST,
+    FIRST,
+    JOURNAL,
+    NUMBERS,
+    OFFSET,
+    SEAT,
+    STATEFUL,
+    STATES,
+    VALUE,
+    B,
+)  # fmt: skip
 
 
 class Trace(NamedTuple):
@@ -143,6 +157,10 @@ def _channels(scene: Scene, out: Output, reports: Array) -> dict[str, dict[str, 
             found["memory"] = out.memory[:, i]
         elif kind == CONTACT:
             found["force"] = np.abs(reports[:, i, [VALUE]])
+        elif kind == STATEFUL:
+            first = scene.tables.markers[scene.tables.forces[i, B], OFFSET]
+            columns = slice(first, first + int(scene.tables.data[scene.tables.forces[i, NUMBERS] + STATES]))
+            found["states"] = np.hstack([out.v[:, columns], out.a[:, columns]])
         else:
             found["value"] = reports[:, i, [VALUE]]
     return channels

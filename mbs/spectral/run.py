@@ -30,7 +30,7 @@ from buckler.mbs.spectral.room import Room, room_for
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.settle import begin
 from buckler.mbs.spectral.start import Balance, balance
-from buckler.mbs.spectral.tables import DRY, FASTEST, JOURNAL, ONSET, SEAT, STRUT, TURN
+from buckler.mbs.spectral.tables import DRY, FASTEST, JOURNAL, ONSET, SEAT, STATEFUL, STRUT, TURN
 from buckler.mbs.spectral.tape import Tape
 
 CLOSE = 1e-4
@@ -171,7 +171,7 @@ def explicitly(scene: Scene, solver: Spectral) -> bool:
     if solver.method != "chosen":
         return solver.method == "explicit"
     kinds = s.forces[:, 0]
-    loose = not len(s.strips) and bool((kinds == JOURNAL).any()) and not np.isin(kinds, (STRUT, SEAT, DRY)).any()
+    loose = not len(s.strips) and bool((kinds == JOURNAL).any()) and not np.isin(kinds, (STRUT, SEAT, DRY, STATEFUL)).any()
     return loose and not stiffly_damped(scene.mechanism)
 
 

@@ -1,4 +1,4 @@
-"""Units of inner coordinates of strips and modes, by their largest deformation so far, compiled."""
+"""Units of inner coordinates of strips and modes, by their largest deformation so far, and of laws' states, compiled."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import numpy as np
 
 from buckler.mbs.spectral.compiling import aside, inner
 from buckler.mbs.spectral.newton import ROUNDING
+from buckler.mbs.spectral.tables import STATE
 
 SHARE = 100.0
 """The tolerance of inner coordinates of strips and modes is relative to so many times their largest deformation so far."""
@@ -25,13 +26,19 @@ def deformed(x, elastic, k):
 
 @aside
 def follow_units(x, elastic, tolerance):
-    """Take the largest deformation across the chord so far as the unit of inner coordinates, as far as rounding allows."""
+    """Take the largest deformation across the chord so far as the unit of inner coordinates, as far as rounding allows.
+
+    A state's is 1, or its largest value so far.
+    """
     least = max(1e-5, 10.0 * ROUNDING / tolerance)
     for k in range(elastic.shape[0]):
         group = elastic[k, 2]
         x.amount[group] = max(x.amount[group], abs(deformed(x, elastic, k) - x.rest[k]))
     for k in range(elastic.shape[0]):
         i, j, group = elastic[k, 0], elastic[k, 1], elastic[k, 2]
+        if j == STATE:
+            x.weight[i] = min(x.weight[i], 1.0 / max(abs(x.v[i]), 1e-300))
+            continue
         unit = min(x.whole[i], max(least * x.whole[i], SHARE * x.amount[group]))
         if j >= 0:
             x.across[k] = unit

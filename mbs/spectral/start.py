@@ -44,6 +44,8 @@ def start_rates(scene: Scene) -> Array:
             v[offset] = found.rates[found.linkage.index[link], 2]
         else:
             v[offset : offset + 2] = found.velocity(link, point)
+    for i, rate in scene.builder.rates.items():
+        v[i] = rate
     a = scene.assemble(scene.q0, tangents=False, sparse=True)
     rest = a.speed - a.jacobian @ v
     if np.abs(rest).max(initial=0.0) > ROUNDING * max(1.0, np.abs(a.speed).max(initial=0.0)):

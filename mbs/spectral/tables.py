@@ -22,10 +22,10 @@ REISSNER, KIRCHHOFF = range(2)
 """Strips."""
 STEADY, RAMP, CALLED = range(3)
 """Motions of a drive: zero, a ramp of the speed, two functions by address."""
-LINE_SPRING, CONTACT, DRY, SEAT, STRUT, GIVEN, LAW, MOTOR, JOURNAL, PUSH = range(10)
+LINE_SPRING, CONTACT, DRY, SEAT, STRUT, GIVEN, LAW, MOTOR, JOURNAL, PUSH, STATEFUL = range(11)
 """Forces along a measure: spring and damper; contact against a face; friction given as a force; friction of a constraint's own
 reaction; post-buckled strut; given in time; function of (time, measure, rate); DC motor. Forces of markers: pin in a bush; a
-force at a marker, its direction fixed or turning with another."""
+force at a marker, its direction fixed or turning with another; a force or torque at a marker whose law has states."""
 POWER, VOIGT, IMPACT, NORMAL_CALLED = range(4)
 """Normal laws."""
 SMOOTH, COULOMB, ADAMS, AMBROSIO, THRELFALL, STRIBECK, LUGRE, COEFFICIENT_CALLED, BRISTLE_CALLED = range(9)
@@ -49,6 +49,11 @@ X, Y, TURN, VX, VY, SPIN, AX, AY, TURNING_BIAS, COS, SIN = range(11)
 """Of a marker's state: place, angle, their rates, their second rates at zero coordinate acceleration, direction of the frame."""
 VALUE, FRICTION, LENGTH, RATE, SLIP, BENT, FX, FY = range(8)
 """Of a force's report: its value, a second one (friction), measure or depth, rate of it, sliding speed, bristle; components."""
+STATES = 2
+"""Of the numbers of a force whose law has states: how many, after the first column of its marker and how many it pushes; what
+the first one is at t = 0 follows."""
+STATE = -2
+"""Of inner coordinates, in the place of a second one: it is the integral of a law's state."""
 ONSET, BRISTLE, SLIDING, FASTEST = range(4)
 """Of a force's memory: onset speed, bristle, sliding speed at the last accepted step, fastest onset so far."""
 
@@ -95,7 +100,8 @@ class Tables(NamedTuple):
         By how much faster all functions of time go. Frequency responses move it.
     elastic : array of int, shape (k, 7)
         Inner coordinates of strips and modes: one, or two that are a vector (else -1), the group that shares a unit, and for
-        vectors the coordinates (x, y, x, y) of the two ends of the chord across which they deform.
+        vectors the coordinates (x, y, x, y) of the two ends of the chord across which they deform. Integrals of laws' states,
+        with `STATE` in the place of a second coordinate.
     laws : array of int, shape (k, 4)
         Kind, addresses.
     law_numbers : array, shape (k, 8)

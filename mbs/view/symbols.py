@@ -226,7 +226,7 @@ def spiral(sheet: Sheet, _name: str, spring: TorsionSpring) -> Iterator[Mark]:
 
 def force(sheet: Sheet, _name: str, load: Force) -> Iterator[Mark]:
     """An arrow that ends at its point, in the direction of the force at t = 0."""
-    along = unit(load.value(0.0) if callable(load.value) else load.value)
+    along = unit(load.begun(sheet.mechanism))
     follows = load.follows.partition(":")[0] if load.follows else None
     point = place(load.point).point
     frame = sheet.body(follows) if follows else sheet.frame(FIXED + point)

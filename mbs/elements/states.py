@@ -1,0 +1,127 @@
+"""Loads whose law has states of its own: an integral, a filter, a pressure, integrated with the mechanism.
+
+A state x with x' = g is the velocity of a coordinate of unit mass on which a force g acts, and is integrated as any other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, ClassVar
+
+import numpy as np
+
+from buckler.mbs.callables import Law, Rates
+from buckler.mbs.declare import Declared, Quantity, declared, field, quantities
+from buckler.mbs.elements.element import Parts, Recorded
+from buckler.mbs.elements.load import Given, sampled
+from buckler.mbs.elements.signal import Kind, Signal
+from buckler.mbs.functions import Components, Expression, kinks, numbers_of
+from buckler.mbs.geometry import Array
+from buckler.mbs.validate import function as called
+from buckler.mbs.validate import short
+
+
+@declared
+class States(Declared):
+    """States of a load's law: each has a rate and an initial value. Formulas call them state1, state2 and so on."""
+
+    rates: Callable[..., object] = field(
+        Rates("t"), "of the states, 1/s: functions of what the load's function is one of, or one that returns them all"
+    )
+    initial: Sequence[float] = quantities("", least=1, doc="value of each at t = 0", default=(0.0,))
+
+
+class Stateful(Given):
+    """A load whose function may be one of states, too.
+
+    Attributes
+    ----------
+    law : Law
+        Variables, unit and size of its function without states.
+    measured : str
+        Variables of a function of states, but for these.
+    """
+
+    law: ClassVar[Law]
+    measured: ClassVar[str]
+
+    states: States | None
+
+    def agree(self) -> None:
+        """A function of what it is a function of; states only where there is one."""
+        if self.states is not None and not callable(self.value):
+            raise ValueError(f"{self.where}: value = {short(self.value)}: must be a function where there are states")
+        if self.states is None and callable(self.value):
+            self.law.tried(f"{self.where}: value", self.value)
+
+    @property
+    def integrated(self) -> bool:
+        """Whether it has states."""
+        return self.states is not None
+
+    def kinks(self, duration: float) -> tuple[float, ...]:
+        """Times in a run at which it jumps, has a kink or changes quickly."""
+        more = () if self.states is None else kinks(self.states.rates, duration)
+        return tuple(sorted({*super().kinks(duration), *more}))
+
+    def initial(self, mechanism: Parts) -> list[float]:
+        """What its function is one of but for the states, at t = 0."""
+        raise NotImplementedError
+
+    def measures(self, record: Recorded) -> tuple[Array, ...]:
+        """The same over time but for the time, each (times,)."""
+        raise NotImplementedError
+
+    @property
+    def variables(self) -> list[str]:
+        """What its function, and its rates, are functions of."""
+        if self.states is None:
+            return self.law.of.split(", ")
+        return [*self.measured.split(", "), *(f"state{k + 1}" for k in range(len(self.states.initial)))]
+
+    def start(self, mechanism: Parts) -> list[float]:
+        """The same at t = 0, where velocities are not known yet."""
+        states = () if self.states is None else self.states.initial
+        return [*self.initial(mechanism), *states][: len(self.variables)]
+
+    def functions(self) -> list[Callable[..., float]]:
+        """Its components, and then the rates of its states, each a function of `variables`."""
+        own = numbers_of(self.value, self.variables, self.law.size)
+        return own if self.states is None else [*own, *numbers_of(self.states.rates, self.variables, len(self.states.initial))]
+
+    def check_states(self, mechanism: Parts) -> None:
+        """Raise a ValueError if its function, or that of the rates, fails at t = 0, or does not return the numbers it must."""
+        if self.states is None:
+            return
+        start = self.start(mechanism)
+        self._check("value", self.value, start, self.law.size, self.law.unit)
+        self._check("states.rates", self.states.rates, start, len(self.states.initial), "")
+
+    def _check(self, key: str, function: Callable[..., object], start: Sequence[float], size: int, unit: str) -> None:
+        name, formulas = f"{self.where}: {key}", isinstance(function, Expression | Components)
+        try:
+            parts: list[Any] = numbers_of(function, self.variables) if formulas else [function]
+        except ValueError as error:
+            raise ValueError(f"{name}: {error}") from None
+        found = [called(name, part, *start)(*start) for part in parts]
+        value, at = found[0] if len(found) == 1 else found, f"{name} at t = 0"
+        if np.shape(value) != ((size,) if size > 1 else ()):
+            raise ValueError(f"{at} = {short(value)}: must be {f'{size} numbers' if size > 1 else 'a number'}")
+        for each in np.ravel(value).tolist():
+            Quantity(unit).read(at, each)
+
+    def evaluated(self, name: str, record: Recorded, times: Array) -> Array:
+        """Its function's value in a run, (times,) or (times, size), at times that may lie a little beside the samples, s."""
+        if self.states is None:
+            return sampled(self.value, times, *self.measures(record)[: len(self.variables) - 1])
+        columns = times, *self.measures(record), *record.channel(name, "states").T[: len(self.states.initial)]
+        found = np.column_stack([sampled(each, *columns) for each in self.functions()[: self.law.size]])
+        return found[:, 0] if self.law.size == 1 else found
+
+    def told(self, name: str, record: Recorded) -> Iterator[Signal]:
+        """Yield its states and their rates."""
+        columns = record.channel(name, "states").T
+        count = len(columns) // 2
+        for k, (x, rate) in enumerate(zip(columns[:count], columns[count:], strict=True), 1):
+            yield Signal(f"{name}.state{k}", x, "", Kind.STATE, rate=f"{name}.rate{k}", scale=float(np.abs(x).max()))
+            yield Signal(f"{name}.rate{k}", rate, "1/s", Kind.RATE, scale=float(np.abs(rate).max()))
