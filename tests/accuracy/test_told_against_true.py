@@ -8,7 +8,7 @@ import simulations
 from scipy.integrate import solve_ivp
 from simulations import BAR, FEATHER, MASS, SPAN, G, exact_swing, pendulum_frequency
 
-from buckler.mbs import Exudyn, Guide, GuideFriction, Link, Mechanism, Spectral, Spring, Stop
+from buckler.mbs import Exudyn, Force, Guide, GuideFriction, Link, Mechanism, Spectral, Spring, States, Stop
 from buckler.mbs.accuracy.compare import Functions, compare, relative
 from buckler.mbs.accuracy.deliver import Climb, deliver
 from buckler.mbs.accuracy.goal import Asked
@@ -90,7 +90,22 @@ def braked():
     ]  # fmt: skip
 
 
-CASES = {each.__name__: each for each in (pendulum, oscillator, bouncer, braked)}
+def piped():
+    """A block that a pressure pushes, which its speed lets down: a state of a law, place, rate, internal force."""
+    push, fill = "0.02*state1 - 80*x, 0".split(","), "(400*(1 - exp(-t/0.05)) - state1)/0.03 - 2000*vx"
+    mechanism = block(loads=[Force("A", push, states=States(fill))])
+    time = np.linspace(0, 0.6, FINE)
+    found = solve_ivp(
+        lambda t, y: [y[1], (0.02 * y[2] - 80 * y[0]) / MASS, (400 * (1 - np.exp(-t / 0.05)) - y[2]) / 0.03 - 2000 * y[1]],
+        (0, 0.6), [0, 0, 0], "DOP853", time, rtol=1e-12, atol=1e-14,
+    )  # fmt: skip
+    return mechanism, 0.6, time, [
+        ("A.x", found.y[0], "m", Kind.PLACE), ("A.vx", found.y[1], "m/s", Kind.RATE),
+        ("force.A.state1", found.y[2], "", Kind.STATE), ("force.A.fx", 0.02 * found.y[2] - 80 * found.y[0], "N", Kind.INTERNAL),
+    ]  # fmt: skip
+
+
+CASES = {each.__name__: each for each in (pendulum, oscillator, bouncer, braked, piped)}
 
 
 @pytest.mark.parametrize("level", [1e-3, 1e-4, 1e-5])

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from buckler.mbs import Beam, Cable, Clearance, GuideFriction, Rigid, Strut
+from buckler.mbs import Beam, Cable, Clearance, Force, GuideFriction, Mechanism, Rigid, States, Strut, Torque
 from buckler.mbs.elements.modal import Box, Modal
 from buckler.mbs.elements.section import Material, Section
 from buckler.mbs.laws import AdamsFriction, CarvalhoMartins, ExactRestitution, Impact, LuGre
@@ -33,8 +34,20 @@ def scenes() -> dict[str, Scene]:
         "strut": Scene.of(slider_crank(Strut(DAMPED), law=STOP, mass=0.3, speed=1.25, friction=dry)),
         "impact": Scene.of(crank_rocker(Rigid(bar), speed=30.0, play=play(Impact(1e8, 1e3, 1e-4), AdamsFriction(0.3, 0.2)))),
         "lugre": Scene.of(crank_rocker(Beam(bar), speed=30.0, play=play(ExactRestitution(1e8, 0.5), LuGre(0.3, 0.2, 0.01))), 4),
+        "states": Scene.of(_governed()),
         "modal": Scene.of(crank_rocker(Modal(bar, mesh=Box((6, 1, 1))), speed=30.0)),
     }
+
+
+def _governed() -> Mechanism:
+    """A slider-crank whose loads, on a strip's end and on a point of a link, have states, with laws that are not linear."""
+    turn = States(["sin(angle) - state2", "state1*state2 + speed"], (0.2, 0.3))
+    push = States(["x*vx - state1", "vy + state1*y", "state2*state3 - t"], (0.4, 0.5, 0.6))
+    loads = [
+        Torque("coupler", "state1*speed + 3*angle*state2", states=turn),
+        Force("crank:A", ["state1*vx + 2*state3*y", "state2*x + vy"], states=push),
+    ]
+    return replace(slider_crank(Beam(DAMPED), law=None, mass=0.3, speed=1.25), loads=loads)
 
 
 def state(scene: Scene, seed: int, size: float = 1e-4, rate: float = 1.0) -> tuple[Any, Any, Any]:

@@ -1,0 +1,247 @@
+"""Laws with states of their own, in both solvers, against matrix exponentials and integrators of SciPy."""
+
+from math import exp, sin, sqrt
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.linalg import expm
+
+from buckler.mbs import (
+    Beam,
+    Clearance,
+    Closure,
+    Controlled,
+    Drive,
+    Exudyn,
+    Force,
+    Guide,
+    Link,
+    Mechanism,
+    Revolute,
+    Rigid,
+    Section,
+    Spectral,
+    States,
+    Torque,
+    sensitivities,
+    simulate,
+)
+from buckler.mbs.compiler import compiler
+from buckler.mbs.laws import Impact, NoFriction
+
+INERTIA, KP, KI, WANTED = 0.02, 0.2, 2.0, 10.0
+NAMES = ["compiled", "exudyn"]
+
+
+def solvers(tolerance):
+    return [Spectral(Controlled(tolerance=tolerance)), Exudyn(Controlled(tolerance=tolerance))]
+
+
+def within(*bars):
+    """Both solvers, finely, each with its bar."""
+    return pytest.mark.parametrize(("solver", "bar"), list(zip(solvers(1e-8), bars, strict=True)), ids=NAMES)
+
+
+def turned(*loads, body=None, **more):
+    rigid = Rigid.of(mass=1.0, inertia=INERTIA, centre=(0.0, 0.0))
+    return Mechanism(
+        points={"O": (0, 0), "A": (0.1, 0)}, links=[Link("rotor", "O", "A", body or rigid)],
+        joints=[Revolute("O", "ground", "rotor")], loads=loads, **more,
+    )  # fmt: skip
+
+
+def controlled(kp=KP, ki=KI, begun=0.0):
+    return turned(
+        Torque(
+            "rotor",
+            lambda t, angle, speed, total: kp * (WANTED - speed) + ki * total,
+            states=States(lambda t, angle, speed, total: WANTED - speed, initial=(begun,)),
+        )
+    )
+
+
+def exact(time, kp=KP, ki=KI, begun=0.0):
+    """Angle, speed and state: the exponential of the matrix of a linear system and 1."""
+    matrix = np.array([[0, 1, 0, 0], [0, -kp / INERTIA, ki / INERTIA, kp * WANTED / INERTIA], [0, -1, 0, WANTED], [0, 0, 0, 0]])
+    return np.array([expm(matrix * t) @ [0, 0, begun, 1] for t in np.atleast_1d(time)])[:, :3].T
+
+
+@within(1e-8, 1e-4)
+def test_a_controller_with_an_integral_is_a_linear_system(solver, bar):
+    result = simulate(controlled(begun=0.3), 1.0, solver=solver, ledger=True)
+    angle, speed, total = exact(result.time, begun=0.3)
+    off = {
+        "rotor.angle": np.abs(result.signals["rotor.angle"] - angle).max(),
+        "torque.rotor.state1": np.abs(result.signals["torque.rotor.state1"] - total).max(),
+        "torque.rotor.torque": np.abs(result.signals["torque.rotor.torque"] - KP * (WANTED - speed) - KI * total).max(),
+    }
+    assert max(off.values()) < bar, off
+    assert np.abs(result.signals["torque.rotor.rate1"] - (WANTED - speed)).max() < 20 * bar
+    assert result.energy_balance < bar
+
+
+@pytest.mark.parametrize(("kind", "order"), [(Spectral, 4), (Exudyn, 2)], ids=NAMES)
+def test_states_converge_by_the_order_of_the_steps(kind, order):
+    """By equal steps, each half as long as the last."""
+    from buckler.mbs import Equal
+
+    counts, found = (16, 32, 64) if kind is Spectral else (100, 200, 400), []
+    for count in counts:
+        result = simulate(controlled(), 1.0, solver=kind(Equal(count)))
+        found.append(abs(result.signals["torque.rotor.state1"][-1] - exact(1.0)[2, 0]))
+    slopes = np.log2(np.array(found[:-1]) / found[1:])
+    assert slopes.min() > order - 0.2, (slopes, found)
+
+
+@within(1e-8, 1e-5)
+def test_a_place_is_controlled_with_a_filtered_derivative(solver, bar):
+    kp, ki, kd, filtering = 20.0, 30.0, 0.8, 5e-3
+
+    def missing(t, angle):
+        return sin(2 * t) - angle
+
+    def pid(t, angle, speed, total, slow):
+        return kp * missing(t, angle) + ki * total + kd * (missing(t, angle) - slow) / filtering
+
+    def rates(t, angle, speed, total, slow):
+        return missing(t, angle), (missing(t, angle) - slow) / filtering
+
+    result = simulate(turned(Torque("rotor", pid, states=States(rates, initial=(0.0, 0.0)))), 1.0, solver=solver)
+    right = solve_ivp(
+        lambda t, y: [y[1], pid(t, y[0], *y[1:]) / INERTIA, *rates(t, y[0], *y[1:])], (0, 1.0), np.zeros(4), "DOP853",
+        result.time, rtol=1e-12, atol=1e-13,
+    )  # fmt: skip
+    for name, values in zip(("rotor.angle", "torque.rotor.state1", "torque.rotor.state2"), right.y[[0, 2, 3]], strict=True):
+        assert np.abs(result.signals[name] - values).max() < bar, name
+
+
+AREA, DEAD, BULK, SUPPLY = 5e-4, 2e-4, 2e6, 4e5
+"""Of a cylinder, m^2, m^3, Pa, and of what feeds it through a valve, Pa."""
+
+
+def push(t, x, y, vx, vy, pressure):
+    return AREA * pressure - 400.0 * x - 20 * vx, 0.0
+
+
+def fill(t, x, y, vx, vy, pressure):
+    flow = 1e-6 * (1 - exp(-t / 0.02)) * sqrt(max(SUPPLY - pressure, 0.0))
+    return BULK / (DEAD + AREA * (x - 0.1)) * (flow - AREA * vx)
+
+
+def cylinder():
+    """A slider that a valve's pressure pushes, from 1e5 Pa on, against a spring and a damper."""
+    return Mechanism(
+        points={"B": (0.1, 0.0), "C": (0.4, 0.0)}, links=[Link("rod", "B", "C", Rigid.of(mass=0.2, inertia=1e-3))],
+        guides=[Guide("B", "rod", mass=0.5), Guide("C", "rod")], loads=[Force("B", push, states=States(fill, initial=(1e5,)))],
+    )  # fmt: skip
+
+
+def pushed(time):
+    return solve_ivp(
+        lambda t, y: [y[1], push(t, y[0], 0, y[1], 0, y[2])[0] / 0.7, fill(t, y[0], 0, y[1], 0, y[2])],
+        (0, time[-1]), [0.1, 0.0, 1e5], "DOP853", time, rtol=1e-12, atol=1e-12,
+    ).y  # fmt: skip
+
+
+@within(1e-8, 1e-4)
+def test_the_pressure_behind_a_valve_pushes_a_slider(solver, bar):
+    result = simulate(cylinder(), 0.3, solver=solver, ledger=True)
+    place, speed, pressure = pushed(result.time)
+    assert np.abs(result.signals["B.x"] - place).max() < bar * np.ptp(place)
+    assert np.abs(result.signals["B.vx"] - speed).max() < bar * np.ptp(speed)
+    assert np.abs(result.signals["force.B.state1"] - pressure).max() < bar * np.ptp(pressure)
+    assert result.energy_balance < 10 * bar
+
+
+def test_a_force_with_states_acts_off_the_centre_of_a_turning_link():
+    """A spring by a lagging place: on the end of a bar, in both solvers and by its moment about the pivot."""
+
+    def pull(t, x, y, vx, vy, lag_x, lag_y):
+        return -30 * lag_x, -30 * lag_y
+
+    def rates(t, x, y, vx, vy, lag_x, lag_y):
+        return 50 * (x - 0.05 - lag_x), 50 * (y - 0.08 - lag_y)
+
+    mechanism = turned(Force("A", pull, states=States(rates, initial=(0.0, 0.0))), velocities={"rotor": 4.0})
+    for solver, bar in zip(solvers(1e-8), (1e-8, 1e-4), strict=True):
+        result = simulate(mechanism, 1.0, solver=solver)
+
+        def right(t, y):
+            x, at = 0.1 * np.cos(y[0]), 0.1 * np.sin(y[0])
+            fx, fy = pull(t, x, at, 0, 0, *y[2:])
+            return [y[1], (x * fy - at * fx) / INERTIA, *rates(t, x, at, 0, 0, *y[2:])]
+
+        found = solve_ivp(right, (0, 1.0), [0, 4.0, 0, 0], "DOP853", result.time, rtol=1e-12, atol=1e-13).y
+        assert np.abs(result.signals["rotor.angle"] - found[0]).max() < bar
+        assert np.abs(result.signals["force.A.state2"] - found[3]).max() < bar
+
+
+def crank(body=None):
+    bar, (length, other) = Rigid(Section(0.02, 0.005)), (0.14, 0.31)
+    return Mechanism(
+        points={"O": (0, 0), "A": (length, 0), "B": (length + other, 0)},
+        links=[Link("crank", "O", "A", bar), Link("coupler", "A", "B", body or bar)],
+        joints=[Revolute("O", "ground", "crank"), Revolute("A", "crank", "coupler")],
+        guides=[Guide("B", "coupler", mass=0.3)],
+        loads=[Torque("crank", "0.6*(10 - speed) + 4*state1", states=States("10 - speed"))],
+    )
+
+
+def test_both_solvers_agree_within_told_errors_on_a_controlled_slider_crank():
+    one, other = (simulate(crank(), 1.0, accuracy=1e-4, solver=solver()) for solver in (Spectral, Exudyn))
+    times = np.linspace(0, 1.0, 301)
+    for name in ("crank.angle", "B.x", "torque.crank.state1"):
+        apart = np.abs(one.at(name, times) - other.at(name, times)).max()
+        told = sum(each.error.signals[f"{name}.peak"] for each in (one, other)) * np.ptp(other.signals[name])
+        assert apart < told < 1e-2 * np.ptp(other.signals[name]), name
+
+
+def test_both_solvers_agree_on_a_controlled_strip():
+    one, other = (simulate(crank(Beam(Section(0.02, 0.002))), 0.3, solver=solver) for solver in solvers(1e-6))
+    times = np.linspace(0, 0.3, 101)
+    found, right = (each.at("torque.crank.state1", times) for each in (one, other))
+    assert np.abs(found - right).max() < 2e-3 * np.ptp(right)
+
+
+def test_pins_that_rattle_leave_a_controller_alone():
+    """Where the explicit integrators would run, the implicit ones do: states may be stiff."""
+    pin = Clearance("A", "crank", "coupler", 5e-3, 1e-5, Impact(1e8, 1e4, 1e-5), NoFriction())
+    play = Mechanism(**{**{key: getattr(crank(), key) for key in ("points", "links", "guides", "loads")},
+                        "joints": [Revolute("O", "ground", "crank"), pin]})  # fmt: skip
+    result, ideal = (simulate(each, 0.5, solver=Spectral()) for each in (play, crank()))
+    times = np.linspace(0, 0.5, 51)
+    assert np.abs(result.at("torque.crank.state1", times) - ideal.at("torque.crank.state1", times)).max() < 1e-3
+
+
+def test_a_driven_linkage_is_no_closure_where_states_are_integrated():
+    sensing = turned(
+        Torque("rotor", lambda t, angle, speed, lag: 0.0 * lag, states=States(lambda t, angle, speed, lag: (speed - lag) / 0.1)),
+        drives=[Drive("rotor", 3.0)],
+    )
+    with pytest.raises(ValueError, match=r"states of 'torque\.rotor' are integrated"):
+        simulate(sensing, 1.0, solver=Closure())
+    for solver in solvers(1e-7):
+        result = simulate(sensing, 1.0, solver=solver)
+        assert np.abs(result.signals["torque.rotor.state1"] - 3.0 * (1 - np.exp(-result.time / 0.1))).max() < 1e-4
+
+
+@pytest.mark.skipif(not compiler(), reason="derivatives need the compiled solver")
+def test_derivatives_by_numbers_of_a_law_are_those_of_the_exponential():
+    found = sensitivities(controlled, 1.0, by=["kp", "ki", "begun"], of="end(torque.rotor.state1)",
+                          at={"kp": KP, "ki": KI, "begun": 0.3})  # fmt: skip
+    h = 1e-5
+    for name in ("kp", "ki", "begun"):
+        ends = [exact(1.0, **{"kp": KP, "ki": KI, "begun": 0.3} | {name: {"kp": KP, "ki": KI, "begun": 0.3}[name] + s})[2, 0]
+                for s in (h, -h)]  # fmt: skip
+        assert found["end(torque.rotor.state1)", name].derivative == pytest.approx((ends[0] - ends[1]) / (2 * h), rel=1e-4)
+
+
+@pytest.mark.parametrize("solver", [Spectral(), Exudyn()], ids=NAMES)
+def test_a_rate_that_fails_in_the_run_ends_it_by_name(solver):
+    def rate(t, angle, speed, x):
+        return sqrt(0.3 - t)
+
+    result = simulate(turned(Torque("rotor", lambda t, angle, speed, x: x, states=States(rate))), 1.0, solver=solver)
+    assert not result.ok
+    assert "torque.rotor" in result.message or "a law or a motion returned nan" in result.message
