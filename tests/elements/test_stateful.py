@@ -76,10 +76,12 @@ def test_a_file_has_states_by_formulas(tmp_path):
     end = "A"
     body = { kind = "Rigid", mass = 1.0, inertia = 0.02 }
     [[joints]]
+    kind = "Revolute"
     point = "O"
     first = "ground"
     second = "rotor"
     [[loads]]
+    kind = "Torque"
     link = "rotor"
     value = "0.2*(10 - speed) + 2*state1"
     states = { rates = ["10 - speed", "(speed - state2)/0.1"], initial = [0.5, 0] }
