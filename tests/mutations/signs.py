@@ -12,7 +12,7 @@ MIRRORS = {
     "rigid": "spinning_start simulate_rigid loads", "strip": "spinning_start simulate_strips inner_points", "modal": "modal_body",
     "strut": "simulate_strips simulate_contact", "slider": "joints",
     "clearance": "clearance_kernel clearance_limits clearance", "guide": "guide_friction simulate_rigid",
-    "stop": "free_stops simulate_contact", "force": "loads", "torque": "loads", "motor": "loads", "spring": "loads",
+    "stop": "free_stops simulate_contact", "force": "loads", "torque": "loads", "states": "load_states", "motor": "loads", "spring": "loads",
     "torsion_spring": "loads", "rows": "couplings joints", "belt": "couplings", "mass": "loads",
     "drive": "simulate_rigid loads clearance",
 }  # fmt: skip
@@ -124,6 +124,8 @@ PLAIN = (
     ("Spring", f"{SPECTRAL}/spring.py", "load.stiffness, load.damping", "load.stiffness, -load.damping"),
     ("TorsionSpring", f"{SPECTRAL}/torsion_spring.py", "(load.free_angle or 0.0)", "-(load.free_angle or 0.0)"),
     ("Drive", f"{SPECTRAL}/builder.py", "self.ramps.append((motion.start", "self.ramps.append((-motion.start"),
+    ("States", f"{ENGINE}/states.py", "massMatrix=np.eye(count)", "massMatrix=-np.eye(count)"),
+    ("States", f"{SPECTRAL}/builder.py", "self.mass(places, np.eye(len(initial)))", "self.mass(places, -np.eye(len(initial)))"),
     ("Mass", f"{SPECTRAL}/strip_body.py", "amount * gravity[i] * value", "-amount * gravity[i] * value"),
 )
 
@@ -144,6 +146,8 @@ COMPILED = (
     ("Clearance", "clearance.py add_clearance", "forces.py", "- FLIP * b[SPIN] * (e + radius)"),
     ("Force", "force.py add_force", "forces.py", "FLIP * w.state[b, TURN] - s.data[number + 2]"),
     ("Force", "force.py add_force", "forces.py", "FLIP * s.factors[k] * (sn * px"),
+    ("States", "builder.py Builder.add_stateful", "stateful.py", "return FLIP * factor * called("),
+    ("States", "builder.py Builder.add_stateful", "stateful.py", "+= FLIP * _value(s, w, k, count + i, count)"),
     ("Strip", "strip_body.py add_strip", "strips.py", "return FLIP * data[d] * e0"),
     ("Beam", "beam.py add_beam", "strips.py", "FLIP * data[d + 1] * e1"),
     ("Strip", "strip_body.py add_strip", "strips.py", "FLIP * data[d + 2] * e2\n"),
