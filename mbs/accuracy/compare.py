@@ -10,7 +10,8 @@ is read off a signal is off by no more than a norm of the difference: two readin
 
 A place is measured by its range, a force or a rate by its root mean square or its peak, a component by the largest of its
 vector, and all at least by `SMALL` of the largest signal of its kind and unit, places by `RESTING` of the mechanism: what is
-smaller rests. A state is measured by its own largest value. Energies are measured by what is put through, and by a hundred times what vibrations that nobody sees may hold.
+smaller rests. A state is measured by its own largest value. Energies are measured by what is put through, and by a hundred times
+what vibrations that nobody sees may hold.
 
 Contacts that close a little earlier or later would make forces differ wholly for that little while. The onset tells their time;
 forces and rates are compared in a time that is bent so that onsets fall together, and not between two samples about one, nor

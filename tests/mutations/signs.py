@@ -12,7 +12,8 @@ MIRRORS = {
     "rigid": "spinning_start simulate_rigid loads", "strip": "spinning_start simulate_strips inner_points", "modal": "modal_body",
     "strut": "simulate_strips simulate_contact", "slider": "joints",
     "clearance": "clearance_kernel clearance_limits clearance", "guide": "guide_friction simulate_rigid",
-    "stop": "free_stops simulate_contact", "force": "loads", "torque": "loads", "states": "load_states", "motor": "loads", "spring": "loads",
+    "stop": "free_stops simulate_contact", "force": "loads", "torque": "loads", "states": "load_states",
+    "motor": "loads", "spring": "loads",
     "torsion_spring": "loads", "rows": "couplings joints", "belt": "couplings", "mass": "loads",
     "drive": "simulate_rigid loads clearance",
 }  # fmt: skip
