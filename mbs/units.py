@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Mapping
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -162,6 +163,11 @@ def _fits(dimension: tuple[float, ...], unit: str) -> bool:
     return dimension == wanted
 
 
+def fits(given: str, unit: str) -> bool:
+    """Whether a unit is of the kind of another one."""
+    return Measured(1.0, given, parse_unit(given).dimension).fits(unit)
+
+
 def measured(text: str) -> float:
     """Read a number with an optional unit, in SI; a plain float if it has none.
 
@@ -184,6 +190,12 @@ def measured(text: str) -> float:
 def labelled(name: str, unit: str) -> str:
     """A quantity with its unit, as axes and headers of tables name it: `force [N]`; a plain number has none."""
     return name if unit in ("", "1") else f"{name} [{unit}]"
+
+
+def behind(units: Mapping[str, str], name: str) -> str:
+    """The unit of one of several quantities as it stands behind its value; nothing where it has none."""
+    unit = units.get(name, "")
+    return f" {unit}" if unit not in ("", "1") else ""
 
 
 def is_measured(text: str) -> bool:

@@ -108,7 +108,9 @@ def sensitivities(
         duration = float(positive("duration", duration, "s"))
     readings = readings_of(of, moving=duration is not None)
     family = Family.of(mechanism, by, at or {})
-    spreads = dict(by) if isinstance(by, Mapping) else {}
+    units = family.units | {DURATION: "s"}
+    given = by.items() if isinstance(by, Mapping) else ()
+    spreads = {name: float(positive(f"standard deviation of {name}", value, units[name])) for name, value in given}
     points = family.values | ({DURATION: float(duration)} if DURATION in by and duration else {})
     if DURATION in by and duration is None:
         raise ValueError("by = duration: give the duration, too")
@@ -262,7 +264,7 @@ def _scale(name: str, value: float, spreads: Mapping[str, float]) -> float:
     """What counts as a large change of a number."""
     scale = abs(value) or abs(spreads.get(name, 0.0))
     if not scale:
-        raise ValueError(f"{name} = 0: a relative change says nothing; give by = {{'{name}': standard deviation}}")
+        raise ValueError(f"{name} = 0: a relative change says nothing; give its standard deviation, too")
     return scale
 
 

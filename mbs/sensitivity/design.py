@@ -19,6 +19,7 @@ from buckler.mbs.sensitivity.numbers import Family, Source
 from buckler.mbs.sensitivity.searching import descend, search
 from buckler.mbs.sensitivity.wants import EnoughError, Task, Want, rounded, wanted
 from buckler.mbs.solvers.spectral import Spectral
+from buckler.mbs.units import behind
 from buckler.mbs.validate import positive, whole
 
 BINDS = 1e-3
@@ -48,6 +49,8 @@ class Design:
     message : str
         Which constraints cannot be kept, and by how much they are missed; that the budget was used up.
     runs : int
+    units : dict of str to str
+        Of values and readings; '' of functions of one's own.
     complete : bool
         False where the budget of runs was used up: the design is the best one so far.
     front : list of Design
@@ -61,14 +64,16 @@ class Design:
     possible: bool
     message: str
     runs: int
+    units: dict[str, str]
     complete: bool = True
     front: list[Design] = field(default_factory=list)
 
     def __str__(self) -> str:
         """Return numbers, readings, and what binds."""
         width = max(map(len, [*self.values, *self.readings]))
-        lines = [f"{name:{width}}  {value:.6g}" for name, value in self.values.items()]
-        lines += [f"{name:{width}}  {value:.6g}  (finer run: {self.changes[name]:+.1e})" for name, value in self.readings.items()]
+        lines = [f"{name:{width}}  {value:.6g}{behind(self.units, name)}" for name, value in self.values.items()]
+        lines += [f"{name:{width}}  {value:.6g}{behind(self.units, name)}  (finer run: {self.changes[name]:+.1e})"
+                  for name, value in self.readings.items()]  # fmt: skip
         lines += [f"binding: {', '.join(self.binding) or 'nothing'}"]
         return "\n".join([*lines, *([self.message] if self.message else [])])
 
@@ -154,7 +159,7 @@ def optimise(
         if not low < high:
             raise ValueError(f"free['{name}'] = ({low:g}, {high:g}): low must be less than high")
     family = Family.of(mechanism, free, dict.fromkeys(free, 0.0))
-    first = _first(ranges, start or {})
+    first, starts = _first(ranges, start or {}), whole("starts", starts, 1, 10**9)
     task = Task(family, used, aims, wants, ranges, {}, span, solver, first, starts, seed, whole("budget", budget, 1, 10**9))
     if len(aims) < 2:
         return _best(task, lists)
@@ -184,7 +189,7 @@ def _best(task: Task, lists: Mapping[str, Sequence[float]]) -> Design:
             found.append((each, x))
         runs += each.runs
     if not found:
-        raise RunFailedError("no start leads to a run that ends; narrow the ranges")
+        raise RunFailedError(f"no start leads to a run that ends; narrow the ranges. The first: {each.failed}")
     best, x = min(found, key=lambda item: item[0].better(item[1]))
     before = best.runs
     told = _checked(best, x)
@@ -230,7 +235,8 @@ def _told(task: Task, held: _Held) -> Design:
         f"{name} = {'low' if u < 0.5 else 'high'} end" for u, name in zip(x, task.ranges, strict=True) if min(u, 1 - u) < BINDS
     ]
     binding += [want.text for want, value in task.of(found + task.offset) if _binds(want, value)]
-    missed = "; ".join(f"{want.text}: {want.told(value)}" for want, value in task.of(checked) if want in broken)
+    wrong = [(want, value, behind(task.units, want.name)) for want, value in task.of(checked) if want in broken]
+    missed = "; ".join(f"{want.text}: {want.told(value, unit)}" for want, value, unit in wrong)
     message = f"none of the designs tried keeps {missed}" if broken else ""
     if not complete:
         best = f"; the best so far misses {missed}" if broken else ": this is the best so far"
@@ -240,7 +246,7 @@ def _told(task: Task, held: _Held) -> Design:
     names = list(task.readings)
     return Design(
         task.values(x), binding, dict(zip(names, map(float, checked), strict=True)),
-        dict(zip(names, map(float, checked - found), strict=True)), not broken, message, task.runs, complete,
+        dict(zip(names, map(float, checked - found), strict=True)), not broken, message, task.runs, task.units, complete,
     )  # fmt: skip
 
 
@@ -265,8 +271,9 @@ def _front(task: Task, lists: Mapping[str, Sequence[float]], points: int) -> Des
     kept = [
         one for one in made if one.possible and not any(_dominates(other, one, task.aims) for other in made if other.possible)
     ]
+    apart = {tuple(f"{value:.6g}" for value in one.values.values()): one for one in kept}  # those that read the same are one
     runs, complete = sum(one.runs for one in made), all(one.complete for one in made)
-    return replace(ends[0], front=kept, runs=runs, complete=complete)
+    return replace(ends[0], front=list(apart.values()), runs=runs, complete=complete)
 
 
 def _dominates(a: Design, b: Design, aims: Sequence[str]) -> bool:

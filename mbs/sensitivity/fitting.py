@@ -17,6 +17,8 @@ from buckler.mbs.sensitivity.frozen import needs_compiler
 from buckler.mbs.sensitivity.numbers import Source
 from buckler.mbs.sensitivity.residuals import LEVEL, Bounds, Problem, Profile, rms
 from buckler.mbs.solvers.spectral import Spectral
+from buckler.mbs.units import behind
+from buckler.mbs.validate import whole
 
 VAGUE = 0.5
 """A number whose interval is wider than this share of its range is told as not identified."""
@@ -50,6 +52,8 @@ class Fit:
     cost : float
         Half the sum of squares, in standard deviations.
     free : dict of str to (float, float)
+    units : dict of str to str
+        Of numbers and signals.
     profiles : dict of str to Profile
     """
 
@@ -62,14 +66,15 @@ class Fit:
     experiments: Sequence[Experiment]
     cost: float
     free: dict[str, Bounds]
+    units: dict[str, str]
     profiles: dict[str, Profile] = field(default_factory=dict)
 
     def __str__(self) -> str:
         """Return the numbers with their intervals, and what cannot be told."""
         width = max(map(len, self.values))
-        lines = [f"{name:{width}}  {value:.6g}  ({self.intervals[name].low:.6g} to {self.intervals[name].high:.6g})"
-                 for name, value in self.values.items()]  # fmt: skip
-        left = [f"rms of what is left of {name}: {value:.4g}" for name, value in self.rms.items()]
+        lines = [f"{name:{width}}  {value:.6g}{behind(self.units, name)}  (95 %: {self.intervals[name].low:.6g} to "
+                 f"{self.intervals[name].high:.6g})" for name, value in self.values.items()]  # fmt: skip
+        left = [f"rms of what is left of {name}: {value:.4g}{behind(self.units, name)}" for name, value in self.rms.items()]
         return "\n".join([*lines, *left, *self.unidentified])
 
     def write_html(self, path: str | Path, title: str = "Fit") -> Path:
@@ -135,10 +140,13 @@ def fit(
     profile likelihood, Bioinformatics 25 (2009) 1923, doi 10.1093/bioinformatics/btp358.
     """
     needs_compiler()
+    whole("starts", starts, 1, 10**9)
     if isinstance(data, str | Path):
         data = read_csv(data, signals, settings)
     experiments = [data] if isinstance(data, Experiment) else list(data)
     problem = Problem.of(mechanism, experiments, free, own or {}, solver, robust)
+    if unknown := [name for name in profiles if name not in problem.names]:
+        raise ValueError(f"profiles: '{unknown[0]}' is not among {', '.join(problem.names)}")
     best = problem.best(starts, seed)
     if not problem.known:
         problem = problem.weighed(best)
@@ -160,7 +168,8 @@ def _told(problem: Problem, best: Array, profiles: dict[str, Profile]) -> Fit:
         dict(zip(problem.names, map(float, values), strict=True)), intervals, _vague(problem, best, deviation, correlation),
         correlation, rms(problem.experiments, predicted), predicted, problem.experiments,
         0.5 * float(np.sum(problem.residuals(best) ** 2)),
-        {name: (float(a), float(b)) for name, a, b in zip(problem.names, problem.low, problem.high, strict=True)}, profiles,
+        {name: (float(a), float(b)) for name, a, b in zip(problem.names, problem.low, problem.high, strict=True)},
+        problem.units, profiles,
     )  # fmt: skip
 
 

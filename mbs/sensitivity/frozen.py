@@ -16,6 +16,7 @@ from buckler.mbs.compiler import compiler
 from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.run import Run
+from buckler.mbs.record.status import Status
 from buckler.mbs.solvers.spectral import Spectral
 from buckler.mbs.solvers.steps import Controlled
 
@@ -120,6 +121,8 @@ def _run(scene: Scene, duration: float, solver: Spectral, asked: str, tape: Tape
     from buckler.mbs.spectral.run import integrate
 
     out, failure, counts = integrate(scene, duration, solver, ends=ends, tape=tape)
+    if failure and failure[0] == Status.INTERRUPTED:
+        raise KeyboardInterrupt
     if failure:
         raise RunFailedError(f"{failure[0]}: {failure[1]}")
     return Run(solver, record_of(scene, out), None, {"onsets": float(counts.onsets)}, asked=asked)

@@ -40,9 +40,14 @@ ALLOWED = {name: (None, count) for name, count in {**ARGUMENTS, **dict.fromkeys(
 OPERATORS: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Add: np.add, ast.Sub: np.subtract, ast.Mult: np.multiply, ast.Div: np.divide, ast.Pow: np.power,
 }  # fmt: skip
+COUNTED = ("when", "begins", "ends", "peak")
 NONE: Mapping[ast.expr, float] = {}
 TOKEN = re.compile(r"[^\W\d]\w*(?:[.\-]\w+)*\.\w+")
 """What looks like a signal's name in a formula, where the names are not known."""
+
+
+class WrongReadingError(ValueError):
+    """A reading that no run has: it names no signal, or is held against another kind of unit."""
 
 
 class Measured(NamedTuple):
@@ -66,7 +71,7 @@ def measure(
     with np.errstate(all="ignore"):
         value = value_of(tree, time, {short: signals[name] for short, name in names.items()}, curve)
     if np.ndim(value):
-        raise ValueError(f"--measure {text}: gives a series; write max({text}), mean({text}) or end({text})")
+        raise ValueError(f"{text}: gives a series; write max({text}), mean({text}) or end({text})")
     return Measured(float(value), _unit(tree, {short: units.get(name, "") for short, name in names.items()}))
 
 
@@ -111,11 +116,29 @@ def parsed(text: str, signals: Mapping[str, object]) -> tuple[ast.expr, dict[str
     for name in TOKEN.findall(left):
         close = get_close_matches(name, list(signals), n=1)
         hint = f"did you mean {close[0]}?" if close else f"there are: {', '.join(signals)}"
-        raise ValueError(f"--measure {text}: no signal '{name}'; {hint}")
+        raise WrongReadingError(f"{text}: no signal '{name}'; {hint}")
+    if "frequency" in text:
+        raise ValueError(f"{text}: a frequency stands alone, as frequency(1), the first")
     try:
-        return parse(left, names, ALLOWED), names
+        tree = parse(left, names, ALLOWED)
     except ValueError as error:
-        raise ValueError(f"--measure {text}: {error}") from None
+        said = re.sub(r"(?<!\w)_\d+", lambda match: names.get(match[0], match[0]), str(error))
+        raise ValueError(f"{text}: {said}") from None
+    for call in ast.walk(tree):
+        if isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.func.id in COUNTED:
+            _counted(text, call.func.id, call.args[-1])
+    return tree, names
+
+
+def _counted(text: str, name: str, count: ast.expr) -> None:
+    """Refuse a number of a crossing or a contact that there cannot be."""
+    try:
+        given = ast.literal_eval(count)
+    except ValueError:
+        given = None
+    if not isinstance(given, int) or given == 0 or (name == "when" and given < 0):
+        last = "" if name == "when" else ", -1 the last"
+        raise ValueError(f"{text}: {name} counts 1, 2, ...{last}; not {ast.unparse(count)}")
 
 
 def value_of(

@@ -19,8 +19,10 @@ from buckler.mbs.sensitivity.curve import Smooth
 from buckler.mbs.sensitivity.data import Experiment
 from buckler.mbs.sensitivity.frozen import RunFailedError, Steps
 from buckler.mbs.sensitivity.numbers import Family
-from buckler.mbs.sensitivity.reading import measure
+from buckler.mbs.sensitivity.reading import WrongReadingError, measure
 from buckler.mbs.solvers.spectral import Spectral
+from buckler.mbs.units import fits
+from buckler.mbs.validate import near
 
 Bounds = tuple[float, float]
 WIDTH = 1e-6
@@ -75,6 +77,10 @@ class Problem:
         Standard deviations of signals.
     known : bool
         Whether all of them were given.
+    units : dict of str to str
+        Of the numbers, and of signals once a run has told them.
+    failed : str
+        Why the first run that failed did.
     """
 
     make: Callable[[Mapping[str, float]], Mechanism]
@@ -87,7 +93,9 @@ class Problem:
     known: bool
     solver: Spectral | None
     robust: bool
+    units: dict[str, str]
     cached: Cached | None = None
+    failed: str = ""
 
     @classmethod
     def of(cls, mechanism: Any, experiments: list[Experiment], free: Mapping[str, Bounds], own: Mapping[str, Bounds],
@@ -111,10 +119,15 @@ class Problem:
                 names.append(f"{name} [{k}]")
                 bounds.append(own[name])
         signals = list(dict.fromkeys(name for each in experiments for name in each.signals))
+        for name in signals:
+            if not any(np.isfinite(each.signals[name]).any() for each in experiments if name in each.signals):
+                raise ValueError(f"data: {name} has no value at any time")
+        units = {name: family.units[name.partition(" [")[0]] for name in names}
         given = {name: each.errors[name] for each in experiments for name in each.errors}
         guess = {name: _spread(experiments, name) for name in signals}
         low, high = np.array(bounds, dtype=float).T
-        return cls(family.make, experiments, names, places, low, high, guess | given, set(signals) <= set(given), solver, robust)
+        known = set(signals) <= set(given)
+        return cls(family.make, experiments, names, places, low, high, guess | given, known, solver, robust, units)
 
     def mechanism(self, x: Array, k: int) -> Mechanism:
         """That of the k-th experiment at a point of the cube."""
@@ -128,7 +141,9 @@ class Problem:
             for k, each in enumerate(self.experiments):
                 made = self.mechanism(x, k)
                 steps.append(Steps.of(made, each.span, self.solver or Spectral()))
-                predicted.append(predict(steps[-1].run(made), each))
+                run = steps[-1].run(made)
+                predicted.append(predict(run, each))
+                self.units |= {name: run.units[name] for name in each.signals}
             self.cached = Cached(x.copy(), steps, predicted)
         return self.cached
 
@@ -138,7 +153,10 @@ class Problem:
             return np.concatenate(
                 [self.off(each, said) for each, said in zip(self.experiments, self.run(x).predicted, strict=True)]
             )
-        except (RunFailedError, ValueError):
+        except WrongReadingError:
+            raise
+        except (RunFailedError, ValueError) as error:
+            self.failed = self.failed or str(error)
             return np.full(self.count, FAR)
 
     def off(self, each: Experiment, predicted: Mapping[str, Any]) -> Array:
@@ -165,7 +183,7 @@ class Problem:
     def best(self, starts: int, seed: int) -> Array:
         """The best point that least squares find from the best of some starts."""
         d = len(self.names)
-        points = np.vstack([np.full(d, 0.5), qmc.Halton(d, rng=np.random.default_rng(seed)).random(max(0, starts - 1))])
+        points = np.vstack([np.full(d, 0.5), qmc.Halton(d, rng=np.random.default_rng(seed)).random(starts - 1)])
         ends = []
         for x in sorted(points, key=lambda x: float(np.sum(self.residuals(x) ** 2)))[:POLISHED]:
             if np.all(self.residuals(x) == FAR):
@@ -173,7 +191,7 @@ class Problem:
             found = self.solve(x)
             ends.append((float(np.sum(self.residuals(found) ** 2)), found))
         if not ends:
-            raise RunFailedError("no start leads to a run that ends; narrow the ranges")
+            raise RunFailedError(f"no start leads to a run that ends; narrow the ranges. The first: {self.failed}")
         return min(ends, key=lambda end: end[0])[1]
 
     def solve(self, x: Array, held: int | None = None) -> Array:
@@ -205,8 +223,6 @@ class Problem:
 
     def profile(self, best: Array, name: str) -> Profile:
         """Least cost over a number, from its best value on to both sides."""
-        if name not in self.names:
-            raise ValueError(f"profiles: '{name}' is not among {', '.join(self.names)}")
         i = self.names.index(name)
         wide = min(0.5, 3.0 * float(np.sqrt(self.covariance(best)[i, i])))
         found = {float(best[i]): float(np.sum(self.residuals(best) ** 2))}
@@ -249,7 +265,11 @@ def predict(run: Run, each: Experiment) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for name in each.signals:
         if name not in values:
-            raise KeyError(f"no signal '{name}'; there are: {', '.join(values)}")
+            close = near(name, values)
+            hint = f"did you mean {close[0]}?" if close else f"there are: {', '.join(values)}"
+            raise WrongReadingError(f"no signal '{name}'; {hint}")
+        if (given := each.units.get(name)) and not fits(given, units[name]):
+            raise WrongReadingError(f"data: {name} [{given}]: must be in {units[name]}")
         rate = traits[name].rate
         slopes = values[rate] if rate in values else Smooth(time, values[name]).slopes
         found[name] = between(time, values[name], slopes, each.time)

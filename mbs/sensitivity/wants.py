@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import inf, isfinite, nan
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 
@@ -16,9 +16,9 @@ from buckler.mbs.record.status import Status
 from buckler.mbs.sensitivity.derivatives import Level, Reading
 from buckler.mbs.sensitivity.frozen import RunFailedError, Steps
 from buckler.mbs.sensitivity.numbers import Family
-from buckler.mbs.sensitivity.reading import statical
+from buckler.mbs.sensitivity.reading import WrongReadingError, statical
 from buckler.mbs.solvers.spectral import Spectral
-from buckler.mbs.units import measured
+from buckler.mbs.units import Measured, measured
 
 WIDTH, COARSE = 1e-6, 1e-4
 """Of the differences that make derivatives, relative to a number's range: of runs that share their steps, and of others."""
@@ -43,12 +43,15 @@ class Want(NamedTuple):
     name : str
         Of the reading.
     low, high : float
+    given : str
+        A value with its unit, as it was given; '' where it had none.
     """
 
     text: str
     name: str
     low: float
     high: float
+    given: str = ""
 
     @property
     def scale(self) -> float:
@@ -65,9 +68,14 @@ class Want(NamedTuple):
         """How far a value is outside, relative; 0 within."""
         return max(self.low - value, value - self.high, 0.0) / self.scale if isfinite(value) else FAR
 
-    def told(self, value: float) -> str:
+    def told(self, value: float, unit: str) -> str:
         """A value that is outside, in words."""
-        return f"{value:.6g}, {100 * self.misses(value):.2g} % off" if isfinite(value) else "it has no value there"
+        return f"{value:.6g}{unit}, {100 * self.misses(value):.2g} % off" if isfinite(value) else "it has no value there"
+
+    def held_against(self, unit: str) -> None:
+        """Raise a WrongReadingError if it asks for another kind of unit than its reading has."""
+        if unit and self.given and not cast(Measured, measured(self.given)).fits(unit):
+            raise WrongReadingError(f"subject_to '{self.text}': {self.name} is in {unit}")
 
     def residual(self, value: float) -> tuple[float, float]:
         """How far it is from the middle, of half the width, or from inside its end, and the derivative by the value."""
@@ -96,22 +104,24 @@ def wanted(given: str | tuple[str, float, float]) -> Want:
     found = WANTED.fullmatch(given)
     try:
         if found is None:
-            raise ValueError("it is none")
+            raise ValueError("has none of =, <=, >= with a value behind it")
         value, off = measured(found["value"]), found["off"]
         width = EXACT * abs(value) if off is None else _width(off, value)
+        if width < 0:
+            raise ValueError("a tolerance is positive")
     except ValueError as error:
         raise ValueError(f"subject_to '{given}': {error}; write for instance 'max(B.contact_force) = 1.5 N ± 1 %'") from None
     sign = found["sign"]
     low, high = (value - width if sign != "<=" else -inf), (value + width if sign != ">=" else inf)
     if sign != "=":
         low, high = (value, inf) if sign == ">=" else (-inf, value)
-    return Want(given.strip(), found["reading"], float(low), float(high))
+    return Want(given.strip(), found["reading"], float(low), float(high), getattr(value, "given", ""))
 
 
 def _width(text: str, value: float) -> float:
     """A tolerance, absolute or in per cent of the value."""
     number, percent, _ = text.partition("%")
-    return float(number) / 100 * abs(value) if percent else abs(float(measured(text)))
+    return float(number) / 100 * abs(value) if percent else float(measured(text))
 
 
 class EnoughError(Exception):
@@ -124,6 +134,7 @@ class Task:
 
     Points of the unit cube that were run are in `cache`, with their readings and the steps of their runs. `offset` is by how
     much those of a finer run differ. `most` steps may a run take, from the first one on that ended; so many were `stopped` there.
+    `failed` is why the first run did that did; `units` are those of numbers and readings.
     """
 
     family: Family
@@ -141,6 +152,8 @@ class Task:
     runs: int = 0
     most: int | None = None
     stopped: int = 0
+    failed: str = "readings have no value there"
+    units: dict[str, str] = field(default_factory=dict)
     offset: float | Array = 0.0
     cache: dict[tuple[float, ...], tuple[Array, Steps | None]] = field(default_factory=dict)
     known: dict[tuple[float, ...], Array] = field(default_factory=dict)
@@ -169,10 +182,23 @@ class Task:
             if steps is None and self.moving and span is not None:
                 steps, run = Steps.chosen(made, span, self.solver or Spectral(), self.most, level.asked)
                 self.most = self.most or steps.solver.steps.max_steps
-            return level(made, span, run)[0], steps
+            found, units, _ = level(made, span, run)
+            self._told(units)
+            return found, steps
+        except WrongReadingError:
+            raise
         except (RunFailedError, ArithmeticError, ValueError) as error:
+            self.failed = str(error) if self.runs == 1 else self.failed
             self.stopped += str(error).startswith(Status.TOO_MANY_STEPS)
             return np.full(len(self.readings), np.nan), None
+
+    def _told(self, units: Sequence[str]) -> None:
+        """Take note of the readings' units, and hold what is wanted against them."""
+        if self.units.keys() >= self.readings.keys():
+            return
+        self.units = self.family.units | dict(zip(self.readings, units, strict=True))
+        for want in self.wants:
+            want.held_against(self.units[want.name])
 
     def evaluate(self, x: Array) -> tuple[Array, Steps | None]:
         """Readings at a point, as a finer run would have them, and the steps of its run.

@@ -7,6 +7,7 @@ from io import StringIO
 from pathlib import Path
 from typing import Any
 
+from buckler.mbs.units import labelled
 from buckler.mbs.view.shell import _part
 from buckler.mbs.view.style import house_style, subplots
 
@@ -25,7 +26,7 @@ def write_fit(fit: Any, path: str | Path, title: str) -> Path:
 def page(fit: Any, title: str) -> str:
     """That page as text."""
     rows = "".join(
-        f"<tr><td>{html.escape(name)}</td><td>{value:.6g}</td><td>{fit.intervals[name].low:.6g} to "
+        f"<tr><td>{html.escape(labelled(name, fit.units[name]))}</td><td>{value:.6g}</td><td>{fit.intervals[name].low:.6g} to "
         f"{fit.intervals[name].high:.6g}</td><td>{fit.free[name][0]:.6g} to {fit.free[name][1]:.6g}</td></tr>"
         for name, value in fit.values.items()
     )
@@ -43,7 +44,7 @@ def page(fit: Any, title: str) -> str:
         f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{heading}</title>'
         f"<style>{_part('buckler.mbs.view', 'report.css')}\nbody{{padding:1.5rem}} td,th{{padding:.15rem .8rem;text-align:left}}"
         f"svg{{max-width:100%;height:auto}}</style></head><body><h1>{heading}</h1>"
-        f"<table><tr><th>number</th><th>value (SI)</th><th>95 % interval</th><th>range</th></tr>{rows}</table>{told}"
+        f"<table><tr><th>number</th><th>value</th><th>95 % interval</th><th>range</th></tr>{rows}</table>{told}"
         + (f"<h2>Readings</h2><table><tr><th></th><th>measured</th><th>fit</th></tr>{readings}</table>" if readings else "")
         + f"{drawn}</body></html>\n"
     )
@@ -61,8 +62,8 @@ def _signals(fit: Any) -> list[Any]:
             left.plot(each.time, each.signals[name], ".", markersize=2, label="data")
             left.plot(each.time, said[name], label="fit")
             right.plot(each.time, each.signals[name] - said[name], ".", markersize=2)
-            left.set_ylabel(name)
-            right.set_ylabel("data less fit")
+            left.set_ylabel(labelled(name, fit.units[name]))
+            right.set_ylabel(labelled("data less fit", fit.units[name]))
         axes[0, 0].set_title(each.name or "experiment")
         axes[0, 0].legend()
         for ax in axes[-1]:
@@ -78,9 +79,10 @@ def _profiles(fit: Any) -> list[Any]:
     figure, axes = subplots(1, len(fit.profiles), height=60, squeeze=False)
     for ax, (name, profile) in zip(axes[0], fit.profiles.items(), strict=True):
         ax.plot(profile.at, profile.cost, "o-", markersize=3)
-        ax.axhline(profile.level, linestyle="--")
+        ax.axhline(profile.level, linestyle="--", label="end of the 95 % interval")
+        ax.legend()
         ax.set(
-            xlabel=name,
+            xlabel=labelled(name, fit.units[name]),
             ylabel="half the sum of squares",
             ylim=(None, profile.cost.min() + 4 * (profile.level - profile.cost.min())),
         )

@@ -15,7 +15,7 @@ from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib.resources import files
 from pathlib import Path
-from threading import Lock
+from threading import Event, Lock
 from time import perf_counter
 from typing import Any, NamedTuple
 
@@ -29,12 +29,13 @@ from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.sensitivity.numbers import Family
 from buckler.mbs.simulation import simulate
 from buckler.mbs.solvers.spectral import Spectral
+from buckler.mbs.validate import number
 from buckler.studies.kit.words import repeated
-from buckler.studies.own.turning import Opened, command, number_range, numbers
+from buckler.studies.own.turning import Opened, command, lasting, number_range, numbers
 
 HOST = "127.0.0.1"
-PICTURES, DIGITS = 240, 5
-"""Of a run, and of each place."""
+PICTURES, FINE = 240, 10_000
+"""Of a run; parts of the larger side of what moves, in which places are told: more than a screen has pixels."""
 AROUND = (0.5, 2.0)
 """Range of a number that was not given one, relative to its value."""
 LARGEST = 65536
@@ -51,11 +52,15 @@ class Slider(NamedTuple):
     unit: str
 
 
+class LateError(Exception):
+    """A newer change waits for an answer."""
+
+
 class Explorer:
-    """A mechanism whose numbers are turned."""
+    """A mechanism whose numbers are turned. One answer is made at a time; the one about an error gives way to the next change."""
 
     def __init__(self, path: Path, document: dict[str, Any], duration: float, free: Mapping[str, Any]) -> None:
-        self.path, self.duration, self.lock = path, duration, Lock()
+        self.path, self.duration, self.lock, self.turned = path, duration, Lock(), Event()
         self.family = Family.of(document, free, {})
         self._known(free)
         self.sliders = [self._slider(name, ends) for name, ends in free.items()]
@@ -65,9 +70,21 @@ class Explorer:
             raise ValueError(f"{other[0]}: has no slider")
 
     def _slider(self, path: str, ends: tuple[float, float] | None) -> Slider:
-        now = self.family.values[path]
+        now, unit = self.family.values[path], self.family.units[path]
         low, high = ends or sorted(part * now for part in AROUND)
-        return Slider(path, now, low, high, self.family.units[path])
+        if not low < high:
+            raise ValueError(f"{path} = {now:g}: has no range of its own; give one, as --free {path}=LOW:HIGH")
+        return Slider(path, float(number(path, now, low, high, unit)), low, high, unit)
+
+    def answer(self, name: str, values: Mapping[str, Any]) -> dict[str, Any]:
+        """What is asked for by name."""
+        if name == "move":
+            self.turned.set()
+        with self.lock:
+            if name == "move":
+                self.turned.clear()
+            found: dict[str, Any] = ANSWERS[name](self, values)
+            return found
 
     def mechanism(self, values: Mapping[str, Any]) -> Mechanism:
         """With these values; those of other paths than the sliders' are refused."""
@@ -81,17 +98,26 @@ class Explorer:
         result = simulate(made, self.duration, solver=Spectral() if compiler() else None)
         movie = result.movie
         rows = np.unique(np.linspace(0, len(movie.time) - 1, PICTURES).round().astype(int))
-        lines = {}
+        left, right, bottom, top = movie.box
+        lines, unit = {}, max(right - left, top - bottom) / FINE
         for link in made.links:
             band = movie.bands.get(link.name)
             ends = np.stack([movie.frames[point][:, :2] for point in (link.start, link.end)], axis=1)
-            lines[link.name] = np.round(band.points[rows] if band else ends[rows], DIGITS).tolist()
-        return {"time": np.round(movie.time[rows], 6).tolist(), "lines": lines, "box": movie.box, "status": str(result.status),
+            lines[link.name] = np.rint((band.points if band else ends)[rows] / unit).astype(int).tolist()
+        return {"time": movie.time[rows].tolist(), "lines": lines, "unit": unit, "box": movie.box, "status": str(result.status),
                 "message": result.message, "seconds": perf_counter() - begin}  # fmt: skip
 
     def judged(self, values: Mapping[str, object]) -> dict[str, Any]:
-        """Run as `buckler run` does, and return status and error."""
-        result = simulate(self.mechanism(values), self.duration)
+        """Run as `buckler run` does, and return status and error; that it is late, where a number is turned before it is done."""
+
+        def look(_: float) -> None:
+            if self.turned.is_set():
+                raise LateError
+
+        try:
+            result = simulate(self.mechanism(values), self.duration, progress=look)
+        except LateError:
+            return {"late": True}
         error = float(result.error.motion)
         return {"status": str(result.status), "message": result.message, "error": error if np.isfinite(error) else None}
 
@@ -111,10 +137,12 @@ class Explorer:
         return text.replace("{{data}}", json.dumps(data).replace("<", "\\u003c"))
 
 
+ANSWERS = {"move": Explorer.moved, "judge": Explorer.judged, "save": Explorer.saved}
+
+
 def server(explorer: Explorer, port: int = 0) -> tuple[ThreadingHTTPServer, str]:
     """A server that is ready to serve, and the address of its page."""
     token = secrets.token_urlsafe(16)
-    answers = {"move": explorer.moved, "judge": explorer.judged, "save": explorer.saved}
 
     class Handler(BaseHTTPRequestHandler):
         def do_GET(self) -> None:
@@ -126,12 +154,11 @@ def server(explorer: Explorer, port: int = 0) -> tuple[ThreadingHTTPServer, str]
         def do_POST(self) -> None:
             name = self.path.removeprefix(f"/{token}/")
             length = int(self.headers.get("Content-Length") or 0)
-            if not self._known() or name not in answers or not 0 < length <= LARGEST:
+            if not self._known() or name not in ANSWERS or not 0 < length <= LARGEST:
                 self._send(HTTPStatus.NOT_FOUND, "not found", "text/plain")
                 return
             try:
-                with explorer.lock:
-                    found = answers[name](json.loads(self.rfile.read(length)))
+                found = explorer.answer(name, json.loads(self.rfile.read(length)))
             except (ValueError, OSError, ArithmeticError) as error:
                 found = {"wrong": " ".join(str(error).split())}
             self._send(HTTPStatus.OK, json.dumps(found), "application/json")
@@ -158,6 +185,7 @@ def server(explorer: Explorer, port: int = 0) -> tuple[ThreadingHTTPServer, str]
 
 
 def _declare(parser: argparse.ArgumentParser) -> None:
+    lasting(parser)
     about = "a number with a slider; default all that are not zero but places"
     repeated(parser.add_argument, ["--free"], "PATH[=LOW:HIGH]", about)
     parser.add_argument("--port", type=int, default=0, help="of the server; default any that is free")
@@ -166,10 +194,13 @@ def _declare(parser: argparse.ArgumentParser) -> None:
 
 def _serve(chosen: argparse.Namespace, file: Opened) -> int:
     """Serve the page until Ctrl-C."""
-    free = dict(number_range(file.document, text) if "=" in text else (text, None) for text in chosen.free)
+    free: dict[str, Any] = dict(number_range(file.document, text) if "=" in text else (text, None) for text in chosen.free)
     document = file.document if free else Mechanism.from_dict(file.document).to_dict()
     explorer = Explorer(chosen.file, document, file.duration, free or dict.fromkeys(numbers(document)))
-    made, address = server(explorer, chosen.port)
+    try:
+        made, address = server(explorer, chosen.port)
+    except (OSError, OverflowError) as error:
+        raise ValueError(f"--port {chosen.port}: {getattr(error, 'strerror', None) or error}") from None
     print(f"{address}\nEnds with Ctrl-C.", flush=True)
     if not chosen.no_browser:
         webbrowser.open(address)

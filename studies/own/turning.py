@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import argparse
 import json
+import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import fields
+from math import isnan
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -18,6 +20,7 @@ from buckler.mbs.sensitivity.fitting import fit as fitted
 from buckler.mbs.sensitivity.frozen import RunFailedError
 from buckler.mbs.sensitivity.numbers import DURATION, standing
 from buckler.mbs.units import parse_quantity
+from buckler.studies.kit.options import writable
 from buckler.studies.kit.words import Command, repeated
 from buckler.studies.own import places
 from buckler.studies.own.command import named
@@ -56,22 +59,31 @@ def command(declare: Callable[[argparse.ArgumentParser], Any], answer: Callable[
 
     def declared(parser: argparse.ArgumentParser) -> None:
         parser.add_argument("file", metavar="FILE", type=Path, help="a mechanism, .toml or .json")
-        parser.add_argument("--duration", metavar="s", help="how long, s; default that of the file, or 1 s")
         repeated(parser.add_argument, ["--set"], "PATH=VALUE", "another value at a place of the file", dest="changes")
-        parser.add_argument("--json", action="store_true", help="print JSON and nothing else")
         declare(parser)
 
     def answered(chosen: argparse.Namespace) -> int:
         try:
-            return answer(chosen, opened(chosen.file, chosen.changes, chosen.duration))
+            return answer(chosen, opened(chosen.file, chosen.changes, getattr(chosen, "duration", None)))
         except RunFailedError as error:
-            print(f"{chosen.file}: {error}")
+            print(f"{chosen.file}: {error}", file=sys.stderr)
             return 1
 
     return Command(declared, answered)
 
 
+def lasting(parser: argparse.ArgumentParser) -> None:
+    """Declare how long the mechanism runs."""
+    parser.add_argument("--duration", metavar="s", help="how long, s; default that of the file, or 1 s")
+
+
+def _as_json(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--json", action="store_true", help="print JSON and nothing else")
+
+
 def _of_sensitivity(parser: argparse.ArgumentParser) -> None:
+    lasting(parser)
+    _as_json(parser)
     add = parser.add_argument
     about = "a number, as links.coupler.body.section.thickness, with its standard deviation if the spread of readings is wanted"
     repeated(add, ["--by"], "PATH[=SPREAD]", f"{about}; default all numbers that are not zero but places")
@@ -80,24 +92,26 @@ def _of_sensitivity(parser: argparse.ArgumentParser) -> None:
 
 
 def _sensitivity(chosen: argparse.Namespace, file: Opened) -> int:
-    readings = chosen.of or file.measures
+    readings = list(dict.fromkeys(chosen.of or file.measures))
     if not readings:
         raise ValueError("--of: no reading; write for instance --of 'max(B.contact_force)'")
     source = file.document if chosen.by else Mechanism.from_dict(file.document)
     by = _spreads(file.document, chosen.by) if isinstance(source, dict) else list(numbers(source.to_dict()))
     found = sensitivities(source, file.duration, by=by, of=readings)
+    status = int(any(isnan(row.value) for row in found.rows))
     if chosen.json:
         rows = [row._asdict() | {"relative": row.relative, "relative_error": row.relative_error} for row in found.rows]
         print(json.dumps([_finite(row) for row in rows], indent=2))
-        return 0
+        return status
     print(found)
     for reading in readings if found.spreads else ():
         parts = ", ".join(f"{path} {value:.3g}" for path, value in found.contributions(reading).items())
         print(f"{reading}: standard deviation {found.spread(reading):.4g}, of which {parts}")
-    return 0
+    return status
 
 
 def _of_fit(parser: argparse.ArgumentParser) -> None:
+    _as_json(parser)
     add = parser.add_argument
     add("data", metavar="DATA.csv", type=Path, help="first column the time; units in brackets, as 'force [N]'")
     repeated(add, ["--signal"], "[COLUMN=]NAME", "a signal of the mechanism and its column, by default of the same name")
@@ -113,18 +127,18 @@ def _of_fit(parser: argparse.ArgumentParser) -> None:
 def _fit(chosen: argparse.Namespace, file: Opened) -> int:
     if not chosen.signal:
         raise ValueError("--signal: none; write for instance --signal B.contact_force")
-    free, own = (dict(number_range(file.document, text) for text in texts) for texts in (chosen.free, chosen.own))
-    try:
-        found = fitted(
-            file.document, chosen.data, free=free, own=own, signals=chosen.signal, settings=chosen.setting,
-            starts=chosen.starts, robust=chosen.robust, profiles=chosen.profile,
-        )  # fmt: skip
-    except KeyError as error:
-        raise ValueError(error.args[0]) from None
-    title = f"{chosen.file.stem}: fit to {chosen.data.name}"
-    page = found.write_html(chosen.out / f"{chosen.file.stem}-fit" / "report.html", title)
+    if not chosen.free and not chosen.own:
+        raise ValueError("--free: none; write for instance --free links.coupler.body.imperfection=-1mm:1mm")
+    free = dict(number_range(file.document, text) for text in chosen.free)
+    own = dict(number_range(file.document, text, "--own") for text in chosen.own)
+    out = writable(chosen.out / f"{chosen.file.stem}-fit")
+    found = fitted(
+        file.document, chosen.data, free=free, own=own, signals=chosen.signal, settings=chosen.setting,
+        starts=chosen.starts, robust=chosen.robust, profiles=chosen.profile,
+    )  # fmt: skip
+    page = found.write_html(out / "report.html", f"{chosen.file.stem}: fit to {chosen.data.name}")
     if chosen.json:
-        told = {"values": found.values, "intervals": found.intervals, "unidentified": found.unidentified, "rms": found.rms}
+        told = {each: getattr(found, each) for each in ("values", "intervals", "units", "unidentified", "rms")}
         print(json.dumps(told, indent=2))
         return 0
     print(found)
@@ -133,6 +147,8 @@ def _fit(chosen: argparse.Namespace, file: Opened) -> int:
 
 
 def _of_optimise(parser: argparse.ArgumentParser) -> None:
+    lasting(parser)
+    _as_json(parser)
     add = parser.add_argument
     repeated(add, ["--free"], "PATH=LOW:HIGH", "a number; PATH=A,B,C for one of a list")
     repeated(add, ["--minimise"], "READING", "as 'max(drive.torque)'; two of them for a front")
@@ -146,7 +162,7 @@ def _of_optimise(parser: argparse.ArgumentParser) -> None:
 def _optimise(chosen: argparse.Namespace, file: Opened) -> int:
     if not chosen.free:
         raise ValueError("--free: none; write for instance --free links.coupler.body.section.thickness=0.2mm:0.5mm")
-    free = dict(number_range(file.document, text) for text in chosen.free)
+    free = dict(_range_or_list(file.document, text) for text in chosen.free)
     found = designed(file.document, file.duration, free=free, minimise=chosen.minimise, subject_to=chosen.wants,
                      starts=chosen.starts, budget=chosen.budget)  # fmt: skip
     if chosen.json:
@@ -157,19 +173,32 @@ def _optimise(chosen: argparse.Namespace, file: Opened) -> int:
     return 0 if found.possible else 1
 
 
-def number_range(document: Mapping[str, object], text: str) -> tuple[str, Any]:
-    """A number's path and its range, as PATH=LOW:HIGH, or the list of its values, as PATH=A,B,C."""
-    path, equals, ends = text.partition("=")
-    low, colon, high = ends.partition(":")
-    if not equals or not (colon or ends):
-        raise ValueError(f"--free {text}: write PATH=LOW:HIGH, as links.coupler.body.imperfection=-1mm:1mm")
-    unit = standing(document, path).unit
+def number_range(document: Mapping[str, object], text: str, option: str = "--free") -> tuple[str, tuple[float, float]]:
+    """A number's path and its range, as PATH=LOW:HIGH."""
+    path, _, ends = text.partition("=")
+    if ends.count(":") != 1:
+        raise ValueError(f"{option} {text}: write PATH=LOW:HIGH, as links.coupler.body.imperfection=-1mm:1mm")
+    low, high = _quantities(document, path, ends.split(":"), f"{option} {text}")
+    if not low < high:
+        raise ValueError(f"{option} {text}: low must be less than high")
+    return path, (low, high)
+
+
+def _range_or_list(document: Mapping[str, object], text: str) -> tuple[str, Sequence[float]]:
+    """The same, or the list of its values, as PATH=A,B,C."""
+    path, _, values = text.partition("=")
+    if ":" in values or not values:
+        return number_range(document, text)
+    return path, _quantities(document, path, values.split(","), f"--free {text}")
+
+
+def _quantities(document: Mapping[str, object], path: str, texts: Sequence[str], place: str) -> list[float]:
+    """Values, SI, of a number of a document."""
+    unit = "s" if path == DURATION else standing(document, path).unit
     try:
-        if not colon:
-            return path, [parse_quantity(each, unit) for each in ends.split(",")]
-        return path, (parse_quantity(low, unit), parse_quantity(high, unit))
+        return [parse_quantity(each, unit) for each in texts]
     except ValueError as error:
-        raise ValueError(f"--free {text}: {error}") from None
+        raise ValueError(f"{place}: {error}") from None
 
 
 def _spreads(document: Mapping[str, object], texts: Sequence[str]) -> Any:
@@ -181,8 +210,7 @@ def _spreads(document: Mapping[str, object], texts: Sequence[str]) -> Any:
     for path, equals, value in pairs:
         if not equals:
             raise ValueError(f"--by {path}: no standard deviation, but others have one")
-        unit = "s" if path == DURATION else standing(document, path).unit
-        found[path] = parse_quantity(value, unit)
+        found[path] = _quantities(document, path, [value], f"--by {path}={value}")[0]
     return found
 
 

@@ -85,12 +85,12 @@ def test_measures(text, value, unit):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("max(B.y)", "--measure max(B.y): no signal 'B.y'; did you mean B.x?"),
-        ("B.x", "--measure B.x: gives a series; write max(B.x), mean(B.x) or end(B.x)"),
-        ("mx(B.x)", "--measure mx(B.x): unknown function 'mx', did you mean max?"),
-        ("max(B.x", "--measure max(B.x: '"),
-        ("__import__('os')", "--measure __import__('os'): unknown function '__import__'"),
-        ("max(B.x).real", "--measure max(B.x).real: "),
+        ("max(B.y)", "max(B.y): no signal 'B.y'; did you mean B.x?"),
+        ("B.x", "B.x: gives a series; write max(B.x), mean(B.x) or end(B.x)"),
+        ("mx(B.x)", "mx(B.x): unknown function 'mx', did you mean max?"),
+        ("max(B.x", "max(B.x: '"),
+        ("__import__('os')", "__import__('os'): unknown function '__import__'"),
+        ("max(B.x).real", "max(B.x).real: "),
     ],
 )
 def test_what_is_no_measure(text, message):

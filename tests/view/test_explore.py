@@ -1,17 +1,20 @@
 """The page with sliders: what it answers, to whom, and that it moves in a browser."""
 
 import json
+import re
 import threading
 import time
 import urllib.error
 import urllib.request
 from pathlib import Path
 
+import numpy as np
 import pytest
 from chromium import browser
 
 from buckler.mbs import Mechanism
-from buckler.studies.own.explore import Explorer, server
+from buckler.studies.kit.cli import main
+from buckler.studies.own.explore import ANSWERS, Explorer, server
 from buckler.studies.own.turning import opened
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "studies" / "own" / "examples"
@@ -41,10 +44,13 @@ def test_numbers_move_the_mechanism_and_are_saved_beside_the_file(served):
     address, folder = served
     first, second = (post(address, "move", {MASS: mass}) for mass in (0.5, 0.9))
     assert first["status"] == "OK" and set(first["lines"]) == {"upper", "lower"}
-    assert first["lines"]["lower"][0] == second["lines"]["lower"][0] != first["lines"]["upper"][0]
-    assert first["lines"]["lower"][-1] != second["lines"]["lower"][-1]
+    places = [np.array(each["lines"]["lower"]) * each["unit"] for each in (first, second)]
+    assert places[0][0] == pytest.approx(places[1][0], abs=1e-3) and first["lines"]["lower"][0] != first["lines"]["upper"][0]
+    assert np.abs(places[0][-1] - places[1][-1]).max() > 0.01
     (ax, ay), (bx, by) = first["lines"]["lower"][-1]
-    assert (bx - ax) ** 2 + (by - ay) ** 2 == pytest.approx(0.25, abs=1e-4)
+    assert ((bx - ax) ** 2 + (by - ay) ** 2) ** 0.5 * first["unit"] == pytest.approx(0.5, abs=2 * first["unit"])
+    left, right, bottom, top = first["box"]
+    assert first["unit"] == pytest.approx(max(right - left, top - bottom) / 1e4)  # of a mechanism of any size
     assert post(address, "judge", {MASS: 0.9})["error"] < 1e-2
     assert post(address, "save", {MASS: 0.9}) == {"saved": str(folder / "pendulum-1.toml")}
     assert Mechanism.load(folder / "pendulum-1.toml").link("lower").body.section.mass == 0.9
@@ -62,6 +68,61 @@ def test_a_number_of_the_defaults_is_turned_and_saved(tmp_path):
     path.write_text('[run]\nmeasures = "x"\n', encoding="utf-8")
     with pytest.raises(ValueError, match=r"stephenson\.toml: run\.measures: unknown key; known: duration"):
         opened(path)
+
+
+def explorer(free):
+    return Explorer(EXAMPLES / "pendulum.toml", opened(EXAMPLES / "pendulum.toml").document, 0.5, free)
+
+
+def test_the_next_change_does_not_wait_for_the_error_of_the_last_one(monkeypatch):
+    made, begun, looks = explorer({MASS: None}), threading.Event(), []
+
+    def slow(*_, progress):  # a run of a minute that tells where it is
+        begun.set()
+        for k in range(6000):
+            looks.append(k)
+            progress(k / 6000)
+            time.sleep(0.01)
+
+    monkeypatch.setattr("buckler.studies.own.explore.simulate", slow)
+    monkeypatch.setitem(ANSWERS, "move", lambda explorer, values: {"moved": True})
+    answers = []
+    judge = threading.Thread(target=lambda: answers.append(made.answer("judge", {})))
+    judge.start()
+    assert begun.wait(60)
+    assert made.answer("move", {}) == {"moved": True}
+    judge.join(60)
+    assert answers == [{"late": True}] and len(looks) < 6000
+
+
+def test_both_solvers_end_where_they_are_looked_at():
+    made = explorer({MASS: None})
+    made.turned.set()
+    assert made.judged({}) == {"late": True}
+
+
+@pytest.mark.parametrize(
+    ("free", "message"),
+    [
+        ({MASS: (1.0, 2.0)}, r"links\.lower\.body\.mass = 0\.5 kg: must lie in \[1, 2\] kg"),
+        ({"gravity[0]": None}, r"gravity\[0\] = 0: has no range of its own; give one, as --free gravity\[0\]=LOW:HIGH"),
+    ],
+)
+def test_a_slider_has_a_range_that_its_number_lies_in(free, message):
+    with pytest.raises(ValueError, match=message):
+        explorer(free)
+
+
+def test_wrong_words(served, capsys, monkeypatch):
+    address, folder = served
+    monkeypatch.chdir(folder)
+    for words, message in (
+        (["--port", address.split(":")[2].split("/")[0]], "--port .*: Address already in use"),
+        (["--free", f"{MASS}=2kg:1kg"], "low must be less than high"),
+        (["--free", f"{MASS}=1kg,2kg"], "write PATH=LOW:HIGH"),
+    ):
+        assert main(argv=["explore", "pendulum.toml", "--no-browser", *words]) == 2
+        assert re.search(message, capsys.readouterr().err)
 
 
 def test_nobody_else_gets_an_answer(served):
@@ -88,4 +149,6 @@ def test_the_page_in_a_browser(served):
         assert time.perf_counter() - begin < 5
         assert page.run("window.explore.state().values['links.lower.body.mass'] > 0.5")
         assert page.run("window.explore.state().now !== window.explore.state().ghost")
+        page.press(" ", "Space")  # while the slider has the focus
+        assert page.run("!window.explore.state().playing")
         assert not page.errors and all(url.startswith((address, "data:", "about:")) for url in page.requests)

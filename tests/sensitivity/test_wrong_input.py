@@ -1,0 +1,177 @@
+"""What is typed or measured wrongly: one sentence that names it, before or instead of a search."""
+
+import os
+import signal
+import threading
+
+import numpy as np
+import pytest
+from simulations import pushed
+
+from buckler.mbs import fit, optimise, sensitivities
+from buckler.mbs.sensitivity.data import Experiment, read_csv
+from buckler.mbs.sensitivity.frozen import RunFailedError, Steps
+from buckler.studies.kit.cli import main
+
+K, MASS = "loads[0].stiffness", "guides[0].mass"
+HEAD = "time [s],place [mm]"
+ROWS = [f"{0.01 * k:g},{k * k:g}" for k in range(6)]
+
+
+def data(tmp_path, text, encoding="utf-8"):
+    path = tmp_path / "data.csv"
+    path.write_bytes(text.encode(encoding))
+    return path
+
+
+def read(tmp_path, *lines, **more):
+    return read_csv(data(tmp_path, "\n".join(lines), **more), ["place=O.x"])[0]
+
+
+@pytest.mark.parametrize(
+    ("mark", "point", "start", "end"),
+    [(",", ".", "", "\n"), (";", ",", "\ufeff", "\r\n"), ("\t", ".", "", "\n"), (",", ".", "", ",\n")],
+)
+def test_tables_of_other_programs(tmp_path, mark, point, start, end):
+    lines = [line.replace(".", point).replace(",", mark, 1) if point == "." else line.replace(",", mark).replace(".", point)
+             for line in (HEAD, *ROWS)]  # fmt: skip
+    found = read_csv(data(tmp_path, start + end.join(lines) + end), ["place=O.x"])[0]
+    assert found.time == pytest.approx(0.01 * np.arange(6))
+    assert found.signals["O.x"] == pytest.approx(1e-3 * np.arange(6) ** 2)
+    assert found.units == {"O.x": "mm"}
+
+
+@pytest.mark.parametrize(
+    ("lines", "message"),
+    [
+        ([], "needs a line of names and two of numbers"),
+        ([HEAD], "needs a line of names and two of numbers"),
+        ([HEAD, *ROWS, "0.06"], "line 8: 1 cells for 2 columns"),
+        ([HEAD, "0,01,5", *ROWS], "line 2: 3 cells for 2 columns"),
+        ([HEAD, *ROWS, "", "0.06,x"], "line 9, place: 'x' is no number"),
+        ([HEAD, *ROWS, ROWS[-1]], "time[6] = 0.05 s: times must be finite, 0 at least, and increase"),
+        ([HEAD, *ROWS, "nan,1"], "time[6] = nan s: times"),
+        ([HEAD, *ROWS, "0.06,inf"], "O.x: must be finite, or nan"),
+        (["time [N],place", *ROWS], "time [N]: 'N' is no unit for a quantity in s"),
+        (["time,place [foo]", *ROWS], "place [foo]: unknown unit 'foo'"),
+        (["place,place", *ROWS], "two columns of the same name"),
+    ],
+)
+def test_what_is_no_table(tmp_path, lines, message):
+    with pytest.raises(ValueError) as error:
+        read(tmp_path, *lines)
+    assert message in str(error.value) and "data.csv: " in str(error.value)
+
+
+def test_what_is_no_text(tmp_path):
+    with pytest.raises(ValueError, match=r"data\.csv: is no text in UTF-8"):
+        read(tmp_path, HEAD, *ROWS, encoding="utf-16")
+
+
+def test_times_are_those_of_the_run_and_a_recording_that_goes_on_is_parted(tmp_path):
+    assert read(tmp_path, HEAD, *ROWS[2:]).time[0] == 0.02
+    lines = [f"{0.01 * k:g},{k},{k // 4}" for k in range(8)]
+    parts = read_csv(data(tmp_path, "\n".join(["time,place,part", *lines])), ["place=O.x"], ["part"])
+    assert [part.time[0] for part in parts] == [0.0, 0.0] and parts[1].time[-1] == pytest.approx(0.03)
+
+
+def measured(**more):
+    time = np.linspace(0.0, 0.1, 11)
+    return Experiment(time, **{"signals": {"O.x": time**2}} | more)
+
+
+@pytest.mark.parametrize(
+    ("experiment", "more", "message"),
+    [
+        (measured(signals={"O.x": np.full(11, np.nan)}), {}, "data: O.x has no value at any time"),
+        (measured(signals={"O.xx": np.zeros(11)}), {}, "no signal 'O.xx'; did you mean O.x?"),
+        (measured(units={"O.x": "N"}), {}, r"data: O.x \[N\]: must be in m"),
+        (measured(), {"starts": 0}, "starts = 0: must be a whole number"),
+        (measured(), {"profiles": ["O.x"]}, "profiles: 'O.x' is not among"),
+    ],
+)
+def test_wrong_data_of_a_fit(experiment, more, message):
+    with pytest.raises(ValueError, match=message):
+        fit(pushed(150.0), experiment, free={K: (100.0, 200.0)}, **{"starts": 1} | more)
+
+
+@pytest.mark.parametrize(
+    ("asked", "message"),
+    [
+        ({"minimise": "max(O.xx)"}, r"max\(O\.xx\): no signal 'O\.xx'; did you mean O\.x?"),
+        ({"subject_to": ["max(O.x) = 10 N ± 1 %"]}, r"subject_to 'max\(O\.x\) = 10 N ± 1 %': max\(O\.x\) is in m"),
+        ({"subject_to": ["max(O.x) = 10 mm ± -1 %"]}, "a tolerance is positive"),
+        ({"subject_to": ["max(O.x) > 10 mm"]}, "has none of =, <=, >= with a value behind it"),
+        ({"minimise": "max(O.x)", "starts": 0}, "starts = 0: must be a whole number"),
+    ],
+)
+def test_wrong_wishes_of_a_design(asked, message):
+    with pytest.raises(ValueError, match=message):
+        optimise(pushed(150.0), 0.1, free={K: (100.0, 200.0)}, **{"starts": 1} | asked)
+
+
+def test_why_no_start_leads_to_a_run_is_told():
+    why = "narrow the ranges. The first: .*mass = -1.5 kg: must lie in"
+    with pytest.raises(RunFailedError, match=why):
+        fit(pushed(150.0), measured(), free={MASS: (-2.0, -1.0)}, starts=1)
+    with pytest.raises(RunFailedError, match=why):
+        optimise(pushed(150.0), 0.1, free={MASS: (-2.0, -1.0)}, minimise="max(O.x)", starts=1)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("peak(O.x, 0)", "peak counts 1, 2, ..., -1 the last; not 0"),
+        ("begins(O.x, 1.5)", "begins counts 1, 2, ..., -1 the last; not 1.5"),
+        ("when(O.x, 0.01, -1)", "when counts 1, 2, ...; not -1"),
+        ("frequency(0)", "a frequency stands alone, as frequency"),
+        ("max(O.x", r"'max\(O.x' is no formula"),
+    ],
+)
+def test_readings_that_there_cannot_be(text, message):
+    with pytest.raises(ValueError, match=message):
+        sensitivities(pushed(150.0), 0.1, by=[K], of=text)
+
+
+def test_numbers_and_values_have_their_units(tmp_path, capsys):
+    path = pushed(150.0).save(tmp_path / "block.toml")
+    found = fit(pushed(150.0), measured(), free={K: (100.0, 200.0)}, starts=1)
+    assert found.units == {K: "N/m", "O.x": "m"} and " N/m  (95 %: " in str(found) and str(found).splitlines()[1].endswith(" m")
+    words = ["optimise", str(path), "--duration", "0.1s", "--free", f"{K}=100:200", "--starts", "1"]
+    assert main(argv=[*words, "--subject-to", "max(O.x) >= 1 m"]) == 1
+    said = capsys.readouterr().out
+    assert f"{K}  100 N/m" in said and " m, 97 % off" in said
+
+
+def test_a_reading_without_a_value_is_told_and_exit_1(tmp_path, capsys):
+    path = pushed(150.0).save(tmp_path / "block.toml")
+    words = ["sensitivity", str(path), "--duration", "0.1s", "--by"]
+    assert main(argv=[*words, K, "--of", "peak(O.x, 3)"]) == 1
+    assert "the reading has no value there" in capsys.readouterr().out
+    assert main(argv=[*words, f"{K}=-1", "--of", "max(O.x)"]) == 2
+    assert "standard deviation of loads[0].stiffness = -1.0 N/m: must lie in (0, inf) N/m" in capsys.readouterr().err
+    assert main(argv=[*words, f"{K}=1s", "--of", "max(O.x)"]) == 2
+    assert "error: --by loads[0].stiffness=1s: 's' is no unit" in capsys.readouterr().err
+
+
+def test_a_fit_looks_where_it_writes_before_it_runs(tmp_path, capsys, monkeypatch):
+    (tmp_path / "taken").write_text("", encoding="utf-8")
+    path = pushed(150.0).save(tmp_path / "block.toml")
+    monkeypatch.setattr("buckler.studies.own.turning.fitted", lambda *_, **__: pytest.fail("it ran"))
+    table = str(data(tmp_path, "\n".join([HEAD, *ROWS])))
+    words = ["fit", str(path), table, "--signal", "place=O.x"]
+    assert main(argv=[*words, "--free", f"{K}=100:200", "--out", str(tmp_path / "taken")]) == 2
+    assert "--out: cannot write to" in capsys.readouterr().err
+    assert main(argv=words) == 2
+    assert "--free: none; write for instance --free" in capsys.readouterr().err
+
+
+def test_ctrl_c_ends_a_search_and_is_no_design_that_fails():
+    """The integrator ends at its next look; to take that for a failure would go on with the search."""
+    block = pushed(150.0)
+    Steps.of(block, 0.1)  # compiled before
+    clock = threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT))
+    clock.start()
+    with pytest.raises(KeyboardInterrupt):
+        Steps.of(block, 1e5)
+    clock.join()
