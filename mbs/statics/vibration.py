@@ -74,7 +74,8 @@ class Frequencies(Answer):
     def rows(self) -> list[tuple[str, str]]:
         """A line a frequency."""
         lines = zip(self.names, self.hertz, self.damping, self.errors, strict=True)
-        return [(name, f"{hertz:.9g} Hz, damping ratio {ratio:.4g}, error {error:.1e} Hz") for name, hertz, ratio, error in lines]
+        rows = [(name, f"{hertz:.9g} Hz, damping ratio {ratio:.4g}, error {error:.1e} Hz") for name, hertz, ratio, error in lines]
+        return rows or [("nothing vibrates", "drives and joints hold all of it")]
 
 
 @one_thread()

@@ -108,7 +108,7 @@ def _dispatch(study: str | None, words: list[str]) -> int:
         raise
     except OSError as error:
         return wrong_input(ValueError(f"{error.filename}: {error.strerror}" if error.filename else str(error)))
-    except (ValueError, OverflowError) as error:
+    except (ValueError, OverflowError, ImportError) as error:
         return wrong_input(error)
 
 

@@ -42,7 +42,7 @@ def run(name: str, argv: Sequence[str], prog: str) -> int:
 
 
 def attempt(run: Callable[..., StudyResult], parameters: StudyParameters, options: argparse.Namespace) -> StudyResult:
-    """Run a study; whatever it raises becomes a result with status ERROR, its traceback on stderr."""
+    """Run a study; whatever it raises becomes a result with status ERROR, its traceback on stderr if it is no missing package."""
     begin = time.perf_counter()
     with _aside(options):
         try:
@@ -52,7 +52,8 @@ def attempt(run: Callable[..., StudyResult], parameters: StudyParameters, option
                 raise
             result = stop.result
         except Exception as error:
-            traceback.print_exc()
+            if not isinstance(error, ImportError):  # what is not installed says so in a line
+                traceback.print_exc()
             result = StudyResult(parameters=parameters, status="ERROR", message=_named(error))
     return result.changed(work={"wall_s": time.perf_counter() - begin, **result.work})
 

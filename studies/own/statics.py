@@ -6,12 +6,43 @@ import argparse
 import sys
 from collections.abc import Callable
 from functools import partial
+from math import inf
 from pathlib import Path
 from typing import Any
 
 from buckler.mbs import statics
 from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.sensitivity.numbers import standing
+from buckler.mbs.units import measured, parse_quantity
+from buckler.mbs.validate import number
 from buckler.studies.kit.words import Command
+
+
+def _in(unit: str) -> Callable[[str], float]:
+    """What reads a quantity that may have a unit."""
+
+    def read(text: str) -> float:
+        try:
+            return parse_quantity(text, unit)
+        except ValueError as error:
+            raise argparse.ArgumentTypeError(f"{text}: {error}") from None
+
+    return read
+
+
+def _end(mechanism: Mechanism, options: argparse.Namespace) -> float:
+    """Where a path or a response ends, in SI."""
+    unit = "Hz" if "period" in options else "1"
+    if options.parameter:
+        unit = standing(mechanism.to_dict(), options.parameter).unit
+    elif options.load:
+        unit = "1"
+    elif getattr(options, "drive", None):
+        unit = "rad or m"
+    try:
+        return float(number("--to", measured(options.to), -inf, inf, unit))
+    except ValueError as error:
+        raise ValueError(str(error) if str(error).startswith("--to") else f"--to {options.to}: {error}") from None
 
 
 def _declare(kind: str, parser: argparse.ArgumentParser) -> None:
@@ -25,14 +56,15 @@ def _declare(kind: str, parser: argparse.ArgumentParser) -> None:
     elif kind == "frequencies":
         add("--count", type=int, default=6, help="how many, rigid motions among them; default 6")
     if kind in ("equilibrium", "frequencies"):
-        add("--spin", type=float, default=0.0, help="of a steady turn of the whole mechanism about --centre [rad/s]; default 0")
-        add("--centre", type=float, nargs=2, default=(0.0, 0.0), metavar=("X", "Y"), help="of that turn [m]; default 0 0")
+        about = "of a steady turn of the whole mechanism about --centre [rad/s]; default 0"
+        add("--spin", type=_in("rad/s"), default=0.0, help=about)
+        add("--centre", type=_in("m"), nargs=2, default=(0.0, 0.0), metavar=("X", "Y"), help="of that turn [m]; default 0 0")
     if kind in ("periodic", "response"):
-        add("--period", type=float, required=True, help="of what drives it, or where the search begins [s]")
+        add("--period", type=_in("s"), required=True, help="of what drives it, or where the search begins [s]")
         add("--settle", type=int, default=0, help="periods that are run before; default 0")
     if kind in ("path", "response"):
         begins = "frequency [Hz]" if kind == "response" else "travel [rad or m]"
-        add("--to", type=float, required=True, help=f"where it ends: factor of the load, {begins}, or the number [SI]")
+        add("--to", required=True, help=f"where it ends: factor of the load, {begins}, or the number, in SI or with its unit")
         what = parser.add_mutually_exclusive_group()
         default = "the frequency changes by default" if kind == "response" else "default all"
         what.add_argument("--load", action="append", help=f"the load that grows, as force.A; may be repeated; {default}")
@@ -60,8 +92,8 @@ def _path(mechanism: Mechanism, options: argparse.Namespace) -> Any:
     """Follow a path, or a response, and draw it if that is wanted."""
     if (options.plot or options.csv) and not options.point:
         raise ValueError("--point LINK:POINT is missing: whose places are drawn or written")
-    names = ("to", "load", "drive", "parameter", "steps", "branches", "degree", "settle")
-    asked = {name: value for name, value in vars(options).items() if name in names}
+    names = ("load", "drive", "parameter", "steps", "branches", "degree", "settle")
+    asked = {name: value for name, value in vars(options).items() if name in names} | {"to": _end(mechanism, options)}
     found: Any = statics.response(mechanism, options.period, **asked) if "period" in options else statics.path(mechanism, **asked)
     if options.plot and len(found.parameter):
         found.plot(*_point(options, mechanism)).figure.savefig(options.plot)

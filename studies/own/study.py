@@ -7,7 +7,7 @@ import json
 import re
 import sys
 from collections.abc import Mapping, Sequence
-from math import isfinite, nan
+from math import isfinite, isnan, nan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -130,17 +130,18 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
 
 def read_off(parameters: Parameters, result: Result) -> StudyResult:
     """Metrics and signals of a result; a failed one keeps its signals only."""
-    ended = result.status in ("OK", "SUSPECT")
+    metrics = _metrics(parameters, result) if result.status in ("OK", "SUSPECT") else {}
+    valueless = [name for name in parameters.measure if name in metrics and isnan(metrics[name].value)]
     return StudyResult(
         parameters=parameters,
         status=str(result.status),
         message=result.message,
-        metrics=_metrics(parameters, result) if ended else {},
+        metrics=metrics,
         signals={"time": result.time, **result.signals},
         work=result.work,
         units=result.units,
         pages=_page(parameters, result),
-        notes=result.provenance.get("notes", ()),
+        notes=[*result.provenance.get("notes", ()), *(f"{name}: has no value in this run" for name in valueless)],
     )
 
 

@@ -68,6 +68,11 @@ def test_the_schema_knows_units_ranges_and_kinds(capsys):
         assert kind.get("description"), name
 
 
+def test_a_measure_without_a_value_is_told(pendulum, capsys):
+    assert main(argv=["run", "pendulum.json", "--duration", "10ms", "--measure", "peak(A.y, 3)"]) == 0
+    assert "pendulum: note: peak(A.y, 3): has no value in this run" in capsys.readouterr().err
+
+
 VARY = ["--vary", "links.arm.body.mass=0.5kg:2kg:3", "--measure", "max(abs(O.ground-arm.fy))", "--workers", "0"]
 
 

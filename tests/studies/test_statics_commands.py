@@ -92,7 +92,7 @@ value = "0.1*cos(2*t)"
 
 def test_a_periodic_motion_is_printed_with_its_multipliers(file, capsys):
     file.write_text(driven())
-    assert main(argv=["periodic", str(file), "--period", "3.141592653589793"]) == 0
+    assert main(argv=["periodic", str(file), "--period", "3141.592653589793 ms"]) == 0
     said = capsys.readouterr().out
     assert said.startswith("OK\nperiod: 3.14159265 s\nstable: yes\nerror: ")
     assert said.count("multiplier: ") == 2
@@ -107,6 +107,10 @@ def test_a_periodic_motion_is_printed_with_its_multipliers(file, capsys):
         (["frequencies", "FILE", "--count", "0"], "count = 0"),
         (["equilibrium", "nowhere.toml"], "nowhere.toml"),
         (["periodic", "FILE", "--period", "0"], "period = 0"),
+        (["periodic", "FILE", "--period", "1m"], "--period: 1m: 'm' is no unit for a quantity in s"),
+        (["path", "FILE", "--to", "1N"], "--to = 1N: must be a plain number"),
+        (["path", "FILE", "--to", "1N", "--parameter", "links.strip.body.section.thickness"], "--to = 1N: must be in m"),
+        (["path", "FILE", "--to", "1", "--parameter", "links.strip.body.section.thicknes"], "'thicknes' is not known there"),
     ],
 )
 def test_wrong_input_is_told_in_a_line(file, words, said, capsys):

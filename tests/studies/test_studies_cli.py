@@ -237,6 +237,18 @@ def test_failed_run_is_exit_1_and_leaves_no_earlier_figure(dummy, capsys):
     assert {path.name for path in dummy.folder.iterdir()} == {"metrics.json", "notes.txt"}
 
 
+def test_a_package_that_is_missing_is_one_line(dummy, capsys, monkeypatch):
+    def lacking(*_, **__):
+        raise ImportError("a Modal link needs scikit-fem: pip install 'buckler[modal]'")
+
+    monkeypatch.setattr(sys.modules["dummy_study"], "run", lacking)
+    assert dummy() == 1
+    assert capsys.readouterr().err == "dummy: ERROR: ImportError: a Modal link needs scikit-fem: pip install 'buckler[modal]'\n"
+    monkeypatch.setattr("buckler.studies.own.turning.sensitivities", lacking)
+    assert main(argv=["sensitivity", str(ROOT / "studies/own/examples/pendulum.toml"), "--of", "max(A.y)"]) == 2
+    assert capsys.readouterr().err == "error: a Modal link needs scikit-fem: pip install 'buckler[modal]'\n"
+
+
 def test_figure_that_fails_keeps_the_numbers(dummy, capsys):
     assert dummy("--ending", "undrawable") == 1
     assert "dummy: ERROR: drawing the figures: RuntimeError: no ink" in capsys.readouterr().err
