@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, is_dataclass
 from typing import Any, NamedTuple
 
@@ -42,16 +42,20 @@ def standing(document: Mapping[str, object], path: str) -> Standing:
         if about is None:
             raise ValueError(f"{path}: not in the file") from None
         now = about.default
-    return Standing(about, now, _fitting(about.spec.unit, now) if about else "")
+    return Standing(about, now, _fitting(document, steps(document, path), about.spec.unit, now) if about else "")
 
 
-def _fitting(unit: str, now: Any) -> str:
-    """Of several units, as `rad/s or m/s` of a drive's speed, that of the value there; all of them where it has none."""
+def _fitting(document: Mapping[str, object], way: Sequence[str | int], unit: str, now: Any) -> str:
+    """Of several units, as `rad/s or m/s` of a drive's speed, that of the value there, or of what is driven."""
     for each in unit.split(" or ") if isinstance(now, str) else ():
         with contextlib.suppress(ValueError):
             parse_quantity(now, each)
             return each
-    return unit
+    if way[0] == "drives" and isinstance(way[1], int) and " or " in unit:
+        made = Mechanism.from_dict(document)
+        return unit.split(" or ")[made.drives[way[1]].target in made.points]
+    carried = way[0] == "links" and isinstance(way[-1], int)  # a place on a link, beside fractions, which have no unit
+    return unit or ("m" if carried else "")
 
 
 def _declared(document: Mapping[str, object], path: str) -> Declaration | None:

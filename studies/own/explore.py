@@ -102,7 +102,9 @@ class Explorer:
         lines, unit = {}, max(right - left, top - bottom) / FINE
         for link in made.links:
             band = movie.bands.get(link.name)
-            ends = np.stack([movie.frames[point][:, :2] for point in (link.start, link.end)], axis=1)
+            carried = [point for point in link.carries if point in movie.frames]
+            around = [link.start, link.end, *carried, *([link.start] if carried else [])]
+            ends = np.stack([movie.frames[point][:, :2] for point in around], axis=1)
             lines[link.name] = np.rint((band.points if band else ends)[rows] / unit).astype(int).tolist()
         return {"time": movie.time[rows].tolist(), "lines": lines, "unit": unit, "box": movie.box, "status": str(result.status),
                 "message": result.message, "seconds": perf_counter() - begin}  # fmt: skip

@@ -11,6 +11,7 @@ from simulations import pushed
 from buckler.mbs import fit, optimise, sensitivities
 from buckler.mbs.sensitivity.data import Experiment, read_csv
 from buckler.mbs.sensitivity.frozen import RunFailedError, Steps
+from buckler.mbs.sensitivity.numbers import standing
 from buckler.studies.kit.cli import main
 
 K, MASS = "loads[0].stiffness", "guides[0].mass"
@@ -141,6 +142,22 @@ def test_numbers_and_values_have_their_units(tmp_path, capsys):
     assert main(argv=[*words, "--subject-to", "max(O.x) >= 1 m"]) == 1
     said = capsys.readouterr().out
     assert f"{K}  100 N/m" in said and " m, 97 % off" in said
+
+
+def test_numbers_of_several_units_have_that_of_what_is_there():
+    crank = {"start": "O", "end": "A", "body": {"kind": "Rigid", "mass": 1.0, "inertia": 0.1}, "carries": {"D": [0.1, "20 mm"]}}
+    document = {
+        "points": {"O": [0, 0], "A": [0.5, 0], "S": [2, 0], "T": [3, 0]},
+        "links": {"crank": crank, "block": crank | {"start": "S", "end": "T", "carries": {"M": 0.5}}},
+        "joints": [{"kind": "Revolute", "point": "O", "first": "ground", "second": "crank"}],
+        "guides": [{"point": "S", "link": "block"}, {"point": "T", "link": "block"}],
+        "drives": [
+            {"target": "crank", "speed": 1.0},
+            {"target": "S", "speed": {"kind": "Ramp", "start": 0.0, "end": 1.0, "duration": 1.0}},
+        ],
+    }
+    paths = ("drives[0].speed", "drives[1].speed.end", "links.crank.carries.D[0]", "links.block.carries.M")
+    assert [standing(document, path).unit for path in paths] == ["rad/s", "m/s", "m", ""]
 
 
 def test_a_reading_without_a_value_is_told_and_exit_1(tmp_path, capsys):

@@ -74,6 +74,13 @@ def explorer(free):
     return Explorer(EXAMPLES / "pendulum.toml", opened(EXAMPLES / "pendulum.toml").document, 0.5, free)
 
 
+def test_a_link_is_drawn_with_the_points_that_it_carries():
+    file = opened(EXAMPLES / "stephenson.toml")
+    lines = Explorer(EXAMPLES / "stephenson.toml", file.document, 0.01, {"links.rod.length": None}).moved({})["lines"]
+    coupler, rod = np.array(lines["coupler"])[0], np.array(lines["rod"])[0]
+    assert len(coupler) == 4 and (coupler[0] == coupler[3]).all() and (coupler[2] == rod[0]).all()
+
+
 def test_the_next_change_does_not_wait_for_the_error_of_the_last_one(monkeypatch):
     made, begun, looks = explorer({MASS: None}), threading.Event(), []
 
