@@ -7,6 +7,8 @@ problems in differential and integral equations, Birkhäuser 1983, 95-121, doi 1
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from contextvars import ContextVar
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
@@ -35,6 +37,10 @@ TAPED = 50_000
 """Steps, the first ones, whose factors are kept."""
 DEGREES = 4
 """Of a strip's polynomials, how many more a finer run has."""
+
+
+looked: ContextVar[Callable[[], object]] = ContextVar("looked", default=lambda: None)
+"""Is called before each run, as by a command that shows how many there were."""
 
 
 class RunFailedError(RuntimeError):
@@ -120,6 +126,7 @@ def _run(scene: Scene, duration: float, solver: Spectral, asked: str, tape: Tape
     from buckler.mbs.spectral.recording import record_of
     from buckler.mbs.spectral.run import integrate
 
+    looked.get()()
     out, failure, counts = integrate(scene, duration, solver, ends=ends, tape=tape)
     if failure and failure[0] == Status.INTERRUPTED:
         raise KeyboardInterrupt

@@ -212,6 +212,16 @@ class Progress:
             yield show
 
 
+@contextmanager
+def counting(what: str) -> Iterator[Callable[[], object]]:
+    """Show how many there were of what nobody knows the number of, as `Progress` does."""
+    from tqdm import tqdm
+
+    pace = _pace()
+    with tqdm(unit=f" {what}", delay=pace, mininterval=pace / 5, leave=False) as bar:
+        yield bar.update
+
+
 def _pace() -> float:
     """Seconds of work before anything is shown: a terminal may be redrawn often, a log file gets a line now and then."""
     return 0.5 if sys.stderr.isatty() else 20.0

@@ -6,6 +6,7 @@ import argparse
 import json
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import fields
 from math import isnan
 from pathlib import Path
@@ -17,10 +18,11 @@ from buckler.mbs.sensitivity.derivatives import sensitivities
 from buckler.mbs.sensitivity.design import BUDGET
 from buckler.mbs.sensitivity.design import optimise as designed
 from buckler.mbs.sensitivity.fitting import fit as fitted
-from buckler.mbs.sensitivity.frozen import RunFailedError
+from buckler.mbs.sensitivity.frozen import RunFailedError, looked
 from buckler.mbs.sensitivity.numbers import DURATION, standing
 from buckler.mbs.units import parse_quantity
 from buckler.studies.kit.options import writable
+from buckler.studies.kit.report import counting
 from buckler.studies.kit.words import Command, repeated
 from buckler.studies.own import places
 from buckler.studies.own.command import named
@@ -72,6 +74,17 @@ def command(declare: Callable[[argparse.ArgumentParser], Any], answer: Callable[
     return Command(declared, answered)
 
 
+@contextmanager
+def _counted() -> Iterator[None]:
+    """Show how many runs there were, where they take long enough to ask."""
+    with counting("runs") as shown:
+        before = looked.set(shown)
+        try:
+            yield
+        finally:
+            looked.reset(before)
+
+
 def lasting(parser: argparse.ArgumentParser) -> None:
     """Declare how long the mechanism runs."""
     parser.add_argument("--duration", metavar="s", help="how long, s; default that of the file, or 1 s")
@@ -97,7 +110,8 @@ def _sensitivity(chosen: argparse.Namespace, file: Opened) -> int:
         raise ValueError("--of: no reading; write for instance --of 'max(B.contact_force)'")
     source = file.document if chosen.by else Mechanism.from_dict(file.document)
     by = _spreads(file.document, chosen.by) if isinstance(source, dict) else list(numbers(source.to_dict()))
-    found = sensitivities(source, file.duration, by=by, of=readings)
+    with _counted():
+        found = sensitivities(source, file.duration, by=by, of=readings)
     status = int(any(isnan(row.value) for row in found.rows))
     if chosen.json:
         rows = [row._asdict() | {"relative": row.relative, "relative_error": row.relative_error} for row in found.rows]
@@ -132,10 +146,11 @@ def _fit(chosen: argparse.Namespace, file: Opened) -> int:
     free = dict(number_range(file.document, text) for text in chosen.free)
     own = dict(number_range(file.document, text, "--own") for text in chosen.own)
     out = writable(chosen.out / f"{chosen.file.stem}-fit")
-    found = fitted(
-        file.document, chosen.data, free=free, own=own, signals=chosen.signal, settings=chosen.setting,
-        starts=chosen.starts, robust=chosen.robust, profiles=chosen.profile,
-    )  # fmt: skip
+    with _counted():
+        found = fitted(
+            file.document, chosen.data, free=free, own=own, signals=chosen.signal, settings=chosen.setting,
+            starts=chosen.starts, robust=chosen.robust, profiles=chosen.profile,
+        )  # fmt: skip
     page = found.write_html(out / "report.html", f"{chosen.file.stem}: fit to {chosen.data.name}")
     if chosen.json:
         told = {each: getattr(found, each) for each in ("values", "intervals", "units", "unidentified", "rms")}
@@ -163,8 +178,9 @@ def _optimise(chosen: argparse.Namespace, file: Opened) -> int:
     if not chosen.free:
         raise ValueError("--free: none; write for instance --free links.coupler.body.section.thickness=0.2mm:0.5mm")
     free = dict(_range_or_list(file.document, text) for text in chosen.free)
-    found = designed(file.document, file.duration, free=free, minimise=chosen.minimise, subject_to=chosen.wants,
-                     starts=chosen.starts, budget=chosen.budget)  # fmt: skip
+    with _counted():
+        found = designed(file.document, file.duration, free=free, minimise=chosen.minimise, subject_to=chosen.wants,
+                         starts=chosen.starts, budget=chosen.budget)  # fmt: skip
     if chosen.json:
         told = {each.name: getattr(found, each.name) for each in fields(found) if each.name != "front"}
         print(json.dumps(told | {"front": [one.values | one.readings for one in found.front]}, indent=2))

@@ -181,7 +181,7 @@ class Store:
             self._compare(about)
             stored = {key for (key,) in self.ask("SELECT parameters FROM cases")}
             if not stored <= set(keys):
-                raise StoreError(f"{self.path} holds another sweep, {_differs(stored, keys)}; name another file")
+                raise StoreError(f"{self.path} holds another sweep, {_differs(stored, keys)}; name another with --store")
             for name, value in asdict(about).items():
                 self.ask("INSERT OR REPLACE INTO about VALUES (?, ?)", (name, json.dumps(value)))
             for number, key in enumerate(keys):  # a store that grows, or was merged: every case may have another place now

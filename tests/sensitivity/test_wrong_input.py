@@ -1,6 +1,7 @@
 """What is typed or measured wrongly: one sentence that names it, before or instead of a search."""
 
 import os
+import re
 import signal
 import threading
 
@@ -192,3 +193,12 @@ def test_ctrl_c_ends_a_search_and_is_no_design_that_fails():
     with pytest.raises(KeyboardInterrupt):
         Steps.of(block, 1e5)
     clock.join()
+
+
+def test_a_long_search_shows_how_many_runs_there_were(tmp_path, capsys, monkeypatch):
+    path = pushed(150.0).save(tmp_path / "block.toml")
+    monkeypatch.setattr("buckler.studies.kit.report._pace", lambda: 0.0)
+    words = ["optimise", str(path), "--duration", "0.1s", "--free", f"{K}=100:200", "--minimise", "max(O.x)", "--starts", "2"]
+    assert main(argv=words) == 0
+    counts = [int(count) for count in re.findall(r"(\d+) runs \[", capsys.readouterr().err)]
+    assert counts == sorted(counts) and counts[-1] > 3

@@ -112,7 +112,9 @@ def test_the_same_command_computes_nothing_again_and_another_is_refused(toy, cap
     assert toy("--vary", "length=1,2") == 0
     assert capsys.readouterr().err == "2 cases, 2 of them stored already\n"
     assert toy("--vary", "length=1,3") == 2
-    message = f"error: {toy.store} holds another sweep, with length = 2.0, which is not asked for now; name another file\n"
+    message = (
+        f"error: {toy.store} holds another sweep, with length = 2.0, which is not asked for now; name another with --store\n"
+    )
     assert capsys.readouterr().err == message
 
 

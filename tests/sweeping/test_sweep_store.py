@@ -134,8 +134,12 @@ def test_a_case_is_writtenonce(path):
             "was made with exudyn 1.13.6, this is 1.14; name another file",
         ),
         (replace(ABOUT, signals=True), toys(1, 2), "does not keep signals; name another file or drop --signals"),
-        (ABOUT, toys(1, 2, speed=2), "holds another sweep, with speed = 1.0, which is not asked for now; name another file"),
-        (ABOUT, toys(1, 3), "holds another sweep, with length = 2.0, which is not asked for now; name another file"),
+        (
+            ABOUT,
+            toys(1, 2, speed=2),
+            "holds another sweep, with speed = 1.0, which is not asked for now; name another with --store",
+        ),
+        (ABOUT, toys(1, 3), "holds another sweep, with length = 2.0, which is not asked for now; name another with --store"),
     ],
 )
 def test_a_store_of_something_else_is_refused_and_left_alone(path, about, cases, message):
