@@ -9,6 +9,9 @@ from typing import Any
 from buckler.mbs.record.result import Result
 from buckler.mbs.record.run import Run
 
+Look = Callable[[Run, Result], Iterator[str]]
+Idle = Callable[[Run, Result], str]
+
 
 @dataclass(frozen=True)
 class Check:
@@ -30,9 +33,9 @@ class Check:
 
     name: str
     fails: str
-    look: Callable[[Run, Result], Iterator[str]]
+    look: Look
     thresholds: Mapping[str, float] = field(default_factory=dict)
-    idle: Callable[[Run, Result], str] = lambda _run, _result: ""
+    idle: Idle = lambda _run, _result: ""
 
     def __call__(self, run: Run, result: Result) -> Iterator[str]:
         """Yield its sentences, name first."""
@@ -42,6 +45,13 @@ class Check:
             yield f"{self.name}: {said}"
 
 
-def without(subjects: Callable[[Run], Iterable[Any]], words: str) -> Callable[[Run, Result], str]:
+def check(
+    name: str, fails: str, thresholds: Mapping[str, float] | None = None, idle: Idle = Check.idle
+) -> Callable[[Look], Check]:
+    """Make a check of the function that looks: a decorator."""
+    return lambda look: Check(name, fails, look, thresholds or {}, idle)
+
+
+def without(subjects: Callable[[Run], Iterable[Any]], words: str) -> Idle:
     """Make what says in words that a run has none of what a check looks at."""
     return lambda run, _result: words if next(iter(subjects(run)), None) is None else ""

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs.checks.check import Check, without
+from buckler.mbs.checks.check import check, without
 from buckler.mbs.checks.unbuckled import GROWTH, grown, recent_mean
 from buckler.mbs.elements.element import place
 from buckler.mbs.elements.joint import Joint
@@ -28,7 +28,18 @@ LEFT_OUT = 1e-3
 at a deflection of 2 %, and under a tenth of the critical load at 1 %."""
 
 
-def _beyond(run: Run, result: Result) -> Iterator[str]:
+def _modal(run: Run) -> list[str]:
+    return [link.name for link in run.record.mechanism.links if link.body.linear and link.name in run.record.links]
+
+
+@check(
+    "LINEAR",
+    "failed when a modal link bends, or is pressed, so far that what linear theory leaves out can be seen",
+    {"of the length": LEFT_OUT, "growth, exponent": GROWTH},
+    without(_modal, "no modal link"),
+)
+def linear(run: Run, result: Result) -> Iterator[str]:
+    """What linear theory leaves out is too little to be seen."""
     record = run.record
     for name in _modal(run):
         history, section = record.links[name], record.mechanism.link(name).body.section
@@ -78,16 +89,3 @@ def _by_joints(mechanism: Mechanism, result: Result, name: str, point: str) -> A
             force = np.column_stack([result.signals[f"{key}.f{axis}"] for axis in "xy"])
             parts.append(force if joint.second == name else -force)
     return np.asarray(sum(parts)) if parts else None
-
-
-def _modal(run: Run) -> list[str]:
-    return [link.name for link in run.record.mechanism.links if link.body.linear and link.name in run.record.links]
-
-
-CHECK = Check(
-    "LINEAR",
-    "failed when a modal link bends, or is pressed, so far that what linear theory leaves out can be seen",
-    _beyond,
-    {"of the length": LEFT_OUT, "growth, exponent": GROWTH},
-    without(_modal, "no modal link"),
-)

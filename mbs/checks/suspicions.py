@@ -8,18 +8,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from buckler.mbs.checks import clock, closure, contact, crossed, dead_centre, energy, finite, linear, penetration, unbuckled
 from buckler.mbs.checks.check import Check
+from buckler.mbs.checks.driven import closed, off_dead_centres
+from buckler.mbs.checks.linear import linear
+from buckler.mbs.checks.signals import balanced, clock, finite, pushing, shallow, uncrossed
+from buckler.mbs.checks.unbuckled import buckled
 from buckler.mbs.record.result import Result
 from buckler.mbs.record.run import Run
 from buckler.mbs.record.status import Status
 
-READABLE: tuple[Check, ...] = (finite.CHECK, clock.CHECK)
+READABLE: tuple[Check, ...] = (finite, clock)
 """Checks without which no other means anything."""
-CHECKS: tuple[Check, ...] = (
-    *READABLE, energy.CHECK, contact.CHECK, penetration.CHECK, unbuckled.CHECK, crossed.CHECK, dead_centre.CHECK, closure.CHECK,
-    linear.CHECK,
-)  # fmt: skip
+CHECKS: tuple[Check, ...] = (*READABLE, balanced, pushing, shallow, buckled, uncrossed, off_dead_centres, closed, linear)
 """All checks, in the order in which they look."""
 
 

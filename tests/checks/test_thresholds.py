@@ -12,7 +12,7 @@ from simulations import STRIP, pendulum
 from spoilt import CHECK, bent, excused, linear, pressed_by, pressed_strip, right, said, stretched, unbalanced
 
 from buckler import mbs
-from buckler.mbs.checks import closure, dead_centre
+from buckler.mbs.checks import driven
 from buckler.mbs.checks.suspicions import CHECKS
 from buckler.mbs.elements.clearance import PIERCED
 from buckler.mbs.laws import Hertz
@@ -193,9 +193,9 @@ def _(wrong):
 def _(wrong):
     run, result = right("rocker")
     size = np.linspace(1.0, 3e-4 if wrong else 3e-3, len(result.time))
-    known = dead_centre.Followed(None, None, size[:, None, None])
+    known = driven.Followed(None, None, size[:, None, None])
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(dead_centre, "followed", lambda _record: known)
+        patch.setattr(driven, "followed", lambda _record: known)
         return said("BRANCH", run, result)
 
 
@@ -211,7 +211,7 @@ def test_the_scale_of_accelerations_counts_those_towards_the_centre_of_a_turn():
     """A link of 0.5 m that turns at 4 rad/s steadily has none along its turn, and 8 m/s^2 towards its centre."""
     mechanism = pendulum(0.0)
     speed, nothing = np.array([[0.0, 0.0, 4.0]]), np.zeros((1, 3))
-    off, scale = closure._apart(mechanism, np.array([[0.8]]), nothing, speed)
+    off, scale = driven._apart(mechanism, np.array([[0.8]]), nothing, speed)
     assert off == pytest.approx([0.4]) and scale == pytest.approx(8.0)
 
 

@@ -1,0 +1,124 @@
+"""Self-checks that read signals and energies: numbers, the clock, the balance; contacts, which push, and how deep; struts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from buckler.mbs.checks.check import check, without
+from buckler.mbs.elements.signal import Depth
+from buckler.mbs.record.energy import AT_REST, BALANCE, BRISTLE, STRETCH, ledger, put_through
+from buckler.mbs.record.means import RINGS
+from buckler.mbs.record.result import Result
+from buckler.mbs.record.run import Run
+
+ROUNDING = 1e-9
+"""Of the largest force: a pull smaller than that is none."""
+ENDS_MET = 0.02
+"""Distance of a strut's ends, relative to its length, at which they have met."""
+
+
+@check("NOT_FINITE", "failed when a signal has a value that is not finite")
+def finite(_run: Run, result: Result) -> Iterator[str]:
+    """Values are numbers."""
+    if not all(np.isfinite(values).all() for values in result.signals.values()):
+        yield "a signal is not finite"
+
+
+@check("TIME", "failed when time stands still or goes back from one sample to the next")
+def clock(_run: Run, result: Result) -> Iterator[str]:
+    """Time goes forward."""
+    if not (np.diff(result.time) > 0).all():
+        yield "time does not increase"
+
+
+def _summed(run: Run, result: Result) -> str:
+    """Work cannot be summed over steps that were not recorded."""
+    return "" if result.energy or run.solver.steps.record_every == 1 else "not every step was recorded"
+
+
+@check(
+    "ENERGY",
+    "failed when energy held, taken and given do not add up, or something that takes energy gives it back",
+    {
+        "balance": BALANCE,
+        "way of rest": AT_REST,
+        "unseen stretch": STRETCH,
+        "stretch that steps do not follow": RINGS,
+        "unseen bristle": BRISTLE,
+    },
+    _summed,
+)
+def balanced(run: Run, result: Result) -> Iterator[str]:
+    """What is held, taken and given must add up, and what takes energy must not give it."""
+    record, energy = run.record, result.energy or ledger(run.record)
+    told = (error for name, error in result.error.items() if name.startswith("energy.") and name != "energy.balance")
+    allowed = max([BALANCE, *told])
+    through, unseen = put_through(record, energy, result.signals)
+    allowed += unseen
+    balance = float(np.abs(energy["error"]).max()) / through
+    if not balance <= allowed:
+        yield f"balance {balance:.2e} of the energy put through, allowed {allowed:g}"
+    for name, taken in energy.items():
+        if name.startswith("taken_"):
+            given = float((np.maximum.accumulate(taken) - taken).max()) / through
+            if given > allowed:
+                yield f"'{name}' gives back {given:.2e} of the energy put through: a law makes energy"
+
+
+def _one_sided(run: Run) -> list[tuple[str, str]]:
+    """Forces that must not be negative, and depths without which they are zero."""
+    return [signals for name, element in run.record.mechanism.elements().items() for signals in element.one_sided(name)]
+
+
+@check(
+    "CONTACT",
+    "failed when a contact pulls, or acts without touching, or a rope pushes",
+    {"share of the largest force": ROUNDING},
+    without(_one_sided, "no stop, no joint with clearance and no rope"),
+)
+def pushing(run: Run, result: Result) -> Iterator[str]:
+    """Contacts push while they are closed, and do nothing while they are open; ropes pull."""
+    for name, depth in _one_sided(run):
+        force = result.signals[name]
+        allowed = ROUNDING * float(np.abs(force).max(initial=0.0))
+        wrong = {"pulls" if depth else "would push, but goes slack,": force < -allowed}
+        if depth:
+            wrong["acts without touching"] = (np.abs(force) > allowed) & (result.signals[depth] <= 0)
+        for what, where in wrong.items():
+            if where.any():
+                k = int(np.argmax(where))
+                yield f"'{name}' {what} with {force[k]:.3g} N at t = {result.time[k]:.4g} s"
+
+
+def _depths(run: Run) -> Iterator[Depth]:
+    mechanism = run.record.mechanism
+    for name, element in mechanism.elements().items():
+        yield from element.depths(name, mechanism)
+
+
+@check(
+    "PENETRATION",
+    "failed when a point is deeper in its stop than a share of the mechanism, or a pin in its bush than both its clearance and a "
+    "share of its radius: a law of surfaces does not hold there",
+    idle=without(_depths, "no stop and no joint with clearance"),
+)
+def shallow(run: Run, result: Result) -> Iterator[str]:
+    """Each element knows how deep its contacts may be: `depths`."""
+    for depth in _depths(run):
+        deepest = float(result.signals[depth.signal].max(initial=0.0))
+        if deepest > depth.allowed:
+            yield f"{depth.what} is {deepest:.3g} m {depth.where}"
+
+
+def _struts(run: Run) -> list[str]:
+    return [link.name for link in run.record.mechanism.links if link.body.massless]
+
+
+@check("CROSSED", "failed when the ends of a strut have met", {"distance over length": ENDS_MET}, without(_struts, "no strut"))
+def uncrossed(run: Run, result: Result) -> Iterator[str]:
+    """A strut knows its ends' distance only: once they have met, it pushes the wrong way."""
+    for name in _struts(run):
+        if (result.signals[f"{name}.end_shortening"] > (1 - ENDS_MET) * run.record.mechanism.length(name)).any():
+            yield f"the ends of strut '{name}' met; its force law ends there"
