@@ -108,5 +108,5 @@ offer({
     "write_csv": "buckler.mbs.view.tables:write_csv",
     "write_parquet": "buckler.mbs.view.tables:write_parquet",
     "exudyn_script": "buckler.mbs.engine.script:exudyn_script",
-    "planar_model": "buckler.mbs.modal.link:planar_model",
+    "planar_model": "buckler.mbs.modal.bar:planar_model",
 })  # fmt: skip

@@ -22,7 +22,7 @@ from buckler.mbs.elements import (
     Section,
     Stop,
 )
-from buckler.mbs.kinematics.errors import KinematicsError
+from buckler.mbs.kinematics.linkage import KinematicsError
 from buckler.mbs.kinematics.slidercrank import SliderCrank
 from buckler.mbs.laws import Impact, NormalLaw
 from buckler.mbs.mechanism import Mechanism

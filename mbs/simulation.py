@@ -12,10 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs.accuracy.deliver import Climb, deliver, plain
+from buckler.mbs.accuracy.deliver import Climb, deliver, plain, verified
 from buckler.mbs.accuracy.goal import Asked, Goal, Usual
 from buckler.mbs.accuracy.ladder import ladder_of, suited
-from buckler.mbs.accuracy.verify import verified
 from buckler.mbs.accuracy.words import COARSEST, FINEST, PLACES
 from buckler.mbs.breaks import WIDTH
 from buckler.mbs.checks.suspicions import idle, suspicions

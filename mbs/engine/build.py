@@ -6,7 +6,7 @@ import exudyn as exu
 import exudyn.itemInterface as eii
 
 from buckler.mbs.engine import guide as guides
-from buckler.mbs.engine.mass import attach
+from buckler.mbs.engine.loads import attach
 from buckler.mbs.engine.registry import BODIES, connect
 from buckler.mbs.engine.scene import Scene
 from buckler.mbs.engine.settle import settle

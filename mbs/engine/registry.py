@@ -6,26 +6,7 @@ from collections.abc import Callable
 
 from buckler.mbs import elements
 from buckler.mbs.elements.element import Element
-from buckler.mbs.engine import (
-    belt,
-    clearance,
-    drive,
-    force,
-    guide,
-    line_load,
-    mass,
-    modal,
-    motor,
-    rigid,
-    rows,
-    slider,
-    spring,
-    stop,
-    strip,
-    strut,
-    torque,
-    torsion_spring,
-)
+from buckler.mbs.engine import clearance, guide, loads, modal, rigid, rows, stop, strip
 from buckler.mbs.engine.placed import Placed
 from buckler.mbs.engine.scene import Scene
 from buckler.mbs.extensions import extensions
@@ -36,7 +17,7 @@ BODIES: dict[type, Callable[[Scene, elements.Link, Array], Placed | None]] = {
     elements.Beam: strip.add,
     elements.Cable: strip.add,
     elements.Modal: modal.add,
-    elements.Strut: strut.add,
+    elements.Strut: loads.add_strut,
 }
 """Adds a link: (scene, link, velocity of its start) -> Placed, or None if it has no coordinates."""
 
@@ -44,20 +25,20 @@ CONNECTORS: dict[type, Callable[..., None]] = {
     elements.Revolute: rows.connect,
     elements.Clearance: clearance.connect,
     elements.Weld: rows.connect,
-    elements.Slider: slider.connect,
-    elements.Slot: slider.connect,
+    elements.Slider: rows.add_sliders,
+    elements.Slot: rows.add_sliders,
     elements.Guide: guide.connect,
-    elements.Strut: strut.connect,
+    elements.Strut: loads.join_struts,
     elements.Stop: stop.connect,
-    elements.Drive: drive.connect,
-    elements.Force: force.connect,
-    elements.LineLoad: line_load.connect,
-    elements.Torque: torque.connect,
-    elements.Motor: motor.connect,
-    elements.Spring: spring.connect,
-    elements.TorsionSpring: torsion_spring.connect,
-    elements.Mass: mass.connect,
-    elements.Belt: belt.connect,
+    elements.Drive: loads.add_drives,
+    elements.Force: loads.add_forces,
+    elements.LineLoad: loads.add_line_loads,
+    elements.Torque: loads.add_torques,
+    elements.Motor: loads.add_motors,
+    elements.Spring: loads.add_springs,
+    elements.TorsionSpring: loads.add_torsion_springs,
+    elements.Mass: loads.add_masses,
+    elements.Belt: loads.add_belts,
 }
 """Adds all elements of a kind once the bodies stand: (scene, elements by name)."""
 

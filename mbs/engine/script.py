@@ -17,8 +17,8 @@ from buckler.mbs.elements.clearance import clearances
 from buckler.mbs.elements.drive import Ramp
 from buckler.mbs.elements.element import GROUND
 from buckler.mbs.engine.build import build
-from buckler.mbs.engine.integrate import implicit_settings
 from buckler.mbs.engine.scene import Scene
+from buckler.mbs.engine.solve import implicit_settings
 from buckler.mbs.kinematics.exact import TURN
 from buckler.mbs.kinematics.linkage import turning_speed
 from buckler.mbs.mechanism import Mechanism

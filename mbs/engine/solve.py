@@ -7,21 +7,136 @@ from time import perf_counter
 from typing import Any
 
 import exudyn as exu
+import exudyn.itemInterface as eii
+import numpy as np
 
+from buckler.mbs.elements.clearance import clearances
 from buckler.mbs.engine.build import build
-from buckler.mbs.engine.integrate import explicit_settings, implicit_settings, run_engine
 from buckler.mbs.engine.recording import Recorder
-from buckler.mbs.engine.scene import Scene
-from buckler.mbs.engine.stepping import implicit_control
-from buckler.mbs.interrupts import Progress
+from buckler.mbs.engine.scene import SPARSE_FROM, Scene
+from buckler.mbs.engine.stepping import StepControl, implicit_control
+from buckler.mbs.engine.system import System
+from buckler.mbs.interrupts import Progress, ctrl_c
 from buckler.mbs.kinematics.diagnosis import remarks, stuck
 from buckler.mbs.kinematics.exact import sample_times
 from buckler.mbs.kinematics.linkage import determined
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.run import Run
 from buckler.mbs.record.status import Status
+from buckler.mbs.solvers.choice import position_error
 from buckler.mbs.solvers.exudyn import Exudyn
 from buckler.mbs.solvers.steps import Equal
+
+EXPLICIT_SHARE = 10.0
+"""Absolute tolerance of the explicit integrator, fifth order, in units of the position error allowed the implicit one."""
+UNLIMITED = 1e100
+"""Tolerance of the explicit integrator's equal steps: it rejects by its error even steps whose size it may not change."""
+NEVER_REACHED = 1e-15
+"""Smallest step of the explicit integrator, s. One that is reached twice it rejects for ever, and no callback ends the run."""
+
+
+def run_engine(scene: Scene, control: Recorder, engine: Any, settings: exu.SimulationSettings) -> tuple[Status, str] | None:
+    """Let the engine run; what went wrong, if anything."""
+    if control.solver.steps.record_every > 1:
+        _record_seldom(scene, control)
+    else:
+        scene.system.SetPostStepUserFunction(control.after_step)
+    if isinstance(control, StepControl) and not settings.timeIntegration.newton.modifiedNewtonJacUpdatePerStep:
+        scene.system.SetPreStepUserFunction(control.before_step)
+    complaint: Exception | None = None
+    finished = False
+    with ctrl_c() as control.interrupted:
+        try:
+            finished = engine.SolveSystem(scene.system, settings)
+        except exu.ExudynError as error:
+            complaint = error
+    if control.raised is not None:
+        raise control.raised
+    if any(np.isinf(group.latest[1]) for group in scene.remembering):
+        return _diverged(control, "a step is rejected again and again, however short: look at the contact law")
+    told = control.failure or scene.stopped
+    if told is not None or finished:
+        return told
+    if complaint is None or isinstance(complaint, exu.SolverError):
+        return _diverged(control, "the smallest step did not help")
+    return Status.ENGINE_ERROR, f"after t = {_reached(control):.6g} s: {' '.join(str(complaint).split())[-200:]}"
+
+
+def _record_seldom(scene: Scene, control: Recorder) -> None:
+    """Record where the engine writes its sensors, by a sensor: no callback after the steps between."""
+
+    def record(system: System, t: float, *_: object) -> list[float]:
+        if not (control.record.time and t == control.record.time[-1]) and not control.after_step(system, t):
+            raise RuntimeError("the run must end here")  # a sensor cannot end it otherwise
+        return [0.0]
+
+    item = eii.SensorUserFunction(sensorNumbers=[], factors=[], sensorUserFunction=record, storeInternal=False, writeToFile=False)
+    scene.system.AddSensor(item)
+    scene.system.Assemble()
+
+
+def _diverged(control: Recorder, reason: str) -> tuple[Status, str]:
+    return Status.NEWTON_DIVERGED, f"no convergence after t = {_reached(control):.6g} s: {reason}"
+
+
+def _reached(control: Recorder) -> float:
+    return control.record.time[-1] if control.record.time else 0.0
+
+
+def _common(duration: float, solver: Exudyn) -> exu.SimulationSettings:
+    settings = exu.SimulationSettings()
+    settings.solution.file.write = False
+    settings.timeIntegration.endTime = duration
+    settings.timeIntegration.verboseMode = 0
+    settings.timeIntegration.numberOfSteps = solver.steps.number(duration)
+    return settings
+
+
+def explicit_settings(scene: Scene, solver: Exudyn, duration: float) -> exu.SimulationSettings:
+    """Dormand-Prince 5(4)."""
+    settings = _common(duration, solver)
+    integration = settings.timeIntegration
+    integration.solverType = exu.DynamicSolverType.DOPRI5
+    controlled = solver.steps.adaptive
+    integration.automaticStepSize = integration.adaptiveStep = controlled
+    integration.initialStepSize = 1e-6
+    integration.explicit.computeEndOfStepAccelerations = False  # the last of Dormand and Prince's stages is the step's end
+    integration.absoluteTolerance = (
+        EXPLICIT_SHARE * position_error(scene.mechanism, solver.steps.tolerance) if controlled else UNLIMITED
+    )
+    integration.relativeTolerance = 0.0
+    integration.minimumStepSize = min(solver.steps.min_step, NEVER_REACHED)
+    return settings
+
+
+def implicit_settings(scene: Scene, solver: Exudyn, duration: float) -> exu.SimulationSettings:
+    """Generalized-alpha."""
+    settings = _common(duration, solver)
+    integration = settings.timeIntegration
+    integration.minimumStepSize = solver.steps.min_step
+    integration.adaptiveStep = solver.steps.adaptive
+    integration.adaptiveStepRecoverySteps = 2**31 - 1  # growing the step again is StepControl's business
+    integration.generalizedAlpha.spectralRadius = solver.spectral_radius
+    integration.newton.useModifiedNewton = True
+    keep = solver.reuse_jacobian or (bool(clearances(scene.mechanism)) and solver.steps.adaptive)
+    integration.newton.modifiedNewtonJacUpdatePerStep = not keep  # a new step size needs a new Jacobian
+    integration.newton.relativeTolerance = solver.newton_relative
+    integration.newton.absoluteTolerance = solver.newton_absolute or _reachable_residual(scene)
+    # the only connectors with a say in it are StepControl's callback; no native contact element is built
+    integration.discontinuous.useRecommendedStepSize = True
+    if scene.redundant:
+        settings.linearSolver.solverType = exu.LinearSolverType.EigenDense
+        settings.linearSolver.ignoreSingularJacobian = True  # full pivoting finds one of the many splits of the forces
+    elif scene.system.systemData.ODE2Size() >= SPARSE_FROM:
+        settings.linearSolver.solverType = exu.LinearSolverType.EigenSparse
+    return settings
+
+
+def _reachable_residual(scene: Scene) -> float:
+    """Residual, N, ten times above what round-off leaves of the stiffest link's axial force."""
+    bodies = [link.body for link in scene.mechanism.links if link.body.round_off]
+    return max([1e-8, *(body.round_off * body.section.axial_stiffness for body in bodies)])
+
 
 UNFINISHED = 1e-9
 """Of the duration: what may be missing of it at the end."""

@@ -18,8 +18,7 @@ from buckler.mbs.elements.link import Link
 from buckler.mbs.geometry import Array, cross, left
 from buckler.mbs.interrupts import Progress
 from buckler.mbs.kinematics.diagnosis import blocked, independent_rows
-from buckler.mbs.kinematics.inertias import carried
-from buckler.mbs.kinematics.linkage import Linkage, determined, solved
+from buckler.mbs.kinematics.linkage import Linkage, carried, determined, solved
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.motion import BlockMotion, RigidMotion
 from buckler.mbs.record.quadrature import corrected

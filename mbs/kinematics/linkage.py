@@ -7,18 +7,24 @@ velocities (e.g. Nikravesh, Computer-Aided Analysis of Mechanical Systems, 1988,
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from buckler.mbs.elements.element import GROUND, Place
+from buckler.mbs.elements.element import GROUND, Place, place
 from buckler.mbs.elements.rows import Row
 from buckler.mbs.geometry import Array
 from buckler.mbs.kinematics.forms import Ends, Forms
 from buckler.mbs.mechanism import Mechanism
+
+
+class KinematicsError(ValueError):
+    """The linkage cannot be assembled, or is singular (a dead centre) where it must not be."""
+
 
 ROUNDING = 1e-9
 """Singular values of a constraint Jacobian below this, relative to the largest, count as zero."""
@@ -192,3 +198,44 @@ def turning_speed(mechanism: Mechanism, duration: float) -> float:
     turning = [drive.motion for drive in mechanism.drives if drive.target not in mechanism.points]
     times = [float(t) for t in np.linspace(0, duration, 101)]
     return max((abs(float(motion.speed(t))) for motion in turning for t in times), default=0.0)
+
+
+class Part(NamedTuple):
+    """A mass, kg, with its inertia, kg m^2, on a link, by number, at an arm from the link's start at t = 0, m."""
+
+    link: int
+    mass: float
+    inertia: float
+    arm: complex
+
+
+def carried(linkage: Linkage) -> Iterator[Part]:
+    """Yield the links' own masses, the blocks of guides, and what elements put on links."""
+    mechanism = linkage.mechanism
+    for link in mechanism.links:
+        i = linkage.index[link.name]
+        mass, inertia, centre = link.body.inertia(mechanism.length(link.name))
+        yield Part(i, mass, inertia, complex(*centre) * np.exp(1j * linkage.reference[i, 2]))
+    blocks = {guide.point: guide.link for guide in mechanism.guides}
+    extra = [(f"{guide.link}:{guide.point}", guide.mass, 0.0) for guide in mechanism.guides]
+    for element in mechanism.elements().values():
+        extra += element.burdens(mechanism)
+    for at, mass, inertia in extra:
+        body, point = place(at)
+        i = linkage.index[blocks.get(body, body)]
+        yield Part(i, mass, inertia, complex(*mechanism.points[point]) - complex(*linkage.reference[i, :2]))
+
+
+def mass_matrix(linkage: Linkage, q: Array) -> Array:
+    """Mass matrix by the coordinates of the links' starts, q (..., links, 3) -> (..., 3 links, 3 links)."""
+    n = len(linkage.index)
+    matrix = np.zeros((*q.shape[:-2], n, 3, n, 3))
+    for part in carried(linkage):
+        i = part.link
+        arm = part.arm * np.exp(1j * (q[..., i, 2] - linkage.reference[i, 2]))
+        for axis, lever in ((0, -arm.imag), (1, arm.real)):
+            matrix[..., i, axis, i, axis] += part.mass
+            matrix[..., i, axis, i, 2] += part.mass * lever
+            matrix[..., i, 2, i, axis] += part.mass * lever
+        matrix[..., i, 2, i, 2] += part.inertia + part.mass * np.abs(arm) ** 2
+    return matrix.reshape(*q.shape[:-2], 3 * n, 3 * n)

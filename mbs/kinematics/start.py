@@ -15,9 +15,7 @@ from buckler.mbs.elements.element import GROUND, place
 from buckler.mbs.elements.link import Link
 from buckler.mbs.elements.rows import Row
 from buckler.mbs.geometry import Array
-from buckler.mbs.kinematics.errors import KinematicsError
-from buckler.mbs.kinematics.inertias import mass_matrix
-from buckler.mbs.kinematics.linkage import ROUNDING, Linkage, involved
+from buckler.mbs.kinematics.linkage import ROUNDING, KinematicsError, Linkage, involved, mass_matrix
 from buckler.mbs.mechanism import Mechanism
 
 EXACT = 1e-9

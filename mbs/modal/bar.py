@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from numpy.polynomial import legendre
 from scipy.linalg import eigh
 
-from buckler.mbs.elements.modal import BarModes, Modal
+from buckler.mbs.elements.modal import BarModes, CraigBampton, FreeModes, Modal
 from buckler.mbs.geometry import Array
 from buckler.mbs.modal.planar import PlanarModel
+from buckler.mbs.modal.reduction import reduced
 
 STATIONS = 33
 """Points along the bar at which its modes are kept for drawing."""
@@ -117,3 +119,19 @@ class _Bar:
 def _unit_end(*shapes: Array) -> tuple[Array, ...]:
     """Scale modes to a displacement of 1 at the bar's end."""
     return tuple(shape / shapes[0][-STATIONS - 2] for shape in shapes)
+
+
+def _of_solid(modal: Modal, length: float) -> PlanarModel:
+    return reduced(modal, length).planar()
+
+
+MAKERS: dict[type, Callable[[Modal, float], PlanarModel]] = {
+    FreeModes: _of_solid,
+    CraigBampton: _of_solid,
+    BarModes: lambda modal, length: bar_model(modal, modal.modes, length),  # type: ignore[arg-type]  # it is one here
+}
+
+
+def planar_model(modal: Modal, length: float) -> PlanarModel:
+    """What the plane of motion sees of a link this long [m]."""
+    return MAKERS[type(modal.modes)](modal, length)

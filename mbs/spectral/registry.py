@@ -3,46 +3,37 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 from buckler.mbs.elements.element import Element
 from buckler.mbs.elements.link import Link
 from buckler.mbs.extensions import extensions
-from buckler.mbs.spectral.beam import add_beam
-from buckler.mbs.spectral.belt import add_belt
+from buckler.mbs.spectral import connectors
 from buckler.mbs.spectral.builder import Body, Builder
-from buckler.mbs.spectral.cable import add_cable
-from buckler.mbs.spectral.clearance import add_clearance
 from buckler.mbs.spectral.connect import connect
-from buckler.mbs.spectral.force import add_force
-from buckler.mbs.spectral.guide import add_guide
-from buckler.mbs.spectral.line_load import add_line_load
-from buckler.mbs.spectral.modal import add_modal
-from buckler.mbs.spectral.motor import add_motor
-from buckler.mbs.spectral.rigid import add_rigid
-from buckler.mbs.spectral.spring import add_spring
-from buckler.mbs.spectral.stop import add_stop
+from buckler.mbs.spectral.frame_body import add_modal, add_rigid
+from buckler.mbs.spectral.strip_body import add_strip
 from buckler.mbs.spectral.strut import add_strut
-from buckler.mbs.spectral.torque import add_torque
-from buckler.mbs.spectral.torsion_spring import add_torsion_spring
+from buckler.mbs.spectral.tables import KIRCHHOFF, REISSNER
 
 BODIES: dict[str, Callable[[Builder, Link], Body]] = {
     "Rigid": add_rigid,
-    "Beam": add_beam,
-    "Cable": add_cable,
+    "Beam": partial(add_strip, kind=REISSNER),
+    "Cable": partial(add_strip, kind=KIRCHHOFF),
     "Modal": add_modal,
     "Strut": add_strut,
 }
 ELEMENTS: dict[str, Callable[..., None]] = {
-    "Clearance": add_clearance,
-    "Guide": add_guide,
-    "Stop": add_stop,
-    "Force": add_force,
-    "LineLoad": add_line_load,
-    "Torque": add_torque,
-    "Motor": add_motor,
-    "Spring": add_spring,
-    "TorsionSpring": add_torsion_spring,
-    "Belt": add_belt,
+    "Clearance": connectors.add_clearance,
+    "Guide": connectors.add_guide,
+    "Stop": connectors.add_stop,
+    "Force": connectors.add_force,
+    "LineLoad": connectors.add_line_load,
+    "Torque": connectors.add_torque,
+    "Motor": connectors.add_motor,
+    "Spring": connectors.add_spring,
+    "TorsionSpring": connectors.add_torsion_spring,
+    "Belt": connectors.add_belt,
 }
 
 

@@ -27,7 +27,7 @@ import exudyn.itemInterface as eii
 from buckler.mbs.elements import Cable, GuideFriction, Motor, Rigid
 from buckler.mbs.elements.section import Section
 from buckler.mbs.engine.build import build
-from buckler.mbs.engine.integrate import explicit_settings, implicit_settings
+from buckler.mbs.engine.solve import explicit_settings, implicit_settings
 from buckler.mbs.laws import KelvinVoigt
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.solvers.exudyn import Exudyn

@@ -16,10 +16,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from buckler.mbs import Beam, Cable, Clearance, Exudyn, Rigid, Section, Spectral, Status, Strut
-from buckler.mbs.accuracy.deliver import Climb, Delivery, deliver
+from buckler.mbs.accuracy.deliver import LEAST, Climb, Delivery, deliver, disagreement
 from buckler.mbs.accuracy.goal import Asked
 from buckler.mbs.accuracy.ladder import ladder_of
-from buckler.mbs.accuracy.verify import LEAST, disagreement
 from buckler.mbs.laws import AdamsFriction, CarvalhoMartins, Impact
 from buckler.mbs.library import BAR, PAPER, crank_rocker, slider_crank
 from buckler.mbs.spectral.run import once

@@ -8,11 +8,10 @@ import pytest
 pytest.importorskip("numba")
 
 from buckler.mbs import Beam, Controlled, Exudyn, Force, Link, Mechanism, Result, Revolute, Rigid, Section, Spring, simulate
-from buckler.mbs.accuracy import verify
+from buckler.mbs.accuracy import deliver
 from buckler.mbs.accuracy.compare import Functions
-from buckler.mbs.accuracy.deliver import Delivery
+from buckler.mbs.accuracy.deliver import Delivery, disagreement
 from buckler.mbs.accuracy.goal import IMPULSE
-from buckler.mbs.accuracy.verify import disagreement
 from buckler.mbs.engine.solve import once
 from buckler.mbs.library import slider_crank
 from buckler.mbs.record.errors import Errors
@@ -96,9 +95,9 @@ def test_solvers_that_agree_far_better_than_asked_do_agree(monkeypatch, heavier,
     tiny = Errors(1e-7, until=0.5)
     made = once(PENDULUM, 0.5, Exudyn(Controlled(1e-8, 1e-3)), None, None)
     other = once(replace(PENDULUM, gravity=(0.0, -9.81 * (1 + heavier))), 0.5, Exudyn(Controlled(1e-8, 1e-3)), None, None)
-    monkeypatch.setattr(verify, "deliver", lambda *_: Delivery(other, {}, tiny))
+    monkeypatch.setattr(deliver, "deliver", lambda *_: Delivery(other, {}, tiny))
     result = replace(simulate(PENDULUM, 0.5), asked=0.1, error=tiny)
-    assert verify.verified(result, made, PENDULUM, 0.5, once).ok == agree
+    assert deliver.verified(result, made, PENDULUM, 0.5, once).ok == agree
 
 
 @pytest.mark.parametrize("accuracy", [None, 1e-3])

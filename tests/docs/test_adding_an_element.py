@@ -21,12 +21,12 @@ def elsewhere(kind, module):
     return found
 
 
-@pytest.mark.parametrize(("kind", "column", "own"), [("Gear", 1, 1), ("Spring", 2, 3)])
+@pytest.mark.parametrize(("kind", "column", "own"), [("Gear", 1, 1), ("Spring", 2, 1)])
 def test_what_adding_an_element_touches(kind, column, own):
     module = kind.lower()
     assert len(list((ROOT / "mbs").rglob(f"{module}.py"))) == own
     rows = [row.split("|")[1:-1] for row in PAGE.splitlines() if row.startswith("| `mbs/")]
     promised = {re.findall(r"`(mbs/[\w/]+\.py)`", row[0])[0]: int(row[column]) for row in rows}
     assert elsewhere(kind, module) == {path: number for path, number in promised.items() if number}
-    total = re.search(rf"`{kind}`\) \| {own} \| (\d+)", PAGE)
+    total = re.search(rf"`{kind}`\) \| {own}[^|]* \| (\d+)", PAGE)
     assert int(total[1]) == sum(promised.values())

@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 from simulations import fine, rates
 
 from buckler import mbs
-from buckler.mbs.kinematics.errors import KinematicsError
+from buckler.mbs.kinematics.linkage import KinematicsError
 from buckler.mbs.laws import AdamsFriction, Coulomb, Impact
 from buckler.mbs.library import CLOSED, RATTLING, CrankRocker
 

@@ -15,7 +15,7 @@ from simulations import closed
 from buckler.elastica.vibration import beam_frequencies
 from buckler.mbs import Beam, Guide, Link, Mechanism
 from buckler.mbs.engine import guide as guides
-from buckler.mbs.engine.drive import add_drive
+from buckler.mbs.engine.loads import add_drive
 from buckler.mbs.engine.modal import CROSS, ENDS, add_anchor
 from buckler.mbs.engine.placed import States
 from buckler.mbs.engine.registry import BODIES

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from buckler.mbs import Beam, Clearance, Drive, Link, Mechanism, Motion, Revolute, Rigid, Section, Strut, slider_crank
 from buckler.mbs.declare import known, register
-from buckler.mbs.documents import toml
+from buckler.mbs.documents import document
 from buckler.mbs.documents.document import changed, get, read, text
 from buckler.mbs.functions import Expression, Table
 from buckler.mbs.laws import CarvalhoMartins, Impact
@@ -272,7 +272,7 @@ CONTENT = st.recursive(LEAVES, lambda inner: st.lists(inner) | st.dictionaries(T
 @settings(max_examples=100, **CALM)
 @given(st.dictionaries(TEXT, CONTENT, max_size=3))
 def test_what_is_written_as_toml_reads_the_same(content):
-    assert tomllib.loads(toml.dumps(content)) == content
+    assert tomllib.loads(document.dumps(content)) == content
 
 
 def test_places_by_number_and_by_name():

@@ -8,8 +8,7 @@ from closures import BAR, COUPLER, CRANK, FRAME, ROCKER, START, crank_rocker
 from simulations import closed, parallelogram
 
 from buckler.mbs import Drive, Guide, Link, Mechanism, Motion, Revolute
-from buckler.mbs.kinematics.errors import KinematicsError
-from buckler.mbs.kinematics.linkage import Linkage
+from buckler.mbs.kinematics.linkage import KinematicsError, Linkage
 from buckler.mbs.kinematics.start import start
 from buckler.mbs.library import PAPER
 

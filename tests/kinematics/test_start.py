@@ -7,9 +7,7 @@ import pytest
 from simulations import closed
 
 from buckler.mbs import Beam, Drive, Guide, Link, Mechanism, Ramp, Revolute, Rigid, Section, Strut, crank_rocker, slider_crank
-from buckler.mbs.kinematics.errors import KinematicsError
-from buckler.mbs.kinematics.inertias import mass_matrix
-from buckler.mbs.kinematics.linkage import Linkage, determined
+from buckler.mbs.kinematics.linkage import KinematicsError, Linkage, determined, mass_matrix
 from buckler.mbs.kinematics.start import start
 
 BAR = Rigid(Section(width=0.020, thickness=0.005))

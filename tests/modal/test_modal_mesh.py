@@ -13,9 +13,8 @@ from meshed import LENGTH, STEEL, TALL, THIN, WIDE
 
 from buckler.mbs.elements.section import Section
 from buckler.mbs.modal import AdamsDamping, CraigBampton, EndFace, FreeModes, MeshFile, Modal, PinHole, reduced
-from buckler.mbs.modal.conforming import hanging
 from buckler.mbs.modal.modes import free_modes
-from buckler.mbs.modal.solid import EDGES, SolidMesh, assemble, box_mesh, read_mesh, rigid_motions
+from buckler.mbs.modal.solid import EDGES, SolidMesh, assemble, box_mesh, hanging, read_mesh, rigid_motions
 
 KUHN = [[0, *np.cumsum(step)] for step in itertools.permutations((1, 2, 4))]
 """Six tetrahedra of a cube whose corners are numbered x + 2 y + 4 z."""

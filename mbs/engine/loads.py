@@ -1,0 +1,274 @@
+"""Loads, springs, struts, belts, masses and drives in the engine: its own items, which call a function where they must."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from math import cos, sin
+from typing import Any, cast
+
+import exudyn.itemInterface as eii
+import numpy as np
+
+from buckler.mbs.elements import Belt, Drive, Force, LineLoad, Link, Mass, Motor, Spring, Torque, TorsionSpring
+from buckler.mbs.elements.element import GROUND, Burden, place
+from buckler.mbs.elements.references import held_at, holder
+from buckler.mbs.engine import rows
+from buckler.mbs.engine.forces import StrutSpring
+from buckler.mbs.engine.guarded import guarded, watched
+from buckler.mbs.engine.history import History
+from buckler.mbs.engine.scene import Scene
+from buckler.mbs.engine.states import add_states
+from buckler.mbs.engine.strip import PlacedStrip
+from buckler.mbs.engine.system import Callback, System
+from buckler.mbs.geometry import Array, cross
+from buckler.mbs.record.record import Record
+from buckler.mbs.record.status import Status
+from buckler.mbs.record.strips import shares
+
+FLYWHEEL = 1e12
+"""Moment of inertia, kg m^2, of a link turned at constant speed in a scene without constraints."""
+
+
+def add_forces(scene: Scene, loads: dict[str, Force]) -> None:
+    """Load each point; a constant force needs no callback."""
+    for name, load in loads.items():
+        at = place(held_at(scene.mechanism, load.point))
+        marker, follows = scene.marker(*at), load.turns_with(scene.mechanism)
+        if load.states is not None:
+            item = eii.LoadForceVector(markerNumber=marker, loadVectorUserFunction=_with_states(scene, name, load, at))
+        elif callable(load.value) or follows is not None:
+            item = eii.LoadForceVector(markerNumber=marker, loadVectorUserFunction=_force(scene, name, load, follows))
+        else:
+            item = eii.LoadForceVector(markerNumber=marker, loadVector=[*load.value, 0.0])
+        scene.system.AddLoad(item)
+        if load.through is not None:
+            add_torque(scene, scene.turning(*at), _moment_of(scene, at, load.through, _force(scene, name, load, follows)))
+        scene.parts["Force"] += 1
+
+
+def _moment_of(scene: Scene, at: tuple[str, str], through: tuple[float, float], force: Callable[..., list[float]]) -> Callback:
+    """About its point, of a force whose line goes through a fixed place; of time and whatever else."""
+
+    def moment(_time: float, t: float, *_: float) -> float:
+        fx, fy, _z = force(None, t, None)
+        x, y = scene.position(*at)
+        return (through[0] - x) * fy - (through[1] - y) * fx
+
+    return moment
+
+
+def _with_states(scene: Scene, name: str, load: Force, at: tuple[str, str]) -> Callable[..., list[float]]:
+    measured = partial(scene.path, *at)
+    parts = add_states(scene, name, load, measured)
+    return lambda _system, t, _load: [*(part(t, t, *measured()) for part in parts), 0.0]
+
+
+def _force(scene: Scene, name: str, load: Force, follows: str | None) -> Callable[..., list[float]]:
+    value = guarded(scene, name, load.value, 2)
+
+    def vector(_system: System, t: float, _load: object) -> list[float]:
+        fx, fy = value(t, t)
+        if follows is None:
+            return [fx, fy, 0.0]
+        angle = scene.angle(*place(follows))
+        c, s = cos(angle), sin(angle)
+        return [c * fx - s * fy, s * fx + c * fy, 0.0]
+
+    return vector
+
+
+def add_line_loads(scene: Scene, loads: dict[str, LineLoad]) -> None:
+    """Load each node; a force that turns with the section is fixed in its node."""
+    for load in loads.values():
+        strip = cast(PlacedStrip, scene.placed[load.link])
+        for node, length, (_, _, turn) in zip(strip.nodes, shares(strip.body.step, strip.pieces), strip.reference, strict=True):
+            fx, fy = (length * each for each in load.force)
+            c, s = (cos(turn), sin(turn)) if load.turns else (1.0, 0.0)
+            marker = scene.system.AddMarker(eii.MarkerNodeRigid(nodeNumber=node))
+            vector = [c * fx + s * fy, -s * fx + c * fy, 0.0]
+            scene.system.AddLoad(eii.LoadForceVector(markerNumber=marker, loadVector=vector, bodyFixed=load.turns))
+            if load.moment:
+                scene.system.AddLoad(eii.LoadTorqueVector(markerNumber=marker, loadVector=[0.0, 0.0, length * load.moment]))
+        scene.parts["LineLoad"] += 1
+
+
+def add_torques(scene: Scene, loads: dict[str, Torque]) -> None:
+    """Load the angle of each link; a constant torque needs no callback."""
+    for name, load in loads.items():
+        at = place(load.at(scene.mechanism))
+        marker = scene.turning(*at)
+        if load.states is not None:
+            add_torque(scene, marker, *add_states(scene, name, load, partial(scene.turn, *at)))
+        elif callable(load.value):
+            add_torque(scene, marker, guarded(scene, name, load.value))
+        else:
+            scene.system.AddLoad(eii.LoadCoordinate(markerNumber=marker, load=load.value))
+        scene.parts["Torque"] += 1
+
+
+def add_torque(scene: Scene, marker: int, torque: Callback) -> None:
+    """Add a torque of (t, t, angle, speed) on an angle: the engine's connectors, unlike its loads, enter the Jacobian."""
+
+    def resisting(_system: System, t: float, _item: int, angle: float, speed: float, *_: float) -> float:
+        return -float(torque(t, t, angle, speed))
+
+    scene.system.AddObject(
+        eii.ObjectConnectorCoordinateSpringDamper(
+            markerNumbers=[scene.ground, marker], stiffness=1.0, springForceUserFunction=resisting
+        )
+    )
+
+
+def add_motors(scene: Scene, loads: dict[str, Motor]) -> None:
+    """Let each motor turn its link."""
+    for name, load in loads.items():
+        voltage = guarded(scene, name, load.voltage)
+
+        def torque(t: float, _u: float, _angle: float, speed: float, load: Motor = load, voltage: Callback = voltage) -> float:
+            return float(load.torque(voltage(t, t), speed))
+
+        add_torque(scene, scene.turning(*place(load.at(scene.mechanism))), torque)
+        scene.parts["Motor"] += 1
+
+
+def add_springs(scene: Scene, loads: dict[str, Spring]) -> None:
+    """Join the points; only a law needs a callback."""
+    for name, load in loads.items():
+        markers = [scene.marker(*place(held_at(scene.mechanism, at))) for at in (load.a, load.b)]
+        scene.system.AddObject(
+            eii.ObjectConnectorSpringDamper(
+                markerNumbers=markers, referenceLength=load.free(scene.mechanism), **pull(scene, name, load)
+            )
+        )
+        scene.parts["Spring"] += 1
+
+
+def pull(scene: Scene, name: str, load: Spring | TorsionSpring) -> dict[str, Any]:
+    """The engine's parameters of what pulls a coordinate back: stiffness and damping, or a law of (value, rate)."""
+    if load.law is None:
+        return {"stiffness": load.stiffness, "damping": load.damping}
+    law = guarded(scene, name, load.law)
+
+    def force(_system: System, t: float, _item: int, value: float, rate: float, *_: float) -> float:
+        return law(t, value, rate)
+
+    return {"stiffness": 1.0, "springForceUserFunction": force}
+
+
+def add_torsion_springs(scene: Scene, loads: dict[str, TorsionSpring]) -> None:
+    """Join the angles."""
+    for name, load in loads.items():
+        free = load.free_angle or 0.0
+        given = pull(scene, name, load)
+        if "springForceUserFunction" in given:
+            law = given["springForceUserFunction"]  # it gets the whole angle, whatever the offset
+            given["springForceUserFunction"] = lambda s, t, i, value, *rest, law=law, free=free: law(s, t, i, value - free, *rest)
+        else:
+            given["offset"] = free
+        markers = [scene.turning(*place(at)) for at in load.ends(scene.mechanism)]
+        scene.system.AddObject(eii.ObjectConnectorCoordinateSpringDamper(markerNumbers=markers, **given))
+        scene.parts["TorsionSpring"] += 1
+
+
+def add_strut(scene: Scene, link: Link, _velocity: Array) -> None:
+    """A strut has no body of its own."""
+
+
+def join_struts(scene: Scene, links: dict[str, Link]) -> None:
+    """Add each strut between position markers of its neighbours."""
+    for name, link in links.items():
+        spring = StrutSpring(link.body, scene.mechanism.length(name))  # type: ignore[arg-type]
+        scene.struts[name] = spring
+        scene.system.AddObject(
+            eii.ObjectConnectorSpringDamper(
+                markerNumbers=[_held(scene, link, link.start), _held(scene, link, link.end)],
+                referenceLength=spring.length,
+                stiffness=1.0,
+                springForceUserFunction=watched(scene, f"strut '{name}'", spring, Status.STRUT_OUT_OF_RANGE),
+            )
+        )
+
+
+def _held(scene: Scene, link: Link, point: str) -> int:
+    """Marker of the body a strut's end acts on: a block, a link or the ground it is pinned to, there or through other struts."""
+    return int(scene.marker(holder(scene.mechanism, f"{link.name}:{point}"), point))
+
+
+def add_belts(scene: Scene, belts: dict[str, Belt]) -> None:
+    """Add inextensible belts by their rows, the others as matrices of the turns."""
+    rows.connect(scene, {name: belt for name, belt in belts.items() if belt.stiffness is None})
+    for belt in belts.values():
+        if belt.stiffness is None:
+            continue
+        shares: dict[int, float] = {}
+        for share, measure in belt.shares(scene.mechanism):
+            for end, sign in ((measure.first, share), (measure.second, -share)):
+                if end.body != GROUND:
+                    node = scene.placed[end.body].contact_node(end.point)[0]
+                    shares[node] = shares.get(node, 0.0) + sign
+        slope = np.array([[0.0, 0.0, share] for share in shares.values()]).ravel()
+        square = np.outer(slope, slope)
+        item = eii.ObjectGenericODE2(
+            nodeNumbers=[*shares], massMatrix=0.0 * square, stiffnessMatrix=belt.stiffness * square,
+            dampingMatrix=belt.damping * square,
+        )  # fmt: skip
+        scene.system.AddObject(item)
+        scene.parts["Belt"] += 1
+
+
+def add_masses(scene: Scene, masses: dict[str, Mass]) -> None:
+    """They are built with the bodies."""
+    if masses:
+        scene.parts["Mass"] += len(masses)
+
+
+def attach(scene: Scene, burden: Burden) -> None:
+    """Add a burden to a body, with its weight where the body's own weight does not count it in."""
+    body, point = place(burden.at)
+    placed = scene.placed[body]
+    if not placed.attach(point, burden.mass, burden.inertia):
+        return
+    gx, gy = (burden.mass * g for g in scene.mechanism.gravity)
+    if gx or gy:
+        scene.system.AddLoad(eii.LoadForceVector(markerNumber=placed.ends[point], loadVector=[gx, gy, 0.0]))
+
+
+def add_drives(scene: Scene, drives: dict[str, Drive]) -> None:
+    """Prescribe each driven coordinate."""
+    for name, drive in drives.items():
+        if scene.loose:  # an explicit integrator takes no constraint: constant speed is a flywheel no contact can brake
+            scene.system.SetObjectParameter(scene.placed[drive.target].objects[0], "inertia", FLYWHEEL)
+            scene.reads(name, "effort", partial(_effort, drive))
+        else:
+            coordinate = scene.coordinate(drive.target, 2 if drive.target not in scene.mechanism.points else 0)
+            scene.constraints[name] = add_drive(scene.system, drive, coordinate, scene.ground, scene)
+            scene.reads(name, "effort", scene.multiplier(name))
+        scene.parts["Drive"] += 1
+
+
+def _effort(drive: Drive, _run: History, record: Record) -> Array:
+    """Torque that keeps a flywheel's speed against contacts and loads, N m, (times, 1)."""
+    total, centre = np.zeros_like(record.time), record.links[drive.target].centre()[0]
+    for name, element in record.mechanism.elements().items():
+        for at, force, torque in element.pushes(name, record) or ():
+            if place(at).body == drive.target:
+                total = total - cross(record.point(at)[0] - centre, force) - torque
+    return total[:, None]
+
+
+def add_drive(system: System, drive: Drive, coordinate: int, ground: int, scene: Scene | None = None) -> int:
+    """Prescribe a coordinate: its velocity where the speed is constant (no callbacks), else its position and velocity.
+
+    A scene, if there is one, is told what the motion raises.
+    """
+    markers = [ground, coordinate]
+    if isinstance(drive.speed, int | float):
+        item = eii.CoordinateConstraint(markerNumbers=markers, velocityLevel=True, offset=float(drive.speed))
+    else:
+        motion, who = drive.motion, f"the motion of the drive of '{drive.target}'"
+        asked = [
+            watched(scene, who, lambda _system, t, _item, _offset, ask=ask: ask(t)) for ask in (motion.position, motion.speed)
+        ]
+        item = eii.CoordinateConstraint(markerNumbers=markers, offsetUserFunction=asked[0], offsetUserFunction_t=asked[1])
+    return int(system.AddObject(item))
