@@ -94,7 +94,7 @@ def __dir__() -> list[str]:
 
 offer({
     "plot_mechanism": "buckler.mbs.view.plot:plot_mechanism",
-    "mechanism_html": "buckler.mbs.view.notebook:mechanism_html",
+    "mechanism_html": "buckler.mbs.view.plot:mechanism_html",
     "plot_signals": "buckler.mbs.view.plot:plot_signals",
     "plot_energy": "buckler.mbs.view.plot:plot_energy",
     "animate": "buckler.mbs.view.plot:animate",

@@ -33,8 +33,8 @@ from buckler.mbs.documents.shorthand import SHORT, expanded
 from buckler.mbs.elements import KINDS, Drive, Guide, Link, Mass, Stop
 from buckler.mbs.elements.coupling import Coupling
 from buckler.mbs.elements.element import GROUND, Element, Parts, place
-from buckler.mbs.elements.frozen import Frozen
 from buckler.mbs.elements.joint import Joint
+from buckler.mbs.elements.link import Frozen
 from buckler.mbs.elements.load import Load
 from buckler.mbs.elements.references import UnknownError, known
 from buckler.mbs.offers import offered

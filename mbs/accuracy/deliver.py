@@ -2,7 +2,8 @@
 
 A round is three runs: one, one finer in time, one finer in space where there is any. The first is handed back: its error is
 known, that of the finer ones is not. The larger part is refined; the difference of one that is not is kept. It ends when all is
-within, when refining no longer helps, or when the runs are used up; no clock decides.
+within, when refining no longer helps, or when the runs are used up; no clock decides. A result may be held against the other
+solver besides: Exudyn and the compiled one share the elements and none of the equations.
 """
 
 from __future__ import annotations

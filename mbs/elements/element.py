@@ -13,8 +13,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from buckler.mbs.declare import Declared
-from buckler.mbs.elements.moved import Moved, Slid
-from buckler.mbs.elements.signal import Depth, Energy, Signal
+from buckler.mbs.elements.signal import Depth, Energy, Moved, Signal, Slid
 from buckler.mbs.geometry import Array
 
 Pair = tuple[float, float]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from math import hypot
 from typing import Any, ClassVar
 
@@ -24,12 +24,37 @@ from buckler.mbs.declare import (
 from buckler.mbs.declare.compound import any_of, is_list
 from buckler.mbs.declare.spec import Schema
 from buckler.mbs.elements.element import Body, Linked, Parts, Recorded
-from buckler.mbs.elements.frozen import Frozen
-from buckler.mbs.elements.moved import Moved
 from buckler.mbs.elements.references import known
-from buckler.mbs.elements.signal import Energy, Kind, Signal, vector
+from buckler.mbs.elements.signal import Energy, Kind, Moved, Signal, vector
 from buckler.mbs.geometry import Array
 from buckler.mbs.validate import positive
+
+
+class Frozen(Mapping[str, Any]):
+    """An immutable mapping of names; it can be compared, hashed and pickled."""
+
+    __slots__ = ("_items",)
+
+    def __init__(self, items: Mapping[str, object] | Iterable[tuple[str, object]] = ()) -> None:
+        self._items = dict(items)
+
+    def __getitem__(self, name: str) -> Any:
+        return self._items[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._items)
+
+    def __len__(self) -> int:
+        return len(self._items)
+
+    def __hash__(self) -> int:
+        return hash(frozenset(self._items.items()))
+
+    def __repr__(self) -> str:
+        return repr(self._items)
+
+    def __setitem__(self, name: str, _value: object) -> None:
+        raise TypeError(f"cannot set '{name}': a mechanism does not change; make another with dataclasses.replace")
 
 
 class Carried(Spec):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from enum import StrEnum
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -118,3 +118,35 @@ class Depth(NamedTuple):
     allowed: float
     what: str
     where: str
+
+
+class Moved(Protocol):
+    """What a link or block did, as its elements see it; places and rates each (times, 2), angles and energies (times,)."""
+
+    @property
+    def mass(self) -> float:
+        """Mass, kg."""
+
+    def point(self, name: str, /) -> tuple[Array, Array]:
+        """Place and velocity of a point on it."""
+
+    def turn(self, name: str, /) -> tuple[Array, Array]:
+        """Angle turned since t = 0 there, rad, and its rate."""
+
+    def centre(self) -> tuple[Array, Array, Array]:
+        """Place, velocity and acceleration of the centre of mass."""
+
+    def kinetic(self) -> Array:
+        """Kinetic energy, J."""
+
+
+class Slid(Moved, Protocol):
+    """What a guide's block did."""
+
+    @property
+    def travel(self) -> Array:
+        """Way along the guide since t = 0, m."""
+
+    @property
+    def speed(self) -> Array:
+        """Of the travel, m/s."""

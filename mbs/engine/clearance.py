@@ -10,7 +10,7 @@ import numpy as np
 from buckler.mbs.elements.clearance import Clearance
 from buckler.mbs.elements.element import GROUND
 from buckler.mbs.elements.journal import BRISTLE, COLUMNS, MEMORY, ONSET, SINCE, SLIDING, End
-from buckler.mbs.elements.striking import SLOWEST_ONSET
+from buckler.mbs.elements.stop import SLOWEST_ONSET
 from buckler.mbs.engine.guarded import watched
 from buckler.mbs.engine.history import History
 from buckler.mbs.engine.kernel import Kernel, plain

@@ -5,7 +5,7 @@ from __future__ import annotations
 import exudyn as exu
 import numpy as np
 
-from buckler.mbs.elements.moved import Moved
+from buckler.mbs.elements.signal import Moved
 from buckler.mbs.engine.build import build
 from buckler.mbs.engine.placed import States
 from buckler.mbs.engine.system import System

@@ -8,7 +8,7 @@ from math import cos, sin
 
 import numpy as np
 
-from buckler.mbs.elements.striking import Striking
+from buckler.mbs.elements.stop import Striking
 from buckler.mbs.elements.strut import Strut, StrutLaw
 from buckler.mbs.engine.placed import Placed
 from buckler.mbs.engine.system import System

@@ -9,7 +9,7 @@ import exudyn.itemInterface as eii
 import numpy as np
 
 from buckler.mbs.elements.element import Pair
-from buckler.mbs.elements.moved import Moved
+from buckler.mbs.elements.signal import Moved
 from buckler.mbs.engine.system import System
 from buckler.mbs.geometry import Array
 

@@ -12,7 +12,7 @@ import numpy as np
 from exudyn import SystemContainer
 
 from buckler.mbs.elements.element import GROUND, Burden
-from buckler.mbs.elements.moved import Moved
+from buckler.mbs.elements.signal import Moved
 from buckler.mbs.engine.forces import StopContact, StrutSpring
 from buckler.mbs.engine.history import History, Remembering
 from buckler.mbs.engine.placed import Placed, States

@@ -13,7 +13,7 @@ import exudyn as exu
 import numpy as np
 
 from buckler.mbs.elements.element import kinks_of
-from buckler.mbs.elements.striking import GRAZE
+from buckler.mbs.elements.stop import GRAZE
 from buckler.mbs.engine.forces import StopContact, StrutSpring
 from buckler.mbs.engine.recording import Recorder
 from buckler.mbs.engine.scene import Scene

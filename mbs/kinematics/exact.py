@@ -11,8 +11,7 @@ import numpy as np
 from buckler.mbs.elements.element import kinks_of
 from buckler.mbs.elements.link import Link
 from buckler.mbs.elements.load import Load
-from buckler.mbs.elements.stop import Stop
-from buckler.mbs.elements.striking import Striking
+from buckler.mbs.elements.stop import Stop, Striking
 from buckler.mbs.geometry import Array
 from buckler.mbs.interrupts import Progress, ctrl_c
 from buckler.mbs.kinematics.determined import Ended, Follower, UnclosedError, undecided

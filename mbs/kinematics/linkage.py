@@ -1,4 +1,4 @@
-"""Kinematics of the ideal mechanism, every link rigid: one loop closure for any linkage, at one time or many.
+"""Kinematics of the ideal mechanism, every link rigid: one loop closure for any linkage, at one time or many, and its masses.
 
 Each link has the coordinates (x, y, theta) of its start point and direction. Elements contribute rows C(q, t) = 0 (see
 `buckler.mbs.elements.rows`); then J q_t = -C_t and J q_tt = gamma - C_tt, J the Jacobian dC/dq and gamma what is quadratic in the

@@ -10,7 +10,7 @@ from numba.core.errors import NumbaError
 
 from buckler.mbs.compiler import working_time
 from buckler.mbs.elements.element import kinks_of
-from buckler.mbs.elements.striking import GRAZE, SLOWEST_ONSET
+from buckler.mbs.elements.stop import GRAZE, SLOWEST_ONSET
 from buckler.mbs.geometry import Array
 from buckler.mbs.interrupts import Progress, ctrl_c
 from buckler.mbs.kinematics.diagnosis import remarks

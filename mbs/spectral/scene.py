@@ -15,7 +15,7 @@ from scipy.sparse import csr_array
 
 from buckler.mbs.compiler import compiler
 from buckler.mbs.elements.element import Element
-from buckler.mbs.elements.striking import SLOWEST_ONSET
+from buckler.mbs.elements.stop import SLOWEST_ONSET
 from buckler.mbs.geometry import Array
 from buckler.mbs.kinematics.diagnosis import independent_rows, redundancies
 from buckler.mbs.mechanism import Mechanism

@@ -10,10 +10,9 @@ from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.start import slopes
-from buckler.mbs.statics import parting
 from buckler.mbs.statics.answer import CRITICAL, FIRST, HIGHEST, LONGEST, RISE, Ending, check
 from buckler.mbs.statics.arc import SAME, Arc, Step
-from buckler.mbs.statics.critical import Critical, State, criticals, state_at
+from buckler.mbs.statics.critical import Critical, State, criticals, partings, state_at
 from buckler.mbs.statics.problem import Problem, Rest, StaticsError, has_strips, loads_of, places
 from buckler.mbs.statics.route import Path
 from buckler.mbs.statics.settling import find, settle
@@ -293,7 +292,7 @@ class _Follower:
         """Shapes in which paths leave a branching, and to which side: of one of three and more those that move one link most."""
         ways: list[Array] = list(point.shapes.T) if point.multiple == 1 else []
         if point.multiple == 2:
-            yield from (found := parting.ways(self.problem, point.rest, point.shapes, abs(self.to - self.begun)))
+            yield from (found := partings(self.problem, point.rest, point.shapes, abs(self.to - self.begun)))
             if found:
                 return
         for link in self.problem.scene.mechanism.links if not ways else ():

@@ -11,12 +11,12 @@ from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.spectral import tables as k
 from buckler.mbs.spectral.scene import Place, Scene
-from buckler.mbs.statics import deflation, sticking
+from buckler.mbs.statics import sticking
 from buckler.mbs.statics.answer import HIGHEST, PLACES, RISE, Answer, Ending, check, check_coordinates, left_out
 from buckler.mbs.statics.follow import DEGREE, ends
 from buckler.mbs.statics.lowest import sparse_null_space
 from buckler.mbs.statics.problem import Problem, Rest, StaticsError, apart, has_strips, loads_of, moving, places, refined
-from buckler.mbs.statics.settling import RunsAwayError, SlackError, carried, check_ropes, find
+from buckler.mbs.statics.settling import RunsAwayError, SlackError, carried, check_ropes, find, others
 from buckler.mbs.threads import one_thread
 from buckler.mbs.validate import number, one_of, pair
 
@@ -156,7 +156,7 @@ def _others(problem: Problem, rest: Rest, fixed: bool) -> Iterator[Equilibrium]:
     if not fixed and has_strips(problem.scene):
         problem, guess = _raised(problem, rest, DEGREE - problem.scene.degree)
         rest = problem.newton(guess)
-    for each in deflation.others(problem, rest, ends(problem, load) if load and not problem.spin else []):
+    for each in others(problem, rest, ends(problem, load) if load and not problem.spin else []):
         try:
             found = _answer(problem, each, "", fixed, anew=False)
         except StaticsError:

@@ -12,8 +12,7 @@ from buckler.mbs.elements.gear import Gear
 from buckler.mbs.elements.rack import Rack
 from buckler.mbs.elements.references import distance
 from buckler.mbs.elements.rope import Rope
-from buckler.mbs.view.drawing import Disc, Mark, Path, Span
-from buckler.mbs.view.sheet import Sheet
+from buckler.mbs.view.drawing import Disc, Mark, Path, Sheet, Span
 
 INK = "spring"
 

@@ -5,7 +5,14 @@ A frame has a place and an angle turned since t = 0. Lengths are in m, in the ax
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+from math import atan2, cos, hypot, pi, sin
 from typing import Any, NamedTuple
+
+import numpy as np
+
+from buckler.mbs.elements.element import GROUND
+from buckler.mbs.mechanism import Mechanism
 
 Points = tuple[tuple[float, float], ...]
 
@@ -113,3 +120,139 @@ def unpacked(row: list[Any]) -> Mark:
 
 def _tuples(value: object) -> Any:
     return tuple(map(_tuples, value)) if isinstance(value, list | tuple) else value
+
+
+FIXED = "="
+"""Before a frame's name: it follows the point but does not turn."""
+MIDDLE = "@"
+"""Before a flexible link's name: the frame of the middle of its line."""
+UNIT = 0.027
+"""Size of a symbol, of the mechanism's extent."""
+Pair = tuple[float, float]
+
+
+class Sheet:
+    """What a picture is drawn on: the mechanism, the size of a symbol, the frames that symbols asked for.
+
+    Attributes
+    ----------
+    mechanism : Mechanism
+    record : Record
+        Where the points are, at the picture's times.
+    unit : float
+        Size of a symbol, m.
+    frames : dict of str to (str, str, float)
+        Of each frame the point reference it follows, and, for a pin drawn off its bush, the pin's and how far it is enlarged.
+    """
+
+    def __init__(self, mechanism: Mechanism, record: Any) -> None:
+        self.mechanism, self.record = mechanism, record
+        places = np.array(list(mechanism.points.values()))
+        self.extent = float(max(np.ptp(places, axis=0).max(), 1e-9))
+        self.unit = UNIT * self.extent
+        self.frames: dict[str, tuple[str, str, float]] = {"": ("", "", 0.0)}
+        self.inks = {link.name: f"link{k % len(LINKS)}" for k, link in enumerate(mechanism.links)}
+
+    def at(self, body: str, point: str) -> str:
+        """Frame of a point as part of a body, '' for whatever carries it."""
+        ref = f"{body}:{point}" if body == GROUND or body in self.record.links else point
+        return self.frame(ref)
+
+    def frame(self, ref: str) -> str:
+        """Frame of a point reference."""
+        self.frames.setdefault(ref, (ref.removeprefix(FIXED), "", 0.0))
+        return ref
+
+    def inside(self, bush: str, pin: str, factor: float) -> str:
+        """Frame of a pin whose distance from its bush is drawn enlarged."""
+        name = f"{bush}~{pin}"
+        self.frames[name] = (bush, pin, factor)
+        return name
+
+    def body(self, name: str) -> str:
+        """Frame of a link, '' for the ground."""
+        return "" if name == GROUND else self.at(name, self.mechanism.link(name).start)
+
+    def local(self, name: str, point: str) -> Pair:
+        """Where a point is in the frame of a link, or of the ground, at t = 0."""
+        points = self.mechanism.points
+        (x, y), (x0, y0) = points[point], (0.0, 0.0) if name == GROUND else points[self.mechanism.link(name).start]
+        return x - x0, y - y0
+
+    def pivot(self, link: str) -> str:
+        """Point in which a link turns on the ground, or its start."""
+        grounded = [joint.point for joint in self.mechanism.joints if {joint.first, joint.second} == {GROUND, link}]
+        return str(grounded[0]) if grounded else self.mechanism.link(link).start
+
+    def shared(self, first: str, second: str) -> str:
+        """Point that two bodies share: that of their joint, or one both reach."""
+        for joint in self.mechanism.joints:
+            if {joint.first, joint.second} == {first, second}:
+                return str(joint.point)
+        return self.pivot(second if first == GROUND else first)
+
+    def travel(self, point: str, along: Pair) -> tuple[float, float]:
+        """Least and largest travel of a point in a direction since t = 0, m."""
+        moved = (self.record.point(point)[0] - self.mechanism.points[point]) @ np.array(along)
+        moved = moved[np.isfinite(moved)]
+        return float(moved.min(initial=0.0)), float(moved.max(initial=0.0))
+
+
+def unit(vector: Pair) -> Pair:
+    """The direction of a vector, downward of none."""
+    size = hypot(*vector)
+    return (vector[0] / size, vector[1] / size) if size else (0.0, -1.0)
+
+
+def turned(points: Sequence[Pair], along: Pair, scale: float = 1.0, origin: Pair = (0.0, 0.0)) -> Points:
+    """Points with their x axis laid along a unit vector, enlarged, moved."""
+    (ax, ay), (x0, y0) = along, origin
+    return tuple((x0 + scale * (ax * x - ay * y), y0 + scale * (ay * x + ax * y)) for x, y in points)
+
+
+def capsule(start: Pair, end: Pair, radius: float) -> Points:
+    """Outline of a bar with round ends."""
+    lean = atan2(end[1] - start[1], end[0] - start[0])
+    half = [pi * k / 8 for k in range(9)]
+    there = [(end[0] + radius * cos(lean - pi / 2 + a), end[1] + radius * sin(lean - pi / 2 + a)) for a in half]
+    back = [(start[0] + radius * cos(lean + pi / 2 + a), start[1] + radius * sin(lean + pi / 2 + a)) for a in half]
+    return (*there, *back)
+
+
+def arc(radius: float, first: float, last: float) -> Points:
+    """Part of a circle, angles in rad."""
+    angles = [first + (last - first) * k / 24 for k in range(25)]
+    return tuple((radius * cos(a), radius * sin(a)) for a in angles)
+
+
+def arrow(frame: str, ink: str, tail: Pair, tip: Pair, head: float) -> Iterator[Mark]:
+    """A line with a filled head."""
+    along = unit((tip[0] - tail[0], tip[1] - tail[1]))
+    yield Path(frame, ink, (tail, tip))
+    yield Path(frame, ink, turned(((-1.0, 0.45), (0.0, 0.0), (-1.0, -0.45)), along, head, tip))
+
+
+def turning(frame: str, ink: str, radius: float, centre: Pair = (0.0, 0.0)) -> Iterator[Mark]:
+    """An arrow that turns to the left about a place."""
+    (x, y), bend = centre, arc(radius, -0.9, 3.6)
+    yield Path(frame, ink, tuple((x + a, y + b) for a, b in bend))
+    (a, b), along = bend[-1], (-sin(3.7), cos(3.7))
+    yield Path(frame, ink, turned(((-1.0, 0.45), (0.0, 0.0), (-1.0, -0.45)), along, 0.55 * radius, (x + a, y + b)))
+
+
+def hatching(frame: str, start: Pair, end: Pair, size: float, ink: str = "ground") -> Iterator[Mark]:
+    """A line with short strokes on its right: the ground."""
+    length, along = hypot(end[0] - start[0], end[1] - start[1]), unit((end[0] - start[0], end[1] - start[1]))
+    count = max(3, min(60, round(length / (0.8 * size))))
+    comb = [(0.0, 0.0)]  # one line: along, down a stroke, back up
+    for k in range(count):
+        s = length * (k + 0.5) / count
+        comb += [(s, 0.0), (s - 0.5 * size, -0.6 * size), (s, 0.0)]
+    yield Path(frame, ink, turned([*comb, (length, 0.0)], along, 1.0, start))
+
+
+def hull(points: Sequence[Pair]) -> Points:
+    """Convex hull of points that are not in line, counter-clockwise."""
+    from scipy.spatial import ConvexHull  # only a plate needs it, and loading it takes longer than drawing
+
+    return tuple(points[k] for k in ConvexHull(points).vertices)

@@ -20,8 +20,7 @@ from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.motion import chosen
 from buckler.mbs.record.record import Record
 from buckler.mbs.view.bands import Band, bent
-from buckler.mbs.view.drawing import Disc, Label, Mark, Path, Span, Strip, packed, unpacked
-from buckler.mbs.view.sheet import FIXED, MIDDLE, Sheet
+from buckler.mbs.view.drawing import FIXED, MIDDLE, Disc, Label, Mark, Path, Sheet, Span, Strip, packed, unpacked
 from buckler.mbs.view.symbols import drawn
 
 FEWEST, MOST, A_TURN = 240, 1440, 180

@@ -1,14 +1,19 @@
-"""Pictures by matplotlib: a mechanism, signals over time, the energy ledger, an animation."""
+"""Pictures by matplotlib: a mechanism, with its parts in a notebook, signals over time, the energy ledger, an animation."""
 
 from __future__ import annotations
 
+import html
+import re
 from collections.abc import Callable, Iterable, Sequence
+from io import StringIO
 from pathlib import Path as FilePath
 from shutil import which
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from buckler.mbs.elements.element import Element
+from buckler.mbs.elements.link import Link
 from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.units import labelled
@@ -22,6 +27,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from buckler.mbs.record.result import Result
+
 
 MARGIN = 4.0
 """Room around a mechanism, in symbols."""
@@ -236,3 +242,23 @@ def _write_gif(path: FilePath, pictures: Sequence[Array], rate: int) -> None:
     palette = whole[len(whole) // 2].quantize(64)
     first, *others = (picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in whole)
     first.save(path, save_all=True, append_images=others, duration=round(1000 / rate), loop=0, optimize=True)
+
+
+def mechanism_html(mechanism: Mechanism) -> str:
+    """Picture (SVG) and a table of the elements."""
+    from matplotlib.figure import Figure
+
+    text = StringIO()
+    with house_style():
+        figure = Figure(figsize=(6.3, 4.0))
+        draw(still(mechanism), 0, figure.subplots())
+        figure.savefig(text, format="svg", bbox_inches="tight", metadata={"Date": None})
+    picture = re.sub(r"^.*?(?=<svg)", "", text.getvalue(), flags=re.DOTALL)
+    cells = [(html.escape(name), html.escape(kind(element))) for name, element in mechanism.elements().items()]
+    rows = "".join(f"<tr><td>{name}</td><td>{what}</td></tr>" for name, what in cells)
+    return f"<div>{picture}<table><thead><tr><th>element</th><th>kind</th></tr></thead><tbody>{rows}</tbody></table></div>"
+
+
+def kind(element: Element) -> str:
+    """Kind of an element; of a link, that of its body too."""
+    return type(element).__name__ + (f" ({type(element.body).__name__})" if isinstance(element, Link) else "")

@@ -31,9 +31,26 @@ from buckler.mbs.elements.torsion_spring import TorsionSpring
 from buckler.mbs.elements.weld import Weld
 from buckler.mbs.extensions import extensions
 from buckler.mbs.view import couplings
-from buckler.mbs.view.drawing import Arrow, Disc, Label, Mark, Path, Span, Strip
-from buckler.mbs.view.sheet import FIXED, MIDDLE, Pair, Sheet
-from buckler.mbs.view.strokes import arrow, capsule, hatching, hull, turned, turning, unit
+from buckler.mbs.view.drawing import (
+    FIXED,
+    MIDDLE,
+    Arrow,
+    Disc,
+    Label,
+    Mark,
+    Pair,
+    Path,
+    Sheet,
+    Span,
+    Strip,
+    arrow,
+    capsule,
+    hatching,
+    hull,
+    turned,
+    turning,
+    unit,
+)
 
 Symbol = Callable[..., Iterator[Mark]]
 

@@ -95,8 +95,8 @@ def test_solvers_that_agree_far_better_than_asked_do_agree(monkeypatch, heavier,
     tiny = Errors(1e-7, until=0.5)
     made = once(PENDULUM, 0.5, Exudyn(Controlled(1e-8, 1e-3)), None, None)
     other = once(replace(PENDULUM, gravity=(0.0, -9.81 * (1 + heavier))), 0.5, Exudyn(Controlled(1e-8, 1e-3)), None, None)
-    monkeypatch.setattr(deliver, "deliver", lambda *_: Delivery(other, {}, tiny))
     result = replace(simulate(PENDULUM, 0.5), asked=0.1, error=tiny)
+    monkeypatch.setattr(deliver, "deliver", lambda *_: Delivery(other, {}, tiny))
     assert deliver.verified(result, made, PENDULUM, 0.5, once).ok == agree
 
 

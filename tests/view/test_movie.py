@@ -11,9 +11,8 @@ from buckler.mbs import Beam, Exudyn, Force, Link, Mechanism, Result, Spectral, 
 from buckler.mbs.declare import kinds_of
 from buckler.mbs.elements import KINDS
 from buckler.mbs.record.record import Record
-from buckler.mbs.view.drawing import INKS, Arrow, Disc, Label, Path, Span, Strip
+from buckler.mbs.view.drawing import INKS, Arrow, Disc, Label, Path, Sheet, Span, Strip
 from buckler.mbs.view.movie import Film, Movie, filmed, placed, still
-from buckler.mbs.view.sheet import Sheet
 from buckler.mbs.view.symbols import SYMBOLS, symbol, unknown
 
 LENGTH = 0.31
