@@ -1,8 +1,8 @@
 """The way to a rest that is far from the drawn pose, and to further ones beside it.
 
 Damped motion goes in ever longer implicit steps, M q' = dt-weighted forces: [M/dt + K, G^T; G, 0] [dq; lambda] = [f; -g]. With dt
-they become Newton's. Deflation: Newton's step on F(q)/m(q), m small near known solutions, is the plain step times a number, and is
-driven away from them.
+they become Newton's. Deflation: Newton's step on F(q)/m(q), m small near known solutions, is the plain step times a number, and
+is driven away from them.
 
 References
 ----------
