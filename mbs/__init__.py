@@ -43,10 +43,7 @@ from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.offers import offer
 from buckler.mbs.record.result import Result
 from buckler.mbs.record.status import Status
-from buckler.mbs.solvers.closure import Closure
-from buckler.mbs.solvers.exudyn import Exudyn
-from buckler.mbs.solvers.spectral import Spectral
-from buckler.mbs.solvers.steps import Controlled, Equal
+from buckler.mbs.solvers import Closure, Controlled, Equal, Exudyn, Spectral
 
 if TYPE_CHECKING:
     from buckler.mbs.engine.build import build

@@ -30,9 +30,7 @@ from buckler.mbs.record.result import Result
 from buckler.mbs.record.run import Run
 from buckler.mbs.record.signals import shapes_at
 from buckler.mbs.record.status import Status
-from buckler.mbs.solvers.closure import Closure
-from buckler.mbs.solvers.exudyn import Exudyn
-from buckler.mbs.solvers.spectral import Spectral
+from buckler.mbs.solvers import Closure, Exudyn, Spectral
 from buckler.mbs.threads import one_thread
 from buckler.mbs.validate import listed, number, one_of, positive, short
 from buckler.mbs.view.movie import Film

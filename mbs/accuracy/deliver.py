@@ -27,10 +27,7 @@ from buckler.mbs.record.errors import Errors
 from buckler.mbs.record.result import Result
 from buckler.mbs.record.run import Run
 from buckler.mbs.record.status import Status
-from buckler.mbs.solvers.closure import Closure
-from buckler.mbs.solvers.exudyn import Exudyn
-from buckler.mbs.solvers.spectral import Spectral
-from buckler.mbs.solvers.steps import Controlled
+from buckler.mbs.solvers import Closure, Controlled, Exudyn, Spectral
 
 RUNS, PATIENCE = 12, 3
 """Most runs for one result; most rungs gone at once, and rounds of refining that may leave the error as large as it was: runs

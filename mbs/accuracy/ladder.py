@@ -18,11 +18,7 @@ from buckler.mbs.kinematics.determined import answered
 from buckler.mbs.kinematics.exact import sample_times
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.run import Run
-from buckler.mbs.solvers.choice import is_loose, usual_tolerance
-from buckler.mbs.solvers.closure import Closure
-from buckler.mbs.solvers.exudyn import Exudyn
-from buckler.mbs.solvers.spectral import Spectral
-from buckler.mbs.solvers.steps import COARSEST, Controlled
+from buckler.mbs.solvers import COARSEST, Closure, Controlled, Exudyn, Spectral, is_loose, usual_tolerance
 
 STRICTER = 8.0
 """Ratio of the tolerances of two rungs in time, and of the errors of two in space at least."""

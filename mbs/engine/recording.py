@@ -19,7 +19,7 @@ from buckler.mbs.engine.system import System
 from buckler.mbs.geometry import Array
 from buckler.mbs.interrupts import Progress
 from buckler.mbs.record.status import Status
-from buckler.mbs.solvers.exudyn import Exudyn
+from buckler.mbs.solvers import Exudyn
 
 CHECK_EVERY = 16
 """Steps between looks at the clock."""

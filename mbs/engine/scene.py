@@ -22,7 +22,7 @@ from buckler.mbs.kinematics.start import Start
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.record import Record
 from buckler.mbs.record.status import Status
-from buckler.mbs.solvers.choice import is_loose
+from buckler.mbs.solvers import is_loose
 
 Reader = Callable[[History, Record], Array]
 """What a run is asked for of an element: (times, columns)."""

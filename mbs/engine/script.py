@@ -22,8 +22,7 @@ from buckler.mbs.engine.solve import implicit_settings
 from buckler.mbs.kinematics.exact import TURN
 from buckler.mbs.kinematics.linkage import turning_speed
 from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.solvers.exudyn import Exudyn
-from buckler.mbs.solvers.steps import Equal
+from buckler.mbs.solvers import Equal, Exudyn
 from buckler.mbs.validate import positive, whole
 
 HEAD = '''"""{title}

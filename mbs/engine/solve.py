@@ -23,9 +23,7 @@ from buckler.mbs.kinematics.linkage import determined
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.run import Run
 from buckler.mbs.record.status import Status
-from buckler.mbs.solvers.choice import position_error
-from buckler.mbs.solvers.exudyn import Exudyn
-from buckler.mbs.solvers.steps import Equal
+from buckler.mbs.solvers import Equal, Exudyn, position_error
 
 EXPLICIT_SHARE = 10.0
 """Absolute tolerance of the explicit integrator, fifth order, in units of the position error allowed the implicit one."""

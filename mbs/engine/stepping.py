@@ -20,9 +20,7 @@ from buckler.mbs.engine.scene import Scene
 from buckler.mbs.engine.system import System
 from buckler.mbs.geometry import Array
 from buckler.mbs.laws import contact_time
-from buckler.mbs.solvers.choice import position_error
-from buckler.mbs.solvers.exudyn import Exudyn
-from buckler.mbs.solvers.steps import Controlled, divided
+from buckler.mbs.solvers import Controlled, Exudyn, divided, position_error
 
 LIGHTEST = 1e-6
 """Mass, kg, that stands in for none where a contact's duration is estimated."""

@@ -22,8 +22,7 @@ from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.record import Record
 from buckler.mbs.record.run import Run
 from buckler.mbs.record.status import Status
-from buckler.mbs.solvers.closure import Closure
-from buckler.mbs.solvers.steps import Controlled, Equal
+from buckler.mbs.solvers import Closure, Controlled, Equal
 
 TURN = 400
 """Samples of a turn of the drive."""

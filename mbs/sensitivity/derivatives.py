@@ -22,7 +22,7 @@ from buckler.mbs.sensitivity.frozen import DEGREES, TIGHT, Steps, needs_compiler
 from buckler.mbs.sensitivity.numbers import DURATION, Family, Source
 from buckler.mbs.sensitivity.reading import check, measure, statical
 from buckler.mbs.sensitivity.table import Derivative, Sensitivities
-from buckler.mbs.solvers.spectral import Spectral
+from buckler.mbs.solvers import Spectral
 from buckler.mbs.validate import listed, positive, short
 
 Evaluate = Callable[[Mechanism, float | None], tuple[Array, list[str], float]]

@@ -18,7 +18,7 @@ from buckler.mbs.sensitivity.frozen import RunFailedError, needs_compiler
 from buckler.mbs.sensitivity.numbers import Family, Source
 from buckler.mbs.sensitivity.searching import descend, search
 from buckler.mbs.sensitivity.wants import EnoughError, Task, Want, rounded, wanted
-from buckler.mbs.solvers.spectral import Spectral
+from buckler.mbs.solvers import Spectral
 from buckler.mbs.units import behind
 from buckler.mbs.validate import positive, whole
 

@@ -16,7 +16,7 @@ from buckler.mbs.sensitivity.data import Experiment, read_csv
 from buckler.mbs.sensitivity.frozen import needs_compiler
 from buckler.mbs.sensitivity.numbers import Source
 from buckler.mbs.sensitivity.residuals import LEVEL, Bounds, Problem, Profile, rms
-from buckler.mbs.solvers.spectral import Spectral
+from buckler.mbs.solvers import Spectral
 from buckler.mbs.units import behind
 from buckler.mbs.validate import whole
 

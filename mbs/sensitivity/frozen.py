@@ -19,8 +19,7 @@ from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.run import Run
 from buckler.mbs.record.status import Status
-from buckler.mbs.solvers.spectral import Spectral
-from buckler.mbs.solvers.steps import Controlled
+from buckler.mbs.solvers import Controlled, Spectral
 
 if TYPE_CHECKING:
     from buckler.mbs.spectral.scene import Scene

@@ -20,7 +20,7 @@ from buckler.mbs.sensitivity.data import Experiment
 from buckler.mbs.sensitivity.frozen import RunFailedError, Steps
 from buckler.mbs.sensitivity.numbers import Family
 from buckler.mbs.sensitivity.reading import WrongReadingError, measure
-from buckler.mbs.solvers.spectral import Spectral
+from buckler.mbs.solvers import Spectral
 from buckler.mbs.units import fits
 from buckler.mbs.validate import near
 

@@ -17,7 +17,7 @@ from buckler.mbs.sensitivity.derivatives import Level, Reading
 from buckler.mbs.sensitivity.frozen import RunFailedError, Steps
 from buckler.mbs.sensitivity.numbers import Family
 from buckler.mbs.sensitivity.reading import WrongReadingError, statical
-from buckler.mbs.solvers.spectral import Spectral
+from buckler.mbs.solvers import Spectral
 from buckler.mbs.units import Measured, measured
 
 WIDTH, COARSE = 1e-6, 1e-4

@@ -9,7 +9,7 @@ from buckler.mbs.elements import Beam, Clearance, Rigid, Section
 from buckler.mbs.laws import Coulomb, Impact
 from buckler.mbs.library import crank_rocker, slider_crank
 from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.solvers.spectral import Spectral
+from buckler.mbs.solvers import Spectral
 
 SHORT = 1e-3
 """Of the runs that are made for it, s: what they compute does not matter."""

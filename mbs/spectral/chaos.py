@@ -15,8 +15,7 @@ import numpy as np
 
 from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.solvers.spectral import Spectral
-from buckler.mbs.solvers.steps import Controlled
+from buckler.mbs.solvers import Controlled, Spectral
 from buckler.mbs.spectral.run import State, integrate, memory_at_end
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.settle import begin as settled

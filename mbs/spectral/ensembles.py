@@ -20,7 +20,7 @@ from buckler.mbs.record.record import Record
 from buckler.mbs.record.result import Result
 from buckler.mbs.record.signals import collect
 from buckler.mbs.record.status import Status
-from buckler.mbs.solvers.spectral import Spectral
+from buckler.mbs.solvers import Spectral
 from buckler.mbs.spectral.dense import refined
 from buckler.mbs.spectral.frame_body import FrameBody
 from buckler.mbs.spectral.recording import record_of

@@ -14,7 +14,7 @@ from typing import TypeVar
 
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.run import Run
-from buckler.mbs.solvers.spectral import Spectral
+from buckler.mbs.solvers import Spectral
 from buckler.mbs.spectral.run import once
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.validate import one_of, positive

@@ -18,9 +18,7 @@ from buckler.mbs.laws import BristleLaw, FrictionLaw
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.run import Run
 from buckler.mbs.record.status import Status
-from buckler.mbs.solvers.choice import stiffly_damped
-from buckler.mbs.solvers.spectral import Spectral
-from buckler.mbs.solvers.steps import COARSEST, divided
+from buckler.mbs.solvers import COARSEST, Spectral, divided, stiffly_damped
 from buckler.mbs.spectral import explicit, implicit, output
 from buckler.mbs.spectral.elimination import Fronts
 from buckler.mbs.spectral.fronts import Orders

@@ -20,8 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from buckler.mbs.geometry import Array
-from buckler.mbs.solvers.spectral import Spectral
-from buckler.mbs.solvers.steps import Controlled
+from buckler.mbs.solvers import Controlled, Spectral
 from buckler.mbs.spectral.output import Output
 from buckler.mbs.spectral.run import State, integrate, memory_at_end
 from buckler.mbs.spectral.scene import Scene

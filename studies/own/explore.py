@@ -28,7 +28,7 @@ from buckler.mbs.documents.shorthand import expanded
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.sensitivity.numbers import Family
 from buckler.mbs.simulation import simulate
-from buckler.mbs.solvers.spectral import Spectral
+from buckler.mbs.solvers import Spectral
 from buckler.mbs.validate import number
 from buckler.studies.kit.words import repeated
 from buckler.studies.own.turning import Opened, command, lasting, number_range, numbers

@@ -15,10 +15,7 @@ from buckler.mbs.declare import Declaration, Spec, declarations
 from buckler.mbs.declare.spec import Choice
 from buckler.mbs.kinematics.determined import answered
 from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.solvers.closure import Closure
-from buckler.mbs.solvers.exudyn import Exudyn
-from buckler.mbs.solvers.spectral import Spectral
-from buckler.mbs.solvers.steps import Controlled, Equal
+from buckler.mbs.solvers import Closure, Controlled, Equal, Exudyn, Spectral
 
 SOLVERS: dict[str, type[Exudyn | Spectral | Closure]] = {"exudyn": Exudyn, "spectral": Spectral, "closure": Closure}
 KIND = "kind"

@@ -18,7 +18,7 @@ import numpy as np
 
 from buckler.mbs import Beam, Controlled, Equal, Exudyn, Mechanism, Modal
 from buckler.mbs.modal import BarModes
-from buckler.mbs.solvers.choice import usual_tolerance
+from buckler.mbs.solvers import usual_tolerance
 from buckler.studies.kit import precision
 from buckler.studies.kit.parameters import choice, choices, integer, quantities, quantity, specs
 from buckler.studies.kit.precision import Bar, Runs, Series

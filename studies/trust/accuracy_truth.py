@@ -19,8 +19,7 @@ from buckler.mbs.geometry import Array
 from buckler.mbs.kinematics.slidercrank import SliderCrank
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.simulation import SOLVERS
-from buckler.mbs.solvers.exudyn import Exudyn
-from buckler.mbs.solvers.spectral import Spectral
+from buckler.mbs.solvers import Exudyn, Spectral
 from buckler.studies.trust.drawn import EVERYTHING, Drawn
 
 SAMPLES = 2001

@@ -28,7 +28,7 @@ from buckler.mbs.engine.solve import once
 from buckler.mbs.laws import AdamsFriction, CarvalhoMartins, Coulomb, FrictionLaw, Impact, NoFriction
 from buckler.mbs.library import PAPER
 from buckler.mbs.record.signals import collect
-from buckler.mbs.solvers.exudyn import Exudyn
+from buckler.mbs.solvers import Exudyn
 from buckler.studies.kit.parameters import StudyParameters, choices, integer
 from buckler.studies.kit.precision import footnote
 from buckler.studies.kit.published import CONTACT_DAMPING, CONTACT_STIFFNESS, GRAVITY, IMPACT_SPEED, STRIP_WIDTH

@@ -30,7 +30,7 @@ from buckler.mbs.engine.build import build
 from buckler.mbs.engine.solve import explicit_settings, implicit_settings
 from buckler.mbs.laws import KelvinVoigt
 from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.solvers.exudyn import Exudyn
+from buckler.mbs.solvers import Exudyn
 
 exu.config.printToConsole = False
 

@@ -26,7 +26,7 @@ from buckler.mbs.geometry import Array
 from buckler.mbs.laws import KelvinVoigt
 from buckler.mbs.library import PAPER
 from buckler.mbs.record.lookup import cubic
-from buckler.mbs.solvers.spectral import Spectral
+from buckler.mbs.solvers import Spectral
 from buckler.studies.kit.parameters import StudyParameters, choices, integer, quantity
 from buckler.studies.kit.precision import footnote
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged

@@ -15,7 +15,7 @@ from buckler.mbs.accuracy.goal import IMPULSE
 from buckler.mbs.engine.solve import once
 from buckler.mbs.library import slider_crank
 from buckler.mbs.record.errors import Errors
-from buckler.mbs.solvers.spectral import Spectral
+from buckler.mbs.solvers import Spectral
 from buckler.mbs.spectral import recording, registry
 from buckler.mbs.view.verdicts import verdicts
 

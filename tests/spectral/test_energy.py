@@ -33,8 +33,7 @@ from buckler.mbs.elements import (
 from buckler.mbs.elements.modal import Box
 from buckler.mbs.elements.section import Material, Section
 from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.solvers.spectral import Spectral
-from buckler.mbs.solvers.steps import Controlled
+from buckler.mbs.solvers import Controlled, Spectral
 
 STRIP = Section(0.03, 0.003, Material(210e9, 7850.0, 0.3, bending_damping=1e-4, axial_damping=2e-6))
 BODIES = {"beam": Beam(STRIP), "cable": Cable(STRIP)}

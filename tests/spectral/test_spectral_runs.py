@@ -23,9 +23,7 @@ from buckler.mbs.library import crank_rocker, slider_crank
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.modal import BarModes
 from buckler.mbs.simulation import simulate
-from buckler.mbs.solvers.closure import Closure
-from buckler.mbs.solvers.spectral import Spectral
-from buckler.mbs.solvers.steps import Controlled, Equal
+from buckler.mbs.solvers import Closure, Controlled, Equal, Spectral
 from buckler.mbs.spectral.chaos import lyapunov, poincare
 from buckler.mbs.spectral.ensembles import ensemble
 from buckler.mbs.spectral.run import explicitly, integrate, once

@@ -39,9 +39,7 @@ from buckler.mbs.laws import AdamsFriction, Coulomb, Impact, KelvinVoigt, LuGre
 from buckler.mbs.library import crank_rocker, slider_crank
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.lookup import cubic
-from buckler.mbs.solvers.exudyn import Exudyn
-from buckler.mbs.solvers.spectral import Spectral
-from buckler.mbs.solvers.steps import Controlled, Equal
+from buckler.mbs.solvers import Controlled, Equal, Exudyn, Spectral
 
 BAR = Section(0.02, 0.005)
 LOADED = Mechanism(

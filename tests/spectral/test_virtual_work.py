@@ -10,8 +10,7 @@ pytest.importorskip("numba")
 from buckler.mbs import Mechanism
 from buckler.mbs.elements import Beam, Cable, Link, Mass, Revolute, Rigid, Section, Slider, Slot, Weld
 from buckler.mbs.geometry import left, turned
-from buckler.mbs.solvers.spectral import Spectral
-from buckler.mbs.solvers.steps import Controlled
+from buckler.mbs.solvers import Controlled, Spectral
 from buckler.mbs.spectral.run import once
 
 BAR = Section(0.02, 0.004)

@@ -1,0 +1,212 @@
+"""Solvers as values: how long steps are, the settings of each, what suits a mechanism. Nothing here computes or loads an engine."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+from math import ceil
+from typing import ClassVar
+
+import numpy as np
+
+from buckler.mbs.declare import Declared, Quantity, choice, declared, field, flag, part, quantity, whole
+from buckler.mbs.elements.clearance import clearances
+from buckler.mbs.mechanism import Mechanism
+
+COARSEST = 40
+"""Steps of the coarsest runs, at least."""
+
+
+@declared
+class Controlled(Declared):
+    """Steps whose size follows the local error.
+
+    Notes
+    -----
+    Without a tolerance, a mechanism whose motion constraints alone decide takes equal steps, 400 a turn of its drive.
+    """
+
+    in_files = False
+
+    tolerance: float | None = quantity(
+        "1", above=0, default=None,
+        doc="local position error allowed a step, relative to the mechanism's size: its longest link, or a tenth of the smallest "
+        "clearance; by default 1e-5, with clearance 1e-3",
+    )  # fmt: skip
+    max_step: float | None = quantity("s", above=0, doc="largest step; a 200th of the duration by default", default=None)
+    min_step: float = quantity("s", above=0, doc="smallest step", default=1e-9)
+    contact_resolution: int = whole(
+        1, 10_000, doc="steps at least taken for half an oscillation of the guided mass on its stop", default=40
+    )
+    max_steps: int = whole(1, 10**9, doc="a run that takes more ends as TOO_MANY_STEPS", default=1_000_000)
+
+    adaptive: ClassVar[bool] = True
+    record_every: ClassVar[int] = 1
+
+    def longest(self, duration: float) -> float:
+        """Longest step of a run, s."""
+        return self.max_step or duration / 200
+
+    def number(self, duration: float) -> int:
+        """Steps of a run at least."""
+        return max(1, ceil(duration / self.longest(duration)))
+
+
+@declared
+class Equal(Declared):
+    """Steps of one size."""
+
+    in_files = False
+
+    count: int = whole(1, 10**9, doc="steps of the run")
+    record_every: int = whole(1, 10**9, doc="one step in so many is recorded", default=1)
+
+    adaptive: ClassVar[bool] = False
+    tolerance: ClassVar[None] = None
+    min_step: ClassVar[float] = 1e-9
+    max_steps: ClassVar[int] = 10**9
+
+    def longest(self, duration: float) -> float:
+        """Step of a run, s."""
+        return duration / self.count
+
+    def number(self, _duration: float) -> int:
+        """Steps of a run."""
+        return self.count
+
+
+def divided(kinks: Sequence[float], longest: float, usual: float) -> list[float]:
+    """Kinks, s, with times between those that one step would join: a run whose longest step is finer is finer there too."""
+    parts = max(1, ceil(usual / longest - 1e-9))
+    between = (np.linspace(a, b, parts + 1)[:-1] for a, b in pairwise(kinks) if b - a < longest)
+    return sorted({*kinks, *(float(t) for piece in between for t in piece)})
+
+
+@declared
+class Closure(Declared):
+    """Loop closure and inverse dynamics, for linkages whose motion joints and drives alone decide; nothing is integrated."""
+
+    in_files = False
+
+    steps: Controlled | Equal = part(
+        Controlled, Equal, default_factory=Controlled,
+        doc="where the motion is sampled: 400 times a turn of the drive, both sides of its kinks and closely within contacts, no "
+        "farther apart than `max_step` and no more often than `max_steps`; or at equal steps alone; no tolerance is needed, as "
+        "all that errs is rounding",
+    )  # fmt: skip
+
+
+@declared
+class Exudyn(Declared):
+    """The solver Exudyn: generalized-alpha, or an explicit method where rigid links hang together by clearance joints only."""
+
+    in_files = False
+
+    steps: Controlled | Equal = part(Controlled, Equal, doc="how long steps are", default_factory=Controlled)
+    spectral_radius: float = field(
+        Quantity("1", 0.0, 1.0, open_high=True),
+        "of generalized-alpha at infinite frequency: a smaller one damps unresolved axial waves faster; at 1 nothing is damped "
+        "and most runs diverge",
+        default=0.7,
+    )
+    newton_relative: float = quantity(
+        "1", above=0, doc="Newton's tolerance on the residual against its first value; either of the two suffices", default=1e-10
+    )
+    newton_absolute: float | None = quantity(
+        "N", above=0, default=None,
+        doc="Newton's tolerance on the residual; by default 5e-12 of the largest axial stiffness, ten times what round-off "
+        "leaves; a relative one stops too early, as a large step's first residual is large",
+    )  # fmt: skip
+    reuse_jacobian: bool = flag(
+        doc="keep Newton's Jacobian from step to step as long as it serves and the step size stays; with clearance in joints, "
+        "controlled steps always do",
+        default=False,
+    )
+
+
+TOLERANCE = 1e-6
+LONGEST = 50
+"""A longest step that is not given is this part of the duration."""
+
+
+@declared
+class Spectral(Declared):
+    """The compiled solver: spectral strips, joints as constraints; every default can stay."""
+
+    in_files = False
+
+    steps: Controlled | Equal = part(
+        Controlled, Equal, default_factory=lambda: Controlled(tolerance=TOLERANCE),
+        doc="how long steps are; the tolerance, 1e-6 by default, is the local error allowed a step, relative to the longest link "
+        "and a radian, and of the inner motion of strips and modes to 100 times their largest deformation so far; a longest step "
+        "that is not given is a 50th of the duration; contacts cut equal steps, too",
+    )  # fmt: skip
+    degree: int | None = whole(2, 60, doc="of the strips' polynomials; 8 by default", default=None)
+    contact_tolerance: float = quantity(
+        "1", above=0, high=1, doc="local error allowed of the depth of a contact, relative to it", default=1e-2
+    )
+    method: str = choice(
+        "chosen", "implicit", "explicit", default="chosen",
+        doc="'chosen' from the scene: explicit for rigid links that hang together by joints with clearance",
+    )  # fmt: skip
+
+    @property
+    def tolerance(self) -> float:
+        """Local error allowed a step."""
+        return self.steps.tolerance or TOLERANCE
+
+    @property
+    def count(self) -> int | None:
+        """Number of equal steps; None where they are controlled."""
+        return None if self.steps.adaptive else self.steps.number(1.0)
+
+    def longest(self, duration: float) -> float:
+        """Longest step of a run, s."""
+        if isinstance(self.steps, Equal):
+            return duration / self.steps.count
+        return self.steps.max_step or duration / LONGEST
+
+
+STIFF = 1e5
+"""Decay rate of contact damping, 1/s, from which the implicit integrator is the faster one."""
+WITHOUT_PLAY, WITH_PLAY, DAMPED_PLAY = 1e-5, 1e-3, 3e-5
+"""Default tolerances of scenes without and with clearance in joints, and with clearance that is stiffly damped: there an impact's
+force jumps and decays within a microsecond; a quarter of it may be missed at 1e-3, 2 % at 3e-5."""
+
+
+def is_loose(mechanism: Mechanism) -> bool:
+    """True if an explicit integrator suits: rigid links, play in all joints, no stiff damper, constant drive speed, no states."""
+    return (
+        bool(mechanism.joints)
+        and len(clearances(mechanism)) == len(mechanism.joints)
+        and not any(link.body.flexible for link in mechanism.links)
+        and not any(each.integrated for each in mechanism.loads)
+        and not (mechanism.guides or mechanism.stops or mechanism.couplings)
+        and all(isinstance(drive.speed, int | float) for drive in mechanism.drives)
+        and not stiffly_damped(mechanism)
+    )
+
+
+def stiffly_damped(mechanism: Mechanism) -> bool:
+    """True if a joint with clearance damps the lightest link at a rate beyond `STIFF`; False without clearance."""
+    laws = [joint.law for joint in clearances(mechanism)]
+    if not laws:
+        return False
+    lightest = min(link.mass(mechanism.length(link.name)) for link in mechanism.links)
+    depth, speed = 1e-5, 1e-3
+    jumps = [law.force(depth, speed, 0.1) - law.force(depth, 0.0, 0.1) for law in laws]
+    return max(jumps) / speed / lightest >= STIFF
+
+
+def usual_tolerance(mechanism: Mechanism) -> float:
+    """Tolerance of a run that asks for none."""
+    if not clearances(mechanism):
+        return WITHOUT_PLAY
+    return DAMPED_PLAY if stiffly_damped(mechanism) else WITH_PLAY
+
+
+def position_error(mechanism: Mechanism, tolerance: float | None) -> float:
+    """Local position error allowed a step, m, by a tolerance or by the usual one."""
+    size = max(mechanism.length(link.name) for link in mechanism.links)
+    gaps = [0.1 * joint.gap for joint in clearances(mechanism)]
+    return (tolerance or usual_tolerance(mechanism)) * min([size, *gaps])

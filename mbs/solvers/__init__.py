@@ -1,1 +1,0 @@
-"""Solvers as values: their settings, and which of them suits a mechanism. Nothing here computes."""
