@@ -30,12 +30,9 @@ from buckler.mbs.declare import (
 from buckler.mbs.declare.spec import Schema
 from buckler.mbs.documents import document as documents
 from buckler.mbs.documents.shorthand import SHORT, expanded
-from buckler.mbs.elements import KINDS, Drive, Guide, Link, Mass, Stop
-from buckler.mbs.elements.coupling import Coupling
+from buckler.mbs.elements import KINDS, Coupling, Drive, Guide, Joint, Link, Load, Mass, Stop
 from buckler.mbs.elements.element import GROUND, Element, Parts, place
-from buckler.mbs.elements.joint import Joint
 from buckler.mbs.elements.link import Frozen
-from buckler.mbs.elements.load import Load
 from buckler.mbs.elements.references import UnknownError, known
 from buckler.mbs.offers import offered
 from buckler.mbs.validate import short

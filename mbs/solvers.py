@@ -1,4 +1,4 @@
-"""Solvers as values: how long steps are, the settings of each, what suits a mechanism. Nothing here computes or loads an engine."""
+"""Solvers as values: length of steps, settings of each, what suits a mechanism. Nothing here computes, or loads an engine."""
 
 from __future__ import annotations
 

@@ -37,8 +37,8 @@ KINDS: dict[str, type] = {
 """What the lists of a mechanism hold: every kind of that."""
 
 __all__ = [
-    "KINDS", "STEEL", "AdamsDamping", "Beam", "Belt", "Body", "Cable", "Clearance", "Drive", "Force", "Gear", "Guide",
-    "GuideFriction", "Inertia", "LineLoad", "Link", "Mass", "Material", "Modal", "Motion", "Motor", "Profile", "Rack", "Ramp",
-    "Revolute", "Rigid", "Rope", "Section", "Slider", "Slot", "Spring", "States", "Stop", "Strut", "Torque", "TorsionSpring",
-    "Weld",
+    "KINDS", "STEEL", "AdamsDamping", "Beam", "Belt", "Body", "Cable", "Clearance", "Coupling", "Drive", "Force", "Gear", "Guide",
+    "GuideFriction", "Inertia", "Joint", "LineLoad", "Link", "Load", "Mass", "Material", "Modal", "Motion", "Motor", "Profile",
+    "Rack", "Ramp", "Revolute", "Rigid", "Rope", "Section", "Slider", "Slot", "Spring", "States", "Stop", "Strut", "Torque",
+    "TorsionSpring", "Weld",
 ]  # fmt: skip

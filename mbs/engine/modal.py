@@ -13,9 +13,8 @@ import exudyn as exu
 import exudyn.itemInterface as eii
 import numpy as np
 
+from buckler.mbs.elements import Link, Modal
 from buckler.mbs.elements.element import Pair
-from buckler.mbs.elements.link import Link
-from buckler.mbs.elements.modal import Modal
 from buckler.mbs.engine.placed import Placed, States
 from buckler.mbs.engine.scene import Scene
 from buckler.mbs.engine.system import System

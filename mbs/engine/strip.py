@@ -14,10 +14,9 @@ from typing import cast
 import exudyn.itemInterface as eii
 import numpy as np
 
+from buckler.mbs.elements import Link, Profile, Section
 from buckler.mbs.elements.beam import Flexible
 from buckler.mbs.elements.element import Pair
-from buckler.mbs.elements.link import Link
-from buckler.mbs.elements.section import Profile, Section
 from buckler.mbs.engine.placed import Placed, States
 from buckler.mbs.engine.scene import Scene
 from buckler.mbs.engine.system import System

@@ -8,9 +8,8 @@ from time import perf_counter
 
 import numpy as np
 
+from buckler.mbs.elements import Link, Load
 from buckler.mbs.elements.element import kinks_of
-from buckler.mbs.elements.link import Link
-from buckler.mbs.elements.load import Load
 from buckler.mbs.elements.stop import Stop, Striking
 from buckler.mbs.geometry import Array
 from buckler.mbs.interrupts import Progress, ctrl_c

@@ -13,8 +13,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from buckler.mbs.elements.drive import Motion, Ramp
-from buckler.mbs.elements.link import Link
+from buckler.mbs.elements import Link, Motion, Ramp
 from buckler.mbs.elements.states import Stateful
 from buckler.mbs.geometry import Array
 from buckler.mbs.kinematics.start import Start

@@ -8,8 +8,7 @@ from typing import cast
 
 import numpy as np
 
-from buckler.mbs.elements.link import Link
-from buckler.mbs.elements.modal import Modal
+from buckler.mbs.elements import Link, Modal
 from buckler.mbs.geometry import Array
 from buckler.mbs.kinematics.start import Start
 from buckler.mbs.modal.planar import STATIONS, PlanarModel

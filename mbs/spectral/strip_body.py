@@ -9,9 +9,8 @@ from typing import cast
 
 import numpy as np
 
+from buckler.mbs.elements import Link, Profile, Section
 from buckler.mbs.elements.beam import Flexible
-from buckler.mbs.elements.link import Link
-from buckler.mbs.elements.section import Profile, Section
 from buckler.mbs.geometry import Array
 from buckler.mbs.kinematics.start import Start
 from buckler.mbs.spectral import tables as k

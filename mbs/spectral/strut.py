@@ -7,8 +7,7 @@ from typing import cast
 
 import numpy as np
 
-from buckler.mbs.elements.link import Link
-from buckler.mbs.elements.strut import Strut
+from buckler.mbs.elements import Link, Strut
 from buckler.mbs.geometry import Array
 from buckler.mbs.kinematics.start import Start
 from buckler.mbs.laws.compiled import function_pointer

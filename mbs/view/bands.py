@@ -9,11 +9,8 @@ from typing import Any
 import numpy as np
 
 from buckler.elastica import pinned
+from buckler.mbs.elements import Body, Link, Modal, Strut
 from buckler.mbs.elements.beam import Flexible
-from buckler.mbs.elements.element import Body
-from buckler.mbs.elements.link import Link
-from buckler.mbs.elements.modal import Modal
-from buckler.mbs.elements.strut import Strut
 from buckler.mbs.geometry import Array
 from buckler.mbs.record.motion import chosen
 from buckler.mbs.record.record import Record

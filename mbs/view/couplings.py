@@ -6,12 +6,9 @@ from collections.abc import Iterator
 from itertools import pairwise
 from math import cos, pi, sin
 
-from buckler.mbs.elements.belt import Belt
+from buckler.mbs.elements import Belt, Gear, Rack, Rope
 from buckler.mbs.elements.element import place
-from buckler.mbs.elements.gear import Gear
-from buckler.mbs.elements.rack import Rack
 from buckler.mbs.elements.references import distance
-from buckler.mbs.elements.rope import Rope
 from buckler.mbs.view.drawing import Disc, Mark, Path, Sheet, Span
 
 INK = "spring"

@@ -24,8 +24,7 @@ os.environ.setdefault("EXUDYN_NO_USER_SETTINGS", "1")
 import exudyn as exu
 import exudyn.itemInterface as eii
 
-from buckler.mbs.elements import Cable, GuideFriction, Motor, Rigid
-from buckler.mbs.elements.section import Section
+from buckler.mbs.elements import Cable, GuideFriction, Motor, Rigid, Section
 from buckler.mbs.engine.build import build
 from buckler.mbs.engine.solve import explicit_settings, implicit_settings
 from buckler.mbs.laws import KelvinVoigt

@@ -13,8 +13,7 @@ from simulations import exact_swing, pendulum
 from spectral_scenes import energy, play
 
 from buckler.mbs import Drive, Guide, Modal
-from buckler.mbs.elements import Beam, Cable, Clearance, Force, Link, Revolute, Rigid, Section, Stop, TorsionSpring, Weld
-from buckler.mbs.elements.drive import Ramp
+from buckler.mbs.elements import Beam, Cable, Clearance, Force, Link, Ramp, Revolute, Rigid, Section, Stop, TorsionSpring, Weld
 from buckler.mbs.functions import Table
 from buckler.mbs.kinematics.slidercrank import SliderCrank
 from buckler.mbs.laws import Coulomb, HuntCrossley, Impact, KelvinVoigt
