@@ -41,8 +41,8 @@ from buckler.mbs.elements import (
 from buckler.mbs.library import crank_rocker, slider_crank
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.offers import offer
+from buckler.mbs.record.errors import Status
 from buckler.mbs.record.result import Result
-from buckler.mbs.record.status import Status
 from buckler.mbs.solvers import Closure, Controlled, Equal, Exudyn, Spectral
 
 if TYPE_CHECKING:

@@ -26,10 +26,10 @@ from buckler.mbs.interrupts import Interrupted, Progress, ctrl_c
 from buckler.mbs.kinematics import exact
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.energy import ledger as energy_ledger
+from buckler.mbs.record.errors import Status
 from buckler.mbs.record.result import Result
 from buckler.mbs.record.run import Run
 from buckler.mbs.record.signals import shapes_at
-from buckler.mbs.record.status import Status
 from buckler.mbs.solvers import Closure, Exudyn, Spectral
 from buckler.mbs.threads import one_thread
 from buckler.mbs.validate import listed, number, one_of, positive, short

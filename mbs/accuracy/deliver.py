@@ -23,10 +23,9 @@ from buckler.mbs.accuracy.ladder import GAIN, ORDER, STRICTER, Ladder, Runner, l
 from buckler.mbs.elements.clearance import clearances
 from buckler.mbs.elements.signal import Kind
 from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.record.errors import Errors
+from buckler.mbs.record.errors import Errors, Status
 from buckler.mbs.record.result import Result
 from buckler.mbs.record.run import Run
-from buckler.mbs.record.status import Status
 from buckler.mbs.solvers import Closure, Controlled, Exudyn, Spectral
 
 RUNS, PATIENCE = 12, 3

@@ -9,9 +9,9 @@ import numpy as np
 from buckler.mbs.checks.check import check, without
 from buckler.mbs.elements.signal import Depth
 from buckler.mbs.record.energy import AT_REST, BALANCE, BRISTLE, STRETCH, ledger, put_through
-from buckler.mbs.record.means import RINGS
 from buckler.mbs.record.result import Result
 from buckler.mbs.record.run import Run
+from buckler.mbs.record.signals import RINGS
 
 ROUNDING = 1e-9
 """Of the largest force: a pull smaller than that is none."""

@@ -13,9 +13,9 @@ from buckler.mbs.checks.driven import closed, off_dead_centres
 from buckler.mbs.checks.linear import linear
 from buckler.mbs.checks.signals import balanced, clock, finite, pushing, shallow, uncrossed
 from buckler.mbs.checks.unbuckled import buckled
+from buckler.mbs.record.errors import Status
 from buckler.mbs.record.result import Result
 from buckler.mbs.record.run import Run
-from buckler.mbs.record.status import Status
 
 READABLE: tuple[Check, ...] = (finite, clock)
 """Checks without which no other means anything."""

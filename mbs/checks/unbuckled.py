@@ -15,7 +15,7 @@ import numpy as np
 from buckler.mbs.checks.check import check, without
 from buckler.mbs.elements.link import Link
 from buckler.mbs.geometry import Array
-from buckler.mbs.record.quadrature import trapezoidal
+from buckler.mbs.record.lookup import trapezoidal
 from buckler.mbs.record.record import Record
 from buckler.mbs.record.result import Result
 from buckler.mbs.record.run import Run

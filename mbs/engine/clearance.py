@@ -12,8 +12,8 @@ from buckler.mbs.elements.element import GROUND
 from buckler.mbs.elements.journal import BRISTLE, COLUMNS, MEMORY, ONSET, SINCE, SLIDING, End
 from buckler.mbs.elements.stop import SLOWEST_ONSET
 from buckler.mbs.engine.guarded import watched
-from buckler.mbs.engine.history import History
 from buckler.mbs.engine.kernel import Kernel, plain
+from buckler.mbs.engine.placed import History
 from buckler.mbs.engine.scene import Scene
 from buckler.mbs.engine.system import System
 from buckler.mbs.geometry import Array, onsets

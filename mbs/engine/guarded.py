@@ -7,7 +7,7 @@ from math import isfinite
 
 from buckler.mbs.engine.scene import Scene
 from buckler.mbs.engine.system import Callback, System
-from buckler.mbs.record.status import Status
+from buckler.mbs.record.errors import Status
 
 
 def failed(t: float, what: str, error: BaseException, out_of_range: Status | None = None) -> tuple[Status, str]:

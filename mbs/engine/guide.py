@@ -12,8 +12,7 @@ from buckler.mbs.elements.guide import Guide, GuideFriction
 from buckler.mbs.elements.journal import BRISTLE, MEMORY, SINCE, SLIDING
 from buckler.mbs.elements.strut import StrutLaw, state
 from buckler.mbs.engine.guarded import watched
-from buckler.mbs.engine.history import History
-from buckler.mbs.engine.placed import Placed, States
+from buckler.mbs.engine.placed import History, Placed, States
 from buckler.mbs.engine.scene import Scene
 from buckler.mbs.engine.system import System
 from buckler.mbs.geometry import Array

@@ -1,9 +1,9 @@
-"""Where a link or block lies in the engine."""
+"""Where a link or block lies in the engine, and what its steps leave before they are a record."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import exudyn.itemInterface as eii
 import numpy as np
@@ -102,3 +102,41 @@ class Placed:
             If the body has none: contacts exert moments.
         """
         raise ValueError(f"'{point}' of '{self.name}' has no angle, and what is to act there exerts a moment")
+
+
+@dataclass(frozen=True)
+class History:
+    """What the engine's steps left behind, as arrays.
+
+    Attributes
+    ----------
+    time : array, shape (times,)
+    states : States
+        Coordinates and rates, each (times, coordinates).
+    multipliers : array, shape (times, constraints)
+    contact : array, shape (times, stops)
+        Contact forces, N.
+    memory : list of array, shape (times, joints, 4)
+        What `journal.MEMORY` names, of each of the scene's `remembering`.
+    """
+
+    time: Array
+    states: States
+    multipliers: Array
+    contact: Array
+    memory: list[Array]
+
+
+class Remembering(Protocol):
+    """What keeps a memory from one accepted step to the next."""
+
+    memory: Array
+    remembers: bool
+    latest: Array
+    """Latest time it was asked for, and how often since: infinite once that was too often."""
+
+    def locate(self, system: System) -> None:
+        """Take down where its coordinates lie, once the system is assembled."""
+
+    def accept(self, q: Array, q_t: Array, t: float) -> Array:
+        """Take over an accepted step; a copy of the memory."""

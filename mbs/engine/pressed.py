@@ -23,7 +23,7 @@ from buckler.mbs.engine.strip import PlacedStrip
 from buckler.mbs.engine.system import System
 from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.record.status import Status
+from buckler.mbs.record.errors import Status
 from buckler.mbs.validate import one_of, positive
 
 OFF_BRANCH = 0.5

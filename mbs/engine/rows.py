@@ -10,7 +10,7 @@ import numpy as np
 from buckler.mbs.elements.element import GROUND, Element, Place
 from buckler.mbs.elements.rows import Row, Turn, pinned
 from buckler.mbs.elements.slider import Slot
-from buckler.mbs.engine.history import History
+from buckler.mbs.engine.placed import History
 from buckler.mbs.engine.scene import Reader, Scene
 from buckler.mbs.engine.system import System
 from buckler.mbs.geometry import Array

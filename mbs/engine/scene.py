@@ -14,14 +14,13 @@ from exudyn import SystemContainer
 from buckler.mbs.elements.element import GROUND, Burden
 from buckler.mbs.elements.signal import Moved
 from buckler.mbs.engine.forces import StopContact, StrutSpring
-from buckler.mbs.engine.history import History, Remembering
-from buckler.mbs.engine.placed import Placed, States
+from buckler.mbs.engine.placed import History, Placed, Remembering, States
 from buckler.mbs.engine.system import System
 from buckler.mbs.geometry import Array
 from buckler.mbs.kinematics.start import Start
 from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.record.errors import Status
 from buckler.mbs.record.record import Record
-from buckler.mbs.record.status import Status
 from buckler.mbs.solvers import is_loose
 
 Reader = Callable[[History, Record], Array]

@@ -11,7 +11,7 @@ import numpy as np
 from buckler.mbs.engine.scene import Scene
 from buckler.mbs.geometry import Array
 from buckler.mbs.kinematics.settle import STEP, About, settled, settles
-from buckler.mbs.record.means import axial_period
+from buckler.mbs.record.signals import axial_period
 
 REDUNDANT = 1e-12
 """What rows that say what others say may give way by, rows scaled to 1."""

@@ -21,8 +21,8 @@ from buckler.mbs.kinematics.diagnosis import remarks, stuck
 from buckler.mbs.kinematics.exact import sample_times
 from buckler.mbs.kinematics.linkage import determined
 from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.record.errors import Status
 from buckler.mbs.record.run import Run
-from buckler.mbs.record.status import Status
 from buckler.mbs.solvers import Equal, Exudyn, position_error
 
 EXPLICIT_SHARE = 10.0

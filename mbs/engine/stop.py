@@ -12,7 +12,7 @@ from buckler.mbs.elements.element import GROUND, place
 from buckler.mbs.elements.stop import Stop
 from buckler.mbs.engine.forces import End, FreeContact, StopContact
 from buckler.mbs.engine.guarded import watched
-from buckler.mbs.engine.history import History
+from buckler.mbs.engine.placed import History
 from buckler.mbs.engine.scene import Scene
 from buckler.mbs.engine.system import System
 from buckler.mbs.geometry import Array

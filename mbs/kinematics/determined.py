@@ -20,10 +20,10 @@ from buckler.mbs.interrupts import Progress
 from buckler.mbs.kinematics.diagnosis import blocked, independent_rows
 from buckler.mbs.kinematics.linkage import Linkage, carried, determined, solved
 from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.record.errors import Status
+from buckler.mbs.record.lookup import corrected
 from buckler.mbs.record.motion import BlockMotion, RigidMotion
-from buckler.mbs.record.quadrature import corrected
 from buckler.mbs.record.record import Record
-from buckler.mbs.record.status import Status
 
 FIRST, FAR, NEAR = 0.02, 0.05, 0.01
 """First step, rad of the fastest link; error of a step's prediction, relative to the links' lengths, beyond which it is taken

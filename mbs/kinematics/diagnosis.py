@@ -12,8 +12,8 @@ from buckler.mbs.geometry import Array
 from buckler.mbs.kinematics.linkage import ROUNDING, Linkage, involved, rank
 from buckler.mbs.kinematics.start import jacobian
 from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.record.errors import Status
 from buckler.mbs.record.record import Record
-from buckler.mbs.record.status import Status
 
 FLAT, WORSE = 0.05, 0.2
 """Smallest singular value of the constraints, and its ratio to that at the start, below which a pose counts as singular."""

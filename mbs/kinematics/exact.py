@@ -18,9 +18,9 @@ from buckler.mbs.kinematics.diagnosis import remarks
 from buckler.mbs.kinematics.linkage import turning_speed
 from buckler.mbs.kinematics.start import start
 from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.record.errors import Status
 from buckler.mbs.record.record import Record
 from buckler.mbs.record.run import Run
-from buckler.mbs.record.status import Status
 from buckler.mbs.solvers import Closure, Controlled, Equal
 
 TURN = 400

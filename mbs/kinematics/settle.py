@@ -22,7 +22,7 @@ import numpy as np
 
 from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.record.means import axial_period
+from buckler.mbs.record.signals import axial_period
 
 SLOWER = 0.35
 """Where the filter's middle lies: of the lowest angular frequency along a strip that holds all mass there is."""

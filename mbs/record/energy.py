@@ -8,8 +8,8 @@ import numpy as np
 
 from buckler.mbs.geometry import Array
 from buckler.mbs.laws import BristleLaw
-from buckler.mbs.record.means import axial_period, follows
 from buckler.mbs.record.record import Record
+from buckler.mbs.record.signals import axial_period, follows
 
 BALANCE = 1e-2
 """Energy balance, relative to the energy put through, beyond which a run is suspect."""

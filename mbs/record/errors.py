@@ -1,9 +1,10 @@
-"""How wrong a result is thought to be: as a motion, and signal by signal."""
+"""How a run ended, and how wrong a result is thought to be: as a motion, and signal by signal."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields
+from enum import StrEnum
 from math import nan
 from typing import Any
 
@@ -11,6 +12,23 @@ from buckler.mbs.validate import near
 
 SHOWN = 3
 """Signals with the largest errors that are printed."""
+
+
+class Status(StrEnum):
+    """How a run ended. Anything but OK comes with a sentence a person can act on."""
+
+    OK = "OK"
+    SUSPECT = "SUSPECT"
+    LOCKED = "LOCKED"
+    SINGULAR = "SINGULAR"
+    NEWTON_DIVERGED = "NEWTON_DIVERGED"
+    NOT_FINITE = "NOT_FINITE"
+    TIMED_OUT = "TIMED_OUT"
+    INTERRUPTED = "INTERRUPTED"
+    TOO_MANY_STEPS = "TOO_MANY_STEPS"
+    STRUT_OUT_OF_RANGE = "STRUT_OUT_OF_RANGE"
+    FUNCTION_FAILED = "FUNCTION_FAILED"
+    ENGINE_ERROR = "ENGINE_ERROR"
 
 
 class UnknownErrorError(ValueError, KeyError):

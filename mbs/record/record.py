@@ -10,8 +10,8 @@ import numpy as np
 from buckler.mbs.elements.element import Recorded
 from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.record.lookup import trapezoidal
 from buckler.mbs.record.motion import between
-from buckler.mbs.record.quadrature import trapezoidal
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,7 +21,7 @@ class Record(Recorded):
     Attributes
     ----------
     rule : callable
-        Integral over time that suits how the motion was found, as in `buckler.mbs.record.quadrature`.
+        Integral over time that suits how the motion was found, as in `buckler.mbs.record.lookup`.
     """
 
     mechanism: Mechanism

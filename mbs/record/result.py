@@ -15,9 +15,8 @@ from buckler.mbs.elements.signal import Kind, Trait
 from buckler.mbs.geometry import Array
 from buckler.mbs.offers import offered
 from buckler.mbs.record import stored
-from buckler.mbs.record.errors import Errors
+from buckler.mbs.record.errors import Errors, Status
 from buckler.mbs.record.lookup import OUTSIDE, between, unknown
-from buckler.mbs.record.status import Status
 from buckler.mbs.record.stored import Shape
 from buckler.mbs.validate import positive
 

@@ -9,9 +9,9 @@ from typing import Any
 
 from buckler.mbs.elements.signal import Signal, Trait
 from buckler.mbs.geometry import Array
+from buckler.mbs.record.errors import Status
 from buckler.mbs.record.record import Record
 from buckler.mbs.record.signals import collect
-from buckler.mbs.record.status import Status
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,13 +1,22 @@
-"""Named signals with units from a record."""
+"""Named signals with units from a record; forces of mechanisms with flexible links also as means over their axial vibration.
+
+A link is a spring of stiffness E A/L along itself. With the masses it holds it rings at kilohertz after each jump of an
+acceleration, hardly damped: how much is a matter of microseconds of the start or of a blow. Beside each such force `F` stands
+`F.mean`, its mean over a period T of its mean over a period T, of which (sin(pi f T)/(pi f T))^2 is left of a frequency f.
+"""
 
 from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from math import pi, sqrt
+from typing import Any
 
 import numpy as np
 
 from buckler.mbs.elements.link import moving
-from buckler.mbs.elements.signal import Signal
+from buckler.mbs.elements.signal import Kind, Signal
 from buckler.mbs.geometry import Array
-from buckler.mbs.record.means import means
+from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.motion import between
 from buckler.mbs.record.record import Record
 from buckler.mbs.record.stored import Shape
@@ -43,3 +52,55 @@ def shapes_at(record: Record, times: Array) -> dict[str, Shape]:
         section = record.mechanism.link(name).body.section
         found[name] = Shape(times, between(motion, record.time, times).line(), section.thickness)
     return found
+
+
+RINGING = (Kind.REACTION, Kind.INTERNAL)
+RINGS = 4
+"""Steps in a period of axial vibration from which a run follows it."""
+
+
+def means(mechanism: Mechanism, time: Array, signals: Mapping[str, Signal]) -> Iterator[Signal]:
+    """Yield the means of the forces that ring; none of a mechanism without flexible links."""
+    period = axial_period(mechanism)
+    if not period > 0 or len(time) < 3:
+        return
+    for name, signal in signals.items():
+        if signal.kind in RINGING and signal.unit in ("N", "N m"):
+            values = averaged(time, averaged(time, signal.values, period), period)
+            group = f"{signal.group}.mean" if signal.group else ""
+            yield Signal(f"{name}.mean", values, signal.unit, signal.kind, group, period=period)
+
+
+def averaged(time: Array, values: Array, period: float) -> Array:
+    """Mean over a period about each time; about the nearest time of which a whole period lies within the run."""
+    total = np.concatenate([[0.0], np.cumsum((values[1:] + values[:-1]) / 2 * np.diff(time))])
+    period = min(period, time[-1] - time[0])
+    middle = np.clip(time, time[0] + period / 2, time[-1] - period / 2)
+
+    def integral(t: Array) -> Array:
+        k = np.clip(np.searchsorted(time, t, side="right") - 1, 0, len(time) - 2)
+        s = t - time[k]
+        slope = (values[k + 1] - values[k]) / (time[k + 1] - time[k])
+        return np.asarray(total[k] + s * (values[k] + s * slope / 2))
+
+    return (integral(middle + period / 2) - integral(middle - period / 2)) / period
+
+
+def follows(time: Array, period: float) -> bool:
+    """Whether steps follow a vibration: not where they are long for a whole period of it, as there it is damped away."""
+    steps = np.diff(time)
+    return not float(steps[RINGS * steps > period].sum()) > period
+
+
+def mechanism_mass(mechanism: Mechanism) -> float:
+    """Mass of all links, sliders and point masses, kg."""
+    links = [link.mass(mechanism.length(link.name)) for link in mechanism.links if not link.body.massless]
+    return sum(links) + sum(guide.mass for guide in mechanism.guides) + sum(mass.mass for mass in mechanism.masses)
+
+
+def axial_period(mechanism: Mechanism) -> float:
+    """Longest period of axial vibration, s: of a flexible link as a spring that holds all mass there is; 0 without any."""
+    mass = mechanism_mass(mechanism)
+    bodies: list[tuple[Any, float]] = [(link.body, mechanism.length(link.name)) for link in mechanism.links]
+    springs = [(body.section.axial_stiffness, length) for body, length in bodies if body.flexible]
+    return max((2 * pi * sqrt(mass * length / stiffness) for stiffness, length in springs), default=0.0)

@@ -14,8 +14,7 @@ import numpy as np
 from buckler.mbs.elements.signal import Kind, Trait
 from buckler.mbs.geometry import Array
 from buckler.mbs.offers import offered
-from buckler.mbs.record.errors import Errors
-from buckler.mbs.record.status import Status
+from buckler.mbs.record.errors import Errors, Status
 
 
 @dataclass(frozen=True)

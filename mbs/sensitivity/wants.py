@@ -12,7 +12,7 @@ import numpy as np
 
 from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.record.status import Status
+from buckler.mbs.record.errors import Status
 from buckler.mbs.sensitivity.derivatives import Level, Reading
 from buckler.mbs.sensitivity.frozen import RunFailedError, Steps
 from buckler.mbs.sensitivity.numbers import Family

@@ -18,7 +18,7 @@ from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.solvers import Controlled, Spectral
 from buckler.mbs.spectral.run import State, integrate, memory_at_end
 from buckler.mbs.spectral.scene import Scene
-from buckler.mbs.spectral.settle import begin as settled
+from buckler.mbs.spectral.start import begin as settled
 from buckler.mbs.spectral.tables import TURN
 from buckler.mbs.validate import positive, whole
 

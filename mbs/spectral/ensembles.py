@@ -16,17 +16,17 @@ import numpy as np
 from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.energy import ledger
+from buckler.mbs.record.errors import Status
 from buckler.mbs.record.record import Record
 from buckler.mbs.record.result import Result
 from buckler.mbs.record.signals import collect
-from buckler.mbs.record.status import Status
 from buckler.mbs.solvers import Spectral
 from buckler.mbs.spectral.dense import refined
 from buckler.mbs.spectral.frame_body import FrameBody
 from buckler.mbs.spectral.recording import record_of
 from buckler.mbs.spectral.run import State, integrate
 from buckler.mbs.spectral.scene import Scene
-from buckler.mbs.spectral.settle import begin as settled
+from buckler.mbs.spectral.start import begin as settled
 from buckler.mbs.spectral.tables import work_for
 from buckler.mbs.validate import one_of, positive, whole
 

@@ -10,8 +10,8 @@ from buckler.mbs.elements.link import Link
 from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.modal.planar import ModalHistory
+from buckler.mbs.record.lookup import corrected
 from buckler.mbs.record.motion import BlockMotion, RigidMotion
-from buckler.mbs.record.quadrature import corrected
 from buckler.mbs.record.record import Record
 from buckler.mbs.spectral.compiling import aside, copy, jit, lend
 from buckler.mbs.spectral.forces import add_forces

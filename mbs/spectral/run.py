@@ -16,8 +16,8 @@ from buckler.mbs.interrupts import Progress, ctrl_c
 from buckler.mbs.kinematics.diagnosis import remarks
 from buckler.mbs.laws import BristleLaw, FrictionLaw
 from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.record.errors import Status
 from buckler.mbs.record.run import Run
-from buckler.mbs.record.status import Status
 from buckler.mbs.solvers import COARSEST, Spectral, divided, stiffly_damped
 from buckler.mbs.spectral import explicit, implicit, output
 from buckler.mbs.spectral.elimination import Fronts
@@ -26,8 +26,7 @@ from buckler.mbs.spectral.output import Output
 from buckler.mbs.spectral.recording import record_of
 from buckler.mbs.spectral.room import Room, room_for
 from buckler.mbs.spectral.scene import Scene
-from buckler.mbs.spectral.settle import begin
-from buckler.mbs.spectral.start import Balance, balance
+from buckler.mbs.spectral.start import Balance, balance, begin
 from buckler.mbs.spectral.tables import DRY, FASTEST, JOURNAL, ONSET, SEAT, STATEFUL, STRUT, TURN
 from buckler.mbs.spectral.tape import Tape
 

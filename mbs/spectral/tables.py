@@ -64,7 +64,7 @@ class Tables(NamedTuple):
     Attributes
     ----------
     blocks, members, slots, row, col : arrays of int
-        Where the matrices' entries stand, see `buckler.mbs.spectral.sparsity`: blocks of constraints, then of forces, strips,
+        Where the matrices' entries stand, see `buckler.mbs.spectral.packing`: blocks of constraints, then of forces, strips,
         modal links, masses.
     mass : array, shape (slots + 1,)
         Constant part of the mass matrix; modal links add their own.

@@ -4,12 +4,12 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from buckler.mbs.statics.answer import Path
     from buckler.mbs.statics.cycles import Periodic, periodic
     from buckler.mbs.statics.follow import path
     from buckler.mbs.statics.problem import StaticsError
     from buckler.mbs.statics.resonance import Response, response
     from buckler.mbs.statics.rest import Equilibrium, equilibrium
-    from buckler.mbs.statics.route import Path
     from buckler.mbs.statics.vibration import Frequencies, frequencies
 
 __all__ = [

@@ -11,7 +11,7 @@ from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.spectral.run import State
 from buckler.mbs.spectral.scene import Scene
-from buckler.mbs.spectral.settle import begin
+from buckler.mbs.spectral.start import begin
 from buckler.mbs.statics.answer import CRITICAL, HIGHEST, RISE, Answer, Ending, check
 from buckler.mbs.statics.problem import StaticsError, apart, has_strips, places, refined
 from buckler.mbs.statics.shooting import Found, Shooting, SpentError, off_from, values_of

@@ -10,11 +10,10 @@ from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.start import slopes
-from buckler.mbs.statics.answer import CRITICAL, FIRST, HIGHEST, LONGEST, RISE, Ending, check
+from buckler.mbs.statics.answer import CRITICAL, FIRST, HIGHEST, LONGEST, RISE, Ending, Path, check
 from buckler.mbs.statics.arc import SAME, Arc, Step
 from buckler.mbs.statics.critical import Critical, State, criticals, partings, state_at
 from buckler.mbs.statics.problem import Problem, Rest, StaticsError, has_strips, loads_of, places
-from buckler.mbs.statics.route import Path
 from buckler.mbs.statics.settling import find, settle
 from buckler.mbs.statics.varied import Varied
 from buckler.mbs.threads import one_thread

@@ -8,11 +8,10 @@ import numpy as np
 
 from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.statics.answer import FIRST, LONGEST, Ending
+from buckler.mbs.statics.answer import FIRST, KEYS, LONGEST, Ending, Route
 from buckler.mbs.statics.curve import KINDS, Curve, Orbit, Paced, Turn
 from buckler.mbs.statics.cycles import Periodic, prepared
 from buckler.mbs.statics.problem import Problem, StaticsError, loads_of
-from buckler.mbs.statics.route import KEYS, Route
 from buckler.mbs.statics.shooting import SpentError
 from buckler.mbs.statics.varied import Varied
 from buckler.mbs.validate import number, positive, whole

@@ -18,7 +18,7 @@ from buckler.mbs import Controlled, Exudyn, Mechanism, Result, Spectral, Status,
 from buckler.mbs.elements.clearance import clearances
 from buckler.mbs.geometry import Array
 from buckler.mbs.library import CrankRocker
-from buckler.mbs.record.quadrature import corrected
+from buckler.mbs.record.lookup import corrected
 from buckler.mbs.record.record import Record
 from buckler.mbs.spectral import ensembles
 from buckler.mbs.spectral.ensembles import Member

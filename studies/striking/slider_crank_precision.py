@@ -23,7 +23,7 @@ import numpy as np
 
 from buckler.mbs import Beam, Cable, Controlled, Exudyn, Mechanism, simulate
 from buckler.mbs.geometry import Array
-from buckler.mbs.record.status import Status
+from buckler.mbs.record.errors import Status
 from buckler.mbs.sensitivity.curve import spells
 from buckler.studies.kit import precision
 from buckler.studies.kit.parameters import integer, quantities, quantity

@@ -24,7 +24,7 @@ from buckler.elastica.rod import Rod
 from buckler.mbs import Beam, Section
 from buckler.mbs.geometry import Array
 from buckler.mbs.library import PAPER
-from buckler.mbs.record.status import Status
+from buckler.mbs.record.errors import Status
 from buckler.studies.kit.parameters import StudyParameters, integer, quantities, quantity
 from buckler.studies.kit.published import CONTACT_FORCES, GRAVITY, STRIP_WIDTH
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged

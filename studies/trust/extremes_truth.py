@@ -21,7 +21,7 @@ from buckler.mbs.elements.clearance import Clearance, clearances
 from buckler.mbs.elements.signal import Kind
 from buckler.mbs.engine.solve import once
 from buckler.mbs.geometry import Array
-from buckler.mbs.record.means import axial_period
+from buckler.mbs.record.signals import axial_period
 from buckler.studies.kit.published import GRAVITY
 from buckler.studies.trust.drawn import Drawn, drawn
 from buckler.studies.trust.extremes_case import KINDS, Case, CaseOutcome, Measures, largest

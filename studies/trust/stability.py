@@ -19,7 +19,7 @@ from scipy.optimize import brentq
 from buckler import mbs
 from buckler.elastica.vibration import beam_frequencies
 from buckler.mbs import frequencies, path
-from buckler.mbs.statics.route import Path
+from buckler.mbs.statics.answer import Path
 from buckler.studies.kit.parameters import StudyParameters, choices
 from buckler.studies.kit.published import GRAVITY
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged

@@ -13,7 +13,7 @@ from buckler.mbs.accuracy.estimate import BALANCE, REMAINDER, ROUNDING, look, pa
 from buckler.mbs.accuracy.goal import ALLOWED, Asked, Usual, worst
 from buckler.mbs.accuracy.ladder import STRICTER, ladder_of
 from buckler.mbs.elements.signal import Kind, Signal
-from buckler.mbs.record.status import Status
+from buckler.mbs.record.errors import Status
 from buckler.mbs.solvers import usual_tolerance
 
 TIME = np.linspace(0.0, 1.0, 401)

@@ -13,10 +13,9 @@ from buckler.mbs.checks.suspicions import CHECKS
 from buckler.mbs.engine.solve import once
 from buckler.mbs.laws import Hertz, Stiction
 from buckler.mbs.modal import BarModes
-from buckler.mbs.record.errors import Errors
-from buckler.mbs.record.means import axial_period
+from buckler.mbs.record.errors import Errors, Status
 from buckler.mbs.record.result import Result
-from buckler.mbs.record.status import Status
+from buckler.mbs.record.signals import axial_period
 
 
 def held(body, joints, guided=False):

@@ -17,8 +17,8 @@ from buckler.mbs.checks.suspicions import CHECKS
 from buckler.mbs.elements.clearance import PIERCED
 from buckler.mbs.laws import Hertz
 from buckler.mbs.record.energy import ledger
+from buckler.mbs.record.errors import Status
 from buckler.mbs.record.result import Result
-from buckler.mbs.record.status import Status
 from buckler.mbs.view.verdicts import QUESTIONS
 
 NEAR = {}

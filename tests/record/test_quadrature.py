@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from buckler.mbs.record.quadrature import corrected, trapezoidal
+from buckler.mbs.record.lookup import corrected, trapezoidal
 
 
 def uneven(count):
