@@ -15,10 +15,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from scipy.linalg import eigh
 from scipy.sparse import block_diag, csc_array, csr_array, eye_array
 from scipy.sparse.csgraph import connected_components
-from scipy.sparse.linalg import SuperLU, splu
+from scipy.sparse.linalg import ArpackError, LinearOperator, SuperLU, eigsh, splu
 
 from buckler.mbs.geometry import Array
 
@@ -31,8 +30,6 @@ COUNT = 20
 """How many of them, where nothing else is asked."""
 SPARE = 8
 """How many more are sought than are asked for."""
-BLOCK = 8
-"""Vectors of a step of Lanczos's method."""
 CONVERGED = 1e-8
 """Residual of an inverse's eigenvector, over its eigenvalue."""
 
@@ -70,53 +67,30 @@ def nearest(m: csr_array, k: csr_array, shift: float, count: int) -> tuple[Array
     while 4 * (count + SPARE) < size:
         try:
             factors, below = _factors(m, k, -shift)
-            squared, vectors = _krylov(m, factors, shift, below, count + SPARE)
+            if below + count + SPARE > size // 2:
+                break
+            squared, vectors = _beside(m, factors, shift, below, count + SPARE)
             ends = np.arange(below + count, len(squared))
             kept = int(ends[np.argmax(squared[ends] - squared[ends - 1])])
             if _factors(m, k, 0.5 * (squared[kept - 1] + squared[kept]))[1] == kept:
                 return squared[:kept], vectors[:, :kept], vectors[:, :kept]
-        except ArithmeticError:
+        except (ArithmeticError, ArpackError):
             break
         count *= 2
     return None
 
 
-def _krylov(m: csr_array, factors: SuperLU, shift: float, below: int, above: int) -> tuple[Array, Array]:
-    """The -s^2 nearest to the negative of a shift, ascending, so many on each side, and vectors, by Lanczos's method in blocks.
-
-    Whole blocks find eigenvalues that are equal; all vectors are kept and made orthogonal.
-
-    Raises
-    ------
-    ArithmeticError
-        If half as many vectors as there are coordinates do not do.
-    """
-    size = m.shape[0]
-    room = size // 2 // BLOCK * BLOCK
-    basis, images, projected, known = np.empty((size, room)), np.empty((size, room)), np.empty((room, room)), 0
-    block = factors.solve(m @ np.random.default_rng(0).standard_normal((size, BLOCK)))
-    while known < room:
-        new, done = slice(known, known + BLOCK), slice(known)
-        for _ in range(2):
-            block = block - basis[:, done] @ (basis[:, done].T @ (m @ block))
-            block = np.linalg.qr(block)[0]  # columns may be as good as equal
-            block = np.linalg.solve(np.linalg.cholesky(block.T @ (m @ block)), block.T).T
-        basis[:, new], block = block, factors.solve(m @ block)
-        known += BLOCK
-        images[:, new] = block
-        projected[:known, new] = basis[:, :known].T @ (m @ block)
-        projected[new, :known] = projected[:known, new].T
-        if known < 2 * (below + above) or (known // BLOCK) % 4:
-            continue
-        theta, mix = eigh(projected[:known, :known])
-        near = np.r_[0:below, known - above : known]
-        theta, vectors = theta[near], basis[:, :known] @ mix[:, near]
-        miss = images[:, :known] @ mix[:, near] - vectors * theta
-        least = np.maximum(CONVERGED * np.abs(theta), 1e2 * EPS * np.abs(theta).max())
-        if (np.einsum("ij,ij->j", miss, m @ miss) <= least**2).all():
-            order = np.argsort(squared := turned_over(theta) - shift)
-            return squared[order], vectors[:, order]
-    raise ArithmeticError("too many vectors")
+def _beside(m: csr_array, factors: SuperLU, shift: float, below: int, above: int) -> tuple[Array, Array]:
+    """The -s^2 nearest to the negative of a shift, ascending, so many on each side, and vectors, by Lanczos's method."""
+    inverse, start = LinearOperator(m.shape, factors.solve), np.cos(np.arange(m.shape[0]))  # any fixed vector
+    sides = [
+        eigsh(m, count, m, -shift, which=which, v0=start, OPinv=inverse, tol=CONVERGED)
+        for which, count in (("SA", below), ("LA", above))
+        if count
+    ]
+    squared, vectors = (np.concatenate(part, axis=-1) for part in zip(*sides, strict=True))
+    order = np.argsort(squared)
+    return squared[order], vectors[:, order]
 
 
 def _factors(m: csr_array, k: csr_array, value: float) -> tuple[SuperLU, int]:
