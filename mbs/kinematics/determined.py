@@ -21,7 +21,7 @@ from buckler.mbs.kinematics.diagnosis import blocked, independent_rows
 from buckler.mbs.kinematics.linkage import Linkage, carried, determined, solved
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.errors import Status
-from buckler.mbs.record.lookup import corrected
+from buckler.mbs.record.lookup import corrected, quintic
 from buckler.mbs.record.motion import BlockMotion, RigidMotion
 from buckler.mbs.record.record import Record
 
@@ -309,16 +309,10 @@ def independent(linkage: Linkage, jacobian: Array) -> Array:
 
 
 def _quintic(anchors: Course, times: Array) -> Array:
-    """Coordinates between anchors, by the polynomial of fifth order through places, speeds and accelerations."""
+    """Coordinates between anchors, by the polynomial of fifth degree through places, speeds and accelerations."""
     k = np.clip(np.searchsorted(anchors.time, times, side="right") - 1, 0, max(0, len(anchors.time) - 2))
     if len(anchors.time) < 2:
         return np.repeat(anchors.q, len(times), axis=0)
     h = (anchors.time[k + 1] - anchors.time[k])[:, None, None]
     s = (times - anchors.time[k])[:, None, None] / h
-    (p0, v0, a0), (p1, v1, a1) = ((c.q[i], h * c.q_t[i], h * h * c.q_tt[i]) for c, i in ((anchors, k), (anchors, k + 1)))
-    rest = p1 - p0 - v0 - a0 / 2, v1 - v0 - a0, a1 - a0
-    c3 = 10 * rest[0] - 4 * rest[1] + rest[2] / 2
-    c4 = -15 * rest[0] + 7 * rest[1] - rest[2]
-    c5 = 6 * rest[0] - 3 * rest[1] + rest[2] / 2
-    found: Array = p0 + s * (v0 + s * (a0 / 2 + s * (c3 + s * (c4 + s * c5))))
-    return found
+    return quintic([(anchors.q[i], anchors.q_t[i], anchors.q_tt[i]) for i in (k, k + 1)], h, s)[0]

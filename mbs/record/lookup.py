@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from buckler.mbs.geometry import Array
@@ -82,6 +84,25 @@ def hermite(time: Array, values: Array, speeds: Array, times: Array) -> tuple[Ar
     step, before, after = values[k + 1] - values[k], h * speeds[k], h * speeds[k + 1]
     bend, twist = 3 * step - 2 * before - after, before + after - 2 * step
     return values[k] + s * (before + s * (bend + s * twist)), (before + s * (2 * bend + 3 * s * twist)) / h
+
+
+def quintic(ends: Sequence[tuple[Array, Array, Array]], h: Array, s: Array) -> tuple[Array, Array]:
+    """Values, and their rates times h, a share s into steps of length h, by polynomials of fifth degree.
+
+    Parameters
+    ----------
+    ends : two of (values, rates, second rates)
+        At both ends of the steps.
+    h, s : arrays
+        That go with these.
+    """
+    (q, q_t, q_tt), (end, end_t, end_tt) = ends
+    v, a, drift = h * q_t, 0.5 * h**2 * q_tt, end - q
+    # q + v s + a s^2 + c3 s^3 + c4 s^4 + c5 s^5 with value, rate and second rate at s = 1
+    place, rate, bend = drift - v - a, h * end_t - v - 2 * a, h**2 * end_tt - 2 * a
+    c3, c4, c5 = 10 * place - 4 * rate + 0.5 * bend, -15 * place + 7 * rate - bend, 6 * place - 3 * rate + 0.5 * bend
+    at = q + s * (v + s * (a + s * (c3 + s * (c4 + s * c5))))
+    return at, v + s * (2 * a + s * (3 * c3 + s * (4 * c4 + 5 * s * c5)))
 
 
 def between(time: Array, values: Array, rates: Array | None, times: Array, smooth: bool = False) -> Array:

@@ -16,6 +16,7 @@ import numpy as np
 from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.solvers import Controlled, Spectral
+from buckler.mbs.spectral.ensembles import allowed
 from buckler.mbs.spectral.run import State, integrate, memory_at_end
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.start import begin as settled
@@ -80,7 +81,7 @@ def lyapunov(
         If a run stops before its time, or the offset grows to nothing or beyond the linear range.
     """
     positive("interval", interval, "s"), whole("count", count, 1, 10_000_000), whole("settle", settle, 0, 10_000_000)
-    solver = solver or _fine()
+    solver = solver or Spectral(Controlled(tolerance=1e-11))
     scene = Scene.of(mechanism, solver.degree)
     state = state or State(0.0, *settled(scene), scene.memory())
     begin, pace = state.time, max(1.0 / interval, float(np.abs(state.v / scene.units).max()))
@@ -95,7 +96,9 @@ def lyapunov(
 
     found = stretching(
         flow, state, settle + count, offset=size, scale=1 / units, seed=seed, read=lambda s: np.concatenate([s.q, s.v]),
-        moved=moved, allowed=lambda state, shift: _allowed(scene, state, shift),
+        moved=moved, allowed=lambda state, shift: allowed(
+            scene.assemble(state.q, state.v, state.time, tangents=False).jacobian, *np.split(shift, 2)
+        ),
     )  # fmt: skip
     grown = size * np.exp(found)
     if grown.max() > 1e-2:
@@ -177,17 +180,3 @@ def poincare(
             q.append(state.q)
             v.append(state.v)
     return np.array(q), np.array(v)
-
-
-def _fine() -> Spectral:
-    return Spectral(Controlled(tolerance=1e-11))
-
-
-def _allowed(scene: Scene, state: State, shift: Array) -> Array:
-    """The part of a change of (q, v) that constraints allow, to first order."""
-    rows = scene.assemble(state.q, state.v, state.time, tangents=False).jacobian
-    if not len(rows):
-        return shift
-    back = np.linalg.pinv(rows, rcond=1e-10)
-    q, v = np.split(shift, 2)
-    return np.concatenate([q - back @ (rows @ q), v - back @ (rows @ v)])

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from buckler.mbs.geometry import Array
+from buckler.mbs.record.lookup import quintic
 from buckler.mbs.spectral.explicit import flight_for, look
 from buckler.mbs.spectral.output import Output
 from buckler.mbs.spectral.scene import Scene
@@ -63,7 +64,9 @@ def _states(out: Output, times: Array) -> tuple[Array, Array, Array]:
     x = np.divide(times - out.time[step], h, out=np.zeros_like(h), where=h > 0)
     memory = out.memory[step].copy()
     memory[:, :, BRISTLE] += x[:, None] * (out.memory[nxt, :, BRISTLE] - memory[:, :, BRISTLE])
-    return *_between(out, step, nxt, h[:, None], x[:, None]), memory
+    places, way = quintic([(out.q[i], out.v[i], out.a[i]) for i in (step, nxt)], h[:, None], x[:, None])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return places, np.where(h[:, None] > 0, way / h[:, None], out.v[step]), memory
 
 
 def right_hand_side(scene: Scene) -> Callable[[float, Array], Array]:
@@ -84,15 +87,3 @@ def _seen(scene: Scene, time: Array, q: Array, v: Array, memory: Array) -> Dense
     memory = np.ascontiguousarray(memory)
     look(scene.tables, scene.heavy_fronts, scene.work, room, time, q, v, memory, a, lam, speed, reports)
     return Dense(time, q, v, a, lam, speed, reports)
-
-
-def _between(out: Output, i: Array, j: Array, h: Array, x: Array) -> tuple[Array, Array]:
-    """Places and rates a fraction x into steps of length h from row i to row j."""
-    q, v, a, drift = out.q[i], h * out.v[i], 0.5 * h**2 * out.a[i], out.q[j] - out.q[i]
-    # q + v x + a x^2 + c3 x^3 + c4 x^4 + c5 x^5 with place, rate and second rate at x = 1
-    place, rate, bend = drift - v - a, h * out.v[j] - v - 2 * a, h**2 * out.a[j] - 2 * a
-    c3, c4, c5 = 10 * place - 4 * rate + 0.5 * bend, -15 * place + 7 * rate - bend, 6 * place - 3 * rate + 0.5 * bend
-    at = q + x * (v + x * (a + x * (c3 + x * (c4 + x * c5))))
-    speed = v + x * (2 * a + x * (3 * c3 + x * (4 * c4 + 5 * x * c5)))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return at, np.where(h > 0, speed / h, out.v[i])

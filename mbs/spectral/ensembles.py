@@ -19,7 +19,7 @@ from buckler.mbs.record.energy import ledger
 from buckler.mbs.record.errors import Status
 from buckler.mbs.record.record import Record
 from buckler.mbs.record.result import Result
-from buckler.mbs.record.signals import collect
+from buckler.mbs.record.run import Run
 from buckler.mbs.solvers import Spectral
 from buckler.mbs.spectral.dense import refined
 from buckler.mbs.spectral.frame_body import FrameBody
@@ -46,13 +46,9 @@ def resume(scene: Scene, end: float, solver: Spectral, state: State, seed: int =
     """Run a scene from a state on; see `ensemble`."""
     out, failure, counts = integrate(scene, end, solver, state=state)
     record = record_of(scene, refined(scene, out, between) if between and len(out.time) > 1 else out)
-    status, message = failure or (Status.OK, "")
-    signals = collect(record)
-    result = Result(
-        status, message, record.time, {name: signal.values for name, signal in signals.items()},
-        {name: signal.unit for name, signal in signals.items()}, {"steps": float(counts.steps)}, ledger(record),
-        traits={name: signal.trait for name, signal in signals.items()},
-    )  # fmt: skip
+    run = Run(solver, record, failure, {"steps": float(counts.steps)})
+    ended = failure or (Status.OK, "")
+    result = Result(*ended, record.time, run.values, run.units, run.work, ledger(record), traits=run.traits)
     return Member(seed, result, record, State(float(out.time[-1]), out.q[-1], out.v[-1], out.memory[-1].copy()))
 
 
@@ -114,7 +110,12 @@ def offset(scene: Scene, spread: float, seed: int) -> Array:
     for body in scene.builder.bodies.values():
         if isinstance(body, FrameBody):
             step[body.offset + 3 : body.offset + 3 + body.modes] = 0.0
-    rows = scene.assemble(scene.q0, tangents=False).jacobian
-    if len(rows):
-        step = step - np.linalg.pinv(rows, rcond=1e-10) @ (rows @ step)
-    return np.asarray(step)
+    return allowed(scene.assemble(scene.q0, tangents=False).jacobian, step)
+
+
+def allowed(rows: Array, *changes: Array) -> Array:
+    """The part of changes of all coordinates, one after the other, that constraints' rows allow, to first order."""
+    if not len(rows):
+        return np.concatenate(changes)
+    back = np.linalg.pinv(rows, rcond=1e-10)
+    return np.concatenate([each - back @ (rows @ each) for each in changes])

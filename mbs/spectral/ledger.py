@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from buckler.mbs.geometry import Array
+from buckler.mbs.record.lookup import hermite
 from buckler.mbs.spectral.dense import Dense, at_times
 from buckler.mbs.spectral.output import Output
 from buckler.mbs.spectral.recording import followed
@@ -46,13 +47,7 @@ class Ledger(NamedTuple):
 
     def at(self, times: Array, columns: slice | Array = slice(None)) -> Array:
         """Some integrals at times: cubics through both ends of a step."""
-        i = np.clip(np.searchsorted(self.time, times, side="right") - 1, 0, len(self.time) - 2)
-        h = (self.time[i + 1] - self.time[i])[:, None]
-        x = (times - self.time[i])[:, None] / h
-        first, last = self.work[i][:, columns], self.work[i + 1][:, columns]
-        go, arrive = h * self.power[i][:, columns], h * self.power[i + 1][:, columns]
-        bend, twist = 3 * (last - first) - 2 * go - arrive, 2 * (first - last) + go + arrive
-        return np.asarray(first + x * (go + x * (bend + x * twist)))
+        return hermite(self.time, self.work[:, columns], self.power[:, columns], times)[0]
 
 
 def ledger(scene: Scene, out: Output, watched: Sequence[int]) -> Ledger:
