@@ -15,8 +15,7 @@ from buckler.mbs import Clearance, Controlled, Material, Mechanism, Modal, Rigid
 from buckler.mbs.laws import AdamsFriction
 from buckler.mbs.library import RATTLING, CrankRocker
 from buckler.mbs.record.energy import ledger as energies
-from buckler.mbs.spectral.dense import at_times
-from buckler.mbs.spectral.ledger import ledger
+from buckler.mbs.spectral.dense import at_times, ledger
 from buckler.mbs.spectral.output import Output
 from buckler.mbs.spectral.recording import record_of
 from buckler.mbs.spectral.run import State, integrate

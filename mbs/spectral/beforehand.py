@@ -52,8 +52,7 @@ def _implicit() -> None:
 
 
 def _explicit() -> None:
-    from buckler.mbs.spectral.dense import at_times
-    from buckler.mbs.spectral.ledger import ledger
+    from buckler.mbs.spectral.dense import at_times, ledger
     from buckler.mbs.spectral.run import integrate
     from buckler.mbs.spectral.scene import Scene
 

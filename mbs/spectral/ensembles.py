@@ -1,14 +1,18 @@
-"""Many runs of one mechanism from almost the same start, in threads: the compiled integrators do not hold the interpreter's lock.
+"""Many runs in threads, of one mechanism from almost the same start or of others: the integrators do not hold Python's lock.
 
 Motion with clearance is chaotic: an offset of 1e-12 m grows to 1e-4 m within some 40 ms. Single trajectories then mean nothing
 beyond that; means over cycles do, with their standard errors.
+
+Of mechanisms that differ in numbers the order of elimination is found once for all of one structure (`elimination`), and machine
+code once for all. What is left of a short run's Python is its scene, its start and its record.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+import os
+from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -24,7 +28,7 @@ from buckler.mbs.solvers import Spectral
 from buckler.mbs.spectral.dense import refined
 from buckler.mbs.spectral.frame_body import FrameBody
 from buckler.mbs.spectral.recording import record_of
-from buckler.mbs.spectral.run import State, integrate
+from buckler.mbs.spectral.run import State, integrate, once
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.start import begin as settled
 from buckler.mbs.spectral.tables import work_for
@@ -119,3 +123,56 @@ def allowed(rows: Array, *changes: Array) -> Array:
         return np.concatenate(changes)
     back = np.linalg.pinv(rows, rcond=1e-10)
     return np.concatenate([each - back @ (rows @ each) for each in changes])
+
+
+Make = Callable[..., Mechanism]
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """Runs of the mechanisms that a function makes of values.
+
+    Attributes
+    ----------
+    make : callable
+        (**values) -> Mechanism.
+    duration : float
+        s.
+    solver : Spectral
+    """
+
+    make: Make
+    duration: float
+    solver: Spectral
+
+    def run(self, **values: object) -> Run:
+        """One run: signals are `run.values`, and None of `run.failure` says that it went well. No check has looked at it."""
+        return once(self.make(**values), self.duration, self.solver)
+
+    def runs(self, cases: Iterable[Mapping[str, object]], measure: Callable[[Run], T], workers: int | None = None) -> list[T]:
+        """What a function of the run gives for each case, in their order; as many threads as there are cores by default."""
+        with ThreadPoolExecutor(workers or os.cpu_count()) as pool:
+            return list(pool.map(lambda values: measure(self.run(**values)), cases))
+
+
+def prepare(make: Make, duration: float, solver: Spectral | None = None, **values: object) -> Prepared:
+    """Prepare runs of mechanisms that differ in their numbers.
+
+    Parameters
+    ----------
+    make : callable
+        (**values) -> Mechanism.
+    duration : float
+        s.
+    solver : Spectral, optional
+    **values
+        One case, which is put together at once: what is wrong with the mechanism is told before any run.
+
+    Raises
+    ------
+    ValueError
+        If the mechanism has what the compiled solver does not know, or a number is out of its range.
+    """
+    solver = one_of("solver", solver or Spectral(), (Spectral,))
+    Scene.of(make(**values), solver.degree)
+    return Prepared(make, float(positive("duration", duration, "s")), solver)

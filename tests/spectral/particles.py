@@ -9,8 +9,7 @@ pytest.importorskip("numba")
 from buckler.mbs import Material, Section
 from buckler.mbs.modal import BarModes, Modal
 from buckler.mbs.modal.planar import PlanarModel
-from buckler.mbs.spectral.dense import at_times
-from buckler.mbs.spectral.ledger import ledger
+from buckler.mbs.spectral.dense import at_times, ledger
 from buckler.mbs.spectral.output import Output
 from buckler.mbs.spectral.tables import ONSET as ONSET_OF
 

@@ -9,7 +9,7 @@ pytest.importorskip("numba")
 
 from buckler.mbs import Link, Mechanism, Revolute, Rigid, Section, Spectral
 from buckler.mbs.spectral import elimination
-from buckler.mbs.spectral.prepared import prepare
+from buckler.mbs.spectral.ensembles import prepare
 from buckler.mbs.spectral.scene import Scene
 
 BAR = Section(0.02, 0.005)
