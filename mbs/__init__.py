@@ -1,6 +1,6 @@
 """Planar mechanisms that buckle, rattle and strike. Importing it does not load the engine; `simulate` does."""
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from buckler.mbs.elements import (
     STEEL,
@@ -40,7 +40,7 @@ from buckler.mbs.elements import (
 )
 from buckler.mbs.library import crank_rocker, slider_crank
 from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.offers import offer
+from buckler.mbs.offers import offer, on_demand
 from buckler.mbs.record.errors import Status
 from buckler.mbs.record.result import Result
 from buckler.mbs.solvers import Closure, Controlled, Equal, Exudyn, Spectral
@@ -61,27 +61,12 @@ __all__ = [
     "frequencies", "optimise", "path", "periodic", "response", "sensitivities", "simulate", "slider_crank",
 ]  # fmt: skip
 
-_ENGINE = {
-    "simulate": "buckler.mbs.simulation",
-    "build": "buckler.mbs.engine.build",
-    "equilibrium": "buckler.mbs.statics",
-    "path": "buckler.mbs.statics",
-    "frequencies": "buckler.mbs.statics",
-    "periodic": "buckler.mbs.statics",
-    "response": "buckler.mbs.statics",
-    "sensitivities": "buckler.mbs.sensitivity.derivatives",
-    "fit": "buckler.mbs.sensitivity.fitting",
-    "optimise": "buckler.mbs.sensitivity.design",
-}
-
-
-def __getattr__(name: str) -> Any:
-    """Load what needs the engine only when it is asked for."""
-    if name in _ENGINE:
-        from importlib import import_module
-
-        return getattr(import_module(_ENGINE[name]), name)
-    raise AttributeError(f"module 'buckler.mbs' has no attribute '{name}'")
+__getattr__ = on_demand(__name__, {
+    "simulate": "simulation", "build": "engine.build", "equilibrium": "statics", "path": "statics", "frequencies": "statics",
+    "periodic": "statics", "response": "statics", "sensitivities": "sensitivity.derivatives", "fit": "sensitivity.fitting",
+    "optimise": "sensitivity.design",
+})  # fmt: skip
+"""What needs a solver."""
 
 
 def __dir__() -> list[str]:

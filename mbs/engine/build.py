@@ -10,7 +10,6 @@ from buckler.mbs.engine.loads import attach
 from buckler.mbs.engine.registry import BODIES, connect
 from buckler.mbs.engine.scene import Scene
 from buckler.mbs.engine.settle import settle
-from buckler.mbs.engine.system import System
 from buckler.mbs.kinematics.diagnosis import redundancies
 from buckler.mbs.kinematics.start import start
 from buckler.mbs.mechanism import Mechanism
@@ -38,7 +37,7 @@ def build(mechanism: Mechanism) -> Scene:
         If the drive cannot move the linkage from where it starts.
     """
     container = exu.SystemContainer()
-    system: System = container.AddSystem()  # type: ignore[assignment]
+    system = container.AddSystem()
     scene = Scene(mechanism, system, container)
     scene.start = begun = start(mechanism)
     scene.redundant = redundancies(mechanism)

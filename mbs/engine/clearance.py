@@ -11,11 +11,11 @@ from buckler.mbs.elements.clearance import Clearance
 from buckler.mbs.elements.element import GROUND
 from buckler.mbs.elements.journal import BRISTLE, COLUMNS, MEMORY, ONSET, SINCE, SLIDING, End
 from buckler.mbs.elements.stop import SLOWEST_ONSET
+from buckler.mbs.engine import System
 from buckler.mbs.engine.guarded import watched
 from buckler.mbs.engine.kernel import Kernel, plain
 from buckler.mbs.engine.placed import History
 from buckler.mbs.engine.scene import Scene
-from buckler.mbs.engine.system import System
 from buckler.mbs.geometry import Array, onsets
 from buckler.mbs.laws import BristleLaw, FrictionLaw, NormalLaw
 from buckler.mbs.record.lookup import hermite

@@ -25,8 +25,8 @@ from numba.np.arrayobj import populate_array
 
 from buckler.mbs.elements import journal
 from buckler.mbs.elements.journal import GEOMETRY
+from buckler.mbs.engine import Callback
 from buckler.mbs.engine.kernel import PATIENCE, STUCK, Kernel, NoStepError
-from buckler.mbs.engine.system import Callback
 from buckler.mbs.geometry import Array
 from buckler.mbs.laws import BristleLaw, FrictionLaw, NormalLaw
 from buckler.mbs.laws.compiled import Pointer

@@ -6,9 +6,9 @@ import exudyn as exu
 import numpy as np
 
 from buckler.mbs.elements.signal import Moved
+from buckler.mbs.engine import System
 from buckler.mbs.engine.build import build
 from buckler.mbs.engine.placed import States
-from buckler.mbs.engine.system import System
 from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
 

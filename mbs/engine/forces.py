@@ -10,8 +10,8 @@ import numpy as np
 
 from buckler.mbs.elements.stop import Striking
 from buckler.mbs.elements.strut import Strut, StrutLaw
+from buckler.mbs.engine import System
 from buckler.mbs.engine.placed import Placed
-from buckler.mbs.engine.system import System
 from buckler.mbs.geometry import Array
 
 

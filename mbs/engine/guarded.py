@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import isfinite
 
+from buckler.mbs.engine import Callback, System
 from buckler.mbs.engine.scene import Scene
-from buckler.mbs.engine.system import Callback, System
 from buckler.mbs.record.errors import Status
 
 

@@ -11,10 +11,10 @@ import numpy as np
 from buckler.mbs.elements.guide import Guide, GuideFriction
 from buckler.mbs.elements.journal import BRISTLE, MEMORY, SINCE, SLIDING
 from buckler.mbs.elements.strut import StrutLaw, state
+from buckler.mbs.engine import System
 from buckler.mbs.engine.guarded import watched
 from buckler.mbs.engine.placed import History, Placed, States
 from buckler.mbs.engine.scene import Scene
-from buckler.mbs.engine.system import System
 from buckler.mbs.geometry import Array
 from buckler.mbs.laws import BristleLaw
 from buckler.mbs.laws.friction import remembering

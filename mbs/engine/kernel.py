@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 from buckler.mbs.elements import journal
-from buckler.mbs.engine.system import Callback, System
+from buckler.mbs.engine import Callback, System
 from buckler.mbs.geometry import Array
 from buckler.mbs.laws import BristleLaw, FrictionLaw, NormalLaw
 from buckler.mbs.laws.friction import remembering

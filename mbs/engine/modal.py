@@ -15,9 +15,9 @@ import numpy as np
 
 from buckler.mbs.elements import Link, Modal
 from buckler.mbs.elements.element import Pair
+from buckler.mbs.engine import System
 from buckler.mbs.engine.placed import Placed, States
 from buckler.mbs.engine.scene import Scene
-from buckler.mbs.engine.system import System
 from buckler.mbs.geometry import Array
 from buckler.mbs.modal.planar import STATIONS, ModalHistory, PlanarModel
 

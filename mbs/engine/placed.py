@@ -10,7 +10,7 @@ import numpy as np
 
 from buckler.mbs.elements.element import Pair
 from buckler.mbs.elements.signal import Moved
-from buckler.mbs.engine.system import System
+from buckler.mbs.engine import System
 from buckler.mbs.geometry import Array
 
 

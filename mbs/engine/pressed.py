@@ -16,11 +16,11 @@ from numpy.typing import ArrayLike
 
 from buckler.elastica import pinned
 from buckler.mbs.elements import Beam, Cable, Drive, Guide, Link, Motion, Profile, Revolute, Section
+from buckler.mbs.engine import System
 from buckler.mbs.engine.build import build
 from buckler.mbs.engine.placed import States
 from buckler.mbs.engine.scene import SPARSE_FROM, Scene
 from buckler.mbs.engine.strip import PlacedStrip
-from buckler.mbs.engine.system import System
 from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.errors import Status

@@ -10,11 +10,11 @@ from time import perf_counter
 import numpy as np
 
 from buckler.mbs.elements.journal import SINCE
+from buckler.mbs.engine import System
 from buckler.mbs.engine.forces import StopContact
 from buckler.mbs.engine.guarded import failed
 from buckler.mbs.engine.placed import History, Remembering, States
 from buckler.mbs.engine.scene import Scene
-from buckler.mbs.engine.system import System
 from buckler.mbs.geometry import Array
 from buckler.mbs.interrupts import Progress
 from buckler.mbs.record.errors import Status

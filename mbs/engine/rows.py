@@ -10,9 +10,9 @@ import numpy as np
 from buckler.mbs.elements.element import GROUND, Element, Place
 from buckler.mbs.elements.rows import Row, Turn, pinned
 from buckler.mbs.elements.slider import Slot
+from buckler.mbs.engine import System
 from buckler.mbs.engine.placed import History
 from buckler.mbs.engine.scene import Reader, Scene
-from buckler.mbs.engine.system import System
 from buckler.mbs.geometry import Array
 from buckler.mbs.kinematics.forms import Ends, Forms
 from buckler.mbs.record.record import Record

@@ -13,9 +13,9 @@ from exudyn import SystemContainer
 
 from buckler.mbs.elements.element import GROUND, Burden
 from buckler.mbs.elements.signal import Moved
+from buckler.mbs.engine import System
 from buckler.mbs.engine.forces import StopContact, StrutSpring
 from buckler.mbs.engine.placed import History, Placed, Remembering, States
-from buckler.mbs.engine.system import System
 from buckler.mbs.geometry import Array
 from buckler.mbs.kinematics.start import Start
 from buckler.mbs.mechanism import Mechanism

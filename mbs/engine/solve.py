@@ -11,11 +11,11 @@ import exudyn.itemInterface as eii
 import numpy as np
 
 from buckler.mbs.elements.clearance import clearances
+from buckler.mbs.engine import System
 from buckler.mbs.engine.build import build
 from buckler.mbs.engine.recording import Recorder
 from buckler.mbs.engine.scene import SPARSE_FROM, Scene
 from buckler.mbs.engine.stepping import StepControl, implicit_control
-from buckler.mbs.engine.system import System
 from buckler.mbs.interrupts import Progress, ctrl_c
 from buckler.mbs.kinematics.diagnosis import remarks, stuck
 from buckler.mbs.kinematics.exact import sample_times

@@ -10,11 +10,11 @@ import numpy as np
 
 from buckler.mbs.elements.element import GROUND, place
 from buckler.mbs.elements.stop import Stop
+from buckler.mbs.engine import System
 from buckler.mbs.engine.forces import End, FreeContact, StopContact
 from buckler.mbs.engine.guarded import watched
 from buckler.mbs.engine.placed import History
 from buckler.mbs.engine.scene import Scene
-from buckler.mbs.engine.system import System
 from buckler.mbs.geometry import Array
 from buckler.mbs.record.record import Record
 

@@ -17,9 +17,9 @@ import numpy as np
 from buckler.mbs.elements import Link, Profile, Section
 from buckler.mbs.elements.beam import Flexible
 from buckler.mbs.elements.element import Pair
+from buckler.mbs.engine import System
 from buckler.mbs.engine.placed import Placed, States
 from buckler.mbs.engine.scene import Scene
-from buckler.mbs.engine.system import System
 from buckler.mbs.geometry import Array
 from buckler.mbs.record.strips import BeamMotion, CableMotion
 

@@ -4,7 +4,7 @@
 the plane of motion sees. The deformation is linear: a modal link vibrates but never buckles.
 """
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from buckler.mbs.elements.modal import (
     AdamsDamping,
@@ -19,6 +19,7 @@ from buckler.mbs.elements.modal import (
     Nearest,
     PinHole,
 )
+from buckler.mbs.offers import on_demand
 
 if TYPE_CHECKING:
     from buckler.mbs.modal.modes import MOTIONS
@@ -30,13 +31,7 @@ __all__ = [
     "Nearest", "PinHole", "PlanarModel", "ReducedModel", "reduced",
 ]  # fmt: skip
 
-_HEAVY = {"MOTIONS": "modes", "PlanarModel": "planar", "ReducedModel": "reduction", "reduced": "reduction"}
-
-
-def __getattr__(name: str) -> Any:
-    """Load what needs scipy's sparse solvers only when it is asked for."""
-    if name in _HEAVY:
-        from importlib import import_module
-
-        return getattr(import_module(f"buckler.mbs.modal.{_HEAVY[name]}"), name)
-    raise AttributeError(f"module 'buckler.mbs.modal' has no attribute '{name}'")
+__getattr__ = on_demand(
+    __name__, {"MOTIONS": "modes", "PlanarModel": "planar", "ReducedModel": "reduction", "reduced": "reduction"}
+)
+"""What needs SciPy's sparse solvers."""

@@ -1,8 +1,8 @@
 """Runs of the explicit integrator between their steps: states at any times, what acts then, and integrals over the steps.
 
 Work on contacts, in friction and of drives, and squares of accelerations: each step is looked at in five states at equal
-distances, on polynomials of fifth degree through places, rates and second rates at both ends; forces there come from the equations
-of motion. Integrals are Boole's, of seventh order.
+distances, on polynomials of fifth degree through places, rates and second rates at both ends; forces there come from the
+equations of motion. Integrals are Boole's, of seventh order.
 """
 
 from __future__ import annotations
