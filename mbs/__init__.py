@@ -82,7 +82,7 @@ offer({
     "animate": "buckler.mbs.view.plot:animate",
     "film_of": "buckler.mbs.view.movie:film_of",
     "write_html": "buckler.mbs.view.report:write_html",
-    "write_fit": "buckler.mbs.view.fitted:write_fit",
+    "write_fit": "buckler.mbs.view.shell:write_fit",
     "framed": "buckler.mbs.view.report:framed",
     "write_paraview": "buckler.mbs.view.paraview:write_paraview",
     "to_dataframe": "buckler.mbs.view.tables:to_dataframe",

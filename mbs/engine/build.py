@@ -1,18 +1,24 @@
-"""From a `Mechanism` to an assembled Exudyn system: only what the mechanism names is built."""
+"""From a `Mechanism` to an assembled Exudyn system, settled if it asks for it: only what the mechanism names is built."""
 
 from __future__ import annotations
 
+from math import pi
+from typing import Any
+
 import exudyn as exu
 import exudyn.itemInterface as eii
+import numpy as np
 
 from buckler.mbs.engine import guide as guides
 from buckler.mbs.engine.loads import attach
 from buckler.mbs.engine.registry import BODIES, connect
 from buckler.mbs.engine.scene import Scene
-from buckler.mbs.engine.settle import settle
+from buckler.mbs.geometry import Array
 from buckler.mbs.kinematics.diagnosis import redundancies
+from buckler.mbs.kinematics.settle import STEP, About, settled, settles
 from buckler.mbs.kinematics.start import start
 from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.record.signals import axial_period
 
 exu.config.printToConsole = False
 
@@ -75,3 +81,96 @@ def _add_gravity(scene: Scene) -> None:
             marker = scene.system.AddMarker(eii.MarkerBodyMass(bodyNumber=body))
             scene.system.AddLoad(eii.LoadMassProportional(markerNumber=marker, loadVector=[gx, gy, 0.0]))
     scene.parts["gravity"] += 1
+
+
+REDUNDANT = 1e-12
+"""What rows that say what others say may give way by, rows scaled to 1."""
+
+
+class _Equations:
+    """Of a system: mass, forces and constraints by the engine's solver, the constraints' accelerations by differences."""
+
+    def __init__(self, scene: Scene, step: float) -> None:
+        solver: Any = exu.MainSolverImplicitSecondOrder()  # its stubs lack the arguments
+        self.system, self.solver, self.step = scene.system, solver, step
+        settings = exu.SimulationSettings()
+        settings.solution.file.write = False
+        settings.timeIntegration.generalizedAlpha.computeInitialAccelerations = False
+        self.solver.InitializeSolver(self.system, settings)
+        self.size = self.system.systemData.ODE2Size()
+
+    def _at(self, q: Array, v: Array, t: float = 0.0) -> None:
+        data = self.system.systemData
+        data.SetODE2Coordinates(q)
+        data.SetODE2Coordinates_t(v)
+        data.SetTime(t)
+
+    def _gaps(self, q: Array, v: Array, t: float) -> Array:
+        self._at(q, v, t)
+        self.solver.ComputeAlgebraicEquations(self.system, False)
+        return np.array(self.solver.GetSystemResidual())[self.size :]
+
+    def _matrices(self, q: Array, v: Array) -> tuple[Array, Array, Array, Array]:
+        """Mass, stiffness, scaled rows of the constraints, and their scales."""
+        self._at(q, v)
+        n, solver = self.size, self.solver
+        solver.ComputeMassMatrix(self.system)
+        mass = np.array(solver.GetSystemMassMatrix())[:n, :n]
+        solver.ComputeJacobianODE2RHS(self.system, -1.0, 0.0)
+        stiffness = np.array(solver.GetSystemJacobian())[:n, :n]
+        solver.ComputeJacobianODE2RHS(self.system, 0.0, 0.0)
+        solver.ComputeJacobianAE(self.system, 1.0, 1.0)  # a drive of constant speed is a row of velocities
+        rows = np.array(solver.GetSystemJacobian())[n:, :n]
+        scales = np.abs(rows).max(axis=1, initial=0.0)
+        scales[scales == 0.0] = 1.0
+        return mass, stiffness, rows / scales[:, None], scales
+
+    def _solved(self, inner: Array, rows: Array, right: Array, gaps: Array) -> Array:
+        """X with inner x + rows^T mu = right, rows x = gaps."""
+        unit = np.abs(np.diag(inner)).max()
+        whole = np.block([[inner / unit, rows.T], [rows, -REDUNDANT * np.eye(len(rows))]])
+        try:
+            return np.asarray(np.linalg.solve(whole, np.append(right / unit, gaps))[: self.size])
+        except np.linalg.LinAlgError as error:
+            raise ArithmeticError(str(error)) from None
+
+    def about(self, q: Array, v: Array, shift: float) -> About:
+        """See `Equations`."""
+        mass, stiffness, rows, _ = self._matrices(q, v)
+        none = np.zeros(len(rows))
+        return About(mass, lambda right: self._solved(stiffness + shift * mass, rows, right, none))
+
+    def acceleration(self, q: Array, v: Array) -> Array:
+        """See `Equations`."""
+        h = self.step
+        before, middle, after = (self._gaps(q + k * h * v, v, k * h) for k in range(3))
+        mass, _, rows, scales = self._matrices(q, v)
+        return self._solved(mass, rows, self.force(q, v), -(after - 2 * middle + before) / h**2 / scales)
+
+    def force(self, q: Array, v: Array) -> Array:
+        """See `Equations`."""
+        self._at(q, v)
+        self.solver.ComputeODE2RHS(self.system)
+        return np.array(self.solver.GetSystemResidual())[: self.size]
+
+    def met(self, q: Array, v: Array) -> tuple[Array, Array]:
+        """See `Equations`."""
+        still, h = np.zeros(self.size), self.step
+        mass, _, rows, scales = self._matrices(q, v)
+        q = q - self._solved(mass, rows, still, self._gaps(q, v, 0.0) / scales)
+        mass, _, rows, scales = self._matrices(q, v)
+        before, middle, after = (self._gaps(q + k * h * v, v, k * h) for k in range(3))
+        return q, v - self._solved(mass, rows, still, (4 * middle - 3 * before - after) / (2 * h) / scales)
+
+
+def settle(scene: Scene) -> None:
+    """Give a system its settled start, if the mechanism asks for it."""
+    if not settles(scene.mechanism):
+        return
+    data, initial = scene.system.systemData, exu.ConfigurationType.Initial
+    q, v = (np.array(get(configuration=initial)) for get in (data.GetODE2Coordinates, data.GetODE2Coordinates_t))
+    equations = _Equations(scene, STEP * axial_period(scene.mechanism) / (2 * pi))
+    q, v = settled(equations, scene.mechanism, q, v)
+    data.SetODE2Coordinates(q, configuration=initial)
+    data.SetODE2Coordinates_t(v, configuration=initial)
+    data.SetTime(0.0)

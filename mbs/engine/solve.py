@@ -1,4 +1,4 @@
-"""One run of the engine: the scene, the integrator that suits it, the record."""
+"""One run of the engine: the scene, the integrator that suits it, the record; and one with the engine's own default settings."""
 
 from __future__ import annotations
 
@@ -11,11 +11,14 @@ import exudyn.itemInterface as eii
 import numpy as np
 
 from buckler.mbs.elements.clearance import clearances
+from buckler.mbs.elements.signal import Moved
 from buckler.mbs.engine import System
 from buckler.mbs.engine.build import build
+from buckler.mbs.engine.placed import States
 from buckler.mbs.engine.recording import Recorder
 from buckler.mbs.engine.scene import SPARSE_FROM, Scene
 from buckler.mbs.engine.stepping import StepControl, implicit_control
+from buckler.mbs.geometry import Array
 from buckler.mbs.interrupts import Progress, ctrl_c
 from buckler.mbs.kinematics.diagnosis import remarks, stuck
 from buckler.mbs.kinematics.exact import sample_times
@@ -181,3 +184,46 @@ def _run_explicit(scene: Scene, solver: Exudyn, duration: float, timeout: float 
     engine = exu.MainSolverExplicit()
     control = Recorder(scene, solver, duration, timeout, progress)
     return control, engine, run_engine(scene, control, engine, explicit_settings(scene, solver, duration))
+
+
+def with_default_settings(mechanism: Mechanism, duration: float, steps: int) -> tuple[Array, dict[str, Moved], str]:
+    """Run a mechanism with the engine's own default settings, in equal steps: nothing is controlled or checked.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    duration : float
+        s.
+    steps : int
+        The one setting that has no default that works.
+
+    Returns
+    -------
+    time : array, shape (steps,)
+    places : dict
+        Motions of links and blocks by name; velocities and accelerations are left out as zero.
+    message : str
+        What the engine said, if it failed.
+    """
+    scene = build(mechanism)
+    settings = exu.SimulationSettings()
+    settings.timeIntegration.endTime, settings.timeIntegration.numberOfSteps = duration, steps
+    settings.timeIntegration.verboseMode, settings.solution.file.write = 0, False
+    time: list[float] = []
+    rows: list[Array] = []
+
+    def keep(_system: System, t: float) -> bool:
+        time.append(t)
+        rows.append(scene.system.systemData.GetODE2Coordinates())
+        return True
+
+    scene.system.SetPostStepUserFunction(keep)
+    message = ""
+    try:
+        if not scene.system.SolveDynamic(settings):
+            message = "no convergence"
+    except exu.ExudynError as error:
+        message = " ".join(str(error).split())[-200:]
+    q = np.array(rows).reshape(len(time), -1)
+    still = States(q, np.zeros_like(q), np.zeros_like(q))
+    return np.array(time), {name: placed.motion(still) for name, placed in scene.placed.items()}, message

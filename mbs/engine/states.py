@@ -9,10 +9,10 @@ import exudyn.itemInterface as eii
 import numpy as np
 
 from buckler.mbs.elements.states import Stateful
+from buckler.mbs.engine import Callback, System
 from buckler.mbs.engine.guarded import guarded
-from buckler.mbs.engine.history import History
+from buckler.mbs.engine.placed import History
 from buckler.mbs.engine.scene import Scene
-from buckler.mbs.engine.system import Callback, System
 from buckler.mbs.geometry import Array
 from buckler.mbs.record.record import Record
 

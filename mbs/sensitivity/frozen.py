@@ -18,7 +18,7 @@ from buckler.mbs.compiler import compiler
 from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.run import Run
-from buckler.mbs.record.status import Status
+from buckler.mbs.record.signals import Status
 from buckler.mbs.solvers import Controlled, Spectral
 
 if TYPE_CHECKING:

@@ -103,7 +103,7 @@ def centres(scene: Scene) -> list[int]:
 
 def plainly(made: Mechanism, duration: float, steps: int) -> BarPaths:
     """By the engine's own default settings, in equal steps; their number is the one thing that has no default that works."""
-    from buckler.mbs.engine.defaults import with_default_settings  # loads the engine
+    from buckler.mbs.engine.solve import with_default_settings  # loads the engine
 
     time, bars, message = with_default_settings(made, duration, steps)
     places = [bars[bar].point(point)[0] for bar, ends in (("coupler", "AB"), ("rocker", "CB")) for point in ends]
