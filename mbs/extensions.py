@@ -4,7 +4,7 @@
 |---|---|---|
 | `buckler.kinds` | any | a class that files may name: an element, a body or a law |
 | `buckler.exudyn` | name of the kind | `connect(scene, elements)`, as in `mbs/engine/loads.py` |
-| `buckler.spectral` | name of the kind | `add(builder, name, element)`, as in `mbs/spectral/connectors.py` |
+| `buckler.spectral` | name of the kind | `add(builder, name, element)`, as in `mbs/spectral/registry.py` |
 | `buckler.symbols` | name of the kind | `symbol(sheet, name, element)`, as in `mbs/view/symbols.py` |
 
 They are looked for where a kind is not found among Buckler's own, and when a file is read.

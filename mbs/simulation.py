@@ -18,20 +18,18 @@ from buckler.mbs.accuracy.ladder import ladder_of, suited
 from buckler.mbs.accuracy.words import COARSEST, FINEST, PLACES
 from buckler.mbs.breaks import WIDTH
 from buckler.mbs.checks.suspicions import idle, suspicions
-from buckler.mbs.compiler import working_time
 from buckler.mbs.engine.solve import once
 from buckler.mbs.functions import own_functions
 from buckler.mbs.geometry import Array
-from buckler.mbs.interrupts import Interrupted, Progress, ctrl_c
 from buckler.mbs.kinematics import exact
 from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.process import Interrupted, Progress, ctrl_c, one_thread, working_time
 from buckler.mbs.record.energy import ledger as energy_ledger
 from buckler.mbs.record.errors import Status
 from buckler.mbs.record.result import Result
 from buckler.mbs.record.run import Run
 from buckler.mbs.record.signals import shapes_at
 from buckler.mbs.solvers import Closure, Exudyn, Spectral
-from buckler.mbs.threads import one_thread
 from buckler.mbs.validate import listed, number, one_of, positive, short
 from buckler.mbs.view.movie import Film
 from buckler.mbs.view.verdicts import IDLE

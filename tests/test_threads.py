@@ -4,29 +4,29 @@ from contextlib import ExitStack
 
 import pytest
 
-from buckler.mbs import threads
+from buckler.mbs import process
 
-pytestmark = pytest.mark.skipif(not threads._doors(), reason="the linear algebra library is another one")
+pytestmark = pytest.mark.skipif(not process._doors(), reason="the linear algebra library is another one")
 
 
 def counts():
-    return [read() for read, _ in threads._doors()]
+    return [read() for read, _ in process._doors()]
 
 
 @pytest.mark.parametrize("first", [0, 1])
 def test_the_last_to_leave_takes_back_what_the_first_found(first):
     before = counts()
     try:
-        for _, write in threads._doors():
+        for _, write in process._doors():
             write(2)
         two = counts()
         asking = [ExitStack(), ExitStack()]
         for each in asking:
-            each.enter_context(threads.one_thread())
+            each.enter_context(process.one_thread())
         asking[first].close()
         assert set(counts()) == {1}
         asking[1 - first].close()
         assert counts() == two
     finally:
-        for (_, write), count in zip(threads._doors(), before, strict=True):
+        for (_, write), count in zip(process._doors(), before, strict=True):
             write(count)

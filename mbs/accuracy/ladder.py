@@ -11,12 +11,12 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from buckler.mbs.accuracy.goal import PLACE
-from buckler.mbs.compiler import compiler
 from buckler.mbs.elements.clearance import clearances
 from buckler.mbs.functions import own_functions
 from buckler.mbs.kinematics.determined import answered
 from buckler.mbs.kinematics.exact import sample_times
 from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.process import compiler
 from buckler.mbs.record.run import Run
 from buckler.mbs.solvers import COARSEST, Closure, Controlled, Exudyn, Spectral, is_loose, usual_tolerance
 

@@ -79,17 +79,17 @@ class StrutLaw:
         self.load, self.length = strut.load, length
         self.rigidity, self.unit = section.axial_stiffness / length, section.bending_stiffness / length**2
         self.damping = self.rigidity * section.material.axial_damping
-        self._compliance = self.unit / section.axial_stiffness  # of u per p
-        self._critical = float(self.load(0.0))
-        self.kink = -self._critical * self._compliance * length
+        self.compliance = self.unit / section.axial_stiffness  # of u per p
+        self.critical = float(self.load(0.0))
+        self.kink = -self.critical * self.compliance * length
 
     def elastic(self, elongation: float) -> float:
         """Tension without damping, N."""
         if elongation >= self.kink:
             return self.rigidity * elongation
         total = -elongation / self.length
-        bending = max(0.0, total - self._compliance * self._critical)
-        u = max(0.0, total - self._compliance * float(self.load(bending)))
+        bending = max(0.0, total - self.compliance * self.critical)
+        u = max(0.0, total - self.compliance * float(self.load(bending)))
         return -self.unit * float(self.load(u))
 
     def force(self, elongation: float, rate: float) -> float:

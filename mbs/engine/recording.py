@@ -16,7 +16,7 @@ from buckler.mbs.engine.guarded import failed
 from buckler.mbs.engine.placed import History, Remembering, States
 from buckler.mbs.engine.scene import Scene
 from buckler.mbs.geometry import Array
-from buckler.mbs.interrupts import Progress
+from buckler.mbs.process import Progress
 from buckler.mbs.record.errors import Status
 from buckler.mbs.solvers import Exudyn
 

@@ -13,7 +13,7 @@ from buckler.mbs.elements.slider import Slot
 from buckler.mbs.engine import System
 from buckler.mbs.engine.placed import History
 from buckler.mbs.engine.scene import Reader, Scene
-from buckler.mbs.geometry import Array
+from buckler.mbs.geometry import Array, turned
 from buckler.mbs.kinematics.forms import Ends, Forms
 from buckler.mbs.record.record import Record
 
@@ -149,5 +149,4 @@ def _marker(scene: Scene, body: str, point: str) -> tuple[int, float]:
 
 def _local(vector: tuple[float, float], angle: float) -> list[float]:
     """A vector in axes turned by an angle."""
-    c, s = np.cos(angle), np.sin(angle)
-    return [c * vector[0] + s * vector[1], c * vector[1] - s * vector[0], 0.0]
+    return [*turned(-np.array(angle), vector).tolist(), 0.0]

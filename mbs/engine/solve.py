@@ -19,11 +19,11 @@ from buckler.mbs.engine.recording import Recorder
 from buckler.mbs.engine.scene import SPARSE_FROM, Scene
 from buckler.mbs.engine.stepping import StepControl, implicit_control
 from buckler.mbs.geometry import Array
-from buckler.mbs.interrupts import Progress, ctrl_c
 from buckler.mbs.kinematics.diagnosis import remarks, stuck
 from buckler.mbs.kinematics.exact import sample_times
 from buckler.mbs.kinematics.linkage import determined
 from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.process import Progress, ctrl_c
 from buckler.mbs.record.errors import Status
 from buckler.mbs.record.run import Run
 from buckler.mbs.solvers import Equal, Exudyn, position_error

@@ -16,10 +16,10 @@ import numpy as np
 from buckler.mbs.elements.element import GROUND, Element, place
 from buckler.mbs.elements.link import Link
 from buckler.mbs.geometry import Array, cross, left
-from buckler.mbs.interrupts import Progress
 from buckler.mbs.kinematics.diagnosis import blocked, independent_rows
 from buckler.mbs.kinematics.linkage import Linkage, carried, determined, solved
 from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.process import Progress
 from buckler.mbs.record.errors import Status
 from buckler.mbs.record.lookup import corrected, quintic
 from buckler.mbs.record.motion import BlockMotion, RigidMotion

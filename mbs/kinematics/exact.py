@@ -12,12 +12,12 @@ from buckler.mbs.elements import Link, Load
 from buckler.mbs.elements.element import kinks_of
 from buckler.mbs.elements.stop import Stop, Striking
 from buckler.mbs.geometry import Array
-from buckler.mbs.interrupts import Progress, ctrl_c
 from buckler.mbs.kinematics.determined import Ended, Follower, UnclosedError, undecided
 from buckler.mbs.kinematics.diagnosis import remarks
 from buckler.mbs.kinematics.linkage import turning_speed
 from buckler.mbs.kinematics.start import start
 from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.process import Progress, ctrl_c
 from buckler.mbs.record.errors import Status
 from buckler.mbs.record.record import Record
 from buckler.mbs.record.run import Run

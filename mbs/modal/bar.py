@@ -69,20 +69,14 @@ class _Bar:
     """Legendre polynomials, orthonormal in mass, at Gauss points and (with weight 0) at start, end, centre and along the bar."""
 
     def __init__(self, section: Any, length: float, degree: int):
-        material, area = section.material, section.width * section.thickness
         points, weights = legendre.leggauss(degree + 2)
         xi = np.concatenate([points, [-1.0, 1.0, 0.0], np.linspace(-1.0, 1.0, STATIONS)])
         weights = np.append(weights, np.zeros(3 + STATIONS)) * length / 2
         scale = np.sqrt((2 * np.arange(degree + 1) + 1) / length)
         derived = [legendre.legval(xi, legendre.legder(np.diag(scale), k)).T * (2 / length) ** k for k in range(3)]
         self.p, self.dp, self.ddp = derived
-        self.density, self.area, self.modulus = material.density, area, material.modulus
-        self.second = section.width * section.thickness**3 / 12
-        self.x, self.weights = xi * length / 2, weights
-        self.line, self.spin = self.density * area * weights, self.density * self.second * weights
-        # Cowper's shear coefficient of a rectangle, doi 10.1115/1.3625046
-        poisson = material.poisson
-        self.shear = 10 * (1 + poisson) / (12 + 11 * poisson) * self.modulus / (2 * (1 + poisson)) * area
+        self.section, self.x, self.weights = section, xi * length / 2, weights
+        self.line, self.spin = section.mass_per_length * weights, section.inertia_per_length * weights
 
     def _gram(self, a: Array, b: Array) -> Array:
         return a.T @ (self.weights[:, None] * b)
@@ -94,22 +88,23 @@ class _Bar:
 
     def axial(self, count: int) -> tuple[Array, Array]:
         """Frequencies, displacement."""
-        w, c = self._modes(self.modulus / self.density * self._gram(self.dp, self.dp), 1, count)
+        w, c = self._modes(self.section.material.modulus / self.section.material.density * self._gram(self.dp, self.dp), 1, count)
         return w, _unit_end(self.p @ c)[0]
 
     def euler_bernoulli(self, count: int) -> tuple[Array, Array, Array]:
         """Frequencies, deflection, slope."""
-        rigidity = self.modulus * self.second / (self.density * self.area)
+        rigidity = self.section.bending_stiffness / self.section.mass_per_length
         w, c = self._modes(rigidity * self._gram(self.ddp, self.ddp), 2, count)
         v, slope = _unit_end(self.p @ c, self.dp @ c)
         return w, v, slope
 
     def timoshenko(self, count: int) -> tuple[Array, Array, Array]:
         """Frequencies, deflection, turn of the section."""
-        a, b = np.sqrt(self.density * self.area), np.sqrt(self.density * self.second)
+        section = self.section
+        a, b = np.sqrt(section.mass_per_length), np.sqrt(section.inertia_per_length)
         slip = np.hstack([self.dp / a, -self.p / b])
         bend = np.hstack([np.zeros_like(self.p), self.dp / b])
-        stiffness = self.shear * self._gram(slip, slip) + self.modulus * self.second * self._gram(bend, bend)
+        stiffness = section.shear_stiffness * self._gram(slip, slip) + section.bending_stiffness * self._gram(bend, bend)
         w, c = self._modes(stiffness, 2, count)
         n = self.p.shape[1]
         v, turn = _unit_end(self.p @ c[:n] / a, self.p @ c[n:] / b)

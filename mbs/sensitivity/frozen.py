@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from buckler.mbs.compiler import compiler
 from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.process import compiler
 from buckler.mbs.record.run import Run
 from buckler.mbs.record.signals import Status
 from buckler.mbs.solvers import Controlled, Spectral

@@ -5,7 +5,7 @@ Without a compiler `interpreted` stands in for `compiling`: the same functions, 
 
 import sys
 
-from buckler.mbs.compiler import compiler
+from buckler.mbs.process import compiler
 
 if not compiler():
     from buckler.mbs.spectral import interpreted

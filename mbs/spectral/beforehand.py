@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from buckler.mbs.compiler import COMPILING, compiler
 from buckler.mbs.elements import Beam, Clearance, Rigid, Section
 from buckler.mbs.laws import Coulomb, Impact
 from buckler.mbs.library import crank_rocker, slider_crank
 from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.process import COMPILING, compiler
 from buckler.mbs.solvers import Spectral
 
 SHORT = 1e-3

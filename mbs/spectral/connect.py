@@ -8,6 +8,7 @@ import numpy as np
 
 from buckler.mbs.elements.element import GROUND, Element
 from buckler.mbs.elements.rows import Along, Apart, Measure, Turn
+from buckler.mbs.geometry import turned
 from buckler.mbs.spectral import tables as k
 from buckler.mbs.spectral.builder import Builder, Pair
 from buckler.mbs.spectral.frame_body import FrameBody
@@ -41,10 +42,8 @@ def _term(builder: Builder, share: float, measure: Measure) -> Iterator[tuple[fl
 
 def turned_back(builder: Builder, marker: int, direction: Pair) -> tuple[float, float]:
     """A direction at t = 0 as seen from a marker that has an angle then."""
-    angle = builder.angle_of(marker)
-    c, s = np.cos(angle), np.sin(angle)
-    x, y = direction
-    return float(c * x + s * y), float(-s * x + c * y)
+    x, y = turned(-np.array(builder.angle_of(marker)), direction)
+    return float(x), float(y)
 
 
 def marker_of(builder: Builder, link: str, point: str) -> int:

@@ -1,39 +1,187 @@
-"""Which function makes the kernel's arrays of which kind: one line a kind."""
+"""Kinds of elements for the compiled solver: what acts between bodies, each a force on measures of markers; and a line a kind."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
+from typing import cast
 
-from buckler.mbs.elements.element import Element
+from buckler.mbs.elements import Belt, Clearance, Force, Guide, LineLoad, Motor, Spring, Stop, Torque, TorsionSpring
+from buckler.mbs.elements.element import GROUND, Element, place
 from buckler.mbs.elements.link import Link
+from buckler.mbs.elements.motor import CREEP
+from buckler.mbs.elements.references import held_at
 from buckler.mbs.extensions import extensions
-from buckler.mbs.spectral import connectors
+from buckler.mbs.functions import numbers_of
+from buckler.mbs.laws import BristleLaw, FrictionLaw
+from buckler.mbs.laws.compiled import function_pointer
+from buckler.mbs.spectral import tables as k
+from buckler.mbs.spectral.basis import gauss
 from buckler.mbs.spectral.builder import Body, Builder
-from buckler.mbs.spectral.connect import connect
+from buckler.mbs.spectral.connect import NOWHERE, connect, marker_of, turned_back
 from buckler.mbs.spectral.frame_body import add_modal, add_rigid
-from buckler.mbs.spectral.strip_body import add_strip
+from buckler.mbs.spectral.laws import add_friction, add_normal
+from buckler.mbs.spectral.reference import marker_at
+from buckler.mbs.spectral.strip_body import StripBody, add_strip
 from buckler.mbs.spectral.strut import add_strut
-from buckler.mbs.spectral.tables import KIRCHHOFF, REISSNER
+
+
+def add_clearance(builder: Builder, name: str, joint: Clearance) -> None:
+    """Add the contact of the first body's pin in the second's bush; at the start they are concentric."""
+    if not joint.round:
+        raise ValueError(f"clearance at '{joint.point}': the compiled solver knows round pins and bushes only")
+    a, b = builder.marker(joint.first, joint.point), builder.marker(joint.second, joint.point)
+    law, friction = add_normal(builder, joint.law), add_friction(builder, joint.friction)
+    builder.add_force(name, k.JOURNAL, a, b, law=law, friction=friction, numbers=(joint.pin, joint.gap))
+
+
+def add_guide(builder: Builder, name: str, guide: Guide) -> None:
+    """Hold a link's point on a line of the ground."""
+    row = len(builder.rows)
+    connect(builder, name, guide)
+    friction = guide.friction
+    if friction is None:
+        return
+    a, b = builder.marker(guide.link, guide.point), builder.marker(GROUND, guide.point)
+    along = builder.add_measure(k.FIXED, a, b, guide.along)
+    if isinstance(friction, FrictionLaw | BristleLaw):
+        builder.add_force(name, k.SEAT, along, friction=add_friction(builder, friction), row=row)
+        return
+    numbers = (friction.dynamic, friction.static_offset, friction.viscous, friction.regularisation, friction.stribeck)
+    builder.add_force(name, k.DRY, along, numbers=numbers)
+
+
+def add_stop(builder: Builder, name: str, stop: Stop) -> None:
+    """Add the contact of a point against a face; it is kept on the side on which it starts."""
+    mechanism = builder.mechanism
+    side, face, across = stop.side(mechanism), stop.face(mechanism), stop.across(mechanism)
+    a, origin = builder.marker(stop.body(mechanism), stop.point), place(stop.origin(mechanism))
+    b = marker_of(builder, origin.body, origin.point)
+    before = [mechanism.points[stop.point][i] - mechanism.points[origin.point][i] for i in range(2)]
+    start = before[0] * across[0] + before[1] * across[1]
+    if stop.carrier == GROUND:
+        measure = builder.add_measure(k.FIXED, a, b, across)
+    else:
+        measure = builder.add_measure(k.TURNING, a, b, turned_back(builder, b, across))
+    law = add_normal(builder, stop.law)
+    builder.add_force(name, k.CONTACT, measure, law=law, numbers=(side, start + face))
+
+
+def add_force(builder: Builder, name: str, load: Force) -> None:
+    """Add a force, constant or given in time; its direction is fixed, or turns with a link; its line may be fixed, too."""
+    turns = load.turns_with(builder.mechanism)
+    a = marker_at(builder, held_at(builder.mechanism, load.point))
+    if load.states is not None:
+        builder.add_stateful(name, load, a, k.X, 0.0)
+        return
+    b = builder.ground(NOWHERE) if turns is None else marker_at(builder, turns)
+    line = [] if load.through is None else [1.0, *load.through]
+    law, numbers = -1, [0.0, 0.0]
+    if callable(load.value):
+        parts = [function_pointer(each, 1) for each in numbers_of(load.value, ["t"], 2)]
+        law = builder.add_law(None, k.GIVEN, (), parts, f"the function of {name}")
+    else:
+        numbers = [float(x) for x in load.value]
+    builder.add_force(name, k.PUSH, a, b, law=law, numbers=[*numbers, 0.0 if turns is None else builder.angle_of(b), *line])
+
+
+def add_line_load(builder: Builder, name: str, load: LineLoad) -> None:
+    """Add one of them: of each Gauss point its share of the length."""
+    strip = cast(StripBody, builder.bodies[load.link])
+    ground = builder.ground(NOWHERE)
+    for piece, element in enumerate(strip.elements):
+        for x, w in zip(*gauss(element.places.shape[1] + 2), strict=True):
+            length = float(w) * element.jacobian
+            marker = strip.marker_at(builder, element.start + (1.0 + float(x)) * element.jacobian, piece)
+            if any(load.force):
+                b, turn = (marker, builder.angle_of(marker)) if load.turns else (ground, 0.0)
+                builder.add_force(name, k.PUSH, marker, b, numbers=[*(length * each for each in load.force), turn])
+            if load.moment:
+                measure = builder.add_measure(k.ANGLE, marker, ground)
+                builder.add_force(name, k.GIVEN, measure, numbers=(length * load.moment,))
+
+
+def add_torque(builder: Builder, name: str, load: Torque) -> None:
+    """Add a torque: constant, or a function of time, angle since t = 0 and speed, and of states."""
+    marker = marker_at(builder, load.at(builder.mechanism))
+    if load.states is not None:
+        builder.add_stateful(name, load, marker, k.TURN, builder.angle_of(marker))
+        return
+    measure = builder.add_measure(k.ANGLE, marker, builder.ground(NOWHERE))
+    if not callable(load.value):
+        builder.add_force(name, k.GIVEN, measure, numbers=(float(load.value),))
+        return
+    law = builder.add_law(None, k.LAW, (), [function_pointer(load.value, 3)], f"the function of {name}")
+    builder.add_force(name, k.LAW, measure, law=law, numbers=(0.0, 0.0, builder.angle_of(marker)))
+
+
+def add_motor(builder: Builder, name: str, load: Motor) -> None:
+    """Add the torque of a `Motor`, its voltage constant or given in time."""
+    marker = marker_at(builder, load.at(builder.mechanism))
+    measure = builder.add_measure(k.ANGLE, marker, builder.ground(NOWHERE))
+    law, voltage = -1, 0.0
+    if callable(load.voltage):
+        law = builder.add_law(None, k.GIVEN, (), [function_pointer(load.voltage, 1)], f"the voltage of {name}")
+    else:
+        voltage = float(load.voltage)
+    numbers = (voltage, load.resistance, load.constant, load.gear, load.friction, load.dead_band, CREEP)
+    builder.add_force(name, k.MOTOR, measure, law=law, numbers=numbers)
+
+
+def add_spring(builder: Builder, name: str, load: Spring) -> None:
+    """Add a spring and damper between two points, linear or with a law."""
+    a, b = (marker_at(builder, held_at(builder.mechanism, at)) for at in (load.a, load.b))
+    add_line(builder, name, load, builder.add_measure(k.DISTANCE, a, b), load.free(builder.mechanism))
+
+
+def add_line(builder: Builder, name: str, load: Spring | TorsionSpring, measure: int, free: float) -> None:
+    """Add the force of a spring along a measure: -k (l - l0) - c l', or less that of its law of (l - l0, l')."""
+    if load.law is None:
+        builder.add_force(name, k.LINE_SPRING, measure, numbers=(load.stiffness, load.damping, free))
+        return
+    row = builder.add_law(None, k.LAW, (), [function_pointer(load.law, 2)], f"the law of {name}")
+    builder.add_force(name, k.LAW, measure, law=row, numbers=(1.0, 0.0, free))
+
+
+def add_torsion_spring(builder: Builder, name: str, load: TorsionSpring) -> None:
+    """Add a spring and damper on the angle of `second` from `first`."""
+    first, second = (marker_at(builder, at) for at in load.ends(builder.mechanism))
+    free = builder.angle_of(second) - builder.angle_of(first) + (load.free_angle or 0.0)
+    add_line(builder, name, load, builder.add_measure(k.ANGLE, second, first), free)
+
+
+def add_belt(builder: Builder, name: str, belt: Belt) -> None:
+    """Add its row, or its spring."""
+    connect(builder, name, belt)
+    if belt.stiffness is None:
+        return
+    terms = []
+    for share, measure in belt.shares(builder.mechanism):
+        for end, sign in ((measure.first, share), (measure.second, -share)):
+            terms.append((sign, marker_of(builder, end.body, end.point)))
+    ahead = builder.sum_of_turns(terms)
+    measure_ = builder.add_measure(k.ANGLE, ahead, builder.ground(NOWHERE))
+    builder.add_force(name, k.LINE_SPRING, measure_, numbers=(belt.stiffness, belt.damping, builder.angle_of(ahead)))
+
 
 BODIES: dict[str, Callable[[Builder, Link], Body]] = {
     "Rigid": add_rigid,
-    "Beam": partial(add_strip, kind=REISSNER),
-    "Cable": partial(add_strip, kind=KIRCHHOFF),
+    "Beam": partial(add_strip, kind=k.REISSNER),
+    "Cable": partial(add_strip, kind=k.KIRCHHOFF),
     "Modal": add_modal,
     "Strut": add_strut,
 }
 ELEMENTS: dict[str, Callable[..., None]] = {
-    "Clearance": connectors.add_clearance,
-    "Guide": connectors.add_guide,
-    "Stop": connectors.add_stop,
-    "Force": connectors.add_force,
-    "LineLoad": connectors.add_line_load,
-    "Torque": connectors.add_torque,
-    "Motor": connectors.add_motor,
-    "Spring": connectors.add_spring,
-    "TorsionSpring": connectors.add_torsion_spring,
-    "Belt": connectors.add_belt,
+    "Clearance": add_clearance,
+    "Guide": add_guide,
+    "Stop": add_stop,
+    "Force": add_force,
+    "LineLoad": add_line_load,
+    "Torque": add_torque,
+    "Motor": add_motor,
+    "Spring": add_spring,
+    "TorsionSpring": add_torsion_spring,
+    "Belt": add_belt,
 }
 
 

@@ -8,14 +8,13 @@ from typing import NamedTuple
 import numpy as np
 from numba.core.errors import NumbaError
 
-from buckler.mbs.compiler import working_time
 from buckler.mbs.elements.element import kinks_of
 from buckler.mbs.elements.stop import GRAZE, SLOWEST_ONSET
 from buckler.mbs.geometry import Array
-from buckler.mbs.interrupts import Progress, ctrl_c
 from buckler.mbs.kinematics.diagnosis import remarks
 from buckler.mbs.laws import BristleLaw, FrictionLaw
 from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.process import Progress, ctrl_c, working_time
 from buckler.mbs.record.errors import Status
 from buckler.mbs.record.run import Run
 from buckler.mbs.solvers import COARSEST, Spectral, divided, stiffly_damped

@@ -13,12 +13,12 @@ from typing import NamedTuple
 import numpy as np
 from scipy.sparse import csr_array
 
-from buckler.mbs.compiler import compiler
 from buckler.mbs.elements.element import Element
 from buckler.mbs.elements.stop import SLOWEST_ONSET
 from buckler.mbs.geometry import Array
 from buckler.mbs.kinematics.diagnosis import independent_rows, redundancies
 from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.process import compiler
 from buckler.mbs.spectral import doors
 from buckler.mbs.spectral import tables as k
 from buckler.mbs.spectral.builder import Attached, Builder

@@ -8,6 +8,7 @@ from typing import cast
 import numpy as np
 
 from buckler.mbs.elements import Link, Strut
+from buckler.mbs.elements.strut import StrutLaw
 from buckler.mbs.geometry import Array
 from buckler.mbs.kinematics.start import Start
 from buckler.mbs.laws.compiled import function_pointer
@@ -68,12 +69,9 @@ def find_hosts(builder: Builder, body: StrutBody) -> None:
 def join_strut(builder: Builder, body: StrutBody) -> None:
     """Add the spring between its ends."""
     link, strut = body.link, cast(Strut, body.link.body)
-    section = strut.section
-    length = builder.mechanism.length(link.name)
-    critical = float(strut.load(0.0))
+    spring = StrutLaw(strut, builder.mechanism.length(link.name))
     load = function_pointer(strut.load, 1)
     law = builder.add_law(("strut", strut.load), k.STRUT, (), [load], f"the load of strut '{link.name}'")
-    rigidity, unit = section.axial_stiffness / length, section.bending_stiffness / length**2
     measure = builder.add_measure(k.DISTANCE, body.marker(builder, link.start), body.marker(builder, link.end))
-    numbers = (length, rigidity, unit, unit / section.axial_stiffness, critical, rigidity * section.material.axial_damping)
+    numbers = (spring.length, spring.rigidity, spring.unit, spring.compliance, spring.critical, spring.damping)
     builder.add_force(f"strut.{link.name}", k.STRUT, measure, law=law, numbers=numbers)

@@ -8,6 +8,7 @@ import numpy as np
 
 from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.process import one_thread
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.start import slopes
 from buckler.mbs.statics.answer import CRITICAL, FIRST, HIGHEST, LONGEST, RISE, Ending, Path, check
@@ -16,7 +17,6 @@ from buckler.mbs.statics.critical import Critical, State, criticals, partings, s
 from buckler.mbs.statics.problem import Problem, Rest, StaticsError, has_strips, loads_of, places
 from buckler.mbs.statics.settling import find, settle
 from buckler.mbs.statics.varied import Varied
-from buckler.mbs.threads import one_thread
 from buckler.mbs.validate import number, one_of, pair, positive, whole
 
 Branch = tuple[str, str, tuple[float, float]]

@@ -9,6 +9,7 @@ import numpy as np
 
 from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.process import one_thread
 from buckler.mbs.spectral import tables as k
 from buckler.mbs.spectral.scene import Place, Scene
 from buckler.mbs.statics import sticking
@@ -17,7 +18,6 @@ from buckler.mbs.statics.follow import DEGREE, ends
 from buckler.mbs.statics.lowest import sparse_null_space
 from buckler.mbs.statics.problem import Problem, Rest, StaticsError, apart, has_strips, loads_of, moving, places, refined
 from buckler.mbs.statics.settling import RunsAwayError, SlackError, carried, check_ropes, find, others
-from buckler.mbs.threads import one_thread
 from buckler.mbs.validate import number, one_of, pair
 
 FRICTION = "friction may hold it elsewhere"

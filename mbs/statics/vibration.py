@@ -8,6 +8,7 @@ import numpy as np
 
 from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.process import one_thread
 from buckler.mbs.spectral.doors import place
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.start import slopes
@@ -16,7 +17,6 @@ from buckler.mbs.statics.problem import Problem, Rest, StaticsError, has_strips,
 from buckler.mbs.statics.rest import Equilibrium, equilibrium
 from buckler.mbs.statics.settling import carried
 from buckler.mbs.statics.spectrum import Spectrum
-from buckler.mbs.threads import one_thread
 from buckler.mbs.validate import pair, whole
 
 

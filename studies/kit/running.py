@@ -12,7 +12,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from buckler.mbs.interrupts import Interrupted
+from buckler.mbs.process import Interrupted
 from buckler.studies.kit.options import parser_of, subject, writable
 from buckler.studies.kit.parameters import StudyParameters
 from buckler.studies.kit.report import Progress, StudyResult, write

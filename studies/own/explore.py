@@ -21,11 +21,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from buckler.mbs.compiler import compiler
 from buckler.mbs.documents import document as documents
 from buckler.mbs.documents.document import changed
 from buckler.mbs.documents.shorthand import expanded
 from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.process import compiler
 from buckler.mbs.sensitivity.numbers import Family
 from buckler.mbs.simulation import simulate
 from buckler.mbs.solvers import Spectral

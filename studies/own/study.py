@@ -15,8 +15,8 @@ from buckler.mbs.accuracy.words import COARSEST, FINEST, PLACES, WORDS, spoken, 
 from buckler.mbs.declare import Flag, Name, Quantity, declared, field
 from buckler.mbs.declare.spec import Anything, Text
 from buckler.mbs.documents.document import changed
-from buckler.mbs.interrupts import Interrupted
 from buckler.mbs.mechanism import Mechanism
+from buckler.mbs.process import Interrupted
 from buckler.mbs.sensitivity.doubt import doubt
 from buckler.mbs.sensitivity.reading import check, measure
 from buckler.mbs.simulation import simulate

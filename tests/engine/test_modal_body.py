@@ -15,10 +15,10 @@ from simulations import closed
 from buckler.elastica.vibration import beam_frequencies
 from buckler.mbs import Beam, Guide, Link, Mechanism
 from buckler.mbs.engine import guide as guides
+from buckler.mbs.engine.build import BODIES
 from buckler.mbs.engine.loads import add_drive
 from buckler.mbs.engine.modal import CROSS, ENDS, add_anchor
 from buckler.mbs.engine.placed import States
-from buckler.mbs.engine.registry import BODIES
 from buckler.mbs.engine.scene import Scene
 from buckler.mbs.library import BAR, crank_rocker
 from buckler.mbs.modal import CraigBampton, FreeModes, Modal

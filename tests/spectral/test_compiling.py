@@ -14,7 +14,7 @@ import numpy as np
 from numba.core import event
 
 from buckler.mbs import Equal, Rigid, Section, Spectral, Status, simulation, slider_crank
-from buckler.mbs.compiler import COMPILING, working_time
+from buckler.mbs.process import COMPILING, working_time
 from buckler.mbs.spectral import compiling, implicit, run
 from buckler.mbs.spectral.announce import TEXT, Announcer
 from buckler.mbs.spectral.beforehand import compile_all
