@@ -13,7 +13,7 @@ from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.statics.problem import places
-from buckler.mbs.validate import one_of, whole
+from buckler.mbs.validate import number, one_of, positive, whole
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -80,6 +80,29 @@ def check(mechanism: Mechanism, degree: int | None) -> None:
             raise ValueError(f"'{name}' has states, which statics do not know: they are integrated with a motion only")
     if degree is not None:
         whole("degree", degree, 2, 200)
+
+
+def check_way(to: float, steps: int, step: float, longest: float, **one: object) -> None:
+    """Raise a ValueError if a path or curve cannot go there in such steps, or several of what it changes are given."""
+    number("to", to, -np.inf, np.inf, "1")
+    whole("steps", steps, 1, 100_000)
+    for name, value in (("step", step), ("longest", longest)):
+        positive(name, value, "1")
+    if sum(each is not None for each in one.values()) > 1:
+        raise ValueError(f"{', '.join(one)}: give one of them")
+
+
+def ending(ended: str, last: float, begun: float, to: float, steps: int) -> tuple[Ending, str]:
+    """Status and sentence of a path or curve that ended so, at a parameter."""
+    sentences = {
+        "steps": f"{steps} steps led to {last:.6g}, not to {to:.6g}; give more steps or a longer one",
+        "spent": f"the steps that its runs may take led to {last:.6g}, not to {to:.6g}",
+        "singular": f"it cannot be followed beyond {last:.6g}",
+        "closed": "it came back to its start",
+        "back": f"it turned and came back to {begun:.6g}",
+    }
+    known = {"steps": Ending.TOO_MANY_STEPS, "spent": Ending.TOO_MANY_STEPS, "singular": Ending.SINGULAR}
+    return known.get(ended, Ending.OK), sentences.get(ended, "")
 
 
 def left_out(mechanism: Mechanism, friction: str) -> list[str]:

@@ -203,7 +203,12 @@ class Arc:
     def next_arc(self, step: Step, after: Array, longest: float) -> float:
         """Length of the next step, by how far this one turned."""
         turned = float(np.arccos(np.clip(self.metric * step.direction @ after, -1.0, 1.0)))
-        return min(longest, step.arc * float(np.clip(BEND / max(turned, 1e-300), 0.3, 1.6)))
+        return next_arc(step.arc, turned, longest)
+
+
+def next_arc(arc: float, turned: float, longest: float) -> float:
+    """Length of the next step after one that turned so much, rad: at most some times shorter or longer."""
+    return min(longest, arc * float(np.clip(BEND / max(turned, 1e-300), 0.3, 1.6)))
 
 
 def _root_of(x: Array, y: list[float]) -> float:

@@ -24,7 +24,7 @@ from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.spectral.run import State
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.statics.answer import CRITICAL, RISE
-from buckler.mbs.statics.arc import BEND, CORNER
+from buckler.mbs.statics.arc import CORNER, next_arc
 from buckler.mbs.statics.cycles import Periodic, compared, motion_of
 from buckler.mbs.statics.problem import Problem, Rest, StaticsError, has_strips, refined, solve
 from buckler.mbs.statics.shooting import BUDGET, CLOSED, ITERATIONS, Found, Shooting, SpentError, values_of
@@ -304,7 +304,7 @@ class Curve:
                 with suppress(StaticsError):  # else the curve ends beside it, with the motion found last
                     new = self.orbit(self.shooting.search(new.found.state).state, end)
             orbits.append(new)
-            arc = min(longest, arc * float(np.clip(BEND / max(turned, 1e-300), 0.3, 1.6)))
+            arc = next_arc(arc, turned, longest)
         return orbits, found, ended
 
 

@@ -11,13 +11,13 @@ from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.process import one_thread
 from buckler.mbs.spectral.scene import Scene
 from buckler.mbs.spectral.start import slopes
-from buckler.mbs.statics.answer import CRITICAL, FIRST, HIGHEST, LONGEST, RISE, Ending, Path, check
+from buckler.mbs.statics.answer import CRITICAL, FIRST, HIGHEST, LONGEST, RISE, Path, check, check_way, ending
 from buckler.mbs.statics.arc import SAME, Arc, Step
 from buckler.mbs.statics.critical import Critical, State, criticals, partings, state_at
 from buckler.mbs.statics.problem import Problem, Rest, StaticsError, has_strips, loads_of, places
 from buckler.mbs.statics.settling import find, settle
 from buckler.mbs.statics.varied import Varied
-from buckler.mbs.validate import number, one_of, pair, positive, whole
+from buckler.mbs.validate import one_of, pair
 
 Branch = tuple[str, str, tuple[float, float]]
 DEGREE = 12
@@ -71,13 +71,8 @@ def path(
         If what is asked for makes no sense.
     """
     check(mechanism, degree)
-    number("to", to, -np.inf, np.inf, "1")
-    whole("steps", steps, 1, 100_000)
+    check_way(to, steps, step, longest, load=load, drive=drive, parameter=parameter)
     one_of("branches", branches, (bool,))
-    for name, value in (("step", step), ("longest", longest)):
-        positive(name, value, "1")
-    if sum(each is not None for each in (load, drive, parameter)) > 1:
-        raise ValueError("load, drive, parameter: give one of them")
     if branch is not None:
         _check_branch(mechanism, branch)
     names = [load] if isinstance(load, str) else load
@@ -256,15 +251,10 @@ class _Follower:
     def _path(self, rests: list[Rest], states: list[State], points: list[Critical], ended: str) -> Path:
         q, multipliers, parameter = (np.array(x) for x in zip(*rests, strict=True))
         states[-1] = state_at(self.problem, rests[-1])
-        status = {"steps": Ending.TOO_MANY_STEPS, "singular": Ending.SINGULAR}.get(ended, Ending.OK)
-        message = {
-            "steps": f"{self.steps} steps led to {parameter[-1]:.6g}, not to {self.to:.6g}; give more steps or a longer one",
-            "singular": f"it cannot be followed beyond {parameter[-1]:.6g}",
-            "closed": "it came back to its start",
-        }.get(ended, "")
+        how = ending(ended, parameter[-1], self.begun, self.to, self.steps)
         growth, unstable = np.array([x.growth for x in states]), np.array([x.negative for x in states])
         return Path(
-            status, message, ended, self.problem.scene, parameter, q, points, {}, multipliers, growth, unstable
+            *how, ended, self.problem.scene, parameter, q, points, {}, multipliers, growth, unstable
         )  # fmt: skip
 
     def _leaves(self, found: list[Critical]) -> tuple[int, Array] | None:

@@ -8,13 +8,13 @@ import numpy as np
 
 from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
-from buckler.mbs.statics.answer import FIRST, KEYS, LONGEST, Ending, Route
+from buckler.mbs.statics.answer import FIRST, KEYS, LONGEST, Ending, Route, check_way, ending
 from buckler.mbs.statics.curve import KINDS, Curve, Orbit, Paced, Turn
 from buckler.mbs.statics.cycles import Periodic, prepared
 from buckler.mbs.statics.problem import Problem, StaticsError, loads_of
 from buckler.mbs.statics.shooting import SpentError
 from buckler.mbs.statics.varied import Varied
-from buckler.mbs.validate import number, positive, whole
+from buckler.mbs.validate import positive
 
 STEPS = 400
 """Most steps, by default."""
@@ -111,12 +111,7 @@ def response(
     ValueError
         If what is asked for makes no sense.
     """
-    number("to", to, -np.inf, np.inf, "1")
-    whole("steps", steps, 1, 100_000)
-    for name, value in (("step", step), ("longest", longest)):
-        positive(name, value, "1")
-    if load is not None and parameter is not None:
-        raise ValueError("load, parameter: give one of them")
+    check_way(to, steps, step, longest, load=load, parameter=parameter)
     shooting, state = prepared(mechanism, period, start, degree, settle)
     if shooting.free:
         raise ValueError("mechanism: nothing in it depends on time, so that no frequency drives it")
@@ -137,8 +132,8 @@ def response(
         return _answer(curve, *curve.follow(shooting.search(shooting.onward(state, settle)).state, int(steps), step, longest))
     except StaticsError as error:
         nothing, none = np.empty(0), np.empty((0, shooting.scene.size))
-        ending = Ending.TOO_MANY_STEPS if isinstance(error, SpentError) else Ending.NOT_REACHED
-        return Response(ending, str(error), "singular", shooting.scene, nothing, none, [])
+        status = Ending.TOO_MANY_STEPS if isinstance(error, SpentError) else Ending.NOT_REACHED
+        return Response(status, str(error), "singular", shooting.scene, nothing, none, [])
     finally:
         curve.at(begun)
 
@@ -146,14 +141,8 @@ def response(
 def _answer(curve: Curve, orbits: list[Orbit], found: list[tuple[Turn, float]], ended: str) -> Response:
     """All of the curve."""
     parameter, q = np.array([each.parameter for each in orbits]), np.array([each.found.state.q for each in orbits])
-    status = {"steps": Ending.TOO_MANY_STEPS, "spent": Ending.TOO_MANY_STEPS, "singular": Ending.SINGULAR}.get(ended, Ending.OK)
-    message = {
-        "steps": f"{len(orbits) - 1} steps led to {parameter[-1]:.6g}, not to {curve.to:.6g}; give more steps or a longer one",
-        "spent": f"the steps that its runs may take led to {parameter[-1]:.6g}, not to {curve.to:.6g}",
-        "singular": f"it cannot be followed beyond {parameter[-1]:.6g}",
-        "back": f"it turned and came back to {curve.begun:.6g}",
-    }.get(ended, "")
+    how = ending(ended, parameter[-1], curve.begun, curve.to, len(orbits) - 1)
     errors = {KEYS[kind]: np.array([error for turn, error in found if turn.kind == kind]) for kind in KINDS}
     motions = [curve.motion(each) for each in orbits]
     curve.at(curve.begun)
-    return Response(status, message, ended, curve.shooting.scene, parameter, q, [each for each, _ in found], errors, motions)
+    return Response(*how, ended, curve.shooting.scene, parameter, q, [each for each, _ in found], errors, motions)
