@@ -17,8 +17,8 @@ import numpy as np
 from buckler.mbs.geometry import Array
 from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.process import compiler
+from buckler.mbs.record.errors import Status
 from buckler.mbs.record.run import Run
-from buckler.mbs.record.signals import Status
 from buckler.mbs.solvers import Controlled, Spectral
 
 if TYPE_CHECKING:

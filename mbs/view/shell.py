@@ -10,6 +10,7 @@ from io import StringIO
 from pathlib import Path
 from typing import Any
 
+from buckler.mbs.units import labelled
 from buckler.mbs.view.style import house_style, subplots
 
 HERE = "buckler.mbs.view"

@@ -27,8 +27,8 @@ from buckler.mbs import (
     sensitivities,
     simulate,
 )
-from buckler.mbs.compiler import compiler
 from buckler.mbs.laws import Impact, NoFriction
+from buckler.mbs.process import compiler
 
 INERTIA, KP, KI, WANTED = 0.02, 0.2, 2.0, 10.0
 NAMES = ["compiled", "exudyn"]
