@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from math import cos, sin
 from typing import Any, cast
@@ -13,11 +13,11 @@ import numpy as np
 from buckler.mbs.elements import Belt, Drive, Force, LineLoad, Link, Mass, Motor, Spring, Torque, TorsionSpring
 from buckler.mbs.elements.element import GROUND, Burden, place
 from buckler.mbs.elements.references import held_at, holder
+from buckler.mbs.elements.states import Stateful
 from buckler.mbs.engine import Callback, System, rows
 from buckler.mbs.engine.guarded import guarded, watched
 from buckler.mbs.engine.placed import History
 from buckler.mbs.engine.scene import Scene
-from buckler.mbs.engine.states import add_states
 from buckler.mbs.engine.stop import StrutSpring
 from buckler.mbs.engine.strip import PlacedStrip
 from buckler.mbs.geometry import Array, cross
@@ -75,6 +75,42 @@ def _force(scene: Scene, name: str, load: Force, follows: str | None) -> Callabl
         return [c * fx - s * fy, s * fx + c * fy, 0.0]
 
     return vector
+
+
+def add_states(scene: Scene, name: str, load: Stateful, measured: Callable[[], Sequence[float]]) -> list[Callback]:
+    """Add the states of a load; what is measured now decides their rates.
+
+    Returns
+    -------
+    list of callable
+        Components of the load's value, of the time, for messages, of the time again and of what is measured; the states are
+        those of now.
+    """
+    initial = load.states.initial  # type: ignore[union-attr]
+    functions, count, none = [guarded(scene, name, each) for each in load.functions()], len(initial), [0.0] * len(initial)
+    node = scene.system.AddNode(
+        eii.NodeGenericODE2(
+            numberOfODE2Coordinates=count, referenceCoordinates=none, initialCoordinates=none, initialCoordinates_t=[*initial]
+        )
+    )
+
+    def rates(_system: System, t: float, _item: int, _integrals: Array, states: Sequence[float]) -> list[float]:
+        return [rate(t, t, *measured(), *states) for rate in functions[load.law.size :]]
+
+    scene.system.AddObject(eii.ObjectGenericODE2(nodeNumbers=[node], massMatrix=np.eye(count), forceUserFunction=rates))
+    scene.states.append((node, count))
+    scene.reads(name, "states", partial(_states_of, scene, node, count))
+
+    def component(function: Callback, *values: float) -> float:
+        first = scene.system.GetNodeODE2Index(node)
+        return function(*values, *scene.system.systemData.GetODE2Coordinates_t()[first : first + count])
+
+    return [partial(component, each) for each in functions[: load.law.size]]
+
+
+def _states_of(scene: Scene, node: int, count: int, run: History, _record: Record) -> Array:
+    first = scene.system.GetNodeODE2Index(node)
+    return np.hstack([part[:, first : first + count] for part in (run.states.q_t, run.states.q_tt)])
 
 
 def add_line_loads(scene: Scene, loads: dict[str, LineLoad]) -> None:

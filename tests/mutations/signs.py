@@ -11,7 +11,7 @@ ELEMENTS, ENGINE, SPECTRAL = "mbs/elements", "mbs/engine", "mbs/spectral"
 MIRRORS = {
     "rigid": "spinning_start simulate_rigid loads", "strip": "spinning_start simulate_strips inner_points", "modal": "modal_body",
     "clearance": "clearance_kernel clearance_limits clearance", "guide": "guide_friction simulate_rigid",
-    "stop": "free_stops simulate_contact", "rows": "couplings joints", "states": "load_states",
+    "stop": "free_stops simulate_contact", "rows": "couplings joints",
     "loads": "loads load_states simulate_strips simulate_contact simulate_rigid couplings clearance",
 }  # fmt: skip
 """Tests of `tests/engine` for a file of `mbs/engine`, where those of that folder were not among the callers."""
@@ -122,7 +122,7 @@ PLAIN = (
     ("Spring", f"{SPECTRAL}/registry.py", "load.stiffness, load.damping", "load.stiffness, -load.damping"),
     ("TorsionSpring", f"{SPECTRAL}/registry.py", "(load.free_angle or 0.0)", "-(load.free_angle or 0.0)"),
     ("Drive", f"{SPECTRAL}/builder.py", "self.ramps.append((motion.start", "self.ramps.append((-motion.start"),
-    ("States", f"{ENGINE}/states.py", "massMatrix=np.eye(count)", "massMatrix=-np.eye(count)"),
+    ("States", f"{ENGINE}/loads.py", "massMatrix=np.eye(count)", "massMatrix=-np.eye(count)"),
     ("States", f"{SPECTRAL}/builder.py", "self.mass(places, np.eye(len(initial)))", "self.mass(places, -np.eye(len(initial)))"),
     ("Mass", f"{SPECTRAL}/strip_body.py", "amount * gravity[i] * value", "-amount * gravity[i] * value"),
 )
