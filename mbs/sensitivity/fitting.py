@@ -15,7 +15,7 @@ from buckler.mbs.offers import offered
 from buckler.mbs.sensitivity.data import Experiment, read_csv
 from buckler.mbs.sensitivity.frozen import needs_compiler
 from buckler.mbs.sensitivity.numbers import Source
-from buckler.mbs.sensitivity.residuals import LEVEL, Bounds, Problem, Profile, rms
+from buckler.mbs.sensitivity.residuals import LEVEL, Bounds, Problem, Profile, rms, unexplained
 from buckler.mbs.solvers import Spectral
 from buckler.mbs.units import behind
 from buckler.mbs.validate import whole
@@ -42,7 +42,7 @@ class Fit:
     intervals : dict of str to Interval
         95 %, from the tangent at the best point; infinite where the data say nothing.
     unidentified : list of str
-        Sentences: what the data cannot tell.
+        Sentences: what the data cannot tell, and which signals no numbers explain.
     correlation : array, shape (numbers, numbers)
     rms : dict of str to float
         What is left of each signal, in its unit, over all experiments.
@@ -164,9 +164,14 @@ def _told(problem: Problem, best: Array, profiles: dict[str, Profile]) -> Fit:
     intervals = {name: Interval(float(v - d), float(v + d)) for name, v, d in zip(problem.names, values, reach, strict=True)}
     correlation = covariance / np.outer(deviation, deviation)
     predicted = problem.run(best).predicted
+    left = rms(problem.experiments, predicted)
+    blind = [
+        f"{name} is explained worse than by its mean; are its times and units those of the mechanism?"
+        for name in unexplained(problem.experiments, left, problem.growth(best))
+    ]
     return Fit(
-        dict(zip(problem.names, map(float, values), strict=True)), intervals, _vague(problem, best, deviation, correlation),
-        correlation, rms(problem.experiments, predicted), predicted, problem.experiments,
+        dict(zip(problem.names, map(float, values), strict=True)), intervals,
+        [*_vague(problem, best, deviation, correlation), *blind], correlation, left, predicted, problem.experiments,
         0.5 * float(np.sum(problem.residuals(best) ** 2)),
         {name: (float(a), float(b)) for name, a, b in zip(problem.names, problem.low, problem.high, strict=True)},
         problem.units, profiles,

@@ -286,10 +286,22 @@ def rms(experiments: Sequence[Experiment], predicted: Sequence[Mapping[str, Any]
     return {name: float(1.4826 * np.median(np.abs(x)) if robust else np.sqrt(np.mean(x**2))) for name, x in size.items()}
 
 
+def _measured(experiments: Sequence[Experiment], name: str) -> Array:
+    """All that was measured of a signal."""
+    values = np.concatenate([each.signals[name] for each in experiments if name in each.signals])
+    return values[np.isfinite(values)]
+
+
 def _spread(experiments: Sequence[Experiment], name: str) -> float:
     """Of a signal's data: what its residuals are held against before a fit."""
-    values = np.concatenate([each.signals[name] for each in experiments if name in each.signals])
-    return float(np.nanstd(values)) or float(np.nanmax(np.abs(values))) or 1.0
+    values = _measured(experiments, name)
+    return float(np.std(values)) or float(np.max(np.abs(values))) or 1.0
+
+
+def unexplained(experiments: Sequence[Experiment], left: Mapping[str, float], growth: float) -> list[str]:
+    """Signals of which more is left than about their mean, beyond chance and what a fit does not look for."""
+    known = {name: _measured(experiments, name) for name in left}
+    return [name for name, x in known.items() if left[name] ** 2 > growth * np.var(x) + CLOSE * np.mean(x**2)]
 
 
 def size(each: Experiment) -> int:

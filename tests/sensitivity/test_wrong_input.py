@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from simulations import pushed
 
-from buckler.mbs import fit, optimise, sensitivities
+from buckler.mbs import fit, optimise, sensitivities, simulate
 from buckler.mbs.sensitivity.data import Experiment, read_csv
 from buckler.mbs.sensitivity.frozen import RunFailedError, Steps
 from buckler.mbs.sensitivity.numbers import standing
@@ -133,6 +133,14 @@ def test_why_no_start_leads_to_a_run_is_told():
 def test_readings_that_there_cannot_be(text, message):
     with pytest.raises(ValueError, match=message):
         sensitivities(pushed(150.0), 0.1, by=[K], of=text)
+
+
+def test_a_signal_in_other_units_is_told_as_not_explained():
+    time = np.linspace(0.0, 0.5, 51)
+    place = simulate(pushed(150.0), 0.5).at("O.x", time)
+    made = [Experiment(time, {"O.x": factor * place}) for factor in (1.0, 1e3, 1e-3)]
+    told = [fit(pushed(150.0), each, free={K: (100.0, 200.0)}, starts=1).unidentified for each in made]
+    assert told[0] == [] and all("O.x is explained worse than by its mean" in each[-1] for each in told[1:])
 
 
 def test_numbers_and_values_have_their_units(tmp_path, capsys):
