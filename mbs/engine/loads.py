@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
 from math import cos, sin
 from typing import Any, cast
@@ -13,11 +13,12 @@ import numpy as np
 from buckler.mbs.elements import Belt, Drive, Force, LineLoad, Link, Mass, Motor, Spring, Torque, TorsionSpring
 from buckler.mbs.elements.element import GROUND, Burden, place
 from buckler.mbs.elements.references import held_at, holder
-from buckler.mbs.elements.states import Stateful
 from buckler.mbs.engine import Callback, System, rows
 from buckler.mbs.engine.guarded import guarded, watched
+from buckler.mbs.engine.guide import PlacedBlock
 from buckler.mbs.engine.placed import History
 from buckler.mbs.engine.scene import Scene
+from buckler.mbs.engine.states import Moving, Sliding, Turning, add_states
 from buckler.mbs.engine.stop import StrutSpring
 from buckler.mbs.engine.strip import PlacedStrip
 from buckler.mbs.geometry import Array, cross
@@ -34,16 +35,17 @@ def add_forces(scene: Scene, loads: dict[str, Force]) -> None:
     for name, load in loads.items():
         at = place(held_at(scene.mechanism, load.point))
         marker, follows = scene.marker(*at), load.turns_with(scene.mechanism)
+        scene.parts["Force"] += 1
         if load.states is not None:
-            item = eii.LoadForceVector(markerNumber=marker, loadVectorUserFunction=_with_states(scene, name, load, at))
-        elif callable(load.value) or follows is not None:
+            add_states(scene, name, load, _pushed(scene, *at))
+            continue
+        if callable(load.value) or follows is not None:
             item = eii.LoadForceVector(markerNumber=marker, loadVectorUserFunction=_force(scene, name, load, follows))
         else:
             item = eii.LoadForceVector(markerNumber=marker, loadVector=[*load.value, 0.0])
         scene.system.AddLoad(item)
         if load.through is not None:
             add_torque(scene, scene.turning(*at), _moment_of(scene, at, load.through, _force(scene, name, load, follows)))
-        scene.parts["Force"] += 1
 
 
 def _moment_of(scene: Scene, at: tuple[str, str], through: tuple[float, float], force: Callable[..., list[float]]) -> Callback:
@@ -57,10 +59,13 @@ def _moment_of(scene: Scene, at: tuple[str, str], through: tuple[float, float], 
     return moment
 
 
-def _with_states(scene: Scene, name: str, load: Force, at: tuple[str, str]) -> Callable[..., list[float]]:
-    measured = partial(scene.path, *at)
-    parts = add_states(scene, name, load, measured)
-    return lambda _system, t, _load: [*(part(t, t, *measured()) for part in parts), 0.0]
+def _pushed(scene: Scene, body: str, point: str) -> Sliding | Moving:
+    """The point as the engine's own coordinates have it."""
+    placed, at = scene.placed[body], scene.mechanism.points[point]
+    if isinstance(placed, PlacedBlock):
+        return Sliding(placed.nodes[0], 1, np.array(at), placed.body.along)
+    node, size, here = placed.place_node(point)
+    return Moving(node, size, here, np.subtract(at, here))
 
 
 def _force(scene: Scene, name: str, load: Force, follows: str | None) -> Callable[..., list[float]]:
@@ -75,42 +80,6 @@ def _force(scene: Scene, name: str, load: Force, follows: str | None) -> Callabl
         return [c * fx - s * fy, s * fx + c * fy, 0.0]
 
     return vector
-
-
-def add_states(scene: Scene, name: str, load: Stateful, measured: Callable[[], Sequence[float]]) -> list[Callback]:
-    """Add the states of a load; what is measured now decides their rates.
-
-    Returns
-    -------
-    list of callable
-        Components of the load's value, of the time, for messages, of the time again and of what is measured; the states are
-        those of now.
-    """
-    initial = load.states.initial  # type: ignore[union-attr]
-    functions, count, none = [guarded(scene, name, each) for each in load.functions()], len(initial), [0.0] * len(initial)
-    node = scene.system.AddNode(
-        eii.NodeGenericODE2(
-            numberOfODE2Coordinates=count, referenceCoordinates=none, initialCoordinates=none, initialCoordinates_t=[*initial]
-        )
-    )
-
-    def rates(_system: System, t: float, _item: int, _integrals: Array, states: Sequence[float]) -> list[float]:
-        return [rate(t, t, *measured(), *states) for rate in functions[load.law.size :]]
-
-    scene.system.AddObject(eii.ObjectGenericODE2(nodeNumbers=[node], massMatrix=np.eye(count), forceUserFunction=rates))
-    scene.states.append((node, count))
-    scene.reads(name, "states", partial(_states_of, scene, node, count))
-
-    def component(function: Callback, *values: float) -> float:
-        first = scene.system.GetNodeODE2Index(node)
-        return function(*values, *scene.system.systemData.GetODE2Coordinates_t()[first : first + count])
-
-    return [partial(component, each) for each in functions[: load.law.size]]
-
-
-def _states_of(scene: Scene, node: int, count: int, run: History, _record: Record) -> Array:
-    first = scene.system.GetNodeODE2Index(node)
-    return np.hstack([part[:, first : first + count] for part in (run.states.q_t, run.states.q_tt)])
 
 
 def add_line_loads(scene: Scene, loads: dict[str, LineLoad]) -> None:
@@ -131,14 +100,13 @@ def add_line_loads(scene: Scene, loads: dict[str, LineLoad]) -> None:
 def add_torques(scene: Scene, loads: dict[str, Torque]) -> None:
     """Load the angle of each link; a constant torque needs no callback."""
     for name, load in loads.items():
-        at = place(load.at(scene.mechanism))
-        marker = scene.turning(*at)
+        body, point = place(load.at(scene.mechanism))
         if load.states is not None:
-            add_torque(scene, marker, *add_states(scene, name, load, partial(scene.turn, *at)))
+            add_states(scene, name, load, Turning(scene.placed[body].contact_node(point)[0]))
         elif callable(load.value):
-            add_torque(scene, marker, guarded(scene, name, load.value))
+            add_torque(scene, scene.turning(body, point), guarded(scene, name, load.value))
         else:
-            scene.system.AddLoad(eii.LoadCoordinate(markerNumber=marker, load=load.value))
+            scene.system.AddLoad(eii.LoadCoordinate(markerNumber=scene.turning(body, point), load=load.value))
         scene.parts["Torque"] += 1
 
 

@@ -129,25 +129,15 @@ class Scene:
 
     def angle(self, body: str, point: str) -> float:
         """Angle turned since t = 0 by a body at a point, rad, in the state the engine asks for."""
-        return float(self.turn(body, point)[0])
-
-    def turn(self, body: str, point: str) -> tuple[float, float]:
-        """That angle and its rate, rad/s."""
-        return tuple(float(each[0]) for each in self._now(body).turn(point))  # type: ignore[return-value]
+        return float(self._now(body).turn(point)[0][0])
 
     def position(self, body: str, point: str) -> Array:
         """Place of a point of a body, m, (2,), likewise."""
         return np.asarray(self._now(body).point(point)[0][0])
 
-    def path(self, body: str, point: str) -> list[float]:
-        """Place, m, and velocity, m/s, likewise, (4,)."""
-        place, velocity = self._now(body).point(point)
-        return [*place[0].tolist(), *velocity[0].tolist()]
-
     def _now(self, body: str) -> Moved:
-        data = self.system.systemData
-        q, v = data.GetODE2Coordinates()[None], data.GetODE2Coordinates_t()[None]
-        return self.placed[body].motion(States(q, v, v))
+        q = self.system.systemData.GetODE2Coordinates()[None]
+        return self.placed[body].motion(States(q, q, q))
 
     def constrain(self, name: str, first: int, second: int) -> None:
         """Pin two position markers to each other."""

@@ -122,7 +122,9 @@ PLAIN = (
     ("Spring", f"{SPECTRAL}/registry.py", "load.stiffness, load.damping", "load.stiffness, -load.damping"),
     ("TorsionSpring", f"{SPECTRAL}/registry.py", "(load.free_angle or 0.0)", "-(load.free_angle or 0.0)"),
     ("Drive", f"{SPECTRAL}/builder.py", "self.ramps.append((motion.start", "self.ramps.append((-motion.start"),
-    ("States", f"{ENGINE}/loads.py", "massMatrix=np.eye(count)", "massMatrix=-np.eye(count)"),
+    ("States", f"{ENGINE}/states.py", "*[1.0] * count", "*[-1.0] * count"),
+    ("States", f"{ENGINE}/states.py", "bx * fy - by * fx", "by * fx - bx * fy"),
+    ("States", f"{ENGINE}/states.py", "v[0] - v[2] * by", "v[0] + v[2] * by"),
     ("States", f"{SPECTRAL}/builder.py", "self.mass(places, np.eye(len(initial)))", "self.mass(places, -np.eye(len(initial)))"),
     ("Mass", f"{SPECTRAL}/strip_body.py", "amount * gravity[i] * value", "-amount * gravity[i] * value"),
 )

@@ -40,14 +40,14 @@ def scenes() -> dict[str, Scene]:
 
 
 def _governed() -> Mechanism:
-    """A slider-crank whose loads, on a strip's end and on a point of a link, have states, with laws that are not linear."""
+    """A slider-crank whose loads, on the turn and on a point of rigid links, have states, with laws that are not linear."""
     turn = States(["sin(angle) - state2", "state1*state2 + speed"], (0.2, 0.3))
     push = States(["x*vx - state1", "vy + state1*y", "state2*state3 - t"], (0.4, 0.5, 0.6))
     loads = [
         Torque("coupler", "state1*speed + 3*angle*state2", states=turn),
         Force("crank:A", ["state1*vx + 2*state3*y", "state2*x + vy"], states=push),
     ]
-    return replace(slider_crank(Beam(DAMPED), law=None, mass=0.3, speed=1.25), loads=loads)
+    return replace(slider_crank(Rigid(DAMPED), law=None, mass=0.3, speed=1.25), loads=loads)
 
 
 def state(scene: Scene, seed: int, size: float = 1e-4, rate: float = 1.0) -> tuple[Any, Any, Any]:
