@@ -56,7 +56,7 @@ PAGES = (
     ),
     Page("sweep", "Sweeps of a mechanism", "buckler.studies.own.sweep", ("sweep",)),
     Page("sweeps", "Sweeps of studies", "buckler.studies.sweeping.sweep", ("sweep", "Part", "Row")),
-    Page("merge", "Stores of several machines", "buckler.studies.sweeping.merge", ("merge", "Merged")),
+    Page("merge", "Stores of several machines", "buckler.studies.sweeping.after", ("merge", "Merged")),
 )
 
 

@@ -6,7 +6,7 @@ import sys
 import time
 from pathlib import Path
 
-from buckler.studies.sweeping.export import read
+from buckler.studies.sweeping.after import read
 
 ROOT = Path(__file__).resolve().parent.parent
 ENVIRONMENT = os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT), str(ROOT / "tests")]), "PYTHONWARNINGS": ""}

@@ -7,6 +7,7 @@ heavy is imported before a command is known by name, so that `list` and `--help`
 from __future__ import annotations
 
 import argparse
+import contextlib
 import json
 import os
 import sys
@@ -14,16 +15,16 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from buckler.studies.kit import registry
-from buckler.studies.kit.completion import complete
 from buckler.studies.kit.words import MECHANISMS, Command, Parser, program, target, wrong_input
-
-RUN = "buckler.studies.kit.running:run"
-NAMED = {"run": RUN, "sweep": "buckler.studies.sweeping.command:sweep_study"}
-"""Commands whose options depend on the name that follows them: what answers (name, words, prog)."""
-
 
 STUDIES = "buckler.studies"
 """The package of all places."""
+NAMED = {
+    "run": ("kit.running:run", "kit.options:parser_of"),
+    "sweep": ("sweeping.command:sweep_study", "sweeping.command:parser"),
+}
+"""Commands whose options depend on the name that follows them: what answers (name, words, prog), and what makes the parser of a
+study or file from (subject, prog)."""
 COMMANDS: dict[str, tuple[str, str]] = {
     "new": ("write an example file of a mechanism, to start from", "kit.cli:new"),
     "show": ("draw the mechanism of a file and tell what it is made of", "own.show:showing"),
@@ -48,8 +49,8 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "explore": ("turn numbers of a file's mechanism by sliders in a page on this machine", "own.explore:explore"),
     "optimise": ("choose numbers of a file's mechanism so that a reading is least and others as wanted", "own.turning:optimise"),
     "list": ("name every study, one a line", "kit.cli:listing"),
-    "export": ("write what a sweep has stored as CSV or Parquet", "sweeping.export:export"),
-    "merge": ("put the stores of a sweep's parts together; refuses contradictions", "sweeping.merge:merging"),
+    "export": ("write what a sweep has stored as CSV or Parquet", "sweeping.after:export"),
+    "merge": ("put the stores of a sweep's parts together; refuses contradictions", "sweeping.after:merging"),
     "schema": ("print the JSON schema of mechanism files, for editors", "own.show:schemas"),
     "compile": ("compile the solver for this machine, so that no run waits for it", "own.show:compiling"),
     "evidence": ("run again what the documents quote, or check that it still holds", "evidence.command:again"),
@@ -62,16 +63,13 @@ def main(study: str | None = None, argv: Sequence[str] | None = None) -> int:
 
     Parameters
     ----------
-    study : str, optional
-        The study to run with `argv` as its options; without it `argv` starts with a command. A study that is run as a
+    study : the study to run with `argv` as its options; without it `argv` starts with a command. A study that is run as a
         script names itself here and is imported once more under its real name: the copy called `__main__` only defines.
-    argv : sequence of str, optional
-        `sys.argv[1:]` if not given.
+    argv : `sys.argv[1:]` if not given
 
     Returns
     -------
-    status : int
-        The exit status.
+    status : the exit status
     """
     words = list(sys.argv[1:] if argv is None else argv)
     if argv is None and words[:1] == ["show"]:  # all of this process: loading a compiler takes longer than interpreting
@@ -90,13 +88,13 @@ def main(study: str | None = None, argv: Sequence[str] | None = None) -> int:
 
 def _dispatch(study: str | None, words: list[str]) -> int:
     if study is not None:
-        return int(target(RUN)(study, words, f"python -m {registry.entry(study).module}"))
+        return int(target(f"{STUDIES}.{NAMED['run'][0]}")(study, words, f"python -m {registry.entry(study).module}"))
     if "_ARGCOMPLETE" in os.environ:
-        complete(_parsers)
+        _complete()
     name, *rest = words or [""]
     try:
         if name in NAMED and rest and not rest[0].startswith("-"):
-            return int(target(NAMED[name])(rest[0], rest[1:], f"{program()} {name} {rest[0]}"))
+            return int(target(f"{STUDIES}.{NAMED[name][0]}")(rest[0], rest[1:], f"{program()} {name} {rest[0]}"))
         if name == "--version":
             return _version()
         general, mine = _parsers(name)
@@ -126,6 +124,22 @@ def _parsers(chosen: str) -> tuple[Parser, Parser | None]:
             target(f"{STUDIES}.{place}").declare(command)
             mine = command
     return general, mine
+
+
+def _complete() -> None:
+    """Answer the shell, by argcomplete, and end the process; without it, return."""
+    line = os.environ["COMP_LINE"][: int(os.environ["COMP_POINT"])]
+    command, name, *_ = [*line.split(maxsplit=3)[1:], "", ""]
+    rest = line.split(maxsplit=3)[3:]
+    parser, _ = _parsers(command)
+    if command in NAMED and name and (rest or line[-1].isspace()):  # the parser of the study or file sees its options alone
+        with contextlib.suppress(ImportError, ValueError):
+            found = target(f"{STUDIES}.kit.options:subject")(name)
+            parser = target(f"{STUDIES}.{NAMED[command][1]}")(found, f"{program()} {command} {name}")
+            words = f"{line.split()[0]} {''.join(rest)}"
+            os.environ |= {"COMP_LINE": words, "COMP_POINT": str(len(words.encode()))}
+    with contextlib.suppress(ImportError):
+        target("argcomplete:autocomplete")(parser)
 
 
 def _names(prefix: str = "", **_: object) -> list[str]:

@@ -18,7 +18,7 @@ from buckler.studies.own.places import spec, to_json
 from buckler.studies.own.study import Parameters
 from buckler.studies.sweeping import sweep as cases
 from buckler.studies.sweeping.executors import Workers
-from buckler.studies.sweeping.report import Heading, summary, worst, write_page
+from buckler.studies.sweeping.report import Heading, page, summary, worst
 from buckler.studies.sweeping.rows import Row
 from buckler.studies.sweeping.table import points
 from buckler.studies.sweeping.vary import Grid, plan
@@ -90,5 +90,5 @@ def sweep(
     if report is not None:
         found = points(chosen, rows)
         told = Heading(name, worst(rows), summary(found, perf_counter() - begin), f"buckler run {name}.toml", True, [])
-        write_page(report, told, chosen, found, units)
+        report.write_text(page(told, chosen, found, units, report.parent), encoding="utf-8")
     return rows

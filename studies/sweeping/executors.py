@@ -56,10 +56,8 @@ class Local(Workers):
 
     Parameters
     ----------
-    count : int
-        How many, at least 1.
-    module : str
-        The study, which the fork server imports before it forks.
+    count : how many, at least 1
+    module : the study, which the fork server imports before it forks
     """
 
     where, tries = "the pool of processes", 3
@@ -148,8 +146,7 @@ class Given(Workers):
     Parameters
     ----------
     executor : Executor
-    slots : int
-        How many cases to keep in flight.
+    slots : how many cases to keep in flight
     """
 
     tries = 0
@@ -179,10 +176,8 @@ class Dask(Workers):
 
     Parameters
     ----------
-    address : str or Path
-        Of its scheduler, such as tcp://127.0.0.1:8786, or the file in which the scheduler has written it.
-    patience : float
-        How long, s, it may be without workers.
+    address : of its scheduler, such as tcp://127.0.0.1:8786, or the file in which the scheduler has written it
+    patience : how long, s, it may be without workers
     """
 
     def __init__(self, address: str | Path, patience: float = 60.0) -> None:

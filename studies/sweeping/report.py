@@ -30,14 +30,10 @@ class Heading:
     Attributes
     ----------
     title, status, summary : str
-    command : str
-        What runs one case, but for the values that vary.
-    places : bool
-        Whether these are places of a mechanism's file, for `--set`; else parameters of a study.
-    facts : sequence of (str, str)
-        How it was made.
-    folder : Path, optional
-        Where reports of single cases are, by `report_name`.
+    command : what runs one case, but for the values that vary
+    places : whether these are places of a mechanism's file, for `--set`; else parameters of a study
+    facts : how it was made
+    folder : where reports of single cases are, by `report_name`
     """
 
     title: str
@@ -49,36 +45,8 @@ class Heading:
     folder: Path | None = None
 
 
-def write_page(path: Path, heading: Heading, plan: Plan, found: Sequence[Point], units: Mapping[str, str]) -> Path:
-    """Write the page.
-
-    Parameters
-    ----------
-    path : Path
-    heading : Heading
-    plan : Plan
-    found : sequence of Point
-        What `points` gathers.
-    units : mapping
-        Of the parameters.
-    """
-    path.write_text(page(heading, plan, found, units, path.parent), encoding="utf-8")
-    return path
-
-
 def study_page(name: str, study: str, cases: Sequence[StudyParameters], names: Sequence[str], rows: Sequence[Row]) -> str:
-    """The page of a study that sweeps another one, as text.
-
-    Parameters
-    ----------
-    name, study : str
-        Of the study, and of the one it sweeps.
-    cases : sequence of StudyParameters
-        Of `study`, the same but for the parameters called `names`.
-    names : sequence of str
-    rows : sequence of Row
-        What they gave.
-    """
+    """The page of a study that sweeps another one, as text: cases of the other, the same but for the parameters `names`."""
     plan, known = Plan(cases, tuple(names), frozenset(), frozenset(), 1), specs(type(cases[0]))
     found = points(plan, rows)
     heading = Heading(name, worst(rows), summary(found, math.nan), _alone(study, cases[0], names), False, [("sweeps", study)])
@@ -104,7 +72,8 @@ def _alone(study: str, case: StudyParameters, names: Sequence[str]) -> str:
 
 def page(heading: Heading, plan: Plan, found: Sequence[Point], units: Mapping[str, str], beside: Path) -> str:
     """The whole page as text; reports of single cases are linked from the folder `beside`."""
-    shown = units_of(found)
+    shown, more = units_of(found), len(found) - MOST
+    left_out = [("left out", f"{more} points; the store has them")] if more > 0 else []
     content = {
         "title": heading.title,
         "status": heading.status,
@@ -112,11 +81,15 @@ def page(heading: Heading, plan: Plan, found: Sequence[Point], units: Mapping[st
         "command": heading.command,
         "places": heading.places,
         "repeats": plan.repeats,
-        "parameters": [_parameter(name, i, plan, found, units) for i, name in enumerate(plan.names)],
+        "parameters": [
+            {"name": name, "unit": units.get(name, ""), "word": any(isinstance(point.values[i], str) for point in found),
+             "log": name in plan.log, "sampled": name in plan.sampled}
+            for i, name in enumerate(plan.names)
+        ],
         "metrics": [{"name": name, "unit": unit} for name, unit in shown.items()],
         "rows": [_row(point, list(shown), plan, heading.folder, beside) for point in found[:MOST]],
-        "facts": [*heading.facts, *versions().items(), *_left_out(found)],
-    }
+        "facts": [*heading.facts, *versions().items(), *left_out],
+    }  # fmt: skip
     return filled(__package__, "sweep", content)
 
 
@@ -127,12 +100,6 @@ def summary(found: Sequence[Point], wall: float) -> str:
     computed = sum(row.wall_s for point in found for row in point.rows if math.isfinite(row.wall_s))
     took = f", {wall:.3g} s for this command" if math.isfinite(wall) else ""
     return f"{sum(counts.values())} cases: {ends}; {computed:.3g} s of computing{took}"
-
-
-def _parameter(name: str, i: int, plan: Plan, found: Sequence[Point], units: Mapping[str, str]) -> dict[str, Any]:
-    word = any(isinstance(point.values[i], str) for point in found)
-    spaced = {"log": name in plan.log, "sampled": name in plan.sampled}
-    return {"name": name, "unit": units.get(name, ""), "word": word, **spaced}
 
 
 def _row(point: Point, names: Sequence[str], plan: Plan, folder: Path | None, beside: Path) -> dict[str, Any]:
@@ -151,7 +118,3 @@ def _row(point: Point, names: Sequence[str], plan: Plan, folder: Path | None, be
 
 def _fine(value: float) -> float | None:
     return float(f"{value:.7g}") if math.isfinite(value) else None
-
-
-def _left_out(found: Sequence[Point]) -> list[tuple[str, str]]:
-    return [("left out", f"{len(found) - MOST} points; the store has them")] if len(found) > MOST else []

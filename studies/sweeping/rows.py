@@ -22,22 +22,15 @@ class Row:
 
     Attributes
     ----------
-    number : int
-        Its place in the plan, from 0.
-    parameters : dict
-        All of them, in the study's units; several values as a list.
-    status : str
-        The study's own ("OK", "SUSPECT", ...), "ERROR" for what it raised, "CRASHED" if its process died each time.
-    message : str
-        Why it is not OK.
+    number : its place in the plan, from 0
+    parameters : all of them, in the study's units; several values as a list
+    status : the study's own ("OK", "SUSPECT", ...), "ERROR" for what it raised, "CRASHED" if its process died each time
+    message : why it is not OK
     metrics : dict of Metric
     work : dict
-    wall_s : float
-        Run time of the case in its worker, s.
-    provenance : dict
-        versions, sources (hash), host and ended.
-    signals : bytes, optional
-        The content of an npz file; `arrays` reads it.
+    wall_s : run time of the case in its worker, s
+    provenance : versions, sources (hash), host and ended
+    signals : the content of an npz file; `arrays` reads it
     """
 
     number: int

@@ -42,12 +42,9 @@ class About:
     Attributes
     ----------
     study : str
-    versions : dict
-        Of Python, Buckler and the packages its numbers come from.
-    units : dict
-        Unit of each parameter, "" where it has none.
-    signals : bool
-        Whether the signals of each case are kept.
+    versions : of Python, Buckler and the packages its numbers come from
+    units : unit of each parameter, "" where it has none
+    signals : whether the signals of each case are kept
     """
 
     study: str
@@ -61,10 +58,8 @@ class Store:
 
     Parameters
     ----------
-    path : Path, optional
-        The file, made if it is not there; without it the rows are kept in memory.
-    write : bool
-        Whether it may change; a file that may not is only looked at, and must be there.
+    path : the file, made if it is not there; without it the rows are kept in memory
+    write : whether it may change; a file that may not is only looked at, and must be there
 
     Raises
     ------
@@ -160,15 +155,12 @@ class Store:
         Parameters
         ----------
         about : About
-        cases : sequence of StudyParameters
-            All of the sweep. A store may grow: what it holds must be among them.
-        retry : bool
-            Whether cases that ended neither OK nor SUSPECT are to be run again.
+        cases : all of the sweep. A store may grow: what it holds must be among them.
+        retry : whether cases that ended neither OK nor SUSPECT are to be run again
 
         Returns
         -------
-        pending : list of int
-            Numbers of the cases that have not ended.
+        pending : numbers of the cases that have not ended
 
         Raises
         ------

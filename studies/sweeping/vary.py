@@ -54,12 +54,9 @@ class Sampling:
 
     Attributes
     ----------
-    count : int
-        How many samples.
-    method : str
-        sobol, halton (quasi-random, scrambled) or lhs (Latin hypercube); `scipy.stats.qmc`.
-    draw : int
-        Another one gives other samples of the same kind.
+    count : how many samples
+    method : sobol, halton (quasi-random, scrambled) or lhs (Latin hypercube); `scipy.stats.qmc`
+    draw : another one gives other samples of the same kind
     """
 
     count: int
@@ -74,12 +71,9 @@ class Plan:
     Attributes
     ----------
     cases : sequence of StudyParameters
-    names : tuple of str
-        Parameters that vary, in the order given, without the seed of repeats.
-    sampled, log : set of str
-        Those that are sampled, and those that are spaced in the logarithm.
-    repeats : int
-        Cases that differ by their seed only.
+    names : parameters that vary, in the order given, without the seed of repeats
+    sampled, log : those that are sampled, and those that are spaced in the logarithm
+    repeats : cases that differ by their seed only
     """
 
     cases: Sequence[StudyParameters]
@@ -168,15 +162,11 @@ def plan(
 
     Parameters
     ----------
-    kind : type
-        The study's `Parameters`, or what makes cases in its place.
-    given : dict
-        Parameters that all cases share.
+    kind : the study's `Parameters`, or what makes cases in its place
+    given : parameters that all cases share
     varied : sequence of Grid or Range
-    sampling : Sampling, optional
-        Needed if there is a Range, and only then.
-    repeats : int
-        How often each case is run, with the seeds `seed`, `seed` + 1, ...
+    sampling : needed if there is a Range, and only then
+    repeats : how often each case is run, with the seeds `seed`, `seed` + 1, ...
 
     Raises
     ------

@@ -52,6 +52,7 @@ def _follow(leash: Connection) -> None:
         os._exit(1)
 
 
+@cache
 def stamp(module: str) -> dict[str, Any]:
     """Load the study; what this process runs on."""
     importlib.import_module(module)
@@ -68,30 +69,25 @@ def sources() -> str:
     return digest.hexdigest()[:16]
 
 
-_stamp = cache(stamp)
-
-
 def run_case(job: Job) -> Row:
     """Run one case; never raises."""
     with _ONE:
-        origin, start = _stamp(job.module), time.perf_counter()
+        origin, start = stamp(job.module), time.perf_counter()
         study: Any = importlib.import_module(job.module)
         found: dict[str, Any] = {}
         try:
             result = study.run(job.parameters)
             found = {"status": result.status, "message": result.message, "metrics": dict(result.metrics)}
-            found |= {"work": dict(result.work), "signals": _npz(result.signals) if job.signals else None}
+            found["work"] = dict(result.work)
+            if job.signals:
+                file = io.BytesIO()
+                np.savez_compressed(file, **result.signals)
+                found["signals"] = file.getvalue()
         except (Exception, SystemExit) as error:
             found = {"status": "ERROR", "message": _where(error)}
         wall = time.perf_counter() - start
     ended = datetime.now(UTC).isoformat(timespec="seconds")
     return Row(job.number, {}, wall_s=wall, provenance={**origin, "ended": ended}, **found)
-
-
-def _npz(signals: Any) -> bytes:
-    file = io.BytesIO()
-    np.savez_compressed(file, **signals)
-    return file.getvalue()
 
 
 def _where(error: BaseException) -> str:

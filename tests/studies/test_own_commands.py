@@ -13,7 +13,7 @@ from buckler.mbs.elements import Rigid, Section
 from buckler.mbs.laws import CarvalhoMartins
 from buckler.studies.kit.cli import main
 from buckler.studies.own.sweep import sweep
-from buckler.studies.sweeping import export
+from buckler.studies.sweeping import after
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -83,7 +83,7 @@ def test_a_sweep_of_a_file_is_stored_resumed_and_exported(pendulum, capsys):
     assert "links.arm.body.mass [kg]" in out and re.search(r"pendulum: OK in \S+ s", out)
     assert main(argv=["sweep", "pendulum.json", *VARY]) == 0
     assert capsys.readouterr().err == "3 cases, 3 of them stored already\n"
-    rows, units = export.read(pendulum / "results" / "pendulum-sweep" / "cases.sqlite")
+    rows, units = after.read(pendulum / "results" / "pendulum-sweep" / "cases.sqlite")
     assert [row.parameters["links.arm.body.mass"] for row in rows] == [0.5, 1.25, 2.0]
     assert units == {"links.arm.body.mass": "kg"}
     forces = [row.value("max(abs(O.ground-arm.fy))") for row in rows]
@@ -98,7 +98,7 @@ def test_a_sweep_of_a_file_is_stored_resumed_and_exported(pendulum, capsys):
 def test_a_sweep_over_processes_gives_the_same(pendulum, capsys):
     assert main(argv=["sweep", "pendulum.json", *VARY[:-1], "1", "--store", "one.sqlite"]) == 0
     assert main(argv=["sweep", "pendulum.json", *VARY, "--store", "here.sqlite"]) == 0
-    one, here = (export.read(pendulum / name)[0] for name in ("one.sqlite", "here.sqlite"))
+    one, here = (after.read(pendulum / name)[0] for name in ("one.sqlite", "here.sqlite"))
     assert [row.metrics for row in one] == [row.metrics for row in here]
 
 

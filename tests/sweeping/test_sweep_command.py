@@ -17,7 +17,7 @@ from buckler.studies.kit.cli import main
 from buckler.studies.kit.parameters import specs
 from buckler.studies.kit.report import Metric
 from buckler.studies.kit.style import house_style
-from buckler.studies.sweeping.asked import OPTIONS
+from buckler.studies.sweeping.command import OPTIONS
 from buckler.studies.sweeping.figure import figures
 from buckler.studies.sweeping.sweep import Row, sweep
 from buckler.studies.sweeping.table import choose, points

@@ -12,7 +12,7 @@ from sweep_runs import ROOT, same, stored
 from sweep_toy import Parameters
 
 from buckler.studies.kit.cli import main
-from buckler.studies.sweeping.merge import Merged, merge
+from buckler.studies.sweeping.after import Merged, merge
 from buckler.studies.sweeping.store import StoreError
 from buckler.studies.sweeping.sweep import Part, sweep
 

@@ -14,7 +14,7 @@ from buckler.mbs import Mechanism
 from buckler.studies.kit.cli import main
 from buckler.studies.own.sweep import sweep as mechanism_sweep
 from buckler.studies.sweeping import report as pages
-from buckler.studies.sweeping.asked import shared
+from buckler.studies.sweeping.command import shared
 from buckler.studies.sweeping.sweep import sweep
 
 SHORT = {**PENDULUM, "run": {"duration": "20 ms", "measure": ["min(A.y)"]}}

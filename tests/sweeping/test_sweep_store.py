@@ -19,7 +19,7 @@ from sweep_runs import run, same, stored
 from sweep_toy import Parameters
 
 from buckler.studies.kit.report import Metric
-from buckler.studies.sweeping import export
+from buckler.studies.sweeping import after
 from buckler.studies.sweeping.store import About, Store, StoreError
 from buckler.studies.sweeping.sweep import Row, SweepError, sweep
 
@@ -175,7 +175,7 @@ def test_other_files_are_refused_untouched(path):
     with sqlite3.connect(path) as connection:
         connection.execute("CREATE TABLE recipes (name TEXT)")
     connection.close()
-    for use in (Store, export.read):
+    for use in (Store, after.read):
         with pytest.raises(StoreError, match="is an SQLite file, but no sweep's store"):
             use(path)
 
@@ -186,7 +186,7 @@ def test_a_damaged_store_is_refused_by_sweep_and_export(path):
     with path.open("r+b") as file:
         file.seek(size // 2)
         file.write(bytes(range(256)) * (size // 512))
-    for use in (Store, export.read):
+    for use in (Store, after.read):
         with pytest.raises(StoreError, match="is damaged"):
             use(path)
 
@@ -203,7 +203,7 @@ def test_two_sweeps_on_one_file_are_refused_clearly(path):
             assert err == f"error: {path} is in use: another sweep works on it; wait for its end, or name another file\n"
         assert not path.with_suffix(".csv").exists()
         store.record(Row(1, {}, "OK"))
-    assert [row.number for row in export.read(path)[0]] == [0, 1]
+    assert [row.number for row in after.read(path)[0]] == [0, 1]
 
 
 # --- disks --------------------------------------------------------------------------------------------------------------
@@ -270,7 +270,7 @@ def test_a_store_that_cannot_be_written_says_so_but_can_be_exported(forbidden):
         go(path, toys(1, 2, 3))
     with pytest.raises(StoreError, match=r"cannot write .*: unable to open database file"):
         go(forbidden / "new.sqlite", toys(1))
-    assert same(export.read(path)[0]) == same(rows)
+    assert same(after.read(path)[0]) == same(rows)
 
 
 # --- export -------------------------------------------------------------------------------------------------------------
@@ -286,7 +286,7 @@ def mixed(path):
 def test_csv_has_units_in_its_headers_and_every_digit(mixed):
     path, rows = mixed
     out = path.with_suffix(".csv")
-    export.write(export.columns(*export.read(path)), out)
+    after.write(after.columns(*after.read(path)), out)
     lines = list(csv.DictReader(io.StringIO(out.read_text())))
     assert [float(line["length [m]"]) for line in lines] == [1, 6, 2, 3]
     assert [line["models"] for line in lines] == ["strut,beam", "strut,beam", "strut", "beam"]
@@ -302,7 +302,7 @@ def test_parquet_has_units_in_its_metadata(mixed):
     parquet = pytest.importorskip("pyarrow.parquet")
     path, _ = mixed
     out = path.with_suffix(".parquet")
-    export.write(export.columns(*export.read(path)), out)
+    after.write(after.columns(*after.read(path)), out)
     table = parquet.read_table(out)
     assert {name: table.schema.field(name).metadata for name in ("length", "beam.force", "order")} == {
         "length": {b"unit": b"m"}, "beam.force": {b"unit": b"N"}, "order": None,
@@ -313,7 +313,7 @@ def test_parquet_has_units_in_its_metadata(mixed):
 
 def test_signals_of_each_case_come_out_as_they_were(mixed, tmp_path):
     path, _ = mixed
-    assert export.write_signals(path, tmp_path / "signals") == 3
+    assert after.write_signals(path, tmp_path / "signals") == 3
     assert sorted(p.name for p in (tmp_path / "signals").iterdir()) == [f"case-00000{i}.npz" for i in (0, 1, 3)]
     with np.load(tmp_path / "signals" / "case-000001.npz") as signals:
         assert set(signals) == {"time", "force"}
