@@ -15,10 +15,6 @@ SIDES = ((1, 1), (-1, 1), (1, -1), (-1, -1), (1, 0), (-1, 0), (0, 1), (0, -1))
 """Where a label may stand from its point, the usual place first."""
 AWAY = 4.0
 """Of a label from its point, pt."""
-WIDE, HIGH = 0.62, 1.0
-"""A letter's width and a line's height over the size of the text."""
-BETWEEN = 12
-"""Places looked at along each piece of a line."""
 
 
 class Label(NamedTuple):
@@ -31,44 +27,33 @@ class Label(NamedTuple):
 
 
 def write_labels(ax: Any, labels: Sequence[Label], lines: Sequence[Array]) -> None:
-    """Write labels beside their points, one after the other, where each covers fewest points, lines and earlier labels.
+    """Write labels beside their points, one after the other, where each covers fewest earlier labels, points and lines.
 
     Parameters
     ----------
-    ax : Axes
-        With everything drawn that the labels must not cover.
+    ax : with everything drawn that the labels must not cover
     labels : sequence of Label
-    lines : sequence of array, shape (points, 2)
-        What is drawn, in the axes' data.
+    lines : what is drawn, in the axes' data, shape (points, 2)
     """
+    from matplotlib.path import Path
     from matplotlib.patheffects import withStroke
 
     ax.figure.draw_without_rendering()  # the layout decides how far points are apart
-    point = ax.figure.dpi / 72
-    occupied = np.concatenate([_along(ax.transData.transform(line)) for line in lines]) / point
-    taken: list[Array] = []
+    paths = [Path(ax.transData.transform(line[np.isfinite(line).all(axis=1)])) for line in lines]
+    points, taken = np.concatenate([path.vertices for path in paths]), list[Any]()
     for label in labels:
-        at = ax.transData.transform((label.x, label.y)) / point
-        size = np.array([WIDE * SIZE * len(label.text), HIGH * SIZE])
-        boxes = [at + AWAY * np.array(side) + (np.array(side) - 1) / 2 * size for side in SIDES]
-        costs = [_cost(box, size, occupied, taken) for box in boxes]
-        best = int(np.argmin(costs))
-        taken.append(np.array([boxes[best], boxes[best] + size]))
-        (right, up), across, along = SIDES[best], ("right", "center", "left"), ("top", "center", "bottom")
-        text = ax.annotate(
-            label.text, (label.x, label.y), xytext=(AWAY * right, AWAY * up), textcoords="offset points", fontsize=SIZE,
-            color=label.colour, ha=across[right + 1], va=along[up + 1],
-        )  # fmt: skip
-        text.set_path_effects([withStroke(linewidth=2, foreground="white")])
+        text = ax.annotate(label.text, (label.x, label.y), (0, 0), textcoords="offset points", fontsize=SIZE)
+        text.set(color=label.colour, path_effects=[withStroke(linewidth=2, foreground="white")])
 
+        def moved(side: tuple[int, int], text: Any = text) -> Any:
+            right, up = side
+            ha, va = ("right", "center", "left")[right + 1], ("top", "center", "bottom")[up + 1]
+            text.set(position=(AWAY * right, AWAY * up), ha=ha, va=va)
+            return text.get_window_extent()
 
-def _along(corners: Array) -> Array:
-    """Places along a line, its corners among them, which count for more."""
-    share = np.linspace(0, 1, BETWEEN, endpoint=False)[:, None, None]
-    return np.concatenate([((1 - share) * corners[:-1] + share * corners[1:]).reshape(-1, 2), np.repeat(corners, 3, axis=0)])
+        def covers(side: tuple[int, int], moved: Any = moved) -> tuple[int, int]:
+            box = moved(side)
+            crossed = sum(path.intersects_bbox(box, filled=False) for path in paths)
+            return box.count_overlaps(taken), box.count_contains(points) + crossed
 
-
-def _cost(box: Array, size: Array, occupied: Array, taken: Sequence[Array]) -> float:
-    inside = ((occupied > box - 1) & (occupied < box + size + 1)).all(axis=1).sum()
-    overlap = [np.clip(np.minimum(box + size, other[1]) - np.maximum(box, other[0]), 0, None).prod() for other in taken]
-    return float(inside + 2 * sum(overlap))
+        taken.append(moved(min(SIDES, key=covers)))

@@ -13,16 +13,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
+from math import cos, degrees, pi, sin
 from typing import Any
 
 from buckler.mbs.declare import Declaration, Declared, Quantity, Several, Spec, Whole, declarations, field
 from buckler.mbs.declare.spec import Choice, Text
-from buckler.mbs.units import parse_quantity
 
-__all__ = [
-    "Cases", "Repeated", "StudyParameters", "choice", "choices", "integer", "parse_quantity", "quantities", "quantity", "specs",
-    "text",
-]  # fmt: skip
 PLAIN = "parameters"
 """The group of what is declared in none."""
 
@@ -47,6 +43,17 @@ class _Listed(Repeated):
         return super().read(name, given.split(",") if isinstance(given, str) else given)
 
 
+class _Count(Quantity):
+    """A whole number, however it is written."""
+
+    def read(self, name: str, given: object) -> int:
+        """Return it as an int."""
+        value = super().read(name, given)
+        if value != int(value):
+            raise ValueError(f"{name} = {value:g}: must be a whole number")
+        return int(value)
+
+
 def _several(item: Spec) -> Spec:
     return _Listed(item, least=1, distinct=True)
 
@@ -62,6 +69,11 @@ def quantity(default: float, unit: str, low: float, high: float, help: str, grou
 def quantities(default: tuple[float, ...], unit: str, low: float, high: float, help: str, group: str = PLAIN) -> Any:
     """Declare one or more numbers with a unit: `0.1mm,0.3mm`."""
     return field(_several(Quantity(unit, low, high)), help, default, group=group)
+
+
+def counts(default: tuple[int, ...], low: int, high: int, help: str, group: str = PLAIN) -> Any:
+    """Declare one or more whole numbers: `4,8`, `5e3`."""
+    return field(_several(_Count("1", low, high)), help, default, group=group)
 
 
 def integer(default: int, low: int, high: int, help: str, group: str = PLAIN) -> Any:
@@ -107,12 +119,23 @@ class StudyParameters(Declared):
         """All of them by name, as a store and a file keep them."""
         return asdict(self)
 
-    def check_counts(self, *names: str) -> None:
-        """Check that all of some quantities without unit are whole numbers."""
-        for name in names:
-            counts = getattr(self, name)
-            if any(x != int(x) for x in counts):
-                raise ValueError(f"{name} = {','.join(f'{x:g}' for x in counts)}: must be whole numbers")
+
+@dataclass(frozen=True)
+class Gravity(StudyParameters):
+    """Gravity in the plane of a published mechanism, which its paper leaves open: its size and direction."""
+
+    gravity: float = quantity(0.0, "m/s^2", 0, 100, "gravity in the plane; 0: none, or normal to it", "left open")
+    gravity_angle: float = quantity(-pi / 2, "rad", -7, 7, "its direction from the frame: O-C, or the slider's line", "left open")
+
+    @property
+    def pull(self) -> tuple[float, float]:
+        """As a vector, m/s^2."""
+        return (self.gravity * cos(self.gravity_angle), self.gravity * sin(self.gravity_angle)) if self.gravity else (0.0, 0.0)
+
+    @property
+    def down(self) -> str:
+        """In words."""
+        return f"{self.gravity:g} m/s² at {degrees(self.gravity_angle):.4g} deg" if self.gravity else "none in the plane"
 
 
 @dataclass(frozen=True)

@@ -34,15 +34,11 @@ class Metric:
 
     Attributes
     ----------
-    value : float
-        The number found.
-    unit : str
-        Its unit, "1" for a plain number.
-    published, exact : float, optional
-        What was published, and what is known to be right, in the same unit.
-    error : float, optional
-        Relative error of the value: against `exact` where that is given and not zero, otherwise the study's own
-        estimate, if it has one.
+    value : the number found
+    unit : its unit, "1" for a plain number
+    published, exact : what was published, and what is known to be right, in the same unit
+    error : relative error of the value: against `exact` where that is given and not zero, otherwise the study's own estimate,
+        if it has one
     """
 
     value: float
@@ -86,25 +82,16 @@ class StudyResult:
 
     Attributes
     ----------
-    parameters : StudyParameters
-        What was run.
-    status : str
-        "OK", "SUSPECT" for a run that ended but fails a check of its own, or the name of the failure.
-    message : str
-        A sentence a person can act on; needed unless the status is "OK".
+    parameters : what was run
+    status : "OK", "SUSPECT" for a run that ended but fails a check of its own, or the name of the failure
+    message : a sentence a person can act on; needed unless the status is "OK"
     metrics : dict of Metric
-    signals : dict of ndarray
-        Written to signals.npz; in SI.
-    units : dict of str
-        Of signals, where they are known.
-    work : dict
-        Steps, Jacobians, evaluations; `wall_s` is added if it is not there.
-    tables : sequence of Table
-        Printed instead of the table of metrics.
-    pages : dict of str
-        Whole HTML pages by file name.
-    notes : sequence of str
-        Worth knowing, told after the status.
+    signals : written to signals.npz; in SI
+    units : of signals, where they are known
+    work : steps, Jacobians, evaluations; `wall_s` is added if it is not there
+    tables : printed instead of the table of metrics
+    pages : whole HTML pages by file name
+    notes : worth knowing, told after the status
     """
 
     parameters: StudyParameters
@@ -235,13 +222,11 @@ def write(result: StudyResult, folder: Path, figures: Mapping[str, Figure], trus
 
     Parameters
     ----------
-    trusted : bool
-        Record that whoever ran the study overrode its failed checks; the status stays SUSPECT, with its reasons.
+    trusted : record that whoever ran the study overrode its failed checks; the status stays SUSPECT, with its reasons
 
     Returns
     -------
-    text : str
-        The content of metrics.json.
+    text : the content of metrics.json
     """
     writers: dict[str, Callable[[IO[bytes]], object]] = {}
     if result.signals:
@@ -252,7 +237,7 @@ def write(result: StudyResult, folder: Path, figures: Mapping[str, Figure], trus
         for kind, details in {"png": None, "pdf": {"CreationDate": None}}.items():
             writers[f"{name}.{kind}"] = partial(figure.savefig, format=kind, metadata=details)
     for name, page in result.pages.items():
-        writers[name] = partial(_write_text, page)
+        writers[name] = partial(lambda text, file: file.write(text.encode()), page)
     _remove_earlier(folder)
     with house_style() if figures else nullcontext():
         for name, writer in writers.items():
@@ -272,10 +257,6 @@ def write(result: StudyResult, folder: Path, figures: Mapping[str, Figure], trus
     with atomic(folder / "metrics.json") as file:
         file.write(text.encode())
     return text
-
-
-def _write_text(text: str, file: IO[bytes]) -> None:
-    file.write(text.encode())
 
 
 @contextmanager

@@ -72,16 +72,13 @@ def told(
         print(text, end="")
     elif not options.quiet:
         more = f"{_work(result)}\n" if options.verbose else ""
-        print("\n".join([f"{result}\n\n{more}{name}: {result.status} {where}", *_pages(result, folder)]))
+        pages = [f"look at it: {folder / page}" for page in result.pages]
+        print("\n".join([f"{result}\n\n{more}{name}: {result.status} {where}", *pages]))
     if result.status != "OK":
         print(f"{name}: {result.status}{' (allowed)' if trusted else ''}: {result.message}", file=sys.stderr)
     for note in () if options.quiet else result.notes:
         print(f"{name}: note: {note}", file=sys.stderr)
     return 0 if result.status == "OK" or trusted else 1
-
-
-def _pages(result: StudyResult, folder: Path) -> list[str]:
-    return [f"look at it: {folder / page}" for page in result.pages]
 
 
 def _aside(options: argparse.Namespace) -> contextlib.AbstractContextManager[Any]:

@@ -39,12 +39,9 @@ class PowerLaw(NamedTuple):
 
     Attributes
     ----------
-    slope, error : array, shape (d,)
-        d ln y/d ln x and its standard error.
-    explained : float
-        Share of the variance that the fit explains.
-    scatter : float
-        Standard deviation of ln y about it.
+    slope, error : d ln y/d ln x and its standard error, shape (d,)
+    explained : share of the variance that the fit explains
+    scatter : standard deviation of ln y about it
     """
 
     slope: Array

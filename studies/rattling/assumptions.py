@@ -12,8 +12,7 @@ import numpy as np
 
 from buckler.mbs.geometry import Array
 from buckler.mbs.modal import AdamsDamping
-from buckler.studies.kit.gravity import Gravity
-from buckler.studies.kit.parameters import choice, choices, integer, quantity
+from buckler.studies.kit.parameters import Gravity, choice, choices, integer, quantity
 
 JOINTS = "OABC"
 """Crank-frame, crank-coupler, coupler-rocker, rocker-frame."""

@@ -19,13 +19,12 @@ import numpy as np
 from buckler.mbs import Beam, Controlled, Equal, Exudyn, Mechanism, Modal
 from buckler.mbs.modal import BarModes
 from buckler.mbs.solvers import usual_tolerance
-from buckler.studies.kit import precision
-from buckler.studies.kit.parameters import choice, choices, integer, quantities, quantity, specs
-from buckler.studies.kit.precision import Bar, Runs, Series
+from buckler.studies.kit import work_precision as precision
+from buckler.studies.kit.parameters import choice, choices, counts, integer, quantities, quantity, specs
 from buckler.studies.kit.published import DAMPING_UNITS
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import Figure, subplots
-from buckler.studies.kit.work_precision import Point, time_for, verdict
+from buckler.studies.kit.work_precision import Bar, Point, Runs, Series
 from buckler.studies.rattling import clearance_precision_runs as variants
 from buckler.studies.rattling.assumptions import Assumptions
 from buckler.studies.rattling.bars import InPython
@@ -83,8 +82,8 @@ class Parameters(Assumptions):
     clearance: float = quantity(2.5e-4, "m", 1e-5, 2e-3, "radial clearance", "mechanism")
     damping_unit: str = choice("N.s/m", tuple(DAMPING_UNITS), "how the published unit of c_max is read", "mechanism")
     tolerances: tuple[float, ...] = quantities((1e-2, 1e-4), "1", 1e-9, 1e-1, "tolerances, beside the default", "numerics")
-    steps: tuple[float, ...] = quantities((5e3, 2e4), "1", 100, 1e7, "equal steps in `span`", "numerics")
-    elements: tuple[float, ...] = quantities((2, 4, 8), "1", 1, 64, "elements of the beam; 4 always run", "numerics")
+    steps: tuple[int, ...] = counts((5000, 20_000), 100, 10**7, "equal steps in `span`", "numerics")
+    elements: tuple[int, ...] = counts((2, 4, 8), 1, 64, "elements of the beam; 4 always run", "numerics")
     span: float = quantity(0.1, "s", 0.02, 100, "simulated in each run that is timed", "numerics")
     compared: float = quantity(0.01, "s", 1e-4, 0.015, "time over which motion is compared", "numerics")
     repeats: int = integer(3, 1, 1000, "repetitions, taken in turn", "numerics")
@@ -92,8 +91,7 @@ class Parameters(Assumptions):
     cycles: int = integer(2, 1, 10_000, "turns of each, after one that is left out", "statistics")
 
     def check(self) -> None:
-        """Check that counts are whole."""
-        self.check_counts("elements", "steps")
+        """Check that the mechanism can be built."""
         if (self.modal_damping, self.modes_of) != ("constant", "free") and "beam" in self.rockers:
             raise ValueError(f"modal_damping = {self.modal_damping}, modes_of = {self.modes_of}: not of a beam; leave it out")
         self.bars  # noqa: B018 - refuses what the mechanism cannot be
@@ -136,7 +134,7 @@ def _beam(p: Parameters) -> Model:
     bars, span = p.bars, p.span
     fine = variants.mechanism(bars, variants.modes_of_beam(bars))
     few = variants.mechanism(bars, Modal(bars.section, BarModes(2, 1), 0.01))
-    beams = {n: variants.mechanism(bars, Beam(variants.damped(bars), elements=n)) for n in sorted({4, *map(int, p.elements)})}
+    beams = {n: variants.mechanism(bars, Beam(variants.damped(bars), elements=n)) for n in sorted({4, *p.elements})}
     runs: Runs = {
         YARDSTICK: {precision.power(TOLERANCES[0]): partial(variants.compiled, fine, span, TOLERANCES[0])},
         "compiled, 2 + 1 modes": {EQUAL: partial(variants.compiled, few, span, float(EQUAL))},
@@ -157,7 +155,7 @@ def _modal(p: Parameters) -> Model:
     return Model(runs, bar, bar, bar)
 
 
-def _by_steps(made: Mechanism, span: float, steps: Sequence[float]) -> dict[str, Callable[[], Any]]:
+def _by_steps(made: Mechanism, span: float, steps: Sequence[int]) -> dict[str, Callable[[], Any]]:
     return precision.by_steps(lambda count: variants.on_engine(made, span, Exudyn(Equal(count))), steps)
 
 
@@ -178,9 +176,8 @@ CHOSEN = {
 """The series whose default run is looked at more closely, and the run that it is compared with in words."""
 
 
-def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
+def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Run each model's variants in turn, then the ensembles of its default run and of the compiled solver."""
-    p = parameters
     metrics: dict[str, Metric] = {}
     signals: dict[str, Any] = {}
     found: dict[str, Series] = {}
@@ -194,7 +191,9 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
         signals |= precision.as_signals({f"{name}: {key}": part for key, part in series.items()})
     metrics |= {name: Metric(_ratio(found, name), "1") for name in RATIOS if RATIOS[name].model in found}
     if "rigid" in found:
-        metrics["dop853_over_reference_at_equal_error"] = Metric(_at_equal_error(found["rigid"]), "1")
+        (theirs,) = found["rigid"]["scipy DOP853"].values()  # ours is read between its tolerances
+        at_equal_error = theirs.wall_s / precision.time_for(found["rigid"]["compiled"].values(), theirs.error)
+        metrics["dop853_over_reference_at_equal_error"] = Metric(at_equal_error, "1")
     wrong = [why for name in p.rockers for why in _wrong(name, metrics)]
     return StudyResult(
         parameters=p,
@@ -251,17 +250,11 @@ def _ratio(found: Mapping[str, Series], name: str) -> float:
     return found[ratio.model][below][other].speedup(found[ratio.model][above][key])
 
 
-def _at_equal_error(series: Mapping[str, Mapping[str, Point]]) -> float:
-    """How many times faster the compiled solver reaches the error of scipy's run, read between its tolerances."""
-    (theirs,) = series["scipy DOP853"].values()
-    return theirs.wall_s / time_for(series["compiled"].values(), theirs.error)
-
-
 def _sentence(found: Mapping[str, Series]) -> str:
     """The default run of the first model against the one it is most like."""
     model, series = next(iter(found.items()))
     chosen, (rival, key) = CHOSEN[model]
-    return verdict(series[chosen][DEFAULT], series[rival][key])
+    return precision.verdict(series[chosen][DEFAULT], series[rival][key])
 
 
 def _runs_table(found: Mapping[str, Series], notes: str) -> Table:

@@ -13,8 +13,7 @@ import numpy as np
 
 from buckler.mbs import Mechanism, Motion, Motor, Ramp
 from buckler.mbs.geometry import Array
-from buckler.studies.kit.gravity import Gravity
-from buckler.studies.kit.parameters import StudyParameters, integer, quantity, specs
+from buckler.studies.kit.parameters import Gravity, StudyParameters, integer, quantity, specs
 
 SLOWED = 1.2
 """How much longer a run takes whose crank a motor turns."""

@@ -25,12 +25,11 @@ from buckler.mbs import Beam, Cable, Controlled, Exudyn, Mechanism, simulate
 from buckler.mbs.geometry import Array
 from buckler.mbs.record.errors import Status
 from buckler.mbs.sensitivity.curve import spells
-from buckler.studies.kit import precision
-from buckler.studies.kit.parameters import integer, quantities, quantity
-from buckler.studies.kit.precision import Bar, Runs, Series
+from buckler.studies.kit import work_precision as precision
+from buckler.studies.kit.parameters import counts, integer, quantities, quantity
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import Figure
-from buckler.studies.kit.work_precision import Point, fastest, time_for, verdict
+from buckler.studies.kit.work_precision import Bar, Point, Runs, Series
 from buckler.studies.striking import impact, impact_models
 from buckler.studies.striking import slider_crank as main_study
 from buckler.studies.striking.assumptions import StrikeAssumptions, common, crank_angle
@@ -76,18 +75,17 @@ class Parameters(StrikeAssumptions):
     elements: int = integer(8, 2, 64, "Beam elements of the chosen run; half as many are run too", "numerics")
     tolerance: float = quantity(1e-5, "1", 1e-7, 1e-3, "tolerance of the chosen run", "numerics")
     tolerances: tuple[float, ...] = quantities((1e-4, 1e-5, 1e-6), "1", 1e-7, 1e-3, "tolerances to run", "numerics")
-    resolutions: tuple[float, ...] = quantities((20, 80, 160), "1", 1, 1000, "steps an impact, more runs", "numerics")
+    resolutions: tuple[int, ...] = counts((20, 80, 160), 1, 1000, "steps an impact, more runs", "numerics")
     plain_steps: int = integer(10_000, 1000, 10**6, "steps of the plain run held against", "plain run")
-    steps: tuple[float, ...] = quantities((2e3, 5e3, 1e4, 2e4, 4e4), "1", 1e3, 1e6, "steps of plain runs", "plain run")
+    steps: tuple[int, ...] = counts((2000, 5000, 10_000, 20_000, 40_000), 1000, 10**6, "steps of plain runs", "plain run")
     plain_newton: float = quantity(1e-4, "1", 1e-9, 1e-2, "Newton tolerances of the plain runs, tuned", "plain run")
     repeats: int = integer(5, 1, 1000, "repetitions, taken in turn", "numerics")
 
     def check(self) -> None:
-        """Check that the chosen runs are among those run, and that counts are whole."""
+        """Check that the chosen runs are among those run."""
         for name, value, among in (("tolerance", self.tolerance, self.tolerances), ("plain_steps", self.plain_steps, self.steps)):
             if value not in among:
                 raise ValueError(f"{name} = {value:g}: must be one of {', '.join(f'{x:g}' for x in among)}")
-        self.check_counts("steps", "resolutions")
 
     @property
     def job(self) -> main_study.Parameters:
@@ -109,14 +107,10 @@ class PrecisionReading(NamedTuple):
 
     Attributes
     ----------
-    peak, impulse : float
-        Largest force, N, and impulse, N s, from first contact until the force first returns to zero.
-    settled, mean : float
-        Force at a crank angle of 180 degrees and its mean over 150 to 210 degrees, N.
-    release : float
-        Crank angle at the last sample in contact, deg.
-    plateau : array, shape (601,)
-        Force at the angles of `PLATEAU`, N.
+    peak, impulse : largest force, N, and impulse, N s, from first contact until the force first returns to zero
+    settled, mean : force at a crank angle of 180 degrees and its mean over 150 to 210 degrees, N
+    release : crank angle at the last sample in contact, deg
+    plateau : force at the angles of `PLATEAU`, N, shape (601,)
     """
 
     peak: float = nan
@@ -184,9 +178,9 @@ def simulated(mechanism: Mechanism, tolerance: float, ledger: bool = False, **st
     return ReadRun(reading, result.status, result.work, result.energy_balance)
 
 
-def plainly(mechanism: Mechanism, steps: float, newton: float) -> ReadRun:
+def plainly(mechanism: Mechanism, steps: int, newton: float) -> ReadRun:
     """One turn by a plain run in uniform steps."""
-    found = plain.slider_crank(mechanism, duration(mechanism), int(steps), newton)
+    found = plain.slider_crank(mechanism, duration(mechanism), steps, newton)
     reading = read(found.x, found.force, found.angle) if found.x.size else PrecisionReading()
     return ReadRun(reading, found.message or "OK", found.work)
 
@@ -200,7 +194,7 @@ def _our_runs(p: Parameters) -> Runs:
     chosen = f"Beam x {p.elements}"
     found = {name: precision.by_tolerance(partial(simulated, each), p.tolerances) for name, each in made.items()}
     found[f"{chosen}, steps an impact"] = {
-        f"{n:g}": partial(simulated, made[chosen], p.tolerance, contact_resolution=int(n)) for n in sorted(p.resolutions)
+        f"{n:g}": partial(simulated, made[chosen], p.tolerance, contact_resolution=n) for n in sorted(p.resolutions)
     }
     return found
 
@@ -209,7 +203,7 @@ def _plain_runs(p: Parameters) -> Runs:
     """Plain runs by model and steps: tuned, tuned with twice the elements, not tuned."""
     coarse, fine = with_coupler(Cable, p.elements, p.job), with_coupler(Cable, 2 * p.elements, p.job)
 
-    def by_steps(made: Mechanism, newton: float, steps: Sequence[float]) -> Mapping[str, Callable[[], ReadRun]]:
+    def by_steps(made: Mechanism, newton: float, steps: Sequence[int]) -> Mapping[str, Callable[[], ReadRun]]:
         return precision.by_steps(lambda n: plainly(made, n, newton), steps)
 
     return {
@@ -219,9 +213,8 @@ def _plain_runs(p: Parameters) -> Runs:
     }
 
 
-def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
+def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Run the references, then every variant once for its reading, then all of them in turn for their times."""
-    p = parameters
     reference = simulated(with_coupler(Beam, 2 * p.elements, p.job), FINER * min(p.tolerances)).reading
     second = plainly(with_coupler(Cable, 2 * p.elements, p.job), 8 * p.plain_steps, UNTUNED).reading
     chosen = simulated(with_coupler(Beam, p.elements, p.job), p.tolerance, ledger=True)
@@ -273,8 +266,8 @@ def _compare(p: Parameters, ours: Series, theirs: Series) -> tuple[dict[str, Met
     chosen = ours[f"Beam x {p.elements}"][precision.power(p.tolerance)]
     tuned, twice, untuned = theirs.values()
     key = precision.thousands(p.plain_steps)
-    equal = fastest(precision.points_of(ours), tuned[key].error)
-    as_accurate = time_for([*tuned.values(), *twice.values()], chosen.error)
+    equal = precision.fastest(precision.points_of(ours), tuned[key].error)
+    as_accurate = precision.time_for([*tuned.values(), *twice.values()], chosen.error)
     metrics = {
         "error": Metric(chosen.error, "1"),
         "time": Metric(chosen.wall_s, "s"),
@@ -287,7 +280,7 @@ def _compare(p: Parameters, ours: Series, theirs: Series) -> tuple[dict[str, Met
         "speedup_at_own_error": Metric(as_accurate / chosen.wall_s, "1"),
     }
     pair = dict.fromkeys(filter(None, (chosen, equal)))
-    return metrics, " ".join(verdict(point, tuned[key]) for point in pair)
+    return metrics, " ".join(precision.verdict(point, tuned[key]) for point in pair)
 
 
 def _runs_table(

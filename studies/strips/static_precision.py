@@ -20,13 +20,13 @@ from buckler.elastica.rod import Rod
 from buckler.mbs import Beam, Cable, Section
 from buckler.mbs.geometry import Array
 from buckler.mbs.library import PAPER
+from buckler.studies.kit import work_precision as precision
 from buckler.studies.kit.parameters import StudyParameters, integer, quantity
-from buckler.studies.kit.precision import Series, as_signals, draw, footnote, mark, measure, outcomes
 from buckler.studies.kit.published import STRIP_WIDTH
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.statistics import exponent
 from buckler.studies.kit.style import Figure, subplots
-from buckler.studies.kit.work_precision import Point, fastest, verdict
+from buckler.studies.kit.work_precision import Point, Series
 
 SHORTENINGS = np.concatenate([[1e-3], np.linspace(0.05, 0.95, 19)])
 OFF_BRANCH = 0.5
@@ -76,24 +76,24 @@ class LoadCurve:
         return float((np.abs(self.load / self.exact - 1) < OFF_BRANCH).mean())
 
 
-def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
+def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Run every element once for its loads, then all of them in turn for their times."""
-    runs = _variants(parameters)
-    found = outcomes(runs)
+    runs = _variants(p)
+    found = precision.outcomes(runs)
     curves = {_title(name, n): curve for name, part in found.items() for n, curve in part.items()}
-    series = measure(runs, lambda curve: curve.error, parameters.repeats, progress)
-    series = {name: {n: replace(p, name=_title(name, n)) for n, p in part.items()} for name, part in series.items()}
-    beam, plain = series["beam3"][str(parameters.elements)], series["plain"][str(parameters.plain_elements)]
-    equal = fastest([p for name in ORDERS for p in series[name].values()], plain.error)
-    sentence = " ".join(verdict(point, plain) for point in dict.fromkeys(filter(None, (beam, equal))))
+    series = precision.measure(runs, lambda curve: curve.error, p.repeats, progress)
+    series = {name: {n: replace(point, name=_title(name, n)) for n, point in part.items()} for name, part in series.items()}
+    beam, plain = series["beam3"][str(p.elements)], series["plain"][str(p.plain_elements)]
+    equal = precision.fastest([point for name in ORDERS for point in series[name].values()], plain.error)
+    sentence = " ".join(precision.verdict(point, plain) for point in dict.fromkeys(filter(None, (beam, equal))))
     lost = [f"{name}: {c.message or 'off the buckled branch'}" for name, c in curves.items() if c.on_branch < 1]
     signals = {"shortening": SHORTENINGS, **{f"load.{name}": curve.load for name, curve in curves.items()}}
     return StudyResult(
-        parameters=parameters,
+        parameters=p,
         **judged(lost, sentence),
         metrics=_metrics(series, curves, beam, plain, equal),
-        signals=signals | as_signals(series, ".elements", int),
-        tables=[_table(series, curves, plain, f"{sentence}\n{footnote(parameters)}")],
+        signals=signals | precision.as_signals(series, ".elements", int),
+        tables=[_table(series, curves, plain, f"{sentence}\n{precision.footnote(p)}")],
     )
 
 
@@ -161,7 +161,7 @@ def _table(series: Series, curves: Mapping[str, LoadCurve], plain: Point, notes:
     rows = [
         [
             SERIES[name], int(n), f"{p.error:.1e}", f"{1e3 * p.wall_s:.3g}", f"{1 / p.speedup(plain):.2f}",
-            p.work.get("newton_iterations"), f"{_off_elastica(curves[p.name]):.1e}", mark(p),
+            p.work.get("newton_iterations"), f"{_off_elastica(curves[p.name]):.1e}", precision.mark(p),
         ]
         for name, part in series.items()
         for n, p in part.items()
@@ -175,7 +175,7 @@ def figure(result: StudyResult) -> Figure:
     p = result.of(Parameters)
     s = result.signals
     fig, ax = subplots(height=95)
-    draw(ax, s, SERIES, "elements", setting=".elements")
+    precision.draw(ax, s, SERIES, "elements", setting=".elements")
     time = 1e3 * TIME_BAR * s["plain.wall_s"][list(s["plain.elements"]).index(p.plain_elements)]
     ax.axhline(ERROR_BAR, xmax=1, color="0.5", linestyle=":", linewidth=0.8)
     ax.axvline(time, color="0.5", linestyle=":", linewidth=0.8)

@@ -24,11 +24,10 @@ from buckler.mbs.library import PAPER
 from buckler.mbs.modal import BarModes
 from buckler.mbs.record.result import Result
 from buckler.studies.kit.parameters import StudyParameters, choices, integer
-from buckler.studies.kit.precision import footnote
 from buckler.studies.kit.published import STRIP_WIDTH
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import COLOURS, Figure, subplots
-from buckler.studies.kit.work_precision import Point, verdict, work_precision
+from buckler.studies.kit.work_precision import Point, footnote, verdict, work_precision
 from buckler.studies.strips.static_precision import SHORTENINGS
 
 SMOOTH, PLAY = 6.2e-4, 1e-2
@@ -145,12 +144,12 @@ def _measure(p: Parameters, progress: Progress) -> Iterator[tuple[str, TimedJob,
         yield name, job, ours, baseline
 
 
-def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
+def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Run each job, ours and its baseline in turn."""
     metrics: dict[str, Metric] = {}
     rows: list[list[Any]] = []
     wrong, sentences = [], []
-    for name, job, ours, baseline in _measure(parameters, progress):
+    for name, job, ours, baseline in _measure(p, progress):
         key = name.replace(" ", "_").replace("clearance", "play")  # metrics keep their first names
         ratio = ours.speedup(baseline)
         metrics |= {
@@ -165,10 +164,10 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
             wrong.append(f"{name}: error {ours.error:.1e}, allowed {job.largest:g}")
     headers = ["job", "Buckler's error", "Buckler's time [ms]", "baseline's error", "baseline's time [ms]", "baseline/ours"]
     return StudyResult(
-        parameters=parameters,
+        parameters=p,
         **judged(wrong, " ".join(sentences)),
         metrics=metrics,
-        tables=[Table(headers, rows, "Benchmark: ours and the baseline of each job, in turn", footnote(parameters))],
+        tables=[Table(headers, rows, "Benchmark: ours and the baseline of each job, in turn", footnote(p))],
     )
 
 

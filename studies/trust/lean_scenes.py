@@ -30,11 +30,10 @@ from buckler.mbs.library import PAPER
 from buckler.mbs.record.signals import collect
 from buckler.mbs.solvers import Exudyn
 from buckler.studies.kit.parameters import StudyParameters, choices, integer
-from buckler.studies.kit.precision import footnote
 from buckler.studies.kit.published import CONTACT_DAMPING, CONTACT_STIFFNESS, GRAVITY, IMPACT_SPEED, STRIP_WIDTH
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import COLOURS, Figure, subplots
-from buckler.studies.kit.work_precision import work_precision
+from buckler.studies.kit.work_precision import footnote, work_precision
 
 BASE, AGAIN = "nothing optional", "nothing, again"
 OVER = {"static friction": "friction"}
@@ -134,13 +133,13 @@ class Cost:
     step: float
 
 
-def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
+def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Count and time every part of every scene."""
     summaries, costs, wrong = {}, {}, []
-    for name in progress(parameters.scenes, label="scenes"):
+    for name in progress(p.scenes, label="scenes"):
         variants = SCENES[name]()
         summaries[name] = {part: variant.summary for part, variant in variants.items()}
-        costs[name] = _costs(variants, summaries[name], parameters.repeats)
+        costs[name] = _costs(variants, summaries[name], p.repeats)
         unasked = summaries[name][BASE].keys() & {"Stop", "GuideFriction", "gravity"}
         if unasked or any(summary["sensors"] for summary in summaries[name].values()):
             wrong.append(f"{name}: builds {', '.join(unasked) or 'sensors'}, which nobody asked for")
@@ -154,13 +153,13 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
             metrics[f"{name}.{part}.items"] = Metric(cost.items, "1")
             metrics[f"{name}.{part}.ratio"] = Metric(cost.run, "1")
     return StudyResult(
-        parameters=parameters,
+        parameters=p,
         **judged(wrong),
         metrics=metrics,
         signals={
             f"{name}.{part}": np.array([cost.run, cost.step]) for name, parts in costs.items() for part, cost in parts.items()
         },
-        tables=[_built(summaries), _table(costs, footnote(parameters))],
+        tables=[_built(summaries), _table(costs, footnote(p))],
     )
 
 

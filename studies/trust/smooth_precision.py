@@ -18,12 +18,12 @@ import numpy as np
 from buckler.mbs import Beam, Cable, Controlled, Exudyn, Mechanism, Section, Spectral, simulate, slider_crank
 from buckler.mbs.elements.element import Body
 from buckler.mbs.geometry import Array
-from buckler.studies.kit.parameters import StudyParameters, integer, quantities, quantity
-from buckler.studies.kit.precision import Runs, Series, as_signals, by_tolerance, figure_of, footnote, mark, measure, points_of
+from buckler.studies.kit import work_precision as precision
+from buckler.studies.kit.parameters import StudyParameters, counts, integer, quantities, quantity
 from buckler.studies.kit.published import STRIP_WIDTH
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import Figure
-from buckler.studies.kit.work_precision import Point, fastest, verdict
+from buckler.studies.kit.work_precision import Point, Runs, Series
 from buckler.studies.trust import plain
 
 TIMES = 401
@@ -41,15 +41,11 @@ class Parameters(StudyParameters):
     mass: float = quantity(0.3, "kg", 1e-3, 100, "of the slider", "mechanism")
     speed: float = quantity(62.8, "rad/s", 0.5, 200, "of the crank", "mechanism")
     turns: float = quantity(1.0, "1", 0.01, 10, "of the crank; a tenth will do at 1.25 rad/s", "mechanism")
-    elements: tuple[float, ...] = quantities((4, 8), "1", 1, 64, "elements of the beam", "numerics")
+    elements: tuple[int, ...] = counts((4, 8), 1, 64, "elements of the beam", "numerics")
     tolerances: tuple[float, ...] = quantities((1e-5, 1e-6, 1e-7, 1e-8), "1", 1e-10, 1e-3, "tolerances to run", "numerics")
-    steps: tuple[float, ...] = quantities((400, 800, 1600, 3200), "1", 50, 1e6, "steps a turn of plain runs", "plain run")
+    steps: tuple[int, ...] = counts((400, 800, 1600, 3200), 50, 10**6, "steps a turn of plain runs", "plain run")
     degree: int = integer(11, 6, 24, "of the polynomial of the compiled solver's strip", "numerics")
     repeats: int = integer(5, 1, 1000, "repetitions, taken in turn", "numerics")
-
-    def check(self) -> None:
-        """Check that counts are whole."""
-        self.check_counts("elements", "steps")
 
     @property
     def section(self) -> Section:
@@ -97,17 +93,16 @@ def plainly(p: Parameters, elements: int, steps: int, relative: float, absolute:
 
 def variants(p: Parameters) -> Runs:
     """Every run by model and setting."""
-    couplers: dict[str, Beam | Cable] = {f"Beam x {n:g}": Beam(p.section, elements=int(n)) for n in p.elements}
+    couplers: dict[str, Beam | Cable] = {f"Beam x {n}": Beam(p.section, elements=n) for n in p.elements}
     couplers["Cable x 4"] = Cable(p.section, elements=4)
-    runs = {name: by_tolerance(partial(simulated, p, coupler), p.tolerances) for name, coupler in couplers.items()}
+    runs = {name: precision.by_tolerance(partial(simulated, p, coupler), p.tolerances) for name, coupler in couplers.items()}
     for label, relative, absolute in (("tuned", 1e-5, 1e-8), ("default Newton", 1e-8, 1e-10)):
-        runs[f"plain ANCF x 4, {label}"] = {f"{n:g}": partial(plainly, p, 4, int(n), relative, absolute) for n in sorted(p.steps)}
+        runs[f"plain ANCF x 4, {label}"] = {f"{n}": partial(plainly, p, 4, n, relative, absolute) for n in sorted(p.steps)}
     return runs
 
 
-def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
+def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Run the reference twice, of a lower degree too, then every variant in turn."""
-    p = parameters
     exact = reference(p, p.degree)
     size = float(np.sqrt((exact**2).mean()))
 
@@ -116,13 +111,13 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
 
     own = off(reference(p, p.degree - 2))
     runs = variants(p)
-    series = measure(runs, lambda outcome: off(outcome.deflection), p.repeats, progress)
+    series = precision.measure(runs, lambda outcome: off(outcome.deflection), p.repeats, progress)
     ours, plains = (
-        points_of({model: part for model, part in series.items() if model.startswith("plain") == plain})
+        precision.points_of({model: part for model, part in series.items() if model.startswith("plain") == plain})
         for plain in (False, True)
     )
     best, rival = (min(points, key=lambda point: (point.error, point.wall_s)) for points in (ours, plains))
-    mine = fastest(ours, rival.error)  # no less accurate than the most accurate plain run
+    mine = precision.fastest(ours, rival.error)  # no less accurate than the most accurate plain run
     metrics = {
         "best_error": Metric(best.error, "1"),
         "reference_own_error": Metric(own, "1"),
@@ -132,9 +127,9 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     return StudyResult(
         parameters=p,
         metrics=metrics,
-        signals=as_signals(series),
-        tables=[_table(series, rival, footnote(p))],
-        **judged(wrong, verdict(mine or best, rival)),
+        signals=precision.as_signals(series),
+        tables=[_table(series, rival, precision.footnote(p))],
+        **judged(wrong, precision.verdict(mine or best, rival)),
     )
 
 
@@ -144,14 +139,14 @@ def _table(series: Series, baseline: Point, notes: str) -> Table:
         for key, point in part.items():
             counts = [point.work.get(name) for name in ("steps", "newton_iterations", "jacobians")]
             speed = f"{point.speedup(baseline):.2f}"
-            rows.append([model, key, point.error, 1e3 * point.wall_s, speed, *counts, mark(point)])
+            rows.append([model, key, point.error, 1e3 * point.wall_s, speed, *counts, precision.mark(point)])
     headers = ["model", "tolerance, steps", "relative error", "time [ms]", "plain/time", "steps", "Newton", "Jacobians", "front"]
     return Table(headers, rows, "Smooth slider-crank: relative L2 error of the deflection", f"plain: {baseline.name}\n{notes}")
 
 
 def figure(result: StudyResult) -> Figure:
     """Error over run time of every series."""
-    fig, ax = figure_of(result.signals, "relative L2 error of the deflection")
+    fig, ax = precision.figure_of(result.signals, "relative L2 error of the deflection")
     ax.legend(
         title="at the points: tolerance, or steps", title_fontsize=8, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=3
     )

@@ -28,10 +28,9 @@ from buckler.mbs.library import PAPER
 from buckler.mbs.record.lookup import cubic
 from buckler.mbs.solvers import Spectral
 from buckler.studies.kit.parameters import StudyParameters, choices, integer, quantity
-from buckler.studies.kit.precision import footnote
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import Figure, subplots
-from buckler.studies.kit.work_precision import Point, work_precision
+from buckler.studies.kit.work_precision import Point, footnote, work_precision
 from buckler.studies.trust import plain
 from buckler.studies.trust.smooth_precision import TIMES, DeflectionRun
 
@@ -144,9 +143,8 @@ def compare(work: Work, p: Parameters) -> Row:
     return Row(*work_precision(calls, off, p.repeats, clock=process_time))
 
 
-def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
+def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Run every work."""
-    p = parameters
     rows = {name: compare(WORKS[name], p) for name in progress(p.works, label="works")}
     numbers = {name: row.numbers for name, row in rows.items()}
     metrics = {f"{name}_{key}": Metric(value, "1") for name, found in numbers.items() for key, value in found.items()}

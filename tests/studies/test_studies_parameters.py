@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from made_up_study import Parameters
 
-from buckler.studies.kit.parameters import StudyParameters, parse_quantity, quantity
+from buckler.mbs.units import parse_quantity
+from buckler.studies.kit.parameters import StudyParameters, quantity
 
 
 @pytest.mark.parametrize(

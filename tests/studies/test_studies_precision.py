@@ -99,8 +99,8 @@ def test_readings_without_contact_with_contact_to_the_end_and_how_far_two_are_ap
     [
         ({"tolerance": 3e-5}, "tolerance = 3e-05: must be one of 0.0001, 1e-05, 1e-06"),
         ({"plain_steps": 3000}, "plain_steps = 3000: must be one of 2000"),
-        ({"steps": (5000, 10_000, 12_000.5)}, "steps = 5000,10000,12000.5: must be whole numbers"),
-        ({"resolutions": (20.5,)}, "resolutions = 20.5: must be whole numbers"),
+        ({"steps": (5000, 10_000, 12_000.5)}, r"steps\[2\] = 12000.5: must be a whole number"),
+        ({"resolutions": (20.5,)}, r"resolutions\[0\] = 20.5: must be a whole number"),
     ],
 )
 def test_wrong_runs_are_refused(given, message):
