@@ -13,7 +13,7 @@ arXiv 2205.06231, doi 10.48550/arXiv.2205.06231.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -25,8 +25,7 @@ from buckler.mbs.geometry import Array
 from buckler.studies.kit.parameters import StudyParameters, choices, integer, quantity, text
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
 from buckler.studies.kit.style import COLOURS, Figure, subplots
-from buckler.studies.measured.chain import Chain
-from buckler.studies.measured.fitting import Data, Fit, apart, fitted, predicted
+from buckler.studies.measured.chain import Chain, Data, Fit, apart, fitted, predicted
 
 
 class Measured(NamedTuple):
@@ -34,14 +33,10 @@ class Measured(NamedTuple):
 
     Attributes
     ----------
-    published : Chain
-        With the authors' estimates.
-    models : dict of tuple
-        Name of a model and the parameters that are fitted in it; the first one is the study's own.
-    blocks : int
-        Pieces of a segment that are taken to err apart: of a second or so.
-    given : str
-        What is taken from the source.
+    published : with the authors' estimates
+    models : name of a model and the parameters that are fitted in it; the first one is the study's own
+    blocks : pieces of a segment that are taken to err apart: of a second or so
+    given : what is taken from the source
     """
 
     published: Chain
@@ -123,9 +118,8 @@ def read(path: Path, times: int) -> tuple[Data, Data]:
     return fit, validate
 
 
-def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
+def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Fit and predict each experiment."""
-    p = parameters
     if not p.data:
         return StudyResult(
             parameters=p, status="NO_DATA", message="the measurements are not part of Buckler: name their folder by --data"
@@ -235,14 +229,9 @@ def figure(result: StudyResult) -> Figure:
         above.legend(loc="upper center", ncols=2)
         left = {"fitted": (result.signals[f"{name}.fit_left"], "#999999"), "predicted": (ours - measured, COLOURS[0])}
         for kind, (distance, colour) in left.items():
-            for i, line in enumerate(_lines(distance)):
+            for i, line in enumerate(each for segment in distance for each in segment.T):
                 below.plot(time, 1e3 * line, color=colour, linewidth=0.6, label=None if i else kind)
         below.set(xlabel="time [s]", ylabel="less measured [mrad]")
         below.margins(y=0.2)
         below.legend(loc="upper center", ncols=2)
     return fig
-
-
-def _lines(left: Array) -> Iterator[Array]:
-    for segment in left:
-        yield from segment.T

@@ -1,7 +1,7 @@
 """Smooth contact laws against published trajectories of nonsmooth dynamics: do they come together as the stiffness grows?
 
 Two mechanisms with clearance (`studies.rattling.nonsmooth_cases`) are run with ever stiffer contacts and held against the
-reference trajectories of Siconos (`studies.rattling.siconos`), whose contacts are rigid. A contact of stiffness K is deep by
+reference trajectories of Siconos, whose contacts are rigid. A contact of stiffness K is deep by
 its load over K where it rests, and by its speed times sqrt(m/K) where it strikes: the distance should fall with 1/K in the
 four-bar, whose joints stay closed, and between 1/sqrt(K) and 1/K in the slider-crank, until what is left is the error of the
 published steps. The slider-crank's phase is left out, as the published guide has a friction of 0.01: its slider's height is
@@ -17,14 +17,13 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs import Controlled, Exudyn, Mechanism, Result, simulate
+from buckler.mbs import Controlled, Exudyn, Result, simulate
 from buckler.mbs.geometry import Array
 from buckler.studies.kit.parameters import StudyParameters, choices, quantities, quantity
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.statistics import exponent
 from buckler.studies.kit.style import COLOURS, Figure, subplots
-from buckler.studies.rattling.nonsmooth_cases import ARM, CLEARANCE, CRANK, ROD, fourbar, slider_crank
-from buckler.studies.rattling.siconos import FOURBAR, SLIDER_CRANK
+from buckler.studies.rattling.nonsmooth_cases import ARM, CLEARANCE, CRANK, FOURBAR, ROD, SLIDER_CRANK, fourbar, slider_crank
 
 CASES = {"four-bar": (fourbar, 1.0, CRANK), "slider-crank": (slider_crank, 0.1, ARM)}
 """Mechanism by stiffness, length of a run, s, and the length of its crank, m."""
@@ -72,9 +71,8 @@ def schemes_apart() -> float:
     return float(CLEARANCE * np.sqrt(((np.interp(turns, others, other) - one)[kept] ** 2).mean()))
 
 
-def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
+def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Run every mechanism at every stiffness."""
-    p = parameters
     jobs = [(name, stiffness) for name in p.mechanism for stiffness in p.stiffnesses]
     metrics: dict[str, Metric] = {}
     signals: dict[str, Array] = {}
@@ -82,7 +80,7 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     rows: list[list[Any]] = []
     for name, stiffness in progress(jobs, label="stiffnesses"):
         make, duration, length = CASES[name]
-        result = _simulated(p, make(stiffness), duration)
+        result = simulate(make(stiffness), duration, solver=Exudyn(Controlled(p.tolerance)), timeout=p.timeout)
         if not result.ok:
             wrong.append(f"{name}, {stiffness:g} N/m: {result.message}")
         apart = distances(name, result)
@@ -98,10 +96,6 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
             wrong.append(f"{name}: {stiffest:.2g} of the crank's length apart at the stiffest, allowed {CLOSE:g}")
     metrics["slider-crank.schemes"] = Metric(schemes_apart() / ARM, "1")
     return StudyResult(parameters=p, metrics=metrics, signals=signals, tables=[_table(rows, metrics, p)], **judged(wrong))
-
-
-def _simulated(p: Parameters, mechanism: Mechanism, duration: float) -> Result:
-    return simulate(mechanism, duration, solver=Exudyn(Controlled(tolerance=p.tolerance)), timeout=p.timeout)
 
 
 def _signals(name: str, key: str, result: Result) -> dict[str, Array]:

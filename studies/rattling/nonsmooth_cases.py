@@ -1,17 +1,37 @@
-"""Two published mechanisms with clearance, whose contacts are rigid there and have a stiffness here.
+"""Two published mechanisms with clearance, whose contacts are rigid there and have a stiffness here, and their trajectories.
 
 A four-bar with three joints with clearance, no restitution, friction 0.1, its crank turned by a controller; and a slider-crank
 whose slider has clearance in its guide, restitution 0.4 at each of four corners, friction 0.01, which our stops leave out.
+
+The trajectories are numbers only, by nonsmooth dynamics, from the examples of Siconos: every row of the four-bar's that is
+published, every tenth of the slider-crank's, up to 0.1 s. Source: the reference files (.ref) of the Siconos tutorials, repository
+siconos/siconos-tutorials on GitHub, commit b6c9bfd (24 July 2024),
+examples/mechanics/FourBarLinkageWith3clearance/FourBarClearance.ref and
+examples/mechanics/SliderCrank/SliderCrankMoreauJean(Direct|Combined)ProjectionOSI.ref. Copyright INRIA, Apache License 2.0.
+The slider-crank is that of P. Flores, R. Leine, C. Glocker, doi 10.1007/s11044-009-9178-y.
 """
 
 from __future__ import annotations
 
 from math import atan2, cos, sin, sqrt
+from pathlib import Path
+
+import numpy as np
 
 from buckler.mbs import Clearance, Link, Mechanism, Revolute, Rigid, Stop, Torque
+from buckler.mbs.geometry import Array
 from buckler.mbs.laws import CarvalhoMartins, Coulomb
 from buckler.studies.kit.published import GRAVITY
-from buckler.studies.rattling.siconos import FOURBAR
+
+
+def _columns(name: str) -> Array:
+    return np.loadtxt(Path(__file__).with_name(f"siconos_{name}.csv"), delimiter=",", skiprows=1, unpack=True)
+
+
+FOURBAR = _columns("four_bar")
+"""Time, s; angles of crank, coupler and rocker, rad; speed of the crank, rad/s; torque of its drive, N m."""
+SLIDER_CRANK = _columns("slider_crank")
+"""Time, s; crank's revolutions and the slider's height over the clearance, by direct and by combined projection."""
 
 CRANK, COUPLER, ROCKER, FRAME = 1.0, 4.0, 2.5, 3.0
 """Lengths, m; every bar has 1 kg."""

@@ -7,8 +7,7 @@ from scipy.special import ellipj, ellipk
 from buckler.mbs import simulate
 from buckler.studies.kit.cli import main
 from buckler.studies.measured import experiments
-from buckler.studies.measured.chain import Chain
-from buckler.studies.measured.fitting import Data, fitted
+from buckler.studies.measured.chain import Chain, Data, fitted
 
 TRIPLE = experiments.EXPERIMENTS["triple"].published
 SINGLE = Chain((0.15,), (0.0,), {"a": (0.15,), "I": (1.2e-4,), "c": (5e-4,), "q": (1.5e-5,)}, tilt=1e-3)

@@ -6,8 +6,7 @@ from drawing import drawn
 
 from buckler.mbs import Controlled, Exudyn, simulate
 from buckler.studies.rattling import nonsmooth
-from buckler.studies.rattling.nonsmooth_cases import controlled, slider_crank
-from buckler.studies.rattling.siconos import FOURBAR, SLIDER_CRANK
+from buckler.studies.rattling.nonsmooth_cases import FOURBAR, SLIDER_CRANK, controlled, slider_crank
 
 
 def test_controller_gives_the_published_torque():
