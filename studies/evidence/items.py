@@ -19,16 +19,11 @@ class Item:
 
     Attributes
     ----------
-    study : str
-        Name in the registry.
-    given : dict
-        Settings that are not the study's defaults.
-    quick : bool
-        Takes a few seconds, so that every check runs it.
-    needs_data : bool
-        Reads measurements that are not part of the project: `--data DIR`.
-    figures : dict of str
-        Pictures of docs/figures that it draws: name of the study's figure, name of the picture.
+    study : name in the registry
+    given : settings that are not the study's defaults
+    quick : takes a few seconds, so that every check runs it
+    needs_data : reads measurements that are not part of the project: `--data DIR`
+    figures : pictures of docs/figures that it draws: name of the study's figure, name of the picture
     """
 
     study: str

@@ -37,8 +37,7 @@ class Quoted(NamedTuple):
 
     Attributes
     ----------
-    item, what, form, text : str
-        Its item, metric and form, and what stands in the page.
+    item, what, form, text : its item, metric and form, and what stands in the page
     """
 
     item: str

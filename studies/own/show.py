@@ -25,10 +25,8 @@ def show(path: Path, out: Path | None = None) -> str:
 
     Parameters
     ----------
-    path : Path
-        A mechanism, .toml or .json.
-    out : Path, optional
-        Where the drawing goes; by default beside the file, as .png.
+    path : a mechanism, .toml or .json
+    out : where the drawing goes; by default beside the file, as .png
 
     Returns
     -------

@@ -115,9 +115,9 @@ def digest(document: str) -> str:
     return hashlib.sha256(document.encode()).hexdigest()[:12]
 
 
-def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
+def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Simulate, read the numbers off, and make the report page if one is asked for; of an interrupted run what there is."""
-    p, mechanism = parameters, parameters.mechanism()
+    mechanism = p.mechanism()
     chosen = solver(dict(p.solver), mechanism)
     try:
         with progress.of_runs(p.name) as shown:

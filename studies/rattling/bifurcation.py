@@ -39,9 +39,8 @@ class Parameters(SectionParameters):
     """Parameters of the study."""
 
 
-def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
+def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Follow every member at every value, then one turn at the parameters themselves."""
-    p = parameters
     mechanisms = [p.at(float(value)) for value in p.values]
     seeds = range(p.seed, p.seed + p.seeds)
     base = p.bars(angle=p.angle)

@@ -63,9 +63,9 @@ def cases(p: Parameters) -> list[ClaimCase]:
     return [ClaimCase(*each) for each in product(p.damping_unit, p.in_plane_depth, p.clearance)]
 
 
-def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
+def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Run rigid and flexible rocker in every case, and judge."""
-    p, every = parameters, cases(parameters)
+    every = cases(p)
     metrics: dict[str, Metric] = {}
     wrong: list[str] = []
     ideal = {depth: _ideal(p, depth) for depth in p.in_plane_depth}

@@ -57,9 +57,8 @@ def measured(p: Parameters, rocker: Body | None, seeds: Sequence[int]) -> Ensemb
         return Ensemble.joined(list(pool.map(member, seeds)))
 
 
-def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
+def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Run both rockers and hold every claim's number of the one against the other's."""
-    p = parameters
     found: dict[str, Ensemble] = {}
     for batch, (name, rocker) in enumerate(progress(list(p.rockers().items()), label="rockers")):
         first = LATEST * (2 * p.seed + batch)  # other seeds for each rocker and world: errors are independent

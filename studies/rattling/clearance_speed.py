@@ -109,9 +109,8 @@ def of_turns(result: Result, turn: float, count: int, settle: int = 0) -> Array:
     return np.array([found[name][:, column].mean() for name, column, *_ in MEASURES.values()])
 
 
-def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
+def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Measure the grid, and one point once more on the engine."""
-    p = parameters
     grid = [(clearance, speed) for clearance in p.clearances for speed in p.speeds]
     mechanisms = [p.bars(gap=clearance, speed=speed) for clearance, speed in grid]
     with ThreadPoolExecutor(p.workers) as pool:

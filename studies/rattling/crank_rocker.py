@@ -39,9 +39,8 @@ class Parameters(CrankRockerParameters):
     members: int = integer(4, 1, 10_000, "runs of each rocker with clearance; the first one is drawn", "numerics")
 
 
-def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
+def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Run the mechanism with ideal joints and with each rocker, and read them."""
-    p = parameters
     runs = [clearance.run_variants(replace(p, seed=p.seed + k), QUIET if k else progress) for k in range(p.members)]
     first = runs[0]
     found = [{v.name: clearance.read(v, variants[0], p.settle) for v in variants} for variants in runs]
@@ -54,7 +53,7 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
             metrics[f"{v.name}.wall_s"] = Metric(v.result.work["wall_s"], "s")
     bands = {name: band for v in first for name, band in _bands(v.name, [run[first.index(v)] for run in runs]).items()}
     return StudyResult(
-        parameters=parameters,
+        parameters=p,
         **worst([(v.name, v.result) for run in runs for v in run]),
         metrics=metrics,
         signals={name: values for v in first for name, values in clearance.samples(v).items()} | bands,

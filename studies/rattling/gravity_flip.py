@@ -60,9 +60,9 @@ class Parameters(world.Parameters):
         return world.Parameters(**{**shared, **changes, "frequency_factor": factor, "gravity": gravity})
 
 
-def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
+def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Run the rigid rocker twice, the flexible one in every case, without and with gravity."""
-    p, grid = parameters, parameters.grid()
+    grid = p.grid()
     found: dict[float, list[Ratio]] = {}
     wrong = []
     runs = progress([(g, case) for g in GRAVITIES for case in (None, *grid)], label="ensembles")

@@ -23,17 +23,8 @@ from buckler.mbs.modal import FreeModes
 from buckler.studies.kit.parameters import choices, integer, quantity
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import COLOURS, Figure, plain_ticks, subplots
-from buckler.studies.rattling.buffering_measures import (
-    CLAIMS,
-    Claim,
-    ClaimCase,
-    EnsembleParameters,
-    Ratio,
-    mean,
-    numbers,
-    ratio,
-    trouble,
-)
+from buckler.studies.rattling import buffering_measures as measures
+from buckler.studies.rattling.buffering_measures import CLAIMS, Claim, ClaimCase, EnsembleParameters, Ratio
 from buckler.studies.rattling.mode_sets import BENDING, MESH, NAMES, SETS, beam_frequencies, counted, damped, flexibility, section
 from buckler.studies.rattling.turns import Ensemble, solver
 
@@ -82,9 +73,8 @@ def cases(p: Parameters) -> list[ClaimCase]:
     return [ClaimCase(*each) for each in product(p.damping_unit, p.in_plane_depth)]
 
 
-def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
+def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Count the modes, run every set in every case, compare; run one on the engine."""
-    p = parameters
     metrics = {name: metric for depth in p.in_plane_depth for name, metric in _counted_metrics(depth).items()}
     found: dict[tuple[ClaimCase, str], Ensemble] = {}
     wrong: list[str] = []
@@ -94,7 +84,7 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
             modes = damped(modes, p.modal_damping, p.rocker_damping)
         made = p.bars(case.unit, case.depth, p.clearance, modes)
         one = found[case, name] = p.ensemble(made, batch=list(SETS).index(name))
-        wrong += trouble(f"{case.name}.{name}", one)
+        wrong += measures.trouble(f"{case.name}.{name}", one)
     for (case, name), one in found.items():
         metrics |= _numbers(p, f"{case.name}.{name}", one, found[case, BASE], found[case, BEST])
     for depth in p.in_plane_depth if p.cross_check else ():
@@ -125,7 +115,7 @@ def _counted_metrics(depth: float) -> dict[str, Metric]:
 
 def _numbers(p: Parameters, name: str, one: Ensemble, base: Ensemble, best: Ensemble) -> dict[str, Metric]:
     """Every claim's number for one set, over that of the rigid rocker and over that of the fullest set."""
-    found = numbers(name, one)
+    found = measures.numbers(name, one)
     level = p.level / (2 * len(CLAIMS) * (len(p.chosen) - 1) * len(cases(p)))
     for claim in CLAIMS:
         rigid, fullest = (_over(one, other, claim) for other in (base, best))
@@ -135,7 +125,7 @@ def _numbers(p: Parameters, name: str, one: Ensemble, base: Ensemble, best: Ense
 
 
 def _over(one: Ensemble, other: Ensemble, claim: Claim) -> Ratio:
-    return Ratio(1.0, 0.0, 1.0) if one is other else ratio(mean(one, claim), mean(other, claim))
+    return Ratio(1.0, 0.0, 1.0) if one is other else measures.ratio(measures.mean(one, claim), measures.mean(other, claim))
 
 
 def sameness(found: Ratio, level: float, margin: float) -> str:

@@ -127,9 +127,8 @@ class Rate:
         return np.array(taken)
 
 
-def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
+def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Wear the joints of the mechanism with each rocker."""
-    p = parameters
     metrics: dict[str, Metric] = {}
     signals: dict[str, Array] = {"direction": directions(p.bins)}
     rows: list[list[Any]] = []

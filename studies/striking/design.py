@@ -102,9 +102,9 @@ class Parameters(StrikeParameters):
         return Given(**{name: None if name in FREE and not value else value for name, value in found.items()})
 
 
-def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
+def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Design, or find the nearest wish that can be had and design that; simulate, and do the same for random wishes."""
-    p, instead, why_not = parameters, "", ""
+    instead, why_not = "", ""
     searched: dict[str, Metric] = {}
     if p.hold_for == "beam":
         d, turns, reason = for_beam(p.wish, p.given, p)
@@ -118,7 +118,7 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     metrics = {"feasible": Metric(float(not (instead or why_not)), "1"), **searched}
     if why_not:
         return StudyResult(parameters=p, status="INFEASIBLE", message=why_not, metrics=metrics, tables=[_limits(d)])
-    outcomes = {model: check(model, d, p, _finely(p, model)) for model in progress(p.models, label="models")}
+    outcomes = {model: check(model, d, p, p.hold_for == model == "beam") for model in progress(p.models, label="models")}
     around, refused = _around(p, d, progress)
     spread, statistics = _spread(around, p.hold_for)
     if p.hold_for == "beam":
@@ -134,11 +134,6 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
         work={f"{model}.wall_s": o.run.work["wall_s"] for model, o in outcomes.items()},
         tables=[_mechanism(d, bool(instead)), _comparison(d, outcomes, p), *tables],
     )
-
-
-def _finely(p: Parameters, model: str) -> bool:
-    """Whether a turn is the one by which a design for the beam is judged."""
-    return p.hold_for == model == "beam"
 
 
 def _around(p: Parameters, d: Design, progress: Progress) -> tuple[list[tuple[Design, Turns]], list[BeamDesign]]:

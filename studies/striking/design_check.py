@@ -119,19 +119,14 @@ def check(model: str, design: Design, numerics: StrikeParameters | None = None, 
     model : {"strut", "beam"}
     design : Design, of floats
     numerics : StrikeParameters, optional
-    finer : bool
-        With twice the elements and a hundredth of the tolerance.
+    finer : with twice the elements and a hundredth of the tolerance
     """
     p = StrikeParameters() if numerics is None else numerics
     elements, tolerance = (2 * p.elements, p.tolerance / 100) if finer else (p.elements, p.tolerance)
     solver = Exudyn(Controlled(tolerance=tolerance, max_step=pi / 180 / design.speed))
     made = mechanism(model, design, p, elements)
-    return CheckedTurn.of(simulated(model, made, _lasts(design), solver, p.timeout))
-
-
-def _lasts(design: Design) -> float:
-    """Time in which a turn leaves the stop, s."""
-    return float((2 * pi - design.angle + AFTER_RELEASE) / design.speed)
+    lasts = float((2 * pi - design.angle + AFTER_RELEASE) / design.speed)  # a turn has left the stop by then
+    return CheckedTurn.of(simulated(model, made, lasts, solver, p.timeout))
 
 
 def random_wishes(around: Design, count: int, seed: int) -> list[Design]:

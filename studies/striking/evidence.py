@@ -158,14 +158,10 @@ class Posterior(NamedTuple):
 
     Attributes
     ----------
-    log_evidence, error : float
-        Natural logarithm, and its standard error.
-    unit : array, shape (samples, axes)
-        Drawn from the posterior, in the unit cube.
-    best : array, shape (axes,)
-        Where the likelihood is largest, likewise.
-    numbers : array, shape (samples, numbers)
-        Of the strikes at the samples: forces of the readings, then the others.
+    log_evidence, error : natural logarithm, and its standard error
+    unit : drawn from the posterior, in the unit cube, shape (samples, axes)
+    best : where the likelihood is largest, likewise, shape (axes,)
+    numbers : of the strikes at the samples: forces of the readings, then the others, shape (samples, numbers)
     """
 
     hypothesis: Hypothesis
@@ -218,12 +214,9 @@ def information(readings: Sequence[Array], weights: Array, sd: float, seed: int 
 
     Parameters
     ----------
-    readings : one array of shape (samples,) for each hypothesis
-        What it predicts, over its posterior.
-    weights : array, shape (hypotheses,)
-        Probability of each.
-    sd : float
-        Of the reading, normal.
+    readings : what it predicts, over its posterior, shape (samples,) for each hypothesis
+    weights : probability of each, shape (hypotheses,)
+    sd : of the reading, normal
     """
     draw, total = np.random.default_rng(seed), 0.0
     for k, (mine, weight) in enumerate(zip(readings, weights, strict=True)):

@@ -29,21 +29,8 @@ from buckler.studies.kit.parameters import StudyParameters, choice, choices, int
 from buckler.studies.kit.published import GRAVITY
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import COLOURS, Axes, Figure, subplots
-from buckler.studies.striking.evidence import (
-    CAUSES,
-    DEAD_BAND,
-    FLOOR,
-    RANGES,
-    READINGS,
-    Hypothesis,
-    Posterior,
-    Strikes,
-    crank_speed,
-    hypotheses,
-    information,
-    posterior,
-    probabilities,
-)
+from buckler.studies.striking import evidence
+from buckler.studies.striking.evidence import DEAD_BAND, READINGS, Hypothesis, Posterior, Strikes
 from buckler.studies.striking.strike import UNITS, duration, mechanism, peak, struck
 from buckler.studies.striking.strike import Parameters as Strike
 
@@ -83,7 +70,7 @@ class Parameters(StudyParameters):
 
     reading_error: float = quantity(1.0, "N", 0.01, 10, "standard deviation of a force that was read", "readings")
     reference_voltage: float = quantity(2.7, "V", 2.55, 12, "voltage at which the crank turns at 1.25 rad/s", "readings")
-    causes: tuple[str, ...] = choices(CAUSES, CAUSES, "causes beside the stop's stiffness", "hypotheses")
+    causes: tuple[str, ...] = choices(evidence.CAUSES, evidence.CAUSES, "causes beside the stop's stiffness", "hypotheses")
     pairs: str = choice("yes", ("yes", "no"), "whether pairs of causes are hypotheses, too", "hypotheses")
     mass: float = quantity(0.3, "kg", 0.01, 10, "mass of the slider", "slider and stop")
     first: int = integer(8, 4, 10**4, "strikes over the priors, for each unknown and reading; more by its square", "strikes")
@@ -97,7 +84,7 @@ class Parameters(StudyParameters):
     @property
     def hypotheses(self) -> list[Hypothesis]:
         """Those that are weighed."""
-        return hypotheses(tuple(c for c in CAUSES if c in self.causes), self.pairs == "yes")
+        return evidence.hypotheses(tuple(c for c in evidence.CAUSES if c in self.causes), self.pairs == "yes")
 
     def check(self) -> None:
         """Points are a power of two."""
@@ -126,14 +113,13 @@ class Weighed(NamedTuple):
         return self.posterior.hypothesis.name
 
 
-def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
+def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Weigh every hypothesis, fit its best point, look for readings that would tell them apart."""
-    p = parameters
     with ThreadPoolExecutor(p.workers) as pool:
         found = [_weighed(h, p, pool) for h in progress(p.hypotheses, label="hypotheses")]
-    chances = probabilities([each.posterior for each in found])
+    chances = evidence.probabilities([each.posterior for each in found])
     column = {what: len(READINGS) - 1 + k for k, what in enumerate(UNITS)} | {"peak": len(READINGS) - 1}
-    bits = {what: information([each.posterior.numbers[:, column[what]] for each in found], chances, sd, p.seed)
+    bits = {what: evidence.information([each.posterior.numbers[:, column[what]] for each in found], chances, sd, p.seed)
             for what, (_, sd, _) in FURTHER.items()}  # fmt: skip
     runs, failed = len(READINGS) * sum(each.points for each in found), sum(each.failed for each in found)
     errors = [each.error for each in found]
@@ -164,7 +150,9 @@ def _weighed(h: Hypothesis, p: Parameters, pool: ThreadPoolExecutor) -> Weighed:
     strikes, d = Strikes(h, lambda values: _simulated(values, p, pool)), len(h.axes)
 
     def weigh(error: float) -> Posterior:
-        return posterior(strikes, h, points=p.points, samples=p.samples, sd=p.reading_error, model_error=error, seed=p.seed)
+        return evidence.posterior(
+            strikes, h, points=p.points, samples=p.samples, sd=p.reading_error, model_error=error, seed=p.seed
+        )
 
     strikes.add(qmc.Halton(d, rng=np.random.default_rng(p.seed)).random(p.first * d * d))
     error = UNREFINED
@@ -173,7 +161,7 @@ def _weighed(h: Hypothesis, p: Parameters, pool: ThreadPoolExecutor) -> Weighed:
         error = float(np.sqrt(np.nanmean(off**2)))
     found = weigh(error)
     logs = [found.log_evidence, *(weigh(other).log_evidence for other in (0.0, 2 * error) if error > EXACT)]
-    failed = int((strikes.logs[:, : len(READINGS)] <= np.log(FLOOR)).sum())
+    failed = int((strikes.logs[:, : len(READINGS)] <= np.log(evidence.FLOOR)).sum())
     span = (min(logs), max(logs)) if error > EXACT else ()
     return Weighed(found, error, span, len(strikes.unit), failed, *fitted(found, p))
 
@@ -185,7 +173,7 @@ def case(values: Mapping[str, float], voltage: float | None, p: Parameters) -> S
     }
     if "gravity" in values:
         given |= {"gravity": GRAVITY, "gravity_angle": copysign(pi / 2, values["gravity"])}
-    speed = crank_speed(voltage, values.get("dead_band", 0.0), p.reference_voltage)
+    speed = evidence.crank_speed(voltage, values.get("dead_band", 0.0), p.reference_voltage)
     return Strike(**given, speed=float(speed), mass=p.mass)
 
 
@@ -261,14 +249,14 @@ def _table(found: Sequence[Weighed], chances: Array, p: Parameters) -> Table:
         each, own = found[k], found[k].posterior
         best = ", ".join(f"{axis.replace('_', ' ')} {value:.3g}" for axis, value in each.best.items())
         forces = [f"{mean:.1f} ({fitted:.1f})" for mean, fitted in zip(own.forces.mean(axis=1), each.forces, strict=True)]
-        evidence = f"{own.log_evidence:.2f} ± {own.error:.2f}"
+        log = f"{own.log_evidence:.2f} ± {own.error:.2f}"
         if each.span:
-            evidence += " ({:.1f} to {:.1f})".format(*each.span)
-        rows.append([_words(each.name), evidence, f"{chances[k]:.3f}", *forces, "yes" if _explains(each.forces) else "no", best])
+            log += " ({:.1f} to {:.1f})".format(*each.span)
+        rows.append([_words(each.name), log, f"{chances[k]:.3f}", *forces, "yes" if _explains(each.forces) else "no", best])
     heads = ["cause", "log evidence", "probability", "1.25 rad/s: 27 N", "2.5 V: 25 N", "3 V: 30 N", "4.4 V: at most 44.18 N",
              "within 1 N", "best point"]  # fmt: skip
     told = ", ".join(f"{_words(each.name)} {100 * each.error:.1f} %" for each in found)
-    priors = ", ".join(f"{_words(name)} {low:g} to {high:g} {_unit(name)}" for name, (low, high) in RANGES.items())
+    priors = ", ".join(f"{_words(name)} {low:g} to {high:g} {_unit(name)}" for name, (low, high) in evidence.RANGES.items())
     notes = (
         "forces: mean over the posterior, N; in brackets at the best point. Readings: standard deviation "
         f"{p.reading_error:g} N, 44.18 N a bound.\nPriors, uniform in the logarithm: {priors};\n"

@@ -71,17 +71,13 @@ class ModelRun:
 
     Attributes
     ----------
-    status, message : str
-        As of `buckler.mbs.Result`; an OK run may carry a message about the mechanism.
-    time, angle, force, speed, shortening : array, shape (samples,)
-        s; crank angle, rad; force on the stop, N; slider speed towards the stop, m/s; relative shortening of the strip.
-    overload : array, shape (samples,)
-        Above 1 before the slider has met the stop, the strip has buckled on its way: `stitched` compares the
-        compression its rigid mode asks for with the Euler load, the others their shortening with 1e-3.
-    energy_balance : float
-        Largest ledger error over the energy put through.
-    work : dict
-        wall_s, steps.
+    status, message : as of `buckler.mbs.Result`; an OK run may carry a message about the mechanism
+    time, angle, force, speed, shortening : s; crank angle, rad; force on the stop, N; slider speed towards the stop, m/s;
+        relative shortening of the strip, shape (samples,)
+    overload : above 1 before the slider has met the stop, the strip has buckled on its way: `stitched` compares the
+        compression its rigid mode asks for with the Euler load, the others their shortening with 1e-3, shape (samples,)
+    energy_balance : largest ledger error over the energy put through
+    work : wall_s, steps
     """
 
     model: str
@@ -118,23 +114,16 @@ class Reading(NamedTuple):
 
     Attributes
     ----------
-    contact_angle, settled, release_angle : float
-        Crank angles of first contact, from which the slider rests against the stop, and of last contact, rad; `settled` is nan
-        if the slider is off the stop at the dead centre.
-    contact_time, settling_time : float
-        From first contact until the last, and until the slider rests, s.
-    impact_speed, rebound_ratio : float
-        Of the slider at first contact, m/s, and the share of it with which it leaves.
-    impact_peak, impact_impulse, impact_time : float
-        Largest force, N, impulse, N s, and duration, s, from first contact until the force first returns to zero.
-    rebounds : int
-        How often the slider comes back to the stop on the way in.
-    force_180, contact_max : float
-        Force at the dead centre, and the largest around it if the slider rests, N.
-    shortening : float
-        Largest end shortening over the length.
-    buckles_before_stop : bool
-        Whether the strip buckles before the slider meets the stop.
+    contact_angle, settled, release_angle : crank angles of first contact, from which the slider rests against the stop, and of
+        last contact, rad; `settled` is nan if the slider is off the stop at the dead centre
+    contact_time, settling_time : from first contact until the last, and until the slider rests, s
+    impact_speed, rebound_ratio : of the slider at first contact, m/s, and the share of it with which it leaves
+    impact_peak, impact_impulse, impact_time : largest force, N, impulse, N s, and duration, s, from first contact until the
+        force first returns to zero
+    rebounds : how often the slider comes back to the stop on the way in
+    force_180, contact_max : force at the dead centre, and the largest around it if the slider rests, N
+    shortening : largest end shortening over the length
+    buckles_before_stop : whether the strip buckles before the slider meets the stop
     """
 
     contact_angle: float = nan

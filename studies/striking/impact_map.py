@@ -81,9 +81,8 @@ class MapPoint(NamedTuple):
         return regime(self.compression, self.early > BUCKLED_FROM + doubled or not isfinite(self.peak))
 
 
-def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
+def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Strike everywhere on the grid, by simulation and by both theories."""
-    p = parameters
     cases = p.cases()
     rows = sweep("strike", cases, workers=p.workers, progress=progress)
     points = [_point(case, row) for case, row in zip(cases, progress(rows, label="theory"), strict=True)]

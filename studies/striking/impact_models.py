@@ -94,12 +94,9 @@ def run_model(model: str, parameters: ImpactParameters, stop: float, speed: floa
     ----------
     model : {"stitched", "strut", "beam"}
     parameters : ImpactParameters
-    stop : float
-        What the model takes the stop for: the duration of an impact, s (stitched), or its stiffness, N/m.
-    speed : float or Ramp
-        Of the crank, rad/s.
-    duration : float
-        s.
+    stop : what the model takes the stop for: the duration of an impact, s (stitched), or its stiffness, N/m
+    speed : of the crank, rad/s
+    duration : s
     """
     if model == "stitched":
         return _run_stitched(parameters, stop, speed, duration)

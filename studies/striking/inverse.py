@@ -129,8 +129,7 @@ class Design:
 
     Attributes
     ----------
-    wish, given : Wish, Given
-        What it was made from.
+    wish, given : what it was made from
     thickness, width : m, of the strip
     stop : m, its place on the slider's line
     speed : rad/s, of the crank

@@ -63,9 +63,9 @@ class Parameters(ImpactParameters):
         return IMPACT_SPEED * {"5": REFERENCE, "10": 2.5, "11": 3.0}[figure] / REFERENCE
 
 
-def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
+def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Calibrate every model, run it for every figure."""
-    p, runs, rows = parameters, {}, []
+    runs, rows = {}, []
     metrics: dict[str, Metric] = {}
     for model in progress(p.models, label="models"):
         for figure in p.figures:

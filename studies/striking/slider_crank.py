@@ -49,9 +49,9 @@ class Parameters(ImpactParameters):
         return self.impact_duration if model == "stitched" else self.stop_stiffness
 
 
-def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
+def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Run each model for one turn and read it."""
-    p, duration = parameters, 2 * pi / parameters.speed
+    duration = 2 * pi / p.speed
     models = progress(p.models, label="models")
     runs = [impact_models.run_model(model, p, p.stop(model), p.speed, duration) for model in models]
     readings = [impact.read(run) for run in runs]

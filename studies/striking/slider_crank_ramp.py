@@ -62,26 +62,23 @@ class Parameters(ImpactParameters):
         return int((self.ramp.position(self.duration) + 2 * pi / 3) // (2 * pi))
 
 
-def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
+def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Calibrate each model, run it up the ramp and read every turn."""
-    models = progress(parameters.models, label="calibration")
+    models = progress(p.models, label="calibration")
     try:
-        fits = [impact_models.calibrate(model, parameters) for model in models]
+        fits = [impact_models.calibrate(model, p) for model in models]
     except impact_models.NotCalibratedError as error:
-        return StudyResult(parameters=parameters, status="NOT_CALIBRATED", message=str(error))
-    runs = [
-        impact_models.run_model(fit.model, parameters, fit.stop, parameters.ramp, parameters.duration)
-        for fit in progress(fits, label="models")
-    ]
-    readings = {run.model: [impact.read(run, turn) for turn in range(parameters.turns)] for run in runs}
+        return StudyResult(parameters=p, status="NOT_CALIBRATED", message=str(error))
+    runs = [impact_models.run_model(fit.model, p, fit.stop, p.ramp, p.duration) for fit in progress(fits, label="models")]
+    readings = {run.model: [impact.read(run, turn) for turn in range(p.turns)] for run in runs}
     notes = [note for run in runs for note in impact.findings(run, readings[run.model])]
-    metrics = {run.model: _metrics(run, fit, readings[run.model], parameters) for run, fit in zip(runs, fits, strict=True)}
-    signals = {"turn.crank_speed": crank_speeds(parameters, CONTACT)}
+    metrics = {run.model: _metrics(run, fit, readings[run.model], p) for run, fit in zip(runs, fits, strict=True)}
+    signals = {"turn.crank_speed": crank_speeds(p, CONTACT)}
     for model, turns in readings.items():
         signals |= {f"{model}.turn.{name}": np.array([getattr(turn, name) for turn in turns]) for name in COLUMNS}
-    found = impact.told(parameters, runs, notes, metrics, signals, [])
-    trends = replace(metrics_table(found.metrics), title="Trends", notes="\n".join([NOTES, f"{parameters.stated()}.", *notes]))
-    return found.changed(tables=[_turns_table(readings, parameters), trends])
+    found = impact.told(p, runs, notes, metrics, signals, [])
+    trends = replace(metrics_table(found.metrics), title="Trends", notes="\n".join([NOTES, f"{p.stated()}.", *notes]))
+    return found.changed(tables=[_turns_table(readings, p), trends])
 
 
 def crank_speeds(p: Parameters, angle: float) -> np.ndarray:

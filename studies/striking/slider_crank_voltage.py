@@ -87,9 +87,8 @@ def force(run: ModelRun) -> float:
     return impact.read(run).impact_peak or nan
 
 
-def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
+def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Calibrate each case, predict the forces, vary the parameters."""
-    p = parameters
     bowed = [(f"beam_bow_{bow:g}", "beam", replace(p, imperfection=bow)) for bow in (p.bows if "beam" in p.models else ())]
     asked = [*((model, model, p) for model in p.models), *bowed]
     try:

@@ -92,21 +92,14 @@ class Stitched:
 
     Parameters
     ----------
-    mass : float
-        Of the slider, kg, positive.
-    restitution : float
-        e in (0, 1].
-    friction : float
-        Coulomb friction of the slider, N, the same at any speed.
-    impact_duration : float
-        dt of one impact, s, positive.
-    stiffness : float
-        E I of the strip, N m^2, positive.
+    mass : of the slider, kg, positive
+    restitution : e in (0, 1]
+    friction : Coulomb friction of the slider, N, the same at any speed
+    impact_duration : dt of one impact, s, positive
+    stiffness : E I of the strip, N m^2, positive
     lengths : SliderCrank
-    stop : float
-        Place of the stop on the slider's line, m.
-    load : callable
-        Normalised force p(u): the published quartic by default.
+    stop : place of the stop on the slider's line, m
+    load : normalised force p(u): the published quartic by default
     """
 
     mass: float
@@ -163,15 +156,12 @@ class Trace(NamedTuple):
 
     Attributes
     ----------
-    time, angle, position, speed, force, shortening : array
-        s; crank angle, rad; slider position, m, and velocity, m/s; force on the stop, N; relative end shortening.
-    load : array
-        Compression the rigid mode asks of the coupler, over the Euler load; 0 in the other modes. Above 1 the strip
+    time, angle, position, speed, force, shortening : s; crank angle, rad; slider position, m, and velocity, m/s; force on the
+        stop, N; relative end shortening
+    load : compression the rigid mode asks of the coupler, over the Euler load; 0 in the other modes. Above 1 the strip
         buckles, and the model does not hold.
-    energy : dict of str to array
-        J: held `kinetic`, `strain`; `taken_impact`, `taken_friction`, `given_drive` since t = 0; `error`.
-    held : bool
-        Whether friction held the slider off the stop.
+    energy : J: held `kinetic`, `strain`; `taken_impact`, `taken_friction`, `given_drive` since t = 0; `error`
+    held : whether friction held the slider off the stop
     """
 
     time: Array

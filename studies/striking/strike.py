@@ -77,9 +77,8 @@ def mechanism(p: Parameters) -> Mechanism:
     )
 
 
-def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
+def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Strike once and read it."""
-    p = parameters
     solver = mbs.Exudyn(mbs.Controlled(tolerance=p.tolerance, max_step=pi / 180 / p.speed))
     result = mbs.simulate(mechanism(p), duration(p), solver=solver, timeout=p.timeout)
     found = read(result.time, result.signals)

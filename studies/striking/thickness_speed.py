@@ -85,18 +85,12 @@ class GridCase(NamedTuple):
 
     Attributes
     ----------
-    state : str
-        One of `STATES`.
-    force, exact : float
-        On the stop at the dead centre if the slider rests there, and that of the elastica in equilibrium, N.
-    impact : float
-        Largest force of the first impact, N.
-    duration, turned : float
-        From first to last contact, s, and the crank's turn in that time, rad.
-    energy_balance : float
-        Largest ledger error over the energy put through.
-    message : str
-        Why it is suspect or failed.
+    state : one of `STATES`
+    force, exact : on the stop at the dead centre if the slider rests there, and that of the elastica in equilibrium, N
+    impact : largest force of the first impact, N
+    duration, turned : from first to last contact, s, and the crank's turn in that time, rad
+    energy_balance : largest ledger error over the energy put through
+    message : why it is suspect or failed
     """
 
     state: str
@@ -128,9 +122,8 @@ def read(row: Any, model: str, speed: float) -> GridCase:
     return GridCase(state, force, exact, value("impact_peak"), turned / speed, turned, balance)
 
 
-def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
+def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Sweep the grid and read it."""
-    p = parameters
     given = p.cases()
     rows = sweep("slider-crank", given, workers=p.workers, progress=progress)
     cases = [read(row, case.models[0], case.speed) for row, case in zip(rows, given, strict=True)]

@@ -36,21 +36,9 @@ from buckler.studies.kit.statistics import PowerLaw, power_law
 from buckler.studies.kit.style import COLOURS, Figure, subplots
 from buckler.studies.rattling.assumptions import MEASURES
 from buckler.studies.rattling.bars import RockerParameters
+from buckler.studies.striking import uncertainty_models as models
 from buckler.studies.striking.assumptions import StrikeAssumptions, common
-from buckler.studies.striking.uncertainty_models import (
-    IMPACT,
-    LEVEL,
-    SEED,
-    Indices,
-    Input,
-    Rattler,
-    Striker,
-    levels,
-    linear_shares,
-    slopes,
-    sobol,
-    thickness_share,
-)
+from buckler.studies.striking.uncertainty_models import LEVEL, Indices, Input, Striker
 
 MECHANISMS = ("slider-crank", "crank-rocker")
 STOP = 1.633e4
@@ -141,7 +129,7 @@ class Parameters(RockerParameters, StrikeAssumptions):
             Input("clearance", "m", self.clearance, self.clearance * self.clearance_sd),
             contact[self.contact],
             Input("friction", "1", self.dynamic_friction, self.dynamic_friction * self.joint_friction_sd),
-            SEED,
+            models.SEED,
         ]
 
 
@@ -154,13 +142,13 @@ class Part(NamedTuple):
     notes: Sequence[str]
 
 
-def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
+def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Vary each mechanism asked for."""
-    models = {"slider-crank": slider_crank, "crank-rocker": crank_rocker}
-    parts = {name: models[name](parameters, progress) for name in parameters.mechanism}
+    vary = {"slider-crank": slider_crank, "crank-rocker": crank_rocker}
+    parts = {name: vary[name](p, progress) for name in p.mechanism}
     notes = [f"{name}: {note}" for name, part in parts.items() for note in part.notes]
     return StudyResult(
-        parameters=parameters,
+        parameters=p,
         **judged(notes),
         metrics={f"{name}.{key}": metric for name, part in parts.items() for key, metric in part.metrics.items()},
         signals={f"{name}.{key}": values for name, part in parts.items() for key, values in part.signals.items()},
@@ -172,9 +160,9 @@ def slider_crank(p: Parameters, progress: Progress = QUIET) -> Part:
     """The slider-crank: closed form, and the impact once more by simulation."""
     assumed = StrikeAssumptions(**common(p, StrikeAssumptions))
     inputs, striker = p.inputs("slider-crank"), Striker(p.impact_duration, p.coupler, assumed)
-    found = sobol(striker.closed_form, inputs, p.samples, p.seed)
-    slope = slopes(striker.closed_form, inputs)
-    exact = thickness_share(inputs)
+    found = models.sobol(striker.closed_form, inputs, p.samples, p.seed)
+    slope = models.slopes(striker.closed_form, inputs)
+    exact = models.thickness_share(inputs)
     simulated = striker.simulated(inputs)
     first = Metric(float(found.first[0, 0]), "1", exact=exact)
     half = found.of("first", 0, 0)[1]
@@ -185,10 +173,10 @@ def slider_crank(p: Parameters, progress: Progress = QUIET) -> Part:
     metrics |= {
         "contact_force.thickness.first": first,
         "simulated.impact_force.mean": Metric(simulated.rows[0].value, "N"),
-        "simulated.impact_force.sd": Metric(simulated.spread(IMPACT), "N"),
+        "simulated.impact_force.sd": Metric(simulated.spread(models.IMPACT), "N"),
         **{f"simulated.impact_force.{row.number}.slope": Metric(row.relative, "1", error=row.share) for row in simulated.rows},
     }  # fmt: skip
-    linear = linear_shares(slope, inputs)
+    linear = models.linear_shares(slope, inputs)
     stated = f"{assumed.stated()}; the closed form knows neither, nor bow and stop stiffness. Simulated: {p.coupler}."
     tables = [spread_table(p, "slider-crank", metrics), striker_table(inputs, found, slope, linear, simulated, exact, stated)]
     return Part(metrics, found.arrays(OUTPUTS["slider-crank"]), tables, notes)
@@ -197,19 +185,19 @@ def slider_crank(p: Parameters, progress: Progress = QUIET) -> Part:
 def crank_rocker(p: Parameters, progress: Progress = QUIET) -> Part:
     """The crank-rocker with clearance, its seed one of the inputs."""
     inputs = p.inputs("crank-rocker")
-    rattler = Rattler(p, p.contact, p.cycles, p.settle)
+    rattler = models.Rattler(p, p.contact, p.cycles, p.settle)
     wrong: list[Array] = []
 
     def stepped(x: Array) -> Array:
-        return np.stack([x[0], levels(x[1], inputs[1]), levels(x[2], inputs[2]), x[3]])
+        return np.stack([x[0], models.levels(x[1], inputs[1]), models.levels(x[2], inputs[2]), x[3]])
 
     def model(x: Array) -> Array:
         values, names = rattler.run_all(stepped(x), progress, "crank-rocker")
         wrong.append(names)
         return values
 
-    found = sobol(model, inputs, p.runs, p.seed)
-    chances = SEED.distribution.rvs(p.repeats, random_state=np.random.default_rng(p.seed + 2))
+    found = models.sobol(model, inputs, p.runs, p.seed)
+    chances = models.SEED.distribution.rvs(p.repeats, random_state=np.random.default_rng(p.seed + 2))
     still = np.repeat([[i.mean] for i in inputs[:3]], p.repeats, axis=1)
     again, _ = rattler.run_all(np.vstack([still, chances]), progress, "chance")
     chance = again.var(axis=1, ddof=1) / found.sample.var(axis=1, ddof=1)
@@ -256,7 +244,7 @@ def striker_table(
         row = [given.name, f"{given.sd / given.mean:.2%}"]
         for s in range(2):
             row += [f"{slope[s, d]:.2f}", _shown(found, "first", s, d), f"{shares[s, d]:.3f}"]
-        told = simulated[IMPACT, given.name]
+        told = simulated[models.IMPACT, given.name]
         rows.append([*row, f"{told.relative:.2f} ± {told.relative_error:.2g}"])
     force = ("slope", "first order", "linear")
     headers = ["", "sd", *(f"contact: {x}" for x in force), *(f"impact: {x}" for x in force), "simulated impact: slope"]

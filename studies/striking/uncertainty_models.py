@@ -78,12 +78,9 @@ class Indices(NamedTuple):
 
     Attributes
     ----------
-    inputs, sample : array, shape (d, 2 n), (s, 2 n)
-        Independent draws of all inputs, and the outputs there.
-    first, total : array, shape (s, d)
-        Share of the variance that goes if an input is known, and that stays if all others are.
-    first_range, total_range : array, shape (s, d, 2)
-        Confidence intervals, by bootstrap.
+    inputs, sample : independent draws of all inputs, and the outputs there, shape (d, 2 n), (s, 2 n)
+    first, total : share of the variance that goes if an input is known, and that stays if all others are, shape (s, d)
+    first_range, total_range : confidence intervals, by bootstrap, shape (s, d, 2)
     """
 
     inputs: Array

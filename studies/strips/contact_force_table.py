@@ -100,9 +100,9 @@ def table_2_stop() -> float:
     return -(PAPER.crank + PAPER.coupler * (1 - pinned.shortening(load)))
 
 
-def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
+def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Every model of every strip, at both stops."""
-    p, described = parameters, f"e{np.degrees(parameters.stop_angle):g}"
+    described = f"e{np.degrees(p.stop_angle):g}"
     stops = {described: float(PAPER.slider(p.stop_angle)), "eTable2": table_2_stop()}
     angle = np.linspace(p.stop_angle, np.pi, p.angles)
     failures: set[str] = set()

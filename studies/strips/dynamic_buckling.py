@@ -87,9 +87,8 @@ def peak(result: Result, p: Parameters) -> float:
     return float(largest[int(np.argmax(fallen)) if fallen.any() else -1])
 
 
-def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
+def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Run the strip for every rate and bow, until a little after the first mode's peak."""
-    p = parameters
     solver = Exudyn(Controlled(tolerance=p.tolerance))
     rows: list[list[Any]] = []
     metrics: dict[str, Metric] = {}

@@ -43,20 +43,20 @@ class Parameters(StudyParameters):
         return Section(STRIP_WIDTH, self.thickness)
 
 
-def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
+def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Compare the four laws on 0 <= u <= 1, then time two of them."""
-    u = np.linspace(0.0, 1.0, parameters.points)
+    u = np.linspace(0.0, 1.0, p.points)
     exact = pinned.load(u)
     loads = {"quartic": law.quartic(u), "fast": law.fast(u)}
-    loads |= {name: np.array([_at(rod, x) for x in progress(u, label=name)]) for name, rod in _rods(parameters).items()}
+    loads |= {name: np.array([_at(rod, x) for x in progress(u, label=name)]) for name, rod in _rods(p).items()}
     errors = {name: load / exact - 1 for name, load in loads.items()}
     metrics = _metrics(u, exact, errors)
-    metrics["fast_cost"] = Metric(_cost(parameters, progress), "1")
+    metrics["fast_cost"] = Metric(_cost(p, progress), "1")
     wrong = [name for name, limit in (("rod", ROD_LIMIT), ("fast", FAST_LIMIT)) if not _largest(errors[name]) <= limit]
     checks = judged([f"{' and '.join(wrong)} off the closed form"] if wrong else [])
     signals = {"shortening": u, "exact": exact, **loads}
     signals |= {f"{name}.error": error for name, error in errors.items()}
-    return StudyResult(parameters=parameters, metrics=metrics, signals=signals, tables=[_table(parameters, metrics)], **checks)
+    return StudyResult(parameters=p, metrics=metrics, signals=signals, tables=[_table(p, metrics)], **checks)
 
 
 def _rods(p: Parameters) -> dict[str, Rod]:

@@ -52,10 +52,8 @@ class Pressed:
 
     Attributes
     ----------
-    speed : float
-        Of the crank, rad/s.
-    weight : float
-        Force between slider and guide, N, from which friction comes.
+    speed : of the crank, rad/s
+    weight : force between slider and guide, N, from which friction comes
     """
 
     rigidity: float
@@ -74,10 +72,8 @@ class Pressed:
         Parameters
         ----------
         law : FrictionLaw or LuGre
-        start, end : float
-            Crank angles, rad.
-        held : float
-            Share of the dynamic friction that holds the slider off the stop at the start, -1 to 1: what it remembers.
+        start, end : crank angles, rad
+        held : share of the dynamic friction that holds the slider off the stop at the start, -1 to 1: what it remembers
         """
         bristles = isinstance(law, LuGre)
         hold = held * law.dynamic

@@ -143,10 +143,10 @@ def _price(ladder: Ladder, found: Delivery, truth: Truth, goal: Asked, spent: fl
     return spent / best
 
 
-def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
+def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Draw mechanisms, ask for each accuracy, and look at what comes."""
-    found = [o for o in _outcomes(parameters, progress) if not np.isnan(o.error)]
-    groups = {name: [o for o in found if o.scene == name] for name in parameters.scenes}
+    found = [o for o in _outcomes(p, progress) if not np.isnan(o.error)]
+    groups = {name: [o for o in found if o.scene == name] for name in p.scenes}
     silent = [o for o in found if o.ratio > SILENT and not o.said]
     within = _within(found)
     metrics = {
@@ -170,12 +170,12 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     if not within >= WITHIN:
         wrong.append(f"{share}; must be {100 * WITHIN:g} %")
     return StudyResult(
-        parameters=parameters,
+        parameters=p,
         **judged(wrong, share),
         metrics=metrics,
         signals={name: np.array([getattr(o, name) for o in found]) for name in ("asked", "error", "estimate", "wall_s", "price")}
         | {"scene": np.array([list(SCENES).index(o.scene) for o in found]), "told": np.array([bool(o.said) for o in found])},
-        tables=[_table(parameters, groups), _low(found)],
+        tables=[_table(p, groups), _low(found)],
     )
 
 

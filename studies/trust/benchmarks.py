@@ -126,13 +126,13 @@ def error(name: str, row: Row) -> float:
     return off if name in ABSOLUTE else off / abs(row.reference)
 
 
-def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
+def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Solve the problems one after the other."""
     rows: dict[str, Row] = {}
     walls: dict[str, float] = {}
-    for problem in progress(parameters.problems, label="problems"):
+    for problem in progress(p.problems, label="problems"):
         start = perf_counter()
-        rows |= SOLVE[problem](parameters)
+        rows |= SOLVE[problem](p)
         walls[problem] = perf_counter() - start
     errors = {name: error(name, row) for name, row in rows.items()}
     missed = list(filter(None, (_missed(name, row, errors[name]) for name, row in rows.items())))
@@ -150,7 +150,7 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
         "Errors are relative, those marked m and rad absolute. docs/benchmarks.md tells the problems and where theories differ.",
     )  # fmt: skip
     signals = known.as_signals(errors, ALLOWED.get)
-    return StudyResult(parameters=parameters, metrics=metrics, signals=signals, tables=[table], **judged(missed))
+    return StudyResult(parameters=p, metrics=metrics, signals=signals, tables=[table], **judged(missed))
 
 
 def _missed(name: str, row: Row, off: float) -> str:

@@ -82,15 +82,15 @@ class Parameters(StudyParameters):
         return listed[order[self.number]]
 
 
-def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
+def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Run the case and its reference."""
-    found = judge(parameters.case, parameters.timeout)
+    found = judge(p.case, p.timeout)
     metrics = {
         name: Metric(float(np.nan_to_num(value, nan=-1.0, posinf=1e300)), "1")
         for name, value in (("verdict", VERDICTS.index(found.verdict)), ("off", found.off), ("price", found.price))
     }
     said = "\n".join((found.family, found.name, found.worst, found.message))
-    return StudyResult(parameters=parameters, status="OK", message=said, metrics=metrics)
+    return StudyResult(parameters=p, status="OK", message=said, metrics=metrics)
 
 
 def finding(row: Any) -> Finding:

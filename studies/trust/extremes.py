@@ -57,16 +57,16 @@ class Parameters(StudyParameters):
         return [extreme.Parameters(family, self.seed, k, self.timeout) for family, k in islice(turns, self.cases)]
 
 
-def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
+def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Run every case and its reference."""
-    store = Path(parameters.store) if parameters.store else None
-    rows = sweep(extreme, parameters.all, workers=parameters.workers, store=store, progress=progress, name="extremes")
+    store = Path(p.store) if p.store else None
+    rows = sweep(extreme, p.all, workers=p.workers, store=store, progress=progress, name="extremes")
     findings = [extreme.finding(row) for row in rows if row.status == "OK"]
     said = [f"{f.family}: {f.name}: {f.verdict}" for f in findings if f.verdict in (Verdict.WRONG, Verdict.OPEN)]
     lost = [row for row in rows if row.status != "OK"]
     said += [f"{row.parameters['family']} {row.parameters['number']}: {row.status}: {row.message}" for row in lost]
     return StudyResult(
-        parameters=parameters,
+        parameters=p,
         **judged(said, f"{len(findings)} cases, none of them silently wrong"),
         metrics=_metrics(findings),
         signals={name: np.array([getattr(f, name) for f in findings]) for name in Finding._fields},

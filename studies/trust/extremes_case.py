@@ -124,7 +124,8 @@ def judge(case: Case, timeout: float) -> Finding:
         outcome = case.run(timeout)
     except ValueError as error:  # KinematicsError among them
         return found(Verdict.REFUSED, said=" ".join(str(error).split()))
-    fine, suspect, said = outcome.status == Status.OK, outcome.status == Status.SUSPECT, _text(outcome)
+    fine, suspect = outcome.status == Status.OK, outcome.status == Status.SUSPECT
+    said = "" if fine else f"{outcome.status}: {outcome.message}"
     if outcome.status == Status.TIMED_OUT:
         return found(Verdict.UNFINISHED, said=said)
     if not fine and not suspect:
@@ -145,10 +146,6 @@ def _timed(run: Callable[[], None]) -> float:
     start = perf_counter()
     run()
     return perf_counter() - start
-
-
-def _text(outcome: CaseOutcome) -> str:
-    return "" if outcome.status == Status.OK else f"{outcome.status}: {outcome.message}"
 
 
 def compare(

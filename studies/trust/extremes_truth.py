@@ -77,14 +77,13 @@ def case_of(
         read = _read(made, result) if ended else {}
         return CaseOutcome(str(result.status), result.message, read, wall, _told(result, read))
 
+    def plain() -> None:
+        once(mechanism, duration, Exudyn(), PATIENCE, None)
+
     scales = dict(_scales(mechanism, asked))
     name += f", accuracy {asked:g}" if asked else ""
     right = partial(_right, made, scales) if possible else None
-    return Case(family, name, run, right, scales, partial(_plain, mechanism, duration) if priced else None)
-
-
-def _plain(mechanism: Mechanism, duration: float) -> None:
-    once(mechanism, duration, Exudyn(), PATIENCE, None)
+    return Case(family, name, run, right, scales, plain if priced else None)
 
 
 def _scales(mechanism: Mechanism, asked: float | None) -> Iterator[tuple[str, float]]:

@@ -127,22 +127,22 @@ def cases(p: Parameters) -> list[tuple[str, NormalLaw, float, float]]:
     return found
 
 
-def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
+def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Drop every law at every restitution asked for."""
-    every = cases(parameters)
-    drops = [drop(name, law, e, speed, parameters) for name, law, e, speed in progress(every, label="drop tests")]
+    every = cases(p)
+    drops = [drop(name, law, e, speed, p) for name, law, e, speed in progress(every, label="drop tests")]
     off = np.array([abs(d.found - d.exact) for d in drops])
     metrics = {f"{d.name}.delivered": Metric(d.found, "1", exact=d.exact) for d in drops}
     metrics["largest_difference"] = Metric(float(np.nanmax(off)), "1")
     metrics["energy_balance"] = Metric(max(d.energy_balance for d in drops), "1")
     wrong = [f"{d.name}: {d.message or f'off by {o:.1e}'}" for d, o in zip(drops, off, strict=True) if not o <= AGREES_TO]
     return StudyResult(
-        parameters=parameters,
+        parameters=p,
         **judged(wrong),
         metrics=metrics,
         signals={name: np.array([getattr(d, name) for d in drops]) for name in ("asked", "found", "exact")},
         work={name: sum(getattr(d, name) for d in drops) for name in ("steps", "evaluations")},
-        tables=_tables(metrics, parameters, float(np.nanmax(off))),
+        tables=_tables(metrics, p, float(np.nanmax(off))),
     )
 
 

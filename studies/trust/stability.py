@@ -54,15 +54,6 @@ def _thin(exact: float, **given: Any) -> Found:
     return _found(path(loaded, to=25.0), "flutter", exact)
 
 
-def _beck() -> Found:
-    return _thin(20.05095, follows="strip")
-
-
-def _reut() -> Found:
-    """A force whose line stays is the adjoint of one that follows: the load is Beck's (V. V. Bolotin 1963)."""
-    return _thin(20.05095, through=(0.0, 0.0))
-
-
 def _pfluger(ratio: float) -> Found:
     """A. Pflüger, Z. angew. Math. Mech. 35 (1955) 191: Beck's column with a mass at its tip."""
     return _thin(columns.flutter_with_tip(ratio), follows="strip", tip=ratio * THIN.mass_per_length * LENGTH)
@@ -174,8 +165,8 @@ def _pendulum(turn: float) -> Found:
 
 
 CASES: dict[str, Callable[[], Found]] = {
-    "beck": _beck,
-    "reut": _reut,
+    "beck": partial(_thin, 20.05095, follows="strip"),
+    "reut": partial(_thin, 20.05095, through=(0.0, 0.0)),  # the adjoint: a force whose line stays (V. V. Bolotin 1963)
     "leipholz": _leipholz,
     "pfluger_0.1": partial(_pfluger, 0.1),
     "pfluger_1": partial(_pfluger, 1.0),
@@ -215,9 +206,9 @@ class Parameters(StudyParameters):
     cases: tuple[str, ...] = choices(tuple(CASES), tuple(CASES), "which are solved", "cases")
 
 
-def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
+def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Solve the cases one after the other."""
-    found = {name: CASES[name]() for name in progress(parameters.cases, label="cases")}
+    found = {name: CASES[name]() for name in progress(p.cases, label="cases")}
     off = {name: abs(each.value / each.exact - 1) for name, each in found.items()}
     missed = [f"{name} is {off[name]:.1e} off, allowed {allowed(name):.0e}" for name in found if not off[name] <= allowed(name)]
     metrics = {
@@ -230,7 +221,7 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     ]
     table = Table(["case", "unit", "found", "exact", "relative error", "error told"], rows, "Stability")
     signals = known.as_signals(off, allowed)
-    return StudyResult(parameters=parameters, **judged(missed), metrics=metrics, tables=[table], signals=signals)
+    return StudyResult(parameters=p, **judged(missed), metrics=metrics, tables=[table], signals=signals)
 
 
 def allowed(name: str) -> float:

@@ -138,10 +138,10 @@ def _said(found: Delivery, p: Parameters) -> str:
     return f"{name} {missed}" if missed else ""
 
 
-def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
+def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Run both solvers on each mechanism."""
-    jobs = list(pairs(parameters))
-    found = [compare(pair, parameters) for pair in progress(jobs, label="mechanisms")]
+    jobs = list(pairs(p))
+    found = [compare(pair, p) for pair in progress(jobs, label="mechanisms")]
     counted = [c for c in found if np.isfinite(c.ratio)]
     beyond = [c for c in counted if c.ratio > BEYOND]
     times = [c.engine_s / c.compiled_s for c in counted]
@@ -158,7 +158,7 @@ def run(parameters: Parameters, progress: Progress = QUIET) -> StudyResult:
     told = f"{len(counted)} of {len(found)} mechanisms compared, {len(counted) - len(beyond)} no farther apart than 3 estimates"
     names = ("difference", "engine", "compiled", "engine_s", "compiled_s", "ratio")
     return StudyResult(
-        parameters=parameters,
+        parameters=p,
         **judged(wrong or [told] * (not counted), told),
         metrics=metrics,
         signals={name: np.array([getattr(c, name) for c in found]) for name in names},
