@@ -115,6 +115,10 @@ class StudyParameters(Declared):
     def check(self) -> None:
         """Check parameters against each other; a study overrides it and raises a ValueError with one line."""
 
+    def shared(self, kind: type[StudyParameters]) -> dict[str, Any]:
+        """Those that another kind of parameters has, too, by name."""
+        return {name: getattr(self, name) for name in specs(kind) if name in specs(type(self))}
+
     def plain(self) -> dict[str, Any]:
         """All of them by name, as a store and a file keep them."""
         return asdict(self)

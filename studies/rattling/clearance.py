@@ -1,32 +1,23 @@
-"""The crank-rocker with clearance on the engine: its parameters and variants, and what is read off a run."""
+"""The crank-rocker with clearance on the engine: parameters of its studies."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from math import pi
 from typing import Any
 
-import numpy as np
-
-from buckler import mbs
-from buckler.mbs import Beam, Mechanism, Modal, Result, Rigid, Section
+from buckler.mbs import Beam, Mechanism, Modal, Rigid, Section
 from buckler.mbs.accuracy.words import FINEST
-from buckler.mbs.geometry import Array
 from buckler.mbs.library import STEEL_CRANK_ROCKER
 from buckler.mbs.modal import BarModes, CraigBampton
-from buckler.mbs.sensitivity.curve import Curve
 from buckler.studies.kit.parameters import choices, integer, quantity
-from buckler.studies.rattling.assumptions import BODIES, Assumptions
+from buckler.studies.rattling.assumptions import Assumptions
 from buckler.studies.rattling.bars import PlayParameters
 from buckler.studies.rattling.mode_sets import damped, section
-from buckler.studies.rattling.turns import STEPS_A_TURN, chance, force_on_second, joint_force
+from buckler.studies.rattling.turns import chance
 
 WITH_PLAY = ("", "B", "BC", "ABC", "OABC")
 """Joints that get clearance as their number grows: first those that are looked at, coupler–rocker and rocker–frame."""
-SAMPLES = ("coupler.vx", "rocker.vx", "coupler.ax", "rocker.ax")
-FORCES = {"coupler_rocker": "B", "rocker_frame": "C"}
-"""The joints whose force is read."""
 
 
 def _beam(p: CrankRockerParameters) -> Beam:
@@ -106,71 +97,3 @@ class CrankRockerParameters(PlayParameters, Assumptions):
         other: dict[str, Any] = {"Craig-Bampton": CraigBampton(), "Euler-Bernoulli": BarModes(2, 1, shear=False)}
         plain = replace(plain, modes=other[self.modes_of]) if self.modes_of in other else plain
         return plain if self.modal_damping == "constant" else damped(plain, self.modal_damping, self.rocker_damping)
-
-
-@dataclass(frozen=True)
-class Variant:
-    """One run: what it is filed under, the mechanism's joints with clearance, and what came of it."""
-
-    name: str
-    with_play: str
-    result: Result
-
-
-def run_variants(parameters: CrankRockerParameters, progress: Any) -> list[Variant]:
-    """Run the rigid mechanism with ideal joints, as `ideal`, and each rocker asked for with clearance."""
-    cases = [("ideal", "rigid", "")] + [(label(r), r, parameters.with_play) for r in parameters.rocker]
-    return [
-        Variant(name, joints, simulate(parameters, rocker, joints)) for name, rocker, joints in progress(cases, label="variants")
-    ]
-
-
-def simulate(parameters: CrankRockerParameters, rocker: str, with_play: str) -> Result:
-    """Run one mechanism, energy ledger included."""
-    longest = min(2 * pi / parameters.speed / STEPS_A_TURN, parameters.duration / 10)
-    if with_play:
-        solver: mbs.Exudyn | mbs.Closure = mbs.Exudyn(mbs.Controlled(parameters.tolerance, longest))
-    else:
-        solver = mbs.Closure(mbs.Controlled(max_step=longest))
-    return mbs.simulate(
-        parameters.mechanism(rocker, with_play),
-        parameters.duration,
-        parameters.accuracy or None,
-        solver=None if parameters.accuracy else solver,
-        ledger=True,
-        timeout=parameters.timeout,
-    )
-
-
-def read(variant: Variant, ideal: Variant, settle: float) -> dict[str, tuple[float, str]]:
-    """Numbers of one run from `settle` on, each with its unit; nan where the run did not get that far."""
-    result, signals, found = variant.result, variant.result.signals, {}
-    kept = result.time >= settle
-
-    def curve(values: Array) -> Curve:
-        return Curve(result.time[kept], values[kept]) if kept.sum() > 1 else Curve(np.zeros(2), np.full(2, np.nan))
-
-    for name, joint in FORCES.items():
-        found[f"peak_force_{name}"] = (curve(joint_force(result, joint)).max(), "N")
-    for link in ("coupler", "rocker"):
-        off = signals[f"{link}.vx"] - ideal.result.at(f"{link}.vx", result.time, outside=np.nan)
-        found[f"peak_ax_{link}"] = (curve(np.abs(signals[f"{link}.ax"])).max(), "m/s^2")
-        found[f"rms_ax_{link}"] = (curve(signals[f"{link}.ax"]).rms(), "m/s^2")
-        found[f"rms_vx_error_{link}"] = (curve(off).rms(), "m/s")
-    deepest = max((curve(np.abs(signals[f"{p}.penetration"])).max() for p in variant.with_play), default=0.0)
-    contacts = sum(float(signals[f"{p}.contacts"].max(initial=0.0)) for p in variant.with_play)
-    checks = {"penetration": (deepest, "m"), "contacts": (contacts, "1"), "energy_balance": (result.energy_balance, "1")}
-    return found | checks
-
-
-def drawn(joint: str) -> str:
-    """How the force of a joint begins among the samples: B.coupler-rocker."""
-    return f"{joint}.{'-'.join(BODIES[joint])}"
-
-
-def samples(variant: Variant) -> dict[str, Array]:
-    """Arrays of one run by name, for signals.npz."""
-    names = [*SAMPLES, *(f"{p}.{name}" for p in variant.with_play for name in ("journal_x", "journal_y", "contact_state"))]
-    signals = {name: variant.result.signals[name] for name in names}
-    signals |= {f"{drawn(j)}.f{axis}": force_on_second(variant.result, j, axis) for j in FORCES.values() for axis in "xy"}
-    return {f"{variant.name}.{name}": values for name, values in {"time": variant.result.time, **signals}.items()}

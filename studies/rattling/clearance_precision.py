@@ -20,7 +20,7 @@ from buckler.mbs import Beam, Controlled, Equal, Exudyn, Mechanism, Modal
 from buckler.mbs.modal import BarModes
 from buckler.mbs.solvers import usual_tolerance
 from buckler.studies.kit import work_precision as precision
-from buckler.studies.kit.parameters import choice, choices, counts, integer, quantities, quantity, specs
+from buckler.studies.kit.parameters import choice, choices, counts, integer, quantities, quantity
 from buckler.studies.kit.published import DAMPING_UNITS
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import Figure, subplots
@@ -99,10 +99,8 @@ class Parameters(Assumptions):
     @property
     def bars(self) -> CrankRockerParameters:
         """Parameters of the mechanism."""
-        given: dict[str, Any] = {name: getattr(self, name) for name in specs(Assumptions)}
-        return CrankRockerParameters(
-            clearance=self.clearance, damping_unit=self.damping_unit, start_angle=0.0, rocker=("modal",), **given
-        )
+        given = self.shared(Assumptions) | {"clearance": self.clearance, "damping_unit": self.damping_unit}
+        return CrankRockerParameters(**given, start_angle=0.0, rocker=("modal",))
 
 
 class Model(NamedTuple):

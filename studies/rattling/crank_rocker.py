@@ -10,21 +10,29 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from math import pi
 from typing import Any
 
 import numpy as np
 
+from buckler import mbs
+from buckler.mbs import Result
 from buckler.mbs.geometry import Array
+from buckler.mbs.sensitivity.curve import Curve
 from buckler.studies.kit.parameters import integer
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, worst
 from buckler.studies.kit.statistics import mean
 from buckler.studies.kit.style import Figure, subplots
-from buckler.studies.rattling import clearance
-from buckler.studies.rattling.clearance import CrankRockerParameters, Variant
+from buckler.studies.rattling.assumptions import BODIES
+from buckler.studies.rattling.clearance import COLOURS, CrankRockerParameters, label
+from buckler.studies.rattling.turns import STEPS_A_TURN, force_on_second, joint_force
 
 BAND = 2001
 """Times at which the members' band is drawn."""
 JOINTS = {"O": "crank–frame", "A": "crank–coupler", "B": "coupler–rocker", "C": "rocker–frame"}
+SAMPLES = ("coupler.vx", "rocker.vx", "coupler.ax", "rocker.ax")
+FORCES = {"coupler_rocker": "B", "rocker_frame": "C"}
+"""The joints whose force is read."""
 NOTES = """\
 ideal: rigid bars, no clearance. rms over time, of centres of mass; rms_vx_error against ideal. From `settle` on.
 ± standard error of the mean over {members} members, seeds from {seed}. Peaks of single runs scatter by tens of percent
@@ -39,11 +47,68 @@ class Parameters(CrankRockerParameters):
     members: int = integer(4, 1, 10_000, "runs of each rocker with clearance; the first one is drawn", "numerics")
 
 
+@dataclass(frozen=True)
+class Variant:
+    """One run: what it is filed under, the mechanism's joints with clearance, and what came of it."""
+
+    name: str
+    with_play: str
+    result: Result
+
+
+def run_variants(p: CrankRockerParameters, progress: Progress) -> list[Variant]:
+    """Run the rigid mechanism with ideal joints, as `ideal`, and each rocker asked for with clearance."""
+    cases = [("ideal", "rigid", ""), *((label(rocker), rocker, p.with_play) for rocker in p.rocker)]
+    return [Variant(name, joints, simulate(p, rocker, joints)) for name, rocker, joints in progress(cases, label="variants")]
+
+
+def simulate(p: CrankRockerParameters, rocker: str, with_play: str) -> Result:
+    """Run one mechanism, energy ledger included."""
+    longest = min(2 * pi / p.speed / STEPS_A_TURN, p.duration / 10)
+    rattling, ideal = mbs.Exudyn(mbs.Controlled(p.tolerance, longest)), mbs.Closure(mbs.Controlled(max_step=longest))
+    solver, made = None if p.accuracy else rattling if with_play else ideal, p.mechanism(rocker, with_play)
+    return mbs.simulate(made, p.duration, p.accuracy or None, solver=solver, ledger=True, timeout=p.timeout)
+
+
+def read(variant: Variant, ideal: Variant, settle: float) -> dict[str, tuple[float, str]]:
+    """Numbers of one run from `settle` on, each with its unit; nan where the run did not get that far."""
+    result, signals, found = variant.result, variant.result.signals, {}
+    kept = result.time >= settle
+
+    def curve(values: Array) -> Curve:
+        return Curve(result.time[kept], values[kept]) if kept.sum() > 1 else Curve(np.zeros(2), np.full(2, np.nan))
+
+    for name, joint in FORCES.items():
+        found[f"peak_force_{name}"] = (curve(joint_force(result, joint)).max(), "N")
+    for link in ("coupler", "rocker"):
+        off = signals[f"{link}.vx"] - ideal.result.at(f"{link}.vx", result.time, outside=np.nan)
+        found[f"peak_ax_{link}"] = (curve(np.abs(signals[f"{link}.ax"])).max(), "m/s^2")
+        found[f"rms_ax_{link}"] = (curve(signals[f"{link}.ax"]).rms(), "m/s^2")
+        found[f"rms_vx_error_{link}"] = (curve(off).rms(), "m/s")
+    deepest = max((curve(np.abs(signals[f"{p}.penetration"])).max() for p in variant.with_play), default=0.0)
+    contacts = sum(float(signals[f"{p}.contacts"].max(initial=0.0)) for p in variant.with_play)
+    checks = {"penetration": (deepest, "m"), "contacts": (contacts, "1"), "energy_balance": (result.energy_balance, "1")}
+    return found | checks
+
+
+def drawn(joint: str) -> str:
+    """How the force of a joint begins among the samples: B.coupler-rocker."""
+    return f"{joint}.{'-'.join(BODIES[joint])}"
+
+
+def samples(variant: Variant) -> dict[str, Array]:
+    """Arrays of one run by name, for signals.npz."""
+    names = [*SAMPLES, *(f"{p}.{name}" for p in variant.with_play for name in ("journal_x", "journal_y", "contact_state"))]
+    signals = {name: variant.result.signals[name] for name in names}
+    signals |= {f"{drawn(j)}.f{axis}": force_on_second(variant.result, j, axis) for j in FORCES.values() for axis in "xy"}
+    return {f"{variant.name}.{name}": values for name, values in {"time": variant.result.time, **signals}.items()}
+
+
 def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Run the mechanism with ideal joints and with each rocker, and read them."""
-    runs = [clearance.run_variants(replace(p, seed=p.seed + k), QUIET if k else progress) for k in range(p.members)]
+    runs = [run_variants(replace(p, seed=p.seed + k), QUIET if k else progress) for k in range(p.members)]
     first = runs[0]
-    found = [{v.name: clearance.read(v, variants[0], p.settle) for v in variants} for variants in runs]
+    found = [{v.name: read(v, variants[0], p.settle) for v in variants} for variants in runs]
     metrics: dict[str, Metric] = {}
     for v in first:
         for name, (_, unit) in found[0][v.name].items():
@@ -56,7 +121,7 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
         parameters=p,
         **worst([(v.name, v.result) for run in runs for v in run]),
         metrics=metrics,
-        signals={name: values for v in first for name, values in clearance.samples(v).items()} | bands,
+        signals={name: values for v in first for name, values in samples(v).items()} | bands,
         work={f"{v.name}.{name}": v.result.work[name] for v in first for name in ("wall_s", "steps")},
         tables=[_table(metrics, [v.name for v in first], p)],
     )
@@ -66,10 +131,10 @@ def _bands(name: str, members: Sequence[Variant]) -> dict[str, Array]:
     """The middle two thirds of the members at `BAND` times alike: for every signal that is drawn."""
     if len(members) < 3 or name == "ideal":
         return {}
-    each = [clearance.samples(v) for v in members]
+    each = [samples(v) for v in members]
     time = np.linspace(0, min(s[f"{name}.time"][-1] for s in each), BAND)
     found = {f"{name}.band.time": time}
-    for signal in (*clearance.SAMPLES, *(f"{clearance.drawn(joint)}.fx" for joint in clearance.FORCES.values())):
+    for signal in (*SAMPLES, *(f"{drawn(joint)}.fx" for joint in FORCES.values())):
         values = [np.interp(time, s[f"{name}.time"], s[f"{name}.{signal}"]) for s in each]
         found[f"{name}.band.{signal}"] = np.quantile(values, (1 / 6, 5 / 6), axis=0)
     return found
@@ -106,7 +171,7 @@ def figure(result: StudyResult) -> dict[str, Figure]:
         "acceleration": _histories(result, {f"{link}.ax": f"{link}, $a_x$ [m/s²]" for link in ("coupler", "rocker")}),
         "contact_force": _histories(
             result,
-            {f"{clearance.drawn(joint)}.fx": f"{name.replace('_', '–')}, $F_x$ [N]" for name, joint in clearance.FORCES.items()},
+            {f"{drawn(joint)}.fx": f"{name.replace('_', '–')}, $F_x$ [N]" for name, joint in FORCES.items()},
         ),
     }
     return figures | ({"orbits": _orbits(result)} if p.with_play else {})
@@ -127,9 +192,9 @@ def _histories(result: StudyResult, rows: Mapping[str, str]) -> Figure:
                 time, values = 1e3 * s[f"{case}.time"], s[f"{case}.{signal}"]
                 if f"{case}.band.time" in s:
                     low, high = s[f"{case}.band.{signal}"]
-                    look = {"color": clearance.COLOURS[case], "alpha": 0.25, "linewidth": 0}
+                    look = {"color": COLOURS[case], "alpha": 0.25, "linewidth": 0}
                     ax.fill_between(1e3 * s[f"{case}.band.time"], low, high, **look)
-                ax.plot(time, values, style, color=clearance.COLOURS[case], linewidth=0.7, label=_name(case), rasterized=True)
+                ax.plot(time, values, style, color=COLOURS[case], linewidth=0.7, label=_name(case), rasterized=True)
             ax.label_outer()
         line[0].set_ylabel(name)
     for ax in axes[0]:
@@ -155,7 +220,7 @@ def _orbits(result: StudyResult) -> Figure:
     for line, variant in zip(axes, variants, strict=True):
         for ax, joint in zip(line, joints, strict=True):
             x, y = (s[f"{variant}.{joint}.journal_{axis}"] / p.clearance for axis in "xy")
-            ax.plot(x, y, color=clearance.COLOURS[variant], linewidth=0.3, rasterized=True)
+            ax.plot(x, y, color=COLOURS[variant], linewidth=0.3, rasterized=True)
             ax.plot(np.cos(turn), np.sin(turn), color="#000000", linewidth=0.8)
             ax.set_aspect("equal")
             ax.label_outer()

@@ -14,7 +14,7 @@ I. M. Sobol', Global sensitivity indices for nonlinear mathematical models, doi 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
@@ -56,7 +56,7 @@ class Parameters(world.Parameters):
     def case(self, theory: str, count: str, factor: float, gravity: float) -> world.Parameters:
         """The world of a case."""
         changes = dict(zip(("bending", "axial"), COUNTS[count], strict=True), modes_of=THEORIES[theory])
-        shared = {each.name: getattr(self, each.name) for each in fields(world.Parameters)}
+        shared = self.shared(world.Parameters)
         return world.Parameters(**{**shared, **changes, "frequency_factor": factor, "gravity": gravity})
 
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from buckler.mbs import Mechanism, Motion, Motor, Ramp
 from buckler.mbs.geometry import Array
-from buckler.studies.kit.parameters import Gravity, StudyParameters, integer, quantity, specs
+from buckler.studies.kit.parameters import Gravity, integer, quantity
 
 SLOWED = 1.2
 """How much longer a run takes whose crank a motor turns."""
@@ -72,11 +72,6 @@ class StrikeParameters(StrikeAssumptions):
     elements: int = integer(8, 2, 64, "elements of the beam", "numerics")
     tolerance: float = quantity(1e-5, "1", 1e-9, 1e-3, "position error allowed a step, over the length", "numerics")
     timeout: float = quantity(120, "s", 0.01, 86400, "longest time a run may take", "numerics")
-
-
-def common(given: StudyParameters, kind: type[StudyParameters]) -> dict[str, Any]:
-    """Those parameters of a study that another kind has, too."""
-    return {name: getattr(given, name) for name in specs(kind) if name in specs(type(given))}
 
 
 def crank_angle(signals: Mapping[str, Array]) -> Array:

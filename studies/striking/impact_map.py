@@ -21,7 +21,7 @@ from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Tab
 from buckler.studies.kit.statistics import exponent
 from buckler.studies.kit.style import COLOURS, Axes, Figure, subplots
 from buckler.studies.striking import strike
-from buckler.studies.striking.assumptions import StrikeAssumptions, common
+from buckler.studies.striking.assumptions import StrikeAssumptions
 from buckler.studies.striking.impact_models import BUCKLED_FROM
 from buckler.studies.striking.impact_numbers import LATE, REGIMES, SAGS, ImpactNumbers, regime
 from buckler.studies.striking.sine_strip import SineStrike, SineStrip
@@ -49,7 +49,7 @@ class Parameters(StrikeAssumptions):
 
     def cases(self) -> list[strike.Parameters]:
         """One strike for each mass, stiffness, bow and speed, the last running fastest."""
-        given = common(self, strike.Parameters)
+        given = self.shared(strike.Parameters)
         return [
             strike.Parameters(mass=mass, stop_stiffness=stiffness, imperfection=bow, speed=speed, **given)
             for mass, stiffness, bow, speed in product(self.masses, self.stiffnesses, self.bows, self.speeds)
@@ -210,7 +210,7 @@ def _middle(p: Parameters, **changes: object) -> strike.Parameters:
     """The strike in the middle of the grid."""
     lists = {"mass": p.masses, "stop_stiffness": p.stiffnesses, "speed": p.speeds}
     middle = {name: values[len(values) // 2] for name, values in lists.items()}
-    return strike.Parameters(**common(p, strike.Parameters) | middle | changes)
+    return strike.Parameters(**p.shared(strike.Parameters) | middle | changes)
 
 
 def _closed(p: Parameters, bow: float) -> tuple[list[float], list[float]]:

@@ -32,7 +32,7 @@ from buckler.studies.kit.style import Figure
 from buckler.studies.kit.work_precision import Bar, Point, Runs, Series
 from buckler.studies.striking import impact, impact_models
 from buckler.studies.striking import slider_crank as main_study
-from buckler.studies.striking.assumptions import StrikeAssumptions, common, crank_angle
+from buckler.studies.striking.assumptions import StrikeAssumptions, crank_angle
 from buckler.studies.trust import plain
 
 JOB = main_study.Parameters()
@@ -90,7 +90,7 @@ class Parameters(StrikeAssumptions):
     @property
     def job(self) -> main_study.Parameters:
         """The main job under these assumptions."""
-        return replace(JOB, **common(self, main_study.Parameters))
+        return replace(JOB, **self.shared(main_study.Parameters))
 
     @property
     def exact(self) -> bool:

@@ -26,7 +26,7 @@ from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Tab
 from buckler.studies.kit.statistics import power_law
 from buckler.studies.kit.style import COLOURS, Axes, Figure, plain_ticks, subplots
 from buckler.studies.striking import slider_crank
-from buckler.studies.striking.assumptions import StrikeParameters, common
+from buckler.studies.striking.assumptions import StrikeParameters
 from buckler.studies.striking.impact import MODELS
 from buckler.studies.sweeping.report import study_page
 from buckler.studies.sweeping.sweep import sweep
@@ -71,7 +71,7 @@ class Parameters(StrikeParameters):
 
     def cases(self) -> list[slider_crank.Parameters]:
         """One for each model, thickness and speed, in this order; the slow speed first."""
-        given = common(self, slider_crank.Parameters)
+        given = self.shared(slider_crank.Parameters)
         return [
             slider_crank.Parameters(**given | {"models": (model,), "thickness": thickness, "speed": speed})
             for model in self.models

@@ -37,7 +37,7 @@ from buckler.studies.kit.style import COLOURS, Figure, subplots
 from buckler.studies.rattling.assumptions import MEASURES
 from buckler.studies.rattling.bars import RockerParameters
 from buckler.studies.striking import uncertainty_models as models
-from buckler.studies.striking.assumptions import StrikeAssumptions, common
+from buckler.studies.striking.assumptions import StrikeAssumptions
 from buckler.studies.striking.uncertainty_models import LEVEL, Indices, Input, Striker
 
 MECHANISMS = ("slider-crank", "crank-rocker")
@@ -158,7 +158,7 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
 
 def slider_crank(p: Parameters, progress: Progress = QUIET) -> Part:
     """The slider-crank: closed form, and the impact once more by simulation."""
-    assumed = StrikeAssumptions(**common(p, StrikeAssumptions))
+    assumed = StrikeAssumptions(**p.shared(StrikeAssumptions))
     inputs, striker = p.inputs("slider-crank"), Striker(p.impact_duration, p.coupler, assumed)
     found = models.sobol(striker.closed_form, inputs, p.samples, p.seed)
     slope = models.slopes(striker.closed_form, inputs)

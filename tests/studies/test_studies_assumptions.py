@@ -25,7 +25,7 @@ from buckler.studies.rattling import (
 )
 from buckler.studies.rattling.assumptions import DAMPINGS, FIRST, PINS, JointAssumptions
 from buckler.studies.rattling.bars import FourBarParameters
-from buckler.studies.rattling.clearance import simulate as on_engine
+from buckler.studies.rattling.crank_rocker import simulate as on_engine
 from buckler.studies.rattling.mode_sets import LENGTH, damped, rocker_modes
 from buckler.studies.rattling.turns import solver
 from buckler.studies.trust import smooth_precision

@@ -11,8 +11,8 @@ from ideal_linkage import inverse_dynamics
 
 from buckler.mbs.sensitivity.curve import Curve
 from buckler.studies.kit.report import worst
-from buckler.studies.rattling import clearance, crank_rocker
-from buckler.studies.rattling.clearance import Variant
+from buckler.studies.rattling import crank_rocker
+from buckler.studies.rattling.crank_rocker import Variant
 from buckler.studies.trust import restitution
 
 HOW_TO = (Path(__file__).parents[2] / "docs" / "how-to-add-a-clearance-joint.md").read_text(encoding="utf-8")
@@ -175,7 +175,7 @@ def test_run_that_fails_at_once_leaves_its_name_and_no_numbers(short):
         at = staticmethod(lambda name, times, outside=None: np.zeros_like(times))
 
     failed = Variant("rigid", "OABC", Failed())
-    found = clearance.read(failed, failed, 0.01)
+    found = crank_rocker.read(failed, failed, 0.01)
     assert np.isnan(found["peak_force_coupler_rocker"][0]) and np.isnan(found["rms_ax_rocker"][0])
     assert worst([(failed.name, failed.result)]) == {"status": "TIMED_OUT", "message": "rigid: out of time"}
 
