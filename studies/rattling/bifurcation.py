@@ -17,7 +17,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -27,16 +26,12 @@ from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Tab
 from buckler.studies.kit.statistics import Mean
 from buckler.studies.kit.style import COLOURS, Figure, subplots
 from buckler.studies.rattling import bifurcation_points as diagram
-from buckler.studies.rattling.bifurcation_points import DiagramPoint, Growth, SectionParameters
+from buckler.studies.rattling.bifurcation_points import DiagramPoint, Growth
+from buckler.studies.rattling.bifurcation_points import SectionParameters as Parameters
 from buckler.studies.rattling.turns import period
 
 LABELS = {"alone": "left alone", "drawn": "drawn back, growth added up"}
 """Curves of the growth over a turn."""
-
-
-@dataclass(frozen=True)
-class Parameters(SectionParameters):
-    """Parameters of the study."""
 
 
 def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:

@@ -19,7 +19,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -86,25 +86,17 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     return StudyResult(
         parameters=p,
         **judged(wrong),
-        metrics=metrics | over_worlds.metrics,
+        metrics={**metrics, **over_worlds.metrics},
         signals=over_worlds.signals,
         work={"turns": len(every) * len(ROCKERS) * p.members * (p.settle + p.cycles)},
         tables=[*tables, _summary(metrics, p, wrong), *over_worlds.tables],
     )
 
 
-class _Over(NamedTuple):
-    """What the worlds add to the study."""
-
-    metrics: dict[str, Metric]
-    signals: dict[str, Any]
-    tables: list[Table]
-
-
-def _over_worlds(p: Parameters, progress: Progress) -> _Over:
+def _over_worlds(p: Parameters, progress: Progress) -> StudyResult:
     """Sweep the worlds and read them."""
     if not p.worlds:
-        return _Over({}, {}, [])
+        return StudyResult(parameters=p)
     numerics = {"members": p.world_members, "cycles": p.world_cycles, "settle": p.world_settle, "tolerance": p.world_tolerance}
     worlds = drawn(p.worlds, p.seed, workers=1, **numerics)
     store = Path(p.worlds_store) if p.worlds_store else None
@@ -113,8 +105,8 @@ def _over_worlds(p: Parameters, progress: Progress) -> _Over:
     found = world_shares.shares(worlds, ratios, errors, p.margin)
     shown = world_shares.table(found, p.margin, p.worlds, p.world_members, p.world_cycles)
     signals = {"worlds.codes": worlds.codes, "worlds.ratio": ratios, "worlds.error": errors}
-    seconds = Metric(sum(row.wall_s for row in rows), "s")
-    return _Over(world_shares.metrics(found) | {"worlds.seconds": seconds}, signals, [shown])
+    metrics = world_shares.metrics(found) | {"worlds.seconds": Metric(sum(row.wall_s for row in rows), "s")}
+    return StudyResult(parameters=p, metrics=metrics, signals=signals, tables=[shown])
 
 
 def _measured(p: Parameters, case: ClaimCase, rocker: str) -> Ensemble:

@@ -21,6 +21,7 @@ from buckler.mbs.kinematics.slidercrank import SliderCrank
 from buckler.mbs.laws import CarvalhoMartins
 from buckler.mbs.library import PAPER, PAPER_STOP
 from buckler.studies.kit.published import IMPACT_FORCE, IMPACT_SPEED
+from buckler.studies.kit.report import Metric
 from buckler.studies.striking.assumptions import StrikeAssumptions, crank_angle
 from buckler.studies.striking.impact import ImpactParameters, ModelRun, read
 from buckler.studies.striking.stitched import Stitched, follow
@@ -133,6 +134,15 @@ class Fit(NamedTuple):
     model: str
     stop: float
     trials: list[tuple[float, float]]
+
+    @property
+    def metric(self) -> tuple[str, Metric]:
+        """The stop by its name."""
+        return (
+            ("impact_duration", Metric(self.stop, "s"))
+            if self.model == "stitched"
+            else ("stop_stiffness", Metric(self.stop, "N/m"))
+        )
 
 
 def calibrate(model: str, parameters: ImpactParameters) -> Fit:

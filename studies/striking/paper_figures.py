@@ -21,7 +21,7 @@ from buckler.studies.kit.published import IMPACT_FORCE, IMPACT_SPEED, VOLTAGE_FO
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, worst
 from buckler.studies.kit.style import Figure, subplots
 from buckler.studies.striking import impact, impact_models
-from buckler.studies.striking.impact import MODELS, ImpactParameters, ModelRun
+from buckler.studies.striking.impact import MODELS, ImpactParameters
 from buckler.studies.striking.impact_models import NotCalibratedError
 
 REFERENCE = 2.7
@@ -76,7 +76,8 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
                 return StudyResult(parameters=p, status="NOT_CALIBRATED", message=str(error))
             done = impact_models.run_model(model, own, fit.stop, p.drive(figure), PRINTED[figure].until)
             runs[figure, model] = done
-            found = _peaks(done, own)
+            met = int(done.angle[-1] // (2 * pi)) + int(done.angle[-1] % (2 * pi) > 5 * pi / 6)  # turns whose stop was met
+            found = [impact.read(done, turn).impact_peak for turn in range(met)]
             key, printed = f"fig{figure}.{model}", PRINTED[figure]
             metrics[f"{key}.first"] = Metric(float(found[0]), "N", published=printed.shows)
             metrics[f"{key}.last"] = Metric(float(found[-1]), "N", published=printed.shows)
@@ -92,12 +93,6 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
         work={f"fig{f}.{m}.wall_s": r.work["wall_s"] for (f, m), r in runs.items()},
         tables=[Table(heads, rows, "Impacts of the printed figures", f"Fig. 6: slider {p.ramp_mass:g} kg.\n{p.stated()}.")],
     )
-
-
-def _peaks(run: ModelRun, p: ImpactParameters) -> np.ndarray:
-    """Impact of every turn whose stop was met, N."""
-    turns = int(run.angle[-1] // (2 * pi)) + int(run.angle[-1] % (2 * pi) > 5 * pi / 6)
-    return np.array([impact.read(run, turn).impact_peak for turn in range(turns)])
 
 
 def figure(result: StudyResult) -> Figure:

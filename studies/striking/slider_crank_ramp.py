@@ -91,9 +91,8 @@ def _metrics(run: ModelRun, fit: Fit, turns: Sequence[Reading], p: Parameters) -
     peaks = np.array([turn.impact_peak for turn in turns])
     tops = np.array([turn.contact_max for turn in turns if turn.contact_max > 0])  # nan is not
     middle = float(np.median(tops)) if tops.size else nan
-    stop = ("impact_duration", "s") if fit.model == "stitched" else ("stop_stiffness", "N/m")
     found = {
-        stop[0]: Metric(fit.stop, stop[1]),
+        **dict([fit.metric]),
         "impact_first": Metric(peaks[0], "N"),
         "impact_last": Metric(peaks[-1], "N"),
         "impact_rises": Metric(float((np.diff(peaks) > 0).all()) if len(peaks) > 1 else nan, "1", published=1.0),

@@ -63,11 +63,6 @@ class VoltageCase(NamedTuple):
     parameters: Parameters
     fit: Fit
 
-    @property
-    def stop(self) -> tuple[str, str]:
-        """Name and unit of what was calibrated."""
-        return ("impact_duration", "s") if self.model == "stitched" else ("stop_stiffness", "N/m")
-
     def strike(self, speed: float, **changes: Any) -> ModelRun:
         """Run past the first impact at a crank speed, the stop held."""
         return strike(self.model, replace(self.parameters, **changes), self.fit.stop, speed)
@@ -129,8 +124,7 @@ def _metrics(
     case: VoltageCase, forces: Mapping[str, Sequence[float]], slopes: Mapping[str, Mapping[str, float]]
 ) -> dict[str, Metric]:
     voltages = case.parameters.voltages
-    stop, unit = case.stop
-    found = {stop: Metric(case.fit.stop, unit), "force_calibrated": Metric(case.fit.trials[-1][1], "N", IMPACT_FORCE)}
+    found = {**dict([case.fit.metric]), "force_calibrated": Metric(case.fit.trials[-1][1], "N", IMPACT_FORCE)}
     for voltage, force in zip(voltages, forces[case.name], strict=True):
         found[f"force_{voltage:g}V"] = Metric(force, "N", VOLTAGE_FORCES.get(voltage))
     found["exponent"] = Metric(_from_ends(voltages, forces[case.name]), "1", PUBLISHED)
@@ -165,10 +159,11 @@ def _forces_table(cases: Sequence[VoltageCase], forces: Mapping[str, Sequence[fl
 
 
 def _calibration_table(cases: Sequence[VoltageCase]) -> Table:
-    rows = [
-        [case.name, *case.stop, f"{case.fit.stop:.4g}", "; ".join(f"{k:.4g}: {f:.2f} N" for k, f in case.fit.trials)]
-        for case in cases
-    ]
+    rows = []
+    for case in cases:
+        name, stop = case.fit.metric
+        trials = "; ".join(f"{k:.4g}: {f:.2f} N" for k, f in case.fit.trials)
+        rows.append([case.name, name, stop.unit, f"{stop.value:.4g}", trials])
     title = f"Calibrated: one number each, on {IMPACT_FORCE:g} N at {IMPACT_SPEED:g} rad/s"
     return Table(["case", "number", "unit", "value", "runs"], rows, title)
 

@@ -21,7 +21,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from scipy import stats
@@ -133,15 +133,6 @@ class Parameters(RockerParameters, StrikeAssumptions):
         ]
 
 
-class Part(NamedTuple):
-    """What one mechanism gives: metrics, arrays, tables, and what speaks against it, each beginning with a name."""
-
-    metrics: Mapping[str, Metric]
-    signals: Mapping[str, Array]
-    tables: Sequence[Table]
-    notes: Sequence[str]
-
-
 def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Vary each mechanism asked for."""
     vary = {"slider-crank": slider_crank, "crank-rocker": crank_rocker}
@@ -156,8 +147,8 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     )
 
 
-def slider_crank(p: Parameters, progress: Progress = QUIET) -> Part:
-    """The slider-crank: closed form, and the impact once more by simulation."""
+def slider_crank(p: Parameters, progress: Progress = QUIET) -> StudyResult:
+    """The slider-crank: closed form, and the impact once more by simulation; notes tell what speaks against it."""
     assumed = StrikeAssumptions(**p.shared(StrikeAssumptions))
     inputs, striker = p.inputs("slider-crank"), Striker(p.impact_duration, p.coupler, assumed)
     found = models.sobol(striker.closed_form, inputs, p.samples, p.seed)
@@ -179,11 +170,11 @@ def slider_crank(p: Parameters, progress: Progress = QUIET) -> Part:
     linear = models.linear_shares(slope, inputs)
     stated = f"{assumed.stated()}; the closed form knows neither, nor bow and stop stiffness. Simulated: {p.coupler}."
     tables = [spread_table(p, "slider-crank", metrics), striker_table(inputs, found, slope, linear, simulated, exact, stated)]
-    return Part(metrics, found.arrays(OUTPUTS["slider-crank"]), tables, notes)
+    return StudyResult(parameters=p, metrics=metrics, signals=found.arrays(OUTPUTS["slider-crank"]), tables=tables, notes=notes)
 
 
-def crank_rocker(p: Parameters, progress: Progress = QUIET) -> Part:
-    """The crank-rocker with clearance, its seed one of the inputs."""
+def crank_rocker(p: Parameters, progress: Progress = QUIET) -> StudyResult:
+    """The crank-rocker with clearance, its seed one of the inputs; notes tell what speaks against it."""
     inputs = p.inputs("crank-rocker")
     rattler = models.Rattler(p, p.contact, p.cycles, p.settle)
     wrong: list[Array] = []
@@ -211,7 +202,8 @@ def crank_rocker(p: Parameters, progress: Progress = QUIET) -> Part:
         metrics[f"{name}.explained"] = Metric(fitted.explained, "1")
         metrics |= {f"{name}.{x.name}.slope": slope for x, slope in zip(inputs[:-1], fitted.metrics(), strict=True)}
     tables = [spread_table(p, "crank-rocker", metrics), rattler_table(p, inputs, found, fits, chance, chance * error)]
-    return Part(metrics, found.arrays(OUTPUTS["crank-rocker"]) | {"chance_at_mean": again}, tables, notes)
+    signals = found.arrays(OUTPUTS["crank-rocker"]) | {"chance_at_mean": again}
+    return StudyResult(parameters=p, metrics=metrics, signals=signals, tables=tables, notes=notes)
 
 
 # --- tables -----------------------------------------------------------------------------------------------------------

@@ -10,7 +10,7 @@ all the runs that the estimate of their error takes. Times never make the run SU
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, NamedTuple
@@ -27,7 +27,7 @@ from buckler.studies.kit.parameters import StudyParameters, choices, integer
 from buckler.studies.kit.published import STRIP_WIDTH
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import COLOURS, Figure, subplots
-from buckler.studies.kit.work_precision import Point, footnote, verdict, work_precision
+from buckler.studies.kit.work_precision import footnote, verdict, work_precision
 from buckler.studies.strips.static_precision import SHORTENINGS
 
 SMOOTH, PLAY = 6.2e-4, 1e-2
@@ -86,12 +86,8 @@ def _smooth() -> TimedJob:
     exact = study.reference(p, p.degree)
     mechanism, duration = p.mechanism(Cable(p.section)), float(p.times[-1])
 
-    def ours() -> study.DeflectionRun:
-        result = simulate(mechanism, duration, SMOOTH, timeout=120)
-        return study.DeflectionRun(result.at("coupler.deflection", p.times, outside=np.nan), result.status, result.work)
-
     return TimedJob(
-        ours,
+        lambda: study.deflection(simulate(mechanism, duration, SMOOTH, timeout=120), p.times),
         partial(study.plainly, p, 4, 800, 1e-5, 1e-8),
         lambda outcome: float(np.sqrt(((outcome.deflection - exact) ** 2).sum() / (exact**2).sum())),
         2e-3,
@@ -136,20 +132,15 @@ JOBS: dict[str, Callable[[], TimedJob]] = dict(
 )
 
 
-def _measure(p: Parameters, progress: Progress) -> Iterator[tuple[str, TimedJob, Point, Point]]:
-    for name in progress(p.jobs, label="jobs"):
-        job = JOBS[name]()
-        job.ours(), job.baseline()  # untimed: the first call of anything is slow
-        ours, baseline = work_precision({f"{name}, ours": job.ours, f"{name}, baseline": job.baseline}, job.error, p.repeats)
-        yield name, job, ours, baseline
-
-
 def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
     """Run each job, ours and its baseline in turn."""
     metrics: dict[str, Metric] = {}
     rows: list[list[Any]] = []
     wrong, sentences = [], []
-    for name, job, ours, baseline in _measure(p, progress):
+    for name in progress(p.jobs, label="jobs"):
+        job = JOBS[name]()
+        job.ours(), job.baseline()  # untimed: the first call of anything is slow
+        ours, baseline = work_precision({f"{name}, ours": job.ours, f"{name}, baseline": job.baseline}, job.error, p.repeats)
         key = name.replace(" ", "_").replace("clearance", "play")  # metrics keep their first names
         ratio = ours.speedup(baseline)
         metrics |= {

@@ -130,7 +130,11 @@ def judge(case: Case, timeout: float) -> Finding:
         return found(Verdict.UNFINISHED, said=said)
     if not fine and not suspect:
         return found(Verdict.FAILED, said=said)
-    price = np.nan if case.plain is None else outcome.wall_s / _timed(case.plain)
+    price = np.nan
+    if case.plain is not None:
+        begin = perf_counter()
+        case.plain()
+        price = outcome.wall_s / (perf_counter() - begin)
     right = case.reference() if case.reference else None
     if right is None and case.reference:
         return found(Verdict.OPEN if fine else Verdict.SUSPECT, said=said, price=price)
@@ -140,12 +144,6 @@ def judge(case: Case, timeout: float) -> Finding:
     named = set(re.findall(r"(?:^|; )([A-Z]+): ", outcome.message))
     good = Verdict.WITHIN if fine else Verdict.SUSPECT if named and named <= OF_THE_MODEL else Verdict.FALSE_ALARM
     return found(good if off <= 1 else Verdict.WRONG if fine else Verdict.SUSPECT, off, worst, said, price)
-
-
-def _timed(run: Callable[[], None]) -> float:
-    start = perf_counter()
-    run()
-    return perf_counter() - start
 
 
 def compare(

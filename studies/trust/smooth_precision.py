@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from buckler.mbs import Beam, Cable, Controlled, Exudyn, Mechanism, Section, Spectral, simulate, slider_crank
+from buckler.mbs import Beam, Cable, Controlled, Exudyn, Mechanism, Result, Section, Spectral, simulate, slider_crank
 from buckler.mbs.elements.element import Body
 from buckler.mbs.geometry import Array
 from buckler.studies.kit import work_precision as precision
@@ -26,6 +26,7 @@ from buckler.studies.kit.style import Figure
 from buckler.studies.kit.work_precision import Point, Runs, Series
 from buckler.studies.trust import plain
 
+DEFLECTION = "coupler.deflection"
 TIMES = 401
 REFERENCE = 1e-8
 """Tolerance of the compiled solver's runs."""
@@ -71,24 +72,34 @@ class DeflectionRun:
     work: dict[str, float]
 
 
+def deflection(result: Result, times: Array) -> DeflectionRun:
+    """That of a result, nan after its end."""
+    return DeflectionRun(result.at(DEFLECTION, times, outside=np.nan), result.status, result.work)
+
+
+def plain_deflection(mechanism: Mechanism, times: Array, steps: int, relative: float, absolute: float) -> DeflectionRun:
+    """That of a plain run in uniform steps, Newton's method to these tolerances."""
+    found = plain.smooth_slider_crank(mechanism, float(times[-1]), steps, relative, absolute)
+    return DeflectionRun(found.at(times), found.message or "OK", found.work)
+
+
 def reference(p: Parameters, degree: int) -> Array:
     """Deflection by the compiled solver, m: one polynomial of this degree."""
     solver = Spectral(Controlled(REFERENCE), degree=degree)
     result = simulate(p.mechanism(Beam(p.section)), float(p.times[-1]), solver=solver, timeout=300)
-    return result.at("coupler.deflection", p.times, outside=np.nan)
+    return deflection(result, p.times).deflection
 
 
 def simulated(p: Parameters, coupler: Beam | Cable, tolerance: float) -> DeflectionRun:
     """The deflection by `simulate` with error-controlled steps."""
     result = simulate(p.mechanism(coupler), float(p.times[-1]), solver=Exudyn(Controlled(tolerance)), timeout=300)
-    return DeflectionRun(result.at("coupler.deflection", p.times, outside=np.nan), result.status, result.work)
+    return deflection(result, p.times)
 
 
 def plainly(p: Parameters, elements: int, steps: int, relative: float, absolute: float) -> DeflectionRun:
     """The deflection by a plain run in uniform steps."""
     cable = p.mechanism(Cable(p.section, elements=elements))
-    found = plain.smooth_slider_crank(cable, float(p.times[-1]), max(1, round(steps * p.turns)), relative, absolute)
-    return DeflectionRun(found.at(p.times), found.message or "OK", found.work)
+    return plain_deflection(cable, p.times, max(1, round(steps * p.turns)), relative, absolute)
 
 
 def variants(p: Parameters) -> Runs:

@@ -31,10 +31,8 @@ from buckler.studies.kit.parameters import StudyParameters, choices, integer, qu
 from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import Figure, subplots
 from buckler.studies.kit.work_precision import Point, footnote, work_precision
-from buckler.studies.trust import plain
-from buckler.studies.trust.smooth_precision import TIMES, DeflectionRun
+from buckler.studies.trust.smooth_precision import DEFLECTION, TIMES, DeflectionRun, deflection, plain_deflection
 
-DEFLECTION = "coupler.deflection"
 MASS, STIFFNESS = 0.3, 1e5
 """Of the slider, kg; of the stop, N/m, which is damped critically."""
 
@@ -102,14 +100,12 @@ def ours(work: Work, tolerance: float, degree: int) -> DeflectionRun:
 def plainly(work: Work) -> DeflectionRun:
     """Deflection by a plain run."""
     elements, steps, relative, absolute = work.plain
-    found = plain.smooth_slider_crank(work.mechanism(Cable, elements=elements), work.duration, steps, relative, absolute)
-    return DeflectionRun(found.at(work.times), found.message or "OK", found.work)
+    return plain_deflection(work.mechanism(Cable, elements=elements), work.times, steps, relative, absolute)
 
 
 def known(work: Work, level: float, timeout: float) -> DeflectionRun:
     """Deflection by a call with an accuracy asked of it."""
-    result = simulate(work.mechanism(Beam), work.duration, level, of=[DEFLECTION], timeout=timeout)
-    return DeflectionRun(result.at(DEFLECTION, work.times, outside=np.nan), result.status, result.work)
+    return deflection(simulate(work.mechanism(Beam), work.duration, level, of=[DEFLECTION], timeout=timeout), work.times)
 
 
 class Row(NamedTuple):
