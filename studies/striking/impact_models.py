@@ -138,11 +138,8 @@ class Fit(NamedTuple):
     @property
     def metric(self) -> tuple[str, Metric]:
         """The stop by its name."""
-        return (
-            ("impact_duration", Metric(self.stop, "s"))
-            if self.model == "stitched"
-            else ("stop_stiffness", Metric(self.stop, "N/m"))
-        )
+        name, unit = ("impact_duration", "s") if self.model == "stitched" else ("stop_stiffness", "N/m")
+        return name, Metric(self.stop, unit)
 
 
 def calibrate(model: str, parameters: ImpactParameters) -> Fit:
