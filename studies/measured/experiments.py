@@ -23,7 +23,7 @@ import numpy as np
 from buckler.mbs import simulate
 from buckler.mbs.geometry import Array
 from buckler.studies.kit.parameters import StudyParameters, choices, integer, quantity, text
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import COLOURS, Figure, subplots
 from buckler.studies.measured.chain import Chain, Data, Fit, apart, fitted, predicted
 
@@ -148,7 +148,7 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
                 if off > 1e-2:
                     wrong.append(f"{name}: two solutions of the same equations differ by {off:.1e} rad")
     return StudyResult(
-        parameters=p, status="SUSPECT" if wrong else "OK", message="; ".join(wrong), metrics=metrics, signals=signals,
+        parameters=p, **judged(wrong), metrics=metrics, signals=signals,
         tables=[Table(["experiment", "model", "fitted", "fitted, rms [mrad]", "predicted, rms [mrad]"], rows)],
     )  # fmt: skip
 

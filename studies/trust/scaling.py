@@ -33,7 +33,7 @@ from buckler.mbs.record.lookup import hermite
 from buckler.studies.kit import statistics
 from buckler.studies.kit.parameters import StudyParameters, choices, counts, integer, quantities, quantity
 from buckler.studies.kit.published import GRAVITY
-from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table
+from buckler.studies.kit.report import QUIET, Metric, Progress, StudyResult, Table, judged
 from buckler.studies.kit.style import Figure, subplots
 from buckler.studies.kit.work_precision import footnote
 from buckler.studies.trust import plain
@@ -255,8 +255,7 @@ def run(p: Parameters, progress: Progress = QUIET) -> StudyResult:
             Table(["family", "series", *map(str, links), "exponent"], steps, "Time of a step by links, ms", note),
             Table(["family", "links", "Exudyn's error", "ours", "our time / Exudyn's"], compared, "At no larger error"),
         ],
-        status="SUSPECT" if failed else "OK",
-        message=f"runs failed: {', '.join(failed)}" if failed else "",
+        **judged([f"runs failed: {', '.join(failed)}"] if failed else []),
     )
 
 
