@@ -154,8 +154,8 @@ def test_modal_rockers_on_the_engine_take_damping_and_kind():
     (bifurcation, {"joint": "D"}, "joint = 'D': must be one of 'O', 'A', 'B', 'C'"),
     (buffering_claims, {"bending": 0, "axial": 0}, "bending = 0 with axial = 0"),
     (buffering_claims, {"members": 1}, "members = 1"),
-    (clearance_precision, {"steps": (100.5,)}, r"steps = 100\.5: must be whole"),
-    (smooth_precision, {"elements": (1.5,)}, r"elements = 1\.5: must be whole"),
+    (clearance_precision, {"steps": (100.5,)}, r"steps\[0\] = 100\.5: must be a whole number"),
+    (smooth_precision, {"elements": (1.5,)}, r"elements\[0\] = 1\.5: must be a whole number"),
     (wear, {"clearance_joints": 0}, "no joint can wear"),
 ])  # fmt: skip
 def test_wrong_input_is_refused_in_one_line(study, wrong, message):

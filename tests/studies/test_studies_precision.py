@@ -108,6 +108,10 @@ def test_wrong_runs_are_refused(given, message):
         slider_crank_precision.Parameters(**given)
 
 
+def test_a_count_may_be_written_with_a_power_of_ten():
+    assert slider_crank_precision.Parameters(steps="5e3,10000", plain_steps=5000).steps == (5000, 10_000)
+
+
 def test_plain_slider_crank_agrees_with_controlled_steps():
     mechanism = slider_crank_precision.with_coupler(Cable, 8)
     theirs = slider_crank_precision.plainly(mechanism, 20_000, 1e-6)
