@@ -12,7 +12,7 @@ MIRRORS = {
     "rigid": "spinning_start simulate_rigid loads", "strip": "spinning_start simulate_strips inner_points", "modal": "modal_body",
     "clearance": "clearance_kernel clearance_limits clearance", "guide": "guide_friction simulate_rigid",
     "stop": "free_stops simulate_contact", "rows": "couplings joints",
-    "loads": "loads load_states simulate_strips simulate_contact simulate_rigid couplings clearance",
+    "states": "load_states", "loads": "loads load_states simulate_strips simulate_contact simulate_rigid couplings clearance",
 }  # fmt: skip
 """Tests of `tests/engine` for a file of `mbs/engine`, where those of that folder were not among the callers."""
 
