@@ -25,7 +25,7 @@ from buckler.mbs.spectral.tables import (
     VALUE,
 )  # fmt: skip
 
-SHARP = 0.05
+SHARP = 1e-3
 """Share of its distance from a face by which the end of a step may miss it."""
 INSIDE, THERE = 1e-3, 1e-5
 """Share of a step after which it is off the event at which it began, and by which it may miss a kink."""
@@ -133,13 +133,15 @@ def release(s, before, reports, h, k, m, outside, high):
 def _law(s, before, reports, h, k, m, t, x):
     """Force k at a fraction of the step that ends at time t, of unit reaction where it follows one."""
     l0, r0, l1, r1 = before[k, LENGTH], before[k, RATE], reports[k, LENGTH], reports[k, RATE]
-    return value_along(s, k, t, hermite(x, h, l0, r0, l1, r1), hermite_rate(x, h, l0, r0, l1, r1), m, 0.0, 1.0)
+    return value_along(s, k, t - (1.0 - x) * h, hermite(x, h, l0, r0, l1, r1), hermite_rate(x, h, l0, r0, l1, r1), m, 0.0, 1.0)
 
 
 @aside
-def _bend(s, before, reports, h, k, m, t, low, high):
-    """Over a part of the step: how far force k is from the lines at both ends; where these meet."""
-    d = 1e-3 * (high - low)
+def _bend(s, before, reports, h, k, m, t, low, high, side):
+    """Over a part of the step: how far force k is from its tangents at both ends, taken inside (side 1) or outside of it (-1);
+    where these meet.
+    """
+    d = side * 1e-3 * (high - low)
     first, last = _law(s, before, reports, h, k, m, t, low), _law(s, before, reports, h, k, m, t, high)
     was = (_law(s, before, reports, h, k, m, t, low + d) - first) / d
     now = (last - _law(s, before, reports, h, k, m, t, high - d)) / d
@@ -152,21 +154,22 @@ def _bend(s, before, reports, h, k, m, t, low, high):
 def kink(s, before, reports, h, k, m, t, high):
     """Fraction of the step, up to a highest one, at which the slope of force k first jumps; 1 where the step ends there, else 2.
 
-    A smooth force is four times as near to its tangents in half the step, one with a kink twice.
+    A smooth force is four times as near to its tangents in half the step, one with a kink twice. A kink beside an end may hide
+    in the tangent there from inside; then it is not in that from outside.
     """
     low = INSIDE
-    whole, part = _bend(s, before, reports, h, k, m, t, low, high)
+    whole, part = _bend(s, before, reports, h, k, m, t, low, high, 1.0)
     if whole <= SLIGHT * max(abs(_law(s, before, reports, h, k, m, t, low)), abs(_law(s, before, reports, h, k, m, t, high))):
         return 2.0
     for i in range(HALVES):
         middle, whole = 0.5 * (low + high), 0.5 * whole
-        off, part = _bend(s, before, reports, h, k, m, t, low, middle)
-        after, there = _bend(s, before, reports, h, k, m, t, middle, high)
+        off, part = _bend(s, before, reports, h, k, m, t, low, middle, 1.0)
+        after, there = _bend(s, before, reports, h, k, m, t, middle, high, 1.0)
         if off >= FIRST * after:
             high = middle
         else:
             low, off, part = middle, after, there
-        if i >= 3 and off < BENT_BY * whole:
+        if i >= 3 and max(off, _bend(s, before, reports, h, k, m, t, low, high, -1.0)[0]) < BENT_BY * whole:
             return 2.0
     return 1.0 if abs(part - 1.0) < THERE else part
 

@@ -256,7 +256,7 @@ def _try(s, e, w, x, clock, h, at, controls, counts):
         return False
     if x.at[MODE] != ALONE and clock.reach == 1.0 and part > 1.0:
         left = short_of(s, x.before, w.reports, h, 0.5 * landing, x.memory, at, NEARLY)
-        if shortest < left < NEARLY * h:  # no tiny step on to the face, whose rows make its time jump with the numbers
+        if ROOM * shortest < left < NEARLY * h:  # no tiny step on to the face, whose rows make its time jump with the numbers
             clock.wanted = h + left
             return False
     if given:

@@ -53,6 +53,8 @@ def _coefficients() -> tuple[Any, ...]:
 NODES, A, INVERSE, REAL, PAIR, T, BACK, ERROR = _coefficients()
 PAST = np.array([0.0, NODES[0], NODES[1], 1.0])
 """Where the last step's rates are known."""
+FAR = 100.0
+"""Lengths of the last step over which they are extrapolated: rounding grows by the cube."""
 
 
 @aside
@@ -81,19 +83,19 @@ def lagrange(at, j):
 
 @aside
 def predict(x, h, before):
-    """First guess at the nodes: rates by the last step's polynomial, or where there is none by the present acceleration;
-    multipliers and stresses by the line through the last step's last two nodes, or as they are.
+    """First guess at the nodes: rates by the last step's polynomial, or where there is none, or a tiny one, by the present
+    acceleration; multipliers and stresses by the line through the last step's last two nodes, or as they are.
     """
-    n = x.q.size
+    n, known = x.q.size, h < FAR * before
     for i in range(3):
         rates, stress, slope = x.rates[i], x.stresses[i], 0.0
-        if before > 0.0:
+        if known:
             slope = NODES[i] * h / (before * (1.0 - NODES[1]))
         for k in range(x.lam.size):
             x.multipliers[i, k] = x.lam[k] + slope * (x.lam[k] - x.past_lam[k])
         for p in range(x.stress.size):
             stress.flat[p] = x.stress.flat[p] + slope * (x.stress.flat[p] - x.past_stress.flat[p])
-        if before == 0.0:
+        if not known:
             for k in range(n):
                 rates[k] = x.v[k] + NODES[i] * h * x.a[k]
             continue
