@@ -150,13 +150,14 @@ def _rows(turned: _Turned, levels: Sequence[Evaluate], readings: Sequence[str], 
     sides = {name: _sides(turned, name, levels, starts, way) for name in turned.scales}
     rows = []
     for i, reading in enumerate(readings):
-        noise = way.rounding * abs(float(values[i])) / way.width + abs(float(values[i] - starts[0][0][i])) / way.better
+        rounding, unlike = way.rounding * abs(float(values[i])) / way.width, abs(float(values[i] - starts[0][0][i])) / way.better
         made = []
         for name, scale in turned.scales.items():
             units_of = units[i], turned.family.units.get(name, "s")
             about = Derivative(reading, name, float(values[i]), turned.points[name], *units_of)
             slopes, grazes = sides[name]
-            made.append(_derivative(about, scale, slopes[:, i].tolist(), noise / scale, grazes, way))
+            noise = (rounding + unlike * slopes[:, i].any()) / scale  # what no run shows to depend on a number does not err by it
+            made.append(_derivative(about, scale, slopes[:, i].tolist(), noise, grazes, way))
         rows += sorted(
             made, key=lambda row: -abs(row.derivative * turned.scales[row.number]) if isfinite(row.derivative) else 0.0
         )
