@@ -56,7 +56,7 @@ def test_a_user_s_script_is_checked_with_the_types_of_the_door(tmp_path):
     pytest.importorskip("mypy")
     said = checked(tmp_path, SCRIPT + WRONG)
     assert [line.partition("Revealed type is ")[2] for line in said if "Revealed" in line] == [
-        '"buckler.mbs.record.run.Status"',
+        '"buckler.mbs.record.errors.Status"',
         '"dict[str, numpy.ndarray[Any, Any]]"',
         '"typing.Sequence[buckler.mbs.elements.joint.Joint]"',
     ]
