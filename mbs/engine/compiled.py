@@ -26,7 +26,7 @@ from numba.np.arrayobj import populate_array
 from buckler.mbs.elements import journal
 from buckler.mbs.elements.journal import GEOMETRY
 from buckler.mbs.engine import Callback
-from buckler.mbs.engine.clearance import PATIENCE, STUCK, Kernel, NoStepError
+from buckler.mbs.engine.kernel import PATIENCE, STUCK, Kernel, NoStepError
 from buckler.mbs.geometry import Array
 from buckler.mbs.laws import BristleLaw, FrictionLaw, NormalLaw
 from buckler.mbs.laws.compiled import Pointer

@@ -14,12 +14,12 @@ from buckler.mbs.elements import Belt, Drive, Force, LineLoad, Link, Mass, Motor
 from buckler.mbs.elements.element import GROUND, Burden, place
 from buckler.mbs.elements.references import held_at, holder
 from buckler.mbs.engine import Callback, System, rows
+from buckler.mbs.engine.forces import StrutSpring
 from buckler.mbs.engine.guarded import guarded, watched
 from buckler.mbs.engine.guide import PlacedBlock
 from buckler.mbs.engine.placed import History
 from buckler.mbs.engine.scene import Scene
 from buckler.mbs.engine.states import Moving, Sliding, Turning, add_states
-from buckler.mbs.engine.stop import StrutSpring
 from buckler.mbs.engine.strip import PlacedStrip
 from buckler.mbs.geometry import Array, cross
 from buckler.mbs.record.errors import Status

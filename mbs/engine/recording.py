@@ -11,10 +11,10 @@ import numpy as np
 
 from buckler.mbs.elements.journal import SINCE
 from buckler.mbs.engine import System
+from buckler.mbs.engine.forces import StopContact
 from buckler.mbs.engine.guarded import failed
 from buckler.mbs.engine.placed import History, Remembering, States
 from buckler.mbs.engine.scene import Scene
-from buckler.mbs.engine.stop import StopContact
 from buckler.mbs.geometry import Array
 from buckler.mbs.process import Progress
 from buckler.mbs.record.errors import Status

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import exudyn.itemInterface as eii
 import numpy as np
@@ -14,6 +14,7 @@ from exudyn import SystemContainer
 from buckler.mbs.elements.element import GROUND, Burden
 from buckler.mbs.elements.signal import Moved
 from buckler.mbs.engine import System
+from buckler.mbs.engine.forces import StopContact, StrutSpring
 from buckler.mbs.engine.placed import History, Placed, Remembering, States
 from buckler.mbs.geometry import Array
 from buckler.mbs.kinematics.start import Start
@@ -21,9 +22,6 @@ from buckler.mbs.mechanism import Mechanism
 from buckler.mbs.record.errors import Status
 from buckler.mbs.record.record import Record
 from buckler.mbs.solvers import is_loose
-
-if TYPE_CHECKING:
-    from buckler.mbs.engine.stop import StopContact, StrutSpring
 
 Reader = Callable[[History, Record], Array]
 """What a run is asked for of an element: (times, columns)."""

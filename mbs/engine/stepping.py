@@ -15,9 +15,9 @@ import numpy as np
 from buckler.mbs.elements.element import kinks_of
 from buckler.mbs.elements.stop import GRAZE
 from buckler.mbs.engine import System
+from buckler.mbs.engine.forces import StopContact, StrutSpring
 from buckler.mbs.engine.recording import Recorder
 from buckler.mbs.engine.scene import Scene
-from buckler.mbs.engine.stop import StopContact, StrutSpring
 from buckler.mbs.geometry import Array
 from buckler.mbs.laws import contact_time
 from buckler.mbs.solvers import Controlled, Exudyn, divided, position_error

@@ -2,161 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
 from functools import partial
-from math import cos, inf, sin
+from math import inf
 
 import exudyn.itemInterface as eii
 import numpy as np
 
 from buckler.mbs.elements.element import GROUND, place
-from buckler.mbs.elements.stop import Stop, Striking
-from buckler.mbs.elements.strut import Strut, StrutLaw
+from buckler.mbs.elements.stop import Stop
 from buckler.mbs.engine import System
+from buckler.mbs.engine.forces import End, FreeContact, StopContact
 from buckler.mbs.engine.guarded import watched
-from buckler.mbs.engine.placed import History, Placed
+from buckler.mbs.engine.placed import History
 from buckler.mbs.engine.scene import Scene
 from buckler.mbs.geometry import Array
 from buckler.mbs.record.record import Record
-
-
-@dataclass
-class StopContact(Striking):
-    """One stop in the engine's coordinates.
-
-    Attributes
-    ----------
-    face : float
-        Way along the stop's direction at which the point touches, m.
-    side : float
-        +1 if the face lies ahead of the start in the stop's direction, -1 if behind.
-    mass : float
-        Of what strikes, kg: as light as it can be for want of everything joined to it.
-    columns : array of int
-        Places in the engine's vector of the coordinates that decide it, once assembled.
-    touching : bool
-        Whether it did at the end of the last accepted step.
-    pressing : float
-        With what force, N.
-    """
-
-    face: float = 0.0
-    side: float = 1.0
-    mass: float = 0.0
-    columns: Array = field(default_factory=lambda: np.empty(0, dtype=int))
-    touching: bool = False
-    pressing: float = 0.0
-
-    def locate(self, system: System, placed: Mapping[str, Placed]) -> None:
-        """Take down where the coordinates lie, once the system is assembled."""
-        self.columns = placed[self.stop.point].columns()[0]
-
-    def state(self, q: Array, q_t: Array) -> tuple[float, float]:
-        """Depth, m, positive in contact, and its rate, m/s, of all coordinates and rates."""
-        column = self.columns[0]
-        return self.side * (float(q[column]) - self.face), self.side * float(q_t[column])
-
-    def step(self, q: Array, q_t: Array) -> float:
-        """Take over an accepted step; the contact force, N."""
-        depth, rate = self.state(q, q_t)
-        self.touching = self.accept(depth, rate)
-        self.pressing = self.force(depth, rate) if self.touching else 0.0
-        return self.pressing
-
-
-@dataclass
-class End:
-    """One side of a stop: a node that moves with it.
-
-    Attributes
-    ----------
-    node, size : int
-        Engine number and coordinates; none for the ground.
-    place, arm : array, shape (2,)
-        Of the node at t = 0, m; from there to the point, turned with the node's third coordinate.
-    """
-
-    node: int = -1
-    size: int = 0
-    place: Array = field(default_factory=lambda: np.zeros(2))
-    arm: Array = field(default_factory=lambda: np.zeros(2))
-
-
-@dataclass
-class FreeContact(StopContact):
-    """The same of any point of a link against a line of another body or the ground.
-
-    With p the point, o the place and phi the turn of the face's node, u = R(phi) along and reach = at - along . o(0):
-
-        depth = side (u . (p - o) - reach),    forces = -F d(depth)/dq,
-
-    so both bodies feel the force at p, square to the face; momentum and moment of momentum stay.
-    """
-
-    first: End = field(default_factory=End)
-    second: End = field(default_factory=End)
-    along: tuple[float, float] = (1.0, 0.0)
-    reach: float = 0.0
-
-    def locate(self, system: System, placed: Mapping[str, Placed]) -> None:
-        """Take down where the coordinates lie, once the system is assembled."""
-        ends = [end for end in (self.first, self.second) if end.size]
-        first = [system.GetNodeODE2Index(end.node) for end in ends]
-        self.columns = np.concatenate([np.arange(at, at + end.size) for at, end in zip(first, ends, strict=True)])
-
-    def state(self, q: Array, q_t: Array) -> tuple[float, float]:
-        """Depth, m, positive in contact, and its rate, m/s, of all coordinates and rates."""
-        depth, rate, _ = self.look(q[self.columns], q_t[self.columns])
-        return depth, rate
-
-    def look(self, q: Array, v: Array) -> tuple[float, float, list[float]]:
-        """Depth, its rate, and its derivatives by the element's own coordinates."""
-        ax, ay = self.first.arm
-        slope = [0.0] * len(q)
-        px, py, wx, wy = self.first.place[0] + q[0], self.first.place[1] + q[1], v[0], v[1]
-        c, s = cos(q[2]), sin(q[2])
-        bx, by = c * ax - s * ay, s * ax + c * ay
-        px, py, wx, wy = px + bx, py + by, wx - v[2] * by, wy + v[2] * bx
-        ux, uy = self.along
-        k = self.first.size
-        if self.second.size:
-            c, s = cos(q[k + 2]), sin(q[k + 2])
-            ux, uy = c * ux - s * uy, s * ux + c * uy
-            px, py = px - self.second.place[0] - q[k], py - self.second.place[1] - q[k + 1]
-            wx, wy = wx - v[k], wy - v[k + 1]
-            swing = ux * py - uy * px
-            slope[k : k + 3] = [-self.side * ux, -self.side * uy, self.side * swing]
-        slope[:3] = [self.side * ux, self.side * uy, self.side * (uy * bx - ux * by)]
-        rate = self.side * (ux * wx + uy * wy)
-        if self.second.size:
-            rate += self.side * v[k + 2] * swing
-        return self.side * (ux * px + uy * py - self.reach), rate, slope
-
-    def forces(self, _system: System, _t: float, _item: int, q: Array, q_t: Array) -> list[float]:
-        """Engine callback: generalised forces on the element's coordinates, N and N m."""
-        depth, rate, slope = self.look(q, q_t)
-        force = self.force(depth, rate)
-        return [-force * each for each in slope]
-
-
-class StrutSpring(StrutLaw):
-    """The engine's callback of one strut, and the last state the engine asked it for.
-
-    Attributes
-    ----------
-    elongation, rate : float
-        The engine's last call, m and m/s.
-    """
-
-    def __init__(self, strut: Strut, length: float) -> None:
-        super().__init__(strut, length)
-        self.elongation = self.rate = 0.0
-
-    def __call__(self, _system: System, _t: float, _item: int, elongation: float, rate: float, *_: float) -> float:
-        """Tension, N."""
-        self.elongation, self.rate = elongation, rate
-        return self.force(elongation, rate)
 
 
 def contact_of(scene: Scene, stop: Stop) -> StopContact:

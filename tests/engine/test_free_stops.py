@@ -9,7 +9,7 @@ from jointed import turned
 from simulations import block, fine
 
 from buckler import mbs
-from buckler.mbs.engine.stop import FreeContact
+from buckler.mbs.engine.forces import FreeContact
 from buckler.mbs.laws import CarvalhoMartins, ExactRestitution, Hertz, KelvinVoigt
 
 G = 9.81

@@ -25,7 +25,7 @@ class Broken(Hertz):
 
 def test_a_force_the_ledger_does_not_know_is_suspect(monkeypatch):
     """The stop pushes half as hard again as the law that is booked."""
-    from buckler.mbs.engine.stop import StopContact
+    from buckler.mbs.engine.forces import StopContact
 
     plain = StopContact.force
     calls = {"engine": 1.5}
